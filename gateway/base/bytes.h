@@ -1,0 +1,71 @@
+// Byte sequences as they stand on a wire, and a reader that can not run past their end.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace baudgate {
+
+using Bytes = std::vector<std::uint8_t>;
+using View = std::span<const std::uint8_t>;
+
+inline Bytes ToBytes(std::string_view text) { return Bytes(text.begin(), text.end()); }
+
+/// The same bytes read as characters; valid as long as the viewed bytes are.
+inline std::string_view AsText(View bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+inline void Append(Bytes& to, View more) { to.insert(to.end(), more.begin(), more.end()); }
+inline void Append(Bytes& to, std::string_view more) { to.insert(to.end(), more.begin(), more.end()); }
+
+/// Reads numbers from fixed places of a frame. Every access is checked: beyond the end there is no
+/// value, never a guess.
+class ByteReader {
+ public:
+  explicit ByteReader(View bytes) : bytes_(bytes) {}
+
+  std::size_t size() const { return bytes_.size(); }
+  std::optional<std::uint8_t> U8(std::size_t at) const {
+    if (at >= bytes_.size()) return std::nullopt;
+    return bytes_[at];
+  }
+  std::optional<std::uint16_t> U16Be(std::size_t at) const { return Unsigned<std::uint16_t, true>(at); }
+  std::optional<std::uint16_t> U16Le(std::size_t at) const { return Unsigned<std::uint16_t, false>(at); }
+  std::optional<std::uint32_t> U32Be(std::size_t at) const { return Unsigned<std::uint32_t, true>(at); }
+  std::optional<std::uint32_t> U32Le(std::size_t at) const { return Unsigned<std::uint32_t, false>(at); }
+  std::optional<float> F32Le(std::size_t at) const {
+    const auto raw = U32Le(at);
+    if (!raw) return std::nullopt;
+    return std::bit_cast<float>(*raw);
+  }
+  /// `count` bytes from `at`, or nothing when the frame is shorter.
+  std::optional<View> Slice(std::size_t at, std::size_t count) const {
+    if (at > bytes_.size() || count > bytes_.size() - at) return std::nullopt;
+    return bytes_.subspan(at, count);
+  }
+
+ private:
+  template <typename T, bool kBigEndian>
+  std::optional<T> Unsigned(std::size_t at) const {
+    const auto slice = Slice(at, sizeof(T));
+    if (!slice) return std::nullopt;
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < sizeof(T); ++i) {
+      const std::size_t index = kBigEndian ? i : sizeof(T) - 1 - i;
+      value = (value << 8) | (*slice)[index];
+    }
+    return static_cast<T>(value);
+  }
+
+  View bytes_;
+};
+
+}  // namespace baudgate

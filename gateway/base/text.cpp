@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/base/text.h"
+
+#include <cmath>
+
+namespace baudgate {
+namespace {
+
+constexpr std::string_view kHexDigits = "0123456789ABCDEF";
+
+}  // namespace
+
+std::string HexByte(std::uint8_t byte) { return {kHexDigits[byte >> 4U], kHexDigits[byte & 15U]}; }
+
+std::string ToHex(View bytes) {
+  std::string text;
+  text.reserve(bytes.size() * 3);
+  for (const std::uint8_t byte : bytes) {
+    if (!text.empty()) text += ' ';
+    text += HexByte(byte);
+  }
+  return text;
+}
+
+std::optional<std::uint8_t> HexDigit(char c) {
+  if (c >= '0' && c <= '9') return static_cast<std::uint8_t>(c - '0');
+  if (c >= 'A' && c <= 'F') return static_cast<std::uint8_t>(c - 'A' + 10);
+  if (c >= 'a' && c <= 'f') return static_cast<std::uint8_t>(c - 'a' + 10);
+  return std::nullopt;
+}
+
+std::optional<Bytes> ParseHex(std::string_view text) {
+  Bytes bytes;
+  std::optional<std::uint8_t> high;
+  for (const char c : text) {
+    if (c == ' ' && !high) continue;
+    const auto digit = HexDigit(c);
+    if (!digit) return std::nullopt;
+    if (!high) {
+      high = digit;
+    } else {
+      bytes.push_back(static_cast<std::uint8_t>((*high << 4U) | *digit));
+      high.reset();
+    }
+  }
+  if (high) return std::nullopt;
+  return bytes;
+}
+
+std::optional<double> ParseDecimal(std::string_view text) {
+  if (!text.empty() && text.front() == '+') {
+    text.remove_prefix(1);
+    if (text.empty() || text.front() == '-') return std::nullopt;
+  }
+  if (text.find_first_not_of("-.0123456789") != std::string_view::npos) return std::nullopt;
+  if (text.find_first_of("0123456789") == std::string_view::npos) return std::nullopt;
+  double value = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value, std::chars_format::fixed);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  return value;
+}
+
+std::string FormatNumber(double value) {
+  if (std::isnan(value)) return "nan";
+  char buffer[64];
+  const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, value);
+  return error == std::errc() ? std::string(buffer, end) : "nan";
+}
+
+std::string Printable(View bytes) {
+  std::string text;
+  for (const std::uint8_t byte : bytes) {
+    if (byte >= 0x20 && byte < 0x7F) {
+      text += static_cast<char>(byte);
+    } else if (byte == '\r') {
+      text += "\\r";
+    } else if (byte == '\n') {
+      text += "\\n";
+    } else {
+      text += "\\x" + HexByte(byte);
+    }
+  }
+  return text;
+}
+
+std::string_view Trim(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r\n";
+  const auto first = text.find_first_not_of(kBlank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
+std::vector<std::string_view> Split(std::string_view text, char separator) {
+  std::vector<std::string_view> parts;
+  for (;;) {
+    const auto at = text.find(separator);
+    parts.push_back(text.substr(0, at));
+    if (at == std::string_view::npos) return parts;
+    text.remove_prefix(at + 1);
+  }
+}
+
+}  // namespace baudgate

@@ -1,0 +1,47 @@
+// Text forms that exist once: hex, numbers (locale-free), splitting and trimming.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <charconv>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gateway/base/bytes.h"
+
+namespace baudgate {
+
+/// "3E 31 52"; upper case, one space between bytes.
+std::string ToHex(View bytes);
+/// Two upper-case digits.
+std::string HexByte(std::uint8_t byte);
+/// Reads hex with or without spaces, either case. Nothing on an odd digit count or another character.
+std::optional<Bytes> ParseHex(std::string_view text);
+/// 0…15, or nothing.
+std::optional<std::uint8_t> HexDigit(char c);
+
+/// The whole text as a number in `base`; no sign "+", no spaces, no rest, no overflow.
+template <typename T>
+std::optional<T> ParseInteger(std::string_view text, int base = 10) {
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// The whole text as a decimal number, with an optional sign ("+" too); the point is always '.'.
+/// No exponent, no "inf", no "nan": no device of ours sends them and a typing error should not pass.
+std::optional<double> ParseDecimal(std::string_view text);
+
+/// The shortest text that reads back as the same number; never locale dependent.
+std::string FormatNumber(double value);
+
+/// Printable ASCII for people: "\r" and other control bytes escaped.
+std::string Printable(View bytes);
+
+std::string_view Trim(std::string_view text);
+std::vector<std::string_view> Split(std::string_view text, char separator);
+
+}  // namespace baudgate

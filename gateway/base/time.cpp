@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/base/time.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "gateway/base/text.h"
+
+namespace baudgate {
+namespace {
+
+struct Unit {
+  std::string_view name;
+  Duration length;
+};
+
+// Longest first, so that formatting takes the largest unit that leaves a short number.
+constexpr std::array<Unit, 6> kUnits = {{{"d", 24h},
+                                         {"h", 1h},
+                                         {"min", 1min},
+                                         {"s", 1s},
+                                         {"ms", 1ms},
+                                         {"us", 1us}}};
+
+}  // namespace
+
+Now ReadClocks() {
+  return {std::chrono::steady_clock::now(),
+          std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now())};
+}
+
+Result<Duration> ParseDuration(std::string_view text) {
+  const auto digits = text.find_first_not_of("0123456789.");
+  const std::string_view number = text.substr(0, digits);
+  const std::string_view unit = digits == std::string_view::npos ? "" : Trim(text.substr(digits));
+  const auto value = ParseDecimal(number);
+  const std::string shown(text);
+  if (!value) return Error{"'" + shown + "' is not a duration; write for example 250ms, 1s or 5min"};
+  if (unit.empty()) {
+    if (*value == 0) return Duration::zero();
+    return Error{"'" + shown + "' has no unit; write for example " + shown + "ms or " + shown + "s"};
+  }
+  for (const Unit& known : kUnits) {
+    if (unit != known.name) continue;
+    const double length = *value * static_cast<double>(known.length.count());
+    if (length > 1e18) return Error{"'" + shown + "' is too long"};
+    return Duration(std::llround(length));
+  }
+  return Error{"'" + shown + "' has an unknown unit; units are us, ms, s, min, h and d"};
+}
+
+std::string FormatDuration(Duration duration) {
+  if (duration == Duration::zero()) return "0s";
+  for (const Unit& unit : kUnits) {
+    if (duration < unit.length) continue;
+    const double value =
+        static_cast<double>(duration.count()) / static_cast<double>(unit.length.count());
+    std::string text = FormatNumber(value);
+    if (text.size() <= 6) return text + std::string(unit.name);
+  }
+  return FormatNumber(static_cast<double>(duration.count()) / 1e3) + "us";
+}
+
+std::string FormatWallTime(WallTime time) {
+  const auto day = std::chrono::floor<std::chrono::days>(time);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss clock(std::chrono::floor<std::chrono::milliseconds>(time - day));
+  char buffer[64];
+  std::snprintf(buffer, sizeof buffer, "%04d-%02u-%02uT%02ld:%02ld:%02ld.%03ldZ",
+                static_cast<int>(date.year()), static_cast<unsigned>(date.month()),
+                static_cast<unsigned>(date.day()), static_cast<long>(clock.hours().count()),
+                static_cast<long>(clock.minutes().count()),
+                static_cast<long>(clock.seconds().count()),
+                static_cast<long>(clock.subseconds().count()));
+  return buffer;
+}
+
+}  // namespace baudgate
