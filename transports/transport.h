@@ -1,0 +1,58 @@
+// The contract of transports: bytes to and from one line's wire. A transport knows nothing of
+// protocols. All calls and all callbacks happen on the thread of the line's io_context.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <memory>
+#include <string>
+
+#include "config/config.h"
+#include "gateway/base/bytes.h"
+#include "gateway/base/result.h"
+
+namespace baudgate {
+
+/// Who hears of a transport. No callback comes from within a call to the transport itself.
+class TransportListener {
+ public:
+  virtual ~TransportListener() = default;
+  virtual void OnOpened() = 0;
+  /// Open did not succeed; the transport is closed again. `reason` is a sentence for the log that
+  /// says what to do: "no such port /dev/ttyUSB7; is the adapter plugged in?".
+  virtual void OnOpenFailed(const std::string& reason) = 0;
+  virtual void OnBytes(View bytes) = 0;
+  /// The port or connection is gone (unplugged, hung up, reset); the transport has closed itself.
+  virtual void OnLost(const std::string& reason) = 0;
+};
+
+/// Errors that the driver counts, since the port was opened; all zero where it does not.
+struct PortCounters {
+  std::uint32_t parity = 0;
+  std::uint32_t framing = 0;
+  std::uint32_t overrun = 0;
+};
+
+class Transport {
+ public:
+  virtual ~Transport() = default;
+  /// Ends in exactly one OnOpened or OnOpenFailed, unless Close comes first. Bytes that the port held
+  /// before are dropped.
+  virtual void Open() = 0;
+  /// At once and without a callback; a driver that takes long to close does so elsewhere.
+  virtual void Close() = 0;
+  virtual bool is_open() const = 0;
+  /// Hands the bytes over, all of them or OnLost. Only while open.
+  virtual void Send(View bytes) = 0;
+  /// Other settings on the open port, for buses that are switched per device.
+  virtual Status Apply(const config::SerialSettings& serial) = 0;
+  virtual PortCounters Counters() const { return {}; }
+  /// "serial /dev/ttyUSB0 9600 7E1", for logs.
+  virtual std::string Describe() const = 0;
+};
+
+/// By the form of line.port: "tcp://host:port" is a serial server; everything else is a tty or pty.
+std::unique_ptr<Transport> MakeTransport(const config::Line& line, asio::io_context& io,
+                                         TransportListener& listener);
+
+}  // namespace baudgate
