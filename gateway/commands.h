@@ -1,0 +1,38 @@
+// The one way from an output back to a line: a write that waits in the line's queue until the device
+// has confirmed it, refused it, or its deadline has passed.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/base/value.h"
+
+namespace baudgate {
+
+struct PointWrite {
+  std::uint32_t point = 0;  ///< index in the device's points
+  Value value;              ///< as users see it: scale and offset applied
+};
+
+/// Several points are written in their order; the first that fails ends the command.
+struct WriteCommand {
+  std::uint32_t device = 0;  ///< index in the point store
+  std::vector<PointWrite> writes;
+  Instant deadline;  ///< not sent later; answered no_reply when it passes
+  /// Called exactly once, on the line's thread, unless Submit said no. `reason` is empty when ok.
+  std::function<void(Outcome, const std::string& reason)> done;
+};
+
+class CommandSink {
+ public:
+  virtual ~CommandSink() = default;
+  /// From any thread. False: the line's queue is full, or it is stopping; `done` is not called.
+  virtual bool Submit(WriteCommand command) = 0;
+};
+
+}  // namespace baudgate

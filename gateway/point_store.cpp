@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/point_store.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace baudgate {
+namespace {
+
+/// From which ages a value is doubted and given up. A point that is read once only does not age.
+struct AgeLimits {
+  Duration max_age = Duration::max();
+  Duration dead_age = Duration::max();
+};
+
+AgeLimits LimitsOf(const DeviceRecord& record, std::size_t point) {
+  const config::Device& device = *record.device;
+  const config::Group group = device.points[point].group;
+  if (group == config::Group::once) return {};
+  const Duration period = group == config::Group::fast ? device.poll : device.slow;
+  AgeLimits limits;
+  limits.max_age = std::max(device.max_age.value_or(3 * period), 2 * record.line_cycle);
+  limits.dead_age = std::max(device.dead_age.value_or(3 * limits.max_age), limits.max_age);
+  return limits;
+}
+
+}  // namespace
+
+Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now) {
+  switch (record.override_quality) {
+    case Override::out_of_service: return Quality::bad_out_of_service;
+    case Override::not_connected: return Quality::bad_not_connected;
+    case Override::offline: return Quality::bad_communication;
+    case Override::none: break;
+  }
+  const PointRecord& held = record.points[point];
+  if (!held.read_at) return Quality::bad_waiting;
+  if (IsBad(held.reported)) return held.reported;
+  const AgeLimits limits = LimitsOf(record, point);
+  const Duration age = now - *held.read_at;
+  if (age > limits.dead_age) return Quality::bad_communication;
+  if (age > limits.max_age) return Quality::uncertain_last_usable;
+  return held.reported;
+}
+
+std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now) {
+  const auto& read_at = record.points[point].read_at;
+  if (!read_at) return std::nullopt;
+  return now - *read_at;
+}
+
+PointStore::PointStore(const config::Config& config) {
+  for (const config::Line& line : config.lines) {
+    for (const config::Device& device : line.devices) {
+      auto entry = std::make_unique<Entry>();
+      entry->record.line = &line;
+      entry->record.device = &device;
+      entry->record.points.resize(device.points.size());
+      entry->announced.assign(device.points.size(), Quality::bad_waiting);
+      if (!device.enabled) {
+        entry->record.override_quality = Override::out_of_service;
+        entry->record.status.state = DeviceState::disabled;
+      }
+      devices_.push_back(std::move(entry));
+    }
+  }
+}
+
+void PointStore::Read(std::uint32_t device,
+                      const std::function<void(const DeviceRecord&)>& look) const {
+  const Entry& entry = *devices_[device];
+  const std::lock_guard lock(entry.mutex);
+  look(entry.record);
+}
+
+void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, Now at,
+                        Duration round_trip) {
+  Entry& entry = *devices_[device];
+  std::vector<std::uint32_t> changed;
+  changed.reserve(samples.size());
+  {
+    const std::lock_guard lock(entry.mutex);
+    for (const Sample& sample : samples) {
+      PointRecord& held = entry.record.points[sample.point];
+      if (HasValue(sample.value)) held.value = sample.value;
+      held.reported = sample.quality;
+      held.read_at = at.instant;
+      held.source_time = at.wall;
+      held.rtt_us = static_cast<std::uint32_t>(round_trip / 1us);
+      ++held.seq;
+      changed.push_back(sample.point);
+      entry.announced[sample.point] = QualityAt(entry.record, sample.point, at.instant);
+      ScheduleAgeing(entry, sample.point, at.instant);
+    }
+  }
+  Announce(device, changed);
+}
+
+void PointStore::SetOverride(std::uint32_t device, Override why) {
+  Entry& entry = *devices_[device];
+  {
+    const std::lock_guard lock(entry.mutex);
+    if (entry.record.override_quality == why) return;
+    entry.record.override_quality = why;
+    // What the feeds are told now is looked at again by the next Age, which needs no clock here.
+    entry.next_ageing = Instant::min();
+  }
+  std::vector<std::uint32_t> all(entry.record.points.size());
+  std::iota(all.begin(), all.end(), 0U);
+  Announce(device, all);
+}
+
+void PointStore::SetLineCycle(std::uint32_t device, Duration cycle) {
+  Entry& entry = *devices_[device];
+  const std::lock_guard lock(entry.mutex);
+  entry.record.line_cycle = cycle;
+}
+
+void PointStore::UpdateStatus(std::uint32_t device,
+                              const std::function<void(DeviceStatus&)>& change) {
+  Entry& entry = *devices_[device];
+  {
+    const std::lock_guard lock(entry.mutex);
+    change(entry.record.status);
+  }
+  for (const auto& feed : feeds_) feed->MarkDevice(device);
+}
+
+std::shared_ptr<ChangeFeed> PointStore::Subscribe() {
+  std::vector<std::size_t> counts;
+  for (const auto& entry : devices_) counts.push_back(entry->record.points.size());
+  feeds_.push_back(std::make_shared<ChangeFeed>(counts));
+  return feeds_.back();
+}
+
+void PointStore::Age(Instant now) {
+  for (std::uint32_t device = 0; device < devices_.size(); ++device) {
+    Entry& entry = *devices_[device];
+    std::vector<std::uint32_t> aged;
+    {
+      const std::lock_guard lock(entry.mutex);
+      if (now < entry.next_ageing) continue;
+      entry.next_ageing = Instant::max();
+      for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
+        const Quality quality = QualityAt(entry.record, point, now);
+        if (quality != entry.announced[point]) aged.push_back(point);
+        entry.announced[point] = quality;
+        ScheduleAgeing(entry, point, now);
+      }
+    }
+    Announce(device, aged);
+  }
+}
+
+void PointStore::Announce(std::uint32_t device, std::span<const std::uint32_t> points) {
+  if (points.empty()) return;
+  for (const auto& feed : feeds_) feed->MarkPoints(device, points);
+}
+
+void PointStore::ScheduleAgeing(Entry& entry, std::size_t point, Instant now) {
+  const PointRecord& held = entry.record.points[point];
+  if (!held.read_at || IsBad(held.reported)) return;
+  const AgeLimits limits = LimitsOf(entry.record, point);
+  for (const Duration limit : {limits.max_age, limits.dead_age}) {
+    if (limit == Duration::max()) continue;
+    const Instant due = *held.read_at + limit + 1ns;
+    if (due > now) {
+      entry.next_ageing = std::min(entry.next_ageing, due);
+      return;
+    }
+  }
+}
+
+}  // namespace baudgate

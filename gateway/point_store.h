@@ -1,0 +1,102 @@
+// The latest value of every point with its quality and time, and the status of every device: the one
+// meeting place of lines (which write) and outputs (which read).
+// Thread-safe. Each device has one lock, so all that a reader sees of a device belongs together.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "gateway/base/quality.h"
+#include "gateway/base/time.h"
+#include "gateway/base/value.h"
+#include "gateway/change_feed.h"
+#include "gateway/device_status.h"
+
+namespace baudgate {
+
+/// A reading after conversion (gateway/conversion.h), ready to store. No value: the last one is kept.
+struct Sample {
+  std::uint32_t point = 0;
+  Value value;
+  Quality quality = Quality::good;
+};
+
+struct PointRecord {
+  Value value;                              ///< the last good one; nothing before the first
+  Quality reported = Quality::bad_waiting;  ///< as the last reading said, before age and state
+  std::optional<Instant> read_at;           ///< end of the reply, monotonic
+  WallTime source_time{};                   ///< end of the reply, civil
+  std::uint64_t seq = 0;                    ///< counts the readings of this point
+  std::uint32_t rtt_us = 0;                 ///< round trip of the exchange that read it
+};
+
+/// Why all values of a device are out of order, whatever their age; none = they are not.
+enum class Override : std::uint8_t { none, out_of_service, not_connected, offline };
+
+struct DeviceRecord {
+  const config::Line* line = nullptr;
+  const config::Device* device = nullptr;
+  std::vector<PointRecord> points;  ///< as device->points
+  DeviceStatus status;
+  Override override_quality = Override::none;
+  Duration line_cycle{};  ///< measured time that the line needs to read all its fast points once
+};
+
+/// Design section 5, in its order of precedence: out of service, line down, device offline, never
+/// read, reported trouble, then age.
+Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now);
+
+/// Since the reading; nothing before the first.
+std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now);
+
+class PointStore {
+ public:
+  /// `config` outlives the store. Devices are numbered in the order of the file.
+  explicit PointStore(const config::Config& config);
+
+  std::uint32_t device_count() const { return static_cast<std::uint32_t>(devices_.size()); }
+  const config::Line& line(std::uint32_t device) const { return *devices_[device]->record.line; }
+  const config::Device& device(std::uint32_t device) const {
+    return *devices_[device]->record.device;
+  }
+
+  /// Calls `look` with the device's record under its lock. Keep it short; call nothing of the store.
+  void Read(std::uint32_t device, const std::function<void(const DeviceRecord&)>& look) const;
+
+  /// Points that were read in one exchange, which ended `at`.
+  void Update(std::uint32_t device, std::span<const Sample> samples, Now at, Duration round_trip);
+  void SetOverride(std::uint32_t device, Override why);
+  void SetLineCycle(std::uint32_t device, Duration cycle);
+  /// Changes the status under the lock and tells the feeds.
+  void UpdateStatus(std::uint32_t device, const std::function<void(DeviceStatus&)>& change);
+
+  /// A feed of everything that changes from now on. Subscribe before the lines start.
+  std::shared_ptr<ChangeFeed> Subscribe();
+
+  /// Tells the feeds of points whose quality has changed by mere age since they were last told.
+  /// Outputs that care call it a few times a second; devices that can not have aged cost nothing.
+  void Age(Instant now);
+
+ private:
+  struct Entry {
+    mutable std::mutex mutex;
+    DeviceRecord record;
+    std::vector<Quality> announced;  ///< quality that the feeds were last told of
+    Instant next_ageing = Instant::max();
+  };
+
+  void Announce(std::uint32_t device, std::span<const std::uint32_t> points);
+  static void ScheduleAgeing(Entry& entry, std::size_t point, Instant now);
+
+  std::vector<std::unique_ptr<Entry>> devices_;
+  std::vector<std::shared_ptr<ChangeFeed>> feeds_;
+};
+
+}  // namespace baudgate
