@@ -1,5 +1,5 @@
-// Cuts frames out of the bytes that come from a line, however they are split: the one buffering loop
-// around all frame rules. Bytes come from gateway/line.h (or a twin), frames go back to it.
+// Cuts frames out of the bytes that come from a line, however they are split: the one buffering
+// loop around all frame rules. Bytes come from gateway/line.h (or a twin), frames go back to it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,8 +25,8 @@ class Assembler {
   /// Drops what is held (counted as discarded) and starts afresh with this rule and expectation.
   void Begin(FrameRule rule, Expectation expect);
 
-  /// Memory stays below expect.max_bytes + bytes.size(): what overflows is discarded as corrupt from
-  /// the front, one byte at a time, so that a frame behind it still has its chance.
+  /// Memory stays below expect.max_bytes + bytes.size(): what overflows is discarded as corrupt
+  /// from the front, one byte at a time, so that a frame behind it still has its chance.
   void Feed(View bytes);
 
   /// The next whole frame, or nothing. `idle`: the line has fallen silent, so a rule may now decide

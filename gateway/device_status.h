@@ -62,9 +62,7 @@ struct DeviceStatus {
   std::uint32_t missed = 0;  ///< poll periods skipped because the line had no time
   RoundTrips round_trips;
 
-  std::uint32_t Count(Outcome outcome) const {
-    return outcomes[static_cast<std::size_t>(outcome)];
-  }
+  std::uint32_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }
 };
 
 }  // namespace baudgate

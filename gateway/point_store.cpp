@@ -28,10 +28,14 @@ AgeLimits LimitsOf(const DeviceRecord& record, std::size_t point) {
 
 Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now) {
   switch (record.override_quality) {
-    case Override::out_of_service: return Quality::bad_out_of_service;
-    case Override::not_connected: return Quality::bad_not_connected;
-    case Override::offline: return Quality::bad_communication;
-    case Override::none: break;
+    case Override::out_of_service:
+      return Quality::bad_out_of_service;
+    case Override::not_connected:
+      return Quality::bad_not_connected;
+    case Override::offline:
+      return Quality::bad_communication;
+    case Override::none:
+      break;
   }
   const PointRecord& held = record.points[point];
   if (!held.read_at) return Quality::bad_waiting;

@@ -1,7 +1,7 @@
-// The latest value of every point with its quality and time, and the status of every device: the one
-// meeting place of lines (which write) and outputs (which read).
-// Thread-safe. Each device has one lock, so all that a reader sees of a device belongs together.
-// SPDX-License-Identifier: Apache-2.0
+// The latest value of every point with its quality and time, and the status of every device: the
+// one meeting place of lines (which write) and outputs (which read). Thread-safe. Each device has
+// one lock, so all that a reader sees of a device belongs together. SPDX-License-Identifier:
+// Apache-2.0
 #pragma once
 
 #include <functional>
@@ -21,7 +21,8 @@
 
 namespace baudgate {
 
-/// A reading after conversion (gateway/conversion.h), ready to store. No value: the last one is kept.
+/// A reading after conversion (gateway/conversion.h), ready to store. No value: the last one is
+/// kept.
 struct Sample {
   std::uint32_t point = 0;
   Value value;
@@ -67,7 +68,8 @@ class PointStore {
     return *devices_[device]->record.device;
   }
 
-  /// Calls `look` with the device's record under its lock. Keep it short; call nothing of the store.
+  /// Calls `look` with the device's record under its lock. Keep it short; call nothing of the
+  /// store.
   void Read(std::uint32_t device, const std::function<void(const DeviceRecord&)>& look) const;
 
   /// Points that were read in one exchange, which ended `at`.

@@ -1,6 +1,6 @@
 // The contract of conversations: what one device is asked, and what its answers mean.
-// One object per device, made by the protocol's Bus; driven by gateway/poller.h on the line's thread.
-// A conversation has no threads, no sockets, no clock of its own and writes no log.
+// One object per device, made by the protocol's Bus; driven by gateway/poller.h on the line's
+// thread. A conversation has no threads, no sockets, no clock of its own and writes no log.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,16 +44,16 @@ struct Task {
 };
 
 struct Request {
-  Bytes bytes;          ///< the whole frame, checksum included
+  Bytes bytes;  ///< the whole frame, checksum included
   Expectation expect;
 };
 
 /// A value out of a reply, before scale, offset and sentinels.
 struct Reading {
   std::size_t point = kNoPoint;
-  Value value;          ///< nothing when the quality alone is news
+  Value value;  ///< nothing when the quality alone is news
   Quality quality = Quality::good;
-  std::string label;    ///< the protocol's own address, only where no point matches (decode)
+  std::string label;  ///< the protocol's own address, only where no point matches (decode)
 };
 
 struct Event {
@@ -75,7 +75,7 @@ struct Answer {
   std::vector<Reading> readings;
   std::vector<Event> events;
   Then then = Then::done;
-  Duration wait{};     ///< leave the device in peace so long before it is asked again
+  Duration wait{};  ///< leave the device in peace so long before it is asked again
 };
 
 class Conversation {
@@ -85,8 +85,8 @@ class Conversation {
   /// How the device's points are read, in the order of asking. Stable until an Answer says replan.
   virtual std::span<const Query> Queries() const = 0;
 
-  /// The request to send now for `task`: the task's own, or one that the session needs first (open a
-  /// channel, a password). An error ends the task as unsupported with that reason.
+  /// The request to send now for `task`: the task's own, or one that the session needs first (open
+  /// a channel, a password). An error ends the task as unsupported with that reason.
   virtual Result<Request> Ask(const Task& task, Instant now) = 0;
 
   /// A whole frame came for `request`. Check address, function and length first: a frame that does

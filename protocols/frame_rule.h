@@ -25,11 +25,11 @@ struct Shape {
 /// With no request (see Protocol::expect) it describes requests, for twins and listening sides.
 struct Expectation {
   enum class Reply : std::uint8_t { none, one, standing } reply = Reply::one;
-  std::vector<Shape> shapes;         ///< empty = whatever the rule takes for whole
-  std::size_t max_bytes = 256;       ///< a frame is never longer; bounds every buffer
-  int checksum = 0;                  ///< the protocol's own variant number
-  Bytes address;                     ///< as it stands at the head of the reply, where one does
-  bool repeatable = true;            ///< may be sent again after a failure
+  std::vector<Shape> shapes;    ///< empty = whatever the rule takes for whole
+  std::size_t max_bytes = 256;  ///< a frame is never longer; bounds every buffer
+  int checksum = 0;             ///< the protocol's own variant number
+  Bytes address;                ///< as it stands at the head of the reply, where one does
+  bool repeatable = true;       ///< may be sent again after a failure
   /// Bytes of the request that no log may show: offset and count.
   std::vector<std::pair<std::size_t, std::size_t>> secrets;
 };
@@ -38,9 +38,9 @@ struct Expectation {
 struct Cut {
   enum class Kind : std::uint8_t { need_more, frame, discard };
   Kind kind = Kind::need_more;
-  std::size_t size = 0;              ///< of the frame, or how many bytes to discard (at least 1)
-  Outcome blame = Outcome::none;     ///< of a discard: corrupt, partial, or none for harmless noise
-  std::string_view why;              ///< of a discard, static text: "checksum", "noise before frame"
+  std::size_t size = 0;           ///< of the frame, or how many bytes to discard (at least 1)
+  Outcome blame = Outcome::none;  ///< of a discard: corrupt, partial, or none for harmless noise
+  std::string_view why;           ///< of a discard, static text: "checksum", "noise before frame"
 
   static constexpr Cut NeedMore() { return {}; }
   static constexpr Cut Frame(std::size_t size) { return {Kind::frame, size, Outcome::none, {}}; }
@@ -49,13 +49,13 @@ struct Cut {
   }
 };
 
-/// `held` is never empty. `idle`: the line has fallen silent, nothing more will come for now; a rule
-/// that answers need_more even so leaves its bytes to be dropped as partial.
+/// `held` is never empty. `idle`: the line has fallen silent, nothing more will come for now; a
+/// rule that answers need_more even so leaves its bytes to be dropped as partial.
 ///
 /// Laws, held by tests/laws: any fragmentation gives the same frames; after garbage a good frame is
-/// delivered; every answer but need_more consumes; the same slice gets the same answer. After damage
-/// discard one byte and look again, unless the boundary can not be forged: a length that has not been
-/// verified is never trusted.
+/// delivered; every answer but need_more consumes; the same slice gets the same answer. After
+/// damage discard one byte and look again, unless the boundary can not be forged: a length that has
+/// not been verified is never trusted.
 using FrameRule = Cut (*)(View held, const Expectation& expect, bool idle);
 
 }  // namespace baudgate

@@ -23,7 +23,8 @@ inline constexpr std::uint32_t kProtocolInterfaceVersion = 1;
 #define BAUDGATE_STRING_(x) #x
 #define BAUDGATE_STRING(x) BAUDGATE_STRING_(x)
 /// Compiler and standard library ABI that a module must share with the daemon.
-#define BAUDGATE_ABI_TAG "gcc" BAUDGATE_STRING(__GNUC__) "-cxxabi" BAUDGATE_STRING(__GXX_ABI_VERSION)
+#define BAUDGATE_ABI_TAG \
+  "gcc" BAUDGATE_STRING(__GNUC__) "-cxxabi" BAUDGATE_STRING(__GXX_ABI_VERSION)
 
 /// One key that a protocol adds to devices or lines in the configuration.
 struct OptionSpec {
@@ -31,13 +32,13 @@ struct OptionSpec {
   enum class Scope : std::uint8_t { device, line };
   std::string_view name;
   Kind kind = Kind::text;
-  std::string_view fallback;     ///< as the user would write it; texts: separated by commas
-  std::string_view help;         ///< one sentence
+  std::string_view fallback;  ///< as the user would write it; texts: separated by commas
+  std::string_view help;      ///< one sentence
   Scope scope = Scope::device;
-  double minimum = 0;            ///< of integer and real, when minimum < maximum
+  double minimum = 0;  ///< of integer and real, when minimum < maximum
   double maximum = 0;
-  std::string_view choices;      ///< of choice, separated by commas
-  bool secret = false;           ///< never shown in logs, `check` or `map`
+  std::string_view choices;  ///< of choice, separated by commas
+  bool secret = false;       ///< never shown in logs, `check` or `map`
 };
 
 /// A way to read a point, for `baudgate protocols NAME` and for messages.

@@ -24,7 +24,9 @@ inline std::string_view AsText(View bytes) {
 }
 
 inline void Append(Bytes& to, View more) { to.insert(to.end(), more.begin(), more.end()); }
-inline void Append(Bytes& to, std::string_view more) { to.insert(to.end(), more.begin(), more.end()); }
+inline void Append(Bytes& to, std::string_view more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
 
 /// Reads numbers from fixed places of a frame. Every access is checked: beyond the end there is no
 /// value, never a guess.
@@ -37,10 +39,18 @@ class ByteReader {
     if (at >= bytes_.size()) return std::nullopt;
     return bytes_[at];
   }
-  std::optional<std::uint16_t> U16Be(std::size_t at) const { return Unsigned<std::uint16_t, true>(at); }
-  std::optional<std::uint16_t> U16Le(std::size_t at) const { return Unsigned<std::uint16_t, false>(at); }
-  std::optional<std::uint32_t> U32Be(std::size_t at) const { return Unsigned<std::uint32_t, true>(at); }
-  std::optional<std::uint32_t> U32Le(std::size_t at) const { return Unsigned<std::uint32_t, false>(at); }
+  std::optional<std::uint16_t> U16Be(std::size_t at) const {
+    return Unsigned<std::uint16_t, true>(at);
+  }
+  std::optional<std::uint16_t> U16Le(std::size_t at) const {
+    return Unsigned<std::uint16_t, false>(at);
+  }
+  std::optional<std::uint32_t> U32Be(std::size_t at) const {
+    return Unsigned<std::uint32_t, true>(at);
+  }
+  std::optional<std::uint32_t> U32Le(std::size_t at) const {
+    return Unsigned<std::uint32_t, false>(at);
+  }
   std::optional<float> F32Le(std::size_t at) const {
     const auto raw = U32Le(at);
     if (!raw) return std::nullopt;

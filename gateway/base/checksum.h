@@ -8,7 +8,8 @@
 
 namespace baudgate {
 
-/// CRC-16/MODBUS: reflected polynomial 0xA001, start 0xFFFF, no final XOR. Check("123456789") = 0x4B37.
+/// CRC-16/MODBUS: reflected polynomial 0xA001, start 0xFFFF, no final XOR. Check("123456789") =
+/// 0x4B37.
 std::uint16_t Crc16(View bytes);
 
 /// Sum of all bytes modulo 256 (DCON).

@@ -23,9 +23,9 @@ enum class Outcome : std::uint8_t {
 inline constexpr std::size_t kOutcomeCount = 10;
 
 constexpr std::string_view Name(Outcome outcome) {
-  constexpr std::string_view kNames[kOutcomeCount] = {"none",    "ok",         "no_reply", "partial",
-                                                      "corrupt", "unexpected", "busy",     "refused",
-                                                      "unsupported", "line_down"};
+  constexpr std::string_view kNames[kOutcomeCount] = {
+      "none",       "ok",   "no_reply", "partial",     "corrupt",
+      "unexpected", "busy", "refused",  "unsupported", "line_down"};
   return kNames[static_cast<std::size_t>(outcome)];
 }
 

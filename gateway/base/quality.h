@@ -32,19 +32,32 @@ constexpr bool IsBad(Quality quality) { return (static_cast<unsigned>(quality) &
 /// For people: "good", "uncertain: last usable", "bad: communication failure", …
 constexpr std::string_view Name(Quality quality) {
   switch (quality) {
-    case Quality::bad: return "bad";
-    case Quality::bad_configuration: return "bad: configuration";
-    case Quality::bad_not_connected: return "bad: not connected";
-    case Quality::bad_device_failure: return "bad: device failure";
-    case Quality::bad_sensor_failure: return "bad: sensor failure";
-    case Quality::bad_last_known: return "bad: last known";
-    case Quality::bad_communication: return "bad: communication failure";
-    case Quality::bad_out_of_service: return "bad: out of service";
-    case Quality::bad_waiting: return "bad: waiting for initial data";
-    case Quality::uncertain: return "uncertain";
-    case Quality::uncertain_last_usable: return "uncertain: last usable";
-    case Quality::uncertain_sub_normal: return "uncertain: sub-normal";
-    case Quality::good: return "good";
+    case Quality::bad:
+      return "bad";
+    case Quality::bad_configuration:
+      return "bad: configuration";
+    case Quality::bad_not_connected:
+      return "bad: not connected";
+    case Quality::bad_device_failure:
+      return "bad: device failure";
+    case Quality::bad_sensor_failure:
+      return "bad: sensor failure";
+    case Quality::bad_last_known:
+      return "bad: last known";
+    case Quality::bad_communication:
+      return "bad: communication failure";
+    case Quality::bad_out_of_service:
+      return "bad: out of service";
+    case Quality::bad_waiting:
+      return "bad: waiting for initial data";
+    case Quality::uncertain:
+      return "uncertain";
+    case Quality::uncertain_last_usable:
+      return "uncertain: last usable";
+    case Quality::uncertain_sub_normal:
+      return "uncertain: sub-normal";
+    case Quality::good:
+      return "good";
   }
   return "bad";
 }

@@ -17,7 +17,8 @@ namespace baudgate {
 std::string ToHex(View bytes);
 /// Two upper-case digits.
 std::string HexByte(std::uint8_t byte);
-/// Reads hex with or without spaces, either case. Nothing on an odd digit count or another character.
+/// Reads hex with or without spaces, either case. Nothing on an odd digit count or another
+/// character.
 std::optional<Bytes> ParseHex(std::string_view text);
 /// 0…15, or nothing.
 std::optional<std::uint8_t> HexDigit(char c);
@@ -32,7 +33,8 @@ std::optional<T> ParseInteger(std::string_view text, int base = 10) {
 }
 
 /// The whole text as a decimal number, with an optional sign ("+" too); the point is always '.'.
-/// No exponent, no "inf", no "nan": no device of ours sends them and a typing error should not pass.
+/// No exponent, no "inf", no "nan": no device of ours sends them and a typing error should not
+/// pass.
 std::optional<double> ParseDecimal(std::string_view text);
 
 /// The shortest text that reads back as the same number; never locale dependent.

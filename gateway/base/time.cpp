@@ -16,12 +16,8 @@ struct Unit {
 };
 
 // Longest first, so that formatting takes the largest unit that leaves a short number.
-constexpr std::array<Unit, 6> kUnits = {{{"d", 24h},
-                                         {"h", 1h},
-                                         {"min", 1min},
-                                         {"s", 1s},
-                                         {"ms", 1ms},
-                                         {"us", 1us}}};
+constexpr std::array<Unit, 6> kUnits = {
+    {{"d", 24h}, {"h", 1h}, {"min", 1min}, {"s", 1s}, {"ms", 1ms}, {"us", 1us}}};
 
 }  // namespace
 
@@ -36,10 +32,12 @@ Result<Duration> ParseDuration(std::string_view text) {
   const std::string_view unit = digits == std::string_view::npos ? "" : Trim(text.substr(digits));
   const auto value = ParseDecimal(number);
   const std::string shown(text);
-  if (!value) return Error{"'" + shown + "' is not a duration; write for example 250ms, 1s or 5min"};
+  if (!value)
+    return Error{"'" + shown + "' is not a duration; write for example 250ms, 1s or 5min"};
   if (unit.empty()) {
     if (*value == 0) return Duration::zero();
-    return Error{"'" + shown + "' has no unit; write for example " + shown + "ms or " + shown + "s"};
+    return Error{"'" + shown + "' has no unit; write for example " + shown + "ms or " + shown +
+                 "s"};
   }
   for (const Unit& known : kUnits) {
     if (unit != known.name) continue;

@@ -10,7 +10,8 @@
 
 namespace baudgate {
 
-/// Monotonic: deadlines, ages. Below the composition root it is always an argument, never asked for.
+/// Monotonic: deadlines, ages. Below the composition root it is always an argument, never asked
+/// for.
 using Instant = std::chrono::steady_clock::time_point;
 using Duration = std::chrono::nanoseconds;
 /// Civil time: only what users read as a time stamp.
@@ -27,7 +28,8 @@ struct Now {
 /// The clocks of this machine; called by the composition root and the loop drivers only.
 Now ReadClocks();
 
-/// "250ms", "1s", "5min", "1.5h", "20us". A number without a unit is an error, and so are negative ones.
+/// "250ms", "1s", "5min", "1.5h", "20us". A number without a unit is an error, and so are negative
+/// ones.
 Result<Duration> ParseDuration(std::string_view text);
 
 /// The shortest form that ParseDuration reads back to the same value: "250ms", "1.5s", "1min".

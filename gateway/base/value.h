@@ -8,10 +8,9 @@
 
 namespace baudgate {
 
-/// Nothing yet, or a value. Integers of every width travel as 64 bits; unsigned 64-bit counters keep
-/// their own alternative because they do not fit.
-using Value =
-    std::variant<std::monostate, bool, std::int64_t, std::uint64_t, double, std::string>;
+/// Nothing yet, or a value. Integers of every width travel as 64 bits; unsigned 64-bit counters
+/// keep their own alternative because they do not fit.
+using Value = std::variant<std::monostate, bool, std::int64_t, std::uint64_t, double, std::string>;
 
 inline bool HasValue(const Value& value) { return value.index() != 0; }
 

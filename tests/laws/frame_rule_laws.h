@@ -1,6 +1,7 @@
 // The laws that every frame rule keeps, as one parameterised suite. A protocol instantiates it with
 // its own frames and its own garbage:
-//   INSTANTIATE_TEST_SUITE_P(Spabus, FrameRuleLaws, ::testing::ValuesIn(Subjects()), LawSubjectName);
+//   INSTANTIATE_TEST_SUITE_P(Spabus, FrameRuleLaws, ::testing::ValuesIn(Subjects()),
+//   LawSubjectName);
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -40,7 +41,8 @@ class FrameRuleLaws : public ::testing::TestWithParam<LawSubject> {
   using Frames = std::vector<Bytes>;
 
   /// What comes out when `stream` arrives in pieces that end at `cuts`, then silence.
-  static Frames Deliver(const LawSubject& subject, View stream, const std::vector<std::size_t>& cuts) {
+  static Frames Deliver(const LawSubject& subject, View stream,
+                        const std::vector<std::size_t>& cuts) {
     Assembler assembler;
     assembler.Begin(subject.rule, subject.expect);
     Frames frames;
@@ -101,12 +103,14 @@ TEST_P(FrameRuleLaws, GarbageInFrontDoesNotHideAGoodFrame) {
     const std::size_t noise = stream.size();
     Append(stream, frame);
     std::vector<std::size_t> cuts;
-    for (std::size_t at = random() % 7; at < stream.size(); at += 1 + random() % 9) cuts.push_back(at);
+    for (std::size_t at = random() % 7; at < stream.size(); at += 1 + random() % 9)
+      cuts.push_back(at);
     const Frames frames = Essences(subject, Deliver(subject, stream, cuts));
     ASSERT_FALSE(frames.empty()) << "lost behind " << Printable(View(stream).first(noise));
     ASSERT_EQ(frames.back(), subject.essence(frame))
         << "behind " << Printable(View(stream).first(noise));
-    ASSERT_EQ(frames, Essences(subject, Deliver(subject, stream, {}))) << "depends on fragmentation";
+    ASSERT_EQ(frames, Essences(subject, Deliver(subject, stream, {})))
+        << "depends on fragmentation";
   }
 }
 
@@ -145,7 +149,8 @@ TEST_P(FrameRuleLaws, RandomBytesMakeProgressInBoundedMemory) {
     Bytes stream(1 + random() % 2000);
     for (std::uint8_t& byte : stream) byte = static_cast<std::uint8_t>(random());
     std::vector<std::size_t> cuts;
-    for (std::size_t at = random() % 50; at < stream.size(); at += 1 + random() % 200) cuts.push_back(at);
+    for (std::size_t at = random() % 50; at < stream.size(); at += 1 + random() % 200)
+      cuts.push_back(at);
     Deliver(subject, stream, cuts);  // asserts conservation and bounds
   }
 }

@@ -1,0 +1,35 @@
+// The wire form of the samples (XCDR1, as any vendor's compiler makes it from baudgate.idl), both
+// ways, and their key hashes. Bytes come from and go to Fast DDS payloads (gateway/dds/types.cpp).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "gateway/base/bytes.h"
+#include "gateway/dds/samples.h"
+
+namespace baudgate::dds {
+
+/// No encoded sample is longer: encapsulation, fields at their bounds, and all padding.
+inline constexpr std::size_t kPointSampleMaxBytes = 4 + 424;
+inline constexpr std::size_t kDeviceSampleMaxBytes = 4 + 264;
+
+/// Writes little-endian CDR with its encapsulation header; returns the bytes used, or 0 when a text
+/// is beyond its bound or `to` is too small.
+std::size_t Encode(const PointSample& sample, std::span<std::uint8_t> to);
+std::size_t Encode(const DeviceSample& sample, std::span<std::uint8_t> to);
+
+/// Reads either byte order. False on anything but a whole sample within its bounds; never throws,
+/// whatever the bytes. `sample` is then unspecified.
+bool Decode(View bytes, PointSample& sample);
+bool Decode(View bytes, DeviceSample& sample);
+
+/// RTPS 9.6.3.8: MD5 of the key fields in big-endian CDR, as the key may be longer than 16 bytes.
+using KeyHash = std::array<std::uint8_t, 16>;
+KeyHash HashKey(const PointSample& sample);
+KeyHash HashKey(const DeviceSample& sample);
+
+}  // namespace baudgate::dds

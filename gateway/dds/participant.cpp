@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/participant.h"
+
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <netinet/in.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/log/Log.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <memory>
+#include <mutex>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::dds {
+namespace {
+
+namespace fast = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastdds::rtps;
+
+constexpr int kLastDomain = 232;  // ports of higher domains lie beyond 65535
+constexpr std::uint32_t kSocketBuffer = 4U << 20;
+
+// What the library has to say, to standard error: its default is standard output, where it would
+// stand between the JSON lines. Folded, as a hostile packet can make it complain without end.
+class FoldedLog : public fast::LogConsumer {
+ public:
+  void Consume(const fast::Log::Entry& entry) override {
+    const Instant now = std::chrono::steady_clock::now();
+    if (now < silent_until_) {
+      ++folded_;
+      return;
+    }
+    silent_until_ = now + 10s;
+    std::fprintf(stderr, "dds: Fast DDS: %s (%llu more before)\n", entry.message.c_str(), folded_);
+    folded_ = 0;
+  }
+
+ private:
+  Instant silent_until_{};
+  unsigned long long folded_ = 0;
+};
+
+void PrepareProcessOnce() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    // Else a DEFAULT_FASTRTPS_PROFILES.xml in the working directory is obeyed silently.
+    ::setenv("SKIP_DEFAULT_XML_FILE", "1", 1);
+    fast::Log::ClearConsumers();
+    fast::Log::RegisterConsumer(std::make_unique<FoldedLog>());
+    fast::Log::SetVerbosity(fast::Log::Kind::Error);
+  });
+}
+
+bool IsOwnAddress(const std::string& text) {
+  in_addr wanted{};
+  if (inet_pton(AF_INET, text.c_str(), &wanted) != 1) return false;
+  // All of 127/8 is ours, although the interface lists 127.0.0.1 only.
+  if (ntohl(wanted.s_addr) >> 24 == 127) return true;
+  ifaddrs* raw = nullptr;
+  if (getifaddrs(&raw) != 0) return false;
+  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> list(raw, &freeifaddrs);
+  for (const ifaddrs* at = raw; at != nullptr; at = at->ifa_next) {
+    if (at->ifa_addr == nullptr || at->ifa_addr->sa_family != AF_INET) continue;
+    const auto* address = reinterpret_cast<const sockaddr_in*>(at->ifa_addr);
+    if (address->sin_addr.s_addr == wanted.s_addr) return true;
+  }
+  return false;
+}
+
+bool MeansAll(const std::vector<std::string>& interfaces) {
+  return interfaces.empty() || std::ranges::find(interfaces, "0.0.0.0") != interfaces.end();
+}
+
+Status Check(const ParticipantOptions& options) {
+  if (options.domain < 0 || options.domain > kLastDomain) {
+    return Error{"dds: domain " + std::to_string(options.domain) + " is not 0..232"};
+  }
+  if (MeansAll(options.interfaces)) return {};
+  for (const std::string& address : options.interfaces) {
+    if (IsOwnAddress(address)) continue;
+    return Error{"dds: interface " + address +
+                 " is not an IPv4 address of this machine; list those with: ip -4 addr"};
+  }
+  return {};
+}
+
+fast::DomainParticipantQos QosFor(const ParticipantOptions& options) {
+  fast::DomainParticipantQos qos;
+  qos.name("baudgate");
+  auto& transport = qos.transport();
+  transport.use_builtin_transports = false;
+  auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
+  // Smaller buffers lose the image of some thousand points to a joining subscriber.
+  udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
+  if (!MeansAll(options.interfaces)) udp->interfaceWhiteList = options.interfaces;
+  transport.user_transports.push_back(udp);
+  if (options.shared_memory) {
+    auto memory = std::make_shared<rtps::SharedMemTransportDescriptor>();
+    memory->segment_size(8U << 20);
+    memory->port_queue_capacity(8192);
+    transport.user_transports.push_back(memory);
+  }
+  // A crash is noticed after 3 s in place of 20 s.
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  discovery.leaseDuration = {3, 0};
+  discovery.leaseDuration_announcementperiod = {1, 300'000'000};
+  return qos;
+}
+
+}  // namespace
+
+Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& options) {
+  PrepareProcessOnce();
+  if (const Status status = Check(options); !status) return Error{status.error()};
+  try {
+    auto* participant = fast::DomainParticipantFactory::get_instance()->create_participant(
+        static_cast<fast::DomainId_t>(options.domain), QosFor(options));
+    if (participant != nullptr) return participant;
+    return Error{"dds: no participant could be made in domain " + std::to_string(options.domain) +
+                 "; are UDP ports from " + std::to_string(7400 + 250 * options.domain) + " free?"};
+  } catch (const std::exception& failure) {
+    return Error{std::string("dds: ") + failure.what()};
+  }
+}
+
+void DeleteParticipant(fast::DomainParticipant* participant) {
+  participant->set_listener(nullptr);
+  participant->delete_contained_entities();
+  fast::DomainParticipantFactory::get_instance()->delete_participant(participant);
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,101 @@
+// Decides what the DDS publisher sends and when: change beyond the deadband, change of quality,
+// heartbeat, pace. Pure: values and time come in as arguments; gateway/dds/publisher.cpp acts on it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "gateway/base/quality.h"
+#include "gateway/base/time.h"
+#include "gateway/base/value.h"
+#include "gateway/dds/due_queue.h"
+#include "gateway/device_status.h"
+
+namespace baudgate::dds {
+
+struct PlanOptions {
+  Duration heartbeat = 10s;        ///< each point and device is sent at least so often
+  Duration device_interval = 1s;   ///< counters of a device are sent at most so often
+  Duration retry = 1s;             ///< after a write that failed
+};
+
+/// What of a point decides whether it is sent; small enough to keep one for every point.
+struct PointState {
+  double number = 0;
+  std::size_t text_hash = 0;
+  Quality quality = Quality::bad_waiting;
+
+  static PointState Of(const Value& value, Quality quality);
+};
+
+/// Points are numbered through all devices ("slot"). After construction everything is due at once:
+/// that is the start-up image. Memory is fixed; no call allocates or looks at all points.
+class PublishPlan {
+ public:
+  PublishPlan(const PlanOptions& options, std::vector<double> deadbands, std::size_t devices,
+              Instant start);
+
+  /// A point may have changed: send it?
+  bool WantsPoint(std::uint32_t slot, const PointState& state) const;
+  void PointSent(std::uint32_t slot, const PointState& state, Instant now);
+  /// Whether subscribers have ever been told of it, so that they have to be told of its end.
+  bool WasSent(std::uint32_t slot) const { return points_[slot].was_sent; }
+  /// It is tried again after `retry`, or when it changes.
+  void PointFailed(std::uint32_t slot, Instant now);
+
+  /// A device has changed: send its status? When not yet, it becomes due by itself later.
+  bool WantsDevice(std::uint32_t device, DeviceState state, Instant now);
+  void DeviceSent(std::uint32_t device, DeviceState state, Instant now);
+  bool DeviceWasSent(std::uint32_t device) const { return devices_[device].was_sent; }
+  void DeviceFailed(std::uint32_t device, Instant now);
+
+  /// At most `most` points whose heartbeat (or first sending, or retry) is due; WantsPoint says yes
+  /// to them until they are sent.
+  void TakeDuePoints(Instant now, std::size_t most, std::vector<std::uint32_t>& slots);
+  void TakeDueDevices(Instant now, std::size_t most, std::vector<std::uint32_t>& devices);
+  /// When to look for due ones again.
+  Instant NextDue() const;
+
+ private:
+  struct Point {
+    double deadband = 0;
+    PointState sent;
+    bool forced = true;
+    bool was_sent = false;
+  };
+  struct Device {
+    Instant sent_at = Instant::min();
+    DeviceState sent = DeviceState::never_seen;
+    bool forced = true;
+    bool was_sent = false;
+  };
+
+  Duration Period(std::uint32_t slot) const;
+
+  PlanOptions options_;
+  std::vector<Point> points_;
+  std::vector<Device> devices_;
+  DueQueue due_points_;
+  DueQueue due_devices_;
+};
+
+/// Keeps bursts below what socket buffers hold (a burst that overflows them is lost and costs
+/// seconds of retransmission): `burst` samples at once, then one every `interval`.
+class Pacer {
+ public:
+  Pacer(Duration interval, std::uint32_t burst) : interval_(interval), allowance_(interval * burst) {}
+
+  /// One sample may go now.
+  bool Take(Instant now);
+  /// When half a burst may go: waking for each single sample would cost more than sending it.
+  Instant ReadyAt() const { return reserved_until_ - allowance_ / 2; }
+
+ private:
+  Duration interval_;
+  Duration allowance_;
+  Instant reserved_until_{};
+};
+
+}  // namespace baudgate::dds

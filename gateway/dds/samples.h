@@ -1,0 +1,57 @@
+// The samples of the DDS contract (baudgate.idl) as plain structs, with the bounds of their texts.
+// Filled by gateway/dds/publisher.cpp from the point store, and by gateway/dds/cdr.cpp from the wire.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace baudgate::dds {
+
+inline constexpr char kPointTopic[] = "baudgate/points";
+inline constexpr char kDeviceTopic[] = "baudgate/devices";
+
+/// Bounds of baudgate.idl, in bytes.
+inline constexpr std::size_t kMaxKey = 64;
+inline constexpr std::size_t kMaxText = 128;
+inline constexpr std::size_t kMaxUnit = 16;
+
+struct PointSample {
+  std::string gateway;  ///< key
+  std::string device;   ///< key
+  std::string point;    ///< key
+  double value = 0;     ///< NaN for text and before the first reading
+  std::string text;     ///< empty for numbers
+  std::string unit;
+  std::uint16_t quality = 0;        ///< gateway/base/quality.h
+  std::int64_t source_time_ns = 0;  ///< since 1970 UTC; 0 before the first reading
+  std::uint64_t seq = 0;            ///< counts the readings of this point
+  std::uint32_t rtt_us = 0;
+
+  bool operator==(const PointSample&) const = default;
+};
+
+struct DeviceSample {
+  std::string gateway;  ///< key
+  std::string device;   ///< key
+  std::string line;
+  std::uint16_t state = 0;         ///< gateway/device_status.h
+  std::uint16_t last_outcome = 0;  ///< gateway/base/outcome.h
+  std::int64_t last_ok_time_ns = 0;
+  std::uint32_t exchanges = 0;
+  std::uint32_t ok = 0;
+  std::uint32_t no_reply = 0;
+  std::uint32_t corrupt = 0;
+  std::uint32_t retries = 0;
+  std::uint32_t rtt_mean_us = 0;
+  std::uint32_t rtt_p99_us = 0;
+
+  bool operator==(const DeviceSample&) const = default;
+};
+
+/// Puts `text` into `to` so that it fits `bound` bytes: what is too long is cut at a UTF-8 boundary
+/// and ends in "…", so that a reader sees that something is missing. A NUL ends the text.
+void AssignBounded(std::string& to, std::string_view text, std::size_t bound);
+
+}  // namespace baudgate::dds

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/types.h"
+
+#include <algorithm>
+#include <fastdds/dds/topic/TopicDataType.hpp>
+
+#include "gateway/dds/cdr.h"
+
+namespace baudgate::dds {
+namespace {
+
+using eprosima::fastdds::dds::TopicDataType;
+using eprosima::fastrtps::rtps::InstanceHandle_t;
+using eprosima::fastrtps::rtps::SerializedPayload_t;
+
+// Not what fastddsgen makes: its code cuts long texts silently and ends the process of a subscriber
+// on one sample with an unknown encapsulation.
+template <typename Sample, std::size_t kMaxBytes>
+class SampleType : public TopicDataType {
+ public:
+  explicit SampleType(const char* name) {
+    setName(name);
+    m_typeSize = static_cast<std::uint32_t>(kMaxBytes);
+    m_isGetKeyDefined = true;
+    // Announced type information makes Cyclone DDS drop the endpoint.
+    auto_fill_type_information(false);
+    auto_fill_type_object(false);
+  }
+
+  bool serialize(void* data, SerializedPayload_t* payload) override {
+    const auto length = Encode(*static_cast<Sample*>(data), {payload->data, payload->max_size});
+    if (length == 0) return false;
+    payload->length = static_cast<std::uint32_t>(length);
+    payload->encapsulation = CDR_LE;
+    return true;
+  }
+
+  bool deserialize(SerializedPayload_t* payload, void* data) override {
+    return Decode({payload->data, payload->length}, *static_cast<Sample*>(data));
+  }
+
+  std::function<std::uint32_t()> getSerializedSizeProvider(void*) override {
+    return [] { return static_cast<std::uint32_t>(kMaxBytes); };
+  }
+
+  void* createData() override { return new Sample; }
+  void deleteData(void* data) override { delete static_cast<Sample*>(data); }
+
+  bool getKey(void* data, InstanceHandle_t* handle, bool) override {
+    const KeyHash hash = HashKey(*static_cast<Sample*>(data));
+    for (std::size_t i = 0; i < hash.size(); ++i) handle->value[i] = hash[i];
+    return true;
+  }
+};
+
+}  // namespace
+
+TopicDataType* NewPointType() {
+  return new SampleType<PointSample, kPointSampleMaxBytes>("baudgate::v1::PointSample");
+}
+
+TopicDataType* NewDeviceType() {
+  return new SampleType<DeviceSample, kDeviceSampleMaxBytes>("baudgate::v1::DeviceStatus");
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,186 @@
+// The state table. "reply" counts from the computed end of transmission; so does "ceiling".
+//
+//   state        event                         next
+//   closed       opened                        idle
+//   idle         Start                         quiet, or sending when it has been quiet long enough
+//   idle         bytes                         idle; stray, and quiet counts anew
+//   quiet        bytes                         quiet anew, but never longer than the ceiling
+//   quiet        timer                         sending
+//   sending      bytes                         kept: echo, or a pty that answers early
+//   sending      timer (end of transmission)   settle when no reply is due, else
+//   await_first/receiving settle       timer                         idle, ok await_first  bytes
+//   receiving await_first  timer (reply)                 drain, no_reply receiving    whole frame
+//   idle, or drain after unexpected receiving    timer (gap)                   the rule is asked
+//   once more with idle = true; no frame:
+//                                              await_first when only harmless noise came and the
+//                                              reply time is not over, else drain with the worst
+//                                              discard
+//   receiving    timer (ceiling)               drain, corrupt: one deadline for the exchange, not
+//   per byte drain        bytes                         drain anew, but never longer than the
+//   ceiling drain        timer                         idle any          closed closed; an exchange
+//   under way ends as line_down
+//
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/line.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate {
+
+void Line::OnOpened(Instant now) {
+  state_ = State::idle;
+  last_activity_ = now;
+  ended_ = now;
+}
+
+void Line::OnClosed(Instant now) {
+  const State was = std::exchange(state_, State::closed);
+  const bool under_way = was != State::closed && was != State::idle && was != State::drain;
+  if (under_way) client_.OnExchangeEnd({Outcome::line_down, "the port was lost", {}}, now);
+}
+
+std::optional<Instant> Line::Deadline() const {
+  if (state_ == State::closed || state_ == State::idle) return std::nullopt;
+  return deadline_;
+}
+
+void Line::Start(Exchange exchange, Instant now) {
+  exchange_ = std::move(exchange);
+  assembler_.Begin(exchange_.reply_rule, exchange_.request.expect);
+  state_ = State::quiet;
+  deadline_ = last_activity_ + exchange_.times.quiet;
+  limit_ = now + exchange_.times.ceiling;
+  if (deadline_ <= now) BeginSending(now);
+}
+
+void Line::OnBytes(View bytes, Instant now) {
+  if (bytes.empty()) return;
+  last_activity_ = now;
+  switch (state_) {
+    case State::closed:
+      break;
+    case State::idle:
+      client_.OnStrayBytes(bytes.size(), now - ended_, now);
+      break;
+    case State::quiet:
+      client_.OnStrayBytes(bytes.size(), now - ended_, now);
+      deadline_ = std::min(now + exchange_.times.quiet, limit_);
+      break;
+    case State::drain:
+      client_.OnStrayBytes(bytes.size(), now - ended_, now);
+      deadline_ = std::min(now + exchange_.times.drain, limit_);
+      break;
+    case State::settle:
+      break;
+    case State::sending:
+      assembler_.Feed(bytes);
+      break;
+    case State::await_first:
+    case State::receiving:
+      Receive(bytes, now);
+      break;
+  }
+}
+
+void Line::OnTimer(Instant now) {
+  if (!Deadline() || now < deadline_) return;
+  switch (state_) {
+    case State::closed:
+    case State::idle:
+      break;
+    case State::quiet:
+      BeginSending(now);
+      break;
+    case State::sending:
+      EndSending(now);
+      break;
+    case State::settle:
+      Finish(Outcome::ok, {}, now);
+      break;
+    case State::await_first:
+      Finish(Outcome::no_reply, {}, now);
+      break;
+    case State::receiving:
+      OnGap(now);
+      break;
+    case State::drain:
+      state_ = State::idle;
+      break;
+  }
+}
+
+void Line::BeginSending(Instant now) {
+  state_ = State::sending;
+  sent_from_ = now;
+  const auto characters = static_cast<std::int64_t>(exchange_.request.bytes.size());
+  sent_until_ = now + characters * exchange_.times.character;
+  deadline_ = sent_until_;
+  last_activity_ = sent_until_;
+  client_.Send(exchange_.request.bytes);
+}
+
+void Line::EndSending(Instant now) {
+  if (exchange_.request.expect.reply == Expectation::Reply::none) {
+    state_ = State::settle;
+    deadline_ = now + exchange_.times.quiet;
+    return;
+  }
+  state_ = State::await_first;
+  deadline_ = sent_until_ + exchange_.times.reply;
+  limit_ = sent_until_ + exchange_.times.ceiling;
+  if (assembler_.held() > 0) Receive({}, now);
+}
+
+void Line::Receive(View bytes, Instant now) {
+  assembler_.Feed(bytes);
+  state_ = State::receiving;
+  deadline_ = std::min(now + exchange_.times.gap, limit_);
+  TakeFrame(false, now);
+}
+
+void Line::TakeFrame(bool idle, Instant now) {
+  const auto frame = assembler_.Next(idle);
+  if (!frame) return;
+  // The line still counts as receiving: what the client decides now may not start anything.
+  const Outcome outcome = client_.OnFrame(*frame, now);
+  Finish(outcome, {}, now);
+}
+
+void Line::OnGap(Instant now) {
+  if (now >= limit_) {
+    Finish(Outcome::corrupt, "the device kept sending beyond the ceiling of an exchange", now);
+    return;
+  }
+  TakeFrame(true, now);
+  if (state_ != State::receiving) return;
+  const Outcome blame = assembler_.blame();
+  if (blame != Outcome::none) {
+    Finish(blame, std::string(assembler_.why()), now);
+  } else if (now < sent_until_ + exchange_.times.reply) {
+    state_ = State::await_first;
+    deadline_ = sent_until_ + exchange_.times.reply;
+  } else {
+    Finish(Outcome::no_reply, {}, now);
+  }
+}
+
+void Line::Finish(Outcome outcome, std::string reason, Instant now) {
+  const bool answered = !NeedsDrain(outcome) || outcome == Outcome::unexpected;
+  ended_ = now;
+  if (NeedsDrain(outcome)) {
+    Drain(now);
+  } else {
+    state_ = State::idle;
+  }
+  client_.OnExchangeEnd(
+      {outcome, std::move(reason), answered ? now - sent_from_ : Duration::zero()}, now);
+}
+
+void Line::Drain(Instant now) {
+  state_ = State::drain;
+  deadline_ = now + exchange_.times.drain;
+  limit_ = now + std::max(exchange_.times.ceiling, exchange_.times.drain);
+}
+
+}  // namespace baudgate

@@ -1,0 +1,52 @@
+// Cuts the bytes that a Modbus TCP client sends into frames; no sockets, bounded memory.
+// Bytes come from session.cpp, frames go back to it. Rule: MODBUS Messaging on TCP/IP 1.0b, 3.1.3.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "gateway/base/bytes.h"
+
+namespace baudgate {
+
+/// Transaction, protocol, length and unit.
+inline constexpr std::size_t kMbapHeader = 7;
+/// The length field counts the unit and the PDU; it stands in front of them.
+inline constexpr std::size_t kMbapPrefix = 6;
+inline constexpr std::size_t kMaxAdu = 260;
+
+class MbapAssembler {
+ public:
+  enum class State : std::uint8_t {
+    need_more,
+    frame,
+    malformed,  ///< no boundary can be trusted any more: close the connection
+  };
+
+  /// Where the next bytes from the socket go. Not empty after Take or Peek said need_more.
+  /// Invalidates the last frame.
+  std::span<std::uint8_t> Space();
+  /// `count` bytes, at most Space().size(), were put there.
+  void Commit(std::size_t count);
+
+  /// What Take would say.
+  State Peek() const;
+  /// Hands out the next whole frame, header included; valid until Space.
+  State Take(View& frame);
+  /// Why Peek or Take says malformed; empty when it does not.
+  std::string_view Defect() const;
+
+ private:
+  static constexpr std::size_t kCapacity = 8 * kMaxAdu;
+
+  View Held() const { return View(buffer_).subspan(begin_, end_ - begin_); }
+
+  std::array<std::uint8_t, kCapacity> buffer_;
+  std::size_t begin_ = 0;
+  std::size_t end_ = 0;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,124 @@
+// Runs one line: chooses what to ask (commands, polls, probes), hands requests to the line
+// discipline, frames to conversations, readings to the point store, and decides about retries and
+// dead devices. Sans-I/O like gateway/line.h: bytes and time come in as arguments. One thread at a
+// time. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "gateway/commands.h"
+#include "gateway/device_health.h"
+#include "gateway/line.h"
+#include "gateway/point_store.h"
+#include "gateway/probe_budget.h"
+#include "gateway/schedule.h"
+#include "protocols/protocol.h"
+
+namespace baudgate {
+
+/// What a line's owner hears from its poller.
+class PollerListener {
+ public:
+  virtual ~PollerListener() = default;
+  /// A whole request, to be sent at once with these settings of the port.
+  virtual void Send(View bytes, const config::SerialSettings& serial) = 0;
+  /// One line per change, with the reason; `device` is an index in the point store.
+  virtual void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
+                             const std::string& reason) = 0;
+  /// Something the user should know that is not a state: an echo suspected, a late device.
+  virtual void OnWarning(std::uint32_t device, const std::string& message) = 0;
+};
+
+struct LineCounters {
+  std::uint64_t exchanges = 0;
+  std::uint64_t bytes_in = 0;
+  std::uint64_t bytes_out = 0;
+  std::uint64_t stray_bytes = 0;
+  Duration busy{};  ///< time in exchanges and drains
+};
+
+class Poller : private LineClient {
+ public:
+  /// `first_device`: the index of line.devices[0] in the store. `find` names the descriptor of a
+  /// protocol that the configuration has checked to exist. All references outlive the poller.
+  using FindProtocol = std::function<const Protocol&(const std::string& name)>;
+  Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
+         PointStore& store, PollerListener& listener);
+  ~Poller() override;
+
+  void OnOpened(Now now);
+  void OnClosed(Now now);
+  void OnBytes(View bytes, Now now);
+  void OnTimer(Now now);
+  std::optional<Instant> Deadline() const;
+
+  /// Takes the command, or says no when kQueueLimit are waiting. Commands for an offline device, or
+  /// on a closed line, are answered at once: nothing is sent late.
+  bool Submit(WriteCommand command, Now now);
+  static constexpr std::size_t kQueueLimit = 32;
+
+  const LineCounters& counters() const { return counters_; }
+  Line::State line_state() const { return line_.state(); }
+  /// No living device has answered since `when`: a serial server may hang although its TCP lives.
+  bool SilentSince(Instant when) const { return last_life_ < when; }
+
+ private:
+  struct Device;  // gateway/poller.cpp
+  struct Work;
+
+  void Send(View bytes) override;
+  Outcome OnFrame(View frame, Instant now) override;
+  void OnExchangeEnd(const ExchangeEnd& end, Instant now) override;
+  void OnStrayBytes(std::size_t count, Duration since_end, Instant now) override;
+
+  void Settle();
+  void Pump();
+  bool PickCommand();
+  bool PickParked();
+  bool PickRefresh();
+  bool PickPoll();
+  bool PickProbe();
+  void Begin(Device& device, Task task);
+  void Ask();
+  void ConcludeExchange();
+  void OnAnswered();
+  void OnFailed();
+  void FinishTask(Outcome outcome, const std::string& reason);
+  void NextWrite();
+  void UpdateHealth(Device& device, Outcome outcome, const std::string& reason);
+  void ShowState(Device& device, const std::string& reason);
+  void MeasureCycle();
+  void Count(Device& device, const std::string& reason);
+  void Plan(Device& device);
+  void Store(Device& device);
+  Override OverrideOf(const Device& device) const;
+  std::optional<Instant> NextProbe() const;
+  Device* Absent(std::size_t turn) const;
+  bool Waiting(Instant now) const;
+
+  const config::Line& config_;
+  PointStore& store_;
+  PollerListener& listener_;
+  Line line_;
+  Schedule schedule_;
+  ProbeBudget probes_;
+  std::vector<std::unique_ptr<Bus>> buses_;
+  std::vector<std::unique_ptr<Device>> devices_;
+  std::deque<WriteCommand> commands_;
+  std::deque<std::pair<Device*, std::size_t>> refresh_;  // queries of points just written
+  std::unique_ptr<Work> work_;                           // the task under way
+  Device* last_ = nullptr;                               // whose exchange ended last
+  std::size_t probe_turn_ = 0;
+  bool open_ = false;
+  Now now_{};  // of the input that is being handled
+  Instant last_life_{};
+  LineCounters counters_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/schedule.h"
+
+#include <algorithm>
+
+namespace baudgate {
+
+std::size_t Schedule::AddDevice(Duration fast_period, Duration slow_period) {
+  Device device;
+  device.rounds[static_cast<std::size_t>(config::Group::fast)].period = fast_period;
+  device.rounds[static_cast<std::size_t>(config::Group::slow)].period = slow_period;
+  devices_.push_back(std::move(device));
+  return devices_.size() - 1;
+}
+
+void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups) {
+  Device& device = devices_[index];
+  for (Round& round : device.rounds) {
+    round.queries.clear();
+    round.cursor = 0;
+  }
+  for (std::size_t query = 0; query < groups.size(); ++query) {
+    device.rounds[static_cast<std::size_t>(groups[query])].queries.push_back(query);
+  }
+  for (Round& round : device.rounds) round.cursor = round.queries.size();
+}
+
+void Schedule::Restart(std::size_t index, Instant now) {
+  Device& device = devices_[index];
+  device.suspended = false;
+  device.hold_until = now;
+  for (Round& round : device.rounds) {
+    round.due = now;
+    round.cursor = round.queries.size();
+  }
+}
+
+void Schedule::Suspend(std::size_t index) {
+  Device& device = devices_[index];
+  device.suspended = true;
+  for (Round& round : device.rounds) round.cursor = round.queries.size();
+}
+
+void Schedule::Hold(std::size_t index, Instant until) {
+  devices_[index].hold_until = std::max(devices_[index].hold_until, until);
+}
+
+void Schedule::StartIfDue(Device& device, Round& round, Instant now) {
+  if (round.queries.empty() || !round.due || *round.due > now) return;
+  if (round.period == Duration::zero()) {
+    round.due.reset();
+    round.cursor = 0;
+    return;
+  }
+  const auto passed = (now - *round.due) / round.period;  // whole periods that went by unserved
+  *round.due += (passed + 1) * round.period;
+  device.missed += static_cast<std::uint32_t>(passed);
+  if (round.active()) {
+    ++device.missed;
+  } else {
+    round.cursor = 0;
+  }
+}
+
+std::optional<Schedule::Pick> Schedule::Next(Instant now) {
+  Device* best_device = nullptr;
+  Round* best = nullptr;
+  for (Device& device : devices_) {
+    if (device.suspended) continue;
+    for (Round& round : device.rounds) {
+      StartIfDue(device, round, now);
+      if (!round.active() || device.hold_until > now) continue;
+      if (best == nullptr || round.turn < best->turn) {
+        best = &round;
+        best_device = &device;
+      }
+    }
+  }
+  if (best == nullptr) return std::nullopt;
+  Pick pick;
+  pick.device = static_cast<std::size_t>(best_device - devices_.data());
+  pick.group = static_cast<config::Group>(best - best_device->rounds.data());
+  pick.query = best->queries[best->cursor++];
+  pick.last_of_round = !best->active();
+  best->turn = ++turn_;
+  return pick;
+}
+
+std::optional<Instant> Schedule::NextDue() const {
+  std::optional<Instant> soonest;
+  for (const Device& device : devices_) {
+    if (device.suspended) continue;
+    for (const Round& round : device.rounds) {
+      std::optional<Instant> due;
+      if (round.active()) {
+        due = device.hold_until;
+      } else if (round.due && !round.queries.empty()) {
+        due = std::max(*round.due, device.hold_until);
+      }
+      if (due && (!soonest || *due < *soonest)) soonest = due;
+    }
+  }
+  return soonest;
+}
+
+}  // namespace baudgate

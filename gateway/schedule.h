@@ -1,0 +1,74 @@
+// Which device is asked for what, and when: periods on a fixed grid, fair and without starvation.
+// Knows nothing of bytes, lines or clocks; gateway/poller.cpp asks it whenever the line is idle.
+//
+// A group of a device that is due starts a *round* over its queries. All rounds in progress take
+// turns, one query each, the one that has waited longest first: no device and no group can starve
+// another. A period that comes while its round is still running is missed: counted, skipped, never
+// queued up. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "config/config.h"
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+class Schedule {
+ public:
+  struct Pick {
+    std::size_t device = 0;
+    std::size_t query = 0;
+    config::Group group = config::Group::fast;
+    bool last_of_round = false;
+  };
+
+  /// A device without queries until SetQueries. Devices are numbered from 0.
+  std::size_t AddDevice(Duration fast_period, Duration slow_period);
+
+  /// The groups of the device's queries, in the order of asking. Rounds in progress end.
+  void SetQueries(std::size_t device, std::vector<config::Group> groups);
+
+  /// All groups of the device are due at once: the port opened, or the device came back.
+  void Restart(std::size_t device, Instant now);
+  /// Nothing of the device is due until Restart: it is offline or disabled.
+  void Suspend(std::size_t device);
+  /// Nothing of the device is picked before `until`; its rounds wait.
+  void Hold(std::size_t device, Instant until);
+
+  /// The query to send now, if one is due.
+  std::optional<Pick> Next(Instant now);
+  /// When Next will have something; nothing when no device is active. May lie in the past.
+  std::optional<Instant> NextDue() const;
+
+  /// Periods of the device that were skipped.
+  std::uint32_t missed(std::size_t device) const { return devices_[device].missed; }
+
+ private:
+  static constexpr std::size_t kGroups = 3;  // once, slow, fast: as in config::Group
+
+  struct Round {
+    std::vector<std::size_t> queries;
+    Duration period{};           // zero: once
+    std::optional<Instant> due;  // start of the next round; nothing: not again
+    std::size_t cursor = 0;      // next query; queries.size(): no round in progress
+    std::uint64_t turn = 0;      // when it was last served, counted in picks
+    bool active() const { return cursor < queries.size(); }
+  };
+  struct Device {
+    std::array<Round, kGroups> rounds;
+    Instant hold_until{};
+    bool suspended = true;
+    std::uint32_t missed = 0;
+  };
+
+  static void StartIfDue(Device& device, Round& round, Instant now);
+
+  std::vector<Device> devices_;
+  std::uint64_t turn_ = 0;
+};
+
+}  // namespace baudgate
