@@ -9,7 +9,8 @@ std::string Mark::ToString() const {
 
 std::string SerialSettings::ToString() const {
   const char letter = parity == Parity::none ? 'N' : parity == Parity::even ? 'E' : 'O';
-  return std::to_string(baud) + " " + std::to_string(data_bits) + letter + std::to_string(stop_bits);
+  return std::to_string(baud) + " " + std::to_string(data_bits) + letter +
+         std::to_string(stop_bits);
 }
 
 Timing Merge(const Timing& first, const Timing& second) {
@@ -24,44 +25,64 @@ Timing Merge(const Timing& first, const Timing& second) {
 
 std::string_view Name(Type type) {
   switch (type) {
-    case Type::boolean: return "bool";
-    case Type::int16: return "int16";
-    case Type::uint16: return "uint16";
-    case Type::int32: return "int32";
-    case Type::uint32: return "uint32";
-    case Type::int64: return "int64";
-    case Type::uint64: return "uint64";
-    case Type::float32: return "float32";
-    case Type::float64: return "float64";
-    case Type::string: return "string";
+    case Type::boolean:
+      return "bool";
+    case Type::int16:
+      return "int16";
+    case Type::uint16:
+      return "uint16";
+    case Type::int32:
+      return "int32";
+    case Type::uint32:
+      return "uint32";
+    case Type::int64:
+      return "int64";
+    case Type::uint64:
+      return "uint64";
+    case Type::float32:
+      return "float32";
+    case Type::float64:
+      return "float64";
+    case Type::string:
+      return "string";
   }
   return "float32";
 }
 
 std::string_view Name(Group group) {
   switch (group) {
-    case Group::once: return "once";
-    case Group::slow: return "slow";
-    case Group::fast: return "fast";
+    case Group::once:
+      return "once";
+    case Group::slow:
+      return "slow";
+    case Group::fast:
+      return "fast";
   }
   return "fast";
 }
 
 std::string_view Name(Access access) {
   switch (access) {
-    case Access::read: return "r";
-    case Access::write: return "w";
-    case Access::read_write: return "rw";
+    case Access::read:
+      return "r";
+    case Access::write:
+      return "w";
+    case Access::read_write:
+      return "rw";
   }
   return "r";
 }
 
 std::string_view Name(WordOrder order) {
   switch (order) {
-    case WordOrder::abcd: return "ABCD";
-    case WordOrder::cdab: return "CDAB";
-    case WordOrder::badc: return "BADC";
-    case WordOrder::dcba: return "DCBA";
+    case WordOrder::abcd:
+      return "ABCD";
+    case WordOrder::cdab:
+      return "CDAB";
+    case WordOrder::badc:
+      return "BADC";
+    case WordOrder::dcba:
+      return "DCBA";
   }
   return "ABCD";
 }
@@ -70,14 +91,18 @@ std::size_t RegisterCount(const Point& point) {
   switch (point.type) {
     case Type::boolean:
     case Type::int16:
-    case Type::uint16: return 1;
+    case Type::uint16:
+      return 1;
     case Type::int32:
     case Type::uint32:
-    case Type::float32: return 2;
+    case Type::float32:
+      return 2;
     case Type::int64:
     case Type::uint64:
-    case Type::float64: return 4;
-    case Type::string: return (point.text_length + 1) / 2;
+    case Type::float64:
+      return 4;
+    case Type::string:
+      return (point.text_length + 1) / 2;
   }
   return 1;
 }

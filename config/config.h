@@ -29,7 +29,16 @@ struct Mark {
 // ---------------------------------------------------------------- points
 
 enum class Type : std::uint8_t {
-  boolean, int16, uint16, int32, uint32, int64, uint64, float32, float64, string
+  boolean,
+  int16,
+  uint16,
+  int32,
+  uint32,
+  int64,
+  uint64,
+  float32,
+  float64,
+  string
 };
 enum class Access : std::uint8_t { read, write, read_write };
 enum class Group : std::uint8_t { once, slow, fast };
@@ -121,10 +130,10 @@ struct Rs485 {
 };
 
 struct SerialSettings {
-  int baud = 9600;     ///< bit/s, 300…921600, non-standard rates included
-  int data_bits = 8;   ///< 7 or 8
+  int baud = 9600;    ///< bit/s, 300…921600, non-standard rates included
+  int data_bits = 8;  ///< 7 or 8
   Parity parity = Parity::none;
-  int stop_bits = 1;   ///< 1 or 2
+  int stop_bits = 1;             ///< 1 or 2
   bool software_parity = false;  ///< the port does 8N1 only: parity is made and checked here
   bool rtscts = false;
   bool low_latency = true;  ///< ask the driver to deliver bytes at once
@@ -134,9 +143,7 @@ struct SerialSettings {
   int BitsPerCharacter() const {
     return 1 + data_bits + (parity == Parity::none ? 0 : 1) + stop_bits;
   }
-  Duration CharacterTime() const {
-    return Duration(1'000'000'000LL * BitsPerCharacter() / baud);
-  }
+  Duration CharacterTime() const { return Duration(1'000'000'000LL * BitsPerCharacter() / baud); }
   /// "9600 7E1".
   std::string ToString() const;
 };
@@ -160,23 +167,23 @@ enum class WordOrder : std::uint8_t { abcd, cdab, badc, dcba };
 
 struct Device {
   std::string name;
-  std::string address;   ///< as written; the plugin reads it
-  std::string protocol;  ///< the line's, unless the device names its own
-  std::string profile;   ///< empty when all points stand inline
-  std::string title;     ///< the profile's `device:`
+  std::string address;               ///< as written; the plugin reads it
+  std::string protocol;              ///< the line's, unless the device names its own
+  std::string profile;               ///< empty when all points stand inline
+  std::string title;                 ///< the profile's `device:`
   std::optional<std::uint8_t> unit;  ///< Modbus unit id 1…247; nothing = not on Modbus
   bool enabled = true;
-  Duration poll = std::chrono::seconds(1);   ///< period of the fast group
-  Duration slow = std::chrono::minutes(1);   ///< period of the slow group
-  std::optional<Duration> max_age;   ///< nothing: 3 x the point's period
-  std::optional<Duration> dead_age;  ///< nothing: 3 x max_age
+  Duration poll = std::chrono::seconds(1);  ///< period of the fast group
+  Duration slow = std::chrono::minutes(1);  ///< period of the slow group
+  std::optional<Duration> max_age;          ///< nothing: 3 x the point's period
+  std::optional<Duration> dead_age;         ///< nothing: 3 x max_age
   OnBad on_bad = OnBad::exception;
   WordOrder word_order = WordOrder::abcd;
   std::optional<int> retries;  ///< nothing: the line's
   Timing timing;               ///< device before profile; the line's and the protocol's come below
   std::optional<SerialSettings> serial;  ///< where the bus is switched for this device
-  Options options;             ///< the protocol's own
-  std::vector<Point> points;   ///< profile and inline points merged
+  Options options;                       ///< the protocol's own
+  std::vector<Point> points;             ///< profile and inline points merged
   Mark mark;
 };
 
@@ -199,9 +206,9 @@ enum class Priority : std::uint8_t { low, normal, high };
 
 /// An address range in CIDR form; a single address is its own range.
 struct Network {
-  std::string text;                    ///< as written: "10.0.0.0/8"
+  std::string text;                      ///< as written: "10.0.0.0/8"
   std::array<std::uint8_t, 16> bytes{};  ///< IPv4 in the last four
-  int prefix = 128;                    ///< over all 16 bytes; IPv4 /8 is 104
+  int prefix = 128;                      ///< over all 16 bytes; IPv4 /8 is 104
 };
 
 struct Listener {

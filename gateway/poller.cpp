@@ -340,6 +340,7 @@ void Poller::ConcludeExchange() {
   counters_.busy += now_.instant - work.exchange_began;
   device.health.OnExchange(end.outcome);
   Count(device, reason);
+  listener_.OnExchangeEnd(device.index, end.outcome);
   if (end.outcome == Outcome::line_down) {
     FinishTask(end.outcome, reason);
   } else if (ProvesLife(end.outcome)) {

@@ -28,6 +28,7 @@ class PollerListener {
   virtual ~PollerListener() = default;
   /// A whole request, to be sent at once with these settings of the port.
   virtual void Send(View bytes, const config::SerialSettings& serial) = 0;
+  virtual void OnExchangeEnd(std::uint32_t device, Outcome outcome) = 0;
   /// One line per change, with the reason; `device` is an index in the point store.
   virtual void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                              const std::string& reason) = 0;

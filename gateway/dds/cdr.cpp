@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <initializer_list>
 
 namespace baudgate::dds {
 namespace {
@@ -89,7 +90,7 @@ KeyHash HashTexts(std::initializer_list<std::string_view> texts) {
     used += text.size();
     key[used++] = 0;
   }
-  eprosima::fastrtps::MD5 md5;
+  ::MD5 md5;
   md5.init();
   md5.update(key.data(), static_cast<unsigned int>(used));
   md5.finalize();

@@ -20,7 +20,7 @@ class DueQueue {
   void Set(std::uint32_t slot, Instant due);
   Instant due(std::uint32_t slot) const { return due_[slot]; }
 
-  /// The earliest slot when it is due. It stays in the queue: Set it to its next time.
+  /// A slot whose time has come, if any. It stays in the queue: Set it to its next time.
   std::optional<std::uint32_t> Due(Instant now);
   /// Not later than the next due time; Instant::max() when there are no slots.
   Instant Next() const;

@@ -62,12 +62,15 @@ bool FillValue(const DeviceRecord& record, std::uint32_t index, Instant now,
   const bool held = EncodeRegisters(point, order, value, out);
   if (!held && HasValue(value) && !IsBad(quality)) quality = Quality::bad_configuration;
   switch (Show(point, record.device->on_bad, quality, held)) {
-    case Shown::held: return true;
-    case Shown::exception: return false;
+    case Shown::held:
+      return true;
+    case Shown::exception:
+      return false;
     case Shown::substitute:
       if (EncodeRegisters(point, order, Value(point.on_fault.value), out)) return true;
       break;
-    case Shown::no_value: break;
+    case Shown::no_value:
+      break;
   }
   EncodeNoValue(point, order, out);
   return true;
@@ -78,10 +81,17 @@ bool FillBit(const DeviceRecord& record, std::uint32_t index, Instant now, std::
   const auto held = EncodeBit(record.points[index].value);
   const Quality quality = ShownQuality(record, index, now);
   switch (Show(point, record.device->on_bad, quality, held.has_value())) {
-    case Shown::held: out = *held ? 1 : 0; return true;
-    case Shown::exception: return false;
-    case Shown::substitute: out = point.on_fault.value != 0 ? 1 : 0; return true;
-    case Shown::no_value: out = 0; return true;
+    case Shown::held:
+      out = *held ? 1 : 0;
+      return true;
+    case Shown::exception:
+      return false;
+    case Shown::substitute:
+      out = point.on_fault.value != 0 ? 1 : 0;
+      return true;
+    case Shown::no_value:
+      out = 0;
+      return true;
   }
   return false;
 }
@@ -129,10 +139,15 @@ ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> p
         if (!FillValue(record, piece.index, now, place)) return ExceptionCode::gateway_target;
         break;
       case Area::quality:
-        std::ranges::fill(place, static_cast<std::uint16_t>(ShownQuality(record, piece.index, now)));
+        std::ranges::fill(place,
+                          static_cast<std::uint16_t>(ShownQuality(record, piece.index, now)));
         break;
-      case Area::age: std::ranges::fill(place, AgeRegister(record, piece.index, now)); break;
-      case Area::status: FillFromBlock(DeviceBlockOf(record.status, now), piece, out); break;
+      case Area::age:
+        std::ranges::fill(place, AgeRegister(record, piece.index, now));
+        break;
+      case Area::status:
+        FillFromBlock(DeviceBlockOf(record.status, now), piece, out);
+        break;
     }
   }
   return ExceptionCode::none;

@@ -1,6 +1,6 @@
 // What the registers and bits of a request contain: values, their quality and age, status blocks.
-// Pure. Reads one consistent DeviceRecord of the point store; fills the private copy in responder.h.
-// SPDX-License-Identifier: Apache-2.0
+// Pure. Reads one consistent DeviceRecord of the point store; fills the private copy in
+// responder.h. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -47,15 +47,16 @@ inline constexpr std::array<std::uint16_t, 11> kDeviceBlockLayout = {0,  1,  2, 
 using DeviceBlock = std::array<std::uint16_t, kDeviceBlockLayout.back()>;
 DeviceBlock DeviceBlockOf(const DeviceStatus& status, Instant now);
 
-/// Block of the gateway itself (units 0 and 255), from 9000, append only: +0 version (major * 10000 +
-/// minor * 100 + patch), +1 lines, +2 uptime (u32, s), +4 devices, +5 devices online, +6 Modbus
+/// Block of the gateway itself (units 0 and 255), from 9000, append only: +0 version (major * 10000
+/// + minor * 100 + patch), +1 lines, +2 uptime (u32, s), +4 devices, +5 devices online, +6 Modbus
 /// clients, +7 lines up, +8 requests answered, +10 of these with an exception (u32 each).
 inline constexpr std::array<std::uint16_t, 10> kGatewayBlockLayout = {0, 1, 2, 4,  5,
                                                                       6, 7, 8, 10, 12};
 using GatewayBlock = std::array<std::uint16_t, kGatewayBlockLayout.back()>;
 GatewayBlock GatewayBlockOf(const GatewayInfo& info, const ModbusCounters& counters);
 
-/// Fill `out` with the pieces of a request (PlanRead); gateway_target when a value may not be shown.
+/// Fill `out` with the pieces of a request (PlanRead); gateway_target when a value may not be
+/// shown.
 ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
                             std::span<std::uint16_t> out);
 ExceptionCode FillBits(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,

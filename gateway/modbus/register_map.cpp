@@ -18,13 +18,26 @@ bool InValueArea(const Span& span) {
 
 bool StartsBelow(std::uint32_t address, const Span& span) { return address < span.start; }
 
-/// The span that holds `address`, or null.
-const Span* Find(const std::vector<Span>& spans, std::uint32_t address) {
-  auto after = std::upper_bound(spans.begin(), spans.end(), address, StartsBelow);
-  if (after == spans.begin()) return nullptr;
-  const Span& span = *std::prev(after);
-  return address < span.end() ? &span : nullptr;
-}
+/// Looks up ascending addresses in sorted spans. Most requests ask for neighbours, so the span
+/// after the last one found is tried before a search.
+class Finder {
+ public:
+  explicit Finder(const std::vector<Span>& spans) : spans_(spans) {}
+
+  /// The span that holds `address`, or null.
+  const Span* Find(std::uint32_t address) {
+    if (next_ < spans_.size() && spans_[next_].start == address) return &spans_[next_++];
+    const auto after = std::upper_bound(spans_.begin(), spans_.end(), address, StartsBelow);
+    next_ = static_cast<std::size_t>(after - spans_.begin());
+    if (next_ == 0) return nullptr;
+    const Span& span = spans_[next_ - 1];
+    return address < span.end() ? &span : nullptr;
+  }
+
+ private:
+  const std::vector<Span>& spans_;
+  std::size_t next_ = 0;
+};
 
 /// Overlaps and addresses outside the value areas are refused when the configuration is checked;
 /// should one come through, the first point keeps the addresses and no other shows in its place.
@@ -58,8 +71,13 @@ class Planner {
  public:
   Planner(const UnitMap& unit, config::Table table, std::uint16_t start, std::uint16_t count,
           std::vector<Piece>& pieces)
-      : unit_(unit), spans_(unit.spans(table)), table_(table), at_(start), start_(start),
-        end_(static_cast<std::uint32_t>(start) + count), pieces_(pieces) {
+      : unit_(unit),
+        finder_(unit.spans(table)),
+        table_(table),
+        at_(start),
+        start_(start),
+        end_(static_cast<std::uint32_t>(start) + count),
+        pieces_(pieces) {
     pieces_.clear();
   }
 
@@ -72,7 +90,7 @@ class Planner {
 
   ExceptionCode Write() {
     while (at_ < end_) {
-      const Span* span = Find(spans_, at_);
+      const Span* span = finder_.Find(at_);
       if (span == nullptr || !span->writable()) return ExceptionCode::illegal_address;
       AddValue(*span);
     }
@@ -90,7 +108,7 @@ class Planner {
     }
     if (at_ >= kQualityOffset) return AddMirror(Area::quality, kQualityOffset);
     if (at_ >= kStatusBlock && at_ < kValuesAfterStatus) return AddStatus();
-    const Span* span = Find(spans_, at_);
+    const Span* span = finder_.Find(at_);
     if (span == nullptr || !span->readable()) return false;
     AddValue(*span);
     return true;
@@ -102,7 +120,7 @@ class Planner {
   }
 
   bool AddMirror(Area area, std::uint32_t offset) {
-    const Span* span = Find(spans_, at_ - offset);
+    const Span* span = finder_.Find(at_ - offset);
     if (span == nullptr || !span->readable()) return false;
     Add(area, span->point, std::min(span->end() + offset, end_));
     return true;
@@ -129,7 +147,7 @@ class Planner {
   }
 
   const UnitMap& unit_;
-  const std::vector<Span>& spans_;
+  Finder finder_;
   config::Table table_;
   std::uint32_t at_;
   std::uint32_t start_;

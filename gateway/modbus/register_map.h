@@ -44,7 +44,7 @@ struct Piece {
 
 struct UnitMap {
   enum class Kind : std::uint8_t { unmapped, device, gateway } kind = Kind::unmapped;
-  std::uint32_t device = 0;  ///< index in the point store
+  std::uint32_t device = 0;     ///< index in the point store
   std::vector<Span> registers;  ///< sorted, without overlap
   std::vector<Span> bits;
   /// Where the values of the status block start (relative), closed by its length.

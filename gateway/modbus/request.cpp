@@ -40,13 +40,18 @@ ExceptionCode ParseMultipleWrite(ByteReader pdu, std::size_t limit, Request& req
 ExceptionCode ParseByFunction(ByteReader pdu, Request& request) {
   switch (request.function) {
     case Function::read_coils:
-    case Function::read_discrete_inputs: return ParseRead(pdu, kMaxReadBits, request);
+    case Function::read_discrete_inputs:
+      return ParseRead(pdu, kMaxReadBits, request);
     case Function::read_holding_registers:
-    case Function::read_input_registers: return ParseRead(pdu, kMaxReadRegisters, request);
+    case Function::read_input_registers:
+      return ParseRead(pdu, kMaxReadRegisters, request);
     case Function::write_coil:
-    case Function::write_register: return ParseSingleWrite(pdu, request);
-    case Function::write_coils: return ParseMultipleWrite(pdu, kMaxWriteBits, request);
-    case Function::write_registers: return ParseMultipleWrite(pdu, kMaxWriteRegisters, request);
+    case Function::write_register:
+      return ParseSingleWrite(pdu, request);
+    case Function::write_coils:
+      return ParseMultipleWrite(pdu, kMaxWriteBits, request);
+    case Function::write_registers:
+      return ParseMultipleWrite(pdu, kMaxWriteRegisters, request);
   }
   return ExceptionCode::illegal_function;
 }
@@ -58,8 +63,10 @@ bool IsWrite(View frame) {
     case Function::write_coil:
     case Function::write_register:
     case Function::write_coils:
-    case Function::write_registers: return true;
-    default: return false;
+    case Function::write_registers:
+      return true;
+    default:
+      return false;
   }
 }
 

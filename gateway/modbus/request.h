@@ -46,7 +46,7 @@ struct Request {
   Function function = Function::read_coils;
   std::uint16_t start = 0;
   std::uint16_t count = 0;  ///< 1 for the single writes
-  View data;                ///< of writes: the registers or packed bits; FC 5 and 6: their two bytes
+  View data;  ///< of writes: the registers or packed bits; FC 5 and 6: their two bytes
 
   config::Table table() const {
     const bool bits = function == Function::read_coils ||
@@ -61,7 +61,8 @@ inline std::uint8_t UnitOf(View frame) { return frame[kMbapHeader - 1]; }
 /// FC 5, 6, 15 or 16, well formed or not.
 bool IsWrite(View frame);
 
-/// Fills `request` from a whole frame (MbapAssembler::Take), or says with which exception to answer.
+/// Fills `request` from a whole frame (MbapAssembler::Take), or says with which exception to
+/// answer.
 ExceptionCode ParseRequest(View frame, Request& request);
 
 /// The nine bytes that answer `frame` with an exception.

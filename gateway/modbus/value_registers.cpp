@@ -28,13 +28,20 @@ constexpr Limits LimitsOf() {
 
 Limits LimitsOf(Type type) {
   switch (type) {
-    case Type::int16: return LimitsOf<std::int16_t>();
-    case Type::uint16: return LimitsOf<std::uint16_t>();
-    case Type::int32: return LimitsOf<std::int32_t>();
-    case Type::uint32: return LimitsOf<std::uint32_t>();
-    case Type::int64: return LimitsOf<std::int64_t>();
-    case Type::uint64: return LimitsOf<std::uint64_t>();
-    default: return {0, 1};
+    case Type::int16:
+      return LimitsOf<std::int16_t>();
+    case Type::uint16:
+      return LimitsOf<std::uint16_t>();
+    case Type::int32:
+      return LimitsOf<std::int32_t>();
+    case Type::uint32:
+      return LimitsOf<std::uint32_t>();
+    case Type::int64:
+      return LimitsOf<std::int64_t>();
+    case Type::uint64:
+      return LimitsOf<std::uint64_t>();
+    default:
+      return {0, 1};
   }
 }
 
@@ -55,7 +62,8 @@ std::optional<std::uint64_t> IntegerBits(const Value& value, Limits limits) {
   if (const auto* held = std::get_if<double>(&value)) {
     constexpr double k2To63 = 9223372036854775808.0;
     const double rounded = std::round(*held);
-    if (rounded >= -k2To63 && rounded < k2To63) return of_signed(static_cast<std::int64_t>(rounded));
+    if (rounded >= -k2To63 && rounded < k2To63)
+      return of_signed(static_cast<std::int64_t>(rounded));
     if (rounded >= k2To63 && rounded < 2 * k2To63) {
       return of_unsigned(static_cast<std::uint64_t>(rounded));
     }
@@ -71,15 +79,16 @@ std::optional<std::uint64_t> BitsOf(Type type, const Value& value) {
     if (!bit) return std::nullopt;
     return *bit ? 1 : 0;
   }
-  if (type == Type::float64) return std::bit_cast<std::uint64_t>(ToDouble(value));
+  if (!IsFloat(type)) return IntegerBits(value, LimitsOf(type));
+  const auto* held = std::get_if<double>(&value);
+  const double wide = held != nullptr ? *held : ToDouble(value);
   if (type == Type::float32) {
-    const double wide = ToDouble(value);
     if (std::isfinite(wide) && std::abs(wide) > std::numeric_limits<float>::max()) {
       return std::nullopt;
     }
     return std::bit_cast<std::uint32_t>(static_cast<float>(wide));
   }
-  return IntegerBits(value, LimitsOf(type));
+  return std::bit_cast<std::uint64_t>(wide);
 }
 
 bool SwapsBytes(config::WordOrder order) {
@@ -90,32 +99,28 @@ bool SwapsWords(config::WordOrder order) {
   return order == config::WordOrder::cdab || order == config::WordOrder::dcba;
 }
 
-std::uint16_t Swapped(std::uint16_t word) {
-  return static_cast<std::uint16_t>((word << 8) | (word >> 8));
-}
-
-/// Register `i` of `count` holds the 16 bits that start at this bit of the number.
-unsigned ShiftOf(std::size_t i, std::size_t count, config::WordOrder order) {
-  const std::size_t from_low = SwapsWords(order) ? i : count - 1 - i;
-  return static_cast<unsigned>(16 * from_low);
+/// The bytes of each 16-bit word exchanged.
+std::uint64_t BytesSwapped(std::uint64_t bits) {
+  constexpr std::uint64_t kLow = 0x00FF00FF00FF00FF;
+  return ((bits >> 8) & kLow) | ((bits & kLow) << 8);
 }
 
 /// A value of one register has no word order.
 void PutBits(std::uint64_t bits, config::WordOrder order, std::span<std::uint16_t> out) {
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const auto word = static_cast<std::uint16_t>(bits >> ShiftOf(i, out.size(), order));
-    out[i] = SwapsBytes(order) && out.size() > 1 ? Swapped(word) : word;
+  const std::size_t count = out.size();
+  if (SwapsBytes(order) && count > 1) bits = BytesSwapped(bits);
+  for (std::size_t i = 0; i < count; ++i, bits >>= 16) {
+    out[SwapsWords(order) ? i : count - 1 - i] = static_cast<std::uint16_t>(bits);
   }
 }
 
 std::uint64_t TakeBits(std::span<const std::uint16_t> registers, config::WordOrder order) {
+  const std::size_t count = registers.size();
   std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < registers.size(); ++i) {
-    const bool swap = SwapsBytes(order) && registers.size() > 1;
-    const std::uint64_t word = swap ? Swapped(registers[i]) : registers[i];
-    bits |= word << ShiftOf(i, registers.size(), order);
+  for (std::size_t i = 0; i < count; ++i) {
+    bits = (bits << 16) | registers[SwapsWords(order) ? count - 1 - i : i];
   }
-  return bits;
+  return SwapsBytes(order) && count > 1 ? BytesSwapped(bits) : bits;
 }
 
 void PutText(std::string_view text, std::size_t length, std::span<std::uint16_t> out) {
@@ -141,13 +146,18 @@ std::string TakeText(std::span<const std::uint16_t> registers, std::size_t lengt
 
 std::uint64_t NoValueBits(Type type) {
   switch (type) {
-    case Type::boolean: return 0;
-    case Type::float32: return std::bit_cast<std::uint32_t>(std::numeric_limits<float>::quiet_NaN());
-    case Type::float64: return std::bit_cast<std::uint64_t>(std::numeric_limits<double>::quiet_NaN());
+    case Type::boolean:
+      return 0;
+    case Type::float32:
+      return std::bit_cast<std::uint32_t>(std::numeric_limits<float>::quiet_NaN());
+    case Type::float64:
+      return std::bit_cast<std::uint64_t>(std::numeric_limits<double>::quiet_NaN());
     case Type::int16:
     case Type::int32:
-    case Type::int64: return static_cast<std::uint64_t>(LimitsOf(type).lowest);
-    default: return LimitsOf(type).highest;
+    case Type::int64:
+      return static_cast<std::uint64_t>(LimitsOf(type).lowest);
+    default:
+      return LimitsOf(type).highest;
   }
 }
 
@@ -232,9 +242,12 @@ std::optional<Value> DecodeRegisters(const config::Point& point, config::WordOrd
       return Value(bits == 1);
     case Type::float32:
       return FiniteOnly(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
-    case Type::float64: return FiniteOnly(std::bit_cast<double>(bits));
-    case Type::uint64: return Value(bits);
-    default: return Value(SignExtended(bits, point.type));
+    case Type::float64:
+      return FiniteOnly(std::bit_cast<double>(bits));
+    case Type::uint64:
+      return Value(bits);
+    default:
+      return Value(SignExtended(bits, point.type));
   }
 }
 

@@ -12,8 +12,8 @@
 
 namespace baudgate {
 
-/// illegal_address: not mapped or read-only. illegal_value: part of a value, or a number that the type
-/// does not allow.
+/// illegal_address: not mapped or read-only. illegal_value: part of a value, or a number that the
+/// type does not allow.
 ExceptionCode DecodeWrites(const UnitMap& unit, const config::Device& device,
                            const Request& request, std::vector<PointWrite>& writes);
 

@@ -1,0 +1,38 @@
+// What is installed: protocol modules and device profiles. Filled by gateway/modules; read by the
+// loader and by the commands that list them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/protocol.h"
+
+namespace baudgate::config {
+
+/// A profile file: <dir>/<protocol>/<name>.yaml.
+struct ProfileFile {
+  std::string protocol;
+  std::string name;
+  std::filesystem::path path;
+};
+
+struct Catalog {
+  std::map<std::string, const Protocol*> protocols;  ///< by name; the pointers live for ever
+  std::vector<std::filesystem::path> profile_dirs;   ///< the first hit wins
+
+  /// Null when no module of that name is installed.
+  const Protocol* FindProtocol(const std::string& name) const;
+  /// Nothing when no directory has it.
+  std::optional<std::filesystem::path> FindProfile(const std::string& protocol,
+                                                   const std::string& name) const;
+  /// Of one protocol, or of all when it is empty: by protocol and name, without hidden duplicates.
+  std::vector<ProfileFile> Profiles(const std::string& protocol = {}) const;
+  std::vector<std::string_view> ProtocolNames() const;
+};
+
+}  // namespace baudgate::config

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/devices.h"
+
+#include <algorithm>
+
+#include "config/names.h"
+#include "config/option_table.h"
+#include "config/points.h"
+#include "config/serial.h"
+#include "config/spelling.h"
+
+namespace baudgate::config {
+namespace {
+
+constexpr std::size_t kMostPointsOfAll = 100'000;
+
+constexpr std::array<Word<OnBad>, 3> kOnBad = {
+    {{"exception", OnBad::exception}, {"hold", OnBad::hold}, {"nan", OnBad::nan}}};
+
+void ReadName(MapReader& map, Device& device, LoadContext& context) {
+  const auto node = map.Need("name", "feeder-1");
+  if (!node) return;
+  const auto name = ReadText(*node, "name", context.problems);
+  if (!name) return;
+  if (const Status status = CheckName(*name); !status) {
+    context.problems.Error(node->mark(), "name: " + status.error());
+    return;
+  }
+  device.name = *name;
+  map.Rename("device '" + device.name + "'");
+  context.uniques.Device(device.name, node->mark());
+}
+
+void ReadAddress(MapReader& map, const Line& line, const Protocol* protocol, Device& device) {
+  const auto node = map.Need("address", "1");
+  if (!node) return;
+  const auto address = ReadText(*node, "address", map.problems());
+  if (!address) return;
+  device.address = *address;
+  if (!protocol) return;
+  const Status status = protocol->check_address(*address);
+  if (!status) {
+    map.problems().Error(node->mark(), "address: " + status.error());
+    return;
+  }
+  for (const Device& other : line.devices) {
+    if (other.address != *address || other.protocol != device.protocol) continue;
+    map.problems().Warning(node->mark(), "address: " + Quoted(*address) +
+                                             " is also the address of device '" + other.name +
+                                             "' on this line");
+    return;
+  }
+}
+
+// Null when the device names none, or one that can not be found.
+const RawProfile* FindProfile(MapReader& map, const Protocol* protocol, Device& device,
+                              LoadContext& context) {
+  const auto node = map.Get("profile");
+  if (!node) return nullptr;
+  const auto name = ReadText(*node, "profile", context.problems);
+  if (!name) return nullptr;
+  device.profile = *name;
+  if (!protocol) return nullptr;
+  const auto path = LocateProfile(*name, *protocol, context.catalog, context.base);
+  if (!path) {
+    context.problems.Error(node->mark(), "profile: " + path.error());
+    return nullptr;
+  }
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(*path, error)) {
+    context.problems.Error(node->mark(), "profile: there is no file " + path->string());
+    return nullptr;
+  }
+  const auto key = std::make_pair(std::string(protocol->name), path->string());
+  const auto known = context.profiles.find(key);
+  if (known != context.profiles.end()) return &known->second;
+  auto profile = ReadProfile(*path, *protocol, context.problems);
+  return &context.profiles.emplace(key, std::move(profile)).first->second;
+}
+
+void ReadTimes(MapReader& map, const Profile& profile, Device& device, Problems& problems) {
+  Assign(device.poll, profile.poll);
+  Assign(device.poll, ReadPoll(map));
+  Assign(device.slow, profile.slow);
+  Assign(device.slow, ReadSlow(map));
+  device.max_age = map.Time("max_age", 10ms, std::chrono::hours(24 * 30));
+  device.dead_age = map.Time("dead_age", 10ms, std::chrono::hours(24 * 90));
+  device.retries = ReadRetries(map);
+  if (!device.retries) device.retries = profile.retries;
+  if (const auto timing = map.Get("timing")) device.timing = ReadTiming(*timing, problems);
+  device.timing = Merge(device.timing, profile.timing);
+}
+
+void ReadModbusSide(MapReader& map, const Profile& profile, Device& device, LoadContext& context) {
+  device.unit = map.Integer<std::uint8_t>("unit", 1, 247);
+  if (device.unit) context.uniques.Unit(*device.unit, device.name, map.MarkOf("unit"));
+  Assign(device.on_bad, map.OneOf("on_bad", kOnBad));
+  Assign(device.word_order, profile.word_order);
+  Assign(device.word_order, ReadWordOrder(map));
+}
+
+void ReadDeviceOptions(MapReader& map, const Protocol* protocol, const Options& line_options,
+                       const Profile& profile, bool line_speaks_it, Device& device) {
+  if (!protocol) return;
+  device.options = DefaultOptions(*protocol);
+  if (line_speaks_it) Override(device.options, line_options);
+  Override(device.options, profile.options);
+  Override(device.options, ReadOptions(map, *protocol, OptionSpec::Scope::device));
+}
+
+void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* protocol, Device& device,
+                LoadContext& context) {
+  const auto own = map.Get("points");
+  if (context.points > kMostPointsOfAll) return;
+  std::vector<RawPoint> raw;
+  if (profile) raw = profile->points;
+  if (own) {
+    raw = MergePoints(std::move(raw), ReadRawPoints(*own, context.problems), context.problems);
+  }
+  context.points += raw.size();
+  if (context.points > kMostPointsOfAll) {
+    context.problems.Error(device.mark, "the gateway has too many points; at most " +
+                                            std::to_string(kMostPointsOfAll));
+    return;
+  }
+  device.points = BuildPoints(raw, protocol, context.problems);
+}
+
+}  // namespace
+
+const Protocol* ReadProtocol(const YamlNode& node, LoadContext& context) {
+  const auto name = ReadText(node, "protocol", context.problems);
+  if (!name) return nullptr;
+  if (const Protocol* protocol = context.catalog.FindProtocol(*name)) return protocol;
+  const std::vector<std::string_view> installed = context.catalog.ProtocolNames();
+  context.problems.Error(node.mark(), "protocol: " + Quoted(*name) + " is not installed;" +
+                                          DidYouMean(*name, installed) + " installed: " +
+                                          (installed.empty() ? "none" : Join(installed)));
+  return nullptr;
+}
+
+Device ReadDevice(const YamlNode& node, const Line& line, const Options& line_options,
+                  const Protocol* line_protocol, LoadContext& context) {
+  Device device;
+  device.mark = node.mark();
+  MapReader map(node, "device", context.problems);
+  if (node.kind() != YamlNode::Kind::map) return device;
+  ReadName(map, device, context);
+  const Protocol* protocol = line_protocol;
+  if (const auto own = map.Get("protocol")) protocol = ReadProtocol(*own, context);
+  if (!protocol) map.AllowAll();
+  if (protocol) device.protocol = std::string(protocol->name);
+  ReadAddress(map, line, protocol, device);
+  Assign(device.enabled, map.Flag("enabled"));
+  if (const auto serial = map.Get("serial")) {
+    device.serial = ReadSerial(*serial, line.serial, context.problems);
+  }
+  const RawProfile* raw = FindProfile(map, protocol, device, context);
+  const Profile profile = raw ? raw->profile : Profile();
+  device.title = profile.title;
+  ReadTimes(map, profile, device, context.problems);
+  ReadModbusSide(map, profile, device, context);
+  ReadDeviceOptions(map, protocol, line_options, profile, protocol == line_protocol, device);
+  ReadPoints(map, raw, protocol, device, context);
+  map.Finish();
+  CheckDevice(device, map);
+  return device;
+}
+
+}  // namespace baudgate::config

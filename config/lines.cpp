@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/lines.h"
+
+#include <algorithm>
+
+#include "config/devices.h"
+#include "config/names.h"
+#include "config/network.h"
+#include "config/option_table.h"
+#include "config/serial.h"
+#include "config/spelling.h"
+
+namespace baudgate::config {
+namespace {
+
+constexpr std::size_t kMostLines = 1000;
+constexpr std::size_t kMostDevices = 1000;
+
+constexpr std::array<Word<Echo>, 3> kEchoes = {
+    {{"off", Echo::off}, {"strip", Echo::strip}, {"verify", Echo::verify}}};
+
+void ReadPort(MapReader& map, Line& line, LoadContext& context) {
+  const auto node = map.Need("port", "/dev/ttyUSB0");
+  if (!node) return;
+  const auto port = ReadText(*node, "port", context.problems);
+  if (!port) return;
+  constexpr std::string_view kTcp = "tcp://";
+  if (port->starts_with(kTcp)) {
+    const auto at = ParseHostPort(port->substr(kTcp.size()));
+    if (!at) {
+      context.problems.Error(node->mark(), "port: " + Quoted(*port) +
+                                               " is not tcp://host:port; write for example "
+                                               "tcp://10.0.0.5:4001");
+      return;
+    }
+  } else if (!port->starts_with("/")) {
+    context.problems.Error(node->mark(), "port: " + Quoted(*port) +
+                                             " is neither a path like /dev/ttyUSB0 nor "
+                                             "tcp://host:port");
+    return;
+  }
+  line.port = *port;
+  context.uniques.Port(line.port, line.name, node->mark());
+}
+
+void ReadName(MapReader& map, Line& line, LoadContext& context) {
+  const auto node = map.Need("name", "bay-1");
+  if (!node) return;
+  const auto name = ReadText(*node, "name", context.problems);
+  if (!name) return;
+  if (const Status status = CheckName(*name); !status) {
+    context.problems.Error(node->mark(), "name: " + status.error());
+    return;
+  }
+  line.name = *name;
+  map.Rename("line '" + line.name + "'");
+  context.uniques.Line(line.name, node->mark());
+}
+
+// Buses of the devices' own protocols read their options from the line as well.
+void CompleteOptions(Line& line, const Options& given, const Catalog& catalog) {
+  for (const Device& device : line.devices) {
+    const Protocol* protocol = catalog.FindProtocol(device.protocol);
+    if (protocol) Override(line.options, DefaultOptions(*protocol));
+  }
+  const Protocol* own = catalog.FindProtocol(line.protocol);
+  if (own) Override(line.options, DefaultOptions(*own));
+  Override(line.options, given);
+}
+
+Line ReadLine(const YamlNode& node, LoadContext& context) {
+  Line line;
+  line.mark = node.mark();
+  MapReader map(node, "line", context.problems);
+  if (node.kind() != YamlNode::Kind::map) return line;
+  ReadName(map, line, context);
+  ReadPort(map, line, context);
+  const Protocol* protocol = nullptr;
+  if (const auto name = map.Need("protocol", "spabus")) {
+    protocol = ReadProtocol(*name, context);
+    if (protocol) line.protocol = std::string(protocol->name);
+    if (!protocol) map.AllowAll();
+  }
+  if (protocol) line.serial = protocol->serial;
+  if (const auto serial = map.Get("serial")) {
+    line.serial = ReadSerial(*serial, line.serial, context.problems);
+  }
+  ReadSerialExtras(map, line.serial);
+  if (const auto timing = map.Get("timing")) line.timing = ReadTiming(*timing, context.problems);
+  Assign(line.retries, ReadRetries(map));
+  Assign(line.echo, map.OneOf("echo", kEchoes));
+  Options given;
+  if (protocol) given = ReadOptions(map, *protocol, OptionSpec::Scope::line);
+  const auto devices = map.Get("devices");
+  map.Finish();
+  if (devices) {
+    for (const YamlNode& device : ReadList(*devices, "devices", kMostDevices, context.problems)) {
+      line.devices.push_back(ReadDevice(device, line, given, protocol, context));
+    }
+  }
+  CompleteOptions(line, given, context.catalog);
+  if (line.devices.empty()) {
+    context.problems.Warning(line.mark, map.what() + " has no devices: nothing is polled on it");
+  }
+  return line;
+}
+
+}  // namespace
+
+std::vector<Line> ReadLines(const YamlNode& list, LoadContext& context) {
+  std::vector<Line> lines;
+  for (const YamlNode& node : ReadList(list, "lines", kMostLines, context.problems)) {
+    lines.push_back(ReadLine(node, context));
+  }
+  return lines;
+}
+
+}  // namespace baudgate::config

@@ -1,0 +1,35 @@
+// The section lines: lines, their devices, and what profiles add to them.
+// YAML nodes come from config/loader; structs go to config::Config.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/catalog.h"
+#include "config/config.h"
+#include "config/profile.h"
+#include "config/validate.h"
+#include "config/yaml_reader.h"
+
+namespace baudgate::config {
+
+/// What the readers of one file share.
+struct LoadContext {
+  LoadContext(const Catalog& catalog, std::filesystem::path base, Problems& problems)
+      : catalog(catalog), base(std::move(base)), problems(problems), uniques(problems) {}
+
+  const Catalog& catalog;
+  std::filesystem::path base;  ///< what relative profile paths are relative to
+  Problems& problems;
+  Uniques uniques;
+  std::map<std::pair<std::string, std::string>, RawProfile> profiles;  ///< by protocol and path
+  std::size_t points = 0;  ///< of all devices so far; bounds what aliases can multiply
+};
+
+std::vector<Line> ReadLines(const YamlNode& list, LoadContext& context);
+
+}  // namespace baudgate::config

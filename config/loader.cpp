@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/loader.h"
+
+#include <filesystem>
+
+#include "config/lines.h"
+#include "config/outputs.h"
+#include "config/profile.h"
+#include "config/yaml_reader.h"
+
+namespace baudgate::config {
+namespace {
+
+Config ReadConfig(const YamlNode& root, LoadContext& context) {
+  Config config;
+  config.modbus = DefaultModbus();
+  Problems& problems = context.problems;
+  MapReader map(root, "the configuration", problems);
+  if (root.kind() != YamlNode::Kind::map) return config;
+  if (const auto node = map.Get("gateway")) config.name = ReadGateway(*node, problems);
+  if (const auto node = map.Get("modbus")) {
+    config.modbus = ReadModbus(*node, context.uniques, problems);
+  }
+  if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, problems);
+  if (const auto node = map.Need("lines", "[ { name: bay-1, port: /dev/ttyUSB0, … } ]")) {
+    config.lines = ReadLines(*node, context);
+  }
+  map.Finish();
+  return config;
+}
+
+// yaml-cpp throws on access as well as on parsing; this is the edge where that ends.
+template <typename Read>
+void Guarded(const std::string& file, Problems& problems, Read read) {
+  try {
+    read();
+  } catch (const std::exception& error) {
+    problems.Error({file, 0, 0}, "could not be read completely");
+  }
+}
+
+}  // namespace
+
+Loaded LoadText(const std::string& text, const std::string& name, const Catalog& catalog) {
+  Loaded loaded;
+  Problems problems;
+  Guarded(name, problems, [&] {
+    const auto root = ParseYaml(name, text, problems);
+    if (!root) return;
+    LoadContext context(catalog, std::filesystem::path(name).parent_path(), problems);
+    loaded.config = ReadConfig(*root, context);
+  });
+  loaded.problems = problems.Sorted();
+  return loaded;
+}
+
+Loaded LoadFile(const std::string& path, const Catalog& catalog) {
+  const auto text = ReadWholeFile(path);
+  if (text) return LoadText(*text, path, catalog);
+  Loaded loaded;
+  loaded.problems.push_back({{path, 0, 0}, text.error(), false});
+  return loaded;
+}
+
+LoadedProfile LoadProfile(const std::string& profile, const Protocol& protocol,
+                          const Catalog& catalog) {
+  LoadedProfile loaded;
+  Problems problems;
+  Guarded(profile, problems, [&] {
+    const auto path = LocateProfile(profile, protocol, catalog, {});
+    if (!path) {
+      problems.Error({profile, 0, 0}, "profile " + path.error());
+      return;
+    }
+    RawProfile raw = ReadProfile(*path, protocol, problems);
+    loaded.profile = std::move(raw.profile);
+    loaded.profile.points = BuildPoints(raw.points, &protocol, problems);
+  });
+  loaded.problems = problems.Sorted();
+  return loaded;
+}
+
+}  // namespace baudgate::config

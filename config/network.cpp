@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/network.h"
+
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "config/spelling.h"
+#include "gateway/base/text.h"
+
+namespace baudgate::config {
+namespace {
+
+using Address = std::array<std::uint8_t, 16>;
+
+constexpr int kMappedBits = 96;  // ::ffff:0:0/96 is where IPv4 stands in IPv6
+
+struct ParsedAddress {
+  Address bytes{};
+  bool is_v4 = false;
+};
+
+std::optional<ParsedAddress> ParseAddress(const std::string& text) {
+  ParsedAddress parsed;
+  if (inet_pton(AF_INET, text.c_str(), parsed.bytes.data() + 12) == 1) {
+    parsed.bytes[10] = parsed.bytes[11] = 0xFF;
+    parsed.is_v4 = true;
+    return parsed;
+  }
+  if (inet_pton(AF_INET6, text.c_str(), parsed.bytes.data()) == 1) return parsed;
+  return std::nullopt;
+}
+
+Address Masked(Address bytes, int prefix) {
+  for (int bit = prefix; bit < 128; ++bit) {
+    auto& byte = bytes[static_cast<std::size_t>(bit / 8)];
+    byte = static_cast<std::uint8_t>(byte & ~(0x80U >> (bit % 8)));
+  }
+  return bytes;
+}
+
+std::string Shown(const Address& bytes, bool is_v4) {
+  char text[INET6_ADDRSTRLEN] = {};
+  if (is_v4) {
+    inet_ntop(AF_INET, bytes.data() + 12, text, sizeof text);
+  } else {
+    inet_ntop(AF_INET6, bytes.data(), text, sizeof text);
+  }
+  return text;
+}
+
+}  // namespace
+
+Result<HostPort> ParseHostPort(std::string_view text) {
+  const Error error{Quoted(text) + " is not host:port; write for example 127.0.0.1:1502"};
+  const auto colon = text.rfind(':');
+  if (colon == std::string_view::npos) return error;
+  const auto port = ParseInteger<std::uint16_t>(text.substr(colon + 1));
+  std::string host(text.substr(0, colon));
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
+    host = host.substr(1, host.size() - 2);
+    if (!IsIpAddress(host)) return error;
+  } else if (host.empty() || host.find_first_of(":[]/ @") != std::string::npos) {
+    return error;
+  }
+  if (!port || *port == 0) {
+    return Error{Quoted(text) + " has no usable port number; allowed: 1…65535"};
+  }
+  return HostPort{std::move(host), *port};
+}
+
+Result<Network> ParseNetwork(std::string_view text) {
+  const auto slash = text.find('/');
+  const auto address = ParseAddress(std::string(text.substr(0, slash)));
+  if (!address) {
+    return Error{Quoted(text) + " is not an address range; write for example 10.0.0.0/8"};
+  }
+  const int most = address->is_v4 ? 32 : 128;
+  int prefix = most;
+  if (slash != std::string_view::npos) {
+    const auto given = ParseInteger<int>(text.substr(slash + 1));
+    if (!given || *given < 0 || *given > most) {
+      return Error{Quoted(text) + " has no usable prefix; allowed: /0…/" + std::to_string(most)};
+    }
+    prefix = *given;
+  }
+  Network network;
+  network.text = std::string(text);
+  network.prefix = address->is_v4 ? prefix + kMappedBits : prefix;
+  network.bytes = Masked(address->bytes, network.prefix);
+  if (network.bytes != address->bytes) {
+    return Error{Quoted(text) + " has bits beyond its prefix; write " +
+                 Shown(network.bytes, address->is_v4) + "/" + std::to_string(prefix)};
+  }
+  return network;
+}
+
+bool IsIpAddress(const std::string& text) { return ParseAddress(text).has_value(); }
+
+bool IsLoopback(const Network& network) {
+  const bool is_v4 = network.bytes[10] == 0xFF && network.bytes[11] == 0xFF && network.prefix >= 96;
+  if (is_v4) return network.bytes[12] == 127 && network.prefix >= kMappedBits + 8;
+  Address one{};
+  one[15] = 1;
+  return network.bytes == one && network.prefix == 128;
+}
+
+}  // namespace baudgate::config

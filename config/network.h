@@ -1,0 +1,31 @@
+// Addresses of the network side, as users write them: where to listen, who may come, which host a
+// serial server has. Text comes from config/outputs and config/lines.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "config/config.h"
+#include "gateway/base/result.h"
+
+namespace baudgate::config {
+
+struct HostPort {
+  std::string host;  ///< without the brackets of IPv6
+  std::uint16_t port = 0;
+};
+
+/// "10.0.0.7:502", "[::1]:502", "server:4001".
+Result<HostPort> ParseHostPort(std::string_view text);
+
+/// "10.0.0.0/8", "10.0.0.7", "fe80::/10". IPv4 is held in its IPv6-mapped form (::ffff:a.b.c.d), so
+/// that one comparison serves both.
+Result<Network> ParseNetwork(std::string_view text);
+
+bool IsIpAddress(const std::string& text);
+/// Whether every address of it is this machine's own.
+bool IsLoopback(const Network& network);
+
+}  // namespace baudgate::config

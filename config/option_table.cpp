@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/option_table.h"
+
+#include "config/spelling.h"
+#include "gateway/base/text.h"
+
+namespace baudgate::config {
+namespace {
+
+using Kind = OptionSpec::Kind;
+
+Error Wrong(const OptionSpec& spec, std::string_view text, const std::string& why) {
+  return {spec.secret ? "the value " + why : Quoted(text) + " " + why};
+}
+
+bool Bounded(const OptionSpec& spec) { return spec.minimum < spec.maximum; }
+
+std::string Bounds(const OptionSpec& spec) {
+  return FormatNumber(spec.minimum) + "…" + FormatNumber(spec.maximum);
+}
+
+bool InBounds(const OptionSpec& spec, double value) {
+  return !Bounded(spec) || (value >= spec.minimum && value <= spec.maximum);
+}
+
+Result<OptionValue> ParseFlag(const OptionSpec& spec, std::string_view text) {
+  if (text == "true" || text == "yes" || text == "on") return OptionValue(true);
+  if (text == "false" || text == "no" || text == "off") return OptionValue(false);
+  return Wrong(spec, text, "is neither true nor false");
+}
+
+Result<OptionValue> ParseWhole(const OptionSpec& spec, std::string_view text) {
+  const auto value = ParseInteger<std::int64_t>(text);
+  if (!value) return Wrong(spec, text, "is not a whole number");
+  if (!InBounds(spec, static_cast<double>(*value))) {
+    return Wrong(spec, text, "is out of range; allowed: " + Bounds(spec));
+  }
+  return OptionValue(*value);
+}
+
+Result<OptionValue> ParseReal(const OptionSpec& spec, std::string_view text) {
+  const auto value = ParseDecimal(text);
+  if (!value) return Wrong(spec, text, "is not a decimal number");
+  if (!InBounds(spec, *value)) {
+    return Wrong(spec, text, "is out of range; allowed: " + Bounds(spec));
+  }
+  return OptionValue(*value);
+}
+
+Result<OptionValue> ParseTime(const OptionSpec& spec, std::string_view text) {
+  const auto value = ParseDuration(text);
+  if (value) return OptionValue(static_cast<std::int64_t>(value->count()));
+  if (spec.secret) return Wrong(spec, text, "is not a duration");
+  return Error{value.error()};
+}
+
+std::vector<std::string_view> Choices(const OptionSpec& spec) {
+  std::vector<std::string_view> choices = Split(spec.choices, ',');
+  for (std::string_view& choice : choices) choice = Trim(choice);
+  return choices;
+}
+
+Result<OptionValue> ParseChoice(const OptionSpec& spec, std::string_view text) {
+  const std::vector<std::string_view> choices = Choices(spec);
+  for (const std::string_view choice : choices) {
+    if (choice == text) return OptionValue(std::string(text));
+  }
+  const std::string hint = spec.secret ? std::string() : DidYouMean(text, choices);
+  return Wrong(spec, text, "is unknown;" + hint + " allowed: " + Join(choices));
+}
+
+std::vector<std::string> ParseTexts(std::string_view text) {
+  std::vector<std::string> parts;
+  for (const std::string_view part : Split(text, ',')) {
+    if (!Trim(part).empty()) parts.emplace_back(Trim(part));
+  }
+  return parts;
+}
+
+// A declaration that leaves its fallback out means the nothing of its kind.
+OptionValue Empty(Kind kind) {
+  switch (kind) {
+    case Kind::flag:
+      return false;
+    case Kind::integer:
+    case Kind::duration:
+      return std::int64_t{0};
+    case Kind::real:
+      return 0.0;
+    case Kind::texts:
+      return std::vector<std::string>();
+    case Kind::text:
+    case Kind::choice:
+      break;
+  }
+  return std::string();
+}
+
+std::optional<OptionValue> ReadTexts(const YamlNode& node, const std::string& name,
+                                     Problems& problems) {
+  std::vector<std::string> texts;
+  for (const YamlNode& element : ReadList(node, name, 1000, problems)) {
+    if (auto text = ReadText(element, name, problems)) texts.push_back(std::move(*text));
+  }
+  return texts;
+}
+
+std::optional<OptionValue> ReadOption(const YamlNode& node, const OptionSpec& spec,
+                                      Problems& problems) {
+  const std::string name(spec.name);
+  if (spec.kind == Kind::texts && node.kind() == YamlNode::Kind::list) {
+    return ReadTexts(node, name, problems);
+  }
+  const auto text = ReadText(node, name, problems);
+  if (!text) return std::nullopt;
+  // A text is taken as it stands, commas and all; only where a list is meant they separate.
+  auto value = ParseOption(spec, *text);
+  if (value) return std::move(*value);
+  problems.Error(node.mark(), name + ": " + value.error());
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<OptionValue> ParseOption(const OptionSpec& spec, std::string_view text) {
+  switch (spec.kind) {
+    case Kind::flag:
+      return ParseFlag(spec, text);
+    case Kind::integer:
+      return ParseWhole(spec, text);
+    case Kind::real:
+      return ParseReal(spec, text);
+    case Kind::duration:
+      return ParseTime(spec, text);
+    case Kind::choice:
+      return ParseChoice(spec, text);
+    case Kind::texts:
+      return OptionValue(ParseTexts(text));
+    case Kind::text:
+      break;
+  }
+  return OptionValue(std::string(text));
+}
+
+Options ReadOptions(MapReader& map, const Protocol& protocol, OptionSpec::Scope scope) {
+  Options options;
+  for (const OptionSpec& spec : protocol.options) {
+    if (spec.scope != scope) {
+      map.Refuse(spec.name, "'" + std::string(spec.name) + "' belongs to the " +
+                                (scope == OptionSpec::Scope::line ? "devices, not to the line"
+                                                                  : "line, not to its devices"));
+      continue;
+    }
+    const auto node = map.Get(spec.name);
+    if (!node) continue;
+    if (auto value = ReadOption(*node, spec, map.problems())) {
+      options.Set(std::string(spec.name), std::move(*value));
+    }
+  }
+  return options;
+}
+
+Options DefaultOptions(const Protocol& protocol) {
+  Options options;
+  for (const OptionSpec& spec : protocol.options) {
+    auto value = ParseOption(spec, spec.fallback);
+    options.Set(std::string(spec.name), value ? std::move(*value) : Empty(spec.kind));
+  }
+  return options;
+}
+
+void Override(Options& target, const Options& given) {
+  for (const auto& [name, value] : given.all()) target.Set(name, value);
+}
+
+}  // namespace baudgate::config

@@ -1,0 +1,21 @@
+// The sections gateway, modbus and dds: who this gateway is and to whom it serves.
+// YAML nodes come from config/loader; structs go to config::Config.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "config/config.h"
+#include "config/validate.h"
+#include "config/yaml_reader.h"
+
+namespace baudgate::config {
+
+/// The gateway's name; the default where the section does not give one.
+std::string ReadGateway(const YamlNode& node, Problems& problems);
+Modbus ReadModbus(const YamlNode& node, Uniques& uniques, Problems& problems);
+/// What applies where there is no `modbus:` at all: loopback, port 1502.
+Modbus DefaultModbus();
+Dds ReadDds(const YamlNode& node, Problems& problems);
+
+}  // namespace baudgate::config

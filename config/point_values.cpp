@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/point_values.h"
+
+#include <algorithm>
+
+#include "config/spelling.h"
+#include "gateway/base/text.h"
+
+namespace baudgate::config {
+namespace {
+
+// DDS carries text as string<128>.
+constexpr std::size_t kLongestText = 128;
+
+constexpr std::array<Word<Quality>, 8> kQualities = {
+    {{"sensor_failure", Quality::bad_sensor_failure},
+     {"device_failure", Quality::bad_device_failure},
+     {"configuration", Quality::bad_configuration},
+     {"not_connected", Quality::bad_not_connected},
+     {"out_of_service", Quality::bad_out_of_service},
+     {"last_usable", Quality::uncertain_last_usable},
+     {"sub_normal", Quality::uncertain_sub_normal},
+     {"uncertain", Quality::uncertain}}};
+
+constexpr std::array<Quality, 8> kByCode = {
+    Quality::bad_configuration,     Quality::bad_not_connected,   Quality::bad_device_failure,
+    Quality::bad_sensor_failure,    Quality::bad_out_of_service,  Quality::uncertain,
+    Quality::uncertain_last_usable, Quality::uncertain_sub_normal};
+
+// A sentinel can not mean good, nor what the gateway alone may say (waiting, communication).
+std::optional<Quality> QualityOfCode(std::string_view text) {
+  if (!text.starts_with("0x") && !text.starts_with("0X")) return std::nullopt;
+  const auto code = ParseInteger<std::uint8_t>(text.substr(2), 16);
+  if (!code) return std::nullopt;
+  const auto found = std::find(kByCode.begin(), kByCode.end(), static_cast<Quality>(*code));
+  return found == kByCode.end() ? std::nullopt : std::optional(*found);
+}
+
+std::optional<Quality> ReadQuality(const YamlNode& node, const std::string& what,
+                                   Problems& problems) {
+  if (node.kind() == YamlNode::Kind::scalar) {
+    if (const auto quality = QualityOfCode(node.text())) return quality;
+  }
+  return ReadWord(node, what, kQualities, problems);
+}
+
+std::optional<double> ReadLevel(const YamlNode& node, Problems& problems) {
+  if (node.kind() == YamlNode::Kind::scalar && node.text() == "true") return 1;
+  if (node.kind() == YamlNode::Kind::scalar && node.text() == "false") return 0;
+  return ReadNumber(node, "simulate", problems);
+}
+
+}  // namespace
+
+Result<TypeText> ParseType(std::string_view text) {
+  static constexpr std::array<std::string_view, 10> kShown = {
+      "bool",  "int16",  "uint16",  "int32",   "uint32",
+      "int64", "uint64", "float32", "float64", "string(n)"};
+  for (int i = 0; i < static_cast<int>(Type::string); ++i) {
+    const auto type = static_cast<Type>(i);
+    if (text == Name(type)) return TypeText{type, 0};
+  }
+  if (text.starts_with("string(") && text.ends_with(")")) {
+    const auto length = ParseInteger<std::size_t>(text.substr(7, text.size() - 8));
+    if (length && *length >= 1 && *length <= kLongestText) {
+      return TypeText{Type::string, *length};
+    }
+    return Error{Quoted(text) + " has no usable length; allowed: string(1)…string(128)"};
+  }
+  if (text == "string") return Error{"'string' needs its length in bytes: string(16)"};
+  return Error{Quoted(text) + " is unknown;" + DidYouMean(text, kShown) +
+               " allowed: " + Join(kShown)};
+}
+
+std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems) {
+  std::vector<Sentinel> sentinels;
+  for (const Entry& entry : ReadEntries(node, "sentinels", problems)) {
+    const Mark mark = entry.value.source()->MarkAt(entry.place);
+    const auto value = ParseDecimal(entry.key);
+    if (!value) {
+      problems.Error(mark, "sentinels: " + Quoted(entry.key) +
+                               " is not a number; write { 999: sensor_failure }");
+      continue;
+    }
+    const auto quality = ReadQuality(entry.value, "sentinels: " + entry.key, problems);
+    if (!quality) continue;
+    const auto same = [&](const Sentinel& other) { return other.value == *value; };
+    if (std::any_of(sentinels.begin(), sentinels.end(), same)) {
+      problems.Error(mark, "sentinels: the value " + entry.key + " stands twice");
+      continue;
+    }
+    sentinels.push_back({*value, *quality});
+  }
+  return sentinels;
+}
+
+std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems) {
+  const auto text = ReadText(node, "on_fault", problems);
+  if (!text) return std::nullopt;
+  if (*text == "nan") return OnFault{OnFault::Kind::nan, 0};
+  if (*text == "hold") return OnFault{OnFault::Kind::hold, 0};
+  if (const auto value = ParseDecimal(*text)) return OnFault{OnFault::Kind::value, *value};
+  problems.Error(node.mark(),
+                 "on_fault: " + Quoted(*text) + " is unknown; allowed: nan, hold or a number");
+  return std::nullopt;
+}
+
+std::optional<Simulate> ReadSimulate(const YamlNode& node, Type type, Problems& problems) {
+  if (type == Type::string) {
+    const auto text = ReadText(node, "simulate", problems);
+    if (!text) return std::nullopt;
+    return Simulate{0, 0, *text};
+  }
+  if (node.kind() != YamlNode::Kind::list) {
+    const auto value = ReadLevel(node, problems);
+    if (!value) return std::nullopt;
+    return Simulate{*value, *value, std::nullopt};
+  }
+  const std::vector<YamlNode> ends = ReadList(node, "simulate", 2, problems);
+  if (ends.size() != 2) {
+    problems.Error(node.mark(), "simulate: a range has two ends; write [low, high]");
+    return std::nullopt;
+  }
+  const auto low = ReadLevel(ends[0], problems);
+  const auto high = ReadLevel(ends[1], problems);
+  if (!low || !high) return std::nullopt;
+  if (*low > *high) {
+    problems.Error(node.mark(), "simulate: the low end is above the high end; write [low, high]");
+    return std::nullopt;
+  }
+  return Simulate{*low, *high, std::nullopt};
+}
+
+}  // namespace baudgate::config

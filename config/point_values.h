@@ -1,0 +1,32 @@
+// The values of a point's keys that have a form of their own: type, sentinels, on_fault, simulate.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "config/config.h"
+#include "config/yaml_reader.h"
+#include "gateway/base/result.h"
+
+namespace baudgate::config {
+
+struct TypeText {
+  Type type = Type::float32;
+  std::size_t text_length = 0;  ///< of string(n)
+};
+
+/// "float32", "string(16)".
+Result<TypeText> ParseType(std::string_view text);
+
+/// { 999: sensor_failure }: a quality by its name without "bad" or "uncertain", or its code in hex.
+std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems);
+
+/// nan, hold or a number.
+std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems);
+
+/// [low, high], or one value that stays; of a string point the text.
+std::optional<Simulate> ReadSimulate(const YamlNode& node, Type type, Problems& problems);
+
+}  // namespace baudgate::config

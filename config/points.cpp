@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/points.h"
+
+#include <map>
+
+#include "config/names.h"
+#include "config/point_values.h"
+#include "config/spelling.h"
+#include "config/validate.h"
+
+namespace baudgate::config {
+namespace {
+
+constexpr std::array<Word<Access>, 3> kAccess = {
+    {{"r", Access::read}, {"w", Access::write}, {"rw", Access::read_write}}};
+constexpr std::array<Word<Group>, 3> kGroups = {
+    {{"once", Group::once}, {"slow", Group::slow}, {"fast", Group::fast}}};
+constexpr std::array<Word<Table>, 4> kTables = {{{"input", Table::registers},
+                                                 {"holding", Table::registers},
+                                                 {"discrete", Table::bits},
+                                                 {"coil", Table::bits}}};
+constexpr std::uint16_t kLastAddress = 65535;
+
+// DDS carries the unit as string<16>.
+constexpr std::size_t kLongestUnit = 16;
+
+void ReadAddresses(MapReader& map, Point& point) {
+  Assign(point.access, map.OneOf("access", kAccess));
+  Assign(point.write, map.Text("write"));
+  if (point.access == Access::write && !point.write.empty()) {
+    Assign(point.read, map.Text("read"));
+    return;
+  }
+  const auto read = map.Need("read", "\"…\" (the protocol's own address)");
+  if (read) Assign(point.read, ReadText(*read, "read", map.problems()));
+}
+
+void ReadType(MapReader& map, Point& point) {
+  const auto node = map.Need("type", "float32");
+  if (!node) return;
+  const auto text = ReadText(*node, "type", map.problems());
+  if (!text) return;
+  const auto type = ParseType(*text);
+  if (!type) {
+    map.problems().Error(node->mark(), "type: " + type.error());
+    return;
+  }
+  point.type = type->type;
+  point.text_length = type->text_length;
+}
+
+void ReadPlace(MapReader& map, Point& point) {
+  point.modbus = map.Integer<std::uint16_t>("modbus", 0, kLastAddress);
+  // The Modbus contract: booleans stand in the bit tables unless they are told to take a register.
+  point.table = point.type == Type::boolean ? Table::bits : Table::registers;
+  Assign(point.table, map.OneOf("table", kTables));
+}
+
+void ReadMeaning(MapReader& map, Point& point) {
+  Assign(point.unit, map.Label("unit"));
+  if (point.unit.size() > kLongestUnit) {
+    map.problems().Error(map.MarkOf("unit"),
+                         "unit: " + Quoted(point.unit) + " is too long; at most 16 bytes");
+  }
+  Assign(point.group, map.OneOf("group", kGroups));
+  Assign(point.scale, map.Number("scale"));
+  Assign(point.offset, map.Number("offset"));
+  Assign(point.deadband, map.Number("deadband"));
+  Assign(point.description, map.Label("description"));
+  if (const auto node = map.Get("sentinels")) {
+    point.sentinels = ReadSentinels(*node, map.problems());
+  }
+  if (const auto node = map.Get("on_fault")) {
+    Assign(point.on_fault, ReadOnFault(*node, map.problems()));
+  }
+  if (const auto node = map.Get("simulate")) {
+    point.simulate = ReadSimulate(*node, point.type, map.problems());
+  }
+}
+
+Point BuildPoint(const RawPoint& raw, const Protocol* protocol, MapReader& map) {
+  Point point;
+  point.name = raw.name;
+  point.mark = raw.mark;
+  map.Get("name");
+  ReadType(map, point);
+  ReadAddresses(map, point);
+  ReadPlace(map, point);
+  ReadMeaning(map, point);
+  map.Finish();
+  CheckPoint(point, map);
+  const bool complete = !point.read.empty() || !point.write.empty();
+  if (!protocol || !complete) return point;
+  if (const Status status = protocol->check_point(point); !status) {
+    map.problems().Error(map.MarkOf("read"), map.what() + ": " + status.error());
+  }
+  return point;
+}
+
+}  // namespace
+
+std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems) {
+  std::vector<RawPoint> points;
+  std::map<std::string, Mark> first;
+  for (const YamlNode& element : ReadList(list, "points", kMostPoints, problems)) {
+    RawPoint point{"", element.mark(), ReadEntries(element, "point", problems)};
+    if (element.kind() != YamlNode::Kind::map) continue;
+    MapReader map(point.keys, point.mark, "point", problems);
+    const auto node = map.Need("name", "current_l1");
+    if (!node) continue;
+    const auto name = ReadText(*node, "name", problems);
+    if (!name) continue;
+    if (const Status status = CheckPointName(*name); !status) {
+      problems.Error(node->mark(), "name: " + status.error());
+      continue;
+    }
+    const auto [earlier, is_new] = first.emplace(Lower(*name), node->mark());
+    if (!is_new) {
+      problems.Error(node->mark(), "point '" + *name + "' stands twice; first in line " +
+                                       std::to_string(earlier->second.line));
+      continue;
+    }
+    point.name = *name;
+    points.push_back(std::move(point));
+  }
+  return points;
+}
+
+std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<RawPoint>& over,
+                                  Problems& problems) {
+  std::map<std::string, std::size_t> index;
+  for (std::size_t i = 0; i < base.size(); ++i) index.emplace(Lower(base[i].name), i);
+  for (const RawPoint& point : over) {
+    const auto found = index.find(Lower(point.name));
+    if (found == index.end()) {
+      base.push_back(point);
+      continue;
+    }
+    RawPoint& target = base[found->second];
+    if (target.name != point.name) {
+      problems.Error(point.mark, "point '" + point.name + "' differs only in case from '" +
+                                     target.name + "' of the profile; write it the same way");
+      continue;
+    }
+    target.mark = point.mark;
+    for (const Entry& key : point.keys) {
+      std::erase_if(target.keys, [&](const Entry& old) { return old.key == key.key; });
+      target.keys.push_back(key);
+    }
+  }
+  return base;
+}
+
+std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw, const Protocol* protocol,
+                               Problems& problems) {
+  std::vector<Point> points;
+  RegisterMap registers(problems);
+  points.reserve(raw.size());
+  for (const RawPoint& one : raw) {
+    MapReader map(one.keys, one.mark, "point '" + one.name + "'", problems);
+    points.push_back(BuildPoint(one, protocol, map));
+    registers.Add(points.back(), map.MarkOf("modbus"));
+  }
+  return points;
+}
+
+}  // namespace baudgate::config

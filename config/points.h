@@ -1,0 +1,38 @@
+// Points as they stand in profiles and under a device's `points:`. YAML nodes come from
+// config/profile and config/lines; finished points go to config::Device.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "config/yaml_reader.h"
+#include "protocols/protocol.h"
+
+namespace baudgate::config {
+
+/// A point before its values are read: merging a device's own keys over those of its profile is
+/// then a matter of keys, and every value keeps the place where it was written.
+struct RawPoint {
+  std::string name;
+  Mark mark;
+  std::vector<Entry> keys;
+};
+
+inline constexpr std::size_t kMostPoints = 20'000;
+
+/// A list of points. Reports what is no point, has no usable name, or has a name twice (case does
+/// not tell names apart).
+std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems);
+
+/// `base` with the keys of `over` put over points of the same name, and its new points at the end.
+std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<RawPoint>& over,
+                                  Problems& problems);
+
+/// The values of `raw`, one point each, with every problem that a point can have by itself or with
+/// the others of its device. Without a protocol its own checks are left out.
+std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw, const Protocol* protocol,
+                               Problems& problems);
+
+}  // namespace baudgate::config

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/problem.h"
+
+#include <algorithm>
+
+#include "gateway/base/text.h"
+
+namespace baudgate::config {
+namespace {
+
+constexpr std::size_t kLongestMessage = 1000;
+
+// A message quotes the file; what is in there must not steer the terminal that shows it.
+std::string WithoutControls(const std::string& text) {
+  std::string clean;
+  for (const char c : text.substr(0, kLongestMessage)) {
+    const auto byte = static_cast<std::uint8_t>(c);
+    if (byte >= 0x20 && byte != 0x7F) {
+      clean += c;
+    } else {
+      clean += "\\x" + HexByte(byte);
+    }
+  }
+  return clean;
+}
+
+}  // namespace
+
+std::string ToString(const Problem& problem) {
+  const std::string place = problem.mark.line == 0 ? problem.mark.file : problem.mark.ToString();
+  return place + (problem.warning ? ": warning: " : ": error: ") + problem.message;
+}
+
+bool HasError(const std::vector<Problem>& problems) {
+  return std::any_of(problems.begin(), problems.end(), [](const Problem& p) { return !p.warning; });
+}
+
+void Problems::Add(const Mark& mark, std::string message, bool warning) {
+  // Errors beyond the limit must still count: the first one too many stands for the rest.
+  if (problems_.size() > kMost || (problems_.size() == kMost && warning)) return;
+  if (problems_.size() == kMost) {
+    problems_.push_back({{mark.file, 0, 0}, "there are more problems; they are not shown", false});
+    return;
+  }
+  message = WithoutControls(message);
+  if (!seen_.emplace(mark.file, mark.line, mark.column, message).second) return;
+  if (std::find(files_.begin(), files_.end(), mark.file) == files_.end()) {
+    files_.push_back(mark.file);
+  }
+  problems_.push_back({mark, std::move(message), warning});
+}
+
+std::vector<Problem> Problems::Sorted() const {
+  std::vector<Problem> sorted = problems_;
+  const auto file_index = [this](const Mark& mark) {
+    return std::find(files_.begin(), files_.end(), mark.file) - files_.begin();
+  };
+  const bool overflow = sorted.size() > kMost;
+  std::stable_sort(sorted.begin(), overflow ? sorted.end() - 1 : sorted.end(),
+                   [&](const Problem& a, const Problem& b) {
+                     return std::make_tuple(file_index(a.mark), a.mark.line, a.mark.column) <
+                            std::make_tuple(file_index(b.mark), b.mark.line, b.mark.column);
+                   });
+  return sorted;
+}
+
+}  // namespace baudgate::config

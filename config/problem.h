@@ -1,0 +1,47 @@
+// What is wrong with a configuration, and where: gathered while files are read, shown all at once.
+// Written by the readers of config/, printed by gateway/cli/check.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "config/config.h"
+
+namespace baudgate::config {
+
+struct Problem {
+  Mark mark;
+  std::string message;   ///< one line: what is wrong and what would be right; never a secret
+  bool warning = false;  ///< the configuration can be used nevertheless
+};
+
+/// "file:line:column: error: message"; only the file where no line is known.
+std::string ToString(const Problem& problem);
+
+bool HasError(const std::vector<Problem>& problems);
+
+/// Collects problems; the same one at the same place counts once, and beyond kMost they are
+/// dropped.
+class Problems {
+ public:
+  static constexpr std::size_t kMost = 500;
+
+  void Error(const Mark& mark, std::string message) { Add(mark, std::move(message), false); }
+  void Warning(const Mark& mark, std::string message) { Add(mark, std::move(message), true); }
+
+  /// In the order of the files and of the places in them.
+  std::vector<Problem> Sorted() const;
+
+ private:
+  void Add(const Mark& mark, std::string message, bool warning);
+
+  std::vector<Problem> problems_;
+  std::vector<std::string> files_;
+  std::set<std::tuple<std::string, int, int, std::string>> seen_;
+};
+
+}  // namespace baudgate::config

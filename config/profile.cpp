@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/profile.h"
+
+#include "config/option_table.h"
+#include "config/serial.h"
+#include "config/spelling.h"
+
+namespace baudgate::config {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<Word<WordOrder>, 4> kWordOrders = {{{"ABCD", WordOrder::abcd},
+                                                         {"CDAB", WordOrder::cdab},
+                                                         {"BADC", WordOrder::badc},
+                                                         {"DCBA", WordOrder::dcba}}};
+constexpr int kMostRetries = 10;
+
+bool IsPath(const std::string& profile) {
+  return profile.find('/') != std::string::npos || profile.ends_with(".yaml");
+}
+
+}  // namespace
+
+std::optional<int> ReadRetries(MapReader& map) { return map.Integer("retries", 0, kMostRetries); }
+std::optional<Duration> ReadPoll(MapReader& map) { return map.Time("poll", 10ms, 24h); }
+std::optional<Duration> ReadSlow(MapReader& map) { return map.Time("slow", 10ms, 24h); }
+std::optional<WordOrder> ReadWordOrder(MapReader& map) {
+  return map.OneOf("word_order", kWordOrders);
+}
+
+Result<fs::path> LocateProfile(const std::string& profile, const Protocol& protocol,
+                               const Catalog& catalog, const fs::path& base) {
+  if (IsPath(profile)) return base / profile;
+  const std::string owner(protocol.name);
+  if (auto path = catalog.FindProfile(owner, profile)) return std::move(*path);
+  const std::vector<ProfileFile> files = catalog.Profiles(owner);
+  std::vector<std::string_view> names;
+  for (const ProfileFile& file : files) names.push_back(file.name);
+  std::string searched;
+  for (const fs::path& dir : catalog.profile_dirs) {
+    searched += (searched.empty() ? "" : ", ") + (dir / owner).string();
+  }
+  return Error{Quoted(profile) + " is not installed for " + owner + ";" +
+               DidYouMean(profile, names) +
+               " installed: " + (names.empty() ? "none" : Join(names)) + " (searched " +
+               (searched.empty() ? "nowhere" : searched) + ")"};
+}
+
+RawProfile ReadProfileText(const std::string& text, const std::string& file,
+                           const std::string& name, const Protocol& protocol, Problems& problems) {
+  RawProfile raw;
+  Profile& profile = raw.profile;
+  profile.name = name;
+  profile.protocol = std::string(protocol.name);
+  const auto root = ParseYaml(file, text, problems);
+  if (!root) return raw;
+  MapReader map(*root, "profile '" + name + "'", problems);
+  if (map.Need("device", "ABB SPAJ 140 C")) Assign(profile.title, map.Label("device"));
+  if (const auto timing = map.Get("timing")) profile.timing = ReadTiming(*timing, problems);
+  profile.retries = ReadRetries(map);
+  profile.poll = ReadPoll(map);
+  profile.slow = ReadSlow(map);
+  profile.word_order = ReadWordOrder(map);
+  profile.options = ReadOptions(map, protocol, OptionSpec::Scope::device);
+  if (const auto points = map.Need("points", "[ … ]")) {
+    raw.points = ReadRawPoints(*points, problems);
+  }
+  map.Finish();
+  return raw;
+}
+
+RawProfile ReadProfile(const fs::path& path, const Protocol& protocol, Problems& problems) {
+  const auto text = ReadWholeFile(path.string());
+  if (text) {
+    return ReadProfileText(*text, path.string(), path.stem().string(), protocol, problems);
+  }
+  problems.Error({path.string(), 0, 0}, "profile " + text.error());
+  RawProfile raw;
+  raw.profile.name = path.stem().string();
+  raw.profile.protocol = std::string(protocol.name);
+  return raw;
+}
+
+}  // namespace baudgate::config

@@ -1,0 +1,39 @@
+// Device profiles: config/profiles/<protocol>/<name>.yaml, found through the catalog or by path.
+// Files come from disk; what they say goes to the devices of config/lines.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "config/catalog.h"
+#include "config/points.h"
+#include "config/problem.h"
+
+namespace baudgate::config {
+
+/// A profile before its points are read, so that a device can put its own keys over them.
+struct RawProfile {
+  Profile profile;  ///< without points
+  std::vector<RawPoint> points;
+};
+
+/// What a device's `profile:` leads to: a name in the catalog, or a path (with a '/' or ending in
+/// .yaml) relative to `base`. An error names near misses and where was searched.
+Result<std::filesystem::path> LocateProfile(const std::string& profile, const Protocol& protocol,
+                                            const Catalog& catalog,
+                                            const std::filesystem::path& base);
+
+RawProfile ReadProfile(const std::filesystem::path& path, const Protocol& protocol,
+                       Problems& problems);
+RawProfile ReadProfileText(const std::string& text, const std::string& file,
+                           const std::string& name, const Protocol& protocol, Problems& problems);
+
+// Shared with devices, which have the same keys.
+std::optional<int> ReadRetries(MapReader& map);
+std::optional<Duration> ReadPoll(MapReader& map);
+std::optional<Duration> ReadSlow(MapReader& map);
+std::optional<WordOrder> ReadWordOrder(MapReader& map);
+
+}  // namespace baudgate::config

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/serial.h"
+
+#include "config/spelling.h"
+#include "config/validate.h"
+#include "gateway/base/text.h"
+
+namespace baudgate::config {
+namespace {
+
+constexpr int kSlowestBaud = 300;
+constexpr int kFastestBaud = 921'600;
+
+enum class MapParity { none, even, odd, software };
+constexpr std::array<Word<MapParity>, 7> kParities = {{{"none", MapParity::none},
+                                                       {"even", MapParity::even},
+                                                       {"odd", MapParity::odd},
+                                                       {"N", MapParity::none},
+                                                       {"E", MapParity::even},
+                                                       {"O", MapParity::odd},
+                                                       {"software", MapParity::software}}};
+constexpr std::array<Word<bool>, 2> kWhoMakesParity = {{{"hardware", false}, {"software", true}}};
+
+std::optional<Parity> ParityOf(char letter) {
+  switch (letter) {
+    case 'N':
+    case 'n':
+      return Parity::none;
+    case 'E':
+    case 'e':
+      return Parity::even;
+    case 'O':
+    case 'o':
+      return Parity::odd;
+    default:
+      return std::nullopt;
+  }
+}
+
+// A port that knows 8N1 only can carry seven bits and a parity bit, and nothing else.
+void CheckSoftwareParity(const SerialSettings& serial, const Mark& mark, Problems& problems) {
+  if (!serial.software_parity) return;
+  if (serial.data_bits == 7 && serial.parity != Parity::none && serial.stop_bits == 1) return;
+  problems.Error(mark, "parity: software parity is made inside 8N1 and needs 7E1 or 7O1, not " +
+                           serial.ToString().substr(serial.ToString().find(' ') + 1));
+}
+
+Rs485 ReadRs485(const YamlNode& node, Rs485 rs485, Problems& problems) {
+  MapReader map(node, "rs485", problems);
+  rs485.enabled = true;
+  Assign(rs485.enabled, map.Flag("enabled"));
+  Assign(rs485.delay_before_send, map.Time("delay_before_send", 0ms, 1s));
+  Assign(rs485.delay_after_send, map.Time("delay_after_send", 0ms, 1s));
+  Assign(rs485.rts_active_high, map.Flag("rts_active_high"));
+  Assign(rs485.receive_while_sending, map.Flag("receive_while_sending"));
+  map.Finish();
+  for (const auto& [key, delay] : {std::pair("delay_before_send", rs485.delay_before_send),
+                                   std::pair("delay_after_send", rs485.delay_after_send)}) {
+    if (delay % 1ms != Duration::zero()) {
+      problems.Error(map.MarkOf(key),
+                     std::string(key) + ": the driver knows whole milliseconds only");
+    }
+  }
+  return rs485;
+}
+
+void ReadParity(MapReader& map, SerialSettings& serial) {
+  Assign(serial.software_parity, map.Flag("software_parity"));
+  const auto parity = map.OneOf("parity", kParities);
+  if (!parity) return;
+  switch (*parity) {
+    case MapParity::none:
+      serial.parity = Parity::none;
+      break;
+    case MapParity::even:
+      serial.parity = Parity::even;
+      break;
+    case MapParity::odd:
+      serial.parity = Parity::odd;
+      break;
+    case MapParity::software:
+      serial.software_parity = true;
+      break;
+  }
+}
+
+}  // namespace
+
+Result<SerialSettings> ParseSerial(std::string_view text, SerialSettings base) {
+  const Error error{Quoted(text) + " is not speed and character form; write for example 9600 8N1"};
+  const std::string_view trimmed = Trim(text);
+  const auto blank = trimmed.find(' ');
+  if (blank == std::string_view::npos) return error;
+  const auto baud = ParseInteger<int>(trimmed.substr(0, blank));
+  const std::string_view form = Trim(trimmed.substr(blank));
+  if (!baud || form.size() != 3) return error;
+  const auto parity = ParityOf(form[1]);
+  const bool known_data = form[0] == '7' || form[0] == '8';
+  const bool known_stop = form[2] == '1' || form[2] == '2';
+  if (!parity || !known_data || !known_stop) return error;
+  if (*baud < kSlowestBaud || *baud > kFastestBaud) {
+    return Error{std::to_string(*baud) + " baud is out of range; allowed: 300…921600"};
+  }
+  base.baud = *baud;
+  base.data_bits = form[0] - '0';
+  base.parity = *parity;
+  base.stop_bits = form[2] - '0';
+  return base;
+}
+
+SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Problems& problems) {
+  SerialSettings serial = base;
+  if (node.kind() == YamlNode::Kind::scalar) {
+    const auto parsed = ParseSerial(node.text(), base);
+    if (parsed) return *parsed;
+    problems.Error(node.mark(), "serial: " + parsed.error());
+    return serial;
+  }
+  MapReader map(node, "serial", problems);
+  Assign(serial.baud, map.Integer("baud", kSlowestBaud, kFastestBaud));
+  Assign(serial.data_bits, map.Integer("data", 7, 8));
+  Assign(serial.stop_bits, map.Integer("stop", 1, 2));
+  ReadParity(map, serial);
+  Assign(serial.rtscts, map.Flag("rtscts"));
+  Assign(serial.low_latency, map.Flag("low_latency"));
+  if (const auto rs485 = map.Get("rs485")) serial.rs485 = ReadRs485(*rs485, serial.rs485, problems);
+  map.Finish();
+  CheckSoftwareParity(serial, map.MarkOf("parity"), problems);
+  return serial;
+}
+
+void ReadSerialExtras(MapReader& line, SerialSettings& serial) {
+  if (const auto software = line.OneOf("parity", kWhoMakesParity)) {
+    serial.software_parity = *software;
+    CheckSoftwareParity(serial, line.MarkOf("parity"), line.problems());
+  }
+  if (const auto rs485 = line.Get("rs485")) {
+    serial.rs485 = ReadRs485(*rs485, serial.rs485, line.problems());
+  }
+}
+
+Timing ReadTiming(const YamlNode& node, Problems& problems) {
+  Timing timing;
+  MapReader map(node, "timing", problems);
+  // Only the quiet time may be nothing: a waiting time of 0 would mean "never" or "for ever".
+  timing.quiet = map.Time("quiet", 0ms, 1min);
+  timing.reply = map.Time("reply", 1ms, 10min);
+  timing.gap = map.Time("gap", 1ms, 1min);
+  timing.ceiling = map.Time("ceiling", 1ms, 10min);
+  timing.drain = map.Time("drain", 1ms, 1min);
+  map.Finish();
+  CheckTiming(timing, map.MarkOf("ceiling"), problems);
+  return timing;
+}
+
+}  // namespace baudgate::config

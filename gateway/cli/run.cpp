@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/run.h"
+
+#include <signal.h>
+#include <systemd/sd-daemon.h>
+
+#include "config/loader.h"
+#include "gateway/cli/check.h"
+#include "gateway/daemon.h"
+#include "gateway/log.h"
+#include "gateway/version.h"
+
+namespace baudgate {
+
+int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostream& err) {
+  const config::Loaded loaded = config::LoadFile(file, catalog);
+  PrintProblems(loaded.problems, err);
+  if (!loaded.ok()) return 3;
+
+  // Blocked before any thread starts, so that all of them inherit it and only this one takes them.
+  sigset_t stop_signals;
+  sigemptyset(&stop_signals);
+  sigaddset(&stop_signals, SIGTERM);
+  sigaddset(&stop_signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &stop_signals, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+
+  Daemon daemon(loaded.config, catalog);
+  if (const Status status = daemon.Start(); !status) {
+    err << "baudgate: " << status.error() << "\n";
+    return 4;
+  }
+  log::Info("baudgate {} runs: {}", kVersion, daemon.Summary());
+  sd_notifyf(0, "READY=1\nSTATUS=%s", daemon.Summary().c_str());
+
+  int caught = 0;
+  sigwait(&stop_signals, &caught);
+  sd_notify(0, "STOPPING=1");
+  log::Info("baudgate stops");
+  daemon.Stop();
+  return 0;
+}
+
+}  // namespace baudgate

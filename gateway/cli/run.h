@@ -1,0 +1,15 @@
+// `baudgate run`: the daemon in the foreground, until SIGTERM or SIGINT.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <ostream>
+#include <string>
+
+#include "config/catalog.h"
+
+namespace baudgate {
+
+/// Exit codes: 0 stopped in order, 3 bad configuration, 4 an output could not be opened.
+int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostream& err);
+
+}  // namespace baudgate

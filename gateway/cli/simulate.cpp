@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/simulate.h"
+
+#include <asio/io_context.hpp>
+#include <asio/signal_set.hpp>
+#include <csignal>
+
+#include "gateway/cli/one_device.h"
+#include "gateway/simulator.h"
+
+namespace baudgate {
+
+int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
+                std::ostream& err) {
+  auto made = MakeOneDevice({{}, options.profile, options.address, options.serial, options.set},
+                            catalog);
+  if (!made) {
+    err << "baudgate: " << made.error() << "\n";
+    return 3;
+  }
+  const config::Line& line = made->lines.front();
+  const config::Device& device = line.devices.front();
+  SimulatorOptions simulator_options;
+  simulator_options.link = options.pty;
+  simulator_options.think_time = options.think_time;
+  if (!options.serial.empty()) simulator_options.pace = line.serial;
+
+  asio::io_context io(1);
+  auto simulator = Simulator::Create(io, *catalog.FindProtocol(device.protocol), {device},
+                                     simulator_options);
+  if (!simulator) {
+    err << "baudgate: " << simulator.error() << "\n";
+    return 4;
+  }
+  out << device.title << " at address " << device.address << " answers on " << (*simulator)->path()
+      << (options.serial.empty() ? "" : ", paced at " + line.serial.ToString()) << std::endl;
+  asio::signal_set stop(io, SIGTERM, SIGINT);
+  stop.async_wait([&io](const asio::error_code&, int) { io.stop(); });
+  io.run();
+  return 0;
+}
+
+}  // namespace baudgate

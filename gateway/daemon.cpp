@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include <asio/executor_work_guard.hpp>
+#include <asio/io_context.hpp>
+#include <asio/post.hpp>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "gateway/line_runner.h"
+#include "gateway/log.h"
+#include "gateway/modbus/server.h"
+#include "gateway/version.h"
+#ifdef BAUDGATE_WITH_DDS
+#include "gateway/dds/publisher.h"
+#endif
+
+namespace baudgate {
+namespace {
+
+/// glibc gives every thread an arena of its own; with a thread per line that is memory for nothing.
+constexpr int kMostArenas = 2;
+
+}  // namespace
+
+struct Daemon::Impl final : CommandSink {
+  Impl(config::Config its_config, const config::Catalog& its_catalog)
+      : config(std::move(its_config)), catalog(its_catalog), store(config) {}
+
+  bool Submit(WriteCommand command) override {
+    return runners[line_of[command.device]]->Submit(std::move(command));
+  }
+
+  void MakeLines();
+  Status StartModbus();
+  Status StartDds();
+  void StopModbus();
+  GatewayInfo Info() const;
+
+  const config::Config config;
+  const config::Catalog& catalog;
+  PointStore store;
+  std::vector<std::unique_ptr<LineRunner>> runners;
+  std::vector<std::size_t> line_of;  // by device
+  Instant started = ReadClocks().instant;
+  asio::io_context modbus_io{1};
+  std::unique_ptr<ModbusServer> modbus;
+  std::thread modbus_thread;
+#ifdef BAUDGATE_WITH_DDS
+  std::unique_ptr<dds::DdsPublisher> dds;
+#endif
+};
+
+Daemon::Daemon(config::Config config, const config::Catalog& catalog)
+    : impl_(std::make_unique<Impl>(std::move(config), catalog)) {
+  mallopt(M_ARENA_MAX, kMostArenas);
+}
+
+Daemon::~Daemon() { Stop(); }
+
+Status Daemon::Start() {
+  impl_->MakeLines();
+  if (Status status = impl_->StartDds(); !status) return status;
+  if (Status status = impl_->StartModbus(); !status) return status;
+  for (const auto& runner : impl_->runners) runner->Start();
+  return {};
+}
+
+void Daemon::Stop() {
+  impl_->StopModbus();
+  for (const auto& runner : impl_->runners) runner->Stop();
+#ifdef BAUDGATE_WITH_DDS
+  if (impl_->dds) impl_->dds->Stop();
+  impl_->dds.reset();
+#endif
+}
+
+const config::Config& Daemon::config() const { return impl_->config; }
+const PointStore& Daemon::store() const { return impl_->store; }
+
+std::string Daemon::Summary() const {
+  std::string text;
+  if (impl_->modbus) {
+    for (std::size_t i = 0; i < impl_->config.modbus.listen.size(); ++i) {
+      text += fmt::format("Modbus TCP on {}:{}, ", impl_->config.modbus.listen[i].host,
+                          impl_->modbus->port(i));
+    }
+  }
+#ifdef BAUDGATE_WITH_DDS
+  if (impl_->dds) text += fmt::format("DDS domain {}, ", impl_->config.dds.domain);
+#endif
+  return text + fmt::format("{} lines, {} devices", impl_->config.lines.size(),
+                            impl_->store.device_count());
+}
+
+void Daemon::Impl::MakeLines() {
+  const auto find = [this](const std::string& name) -> const Protocol& {
+    return *catalog.FindProtocol(name);
+  };
+  std::uint32_t first_device = 0;
+  for (const config::Line& line : config.lines) {
+    line_of.insert(line_of.end(), line.devices.size(), runners.size());
+    runners.push_back(std::make_unique<LineRunner>(line, first_device, find, store));
+    first_device += static_cast<std::uint32_t>(line.devices.size());
+  }
+}
+
+Status Daemon::Impl::StartModbus() {
+  if (!config.modbus.enabled) return {};
+  modbus = std::make_unique<ModbusServer>(config, store, *this, [this] { return Info(); });
+  if (Status status = modbus->Listen(modbus_io); !status) {
+    modbus.reset();
+    return status;
+  }
+  modbus_thread = std::thread([this] {
+    pthread_setname_np(pthread_self(), "modbus");
+    const auto work = asio::make_work_guard(modbus_io);
+    modbus_io.run();
+  });
+  return {};
+}
+
+void Daemon::Impl::StopModbus() {
+  if (!modbus_thread.joinable()) return;
+  asio::post(modbus_io, [this] {
+    modbus->Stop();
+    modbus_io.stop();
+  });
+  modbus_thread.join();
+}
+
+Status Daemon::Impl::StartDds() {
+  if (!config.dds.enabled) return {};
+#ifdef BAUDGATE_WITH_DDS
+  auto publisher = dds::DdsPublisher::Create(
+      config, store, [](const std::string& line) { log::Warn("dds: {}", line); });
+  if (!publisher) return Error{publisher.error()};
+  dds = std::move(*publisher);
+#else
+  log::Warn("dds: this build has no DDS; set dds.enabled to false to silence this line");
+#endif
+  return {};
+}
+
+GatewayInfo Daemon::Impl::Info() const {
+  GatewayInfo info;
+  info.version_major = kVersionMajor;
+  info.version_minor = kVersionMinor;
+  info.version_patch = kVersionPatch;
+  info.uptime = ReadClocks().instant - started;
+  info.lines = runners.size();
+  for (const auto& runner : runners) info.lines_up += runner->is_open() ? 1 : 0;
+  info.devices = store.device_count();
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    store.Read(device, [&](const DeviceRecord& record) {
+      const DeviceState state = record.status.state;
+      const bool alive = state == DeviceState::online || state == DeviceState::degraded;
+      info.devices_online += alive ? 1 : 0;
+    });
+  }
+  return info;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,51 @@
+// A subscriber to everything that gateways publish: samples come from any gateway of a DDS domain
+// and go to callbacks as plain structs. Used by `baudgate watch` and by tests.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "gateway/base/result.h"
+#include "gateway/dds/participant.h"
+#include "gateway/dds/samples.h"
+
+namespace baudgate::dds {
+
+/// Why there will be no more samples of a point or device.
+enum class Gone : std::uint8_t {
+  disposed,    ///< its gateway stopped in an orderly way
+  no_writers,  ///< its gateway has not been heard of for the lease (3 s), or left without a word
+};
+
+struct SubscriberOptions {
+  ParticipantOptions participant{.domain = 0, .interfaces = {"127.0.0.1"}, .shared_memory = false};
+  std::size_t max_instances = 100'000;  ///< points; those beyond are counted as rejected
+};
+
+/// Called one at a time, on threads of the library; what they are given lives during the call. They
+/// must not call the subscriber.
+struct SubscriberCallbacks {
+  std::function<void(const PointSample&)> on_point;
+  /// Only the key of the sample is meant; its other fields are those of the last sample.
+  std::function<void(const PointSample&, Gone)> on_point_gone;
+  std::function<void(const DeviceSample&)> on_device;
+  std::function<void(const DeviceSample&, Gone)> on_device_gone;
+  std::function<void(int gateways)> on_gateways;  ///< publishers of points connected now
+  /// Samples of points lost so far because max_instances is too small.
+  std::function<void(std::uint64_t samples)> on_rejected;
+};
+
+class DdsSubscriber {
+ public:
+  static Result<std::unique_ptr<DdsSubscriber>> Create(const SubscriberOptions& options,
+                                                       SubscriberCallbacks callbacks);
+  ~DdsSubscriber();  ///< no callback runs after it
+
+ private:
+  struct Impl;
+  explicit DdsSubscriber(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace baudgate::dds

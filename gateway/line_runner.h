@@ -1,0 +1,78 @@
+// Runs one line for real: one thread with an asio loop that joins a transport, the echo filter, the
+// clocks and gateway/poller.h. Opening and closing a sick driver may block it, and only it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/executor_work_guard.hpp>
+#include <asio/io_context.hpp>
+#include <asio/steady_timer.hpp>
+#include <atomic>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "config/config.h"
+#include "gateway/commands.h"
+#include "gateway/point_store.h"
+#include "gateway/poller.h"
+#include "gateway/reopen_ladder.h"
+#include "transports/echo_filter.h"
+#include "transports/transport.h"
+
+namespace baudgate {
+
+class LineRunner final : private TransportListener, private PollerListener {
+ public:
+  /// All references outlive the runner. Nothing happens before Start.
+  LineRunner(const config::Line& line, std::uint32_t first_device,
+             const Poller::FindProtocol& find, PointStore& store);
+  ~LineRunner() override;
+
+  void Start();
+  /// Closes the port, answers what is queued and ends the thread. Any thread but the line's.
+  void Stop();
+
+  /// From any thread; see CommandSink.
+  bool Submit(WriteCommand command);
+
+  bool is_open() const { return open_.load(); }
+
+ private:
+  void OnOpened() override;
+  void OnOpenFailed(const std::string& reason) override;
+  void OnBytes(View bytes) override;
+  void OnLost(const std::string& reason) override;
+
+  void Send(View bytes, const config::SerialSettings& serial) override;
+  void OnExchangeEnd(std::uint32_t device, Outcome outcome) override;
+  void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
+                     const std::string& reason) override;
+  void OnWarning(std::uint32_t device, const std::string& message) override;
+
+  void Run();
+  void Open();
+  void Down(const std::string& reason);
+  void RetryOpen(Duration wait);
+  void Receive(const EchoResult& result);
+  void Arm();
+  void CheckSilence();
+
+  const config::Line& config_;
+  PointStore& store_;
+  asio::io_context io_;
+  asio::executor_work_guard<asio::io_context::executor_type> work_;
+  asio::steady_timer timer_;         // the poller's deadline
+  asio::steady_timer reopen_timer_;
+  asio::steady_timer silence_timer_;
+  std::unique_ptr<Transport> transport_;
+  EchoFilter echo_;
+  Poller poller_;
+  ReopenLadder ladder_;
+  const config::SerialSettings* applied_ = nullptr;  // what the open port is set to
+  std::string last_trouble_;  // so that one trouble is one line in the log
+  std::atomic<bool> open_ = false;
+  std::atomic<std::size_t> queued_ = 0;  // commands handed over and not yet answered
+  std::thread thread_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,216 @@
+// The command line: one subcommand per file of gateway/cli.
+// Exit codes: 0 done, 2 wrong usage, 3 bad configuration, 4 could not open what it needs.
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <functional>
+#include <iostream>
+
+#include "gateway/cli/check.h"
+#include "gateway/cli/decode.h"
+#include "gateway/cli/demo.h"
+#include "gateway/cli/map.h"
+#include "gateway/cli/profiles.h"
+#include "gateway/cli/protocols.h"
+#include "gateway/cli/run.h"
+#include "gateway/cli/simulate.h"
+#include "gateway/log.h"
+#include "gateway/modules.h"
+#include "gateway/version.h"
+#ifdef BAUDGATE_WITH_DDS
+#include "gateway/cli/watch.h"
+#include "gateway/cli/live_table.h"
+#endif
+
+namespace {
+
+using namespace baudgate;
+
+constexpr int kUsage = 2;
+constexpr int kCannotOpen = 4;
+
+/// What the chosen subcommand does, once all words are parsed.
+using Action = std::function<int(const config::Catalog&)>;
+
+/// Reads "250ms" into a Duration.
+CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration& target,
+                         const std::string& help) {
+  return app.add_option_function<std::string>(
+      name,
+      [&target](const std::string& text) {
+        const auto duration = ParseDuration(text);
+        if (!duration) throw CLI::ValidationError(duration.error());
+        target = *duration;
+      },
+      help);
+}
+
+void AddRun(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("run", "Run the gateway in the foreground");
+  auto file = std::make_shared<std::string>();
+  command->add_option("-c,--config", *file, "Configuration file")->required();
+  command->callback([file, &action] {
+    action = [file](const auto& catalog) { return RunDaemon(*file, catalog, std::cerr); };
+  });
+}
+
+void AddCheck(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("check", "Check a configuration and list every error");
+  auto file = std::make_shared<std::string>();
+  auto json = std::make_shared<bool>(false);
+  command->add_option("-c,--config", *file, "Configuration file")->required();
+  command->add_flag("--json", *json, "Print one JSON object");
+  command->callback([file, json, &action] {
+    action = [=](const auto& catalog) {
+      return RunCheck(*file, catalog, std::cout, std::cerr, *json);
+    };
+  });
+}
+
+void AddMap(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("map", "Print the register and topic table, point by point");
+  auto file = std::make_shared<std::string>();
+  auto format = std::make_shared<MapFormat>(MapFormat::table);
+  command->add_option("-c,--config", *file, "Configuration file")->required();
+  auto* csv = command->add_flag_callback("--csv", [format] { *format = MapFormat::csv; });
+  command->add_flag_callback("--json", [format] { *format = MapFormat::json; })->excludes(csv);
+  command->callback([file, format, &action] {
+    action = [=](const auto& catalog) {
+      return RunMap(*file, catalog, *format, std::cout, std::cerr);
+    };
+  });
+}
+
+void AddWatch([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action& action) {
+#ifdef BAUDGATE_WITH_DDS
+  auto* command = app.add_subcommand("watch", "Show what gateways publish on DDS");
+  auto options = std::make_shared<WatchOptions>();
+  auto seconds = std::make_shared<double>(0);
+  command->add_option("--domain", options->domain, "DDS domain")->check(CLI::Range(0, 232));
+  command->add_option("--interface", options->interfaces, "Addresses to listen on")
+      ->capture_default_str();
+  command->add_flag("--once", options->once, "Print the values once, then end");
+  command->add_flag("--json", options->json, "One JSON object a line for each sample");
+  command->add_option("--seconds", *seconds, "End after this time")->check(CLI::PositiveNumber);
+  command->add_option("--gateway", options->gateway, "Only this gateway");
+  command->add_option("--device", options->device, "Only this device");
+  command->add_option("--point", options->point, "Only this point");
+  command->callback([options, seconds, &action] {
+    action = [=](const auto&) {
+      if (*seconds > 0) {
+        options->seconds = std::chrono::duration_cast<Duration>(
+            std::chrono::duration<double>(*seconds));
+      }
+      options->terminal = TerminalView(1);
+      return RunWatch(*options, std::cout, std::cerr);
+    };
+  });
+#endif
+}
+
+void AddSimulate(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("simulate", "Run a device twin on a pty");
+  auto options = std::make_shared<SimulateOptions>();
+  command->add_option("--profile", options->profile, "Device profile")->required();
+  command->add_option("--address", options->address, "Address on the line")->required();
+  command->add_option("--pty", options->pty, "Path at which the pty is linked")->required();
+  command->add_option("--baud", options->serial, "Keep this bit rate, for example \"9600 7E1\"");
+  AddDuration(*command, "--think", options->think_time, "Time before each reply, 5ms if not given");
+  command->add_option("--set", options->set, "Device option, key=value")->take_all();
+  command->callback([options, &action] {
+    action = [=](const auto& catalog) {
+      return RunSimulate(*options, catalog, std::cout, std::cerr);
+    };
+  });
+}
+
+void AddDecode(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("decode", "Say what captured exchanges mean");
+  auto options = std::make_shared<DecodeOptions>();
+  auto file = std::make_shared<std::string>();
+  command->add_option("--protocol", options->protocol, "Protocol")->required();
+  command->add_option("--profile", options->profile, "Device profile, for names and units");
+  command->add_option("--set", options->set, "Device option, key=value")->take_all();
+  command->add_option("FILE", *file, "Lines \"> hex\" and \"< hex\"; - for standard input")
+      ->required();
+  command->callback([options, file, &action] {
+    action = [=](const auto& catalog) {
+      if (*file == "-") return RunDecode(*options, catalog, std::cin, std::cout, std::cerr);
+      std::ifstream stream(*file);
+      if (!stream) {
+        std::cerr << "baudgate: cannot read " << *file << "\n";
+        return kCannotOpen;
+      }
+      return RunDecode(*options, catalog, stream, std::cout, std::cerr);
+    };
+  });
+}
+
+void AddDemo(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("demo", "Twins, gateway and a live table, without hardware");
+  auto options = std::make_shared<DemoOptions>();
+  auto seconds = std::make_shared<double>(0);
+  command->add_option("--seconds", *seconds, "End after this time")->check(CLI::PositiveNumber);
+  command->add_option("--port", options->port, "Modbus TCP port")->capture_default_str();
+  command->add_option("--domain", options->domain, "DDS domain")->check(CLI::Range(0, 232));
+  command->callback([options, seconds, &action] {
+    action = [=](const auto& catalog) {
+      if (*seconds > 0) {
+        options->seconds = std::chrono::duration_cast<Duration>(
+            std::chrono::duration<double>(*seconds));
+      }
+      return RunDemo(*options, catalog, std::cout, std::cerr);
+    };
+  });
+}
+
+void AddListings(CLI::App& app, Action& action) {
+  auto* protocols = app.add_subcommand("protocols", "List protocols, or one with its options");
+  auto protocol = std::make_shared<std::string>();
+  auto protocol_json = std::make_shared<bool>(false);
+  protocols->add_option("NAME", *protocol, "Protocol");
+  protocols->add_flag("--json", *protocol_json, "Print JSON");
+  protocols->callback([=, &action] {
+    action = [=](const auto& catalog) {
+      return RunProtocols(*protocol, *protocol_json, catalog, std::cout, std::cerr);
+    };
+  });
+  auto* profiles = app.add_subcommand("profiles", "List profiles, or one with its registers");
+  auto profile = std::make_shared<std::string>();
+  auto format = std::make_shared<ProfileFormat>(ProfileFormat::table);
+  profiles->add_option("NAME", *profile, "Profile");
+  auto* json = profiles->add_flag_callback("--json", [format] { *format = ProfileFormat::json; });
+  profiles->add_flag_callback("--markdown", [format] { *format = ProfileFormat::markdown; })
+      ->excludes(json);
+  profiles->callback([=, &action] {
+    action = [=](const auto& catalog) {
+      return RunProfiles(*profile, *format, catalog, std::cout, std::cerr);
+    };
+  });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("baudgate: SPA Bus, DCON and SET-4TM lines to Modbus TCP and DDS", "baudgate");
+  app.set_version_flag("--version", std::string("baudgate ") + kVersion);
+  app.require_subcommand(1);
+  Action action;
+  AddRun(app, action);
+  AddCheck(app, action);
+  AddMap(app, action);
+  AddWatch(app, action);
+  AddSimulate(app, action);
+  AddDecode(app, action);
+  AddDemo(app, action);
+  AddListings(app, action);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsage;
+  }
+  log::Begin(log::Level::info);
+  const Modules modules = LoadModules();
+  for (const std::string& refused : modules.refused) log::Warn("{}", refused);
+  return action(modules.catalog);
+}

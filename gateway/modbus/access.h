@@ -1,0 +1,19 @@
+// Which clients may connect: the `allow` list of a listener. Pure.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "config/config.h"
+
+namespace baudgate {
+
+/// An IPv6 address, or an IPv4 one in its mapped form (::ffff:a.b.c.d).
+using PeerAddress = std::array<std::uint8_t, 16>;
+
+/// An empty list allows everybody.
+bool Allows(std::span<const config::Network> list, const PeerAddress& peer);
+
+}  // namespace baudgate

@@ -1,0 +1,35 @@
+// The way from a line's thread to the Modbus server's: how a write ended. It may outlive the
+// server, because lines answer when they can; what comes after Close is dropped.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <asio/post.hpp>
+#include <mutex>
+#include <utility>
+
+namespace baudgate {
+
+class Inbox {
+ public:
+  void Open(asio::io_context& io) {
+    const std::lock_guard lock(mutex_);
+    io_ = &io;
+  }
+  void Close() {
+    const std::lock_guard lock(mutex_);
+    io_ = nullptr;
+  }
+  /// From any thread.
+  template <typename Task>
+  void Post(Task task) {
+    const std::lock_guard lock(mutex_);
+    if (io_ != nullptr) asio::post(*io_, std::move(task));
+  }
+
+ private:
+  std::mutex mutex_;
+  asio::io_context* io_ = nullptr;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,159 @@
+// Binds, accepts, refuses and sweeps.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/listener.h"
+
+#include <algorithm>
+#include <asio/ip/v6_only.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/modbus/access.h"
+
+namespace baudgate {
+namespace {
+
+using asio::ip::tcp;
+
+/// Without file descriptors or memory, accepting at once again would only spin.
+constexpr Duration kAcceptPause = 100ms;
+
+std::string At(std::string_view host, std::uint16_t port) {
+  const bool v6 = host.find(':') != std::string_view::npos;
+  const std::string name(host);
+  return (v6 ? "[" + name + "]" : name) + ":" + std::to_string(port);
+}
+
+PeerAddress AddressOf(const asio::ip::address& address) {
+  if (address.is_v6()) return address.to_v6().to_bytes();
+  return asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4()).to_bytes();
+}
+
+/// What to do next, where it is known.
+std::string Explain(const asio::error_code& error) {
+  if (error == asio::error::address_in_use) {
+    return "address already in use; stop the other server or choose another port under "
+           "modbus.listen";
+  }
+  if (error == asio::error::access_denied) {
+    return "permission denied; ports below 1024 need CAP_NET_BIND_SERVICE, or choose another port";
+  }
+  if (error == std::errc::address_not_available) {
+    return "this machine has no such address; check modbus.listen";
+  }
+  return error.message();
+}
+
+}  // namespace
+
+Listener::Listener(asio::io_context& io, const config::Listener& listener, Service& service)
+    : acceptor_(io), retry_(io), sweep_(io), listener_(listener), service_(service) {
+  const Duration shortest =
+      std::min({listener.idle_timeout, service.limits().write_deadline, service.limits().stall});
+  sweep_period_ = std::clamp<Duration>(shortest / 4, 10ms, 250ms);
+}
+
+Status Listener::Open() {
+  asio::error_code failed;
+  tcp::resolver resolver(acceptor_.get_executor());
+  const auto found =
+      resolver.resolve(listener_.host, std::to_string(listener_.port),
+                       tcp::resolver::passive | tcp::resolver::numeric_service, failed);
+  if (failed || found.empty()) {
+    return Error{At(listener_.host, listener_.port) + ": unknown address; check modbus.listen"};
+  }
+  const Status bound = Bind(found.begin()->endpoint());
+  if (!bound) return bound;
+  port_ = acceptor_.local_endpoint(failed).port();
+  Accept();
+  Sweep();
+  return {};
+}
+
+Status Listener::Bind(const tcp::endpoint& endpoint) {
+  asio::error_code failed;
+  acceptor_.open(endpoint.protocol(), failed);
+  if (!failed) acceptor_.set_option(asio::socket_base::reuse_address(true), failed);
+  if (!failed && endpoint.address().is_v6()) {
+    asio::error_code ignored;  // the system's default decides where this is not allowed
+    acceptor_.set_option(asio::ip::v6_only(false), ignored);
+  }
+  if (!failed) acceptor_.bind(endpoint, failed);
+  if (!failed) acceptor_.listen(asio::socket_base::max_listen_connections, failed);
+  if (failed) return Error{At(listener_.host, listener_.port) + ": " + Explain(failed)};
+  return {};
+}
+
+void Listener::Stop() {
+  stopped_ = true;
+  asio::error_code ignored;
+  acceptor_.close(ignored);
+  retry_.cancel();
+  sweep_.cancel();
+  const auto sessions = std::exchange(sessions_, {});
+  for (const auto& [key, session] : sessions) session->Close();
+}
+
+void Listener::Accept() {
+  acceptor_.async_accept(
+      [self = shared_from_this()](const asio::error_code& failed, tcp::socket socket) {
+        if (self->stopped_) return;
+        if (failed && failed != asio::error::connection_aborted) return self->AcceptLater(failed);
+        if (!failed) self->Welcome(std::move(socket));
+        self->Accept();
+      });
+}
+
+void Listener::AcceptLater(const asio::error_code& why) {
+  service_.log().Note(FoldedLog::Kind::accept_failed, ReadClocks().instant, "(waiting)",
+                      why.message());
+  retry_.expires_after(kAcceptPause);
+  retry_.async_wait([self = shared_from_this()](const asio::error_code&) {
+    if (!self->stopped_) self->Accept();
+  });
+}
+
+void Listener::Welcome(tcp::socket socket) {
+  asio::error_code gone;
+  const tcp::endpoint peer = socket.remote_endpoint(gone);
+  if (gone) return;
+  const std::string name = At(peer.address().to_string(), peer.port());
+  if (!Allows(listener_.allow, AddressOf(peer.address()))) {
+    return Refuse(name, "its address is not in the allow list");
+  }
+  if (sessions_.size() >= static_cast<std::size_t>(std::max(listener_.max_clients, 1))) {
+    return Refuse(name, "max_clients are connected already");
+  }
+  LiveCounters& counters = service_.counters();
+  LiveCounters::Add(counters.accepted);
+  counters.clients.fetch_add(1, std::memory_order_relaxed);
+  const auto closed = [this](Session& session) {
+    service_.counters().clients.fetch_sub(1, std::memory_order_relaxed);
+    sessions_.erase(&session);
+  };
+  auto session = std::make_shared<Session>(std::move(socket), listener_, service_, name,
+                                           ReadClocks().instant, closed);
+  sessions_.emplace(session.get(), session);
+  session->Start();
+}
+
+void Listener::Refuse(std::string_view peer, std::string_view why) {
+  LiveCounters::Add(service_.counters().refused);
+  service_.log().Note(FoldedLog::Kind::refused, ReadClocks().instant, peer, why);
+}
+
+void Listener::Sweep() {
+  sweep_.expires_after(sweep_period_);
+  sweep_.async_wait([self = shared_from_this()](const asio::error_code&) {
+    if (self->stopped_) return;
+    const Instant now = ReadClocks().instant;
+    std::vector<std::shared_ptr<Session>> sessions;
+    sessions.reserve(self->sessions_.size());
+    for (const auto& [key, session] : self->sessions_) sessions.push_back(session);
+    for (const auto& session : sessions) session->Sweep(now);
+    self->service_.log().Sweep(now);
+    self->Sweep();
+  });
+}
+
+}  // namespace baudgate

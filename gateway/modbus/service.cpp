@@ -1,0 +1,93 @@
+// Answers requests from the point store and hands writes to the lines.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/service.h"
+
+#include <utility>
+
+#include "gateway/modbus/write_request.h"
+
+namespace baudgate {
+
+ModbusCounters LiveCounters::Snapshot() const {
+  const auto read = [](const std::atomic<std::uint64_t>& counter) {
+    return counter.load(std::memory_order_relaxed);
+  };
+  ModbusCounters copy;
+  copy.clients = read(clients);
+  copy.accepted = read(accepted);
+  copy.refused = read(refused);
+  copy.malformed = read(malformed);
+  copy.idle = read(idle);
+  copy.stalled = read(stalled);
+  copy.requests = read(requests);
+  copy.exceptions = read(exceptions);
+  return copy;
+}
+
+Service::Service(const config::Config& config, const PointStore& store, CommandSink& sink,
+                 std::function<GatewayInfo()> info, ModbusLimits limits)
+    : store_(store), sink_(sink), info_(std::move(info)), limits_(limits), map_(config) {
+  pieces_.reserve(kMaxReadBits);
+}
+
+ExceptionCode Service::Check(View frame, bool may_write, Request& request) const {
+  if (map_.unit(UnitOf(frame)).kind == UnitMap::Kind::unmapped) return ExceptionCode::gateway_path;
+  if (!may_write && IsWrite(frame)) return ExceptionCode::illegal_function;
+  return ParseRequest(frame, request);
+}
+
+ExceptionCode Service::Read(const Request& request, Instant now) {
+  const UnitMap& unit = map_.unit(request.unit);
+  const auto exception = PlanRead(unit, request.table(), request.start, request.count, pieces_);
+  if (exception != ExceptionCode::none) return exception;
+  if (unit.kind == UnitMap::Kind::gateway) return ReadGateway(request);
+
+  struct Look {
+    Service& service;
+    const Request& request;
+    Instant now;
+    ExceptionCode exception = ExceptionCode::none;
+  } look{*this, request, now};
+  // One captured reference keeps std::function off the heap.
+  store_.Read(unit.device, [&look](const DeviceRecord& record) {
+    Service& self = look.service;
+    look.exception =
+        look.request.table() == config::Table::bits
+            ? FillBits(record, self.pieces_, look.now, self.responder_.bits())
+            : FillRegisters(record, self.pieces_, look.now, self.responder_.registers());
+  });
+  return look.exception;
+}
+
+ExceptionCode Service::ReadGateway(const Request& request) {
+  if (request.table() != config::Table::registers) return ExceptionCode::illegal_address;
+  const GatewayBlock block = GatewayBlockOf(info_ ? info_() : GatewayInfo{}, counters_.Snapshot());
+  for (const Piece& piece : pieces_) FillFromBlock(block, piece, responder_.registers());
+  return ExceptionCode::none;
+}
+
+ExceptionCode Service::Submit(const Request& request, Instant deadline, Done done) {
+  const UnitMap& unit = map_.unit(request.unit);
+  if (unit.kind != UnitMap::Kind::device) return ExceptionCode::illegal_address;
+  WriteCommand command;
+  const auto exception = DecodeWrites(unit, store_.device(unit.device), request, command.writes);
+  if (exception != ExceptionCode::none) return exception;
+  command.device = unit.device;
+  command.deadline = deadline;
+  command.done = std::move(done);
+  return sink_.Submit(std::move(command)) ? ExceptionCode::none : ExceptionCode::busy;
+}
+
+ExceptionCode Service::ExceptionOf(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::ok:
+      return ExceptionCode::none;
+    case Outcome::refused:
+    case Outcome::unsupported:
+      return ExceptionCode::device_failure;
+    default:
+      return ExceptionCode::gateway_target;
+  }
+}
+
+}  // namespace baudgate

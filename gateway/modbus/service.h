@@ -1,0 +1,86 @@
+// What all sessions of a Modbus server share: the map, the way to the values and to the lines, the
+// private copy and the counters. Requests come from session.cpp; values from the point store;
+// writes go to the command sink. Used by the server's own thread only, the counters' snapshot
+// excepted. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "config/config.h"
+#include "gateway/commands.h"
+#include "gateway/modbus/device_image.h"
+#include "gateway/modbus/folded_log.h"
+#include "gateway/modbus/inbox.h"
+#include "gateway/modbus/register_map.h"
+#include "gateway/modbus/request.h"
+#include "gateway/modbus/responder.h"
+#include "gateway/point_store.h"
+
+namespace baudgate {
+
+/// Limits that are no configuration; tests shorten them.
+struct ModbusLimits {
+  Duration write_deadline = 5s;  ///< a write that is not confirmed by then is answered 0x0B
+  Duration stall = 10s;          ///< a client that leaves its answers unread so long is closed
+};
+
+struct LiveCounters {
+  std::atomic<std::uint64_t> clients = 0;
+  std::atomic<std::uint64_t> accepted = 0;
+  std::atomic<std::uint64_t> refused = 0;
+  std::atomic<std::uint64_t> malformed = 0;
+  std::atomic<std::uint64_t> idle = 0;
+  std::atomic<std::uint64_t> stalled = 0;
+  std::atomic<std::uint64_t> requests = 0;
+  std::atomic<std::uint64_t> exceptions = 0;
+
+  ModbusCounters Snapshot() const;
+  /// One thread writes, so no locked instruction is needed.
+  static void Add(std::atomic<std::uint64_t>& counter) {
+    counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+};
+
+class Service {
+ public:
+  using Done = std::function<void(Outcome, const std::string&)>;
+
+  Service(const config::Config& config, const PointStore& store, CommandSink& sink,
+          std::function<GatewayInfo()> info, ModbusLimits limits);
+
+  /// Unit, function, right to write, counts and lengths; fills `request` when there is no
+  /// exception.
+  ExceptionCode Check(View frame, bool may_write, Request& request) const;
+  /// Fills responder() for the answer. Never waits for a line.
+  ExceptionCode Read(const Request& request, Instant now);
+  /// Queues a write; `done` comes once, on any thread, unless there is an exception.
+  ExceptionCode Submit(const Request& request, Instant deadline, Done done);
+  /// How a write ended, as Modbus says it.
+  static ExceptionCode ExceptionOf(Outcome outcome);
+
+  Responder& responder() { return responder_; }
+  LiveCounters& counters() { return counters_; }
+  const LiveCounters& counters() const { return counters_; }
+  FoldedLog& log() { return log_; }
+  const ModbusLimits& limits() const { return limits_; }
+  const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
+
+ private:
+  ExceptionCode ReadGateway(const Request& request);
+
+  const PointStore& store_;
+  CommandSink& sink_;
+  std::function<GatewayInfo()> info_;
+  ModbusLimits limits_;
+  RegisterMap map_;
+  Responder responder_;
+  LiveCounters counters_;
+  FoldedLog log_;
+  std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
+  std::vector<Piece> pieces_;  ///< of the request in hand; kept for its memory
+};
+
+}  // namespace baudgate

@@ -1,0 +1,23 @@
+// Finds and loads protocol modules and tells where profiles are.
+// Search order: $BAUDGATE_MODULES, beside the binary, the install path; profiles likewise.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/catalog.h"
+
+namespace baudgate {
+
+struct Modules {
+  config::Catalog catalog;
+  /// Modules that were found and refused, each a sentence with its path: another interface version,
+  /// another compiler, not a module at all.
+  std::vector<std::string> refused;
+};
+
+/// Loads every module once; none is ever unloaded.
+Modules LoadModules();
+
+}  // namespace baudgate

@@ -1,0 +1,58 @@
+// Twins on a pty: requests that come from the master's side are answered as the real devices would,
+// at a real bit rate if one is given. For `baudgate simulate`, the demo, system tests and benchmarks.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "gateway/base/result.h"
+#include "protocols/protocol.h"
+
+namespace baudgate {
+
+/// What a twin measures: each point follows its `simulate:` entry, a slow wave or a fixed value.
+class SimulatedValues final : public TwinValues {
+ public:
+  /// `points` outlives the values; `seed` shifts the waves of one twin against those of another.
+  SimulatedValues(const std::vector<config::Point>& points, std::uint32_t seed);
+  Value Get(std::size_t point, Instant now) const override;
+  void Set(std::size_t point, const Value& value) override;
+
+ private:
+  const std::vector<config::Point>& points_;
+  std::uint32_t seed_;
+  std::vector<Value> written_;
+};
+
+struct SimulatorOptions {
+  std::string link;  ///< where the pty is linked; empty: its own name only
+  /// Characters take their time on the wire; nothing: as fast as the machine.
+  std::optional<config::SerialSettings> pace;
+  Duration think_time = 5ms;  ///< end of request to first byte of the reply
+};
+
+class Simulator {
+ public:
+  /// One bus with `devices` on it, which are copied. The io_context outlives the simulator.
+  static Result<std::unique_ptr<Simulator>> Create(asio::io_context& io, const Protocol& protocol,
+                                                   std::vector<config::Device> devices,
+                                                   const SimulatorOptions& options);
+  ~Simulator();
+
+  /// What a line's `port:` is set to.
+  const std::string& path() const;
+  /// Requests answered so far.
+  std::uint64_t answered() const;
+
+ private:
+  struct Impl;
+  explicit Simulator(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/dcon/commands.h"
+
+#include <algorithm>
+
+#include "gateway/base/text.h"
+
+namespace baudgate::dcon {
+namespace {
+
+/// A command that is safe to poll; 'n' stands for one hex digit. The forms are those that a decoder
+/// word may choose, the first is the default.
+struct ReadRule {
+  std::string_view pattern;
+  std::string_view forms;
+  bool repeatable = true;
+};
+
+constexpr ReadRule kReads[] = {
+    {"#", "value"},
+    {"#n", "value counter decimal"},
+    {"#nn", "value"},
+    {"^", "value"},
+    {"^n", "value counter decimal"},
+    {"@", "bits"},
+    {"@DI", "hex"},
+    {"@Gn", "counter"},
+    {"$2", "text"},
+    {"$3", "value"},
+    {"$3n", "counter"},
+    {"$5n", "hex"},
+    {"$6", "status mask commanded"},
+    {"$6n", "commanded", false},  // resets a counter on counter modules
+    {"$8", "commanded"},
+    {"$8n", "commanded"},
+    {"$A", "words"},
+    {"$B", "hex"},
+    {"$F", "text"},
+    {"$I", "hex"},
+    {"$L0", "status"},
+    {"$L1", "status"},
+    {"$M", "text"},
+    {"~0", "hex"},
+    {"~2", "hex"},
+};
+
+/// Commands that look like reads and are not, or that only a person at the module should send.
+struct Forbidden {
+  std::string_view prefix;
+  std::string_view why;
+};
+
+constexpr Forbidden kForbidden[] = {
+    {"%", "sets address, type, baud rate or format"},
+    {"#**", "is a broadcast that nobody answers"},
+    {"~**", "is a broadcast that nobody answers"},
+    {"~", "is a setting; only ~0 and ~2 can be read"},
+    {"$0", "is a calibration command"},
+    {"$1", "is a calibration command"},
+    {"$9", "is a calibration or output setting"},
+    {"$4", "fetches a latched sample once, or stores an output for power-up"},
+    {"$5", "clears the reset flag that it reads"},
+    {"$7", "sets a type, or clears the overflow flag that it reads"},
+    {"$C", "clears counters or latches"},
+};
+
+bool Matches(std::string_view pattern, std::string_view command) {
+  return pattern.size() == command.size() &&
+         std::equal(pattern.begin(), pattern.end(), command.begin(), [](char p, char c) {
+           const bool upper_hex = HexDigit(c) && !(c >= 'a' && c <= 'f');
+           return p == 'n' ? upper_hex : p == c;
+         });
+}
+
+const ReadRule* FindRead(std::string_view command) {
+  const auto* rule = std::find_if(std::begin(kReads), std::end(kReads),
+                                  [&](const ReadRule& r) { return Matches(r.pattern, command); });
+  return rule == std::end(kReads) ? nullptr : rule;
+}
+
+std::optional<Form> FormOf(std::string_view word, std::string_view command) {
+  if (word == "value") return command == "#" || command == "^" ? Form::numbers : Form::number;
+  if (word == "counter") return Form::counter;
+  if (word == "decimal") return Form::decimal;
+  if (word == "bits") return Form::bits;
+  if (word == "status") return Form::status;
+  if (word == "commanded") return Form::readback;
+  if (word == "words") return Form::words;
+  if (word == "mask" || word == "hex") return Form::hex;
+  if (word == "text") return Form::text;
+  return std::nullopt;
+}
+
+Error ReadError(std::string_view text, std::string_view what) {
+  return Error{"read '" + std::string(text) + "' " + std::string(what)};
+}
+
+Error UnknownCommand(std::string_view text, std::string_view command) {
+  for (const Forbidden& forbidden : kForbidden) {
+    if (command.starts_with(forbidden.prefix)) {
+      return ReadError(text, std::string(forbidden.why) + "; it can not be polled");
+    }
+  }
+  return ReadError(text,
+                   "is no command that can be polled; it begins with one of # $ @ ~ ^, without "
+                   "address and checksum, as in \"#[0]\" or \"$6[b8]\"");
+}
+
+/// "[3]", "[b3]", "[high]", "[low]".
+bool ParseSelector(std::string_view text, ReadAddress& address) {
+  using Select = ReadAddress::Select;
+  if (text == "high" || text == "low") {
+    address.select = text == "high" ? Select::high : Select::low;
+    return true;
+  }
+  const bool bit = text.starts_with('b');
+  const auto number = ParseInteger<unsigned>(text.substr(bit ? 1 : 0));
+  if (!number || *number > 31) return false;
+  address.select = bit ? Select::bit : Select::index;
+  address.index = *number;
+  return true;
+}
+
+bool SelectorFits(const ReadAddress& address) {
+  using Select = ReadAddress::Select;
+  switch (address.form) {
+    case Form::numbers:
+    case Form::words:
+      return address.select == Select::index;
+    case Form::bits:
+    case Form::status:
+      return address.select != Select::index &&
+             (address.select != Select::bit || address.index < 16);
+    case Form::hex:
+      return address.select == Select::whole || address.select == Select::bit;
+    default:
+      return address.select == Select::whole;
+  }
+}
+
+constexpr DecoderSpec kDecoders[] = {
+    {"#[0]", "First number of the joined reply to #AA; all points of # share one request."},
+    {"#3", "One number: #AA3. Two digits (#0A) for modules of more than 16 channels."},
+    {"#0 counter", "Eight hex digits of a counter or frequency module, checksum at either end."},
+    {"#0 decimal", "Five decimal digits behind !AA: input counter of a digital module."},
+    {"$A[2]", "Third hex number of $AAA: four digits, two's complement unless hex_unsigned."},
+    {"@", "Digital word of @AA, four hex digits; one bit as @[b3], a byte as @[high] or @[low]."},
+    {"$6", "Digital word of $AA6 (! and four digits and 00, no address); bits as $6[b8]."},
+    {"$L1", "Latched digital word of $AALS; bits as $L1[b0]."},
+    {"$6 mask", "Channel enable mask of analog modules: !AA and hex; bits as $6[b0] mask."},
+    {"$80", "Present output of an analog output channel: !AA and a number."},
+    {"$60 commanded", "Last commanded output. On a counter module $60 would reset the counter."},
+    {"$3", "Cold junction temperature of thermocouple modules."},
+    {"$B", "Sensor diagnosis as hex; bits as $B[b0]."},
+    {"~0", "Host watchdog status as hex: 4 = tripped."},
+    {"$M", "Module name (string); $F firmware, $2 type, baud rate and format."},
+};
+
+}  // namespace
+
+Result<ReadAddress> ParseRead(std::string_view text) {
+  std::string_view rest = Trim(text);
+  if (rest.empty()) {
+    return Error{
+        "read is empty; a bare # begins a comment in YAML, so put the address in quotes: "
+        "read: \"#[0]\""};
+  }
+  std::string_view word;
+  if (const auto blank = rest.find(' '); blank != std::string_view::npos) {
+    word = Trim(rest.substr(blank));
+    rest = rest.substr(0, blank);
+  }
+  ReadAddress address;
+  if (const auto open = rest.find('['); open != std::string_view::npos) {
+    if (!rest.ends_with(']') ||
+        !ParseSelector(rest.substr(open + 1, rest.size() - open - 2), address)) {
+      return ReadError(text, "ends in no good field: [0]...[31], [b0]...[b31], [high] or [low]");
+    }
+    rest = rest.substr(0, open);
+  }
+  const ReadRule* rule = FindRead(rest);
+  if (rule == nullptr) return UnknownCommand(text, rest);
+  const auto words = Split(rule->forms, ' ');
+  if (word.empty()) {
+    if (!rule->repeatable) {
+      return ReadError(text,
+                       "resets the counter of a counter module; if this is an analog output, "
+                       "say so: \"" +
+                           std::string(rest) + " commanded\"");
+    }
+    word = words.front();
+  } else if (std::find(words.begin(), words.end(), word) == words.end()) {
+    return ReadError(
+        text, "has no decoder '" + std::string(word) + "'; it has: " + std::string(rule->forms));
+  }
+  address.command = rest;
+  address.form = FormOf(word, rest).value_or(Form::number);
+  if (address.form == Form::numbers && address.select == ReadAddress::Select::whole) {
+    return ReadError(text, "names no field; the first number is \"" + std::string(rest) + "[0]\"");
+  }
+  if (!SelectorFits(address)) return ReadError(text, "has a field that its reply does not have");
+  return address;
+}
+
+std::optional<Form> DefaultForm(std::string_view command) {
+  const ReadRule* rule = FindRead(command);
+  if (rule == nullptr) return std::nullopt;
+  return FormOf(Split(rule->forms, ' ').front(), command);
+}
+
+std::pair<std::size_t, std::size_t> HexDigits(std::string_view command) {
+  if (command == "$B") return {1, 2};  // one channel: a flag; several: a mask
+  if (command == "~0" || command == "$6") return {2, 2};
+  if (command == "~2") return {3, 3};
+  if (command == "@DI") return {5, 5};
+  return {1, 1};
+}
+
+namespace {
+
+bool IsHexText(std::string_view text) {
+  return !text.empty() &&
+         std::all_of(text.begin(), text.end(), [](char c) { return HexDigit(c).has_value(); });
+}
+
+/// Writes of absolute values: the same request again changes nothing.
+bool IsAbsoluteWrite(std::string_view command) {
+  const std::string_view tail = command.substr(1);
+  if (command.front() == '@')
+    return tail.starts_with("DO") || (tail.size() <= 4 && IsHexText(tail));
+  if (command.front() != '#') return false;
+  if (tail.size() == 4 && IsHexText(tail)) return true;  // #AABBDD, and hex outputs #AANddd
+  const auto number = tail.find_first_of("+-");
+  if (number != std::string_view::npos) {
+    const std::string_view channel = tail.substr(0, number);
+    return channel.empty() || (channel.size() <= 2 && IsHexText(channel));
+  }
+  return ParseDecimal(tail).has_value() || (tail.size() == 3 && IsHexText(tail));
+}
+
+}  // namespace
+
+bool IsRepeatable(std::string_view command) {
+  if (command.empty()) return false;
+  if (const ReadRule* rule = FindRead(command)) return rule->repeatable;
+  return IsAbsoluteWrite(command);
+}
+
+std::span<const DecoderSpec> DecoderTable() { return kDecoders; }
+
+}  // namespace baudgate::dcon

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/dcon/decode.h"
+
+#include <algorithm>
+
+#include "gateway/base/text.h"
+
+namespace baudgate::dcon {
+namespace {
+
+bool IsHex(std::string_view text) {
+  return !text.empty() &&
+         std::all_of(text.begin(), text.end(), [](char c) { return HexDigit(c).has_value(); });
+}
+
+bool IsDecimal(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+Decoded Fail(Outcome outcome, std::string reason) {
+  Decoded decoded;
+  decoded.outcome = outcome;
+  decoded.reason = std::move(reason);
+  return decoded;
+}
+
+Decoded One(Form form, Value value) {
+  Decoded decoded;
+  decoded.form = form;
+  decoded.fields.push_back({.value = std::move(value)});
+  return decoded;
+}
+
+std::string Shown(View frame) { return "'" + Printable(frame) + "'"; }
+
+/// "?01" or "?": the module understood and says no.
+Decoded DecodeRefusal(const Command& request, const Reply& reply, bool read) {
+  const std::string who = HexByte(request.address);
+  if (!reply.body.empty() && reply.body != who) {
+    return Fail(Outcome::unexpected,
+                "refusal '?" + reply.body + "' is of another module than " + who);
+  }
+  if (read) {
+    return Fail(Outcome::unsupported, "the module answers '?" + reply.body + "' to " +
+                                          request.text +
+                                          ": it does not know this command, or the channel does "
+                                          "not exist or is disabled");
+  }
+  return Fail(Outcome::refused, "the module answers '?" + reply.body + "' to " + request.text +
+                                    ": the value is invalid; an analog output may have moved to "
+                                    "its limit");
+}
+
+Decoded DecodeWrite(const Command& request, const Reply& reply, const Settings& settings,
+                    View frame) {
+  const Decoded done;
+  const std::string who = HexByte(ReplyAddress(request));
+  if (reply.lead == '!' && reply.body.empty()) {
+    return Fail(Outcome::refused,
+                "the module ignored the write ('!'): its host watchdog has tripped and holds the "
+                "outputs at their safe values until ~AA1 is sent");
+  }
+  if (reply.lead == '>' && (reply.body.empty() || (settings.data_address && reply.body == who))) {
+    return done;
+  }
+  // ADAM-4024 outputs (#AACn): the manual does not tell its reply.
+  const bool output = request.text.front() == '#' || request.text.front() == '@';
+  const bool lenient = settings.write_ack_address || request.text.starts_with("#C") || !output;
+  if (reply.lead == '!' && lenient && reply.body.starts_with(who)) return done;
+  return Fail(Outcome::unexpected, "reply " + Shown(frame) + " does not confirm a write");
+}
+
+/// Without points that tell, the reply's own shape does.
+Form GuessForm(const Command& request, const Reply& reply, const Settings& settings) {
+  const Form fallback = DefaultForm(request.text).value_or(Form::text);
+  const std::string_view body = reply.body;
+  if (request.text == "$6") {
+    if (body.find_first_of("+-.") != std::string_view::npos) return Form::readback;
+    return body.size() == 4 ? Form::hex : Form::status;
+  }
+  if (fallback != Form::number || request.text == "$3") return fallback;
+  if (reply.lead == '!') return body.size() == 7 ? Form::decimal : Form::counter;
+  return body.size() == 8 && IsHex(body) && settings.format != Format::hex ? Form::counter
+                                                                           : Form::number;
+}
+
+/// `!AA` and the rest, or `>` and the rest; nothing when another module speaks.
+std::optional<std::string_view> Payload(const Reply& reply, std::uint8_t address, bool addressed) {
+  const std::string_view body = reply.body;
+  if (!addressed) return body;
+  if (body.size() < 2 || ParseInteger<unsigned>(body.substr(0, 2), 16) != unsigned{address}) {
+    return std::nullopt;
+  }
+  return body.substr(2);
+}
+
+Decoded DecodeNumbers(std::string_view payload, Form form, std::size_t channels,
+                      const Settings& settings) {
+  Fields cut = CutFields(payload, settings, form == Form::words);
+  const bool joined = form == Form::numbers || form == Form::words;
+  if (cut.outcome == Outcome::ok && cut.fields.empty()) {
+    return Fail(Outcome::unexpected, "the reply holds no number");
+  }
+  if (joined) {
+    AssignChannels(cut, settings, channels);
+  } else if (cut.outcome == Outcome::ok && cut.fields.size() != 1) {
+    return Fail(Outcome::unexpected,
+                std::to_string(cut.fields.size()) + " numbers came where one was asked for");
+  }
+  Decoded decoded;
+  decoded.form = form;
+  decoded.outcome = cut.outcome;
+  decoded.reason = std::move(cut.reason);
+  decoded.fields = std::move(cut.fields);
+  for (const Field& field : decoded.fields) {
+    if (IsGood(field.quality) || field.quality == Quality::bad_out_of_service) continue;
+    if (!decoded.reason.empty()) decoded.reason += "; ";
+    decoded.reason += joined ? "channel " + std::to_string(field.channel) + " " : "";
+    decoded.reason += field.note;
+  }
+  return decoded;
+}
+
+/// How many digits a reply of this form has.
+std::pair<std::size_t, std::size_t> DigitCount(Form form, std::string_view command) {
+  if (form == Form::hex) return HexDigits(command);
+  if (form == Form::decimal) return {5, 5};
+  if (form == Form::counter) return {8, 8};
+  return {4, 4};
+}
+
+Decoded DecodeDigits(std::string_view command, std::string_view payload, Form form,
+                     const Settings& settings) {
+  const std::string shown = "'" + std::string(payload) + "'";
+  if (form == Form::status) {
+    if (payload.size() != 6 || !payload.ends_with("00")) {
+      return Fail(Outcome::unexpected, "a digital status is four hex digits and 00, not " + shown);
+    }
+    payload.remove_suffix(2);
+  }
+  const auto [least, most] = DigitCount(form, command);
+  if (payload.size() < least || payload.size() > most) {
+    return Fail(Outcome::unexpected, std::to_string(payload.size()) + " digits came in " + shown +
+                                         " where " + std::to_string(most) +
+                                         " belong; do checksum and module type agree?");
+  }
+  const bool decimal = form == Form::decimal;
+  const auto number = (decimal ? IsDecimal(payload) : IsHex(payload))
+                          ? ParseInteger<std::uint64_t>(payload, decimal ? 10 : 16)
+                          : std::nullopt;
+  if (!number) return Fail(Outcome::corrupt, shown + " is not a number");
+  const bool digital = form == Form::bits || form == Form::status;
+  return One(form, digital ? *number ^ settings.invert : *number);
+}
+
+Decoded DecodeText(std::string_view command, std::string_view payload) {
+  if (command == "$2" && (payload.size() != 6 || !IsHex(payload))) {
+    return Fail(Outcome::unexpected,
+                "a configuration is six hex digits, not '" + std::string(payload) + "'");
+  }
+  return One(Form::text, std::string(payload));
+}
+
+/// Whether a reply of this form begins with '>' and so, on most modules, has no address.
+bool LeadFits(Form form, char lead) {
+  switch (form) {
+    case Form::numbers:
+    case Form::number:
+    case Form::words:
+    case Form::bits:
+      return lead == '>';
+    case Form::counter:
+      return true;
+    default:
+      return lead == '!';
+  }
+}
+
+bool Addressed(Form form, const Reply& reply, const Settings& settings) {
+  if (reply.lead == '>') return settings.data_address;
+  // One manual prints $AALS both ways; six digits are one form, eight the other.
+  if (form == Form::status) return reply.body.size() == 8;
+  return true;
+}
+
+Decoded DecodeRead(const Command& request, std::optional<Form> wanted, std::size_t channels,
+                   const Reply& reply, const Settings& settings, View frame) {
+  const Form form = wanted.value_or(GuessForm(request, reply, settings));
+  if (reply.ambiguous) {
+    return Fail(Outcome::unexpected, "the checksum fits at both ends of " + Shown(frame) +
+                                         "; set counter_checksum to the end that this module uses");
+  }
+  if (!LeadFits(form, reply.lead)) {
+    return Fail(Outcome::unexpected, "reply " + Shown(frame) + " has not the form that " +
+                                         request.text + " asks for; it may be a late one");
+  }
+  // With INIT* grounded a module answers at 00 and tells its stored address here.
+  const bool init = request.text == "$2" && request.address == 0;
+  const auto payload = init && reply.body.size() >= 2
+                           ? std::optional(std::string_view(reply.body).substr(2))
+                           : Payload(reply, request.address, Addressed(form, reply, settings));
+  if (!payload) {
+    return Fail(Outcome::unexpected,
+                "reply " + Shown(frame) + " is of another module than " + HexByte(request.address));
+  }
+  switch (form) {
+    case Form::numbers:
+    case Form::number:
+    case Form::words:
+      return DecodeNumbers(*payload, form, channels, settings);
+    case Form::readback: {
+      // I-7021 and ADAM-4021 write their one output without a sign.
+      const bool bare = !payload->empty() && HexDigit(payload->front());
+      const std::string sign = bare && settings.format != Format::hex ? "+" : "";
+      return DecodeNumbers(sign + std::string(*payload), form, channels, settings);
+    }
+    case Form::text:
+      return DecodeText(request.text, *payload);
+    default:
+      return DecodeDigits(request.text, *payload, form, settings);
+  }
+}
+
+}  // namespace
+
+int ReplyVariant(std::string_view command, const Settings& settings) {
+  if (!settings.checksum) return kNoChecksum;
+  const bool counter = command.size() == 2 && command.front() == '#';
+  if (!counter || settings.counter_checksum == ChecksumPlace::end) return kChecksum;
+  return settings.counter_checksum == ChecksumPlace::front ? kChecksumFront : kChecksumEither;
+}
+
+std::uint8_t ReplyAddress(const Command& request) {
+  if (!request.text.starts_with('%') || request.text.size() < 3) return request.address;
+  const auto moved = ParseInteger<std::uint8_t>(std::string_view(request.text).substr(1, 2), 16);
+  return moved.value_or(request.address);
+}
+
+Decoded DecodeReply(const Command& request, std::optional<Form> form, std::size_t channels,
+                    View frame, const Settings& settings) {
+  const auto reply = ParseReply(frame, ReplyVariant(request.text, settings));
+  if (!reply) return Fail(Outcome::corrupt, "reply " + Shown(frame) + " is no DCON frame");
+  if (request.broadcast) {
+    return Fail(Outcome::unexpected, "nobody answers a broadcast, yet " + Shown(frame) + " came");
+  }
+  const bool read = form || DefaultForm(request.text);
+  if (reply->lead == '?') return DecodeRefusal(request, *reply, read);
+  if (read) return DecodeRead(request, form, channels, *reply, settings, frame);
+  return DecodeWrite(request, *reply, settings, frame);
+}
+
+Field Select(const Decoded& decoded, const ReadAddress& address) {
+  using Kind = ReadAddress::Select;
+  if (address.select == Kind::index) {
+    for (const Field& field : decoded.fields) {
+      if (field.channel == address.index) return field;
+    }
+    return {.quality = Quality::bad_configuration, .note = "the module has no such channel"};
+  }
+  if (decoded.fields.size() != 1) return {.quality = Quality::bad, .note = "no single value"};
+  Field field = decoded.fields.front();
+  const auto* word = std::get_if<std::uint64_t>(&field.value);
+  if (word == nullptr || address.select == Kind::whole) return field;
+  switch (address.select) {
+    case Kind::bit:
+      field.value = ((*word >> address.index) & 1U) != 0;
+      break;
+    case Kind::high:
+      field.value = (*word >> 8U) & 0xFFU;
+      break;
+    default:
+      field.value = *word & 0xFFU;
+      break;
+  }
+  return field;
+}
+
+}  // namespace baudgate::dcon

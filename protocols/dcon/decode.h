@@ -1,0 +1,39 @@
+// What a DCON reply means for the request that it answers: one pure function under the
+// conversation, `decode` and the tests. Frames come from the line, results go to conversation.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "protocols/conversation.h"
+#include "protocols/dcon/codec.h"
+#include "protocols/dcon/commands.h"
+#include "protocols/dcon/fields.h"
+
+namespace baudgate::dcon {
+
+struct Decoded {
+  Outcome outcome = Outcome::ok;
+  std::string reason;
+  Form form = Form::text;
+  /// Of joined numbers one per channel, else one; none when a write is confirmed.
+  std::vector<Field> fields;
+};
+
+/// `form`: how the points read this command; nothing = guessed from the reply's own shape.
+/// `channels`: how many values a joined reply must have, 0 = any.
+Decoded DecodeReply(const Command& request, std::optional<Form> form, std::size_t channels,
+                    View frame, const Settings& settings);
+
+/// The value that `address` selects. A field that the reply does not have is bad.
+Field Select(const Decoded& decoded, const ReadAddress& address);
+
+/// The checksum variant of the reply to `command`.
+int ReplyVariant(std::string_view command, const Settings& settings);
+
+/// The address that a reply carries: the request's own, or the new one after `%AANN...`.
+std::uint8_t ReplyAddress(const Command& request);
+
+}  // namespace baudgate::dcon

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/dcon/fields.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "gateway/base/text.h"
+
+namespace baudgate::dcon {
+namespace {
+
+constexpr std::size_t kHexWidth = 4;
+constexpr std::size_t kUsualWidth = 7;
+constexpr double kHexSpan = 32768.0;
+
+bool Contains(const std::vector<std::string>& codes, std::string_view token) {
+  return std::find(codes.begin(), codes.end(), token) != codes.end();
+}
+
+Field Trouble(Quality quality, std::string_view what, std::string_view token) {
+  return {.quality = quality, .note = std::string(what) + " (" + std::string(token) + ")"};
+}
+
+Field Above(std::string_view token) {
+  return Trouble(Quality::bad_sensor_failure, "above range", token);
+}
+Field Below(std::string_view token) {
+  return Trouble(Quality::bad_sensor_failure, "below range", token);
+}
+
+bool AllAre(std::string_view text, char digit) {
+  return text.find_first_not_of(digit) == std::string_view::npos;
+}
+
+/// The codes that a user can list; nothing when the token is none of them.
+std::optional<Field> ListedCode(std::string_view token, const Settings& settings) {
+  if (Contains(settings.over, token)) return Above(token);
+  if (Contains(settings.under, token)) return Below(token);
+  if (Contains(settings.open, token)) {
+    return Trouble(Quality::bad_sensor_failure, "open sensor circuit", token);
+  }
+  return std::nullopt;
+}
+
+/// A token without a point is no measurement, whatever it is.
+Field PointlessCode(std::string_view token) {
+  const std::string_view digits = token.substr(1);
+  const bool minus = token.front() == '-';
+  if (digits.size() >= 4 && AllAre(digits, '9')) return minus ? Below(token) : Above(token);
+  if (digits.size() == 6 && AllAre(digits, '8')) {
+    return Trouble(Quality::bad_sensor_failure, "open sensor circuit", token);
+  }
+  if (minus && AllAre(digits, '0')) return Below(token);
+  return Trouble(Quality::bad, "not a measurement: it has no point", token);
+}
+
+bool IsNumberText(std::string_view token) {
+  if (token.size() < 2 || (token[0] != '+' && token[0] != '-')) return false;
+  const std::string_view rest = token.substr(1);
+  return rest.find_first_not_of("0123456789.") == std::string_view::npos &&
+         std::count(rest.begin(), rest.end(), '.') <= 1 &&
+         rest.find_first_not_of('.') != std::string_view::npos;
+}
+
+Fields Malformed(Outcome outcome, std::string reason) {
+  return {.outcome = outcome, .reason = std::move(reason), .fields = {}};
+}
+
+std::string WidthReason(std::string_view token, const Settings& settings) {
+  std::string reason = "number '" + std::string(token) + "' is " + std::to_string(token.size()) +
+                       " characters wide, not " + std::to_string(settings.width);
+  if (!settings.checksum && token.size() == settings.width + 2) {
+    reason += "; it may carry a checksum: set checksum: true if the module's is on";
+  }
+  return reason;
+}
+
+Fields CutNumbers(std::string_view text, const Settings& settings) {
+  Fields result;
+  while (!text.empty()) {
+    if (text.front() == ' ') {
+      const std::size_t blank = settings.width == 0 ? kUsualWidth : settings.width;
+      if (text.size() < blank || !AllAre(text.substr(0, blank), ' ')) {
+        return Malformed(Outcome::unexpected,
+                         "a blank field is not " + std::to_string(blank) + " characters wide");
+      }
+      result.fields.push_back({.quality = Quality::bad_out_of_service, .note = "channel disabled"});
+      text.remove_prefix(blank);
+      continue;
+    }
+    const std::string_view token = text.substr(0, text.find_first_of("+- ", 1));
+    text.remove_prefix(token.size());
+    if (!IsNumberText(token)) {
+      return Malformed(Outcome::corrupt, "'" + std::string(token) + "' is not a number");
+    }
+    const bool point = token.find('.') != std::string_view::npos;
+    const bool wide = settings.width != 0 && token.size() != settings.width;
+    if (auto code = ListedCode(token, settings)) {
+      result.fields.push_back(std::move(*code));
+    } else if (wide && (point || token.size() < 5 || token.size() > kUsualWidth)) {
+      return Malformed(Outcome::unexpected, WidthReason(token, settings));
+    } else if (!point) {
+      result.fields.push_back(PointlessCode(token));
+    } else if (settings.format == Format::percent && token.substr(1) == "999.99") {
+      result.fields.push_back(token[0] == '-' ? Below(token) : Above(token));
+    } else if (const auto number = ParseDecimal(token)) {
+      result.fields.push_back({.value = *number});
+    } else {
+      return Malformed(Outcome::corrupt, "'" + std::string(token) + "' is not a number");
+    }
+  }
+  return result;
+}
+
+Value HexValue(std::uint16_t raw, const Settings& settings) {
+  const auto signed_raw = std::bit_cast<std::int16_t>(raw);
+  if (settings.full_scale == 0) {
+    return settings.hex_unsigned ? std::int64_t{raw} : std::int64_t{signed_raw};
+  }
+  if (settings.hex_unsigned) return raw * settings.full_scale / 65535.0;
+  if (signed_raw == 0x7FFF) return settings.full_scale;
+  return signed_raw * settings.full_scale / kHexSpan;
+}
+
+Fields CutWords(std::string_view text, const Settings& settings) {
+  Fields result;
+  if (text.size() % kHexWidth != 0) {
+    return Malformed(Outcome::unexpected,
+                     "the hex words do not come in fours: " + std::string(text));
+  }
+  for (; !text.empty(); text.remove_prefix(kHexWidth)) {
+    const std::string_view token = text.substr(0, kHexWidth);
+    const auto raw = ParseInteger<std::uint16_t>(token, 16);
+    if (AllAre(token, ' ')) {
+      result.fields.push_back({.quality = Quality::bad_out_of_service, .note = "channel disabled"});
+    } else if (!raw) {
+      return Malformed(Outcome::corrupt, "'" + std::string(token) + "' is not a hex word");
+    } else if (auto code = ListedCode(token, settings)) {
+      result.fields.push_back(std::move(*code));
+    } else {
+      result.fields.push_back({.value = HexValue(*raw, settings)});
+    }
+  }
+  return result;
+}
+
+bool Enabled(const Settings& settings, std::size_t channel) {
+  return channel >= 32 || ((settings.enabled >> channel) & 1U) != 0;
+}
+
+std::string FormatHexField(double value, const Settings& settings) {
+  double raw = value;
+  if (settings.full_scale != 0) {
+    raw = value / settings.full_scale * (settings.hex_unsigned ? 65535.0 : kHexSpan);
+  }
+  const double low = settings.hex_unsigned ? 0 : -kHexSpan;
+  const double high = settings.hex_unsigned ? 65535.0 : kHexSpan - 1;
+  const auto whole = static_cast<std::int32_t>(std::lround(std::clamp(raw, low, high)));
+  const auto word = static_cast<std::uint16_t>(whole & 0xFFFF);
+  return HexByte(static_cast<std::uint8_t>(word >> 8U)) + HexByte(static_cast<std::uint8_t>(word));
+}
+
+}  // namespace
+
+Fields CutFields(std::string_view text, const Settings& settings, bool hex) {
+  return hex || settings.format == Format::hex ? CutWords(text, settings)
+                                               : CutNumbers(text, settings);
+}
+
+void AssignChannels(Fields& fields, const Settings& settings, std::size_t expected) {
+  const std::size_t count = fields.fields.size();
+  if (fields.outcome != Outcome::ok) return;
+  if (expected == 0 || count == expected) {
+    for (std::size_t i = 0; i < count; ++i) {
+      fields.fields[i].channel = static_cast<unsigned>(i);
+      if (Enabled(settings, i) || IsBad(fields.fields[i].quality)) continue;
+      fields.fields[i] = {.channel = static_cast<unsigned>(i),
+                          .quality = Quality::bad_out_of_service,
+                          .note = "channel disabled"};
+    }
+    return;
+  }
+  std::vector<unsigned> enabled;
+  for (std::size_t i = 0; i < expected; ++i) {
+    if (Enabled(settings, i)) enabled.push_back(static_cast<unsigned>(i));
+  }
+  if (settings.disabled != Disabled::missing || count != enabled.size()) {
+    fields = Malformed(Outcome::unexpected,
+                       std::to_string(count) + " values came where " + std::to_string(expected) +
+                           " channels are configured; if some are disabled in the module, set "
+                           "enable_mask");
+    return;
+  }
+  for (std::size_t i = 0; i < count; ++i) fields.fields[i].channel = enabled[i];
+  for (std::size_t i = 0; i < expected; ++i) {
+    if (Enabled(settings, i)) continue;
+    fields.fields.push_back({.channel = static_cast<unsigned>(i),
+                             .quality = Quality::bad_out_of_service,
+                             .note = "channel disabled"});
+  }
+}
+
+std::string FormatField(const Value& value, const Settings& settings, bool hex) {
+  if (const auto* text = std::get_if<std::string>(&value)) return *text;
+  const double number = ToDouble(value);
+  if (hex || settings.format == Format::hex) {
+    return FormatHexField(std::isfinite(number) ? number : 0, settings);
+  }
+  if (!std::isfinite(number) || std::abs(number) >= 9999.85) {
+    const auto& codes = number < 0 ? settings.under : settings.over;
+    return codes.empty() ? (number < 0 ? "-999999" : "+999999") : codes.front();
+  }
+  const std::size_t width = settings.width == 0 ? kUsualWidth : settings.width;
+  // Two digits before the point as most ranges have, more where the number needs them.
+  std::size_t before = settings.format == Format::percent ? 3 : 2;
+  while (std::pow(10.0, static_cast<double>(before)) <= std::abs(number) + 0.0005) ++before;
+  const std::size_t after = width > before + 3 ? width - before - 2 : 1;
+  std::array<char, 48> buffer{};
+  const auto [end, error] =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), std::abs(number),
+                    std::chars_format::fixed, static_cast<int>(after));
+  std::string digits(buffer.data(), error == std::errc() ? end : buffer.data());
+  if (digits.size() + 1 < width) digits.insert(0, width - 1 - digits.size(), '0');
+  return (std::signbit(number) ? "-" : "+") + digits;
+}
+
+}  // namespace baudgate::dcon

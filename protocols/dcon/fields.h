@@ -1,0 +1,43 @@
+// The numbers inside a DCON reply: cuts joined fields, knows the codes that stand for sensor
+// trouble, and writes the same for the twin. Text comes from codec.h, fields go to decode.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/quality.h"
+#include "gateway/base/value.h"
+#include "protocols/dcon/settings.h"
+
+namespace baudgate::dcon {
+
+/// One channel. Without a good quality there is no value: a code is never a number.
+struct Field {
+  unsigned channel = 0;
+  Value value{};
+  Quality quality = Quality::good;
+  std::string note{};  ///< what a bad field means: "above range (+99999)"
+};
+
+struct Fields {
+  Outcome outcome = Outcome::ok;
+  std::string reason;  ///< when not ok: then no field is believed
+  std::vector<Field> fields;
+};
+
+/// Joined numbers as the settings' format says, cut at every sign and checked for width; `hex`
+/// forces hex words, as `$AAA` does. Channels count from 0.
+Fields CutFields(std::string_view text, const Settings& settings, bool hex);
+
+/// Gives fields their channels and checks their count. `expected`: how many channels the module
+/// has, 0 = any. A reply of another count is not believed at all.
+void AssignChannels(Fields& fields, const Settings& settings, std::size_t expected);
+
+/// A number as a module of these settings writes it; text passes as it is ("+99999"), so that a
+/// simulated value can be a code.
+std::string FormatField(const Value& value, const Settings& settings, bool hex);
+
+}  // namespace baudgate::dcon

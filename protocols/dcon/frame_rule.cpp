@@ -1,0 +1,80 @@
+// Cuts lines from a start character to CR; with checksum only those whose sum is right.
+//
+//   > 23 30 31 38 34 0D                      #01 84 CR
+//   < 3E 2B 31 30 30 2E 32 33 2B 33 34 2E 30 35 30 45 32 0D
+//                                            > +100.23 +34.050 E2 CR
+//   > 23 30 31 30 42 34 0D                   #010 B4 CR to a counter module, which answers with the
+//   < 3E 44 34 30 30 30 30 30 30 31 45 0D    > D4 0000001E CR checksum in front (I-7080)
+//
+// A number never holds a start character, so a second one means that the first line was cut off.
+// With checksum the sum decides which start is right: the last one that verifies, because both
+// verify only when the bytes between them happen to sum to zero.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/dcon/frame_rule.h"
+
+#include <algorithm>
+
+#include "protocols/dcon/codec.h"
+
+namespace baudgate::dcon {
+namespace {
+
+constexpr std::string_view kRequestStarts = "$#%@~^";
+constexpr std::string_view kReplyStarts = ">!?";
+
+bool IsText(std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; }
+
+/// Bytes that appear when a driver is switched on or off, and the LF that some converters add.
+bool IsHarmless(std::uint8_t byte) { return byte == 0x00 || byte == 0xFF || byte == '\n'; }
+
+/// In front of any start character: all noise of one kind.
+Cut DropNoise(View held, std::string_view starts) {
+  const bool harmless = IsHarmless(held.front());
+  std::size_t size = 1;
+  while (size < held.size() && IsHarmless(held[size]) == harmless &&
+         starts.find(static_cast<char>(held[size])) == std::string_view::npos) {
+    ++size;
+  }
+  return Cut::Discard(size, harmless ? Outcome::none : Outcome::partial, "noise before a frame");
+}
+
+Cut CutLine(View held, const Expectation& expect, std::string_view starts) {
+  const std::string_view text = AsText(held);
+  if (starts.find(text.front()) == std::string_view::npos) return DropNoise(held, starts);
+
+  const auto stop = std::find_if_not(held.begin(), held.end(), IsText);
+  const auto length = static_cast<std::size_t>(stop - held.begin());
+  if (length + 1 > expect.max_bytes) {
+    return Cut::Discard(1, Outcome::corrupt, "longer than any frame");
+  }
+  const std::string_view line = text.substr(0, length);
+  if (expect.checksum == kNoChecksum) {
+    const auto later = line.find_first_of(starts, 1);
+    if (later != std::string_view::npos) {
+      return Cut::Discard(later, Outcome::partial, "another frame begins");
+    }
+  }
+  if (stop == held.end()) return Cut::NeedMore();
+  if (*stop != '\r') return Cut::Discard(length + 1, Outcome::corrupt, "not a text character");
+  if (expect.checksum == kNoChecksum) return Cut::Frame(length + 1);
+
+  for (auto at = line.find_last_of(starts); at != std::string_view::npos;
+       at = at == 0 ? std::string_view::npos : line.find_last_of(starts, at - 1)) {
+    if (!ChecksumFits(line.substr(at), expect.checksum)) continue;
+    if (at == 0) return Cut::Frame(length + 1);
+    return Cut::Discard(at, Outcome::corrupt, "another frame begins");
+  }
+  return Cut::Discard(length + 1, Outcome::corrupt, "checksum");
+}
+
+}  // namespace
+
+Cut RequestRule(View held, const Expectation& expect, bool) {
+  return CutLine(held, expect, kRequestStarts);
+}
+
+Cut ReplyRule(View held, const Expectation& expect, bool) {
+  return CutLine(held, expect, kReplyStarts);
+}
+
+}  // namespace baudgate::dcon

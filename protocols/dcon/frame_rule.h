@@ -1,0 +1,15 @@
+// Where DCON messages begin and end in the bytes that gateway/assembler.h holds.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "protocols/frame_rule.h"
+
+namespace baudgate::dcon {
+
+/// Requests: from one of $ # % @ ~ ^ to CR.
+Cut RequestRule(View held, const Expectation& expect, bool idle);
+
+/// Replies: from one of > ! ? to CR.
+Cut ReplyRule(View held, const Expectation& expect, bool idle);
+
+}  // namespace baudgate::dcon

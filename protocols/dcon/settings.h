@@ -1,0 +1,47 @@
+// The options of a DCON device: their table for users, and the same as a struct for the code.
+// They come from the configuration and go to the codec, the conversation and the twin.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "protocols/protocol.h"
+
+namespace baudgate::dcon {
+
+/// How numbers of analog modules are written: bits 1:0 of the module's format byte.
+enum class Format : std::uint8_t { engineering, percent, hex };
+/// What stands in a joined reply for a channel that is disabled in the module.
+enum class Disabled : std::uint8_t { missing, blank, zero };
+/// Where the checksum of an I-7080 counter reply stands.
+enum class ChecksumPlace : std::uint8_t { either, end, front };
+
+struct Settings {
+  bool checksum = false;
+  ChecksumPlace counter_checksum = ChecksumPlace::either;
+  std::size_t width = 7;     ///< characters of a number, sign and point included; 0 = any
+  std::size_t channels = 0;  ///< values of `#AA`; 0 = as many as the points ask for
+  std::uint32_t enabled = 0xFFFF'FFFF;  ///< bit 0 = channel 0
+  Disabled disabled = Disabled::missing;
+  Format format = Format::engineering;
+  double full_scale = 0;  ///< of hex numbers; 0 = the bare number
+  bool hex_unsigned = false;
+  std::vector<std::string> over;
+  std::vector<std::string> under;
+  std::vector<std::string> open;
+  std::uint16_t invert = 0;   ///< over the 16 bits of a digital reply
+  bool data_address = false;  ///< replies with '>' carry the address too (TRP-C68)
+  bool write_ack_address = false;
+  bool identify = false;  ///< the module knows `$AAM`
+};
+
+std::span<const OptionSpec> OptionTable();
+
+Settings ReadSettings(const config::Options& options);
+
+}  // namespace baudgate::dcon

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/dcon/twin.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gateway/base/text.h"
+#include "protocols/dcon/decode.h"
+#include "protocols/dcon/fields.h"
+
+namespace baudgate::dcon {
+namespace {
+
+std::uint64_t Unsigned(const Value& value, std::uint64_t most) {
+  if (const auto* exact = std::get_if<std::uint64_t>(&value)) return std::min(*exact, most);
+  const double number = ToDouble(value);
+  if (!(number > 0)) return 0;
+  if (number >= static_cast<double>(most)) return most;
+  return static_cast<std::uint64_t>(std::llround(number));
+}
+
+std::string Hex(std::uint64_t value, std::size_t digits) {
+  std::string text;
+  for (std::size_t i = digits; i-- > 0;) {
+    text += HexByte(static_cast<std::uint8_t>((value >> (4 * i)) & 15U))[1];
+  }
+  return text;
+}
+
+std::string Decimal(std::uint64_t value, std::size_t digits) {
+  std::string text = std::to_string(value);
+  if (text.size() < digits) text.insert(0, digits - text.size(), '0');
+  return text;
+}
+
+bool IsDigital(Form form) { return form == Form::bits || form == Form::status; }
+
+std::uint64_t Place(const ReadAddress& read, const Value& value) {
+  using Kind = ReadAddress::Select;
+  switch (read.select) {
+    case Kind::bit:
+      return ToDouble(value) >= 0.5 ? 1ULL << read.index : 0;
+    case Kind::high:
+      return Unsigned(value, 0xFF) << 8U;
+    case Kind::low:
+      return Unsigned(value, 0xFF);
+    default:
+      return Unsigned(value, 0xFFFF'FFFF);
+  }
+}
+
+}  // namespace
+
+DconTwin::DconTwin(const config::Device& device, TwinValues& values)
+    : device_(device),
+      values_(values),
+      settings_(ReadSettings(device.options)),
+      address_(ParseAddress(device.address)),
+      who_(HexByte(address_ ? address_.value() : std::uint8_t{0})) {
+  for (std::size_t i = 0; i < device.points.size(); ++i) {
+    if (device.points[i].access == config::Access::write) continue;
+    if (const auto read = ParseRead(device.points[i].read)) reads_.push_back({i, *read});
+  }
+}
+
+Bytes DconTwin::Answer(View request, Instant now) {
+  const auto command = ParseRequest(request, settings_.checksum);
+  if (!command || command->broadcast || !address_ || command->address != *address_) return {};
+  std::optional<std::string> reply = AnswerRead(command->text, now);
+  if (!reply) reply = AnswerChannel(command->text, now);
+  if (!reply) reply = AnswerIdentity(command->text);
+  if (!reply) reply = AnswerWrite(command->text);
+  if (!reply) return {};
+  const bool front = settings_.checksum && settings_.counter_checksum == ChecksumPlace::front;
+  if (front && reply->size() == 9 && command->text.size() == 2 && command->text.front() == '#') {
+    return BuildCounterReplyFront(reply->substr(1));
+  }
+  if (settings_.data_address && reply->starts_with('>')) reply->insert(1, who_);
+  return BuildReply(*reply, settings_.checksum);
+}
+
+const DconTwin::Known* DconTwin::Find(std::string_view command) const {
+  const auto found = std::find_if(reads_.begin(), reads_.end(),
+                                  [&](const Known& k) { return k.read.command == command; });
+  return found == reads_.end() ? nullptr : &*found;
+}
+
+std::size_t DconTwin::Channels(const std::string& command) const {
+  if (settings_.channels != 0) return settings_.channels;
+  std::size_t count = 0;
+  for (const Known& known : reads_) {
+    if (known.read.command == command) count = std::max<std::size_t>(count, known.read.index + 1);
+  }
+  return count;
+}
+
+std::string DconTwin::Joined(Form form, const std::string& command, Instant now) const {
+  std::string text = ">";
+  const bool hex = form == Form::words;
+  for (std::size_t channel = 0; channel < Channels(command); ++channel) {
+    const bool enabled = channel >= 32 || ((settings_.enabled >> channel) & 1U) != 0;
+    if (!enabled && settings_.disabled == Disabled::missing) continue;
+    Value value = 0.0;
+    for (const Known& known : reads_) {
+      if (known.read.command == command && known.read.index == channel) {
+        value = values_.Get(known.point, now);
+      }
+    }
+    if (!enabled) value = 0.0;
+    std::string field = FormatField(value, settings_, hex);
+    if (!enabled && settings_.disabled == Disabled::blank) field.assign(field.size(), ' ');
+    text += field;
+  }
+  return text;
+}
+
+/// All points of the command together; `@AA` and `$AA6` show the same digital word.
+std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now) const {
+  std::uint64_t word = 0;
+  for (const Known& known : reads_) {
+    const bool same =
+        known.read.command == command ||
+        (IsDigital(form) && IsDigital(known.read.form) && !known.read.command.starts_with("$L"));
+    if (same) word |= Place(known.read, values_.Get(known.point, now));
+  }
+  return IsDigital(form) ? (word ^ settings_.invert) & 0xFFFF : word;
+}
+
+std::optional<std::string> DconTwin::AnswerRead(const std::string& command, Instant now) const {
+  const Known* known = Find(command);
+  if (known == nullptr) {
+    const bool digital = std::any_of(reads_.begin(), reads_.end(),
+                                     [](const Known& k) { return IsDigital(k.read.form); });
+    if (!digital || (command != "@" && command != "$6")) return std::nullopt;
+  }
+  const Form form = known != nullptr ? known->read.form : DefaultForm(command).value_or(Form::bits);
+  const auto value = [&] { return values_.Get(known->point, now); };
+  switch (form) {
+    case Form::numbers:
+    case Form::words:
+      return Joined(form, command, now);
+    case Form::number:
+      return ">" + FormatField(value(), settings_, false);
+    case Form::readback:
+      return "!" + who_ + FormatField(value(), settings_, false);
+    case Form::bits:
+      return ">" + Hex(Word(command, form, now), 4);
+    case Form::status:
+      return "!" + Hex(Word(command, form, now), 4) + "00";
+    case Form::counter:
+      return ">" + Hex(Unsigned(value(), 0xFFFF'FFFF), 8);
+    case Form::decimal:
+      return "!" + who_ + Decimal(Unsigned(value(), 65535), 5);
+    case Form::hex:
+      return "!" + who_ + Hex(Word(command, form, now), HexDigits(command).second);
+    case Form::text:
+      return "!" + who_ + ToText(value());
+  }
+  return std::nullopt;
+}
+
+/// `#AAN` of a module whose profile polls `#AA`. OWEN is silent about a channel that it does not
+/// have; modules that know their name answer with a refusal.
+std::optional<std::string> DconTwin::AnswerChannel(const std::string& command, Instant now) const {
+  const Known* joined = Find("#");
+  if (joined == nullptr || command.size() != 2 || command.front() != '#') return std::nullopt;
+  const auto channel = HexDigit(command[1]);
+  const bool enabled = channel && ((settings_.enabled >> *channel) & 1U) != 0;
+  if (!enabled || *channel >= Channels("#")) {
+    return settings_.identify ? std::optional("?" + who_) : std::nullopt;
+  }
+  Value value = 0.0;
+  for (const Known& known : reads_) {
+    if (known.read.command == "#" && known.read.index == *channel) {
+      value = values_.Get(known.point, now);
+    }
+  }
+  return ">" + FormatField(value, settings_, false);
+}
+
+std::optional<std::string> DconTwin::AnswerIdentity(const std::string& command) const {
+  if (!settings_.identify) return std::nullopt;
+  if (command == "$M") return "!" + who_ + "TWIN";
+  if (command == "$F") return "!" + who_ + "A1.0";
+  // Type 40, 9600 bit/s, and the format byte with its checksum bit.
+  if (command == "$2") return "!" + who_ + "4006" + (settings_.checksum ? "40" : "00");
+  return std::nullopt;
+}
+
+std::optional<std::string> DconTwin::AnswerWrite(const std::string& command) {
+  for (std::size_t i = 0; i < device_.points.size(); ++i) {
+    const config::Point& point = device_.points[i];
+    if (point.access == config::Access::read) continue;
+    const auto write = ParseWrite(point.write);
+    if (!write) continue;
+    const auto value = ParseWritten(*write, command);
+    if (!value) continue;
+    if (!HasValue(*value)) return "?" + who_;
+    values_.Set(i, *value);
+    return ">";
+  }
+  return std::nullopt;
+}
+
+}  // namespace baudgate::dcon

@@ -1,0 +1,47 @@
+// A DCON module that is not there: answers requests as the real one does, from the points of its
+// profile. Requests come from gateway/simulator.h, replies go back to it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocols/dcon/codec.h"
+#include "protocols/dcon/commands.h"
+#include "protocols/dcon/settings.h"
+#include "protocols/twin.h"
+
+namespace baudgate::dcon {
+
+class DconTwin : public Twin {
+ public:
+  /// Both outlive the twin.
+  DconTwin(const config::Device& device, TwinValues& values);
+
+  Bytes Answer(View request, Instant now) override;
+
+ private:
+  struct Known {
+    std::size_t point = 0;
+    ReadAddress read;
+  };
+
+  std::optional<std::string> AnswerRead(const std::string& command, Instant now) const;
+  std::optional<std::string> AnswerChannel(const std::string& command, Instant now) const;
+  std::optional<std::string> AnswerIdentity(const std::string& command) const;
+  std::optional<std::string> AnswerWrite(const std::string& command);
+  std::string Joined(Form form, const std::string& command, Instant now) const;
+  std::uint64_t Word(const std::string& command, Form form, Instant now) const;
+  std::size_t Channels(const std::string& command) const;
+  const Known* Find(std::string_view command) const;
+
+  const config::Device& device_;
+  TwinValues& values_;
+  Settings settings_;
+  Result<std::uint8_t> address_;
+  std::string who_;  ///< the address as it stands in replies
+  std::vector<Known> reads_;
+};
+
+}  // namespace baudgate::dcon

@@ -1,0 +1,169 @@
+// The `write` part of commands.h: templates like "#2{+00.000 0..10}" and the text they give.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "gateway/base/text.h"
+#include "protocols/dcon/commands.h"
+
+namespace baudgate::dcon {
+namespace {
+
+Error WriteError(std::string_view text, std::string_view what) {
+  return Error{"write '" + std::string(text) + "' " + std::string(what)};
+}
+
+/// Only outputs: `#` with nothing, a channel or a bit group before the data, `C` and a channel
+/// (ADAM-4024), or `@`. Settings that live in EEPROM are not for a gateway.
+bool IsOutputCommand(std::string_view command) {
+  if (command == "@" || command == "#") return true;
+  if (!command.starts_with('#') || command.size() > 3) return false;
+  return std::all_of(command.begin() + 1, command.end(),
+                     [](char c) { return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'F'); });
+}
+
+/// "+00.000": an optional sign, zeros, a point, zeros.
+bool ParsePicture(std::string_view picture, WriteAddress& write) {
+  write.kind = WriteAddress::Kind::number;
+  write.sign = picture.starts_with('+');
+  if (write.sign) picture.remove_prefix(1);
+  const auto point = picture.find('.');
+  if (point == std::string_view::npos || point == 0 || picture.size() > 10) return false;
+  write.digits = point;
+  write.decimals = picture.size() - point - 1;
+  const auto zeros = std::count(picture.begin(), picture.end(), '0');
+  return static_cast<std::size_t>(zeros) == picture.size() - 1 && write.decimals > 0;
+}
+
+double LargestOf(const WriteAddress& write) {
+  return std::pow(10.0, static_cast<double>(write.digits)) -
+         std::pow(10.0, -static_cast<double>(write.decimals));
+}
+
+/// "0..10" behind the picture; without it all that the digits can show.
+bool ParseRange(std::string_view range, WriteAddress& write) {
+  const double largest = LargestOf(write);
+  write.high = largest;
+  write.low = write.sign ? -largest : 0;
+  if (range.empty()) return true;
+  const auto dots = range.find("..");
+  if (dots == std::string_view::npos) return false;
+  const auto low = ParseDecimal(range.substr(0, dots));
+  const auto high = ParseDecimal(range.substr(dots + 2));
+  if (!low || !high || *low >= *high || *low < write.low || *high > largest) return false;
+  write.low = *low;
+  write.high = *high;
+  return true;
+}
+
+std::string FixedPoint(double value, const WriteAddress& write) {
+  std::array<char, 48> buffer{};
+  const auto [end, error] =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), std::abs(value),
+                    std::chars_format::fixed, static_cast<int>(write.decimals));
+  std::string digits(buffer.data(), error == std::errc() ? end : buffer.data());
+  const std::size_t width = write.digits + 1 + write.decimals;
+  if (digits.size() < width) digits.insert(0, width - digits.size(), '0');
+  if (!write.sign) return digits;
+  return (value < 0 ? "-" : "+") + digits;
+}
+
+std::string FixedHex(std::uint64_t value, std::size_t digits) {
+  std::string text;
+  for (std::size_t i = digits; i-- > 0;)
+    text += HexByte(static_cast<std::uint8_t>((value >> (4 * i)) & 15U))[1];
+  return text;
+}
+
+}  // namespace
+
+Result<WriteAddress> ParseWrite(std::string_view text) {
+  constexpr std::string_view kForms =
+      "; it is a command and the form of its data: \"#13{bit}\", \"@{hex2}\", \"#2{+00.000 "
+      "0..10}\"";
+  const auto open = text.find('{');
+  if (open == std::string_view::npos || !text.ends_with('}')) {
+    return WriteError(text, "has no data" + std::string(kForms));
+  }
+  WriteAddress write;
+  write.command = text.substr(0, open);
+  if (!IsOutputCommand(write.command)) {
+    return WriteError(text, "is no output command; a gateway writes with # and @ only");
+  }
+  const std::string_view data = text.substr(open + 1, text.size() - open - 2);
+  if (data == "bit") {
+    if (write.command.size() != 3) {
+      return WriteError(text, "needs the group and number of one output, as in \"#13{bit}\"");
+    }
+    return write;
+  }
+  if (data.starts_with("hex")) {
+    const auto digits = ParseInteger<unsigned>(data.substr(3));
+    if (!digits || *digits < 1 || *digits > 4) return WriteError(text, "takes hex1 to hex4");
+    write.kind = WriteAddress::Kind::hex;
+    write.digits = *digits;
+    if (write.command != "@" && write.command.size() - 1 + write.digits < 3) {
+      return WriteError(text, "would be taken as the read of a channel");
+    }
+    return write;
+  }
+  const auto blank = data.find(' ');
+  const std::string_view range =
+      blank == std::string_view::npos ? std::string_view{} : Trim(data.substr(blank));
+  if (!ParsePicture(data.substr(0, blank), write) || !ParseRange(range, write)) {
+    return WriteError(text, "has a form that is not understood" + std::string(kForms));
+  }
+  if (write.command == "@") return WriteError(text, "takes hex digits, not a number");
+  return write;
+}
+
+Result<std::string> FormatWrite(const WriteAddress& write, const Value& value) {
+  const double number = ToDouble(value);
+  const std::string shown = ToText(value);
+  if (!std::isfinite(number)) return Error{"'" + shown + "' is not a number"};
+  switch (write.kind) {
+    case WriteAddress::Kind::bit:
+      if (number != 0 && number != 1) return Error{shown + " is neither 0 nor 1"};
+      return write.command + (number == 1 ? "01" : "00");
+    case WriteAddress::Kind::hex: {
+      const double limit = std::pow(16.0, static_cast<double>(write.digits));
+      if (number < 0 || number >= limit || number != std::floor(number)) {
+        return Error{shown + " is not a whole number of " + std::to_string(write.digits) +
+                     " hex digits"};
+      }
+      return write.command + FixedHex(static_cast<std::uint64_t>(number), write.digits);
+    }
+    case WriteAddress::Kind::number:
+      // Beyond its range a module says no and yet moves the output to the limit.
+      if (number < write.low || number > write.high) {
+        return Error{shown + " is outside " + FormatNumber(write.low) + "..." +
+                     FormatNumber(write.high)};
+      }
+      return write.command + FixedPoint(number, write);
+  }
+  return Error{"unknown form of write"};
+}
+
+std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view command) {
+  if (!command.starts_with(write.command)) return std::nullopt;
+  const std::string_view data = command.substr(write.command.size());
+  if (write.kind == WriteAddress::Kind::number) {
+    const std::size_t width = (write.sign ? 1U : 0U) + write.digits + 1 + write.decimals;
+    const auto number = ParseDecimal(data);
+    const bool signed_text = data.starts_with('+') || data.starts_with('-');
+    if (!number || data.size() != width || signed_text != write.sign) return std::nullopt;
+    if (*number < write.low || *number > write.high) return Value{};
+    return Value{*number};
+  }
+  const bool hex =
+      std::all_of(data.begin(), data.end(), [](char c) { return HexDigit(c).has_value(); });
+  if (data.size() != write.digits || !hex) return std::nullopt;
+  const auto number = ParseInteger<std::uint64_t>(data, 16);
+  if (!number) return std::nullopt;
+  if (write.kind == WriteAddress::Kind::hex) return Value{*number};
+  if (*number > 1) return Value{};
+  return Value{*number == 1};
+}
+
+}  // namespace baudgate::dcon

@@ -1,0 +1,125 @@
+// Meter constant, coefficients and ratios, and the factor that each measure makes of them.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/constants.h"
+
+#include <array>
+#include <cstdint>
+
+namespace baudgate::set4tm {
+namespace {
+
+template <typename T>
+std::optional<T> Either(const std::optional<T>& first, const std::optional<T>& second) {
+  return first ? first : second;
+}
+
+/// Kc and Ci by type, nominal voltage and current (reference, 9.6). Types whose coefficients are
+/// not documented, or that one code shares between different meters, get none.
+void SetCoefficients(unsigned type, bool mains_voltage, unsigned current_code, bool one_phase,
+                     Scale& scale) {
+  switch (type) {
+    case 0x0:    // SET-4TM.02; with one phase SET-1M.01
+    case 0x1:    // SET-4TM.03
+    case 0x3:    // PSCH-4TM.05
+    case 0x6:    // PSCH-4TM.05M
+    case 0x8: {  // SET-4TM.02M, .03M
+      scale.current_coefficient = 1;
+      const bool set1m = type == 0 && one_phase;
+      const bool doubled = mains_voltage && current_code == 0 && !set1m;
+      // For the .03 of 120-230 V and 1(10) A the code of the nominal current is not certain.
+      if (type == 1 && mains_voltage && current_code != 0) return;
+      scale.power_coefficient = doubled ? 2 : 1;
+      return;
+    }
+    case 0x5:  // PSCH-3TM.05
+    case 0x7:  // PSCH-3TM.05M
+      scale.power_coefficient = 20;
+      scale.current_coefficient = 1;
+      return;
+    case 0x2:  // SEB-1TM.01, .02
+    case 0x9:  // SEB-1TM.02D
+      scale.power_coefficient = 10;
+      scale.current_coefficient = 10;
+      return;
+    default:
+      return;
+  }
+}
+
+}  // namespace
+
+Scale Merge(const Scale& first, const Scale& second) {
+  return {Either(first.meter_constant, second.meter_constant),
+          Either(first.power_coefficient, second.power_coefficient),
+          Either(first.current_coefficient, second.current_coefficient),
+          Either(first.voltage_ratio, second.voltage_ratio),
+          Either(first.current_ratio, second.current_ratio)};
+}
+
+Scale ParseVariant(View data) {
+  constexpr std::array<double, 7> kConstants = {5000, 25000, 1250, 6250, 500, 250, 6400};
+  Scale scale;
+  if (data.size() < 3) return scale;
+  const unsigned constant = data[1] & 0x0FU;
+  if (constant < kConstants.size()) scale.meter_constant = kConstants[constant];
+  const bool mains_voltage = ((data[0] >> 2U) & 3U) == 1;
+  const bool one_phase = ((data[1] >> 4U) & 3U) == 1;
+  SetCoefficients(data[2] >> 4U, mains_voltage, data[0] & 3U, one_phase, scale);
+  return scale;
+}
+
+Scale ParseRatios(View data) {
+  const ByteReader reader(data);
+  Scale scale;
+  if (const auto kn = reader.U16Be(0); kn && *kn > 0) scale.voltage_ratio = *kn;
+  if (const auto kt = reader.U16Be(2); kt && *kt > 0) scale.current_ratio = *kt;
+  return scale;
+}
+
+std::optional<Factor> FactorOf(Measure measure, const Scale& scale) {
+  if (LacksVariant(measure, scale) || LacksRatios(measure, scale)) return std::nullopt;
+  switch (measure) {
+    case Measure::plain:
+      return Factor{};
+    case Measure::hundredths:
+      return Factor{1, 100};
+    case Measure::energy:
+      return Factor{*scale.voltage_ratio * *scale.current_ratio, 2 * *scale.meter_constant};
+    case Measure::voltage:
+      return Factor{*scale.voltage_ratio, 100};
+    case Measure::current:
+      return Factor{*scale.current_coefficient * *scale.current_ratio, 10'000};
+    case Measure::power:
+      return Factor{*scale.power_coefficient * *scale.voltage_ratio * *scale.current_ratio, 1000};
+  }
+  return std::nullopt;
+}
+
+bool LacksVariant(Measure measure, const Scale& scale) {
+  switch (measure) {
+    case Measure::energy:
+      return !scale.meter_constant;
+    case Measure::current:
+      return !scale.current_coefficient;
+    case Measure::power:
+      return !scale.power_coefficient;
+    default:
+      return false;
+  }
+}
+
+bool LacksRatios(Measure measure, const Scale& scale) {
+  switch (measure) {
+    case Measure::energy:
+    case Measure::power:
+      return !scale.voltage_ratio || !scale.current_ratio;
+    case Measure::voltage:
+      return !scale.voltage_ratio;
+    case Measure::current:
+      return !scale.current_ratio;
+    default:
+      return false;
+  }
+}
+
+}  // namespace baudgate::set4tm

@@ -1,0 +1,316 @@
+// The session of a SET-4TM meter: channel, serial number, constants, then the queries of its
+// points. SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/conversation.h"
+
+#include <algorithm>
+
+#include "gateway/base/text.h"
+#include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/frame_rule.h"
+#include "protocols/set4tm/status.h"
+
+namespace baudgate::set4tm {
+namespace {
+
+/// The channel lives 20 s; with less than a quarter left it is opened anew (reference, 14.5).
+constexpr Duration kChannelTrust = 15s;
+constexpr int kReopens = 1;
+constexpr int kRepeats = 1;
+
+const Bytes kAskSerial = {kRead, kSerialNumber};
+const Bytes kAskVariant = {kRead, kVariant};
+const Bytes kAskRatios = {kRead, kRatios};
+
+std::optional<double> Given(double value) {
+  return value > 0 ? std::optional(value) : std::nullopt;
+}
+
+bool Is(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
+
+bool IsSnapshot(View pdu) { return pdu.size() > 2 && pdu[0] == kRead && pdu[1] == kFloatMask; }
+
+/// A step of the session that is nobody's news.
+Answer AskAgain() {
+  Answer answer;
+  answer.then = Then::ask_again;
+  return answer;
+}
+
+class MeterBus : public Bus {
+ public:
+  std::unique_ptr<Conversation> MakeConversation(const config::Device& device) override {
+    return std::make_unique<MeterConversation>(device);
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Bus> MakeBus(const config::Line&) { return std::make_unique<MeterBus>(); }
+
+MeterConversation::MeterConversation(const config::Device& device)
+    : device_(device), plan_(device.points) {
+  const config::Options& options = device.options;
+  if (auto address = ParseAddress(device.address)) address_ = std::move(*address);
+  if (auto password = ParsePassword(options.Text("password"))) password_ = std::move(*password);
+  if (const auto serial = options.Integer("serial_number"); serial > 0) {
+    serial_ = static_cast<std::uint32_t>(serial);
+  }
+  configured_.meter_constant = Given(static_cast<double>(options.Integer("meter_constant")));
+  configured_.voltage_ratio = Given(options.Real("voltage_ratio"));
+  configured_.current_ratio = Given(options.Real("current_ratio"));
+  configured_.power_coefficient = Given(options.Real("power_coefficient"));
+  configured_.current_coefficient = Given(options.Real("current_coefficient"));
+  OnReconnect();
+}
+
+void MeterConversation::OnReconnect() {
+  learned_ = {};
+  unsupported_.clear();
+  snapshot_ = device_.options.Flag("snapshot");
+  open_ = verified_ = asked_variant_ = asked_ratios_ = false;
+  reopened_ = repeated_ = 0;
+  plan_.Make(unsupported_, snapshot_);
+}
+
+Request MeterConversation::Make(View pdu) const {
+  Request request;
+  request.bytes = MakeFrame(address_, pdu);
+  request.expect = Expect(request.bytes, device_.options);
+  return request;
+}
+
+bool MeterConversation::NeedsConstants(const Bytes& pdu,
+                                       bool (*lacks)(Measure, const Scale&)) const {
+  const Scale known = scale();
+  return std::ranges::any_of(plan_.Matches(pdu), [&](const Match& match) {
+    return match.point != kNoPoint && lacks(MeasureOf(match.field.decoder), known);
+  });
+}
+
+Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
+  if (address_.empty()) return Error{ParseAddress(device_.address).error()};
+  if (password_.empty()) return Error{ParsePassword(device_.options.Text("password")).error()};
+  if (task.kind == Task::Kind::write) return Error{"SET-4TM meters are read only here"};
+  // Opening proves presence too: a link test (00) equals its own echo.
+  if (task.kind == Task::Kind::probe || !open_ || now - last_good_ > kChannelTrust) {
+    Bytes open = {kOpenChannel};
+    Append(open, password_);
+    return Make(open);
+  }
+  if (task.query >= plan_.queries().size()) return Error{"there is no such query"};
+  if (serial_ && !verified_) return Make(kAskSerial);
+  const Bytes& pdu = plan_.pdu(task.query);
+  if (!asked_variant_ && NeedsConstants(pdu, LacksVariant)) return Make(kAskVariant);
+  if (!asked_ratios_ && NeedsConstants(pdu, LacksRatios)) return Make(kAskRatios);
+  if (!IsSnapshot(pdu)) return Make(pdu);
+  // The meter repeats the id: a late reply to the snapshot before this one is found out.
+  Bytes tagged = pdu;
+  tagged[2] = ++snapshot_id_;
+  return Make(tagged);
+}
+
+bool MeterConversation::Accepts(View asked, View answering) const {
+  if (std::ranges::equal(asked, answering)) return true;
+  if (asked.size() != 1) return false;
+  if (answering.size() == 1) return asked[0] == kCommonAddress;
+  return serial_ && std::ranges::equal(answering, ExtendedAddress(*serial_));
+}
+
+MeterConversation::Reply MeterConversation::Decode(View request, View frame) const {
+  Reply reply;
+  const auto unexpected = [&reply](std::string why) {
+    reply.answer.outcome = Outcome::unexpected;
+    reply.answer.reason = std::move(why);
+    return reply;
+  };
+  const auto asked = SplitFrame(request);
+  if (!asked) return unexpected("the request is not a SET-4TM frame with a good checksum");
+  const auto got = SplitFrame(frame);
+  if (!got) {
+    reply.answer.outcome = Outcome::corrupt;
+    reply.answer.reason = "the reply is not a SET-4TM frame with a good checksum";
+    return reply;
+  }
+  if (!Accepts(asked->address, got->address)) {
+    const bool extended = got->address.size() > 1 && asked->address.size() == 1;
+    return unexpected("reply of meter " + ToHex(got->address) + ", not " + ToHex(asked->address) +
+                      (extended ? "; if it is the right one, set `serial_number`" : ""));
+  }
+  const View pdu = asked->body;
+  // A float read and its reply are equally long; only the link test is answered by its own bytes.
+  if (pdu[0] != kLinkTest && std::ranges::equal(request, frame)) {
+    return unexpected("the request came back; does the adapter echo? set `echo: strip`");
+  }
+  if (got->body.size() == 1) {
+    reply.pdu = pdu;
+    reply.status = got->body[0];
+    ReadStatus(reply);
+    return reply;
+  }
+  const auto length = LengthOfData(pdu);
+  if (AnsweredByStatus(pdu) || !length || *length != got->body.size()) {
+    return unexpected(std::to_string(got->body.size()) + " data bytes do not answer request " +
+                      HexByte(pdu[0]));
+  }
+  if (IsSnapshot(pdu) && got->body[0] != pdu[2]) {
+    return unexpected("reply to another snapshot: id " + HexByte(got->body[0]));
+  }
+  reply.pdu = pdu;
+  reply.data = got->body;
+  ReadData(reply);
+  return reply;
+}
+
+void MeterConversation::ReadStatus(Reply& reply) const {
+  const bool awaited = AnsweredByStatus(reply.pdu);
+  StatusMeaning meaning = Explain(*reply.status, reply.pdu[0] == kOpenChannel);
+  reply.answer.wait = meaning.wait;
+  if (meaning.outcome == Outcome::ok && !awaited) {
+    reply.answer.outcome = Outcome::unexpected;
+    reply.answer.reason = "status 00 where data was asked for";
+    return;
+  }
+  reply.answer.outcome = meaning.outcome;
+  reply.answer.reason = std::move(meaning.reason);
+  if (!meaning.quality || awaited) return;
+  for (Match& match : plan_.Matches(reply.pdu)) {
+    reply.answer.readings.push_back({match.point, {}, *meaning.quality, std::move(match.label)});
+  }
+}
+
+void MeterConversation::ReadData(Reply& reply) const {
+  const Scale known = scale();
+  for (Match& match : plan_.Matches(reply.pdu)) {
+    Decoded decoded = DecodeField(match.field, reply.data, known);
+    reply.answer.readings.push_back(
+        {match.point, std::move(decoded.value), decoded.quality, std::move(match.label)});
+  }
+}
+
+void MeterConversation::Learn(View pdu, View data) {
+  if (Is(pdu, kAskVariant)) {
+    const Scale variant = ParseVariant(data);
+    learned_.meter_constant = variant.meter_constant;
+    learned_.power_coefficient = variant.power_coefficient;
+    learned_.current_coefficient = variant.current_coefficient;
+    asked_variant_ = true;
+  } else if (Is(pdu, kAskRatios)) {
+    const Scale ratios = ParseRatios(data);
+    learned_.voltage_ratio = ratios.voltage_ratio;
+    learned_.current_ratio = ratios.current_ratio;
+    asked_ratios_ = true;
+  }
+}
+
+Answer MeterConversation::Interpret(View request, View frame) {
+  Reply reply = Decode(request, frame);
+  if (!reply.data.empty()) Learn(reply.pdu, reply.data);
+  return std::move(reply.answer);
+}
+
+Answer MeterConversation::End(Answer answer) {
+  reopened_ = repeated_ = 0;
+  return answer;
+}
+
+Answer MeterConversation::OnFrame(const Task& task, const Request& request, View frame,
+                                  Instant now) {
+  Reply reply = Decode(request.bytes, frame);
+  if (reply.pdu.empty()) return End(std::move(reply.answer));
+  if (reply.status) return AfterStatus(task, std::move(reply), now);
+  last_good_ = now;
+  Learn(reply.pdu, reply.data);
+  if (serial_ && Is(reply.pdu, kAskSerial)) {
+    verified_ = ByteReader(reply.data).U32Be(0) == *serial_;
+    if (!verified_) return End(Mismatch(task, reply.data));
+  }
+  const bool own = task.kind == Task::Kind::poll && task.query < plan_.queries().size();
+  const Bytes& wanted = own ? plan_.pdu(task.query) : kAskSerial;
+  if (own && !Is(reply.pdu, wanted) && !(IsSnapshot(reply.pdu) && IsSnapshot(wanted))) {
+    reply.answer.then = Then::ask_again;
+    return std::move(reply.answer);
+  }
+  return End(std::move(reply.answer));
+}
+
+Answer MeterConversation::Mismatch(const Task& task, View data) const {
+  Answer answer;
+  answer.outcome = Outcome::refused;
+  answer.wait = 1min;
+  answer.reason = "meter " + std::to_string(ByteReader(data).U32Be(0).value_or(0)) +
+                  " answers in place of " + std::to_string(serial_.value_or(0)) +
+                  "; correct `serial_number` or the address";
+  if (task.kind == Task::Kind::poll && task.query < plan_.queries().size()) {
+    for (const std::size_t point : plan_.queries()[task.query].points) {
+      answer.readings.push_back({point, {}, Quality::bad_configuration, {}});
+    }
+  }
+  return answer;
+}
+
+Answer MeterConversation::AfterOpen(const Task& task, Reply reply, Instant now) {
+  open_ = CodeOf(*reply.status) == kOk;
+  if (!open_) {
+    if (CodeOf(*reply.status) == kLevelTooLow) {
+      for (std::size_t point = 0; point < device_.points.size(); ++point) {
+        reply.answer.readings.push_back({point, {}, Quality::bad_configuration, {}});
+      }
+    }
+    return End(std::move(reply.answer));
+  }
+  last_good_ = now;
+  if (task.kind == Task::Kind::probe) return End(std::move(reply.answer));
+  reply.answer.then = Then::ask_again;
+  return std::move(reply.answer);
+}
+
+Answer MeterConversation::AfterClosed(Answer answer) {
+  open_ = false;
+  if (reopened_ >= kReopens) return End(std::move(answer));
+  ++reopened_;
+  return AskAgain();
+}
+
+Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now) {
+  if (reply.pdu[0] == kOpenChannel) return AfterOpen(task, std::move(reply), now);
+  switch (CodeOf(*reply.status)) {
+    case kChannelClosed:
+      return AfterClosed(std::move(reply.answer));
+    case kRepeat:
+      if (repeated_ >= kRepeats) return End(std::move(reply.answer));
+      ++repeated_;
+      return AskAgain();
+    case kNotAllowed:
+    case kLevelTooLow:
+      break;
+    default:
+      return End(std::move(reply.answer));
+  }
+  last_good_ = now;
+  const bool own = task.kind == Task::Kind::poll && task.query < plan_.queries().size();
+  if (own && IsSnapshot(reply.pdu)) {
+    // Older firmware: go back to 08 1B, the points are not to blame.
+    snapshot_ = false;
+    reply.answer.readings.clear();
+  } else if (own && Is(reply.pdu, plan_.pdu(task.query))) {
+    unsupported_.insert(plan_.pdu(task.query));
+  } else if (Is(reply.pdu, kAskVariant) || Is(reply.pdu, kAskRatios)) {
+    // Only the scaled values of the query suffer; the options can give what the meter does not.
+    (Is(reply.pdu, kAskVariant) ? asked_variant_ : asked_ratios_) = true;
+    return AskAgain();
+  } else {
+    return End(std::move(reply.answer));
+  }
+  plan_.Make(unsupported_, snapshot_);
+  reply.answer.then = Then::replan;
+  return End(std::move(reply.answer));
+}
+
+Then MeterConversation::OnFailure(const Task&, const Request& request, Outcome, Instant) {
+  const auto asked = SplitFrame(request.bytes);
+  if (asked && asked->body[0] == kOpenChannel) open_ = false;
+  reopened_ = repeated_ = 0;
+  return Then::done;
+}
+
+}  // namespace baudgate::set4tm

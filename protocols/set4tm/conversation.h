@@ -1,0 +1,81 @@
+// What a SET-4TM meter is asked and what its replies mean: session, constants, readings.
+// Requests go to the line, frames come from it; driven by the poller.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "config/config.h"
+#include "protocols/protocol.h"
+#include "protocols/set4tm/plan.h"
+
+namespace baudgate::set4tm {
+
+/// What may answer `request`; with no request, what requests look like (for the twin's side).
+Expectation Expect(View request, const config::Options& options);
+
+std::unique_ptr<Bus> MakeBus(const config::Line& line);
+
+class MeterConversation : public Conversation {
+ public:
+  /// `device` outlives the conversation.
+  explicit MeterConversation(const config::Device& device);
+
+  std::span<const Query> Queries() const override { return plan_.queries(); }
+  Result<Request> Ask(const Task& task, Instant now) override;
+  Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
+  Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
+  void OnReconnect() override;
+  Answer Interpret(View request, View frame) override;
+
+ private:
+  /// A reply after the checks that need no session.
+  struct Reply {
+    Answer answer;
+    View pdu;                            ///< of the request; empty when nothing fits
+    std::optional<std::uint8_t> status;  ///< a one-byte reply
+    View data;                           ///< any other
+  };
+
+  Reply Decode(View request, View frame) const;
+  bool Accepts(View asked, View answering) const;
+  void ReadStatus(Reply& reply) const;
+  void ReadData(Reply& reply) const;
+
+  Request Make(View pdu) const;
+  bool NeedsConstants(const Bytes& pdu, bool (*lacks)(Measure, const Scale&)) const;
+  void Learn(View pdu, View data);
+  /// The step behind a status: reopen, repeat, forget the request, or nothing.
+  Answer AfterStatus(const Task& task, Reply reply, Instant now);
+  Answer AfterOpen(const Task& task, Reply reply, Instant now);
+  Answer AfterClosed(Answer answer);
+  Answer Mismatch(const Task& task, View data) const;
+  Answer End(Answer answer);
+  Scale scale() const { return Merge(configured_, learned_); }
+
+  const config::Device& device_;
+  Plan plan_;
+  Bytes address_;
+  Bytes password_;
+  std::optional<std::uint32_t> serial_;  // configured: the meter that must answer
+  Scale configured_;
+
+  // The session: gone with OnReconnect.
+  Scale learned_;
+  std::set<Bytes> unsupported_;
+  bool snapshot_ = false;
+  bool open_ = false;
+  bool verified_ = false;
+  bool asked_variant_ = false;
+  bool asked_ratios_ = false;
+  Instant last_good_{};
+  std::uint8_t snapshot_id_ = 0;
+
+  // The task under way.
+  int reopened_ = 0;
+  int repeated_ = 0;
+};
+
+}  // namespace baudgate::set4tm

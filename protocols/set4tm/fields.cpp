@@ -1,0 +1,237 @@
+// The `read` grammar: parsing, printing, and which type a decoder's value has.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/fields.h"
+
+#include <array>
+
+#include "gateway/base/text.h"
+#include "protocols/set4tm/codec.h"
+
+namespace baudgate::set4tm {
+namespace {
+
+enum class Kind : std::uint8_t { number, text, truth };
+
+struct DecoderRow {
+  Decoder decoder;
+  std::string_view name;
+  Kind kind;
+  std::size_t size;  ///< data bytes; 0 = the (n) of the form
+  Measure measure = Measure::plain;
+};
+
+constexpr DecoderRow kDecoders[] = {
+    {Decoder::float_le, "float_le", Kind::number, 4},
+    {Decoder::u8, "u8", Kind::number, 1},
+    {Decoder::i8, "i8", Kind::number, 1},
+    {Decoder::u16_be, "u16_be", Kind::number, 2},
+    {Decoder::u32_be, "u32_be", Kind::number, 4},
+    {Decoder::bcd, "bcd", Kind::number, 0},
+    {Decoder::counts, "counts", Kind::number, 4},
+    {Decoder::energy, "energy", Kind::number, 4, Measure::energy},
+    {Decoder::voltage_be, "voltage_be", Kind::number, 3, Measure::voltage},
+    {Decoder::current_be, "current_be", Kind::number, 3, Measure::current},
+    {Decoder::power_be, "power_be", Kind::number, 3, Measure::power},
+    {Decoder::reactive_be, "reactive_be", Kind::number, 3, Measure::power},
+    {Decoder::apparent_be, "apparent_be", Kind::number, 3, Measure::power},
+    {Decoder::factor_be, "factor_be", Kind::number, 3, Measure::hundredths},
+    {Decoder::hundredths_be, "hundredths_be", Kind::number, 3, Measure::hundredths},
+    {Decoder::text_cp1251, "text_cp1251", Kind::text, 0},
+    {Decoder::version, "version", Kind::text, 3},
+    {Decoder::date, "date", Kind::text, 3},
+    {Decoder::time, "time", Kind::text, 7},
+    {Decoder::time_min, "time_min", Kind::text, 6},
+    {Decoder::flag, "flag", Kind::truth, 1},
+    {Decoder::alarm, "alarm", Kind::truth, 5},
+};
+
+constexpr DecoderSpec kSpecs[] = {
+    {"float_le@n", "IEEE-754 single, low byte first (08 1B, 08 23); primary value, ratios applied"},
+    {"u8@n", "unsigned byte"},
+    {"i8@n", "signed byte (temperature: 08 01 i8@1)"},
+    {"u16_be@n", "unsigned 16 bit, high byte first"},
+    {"u32_be@n", "unsigned 32 bit, high byte first"},
+    {"bcd(b)@n", "binary coded decimal of b bytes (1 to 8), high byte first"},
+    {"counts@n", "energy register as it is, 32 bit; FFFFFFFF is no value"},
+    {"energy@n", "energy register as kWh or kvarh: N / (2 A) * Kn * Kt, as meter or options tell"},
+    {"voltage_be@n", "08 11, 08 14, 08 16: V, with Kn"},
+    {"current_be@n", "08 11, 08 14, 08 16: A, with Ci and Kt"},
+    {"power_be@n", "08 11, 08 14, 08 16: W, with Kc, Kn, Kt; sign from the active direction"},
+    {"reactive_be@n", "the same in var; sign from the reactive direction"},
+    {"apparent_be@n", "the same in VA, no sign"},
+    {"factor_be@n", "08 11, 08 14, 08 16: power factor, sign from the active direction"},
+    {"hundredths_be@n", "08 11, 08 14, 08 16: hundredths without sign (frequency, distortion)"},
+    {"text_cp1251(b)@n", "b bytes of Windows-1251 text"},
+    {"version@n", "three BCD bytes as text: 03.09.30"},
+    {"date@n", "BCD day, month, year as text: 2002-09-06"},
+    {"time@n", "BCD second, minute, hour, weekday, day, month, year as text: 2002-09-02T15:30:31"},
+    {"time_min@n", "BCD minute, hour, weekday, day, month, year as text: 2002-09-02T15:30"},
+    {"flag@nn", "bit E-nn (1 to 40) of the status word, 08 0A"},
+    {"alarm@n", "any bit of the status word but E-38, E-39, E-40"},
+};
+
+const DecoderRow& RowOf(Decoder decoder) { return kDecoders[static_cast<std::size_t>(decoder)]; }
+
+const DecoderRow* FindDecoder(std::string_view name) {
+  for (const DecoderRow& row : kDecoders) {
+    if (row.name == name) return &row;
+  }
+  return nullptr;
+}
+
+Error Wrong(std::string_view read, const std::string& why) {
+  return Error{"read \"" + std::string(read) + "\": " + why};
+}
+
+/// The last data byte that the field touches, plus one.
+std::size_t EndOf(const Field& field) {
+  if (field.decoder == Decoder::flag) return (field.offset + 7) / 8;
+  const std::size_t size = RowOf(field.decoder).size;
+  return field.offset + (size == 0 ? field.count : size);
+}
+
+/// "bcd(2)@0" into the field.
+Status ParseDecoder(std::string_view read, std::string_view text, Field& field) {
+  const auto at = text.find('@');
+  std::string_view name = text.substr(0, at);
+  const auto offset = ParseInteger<std::size_t>(text.substr(at + 1));
+  if (!offset) return Wrong(read, "the offset behind @ must be a number");
+  std::optional<std::size_t> count;
+  if (const auto open = name.find('('); open != std::string_view::npos) {
+    if (name.back() != ')') return Wrong(read, "no closing parenthesis");
+    count = ParseInteger<std::size_t>(name.substr(open + 1, name.size() - open - 2));
+    if (!count) return Wrong(read, "the length in parentheses must be a number");
+    name = name.substr(0, open);
+  }
+  const DecoderRow* row = FindDecoder(name);
+  if (row == nullptr) {
+    return Wrong(
+        read, "no decoder \"" + std::string(name) + "\"; `baudgate protocols set4tm` lists them");
+  }
+  if (count.has_value() != (row->size == 0)) {
+    return Wrong(read, std::string(name) +
+                           (count ? " takes no length in parentheses"
+                                  : " needs its length, as in " + std::string(name) + "(2)@0"));
+  }
+  const std::size_t most = row->decoder == Decoder::bcd ? 8 : kMaxData;
+  if (count && (*count == 0 || *count > most)) {
+    return Wrong(read, "the length must be 1 to " + std::to_string(most));
+  }
+  if (*offset > kMaxData) return Wrong(read, "the offset lies beyond every reply");
+  field.decoder = row->decoder;
+  field.offset = *offset;
+  field.count = count.value_or(0);
+  return {};
+}
+
+Status CheckPdu(std::string_view read, const Field& field) {
+  const Bytes& pdu = field.pdu;
+  if (AnsweredByStatus(pdu)) {
+    return Wrong(read, "only reads may stand here (codes 04, 05, 06, 08, 09, 0A, 0C)");
+  }
+  if (pdu.size() >= 2 && pdu[0] == kRead && pdu[1] == kFloatMask) {
+    return Wrong(read,
+                 "08 23 is made by the planner: name the value as 08 1B 00 rr or 08 1B 02 rr "
+                 "and set `snapshot: true`");
+  }
+  const auto length = LengthOfData(pdu);
+  if (!length) return Wrong(read, "no reply to this request is documented; check its length");
+  if (field.decoder == Decoder::flag && (field.offset < 1 || field.offset > 40)) {
+    return Wrong(read, "flag@nn takes 1 to 40, for E-01 to E-40");
+  }
+  if (EndOf(field) > *length) {
+    return Wrong(read, "the value ends beyond the " + std::to_string(*length) +
+                           " data bytes of the reply (offset 0 is the first one)");
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Field> ParseField(std::string_view read) {
+  const std::string_view text = Trim(read);
+  const auto space = text.rfind(' ');
+  if (space == std::string_view::npos || text.find('@', space) == std::string_view::npos) {
+    return Wrong(read, "give the request in hex and a decoder, as in \"08 1B 00 11 float_le@0\"");
+  }
+  auto pdu = ParseHex(Trim(text.substr(0, space)));
+  if (!pdu || pdu->empty()) return Wrong(read, "the request must be hex bytes, as in 08 1B 00 11");
+  Field field;
+  field.pdu = std::move(*pdu);
+  if (Status status = ParseDecoder(read, text.substr(space + 1), field); !status) {
+    return Error{status.error()};
+  }
+  if (Status status = CheckPdu(read, field); !status) return Error{status.error()};
+  return field;
+}
+
+std::string FieldText(const Field& field) {
+  std::string text = ToHex(field.pdu) + " " + std::string(RowOf(field.decoder).name);
+  if (field.count != 0) text += "(" + std::to_string(field.count) + ")";
+  return text + "@" + std::to_string(field.offset);
+}
+
+Status CheckType(const Field& field, const config::Point& point) {
+  const DecoderRow& row = RowOf(field.decoder);
+  const bool text = point.type == config::Type::string;
+  const bool truth = point.type == config::Type::boolean;
+  if ((row.kind == Kind::text) != text || (row.kind == Kind::truth) != truth) {
+    const std::string_view wants =
+        row.kind == Kind::text ? "string(n)" : (row.kind == Kind::truth ? "bool" : "a number type");
+    return Error{"decoder " + std::string(row.name) + " needs type " + std::string(wants) +
+                 ", not " + std::string(Name(point.type))};
+  }
+  if ((point.table == config::Table::bits) && !truth) {
+    return Error{"only bool points can stand in the bit tables"};
+  }
+  return {};
+}
+
+Measure MeasureOf(Decoder decoder) { return RowOf(decoder).measure; }
+
+std::span<const DecoderSpec> DecoderSpecs() {
+  static_assert(std::size(kSpecs) == std::size(kDecoders));
+  return kSpecs;
+}
+
+std::vector<Field> UsualFields(View pdu) {
+  const auto length = LengthOfData(pdu);
+  if (!length) return {};
+  const Bytes head(pdu.begin(), pdu.end());
+  std::vector<Field> fields;
+  const auto fill = [&](Decoder decoder, std::size_t from, std::size_t step) {
+    for (std::size_t at = from; at + step <= *length; at += step) {
+      fields.push_back({head, decoder, at, 0});
+    }
+  };
+  const unsigned code = pdu[0];
+  const unsigned parameter = pdu.size() > 1 ? pdu[1] : 0U;
+  if (code == kEnergy || code == kEnergyExtended || (code == kRead && parameter == 0x0D)) {
+    fill(Decoder::counts, 0, 4);
+  } else if (code == kJournal || code == kJournalExtended) {
+    fill(Decoder::time, 0, 7);
+  } else if (code != kRead) {
+    fill(Decoder::u8, 0, 1);
+  } else if (parameter == kFloats) {
+    fill(Decoder::float_le, 0, 4);
+  } else if (parameter == kFloatMask) {
+    fill(Decoder::float_le, 1, 4);
+  } else if (parameter == kSerialNumber) {
+    fields = {{head, Decoder::u32_be, 0, 0}, {head, Decoder::date, 4, 0}};
+  } else if (parameter == 0x01) {
+    fields = {{head, Decoder::i8, 1, 0}};
+  } else if (parameter == kRatios) {
+    fields = {{head, Decoder::u16_be, 0, 0}, {head, Decoder::u16_be, 2, 0}};
+  } else if (parameter == 0x03) {
+    fields = {{head, Decoder::version, 0, 0}};
+  } else if (parameter == 0x0B || parameter == 0x24) {
+    fields = {{head, Decoder::text_cp1251, 0, *length}};
+  } else if (parameter == 0x19) {
+    fill(Decoder::time, 0, 7);
+  } else {
+    fill(Decoder::u8, 0, 1);
+  }
+  return fields;
+}
+
+}  // namespace baudgate::set4tm

@@ -1,0 +1,74 @@
+// The `read` grammar of points, "08 1B 00 11 float_le@0", and the decoders behind it: from the data
+// bytes of a reply to a value, and back for the twin.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/config.h"
+#include "gateway/base/result.h"
+#include "protocols/protocol.h"
+#include "protocols/set4tm/constants.h"
+
+namespace baudgate::set4tm {
+
+enum class Decoder : std::uint8_t {
+  float_le,
+  u8,
+  i8,
+  u16_be,
+  u32_be,
+  bcd,
+  counts,
+  energy,
+  voltage_be,
+  current_be,
+  power_be,
+  reactive_be,
+  apparent_be,
+  factor_be,
+  hundredths_be,
+  text_cp1251,
+  version,
+  date,
+  time,
+  time_min,
+  flag,
+  alarm,
+};
+
+/// Where a value stands: the request's PDU and the place in the reply's data.
+struct Field {
+  Bytes pdu;
+  Decoder decoder = Decoder::u8;
+  std::size_t offset = 0;  ///< first data byte = 0; of `flag`: E-01 = 1
+  std::size_t count = 0;   ///< bytes of bcd(n) and text_cp1251(n)
+};
+
+/// An error names the part that is wrong and what would be right.
+Result<Field> ParseField(std::string_view read);
+/// The form that ParseField reads: "08 1B 00 11 float_le@0".
+std::string FieldText(const Field& field);
+/// Whether the field's value can be a point of this type.
+Status CheckType(const Field& field, const config::Point& point);
+/// Which constants the value needs.
+Measure MeasureOf(Decoder decoder);
+std::span<const DecoderSpec> DecoderSpecs();
+
+/// A value, or the quality that says why there is none.
+struct Decoded {
+  Value value;
+  Quality quality = Quality::good;
+};
+/// Never a number for what the meter marks as missing, nor for a scale that is not known.
+Decoded DecodeField(const Field& field, View data, const Scale& scale);
+/// Writes `value` into the reply's data as the meter would; false leaves the data as it was.
+bool EncodeField(const Field& field, const Value& value, const Scale& scale, Bytes& data);
+
+/// What the data of a reply is when no point says how to read it (decode without a profile).
+std::vector<Field> UsualFields(View pdu);
+
+}  // namespace baudgate::set4tm

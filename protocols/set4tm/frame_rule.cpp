@@ -1,0 +1,78 @@
+// Where SET-4TM requests and replies begin and end: by known length and CRC, since the silence that
+// ends a frame (8 ms at 9600) does not survive USB adapters and serial servers.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/frame_rule.h"
+
+#include <algorithm>
+
+#include "protocols/set4tm/codec.h"
+
+namespace baudgate::set4tm {
+namespace {
+
+constexpr std::size_t kStatusBody = 1;
+
+/// CRC-16 has no final XOR: a good frame followed by zeros (a break on the line) has a good CRC
+/// too. A status so lengthened must not be read as data.
+bool IsStatusAndZeros(View frame) {
+  const std::size_t status = AddressLength(frame[0]) + kStatusBody + kChecksumSize;
+  return frame.size() > status && ChecksumGood(frame.first(status)) &&
+         std::ranges::all_of(frame.subspan(status), [](std::uint8_t byte) { return byte == 0; });
+}
+
+}  // namespace
+
+// Request:  C8 | 08 1B 00 11 | 77 BB                   address 200: voltage of phase 1 as a float
+//           FC 00 89 A2 61 | 08 00 | 8F 76             extended address 9020001: serial number
+// The code (and its parameter) gives the length; a few parameters take an optional byte, then the
+// shorter form with a good CRC wins. Codes that are not listed are whole only before silence.
+Cut RequestRule(View held, const Expectation&, bool idle) {
+  const std::size_t head = AddressLength(held[0]);
+  const auto length =
+      held.size() > head ? LengthOfRequest(held.subspan(head)) : std::optional<RequestLength>();
+  if (length) {
+    const std::size_t most = head + length->max + kChecksumSize;
+    if (length->known) {
+      const std::size_t limit = std::min(most, held.size());
+      for (std::size_t size = head + length->min + kChecksumSize; size <= limit; ++size) {
+        if (ChecksumGood(held.first(size))) return Cut::Frame(size);
+      }
+    } else if (idle && held.size() >= head + length->min + kChecksumSize && held.size() <= most &&
+               ChecksumGood(held)) {
+      return Cut::Frame(held.size());
+    }
+    if (held.size() >= most) return Cut::Discard(1, Outcome::corrupt, "checksum");
+  }
+  return idle ? Cut::Discard(1, Outcome::partial, "stopped mid-frame") : Cut::NeedMore();
+}
+
+// Reply:    C8 | 00 80 66 43 | AE 69                   230.5 V
+//           C8 | 05 | CRC                              status 5 in its place: channel not open
+//           FC 00 89 A2 61 | 00 89 A2 61 06 09 02 | 58 BB
+// A reply repeats nothing of its request. The longest expected length with a good CRC is whole at
+// once; a shorter shape (the status where data is awaited) only when silence follows, because the
+// first bytes of data may have a good CRC by chance.
+Cut ReplyRule(View held, const Expectation& expect, bool idle) {
+  const int form = held[0] == kExtendedPrefix ? kExtendedForm : kShortForm;
+  std::size_t longest = 0;
+  for (const Shape& shape : expect.shapes) {
+    if (shape.tag == form) longest = std::max(longest, shape.max_length);
+  }
+  if (longest == 0) return Cut::Discard(1, Outcome::corrupt, "no such reply is awaited");
+  if (held.size() >= longest) {
+    const View frame = held.first(longest);
+    if (!ChecksumGood(frame)) return Cut::Discard(1, Outcome::corrupt, "checksum");
+    if (IsStatusAndZeros(frame)) {
+      return Cut::Discard(1, Outcome::corrupt, "status and zeros can not be told from data");
+    }
+    return Cut::Frame(longest);
+  }
+  if (!idle) return Cut::NeedMore();
+  for (const Shape& shape : expect.shapes) {
+    const bool fits = held.size() >= shape.min_length && held.size() <= shape.max_length;
+    if (shape.tag == form && fits && ChecksumGood(held)) return Cut::Frame(held.size());
+  }
+  return Cut::Discard(1, Outcome::partial, "stopped mid-frame");
+}
+
+}  // namespace baudgate::set4tm

@@ -1,0 +1,111 @@
+// The descriptor of the SET-4TM protocol: options, decoders, times, and the functions behind them.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/protocol.h"
+
+#include <algorithm>
+
+#include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/conversation.h"
+#include "protocols/set4tm/fields.h"
+#include "protocols/set4tm/frame_rule.h"
+#include "protocols/set4tm/twin.h"
+
+namespace baudgate {
+namespace {
+
+using Kind = OptionSpec::Kind;
+
+constexpr OptionSpec Option(std::string_view name, Kind kind, std::string_view fallback,
+                            std::string_view help, double maximum = 0) {
+  return {name, kind, fallback, help, OptionSpec::Scope::device, 0, maximum, {}, false};
+}
+
+constexpr OptionSpec Secret(OptionSpec option) {
+  option.secret = true;
+  return option;
+}
+
+constexpr OptionSpec kOptions[] = {
+    Secret(Option("password", Kind::text, "000000",
+                  "password of the channel: 6 ASCII characters, or hex:01 02 03 04 05 06")),
+    Option("serial_number", Kind::integer, "0",
+           "the meter that must answer: checked after every reconnect, and accepted as extended "
+           "address of replies; 0 = not checked",
+           4294967295.0),
+    Option("meter_constant", Kind::integer, "0",
+           "impulses per kWh (A) for energy; 0 = ask the meter", 1'000'000),
+    Option("voltage_ratio", Kind::real, "0",
+           "voltage transformer ratio (Kn) in place of the meter's, for energy and integer values; "
+           "0 = ask the meter",
+           100'000),
+    Option("current_ratio", Kind::real, "0",
+           "current transformer ratio (Kt) in place of the meter's, for energy and integer values; "
+           "0 = ask the meter",
+           100'000),
+    Option("power_coefficient", Kind::real, "0",
+           "coefficient Kc of integer powers; 0 = by the meter's build variant", 1000),
+    Option("current_coefficient", Kind::real, "0",
+           "coefficient Ci of integer currents; 0 = by the meter's build variant", 1000),
+    Option("snapshot", Kind::flag, "false",
+           "read float values together by mask (08 23); falls back to 08 1B on status 01"),
+};
+
+Status CheckAddress(std::string_view address) {
+  const auto parsed = set4tm::ParseAddress(address);
+  return parsed ? Status() : Status(Error{parsed.error()});
+}
+
+Status CheckPoint(const config::Point& point) {
+  if (point.access != config::Access::read || !point.write.empty()) {
+    return Error{"SET-4TM points are read only"};
+  }
+  const auto field = set4tm::ParseField(point.read);
+  if (!field) return Error{field.error()};
+  return set4tm::CheckType(*field, point);
+}
+
+/// Reference, chapter 4: silence of 7 characters ends a frame (8 ms at 9600); the meter answers
+/// within 100 ms behind it. The gap covers what adapters and serial servers add.
+config::Timing DefaultTiming(const config::SerialSettings& serial) {
+  const Duration character = serial.CharacterTime();
+  config::Timing timing;
+  timing.quiet = std::max<Duration>(4ms, 7 * character);
+  timing.reply = std::max<Duration>(300ms, 200ms + 2 * *timing.quiet);
+  timing.gap = std::max<Duration>(50ms, 7 * character);
+  const auto longest = static_cast<int>(set4tm::kMaxData) + 7;
+  timing.ceiling = *timing.reply + longest * character + 4 * *timing.gap;
+  timing.drain = std::max<Duration>(150ms, *timing.quiet + 100ms);
+  return timing;
+}
+
+config::SerialSettings FactorySettings() {
+  config::SerialSettings serial;
+  serial.baud = 9600;
+  serial.data_bits = 8;
+  serial.parity = config::Parity::odd;
+  serial.stop_bits = 1;
+  return serial;
+}
+
+}  // namespace
+
+const Protocol& Set4tmProtocol() {
+  static const Protocol kProtocol = {
+      .name = "set4tm",
+      .title = "SET-4TM, PSCH-3/4TM, SEB-1TM electricity meters, master",
+      .options = kOptions,
+      .decoders = set4tm::DecoderSpecs(),
+      .check_address = CheckAddress,
+      .check_point = CheckPoint,
+      .serial = FactorySettings(),
+      .timing = DefaultTiming,
+      .request_rule = set4tm::RequestRule,
+      .reply_rule = set4tm::ReplyRule,
+      .expect = set4tm::Expect,
+      .make_bus = set4tm::MakeBus,
+      .make_twin = set4tm::MakeTwin,
+  };
+  return kProtocol;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,75 @@
+// Status byte to outcome, quality, patience and a sentence for the log.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/status.h"
+
+#include <algorithm>
+
+#include "gateway/base/text.h"
+
+namespace baudgate::set4tm {
+namespace {
+
+StatusMeaning ByCode(std::uint8_t code, bool opening) {
+  switch (code) {
+    case kOk:
+      return {};
+    case kNotAllowed:
+      return {Outcome::unsupported,
+              "this meter does not know the request; it is not asked again",
+              Quality::bad_configuration,
+              {}};
+    case kInternalError:
+      return {Outcome::refused, "internal error of the meter; read its status word (08 0A)",
+              Quality::bad_device_failure, 10s};
+    case kLevelTooLow:
+      // Three wrong passwords in a row may lock writing until midnight: do not hammer.
+      if (opening) {
+        return {Outcome::refused, "wrong password; set `password` for this meter",
+                Quality::bad_configuration, 5min};
+      }
+      return {Outcome::refused,
+              "access level too low for this request; it is not asked again",
+              Quality::bad_configuration,
+              {}};
+    case kClockAlreadyCorrected:
+      return {Outcome::refused, "the clock was corrected already today", std::nullopt, {}};
+    case kChannelClosed:
+      return {Outcome::refused,
+              "channel not open, although it was just opened; is another master on the line?",
+              std::nullopt, 10s};
+    case kRepeat:
+      return {Outcome::busy, "the meter asks for the request again", std::nullopt, {}};
+    case kNotReady:
+      return {Outcome::busy,
+              "result not ready yet; the last value stays",
+              Quality::uncertain_last_usable,
+              {}};
+    case kBusy:
+      return {Outcome::busy, "busy with a task of this kind", std::nullopt, 1s};
+    case 0x9:
+      return {Outcome::refused, "payment register overflow", std::nullopt, {}};
+    case 0xA:
+      return {Outcome::refused, "the request can not be executed", std::nullopt, {}};
+    case kMeterSilent:
+      return {Outcome::no_reply,
+              "the communicator says that the meter does not answer",
+              std::nullopt,
+              {}};
+    default:
+      return {Outcome::refused, "not documented", std::nullopt, 10s};
+  }
+}
+
+}  // namespace
+
+StatusMeaning Explain(std::uint8_t status, bool opening) {
+  StatusMeaning meaning = ByCode(CodeOf(status), opening);
+  const Duration asked = std::chrono::seconds(status >> 4U);
+  meaning.wait = std::max(meaning.wait, asked);
+  if (meaning.outcome != Outcome::ok) {
+    meaning.reason = "status " + HexByte(status) + ": " + meaning.reason;
+  }
+  return meaning;
+}
+
+}  // namespace baudgate::set4tm

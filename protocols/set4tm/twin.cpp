@@ -1,0 +1,200 @@
+// The simulated meter: addresses, channel of 20 s, password, and data out of the profile's points.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/twin.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/snapshot.h"
+#include "protocols/set4tm/status.h"
+
+namespace baudgate::set4tm {
+namespace {
+
+constexpr Duration kChannelLife = 20s;
+/// Class 0.2S/0.5, 3 x 57.7 V, 5 A; both directions, three phases, A = 5000; SET-4TM.03M.
+constexpr std::uint8_t kVariantBytes[] = {0x10, 0x40, 0x80};
+constexpr std::uint8_t kUnitRatios[] = {0, 1, 0, 1, 0, 0, 0, 0, 0, 0};
+constexpr std::uint32_t kDefaultSerial = 9020001;
+/// A NaN whose first byte says that the parameter is not supported (reference, 9.8).
+constexpr std::uint8_t kUnsupportedFloat[] = {0x01, 0x00, 0x80, 0x7F};
+
+void AppendFloat(Bytes& data, const std::optional<double>& value) {
+  if (!value) {
+    Append(data, kUnsupportedFloat);
+    return;
+  }
+  const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(*value));
+  for (unsigned i = 0; i < 4; ++i) data.push_back(static_cast<std::uint8_t>(bits >> (8 * i)));
+}
+
+}  // namespace
+
+std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values) {
+  return std::make_unique<MeterTwin>(device, values);
+}
+
+MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
+    : device_(device), values_(values) {
+  for (std::size_t i = 0; i < device.points.size(); ++i) {
+    auto field = ParseField(device.points[i].read);
+    fields_.push_back(field ? std::optional(std::move(*field)) : std::nullopt);
+    if (!fields_[i] || fields_[i]->decoder != Decoder::float_le) continue;
+    if (const auto parameter = ParameterAt(fields_[i]->pdu, fields_[i]->offset)) {
+      float_points_.emplace(*parameter, i);
+    }
+  }
+  serial_ = static_cast<std::uint32_t>(device.options.Integer("serial_number"));
+  if (const auto address = ParseAddress(device.address)) {
+    const auto number = ByteReader(*address).U32Be(1);
+    if (number && serial_ == 0) serial_ = *number;
+    // A meter that is configured by its extended address has a short one as well.
+    short_address_ = number ? static_cast<std::uint8_t>(1 + *number % 239) : (*address)[0];
+  }
+  if (serial_ == 0) serial_ = kDefaultSerial;
+  if (auto password = ParsePassword(device.options.Text("password"))) password_ = *password;
+}
+
+bool MeterTwin::Hears(View address) const {
+  if (address.size() == 1) return address[0] == short_address_ || address[0] == kCommonAddress;
+  const auto own = ParseAddress(device_.address);
+  return std::ranges::equal(address, ExtendedAddress(serial_)) ||
+         (own && std::ranges::equal(address, *own));
+}
+
+Bytes MeterTwin::Answer(View request, Instant now) {
+  const auto parts = SplitFrame(request);
+  if (!parts || !Hears(parts->address)) return {};
+  const auto length = LengthOfRequest(parts->body);
+  if (!length || parts->body.size() < length->min || parts->body.size() > length->max) return {};
+  const bool common = parts->address[0] == kCommonAddress && short_address_ != kCommonAddress;
+  if (common && parts->body[0] == kWrite) return {};
+  const Bytes own = {short_address_};
+  return MakeFrame(parts->address.size() > 1 ? parts->address : View(own), Serve(parts->body, now));
+}
+
+Bytes MeterTwin::Serve(View pdu, Instant now) {
+  const bool open = last_correct_ && now - *last_correct_ <= kChannelLife;
+  switch (pdu[0]) {
+    case kLinkTest:
+      return {kOk};
+    case kOpenChannel:
+      if (!std::ranges::equal(pdu.subspan(1), password_)) return {kLevelTooLow};
+      last_correct_ = now;
+      return {kOk};
+    case kCloseChannel:
+      last_correct_.reset();
+      return {kOk};
+    default:
+      break;
+  }
+  if (!open) return {kChannelClosed};
+  last_correct_ = now;
+  if (pdu[0] == kWrite) return {Write(pdu)};
+  const auto data = Data(pdu, now);
+  return data ? *data : Bytes{kNotAllowed};
+}
+
+/// Level 1 may correct the clock by up to two minutes, once a day; nothing else.
+std::uint8_t MeterTwin::Write(View pdu) {
+  constexpr std::uint8_t kCorrectClock = 0x0B;
+  constexpr int kMostSeconds = 120;
+  if (pdu[1] != kCorrectClock) return kLevelTooLow;
+  const auto seconds = static_cast<std::int16_t>(ByteReader(pdu).U16Be(2).value_or(0));
+  if (std::abs(seconds) > kMostSeconds) return kNotAllowed;
+  if (clock_corrected_) return kClockAlreadyCorrected;
+  clock_corrected_ = true;
+  return kOk;
+}
+
+std::optional<Bytes> MeterTwin::OwnData(View pdu) const {
+  if (pdu.size() < 2 || pdu[0] != kRead) return std::nullopt;
+  switch (pdu[1]) {
+    case kSerialNumber: {
+      Bytes data = ExtendedAddress(serial_);
+      data.erase(data.begin());
+      Append(data, Bytes{0x06, 0x09, 0x02});
+      return data;
+    }
+    case kShortAddress: {
+      if (pdu.size() == 2) return Bytes{0, short_address_};
+      const Bytes extended = ExtendedAddress(serial_);
+      return Bytes(extended.begin() + 1, extended.end());
+    }
+    case kRatios:
+      return Bytes(std::begin(kUnitRatios), std::end(kUnitRatios));
+    case kVariant:
+      return Bytes(std::begin(kVariantBytes), std::end(kVariantBytes));
+    default:
+      return std::nullopt;
+  }
+}
+
+bool MeterTwin::Fill(View pdu, Instant now, Bytes& data) const {
+  const bool identity =
+      pdu.size() >= 2 && pdu[0] == kRead && (pdu[1] == kSerialNumber || pdu[1] == kShortAddress);
+  bool found = false;
+  Scale scale;
+  if (pdu[0] != kRead || pdu[1] == 0x0D || (pdu[1] >= 0x11 && pdu[1] != kVariant)) {
+    scale = ScaleNow(now);
+  }
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    if (!fields_[i] || !std::ranges::equal(fields_[i]->pdu, pdu)) continue;
+    found = true;
+    // Who it is follows from its configuration, what it measures from the points.
+    const Decoder decoder = fields_[i]->decoder;
+    if (identity && (decoder == Decoder::u32_be || decoder == Decoder::u8)) continue;
+    EncodeField(*fields_[i], values_.Get(i, now), scale, data);
+  }
+  return found;
+}
+
+Scale MeterTwin::ScaleNow(Instant now) const {
+  constexpr std::uint8_t kAskRatios[] = {kRead, kRatios};
+  constexpr std::uint8_t kAskVariant[] = {kRead, kVariant};
+  const Bytes ratios = Data(kAskRatios, now).value_or(Bytes());
+  const Bytes variant = Data(kAskVariant, now).value_or(Bytes());
+  return Merge(ParseRatios(ratios), ParseVariant(variant));
+}
+
+std::optional<double> MeterTwin::FloatOf(std::uint8_t parameter, Instant now) const {
+  const auto point = float_points_.find(parameter);
+  if (point == float_points_.end()) return std::nullopt;
+  const double value = ToDouble(values_.Get(point->second, now));
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+std::optional<Bytes> MeterTwin::Floats(View pdu, Instant now) const {
+  Bytes data;
+  bool any = false;
+  const auto add = [&](const std::optional<std::uint8_t>& parameter) {
+    const auto value = parameter ? FloatOf(*parameter, now) : std::nullopt;
+    any = any || value;
+    AppendFloat(data, value);
+  };
+  if (pdu[1] == kFloatMask) {
+    if (pdu[3] > 1 || pdu[4] != 0) return std::nullopt;
+    data.push_back(pdu[2]);
+    const std::vector<unsigned> bits = MaskBits(pdu);
+    if (bits.size() > kMostMaskedFloats) return std::nullopt;
+    for (const unsigned bit : bits) add(MaskedParameter(bit));
+  } else {
+    const Bytes live = {pdu[0], pdu[1], static_cast<std::uint8_t>(pdu[2] & 2U), pdu[3]};
+    const std::size_t slots = pdu[2] < 2 ? 1 : 4;
+    for (std::size_t slot = 0; slot < slots; ++slot) add(ParameterAt(live, 4 * slot));
+  }
+  return any ? std::optional(data) : std::nullopt;
+}
+
+std::optional<Bytes> MeterTwin::Data(View pdu, Instant now) const {
+  const auto length = LengthOfData(pdu);
+  if (!length) return std::nullopt;
+  if (pdu[0] == kRead && (pdu[1] == kFloats || pdu[1] == kFloatMask)) return Floats(pdu, now);
+  auto own = OwnData(pdu);
+  Bytes data = own ? *own : Bytes(*length);
+  const bool found = Fill(pdu, now, data);
+  return own || found ? std::optional(std::move(data)) : std::nullopt;
+}
+
+}  // namespace baudgate::set4tm

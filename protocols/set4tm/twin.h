@@ -1,0 +1,50 @@
+// A simulated SET-4TM.03M: answers requests as the meter does, with the values of a profile's
+// points. Requests come from a simulator's pty, replies go back there. SPDX-License-Identifier:
+// Apache-2.0
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "config/config.h"
+#include "protocols/set4tm/fields.h"
+#include "protocols/twin.h"
+
+namespace baudgate::set4tm {
+
+std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values);
+
+class MeterTwin : public Twin {
+ public:
+  /// `device` and `values` outlive the twin.
+  MeterTwin(const config::Device& device, TwinValues& values);
+
+  Bytes Answer(View request, Instant now) override;
+
+ private:
+  bool Hears(View address) const;
+  /// The status byte, or the data; empty = silence.
+  Bytes Serve(View pdu, Instant now);
+  std::uint8_t Write(View pdu);
+  /// Nothing when this meter has no such parameter.
+  std::optional<Bytes> Data(View pdu, Instant now) const;
+  std::optional<Bytes> OwnData(View pdu) const;
+  std::optional<Bytes> Floats(View pdu, Instant now) const;
+  std::optional<double> FloatOf(std::uint8_t parameter, Instant now) const;
+  bool Fill(View pdu, Instant now, Bytes& data) const;
+  Scale ScaleNow(Instant now) const;
+
+  const config::Device& device_;
+  TwinValues& values_;
+  std::vector<std::optional<Field>> fields_;          // by point
+  std::map<std::uint8_t, std::size_t> float_points_;  // by RWRI parameter
+  std::uint8_t short_address_ = 1;
+  std::uint32_t serial_ = 0;
+  Bytes password_;
+  std::optional<Instant> last_correct_;  // of an open channel
+  bool clock_corrected_ = false;
+};
+
+}  // namespace baudgate::set4tm

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/spabus/conversation.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/base/text.h"
+#include "protocols/spabus/decode.h"
+#include "protocols/spabus/nack.h"
+#include "protocols/spabus/options.h"
+#include "protocols/spabus/plan.h"
+#include "protocols/spabus/reply.h"
+#include "protocols/spabus/write_session.h"
+
+namespace baudgate::spabus {
+namespace {
+
+constexpr Address kIdentification{0, 'F', std::nullopt};
+constexpr int kDoubtsBeforeForgetting = 3;
+
+class SpaConversation final : public Conversation {
+ public:
+  SpaConversation(const config::Device& device, std::shared_ptr<ContinuationChecksum> checksum)
+      : device_(device),
+        checksum_(std::move(checksum)),
+        points_(ReadablePoints(device.points)),
+        writes_(device.options.Integer(kPassword)) {
+    if (const auto slave = ParseSlave(device.address)) slave_ = *slave;
+    ForgetDevice();
+    plan_ = MakePlan(points_, learned_);
+  }
+
+  std::span<const Query> Queries() const override { return plan_.queries; }
+
+  Result<Request> Ask(const Task& task, Instant) override {
+    if (slave_ == 0) return Error{"'" + device_.address + "' is not an SPA slave number"};
+    switch (task.kind) {
+      case Task::Kind::probe:
+        return Seal(ReadOf(slave_, kIdentification, 0));
+      case Task::Kind::poll: {
+        if (task.query >= plan_.blocks.size()) return Error{"there is no such query"};
+        const Block& block = plan_.blocks[task.query];
+        return Seal(ReadOf(slave_, block.first, block.last));
+      }
+      case Task::Kind::write:
+        return AskWrite(task);
+    }
+    return Error{"the SPA Bus does not know this kind of task"};
+  }
+
+  Answer OnFrame(const Task& task, const Request& request, View frame, Instant) override {
+    Exchange exchange = Decode(request.bytes, frame, points_);
+    Confirm(request, frame, exchange.answer);
+    if (task.kind == Task::Kind::write) {
+      return writes_.OnAnswer(std::move(exchange.answer), exchange.nack);
+    }
+    if (exchange.nack && task.kind == Task::Kind::poll && LearnFromRefusal(exchange)) {
+      plan_ = MakePlan(points_, learned_);
+      exchange.answer.then = Then::replan;
+    }
+    return std::move(exchange.answer);
+  }
+
+  Then OnFailure(const Task& task, const Request&, Outcome outcome, Instant) override {
+    if (outcome == Outcome::corrupt) checksum_->Doubt();
+    return task.kind == Task::Kind::write ? writes_.OnFailure(outcome) : Then::done;
+  }
+
+  void OnReconnect() override {
+    ForgetDevice();
+    writes_.Reset();
+    checksum_->Forget();
+    plan_ = MakePlan(points_, learned_);
+  }
+
+  Answer Interpret(View request, View frame) override {
+    return Decode(request, frame, points_).answer;
+  }
+
+ private:
+  Request Seal(const Command& command) const {
+    Request request;
+    request.bytes = Encode(command, device_.options.Flag(kSendWildcard));
+    request.expect = Expect(request.bytes, device_.options);
+    request.expect.checksum &= ~kCoversAny | checksum_->accepted() | PinnedReading();
+    return request;
+  }
+
+  /// The reading that the user chose; 0 = to be learned.
+  int PinnedReading() const {
+    const int chosen = ChecksumBits(device_.options) & kCoversAny;
+    return chosen == kCoversAny ? 0 : chosen;
+  }
+
+  Result<Request> AskWrite(const Task& task) {
+    if (task.point >= device_.points.size()) return Error{"there is no such point"};
+    const config::Point& point = device_.points[task.point];
+    if (point.access == config::Access::read) return Error{"'" + point.name + "' is read-only"};
+    auto command = writes_.Next(slave_, task, point);
+    if (!command) return Error{command.error()};
+    return Seal(*command);
+  }
+
+  void Confirm(const Request& request, View frame, const Answer& answer) {
+    if (answer.outcome != Outcome::ok || PinnedReading() != 0) return;
+    const auto reply = ParseReply(frame);
+    if (!reply || !reply->continued || reply->wildcard) return;
+    const bool line_feed = (request.expect.checksum & kLineFeedCovered) != 0;
+    checksum_->Confirm(MatchingReadings(frame, line_feed));
+  }
+
+  /// Whether the refusal changes what will be asked, so that one item does not cost the others.
+  bool LearnFromRefusal(const Exchange& exchange) {
+    constexpr int kTooComplicated = 3;
+    const Command& command = *exchange.command;
+    const NackRule& rule = RuleOf(*exchange.nack);
+    const Address first{command.channels.first, command.category,
+                        command.numbers ? std::optional(command.numbers->first) : std::nullopt};
+    const std::size_t items = command.ItemCount();
+    if (items == 1) return rule.missing && learned_.missing.insert(first).second;
+    if (!rule.worth_splitting) return false;
+    if (*exchange.nack == kTooComplicated) {
+      learned_.max_items = std::min(learned_.max_items, items / 2);
+    } else {
+      learned_.cuts.insert(Block{first, command.numbers->last}.Middle());
+    }
+    return true;
+  }
+
+  void ForgetDevice() {
+    learned_ = {};
+    learned_.max_items = static_cast<std::size_t>(device_.options.Integer(kMaxItems));
+  }
+
+  const config::Device& device_;
+  std::shared_ptr<ContinuationChecksum> checksum_;
+  std::vector<ReadPoint> points_;
+  WriteSession writes_;
+  unsigned slave_ = 0;
+  Learned learned_;
+  Plan plan_;
+};
+
+/// Bytes of the longest reply to a read: items of text have up to 131 characters, and a slave
+/// decides by itself how long a list is.
+std::size_t LongestReply(const Command& command) {
+  constexpr std::size_t kItem = 132;
+  const std::size_t one_line = kMaxLine + 3;
+  if (command.write) return one_line;
+  if (std::string_view("LBAM").find(command.category) != std::string_view::npos) return kMaxReply;
+  const std::size_t items = std::min<std::size_t>(command.ItemCount(), kMaxReply / kItem);
+  return std::clamp(items * kItem + items / 2 * 3 + 16, one_line, kMaxReply);
+}
+
+}  // namespace
+
+void ContinuationChecksum::Confirm(int matching) {
+  doubts_ = 0;
+  const int narrowed = accepted_ & matching;
+  if (narrowed != 0) accepted_ = narrowed;
+}
+
+void ContinuationChecksum::Doubt() {
+  if (++doubts_ >= kDoubtsBeforeForgetting) Forget();
+}
+
+void ContinuationChecksum::Forget() {
+  accepted_ = kCoversAny;
+  doubts_ = 0;
+}
+
+std::unique_ptr<Conversation> SpaBus::MakeConversation(const config::Device& device) {
+  return std::make_unique<SpaConversation>(device, checksum_);
+}
+
+Expectation Expect(View request, const config::Options& options) {
+  Expectation expect;
+  expect.checksum = ChecksumBits(options);
+  if (request.empty()) {
+    expect.max_bytes = kMaxLine + 1;
+    return expect;
+  }
+  const ReceivedRequest received = ParseRequest(request);
+  if (!received.command) {
+    expect.max_bytes = kMaxReply;
+    expect.repeatable = false;
+    return expect;
+  }
+  const Command& command = *received.command;
+  if (command.slave == kBroadcast) expect.reply = Expectation::Reply::none;
+  expect.address = ToBytes(std::to_string(command.slave));
+  expect.max_bytes = LongestReply(command);
+  const std::size_t head = expect.address.size();
+  // `<`, slave, type, colons, checksum, CR and LF around the content.
+  expect.shapes.push_back({'N', head + 7, kMaxLine + 2});
+  if (command.write) {
+    expect.shapes.push_back({'A', head + 6, head + 7});
+  } else {
+    expect.shapes.push_back({'D', head + 7, expect.max_bytes});
+  }
+  // Reading L takes the events out of the device; a write may have been carried out unheard.
+  expect.repeatable = !command.write && command.category != 'L';
+  if (command.write && command.category == 'V' && command.numbers &&
+      command.numbers->first <= kPasswordItems.last &&
+      command.numbers->last >= kPasswordItems.first) {
+    expect.secrets.emplace_back(received.data_at, command.data.size());
+  }
+  return expect;
+}
+
+}  // namespace baudgate::spabus

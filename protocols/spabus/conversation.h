@@ -1,0 +1,41 @@
+// The SPA Bus as the poller sees it: one bus per line, one conversation per device on it.
+// Tasks come in, requests go to the line; frames come back from it and leave as readings.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "protocols/conversation.h"
+#include "protocols/protocol.h"
+
+namespace baudgate::spabus {
+
+/// Which reading of the checksum of continued replies the devices of a line use (reply.h). Shared
+/// by their conversations; each match narrows it down.
+class ContinuationChecksum {
+ public:
+  /// Bits that a reply may match from now on.
+  int accepted() const { return accepted_; }
+  /// A continued reply passed; `matching` are the readings under which it did.
+  void Confirm(int matching);
+  /// A reply was damaged. Three in a row, and what was learned may itself be the mistake.
+  void Doubt();
+  void Forget();
+
+ private:
+  int accepted_ = 15;
+  int doubts_ = 0;
+};
+
+class SpaBus final : public Bus {
+ public:
+  std::unique_ptr<Conversation> MakeConversation(const config::Device& device) override;
+
+ private:
+  std::shared_ptr<ContinuationChecksum> checksum_ = std::make_shared<ContinuationChecksum>();
+};
+
+/// What may answer `request`; of an empty request, what a twin has to expect.
+Expectation Expect(View request, const config::Options& options);
+
+}  // namespace baudgate::spabus

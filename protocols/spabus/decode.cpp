@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/spabus/decode.h"
+
+#include "gateway/base/text.h"
+#include "protocols/spabus/nack.h"
+#include "protocols/spabus/value_text.h"
+
+namespace baudgate::spabus {
+namespace {
+
+Answer Unexpected(std::string reason) {
+  Answer answer;
+  answer.outcome = Outcome::unexpected;
+  answer.reason = std::move(reason);
+  return answer;
+}
+
+/// The items of a command in the order of their values: all numbers of the first channel, then the
+/// next channel. For one channel this is certain, for several it is inferred.
+std::vector<Address> ItemsOf(const Command& command) {
+  std::vector<Address> items;
+  for (unsigned channel = command.channels.first; channel <= command.channels.last; ++channel) {
+    if (!command.numbers) {
+      items.push_back({channel, command.category, std::nullopt});
+      continue;
+    }
+    for (std::uint32_t n = command.numbers->first; n <= command.numbers->last; ++n) {
+      items.push_back({channel, command.category, n});
+    }
+  }
+  return items;
+}
+
+void AddValue(const Address& item, std::string_view text, std::span<const ReadPoint> points,
+              std::vector<Reading>& readings) {
+  bool known = false;
+  for (const ReadPoint& candidate : points) {
+    if (candidate.address != item) continue;
+    known = true;
+    const DecodedValue decoded = DecodeValue(text, *candidate.point);
+    readings.push_back({candidate.index, decoded.value, decoded.quality, {}});
+  }
+  if (!known) readings.push_back({kNoPoint, GuessValue(text), Quality::good, FormatAddress(item)});
+}
+
+/// Lists of events and alarms have as many parts as there are; each is passed on as text.
+Answer DecodeList(const Command& command, const Reply& reply) {
+  Answer answer;
+  const Address item{command.channels.first, command.category, std::nullopt};
+  if (reply.data.empty()) return answer;
+  for (const std::string_view part : Split(reply.data, '/')) {
+    answer.readings.push_back(
+        {kNoPoint, Value(std::string(Trim(part))), Quality::good, FormatAddress(item)});
+  }
+  return answer;
+}
+
+Answer DecodeData(const Command& command, const Reply& reply, std::span<const ReadPoint> points) {
+  if (command.category == 'L' || command.category == 'B') return DecodeList(command, reply);
+  // An alarm is text for people, and a slash in it separates nothing.
+  const auto texts =
+      command.category == 'A' ? std::vector<std::string_view>{reply.data} : Split(reply.data, '/');
+  // A range that only a capture could ask for must not make us build a list without end.
+  if (texts.size() != command.ItemCount()) {
+    return Unexpected("the reply has " + std::to_string(texts.size()) + " values where " +
+                      std::to_string(command.ItemCount()) + " were asked for");
+  }
+  const std::vector<Address> items = ItemsOf(command);
+  Answer answer;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    AddValue(items[i], texts[i], points, answer.readings);
+  }
+  return answer;
+}
+
+Answer DecodeNack(const Command& command, int code, std::span<const ReadPoint> points) {
+  const NackRule& rule = RuleOf(code);
+  Answer answer;
+  answer.outcome = rule.outcome;
+  answer.wait = rule.wait;
+  answer.reason = Explain(code);
+  if (rule.missing && !command.write && command.ItemCount() == 1) {
+    const Address item = ItemsOf(command).front();
+    for (const ReadPoint& candidate : points) {
+      if (candidate.address != item) continue;
+      answer.readings.push_back({candidate.index, {}, Quality::bad_configuration, {}});
+    }
+  }
+  return answer;
+}
+
+}  // namespace
+
+Exchange Decode(View request, View frame, std::span<const ReadPoint> points) {
+  Exchange exchange;
+  exchange.command = ParseRequest(request).command;
+  if (!exchange.command) {
+    exchange.answer = Unexpected("the request is no SPA message");
+    return exchange;
+  }
+  const Command& command = *exchange.command;
+  const auto reply = ParseReply(frame);
+  if (!reply) {
+    exchange.answer = Unexpected("the reply is no SPA message");
+  } else if (reply->slave != command.slave) {
+    exchange.answer = Unexpected("slave " + std::to_string(reply->slave) +
+                                 " answered in place of " + std::to_string(command.slave));
+  } else if (reply->type == 'N') {
+    exchange.nack = reply->nack;
+    exchange.answer = reply->nack ? DecodeNack(command, *reply->nack, points)
+                                  : Unexpected("a NACK without a code");
+  } else if ((reply->type == 'A') != command.write) {
+    exchange.answer = Unexpected(command.write ? "data came in answer to a write"
+                                               : "an acknowledge came in answer to a read");
+  } else if (!command.write) {
+    exchange.answer = DecodeData(command, *reply, points);
+  }
+  return exchange;
+}
+
+}  // namespace baudgate::spabus

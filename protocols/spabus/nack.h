@@ -1,0 +1,30 @@
+// What a refusal of a slave (NACK 0…9) means and what the master does about it.
+// Codes come from reply.h and end as outcomes and sentences for the log.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+
+namespace baudgate::spabus {
+
+struct NackRule {
+  Outcome outcome = Outcome::refused;
+  std::string_view meaning;  ///< with advice
+  Duration wait{};           ///< before the slave is asked again
+  /// The slave may answer for the items one by one although it does not for all of them.
+  bool worth_splitting = false;
+  /// A single item that is refused so does not exist for us.
+  bool missing = false;
+  /// The slave looked at the message and judged it; a damaged or crowded-out one it did not.
+  bool judged = true;
+};
+
+const NackRule& RuleOf(int code);
+
+/// "NACK 6: some of the data does not exist in the device; …".
+std::string Explain(int code);
+
+}  // namespace baudgate::spabus

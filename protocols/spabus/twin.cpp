@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/spabus/twin.h"
+
+#include "gateway/base/text.h"
+#include "protocols/spabus/options.h"
+#include "protocols/spabus/reply.h"
+#include "protocols/spabus/value_text.h"
+
+namespace baudgate::spabus {
+namespace {
+
+constexpr int kDamaged = 0;
+constexpr int kTooComplicated = 3;
+constexpr int kSyntax = 5;
+constexpr int kMissing = 6;
+constexpr int kNotNow = 7;
+constexpr int kBadValue = 8;
+/// More values than any reply could carry are not even looked up.
+constexpr std::size_t kMostItems = 500;
+
+/// The one reading of the continued checksum that this device uses.
+int OwnReading(const config::Options& options) {
+  const int bits = ChecksumBits(options);
+  const int chosen = bits & kCoversAny;
+  return (chosen == kCoversAny ? kCoversAll : chosen) | (bits & kLineFeedCovered);
+}
+
+/// Whether a decoded value fits the integer or bool that the item is.
+bool Fits(const DecodedValue& decoded, const config::Point& point) {
+  return decoded.quality == Quality::good && EncodeValue(decoded.value, point).ok();
+}
+
+}  // namespace
+
+SpaTwin::SpaTwin(const config::Device& device, TwinValues& values)
+    : device_(device),
+      values_(values),
+      readable_(ReadablePoints(device.points)),
+      reading_(OwnReading(device.options)),
+      password_(device.options.Integer(kPassword)) {
+  if (const auto slave = ParseSlave(device.address)) slave_ = *slave;
+}
+
+Bytes SpaTwin::Answer(View request, Instant now) {
+  const ReceivedRequest received = ParseRequest(request);
+  if (!received.slave || *received.slave != slave_ || slave_ == 0) return {};
+  if (!received.intact) return Nack(kDamaged);
+  if (!received.command) return Nack(kSyntax);
+  return received.command->write ? Write(*received.command) : Read(*received.command, now);
+}
+
+Bytes SpaTwin::Nack(int code) const { return EncodeNack(slave_, code, reading_); }
+
+Bytes SpaTwin::Read(const Command& command, Instant now) {
+  if (command.category == 'L' || command.category == 'B') {
+    return *EncodeData(slave_, {}, reading_);  // no event is waiting
+  }
+  if (command.ItemCount() > kMostItems) return Nack(kTooComplicated);
+  std::string data;
+  for (unsigned channel = command.channels.first; channel <= command.channels.last; ++channel) {
+    const Range numbers = command.numbers.value_or(Range{});
+    for (std::uint32_t number = numbers.first; number <= numbers.last; ++number) {
+      Address item{channel, command.category, std::nullopt};
+      if (command.numbers) item.number = number;
+      const auto text = Text(item, now);
+      if (!text) return Nack(kMissing);
+      if (channel != command.channels.first || number != numbers.first) data += '/';
+      data += *text;
+    }
+  }
+  auto reply = EncodeData(slave_, data, reading_);
+  return reply ? std::move(*reply) : Nack(kTooComplicated);
+}
+
+Result<std::string> SpaTwin::Text(const Address& item, Instant now) const {
+  for (const ReadPoint& candidate : readable_) {
+    if (candidate.address == item) {
+      return PrintValue(values_.Get(candidate.index, now), *candidate.point);
+    }
+  }
+  if (item == Address{0, 'F', std::nullopt}) {
+    config::Point type;
+    type.type = config::Type::string;
+    return PrintValue(Value(device_.title), type);
+  }
+  if (item == Address{0, 'C', std::nullopt}) return std::string("0");
+  return Error{"the profile has no such item"};
+}
+
+Bytes SpaTwin::Write(const Command& command) {
+  if (command.ItemCount() != 1) return Nack(kTooComplicated);
+  Address item{command.channels.first, command.category, std::nullopt};
+  if (command.numbers) item.number = command.numbers->first;
+  const bool is_password = item.channel == 0 && item.category == 'V' &&
+                           *item.number >= kPasswordItems.first &&
+                           *item.number <= kPasswordItems.last;
+  if (is_password) return WritePassword(*item.number, command.data);
+
+  bool known = false;
+  for (std::size_t index = 0; index < device_.points.size(); ++index) {
+    const config::Point& point = device_.points[index];
+    const auto address = ParseAddress(point.write.empty() ? point.read : point.write);
+    if (!address || *address != item) continue;
+    known = true;
+    if (point.access == config::Access::read) continue;
+    if (password_ != 0 && !open_) return Nack(kNotNow);
+    const DecodedValue decoded = DecodeValue(command.data, point);
+    if (!Fits(decoded, point)) return Nack(kBadValue);
+    values_.Set(index, decoded.value);
+    return EncodeAck(slave_, reading_);
+  }
+  return Nack(known ? kNotNow : kMissing);
+}
+
+Bytes SpaTwin::WritePassword(std::uint32_t item, const std::string& data) {
+  const auto number = ParseInteger<std::int64_t>(data);
+  if (!number || *number < 0 || *number > 999) return Nack(kBadValue);
+  const bool opening = item == kPasswordItems.first;
+  if (password_ == 0) return EncodeAck(slave_, reading_);  // this device asks for none
+  if (opening) {
+    if (*number != password_) return Nack(kNotNow);
+    open_ = true;
+  } else {
+    if (!open_) return Nack(kNotNow);
+    if (*number == password_) {
+      open_ = false;
+    } else {
+      password_ = *number;  // while it is open, another value becomes the new password
+    }
+  }
+  return EncodeAck(slave_, reading_);
+}
+
+}  // namespace baudgate::spabus

@@ -1,0 +1,42 @@
+// A relay on the SPA Bus, simulated from its profile: answers reads, writes and nonsense alike.
+// Requests come from a pty or a test through frame_rule.h, replies go back the same way.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "config/config.h"
+#include "protocols/spabus/codec.h"
+#include "protocols/spabus/plan.h"
+#include "protocols/twin.h"
+
+namespace baudgate::spabus {
+
+/// Silent for other slaves, broadcasts and what has no slave number. NACK 0 for a wrong checksum,
+/// 3 for what does not fit one reply, 5 for syntax, 6 for items that the profile lacks, 7 for items
+/// that can not be read or written now, 8 for a value that the item does not take.
+class SpaTwin final : public Twin {
+ public:
+  SpaTwin(const config::Device& device, TwinValues& values);
+
+  Bytes Answer(View request, Instant now) override;
+
+ private:
+  Bytes Read(const Command& command, Instant now);
+  Bytes Write(const Command& command);
+  Bytes WritePassword(std::uint32_t item, const std::string& data);
+  Bytes Nack(int code) const;
+  /// The text of one item, or the code of the NACK that it deserves.
+  Result<std::string> Text(const Address& item, Instant now) const;
+
+  const config::Device& device_;
+  TwinValues& values_;
+  std::vector<ReadPoint> readable_;
+  unsigned slave_ = 0;
+  int reading_ = 0;  ///< how its checksums are computed (reply.h)
+  std::int64_t password_ = 0;
+  bool open_ = false;
+};
+
+}  // namespace baudgate::spabus

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/spabus/value_text.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "gateway/base/text.h"
+#include "protocols/spabus/codec.h"
+
+namespace baudgate::spabus {
+namespace {
+
+using config::Type;
+
+/// Beyond this a double does not hold every integer, and no device of ours has such numbers.
+constexpr double kLargestExact = 9007199254740992.0;
+/// Longest text item that known masters write.
+constexpr std::size_t kLongestText = 131;
+
+bool IsInteger(Type type) { return type >= Type::int16 && type <= Type::uint64; }
+bool IsScaled(const config::Point& point) { return point.scale != 1 || point.offset != 0; }
+
+/// Integers of all forms as integers, the rest as decimal.
+std::optional<Value> ParseNumber(std::string_view text) {
+  if (const auto whole = ParseInteger<std::int64_t>(text)) return Value(*whole);
+  if (const auto large = ParseInteger<std::uint64_t>(text)) return Value(*large);
+  const auto number = ParseDecimal(text);
+  if (!number || !std::isfinite(*number)) return std::nullopt;
+  if (std::trunc(*number) == *number && std::abs(*number) < kLargestExact) {
+    return Value(static_cast<std::int64_t>(*number));
+  }
+  return Value(*number);
+}
+
+struct Limits {
+  double low;
+  double high;
+};
+
+Limits LimitsOf(Type type) {
+  switch (type) {
+    case Type::boolean:
+      return {0, 1};
+    case Type::int16:
+      return {-32768, 32767};
+    case Type::uint16:
+      return {0, 65535};
+    case Type::int32:
+      return {-2147483648.0, 2147483647.0};
+    case Type::uint32:
+      return {0, 4294967295.0};
+    case Type::int64:
+      return {-kLargestExact, kLargestExact};
+    case Type::uint64:
+      return {0, kLargestExact};
+    default:
+      return {-1e12, 1e12};
+  }
+}
+
+/// Fixed notation with at most `most` decimals; needless zeros beyond `least` are dropped.
+std::string FormatFixed(double number, int least, int most) {
+  char buffer[64];
+  const auto [end, error] =
+      std::to_chars(buffer, buffer + sizeof buffer, number, std::chars_format::fixed, most);
+  if (error != std::errc()) return {};
+  std::string text(buffer, end);
+  const std::size_t point = text.find('.');
+  if (point == std::string::npos) return text;
+  const std::size_t shortest = point + 1 + static_cast<std::size_t>(least);
+  while (text.size() > shortest && text.back() == '0') text.pop_back();
+  if (text.back() == '.') text.pop_back();
+  return text == "-0" ? "0" : text;
+}
+
+Result<std::string> EncodeText(const std::string& text) {
+  if (text.empty()) return Error{"an empty text can not be written to an SPA device"};
+  if (text.size() > kLongestText) return Error{"an SPA text item has at most 131 characters"};
+  for (const char c : text) {
+    if (IsReserved(c) || !IsPrintable(static_cast<std::uint8_t>(c))) {
+      return Error{"'" + Printable(ToBytes(text)) +
+                   "' can not be written: only printable ASCII without < > : / &"};
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+DecodedValue DecodeValue(std::string_view raw, const config::Point& point) {
+  const std::string_view text = Trim(raw);
+  if (point.type == Type::string) return {Value(std::string(text)), Quality::good};
+  if (text.empty()) return {{}, Quality::bad_sensor_failure};
+  const auto number = ParseNumber(text);
+  if (!number) return {{}, Quality::bad_configuration};
+  if (point.type == Type::boolean) {
+    if (*number == Value(std::int64_t{0})) return {Value(false), Quality::good};
+    if (*number == Value(std::int64_t{1})) return {Value(true), Quality::good};
+    return {{}, Quality::bad_configuration};
+  }
+  if (IsInteger(point.type)) {
+    // 0.52 in an integer is a measurement only where a scale makes it whole.
+    const bool whole = !std::holds_alternative<double>(*number);
+    if (!whole && !IsScaled(point)) return {{}, Quality::bad_configuration};
+    return {*number, Quality::good};
+  }
+  return {Value(ToDouble(*number)), Quality::good};
+}
+
+Value GuessValue(std::string_view raw) {
+  const std::string_view text = Trim(raw);
+  if (auto number = ParseNumber(text)) return *number;
+  return std::string(text);
+}
+
+Result<std::string> EncodeValue(const Value& value, const config::Point& point) {
+  if (point.type == Type::string) {
+    const auto* text = std::get_if<std::string>(&value);
+    if (text == nullptr) return Error{"'" + point.name + "' takes a text"};
+    return EncodeText(*text);
+  }
+  if (std::holds_alternative<std::string>(value)) {
+    return Error{"'" + point.name + "' takes a number, not a text"};
+  }
+  const double number = ToDouble(value);
+  if (!std::isfinite(number)) return Error{"'" + point.name + "' can not be set to no number"};
+  const Limits limits = LimitsOf(IsScaled(point) ? Type::float64 : point.type);
+  if (number < limits.low || number > limits.high) {
+    return Error{ToText(value) + " is outside the range of '" + point.name + "' (" +
+                 std::string(config::Name(point.type)) + ")"};
+  }
+  const bool whole = point.type == Type::boolean || (IsInteger(point.type) && !IsScaled(point));
+  if (whole && std::trunc(number) != number) {
+    return Error{ToText(value) + " is no whole number, as '" + point.name + "' needs"};
+  }
+  // float32 registers carry 0.1 as 0.10000000149: six decimals give back what was meant.
+  std::string text = FormatFixed(number, 0, 6);
+  if (text == "0" && number != 0) {
+    return Error{ToText(value) + " is too small to be written with six decimals"};
+  }
+  return text;
+}
+
+std::string PrintValue(const Value& value, const config::Point& point) {
+  if (const auto* text = std::get_if<std::string>(&value)) {
+    std::string clean = *text;
+    std::replace_if(
+        clean.begin(), clean.end(),
+        [](char c) { return IsReserved(c) || !IsPrintable(static_cast<std::uint8_t>(c)); }, '-');
+    return clean;
+  }
+  const double number = ToDouble(value);
+  if (!std::isfinite(number)) return {};
+  if (point.type == Type::boolean) return number != 0 ? "1" : "0";
+  if (IsInteger(point.type) && !IsScaled(point)) return FormatFixed(std::round(number), 0, 0);
+  return FormatFixed(number, 2, 4);
+}
+
+}  // namespace baudgate::spabus

@@ -1,0 +1,35 @@
+// The text of one value on the SPA Bus, to and from the value of a point. Text comes from replies
+// and goes into write requests; in the twin the other way round. SPDX-License-Identifier:
+// Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "config/config.h"
+#include "gateway/base/quality.h"
+#include "gateway/base/result.h"
+#include "gateway/base/value.h"
+
+namespace baudgate::spabus {
+
+struct DecodedValue {
+  Value value;  ///< nothing when the quality is bad
+  Quality quality = Quality::good;
+};
+
+/// A text that is not of the point's type never becomes a number: empty text is a sensor failure,
+/// anything else says that the profile is wrong.
+DecodedValue DecodeValue(std::string_view text, const config::Point& point);
+
+/// As DecodeValue where no point says what is expected: number if it reads as one, else text.
+Value GuessValue(std::string_view text);
+
+/// The text to write for a raw value: never an exponent, never a reserved character. An error when
+/// the value does not fit the point's type.
+Result<std::string> EncodeValue(const Value& value, const config::Point& point);
+
+/// What a slave prints for a value: numbers with two to four decimals, booleans as 0 and 1.
+std::string PrintValue(const Value& value, const config::Point& point);
+
+}  // namespace baudgate::spabus

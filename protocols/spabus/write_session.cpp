@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/spabus/write_session.h"
+
+#include "protocols/spabus/nack.h"
+#include "protocols/spabus/value_text.h"
+
+namespace baudgate::spabus {
+namespace {
+
+constexpr Address kOpenPassword{0, 'V', 160};
+constexpr Address kClosePassword{0, 'V', 161};
+/// A closing that gets lost is sent once more: an open password is worth a second try.
+constexpr int kMostClosings = 2;
+
+}  // namespace
+
+Result<Command> WriteSession::Next(unsigned slave, const Task& task, const config::Point& point) {
+  const bool same_task = task.point == point_ && task.value == value_;
+  if (step_ == Step::idle || !same_task) {
+    Reset(password_refused_);
+    if (password_refused_) {
+      return Error{
+          "the device refused the password; it is not sent again on this connection, because a few "
+          "wrong ones lock the device: correct `password` and restart"};
+    }
+    point_ = task.point;
+    value_ = task.value;
+    step_ = password_ == 0 ? Step::write : Step::open;
+  }
+  // Checked before the password is opened: a bad value must cost nothing.
+  auto text = EncodeValue(task.value, point);
+  const auto address = ParseAddress(point.write.empty() ? point.read : point.write);
+  if (!text || !address) {
+    step_ = Step::idle;
+    return Error{text ? address.error() : text.error()};
+  }
+  sent_ = step_;
+  if (step_ == Step::close) ++closings_;
+  switch (step_) {
+    case Step::open:
+      return WriteOf(slave, kOpenPassword, std::to_string(password_));
+    case Step::close:
+      return WriteOf(slave, kClosePassword, std::to_string(password_));
+    default:
+      return WriteOf(slave, *address, std::move(*text));
+  }
+}
+
+Answer WriteSession::OnAnswer(Answer answer, std::optional<int> nack) {
+  switch (step_) {
+    case Step::open:
+      return Opened(std::move(answer), nack);
+    case Step::write:
+      result_ = answer;
+      if (password_ == 0) {
+        step_ = Step::idle;
+        return answer;
+      }
+      step_ = Step::close;
+      answer.then = Then::ask_again;
+      return answer;
+    case Step::close:
+      return Closed(std::move(answer));
+    case Step::idle:
+      break;
+  }
+  return answer;
+}
+
+Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
+  if (answer.outcome == Outcome::ok) {
+    step_ = Step::write;
+    answer.then = Then::ask_again;
+  } else if (!nack) {
+    // Somebody else's reply: the password may be open all the same.
+    result_ = answer;
+    step_ = Step::close;
+    answer.then = Then::ask_again;
+  } else {
+    step_ = Step::idle;
+    if (RuleOf(*nack).judged) {
+      password_refused_ = true;
+      answer.outcome = Outcome::refused;
+      answer.reason = "the device refused the password (" + answer.reason +
+                      "); no further write is tried on this connection";
+    }
+  }
+  return answer;
+}
+
+Answer WriteSession::Closed(Answer answer) {
+  if (answer.outcome == Outcome::ok) return Finish({});
+  const bool final_word =
+      answer.outcome == Outcome::refused || answer.outcome == Outcome::unsupported;
+  if (!final_word && closings_ < kMostClosings) {
+    answer.then = Then::ask_again;
+    return answer;
+  }
+  return Finish("the password may still be open: " + answer.reason);
+}
+
+Answer WriteSession::Finish(const std::string& warning) {
+  step_ = Step::idle;
+  Answer answer = std::move(result_);
+  result_ = {};
+  answer.then = Then::done;
+  if (!warning.empty()) {
+    answer.reason += (answer.reason.empty() ? "" : "; ") + warning;
+  }
+  return answer;
+}
+
+Then WriteSession::OnFailure(Outcome outcome) {
+  if (outcome == Outcome::line_down || step_ == Step::idle || password_ == 0) {
+    step_ = Step::idle;
+    return Then::done;
+  }
+  if (step_ != sent_) return Then::ask_again;  // the answer was no good, but it has been dealt with
+  if (step_ == Step::close) {
+    if (closings_ < kMostClosings) return Then::ask_again;
+    step_ = Step::idle;
+    return Then::done;
+  }
+  result_ = {};
+  result_.outcome = outcome;
+  result_.reason = step_ == Step::open ? "no answer to the password; nothing was written"
+                                       : "no answer to the write; it may have been carried out";
+  step_ = Step::close;
+  return Then::ask_again;
+}
+
+void WriteSession::Reset(bool password_refused) {
+  step_ = Step::idle;
+  point_ = kNoPoint;
+  value_ = {};
+  result_ = {};
+  closings_ = 0;
+  password_refused_ = password_refused;
+}
+
+}  // namespace baudgate::spabus

@@ -1,0 +1,56 @@
+// The steps of one write: open the password, write, close the password again, whatever happened.
+// Values come from tasks; commands go to the conversation, which puts them on the wire.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "config/config.h"
+#include "gateway/base/result.h"
+#include "protocols/conversation.h"
+#include "protocols/spabus/codec.h"
+
+namespace baudgate::spabus {
+
+/// A password opens the relay for everybody on the line and a few wrong ones lock it out. So it is
+/// sent for a real write only, never again after the device has refused it, and closed with its own
+/// value: any other value written to V161 would become the new password.
+class WriteSession {
+ public:
+  /// `password` 0 = the device needs none.
+  explicit WriteSession(std::int64_t password) : password_(password) {}
+
+  /// The command of the step that is due for `task`, which writes `point`.
+  Result<Command> Next(unsigned slave, const Task& task, const config::Point& point);
+
+  /// Takes the decoded answer to the step in hand. The answer of the last step carries the outcome
+  /// of the write itself.
+  Answer OnAnswer(Answer answer, std::optional<int> nack);
+  /// The exchange failed, be it in silence or after OnAnswer had called its frame no good.
+  Then OnFailure(Outcome outcome);
+
+  /// The session is lost. A refused password may be tried once more.
+  /// Forgets the task in hand and, unless told otherwise, that the device refused the password.
+  void Reset(bool password_refused = false);
+
+ private:
+  enum class Step : std::uint8_t { idle, open, write, close };
+
+  Answer Opened(Answer answer, std::optional<int> nack);
+  Answer Closed(Answer answer);
+  /// The final answer of the task.
+  Answer Finish(const std::string& warning);
+
+  std::int64_t password_;
+  Step step_ = Step::idle;  ///< due next
+  Step sent_ = Step::idle;  ///< asked last
+  std::size_t point_ = kNoPoint;
+  Value value_;
+  Answer result_;  ///< of the write itself
+  int closings_ = 0;
+  bool password_refused_ = false;
+};
+
+}  // namespace baudgate::spabus

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/config/fake_protocol.h"
+
+#include "gateway/base/text.h"
+
+namespace baudgate::testing {
+namespace {
+
+using Kind = OptionSpec::Kind;
+using Scope = OptionSpec::Scope;
+
+constexpr auto kDevice = Scope::device;
+constexpr auto kLine = Scope::line;
+
+constexpr OptionSpec kOptions[] = {
+    {"checksum", Kind::flag, "false", "with check characters", kDevice, 0, 0, ""},
+    {"width", Kind::integer, "7", "characters of a value", kDevice, 1, 20, ""},
+    {"ratio", Kind::real, "1", "of the transformer", kDevice, 0.1, 1000, ""},
+    {"mode", Kind::choice, "fast", "how to ask", kDevice, 0, 0, "fast, slow, careful"},
+    {"password", Kind::text, "000000", "of the channel", kDevice, 0, 0, "", true},
+    {"pin", Kind::integer, "0", "of the keypad", kDevice, 0, 9999, "", true},
+    {"pause", Kind::duration, "5ms", "before the next request", kDevice, 0, 0, ""},
+    {"tags", Kind::texts, "a,b", "words", kDevice, 0, 0, ""},
+    {"broadcast", Kind::flag, "true", "may be used", kLine, 0, 0, ""},
+};
+
+constexpr DecoderSpec kDecoders[] = {{"A1", "the first value"}};
+
+Status CheckAddress(std::string_view address) {
+  const auto number = ParseInteger<int>(address);
+  if (number && *number >= 1 && *number <= 99) return {};
+  return Error{"'" + std::string(address) + "' is no address; allowed: 1…99"};
+}
+
+Status CheckPoint(const config::Point& point) {
+  if (point.read.empty() || (point.read[0] == 'A' && ParseInteger<int>(point.read.substr(1)))) {
+    return {};
+  }
+  return Error{"read '" + point.read + "' is not understood; write A and a number"};
+}
+
+config::Timing Times(const config::SerialSettings&) {
+  return {.quiet = 5ms, .reply = 500ms, .gap = 25ms, .ceiling = 2s, .drain = 100ms};
+}
+
+}  // namespace
+
+Protocol MakeFakeProtocol(std::string_view name) {
+  Protocol protocol;
+  protocol.name = name;
+  protocol.title = "Fake, for tests";
+  protocol.options = kOptions;
+  protocol.decoders = kDecoders;
+  protocol.check_address = CheckAddress;
+  protocol.check_point = CheckPoint;
+  protocol.serial.baud = 19200;
+  protocol.serial.parity = config::Parity::even;
+  protocol.timing = Times;
+  return protocol;
+}
+
+const config::Catalog& FakeCatalog() {
+  static const Protocol kFake = MakeFakeProtocol("fake");
+  static const Protocol kOther = MakeFakeProtocol("other");
+  static const config::Catalog kCatalog = {{{"fake", &kFake}, {"other", &kOther}},
+                                           {"tests/config/nowhere", "tests/config/profiles"}};
+  return kCatalog;
+}
+
+std::string Shown(const std::vector<config::Problem>& problems) {
+  std::string text;
+  for (const config::Problem& problem : problems) text += config::ToString(problem) + "\n";
+  return text;
+}
+
+config::Loaded Load(const std::string& text) {
+  return config::LoadText(text, "t.yaml", FakeCatalog());
+}
+
+std::string ProblemsOfDevice(const std::string& device) {
+  return Shown(Load("lines:\n"
+                    "- name: l\n"
+                    "  port: /dev/l\n"
+                    "  protocol: fake\n"
+                    "  devices:\n"
+                    "  - { name: d, address: 1, " +
+                    device +
+                    (device.find("profile") == std::string::npos
+                         ? ", points: [{ name: p, read: A1, type: int16 }] }\n"
+                         : " }\n"))
+                   .problems);
+}
+
+std::string ProblemsOfPoint(const std::string& point) {
+  return Shown(Load("lines:\n"
+                    "- name: l\n"
+                    "  port: /dev/l\n"
+                    "  protocol: fake\n"
+                    "  devices:\n"
+                    "  - { name: d, address: 1, points: [\n"
+                    "\n"
+                    "          { " +
+                    point + " } ] }\n")
+                   .problems);
+}
+
+}  // namespace baudgate::testing

@@ -1,0 +1,121 @@
+// The sections gateway, modbus and dds: forms of listeners and networks, and what is refused.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "config/loader.h"
+#include "config/network.h"
+#include "tests/config/fake_protocol.h"
+
+namespace baudgate::testing {
+namespace {
+
+constexpr const char* kLines =
+    "lines:\n"
+    "- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, profile: relay }] "
+    "}\n";
+
+config::Loaded LoadOutputs(const std::string& text) { return Load(text + "\n" + kLines); }
+
+config::Config Good(const std::string& text) {
+  const auto loaded = LoadOutputs(text);
+  EXPECT_EQ(Shown(loaded.problems), "") << text;
+  return loaded.config;
+}
+
+TEST(Outputs, ListenAsTextMapAndList) {
+  const auto text = Good("modbus: { listen: \"0.0.0.0:502\" }").modbus;
+  EXPECT_EQ(text.listen.at(0).host, "0.0.0.0");
+  EXPECT_EQ(text.listen.at(0).port, 502);
+  EXPECT_TRUE(text.listen.at(0).write);
+  const auto map = Good(
+                       "modbus: { listen: { at: \"[::1]:1502\", allow: 10.0.0.0/8, write: deny, "
+                       "priority: high, max_clients: 3, idle_timeout: 1min } }")
+                       .modbus;
+  EXPECT_EQ(map.listen.at(0).host, "::1");
+  EXPECT_EQ(map.listen.at(0).allow.at(0).text, "10.0.0.0/8");
+  EXPECT_FALSE(map.listen.at(0).write);
+  EXPECT_EQ(map.listen.at(0).priority, config::Priority::high);
+  EXPECT_EQ(map.listen.at(0).max_clients, 3);
+  EXPECT_EQ(map.listen.at(0).idle_timeout, 1min);
+  const auto list = Good("modbus: { listen: [\"127.0.0.1:1\", { at: \"127.0.0.1:2\" }] }").modbus;
+  ASSERT_EQ(list.listen.size(), 2U);
+  EXPECT_EQ(list.listen[1].port, 2);
+}
+
+TEST(Outputs, SwitchedOff) {
+  const auto config = Good("modbus: { enabled: false }\ndds: { enabled: no }");
+  EXPECT_FALSE(config.modbus.enabled);
+  EXPECT_FALSE(config.dds.enabled);
+}
+
+TEST(Outputs, DdsKeys) {
+  const auto dds = Good(
+                       "dds: { domain: 7, interfaces: [10.0.0.1, \"::1\"], shared_memory: true, "
+                       "heartbeat: 2s }")
+                       .dds;
+  EXPECT_EQ(dds.domain, 7);
+  EXPECT_EQ(dds.interfaces, (std::vector<std::string>{"10.0.0.1", "::1"}));
+  EXPECT_TRUE(dds.shared_memory);
+  EXPECT_EQ(dds.heartbeat, 2s);
+}
+
+TEST(Outputs, OneSentenceEach) {
+  const struct {
+    const char* text;
+    const char* problem;
+  } kCases[] = {
+      {"gateway: { name: \"\" }",
+       "18: error: name: '' is no name; use letters, digits and single '-' or '_' between them"},
+      {"modbus: { routes: [] }",
+       "11: error: transparent routes are not supported by this version; remove 'routes' and give "
+       "the devices behind it points of their own"},
+      {"modbus: { listen: \"127.0.0.1:99999\" }",
+       "19: error: listen: '127.0.0.1:99999' has no usable port number; allowed: 1…65535"},
+      {"modbus: { listen: \"gate:502\" }",
+       "19: error: listen: 'gate' is not an address of this machine; write an IP address, 0.0.0.0 "
+       "for all"},
+      {"modbus: { listen: [] }",
+       "19: error: listen: the list is empty; to serve nothing on Modbus write modbus: { enabled: "
+       "false }"},
+      {"modbus: { listen: { allow: [10.0.0.1/8] } }",
+       "29: error: allow: '10.0.0.1/8' has bits beyond its prefix; write 10.0.0.0/8"},
+      {"modbus: { listen: { allow: [10.0.0.0/33] } }",
+       "29: error: allow: '10.0.0.0/33' has no usable prefix; allowed: /0…/32"},
+      {"modbus: { listen: { allow: [home] } }",
+       "29: error: allow: 'home' is not an address range; write for example 10.0.0.0/8"},
+      {"modbus: { listen: { allow: [] } }",
+       "28: error: allow: an empty list would let nobody in; leave the key out to allow everybody"},
+      {"modbus: { listen: { write: no } }",
+       "28: error: write: 'no' is unknown; allowed: allow, deny"},
+      {"modbus: { listen: [\"127.0.0.1:1\", \"localhost:1\"] }",
+       "35: error: listen: 127.0.0.1:1 stands twice; first in line 1"},
+      {"modbus: { listen: { at: \"0.0.0.0:502\", allow: [127.0.0.0/8, \"::1\"] } }",
+       "19: warning: listen: 0.0.0.0 takes connections from everywhere, but 'allow' has only "
+       "loopback; write 127.0.0.1 or allow the masters' network"},
+      {"dds: { interfaces: [eth0] }",
+       "21: error: interfaces: 'eth0' is not an IP address; write for example 127.0.0.1"},
+      {"dds: { interfaces: [] }",
+       "20: error: interfaces: the list is empty and shared_memory is off: nobody could be "
+       "reached; write [127.0.0.1]"},
+      {"dds: { heartbeat: 10 }",
+       "19: error: heartbeat: '10' has no unit; write for example 10ms or 10s"},
+  };
+  for (const auto& one : kCases) {
+    EXPECT_EQ(Shown(LoadOutputs(one.text).problems), "t.yaml:1:" + std::string(one.problem) + "\n")
+        << one.text;
+  }
+}
+
+TEST(Network, Ipv4IsHeldInItsMappedForm) {
+  const auto network = config::ParseNetwork("10.0.0.0/8");
+  ASSERT_TRUE(network);
+  EXPECT_EQ(network->prefix, 104);
+  EXPECT_EQ(network->bytes[10], 0xFF);
+  EXPECT_EQ(network->bytes[11], 0xFF);
+  EXPECT_EQ(network->bytes[12], 10);
+  EXPECT_EQ(config::ParseNetwork("10.1.2.3")->prefix, 128) << "one address is its own range";
+  EXPECT_EQ(config::ParseNetwork("fe80::/10")->prefix, 10);
+}
+
+}  // namespace
+}  // namespace baudgate::testing

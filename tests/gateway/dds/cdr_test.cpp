@@ -1,0 +1,231 @@
+// The wire form of DDS samples: bytes computed apart from this code, both ways, and every kind of
+// damage, which must be refused and never end the process.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/cdr.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "gateway/base/text.h"
+
+namespace baudgate::dds {
+namespace {
+
+constexpr char kPointLe[] =
+    "00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 09 00 00 00 66 65 65 64 "
+    "65 72 2D 31 00 00 00 00 0B 00 00 00 63 75 72 72 65 6E 74 5F 6C 31 00 00 "
+    "00 00 00 00 A4 70 3D 0A D7 A3 E0 3F 01 00 00 00 00 00 00 00 04 00 00 00 "
+    "78 49 6E 00 C0 00 00 00 00 00 00 00 80 D6 9D F9 82 EB E9 18 07 00 00 00 "
+    "00 00 00 00 39 30 00 00 ";
+constexpr char kPointBe[] =
+    "00 00 00 00 00 00 00 06 73 75 62 2D 37 00 00 00 00 00 00 09 66 65 65 64 "
+    "65 72 2D 31 00 00 00 00 00 00 00 0B 63 75 72 72 65 6E 74 5F 6C 31 00 00 "
+    "00 00 00 00 3F E0 A3 D7 0A 3D 70 A4 00 00 00 01 00 00 00 00 00 00 00 04 "
+    "78 49 6E 00 00 C0 00 00 00 00 00 00 18 E9 EB 82 F9 9D D6 80 00 00 00 00 "
+    "00 00 00 07 00 00 30 39 ";
+constexpr char kDeviceLe[] =
+    "00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 09 00 00 00 66 65 65 64 "
+    "65 72 2D 31 00 00 00 00 06 00 00 00 62 61 79 2D 31 00 01 00 02 00 00 00 "
+    "00 00 00 00 80 D6 9D F9 82 EB E9 18 64 00 00 00 5F 00 00 00 03 00 00 00 "
+    "02 00 00 00 04 00 00 00 39 30 00 00 A0 5B 00 00 ";
+
+PointSample APoint() {
+  return {.gateway = "sub-7",
+          .device = "feeder-1",
+          .point = "current_l1",
+          .value = 0.52,
+          .text = "",
+          .unit = "xIn",
+          .quality = 0xC0,
+          .source_time_ns = 1795224874250000000,
+          .seq = 7,
+          .rtt_us = 12345};
+}
+
+DeviceSample ADevice() {
+  return {.gateway = "sub-7",
+          .device = "feeder-1",
+          .line = "bay-1",
+          .state = 1,
+          .last_outcome = 2,
+          .last_ok_time_ns = 1795224874250000000,
+          .exchanges = 100,
+          .ok = 95,
+          .no_reply = 3,
+          .corrupt = 2,
+          .retries = 4,
+          .rtt_mean_us = 12345,
+          .rtt_p99_us = 23456};
+}
+
+template <typename Sample>
+Bytes Encoded(const Sample& sample) {
+  Bytes bytes(512);
+  bytes.resize(Encode(sample, bytes));
+  return bytes;
+}
+
+/// The bytes in memory of their own, so that a sanitizer sees the first read beyond the end.
+bool DecodesAsPoint(const Bytes& bytes) {
+  PointSample sample;
+  return Decode(Bytes(bytes), sample);
+}
+
+TEST(Cdr, EncodesTheBytesOfTheContract) {
+  EXPECT_EQ(ToHex(Encoded(APoint())), Trim(kPointLe));
+  EXPECT_EQ(ToHex(Encoded(ADevice())), Trim(kDeviceLe));
+}
+
+TEST(Cdr, DecodesBothByteOrders) {
+  for (const char* hex : {kPointLe, kPointBe}) {
+    PointSample sample;
+    ASSERT_TRUE(Decode(*ParseHex(Trim(hex)), sample)) << hex;
+    EXPECT_EQ(sample, APoint());
+  }
+  DeviceSample status;
+  ASSERT_TRUE(Decode(*ParseHex(Trim(kDeviceLe)), status));
+  EXPECT_EQ(status, ADevice());
+}
+
+TEST(Cdr, HashesKeysAsEveryVendorDoes) {
+  EXPECT_EQ(ToHex(HashKey(APoint())), "DE 56 C3 97 F6 81 9A 85 FD B6 E3 03 A4 F1 59 7F");
+  EXPECT_EQ(ToHex(HashKey(ADevice())), "85 15 01 FE B4 1F 4A E8 6E 90 8F F1 06 94 FA 6B");
+  PointSample other = APoint();
+  other.value = 7;
+  EXPECT_EQ(HashKey(other), HashKey(APoint()));
+}
+
+TEST(Cdr, RoundTripsNaNAndLimits) {
+  PointSample sample = APoint();
+  sample.value = std::numeric_limits<double>::quiet_NaN();
+  sample.seq = std::numeric_limits<std::uint64_t>::max();
+  sample.source_time_ns = std::numeric_limits<std::int64_t>::min();
+  PointSample back;
+  ASSERT_TRUE(Decode(Encoded(sample), back));
+  EXPECT_TRUE(std::isnan(back.value));
+  EXPECT_EQ(back.seq, sample.seq);
+  EXPECT_EQ(back.source_time_ns, sample.source_time_ns);
+}
+
+TEST(Cdr, FullTextsFitTheDeclaredSize) {
+  for (std::size_t shorter = 0; shorter < 8; ++shorter) {
+    PointSample sample = APoint();
+    sample.gateway = sample.device = std::string(kMaxKey, 'k');
+    sample.point = std::string(kMaxKey - shorter, 'k');
+    sample.text = std::string(kMaxText - shorter / 2, 't');
+    sample.unit = std::string(kMaxUnit, 'u');
+    const Bytes bytes = Encoded(sample);
+    ASSERT_FALSE(bytes.empty());
+    EXPECT_LE(bytes.size(), kPointSampleMaxBytes);
+    PointSample back;
+    ASSERT_TRUE(Decode(bytes, back));
+    EXPECT_EQ(back, sample);
+  }
+  DeviceSample status = ADevice();
+  status.gateway = status.device = status.line = std::string(kMaxKey, 'k');
+  const Bytes bytes = Encoded(status);
+  ASSERT_FALSE(bytes.empty());
+  EXPECT_LE(bytes.size(), kDeviceSampleMaxBytes);
+}
+
+TEST(Cdr, RefusesToEncodeWhatBreaksTheContract) {
+  PointSample sample = APoint();
+  sample.text = std::string(kMaxText + 1, 't');
+  EXPECT_TRUE(Encoded(sample).empty());
+  sample = APoint();
+  sample.device = std::string(kMaxKey + 1, 'k');
+  EXPECT_TRUE(Encoded(sample).empty());
+  sample = APoint();
+  sample.unit = std::string("A\0B", 3);
+  EXPECT_TRUE(Encoded(sample).empty());
+  Bytes small(Encoded(APoint()).size() - 1);
+  EXPECT_EQ(Encode(APoint(), small), 0U);
+}
+
+TEST(Cdr, RefusesEveryTruncation) {
+  const Bytes point = Encoded(APoint());
+  for (std::size_t length = 0; length < point.size(); ++length) {
+    EXPECT_FALSE(DecodesAsPoint(Bytes(point.begin(), point.begin() + static_cast<long>(length))))
+        << length;
+  }
+  const Bytes device = Encoded(ADevice());
+  for (std::size_t length = 0; length < device.size(); ++length) {
+    DeviceSample status;
+    EXPECT_FALSE(Decode(Bytes(device.begin(), device.begin() + static_cast<long>(length)), status));
+  }
+}
+
+TEST(Cdr, RefusesOtherEncapsulations) {
+  Bytes bytes = Encoded(APoint());
+  for (int id = 2; id <= 0xFFFF; ++id) {
+    bytes[0] = static_cast<std::uint8_t>(id >> 8);
+    bytes[1] = static_cast<std::uint8_t>(id & 0xFF);
+    ASSERT_FALSE(DecodesAsPoint(bytes)) << id;
+  }
+}
+
+TEST(Cdr, RefusesTextsBeyondTheirBound) {
+  // A key of 65 bytes, as a faulty publisher of another vendor might send it.
+  Bytes bytes = *ParseHex("00 01 00 00 42 00 00 00");
+  Append(bytes, std::string(65, 'k') + '\0');
+  bytes.resize(bytes.size() + 2);  // to the next multiple of four
+  const Bytes good = Encoded(APoint());
+  Append(bytes, View(good).subspan(4 + 12));
+  EXPECT_FALSE(DecodesAsPoint(bytes));
+}
+
+TEST(Cdr, RefusesLengthsBeyondTheSample) {
+  for (const char* length : {"FF FF FF FF", "FF FF FF 7F", "00 00 00 80", "00 01 00 00"}) {
+    Bytes bytes = Encoded(APoint());
+    const Bytes patch = *ParseHex(length);
+    std::copy(patch.begin(), patch.end(), bytes.begin() + 4);
+    EXPECT_FALSE(DecodesAsPoint(bytes)) << length;
+  }
+}
+
+TEST(Cdr, SurvivesRandomBytes) {
+  std::mt19937 random(7);
+  const Bytes good = Encoded(APoint());
+  for (int round = 0; round < 50'000; ++round) {
+    Bytes noise(random() % 200);
+    for (auto& byte : noise) byte = static_cast<std::uint8_t>(random());
+    if (noise.size() > 4 && round % 2 == 0) noise[0] = 0, noise[1] = 1;
+    EXPECT_FALSE(DecodesAsPoint(noise));
+    Bytes bent = good;
+    bent[random() % bent.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
+    PointSample sample;
+    if (Decode(bent, sample)) {
+      EXPECT_LE(sample.device.size(), kMaxKey);
+      EXPECT_LE(sample.text.size(), kMaxText);
+    }
+  }
+}
+
+TEST(AssignBounded, ShowsThatSomethingIsMissing) {
+  std::string text;
+  AssignBounded(text, "short", 16);
+  EXPECT_EQ(text, "short");
+  AssignBounded(text, "0123456789abcdef", 16);
+  EXPECT_EQ(text, "0123456789abcdef");
+  AssignBounded(text, "0123456789abcdefg", 16);
+  EXPECT_EQ(text, "0123456789abc\u2026");
+  EXPECT_EQ(text.size(), 16U);
+}
+
+TEST(AssignBounded, NeverCutsInsideACharacter) {
+  std::string text;
+  AssignBounded(text, "0123456789ab\u00B0\u00B0\u00B0", 16);
+  EXPECT_EQ(text, "0123456789ab\u2026");
+}
+
+TEST(AssignBounded, EndsAtANul) {
+  std::string text;
+  AssignBounded(text, std::string_view("SPCJ\0\0\0", 7), 16);
+  EXPECT_EQ(text, "SPCJ");
+}
+
+}  // namespace
+}  // namespace baudgate::dds

@@ -1,0 +1,104 @@
+// What the DDS tests share: gateways of any size, and a place where samples are collected and waited
+// for. Filled by subscribers' callbacks, read by tests.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <unistd.h>
+
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "config/config.h"
+#include "gateway/dds/subscriber.h"
+#include "gateway/point_store.h"
+
+namespace baudgate::dds::testing {
+
+/// Test processes that run side by side do not hear each other.
+inline int TestDomain() { return 100 + static_cast<int>(::getpid() % 100); }
+
+inline config::Config MakeConfig(std::size_t devices, std::size_t points_each) {
+  config::Config config;
+  config.name = "substation-7";
+  config.dds.domain = TestDomain();
+  config::Line line;
+  line.name = "bay";
+  for (std::size_t d = 0; d < devices; ++d) {
+    config::Device device;
+    device.name = "feeder-" + std::to_string(d);
+    for (std::size_t p = 0; p < points_each; ++p) {
+      config::Point point;
+      point.name = "p" + std::to_string(p);
+      point.unit = "A";
+      device.points.push_back(point);
+    }
+    line.devices.push_back(device);
+  }
+  config.lines.push_back(line);
+  return config;
+}
+
+inline void Set(PointStore& store, std::uint32_t device, std::uint32_t point, Value value,
+                Quality quality = Quality::good) {
+  const Sample sample{point, std::move(value), quality};
+  store.Update(device, std::span(&sample, 1), ReadClocks(), 5ms);
+}
+
+/// Collects what a subscriber hears.
+class Heard {
+ public:
+  using Key = std::pair<std::string, std::string>;  ///< device, point
+
+  SubscriberCallbacks Callbacks() {
+    return {.on_point = [this](const PointSample& s) { Note([&] { points[{s.device, s.point}] = s, ++samples; }); },
+            .on_point_gone =
+                [this](const PointSample& s, Gone why) {
+                  Note([&] { gone[{s.device, s.point}] = why, points.erase({s.device, s.point}); });
+                },
+            .on_device = [this](const DeviceSample& s) { Note([&] { devices[s.device] = s; }); },
+            .on_device_gone =
+                [this](const DeviceSample& s, Gone why) {
+                  Note([&] { devices_gone[s.device] = why, devices.erase(s.device); });
+                },
+            .on_gateways = [this](int count) { Note([&] { gateways = count; }); },
+            .on_rejected = [this](std::uint64_t count) { Note([&] { rejected = count; }); }};
+  }
+
+  /// False when it has not come about within 20 s.
+  bool WaitFor(const std::function<bool()>& condition) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::seconds(20), condition);
+  }
+
+  // Look at these inside WaitFor, or when nobody writes any more.
+  std::map<Key, PointSample> points;
+  std::map<Key, Gone> gone;
+  std::map<std::string, DeviceSample> devices;
+  std::map<std::string, Gone> devices_gone;
+  int gateways = 0;
+  std::size_t samples = 0;
+  std::uint64_t rejected = 0;
+
+ private:
+  void Note(const std::function<void()>& change) {
+    {
+      const std::lock_guard lock(mutex_);
+      change();
+    }
+    changed_.notify_all();
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+};
+
+inline SubscriberOptions TestSubscriber() {
+  return {.participant = {.domain = TestDomain(), .interfaces = {"127.0.0.1"}}};
+}
+
+}  // namespace baudgate::dds::testing

@@ -1,0 +1,158 @@
+// Publisher and subscriber over loopback with the real Fast DDS: images, late joiners, ends.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "gateway/dds/publisher.h"
+#include "gateway/dds/subscriber.h"
+#include "tests/gateway/dds/fixture.h"
+
+namespace baudgate::dds {
+namespace {
+
+using testing::Heard;
+using testing::MakeConfig;
+using testing::Set;
+using testing::TestSubscriber;
+
+std::unique_ptr<DdsPublisher> Publish(const config::Config& config, PointStore& store) {
+  auto publisher = DdsPublisher::Create(config, store);
+  EXPECT_TRUE(publisher.ok()) << publisher.error();
+  return publisher.ok() ? std::move(*publisher) : nullptr;
+}
+
+std::unique_ptr<DdsSubscriber> Subscribe(Heard& heard) {
+  auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
+  EXPECT_TRUE(subscriber.ok()) << subscriber.error();
+  return subscriber.ok() ? std::move(*subscriber) : nullptr;
+}
+
+TEST(Loopback, ASubscriberSeesImageChangeAndDevice) {
+  const config::Config config = MakeConfig(1, 3);
+  PointStore store(config);
+  Heard heard;
+  const auto subscriber = Subscribe(heard);
+  const auto publisher = Publish(config, store);
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 3 && heard.devices.size() == 1; }));
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.gateways == 1; }));
+  Set(store, 0, 2, 2.5);
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.points[{"feeder-0", "p2"}].seq == 1; }));
+  const PointSample sample = heard.points[{"feeder-0", "p2"}];
+  EXPECT_EQ(sample.gateway, "substation-7");
+  EXPECT_EQ(sample.value, 2.5);
+  EXPECT_EQ(sample.unit, "A");
+  EXPECT_EQ(sample.quality, 0xC0);
+  EXPECT_TRUE(std::isnan(heard.points[{"feeder-0", "p0"}].value));
+  store.UpdateStatus(0, [](DeviceStatus& status) { status.state = DeviceState::online; });
+  EXPECT_TRUE(heard.WaitFor([&] { return heard.devices["feeder-0"].state == 1; }));
+}
+
+TEST(Loopback, TwoThousandPointsArriveWhole) {
+  const config::Config config = MakeConfig(20, 100);
+  PointStore store(config);
+  Heard heard;
+  const auto subscriber = Subscribe(heard);
+  const auto publisher = Publish(config, store);
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 2000; }));
+  for (std::uint32_t device = 0; device < 20; ++device) {
+    for (std::uint32_t point = 0; point < 100; ++point) Set(store, device, point, point + 0.5);
+  }
+  EXPECT_TRUE(heard.WaitFor([&] {
+    for (const auto& [key, sample] : heard.points) {
+      if (sample.seq != 1) return false;
+    }
+    return true;
+  }));
+  EXPECT_EQ(heard.rejected, 0U);
+  EXPECT_EQ(publisher->counters().failed, 0U);
+  EXPECT_EQ(publisher->counters().subscribers, 1U);
+}
+
+TEST(Loopback, ALateJoinerGetsTheLatestOfAll) {
+  const config::Config config = MakeConfig(4, 100);
+  PointStore store(config);
+  const auto publisher = Publish(config, store);
+  Heard first;
+  auto early = Subscribe(first);
+  ASSERT_TRUE(first.WaitFor([&] { return first.points.size() == 400; }));
+  Set(store, 3, 99, 7.0);
+  ASSERT_TRUE(first.WaitFor([&] { return first.points[{"feeder-3", "p99"}].seq == 1; }));
+  early.reset();
+
+  Heard heard;
+  const auto late = Subscribe(heard);
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 400; }));
+  EXPECT_EQ(heard.points[Heard::Key("feeder-3", "p99")].value, 7.0);
+}
+
+TEST(Loopback, AnOrderlyStopDisposesEverything) {
+  const config::Config config = MakeConfig(2, 50);
+  PointStore store(config);
+  Heard heard;
+  const auto subscriber = Subscribe(heard);
+  auto publisher = Publish(config, store);
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 100 && heard.devices.size() == 2; }));
+  publisher.reset();
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.gone.size() == 100 && heard.devices_gone.size() == 2; }));
+  for (const auto& [key, why] : heard.gone) EXPECT_EQ(why, Gone::disposed) << key.second;
+  for (const auto& [key, why] : heard.devices_gone) EXPECT_EQ(why, Gone::disposed) << key;
+  EXPECT_TRUE(heard.WaitFor([&] { return heard.gateways == 0; }));
+}
+
+TEST(Loopback, AWriterThatLeavesWithoutAWordIsReportedAsSuch) {
+  Heard heard;
+  const auto subscriber = Subscribe(heard);
+  auto writer = CreateFastWriter(TestSubscriber().participant, 1, 1);
+  ASSERT_TRUE(writer.ok()) << writer.error();
+  PointSample sample;
+  sample.gateway = "g", sample.device = "d", sample.point = "p";
+  ASSERT_TRUE((*writer)->Write(sample));
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 1; }));
+  writer->reset();
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.gone.size() == 1; }));
+  EXPECT_EQ(heard.gone.begin()->second, Gone::no_writers);
+}
+
+TEST(Loopback, GatewaysOfOneDomainAreToldApart) {
+  const config::Config config = MakeConfig(1, 1);
+  config::Config other = config;
+  other.name = "substation-8";
+  PointStore store(config);
+  PointStore other_store(other);
+  std::mutex mutex;
+  std::set<std::string> gateways;
+  Heard heard;
+  SubscriberCallbacks callbacks = heard.Callbacks();
+  callbacks.on_point = [&, note = callbacks.on_point](const PointSample& sample) {
+    {
+      const std::lock_guard lock(mutex);
+      gateways.insert(sample.gateway);
+    }
+    note(sample);
+  };
+  auto subscriber = DdsSubscriber::Create(TestSubscriber(), callbacks);
+  ASSERT_TRUE(subscriber.ok());
+  const auto publisher = Publish(config, store);
+  const auto other_publisher = Publish(other, other_store);
+  EXPECT_TRUE(heard.WaitFor([&] {
+    const std::lock_guard lock(mutex);
+    return gateways == std::set<std::string>{"substation-7", "substation-8"};
+  }));
+}
+
+TEST(Loopback, TheReaderSaysWhatItHadNoRoomFor) {
+  const config::Config config = MakeConfig(1, 30);
+  PointStore store(config);
+  Heard heard;
+  SubscriberOptions options = TestSubscriber();
+  options.max_instances = 10;
+  auto subscriber = DdsSubscriber::Create(options, heard.Callbacks());
+  ASSERT_TRUE(subscriber.ok());
+  const auto publisher = Publish(config, store);
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 10; }));
+  EXPECT_TRUE(heard.WaitFor([&] { return heard.rejected == 20; })) << heard.rejected;
+}
+
+}  // namespace
+}  // namespace baudgate::dds

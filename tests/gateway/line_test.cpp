@@ -1,0 +1,425 @@
+// The line discipline, one test per row of the state table at the head of gateway/line.cpp, and
+// every kind of fault in every state. Time and bytes are arguments; no poller, no protocol.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/line.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/support/toy_protocol.h"
+
+namespace baudgate {
+namespace {
+
+using State = Line::State;
+
+constexpr Instant kStart = Instant() + 1h;
+/// Request "?A1\r": 4 characters of 1 ms.
+constexpr LineTimes kTimes = {.quiet = 5ms,
+                              .reply = 100ms,
+                              .gap = 10ms,
+                              .ceiling = 300ms,
+                              .drain = 30ms,
+                              .character = 1ms};
+
+class LineTest : public ::testing::Test, protected LineClient {
+ protected:
+  struct Stray {
+    std::size_t count;
+    Duration since_end;
+  };
+
+  void Send(View bytes) override { sent_.emplace_back(AsText(bytes)); }
+  Outcome OnFrame(View frame, Instant) override {
+    frames_.emplace_back(AsText(frame));
+    EXPECT_FALSE(line_.idle()) << "a client could start the next exchange inside the last";
+    return verdict_;
+  }
+  void OnExchangeEnd(const ExchangeEnd& end, Instant) override { ends_.push_back(end); }
+  void OnStrayBytes(std::size_t count, Duration since_end, Instant) override {
+    strays_.push_back({count, since_end});
+  }
+
+  Instant At(Duration offset) const { return kStart + offset; }
+  void Opened() { line_.OnOpened(At(0ms)); }
+  void Start(Duration at, std::string_view request = "?A1\r") {
+    Exchange exchange;
+    exchange.request.bytes = ToBytes(request);
+    exchange.request.expect = ToyProtocol().expect(exchange.request.bytes, {});
+    exchange.reply_rule = ToyProtocol().reply_rule;
+    exchange.times = kTimes;
+    line_.Start(std::move(exchange), At(at));
+  }
+  /// An exchange that stands in `state` when this returns. The request leaves at 1 s, its
+  /// transmission ends at 1.004 s.
+  void Reach(State state) {
+    if (state == State::closed) return;
+    Opened();
+    if (state == State::idle) return;
+    if (state == State::quiet) {
+      line_.OnBytes(ToBytes("x"), At(999ms));
+      strays_.clear();
+      return Start(1s);
+    }
+    Start(1s, state == State::settle ? "QA1\r" : "?A1\r");
+    if (state == State::sending) return;
+    line_.OnTimer(At(1004ms));
+    if (state == State::receiving) line_.OnBytes(ToBytes("!A"), At(1010ms));
+    if (state == State::drain) line_.OnTimer(At(1104ms));
+    ends_.clear();
+  }
+  Duration DeadlineIn() const { return *line_.Deadline() - kStart; }
+
+  Line line_{*this};
+  Outcome verdict_ = Outcome::ok;
+  std::vector<std::string> sent_;
+  std::vector<std::string> frames_;
+  std::vector<ExchangeEnd> ends_;
+  std::vector<Stray> strays_;
+  const Bytes reply_ = ToyReply("A1=5");
+};
+
+TEST_F(LineTest, ClosedOpenedIsIdle) {
+  EXPECT_EQ(line_.state(), State::closed);
+  Opened();
+  EXPECT_TRUE(line_.idle());
+  EXPECT_FALSE(line_.Deadline());
+}
+
+TEST_F(LineTest, IdleStartSendsAtOnceWhenQuietLongEnough) {
+  Reach(State::idle);
+  Start(1s);
+  EXPECT_EQ(line_.state(), State::sending);
+  EXPECT_EQ(sent_, std::vector<std::string>{"?A1\r"});
+  EXPECT_EQ(DeadlineIn(), 1004ms) << "the computed end of transmission";
+}
+
+TEST_F(LineTest, IdleStartWaitsForSilence) {
+  Reach(State::idle);
+  line_.OnBytes(ToBytes("x"), At(998ms));
+  Start(1s);
+  EXPECT_EQ(line_.state(), State::quiet);
+  EXPECT_TRUE(sent_.empty());
+  EXPECT_EQ(DeadlineIn(), 1003ms);
+}
+
+TEST_F(LineTest, IdleBytesAreStray) {
+  Reach(State::idle);
+  line_.OnBytes(ToBytes("abc"), At(70ms));
+  ASSERT_EQ(strays_.size(), 1U);
+  EXPECT_EQ(strays_[0].count, 3U);
+  EXPECT_EQ(strays_[0].since_end, 70ms);
+  EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, QuietBytesCountTheSilenceAnew) {
+  Reach(State::quiet);
+  line_.OnBytes(ToBytes("x"), At(1002ms));
+  EXPECT_EQ(strays_.size(), 1U);
+  EXPECT_EQ(DeadlineIn(), 1007ms);
+  line_.OnTimer(At(1007ms));
+  EXPECT_EQ(line_.state(), State::sending);
+}
+
+TEST_F(LineTest, QuietNeverWaitsBeyondTheCeiling) {
+  Reach(State::quiet);
+  for (Duration at = 1002ms; at < 1300ms; at += 2ms) line_.OnBytes(ToBytes("x"), At(at));
+  EXPECT_EQ(DeadlineIn(), 1300ms);
+  line_.OnTimer(At(1300ms));
+  EXPECT_EQ(line_.state(), State::sending) << "a babbling neighbour may not stop the line for ever";
+}
+
+TEST_F(LineTest, SendingKeepsBytesForTheReply) {
+  Reach(State::sending);
+  line_.OnBytes(reply_, At(1001ms));
+  EXPECT_TRUE(frames_.empty()) << "taken only when the transmission is over";
+  line_.OnTimer(At(1004ms));
+  EXPECT_EQ(frames_.size(), 1U);
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::ok);
+  EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, SendingTimerAwaitsTheFirstByte) {
+  Reach(State::sending);
+  line_.OnTimer(At(1006ms));  // a late timer: the reply time counts from the computed end
+  EXPECT_EQ(line_.state(), State::await_first);
+  EXPECT_EQ(DeadlineIn(), 1104ms);
+}
+
+TEST_F(LineTest, SendingWithoutReplySettlesAndIsOk) {
+  Reach(State::settle);
+  EXPECT_EQ(line_.state(), State::settle);
+  EXPECT_EQ(DeadlineIn(), 1009ms);
+  line_.OnTimer(At(1009ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::ok);
+  EXPECT_EQ(ends_[0].round_trip, Duration::zero()) << "nobody answered";
+  EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, AwaitFirstBytesAreReceived) {
+  Reach(State::await_first);
+  line_.OnBytes(ToBytes("!"), At(1050ms));
+  EXPECT_EQ(line_.state(), State::receiving);
+  EXPECT_EQ(DeadlineIn(), 1060ms) << "the gap";
+}
+
+TEST_F(LineTest, AwaitFirstTimerIsNoReply) {
+  Reach(State::await_first);
+  line_.OnTimer(At(1104ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
+  EXPECT_EQ(ends_[0].round_trip, Duration::zero());
+  EXPECT_EQ(line_.state(), State::drain);
+  EXPECT_EQ(DeadlineIn(), 1134ms);
+}
+
+TEST_F(LineTest, ReceivingWholeFrameIsIdle) {
+  Reach(State::await_first);
+  line_.OnBytes(View(reply_).first(3), At(1010ms));
+  line_.OnBytes(View(reply_).subspan(3), At(1015ms));
+  EXPECT_EQ(frames_, std::vector<std::string>{std::string(AsText(reply_))});
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::ok);
+  EXPECT_EQ(ends_[0].round_trip, 15ms) << "first byte out to last byte in";
+  EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, OutcomesOfAWholeFrameDecideAboutTheDrain) {
+  for (const Outcome outcome : {Outcome::busy, Outcome::refused, Outcome::unsupported}) {
+    Reach(State::await_first);
+    verdict_ = outcome;
+    line_.OnBytes(reply_, At(1015ms));
+    EXPECT_EQ(ends_.back().outcome, outcome);
+    EXPECT_TRUE(line_.idle()) << Name(outcome);
+  }
+  Reach(State::await_first);
+  verdict_ = Outcome::unexpected;
+  line_.OnBytes(reply_, At(1015ms));
+  EXPECT_EQ(ends_.back().outcome, Outcome::unexpected);
+  EXPECT_EQ(line_.state(), State::drain);
+}
+
+TEST_F(LineTest, ReceivingGapIsPartial) {
+  Reach(State::receiving);
+  line_.OnTimer(At(1020ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::partial);
+  EXPECT_FALSE(ends_[0].reason.empty());
+  EXPECT_EQ(line_.state(), State::drain);
+}
+
+TEST_F(LineTest, ReceivingGapAfterDamageIsCorrupt) {
+  Reach(State::await_first);
+  Bytes damaged = reply_;
+  damaged[4] ^= 1U;
+  line_.OnBytes(damaged, At(1010ms));
+  EXPECT_TRUE(ends_.empty()) << "a good frame may still follow";
+  line_.OnTimer(At(1020ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt);
+  EXPECT_EQ(ends_[0].reason, "checksum");
+}
+
+TEST_F(LineTest, CorruptWinsOverPartial) {
+  Reach(State::await_first);
+  line_.OnBytes(ToBytes("zz!A1"), At(1010ms));
+  line_.OnTimer(At(1020ms));
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::corrupt);
+}
+
+TEST_F(LineTest, GoodFrameBehindDamageIsTaken) {
+  Reach(State::await_first);
+  line_.OnBytes(ToBytes("zz"), At(1010ms));
+  line_.OnBytes(reply_, At(1015ms));
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::ok);
+}
+
+TEST_F(LineTest, HarmlessNoiseLeavesTheReplyItsTime) {
+  Reach(State::await_first);
+  line_.OnBytes(Bytes{0, 0}, At(1010ms));
+  line_.OnTimer(At(1020ms));
+  EXPECT_EQ(line_.state(), State::await_first);
+  EXPECT_EQ(DeadlineIn(), 1104ms);
+  line_.OnBytes(reply_, At(1090ms));
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::ok);
+}
+
+TEST_F(LineTest, HarmlessNoiseAloneIsNoReply) {
+  Reach(State::await_first);
+  line_.OnBytes(Bytes{0}, At(1100ms));
+  line_.OnTimer(At(1110ms));
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::no_reply);
+}
+
+TEST_F(LineTest, BabbleEndsAtTheCeilingOfTheExchange) {
+  Reach(State::await_first);
+  Duration at = 1010ms;
+  while (ends_.empty() && at < 3s) {
+    if (line_.Deadline() && DeadlineIn() <= at) line_.OnTimer(*line_.Deadline());
+    line_.OnBytes(ToBytes("U"), At(at));
+    at += 1ms;
+  }
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt);
+  EXPECT_GE(at, 1304ms);
+  EXPECT_LE(at, 1306ms) << "one deadline for the exchange, not one per byte";
+}
+
+TEST_F(LineTest, DrainBytesLengthenItUntilSilence) {
+  Reach(State::drain);
+  line_.OnBytes(reply_, At(1120ms));
+  EXPECT_TRUE(frames_.empty()) << "a late reply belongs to nobody";
+  ASSERT_EQ(strays_.size(), 1U);
+  EXPECT_EQ(strays_[0].since_end, 16ms);
+  EXPECT_EQ(DeadlineIn(), 1150ms);
+  line_.OnTimer(At(1150ms));
+  EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, DrainNeverLastsBeyondTheCeiling) {
+  Reach(State::drain);
+  for (Duration at = 1105ms; at < 1404ms; at += 3ms) line_.OnBytes(ToBytes("U"), At(at));
+  EXPECT_EQ(DeadlineIn(), 1404ms);
+  line_.OnTimer(At(1404ms));
+  EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, TheRuleIsAskedOnceMoreWhenTheLineIsIdle) {
+  Opened();
+  Exchange exchange;
+  exchange.request.bytes = ToBytes("?");
+  exchange.times = kTimes;
+  exchange.reply_rule = [](View held, const Expectation&, bool idle) {
+    return idle ? Cut::Frame(held.size()) : Cut::NeedMore();  // a frame that ends by silence only
+  };
+  line_.Start(std::move(exchange), At(1s));
+  line_.OnTimer(At(1001ms));
+  line_.OnBytes(ToBytes("undelimited"), At(1010ms));
+  EXPECT_TRUE(frames_.empty());
+  line_.OnTimer(At(1020ms));
+  EXPECT_EQ(frames_, std::vector<std::string>{"undelimited"});
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::ok);
+}
+
+TEST_F(LineTest, ASecondExchangeKnowsNothingOfTheFirst) {
+  Reach(State::await_first);
+  Bytes twice = reply_;
+  Append(twice, View(reply_).first(4));
+  line_.OnBytes(twice, At(1010ms));
+  Start(1100ms);
+  line_.OnTimer(At(1104ms));
+  EXPECT_EQ(frames_.size(), 1U);
+  line_.OnBytes(View(reply_).subspan(4), At(1110ms));
+  line_.OnTimer(At(1120ms));
+  EXPECT_EQ(frames_.size(), 1U) << "the head of a reply was kept from the exchange before";
+  EXPECT_EQ(ends_.back().outcome, Outcome::corrupt);
+}
+
+class EveryState : public LineTest, public ::testing::WithParamInterface<State> {};
+
+TEST_P(EveryState, LossOfThePortClosesAndEndsTheExchangeOnce) {
+  const State state = GetParam();
+  Reach(state);
+  ASSERT_EQ(line_.state(), state);
+  line_.OnClosed(At(1020ms));
+  const bool under_way =
+      state != State::closed && state != State::idle && state != State::drain;
+  ASSERT_EQ(ends_.size(), under_way ? 1U : 0U);
+  if (under_way) {
+    EXPECT_EQ(ends_[0].outcome, Outcome::line_down);
+  }
+  EXPECT_EQ(line_.state(), State::closed);
+  EXPECT_FALSE(line_.Deadline());
+  line_.OnClosed(At(1021ms));
+  line_.OnTimer(At(5s));
+  line_.OnBytes(reply_, At(5s));
+  EXPECT_EQ(ends_.size(), under_way ? 1U : 0U);
+  EXPECT_TRUE(frames_.empty());
+}
+
+TEST_P(EveryState, ReopenedLineWorks) {
+  Reach(GetParam());
+  line_.OnClosed(At(1020ms));
+  ends_.clear();
+  line_.OnOpened(At(2s));
+  Start(3s);
+  line_.OnTimer(At(3004ms));
+  line_.OnBytes(reply_, At(3010ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::ok);
+}
+
+TEST_P(EveryState, AnEarlyTimerDoesNothing) {
+  Reach(GetParam());
+  const auto deadline = line_.Deadline();
+  if (deadline) line_.OnTimer(*deadline - 1ns);
+  EXPECT_EQ(line_.state(), GetParam());
+  EXPECT_EQ(line_.Deadline(), deadline);
+  EXPECT_TRUE(ends_.empty());
+}
+
+TEST_P(EveryState, NoBytesAreNoEvent) {
+  Reach(GetParam());
+  const auto deadline = line_.Deadline();
+  line_.OnBytes({}, At(1030ms));
+  EXPECT_EQ(line_.state(), GetParam());
+  EXPECT_EQ(line_.Deadline(), deadline);
+  EXPECT_TRUE(strays_.empty());
+}
+
+TEST_P(EveryState, EndlessBabbleHoldsNeitherTheLineNorMemory) {
+  Reach(GetParam());
+  const bool under_way = line_.Deadline().has_value();
+  const Bytes noise(64, 'U');
+  bool idle_again = false;
+  for (Duration at = 1010ms; at < 3s; at += 1ms) {
+    while (line_.Deadline() && DeadlineIn() <= at) line_.OnTimer(*line_.Deadline());
+    idle_again = idle_again || line_.idle();
+    line_.OnBytes(noise, At(at));
+    const AssemblerCounters& count = line_.counters();
+    ASSERT_LE(count.in - count.delivered - count.discarded, 2048U);
+  }
+  EXPECT_EQ(idle_again, under_way || GetParam() == State::idle);
+  EXPECT_TRUE(frames_.empty());
+}
+
+TEST_P(EveryState, AVeryLateTimerIsAsGoodAsOneInTime) {
+  Reach(GetParam());
+  for (int i = 0; i < 10 && line_.Deadline(); ++i) line_.OnTimer(At(1h));
+  // Times that count from the late event itself (a drain) come due in turn.
+  for (int i = 0; i < 10 && line_.Deadline(); ++i) line_.OnTimer(*line_.Deadline());
+  EXPECT_EQ(line_.state(), GetParam() == State::closed ? State::closed : State::idle);
+}
+
+TEST(LineFlood, BytesDuringALongTransmissionStayBounded) {
+  struct Deaf final : LineClient {
+    void Send(View) override {}
+    Outcome OnFrame(View, Instant) override { return Outcome::ok; }
+    void OnExchangeEnd(const ExchangeEnd&, Instant) override {}
+    void OnStrayBytes(std::size_t, Duration, Instant) override {}
+  } client;
+  Line line(client);
+  line.OnOpened(kStart);
+  Exchange exchange;
+  exchange.request.bytes = Bytes(250, '?');
+  exchange.reply_rule = ToyProtocol().reply_rule;
+  exchange.times = kTimes;
+  line.Start(std::move(exchange), kStart + 1s);
+  const Bytes flood(4096, 'U');
+  for (int i = 0; i < 1000; ++i) line.OnBytes(flood, kStart + 1001ms);
+  const AssemblerCounters& count = line.counters();
+  EXPECT_LE(count.in - count.discarded, 8192U) << "a pty floods faster than any wire";
+}
+
+INSTANTIATE_TEST_SUITE_P(Line, EveryState,
+                         ::testing::Values(State::closed, State::idle, State::quiet, State::sending,
+                                           State::settle, State::await_first, State::receiving,
+                                           State::drain));
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,153 @@
+// The laws of frame rules, for DCON requests and replies with every checksum variant.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/dcon/codec.h"
+#include "protocols/dcon/frame_rule.h"
+#include "tests/laws/frame_rule_laws.h"
+
+namespace baudgate {
+namespace {
+
+using dcon::BuildReply;
+using dcon::BuildRequest;
+
+/// Noise, cut lines and foreign text; without CR, so that no whole frame stands in it.
+Bytes Garbage(std::mt19937& random, std::string_view starts) {
+  constexpr std::string_view kText = "0123456789ABCDEF+-. \n";
+  Bytes bytes(random() % 40);
+  for (std::uint8_t& byte : bytes) {
+    const auto kind = random() % 8;
+    if (kind == 0) {
+      byte = static_cast<std::uint8_t>(starts[random() % starts.size()]);
+    } else if (kind == 1) {
+      byte = static_cast<std::uint8_t>(random());
+    } else {
+      byte = static_cast<std::uint8_t>(kText[random() % kText.size()]);
+    }
+    if (byte == '\r') byte = 0;
+  }
+  return bytes;
+}
+
+Expectation Expecting(int variant) {
+  Expectation expect;
+  expect.max_bytes = dcon::kMaxFrame;
+  expect.checksum = variant;
+  return expect;
+}
+
+/// Start and text without the checksum: its digits mean the same in either case, so a flipped bit
+/// that only changes their case has done no harm.
+Bytes Meaning(View frame, int variant) {
+  const auto reply = dcon::ParseReply(frame, variant);
+  return reply ? ToBytes(std::string(1, reply->lead) + reply->body) : Bytes{};
+}
+
+Bytes RequestMeaning(View frame) {
+  const auto request = dcon::ParseRequest(frame, true);
+  return request ? ToBytes(request->text + HexByte(request->address)) : Bytes{};
+}
+
+LawSubject Requests(bool checksum) {
+  LawSubject subject;
+  subject.name = checksum ? "RequestsWithChecksum" : "Requests";
+  subject.rule = dcon::RequestRule;
+  subject.expect = Expecting(checksum ? dcon::kChecksum : dcon::kNoChecksum);
+  for (const std::string_view command :
+       {"#", "#7", "$6", "$M", "@3C", "#1301", "#2+07.500", "~0"}) {
+    subject.frames.push_back(BuildRequest(command, 0x4A, checksum));
+  }
+  subject.garbage = [](std::mt19937& random) { return Garbage(random, "$#%@~^"); };
+  subject.checksum = checksum;
+  if (checksum) subject.essence = RequestMeaning;
+  return subject;
+}
+
+LawSubject Replies(std::string name, int variant) {
+  const bool checksum = variant != dcon::kNoChecksum;
+  LawSubject subject;
+  subject.name = std::move(name);
+  subject.rule = dcon::ReplyRule;
+  subject.expect = Expecting(variant);
+  for (const std::string_view text :
+       {">+100.23+34.050+124.56+07.331-101.45+1038.9-50.501+05.880", ">7FFF800000004000", "!2A1500",
+        "!0B7060", "!01200600", ">-02.471", "?0A", ">"}) {
+    subject.frames.push_back(BuildReply(text, checksum));
+  }
+  if (variant == dcon::kChecksumEither || variant == dcon::kChecksumFront) {
+    subject.frames.push_back(dcon::BuildCounterReplyFront("0000001E"));
+  }
+  subject.garbage = [](std::mt19937& random) { return Garbage(random, ">!?"); };
+  subject.checksum = checksum;
+  if (checksum) subject.essence = [variant](View frame) { return Meaning(frame, variant); };
+  return subject;
+}
+
+std::vector<LawSubject> Subjects() {
+  return {Requests(false),
+          Requests(true),
+          Replies("Replies", dcon::kNoChecksum),
+          Replies("RepliesWithChecksum", dcon::kChecksum),
+          Replies("RepliesWithChecksumEither", dcon::kChecksumEither),
+          Replies("RepliesWithChecksumFront", dcon::kChecksumFront)};
+}
+
+INSTANTIATE_TEST_SUITE_P(Dcon, FrameRuleLaws, ::testing::ValuesIn(Subjects()), LawSubjectName);
+
+Outcome Blame(std::string_view stream, int variant) {
+  Assembler assembler;
+  assembler.Begin(dcon::ReplyRule, Expecting(variant));
+  assembler.Feed(ToBytes(stream));
+  EXPECT_FALSE(assembler.Next(true).has_value()) << stream;
+  return assembler.blame();
+}
+
+TEST(DconReplyRule, BlamesChecksumCutAndNoiseApart) {
+  EXPECT_EQ(Blame(">+05.88023\r", dcon::kChecksum), Outcome::corrupt);
+  EXPECT_EQ(Blame(">+05.880", dcon::kChecksum), Outcome::partial);
+  EXPECT_EQ(Blame(std::string_view("\0\xFF\n", 3), dcon::kChecksum), Outcome::none);
+  EXPECT_EQ(Blame("05.880\r", dcon::kNoChecksum), Outcome::partial);
+  EXPECT_EQ(Blame(">+05\x80", dcon::kNoChecksum), Outcome::corrupt);
+}
+
+TEST(DconReplyRule, AnEchoOfTheRequestIsNoReply) {
+  Assembler assembler;
+  assembler.Begin(dcon::ReplyRule, Expecting(dcon::kChecksum));
+  assembler.Feed(ToBytes("#0184\r>+100.23+34.050E2\r"));
+  const auto frame = assembler.Next(false);
+  ASSERT_TRUE(frame.has_value());
+  EXPECT_EQ(AsText(*frame), ">+100.23+34.050E2\r");
+}
+
+TEST(DconReplyRule, ATextMayHoldAStartCharacterWhenTheChecksumFits) {
+  Assembler assembler;
+  assembler.Begin(dcon::ReplyRule, Expecting(dcon::kChecksum));
+  const Bytes name = BuildReply("!01A>B", true);
+  assembler.Feed(name);
+  EXPECT_EQ(assembler.Next(false), std::optional(name));
+}
+
+TEST(DconReplyRule, AfterACutReplyTheNextOneIsFound) {
+  for (const int variant : {dcon::kNoChecksum, dcon::kChecksum}) {
+    Assembler assembler;
+    assembler.Begin(dcon::ReplyRule, Expecting(variant));
+    const Bytes whole = BuildReply("!01200600", variant != dcon::kNoChecksum);
+    assembler.Feed(ToBytes(">+100.23+3"));
+    assembler.Feed(whole);
+    EXPECT_EQ(assembler.Next(false), std::optional(whole)) << variant;
+  }
+}
+
+TEST(DconReplyRule, NothingLongerThanAFrameIsHeld) {
+  Assembler assembler;
+  assembler.Begin(dcon::ReplyRule, Expecting(dcon::kNoChecksum));
+  assembler.Feed(ToBytes(">" + std::string(dcon::kMaxFrame - 2, '0')));
+  EXPECT_FALSE(assembler.Next(false).has_value());
+  EXPECT_EQ(assembler.held(), dcon::kMaxFrame - 1);
+  assembler.Feed(ToBytes("0"));
+  EXPECT_FALSE(assembler.Next(false).has_value());
+  EXPECT_EQ(assembler.held(), 0U);
+  EXPECT_EQ(assembler.blame(), Outcome::corrupt);
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,137 @@
+// What a DCON conversation remembers: refused and unknown commands, probes, and writes with their
+// read-back.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/protocols/dcon/support.h"
+
+namespace baudgate::dcon {
+namespace {
+
+using config::Group;
+using config::Type;
+
+Task Probe() { return {.kind = Task::Kind::probe, .query = 0, .point = kNoPoint, .value = {}}; }
+
+TEST(DconSession, ARefusedCommandCostsNoOther) {
+  const config::Device device = MakeDevice({ReadPoint("a", "#0"), ReadPoint("b", "#9")});
+  DconConversation talk(device);
+  EXPECT_EQ(Exchange(talk, Poll(0), ">+05.880\r").outcome, Outcome::ok);
+  const Answer refused = Exchange(talk, Poll(1), "?01\r");
+  EXPECT_EQ(refused.outcome, Outcome::unsupported);
+  ASSERT_EQ(refused.readings.size(), 1U);
+  EXPECT_EQ(refused.readings[0].point, 1U);
+  EXPECT_EQ(refused.readings[0].quality, Quality::bad_configuration);
+  EXPECT_FALSE(HasValue(refused.readings[0].value));
+  EXPECT_EQ(refused.then, Then::replan);
+  EXPECT_EQ(talk.Queries()[0].group, Group::fast);
+  EXPECT_EQ(talk.Queries()[1].group, Group::slow);
+  EXPECT_EQ(Exchange(talk, Poll(1), "?01\r").then, Then::done);
+
+  EXPECT_EQ(Exchange(talk, Poll(1), ">+01.000\r").then, Then::replan) << "it answers again";
+  EXPECT_EQ(talk.Queries()[1].group, Group::fast);
+}
+
+TEST(DconSession, ACommandThatIsNeverAnsweredIsAskedRarely) {
+  const config::Device device = MakeDevice({ReadPoint("a", "#0"), ReadPoint("b", "$3")});
+  DconConversation talk(device);
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done) << "the module itself may be away";
+  }
+  Exchange(talk, Poll(0), ">+05.880\r");
+  EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
+  EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
+  EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::replan);
+  EXPECT_EQ(talk.Queries()[1].group, Group::slow);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(Exchange(talk, Poll(0), "").then, Then::done);
+  EXPECT_EQ(talk.Queries()[0].group, Group::fast) << "it has answered: the module is away";
+  talk.OnReconnect();
+  EXPECT_EQ(talk.Queries()[1].group, Group::fast);
+}
+
+TEST(DconSession, ProbesWithTheCheapestCommandThatWorks) {
+  const config::Device device = MakeDevice(
+      {ReadPoint("a", "#[0]"), ReadPoint("b", "#[1]"), ReadPoint("c", "#1"), ReadPoint("d", "$3")});
+  DconConversation talk(device);
+  EXPECT_EQ(Asked(talk, Probe()), "#01\r") << "nothing is known: the first query";
+  Exchange(talk, Poll(0), ">+05.880+05.880\r");
+  EXPECT_EQ(Asked(talk, Probe()), "#01\r");
+  Exchange(talk, Poll(1), ">+05.880\r");
+  EXPECT_EQ(Asked(talk, Probe()), "#011\r");
+  talk.OnReconnect();
+  EXPECT_EQ(Asked(talk, Probe()), "#01\r");
+}
+
+TEST(DconSession, ProbesByNameWhereTheModuleHasOne) {
+  const config::Device named = MakeDevice({ReadPoint("a", "#[0]")}, {{"identify", true}});
+  DconConversation talk(named);
+  EXPECT_EQ(Asked(talk, Probe()), "$01M\r");
+  EXPECT_EQ(Exchange(talk, Probe(), "!017017\r").outcome, Outcome::ok);
+  const config::Device no_reads = MakeDevice({WritePoint("a", "", "#0{+00.000}")});
+  DconConversation writer(no_reads);
+  EXPECT_EQ(Asked(writer, Probe()), "$01M\r");
+}
+
+TEST(DconSession, AWriteIsReadBack) {
+  const config::Device device =
+      MakeDevice({WritePoint("relay", "$6[b8]", "#10{bit}", Type::boolean)});
+  DconConversation talk(device);
+  const Task on = Write(0, true);
+  EXPECT_EQ(Asked(talk, on), "#011001\r");
+  const Answer confirmed = Exchange(talk, on, ">\r");
+  EXPECT_EQ(confirmed.outcome, Outcome::ok);
+  EXPECT_EQ(confirmed.then, Then::ask_again);
+  EXPECT_EQ(Asked(talk, on), "$016\r");
+  const Answer seen = Exchange(talk, on, "!010000\r");
+  EXPECT_EQ(seen.outcome, Outcome::ok);
+  EXPECT_EQ(seen.then, Then::done);
+  ASSERT_EQ(seen.readings.size(), 1U);
+  EXPECT_EQ(seen.readings[0].value, Value{true});
+  EXPECT_EQ(Asked(talk, on), "#011001\r") << "the next write begins anew";
+}
+
+TEST(DconSession, AnOutputThatDoesNotFollowIsNoSuccess) {
+  const config::Device device =
+      MakeDevice({WritePoint("relay", "$6[b8]", "#10{bit}", Type::boolean)});
+  DconConversation talk(device);
+  Exchange(talk, Write(0, true), ">\r");
+  const Answer seen = Exchange(talk, Write(0, true), "!000000\r");
+  EXPECT_EQ(seen.outcome, Outcome::refused);
+  EXPECT_NE(seen.reason.find("reads back"), std::string::npos);
+}
+
+TEST(DconSession, AReadBackNeverReplacesAnotherWrite) {
+  const config::Device device =
+      MakeDevice({WritePoint("relay", "$6[b8]", "#10{bit}", Type::boolean)});
+  DconConversation talk(device);
+  Exchange(talk, Write(0, true), ">\r");
+  EXPECT_EQ(Asked(talk, Write(0, false)), "#011000\r");
+  Exchange(talk, Write(0, true), ">\r");
+  Asked(talk, Poll(0));
+  EXPECT_EQ(Asked(talk, Write(0, true)), "#011001\r");
+  Exchange(talk, Write(0, true), ">\r");
+  EXPECT_EQ(Exchange(talk, Write(0, true), "").outcome, Outcome::no_reply);
+  EXPECT_EQ(Asked(talk, Write(0, true)), "#011001\r");
+}
+
+TEST(DconSession, WritesThatTheModuleOrTheGatewayRefuses) {
+  const config::Device device = MakeDevice({WritePoint("volts", "$80", "#0{+00.000 0..10}")});
+  DconConversation talk(device);
+  EXPECT_EQ(Exchange(talk, Write(0, 5.0), "!\r").outcome, Outcome::refused);
+  EXPECT_EQ(Exchange(talk, Write(0, 5.0), "?\r").outcome, Outcome::refused);
+  EXPECT_EQ(Exchange(talk, Write(0, 5.0), "?01\r").outcome, Outcome::refused);
+  EXPECT_EQ(Exchange(talk, Write(0, 5.0), "?02\r").outcome, Outcome::unexpected);
+  EXPECT_NE(Asked(talk, Write(0, 10.5)).find("outside 0...10"), std::string::npos);
+  EXPECT_TRUE(Asked(talk, Write(7, 1.0)).starts_with("error"));
+  EXPECT_EQ(Asked(talk, Write(0, 5.0)), "#010+05.000\r");
+}
+
+TEST(DconSession, ASlewingOutputIsNoFailure) {
+  const config::Device device = MakeDevice({WritePoint("volts", "$80", "#0{+00.000 0..10}")});
+  DconConversation talk(device);
+  Exchange(talk, Write(0, 5.0), ">\r");
+  const Answer seen = Exchange(talk, Write(0, 5.0), "!01+01.250\r");
+  EXPECT_EQ(seen.outcome, Outcome::ok);
+  EXPECT_EQ(seen.readings[0].value, Value{1.25});
+}
+
+}  // namespace
+}  // namespace baudgate::dcon

@@ -1,0 +1,172 @@
+// SET-4TM addresses, passwords, checksum and lengths, against the reference's worked examples.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/codec.h"
+
+#include "gateway/base/checksum.h"
+#include "tests/protocols/set4tm/meter.h"
+
+namespace baudgate::set4tm {
+namespace {
+
+TEST(Set4tmAddress, ShortExtendedAndSerial) {
+  EXPECT_EQ(*ParseAddress("0"), Hex("00"));
+  EXPECT_EQ(*ParseAddress("200"), Hex("C8"));
+  EXPECT_EQ(*ParseAddress("239"), Hex("EF"));
+  EXPECT_EQ(*ParseAddress("255"), Hex("FF"));
+  EXPECT_EQ(*ParseAddress("256"), Hex("FC 00 00 01 00"));
+  EXPECT_EQ(*ParseAddress("9020001"), Hex("FC 00 89 A2 61"));
+  EXPECT_EQ(*ParseAddress("sn:200"), Hex("FC 00 00 00 C8"));
+  EXPECT_EQ(*ParseAddress("4294967295"), Hex("FC FF FF FF FF"));
+}
+
+TEST(Set4tmAddress, ReservedAndMalformedAreRefusedWithReason) {
+  for (const char* text : {"240", "251", "252", "253", "254", "-1", "", "C8", "4294967296", "1 "}) {
+    EXPECT_FALSE(ParseAddress(text)) << text;
+  }
+  EXPECT_NE(ParseAddress("254").error().find("broadcast"), std::string::npos);
+  EXPECT_NE(ParseAddress("245").error().find("sn:245"), std::string::npos);
+}
+
+TEST(Set4tmPassword, TextOrHex) {
+  EXPECT_EQ(*ParsePassword("000000"), Hex("30 30 30 30 30 30"));
+  EXPECT_EQ(*ParsePassword("hex:01 02 03 04 05 06"), Hex("01 02 03 04 05 06"));
+  for (const char* text : {"", "00000", "0000000", "hex:01 02", "hex:0102030405zz"}) {
+    EXPECT_FALSE(ParsePassword(text)) << text;
+  }
+}
+
+TEST(Set4tmChecksum, IsCrc16LowByteFirst) {
+  EXPECT_EQ(Crc16(ToBytes("123456789")), 0x4B37);
+  EXPECT_EQ(MakeFrame(Hex("00"), Hex("00")), Hex("00 00 01 B0"));
+  EXPECT_FALSE(ChecksumGood(Hex("00 00 B0 01")));
+  EXPECT_FALSE(SplitFrame(Hex("FC 00 01 B0")));
+  EXPECT_FALSE(SplitFrame(Bytes()));
+}
+
+struct Vector {
+  const char* address;
+  const char* pdu;
+  const char* request;
+  const char* reply;
+};
+
+/// Worked examples 1 to 18 of the reference; an empty reply is not printed there.
+constexpr Vector kVectors[] = {
+    {"1", "00", "01 00 00 20", "01 00 00 20"},
+    {"200", "01 30 30 30 30 30 30", "C8 01 30 30 30 30 30 30 03 D2", "C8 00 56 70"},
+    {"200", "08 1B 00 11", "C8 08 1B 00 11 77 BB", "C8 00 80 66 43 AE 69"},
+    {"5", "01 30 30 30 30 30 30", "05 01 30 30 30 30 30 30 CE 1B", "05 00 02 E0"},
+    {"83", "01 30 30 30 30 30 30", "53 01 30 30 30 30 30 30 4B 0D", "53 00 3D 40"},
+    {"0", "08 11 19", "00 08 11 19 4C 7C", "00 00 01 37 40 62"},
+    {"5", "08 00", "05 08 00 66 01", "05 00 89 A2 61 06 09 02 1E D8"},
+    {"5", "04 00", "05 04 00 63 01", "05 31 30 15 01 02 09 02 00 28 A4"},
+    {"5", "09 00 00", "05 09 00 00 D0 EA", "05 31 30 15 01 02 09 02 00 28 A4"},
+    {"5", "05 00 02", "05 05 00 02 91 28",
+     "05 00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65 67 40"},
+    {"5", "0A 00 00 02 0F 00", "05 0A 00 00 02 0F 00 EA 9A",
+     "05 00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65 67 40"},
+    {"5", "08 1B 00 00", "05 08 1B 00 00 9A 67", "05 08 FF 47 44 E9 93"},
+    {"5", "08 11 00", "05 08 11 00 8D 7A", "05 44 2F 47 1C FF"},
+    {"5", "08 04", "05 08 04 67 C2", "05 35 11 08 09 99 06 58 D6 5E"},
+    {"5", "06 03 00 00 07", "05 06 03 00 00 07 C9 C8", "05 14 14 08 02 00 02 34 37 EF"},
+    {"5", "03 0B 00 0A", "05 03 0B 00 0A 19 81", "05 04 03 23"},
+    {"5", "08 00", "05 08 00 66 01", "05 05 C2 E3"},
+    {"9020001", "08 00", "FC 00 89 A2 61 08 00 8F 76", "FC 00 89 A2 61 00 89 A2 61 06 09 02 58 BB"},
+    {"5", "08 23 A5 00 00 00 10 00 0E 0E FF FF", "05 08 23 A5 00 00 00 10 00 0E 0E FF FF 3C 2C",
+     ""},
+    {"5", "08 23 15 00 00 00 00 00 02 00 00 03", "05 08 23 15 00 00 00 00 00 02 00 00 03 1A 89",
+     "05 15 00 50 5A 44 C2 F5 D6 41 60 E5 A0 40 CC 8A"},
+};
+
+TEST(Set4tmFrames, WorkedExamplesAreBuiltAndCutAsPrinted) {
+  for (const Vector& vector : kVectors) {
+    const Bytes request = MakeFrame(*ParseAddress(vector.address), Hex(vector.pdu));
+    EXPECT_EQ(ToHex(request), vector.request);
+    EXPECT_EQ(CutFrame(Set4tmProtocol().request_rule, Expect({}, DefaultOptions()), request),
+              request);
+    if (*vector.reply == '\0') continue;
+    EXPECT_EQ(ToHex(CutFrame(Set4tmProtocol().reply_rule, Expect(request, DefaultOptions()),
+                             Hex(vector.reply))),
+              vector.reply);
+  }
+}
+
+TEST(Set4tmLengths, RepliesAsTheReferenceLists) {
+  const std::pair<const char*, std::size_t> kLengths[] = {
+      {"08 00", 7},
+      {"08 02", 10},
+      {"08 05", 2},
+      {"08 05 01", 4},
+      {"08 0A", 5},
+      {"08 0A 01", 32},
+      {"08 0A 02", 4},
+      {"08 0B", 16},
+      {"08 14 F0", 16},
+      {"08 14 50", 7},
+      {"08 14 11", 3},
+      {"08 16 00", 12},
+      {"08 18 00", 5},
+      {"08 18 03", 4},
+      {"08 1B 02 00", 16},
+      {"08 1B 01 00", 4},
+      {"04 00", 8},
+      {"04 19", 14},
+      {"09 01 09", 14},
+      {"09 05 09", 7},
+      {"05 00 00", 16},
+      {"0A 00 00 00 FF 00", 32},
+      {"06 03 00 00 5D", 93},
+      {"0C 01 03 00 00 5C", 93},
+      {"08 23 A5 00 00 00 10 00 0E 0E FF FF", 93},
+      {"08 23 00 00 80 00 00 00 00 00 00 01", 13},
+      {"08 24", 32},
+  };
+  for (const auto& [pdu, length] : kLengths) EXPECT_EQ(LengthOfData(Hex(pdu)), length) << pdu;
+}
+
+TEST(Set4tmLengths, WhatIsNotDocumentedHasNone) {
+  for (const char* pdu : {"", "08", "08 7F", "08 1B 00", "00", "01 30 30 30 30 30 30",
+                          "03 0B 00 0A", "0A 00 00 00 00 00", "08 23 00 00 00 00 00 00 00 00 00 00",
+                          "06 03 00 00 01", "06 03 00 00 FF", "09 46 00", "08 18 09"}) {
+    EXPECT_FALSE(LengthOfData(Hex(pdu))) << pdu;
+  }
+}
+
+TEST(Set4tmExpect, HidesThePasswordAndKnowsWhatMayBeRepeated) {
+  const Expectation open = Expect(Hex("C8 01 30 30 30 30 30 30 03 D2"), DefaultOptions());
+  ASSERT_EQ(open.secrets.size(), 1U);
+  EXPECT_EQ(open.secrets[0], (std::pair<std::size_t, std::size_t>{2, 6}));
+  EXPECT_TRUE(open.repeatable);
+  const Bytes extended = MakeFrame(ExtendedAddress(9020001), Hex("01 30 30 30 30 30 30"));
+  EXPECT_EQ(Expect(extended, DefaultOptions()).secrets[0].first, 6U);
+  EXPECT_FALSE(Expect(Hex("05 03 0B 00 0A 19 81"), DefaultOptions()).repeatable);
+  EXPECT_TRUE(Expect(Hex("05 08 00 66 01"), DefaultOptions()).repeatable);
+  const Bytes broadcast = MakeFrame(Hex("FE"), Hex("03 08 55 AA 33 CC"));
+  EXPECT_EQ(Expect(broadcast, DefaultOptions()).reply, Expectation::Reply::none);
+}
+
+TEST(Set4tmProtocolTest, DescriptorIsComplete) {
+  const Protocol& protocol = Set4tmProtocol();
+  EXPECT_EQ(protocol.name, "set4tm");
+  EXPECT_EQ(protocol.serial.ToString(), "9600 8O1");
+  const config::Timing timing = protocol.timing(protocol.serial);
+  // Seven characters of eleven bits at 9600 bit/s: the 8 ms of the reference.
+  EXPECT_GE(*timing.quiet, 8ms);
+  EXPECT_LT(*timing.quiet, 9ms);
+  EXPECT_EQ(*timing.reply, 300ms);
+  EXPECT_EQ(*timing.gap, 50ms);
+  EXPECT_EQ(*timing.drain, 150ms);
+  EXPECT_GT(*timing.ceiling, *timing.reply + 96 * protocol.serial.CharacterTime());
+  config::SerialSettings slow = protocol.serial;
+  slow.baud = 300;
+  EXPECT_GT(*protocol.timing(slow).gap, 2 * slow.CharacterTime());
+  bool secret = false;
+  for (const OptionSpec& option : protocol.options)
+    secret |= option.name == "password" && option.secret;
+  EXPECT_TRUE(secret);
+  EXPECT_TRUE(protocol.check_address("200"));
+  EXPECT_FALSE(protocol.check_address("254"));
+}
+
+}  // namespace
+}  // namespace baudgate::set4tm

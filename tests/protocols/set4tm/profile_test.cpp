@@ -1,0 +1,96 @@
+// The shipped SET-4TM profiles: every point can be asked, and comes back from the twin as
+// simulated.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "config/loader.h"
+#include "protocols/set4tm/snapshot.h"
+#include "tests/protocols/set4tm/meter.h"
+
+namespace baudgate::set4tm {
+namespace {
+
+config::Profile Load(const std::string& name) {
+  config::Catalog catalog;
+  catalog.protocols["set4tm"] = &Set4tmProtocol();
+  auto loaded =
+      config::LoadProfile("config/profiles/set4tm/" + name + ".yaml", Set4tmProtocol(), catalog);
+  for (const config::Problem& problem : loaded.problems) ADD_FAILURE() << ToString(problem);
+  return loaded.profile;
+}
+
+/// What the profile simulates: the low end of a range, or the text.
+FixedValues Simulated(const std::vector<config::Point>& points) {
+  FixedValues values;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const config::Point& point = points[i];
+    if (!point.simulate) continue;
+    if (point.simulate->text) {
+      values.Set(i, *point.simulate->text);
+    } else {
+      values.Set(i, (point.simulate->low - point.offset) / point.scale);
+    }
+  }
+  return values;
+}
+
+class Set4tmProfile : public ::testing::TestWithParam<std::pair<std::string, bool>> {};
+
+TEST_P(Set4tmProfile, ComesBackFromTheTwinPointByPoint) {
+  const config::Profile profile = Load(GetParam().first);
+  ASSERT_FALSE(profile.points.empty());
+  config::Device device = MakeDevice("1", profile.points);
+  device.options.Set("snapshot", GetParam().second);
+  FixedValues values = Simulated(device.points);
+  MeterTwin twin(device, values);
+  Talk talk(device);
+  const Wire wire = TwinWire(twin, talk.now);
+  std::vector<bool> seen(device.points.size());
+  for (std::size_t query = 0; query < talk.conversation.Queries().size(); ++query) {
+    const Answer answer = talk.Poll(query, wire);
+    ASSERT_EQ(answer.outcome, Outcome::ok) << answer.reason << talk.TakeAsked().back();
+    for (const Reading& reading : answer.readings) {
+      const config::Point& point = device.points.at(reading.point);
+      seen[reading.point] = true;
+      ASSERT_EQ(reading.quality, Quality::good) << point.name;
+      const Value truth = values.Get(reading.point, talk.now);
+      ASSERT_TRUE(HasValue(truth)) << point.name << " has no `simulate`";
+      if (point.type == config::Type::string) {
+        EXPECT_EQ(ToText(reading.value), ToText(truth)) << point.name;
+      } else if (!point.read.ends_with("alarm@0")) {
+        const double expected = ToDouble(truth);
+        EXPECT_NEAR(ToDouble(reading.value), expected, std::abs(expected) * 1e-4 + 0.1)
+            << point.name;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < seen.size(); ++i) EXPECT_TRUE(seen[i]) << device.points[i].name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Shipped, Set4tmProfile,
+                         ::testing::Values(std::pair{"set-4tm.03m", false},
+                                           std::pair{"set-4tm.03m", true},
+                                           std::pair{"set-4tm.02", false}));
+
+TEST(Set4tmProfileLayout, FastBlockIsContiguousAndTakesFewRequests) {
+  const config::Profile profile = Load("set-4tm.03m");
+  std::size_t next = 0;
+  for (const config::Point& point : profile.points) {
+    if (point.group != config::Group::fast) continue;
+    ASSERT_EQ(point.modbus, next) << point.name;
+    next += config::RegisterCount(point);
+  }
+  EXPECT_EQ(next, 52U);
+  config::Device device = MakeDevice("1", profile.points);
+  const auto fast = [](const MeterConversation& conversation) {
+    return std::ranges::count(conversation.Queries(), config::Group::fast, &Query::group);
+  };
+  EXPECT_EQ(fast(MeterConversation(device)), 8);
+  device.options.Set("snapshot", true);
+  EXPECT_EQ(fast(MeterConversation(device)), 2);
+}
+
+}  // namespace
+}  // namespace baudgate::set4tm

@@ -1,0 +1,113 @@
+// The simulated SET-4TM: answers what a meter answers, and is silent where a meter is silent.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/twin.h"
+
+#include "protocols/set4tm/codec.h"
+#include "tests/protocols/set4tm/meter.h"
+
+namespace baudgate::set4tm {
+namespace {
+
+class Set4tmTwin : public ::testing::Test {
+ protected:
+  Set4tmTwin()
+      : device_(
+            MakeDevice("5", {MakePoint("08 1B 02 10 float_le@4"), MakePoint("05 00 00 energy@0"),
+                             MakePoint("04 00 time@0"), MakePoint("08 0A flag@40"),
+                             MakePoint("08 02 u16_be@0"), MakePoint("08 02 u16_be@2")})) {
+    device_.options.Set("serial_number", std::int64_t{9020001});
+    values_.Set(0, 230.5);
+    values_.Set(1, 2000.2);
+    values_.Set(2, std::string("2002-09-02T15:30:31"));
+    values_.Set(3, true);
+    values_.Set(4, std::int64_t{100});
+    values_.Set(5, std::int64_t{20});
+  }
+
+  std::string Ask(std::string_view address, std::string_view pdu) {
+    return ToHex(twin_.Answer(MakeFrame(Hex(address), Hex(pdu)), now_));
+  }
+  std::string Frame(std::string_view address, std::string_view body) {
+    return ToHex(MakeFrame(Hex(address), Hex(body)));
+  }
+  void Open() { ASSERT_EQ(Ask("05", "01 30 30 30 30 30 30"), "05 00 02 E0"); }
+
+  config::Device device_;
+  FixedValues values_;
+  MeterTwin twin_{device_, values_};
+  Instant now_{std::chrono::hours(1)};
+};
+
+TEST_F(Set4tmTwin, IsSilentToDamageAndToOthers) {
+  Bytes damaged = Hex("05 08 00 66 01");
+  damaged[1] ^= 1;
+  EXPECT_TRUE(twin_.Answer(damaged, now_).empty());
+  EXPECT_EQ(Ask("06", "00"), "");
+  EXPECT_EQ(Ask("FE", "03 08 55 AA 33 CC"), "");
+  EXPECT_EQ(Ask("FC 00 89 A2 62", "00"), "");
+  EXPECT_EQ(Ask("05", "08 00 00 00"), "");  // a length that no meter takes
+  EXPECT_EQ(Ask("00", "03 0B 00 0A"), "");  // no writes at the common address
+  EXPECT_EQ(Ask("05", "00"), Frame("05", "00"));
+}
+
+TEST_F(Set4tmTwin, ChannelNeedsThePasswordAndLives20Seconds) {
+  EXPECT_EQ(Ask("05", "08 00"), "05 05 C2 E3");
+  EXPECT_EQ(Ask("05", "01 30 30 30 30 30 31"), Frame("05", "03"));
+  EXPECT_EQ(Ask("05", "08 00"), "05 05 C2 E3");
+  Open();
+  now_ += 20s;
+  EXPECT_EQ(Ask("05", "08 00"), "05 00 89 A2 61 06 09 02 1E D8");
+  now_ += 20s;
+  EXPECT_EQ(Ask("05", "08 00"), "05 00 89 A2 61 06 09 02 1E D8");
+  now_ += 21s;
+  EXPECT_EQ(Ask("05", "08 00"), "05 05 C2 E3");
+  Open();
+  EXPECT_EQ(Ask("05", "02"), Frame("05", "00"));
+  EXPECT_EQ(Ask("05", "08 00"), "05 05 C2 E3");
+}
+
+TEST_F(Set4tmTwin, AnswersAtItsExtendedAndAtTheCommonAddress) {
+  Open();
+  EXPECT_EQ(Ask("FC 00 89 A2 61", "08 00"), "FC 00 89 A2 61 00 89 A2 61 06 09 02 58 BB");
+  EXPECT_EQ(Ask("00", "08 05"), Frame("05", "00 05"));
+  EXPECT_EQ(Ask("05", "08 05 01"), Frame("05", "00 89 A2 61"));
+}
+
+TEST_F(Set4tmTwin, EncodesAsTheMeterDoes) {
+  Open();
+  // 2000.2 kWh = 10001 / (2 * 5000) * 100 * 20
+  EXPECT_EQ(Ask("05", "05 00 00"), Frame("05", "00 00 27 11 00 00 00 00 00 00 00 00 00 00 00 00"));
+  EXPECT_EQ(Ask("05", "04 00"), "05 31 30 15 01 02 09 02 00 28 A4");
+  EXPECT_EQ(Ask("05", "08 0A"), Frame("05", "00 00 00 00 80"));
+  EXPECT_EQ(Ask("05", "08 02"), Frame("05", "00 64 00 14 00 00 00 00 00 00"));
+  EXPECT_EQ(Ask("05", "08 12"), Frame("05", "10 40 80"));
+}
+
+TEST_F(Set4tmTwin, GivesAFloatByEveryRequestThatNamesIt) {
+  Open();
+  EXPECT_EQ(Ask("05", "08 1B 00 11"), Frame("05", "00 80 66 43"));
+  EXPECT_EQ(Ask("05", "08 1B 02 10"),
+            Frame("05", "00 80 66 43 00 80 66 43 01 00 80 7F 01 00 80 7F"));
+  EXPECT_EQ(Ask("05", "08 23 A5 00 00 00 00 00 00 02 00 00"), Frame("05", "A5 00 80 66 43"));
+  EXPECT_EQ(Ask("05", "08 1B 00 21"), Frame("05", "01"));
+  EXPECT_EQ(Ask("05", "08 23 A5 02 00 00 00 00 00 02 00 00"), Frame("05", "01"));
+}
+
+TEST_F(Set4tmTwin, CorrectsItsClockOnceADayAndWritesNothingElse) {
+  EXPECT_EQ(Ask("05", "03 0B 00 0A"), "05 05 C2 E3");
+  Open();
+  EXPECT_EQ(Ask("05", "03 0B 01 00"), Frame("05", "01"));
+  EXPECT_EQ(Ask("05", "03 0B 00 0A"), "05 00 02 E0");
+  EXPECT_EQ(Ask("05", "03 0B 00 0A"), "05 04 03 23");
+  EXPECT_EQ(Ask("05", "03 1B 00 01"), Frame("05", "03"));
+}
+
+TEST_F(Set4tmTwin, KnowsOnlyItsOwnParameters) {
+  Open();
+  EXPECT_EQ(Ask("05", "08 0B"), Frame("05", "01"));
+  EXPECT_EQ(Ask("05", "08 7F"), Frame("05", "01"));
+  EXPECT_EQ(Ask("05", "0B 01"), Frame("05", "01"));
+}
+
+}  // namespace
+}  // namespace baudgate::set4tm

@@ -1,0 +1,100 @@
+// The shipped profiles: they load, and every point of theirs survives a round trip with its twin.
+// SPDX-License-Identifier: Apache-2.0
+#include <set>
+
+#include "config/loader.h"
+#include "tests/protocols/spabus/support.h"
+
+namespace baudgate::spabus {
+namespace {
+
+constexpr char kProfiles[] = "config/profiles";
+
+class SpaProfile : public ::testing::TestWithParam<std::string> {
+ protected:
+  config::Profile Load() {
+    config::Catalog catalog;
+    catalog.protocols["spabus"] = &SpabusProtocol();
+    catalog.profile_dirs = {kProfiles};
+    const auto loaded = config::LoadProfile(GetParam(), SpabusProtocol(), catalog);
+    for (const config::Problem& problem : loaded.problems)
+      ADD_FAILURE() << config::ToString(problem);
+    return loaded.profile;
+  }
+};
+
+TEST_P(SpaProfile, LoadsAndIsComplete) {
+  const config::Profile profile = Load();
+  EXPECT_FALSE(profile.title.empty());
+  EXPECT_GT(profile.points.size(), 40U);
+  for (const config::Point& point : profile.points) {
+    EXPECT_FALSE(point.description.empty()) << point.name;
+    EXPECT_TRUE(point.simulate) << point.name;
+    EXPECT_TRUE(point.modbus) << point.name;
+  }
+}
+
+TEST_P(SpaProfile, FastValuesStandTogetherAtTheBeginning) {
+  std::map<config::Table, std::size_t> next;
+  for (const config::Point& point : Load().points) {
+    if (point.group != Group::fast || point.table == config::Table::bits) continue;
+    EXPECT_EQ(*point.modbus, next[point.table]) << point.name;
+    next[point.table] += config::RegisterCount(point);
+  }
+}
+
+Value Simulated(const config::Point& point) {
+  if (point.simulate->text) return *point.simulate->text;
+  if (point.type == Type::boolean) return point.simulate->low != 0;
+  return point.simulate->low;
+}
+
+TEST_P(SpaProfile, EveryPointComesBackFromItsTwin) {
+  const config::Profile profile = Load();
+  config::Device device = MakeDevice(profile.points);
+  FixedValues values;
+  for (std::size_t i = 0; i < device.points.size(); ++i) values.Set(i, Simulated(device.points[i]));
+  const auto twin = SpabusProtocol().make_twin(device, values);
+  Talk talk(device);
+  std::set<std::size_t> seen;
+  for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
+    const Answer answer = Exchange(talk, Talk::Poll(query), *twin);
+    EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
+    for (const Reading& reading : answer.readings) {
+      ASSERT_LT(reading.point, device.points.size());
+      const config::Point& point = device.points[reading.point];
+      EXPECT_EQ(reading.quality, Quality::good) << point.name;
+      if (point.simulate->text) {
+        EXPECT_EQ(ToText(reading.value), *point.simulate->text) << point.name;
+      } else {
+        EXPECT_DOUBLE_EQ(ToDouble(reading.value), point.simulate->low) << point.name;
+      }
+      seen.insert(reading.point);
+    }
+  }
+  EXPECT_EQ(seen.size(), device.points.size());
+}
+
+TEST_P(SpaProfile, WritablePointsTakeTheirSimulatedValue) {
+  const config::Profile profile = Load();
+  config::Device device = MakeDevice(profile.points);
+  FixedValues values;
+  const auto twin = SpabusProtocol().make_twin(device, values);
+  Talk talk(device);
+  std::size_t written = 0;
+  for (std::size_t i = 0; i < device.points.size(); ++i) {
+    const config::Point& point = device.points[i];
+    if (point.access == Access::read) continue;
+    const Answer answer = Finish(talk, Talk::Write(i, Simulated(point)), *twin);
+    EXPECT_EQ(answer.outcome, Outcome::ok) << point.name << ": " << answer.reason;
+    EXPECT_DOUBLE_EQ(ToDouble(values.Get(i, {})), point.simulate->low) << point.name;
+    ++written;
+  }
+  EXPECT_GT(written, 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shipped, SpaProfile, ::testing::Values("spaj140c", "spau130c"),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace baudgate::spabus

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/toy_protocol.h"
+
+#include <algorithm>
+#include <set>
+
+#include "gateway/base/checksum.h"
+#include "gateway/base/text.h"
+
+namespace baudgate {
+namespace {
+
+/// "?A7=5" or "A7=5" taken apart.
+struct Words {
+  char address = 0;
+  std::string number;
+  std::string rest;  // "=5", "~busy" or empty
+};
+
+std::optional<Words> Read(std::string_view text) {
+  Words words;
+  if (!text.empty() && text.front() >= 'A' && text.front() <= 'Z') {
+    words.address = text.front();
+    text.remove_prefix(1);
+  }
+  const auto digits = std::min(text.find_first_not_of("0123456789"), text.size());
+  words.number = text.substr(0, digits);
+  words.rest = text.substr(digits);
+  return words;
+}
+
+Cut ToyRequestRule(View held, const Expectation&, bool) {
+  const auto end = std::find(held.begin(), held.end(), '\r');
+  if (end == held.end()) return Cut::NeedMore();
+  return Cut::Frame(static_cast<std::size_t>(end - held.begin()) + 1);
+}
+
+Cut ToyReplyRule(View held, const Expectation&, bool) {
+  if (held[0] == 0) return Cut::Discard(1, Outcome::none, "the line came alive");
+  if (held[0] != '!') return Cut::Discard(1, Outcome::corrupt, "noise before frame");
+  const auto end = std::find(held.begin(), held.end(), '\r');
+  if (end == held.end()) return Cut::NeedMore();
+  const auto size = static_cast<std::size_t>(end - held.begin()) + 1;
+  const View body = held.first(size < 5 ? 0 : size - 4);
+  if (body.empty() || held[size - 4] != '*' ||
+      AsText(held.subspan(size - 3, 2)) != HexByte(Sum8(body))) {
+    return Cut::Discard(1, Outcome::corrupt, "checksum");
+  }
+  return Cut::Frame(size);
+}
+
+Expectation ToyExpect(View request, const config::Options&) {
+  Expectation expect;
+  expect.max_bytes = 64;
+  if (request.empty()) return expect;
+  if (request[0] == 'Q') expect.reply = Expectation::Reply::none;
+  expect.repeatable = request[0] != 'L' && request[0] != 'W' && request[0] != 'Q';
+  return expect;
+}
+
+class ToyConversation final : public Conversation {
+ public:
+  explicit ToyConversation(const config::Device& device) : device_(device) { Plan(); }
+
+  std::span<const Query> Queries() const override { return queries_; }
+
+  Result<Request> Ask(const Task& task, Instant) override {
+    if (task.kind == Task::Kind::probe) return Make("P0");
+    const std::size_t point = PointOf(task);
+    if (point == kNoPoint) return Error{"no such query"};
+    const auto [how, number] = Split(device_.points[point].read);
+    const bool write = task.kind == Task::Kind::write;
+    if (how == 'E') return Error{"this point can not be asked"};
+    if (how == 'S' && closing_) return Make("C0");
+    if (how == 'S' && !open_) return Make("O0");
+    if (write) return Make((how == 'Q' ? "Q" : "W") + number + "=" + ToText(task.value));
+    if (how == 'L' || how == 'D') return Make("L" + number);
+    if (how == 'U') return Make("U" + number);
+    return Make("?" + number);
+  }
+
+  Answer OnFrame(const Task& task, const Request& request, View frame, Instant) override {
+    Answer answer;
+    const auto got = Read(AsText(frame.subspan(1, frame.size() - 5)));
+    const auto asked = Read(AsText(request.bytes).substr(1));
+    const char kind = static_cast<char>(request.bytes[0]);
+    if (kind != 'U' && (got->address != asked->address || got->number != asked->number)) {
+      answer.outcome = Outcome::unexpected;
+      answer.reason = "an answer to another request";
+      return answer;
+    }
+    const std::string& rest = got->rest;
+    if (rest == "~closed") {
+      open_ = false;
+      answer.then = Then::ask_again;
+      return answer;
+    }
+    if (rest.starts_with("~")) return OnWord(task, rest.substr(1));
+    return OnContent(task, kind, rest);
+  }
+
+  Then OnFailure(const Task& task, const Request& request, Outcome, Instant) override {
+    const bool close = task.kind == Task::Kind::write && InSession(task) && !closing_;
+    closing_ = close;
+    if (close) failed_write_ = true;
+    if (!close) open_ = false;
+    if (request.bytes[0] == 'B') {
+      dropped_.insert(PointOf(task));
+      Plan();
+      return Then::replan;
+    }
+    return close ? Then::ask_again : Then::done;
+  }
+
+  std::optional<Request> Instead(const Request& request, Outcome, Instant) override {
+    if (request.bytes[0] != 'L') return std::nullopt;
+    for (const config::Point& point : device_.points) {
+      const auto [how, number] = Split(point.read);
+      if (how == 'L' && AsText(request.bytes).substr(2) == number + "\r") return Make("B" + number);
+    }
+    return std::nullopt;
+  }
+
+  void OnReconnect() override {
+    open_ = closing_ = failed_write_ = false;
+    dropped_.clear();
+    Plan();
+  }
+
+  Answer Interpret(View request, View frame) override {
+    return OnFrame({}, {Bytes(request.begin(), request.end()), {}}, frame, {});
+  }
+
+ private:
+  static std::pair<char, std::string> Split(const std::string& read) {
+    const bool plain = read.empty() || (read[0] >= '0' && read[0] <= '9');
+    return plain ? std::pair{'?', read} : std::pair{read[0], read.substr(1)};
+  }
+
+  void Plan() {
+    queries_.clear();
+    for (std::size_t i = 0; i < device_.points.size(); ++i) {
+      if (!dropped_.contains(i)) queries_.push_back({device_.points[i].group, {i}});
+    }
+  }
+
+  std::size_t PointOf(const Task& task) const {
+    if (task.kind == Task::Kind::write) return task.point;
+    return task.query < queries_.size() ? queries_[task.query].points.front() : kNoPoint;
+  }
+  bool InSession(const Task& task) const {
+    return PointOf(task) != kNoPoint && device_.points[PointOf(task)].read.starts_with("S");
+  }
+
+  Request Make(const std::string& text) const {
+    Request request;
+    request.bytes = ToBytes(text.substr(0, 1) + device_.address + text.substr(1) + "\r");
+    request.expect = ToyExpect(request.bytes, device_.options);
+    return request;
+  }
+
+  Answer OnWord(const Task& task, const std::string& word) {
+    Answer answer;
+    answer.reason = "the device says " + word;
+    if (word == "busy") {
+      answer.outcome = Outcome::busy;
+      answer.wait = device_.options.Time("wait");
+    } else if (word == "refused") {
+      answer.outcome = Outcome::refused;
+    } else if (word == "replan") {
+      dropped_.insert(PointOf(task));
+      Plan();
+      answer.outcome = Outcome::unsupported;
+      answer.then = Then::replan;
+    } else if (word == "fault") {
+      answer.readings.push_back({PointOf(task), {}, Quality::bad_sensor_failure, {}});
+    } else if (word == "nan") {
+      answer.readings.push_back(
+          {PointOf(task), std::numeric_limits<double>::quiet_NaN(), Quality::good, {}});
+    } else {
+      answer.outcome = Outcome::unsupported;
+    }
+    return answer;
+  }
+
+  Answer OnContent(const Task& task, char kind, const std::string& rest) {
+    Answer answer;
+    if (kind == 'O') {
+      open_ = true;
+      answer.then = Then::ask_again;
+    } else if (kind == 'C') {
+      open_ = closing_ = false;
+      if (std::exchange(failed_write_, false)) answer.outcome = Outcome::refused;
+    } else if (kind == 'W' && InSession(task)) {
+      closing_ = true;
+      answer.then = Then::ask_again;
+    } else if (kind == 'W' || kind == 'P') {
+      // confirmed
+    } else if (const auto value = ParseDecimal(rest.empty() ? rest : rest.substr(1))) {
+      answer.readings.push_back({PointOf(task), *value, Quality::good, {}});
+    } else {
+      answer.outcome = Outcome::unexpected;
+    }
+    return answer;
+  }
+
+  const config::Device& device_;
+  std::vector<Query> queries_;
+  std::set<std::size_t> dropped_;
+  bool open_ = false;
+  bool closing_ = false;
+  bool failed_write_ = false;
+};
+
+class ToyBus final : public Bus {
+ public:
+  std::unique_ptr<Conversation> MakeConversation(const config::Device& device) override {
+    return std::make_unique<ToyConversation>(device);
+  }
+};
+
+class ToyTwin final : public Twin {
+ public:
+  ToyTwin(const config::Device& device, TwinValues& values) : device_(device), values_(values) {}
+
+  Bytes Answer(View request, Instant now) override {
+    if (request.size() < 4 || AsText(request).substr(1, 1) != device_.address) return {};
+    const char kind = static_cast<char>(request[0]);
+    const auto asked = Read(AsText(request.first(request.size() - 1)).substr(1));
+    const std::string tag = device_.address + asked->number;
+    if (kind == 'P' || kind == 'O' || kind == 'C') return ToyReply(tag);
+    for (std::size_t i = 0; i < device_.points.size(); ++i) {
+      std::string_view read = device_.points[i].read;
+      if (!read.empty() && (read[0] < '0' || read[0] > '9')) read.remove_prefix(1);
+      if (read != asked->number) continue;
+      if (kind == 'W' || kind == 'Q') {
+        values_.Set(i, *ParseDecimal(asked->rest.substr(1)));
+        return kind == 'Q' ? Bytes() : ToyReply(tag);
+      }
+      return ToyReply((kind == 'U' ? "" : tag) + "=" + ToText(values_.Get(i, now)));
+    }
+    return ToyReply(tag + "~unsupported");
+  }
+
+ private:
+  const config::Device& device_;
+  TwinValues& values_;
+};
+
+config::Timing ToyTiming(const config::SerialSettings&) {
+  return {.quiet = 5ms, .reply = 200ms, .gap = 20ms, .ceiling = 1s, .drain = 50ms};
+}
+
+}  // namespace
+
+Bytes ToyReply(std::string_view body) {
+  Bytes frame = ToBytes("!" + std::string(body));
+  Append(frame, "*" + HexByte(Sum8(frame)) + "\r");
+  return frame;
+}
+
+config::Options ToyOptions() {
+  config::Options options;
+  options.Set("wait", Duration(50ms).count());
+  return options;
+}
+
+const Protocol& ToyProtocol() {
+  static const OptionSpec kOptions[] = {{.name = "wait",
+                                         .kind = OptionSpec::Kind::duration,
+                                         .fallback = "50ms",
+                                         .help = "pause after busy",
+                                         .choices = {}}};
+  static const Protocol protocol = [] {
+    Protocol p;
+    p.name = "toy";
+    p.title = "Toy";
+    p.options = kOptions;
+    p.check_address = [](std::string_view) { return Status(); };
+    p.check_point = [](const config::Point&) { return Status(); };
+    p.timing = ToyTiming;
+    p.request_rule = ToyRequestRule;
+    p.reply_rule = ToyReplyRule;
+    p.expect = ToyExpect;
+    p.make_bus = [](const config::Line&) -> std::unique_ptr<Bus> {
+      return std::make_unique<ToyBus>();
+    };
+    p.make_twin = [](const config::Device& device, TwinValues& values) -> std::unique_ptr<Twin> {
+      return std::make_unique<ToyTwin>(device, values);
+    };
+    return p;
+  }();
+  return protocol;
+}
+
+}  // namespace baudgate

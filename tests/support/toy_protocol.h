@@ -1,0 +1,47 @@
+// A protocol that exists in tests only, so that the engine is tested without the real plugins.
+// Requests come from the poller under test, replies from ToyTwin. The wire format:
+//   request   KIND ADDRESS NUMBER [=VALUE] CR     kinds: ? read, L read once (destructive), B read
+//                                                 again, U read untagged, O open, C close, W write,
+//                                                 P probe, Q write without a reply
+//   reply     ! ADDRESS NUMBER [=VALUE | ~WORD] * SUM CR      SUM: sum of the bytes before '*'
+//   untagged  ! =VALUE * SUM CR                   as DCON: nothing tells whose answer it is
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "protocols/protocol.h"
+
+namespace baudgate {
+
+/// How a point's `read` chooses what is asked: "7" plain, "L7" destructive with B7 in its place,
+/// "D7" destructive with nothing in its place, "U7" untagged, "S7" inside a session that is opened
+/// first (and closed again after a write, even one that failed), "E7" can not be asked at all,
+/// "Q7" writes that nobody answers.
+///
+/// Words in a reply: busy, refused, unsupported end the exchange so; closed opens the session and
+/// asks again; replan drops the query; fault and nan are readings without a usable value.
+/// Address: one letter. Options: wait (duration, after busy).
+const Protocol& ToyProtocol();
+
+/// "!A7=5*XX\r" from "A7=5".
+Bytes ToyReply(std::string_view body);
+
+config::Options ToyOptions();
+
+/// Values that stay until they are set; 0 where none was.
+class FixedValues final : public TwinValues {
+ public:
+  Value Get(std::size_t point, Instant) const override {
+    const auto found = values_.find(point);
+    return found == values_.end() ? Value(std::int64_t{0}) : found->second;
+  }
+  void Set(std::size_t point, const Value& value) override { values_[point] = value; }
+
+ private:
+  std::map<std::size_t, Value> values_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/virtual_line.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace baudgate {
+namespace {
+
+/// Events at one instant: more than this is a machine that turns in place.
+constexpr int kMostStepsInPlace = 10'000;
+
+config::Config ConfigOf(config::Line line) {
+  config::Config config;
+  for (config::Device& device : line.devices) {
+    if (device.protocol.empty()) device.protocol = line.protocol;
+  }
+  config.lines.push_back(std::move(line));
+  return config;
+}
+
+}  // namespace
+
+VirtualLine::VirtualLine(config::Line line, std::vector<const Protocol*> protocols)
+    : config_(ConfigOf(std::move(line))) {
+  const auto find = [protocols](const std::string& name) -> const Protocol& {
+    return **std::find_if(protocols.begin(), protocols.end(),
+                          [&](const Protocol* protocol) { return protocol->name == name; });
+  };
+  for (const config::Device& device : config_.lines[0].devices) {
+    auto twin = std::make_unique<WireTwin>();
+    const Protocol& protocol = find(device.protocol);
+    if (protocol.make_twin != nullptr) twin->twin = protocol.make_twin(device, twin->values);
+    twins_.push_back(std::move(twin));
+  }
+  store_ = std::make_unique<PointStore>(config_);
+  PollerListener& listener = *this;
+  poller_ = std::make_unique<Poller>(config_.lines[0], 0U, find, *store_, listener);
+}
+
+void VirtualLine::Open() {
+  open_ = true;
+  poller_->OnOpened(now());
+}
+
+void VirtualLine::Close() {
+  open_ = false;
+  arriving_.clear();
+  poller_->OnClosed(now());
+}
+
+void VirtualLine::RunFor(Duration time) {
+  RunUntil([] { return false; }, time);
+}
+
+bool VirtualLine::RunUntil(const std::function<bool()>& done, Duration limit) {
+  const Instant until = instant_ + limit;
+  int in_place = 0;
+  while (!done()) {
+    const Instant before = instant_;
+    Step(until);
+    if (always) always();
+    if (instant_ == until && !(poller_->Deadline() && *poller_->Deadline() <= until)) return done();
+    in_place = instant_ == before ? in_place + 1 : 0;
+    if (in_place > kMostStepsInPlace) {
+      ADD_FAILURE() << "time stands still: a deadline that has come does nothing";
+      return false;
+    }
+  }
+  return true;
+}
+
+void VirtualLine::Step(Instant until) {
+  const auto deadline = poller_->Deadline();
+  const Instant timer = deadline ? std::max(*deadline, instant_) : Instant::max();
+  if (!arriving_.empty() && arriving_.begin()->first <= std::min(timer, until)) {
+    auto first = arriving_.extract(arriving_.begin());
+    instant_ = std::max(instant_, first.key());
+    if (open_) poller_->OnBytes(first.mapped(), now());
+  } else if (timer <= until) {
+    instant_ = timer;
+    poller_->OnTimer(now());
+  } else {
+    instant_ = until;
+  }
+}
+
+void VirtualLine::Inject(Bytes bytes, Duration after) {
+  arriving_.emplace(instant_ + after, std::move(bytes));
+}
+
+bool VirtualLine::Write(std::uint32_t device, std::uint32_t point, Value value, Duration within) {
+  WriteCommand command;
+  command.device = device;
+  command.writes.push_back({point, std::move(value)});
+  command.deadline = instant_ + within;
+  command.done = [this](Outcome outcome, const std::string&) { outcomes.push_back(outcome); };
+  return Submit(std::move(command));
+}
+
+void VirtualLine::Send(View bytes, const config::SerialSettings& serial) {
+  sent.push_back({instant_, std::string(AsText(bytes))});
+  const Duration character = serial.CharacterTime();
+  const Instant end = instant_ + static_cast<std::int64_t>(bytes.size()) * character;
+  for (const auto& twin : twins_) {
+    const Manner& manner = twin->manner;
+    if (manner.dead) continue;
+    std::optional<Bytes> reply;
+    if (manner.instead) reply = manner.instead(bytes);
+    if (!reply && twin->twin) reply = twin->twin->Answer(bytes, end);
+    if (!reply || reply->empty()) continue;
+    ++twin->answered;
+    if (manner.babble > Duration::zero()) {
+      const auto count = static_cast<std::size_t>(manner.babble / character);
+      reply = Bytes(count, 0x55);
+    }
+    if (manner.distort) reply = manner.distort(std::move(*reply));
+    Bytes whole;
+    for (int i = 0; i < manner.copies; ++i) Append(whole, *reply);
+    Deliver(manner, std::move(whole), end + manner.think, character);
+  }
+}
+
+void VirtualLine::Deliver(const Manner& manner, Bytes reply, Instant from, Duration character) {
+  std::size_t fragment = manner.fragment == 0 ? reply.size() : manner.fragment;
+  if (manner.babble > Duration::zero()) fragment = 1;
+  Instant at = from;
+  for (std::size_t i = 0; i < reply.size(); i += fragment) {
+    const View piece = View(reply).subspan(i, std::min(fragment, reply.size() - i));
+    at += static_cast<std::int64_t>(piece.size()) * character;
+    arriving_.emplace(at, Bytes(piece.begin(), piece.end()));
+    at += manner.pause;
+  }
+}
+
+void VirtualLine::OnDeviceState(std::uint32_t device, DeviceState, DeviceState to,
+                                const std::string&) {
+  states.push_back({instant_, device, to});
+}
+
+Quality VirtualLine::QualityOf(std::uint32_t device, std::uint32_t point) const {
+  Quality quality{};
+  store_->Read(device, [&](const DeviceRecord& record) {
+    quality = QualityAt(record, point, instant_);
+  });
+  return quality;
+}
+
+Value VirtualLine::ValueOf(std::uint32_t device, std::uint32_t point) const {
+  Value value;
+  store_->Read(device, [&](const DeviceRecord& record) { value = record.points[point].value; });
+  return value;
+}
+
+DeviceStatus VirtualLine::StatusOf(std::uint32_t device) const {
+  DeviceStatus status;
+  store_->Read(device, [&](const DeviceRecord& record) { status = record.status; });
+  return status;
+}
+
+std::size_t VirtualLine::CountSent(std::string_view start) const {
+  return static_cast<std::size_t>(std::count_if(
+      sent.begin(), sent.end(), [&](const Sent& one) { return one.text.starts_with(start); }));
+}
+
+config::Device ToyDevice(std::string name, std::string address, std::vector<std::string> reads) {
+  config::Device device;
+  device.name = std::move(name);
+  device.address = std::move(address);
+  device.protocol = "toy";
+  device.options = ToyOptions();
+  for (std::string& read : reads) {
+    config::Point point;
+    point.name = "p" + read;
+    point.read = std::move(read);
+    point.type = config::Type::float64;
+    point.access = config::Access::read_write;
+    device.points.push_back(std::move(point));
+  }
+  return device;
+}
+
+config::Line ToyLine(std::vector<config::Device> devices) {
+  config::Line line;
+  line.name = "line";
+  line.protocol = "toy";
+  line.devices = std::move(devices);
+  return line;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,117 @@
+// One whole line in a test under virtual time: the poller, a wire that knows its bit rate, and the
+// twins of all devices on it, whose manners a test spoils as it likes. Time jumps from event to
+// event; nothing here knows a real clock. Works with the toy protocol and with the real plugins:
+//
+//   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+//   line.Open();
+//   line.twin(0).manner.dead = true;
+//   line.RunFor(10s);
+//   EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_communication);
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gateway/poller.h"
+#include "tests/support/toy_protocol.h"
+
+namespace baudgate {
+
+/// How a device behaves on the wire, whatever it has to say. May change at any time.
+struct Manner {
+  bool dead = false;
+  Duration think = 5ms;         ///< end of the request to first byte of the reply
+  std::size_t fragment = 0;     ///< bytes that arrive together; 0: the whole reply at once, when its
+                                ///< last byte is through
+  Duration pause{};             ///< silence between fragments, beyond the time of their characters
+  int copies = 1;               ///< the reply comes so often, one after the other
+  Duration babble{};            ///< noise for so long in place of a reply
+  std::function<Bytes(Bytes reply)> distort;  ///< damage
+  /// Says something else than the twin would; nothing: ask the twin.
+  std::function<std::optional<Bytes>(View request)> instead;
+};
+
+struct Sent {
+  Instant at;
+  std::string text;  ///< the request's bytes as characters
+};
+
+struct StateChange {
+  Instant at;
+  std::uint32_t device = 0;
+  DeviceState to = DeviceState::never_seen;
+};
+
+class VirtualLine : private PollerListener {
+ public:
+  struct WireTwin {
+    std::unique_ptr<Twin> twin;  ///< nothing where the protocol has none
+    FixedValues values;
+    Manner manner;
+    std::size_t answered = 0;
+  };
+
+  VirtualLine(config::Line line, std::vector<const Protocol*> protocols);
+
+  void Open();
+  void Close();
+  void RunFor(Duration time);
+  /// Until `done` is true, at most for `limit`; says whether it became true.
+  bool RunUntil(const std::function<bool()>& done, Duration limit);
+  /// Bytes that arrive `after` from now, whoever sent them.
+  void Inject(Bytes bytes, Duration after = {});
+  /// A write of one point through the command queue; its answer goes to `outcomes`.
+  bool Write(std::uint32_t device, std::uint32_t point, Value value, Duration within = 1h);
+  bool Submit(WriteCommand command) { return poller_->Submit(std::move(command), now()); }
+
+  Now now() const { return {instant_, WallTime(1'790'000'000s) + (instant_ - kStart)}; }
+  Duration elapsed() const { return instant_ - kStart; }
+  WireTwin& twin(std::size_t device) { return *twins_[device]; }
+  Poller& poller() { return *poller_; }
+  PointStore& store() { return *store_; }
+
+  Quality QualityOf(std::uint32_t device, std::uint32_t point) const;
+  Value ValueOf(std::uint32_t device, std::uint32_t point) const;
+  DeviceStatus StatusOf(std::uint32_t device) const;
+  /// Requests that began with `start`.
+  std::size_t CountSent(std::string_view start) const;
+
+  std::vector<Sent> sent;
+  std::vector<StateChange> states;
+  std::vector<std::string> warnings;
+  std::vector<Outcome> outcomes;  ///< of Write, in the order of their answers
+  /// Looks at the line after every event, for what must hold at any time.
+  std::function<void()> always;
+
+ private:
+  static constexpr Instant kStart = Instant() + 1h;
+
+  void Send(View bytes, const config::SerialSettings& serial) override;
+  void OnExchangeEnd(std::uint32_t, Outcome) override {}
+  void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
+                     const std::string& reason) override;
+  void OnWarning(std::uint32_t, const std::string& message) override {
+    warnings.push_back(message);
+  }
+
+  void Step(Instant until);
+  void Deliver(const Manner& manner, Bytes reply, Instant from, Duration character);
+
+  config::Config config_;
+  Instant instant_ = kStart;
+  std::vector<std::unique_ptr<WireTwin>> twins_;
+  std::multimap<Instant, Bytes> arriving_;
+  std::unique_ptr<PointStore> store_;
+  std::unique_ptr<Poller> poller_;
+  bool open_ = false;
+};
+
+/// A device with one fast point for each `read`, polled every second.
+config::Device ToyDevice(std::string name, std::string address, std::vector<std::string> reads);
+config::Line ToyLine(std::vector<config::Device> devices);
+
+}  // namespace baudgate

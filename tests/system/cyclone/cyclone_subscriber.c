@@ -1,0 +1,143 @@
+// A subscriber on Cyclone DDS, for tests: knows baudgate only by its published IDL and topic names.
+// Samples come from any gateway of the domain over loopback and go to standard output, one a line:
+//   device point value quality unit      and when it has left:   gone device point
+// Ends with 0 when --count distinct points have arrived (with --gone: and left again), 1 when that
+// did not happen within --seconds.
+// SPDX-License-Identifier: Apache-2.0
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "baudgate.h"
+#include "dds/dds.h"
+
+#define BATCH 256
+#define MOST_INSTANCES 100000
+
+struct options {
+  int domain;
+  int count;
+  int seconds;
+  bool until_gone;
+};
+
+struct seen {
+  dds_instance_handle_t handle;
+  bool gone;
+};
+
+// Multicast may be missing (containers, lo without the flag): ask the loopback address itself.
+// Cyclone is kept quiet because it can not read the key of a dispose by Fast DDS 2.9 (which sends the
+// key's MD5 alone) and complains once for each point; it learns of the end when the writer leaves.
+static const char kConfiguration[] =
+    "<CycloneDDS><Domain><General>"
+    "<Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces>"
+    "<AllowMulticast>false</AllowMulticast></General>"
+    "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<Peers><Peer address='127.0.0.1'/></Peers></Discovery>"
+    "<Tracing><Verbosity>none</Verbosity></Tracing>"
+    "</Domain></CycloneDDS>";
+
+static bool parse(int argc, char** argv, struct options* options) {
+  for (int i = 1; i < argc; ++i) {
+    if (strcmp(argv[i], "--gone") == 0) {
+      options->until_gone = true;
+      continue;
+    }
+    if (i + 1 == argc) return false;
+    char* end = NULL;
+    const long number = strtol(argv[i + 1], &end, 10);
+    if (*end != '\0' || number < 0 || number > 1000000) return false;
+    if (strcmp(argv[i], "--domain") == 0) {
+      options->domain = (int)number;
+    } else if (strcmp(argv[i], "--count") == 0) {
+      options->count = (int)number;
+    } else if (strcmp(argv[i], "--seconds") == 0) {
+      options->seconds = (int)number;
+    } else {
+      return false;
+    }
+    ++i;
+  }
+  return true;
+}
+
+static dds_entity_t create_reader(dds_entity_t participant) {
+  dds_entity_t topic = dds_create_topic(participant, &baudgate_v1_PointSample_desc,
+                                        "baudgate/points", NULL, NULL);
+  dds_qos_t* qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
+  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 1);
+  dds_qset_resource_limits(qos, MOST_INSTANCES, MOST_INSTANCES, 1);
+  dds_entity_t reader = dds_create_reader(participant, topic, qos, NULL);
+  dds_delete_qos(qos);
+  return reader;
+}
+
+static struct seen* find(struct seen* seen, int* known, dds_instance_handle_t handle) {
+  for (int i = 0; i < *known; ++i) {
+    if (seen[i].handle == handle) return &seen[i];
+  }
+  if (*known == MOST_INSTANCES) return NULL;
+  seen[*known] = (struct seen){handle, false};
+  return &seen[(*known)++];
+}
+
+// Reads until all of `options` has been met. Static memory: 100,000 entries are too many for a stack.
+static bool listen_until_done(dds_entity_t reader, dds_entity_t waitset,
+                              const struct options* options) {
+  static struct seen seen[MOST_INSTANCES];
+  static baudgate_v1_PointSample samples[BATCH];
+  int known = 0;
+  int gone = 0;
+  void* pointers[BATCH];
+  dds_sample_info_t infos[BATCH];
+  for (int i = 0; i < BATCH; ++i) pointers[i] = &samples[i];
+  const dds_time_t deadline = dds_time() + DDS_SECS(options->seconds);
+  while (dds_time() < deadline) {
+    dds_waitset_wait_until(waitset, NULL, 0, deadline);
+    int taken = 0;
+    while ((taken = dds_take(reader, pointers, infos, BATCH, BATCH)) > 0) {
+      for (int i = 0; i < taken; ++i) {
+        struct seen* entry = find(seen, &known, infos[i].instance_handle);
+        if (entry == NULL) return false;
+        const baudgate_v1_PointSample* s = &samples[i];
+        if (infos[i].valid_data) {
+          printf("%s %s %.17g %u %s\n", s->device, s->point, s->value, s->quality, s->unit);
+        }
+        if (infos[i].instance_state != DDS_ALIVE_INSTANCE_STATE && !entry->gone) {
+          entry->gone = true;
+          ++gone;
+          printf("gone %s %s\n", s->device, s->point);
+        }
+      }
+    }
+    fflush(stdout);
+    if (known >= options->count && (!options->until_gone || gone >= options->count)) return true;
+  }
+  fprintf(stderr, "cyclone_subscriber: %d points arrived, %d left\n", known, gone);
+  return false;
+}
+
+int main(int argc, char** argv) {
+  struct options options = {0, 1, 20, false};
+  if (!parse(argc, argv, &options)) {
+    fprintf(stderr, "usage: cyclone_subscriber [--domain N] [--count K] [--seconds S] [--gone]\n");
+    return 2;
+  }
+  setenv("CYCLONEDDS_URI", kConfiguration, 1);
+  dds_entity_t participant = dds_create_participant((dds_domainid_t)options.domain, NULL, NULL);
+  if (participant < 0) {
+    fprintf(stderr, "cyclone_subscriber: %s\n", dds_strretcode(-participant));
+    return 1;
+  }
+  dds_entity_t reader = create_reader(participant);
+  dds_entity_t waitset = dds_create_waitset(participant);
+  dds_entity_t condition = dds_create_readcondition(reader, DDS_ANY_STATE);
+  const bool ready = reader > 0 && dds_waitset_attach(waitset, condition, 0) == DDS_RETCODE_OK;
+  const bool done = ready && listen_until_done(reader, waitset, &options);
+  dds_delete(participant);
+  return done ? 0 : 1;
+}

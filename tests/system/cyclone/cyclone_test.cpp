@@ -1,0 +1,108 @@
+// Our publisher against a subscriber of another DDS vendor (cyclone_subscriber.c), each in a process
+// of its own, over loopback.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdio.h>
+#include <sys/wait.h>
+
+#include <map>
+#include <sstream>
+#include <string>
+
+#include "gateway/dds/publisher.h"
+#include "tests/gateway/dds/fixture.h"
+
+namespace baudgate::dds {
+namespace {
+
+using testing::MakeConfig;
+using testing::Set;
+using testing::TestDomain;
+
+class CycloneSubscriber {
+ public:
+  explicit CycloneSubscriber(const std::string& arguments) {
+    const std::string command = std::string(CYCLONE_SUBSCRIBER) + " --domain " +
+                                std::to_string(TestDomain()) + " --seconds 20 " + arguments;
+    output_ = ::popen(command.c_str(), "r");
+  }
+  ~CycloneSubscriber() {
+    if (output_ != nullptr) ::pclose(output_);
+  }
+
+  /// The next line without its end; nothing when it has ended.
+  std::optional<std::string> Line() {
+    char buffer[512];
+    if (output_ == nullptr || ::fgets(buffer, sizeof buffer, output_) == nullptr) return {};
+    std::string line(buffer);
+    line.erase(line.find_last_not_of('\n') + 1);
+    return line;
+  }
+
+  int Wait() {
+    const int status = ::pclose(output_);
+    output_ = nullptr;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+ private:
+  FILE* output_ = nullptr;
+};
+
+TEST(Cyclone, EveryPointArrivesAsWritten) {
+  const config::Config config = MakeConfig(10, 100);
+  PointStore store(config);
+  for (std::uint32_t device = 0; device < 10; ++device) {
+    for (std::uint32_t point = 0; point < 100; ++point) {
+      Set(store, device, point, device * 1000 + point + 0.25, Quality::uncertain_sub_normal);
+    }
+  }
+  auto publisher = DdsPublisher::Create(config, store);
+  ASSERT_TRUE(publisher.ok()) << publisher.error();
+
+  CycloneSubscriber subscriber("--count 1000");
+  std::map<std::string, std::string> heard;
+  while (const auto line = subscriber.Line()) {
+    std::istringstream words(*line);
+    std::string device;
+    std::string point;
+    std::string rest;
+    words >> device >> point;
+    std::getline(words, rest);
+    heard[device + " " + point] = rest;
+  }
+  EXPECT_EQ(subscriber.Wait(), 0);
+  ASSERT_EQ(heard.size(), 1000U);
+  for (int device = 0; device < 10; ++device) {
+    for (int point = 0; point < 100; ++point) {
+      const auto key = "feeder-" + std::to_string(device) + " p" + std::to_string(point);
+      EXPECT_EQ(heard[key], " " + std::to_string(device * 1000 + point) + ".25 88 A") << key;
+    }
+  }
+}
+
+TEST(Cyclone, TheEndOfAGatewayIsSeen) {
+  const config::Config config = MakeConfig(2, 20);
+  PointStore store(config);
+  auto publisher = DdsPublisher::Create(config, store);
+  ASSERT_TRUE(publisher.ok()) << publisher.error();
+
+  CycloneSubscriber subscriber("--count 40 --gone");
+  int arrived = 0;
+  int left = 0;
+  while (const auto line = subscriber.Line()) {
+    if (line->starts_with("gone ")) {
+      ++left;
+    } else if (++arrived == 40) {
+      (*publisher)->Stop();
+      publisher->reset();
+    }
+  }
+  EXPECT_EQ(subscriber.Wait(), 0);
+  EXPECT_EQ(arrived, 40);
+  EXPECT_EQ(left, 40);
+}
+
+}  // namespace
+}  // namespace baudgate::dds

@@ -1,0 +1,156 @@
+// Settings on real ptys, and the judgement about what a driver reads back.
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/serial_settings.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include "transports/pty.h"
+
+namespace baudgate {
+namespace {
+
+config::SerialSettings Settings(int baud, int data_bits, config::Parity parity, int stop_bits) {
+  config::SerialSettings serial;
+  serial.baud = baud;
+  serial.data_bits = data_bits;
+  serial.parity = parity;
+  serial.stop_bits = stop_bits;
+  return serial;
+}
+
+const config::SerialSettings k7E1 = Settings(9600, 7, config::Parity::even, 1);
+const config::SerialSettings k8N1 = Settings(9600, 8, config::Parity::none, 1);
+
+class Slave {
+ public:
+  explicit Slave(const Pty& pty) : fd(open(pty.slave_path().c_str(), O_RDWR | O_NOCTTY)) {}
+  ~Slave() { close(fd); }
+  const int fd;
+};
+
+class SerialSettingsOnPty : public testing::Test {
+ protected:
+  Result<Pty> pty_ = Pty::Create();
+};
+
+TEST_F(SerialSettingsOnPty, TheSameAgainAfterReopen) {
+  // The C library's tcsetattr fails the second time.
+  for (int round = 0; round < 3; ++round) {
+    const Slave slave(*pty_);
+    const Status set = ApplySerialSettings(slave.fd, k7E1, "pty");
+    EXPECT_TRUE(set.ok()) << set.error();
+    EXPECT_TRUE(ApplySerialSettings(slave.fd, k7E1, "pty").ok());
+  }
+}
+
+TEST_F(SerialSettingsOnPty, ATerminalBecomesRaw) {
+  const Slave slave(*pty_);
+  termios terminal{};
+  terminal.c_iflag = ICRNL | IXON | ISTRIP | BRKINT;
+  terminal.c_oflag = OPOST | ONLCR;
+  terminal.c_lflag = ICANON | ECHO | ISIG;
+  terminal.c_cflag = CS8 | CREAD;
+  ASSERT_EQ(tcsetattr(slave.fd, TCSANOW, &terminal), 0);
+  ASSERT_TRUE(ApplySerialSettings(slave.fd, k8N1, "pty").ok());
+
+  const std::string bytes("\r\n\x03\x11\x13\x04\x80", 7);
+  char got[16];
+  ASSERT_EQ(write(pty_->master(), bytes.data(), bytes.size()), 7);
+  ASSERT_EQ(read(slave.fd, got, sizeof got), 7);
+  EXPECT_EQ(std::string(got, 7), bytes);
+  ASSERT_EQ(write(slave.fd, bytes.data(), bytes.size()), 7);
+  ASSERT_EQ(read(pty_->master(), got, sizeof got), 7) << "no echo, nothing translated";
+  EXPECT_EQ(std::string(got, 7), bytes);
+}
+
+TEST_F(SerialSettingsOnPty, FreeBitRatesArrive) {
+  const Slave slave(*pty_);
+  for (const int baud : {300, 9600, 10400, 250000, 921600}) {
+    ASSERT_TRUE(
+        ApplySerialSettings(slave.fd, Settings(baud, 8, config::Parity::none, 2), "pty").ok());
+    const auto actual = ReadSerialSettings(slave.fd);
+    ASSERT_TRUE(actual.ok());
+    EXPECT_EQ(actual->baud, baud);
+    EXPECT_EQ(actual->stop_bits, 2);
+  }
+}
+
+TEST_F(SerialSettingsOnPty, NonsenseIsRefused) {
+  const Slave slave(*pty_);
+  using config::Parity;
+  for (const auto& serial :
+       {Settings(299, 8, Parity::none, 1), Settings(921601, 8, Parity::none, 1),
+        Settings(9600, 6, Parity::none, 1), Settings(9600, 8, Parity::none, 3)}) {
+    EXPECT_FALSE(ApplySerialSettings(slave.fd, serial, "pty").ok()) << serial.ToString();
+  }
+}
+
+TEST_F(SerialSettingsOnPty, Rs485WithoutDriverSaysWhatToDo) {
+  const Slave slave(*pty_);
+  config::SerialSettings serial = k8N1;
+  serial.rs485.enabled = true;
+  const Status set = ApplySerialSettings(slave.fd, serial, "/dev/ttyX");
+  ASSERT_FALSE(set.ok());
+  EXPECT_NE(set.error().find("/dev/ttyX has no RS-485 mode"), std::string::npos) << set.error();
+  EXPECT_NE(set.error().find("remove `rs485:`"), std::string::npos);
+}
+
+TEST_F(SerialSettingsOnPty, IsRecognised) {
+  const Slave slave(*pty_);
+  EXPECT_TRUE(IsPty(slave.fd));
+  const int null = open("/dev/null", O_RDWR);
+  EXPECT_FALSE(IsPty(null));
+  const Status set = ApplySerialSettings(null, k8N1, "/dev/null");
+  close(null);
+  ASSERT_FALSE(set.ok());
+  EXPECT_NE(set.error().find("/dev/null is not a serial port"), std::string::npos);
+}
+
+TEST_F(SerialSettingsOnPty, CountsNothing) {
+  const Slave slave(*pty_);
+  EXPECT_FALSE(ReadDriverCounters(slave.fd).has_value());
+}
+
+TEST(CompareSettings, RoundingOfTheDividerIsFine) {
+  EXPECT_TRUE(CompareSettings(Settings(921600, 8, config::Parity::none, 1),
+                              Settings(923077, 8, config::Parity::none, 1), "p")
+                  .ok());
+}
+
+TEST(CompareSettings, EveryOtherDifferenceIsAnErrorWithAHint) {
+  using config::Parity;
+  const auto error = [](const config::SerialSettings& asked, const config::SerialSettings& actual) {
+    const Status same = CompareSettings(asked, actual, "/dev/ttyUSB1");
+    return same.ok() ? std::string("none") : same.error();
+  };
+  EXPECT_EQ(error(k7E1, k8N1),
+            "the driver of /dev/ttyUSB1 was asked for 9600 7E1 and does 9600 8N1; "
+            "set `parity: software`");
+  EXPECT_EQ(error(Settings(9600, 8, Parity::even, 1), k8N1),
+            "the driver of /dev/ttyUSB1 was asked for 9600 8E1 and does 9600 8N1; "
+            "this port can not do that format");
+  EXPECT_NE(error(Settings(10400, 8, Parity::none, 1), k8N1).find("bit rate"), std::string::npos);
+  EXPECT_NE(error(Settings(9600, 8, Parity::none, 2), k8N1).find("stop bits"), std::string::npos);
+  EXPECT_NE(error(k7E1, Settings(9600, 7, Parity::odd, 1)).find("7O1"), std::string::npos);
+  config::SerialSettings flow = k8N1;
+  flow.rtscts = true;
+  EXPECT_NE(error(flow, k8N1).find("RTS/CTS"), std::string::npos);
+  EXPECT_EQ(error(k8N1, k8N1), "none");
+}
+
+TEST(SameSettings, EveryFieldCounts) {
+  EXPECT_TRUE(SameSettings(k8N1, k8N1));
+  EXPECT_FALSE(SameSettings(k8N1, k7E1));
+  config::SerialSettings other = k8N1;
+  other.software_parity = true;
+  EXPECT_FALSE(SameSettings(k8N1, other));
+  other = k8N1;
+  other.rs485.delay_after_send = 1ms;
+  EXPECT_FALSE(SameSettings(k8N1, other));
+}
+
+}  // namespace
+}  // namespace baudgate

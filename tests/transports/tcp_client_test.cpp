@@ -1,0 +1,229 @@
+// The TCP transport against a serial server on the loopback interface.
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/tcp_client.h"
+
+#include <gtest/gtest.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <asio/ip/tcp.hpp>
+#include <optional>
+
+#include "tests/transports/far_end.h"
+
+namespace baudgate {
+namespace {
+
+using asio::ip::tcp;
+using Far = test::FarEnd<tcp::socket>;
+
+class TcpClientTest : public testing::Test {
+ protected:
+  TcpClientTest() { Listen(0); }
+
+  void Listen(std::uint16_t port) {
+    acceptor_.emplace(io_, tcp::endpoint(asio::ip::address_v4::loopback(), port));
+    number_ = acceptor_->local_endpoint().port();
+    Accept();
+  }
+  void Accept() {
+    acceptor_->async_accept([this](const std::error_code& error, tcp::socket socket) {
+      if (error) return;
+      far_.emplace(std::move(socket));
+      far_->Start();
+      ++accepted_;
+      Accept();
+    });
+  }
+  std::string Address(const std::string& host = "127.0.0.1") const {
+    return "tcp://" + host + ":" + std::to_string(number_);
+  }
+  void Make(const std::string& address) {
+    client_ = MakeTcpClient(address, serial_, io_, listener_);
+  }
+  void Open() {
+    if (!client_) Make(Address());
+    const int before = listener_.opened;
+    const int accepted_before = accepted_;
+    client_->Open();
+    EXPECT_EQ(listener_.opened, before) << "no callback from within the call";
+    ASSERT_TRUE(test::RunUntil(
+        io_, [&] { return listener_.opened > before && accepted_ > accepted_before; }));
+    EXPECT_TRUE(client_->is_open());
+  }
+  bool WaitForLoss() {
+    return test::RunUntil(io_, [&] { return !listener_.losses.empty(); });
+  }
+  bool WaitForFailure() {
+    return test::RunUntil(io_, [&] { return !listener_.failures.empty(); });
+  }
+
+  asio::io_context io_;
+  config::SerialSettings serial_;
+  test::Recorder listener_;
+  std::optional<tcp::acceptor> acceptor_;
+  std::uint16_t number_ = 0;
+  int accepted_ = 0;
+  std::optional<Far> far_;
+  std::unique_ptr<Transport> client_;
+};
+
+TEST_F(TcpClientTest, CarriesEveryByteBothWays) {
+  Open();
+  client_->Send(test::AllBytes());
+  EXPECT_TRUE(test::RunUntil(io_, [&] { return far_->received().size() >= 256; }));
+  EXPECT_EQ(far_->received(), test::AllBytes());
+  far_->Write(test::AllBytes());
+  EXPECT_TRUE(test::RunUntil(io_, [&] { return listener_.received.size() >= 256; }));
+  EXPECT_EQ(listener_.received, test::AllBytes());
+}
+
+TEST_F(TcpClientTest, ResolvesNames) {
+  Make(Address("localhost"));
+  Open();
+}
+
+TEST_F(TcpClientTest, UnknownNameIsAFailure) {
+  // Empty labels: the resolver says no without asking the network.
+  Make("tcp://no..such..host:4001");
+  client_->Open();
+  ASSERT_TRUE(WaitForFailure());
+  EXPECT_NE(listener_.failures[0].find("tcp://no..such..host:4001 is not known"),
+            std::string::npos);
+}
+
+TEST_F(TcpClientTest, RefusedConnectionIsAFailureAndLaterWorks) {
+  acceptor_.reset();
+  Make(Address());
+  client_->Open();
+  ASSERT_TRUE(WaitForFailure());
+  EXPECT_NE(listener_.failures[0].find(Address() + ": Connection refused"), std::string::npos)
+      << listener_.failures[0];
+  EXPECT_FALSE(client_->is_open());
+  Listen(number_);
+  Open();
+  EXPECT_EQ(listener_.failures.size(), 1U);
+}
+
+TEST_F(TcpClientTest, ClosedByTheServerIsLostOnce) {
+  Open();
+  far_->stream().close();
+  ASSERT_TRUE(WaitForLoss());
+  test::RunReady(io_);
+  EXPECT_EQ(listener_.losses, std::vector{Address() + " closed the connection"});
+  EXPECT_FALSE(client_->is_open());
+  Open();
+}
+
+TEST_F(TcpClientTest, ResetIsLost) {
+  Open();
+  far_->stream().set_option(asio::socket_base::linger(true, 0));
+  far_->stream().close();
+  ASSERT_TRUE(WaitForLoss());
+  EXPECT_NE(listener_.losses[0].find("is lost: Connection reset"), std::string::npos);
+}
+
+TEST_F(TcpClientTest, CloseAndOpenCyclesAreClean) {
+  for (int round = 1; round <= 10; ++round) {
+    Open();
+    Far first = *far_;
+    client_->Close();
+    EXPECT_FALSE(client_->is_open());
+    EXPECT_TRUE(test::RunUntil(io_, [&] { return first.ended(); })) << "the server sees the end";
+  }
+  EXPECT_TRUE(listener_.losses.empty());
+  EXPECT_TRUE(listener_.failures.empty());
+}
+
+TEST_F(TcpClientTest, CloseCancelsOpenAtEveryStage) {
+  Make(Address("localhost"));
+  for (int steps = 0; steps < 4; ++steps) {
+    client_->Open();
+    for (int i = 0; i < steps; ++i) io_.poll_one();
+    if (client_->is_open()) break;
+    client_->Close();
+    const int opened = listener_.opened;
+    test::RunReady(io_);
+    EXPECT_EQ(listener_.opened, opened);
+  }
+  client_->Open();
+  client_.reset();
+  const int opened = listener_.opened;
+  test::RunReady(io_);
+  EXPECT_EQ(listener_.opened, opened);
+  EXPECT_TRUE(listener_.failures.empty());
+}
+
+TEST_F(TcpClientTest, UnreadableAddressFailsTheOpen) {
+  Make("tcp://host");
+  client_->Open();
+  EXPECT_TRUE(listener_.failures.empty()) << "no callback from within the call";
+  ASSERT_TRUE(WaitForFailure());
+  EXPECT_NE(listener_.failures[0].find("the port number is missing"), std::string::npos);
+}
+
+TEST_F(TcpClientTest, MayBeDestroyedFromACallback) {
+  Open();
+  listener_.on_lost = [&] { client_.reset(); };
+  far_->stream().close();
+  ASSERT_TRUE(WaitForLoss());
+  test::RunReady(io_);
+  EXPECT_EQ(client_, nullptr);
+}
+
+TEST_F(TcpClientTest, SoftwareParityWorksBehindAServerToo) {
+  serial_.data_bits = 7;
+  serial_.parity = config::Parity::odd;
+  serial_.software_parity = true;
+  Open();
+  client_->Send(ToBytes("A"));
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return !far_->received().empty(); }));
+  EXPECT_EQ(far_->received(), Bytes{0xC1});
+  far_->Write({0xC1, 0x41});
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return listener_.received.size() >= 2; }));
+  EXPECT_EQ(client_->Counters().parity, 1U);
+}
+
+TEST_F(TcpClientTest, SettingsCanNotBeSwitchedFromHere) {
+  Open();
+  EXPECT_TRUE(client_->Apply(serial_).ok());
+  config::SerialSettings other = serial_;
+  other.baud = 19200;
+  const Status applied = client_->Apply(other);
+  ASSERT_FALSE(applied.ok());
+  EXPECT_NE(applied.error().find("serial server"), std::string::npos);
+}
+
+/// The client's own end of the connection, found among this process's descriptors.
+int ClientDescriptor(std::uint16_t server_port) {
+  for (int fd = 3; fd < 256; ++fd) {
+    sockaddr_in peer{};
+    socklen_t size = sizeof peer;
+    if (getpeername(fd, reinterpret_cast<sockaddr*>(&peer), &size) == 0 &&
+        ntohs(peer.sin_port) == server_port) {
+      return fd;
+    }
+  }
+  return -1;
+}
+
+TEST_F(TcpClientTest, ADeadPeerIsNoticedWithinSeconds) {
+  Open();
+  const int fd = ClientDescriptor(number_);
+  ASSERT_GE(fd, 0);
+  const auto option = [fd](int level, int name) {
+    int value = 0;
+    socklen_t size = sizeof value;
+    EXPECT_EQ(getsockopt(fd, level, name, &value, &size), 0);
+    return value;
+  };
+  EXPECT_NE(option(IPPROTO_TCP, TCP_NODELAY), 0);
+  EXPECT_NE(option(SOL_SOCKET, SO_KEEPALIVE), 0);
+  EXPECT_EQ(option(IPPROTO_TCP, TCP_KEEPIDLE), 10);
+  EXPECT_EQ(option(IPPROTO_TCP, TCP_KEEPINTVL), 5);
+  EXPECT_EQ(option(IPPROTO_TCP, TCP_KEEPCNT), 3);
+  EXPECT_EQ(option(IPPROTO_TCP, TCP_USER_TIMEOUT), 15'000);
+}
+
+}  // namespace
+}  // namespace baudgate

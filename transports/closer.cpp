@@ -1,0 +1,58 @@
+// Descriptors wait in one queue for at most kMostClosers threads, which end when it is empty.
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/closer.h"
+
+#include <unistd.h>
+
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <system_error>
+#include <thread>
+
+namespace baudgate {
+namespace {
+
+struct Queue {
+  std::mutex mutex;
+  std::deque<int> waiting;
+  int threads = 0;
+};
+
+void Work(const std::shared_ptr<Queue>& queue) {
+  for (;;) {
+    int fd = -1;
+    {
+      const std::lock_guard lock(queue->mutex);
+      if (queue->waiting.empty()) {
+        --queue->threads;
+        return;
+      }
+      fd = queue->waiting.front();
+      queue->waiting.pop_front();
+    }
+    close(fd);
+  }
+}
+
+}  // namespace
+
+void CloseElsewhere(int fd) {
+  // Shared by all lines of the process, and owned by the threads as well: they may outlive main().
+  static const std::shared_ptr<Queue> queue = std::make_shared<Queue>();
+  const std::lock_guard lock(queue->mutex);
+  queue->waiting.push_back(fd);
+  if (queue->threads >= kMostClosers) return;
+  try {
+    std::thread([shared = queue] { Work(shared); }).detach();
+    ++queue->threads;
+  } catch (const std::system_error&) {
+    // No thread to be had: whichever runs takes it along; with none, closing here is all that is
+    // left.
+    if (queue->threads > 0) return;
+    queue->waiting.pop_back();
+    close(fd);
+  }
+}
+
+}  // namespace baudgate

@@ -1,0 +1,59 @@
+// Parity bits by counting ones; bytes come from the line or from its port.
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/parity.h"
+
+#include <bit>
+
+#include "transports/damage.h"
+
+namespace baudgate {
+
+std::uint8_t WithParity(std::uint8_t character, config::Parity parity) {
+  if (parity == config::Parity::none) return character;
+  const unsigned data = character & 0x7FU;
+  const bool ones_odd = std::popcount(data) % 2 != 0;
+  const bool set = ones_odd == (parity == config::Parity::even);
+  return static_cast<std::uint8_t>(set ? data | 0x80U : data);
+}
+
+std::optional<std::uint8_t> WithoutParity(std::uint8_t byte, config::Parity parity) {
+  if (parity == config::Parity::none) return byte;
+  if (WithParity(byte, parity) != byte) return std::nullopt;
+  return static_cast<std::uint8_t>(byte & 0x7FU);
+}
+
+Bytes SoftwareParity::Encode(View characters) const {
+  Bytes bytes;
+  bytes.reserve(characters.size());
+  for (const std::uint8_t character : characters) bytes.push_back(WithParity(character, parity_));
+  return bytes;
+}
+
+Bytes SoftwareParity::Decode(View bytes) {
+  Bytes characters;
+  characters.reserve(bytes.size());
+  for (const std::uint8_t byte : bytes) {
+    const auto character = WithoutParity(byte, parity_);
+    if (!character) ++errors_;
+    characters.push_back(character.value_or(kDamaged));
+  }
+  return characters;
+}
+
+config::SerialSettings OnTheWire(const config::SerialSettings& serial) {
+  config::SerialSettings wire = serial;
+  if (serial.software_parity) {
+    wire.data_bits = 8;
+    wire.parity = config::Parity::none;
+  }
+  return wire;
+}
+
+Status CheckSoftwareParity(const config::SerialSettings& serial) {
+  if (!serial.software_parity) return {};
+  if (serial.data_bits == 7 && serial.parity != config::Parity::none) return {};
+  return Error{"software parity makes 7E and 7O only, not " + serial.ToString() +
+               "; remove `parity: software`"};
+}
+
+}  // namespace baudgate

@@ -1,0 +1,47 @@
+// A pseudo terminal that plays the far end of a serial cable, for twins, the demo and tests: what
+// the twin writes into the master, a reader of the linked path receives. SPDX-License-Identifier:
+// Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "gateway/base/result.h"
+
+namespace baudgate {
+
+class Pty {
+ public:
+  /// A raw pair. With `link`, a symbolic link to the slave is put there, in the place of an older
+  /// link; anything else that stands there is left alone and an error.
+  static Result<Pty> Create(const std::string& link = {});
+
+  Pty(Pty&& other) noexcept;
+  Pty& operator=(Pty&& other) noexcept;
+  ~Pty() { Unplug(); }
+
+  /// Non-blocking, close-on-exec; -1 after Unplug or TakeMaster. Stays the Pty's.
+  int master() const { return master_; }
+  /// The same, the caller's from now on (an asio stream_descriptor closes what it holds).
+  int TakeMaster();
+  /// "/dev/pts/7".
+  const std::string& slave_path() const { return slave_path_; }
+  /// Where to open it: the link, or the slave itself without one.
+  const std::string& path() const { return link_.empty() ? slave_path_ : link_; }
+
+  /// Pulls the cable: removes the link, if it is still ours, and closes both sides; whoever has the
+  /// slave open is hung up. A master that was taken is the caller's to close.
+  void Unplug();
+
+ private:
+  Pty() = default;
+  Status OpenPair();
+  Status MakeLink(const std::string& link);
+
+  int master_ = -1;
+  /// Held open so that a reader that closes does not hang up the twin.
+  int slave_ = -1;
+  std::string slave_path_;
+  std::string link_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,191 @@
+// Bytes come from a tty: marks and software parity are taken out here, before the line sees them.
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/serial_port.h"
+
+#include <unistd.h>
+
+#include <asio/posix/stream_descriptor.hpp>
+#include <asio/post.hpp>
+
+#include "transports/closer.h"
+#include "transports/parity.h"
+#include "transports/parmrk.h"
+#include "transports/port_lock.h"
+#include "transports/serial_settings.h"
+#include "transports/session.h"
+
+namespace baudgate {
+namespace {
+
+using Descriptor = asio::posix::stream_descriptor;
+
+class SerialPort final : public Transport {
+ public:
+  SerialPort(std::string port, const config::SerialSettings& serial, asio::io_context& io,
+             TransportListener& listener)
+      : port_(std::move(port)), serial_(serial), io_(io), listener_(listener) {}
+  ~SerialPort() override { Close(); }
+
+  void Open() override;
+  void Close() override;
+  bool is_open() const override { return session_ != nullptr; }
+  void Send(View bytes) override;
+  Status Apply(const config::SerialSettings& serial) override;
+  PortCounters Counters() const override;
+  std::string Describe() const override { return "serial " + port_ + " " + serial_.ToString(); }
+
+ private:
+  void TryOpen();
+  Result<Descriptor> Prepare();
+  void OnRead(View raw);
+  void OnEnd(const std::error_code& error);
+  std::string LostText(const std::error_code& error) const;
+  static void CloseDescriptor(int fd);
+
+  const std::string port_;
+  config::SerialSettings serial_;
+  asio::io_context& io_;
+  TransportListener& listener_;
+  std::shared_ptr<Session<Descriptor>> session_;
+  std::shared_ptr<char> attempt_;  ///< held while an Open is under way; gone = cancelled
+  bool settings_known_ = false;  ///< the port is set to serial_, not to the rest of a failed Apply
+  ParmrkDecoder marks_;
+  SoftwareParity parity_;
+  std::uint32_t earlier_parity_errors_ = 0;  ///< before the last Apply
+  std::optional<PortCounters> at_open_;      ///< nothing = the driver does not count
+};
+
+void SerialPort::Open() {
+  Close();
+  attempt_ = std::make_shared<char>();
+  asio::post(io_, [this, attempt = std::weak_ptr(attempt_)] {
+    if (!attempt.expired()) TryOpen();
+  });
+}
+
+void SerialPort::TryOpen() {
+  attempt_.reset();
+  auto descriptor = Prepare();
+  if (!descriptor) {
+    listener_.OnOpenFailed(descriptor.error());
+    return;
+  }
+  session_ = std::make_shared<Session<Descriptor>>(
+      std::move(*descriptor), [this](View raw) { OnRead(raw); },
+      [this](const std::error_code& error) { OnEnd(error); });
+  session_->Start();
+  listener_.OnOpened();
+}
+
+Result<Descriptor> SerialPort::Prepare() {
+  if (const Status possible = CheckSoftwareParity(serial_); !possible) {
+    return Error{possible.error()};
+  }
+  const auto fd = OpenExclusive(port_);
+  if (!fd) return Error{fd.error()};
+  if (const Status set = ApplySerialSettings(*fd, OnTheWire(serial_), port_); !set) {
+    CloseDescriptor(*fd);
+    return Error{set.error()};
+  }
+  Descriptor descriptor(io_);
+  std::error_code error;
+  descriptor.assign(*fd, error);
+  if (error) {
+    CloseDescriptor(*fd);
+    return Error{"can not watch " + port_ + ": " + error.message()};
+  }
+  FlushInput(*fd);
+  settings_known_ = true;
+  marks_ = ParmrkDecoder();
+  parity_ = SoftwareParity(serial_.software_parity ? serial_.parity : config::Parity::none);
+  earlier_parity_errors_ = 0;
+  at_open_ = ReadDriverCounters(*fd);
+  return descriptor;
+}
+
+void SerialPort::Close() {
+  attempt_.reset();
+  if (!session_) return;
+  session_->Stop();
+  CloseDescriptor(session_->stream().release());
+  session_.reset();
+}
+
+void SerialPort::CloseDescriptor(int fd) {
+  // The kernel would wait for output that a stopped flow control never lets go.
+  FlushAll(fd);
+  ReleaseLocks(fd);
+  if (IsPty(fd)) {
+    close(fd);
+  } else {
+    CloseElsewhere(fd);
+  }
+}
+
+void SerialPort::Send(View bytes) {
+  if (!session_) return;
+  session_->Send(serial_.software_parity ? View(parity_.Encode(bytes)) : bytes);
+}
+
+Status SerialPort::Apply(const config::SerialSettings& serial) {
+  if (const Status possible = CheckSoftwareParity(serial); !possible) return possible;
+  if (session_) {
+    if (settings_known_ && SameSettings(serial, serial_)) return {};
+    settings_known_ = false;
+    const int fd = session_->stream().native_handle();
+    if (const Status set = ApplySerialSettings(fd, OnTheWire(serial), port_); !set) return set;
+    settings_known_ = true;
+    earlier_parity_errors_ += parity_.errors();
+    parity_ = SoftwareParity(serial.software_parity ? serial.parity : config::Parity::none);
+  }
+  serial_ = serial;
+  return {};
+}
+
+void SerialPort::OnRead(View raw) {
+  Bytes characters = marks_.Decode(raw);
+  if (serial_.software_parity) characters = parity_.Decode(characters);
+  if (!characters.empty()) listener_.OnBytes(characters);
+}
+
+void SerialPort::OnEnd(const std::error_code& error) {
+  const std::string reason = LostText(error);
+  Close();
+  listener_.OnLost(reason);
+}
+
+std::string SerialPort::LostText(const std::error_code& error) const {
+  if (error == asio::error::timed_out || error == asio::error::no_buffer_space) {
+    return port_ + " takes no data" +
+           (serial_.rtscts ? "; is the CTS line of the device connected and active?" : "");
+  }
+  // Linux reports a vanished adapter as end of file, EIO or ENODEV, depending on the driver.
+  return port_ + " is gone (" + error.message() + "); was the adapter unplugged?";
+}
+
+PortCounters SerialPort::Counters() const {
+  PortCounters counters;
+  const auto now =
+      session_ && at_open_ ? ReadDriverCounters(session_->stream().native_handle()) : std::nullopt;
+  if (now) {
+    // Unsigned differences stay right when the driver's totals wrap.
+    counters.parity = now->parity - at_open_->parity;
+    counters.framing = now->framing - at_open_->framing;
+    counters.overrun = now->overrun - at_open_->overrun;
+  } else if (OnTheWire(serial_).parity != config::Parity::none) {
+    counters.parity = marks_.damaged();
+  } else {
+    counters.framing = marks_.damaged();
+  }
+  counters.parity += earlier_parity_errors_ + parity_.errors();
+  return counters;
+}
+
+}  // namespace
+
+std::unique_ptr<Transport> MakeSerialPort(std::string port, const config::SerialSettings& serial,
+                                          asio::io_context& io, TransportListener& listener) {
+  return std::make_unique<SerialPort>(std::move(port), serial, io, listener);
+}
+
+}  // namespace baudgate

@@ -1,0 +1,223 @@
+// Talks to the tty driver by ioctl only; what goes in comes from the configuration.
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/serial_settings.h"
+
+// The kernel's own termios, because the C library's knows no free bit rates and refuses 7E1 on a
+// pty that was opened before; the two headers can not be included together.
+#include <asm/ioctls.h>
+#include <asm/termbits.h>
+#include <linux/serial.h>
+#include <linux/tty_flags.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <tuple>
+
+namespace baudgate {
+namespace {
+
+constexpr unsigned kFirstPtyMajor =
+    136;  // UNIX98 pty slaves, Documentation/admin-guide/devices.txt
+constexpr unsigned kLastPtyMajor = 143;
+constexpr int kBaudTolerancePerMille = 30;
+
+std::string LastError() { return std::strerror(errno); }
+
+Error NotTaken(const std::string& port, const std::string& what) {
+  return Error{"the driver of " + port + " refuses " + what + ": " + LastError()};
+}
+
+void SetRaw(termios2& mode) {
+  // INPCK also without parity: framing errors are marked by the same switch.
+  mode.c_iflag = INPCK | PARMRK;
+  mode.c_oflag = 0;
+  mode.c_lflag = 0;
+  // Carrier is ignored, or an unconnected DCD would block and hang up the port.
+  mode.c_cflag = (mode.c_cflag & HUPCL) | CREAD | CLOCAL;
+  mode.c_cc[VMIN] = 1;
+  mode.c_cc[VTIME] = 0;
+}
+
+void SetFormat(termios2& mode, const config::SerialSettings& serial) {
+  mode.c_cflag |= BOTHER | (BOTHER << IBSHIFT);
+  mode.c_ispeed = static_cast<speed_t>(serial.baud);
+  mode.c_ospeed = static_cast<speed_t>(serial.baud);
+  mode.c_cflag |= serial.data_bits == 7 ? CS7 : CS8;
+  if (serial.parity != config::Parity::none) mode.c_cflag |= PARENB;
+  if (serial.parity == config::Parity::odd) mode.c_cflag |= PARODD;
+  if (serial.stop_bits == 2) mode.c_cflag |= CSTOPB;
+  if (serial.rtscts) mode.c_cflag |= CRTSCTS;
+}
+
+Status CheckRange(const config::SerialSettings& serial) {
+  if (serial.baud < kLowestBaud || serial.baud > kHighestBaud) {
+    return Error{"bit rate " + std::to_string(serial.baud) + " is outside 300…921600"};
+  }
+  if ((serial.data_bits != 7 && serial.data_bits != 8) ||
+      (serial.stop_bits != 1 && serial.stop_bits != 2)) {
+    return Error{"serial format " + serial.ToString() + " has no 7 or 8 data and 1 or 2 stop bits"};
+  }
+  return {};
+}
+
+/// The driver counts whole milliseconds; a shorter delay than asked for would cut bits.
+std::uint32_t Milliseconds(Duration delay) {
+  return static_cast<std::uint32_t>(std::chrono::ceil<std::chrono::milliseconds>(delay).count());
+}
+
+Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) {
+  serial_rs485 mode{};
+  if (!wanted.enabled) {
+    // Ports that never heard of RS-485 are fine when nobody asks for it.
+    const bool on = ioctl(fd, TIOCGRS485, &mode) == 0 && (mode.flags & SER_RS485_ENABLED) != 0;
+    if (!on) return {};
+    mode.flags &= ~static_cast<__u32>(SER_RS485_ENABLED);
+    if (ioctl(fd, TIOCSRS485, &mode) != 0) return NotTaken(port, "to leave RS-485 mode");
+    return {};
+  }
+  mode.flags = SER_RS485_ENABLED;
+  mode.flags |= wanted.rts_active_high ? SER_RS485_RTS_ON_SEND : SER_RS485_RTS_AFTER_SEND;
+  if (wanted.receive_while_sending) mode.flags |= SER_RS485_RX_DURING_TX;
+  mode.delay_rts_before_send = Milliseconds(wanted.delay_before_send);
+  mode.delay_rts_after_send = Milliseconds(wanted.delay_after_send);
+  const serial_rs485 asked = mode;
+  if (ioctl(fd, TIOCSRS485, &mode) != 0) {
+    return Error{"the driver of " + port + " has no RS-485 mode (" + LastError() +
+                 "); remove `rs485:` if the adapter switches direction by itself"};
+  }
+  serial_rs485 actual{};
+  if (ioctl(fd, TIOCGRS485, &actual) != 0) return NotTaken(port, "to read back RS-485 mode");
+  if (actual.flags != asked.flags || actual.delay_rts_before_send != asked.delay_rts_before_send ||
+      actual.delay_rts_after_send != asked.delay_rts_after_send) {
+    return Error{"the driver of " + port +
+                 " changed the RS-485 settings it was given; try other delays or polarity"};
+  }
+  return {};
+}
+
+/// Best effort: many drivers have no such flag, and they then need none or have it elsewhere.
+void ApplyLowLatency(int fd, bool wanted) {
+  serial_struct driver{};
+  if (ioctl(fd, TIOCGSERIAL, &driver) != 0) return;
+  const bool has = (driver.flags & static_cast<int>(ASYNC_LOW_LATENCY)) != 0;
+  if (has == wanted) return;
+  driver.flags ^= static_cast<int>(ASYNC_LOW_LATENCY);
+  (void)ioctl(fd, TIOCSSERIAL, &driver);
+}
+
+config::SerialSettings FromTermios(const termios2& mode) {
+  config::SerialSettings serial;
+  serial.baud = static_cast<int>(mode.c_ospeed);
+  const auto size = mode.c_cflag & CSIZE;
+  serial.data_bits = size == CS8 ? 8 : size == CS7 ? 7 : size == CS6 ? 6 : 5;
+  if ((mode.c_cflag & PARENB) != 0) {
+    serial.parity = (mode.c_cflag & PARODD) != 0 ? config::Parity::odd : config::Parity::even;
+  }
+  serial.stop_bits = (mode.c_cflag & CSTOPB) != 0 ? 2 : 1;
+  serial.rtscts = (mode.c_cflag & CRTSCTS) != 0;
+  return serial;
+}
+
+}  // namespace
+
+bool IsPty(int fd) {
+  struct stat info {};
+  if (fstat(fd, &info) != 0 || !S_ISCHR(info.st_mode)) return false;
+  const unsigned device = major(info.st_rdev);
+  return device >= kFirstPtyMajor && device <= kLastPtyMajor;
+}
+
+Status MakeRaw(int fd) {
+  termios2 mode{};
+  if (ioctl(fd, TCGETS2, &mode) != 0) return Error{LastError()};
+  SetRaw(mode);
+  mode.c_iflag = 0;
+  mode.c_cflag |= CS8;
+  if (ioctl(fd, TCSETS2, &mode) != 0) return Error{LastError()};
+  return {};
+}
+
+Result<config::SerialSettings> ReadSerialSettings(int fd) {
+  termios2 mode{};
+  if (ioctl(fd, TCGETS2, &mode) != 0) return Error{LastError()};
+  return FromTermios(mode);
+}
+
+Status CompareSettings(const config::SerialSettings& asked, const config::SerialSettings& actual,
+                       const std::string& port) {
+  const std::string did = "the driver of " + port + " was asked for " + asked.ToString() +
+                          " and does " + actual.ToString();
+  const long difference = std::labs(static_cast<long>(asked.baud) - actual.baud);
+  if (difference * 1000 > static_cast<long>(asked.baud) * kBaudTolerancePerMille) {
+    return Error{did + "; this port can not do that bit rate"};
+  }
+  if (asked.data_bits != actual.data_bits || asked.parity != actual.parity) {
+    const bool helps = asked.data_bits == 7 && asked.parity != config::Parity::none;
+    return Error{did + (helps ? "; set `parity: software`" : "; this port can not do that format")};
+  }
+  if (asked.stop_bits != actual.stop_bits) {
+    return Error{did + "; this port can not do that number of stop bits"};
+  }
+  if (asked.rtscts != actual.rtscts) {
+    return Error{"the driver of " + port + " has no RTS/CTS flow control; remove `rtscts`"};
+  }
+  return {};
+}
+
+Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const std::string& port) {
+  if (const Status range = CheckRange(serial); !range) return range;
+  termios2 mode{};
+  if (ioctl(fd, TCGETS2, &mode) != 0) {
+    return Error{port + " is not a serial port: " + LastError()};
+  }
+  SetRaw(mode);
+  SetFormat(mode, serial);
+  if (ioctl(fd, TCSETS2, &mode) != 0) return NotTaken(port, serial.ToString());
+
+  termios2 actual{};
+  if (ioctl(fd, TCGETS2, &actual) != 0) return NotTaken(port, "to read its settings back");
+  // Not a matter of the driver but of the tty layer: true on a pty as well.
+  if ((actual.c_iflag & (INPCK | PARMRK)) != (INPCK | PARMRK)) {
+    return Error{port + " does not mark damaged characters"};
+  }
+  if (!IsPty(fd)) {
+    if (const Status same = CompareSettings(serial, FromTermios(actual), port); !same) return same;
+  }
+  if (const Status rs485 = ApplyRs485(fd, serial.rs485, port); !rs485) return rs485;
+  ApplyLowLatency(fd, serial.low_latency);
+  return {};
+}
+
+bool SameSettings(const config::SerialSettings& a, const config::SerialSettings& b) {
+  const auto rs485 = [](const config::Rs485& mode) {
+    return std::tuple(mode.enabled, mode.delay_before_send, mode.delay_after_send,
+                      mode.rts_active_high, mode.receive_while_sending);
+  };
+  const auto all = [&rs485](const config::SerialSettings& serial) {
+    return std::tuple(serial.baud, serial.data_bits, serial.parity, serial.stop_bits,
+                      serial.software_parity, serial.rtscts, serial.low_latency,
+                      rs485(serial.rs485));
+  };
+  return all(a) == all(b);
+}
+
+std::optional<PortCounters> ReadDriverCounters(int fd) {
+  serial_icounter_struct counted{};
+  if (ioctl(fd, TIOCGICOUNT, &counted) != 0) return std::nullopt;
+  // A break is a framing error that lasts longer.
+  return PortCounters{.parity = static_cast<std::uint32_t>(counted.parity),
+                      .framing = static_cast<std::uint32_t>(counted.frame) +
+                                 static_cast<std::uint32_t>(counted.brk),
+                      .overrun = static_cast<std::uint32_t>(counted.overrun) +
+                                 static_cast<std::uint32_t>(counted.buf_overrun)};
+}
+
+void FlushInput(int fd) { (void)ioctl(fd, TCFLSH, TCIFLUSH); }
+
+void FlushAll(int fd) { (void)ioctl(fd, TCFLSH, TCIOFLUSH); }
+
+}  // namespace baudgate

@@ -1,0 +1,214 @@
+// Look-up, connection with a deadline, then bytes to and from the socket.
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/tcp_client.h"
+
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <asio/connect.hpp>
+#include <asio/ip/tcp.hpp>
+#include <asio/post.hpp>
+#include <vector>
+
+#include "transports/parity.h"
+#include "transports/serial_settings.h"
+#include "transports/session.h"
+#include "transports/tcp_address.h"
+
+namespace baudgate {
+namespace {
+
+using asio::ip::tcp;
+
+constexpr std::chrono::seconds kConnectTimeout{5};  // name look-up and connection together
+constexpr int kKeepIdleSeconds = 10;
+constexpr int kKeepIntervalSeconds = 5;
+constexpr int kKeepCount = 3;
+constexpr unsigned kUserTimeoutMs = 15'000;  // unacknowledged data, and probes alike
+
+/// A peer that vanished without a word must not leave the line waiting for hours (TCP's default).
+void WatchPeer(tcp::socket& socket) {
+  const int fd = socket.native_handle();
+  const auto set = [fd](int level, int name, auto value) {
+    (void)setsockopt(fd, level, name, &value, sizeof value);
+  };
+  set(IPPROTO_TCP, TCP_NODELAY, 1);
+  set(SOL_SOCKET, SO_KEEPALIVE, 1);
+  set(IPPROTO_TCP, TCP_KEEPIDLE, kKeepIdleSeconds);
+  set(IPPROTO_TCP, TCP_KEEPINTVL, kKeepIntervalSeconds);
+  set(IPPROTO_TCP, TCP_KEEPCNT, kKeepCount);
+  set(IPPROTO_TCP, TCP_USER_TIMEOUT, kUserTimeoutMs);
+}
+
+class TcpClient final : public Transport {
+ public:
+  TcpClient(std::string port, const config::SerialSettings& serial, asio::io_context& io,
+            TransportListener& listener)
+      : port_(std::move(port)),
+        serial_(serial),
+        io_(io),
+        listener_(listener),
+        parity_(serial.software_parity ? serial.parity : config::Parity::none) {}
+  ~TcpClient() override { Close(); }
+
+  void Open() override;
+  void Close() override;
+  bool is_open() const override { return session_ != nullptr; }
+  void Send(View bytes) override;
+  Status Apply(const config::SerialSettings& serial) override;
+  PortCounters Counters() const override { return {.parity = parity_.errors()}; }
+  std::string Describe() const override { return port_ + " " + serial_.ToString(); }
+
+ private:
+  /// One Open under way. Its handlers keep it alive; without an owner they do nothing.
+  struct Attempt {
+    Attempt(asio::io_context& io, TcpClient* client)
+        : owner(client), resolver(io), socket(io), deadline(io) {}
+    TcpClient* owner;
+    tcp::resolver resolver;
+    tcp::socket socket;
+    asio::steady_timer deadline;
+  };
+  using AttemptPtr = std::shared_ptr<Attempt>;
+
+  void Begin(const AttemptPtr& attempt);
+  void Resolve(const AttemptPtr& attempt, const TcpAddress& address);
+  void Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoint>& endpoints);
+  void OnConnected(const AttemptPtr& attempt);
+  void Abandon();
+  void Fail(const std::string& reason);
+  void OnRead(View raw);
+  void OnEnd(const std::error_code& error);
+
+  const std::string port_;
+  config::SerialSettings serial_;
+  asio::io_context& io_;
+  TransportListener& listener_;
+  AttemptPtr attempt_;
+  std::shared_ptr<Session<tcp::socket>> session_;
+  SoftwareParity parity_;
+};
+
+void TcpClient::Open() {
+  Close();
+  attempt_ = std::make_shared<Attempt>(io_, this);
+  asio::post(io_, [attempt = attempt_] {
+    if (attempt->owner != nullptr) attempt->owner->Begin(attempt);
+  });
+}
+
+void TcpClient::Begin(const AttemptPtr& attempt) {
+  const auto address = ParseTcpPort(port_);
+  if (!address) return Fail(address.error());
+  if (const Status possible = CheckSoftwareParity(serial_); !possible) {
+    return Fail(possible.error());
+  }
+  attempt->deadline.expires_after(kConnectTimeout);
+  attempt->deadline.async_wait([attempt](const std::error_code& error) {
+    if (error || attempt->owner == nullptr) return;
+    attempt->owner->Fail(attempt->owner->port_ +
+                         " does not answer; is the serial server on and reachable?");
+  });
+  std::error_code not_numeric;
+  const auto ip = asio::ip::make_address(address->host, not_numeric);
+  if (not_numeric) {
+    Resolve(attempt, *address);
+  } else {
+    Connect(attempt, {tcp::endpoint(ip, address->port)});
+  }
+}
+
+void TcpClient::Resolve(const AttemptPtr& attempt, const TcpAddress& address) {
+  attempt->resolver.async_resolve(
+      address.host, std::to_string(address.port), tcp::resolver::numeric_service,
+      [attempt](const std::error_code& error, const tcp::resolver::results_type& found) {
+        if (attempt->owner == nullptr) return;
+        if (error) {
+          return attempt->owner->Fail("the host name of " + attempt->owner->port_ +
+                                      " is not known: " + error.message());
+        }
+        attempt->owner->Connect(attempt, {found.begin(), found.end()});
+      });
+}
+
+void TcpClient::Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoint>& endpoints) {
+  asio::async_connect(
+      attempt->socket, endpoints, [attempt](const std::error_code& error, const tcp::endpoint&) {
+        if (attempt->owner == nullptr) return;
+        if (!error) return attempt->owner->OnConnected(attempt);
+        attempt->owner->Fail("can not connect to " + attempt->owner->port_ + ": " +
+                             error.message() + "; is the server's port in raw TCP mode and free?");
+      });
+}
+
+void TcpClient::OnConnected(const AttemptPtr& attempt) {
+  WatchPeer(attempt->socket);
+  parity_ = SoftwareParity(serial_.software_parity ? serial_.parity : config::Parity::none);
+  session_ = std::make_shared<Session<tcp::socket>>(
+      std::move(attempt->socket), [this](View raw) { OnRead(raw); },
+      [this](const std::error_code& error) { OnEnd(error); });
+  Abandon();
+  session_->Start();
+  listener_.OnOpened();
+}
+
+void TcpClient::Abandon() {
+  if (!attempt_) return;
+  attempt_->owner = nullptr;
+  attempt_->resolver.cancel();
+  attempt_->deadline.cancel();
+  std::error_code ignored;
+  attempt_->socket.close(ignored);
+  attempt_.reset();
+}
+
+void TcpClient::Fail(const std::string& reason) {
+  const std::string copy = reason;  // may live in the attempt that goes now
+  Abandon();
+  listener_.OnOpenFailed(copy);
+}
+
+void TcpClient::Close() {
+  Abandon();
+  if (!session_) return;
+  session_->Stop();
+  std::error_code ignored;
+  session_->stream().close(ignored);
+  session_.reset();
+}
+
+void TcpClient::Send(View bytes) {
+  if (!session_) return;
+  session_->Send(serial_.software_parity ? View(parity_.Encode(bytes)) : bytes);
+}
+
+Status TcpClient::Apply(const config::SerialSettings& serial) {
+  if (SameSettings(serial, serial_)) return {};
+  return Error{"the serial settings behind " + port_ +
+               " are set in the serial server; they can not be switched to " + serial.ToString() +
+               " from here"};
+}
+
+void TcpClient::OnRead(View raw) {
+  if (!serial_.software_parity) return listener_.OnBytes(raw);
+  const Bytes characters = parity_.Decode(raw);
+  listener_.OnBytes(characters);
+}
+
+void TcpClient::OnEnd(const std::error_code& error) {
+  const bool full = error == asio::error::timed_out || error == asio::error::no_buffer_space;
+  const std::string reason = error == asio::error::eof ? port_ + " closed the connection"
+                             : full                    ? port_ + " takes no data or does not answer"
+                                    : "the connection to " + port_ + " is lost: " + error.message();
+  Close();
+  listener_.OnLost(reason);
+}
+
+}  // namespace
+
+std::unique_ptr<Transport> MakeTcpClient(std::string port, const config::SerialSettings& serial,
+                                         asio::io_context& io, TransportListener& listener) {
+  return std::make_unique<TcpClient>(std::move(port), serial, io, listener);
+}
+
+}  // namespace baudgate

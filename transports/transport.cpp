@@ -1,0 +1,17 @@
+// Chooses the transport by the form of the configured port.
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/transport.h"
+
+#include "transports/serial_port.h"
+#include "transports/tcp_address.h"
+#include "transports/tcp_client.h"
+
+namespace baudgate {
+
+std::unique_ptr<Transport> MakeTransport(const config::Line& line, asio::io_context& io,
+                                         TransportListener& listener) {
+  if (IsTcpPort(line.port)) return MakeTcpClient(line.port, line.serial, io, listener);
+  return MakeSerialPort(line.port, line.serial, io, listener);
+}
+
+}  // namespace baudgate
