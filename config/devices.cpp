@@ -111,17 +111,16 @@ void ReadDeviceOptions(MapReader& map, const Protocol* protocol, const Options& 
 void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* protocol, Device& device,
                 LoadContext& context) {
   const auto own = map.Get("points");
-  if (context.points > kMostPointsOfAll) return;
-  std::vector<RawPoint> raw;
-  if (profile) raw = profile->points;
-  if (own) {
-    raw = MergePoints(std::move(raw), ReadRawPoints(*own, context.problems), context.problems);
-  }
-  context.points += raw.size();
+  context.points += (profile ? profile->points.size() : 0) + (own ? own->yaml().size() : 0);
   if (context.points > kMostPointsOfAll) {
     context.problems.Error(device.mark, "the gateway has too many points; at most " +
                                             std::to_string(kMostPointsOfAll));
     return;
+  }
+  std::vector<RawPoint> raw;
+  if (profile) raw = profile->points;
+  if (own) {
+    raw = MergePoints(std::move(raw), ReadRawPoints(*own, context.problems), context.problems);
   }
   device.points = BuildPoints(raw, protocol, context.problems);
 }

@@ -1,7 +1,8 @@
 // The narrow way from the point store to an output: which points and devices have changed since the
 // output last looked. Coalescing: a slow output sees the latest state of each, never a backlog, and
 // memory is bounded by the number of points. Filled by line threads, drained by the output's
-// thread. SPDX-License-Identifier: Apache-2.0
+// thread.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <condition_variable>

@@ -72,6 +72,13 @@ Value FitInteger(const config::Point& point, const Value& raw) {
   return Fit(point.type, ToDouble(raw) * point.scale + point.offset);
 }
 
+/// A value in user's units that the point could hold; exact where it is an integer already.
+bool FitsType(Type type, const Value& value) {
+  if (std::holds_alternative<std::int64_t>(value) && type == Type::int64) return true;
+  if (std::holds_alternative<std::uint64_t>(value) && type == Type::uint64) return true;
+  return HasValue(Fit(type, ToDouble(value)));
+}
+
 Value FitText(const config::Point& point, const Value& raw) {
   std::string text = ToText(raw);
   if (text.size() > point.text_length) text.resize(point.text_length);
@@ -105,14 +112,19 @@ Sample ToSample(const config::Point& point, const Reading& reading) {
 }
 
 Result<Value> ToRaw(const config::Point& point, const Value& value) {
+  if (!HasValue(value)) return Error{"there is no value to write"};
   if (point.type == Type::string || std::holds_alternative<std::string>(value)) return value;
+  if (!FitsType(point.type, value)) {
+    return Error{ToText(value) + " is not a value of type " + std::string(Name(point.type))};
+  }
   if (IsUnscaled(point)) return value;
   const double raw = (ToDouble(value) - point.offset) / point.scale;
   if (!std::isfinite(raw)) return Error{"the value is not a number"};
+  if (point.type == Type::float32 || point.type == Type::float64) return Value(raw);
   // Scaling is for people; what the device counts in is whole where its type is.
-  const bool whole = point.type != Type::float32 && point.type != Type::float64;
-  if (whole) return Value(static_cast<std::int64_t>(std::llround(raw)));
-  return Value(raw);
+  Value whole = Fit(Type::int64, raw);
+  if (!HasValue(whole)) return Error{ToText(value) + " is beyond what the device can hold"};
+  return whole;
 }
 
 }  // namespace baudgate

@@ -1,6 +1,7 @@
 // Whether a device is there: decided from the outcomes of its exchanges by count *and* by time, so
 // that neither one lost reply nor a fast burst of retries makes a device offline. Time is an
-// argument; gateway/poller.cpp asks. SPDX-License-Identifier: Apache-2.0
+// argument; gateway/poller.cpp asks.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
 // The state table. "reply" counts from the computed end of transmission; so does "ceiling".
 //
+// clang-format off
 //   state        event                         next
 //   closed       opened                        idle
 //   idle         Start                         quiet, or sending when it has been quiet long enough
@@ -7,18 +8,19 @@
 //   quiet        bytes                         quiet anew, but never longer than the ceiling
 //   quiet        timer                         sending
 //   sending      bytes                         kept: echo, or a pty that answers early
-//   sending      timer (end of transmission)   settle when no reply is due, else
-//   await_first/receiving settle       timer                         idle, ok await_first  bytes
-//   receiving await_first  timer (reply)                 drain, no_reply receiving    whole frame
-//   idle, or drain after unexpected receiving    timer (gap)                   the rule is asked
-//   once more with idle = true; no frame:
-//                                              await_first when only harmless noise came and the
-//                                              reply time is not over, else drain with the worst
-//                                              discard
-//   receiving    timer (ceiling)               drain, corrupt: one deadline for the exchange, not
-//   per byte drain        bytes                         drain anew, but never longer than the
-//   ceiling drain        timer                         idle any          closed closed; an exchange
-//   under way ends as line_down
+//   sending      timer (end of transmission)   settle when no reply is due, else await_first/receiving
+//   settle       timer                         idle, ok
+//   await_first  bytes                         receiving
+//   await_first  timer (reply)                 drain, no_reply
+//   receiving    whole frame                   idle; drain after unexpected, or while an aftermath is due
+//   receiving    timer (gap)                   the rule is asked once more with idle = true; no frame:
+//                                              await_first when only harmless noise came and the reply
+//                                              time is not over, else drain with the worst discard
+//   receiving    timer (ceiling)               drain, corrupt: one deadline for the exchange, not per byte
+//   drain        bytes                         drain anew, but never longer than the ceiling
+//   drain        timer                         idle
+//   any          closed                        closed; an exchange under way ends as line_down
+// clang-format on
 //
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/line.h"
@@ -27,6 +29,13 @@
 #include <utility>
 
 namespace baudgate {
+namespace {
+
+/// Bytes kept while the request is still being sent: an early reply with noise around it. A pty
+/// delivers faster than any wire, so this needs a bound of its own.
+constexpr std::size_t kKeptWhileSending = 1024;
+
+}  // namespace
 
 void Line::OnOpened(Instant now) {
   state_ = State::idle;
@@ -69,12 +78,12 @@ void Line::OnBytes(View bytes, Instant now) {
       break;
     case State::drain:
       client_.OnStrayBytes(bytes.size(), now - ended_, now);
-      deadline_ = std::min(now + exchange_.times.drain, limit_);
+      deadline_ = std::max(deadline_, std::min(now + exchange_.times.drain, limit_));
       break;
     case State::settle:
       break;
     case State::sending:
-      assembler_.Feed(bytes);
+      if (assembler_.held() < kKeptWhileSending) assembler_.Feed(bytes);
       break;
     case State::await_first:
     case State::receiving:
@@ -166,10 +175,13 @@ void Line::OnGap(Instant now) {
 }
 
 void Line::Finish(Outcome outcome, std::string reason, Instant now) {
-  const bool answered = !NeedsDrain(outcome) || outcome == Outcome::unexpected;
+  const bool answered =
+      state_ != State::settle && (!NeedsDrain(outcome) || outcome == Outcome::unexpected);
   ended_ = now;
   if (NeedsDrain(outcome)) {
-    Drain(now);
+    Drain(std::max(exchange_.times.drain, exchange_.aftermath), now);
+  } else if (exchange_.aftermath > Duration::zero()) {
+    Drain(exchange_.aftermath, now);
   } else {
     state_ = State::idle;
   }
@@ -177,10 +189,10 @@ void Line::Finish(Outcome outcome, std::string reason, Instant now) {
       {outcome, std::move(reason), answered ? now - sent_from_ : Duration::zero()}, now);
 }
 
-void Line::Drain(Instant now) {
+void Line::Drain(Duration silence, Instant now) {
   state_ = State::drain;
-  deadline_ = now + exchange_.times.drain;
-  limit_ = now + std::max(exchange_.times.ceiling, exchange_.times.drain);
+  deadline_ = now + silence;
+  limit_ = now + std::max(exchange_.times.ceiling, silence);
 }
 
 }  // namespace baudgate

@@ -1,7 +1,7 @@
 // One exchange at a time on one bus: the line discipline as a state machine without sockets, clock
 // or YAML. Bytes and time come in as arguments; bytes to send, frames and outcomes go out to
-// LineClient. Driven by gateway/poller.cpp; under virtual time in tests. SPDX-License-Identifier:
-// Apache-2.0
+// LineClient. Driven by gateway/poller.cpp; under virtual time in tests.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -33,6 +33,9 @@ struct Exchange {
   Request request;
   FrameRule reply_rule = nullptr;
   LineTimes times;
+  /// Silence that even a good reply is followed by, because replies to earlier attempts may still
+  /// be under way: the one that came may be theirs, and the rest must not meet another request.
+  Duration aftermath{};
 };
 
 struct ExchangeEnd {
@@ -93,7 +96,7 @@ class Line {
   void TakeFrame(bool idle, Instant now);
   void OnGap(Instant now);
   void Finish(Outcome outcome, std::string reason, Instant now);
-  void Drain(Instant now);
+  void Drain(Duration silence, Instant now);
 
   LineClient& client_;
   State state_ = State::closed;

@@ -86,7 +86,8 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
     const std::lock_guard lock(entry.mutex);
     for (const Sample& sample : samples) {
       PointRecord& held = entry.record.points[sample.point];
-      if (HasValue(sample.value)) held.value = sample.value;
+      // Under a bad quality the value is not one: the last good one stays.
+      if (HasValue(sample.value) && !IsBad(sample.quality)) held.value = sample.value;
       held.reported = sample.quality;
       held.read_at = at.instant;
       held.source_time = at.wall;
@@ -106,7 +107,12 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
     const std::lock_guard lock(entry.mutex);
     if (entry.record.override_quality == why) return;
     entry.record.override_quality = why;
-    // What the feeds are told now is looked at again by the next Age, which needs no clock here.
+    // An override has one quality at any age; when it ends, age decides again: the next Age looks.
+    if (why != Override::none) {
+      for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
+        entry.announced[point] = QualityAt(entry.record, point, Instant());
+      }
+    }
     entry.next_ageing = Instant::min();
   }
   std::vector<std::uint32_t> all(entry.record.points.size());
@@ -117,6 +123,7 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
 void PointStore::SetLineCycle(std::uint32_t device, Duration cycle) {
   Entry& entry = *devices_[device];
   const std::lock_guard lock(entry.mutex);
+  if (cycle < entry.record.line_cycle) entry.next_ageing = Instant::min();  // ages sooner now
   entry.record.line_cycle = cycle;
 }
 

@@ -1,7 +1,7 @@
 // The latest value of every point with its quality and time, and the status of every device: the
 // one meeting place of lines (which write) and outputs (which read). Thread-safe. Each device has
-// one lock, so all that a reader sees of a device belongs together. SPDX-License-Identifier:
-// Apache-2.0
+// one lock, so all that a reader sees of a device belongs together.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <functional>
@@ -30,7 +30,7 @@ struct Sample {
 };
 
 struct PointRecord {
-  Value value;                              ///< the last good one; nothing before the first
+  Value value;                              ///< the last that was not bad; nothing before it
   Quality reported = Quality::bad_waiting;  ///< as the last reading said, before age and state
   std::optional<Instant> read_at;           ///< end of the reply, monotonic
   WallTime source_time{};                   ///< end of the reply, civil

@@ -12,6 +12,9 @@ namespace {
 /// A task that needs more exchanges than this is a conversation going round in circles.
 constexpr int kMostSteps = 8;
 
+/// Writes and the reads that follow them go first, but after so many in a row a poll has its turn.
+constexpr int kUrgentInRow = 4;
+
 LineTimes Resolve(const config::Line& line, const config::Device& device, const Protocol& protocol,
                   const config::SerialSettings& serial) {
   const config::Timing timing = Merge(device.timing, Merge(line.timing, protocol.timing(serial)));
@@ -40,9 +43,10 @@ struct Poller::Device {
   DeviceState shown = DeviceState::never_seen;
   std::unique_ptr<Work> parked;  // a task that the device asked to wait with
   Instant parked_until{};
-  Duration late_drain{};  // how much longer than its reply time this device was seen to need
-  Duration fast_wire{};   // line time of its last whole fast round
-  Duration round_wire{};  // of the fast round under way
+  Duration late_drain{};  // how much longer than its drain time this device was seen to need
+  std::optional<Instant> unanswered;  // start of the first exchange since its last answer
+  Duration fast_wire{};               // line time of its last whole fast round
+  Duration round_wire{};              // of the fast round under way
 
   Duration WorstCase() const {
     return times.quiet + 32 * times.character + times.reply + times.drain + late_drain;
@@ -60,6 +64,8 @@ struct Poller::Work {
   bool sending = false;  // request waits for the line to be idle
   int attempts = 0;      // of the present request, beyond the first
   int steps = 0;
+  int parkings = 0;   // how often the device has asked to wait with it
+  bool mute = false;  // its end says nothing about the device
   Instant began{};
   Instant exchange_began{};
   Answer answer;
@@ -89,6 +95,7 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
     schedule_.AddDevice(device->config->poll, device->config->slow);
     devices_.push_back(std::move(device));
     Plan(*devices_.back());
+    store_.SetOverride(devices_.back()->index, OverrideOf(*devices_.back()));
   }
 }
 
@@ -97,6 +104,7 @@ Poller::~Poller() = default;
 // ---------------------------------------------------------------- inputs
 
 void Poller::OnOpened(Now now) {
+  if (open_) OnClosed(now);
   now_ = now;
   open_ = true;
   last_life_ = now.instant;
@@ -163,11 +171,13 @@ bool Poller::Submit(WriteCommand command, Now now) {
 
 std::optional<Instant> Poller::Deadline() const {
   if (!open_) return std::nullopt;
-  if (const auto deadline = line_.Deadline()) return deadline;
-  std::optional<Instant> soonest = schedule_.NextDue();
+  std::optional<Instant> soonest = line_.Deadline();
   const auto sooner = [&](std::optional<Instant> other) {
     if (other && (!soonest || *other < *soonest)) soonest = other;
   };
+  for (const WriteCommand& command : commands_) sooner(command.deadline);
+  if (!line_.idle()) return soonest;
+  sooner(schedule_.NextDue());
   sooner(NextProbe());
   for (const auto& device : devices_) {
     if (device->parked) sooner(device->parked_until);
@@ -179,22 +189,52 @@ std::optional<Instant> Poller::Deadline() const {
 
 void Poller::Settle() {
   if (work_ && work_->end) ConcludeExchange();
+  ExpireCommands();
   Pump();
+}
+
+void Poller::ExpireCommands() {
+  const auto expired = std::stable_partition(
+      commands_.begin(), commands_.end(),
+      [this](const WriteCommand& command) { return command.deadline > now_.instant; });
+  std::vector<WriteCommand> late(std::make_move_iterator(expired),
+                                 std::make_move_iterator(commands_.end()));
+  commands_.erase(expired, commands_.end());
+  for (const WriteCommand& command : late) {
+    command.done(Outcome::no_reply, "the command waited for the line beyond its deadline");
+  }
 }
 
 void Poller::Pump() {
   while (open_ && line_.idle()) {
-    if (!work_) {
-      if (!PickCommand() && !PickParked() && !PickRefresh() && !PickPoll() && !PickProbe()) return;
-    }
+    if (!work_ && !PickTask()) return;
     if (!work_ || !work_->sending) continue;
     work_->sending = false;
     work_->exchange_began = now_.instant;
     Exchange exchange{work_->request, work_->device->protocol->reply_rule, work_->device->times};
     exchange.times.drain += work_->device->late_drain;
+    exchange.aftermath = Aftermath(*work_->device);
     last_ = work_->device;
     line_.Start(std::move(exchange), now_.instant);
   }
+}
+
+/// A reply to the first of several unanswered requests may be taken for one to the last. Those to
+/// the requests between come after it, the last as much later as its request was sent later.
+Duration Poller::Aftermath(const Device& device) const {
+  if (!device.unanswered) return Duration::zero();
+  const Duration since = now_.instant - *device.unanswered + device.times.gap;
+  return std::min(since, device.times.ceiling);
+}
+
+bool Poller::PickTask() {
+  if (urgent_in_row_ < kUrgentInRow && (PickCommand() || PickRefresh())) {
+    ++urgent_in_row_;
+    return true;
+  }
+  urgent_in_row_ = 0;
+  // The probe knows its share: it does not take a poll's place on a line that is never idle.
+  return PickParked() || PickProbe() || PickPoll() || PickCommand() || PickRefresh();
 }
 
 bool Poller::PickCommand() {
@@ -202,9 +242,7 @@ bool Poller::PickCommand() {
   WriteCommand command = std::move(commands_.front());
   commands_.pop_front();
   Device& device = *devices_[command.device - devices_.front()->index];
-  if (command.deadline <= now_.instant) {
-    command.done(Outcome::no_reply, "the command waited for the line beyond its deadline");
-  } else if (!device.config->enabled) {
+  if (!device.config->enabled) {
     command.done(Outcome::no_reply, "the device is disabled");
   } else if (device.health.absent()) {
     command.done(Outcome::no_reply, "the device is offline");
@@ -294,6 +332,11 @@ void Poller::Ask() {
   }
   auto request = work_->device->conversation->Ask(work_->task, now_.instant);
   if (!request) {
+    work_->mute = true;
+    store_.UpdateStatus(work_->device->index, [&](DeviceStatus& status) {
+      status.last_outcome = Outcome::unsupported;
+      status.last_reason = request.error();
+    });
     FinishTask(Outcome::unsupported, request.error());
     return;
   }
@@ -321,6 +364,7 @@ void Poller::OnStrayBytes(std::size_t count, Duration since_end, Instant) {
   if (last_ == nullptr) return;
   // A late answer, or the rest of one: this device gets a longer quarantine from now on.
   Device& device = *last_;
+  if (since_end > device.times.ceiling) return;  // too late for any answer: noise
   const Duration needed = std::min(since_end + device.times.gap, device.times.ceiling);
   if (needed <= device.times.drain + device.late_drain) return;
   if (device.late_drain == Duration::zero()) {
@@ -338,13 +382,19 @@ void Poller::ConcludeExchange() {
   const ExchangeEnd& end = *work.end;
   const std::string reason = work.answer.reason.empty() ? end.reason : work.answer.reason;
   counters_.busy += now_.instant - work.exchange_began;
-  device.health.OnExchange(end.outcome);
+  work.mute = work.request.expect.reply == Expectation::Reply::none;
+  if (!work.mute) device.health.OnExchange(end.outcome);
+  if (end.outcome == Outcome::no_reply) {
+    if (!device.unanswered) device.unanswered = work.exchange_began;
+  } else if (ProvesLife(end.outcome) && !work.mute) {
+    device.unanswered.reset();
+  }
   Count(device, reason);
   listener_.OnExchangeEnd(device.index, end.outcome);
   if (end.outcome == Outcome::line_down) {
     FinishTask(end.outcome, reason);
   } else if (ProvesLife(end.outcome)) {
-    last_life_ = now_.instant;
+    if (!work.mute) last_life_ = now_.instant;
     Store(device);
     OnAnswered();
   } else {
@@ -365,9 +415,11 @@ void Poller::OnAnswered() {
   } else if (answer.then == Then::ask_again) {
     Ask();
   } else if (end.outcome == Outcome::busy && work.task.kind == Task::Kind::poll &&
-             work.attempts < device.retries) {
-    ++work.attempts;
+             work.parkings < device.retries && !device.parked) {
+    ++work.parkings;
+    --work.steps;
     device.parked_until = now_.instant + std::max<Duration>(answer.wait, device.times.quiet);
+    schedule_.Hold(device.slot, device.parked_until);
     device.parked = std::move(work_);
   } else {
     FinishTask(end.outcome, answer.reason);
@@ -379,8 +431,9 @@ void Poller::OnFailed() {
   Device& device = *work.device;
   const ExchangeEnd end = *std::exchange(work.end, std::nullopt);
   const Answer answer = std::exchange(work.answer, {});
+  const bool in_time = !work.command || now_.instant < work.command->deadline;
   const bool may_retry = work.attempts < device.retries && work.task.kind != Task::Kind::probe &&
-                         device.health.state() != DeviceState::never_seen;
+                         device.health.state() != DeviceState::never_seen && in_time;
   if (may_retry) {
     const auto instead = device.conversation->Instead(work.request, end.outcome, now_.instant);
     if (instead || work.request.expect.repeatable) {
@@ -395,9 +448,10 @@ void Poller::OnFailed() {
       device.conversation->OnFailure(work.task, work.request, end.outcome, now_.instant);
   if (then == Then::ask_again) {
     Ask();
-  } else {
-    FinishTask(end.outcome, answer.reason.empty() ? end.reason : answer.reason);
+    return;
   }
+  if (then == Then::replan) Plan(device);
+  FinishTask(end.outcome, answer.reason.empty() ? end.reason : answer.reason);
 }
 
 void Poller::Store(Device& device) {
@@ -414,7 +468,8 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
   const std::unique_ptr<Work> done = std::move(work_);
   Device& device = *done->device;
   if (done->task.kind == Task::Kind::probe) {
-    probes_.OnProbe(done->began, now_.instant, Waiting(now_.instant));
+    const Duration drain = NeedsDrain(outcome) ? device.times.drain + device.late_drain : 0s;
+    probes_.OnProbe(done->began, now_.instant + drain, Waiting(now_.instant + drain));
   }
   if (done->fast) {
     device.round_wire += now_.instant - done->began;
@@ -423,9 +478,13 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
       MeasureCycle();
     }
   }
-  UpdateHealth(device, outcome, reason);
+  if (!done->mute) UpdateHealth(device, outcome, reason);
   if (!done->command) return;
   if (outcome == Outcome::ok && done->write < done->command->writes.size()) {
+    if (done->command->deadline <= now_.instant) {
+      done->command->done(Outcome::no_reply, "the deadline passed before all points were written");
+      return;
+    }
     Begin(device, {});
     work_->command = std::move(done->command);
     work_->write = done->write;
@@ -452,7 +511,9 @@ void Poller::NextWrite() {
   for (std::size_t query = 0; query < queries.size(); ++query) {
     const auto& points = queries[query].points;
     if (std::find(points.begin(), points.end(), write.point) == points.end()) continue;
-    if (refresh_.size() < kQueueLimit) refresh_.emplace_back(&device, query);
+    const std::pair wanted(&device, query);
+    const bool known = std::find(refresh_.begin(), refresh_.end(), wanted) != refresh_.end();
+    if (!known && refresh_.size() < kQueueLimit) refresh_.push_back(wanted);
   }
   Ask();
 }
@@ -499,7 +560,7 @@ void Poller::Count(Device& device, const std::string& reason) {
     status.last_outcome = end.outcome;
     status.missed = missed;
     if (end.outcome != Outcome::ok) status.last_reason = reason;
-    if (ProvesLife(end.outcome)) {
+    if (ProvesLife(end.outcome) && !work_->mute) {
       status.last_ok = now_.instant;
       status.last_ok_wall = now_.wall;
       status.round_trips.Add(end.round_trip);
@@ -517,6 +578,7 @@ void Poller::Plan(Device& device) {
   std::vector<config::Group> groups;
   for (const Query& query : device.conversation->Queries()) groups.push_back(query.group);
   schedule_.SetQueries(device.slot, std::move(groups));
+  device.parked.reset();  // its query may be another one now
 }
 
 }  // namespace baudgate

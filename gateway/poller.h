@@ -1,7 +1,8 @@
 // Runs one line: chooses what to ask (commands, polls, probes), hands requests to the line
 // discipline, frames to conversations, readings to the point store, and decides about retries and
 // dead devices. Sans-I/O like gateway/line.h: bytes and time come in as arguments. One thread at a
-// time. SPDX-License-Identifier: Apache-2.0
+// time.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <deque>
@@ -79,7 +80,9 @@ class Poller : private LineClient {
   void OnStrayBytes(std::size_t count, Duration since_end, Instant now) override;
 
   void Settle();
+  void ExpireCommands();
   void Pump();
+  bool PickTask();
   bool PickCommand();
   bool PickParked();
   bool PickRefresh();
@@ -102,6 +105,7 @@ class Poller : private LineClient {
   std::optional<Instant> NextProbe() const;
   Device* Absent(std::size_t turn) const;
   bool Waiting(Instant now) const;
+  Duration Aftermath(const Device& device) const;
 
   const config::Line& config_;
   PointStore& store_;
@@ -116,6 +120,7 @@ class Poller : private LineClient {
   std::unique_ptr<Work> work_;                           // the task under way
   Device* last_ = nullptr;                               // whose exchange ended last
   std::size_t probe_turn_ = 0;
+  int urgent_in_row_ = 0;
   bool open_ = false;
   Now now_{};  // of the input that is being handled
   Instant last_life_{};

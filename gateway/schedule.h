@@ -4,7 +4,8 @@
 // A group of a device that is due starts a *round* over its queries. All rounds in progress take
 // turns, one query each, the one that has waited longest first: no device and no group can starve
 // another. A period that comes while its round is still running is missed: counted, skipped, never
-// queued up. SPDX-License-Identifier: Apache-2.0
+// queued up.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,5 +1,6 @@
 // A value or one sentence that says why there is none: how failures cross layers without
-// exceptions. SPDX-License-Identifier: Apache-2.0
+// exceptions.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>

@@ -2,6 +2,7 @@
 #include "gateway/base/time.h"
 
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 
@@ -18,6 +19,14 @@ struct Unit {
 // Longest first, so that formatting takes the largest unit that leaves a short number.
 constexpr std::array<Unit, 6> kUnits = {
     {{"d", 24h}, {"h", 1h}, {"min", 1min}, {"s", 1s}, {"ms", 1ms}, {"us", 1us}}};
+
+/// Never with an exponent, which ParseDuration refuses.
+std::string Plain(double value) {
+  char buffer[64];
+  const auto [end, error] =
+      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed);
+  return error == std::errc() ? std::string(buffer, end) : std::string();
+}
 
 }  // namespace
 
@@ -54,10 +63,10 @@ std::string FormatDuration(Duration duration) {
     if (duration < unit.length) continue;
     const double value =
         static_cast<double>(duration.count()) / static_cast<double>(unit.length.count());
-    std::string text = FormatNumber(value);
+    const std::string text = Plain(value);
     if (text.size() <= 6) return text + std::string(unit.name);
   }
-  return FormatNumber(static_cast<double>(duration.count()) / 1e3) + "us";
+  return Plain(static_cast<double>(duration.count()) / 1e3) + "us";
 }
 
 std::string FormatWallTime(WallTime time) {

@@ -14,8 +14,9 @@ constexpr std::uint32_t kPaceBurst = 100;
 constexpr Duration kDisposeInterval = 20us;
 constexpr Duration kDisposeTime = 700ms;
 constexpr Duration kAcknowledgeTime = 250ms;
-// A wake-up costs more than a sample: what changes within this time goes in one batch.
-constexpr Duration kBatchInterval = 2ms;
+// A wake-up costs more than a sample: when they come faster than this, what changes goes in batches.
+constexpr Duration kWakeInterval = 2ms;
+constexpr std::uint32_t kWakeBurst = 64;
 constexpr Duration kAgeInterval = 200ms;
 constexpr std::size_t kDueBatch = 64;
 
@@ -116,6 +117,7 @@ DdsCounters DdsPublisher::counters() const {
 
 void DdsPublisher::Run() {
   Instant next_ageing = Clock();
+  Pacer wakes(kWakeInterval, kWakeBurst);
   while (!stopping()) {
     const Instant now = Clock();
     if (now >= next_ageing) {
@@ -127,7 +129,7 @@ void DdsPublisher::Run() {
     const Instant woken = Clock();
     SendChanges();
     SendDue();
-    WaitUntil(woken + kBatchInterval);
+    if (!wakes.Take(woken)) WaitUntil(woken + kWakeInterval);
   }
   DisposeAll();
 }

@@ -5,14 +5,14 @@
 namespace baudgate {
 namespace {
 
-ExceptionCode ParseRead(ByteReader pdu, std::size_t limit, Request& request) {
+ExceptionCode ParseRead(ByteReader pdu, std::size_t limit, ModbusRequest& request) {
   const auto count = pdu.U16Be(3);
   if (pdu.size() != 5 || *count == 0 || *count > limit) return ExceptionCode::illegal_value;
   request.count = *count;
   return ExceptionCode::none;
 }
 
-ExceptionCode ParseSingleWrite(ByteReader pdu, Request& request) {
+ExceptionCode ParseSingleWrite(ByteReader pdu, ModbusRequest& request) {
   const auto data = pdu.Slice(3, 2);
   if (pdu.size() != 5) return ExceptionCode::illegal_value;
   request.count = 1;
@@ -24,7 +24,7 @@ ExceptionCode ParseSingleWrite(ByteReader pdu, Request& request) {
   return ExceptionCode::none;
 }
 
-ExceptionCode ParseMultipleWrite(ByteReader pdu, std::size_t limit, Request& request) {
+ExceptionCode ParseMultipleWrite(ByteReader pdu, std::size_t limit, ModbusRequest& request) {
   const auto count = pdu.U16Be(3);
   const auto bytes = pdu.U8(5);
   if (!count || !bytes || *count == 0 || *count > limit) return ExceptionCode::illegal_value;
@@ -37,7 +37,7 @@ ExceptionCode ParseMultipleWrite(ByteReader pdu, std::size_t limit, Request& req
   return ExceptionCode::none;
 }
 
-ExceptionCode ParseByFunction(ByteReader pdu, Request& request) {
+ExceptionCode ParseByFunction(ByteReader pdu, ModbusRequest& request) {
   switch (request.function) {
     case Function::read_coils:
     case Function::read_discrete_inputs:
@@ -70,7 +70,7 @@ bool IsWrite(View frame) {
   }
 }
 
-ExceptionCode ParseRequest(View frame, Request& request) {
+ExceptionCode ParseRequest(View frame, ModbusRequest& request) {
   const ByteReader pdu(frame.subspan(kMbapHeader));
   request.frame = frame;
   request.unit = UnitOf(frame);

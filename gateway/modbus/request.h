@@ -40,7 +40,7 @@ inline constexpr std::size_t kMaxReadRegisters = 125;
 inline constexpr std::size_t kMaxWriteBits = 1968;
 inline constexpr std::size_t kMaxWriteRegisters = 123;
 
-struct Request {
+struct ModbusRequest {
   View frame;  ///< header included; valid as long as the frame is
   std::uint8_t unit = 0;
   Function function = Function::read_coils;
@@ -63,7 +63,7 @@ bool IsWrite(View frame);
 
 /// Fills `request` from a whole frame (MbapAssembler::Take), or says with which exception to
 /// answer.
-ExceptionCode ParseRequest(View frame, Request& request);
+ExceptionCode ParseRequest(View frame, ModbusRequest& request);
 
 /// The nine bytes that answer `frame` with an exception.
 std::array<std::uint8_t, 9> ExceptionReply(View frame, ExceptionCode code);

@@ -41,7 +41,7 @@ Responder::~Responder() {
   }
 }
 
-int Responder::Reply(const Request& request, int socket) {
+int Responder::Reply(const ModbusRequest& request, int socket) {
   modbus_mapping_t& mapping = library_->mapping;
   mapping = {};
   const int start = request.start;
@@ -60,13 +60,13 @@ int Responder::Reply(const Request& request, int socket) {
                       static_cast<int>(request.frame.size()), &mapping);
 }
 
-Responder::Sent Responder::Send(const Request& request, int socket) {
+Responder::Sent Responder::Send(const ModbusRequest& request, int socket) {
   if (Reply(request, socket) >= 0) return Sent::whole;
   if (errno == EAGAIN || errno == EWOULDBLOCK) return Sent::would_block;
   return errno == EMBBADDATA ? Sent::cut : Sent::failed;
 }
 
-bool Responder::Append(const Request& request, Bytes& out) {
+bool Responder::Append(const ModbusRequest& request, Bytes& out) {
   if (Reply(request, pair_[0]) < 0) return false;
   std::array<std::uint8_t, kMaxAdu> answer;
   const ssize_t size = ::recv(pair_[1], answer.data(), answer.size(), 0);

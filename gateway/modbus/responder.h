@@ -37,14 +37,14 @@ class Responder {
   std::span<std::uint8_t> bits() { return bits_; }
 
   /// Straight to a connected, non-blocking socket.
-  Sent Send(const Request& request, int socket);
+  Sent Send(const ModbusRequest& request, int socket);
   /// To the end of `out`. False when the kernel has no memory for it.
-  bool Append(const Request& request, Bytes& out);
+  bool Append(const ModbusRequest& request, Bytes& out);
 
  private:
   struct Library;
 
-  int Reply(const Request& request, int socket);
+  int Reply(const ModbusRequest& request, int socket);
 
   std::array<std::uint16_t, kMaxReadRegisters> registers_{};
   std::array<std::uint8_t, kMaxReadBits> bits_{};

@@ -30,13 +30,13 @@ Service::Service(const config::Config& config, const PointStore& store, CommandS
   pieces_.reserve(kMaxReadBits);
 }
 
-ExceptionCode Service::Check(View frame, bool may_write, Request& request) const {
+ExceptionCode Service::Check(View frame, bool may_write, ModbusRequest& request) const {
   if (map_.unit(UnitOf(frame)).kind == UnitMap::Kind::unmapped) return ExceptionCode::gateway_path;
   if (!may_write && IsWrite(frame)) return ExceptionCode::illegal_function;
   return ParseRequest(frame, request);
 }
 
-ExceptionCode Service::Read(const Request& request, Instant now) {
+ExceptionCode Service::Read(const ModbusRequest& request, Instant now) {
   const UnitMap& unit = map_.unit(request.unit);
   const auto exception = PlanRead(unit, request.table(), request.start, request.count, pieces_);
   if (exception != ExceptionCode::none) return exception;
@@ -44,7 +44,7 @@ ExceptionCode Service::Read(const Request& request, Instant now) {
 
   struct Look {
     Service& service;
-    const Request& request;
+    const ModbusRequest& request;
     Instant now;
     ExceptionCode exception = ExceptionCode::none;
   } look{*this, request, now};
@@ -59,14 +59,14 @@ ExceptionCode Service::Read(const Request& request, Instant now) {
   return look.exception;
 }
 
-ExceptionCode Service::ReadGateway(const Request& request) {
+ExceptionCode Service::ReadGateway(const ModbusRequest& request) {
   if (request.table() != config::Table::registers) return ExceptionCode::illegal_address;
   const GatewayBlock block = GatewayBlockOf(info_ ? info_() : GatewayInfo{}, counters_.Snapshot());
   for (const Piece& piece : pieces_) FillFromBlock(block, piece, responder_.registers());
   return ExceptionCode::none;
 }
 
-ExceptionCode Service::Submit(const Request& request, Instant deadline, Done done) {
+ExceptionCode Service::Submit(const ModbusRequest& request, Instant deadline, Done done) {
   const UnitMap& unit = map_.unit(request.unit);
   if (unit.kind != UnitMap::Kind::device) return ExceptionCode::illegal_address;
   WriteCommand command;

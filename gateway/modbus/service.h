@@ -53,11 +53,11 @@ class Service {
 
   /// Unit, function, right to write, counts and lengths; fills `request` when there is no
   /// exception.
-  ExceptionCode Check(View frame, bool may_write, Request& request) const;
+  ExceptionCode Check(View frame, bool may_write, ModbusRequest& request) const;
   /// Fills responder() for the answer. Never waits for a line.
-  ExceptionCode Read(const Request& request, Instant now);
+  ExceptionCode Read(const ModbusRequest& request, Instant now);
   /// Queues a write; `done` comes once, on any thread, unless there is an exception.
-  ExceptionCode Submit(const Request& request, Instant deadline, Done done);
+  ExceptionCode Submit(const ModbusRequest& request, Instant deadline, Done done);
   /// How a write ended, as Modbus says it.
   static ExceptionCode ExceptionOf(Outcome outcome);
 
@@ -69,7 +69,7 @@ class Service {
   const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
 
  private:
-  ExceptionCode ReadGateway(const Request& request);
+  ExceptionCode ReadGateway(const ModbusRequest& request);
 
   const PointStore& store_;
   CommandSink& sink_;

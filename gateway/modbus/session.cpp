@@ -88,7 +88,7 @@ void Session::Continue() {
 void Session::Handle(View frame, Instant now) {
   last_frame_ = now;
   LiveCounters::Add(service_.counters().requests);
-  Request request;
+  ModbusRequest request;
   ExceptionCode exception = service_.Check(frame, listener_.write, request);
   if (exception == ExceptionCode::none) {
     if (IsWrite(frame)) {
@@ -101,7 +101,7 @@ void Session::Handle(View frame, Instant now) {
   if (exception != ExceptionCode::none) Refuse(frame, exception);
 }
 
-ExceptionCode Session::StartWrite(const Request& request, Instant now) {
+ExceptionCode Session::StartWrite(const ModbusRequest& request, Instant now) {
   if (pending_.size() >= kMaxPending) return ExceptionCode::busy;
   const std::uint64_t id = next_id_++;
   const Instant deadline = now + service_.limits().write_deadline;
@@ -124,7 +124,7 @@ void Session::FinishWrite(std::uint64_t id, Outcome outcome) {
   if (closed_ || found == pending_.end()) return;
   const Bytes frame = std::move(found->frame);
   pending_.erase(found);
-  Request request;
+  ModbusRequest request;
   ExceptionCode exception = ParseRequest(frame, request);
   if (exception == ExceptionCode::none) exception = Service::ExceptionOf(outcome);
   if (exception == ExceptionCode::none) {
@@ -135,7 +135,7 @@ void Session::FinishWrite(std::uint64_t id, Outcome outcome) {
   Flush();
 }
 
-void Session::Answer(const Request& request) {
+void Session::Answer(const ModbusRequest& request) {
   Responder& responder = service_.responder();
   const bool alone = assembler_.Peek() == MbapAssembler::State::need_more;
   if (alone && out_.empty() && sending_.empty()) {

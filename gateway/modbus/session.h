@@ -48,9 +48,9 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Waits for what comes next: room for answers, more frames at hand, or bytes from the client.
   void Continue();
   void Handle(View frame, Instant now);
-  ExceptionCode StartWrite(const Request& request, Instant now);
+  ExceptionCode StartWrite(const ModbusRequest& request, Instant now);
   void FinishWrite(std::uint64_t id, Outcome outcome);
-  void Answer(const Request& request);
+  void Answer(const ModbusRequest& request);
   void Refuse(View frame, ExceptionCode exception);
   void Flush();
   void CloseMalformed(Instant now);

@@ -10,7 +10,7 @@
 namespace baudgate {
 namespace {
 
-bool BitOf(const Request& request, std::size_t at) {
+bool BitOf(const ModbusRequest& request, std::size_t at) {
   if (request.function == Function::write_coil) return request.data[0] == 0xFF;
   return ((request.data[at / 8] >> (at % 8)) & 1U) != 0;
 }
@@ -23,7 +23,7 @@ Value BitValue(const config::Point& point, bool bit) {
 }  // namespace
 
 ExceptionCode DecodeWrites(const UnitMap& unit, const config::Device& device,
-                           const Request& request, std::vector<PointWrite>& writes) {
+                           const ModbusRequest& request, std::vector<PointWrite>& writes) {
   std::vector<Piece> pieces;
   const config::Table table = request.table();
   const auto exception = PlanWrite(unit, table, request.start, request.count, pieces);

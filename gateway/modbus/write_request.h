@@ -15,6 +15,6 @@ namespace baudgate {
 /// illegal_address: not mapped or read-only. illegal_value: part of a value, or a number that the
 /// type does not allow.
 ExceptionCode DecodeWrites(const UnitMap& unit, const config::Device& device,
-                           const Request& request, std::vector<PointWrite>& writes);
+                           const ModbusRequest& request, std::vector<PointWrite>& writes);
 
 }  // namespace baudgate

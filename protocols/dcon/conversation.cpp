@@ -88,19 +88,26 @@ Result<Request> DconConversation::AskWrite(const Task& task) {
 
 /// The cheapest read that is known to work; while none is, the first, because profiles begin with
 /// what always works.
-std::string DconConversation::ProbeCommand() const {
+std::string DconConversation::BestProbe() const {
   // No module takes $AAM for a write, with or without checksum.
   if (settings_.identify || plans_.empty()) return "$M";
   const Plan* best = &plans_.front();
   std::size_t best_cost = 0;
   for (std::size_t i = 0; i < plans_.size(); ++i) {
-    if (!plans_[i].answered) continue;
+    if (!plans_[i].proven || !IsRepeatable(plans_[i].command)) continue;
     const std::size_t cost = Cost(plans_[i].form, queries_[i].points.size());
     if (best_cost != 0 && cost >= best_cost) continue;
     best = &plans_[i];
     best_cost = cost;
   }
   return best->command;
+}
+
+/// Every second failed probe gives way to another command: the module may not know the best one.
+std::string DconConversation::ProbeCommand() const {
+  if (failed_probes_ % 2 == 0 || plans_.empty()) return BestProbe();
+  const std::string& other = plans_[failed_probes_ / 2 % plans_.size()].command;
+  return IsRepeatable(other) ? other : BestProbe();
 }
 
 std::size_t DconConversation::ExpectedChannels(std::string_view command) const {
@@ -179,6 +186,7 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
 /// What a decoded answer changes in the session.
 Answer DconConversation::Settle(const Task& task, const Command& command, Answer answer) {
   if (task.kind != Task::Kind::write) {
+    if (ProvesLife(answer.outcome)) failed_probes_ = 0;
     if (answer.outcome == Outcome::ok) answer.then = Learn(command.text, true);
     if (answer.outcome == Outcome::unsupported) answer.then = Learn(command.text, false);
     return answer;
@@ -189,7 +197,7 @@ Answer DconConversation::Settle(const Task& task, const Command& command, Answer
     const auto own = std::find_if(answer.readings.begin(), answer.readings.end(),
                                   [&](const Reading& r) { return r.point == task.point; });
     const bool differs = answer.outcome == Outcome::ok && own != answer.readings.end() &&
-                         IsDigital(read) && ToDouble(own->value) != ToDouble(task.value);
+                         ToDouble(own->value) != ToDouble(task.value);
     if (differs) {
       answer.outcome = Outcome::refused;
       answer.reason = "the write was confirmed, but " + device_.points[task.point].name +
@@ -197,8 +205,9 @@ Answer DconConversation::Settle(const Task& task, const Command& command, Answer
     }
     return answer;
   }
-  // A bare '>' proves only that some module took something: read it back.
-  if (answer.outcome == Outcome::ok && read) {
+  // A bare '>' proves only that some module took something. An analog output may slew, so only a
+  // digital one can be compared.
+  if (answer.outcome == Outcome::ok && IsDigital(read)) {
     read_back_ = ReadBack{task.point, task.value};
     answer.then = Then::ask_again;
   }
@@ -212,6 +221,7 @@ Then DconConversation::Learn(std::string_view command, bool answered) {
   for (std::size_t i = 0; i < plans_.size(); ++i) {
     if (plans_[i].command != command) continue;
     plans_[i].answered = answered;
+    plans_[i].proven = plans_[i].proven || answered;
     plans_[i].silences = 0;
     if (!answered) {
       if (Demote(i) == Then::replan) then = Then::replan;
@@ -231,6 +241,7 @@ Then DconConversation::Demote(std::size_t query) {
 
 Then DconConversation::OnFailure(const Task& task, const Request&, Outcome outcome, Instant) {
   read_back_.reset();
+  if (task.kind == Task::Kind::probe) ++failed_probes_;
   if (task.kind != Task::Kind::poll || outcome != Outcome::no_reply) return Then::done;
   if (task.query >= plans_.size()) return Then::done;
   Plan& plan = plans_[task.query];

@@ -35,6 +35,7 @@ class DconConversation : public Conversation {
     Form form = Form::number;
     config::Group group = config::Group::fast;  ///< as configured
     bool answered = false;                      ///< since the last reconnect
+    bool proven = false;                        ///< it has answered ever: good for a probe
     int silences = 0;                           ///< in a row, while it has never answered
   };
   /// A write that the module has confirmed and that is now read back.
@@ -46,6 +47,7 @@ class DconConversation : public Conversation {
   void AddPoint(std::size_t index);
   Request MakeRequest(std::string_view command) const;
   Result<Request> AskWrite(const Task& task);
+  std::string BestProbe() const;
   std::string ProbeCommand() const;
   std::size_t ExpectedChannels(std::string_view command) const;
   std::optional<Form> PlannedForm(std::string_view command) const;
@@ -61,6 +63,7 @@ class DconConversation : public Conversation {
   std::vector<Query> queries_;
   std::vector<Plan> plans_;
   std::optional<ReadBack> read_back_;
+  std::size_t failed_probes_ = 0;
 };
 
 class DconBus : public Bus {

@@ -7,6 +7,7 @@
 
 #include "protocols/conversation.h"
 #include "protocols/protocol.h"
+#include "protocols/spabus/reply.h"
 
 namespace baudgate::spabus {
 
@@ -23,7 +24,7 @@ class ContinuationChecksum {
   void Forget();
 
  private:
-  int accepted_ = 15;
+  int accepted_ = kCoversAny;
   int doubts_ = 0;
 };
 

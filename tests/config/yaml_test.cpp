@@ -58,7 +58,7 @@ TEST(Yaml, OtherEncodingsAreRefused) {
 
 TEST(Yaml, ColumnsCountCharacters) {
   EXPECT_EQ(ProblemsOfPoint("name: p, read: A1, unit: \"°C\", type: int17").substr(0, 14),
-            "t.yaml:8:47: e");
+            "t.yaml:8:50: e");
 }
 
 TEST(Yaml, LargeAndDeepTextsAreRefused) {

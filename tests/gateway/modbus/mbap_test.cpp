@@ -50,7 +50,7 @@ TEST(Mbap, OneByteAtATime) {
     EXPECT_EQ(assembler.Peek(), State::need_more);
   }
   Feed(assembler, View(frame).last(1));
-  EXPECT_EQ(TakeAll(assembler), std::vector{frame});
+  EXPECT_EQ(TakeAll(assembler), std::vector<Bytes>{frame});
 }
 
 TEST(Mbap, LongestFrameFitsBehindAHalfOne) {

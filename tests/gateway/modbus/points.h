@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,11 +52,14 @@ inline config::Config MakeConfig(std::vector<config::Device> devices) {
 inline Bytes Frame(std::uint8_t unit, const std::string& pdu_hex,
                    std::uint16_t transaction = 0x1234) {
   const Bytes pdu = ParseHex(pdu_hex).value();
-  const auto length = static_cast<std::uint16_t>(pdu.size() + 1);
-  Bytes frame = {
-      static_cast<std::uint8_t>(transaction >> 8), static_cast<std::uint8_t>(transaction), 0,   0,
-      static_cast<std::uint8_t>(length >> 8),      static_cast<std::uint8_t>(length),      unit};
-  Append(frame, pdu);
+  const std::size_t length = pdu.size() + 1;
+  Bytes frame(kMbapHeader + pdu.size());
+  frame[0] = static_cast<std::uint8_t>(transaction >> 8);
+  frame[1] = static_cast<std::uint8_t>(transaction);
+  frame[4] = static_cast<std::uint8_t>(length >> 8);
+  frame[5] = static_cast<std::uint8_t>(length);
+  frame[6] = unit;
+  std::ranges::copy(pdu, frame.begin() + kMbapHeader);
   return frame;
 }
 

@@ -19,7 +19,7 @@ class BadRequests : public testing::TestWithParam<BadRequest> {};
 
 TEST_P(BadRequests, AreRefused) {
   const Bytes frame = Frame(1, GetParam().pdu);
-  Request request;
+  ModbusRequest request;
   EXPECT_EQ(ParseRequest(frame, request), GetParam().exception);
 }
 
@@ -63,14 +63,14 @@ TEST(Request, TheLargestOfEachKindPass) {
   for (const std::string& pdu :
        {std::string("03 00 00 00 7D"), std::string("04 FF 83 00 7D"), std::string("01 00 00 07 D0"),
         "10 00 00 00 7B F6" + Zeros(246), "0F 00 00 07 B0 F6" + Zeros(246)}) {
-    Request request;
+    ModbusRequest request;
     const Bytes frame = Frame(1, pdu);
     EXPECT_EQ(ParseRequest(frame, request), ExceptionCode::none) << pdu.substr(0, 14);
   }
 }
 
 TEST(Request, FieldsAreTakenFromTheirPlaces) {
-  Request request;
+  ModbusRequest request;
   const Bytes frame = Frame(21, "10 01 02 00 02 04 AA BB CC DD");
   ASSERT_EQ(ParseRequest(frame, request), ExceptionCode::none);
   EXPECT_EQ(request.unit, 21);

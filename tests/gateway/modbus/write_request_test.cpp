@@ -30,7 +30,7 @@ class WriteRequestTest : public testing::Test {
   ExceptionCode Decode(const std::string& pdu) {
     const RegisterMap map(config_);
     const Bytes frame = Frame(1, pdu);
-    Request request;
+    ModbusRequest request;
     EXPECT_EQ(ParseRequest(frame, request), ExceptionCode::none);
     writes_.clear();
     return DecodeWrites(map.unit(1), config_.lines[0].devices[0], request, writes_);
