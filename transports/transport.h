@@ -21,6 +21,8 @@ class TransportListener {
   /// Open did not succeed; the transport is closed again. `reason` is a sentence for the log that
   /// says what to do: "no such port /dev/ttyUSB7; is the adapter plugged in?".
   virtual void OnOpenFailed(const std::string& reason) = 0;
+  /// A character that came with a parity or framing error is 0xFF here: no protocol of ours takes it
+  /// for anything, and dropping it would make a shorter number of an unchecked one.
   virtual void OnBytes(View bytes) = 0;
   /// The port or connection is gone (unplugged, hung up, reset); the transport has closed itself.
   virtual void OnLost(const std::string& reason) = 0;
@@ -44,14 +46,15 @@ class Transport {
   virtual bool is_open() const = 0;
   /// Hands the bytes over, all of them or OnLost. Only while open.
   virtual void Send(View bytes) = 0;
-  /// Other settings on the open port, for buses that are switched per device.
+  /// Other settings on the open port, for buses that are switched per device. Takes effect at once,
+  /// without waiting for output: between exchanges only.
   virtual Status Apply(const config::SerialSettings& serial) = 0;
   virtual PortCounters Counters() const { return {}; }
   /// "serial /dev/ttyUSB0 9600 7E1", for logs.
   virtual std::string Describe() const = 0;
 };
 
-/// By the form of line.port: "tcp://host:port" is a serial server; everything else is a tty or pty.
+/// By the form of line.port (the io_context outlives the transport): "tcp://host:port" is a serial server; everything else is a tty or pty.
 std::unique_ptr<Transport> MakeTransport(const config::Line& line, asio::io_context& io,
                                          TransportListener& listener);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <asio/ip/v6_only.hpp>
+#include <cerrno>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,7 +39,7 @@ std::string Explain(const asio::error_code& error) {
   if (error == asio::error::access_denied) {
     return "permission denied; ports below 1024 need CAP_NET_BIND_SERVICE, or choose another port";
   }
-  if (error == std::errc::address_not_available) {
+  if (error.value() == EADDRNOTAVAIL) {
     return "this machine has no such address; check modbus.listen";
   }
   return error.message();

@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Runs all tests on a fresh Debian 12: installs what is missing, builds, runs ctest.
+# usage: packaging/test.sh [PRESET]    release (default), asan or tsan: see CMakePresets.json
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. packaging/prepare.sh
+
+preset=${1:-release}
+install_packages
+build "$preset"
+say "running the tests ($preset)"
+# Real ptys, ports and DDS discovery are shared with whatever else runs on the machine: two at a time.
+ctest --test-dir "build/$preset" --output-on-failure -j 2

@@ -1,0 +1,162 @@
+// The small tools that every layer uses: hex, numbers, durations, checksums, checked reading.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <clocale>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/checksum.h"
+#include "gateway/base/text.h"
+#include "gateway/base/time.h"
+#include "gateway/base/value.h"
+
+namespace baudgate {
+namespace {
+
+TEST(Hex, RoundTrip) {
+  const Bytes bytes = {0x3E, 0x00, 0xFF, 0x0A};
+  EXPECT_EQ(ToHex(bytes), "3E 00 FF 0A");
+  EXPECT_EQ(ParseHex("3E 00 FF 0A"), bytes);
+  EXPECT_EQ(ParseHex("3e00ff0a"), bytes);
+  EXPECT_EQ(ToHex({}), "");
+  EXPECT_EQ(ParseHex(""), Bytes());
+}
+
+TEST(Hex, RefusesWhatIsNotHex) {
+  for (const char* text : {"3", "3E 0", "3E 0 0", "G0", "0x3E", "3E,00", "3 E"}) {
+    EXPECT_FALSE(ParseHex(text)) << text;
+  }
+}
+
+TEST(Integers, WholeTextOnly) {
+  EXPECT_EQ(ParseInteger<int>("-17"), -17);
+  EXPECT_EQ(ParseInteger<std::uint8_t>("255"), 255);
+  EXPECT_EQ(ParseInteger<std::uint16_t>("FFFF", 16), 65535);
+  for (const char* text : {"", "+1", " 1", "1 ", "1x", "256", "-1"}) {
+    EXPECT_FALSE(ParseInteger<std::uint8_t>(text)) << text;
+  }
+}
+
+TEST(Decimals, OnlyPlainOnes) {
+  EXPECT_EQ(ParseDecimal("+1.25"), 1.25);
+  EXPECT_EQ(ParseDecimal("-0.5"), -0.5);
+  EXPECT_EQ(ParseDecimal("007"), 7.0);
+  for (const char* text : {"", "+", "-", ".", "+-1", "--1", "1e3", "inf", "nan", "1,5", "1.2.3",
+                           "1-", " 1", "0x10"}) {
+    EXPECT_FALSE(ParseDecimal(text)) << text;
+  }
+  EXPECT_FALSE(ParseDecimal(std::string(400, '9'))) << "beyond any double";
+}
+
+TEST(Decimals, FormatReadsBackExactly) {
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 2000; ++i) {
+    const double value = std::bit_cast<double>(random());
+    if (!std::isfinite(value)) continue;
+    EXPECT_EQ(std::stod(FormatNumber(value)), value);
+  }
+  EXPECT_EQ(FormatNumber(0.1), "0.1");
+  EXPECT_EQ(FormatNumber(std::nan("")), "nan");
+}
+
+TEST(Durations, Parse) {
+  EXPECT_EQ(*ParseDuration("250ms"), 250ms);
+  EXPECT_EQ(*ParseDuration("1.5h"), 90min);
+  EXPECT_EQ(*ParseDuration("5 min"), 5min);
+  EXPECT_EQ(*ParseDuration("20us"), 20us);
+  EXPECT_EQ(*ParseDuration("0"), 0s);
+  for (const char* text : {"", "5", "ms", "-5ms", "5 m", "5sec", "1e3s", "1.2.3s", "nan s",
+                           "99999999999d", "5ms5"}) {
+    const auto duration = ParseDuration(text);
+    EXPECT_FALSE(duration) << text;
+    if (!duration) {
+      EXPECT_FALSE(duration.error().empty());
+    }
+  }
+}
+
+TEST(Durations, FormatReadsBackToTheSameValue) {
+  std::mt19937_64 random(11);
+  std::vector<Duration> all = {0s, 1ns, 999ns, 1us, 1234567us, 100'000s, 1'000'000s, 100'000h};
+  for (int i = 0; i < 5000; ++i) {
+    const auto scale = static_cast<std::int64_t>(std::pow(10.0, static_cast<double>(random() % 15)));
+    all.emplace_back(static_cast<std::int64_t>(random() % 100'000) * scale / 1000);
+  }
+  for (const Duration duration : all) {
+    const std::string text = FormatDuration(duration);
+    const auto back = ParseDuration(text);
+    ASSERT_TRUE(back) << text << ": " << back.error();
+    EXPECT_EQ(back->count(), duration.count()) << text;
+  }
+  EXPECT_EQ(FormatDuration(250ms), "250ms");
+  EXPECT_EQ(FormatDuration(1500ms), "1.5s");
+  EXPECT_EQ(FormatDuration(60s), "1min");
+}
+
+TEST(WallTimes, IsoWithMilliseconds) {
+  EXPECT_EQ(FormatWallTime(WallTime(1s + 250ms)), "1970-01-01T00:00:01.250Z");
+  EXPECT_EQ(FormatWallTime(WallTime(std::chrono::sys_days(std::chrono::year(2024) / 2 / 29)) +
+                           23h + 59min + 59s + 999'999us),
+            "2024-02-29T23:59:59.999Z");
+}
+
+TEST(Checksums, Vectors) {
+  const Bytes digits = ToBytes("123456789");
+  EXPECT_EQ(Crc16(digits), 0x4B37);
+  EXPECT_EQ(Crc16({}), 0xFFFF);
+  EXPECT_EQ(Sum8(digits), 0xDD);
+  EXPECT_EQ(Xor8(digits), 0x31);
+  EXPECT_EQ(Sum8(Bytes{0xFF, 0x02}), 0x01);
+  EXPECT_EQ(Xor8({}), 0x00);
+}
+
+TEST(Reader, NothingBeyondTheEnd) {
+  const Bytes bytes = {0x01, 0x02, 0x03, 0x04, 0x05};
+  const ByteReader reader(bytes);
+  EXPECT_EQ(reader.U8(4), 0x05);
+  EXPECT_EQ(reader.U16Be(0), 0x0102);
+  EXPECT_EQ(reader.U16Le(0), 0x0201);
+  EXPECT_EQ(reader.U32Be(1), 0x02030405U);
+  EXPECT_EQ(reader.U32Le(1), 0x05040302U);
+  constexpr auto kHuge = std::numeric_limits<std::size_t>::max();
+  for (const std::size_t at : {std::size_t{5}, std::size_t{6}, kHuge - 1, kHuge}) {
+    EXPECT_FALSE(reader.U8(at));
+    EXPECT_FALSE(reader.U16Be(at));
+    EXPECT_FALSE(reader.U32Le(at));
+    EXPECT_FALSE(reader.F32Le(at));
+    EXPECT_FALSE(reader.Slice(at, 1));
+  }
+  EXPECT_FALSE(reader.U16Le(4));
+  EXPECT_FALSE(reader.U32Be(2));
+  EXPECT_FALSE(reader.Slice(1, kHuge)) << "offset and count may not wrap round";
+  EXPECT_TRUE(reader.Slice(5, 0));
+  EXPECT_FALSE(ByteReader({}).U8(0));
+}
+
+TEST(Reader, Floats) {
+  EXPECT_EQ(ByteReader(Bytes{0x00, 0x00, 0x80, 0x3F}).F32Le(0), 1.0F);
+  EXPECT_TRUE(std::isnan(*ByteReader(Bytes{0x00, 0x00, 0xC0, 0x7F}).F32Le(0)));
+}
+
+TEST(Text, SplitTrimAndPrintable) {
+  EXPECT_EQ(Split("a,,b", ',').size(), 3U);
+  EXPECT_EQ(Split("", ',').size(), 1U);
+  EXPECT_EQ(Trim(" \t a b\r\n"), "a b");
+  EXPECT_EQ(Trim(" \r\n"), "");
+  EXPECT_EQ(Printable(Bytes{'A', '\r', '\n', 0x00, 0xE9}), "A\\r\\n\\x00\\xE9");
+}
+
+TEST(Values, AsNumberAndText) {
+  EXPECT_EQ(ToDouble(true), 1.0);
+  EXPECT_TRUE(std::isnan(ToDouble(std::string("5"))));
+  EXPECT_TRUE(std::isnan(ToDouble({})));
+  EXPECT_EQ(ToText(std::numeric_limits<std::uint64_t>::max()), "18446744073709551615");
+  EXPECT_EQ(ToText(0.52), "0.52");
+  EXPECT_EQ(ToText({}), "");
+}
+
+}  // namespace
+}  // namespace baudgate
