@@ -85,6 +85,8 @@ void Begin(Level least) {
   spdlog::set_default_logger(std::move(logger));
 }
 
+void SetLeast(Level least) { spdlog::default_logger()->set_level(LevelOf(least)); }
+
 void Write(Level level, const std::string& text) {
   const auto held_back = TheFolder().Pass(text, std::chrono::steady_clock::now());
   if (!held_back) return;

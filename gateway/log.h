@@ -15,6 +15,9 @@ enum class Level { debug, info, warning, error };
 /// place of the time, which the journal knows better.
 void Begin(Level least);
 
+/// Keeps the log from drawing over a live table.
+void SetLeast(Level least);
+
 /// Thread-safe.
 void Write(Level level, const std::string& text);
 

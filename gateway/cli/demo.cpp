@@ -17,6 +17,7 @@
 #include "gateway/cli/check.h"
 #include "gateway/cli/live_table.h"
 #include "gateway/daemon.h"
+#include "gateway/log.h"
 #include "gateway/simulator.h"
 
 namespace baudgate {
@@ -167,7 +168,11 @@ void Show(const Daemon& daemon, const DemoOptions& options, std::ostream& out) {
       if (!error) draw();
     });
   };
-  if (!TerminalView(STDOUT_FILENO)) out << head << tail << std::flush;
+  if (TerminalView(STDOUT_FILENO)) {
+    log::SetLeast(log::Level::error);
+  } else {
+    out << head << tail << std::flush;
+  }
   draw();
   io.run();
 }
