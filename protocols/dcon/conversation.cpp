@@ -106,7 +106,7 @@ std::string DconConversation::BestProbe() const {
 /// Every second failed probe gives way to another command: the module may not know the best one.
 std::string DconConversation::ProbeCommand() const {
   if (failed_probes_ % 2 == 0 || plans_.empty()) return BestProbe();
-  const std::string& other = plans_[failed_probes_ / 2 % plans_.size()].command;
+  const std::string& other = plans_[(failed_probes_ + 1) / 2 % plans_.size()].command;
   return IsRepeatable(other) ? other : BestProbe();
 }
 

@@ -10,6 +10,10 @@
 namespace baudgate {
 namespace {
 
+using namespace dcon;    // NOLINT: the descriptors stand in the namespaces of their protocols
+using namespace set4tm;  // NOLINT
+using namespace spabus;  // NOLINT
+
 const config::Catalog& Shipped() {
   static const config::Catalog kCatalog = {
       {{"dcon", &DconProtocol()}, {"set4tm", &Set4tmProtocol()}, {"spabus", &SpabusProtocol()}},

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include <clocale>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -56,7 +55,10 @@ TEST(Decimals, FormatReadsBackExactly) {
   for (int i = 0; i < 2000; ++i) {
     const double value = std::bit_cast<double>(random());
     if (!std::isfinite(value)) continue;
-    EXPECT_EQ(std::stod(FormatNumber(value)), value);
+    const std::string text = FormatNumber(value);
+    double back = 0;
+    std::from_chars(text.data(), text.data() + text.size(), back);
+    EXPECT_EQ(back, value) << text;
   }
   EXPECT_EQ(FormatNumber(0.1), "0.1");
   EXPECT_EQ(FormatNumber(std::nan("")), "nan");
