@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::size_t kRemembered = 256;
 
-/// Counts texts that came within the last minute, so that a flapping device writes one line a minute.
+/// Counts texts that came within the last minute, so that a flapping device writes one line a
+/// minute.
 class Folder {
  public:
   /// How often the text was held back since it was last written; nothing: hold it back now too.
@@ -53,10 +54,14 @@ Folder& TheFolder() {
 
 spdlog::level::level_enum LevelOf(Level level) {
   switch (level) {
-    case Level::debug: return spdlog::level::debug;
-    case Level::info: return spdlog::level::info;
-    case Level::warning: return spdlog::level::warn;
-    case Level::error: return spdlog::level::err;
+    case Level::debug:
+      return spdlog::level::debug;
+    case Level::info:
+      return spdlog::level::info;
+    case Level::warning:
+      return spdlog::level::warn;
+    case Level::error:
+      return spdlog::level::err;
   }
   return spdlog::level::info;
 }
@@ -64,10 +69,14 @@ spdlog::level::level_enum LevelOf(Level level) {
 /// "<4>": what journald takes for the priority of a line on standard error.
 std::string_view Priority(Level level) {
   switch (level) {
-    case Level::debug: return "<7>";
-    case Level::info: return "<6>";
-    case Level::warning: return "<4>";
-    case Level::error: return "<3>";
+    case Level::debug:
+      return "<7>";
+    case Level::info:
+      return "<6>";
+    case Level::warning:
+      return "<4>";
+    case Level::error:
+      return "<3>";
   }
   return "<6>";
 }

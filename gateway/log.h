@@ -11,8 +11,8 @@ namespace baudgate::log {
 
 enum class Level { debug, info, warning, error };
 
-/// Once, from the composition root. Under systemd (JOURNAL_STREAM) lines carry the syslog priority in
-/// place of the time, which the journal knows better.
+/// Once, from the composition root. Under systemd (JOURNAL_STREAM) lines carry the syslog priority
+/// in place of the time, which the journal knows better.
 void Begin(Level least);
 
 /// Keeps the log from drawing over a live table.

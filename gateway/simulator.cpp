@@ -36,10 +36,13 @@ Value SimulatedValues::Get(std::size_t index, Instant now) const {
   const double wave = std::sin(2 * std::numbers::pi * seconds / kWaveSeconds + phase);
   const double value = simulate.low + (simulate.high - simulate.low) * (0.5 + 0.5 * wave);
   switch (point.type) {
-    case config::Type::boolean: return value >= 0.5;
+    case config::Type::boolean:
+      return value >= 0.5;
     case config::Type::float32:
-    case config::Type::float64: return value;
-    default: return static_cast<std::int64_t>(std::llround(value));
+    case config::Type::float64:
+      return value;
+    default:
+      return static_cast<std::int64_t>(std::llround(value));
   }
 }
 
@@ -82,6 +85,7 @@ struct Simulator::Impl {
   Bytes reply;
   std::size_t sent = 0;
   std::atomic<std::uint64_t> answered = 0;
+  std::atomic<std::uint64_t> characters = 0;
 };
 
 void Simulator::Impl::Read() {
@@ -114,6 +118,7 @@ void Simulator::Impl::OnRequest(View frame) {
   }
   if (reply.empty()) return;
   ++answered;
+  characters += frame.size() + reply.size();
   sent = 0;
   reply_begins = request_began + WireTime(frame.size()) + options.think_time;
   SendPiece();
@@ -161,5 +166,6 @@ Simulator::Simulator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Simulator::~Simulator() = default;
 const std::string& Simulator::path() const { return impl_->pty.path(); }
 std::uint64_t Simulator::answered() const { return impl_->answered; }
+std::uint64_t Simulator::characters() const { return impl_->characters; }
 
 }  // namespace baudgate

@@ -1,5 +1,6 @@
 // Twins on a pty: requests that come from the master's side are answered as the real devices would,
-// at a real bit rate if one is given. For `baudgate simulate`, the demo, system tests and benchmarks.
+// at a real bit rate if one is given. For `baudgate simulate`, the demo, system tests and
+// benchmarks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -46,8 +47,9 @@ class Simulator {
 
   /// What a line's `port:` is set to.
   const std::string& path() const;
-  /// Requests answered so far.
+  /// Requests answered so far, and the characters of those exchanges, both ways. From any thread.
   std::uint64_t answered() const;
+  std::uint64_t characters() const;
 
  private:
   struct Impl;

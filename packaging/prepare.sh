@@ -44,5 +44,5 @@ build() {
   shift
   say "building ($preset): the first time takes some minutes"
   cmake --preset "$preset" >/dev/null
-  cmake --build "build/$preset" -j "$(nproc)" ${1:+--target "$@"}
+  cmake --build --preset "$preset" -j "$(nproc)" ${1:+--target "$@"}
 }

@@ -57,15 +57,17 @@ std::string DeviceName(std::string profile) {
 std::string DemoYaml(const config::Catalog& catalog, const std::filesystem::path& directory,
                      const DemoOptions& options, std::uint16_t port) {
   std::string yaml = fmt::format(
-      "gateway: {{ name: demo }}\nmodbus:\n  listen: \"127.0.0.1:{}\"\ndds: {{ domain: {} }}\nlines:\n",
+      "gateway: {{ name: demo }}\nmodbus:\n  listen: \"127.0.0.1:{}\"\ndds: {{ domain: {} "
+      "}}\nlines:\n",
       port, options.domain);
   int unit = 1;
   for (const auto& [protocol, descriptor] : catalog.protocols) {
     const auto profiles = catalog.Profiles(protocol);
     if (profiles.empty()) continue;
-    yaml += fmt::format("  - name: {0}\n    port: {1}/{0}\n    protocol: {0}\n    serial: {2}\n"
-                        "    devices:\n",
-                        protocol, directory.string(), descriptor->serial.ToString());
+    yaml += fmt::format(
+        "  - name: {0}\n    port: {1}/{0}\n    protocol: {0}\n    serial: {2}\n"
+        "    devices:\n",
+        protocol, directory.string(), descriptor->serial.ToString());
     int address = 1;
     for (const config::ProfileFile& profile : profiles) {
       yaml += fmt::format("      - {{ name: {}, address: {}, profile: \"{}\", unit: {} }}\n",
@@ -102,9 +104,8 @@ std::vector<PointRow> Rows(const PointStore& store) {
 std::size_t DevicesAlive(const PointStore& store) {
   std::size_t alive = 0;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    store.Read(device, [&](const DeviceRecord& record) {
-      alive += IsAlive(record.status.state) ? 1 : 0;
-    });
+    store.Read(device,
+               [&](const DeviceRecord& record) { alive += IsAlive(record.status.state) ? 1 : 0; });
   }
   return alive;
 }

@@ -34,6 +34,8 @@ struct ModbusCounters {
   std::uint64_t malformed = 0;  ///< closed because no frame boundary could be trusted
   std::uint64_t idle = 0;       ///< closed because nothing came
   std::uint64_t stalled = 0;    ///< closed because it did not read its answers
+  std::uint64_t accept_errors =
+      0;  ///< no file descriptor or memory for a client; tried again later
   std::uint64_t requests = 0;
   std::uint64_t exceptions = 0;
 };

@@ -106,6 +106,7 @@ void Listener::Accept() {
 }
 
 void Listener::AcceptLater(const asio::error_code& why) {
+  LiveCounters::Add(service_.counters().accept_errors);
   service_.log().Note(FoldedLog::Kind::accept_failed, ReadClocks().instant, "(waiting)",
                       why.message());
   retry_.expires_after(kAcceptPause);
@@ -128,12 +129,12 @@ void Listener::Welcome(tcp::socket socket) {
   LiveCounters& counters = service_.counters();
   LiveCounters::Add(counters.accepted);
   counters.clients.fetch_add(1, std::memory_order_relaxed);
-  const auto closed = [this](Session& session) {
+  const auto closed = [this](ModbusSession& session) {
     service_.counters().clients.fetch_sub(1, std::memory_order_relaxed);
     sessions_.erase(&session);
   };
-  auto session = std::make_shared<Session>(std::move(socket), listener_, service_, name,
-                                           ReadClocks().instant, closed);
+  auto session = std::make_shared<ModbusSession>(std::move(socket), listener_, service_, name,
+                                                 ReadClocks().instant, closed);
   sessions_.emplace(session.get(), session);
   session->Start();
 }
@@ -148,7 +149,7 @@ void Listener::Sweep() {
   sweep_.async_wait([self = shared_from_this()](const asio::error_code&) {
     if (self->stopped_) return;
     const Instant now = ReadClocks().instant;
-    std::vector<std::shared_ptr<Session>> sessions;
+    std::vector<std::shared_ptr<ModbusSession>> sessions;
     sessions.reserve(self->sessions_.size());
     for (const auto& [key, session] : self->sessions_) sessions.push_back(session);
     for (const auto& session : sessions) session->Sweep(now);

@@ -39,7 +39,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   asio::steady_timer sweep_;
   const config::Listener& listener_;
   Service& service_;
-  std::unordered_map<const Session*, std::shared_ptr<Session>> sessions_;
+  std::unordered_map<const ModbusSession*, std::shared_ptr<ModbusSession>> sessions_;
   Duration sweep_period_;
   std::uint16_t port_ = 0;
   bool stopped_ = false;

@@ -1,7 +1,7 @@
 // Which Modbus unit and address stands for which point: built once from the configuration.
-// Asked by service.cpp and write_request.cpp before anything is read or written. The addresses are a
-// public contract: values at 0…8999 and 9100…19999, their quality 20000 and their age
-// 40000 above, the status block at 9000.
+// Asked by service.cpp and write_request.cpp before anything is read or written. The addresses are
+// a public contract: values at 0…8999 and 9100…19999, their quality 20000 and their age 40000
+// above, the status block at 9000.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -19,6 +19,7 @@ ModbusCounters LiveCounters::Snapshot() const {
   copy.malformed = read(malformed);
   copy.idle = read(idle);
   copy.stalled = read(stalled);
+  copy.accept_errors = read(accept_errors);
   copy.requests = read(requests);
   copy.exceptions = read(exceptions);
   return copy;

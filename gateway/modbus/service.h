@@ -34,6 +34,7 @@ struct LiveCounters {
   std::atomic<std::uint64_t> malformed = 0;
   std::atomic<std::uint64_t> idle = 0;
   std::atomic<std::uint64_t> stalled = 0;
+  std::atomic<std::uint64_t> accept_errors = 0;
   std::atomic<std::uint64_t> requests = 0;
   std::atomic<std::uint64_t> exceptions = 0;
 

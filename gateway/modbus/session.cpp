@@ -18,8 +18,9 @@ constexpr std::size_t kMaxPending = 16;
 
 }  // namespace
 
-Session::Session(asio::ip::tcp::socket socket, const config::Listener& listener, Service& service,
-                 std::string peer, Instant now, std::function<void(Session&)> closed)
+ModbusSession::ModbusSession(asio::ip::tcp::socket socket, const config::Listener& listener,
+                             Service& service, std::string peer, Instant now,
+                             std::function<void(ModbusSession&)> closed)
     : socket_(std::move(socket)),
       listener_(listener),
       service_(service),
@@ -28,7 +29,7 @@ Session::Session(asio::ip::tcp::socket socket, const config::Listener& listener,
       last_frame_(now),
       sending_since_(now) {}
 
-void Session::Start() {
+void ModbusSession::Start() {
   asio::error_code ignored;
   socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
   socket_.set_option(asio::socket_base::keep_alive(true), ignored);
@@ -38,7 +39,7 @@ void Session::Start() {
   Read();
 }
 
-void Session::Close() {
+void ModbusSession::Close() {
   if (closed_) return;
   closed_ = true;
   asio::error_code ignored;
@@ -47,7 +48,7 @@ void Session::Close() {
   on_closed_(*this);
 }
 
-void Session::Read() {
+void ModbusSession::Read() {
   reading_ = true;
   const auto space = assembler_.Space();
   socket_.async_read_some(
@@ -61,7 +62,7 @@ void Session::Read() {
       });
 }
 
-void Session::Turn() {
+void ModbusSession::Turn() {
   const Instant now = ReadClocks().instant;
   for (int i = 0; i < kFramesPerTurn && !closed_ && sending_.empty(); ++i) {
     View frame;
@@ -75,7 +76,7 @@ void Session::Turn() {
   Continue();
 }
 
-void Session::Continue() {
+void ModbusSession::Continue() {
   if (closed_ || reading_ || turn_posted_ || !sending_.empty()) return;
   if (assembler_.Peek() == MbapAssembler::State::need_more) return Read();
   turn_posted_ = true;
@@ -85,7 +86,7 @@ void Session::Continue() {
   });
 }
 
-void Session::Handle(View frame, Instant now) {
+void ModbusSession::Handle(View frame, Instant now) {
   last_frame_ = now;
   LiveCounters::Add(service_.counters().requests);
   ModbusRequest request;
@@ -101,7 +102,7 @@ void Session::Handle(View frame, Instant now) {
   if (exception != ExceptionCode::none) Refuse(frame, exception);
 }
 
-ExceptionCode Session::StartWrite(const ModbusRequest& request, Instant now) {
+ExceptionCode ModbusSession::StartWrite(const ModbusRequest& request, Instant now) {
   if (pending_.size() >= kMaxPending) return ExceptionCode::busy;
   const std::uint64_t id = next_id_++;
   const Instant deadline = now + service_.limits().write_deadline;
@@ -118,7 +119,7 @@ ExceptionCode Session::StartWrite(const ModbusRequest& request, Instant now) {
   return exception;
 }
 
-void Session::FinishWrite(std::uint64_t id, Outcome outcome) {
+void ModbusSession::FinishWrite(std::uint64_t id, Outcome outcome) {
   const auto found =
       std::ranges::find_if(pending_, [id](const Pending& pending) { return pending.id == id; });
   if (closed_ || found == pending_.end()) return;
@@ -135,7 +136,7 @@ void Session::FinishWrite(std::uint64_t id, Outcome outcome) {
   Flush();
 }
 
-void Session::Answer(const ModbusRequest& request) {
+void ModbusSession::Answer(const ModbusRequest& request) {
   Responder& responder = service_.responder();
   const bool alone = assembler_.Peek() == MbapAssembler::State::need_more;
   if (alone && out_.empty() && sending_.empty()) {
@@ -154,12 +155,12 @@ void Session::Answer(const ModbusRequest& request) {
   if (!responder.Append(request, out_)) Close();
 }
 
-void Session::Refuse(View frame, ExceptionCode exception) {
+void ModbusSession::Refuse(View frame, ExceptionCode exception) {
   LiveCounters::Add(service_.counters().exceptions);
   Append(out_, ExceptionReply(frame, exception));
 }
 
-void Session::Flush() {
+void ModbusSession::Flush() {
   if (closed_ || out_.empty() || !sending_.empty()) return;
   asio::error_code failed;
   const std::size_t sent = socket_.write_some(asio::buffer(out_), failed);
@@ -178,7 +179,7 @@ void Session::Flush() {
                     });
 }
 
-void Session::Sweep(Instant now) {
+void ModbusSession::Sweep(Instant now) {
   if (!sending_.empty() && now - sending_since_ > service_.limits().stall) {
     return CloseStalled(now, "it does not read its answers");
   }
@@ -194,7 +195,7 @@ void Session::Sweep(Instant now) {
   for (const std::uint64_t id : late) FinishWrite(id, Outcome::no_reply);
 }
 
-void Session::CloseMalformed(Instant now) {
+void ModbusSession::CloseMalformed(Instant now) {
   Flush();
   if (closed_) return;
   LiveCounters::Add(service_.counters().malformed);
@@ -202,7 +203,7 @@ void Session::CloseMalformed(Instant now) {
   Close();
 }
 
-void Session::CloseStalled(Instant now, std::string_view why) {
+void ModbusSession::CloseStalled(Instant now, std::string_view why) {
   LiveCounters::Add(service_.counters().stalled);
   service_.log().Note(FoldedLog::Kind::stalled, now, peer_, why);
   Close();

@@ -22,12 +22,12 @@
 
 namespace baudgate {
 
-class Session : public std::enable_shared_from_this<Session> {
+class ModbusSession : public std::enable_shared_from_this<ModbusSession> {
  public:
   /// `closed` is called once, at the end. Listener and service outlive every session that is not
   /// closed.
-  Session(asio::ip::tcp::socket socket, const config::Listener& listener, Service& service,
-          std::string peer, Instant now, std::function<void(Session&)> closed);
+  ModbusSession(asio::ip::tcp::socket socket, const config::Listener& listener, Service& service,
+                std::string peer, Instant now, std::function<void(ModbusSession&)> closed);
 
   void Start();
   void Close();
@@ -60,7 +60,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const config::Listener& listener_;
   Service& service_;
   std::string peer_;
-  std::function<void(Session&)> on_closed_;
+  std::function<void(ModbusSession&)> on_closed_;
   MbapAssembler assembler_;
   Bytes out_;      ///< answers that no write has been started for
   Bytes sending_;  ///< in the hands of an asynchronous write

@@ -34,7 +34,6 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task, const confi
     step_ = Step::idle;
     return Error{text ? address.error() : text.error()};
   }
-  sent_ = step_;
   if (step_ == Step::close) ++closings_;
   switch (step_) {
     case Step::open:
@@ -115,7 +114,6 @@ Then WriteSession::OnFailure(Outcome outcome) {
     step_ = Step::idle;
     return Then::done;
   }
-  if (step_ != sent_) return Then::ask_again;  // the answer was no good, but it has been dealt with
   if (step_ == Step::close) {
     if (closings_ < kMostClosings) return Then::ask_again;
     step_ = Step::idle;

@@ -45,7 +45,6 @@ class WriteSession {
 
   std::int64_t password_;
   Step step_ = Step::idle;  ///< due next
-  Step sent_ = Step::idle;  ///< asked last
   std::size_t point_ = kNoPoint;
   Value value_;
   Answer result_;  ///< of the write itself

@@ -1,6 +1,8 @@
 // Clients that are too many, not allowed, silent, or that never read their answers.
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "tests/gateway/modbus/server_fixture.h"
 
@@ -62,6 +64,23 @@ TEST_F(ServerTest, HalfAFrameDoesNotKeepAClientAlive) {
   client.Send(View(Frame(1, kRead)).first(9));
   EXPECT_TRUE(client.IsClosed());
   EXPECT_EQ(server_->counters().malformed, 0U);
+}
+
+TEST_F(ServerTest, WithoutFileDescriptorsItAcceptsAgainLater) {
+  StartServer();
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  const int for_client = ::open("/dev/null", O_RDONLY);
+  const int for_server = ::open("/dev/null", O_RDONLY);
+  rlimit none_left = before;
+  none_left.rlim_cur = static_cast<rlim_t>(for_server);
+  ::close(for_server);
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &none_left), 0);
+  ::close(for_client);
+  const RawClient client = Connect();
+  while (client.connected() && server_->counters().accept_errors == 0) std::this_thread::yield();
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_EQ(client.Ask(1, kRead), kAnswer);
 }
 
 /// Sends requests until the server stops taking them because its answers have nowhere to go.

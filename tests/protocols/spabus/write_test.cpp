@@ -136,6 +136,21 @@ TEST(SpaWrite, ABusyOrDisturbedDeviceHasNotRefusedThePassword) {
   }
 }
 
+TEST(SpaWrite, ADamagedWriteStillGetsBothClosings) {
+  Talk talk(Device(345));
+  talk.Ask(kWrite);
+  talk.Hear(kWrite, "<1A:");
+  talk.Ask(kWrite);
+  const Answer damaged = talk.Hear(kWrite, "<1N:0:");
+  EXPECT_EQ(talk.Fail(kWrite, damaged.outcome), Then::ask_again);
+  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV161:345");
+  EXPECT_EQ(talk.Fail(kWrite, Outcome::no_reply), Then::ask_again);
+  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV161:345");
+  const Answer closed = talk.Hear(kWrite, "<1A:");
+  EXPECT_EQ(closed.outcome, Outcome::corrupt);
+  EXPECT_EQ(closed.then, Then::done);
+}
+
 TEST(SpaWrite, NothingIsSentAfterTheLineWentDown) {
   Talk talk(Device(345));
   talk.Ask(kWrite);

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# Measures the figures of docs/performance.md on this machine, each as a ratio in one run.
+# usage: packaging/bench.sh [line] [modbus] [delay] [scale] [cost]    all without arguments; five minutes
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. packaging/prepare.sh
+
+install_packages
+build bench baudgate_bench
+say "measuring; keep the machine quiet meanwhile"
+exec build/release/baudgate_bench "$@"

@@ -1,0 +1,299 @@
+// Added delay: from the last byte of a reply to the sample in a DDS subscriber in another process,
+// beside a bare pipeline with the same hops: pty read, hand-over to a writer thread, bare Fast DDS.
+// SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <condition_variable>
+#include <csignal>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "gateway/assembler.h"
+#include "gateway/base/text.h"
+#include "gateway/dds/publisher.h"
+#include "gateway/dds/sample_writer.h"
+#include "gateway/dds/subscriber.h"
+#include "gateway/line_runner.h"
+#include "tests/bench/bench.h"
+#include "transports/pty.h"
+
+namespace baudgate::bench {
+namespace {
+
+constexpr int kDomain = 111;
+constexpr int kRounds = 9;
+constexpr int kSamplesPerRound = 100;
+constexpr auto kPeriod = std::chrono::milliseconds(10);
+constexpr double kWanted = 1.3;
+constexpr std::string_view kDirect = "direct";
+constexpr std::string_view kGateway = "gateway";
+
+std::int64_t NowNs() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
+
+/// A DCON reply that carries `number`: ">+12345." and CR.
+std::string Reply(int number) { return fmt::format(">+{:05d}.\r", number); }
+
+/// Both pipelines read this: one line of text out of a pty.
+void WriteAll(int descriptor, std::string_view text) {
+  if (write(descriptor, text.data(), text.size()) != static_cast<ssize_t>(text.size()))
+    std::exit(4);
+}
+
+/// The other process: prints "<source> <value> <arrival in ns>" for each sample.
+class Subscriber {
+ public:
+  explicit Subscriber(const std::string& self) {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) std::exit(4);
+    child_ = fork();
+    if (child_ == 0) {
+      dup2(ends[1], STDOUT_FILENO);
+      execl(self.c_str(), "baudgate_bench", "be-delay-subscriber", nullptr);
+      _exit(127);
+    }
+    close(ends[1]);
+    stream_ = fdopen(ends[0], "r");
+    thread_ = std::thread([this] { Run(); });
+  }
+  ~Subscriber() {
+    kill(child_, SIGTERM);
+    waitpid(child_, nullptr, 0);
+    thread_.join();
+    fclose(stream_);
+  }
+
+  /// When the sample arrived there; nothing within two seconds.
+  std::optional<std::int64_t> Arrival(std::string_view source, int number) {
+    std::unique_lock lock(mutex_);
+    const auto key = std::pair(std::string(source), number);
+    if (!arrived_.wait_for(lock, 2s, [&] { return arrivals_.contains(key); })) return std::nullopt;
+    return arrivals_[key];
+  }
+
+ private:
+  void Run() {
+    char source[64];
+    int number = 0;
+    long long when = 0;
+    while (fscanf(stream_, "%63s %d %lld", source, &number, &when) == 3) {
+      const std::lock_guard lock(mutex_);
+      arrivals_[{source, number}] = when;
+      arrived_.notify_all();
+    }
+  }
+
+  pid_t child_ = -1;
+  FILE* stream_ = nullptr;
+  std::thread thread_;
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::map<std::pair<std::string, int>, std::int64_t> arrivals_;
+};
+
+/// The limit: a thread reads the pty up to CR, hands the number to a writer thread, which writes
+/// it.
+class DirectPipeline {
+ public:
+  DirectPipeline() : pty_(std::move(*Pty::Create())) {
+    auto writer = dds::CreateFastWriter(
+        {.domain = kDomain, .interfaces = {"127.0.0.1"}, .shared_memory = false}, 8, 1);
+    if (!writer) std::exit(4);
+    writer_ = std::move(*writer);
+    reader_ = open(pty_.slave_path().c_str(), O_RDONLY | O_NOCTTY);
+    read_thread_ = std::thread([this] { Read(); });
+    write_thread_ = std::thread([this] { Write(); });
+  }
+  ~DirectPipeline() {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    handed_over_.notify_all();
+    WriteAll(pty_.master(), "\r");
+    read_thread_.join();
+    write_thread_.join();
+    close(reader_);
+  }
+
+  std::int64_t Feed(int number) {
+    const std::int64_t now = NowNs();
+    WriteAll(pty_.master(), Reply(number));
+    return now;
+  }
+
+ private:
+  void Read() {
+    std::string line;
+    char buffer[64];
+    while (!stop_) {
+      const ssize_t count = read(reader_, buffer, sizeof buffer);
+      if (count <= 0) return;
+      line.append(buffer, static_cast<std::size_t>(count));
+      if (line.back() != '\r') continue;
+      if (line.size() > 3) {
+        const std::lock_guard lock(mutex_);
+        number_ = std::atof(line.c_str() + 1);
+        pending_ = true;
+        handed_over_.notify_one();
+      }
+      line.clear();
+    }
+  }
+  void Write() {
+    dds::PointSample sample;
+    sample.gateway = kDirect;
+    sample.device = "device";
+    sample.point = "point";
+    sample.quality = 192;
+    std::unique_lock lock(mutex_);
+    while (true) {
+      handed_over_.wait(lock, [this] { return pending_ || stop_; });
+      if (stop_) return;
+      pending_ = false;
+      sample.value = number_;
+      ++sample.seq;
+      lock.unlock();
+      writer_->Write(sample);
+      lock.lock();
+    }
+  }
+
+  Pty pty_;
+  int reader_ = -1;
+  std::unique_ptr<dds::SampleWriter> writer_;
+  std::mutex mutex_;
+  std::condition_variable handed_over_;
+  std::atomic<bool> stop_ = false;
+  bool pending_ = false;
+  double number_ = 0;
+  std::thread read_thread_;
+  std::thread write_thread_;
+};
+
+/// Ours: the same reply through line, store and publisher. The twin answers when it is told to.
+class GatewayPipeline {
+ public:
+  explicit GatewayPipeline(const config::Catalog& catalog)
+      : pty_(std::move(*Pty::Create())),
+        config_(
+            Load(fmt::format(
+                     "gateway: {{ name: {} }}\nmodbus: {{ enabled: false }}\n"
+                     "dds: {{ domain: {} }}\nlines:\n"
+                     "  - {{ name: line, port: {}, serial: 115200 8N1, protocol: dcon, devices: [\n"
+                     "      {{ name: device, address: 1, poll: 10ms, timing: {{ quiet: 0ms }}, "
+                     "points: [\n"
+                     "        {{ name: point, read: \"#0\", type: float64 }} ] }} ] }}\n",
+                     kGateway, kDomain, pty_.slave_path()),
+                 catalog)),
+        store_(config_) {
+    auto publisher = dds::DdsPublisher::Create(config_, store_);
+    if (!publisher) std::exit(4);
+    publisher_ = std::move(*publisher);
+    const Protocol& protocol = *catalog.FindProtocol("dcon");
+    runner_ = std::make_unique<LineRunner>(
+        config_.lines.front(), 0, [&](const std::string&) -> const Protocol& { return protocol; },
+        store_);
+    runner_->Start();
+  }
+  ~GatewayPipeline() {
+    runner_->Stop();
+    publisher_->Stop();
+  }
+
+  /// Waits for the poll, answers it with `number`, and says when.
+  std::int64_t Feed(int number) {
+    char buffer[64];
+    std::string request;
+    while (request.empty() || request.back() != '\r') {
+      pollfd ready{pty_.master(), POLLIN, 0};
+      poll(&ready, 1, 1000);
+      const ssize_t count = read(pty_.master(), buffer, sizeof buffer);
+      if (count > 0) request.append(buffer, static_cast<std::size_t>(count));
+    }
+    // The reply may not come before the request is off the wire: 5 characters at 115200.
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    const std::int64_t now = NowNs();
+    WriteAll(pty_.master(), Reply(number));
+    return now;
+  }
+
+ private:
+  Pty pty_;
+  config::Config config_;
+  PointStore store_;
+  std::unique_ptr<dds::DdsPublisher> publisher_;
+  std::unique_ptr<LineRunner> runner_;
+};
+
+template <typename Pipeline>
+std::vector<double> Measure(Pipeline& pipeline, std::string_view source, Subscriber& subscriber,
+                            int& number, int count) {
+  std::vector<double> delays;
+  for (int i = 0; i < count; ++i) {
+    number = number % 90000 + 1;
+    const std::int64_t sent = pipeline.Feed(number);
+    if (const auto arrived = subscriber.Arrival(source, number)) {
+      delays.push_back(static_cast<double>(*arrived - sent) / 1e3);
+    }
+    std::this_thread::sleep_for(kPeriod);
+  }
+  return delays;
+}
+
+}  // namespace
+
+int BeDelaySubscriber(int, char**) {
+  dds::SubscriberOptions options;
+  options.participant.domain = kDomain;
+  dds::SubscriberCallbacks callbacks;
+  callbacks.on_point = [](const dds::PointSample& sample) {
+    const std::int64_t now = NowNs();
+    if (std::isnan(sample.value)) return;
+    fmt::print("{} {} {}\n", sample.gateway, std::lround(sample.value), now);
+    std::fflush(stdout);
+  };
+  const auto subscriber = dds::DdsSubscriber::Create(options, callbacks);
+  if (!subscriber) return 4;
+  pause();
+  return 0;
+}
+
+void RunAddedDelay(const config::Catalog& catalog, const std::string& self) {
+  fmt::print(
+      "added delay, last byte of the reply to the sample in another process "
+      "(wanted: median <= {} x a bare pipeline)\n",
+      kWanted);
+  Subscriber subscriber(self);
+  DirectPipeline direct;
+  GatewayPipeline gateway(catalog);
+  int number = 0;
+  Measure(direct, kDirect, subscriber, number, 20);  // discovery and warm up
+  Measure(gateway, kGateway, subscriber, number, 20);
+  std::vector<double> limit;
+  std::vector<double> ours;
+  std::vector<double> ratios;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto first = Measure(direct, kDirect, subscriber, number, kSamplesPerRound);
+    const auto second = Measure(gateway, kGateway, subscriber, number, kSamplesPerRound);
+    limit.insert(limit.end(), first.begin(), first.end());
+    ours.insert(ours.end(), second.begin(), second.end());
+    ratios.push_back(Median(second) / Median(first));
+  }
+  fmt::print("  bare pipeline: median {:.0f} us, p99 {:.0f} us ({} samples)\n", Median(limit),
+             Percentile(limit, 0.99), limit.size());
+  fmt::print("  gateway:       median {:.0f} us, p99 {:.0f} us ({} samples)\n", Median(ours),
+             Percentile(ours, 0.99), ours.size());
+  const double ratio = Median(ratios);
+  fmt::print("  ratio of medians, median of {} rounds: {:.2f} ({:.2f} to {:.2f})  {}\n", kRounds,
+             ratio, Percentile(ratios, 0), Percentile(ratios, 1), Verdict(ratio <= kWanted));
+}
+
+}  // namespace baudgate::bench

@@ -1,0 +1,35 @@
+// What the benchmarks share: a temporary place, configurations as text, medians, and the report.
+// Every figure is a ratio against a limit that is measured in the same run.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/catalog.h"
+#include "config/config.h"
+
+namespace baudgate::bench {
+
+double Median(std::vector<double> values);
+double Percentile(std::vector<double> values, double share);
+
+/// A new directory below the temporary one; removed at exit.
+std::string Scratch();
+/// The configuration, or the end of the program with its problems.
+config::Config Load(const std::string& yaml, const config::Catalog& catalog);
+/// "reached" or "MISSED", for the column behind a figure.
+const char* Verdict(bool reached);
+
+void RunLineUse(const config::Catalog& catalog);
+void RunModbusRate();
+void RunAddedDelay(const config::Catalog& catalog, const std::string& self);
+void RunScale(const config::Catalog& catalog, const std::string& self);
+void RunCostPerPoint();
+
+// Other processes of the same program: `self ROLE ARGS…`.
+int BeDelaySubscriber(int argc, char** argv);
+int BeScaleTwins(const config::Catalog& catalog, int argc, char** argv);
+int BeScaleSubscriber(int argc, char** argv);
+
+}  // namespace baudgate::bench

@@ -1,0 +1,95 @@
+// The benchmarks as one command: baudgate_bench [line|modbus|delay|scale|cost]…, all without
+// arguments.
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <sys/utsname.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+#include <thread>
+
+#include "config/loader.h"
+#include "gateway/log.h"
+#include "gateway/modules.h"
+#include "tests/bench/bench.h"
+
+namespace baudgate::bench {
+
+double Percentile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  const auto index = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
+  return values[index];
+}
+
+double Median(std::vector<double> values) { return Percentile(std::move(values), 0.5); }
+
+std::string Scratch() {
+  struct Directory {
+    std::string path = (std::filesystem::temp_directory_path() / "baudgate-bench-XXXXXX").string();
+    Directory() {
+      if (mkdtemp(path.data()) == nullptr) std::abort();
+    }
+    ~Directory() {
+      std::error_code ignored;
+      std::filesystem::remove_all(path, ignored);
+    }
+  };
+  static const Directory directory;
+  return directory.path;
+}
+
+config::Config Load(const std::string& yaml, const config::Catalog& catalog) {
+  config::Loaded loaded = config::LoadText(yaml, "bench", catalog);
+  for (const config::Problem& problem : loaded.problems) {
+    fmt::print(stderr, "{}\n", ToString(problem));
+  }
+  if (!loaded.ok()) std::exit(3);
+  return std::move(loaded.config);
+}
+
+const char* Verdict(bool reached) { return reached ? "reached" : "MISSED"; }
+
+namespace {
+
+void PrintMachine() {
+  utsname kernel{};
+  uname(&kernel);
+  std::string model = "unknown processor";
+  std::ifstream cpus("/proc/cpuinfo");
+  for (std::string line; std::getline(cpus, line);) {
+    if (line.starts_with("model name")) {
+      model = line.substr(line.find(':') + 2);
+      break;
+    }
+  }
+  fmt::print("machine: {} x {}, kernel {}\n", std::thread::hardware_concurrency(), model,
+             kernel.release);
+}
+
+}  // namespace
+}  // namespace baudgate::bench
+
+int main(int argc, char** argv) {
+  using namespace baudgate;
+  log::Begin(log::Level::error);
+  const Modules modules = LoadModules();
+  const std::string_view role = argc > 1 ? argv[1] : "";
+  if (role == "be-delay-subscriber") return bench::BeDelaySubscriber(argc - 2, argv + 2);
+  if (role == "be-scale-twins") return bench::BeScaleTwins(modules.catalog, argc - 2, argv + 2);
+  if (role == "be-scale-subscriber") return bench::BeScaleSubscriber(argc - 2, argv + 2);
+  const auto wanted = [&](std::string_view part) {
+    return argc == 1 ||
+           std::any_of(argv + 1, argv + argc, [&](const char* arg) { return part == arg; });
+  };
+  bench::PrintMachine();
+  if (wanted("line")) bench::RunLineUse(modules.catalog);
+  if (wanted("modbus")) bench::RunModbusRate();
+  if (wanted("delay")) bench::RunAddedDelay(modules.catalog, "/proc/self/exe");
+  if (wanted("scale")) bench::RunScale(modules.catalog, "/proc/self/exe");
+  if (wanted("cost")) bench::RunCostPerPoint();
+  return 0;
+}

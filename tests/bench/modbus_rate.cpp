@@ -1,0 +1,262 @@
+// Modbus reads a second, beside a bare epoll echo server with the same message sizes and the same
+// load generator in the same run: the limit that this machine's loopback and scheduler set.
+// SPDX-License-Identifier: Apache-2.0
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <asio/executor_work_guard.hpp>
+#include <asio/io_context.hpp>
+#include <asio/post.hpp>
+#include <atomic>
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+#include "gateway/modbus/server.h"
+#include "tests/bench/bench.h"
+
+namespace baudgate::bench {
+namespace {
+
+constexpr int kPairs = 9;
+constexpr auto kSlot = std::chrono::milliseconds(400);
+constexpr double kWanted = 0.85;
+constexpr std::size_t kRequest = 12;
+constexpr int kPoints = 125;
+
+int Listen(std::uint16_t& port) {
+  const int listener = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t length = sizeof address;
+  bind(listener, reinterpret_cast<sockaddr*>(&address), length);
+  listen(listener, 256);
+  getsockname(listener, reinterpret_cast<sockaddr*>(&address), &length);
+  port = ntohs(address.sin_port);
+  return listener;
+}
+
+void Watch(int poll, int descriptor) {
+  epoll_event event{};
+  event.events = EPOLLIN;
+  event.data.fd = descriptor;
+  epoll_ctl(poll, EPOLL_CTL_ADD, descriptor, &event);
+}
+
+/// The limit: answers 12 bytes with as many as a Modbus reply would have, and does nothing else.
+class EchoServer {
+ public:
+  explicit EchoServer(std::size_t reply) : reply_(reply), listener_(Listen(port_)) {
+    thread_ = std::thread([this] { Run(); });
+  }
+  ~EchoServer() {
+    stop_ = true;
+    thread_.join();
+    close(listener_);
+  }
+  std::uint16_t port() const { return port_; }
+
+ private:
+  void Run() {
+    const int poll = epoll_create1(0);
+    Watch(poll, listener_);
+    std::array<epoll_event, 128> events{};
+    std::array<std::uint8_t, 512> buffer{};
+    while (!stop_) {
+      const int count = epoll_wait(poll, events.data(), static_cast<int>(events.size()), 50);
+      for (int i = 0; i < count; ++i) {
+        const int descriptor = events[static_cast<std::size_t>(i)].data.fd;
+        if (descriptor == listener_) {
+          const int client = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK);
+          const int on = 1;
+          setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+          Watch(poll, client);
+        } else if (read(descriptor, buffer.data(), buffer.size()) <= 0) {
+          close(descriptor);
+        } else if (send(descriptor, buffer.data(), reply_, MSG_NOSIGNAL) < 0) {
+          close(descriptor);
+        }
+      }
+    }
+    close(poll);
+  }
+
+  std::size_t reply_;
+  std::uint16_t port_ = 0;
+  int listener_;
+  std::atomic<bool> stop_ = false;
+  std::thread thread_;
+};
+
+/// One outstanding request on each connection; returns replies a second.
+class Load {
+ public:
+  Load(std::uint16_t port, int connections, std::uint8_t registers) : poll_(epoll_create1(0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(port);
+    request_ = {0, 1, 0, 0, 0, 6, 1, 4, 0, 0, 0, registers};
+    reply_ = 9 + 2U * registers;
+    for (int i = 0; i < connections; ++i) {
+      const int client = socket(AF_INET, SOCK_STREAM, 0);
+      if (connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
+        fmt::print(stderr, "connect: {}\n", strerror(errno));
+        std::exit(4);
+      }
+      const int on = 1;
+      setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+      Watch(poll_, client);
+      clients_.push_back(client);
+    }
+  }
+  ~Load() {
+    for (const int client : clients_) close(client);
+    close(poll_);
+  }
+
+  double Run() {
+    for (const int client : clients_) Ask(client);
+    const auto began = std::chrono::steady_clock::now();
+    const auto until = began + kSlot;
+    std::uint64_t replies = 0;
+    std::size_t outstanding = clients_.size();
+    std::array<epoll_event, 128> events{};
+    std::array<std::uint8_t, 512> buffer{};
+    while (outstanding > 0) {
+      const int count = epoll_wait(poll_, events.data(), static_cast<int>(events.size()), 1000);
+      const bool over = std::chrono::steady_clock::now() >= until;
+      for (int i = 0; i < count; ++i) {
+        const int client = events[static_cast<std::size_t>(i)].data.fd;
+        const ssize_t got = recv(client, buffer.data(), reply_, MSG_WAITALL);
+        if (got != static_cast<ssize_t>(reply_)) {
+          fmt::print(stderr, "a reply of {} bytes in place of {}\n", got, reply_);
+          std::exit(1);
+        }
+        ++replies;
+        if (over) {
+          --outstanding;
+        } else {
+          Ask(client);
+        }
+      }
+    }
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
+    return static_cast<double>(replies) / took.count();
+  }
+
+ private:
+  void Ask(int client) { send(client, request_.data(), request_.size(), MSG_NOSIGNAL); }
+
+  int poll_;
+  std::vector<int> clients_;
+  std::array<std::uint8_t, kRequest> request_{};
+  std::size_t reply_ = 0;
+};
+
+class NoCommands final : public CommandSink {
+ public:
+  bool Submit(WriteCommand) override { return false; }
+};
+
+/// One device with enough registers, all good.
+config::Config MakeConfig() {
+  config::Config config;
+  config::Listener listener;
+  listener.port = 0;
+  config.modbus.listen.push_back(listener);
+  config::Line line;
+  line.name = "line";
+  config::Device device;
+  device.name = "device";
+  device.unit = 1;
+  device.poll = 1h;
+  for (int i = 0; i < kPoints; ++i) {
+    config::Point point;
+    point.name = fmt::format("p{}", i);
+    point.type = config::Type::uint16;
+    point.modbus = static_cast<std::uint16_t>(i);
+    device.points.push_back(point);
+  }
+  line.devices.push_back(device);
+  config.lines.push_back(line);
+  return config;
+}
+
+class Server {
+ public:
+  Server()
+      : config_(MakeConfig()),
+        store_(config_),
+        server_(config_, store_, sink_, [] { return GatewayInfo{}; }) {
+    std::vector<Sample> samples;
+    for (std::uint32_t i = 0; i < kPoints; ++i)
+      samples.push_back({i, std::int64_t{i}, Quality::good});
+    store_.Update(0, samples, ReadClocks(), 1ms);
+    if (const Status status = server_.Listen(io_); !status) {
+      fmt::print(stderr, "{}\n", status.error());
+      std::exit(4);
+    }
+    thread_ = std::thread([this] { io_.run(); });
+  }
+  ~Server() {
+    asio::post(io_, [this] {
+      server_.Stop();
+      io_.stop();
+    });
+    thread_.join();
+  }
+  std::uint16_t port() const { return server_.port(); }
+
+ private:
+  config::Config config_;
+  PointStore store_;
+  NoCommands sink_;
+  asio::io_context io_{1};
+  asio::executor_work_guard<asio::io_context::executor_type> work_ = asio::make_work_guard(io_);
+  ModbusServer server_;
+  std::thread thread_;
+};
+
+void RunOne(const Server& server, std::uint8_t registers, int connections) {
+  const EchoServer echo(9 + 2U * registers);
+  Load ours(server.port(), connections, registers);
+  Load limit(echo.port(), connections, registers);
+  ours.Run();  // warm up
+  limit.Run();
+  std::vector<double> ratios;
+  std::vector<double> rates;
+  for (int pair = 0; pair < kPairs; ++pair) {
+    const double first = limit.Run();
+    const double rate = ours.Run();
+    rates.push_back(rate);
+    ratios.push_back(rate / first);
+  }
+  const double ratio = Median(ratios);
+  fmt::print(
+      "  {:>3} registers, {:>3} connections: {:>7.0f}/s, {:.2f} of the echo ({:.2f} to {:.2f})  "
+      "{}\n",
+      registers, connections, Median(rates), ratio, Percentile(ratios, 0), Percentile(ratios, 1),
+      Verdict(ratio >= kWanted));
+}
+
+}  // namespace
+
+void RunModbusRate() {
+  fmt::print("modbus reads (wanted: {:.2f} of a bare epoll echo, median of {} interleaved pairs)\n",
+             kWanted, kPairs);
+  const Server server;
+  for (const std::uint8_t registers : {std::uint8_t{10}, std::uint8_t{125}}) {
+    for (const int connections : {1, 10, 100}) RunOne(server, registers, connections);
+  }
+}
+
+}  // namespace baudgate::bench

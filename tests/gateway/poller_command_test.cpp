@@ -1,0 +1,203 @@
+// Writes through a line's queue: confirmed, refused, late, or never sent.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+namespace {
+
+using Outcomes = std::vector<Outcome>;
+
+class PollerCommand : public ::testing::Test {
+ protected:
+  void Open() {
+    line_.Open();
+    line_.RunFor(1500ms);  // between two polls
+    line_.sent.clear();
+  }
+  WriteCommand Command(std::vector<PointWrite> writes, Duration within = 1h) {
+    WriteCommand command;
+    command.writes = std::move(writes);
+    command.deadline = line_.now().instant + within;
+    command.done = [this](Outcome outcome, const std::string& reason) {
+      line_.outcomes.push_back(outcome);
+      reasons_.push_back(reason);
+    };
+    return command;
+  }
+
+  // Points: 0 plain, 1 plain, 2 in a session, 3 not askable, 4 written without a reply.
+  VirtualLine line_{ToyLine({ToyDevice("a", "A", {"1", "2", "S3", "E4", "Q5"})}), {&ToyProtocol()}};
+  std::vector<std::string> reasons_;
+};
+
+TEST_F(PollerCommand, IsSentAtOnceConfirmedAndReadBack) {
+  Open();
+  ASSERT_TRUE(line_.Write(0, 0, 42.5));
+  line_.RunFor(100ms);
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::ok});
+  ASSERT_EQ(line_.sent.size(), 2U);
+  EXPECT_EQ(line_.sent[0].text, "WA1=42.5\r");
+  EXPECT_EQ(line_.sent[1].text, "?A1\r") << "the store shows what was written without waiting";
+  EXPECT_EQ(line_.ValueOf(0, 0), Value(42.5));
+}
+
+TEST_F(PollerCommand, SeveralWritesGoInTheirOrderAndAreConfirmedOnce) {
+  Open();
+  line_.Submit(Command({{0, 1.0}, {1, 2.0}, {0, 3.0}}));
+  line_.RunFor(200ms);
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::ok});
+  ASSERT_GE(line_.sent.size(), 3U);
+  EXPECT_EQ(line_.sent[0].text, "WA1=1\r");
+  EXPECT_EQ(line_.sent[1].text, "WA2=2\r");
+  EXPECT_EQ(line_.sent[2].text, "WA1=3\r");
+  EXPECT_EQ(line_.CountSent("?A1"), 1U) << "read back once";
+}
+
+TEST_F(PollerCommand, TheFirstRefusalEndsIt) {
+  Open();
+  line_.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[0] != 'W') return std::nullopt;
+    return ToyReply("A1~refused");
+  };
+  line_.Submit(Command({{0, 1.0}, {1, 2.0}}));
+  line_.RunFor(200ms);
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::refused});
+  EXPECT_NE(reasons_.at(0), "");
+  EXPECT_EQ(line_.CountSent("W"), 1U);
+}
+
+TEST_F(PollerCommand, IsNotRepeatedWhenNoConfirmationComes) {
+  Open();
+  line_.twin(0).manner.dead = true;
+  line_.Write(0, 0, 1.0);
+  line_.RunFor(1s);
+  EXPECT_EQ(line_.CountSent("W"), 1U) << "it may have been carried out";
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::no_reply});
+}
+
+TEST_F(PollerCommand, TheSessionIsClosedAfterAFailedWriteAndTheFailureReported) {
+  Open();
+  line_.twin(0).manner.distort = [](Bytes reply) { return reply; };
+  line_.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[0] != 'W') return std::nullopt;
+    return Bytes{'?'};
+  };
+  line_.Write(0, 2, 9.0);
+  line_.RunFor(1s);
+  EXPECT_EQ(line_.CountSent("WA3"), 1U);
+  EXPECT_EQ(line_.CountSent("CA0"), 1U);
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::refused});
+}
+
+TEST_F(PollerCommand, AValueThatDoesNotFitIsRefusedWithoutAWord) {
+  Open();
+  line_.Write(0, 0, std::numeric_limits<double>::quiet_NaN());
+  line_.RunFor(100ms);
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::refused});
+  EXPECT_EQ(line_.CountSent("W"), 0U);
+}
+
+TEST_F(PollerCommand, WhatCanNotBeAskedIsUnsupported) {
+  Open();
+  line_.Write(0, 3, 1.0);
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::unsupported});
+  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::online);
+}
+
+TEST_F(PollerCommand, NothingToWriteIsDone) {
+  Open();
+  line_.Submit(Command({}));
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::ok});
+}
+
+TEST_F(PollerCommand, AWriteWithoutReplyIsOkButProvesNoLife) {
+  Open();
+  line_.twin(0).manner.dead = true;
+  line_.RunFor(600ms);  // a poll has failed
+  ASSERT_EQ(line_.StatusOf(0).state, DeviceState::degraded);
+  const auto last_ok = line_.StatusOf(0).last_ok;
+  line_.Write(0, 4, 1.0);
+  ASSERT_TRUE(line_.RunUntil([&] { return !line_.outcomes.empty(); }, 2s));
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::ok}) << "nothing more can be known";
+  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::degraded);
+  EXPECT_EQ(line_.StatusOf(0).last_ok, last_ok);
+}
+
+TEST_F(PollerCommand, OfflineDeviceAndClosedLineAnswerAtOnce) {
+  line_.Write(0, 0, 1.0);
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::line_down});
+  line_.twin(0).manner.dead = true;
+  line_.Open();
+  line_.RunFor(1min);
+  ASSERT_TRUE(line_.RunUntil([&] { return line_.poller().line_state() == Line::State::idle; }, 1s));
+  line_.Write(0, 0, 1.0);
+  EXPECT_EQ(line_.outcomes, (Outcomes{Outcome::line_down, Outcome::no_reply}));
+  EXPECT_EQ(line_.CountSent("W"), 0U);
+}
+
+TEST_F(PollerCommand, WaitingCommandIsAnsweredAtItsDeadlineAndNeverSent) {
+  Open();
+  line_.twin(0).manner.dead = true;
+  line_.RunFor(510ms);  // a poll is under way, unanswered
+  ASSERT_NE(line_.poller().line_state(), Line::State::idle);
+  const Instant submitted = line_.now().instant;
+  line_.Write(0, 0, 1.0, 20ms);
+  ASSERT_TRUE(line_.RunUntil([&] { return !line_.outcomes.empty(); }, 1s));
+  EXPECT_EQ(line_.now().instant - submitted, 20ms) << "at its deadline, not when the line is free";
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::no_reply});
+  line_.RunFor(3s);
+  EXPECT_EQ(line_.CountSent("W"), 0U);
+  EXPECT_EQ(line_.outcomes.size(), 1U);
+}
+
+TEST_F(PollerCommand, FullQueueSaysNo) {
+  Open();
+  line_.twin(0).manner.think = 150ms;
+  std::size_t taken = 0;
+  while (line_.Write(0, 0, 1.0)) ++taken;
+  EXPECT_EQ(taken, Poller::kQueueLimit + 1) << "one is under way";
+  line_.RunFor(30s);
+  EXPECT_EQ(line_.outcomes, Outcomes(taken, Outcome::ok)) << "and every one of them was answered";
+}
+
+TEST_F(PollerCommand, ClosingAnswersAllThatWait) {
+  Open();
+  line_.twin(0).manner.think = 150ms;
+  for (int i = 0; i < 5; ++i) line_.Write(0, 0, 1.0);
+  line_.RunFor(20ms);
+  line_.Close();
+  EXPECT_EQ(line_.outcomes, Outcomes(5, Outcome::line_down));
+}
+
+TEST_F(PollerCommand, AnEndlessStreamOfWritesDoesNotStarvePolls) {
+  Open();
+  const Instant end = line_.now().instant + 10s;
+  line_.always = [&] {
+    while (line_.now().instant < end && line_.Write(0, 0, 1.0)) {
+    }
+  };
+  line_.RunFor(10s);
+  EXPECT_GE(line_.CountSent("?A2"), 8U);
+  EXPECT_EQ(line_.QualityOf(0, 1), Quality::good);
+}
+
+TEST_F(PollerCommand, DoneMaySubmitTheNext) {
+  Open();
+  int left = 3;
+  std::function<void()> submit = [&] {
+    WriteCommand command = Command({{0, 1.0}});
+    command.done = [&](Outcome outcome, const std::string&) {
+      line_.outcomes.push_back(outcome);
+      if (--left > 0) submit();
+    };
+    line_.Submit(std::move(command));
+  };
+  submit();
+  line_.RunFor(1s);
+  EXPECT_EQ(line_.outcomes, Outcomes(3, Outcome::ok));
+}
+
+}  // namespace
+}  // namespace baudgate

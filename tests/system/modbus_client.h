@@ -1,0 +1,73 @@
+// A Modbus TCP client on libmodbus that connects again by itself, and one that sends what it likes.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/base/bytes.h"
+
+struct _modbus;
+
+namespace baudgate::system_test {
+
+constexpr int kNoException = 0;
+constexpr int kNoConnection = -1;
+
+template <typename T>
+struct Answer {
+  std::vector<T> values;
+  int exception = kNoException;  ///< code of the Modbus exception, or kNoConnection
+  bool ok() const { return exception == kNoException; }
+};
+using Registers = Answer<std::uint16_t>;
+using Bits = Answer<std::uint8_t>;
+
+class ModbusClient {
+ public:
+  explicit ModbusClient(std::uint16_t port);
+  ~ModbusClient();
+  ModbusClient(const ModbusClient&) = delete;
+  ModbusClient& operator=(const ModbusClient&) = delete;
+
+  Registers Input(int unit, int address, int count);      ///< FC 4
+  Registers Holding(int unit, int address, int count);    ///< FC 3
+  Bits DiscreteInputs(int unit, int address, int count);  ///< FC 2
+  Bits Coils(int unit, int address, int count);           ///< FC 1
+  /// These return the exception, kNoException or kNoConnection.
+  int WriteRegister(int unit, int address, std::uint16_t value);                     ///< FC 6
+  int WriteRegisters(int unit, int address, const std::vector<std::uint16_t>& values);  ///< FC 16
+  int WriteCoil(int unit, int address, bool value);                                  ///< FC 5
+
+  /// Nothing unless the answer came and every register was served.
+  std::optional<float> Float(int unit, int address);
+  std::optional<double> Double(int unit, int address);
+  std::optional<std::uint16_t> Register(int unit, int address);
+
+ private:
+  bool Connect(int unit);
+  int Settle(int result);
+
+  _modbus* context_;
+  bool connected_ = false;
+};
+
+/// A client that does not keep to Modbus and never waits for anything.
+class HostileClient {
+ public:
+  explicit HostileClient(std::uint16_t port);
+  ~HostileClient();
+  HostileClient(const HostileClient&) = delete;
+  HostileClient& operator=(const HostileClient&) = delete;
+
+  bool connected() const { return socket_ >= 0; }
+  /// As much as fits now; false when the server has closed.
+  bool Send(View bytes);
+
+ private:
+  int socket_;
+};
+
+}  // namespace baudgate::system_test
