@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "config/lines.h"
+#include "config/option_table.h"
 #include "config/outputs.h"
 #include "config/profile.h"
 #include "config/yaml_reader.h"
@@ -78,6 +79,25 @@ LoadedProfile LoadProfile(const std::string& profile, const Protocol& protocol,
   });
   loaded.problems = problems.Sorted();
   return loaded;
+}
+
+Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::string name,
+                         std::string address) {
+  Device device;
+  device.name = std::move(name);
+  device.address = std::move(address);
+  device.protocol = std::string(protocol.name);
+  device.profile = profile.name;
+  device.title = profile.title;
+  device.timing = profile.timing;
+  device.retries = profile.retries;
+  Assign(device.poll, profile.poll);
+  Assign(device.slow, profile.slow);
+  Assign(device.word_order, profile.word_order);
+  device.options = DefaultOptions(protocol);
+  Override(device.options, profile.options);
+  device.points = profile.points;
+  return device;
 }
 
 }  // namespace baudgate::config

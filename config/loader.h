@@ -34,4 +34,9 @@ Loaded LoadText(const std::string& text, const std::string& name, const Catalog&
 LoadedProfile LoadProfile(const std::string& profile, const Protocol& protocol,
                           const Catalog& catalog);
 
+/// The device that a configuration with nothing but this profile would give; for commands that know
+/// no configuration (decode, simulate, demo). Every option is present.
+Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::string name,
+                         std::string address);
+
 }  // namespace baudgate::config

@@ -178,7 +178,9 @@ void Line::Finish(Outcome outcome, std::string reason, Instant now) {
   const bool answered =
       state_ != State::settle && (!NeedsDrain(outcome) || outcome == Outcome::unexpected);
   ended_ = now;
-  if (NeedsDrain(outcome)) {
+  if (outcome == Outcome::no_reply) {
+    Drain(exchange_.times.drain, now);
+  } else if (NeedsDrain(outcome)) {
     Drain(std::max(exchange_.times.drain, exchange_.aftermath), now);
   } else if (exchange_.aftermath > Duration::zero()) {
     Drain(exchange_.aftermath, now);

@@ -45,6 +45,7 @@ struct Poller::Device {
   Instant parked_until{};
   Duration late_drain{};  // how much longer than its drain time this device was seen to need
   std::optional<Instant> unanswered;  // start of the first exchange since its last answer
+  Instant late_until{};               // until then an answer to a failed request may still come
   Duration fast_wire{};               // line time of its last whole fast round
   Duration round_wire{};              // of the fast round under way
 
@@ -177,6 +178,10 @@ std::optional<Instant> Poller::Deadline() const {
   };
   for (const WriteCommand& command : commands_) sooner(command.deadline);
   if (!line_.idle()) return soonest;
+  if (work_) {  // waits until no late answer can meet its request
+    sooner(ClearAt(*work_));
+    return soonest;
+  }
   sooner(schedule_.NextDue());
   sooner(NextProbe());
   for (const auto& device : devices_) {
@@ -209,6 +214,7 @@ void Poller::Pump() {
   while (open_ && line_.idle()) {
     if (!work_ && !PickTask()) return;
     if (!work_ || !work_->sending) continue;
+    if (ClearAt(*work_) > now_.instant) return;
     work_->sending = false;
     work_->exchange_began = now_.instant;
     Exchange exchange{work_->request, work_->device->protocol->reply_rule, work_->device->times};
@@ -225,6 +231,19 @@ Duration Poller::Aftermath(const Device& device) const {
   if (!device.unanswered) return Duration::zero();
   const Duration since = now_.instant - *device.unanswered + device.times.gap;
   return std::min(since, device.times.ceiling);
+}
+
+/// When the request of `work` may be sent: no earlier than the last moment at which an answer to
+/// another request could come that would pass for its own. A retry may be met by the answer to its
+/// first try; a reply that carries its sender's address is not taken for another device's.
+Instant Poller::ClearAt(const Work& work) const {
+  if (work.attempts > 0) return {};
+  Instant clear{};
+  for (const auto& device : devices_) {
+    const bool alike = device.get() == work.device || work.request.expect.address.empty();
+    if (alike) clear = std::max(clear, device->late_until);
+  }
+  return clear;
 }
 
 bool Poller::PickTask() {
@@ -386,8 +405,12 @@ void Poller::ConcludeExchange() {
   if (!work.mute) device.health.OnExchange(end.outcome);
   if (end.outcome == Outcome::no_reply) {
     if (!device.unanswered) device.unanswered = work.exchange_began;
+    // Probes of an absent device would cost the living this time again and again.
+    const bool probe = work.task.kind == Task::Kind::probe;
+    if (!probe) device.late_until = now_.instant + device.times.ceiling - device.times.reply;
   } else if (ProvesLife(end.outcome) && !work.mute) {
     device.unanswered.reset();
+    device.late_until = {};  // the aftermath of the answer took care
   }
   Count(device, reason);
   listener_.OnExchangeEnd(device.index, end.outcome);
@@ -451,6 +474,7 @@ void Poller::OnFailed() {
     return;
   }
   if (then == Then::replan) Plan(device);
+  schedule_.Hold(device.slot, device.late_until);
   FinishTask(end.outcome, answer.reason.empty() ? end.reason : answer.reason);
 }
 

@@ -106,6 +106,7 @@ class Poller : private LineClient {
   Device* Absent(std::size_t turn) const;
   bool Waiting(Instant now) const;
   Duration Aftermath(const Device& device) const;
+  Instant ClearAt(const Work& work) const;
 
   const config::Line& config_;
   PointStore& store_;

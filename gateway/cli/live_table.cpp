@@ -40,10 +40,14 @@ std::string Padded(std::string_view cell, std::size_t width, bool right) {
 
 std::string_view ColourOf(Tone tone) {
   switch (tone) {
-    case Tone::plain: return "";
-    case Tone::faint: return "\x1b[2m";
-    case Tone::warning: return "\x1b[33m";
-    case Tone::alarm: return "\x1b[31m";
+    case Tone::plain:
+      return "";
+    case Tone::faint:
+      return "\x1b[2m";
+    case Tone::warning:
+      return "\x1b[33m";
+    case Tone::alarm:
+      return "\x1b[31m";
   }
   return "";
 }
@@ -126,25 +130,27 @@ std::string RenderTable(const std::vector<TableColumn>& columns, const std::vect
   }
   for (std::size_t i = 0; i < shown; ++i) text += renderer.Line(rows[i].cells, rows[i].tone);
   if (shown < rows.size()) {
-    text.append(kEllipsis).append(" ").append(std::to_string(rows.size() - shown)).append(" more\n");
+    text.append(kEllipsis)
+        .append(" ")
+        .append(std::to_string(rows.size() - shown))
+        .append(" more\n");
   }
   return text;
 }
 
 std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& view) {
   static const std::vector<TableColumn> kColumns = {
-      {.title = "device"},          {.title = "point"},
-      {.title = "value", .right = true, .widest = 24}, {.title = "unit"},
-      {.title = "quality"},         {.title = "age", .right = true}};
+      {.title = "device"}, {.title = "point"},   {.title = "value", .right = true, .widest = 24},
+      {.title = "unit"},   {.title = "quality"}, {.title = "age", .right = true}};
   std::vector<TableRow> table;
   table.reserve(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const PointRow& row = rows[i];
     const bool again = i > 0 && rows[i - 1].device == row.device;
-    table.push_back({{again ? "" : row.device, row.point, row.value, row.unit,
-                      row.gone ? "gone" : std::string(Name(row.quality)),
-                      row.age ? FormatAge(*row.age) : "-"},
-                     ToneOf(row)});
+    table.push_back(
+        {{again ? "" : row.device, row.point, row.value, row.unit,
+          row.gone ? "gone" : std::string(Name(row.quality)), row.age ? FormatAge(*row.age) : "-"},
+         ToneOf(row)});
   }
   return RenderTable(kColumns, table, view);
 }

@@ -1,5 +1,5 @@
-// Renders tables of live values as text: rows in, text out. `baudgate watch` and `baudgate demo` fill
-// it from samples; the text goes to a terminal.
+// Renders tables of live values as text: rows in, text out. `baudgate watch` and `baudgate demo`
+// fill it from samples; the text goes to a terminal.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,8 +18,8 @@ enum class Tone : std::uint8_t { plain, faint, warning, alarm };
 
 struct TableColumn {
   std::string title;
-  bool right = false;           ///< numbers
-  std::size_t widest = 40;      ///< longer cells are cut with "…"
+  bool right = false;       ///< numbers
+  std::size_t widest = 40;  ///< longer cells are cut with "…"
 };
 
 struct TableRow {
@@ -62,8 +62,8 @@ std::string FormatAge(Duration age);
 /// Control characters become '?'.
 std::string Harmless(std::string_view text);
 
-/// Of the terminal behind `descriptor`; width and height 0 and no colour when there is none. Colours
-/// are left out where NO_COLOR is set.
+/// Of the terminal behind `descriptor`; width and height 0 and no colour when there is none.
+/// Colours are left out where NO_COLOR is set.
 std::optional<TableView> TerminalView(int descriptor);
 
 }  // namespace baudgate

@@ -198,7 +198,8 @@ class Watch {
     const int exit_code = Loop(signals, mailbox);
     mailbox.Close();
     if (const auto lost = mailbox.rejected(); lost > 0) {
-      err_ << "watch: " << lost << " samples were left out: there are too many points to hold; watch "
+      err_ << "watch: " << lost
+           << " samples were left out: there are too many points to hold; watch "
            << "one domain with fewer gateways\n";
     }
     return exit_code;
@@ -255,10 +256,9 @@ class Watch {
     if (options_.json) {
       for (const auto& [key, event] : image_) Print(event);
     } else {
-      out_ << RenderPoints(Rows(), options_.terminal
-                                       ? TableView{options_.terminal->width, 0,
-                                                   options_.terminal->colour}
-                                       : TableView{});
+      out_ << RenderPoints(Rows(), options_.terminal ? TableView{options_.terminal->width, 0,
+                                                                 options_.terminal->colour}
+                                                     : TableView{});
     }
     out_.flush();
     return kExitDone;
@@ -266,8 +266,8 @@ class Watch {
 
   std::vector<PointRow> Rows() const {
     const WallTime now = ReadClocks().wall;
-    const bool several = !image_.empty() && std::get<0>(image_.begin()->first) !=
-                                                std::get<0>(image_.rbegin()->first);
+    const bool several = !image_.empty() &&
+                         std::get<0>(image_.begin()->first) != std::get<0>(image_.rbegin()->first);
     std::vector<PointRow> rows;
     rows.reserve(image_.size());
     for (const auto& [key, event] : image_) {
@@ -291,10 +291,10 @@ class Watch {
     // The window may have been resized since.
     if (const auto current = TerminalView(STDOUT_FILENO)) view = *current;
     if (view.height > 0) --view.height;  // the cursor rests on the last line
-    const std::string text =
-        image_.empty() ? "waiting for a gateway in DDS domain " + std::to_string(options_.domain) +
-                             " on " + Interfaces() + " ...\n"
-                       : RenderPoints(Rows(), view);
+    const std::string text = image_.empty() ? "waiting for a gateway in DDS domain " +
+                                                  std::to_string(options_.domain) + " on " +
+                                                  Interfaces() + " ...\n"
+                                            : RenderPoints(Rows(), view);
     out_ << OverwriteScreen(text);
   }
 

@@ -16,10 +16,10 @@ namespace baudgate {
 struct WatchOptions {
   int domain = 0;
   std::vector<std::string> interfaces = {"127.0.0.1"};
-  bool once = false;  ///< print the image when it is whole, then end
-  bool json = false;  ///< one JSON object a line for each sample
+  bool once = false;                ///< print the image when it is whole, then end
+  bool json = false;                ///< one JSON object a line for each sample
   std::optional<Duration> seconds;  ///< end after this time; nothing: at SIGINT or SIGTERM
-  std::string gateway;  ///< only of this name; empty = all
+  std::string gateway;              ///< only of this name; empty = all
   std::string device;
   std::string point;
   /// A live table for this terminal instead of plain lines; see TerminalView.

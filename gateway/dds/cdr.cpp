@@ -29,7 +29,7 @@ bool InBounds(const DeviceSample& s) {
 
 // The order of baudgate.idl, for both directions.
 template <typename Sample, typename Op>
-  requires std::is_same_v<std::remove_const_t<Sample>, PointSample>
+requires std::is_same_v<std::remove_const_t<Sample>, PointSample>
 void ForEachField(Sample& s, Op op) {
   op(s.gateway), op(s.device), op(s.point);
   op(s.value), op(s.text), op(s.unit);
@@ -37,7 +37,7 @@ void ForEachField(Sample& s, Op op) {
 }
 
 template <typename Sample, typename Op>
-  requires std::is_same_v<std::remove_const_t<Sample>, DeviceSample>
+requires std::is_same_v<std::remove_const_t<Sample>, DeviceSample>
 void ForEachField(Sample& s, Op op) {
   op(s.gateway), op(s.device), op(s.line);
   op(s.state), op(s.last_outcome), op(s.last_ok_time_ns);

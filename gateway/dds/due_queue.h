@@ -31,10 +31,10 @@ class DueQueue {
   bool Before(std::size_t a, std::size_t b) const { return key_[heap_[a]] < key_[heap_[b]]; }
   void Swap(std::size_t a, std::size_t b);
 
-  std::vector<Instant> due_;            ///< by slot
-  std::vector<Instant> key_;            ///< by slot: what the heap is ordered by; never after due_
-  std::vector<std::uint32_t> heap_;     ///< slots
-  std::vector<std::uint32_t> position_; ///< by slot: where it stands in heap_
+  std::vector<Instant> due_;             ///< by slot
+  std::vector<Instant> key_;             ///< by slot: what the heap is ordered by; never after due_
+  std::vector<std::uint32_t> heap_;      ///< slots
+  std::vector<std::uint32_t> position_;  ///< by slot: where it stands in heap_
 };
 
 }  // namespace baudgate::dds

@@ -1,5 +1,6 @@
 // The SampleWriter on Fast DDS: samples come from the publisher and go to all subscribers.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <atomic>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -8,6 +9,9 @@
 #include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
+#include <functional>
+#include <string_view>
+#include <vector>
 
 #include "gateway/dds/sample_writer.h"
 #include "gateway/dds/types.h"
@@ -21,12 +25,29 @@ using eprosima::fastrtps::types::ReturnCode_t;
 
 constexpr std::size_t kSpareInstances = 16;
 
-// With each heartbeat Fast DDS 2.9 walks through all sequence numbers from the oldest sample kept to
-// the newest, under the writer's lock: the more points, the rarer it may be.
-constexpr std::size_t kPointsPerHeartbeatStep = 10'000;
+// Fast DDS 2.9 searches a writer's whole history for the sample that a new one replaces, and walks
+// through it with every heartbeat, under its lock: one writer of 100,000 points needs 350 us for a
+// sample and blocks itself for minutes when it is deleted. Several of this size stay as fast as
+// one.
+constexpr std::size_t kInstancesPerWriter = 4096;
 
-Duration HeartbeatPeriod(std::size_t instances) {
-  return 100ms * static_cast<std::int64_t>(1 + instances / kPointsPerHeartbeatStep);
+std::size_t WritersFor(std::size_t instances) {
+  return std::max<std::size_t>(1, (instances + kInstancesPerWriter - 1) / kInstancesPerWriter);
+}
+
+/// Room in each writer: names are spread by a hash, so some writers get more than their part.
+std::size_t RoomFor(std::size_t instances) {
+  const std::size_t writers = WritersFor(instances);
+  const std::size_t part = (instances + writers - 1) / writers;
+  return kSpareInstances + (writers == 1 ? part : part + part / 4);
+}
+
+std::size_t Scatter(const PointSample& sample) {
+  const std::hash<std::string_view> hash;
+  return hash(sample.device) * 31 + hash(sample.point);
+}
+std::size_t Scatter(const DeviceSample& sample) {
+  return std::hash<std::string_view>()(sample.device);
 }
 
 Duration_t Seconds(Duration duration) {
@@ -36,18 +57,17 @@ Duration_t Seconds(Duration duration) {
 
 // All limits together: Fast DDS takes 10 instances by default, and fewer samples than instances
 // times samples per instance make no writer at all.
-fast::DataWriterQos WriterQos(std::size_t instances) {
+fast::DataWriterQos WriterQos(std::size_t room) {
   fast::DataWriterQos qos;
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
   qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = 1;
-  const auto limit = static_cast<std::int32_t>(instances + kSpareInstances);
+  const auto limit = static_cast<std::int32_t>(room);
   qos.resource_limits().max_instances = limit;
   qos.resource_limits().max_samples = limit;
   qos.resource_limits().max_samples_per_instance = 1;
-  qos.reliable_writer_qos().times.heartbeatPeriod =
-      Seconds(HeartbeatPeriod(instances));
+  qos.reliable_writer_qos().times.heartbeatPeriod = Seconds(100ms);
   return qos;
 }
 
@@ -63,80 +83,107 @@ class MatchCounter : public fast::DataWriterListener {
   std::atomic<std::uint32_t> current_ = 0;
 };
 
-class FastWriter : public SampleWriter {
+/// The writers of one topic; each instance always goes through the same one.
+class TopicWriters {
  public:
-  explicit FastWriter(fast::DomainParticipant* participant) : participant_(participant) {}
-  ~FastWriter() override {
-    // One by one, as the library does it by itself, 100,000 samples compete for the writer's lock
-    // with its heartbeats for minutes.
-    for (fast::DataWriter* writer : {points_, devices_}) {
-      std::size_t removed = 0;
-      if (writer != nullptr) writer->clear_history(&removed);
+  bool Open(fast::DomainParticipant& participant, fast::Publisher& publisher,
+            fast::TopicDataType* type, const char* name, std::size_t instances,
+            fast::DataWriterListener* listener) {
+    const fast::TypeSupport support(type);
+    if (support.register_type(&participant) != ReturnCode_t::RETCODE_OK) return false;
+    auto* topic = participant.create_topic(name, support.get_type_name(), fast::TOPIC_QOS_DEFAULT);
+    if (topic == nullptr) return false;
+    while (writers_.size() < WritersFor(instances)) {
+      auto* writer = publisher.create_datawriter(topic, WriterQos(RoomFor(instances)),
+                                                 writers_.empty() ? listener : nullptr);
+      if (writer == nullptr) return false;
+      writers_.push_back(writer);
     }
-    DeleteParticipant(participant_);
+    return true;
   }
 
-  bool Open(std::size_t points, std::size_t devices) {
-    publisher_ = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
-    if (publisher_ == nullptr) return false;
-    points_ = OpenWriter(NewPointType(), kPointTopic, points, &matches_);
-    devices_ = OpenWriter(NewDeviceType(), kDeviceTopic, devices, nullptr);
-    return points_ != nullptr && devices_ != nullptr;
+  // The library takes no const samples; it only reads them.
+  template <typename Sample>
+  bool Write(const Sample& sample) {
+    try {
+      return Of(sample).write(const_cast<Sample*>(&sample), fast::HANDLE_NIL) ==
+             ReturnCode_t::RETCODE_OK;
+    } catch (const std::exception&) {
+      return false;
+    }
   }
 
-  bool Write(const PointSample& sample) override { return WriteTo(points_, sample); }
-  bool Write(const DeviceSample& sample) override { return WriteTo(devices_, sample); }
-  bool Dispose(const PointSample& sample) override { return DisposeIn(points_, sample); }
-  bool Dispose(const DeviceSample& sample) override { return DisposeIn(devices_, sample); }
+  template <typename Sample>
+  bool Dispose(const Sample& sample) {
+    try {
+      return Of(sample).dispose(const_cast<Sample*>(&sample), fast::HANDLE_NIL) ==
+             ReturnCode_t::RETCODE_OK;
+    } catch (const std::exception&) {
+      return false;
+    }
+  }
 
-  bool WaitAcknowledged(Duration most) override {
-    const Instant deadline = std::chrono::steady_clock::now() + most;
-    for (fast::DataWriter* writer : {points_, devices_}) {
+  bool WaitAcknowledged(Instant deadline) {
+    for (fast::DataWriter* writer : writers_) {
       const Duration left = std::max(Duration(0), deadline - std::chrono::steady_clock::now());
       if (writer->wait_for_acknowledgments(Seconds(left)) != ReturnCode_t::RETCODE_OK) return false;
     }
     return true;
   }
 
+  /// Makes deleting fast: by itself the library gives each sample back under the contended lock.
+  void Clear() {
+    for (fast::DataWriter* writer : writers_) {
+      std::size_t removed = 0;
+      writer->clear_history(&removed);
+    }
+  }
+
+ private:
+  template <typename Sample>
+  fast::DataWriter& Of(const Sample& sample) {
+    if (writers_.size() == 1) return *writers_.front();
+    return *writers_[Scatter(sample) % writers_.size()];
+  }
+
+  std::vector<fast::DataWriter*> writers_;
+};
+
+class FastWriter : public SampleWriter {
+ public:
+  explicit FastWriter(fast::DomainParticipant* participant) : participant_(participant) {}
+  ~FastWriter() override {
+    points_.Clear();
+    devices_.Clear();
+    DeleteParticipant(participant_);
+  }
+
+  bool Open(std::size_t points, std::size_t devices) {
+    auto* publisher = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
+    return publisher != nullptr &&
+           points_.Open(*participant_, *publisher, NewPointType(), kPointTopic, points,
+                        &matches_) &&
+           devices_.Open(*participant_, *publisher, NewDeviceType(), kDeviceTopic, devices,
+                         nullptr);
+  }
+
+  bool Write(const PointSample& sample) override { return points_.Write(sample); }
+  bool Write(const DeviceSample& sample) override { return devices_.Write(sample); }
+  bool Dispose(const PointSample& sample) override { return points_.Dispose(sample); }
+  bool Dispose(const DeviceSample& sample) override { return devices_.Dispose(sample); }
+
+  bool WaitAcknowledged(Duration most) override {
+    const Instant deadline = std::chrono::steady_clock::now() + most;
+    return points_.WaitAcknowledged(deadline) && devices_.WaitAcknowledged(deadline);
+  }
+
   std::uint32_t subscribers() const override { return matches_.current(); }
 
  private:
-  fast::DataWriter* OpenWriter(fast::TopicDataType* type, const char* topic_name,
-                               std::size_t instances, fast::DataWriterListener* listener) {
-    const fast::TypeSupport support(type);
-    if (support.register_type(participant_) != ReturnCode_t::RETCODE_OK) return nullptr;
-    auto* topic = participant_->create_topic(topic_name, support.get_type_name(),
-                                             fast::TOPIC_QOS_DEFAULT);
-    if (topic == nullptr) return nullptr;
-    return publisher_->create_datawriter(topic, WriterQos(instances), listener);
-  }
-
-  // The library takes no const samples; it only reads them.
-  template <typename Sample>
-  static bool WriteTo(fast::DataWriter* writer, const Sample& sample) {
-    try {
-      return writer->write(const_cast<Sample*>(&sample), fast::HANDLE_NIL) ==
-             ReturnCode_t::RETCODE_OK;
-    } catch (const std::exception&) {
-      return false;
-    }
-  }
-
-  template <typename Sample>
-  static bool DisposeIn(fast::DataWriter* writer, const Sample& sample) {
-    try {
-      return writer->dispose(const_cast<Sample*>(&sample), fast::HANDLE_NIL) ==
-             ReturnCode_t::RETCODE_OK;
-    } catch (const std::exception&) {
-      return false;
-    }
-  }
-
   MatchCounter matches_;
   fast::DomainParticipant* participant_;
-  fast::Publisher* publisher_ = nullptr;
-  fast::DataWriter* points_ = nullptr;
-  fast::DataWriter* devices_ = nullptr;
+  TopicWriters points_;
+  TopicWriters devices_;
 };
 
 }  // namespace

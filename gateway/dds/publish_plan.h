@@ -1,5 +1,6 @@
 // Decides what the DDS publisher sends and when: change beyond the deadband, change of quality,
-// heartbeat, pace. Pure: values and time come in as arguments; gateway/dds/publisher.cpp acts on it.
+// heartbeat, pace. Pure: values and time come in as arguments; gateway/dds/publisher.cpp acts on
+// it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,9 +17,9 @@
 namespace baudgate::dds {
 
 struct PlanOptions {
-  Duration heartbeat = 10s;        ///< each point and device is sent at least so often
-  Duration device_interval = 1s;   ///< counters of a device are sent at most so often
-  Duration retry = 1s;             ///< after a write that failed
+  Duration heartbeat = 10s;       ///< each point and device is sent at least so often
+  Duration device_interval = 1s;  ///< counters of a device are sent at most so often
+  Duration retry = 1s;            ///< after a write that failed
 };
 
 /// What of a point decides whether it is sent; small enough to keep one for every point.
@@ -85,7 +86,8 @@ class PublishPlan {
 /// seconds of retransmission): `burst` samples at once, then one every `interval`.
 class Pacer {
  public:
-  Pacer(Duration interval, std::uint32_t burst) : interval_(interval), allowance_(interval * burst) {}
+  Pacer(Duration interval, std::uint32_t burst)
+      : interval_(interval), allowance_(interval * burst) {}
 
   /// One sample may go now.
   bool Take(Instant now);

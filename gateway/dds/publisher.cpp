@@ -14,7 +14,8 @@ constexpr std::uint32_t kPaceBurst = 100;
 constexpr Duration kDisposeInterval = 20us;
 constexpr Duration kDisposeTime = 700ms;
 constexpr Duration kAcknowledgeTime = 250ms;
-// A wake-up costs more than a sample: when they come faster than this, what changes goes in batches.
+// A wake-up costs more than a sample: when they come faster than this, what changes goes in
+// batches.
 constexpr Duration kWakeInterval = 2ms;
 constexpr std::uint32_t kWakeBurst = 64;
 constexpr Duration kAgeInterval = 200ms;
@@ -25,8 +26,7 @@ Instant Clock() { return std::chrono::steady_clock::now(); }
 std::vector<std::uint32_t> FirstSlots(const PointStore& store) {
   std::vector<std::uint32_t> first{0};
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    first.push_back(first.back() +
-                    static_cast<std::uint32_t>(store.device(device).points.size()));
+    first.push_back(first.back() + static_cast<std::uint32_t>(store.device(device).points.size()));
   }
   return first;
 }
@@ -111,9 +111,7 @@ void DdsPublisher::Stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-DdsCounters DdsPublisher::counters() const {
-  return {written_, failed_, writer_->subscribers()};
-}
+DdsCounters DdsPublisher::counters() const { return {written_, failed_, writer_->subscribers()}; }
 
 void DdsPublisher::Run() {
   Instant next_ageing = Clock();
@@ -155,8 +153,8 @@ void DdsPublisher::SendDue() {
 void DdsPublisher::SendPoints(std::span<const PointRef> refs) {
   while (!refs.empty()) {
     const std::uint32_t device = refs.front().device;
-    const auto end = std::ranges::find_if(
-        refs, [device](const PointRef& ref) { return ref.device != device; });
+    const auto end =
+        std::ranges::find_if(refs, [device](const PointRef& ref) { return ref.device != device; });
     const auto count = static_cast<std::size_t>(end - refs.begin());
     StagePoints(device, refs.first(count));
     for (std::size_t i = 0; i < staged_count_; ++i) {
@@ -283,7 +281,8 @@ void DdsPublisher::Count(bool written, const std::string& device) {
   if (written) {
     ++written_;
     if (failing_ > 0 && log_) {
-      log_("dds: samples are taken again; " + std::to_string(failing_) + " were refused and repeated");
+      log_("dds: samples are taken again; " + std::to_string(failing_) +
+           " were refused and repeated");
     }
     failing_ = 0;
     return;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/subscriber.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -11,6 +12,7 @@
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
+#include <map>
 #include <mutex>
 #include <unordered_map>
 
@@ -59,11 +61,11 @@ class Inbox : public fast::DataReaderListener {
   using OnGone = std::function<void(const Sample&, Gone)>;
 
   Inbox(std::mutex& calling, OnSample on_sample, OnGone on_gone,
-        std::function<void(int)> on_writers, std::function<void(std::uint64_t)> on_rejected)
+        std::function<void(int)> on_gateways, std::function<void(std::uint64_t)> on_rejected)
       : calling_(calling),
         on_sample_(std::move(on_sample)),
         on_gone_(std::move(on_gone)),
-        on_writers_(std::move(on_writers)),
+        on_gateways_(std::move(on_gateways)),
         on_rejected_(std::move(on_rejected)) {}
 
   void on_data_available(fast::DataReader* reader) override {
@@ -82,8 +84,18 @@ class Inbox : public fast::DataReaderListener {
   void on_subscription_matched(fast::DataReader*,
                                const fast::SubscriptionMatchedStatus& status) override {
     const std::lock_guard lock(calling_);
-    if (status.current_count_change < 0) WriterLeft(HandleOf(status.last_publication_handle));
-    if (on_writers_) on_writers_(status.current_count);
+    const Handle writer = HandleOf(status.last_publication_handle);
+    // The first 12 bytes of a writer's handle name its participant; a large gateway has many
+    // writers.
+    Handle gateway = writer;
+    std::fill(gateway.begin() + 12, gateway.end(), std::uint8_t{0});
+    if (status.current_count_change < 0) {
+      WriterLeft(writer);
+      if (--gateways_[gateway] <= 0) gateways_.erase(gateway);
+    } else {
+      ++gateways_[gateway];
+    }
+    if (on_gateways_) on_gateways_(static_cast<int>(gateways_.size()));
   }
 
   void on_sample_rejected(fast::DataReader*, const fast::SampleRejectedStatus& status) override {
@@ -125,10 +137,11 @@ class Inbox : public fast::DataReaderListener {
   std::mutex& calling_;
   const OnSample on_sample_;
   const OnGone on_gone_;
-  const std::function<void(int)> on_writers_;
+  const std::function<void(int)> on_gateways_;
   const std::function<void(std::uint64_t)> on_rejected_;
   Sample sample_;
   std::unordered_map<Handle, Known, HandleHash> known_;
+  std::map<Handle, int> gateways_;  ///< writers of each
 };
 
 }  // namespace
@@ -138,7 +151,8 @@ struct DdsSubscriber::Impl {
       : participant(made),
         points(calling, std::move(callbacks.on_point), std::move(callbacks.on_point_gone),
                std::move(callbacks.on_gateways), std::move(callbacks.on_rejected)),
-        devices(calling, std::move(callbacks.on_device), std::move(callbacks.on_device_gone), {}, {}) {}
+        devices(calling, std::move(callbacks.on_device), std::move(callbacks.on_device_gone), {},
+                {}) {}
   ~Impl() { DeleteParticipant(participant); }
 
   bool Open(std::size_t max_instances) {

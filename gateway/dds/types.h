@@ -1,4 +1,5 @@
-// Fast DDS type support for the samples: the adapter between Fast DDS payloads and gateway/dds/cdr.h.
+// Fast DDS type support for the samples: the adapter between Fast DDS payloads and
+// gateway/dds/cdr.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -17,11 +17,11 @@ constexpr int kMostClosings = 2;
 Result<Command> WriteSession::Next(unsigned slave, const Task& task, const config::Point& point) {
   const bool same_task = task.point == point_ && task.value == value_;
   if (step_ == Step::idle || !same_task) {
-    Reset(password_refused_);
+    Reset();
     if (password_refused_) {
       return Error{
-          "the device refused the password; it is not sent again on this connection, because a few "
-          "wrong ones lock the device: correct `password` and restart"};
+          "the device refused the password; it is not sent again, because a few wrong ones lock the "
+          "device: correct `password` and restart"};
     }
     point_ = task.point;
     value_ = task.value;
@@ -127,13 +127,12 @@ Then WriteSession::OnFailure(Outcome outcome) {
   return Then::ask_again;
 }
 
-void WriteSession::Reset(bool password_refused) {
+void WriteSession::Reset() {
   step_ = Step::idle;
   point_ = kNoPoint;
   value_ = {};
   result_ = {};
   closings_ = 0;
-  password_refused_ = password_refused;
 }
 
 }  // namespace baudgate::spabus

@@ -31,9 +31,9 @@ class WriteSession {
   /// The exchange failed, be it in silence or after OnAnswer had called its frame no good.
   Then OnFailure(Outcome outcome);
 
-  /// The session is lost. A refused password may be tried once more.
-  /// Forgets the task in hand and, unless told otherwise, that the device refused the password.
-  void Reset(bool password_refused = false);
+  /// Forgets the task in hand. A refused password stays refused: it is wrong until the configuration
+  /// changes, and a device that comes and goes must not add up the attempts that lock it.
+  void Reset();
 
  private:
   enum class Step : std::uint8_t { idle, open, write, close };

@@ -8,9 +8,15 @@
 #include "protocols/spabus/protocol.h"
 
 namespace baudgate {
+
+// Some descriptors stand in the namespace of their protocol.
+namespace dcon {}
+namespace set4tm {}
+namespace spabus {}
+
 namespace {
 
-using namespace dcon;    // NOLINT: the descriptors stand in the namespaces of their protocols
+using namespace dcon;    // NOLINT
 using namespace set4tm;  // NOLINT
 using namespace spabus;  // NOLINT
 

@@ -136,8 +136,8 @@ TEST(Loader, MissingFileIsOneClearProblem) {
   EXPECT_FALSE(loaded.ok());
   EXPECT_EQ(Shown(loaded.problems),
             "/nowhere/gate.yaml: error: can not be opened: No such file or directory\n");
-  EXPECT_EQ(Shown(config::LoadFile("/tmp", FakeCatalog()).problems),
-            "/tmp: error: is a directory, not a file\n");
+  EXPECT_EQ(Shown(config::LoadFile("config", FakeCatalog()).problems),
+            "config: error: is a directory, not a file\n");
 }
 
 TEST(Loader, ProfileByNameAndByPath) {
@@ -152,6 +152,18 @@ TEST(Loader, ProfileByNameAndByPath) {
     EXPECT_TRUE(loaded.profile.options.Flag("checksum"));
     EXPECT_FALSE(loaded.profile.options.Has("mode")) << "only what the profile sets";
   }
+}
+
+TEST(Loader, DeviceFromProfileEqualsTheConfiguredOne) {
+  const Protocol protocol = MakeFakeProtocol("fake");
+  const auto loaded = config::LoadProfile("relay", protocol, FakeCatalog());
+  const Device made = config::DeviceFromProfile(loaded.profile, protocol, "d", "1");
+  const Device configured = OneDevice("profile: relay");
+  EXPECT_EQ(made.poll, configured.poll);
+  EXPECT_EQ(made.word_order, configured.word_order);
+  EXPECT_EQ(made.timing.reply, configured.timing.reply);
+  EXPECT_EQ(made.options.all(), configured.options.all());
+  EXPECT_EQ(made.points.size(), configured.points.size());
 }
 
 TEST(Loader, ProblemsOfAProfileNameItsFile) {

@@ -110,8 +110,8 @@ TEST_F(AssemblerTest, ARuleThatClaimsMoreThanThereIsHarmsNobody) {
   assembler_.Begin([](View, const Expectation&, bool) { return Cut::Frame(1000); }, {});
   assembler_.Feed(ToBytes("abc"));
   EXPECT_EQ(Take(), std::vector<std::string>{"abc"});
-  assembler_.Begin([](View, const Expectation&, bool) { return Cut::Discard(0, Outcome::corrupt, "!"); },
-                   {});
+  assembler_.Begin(
+      [](View, const Expectation&, bool) { return Cut::Discard(0, Outcome::corrupt, "!"); }, {});
   assembler_.Feed(ToBytes("abc"));
   EXPECT_TRUE(Take().empty()) << "an answer without progress would never end";
   EXPECT_EQ(assembler_.held(), 0U);

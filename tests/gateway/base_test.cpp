@@ -43,8 +43,8 @@ TEST(Decimals, OnlyPlainOnes) {
   EXPECT_EQ(ParseDecimal("+1.25"), 1.25);
   EXPECT_EQ(ParseDecimal("-0.5"), -0.5);
   EXPECT_EQ(ParseDecimal("007"), 7.0);
-  for (const char* text : {"", "+", "-", ".", "+-1", "--1", "1e3", "inf", "nan", "1,5", "1.2.3",
-                           "1-", " 1", "0x10"}) {
+  for (const char* text :
+       {"", "+", "-", ".", "+-1", "--1", "1e3", "inf", "nan", "1,5", "1.2.3", "1-", " 1", "0x10"}) {
     EXPECT_FALSE(ParseDecimal(text)) << text;
   }
   EXPECT_FALSE(ParseDecimal(std::string(400, '9'))) << "beyond any double";
@@ -70,8 +70,8 @@ TEST(Durations, Parse) {
   EXPECT_EQ(*ParseDuration("5 min"), 5min);
   EXPECT_EQ(*ParseDuration("20us"), 20us);
   EXPECT_EQ(*ParseDuration("0"), 0s);
-  for (const char* text : {"", "5", "ms", "-5ms", "5 m", "5sec", "1e3s", "1.2.3s", "nan s",
-                           "99999999999d", "5ms5"}) {
+  for (const char* text :
+       {"", "5", "ms", "-5ms", "5 m", "5sec", "1e3s", "1.2.3s", "nan s", "99999999999d", "5ms5"}) {
     const auto duration = ParseDuration(text);
     EXPECT_FALSE(duration) << text;
     if (!duration) {
@@ -84,7 +84,8 @@ TEST(Durations, FormatReadsBackToTheSameValue) {
   std::mt19937_64 random(11);
   std::vector<Duration> all = {0s, 1ns, 999ns, 1us, 1234567us, 100'000s, 1'000'000s, 100'000h};
   for (int i = 0; i < 5000; ++i) {
-    const auto scale = static_cast<std::int64_t>(std::pow(10.0, static_cast<double>(random() % 15)));
+    const auto scale =
+        static_cast<std::int64_t>(std::pow(10.0, static_cast<double>(random() % 15)));
     all.emplace_back(static_cast<std::int64_t>(random() % 100'000) * scale / 1000);
   }
   for (const Duration duration : all) {
@@ -100,8 +101,8 @@ TEST(Durations, FormatReadsBackToTheSameValue) {
 
 TEST(WallTimes, IsoWithMilliseconds) {
   EXPECT_EQ(FormatWallTime(WallTime(1s + 250ms)), "1970-01-01T00:00:01.250Z");
-  EXPECT_EQ(FormatWallTime(WallTime(std::chrono::sys_days(std::chrono::year(2024) / 2 / 29)) +
-                           23h + 59min + 59s + 999'999us),
+  EXPECT_EQ(FormatWallTime(WallTime(std::chrono::sys_days(std::chrono::year(2024) / 2 / 29)) + 23h +
+                           59min + 59s + 999'999us),
             "2024-02-29T23:59:59.999Z");
 }
 

@@ -56,9 +56,9 @@ TEST(ToSample, EveryIntegerTypeKeepsItsRange) {
     double low;
     double high;
   };
-  for (const Case& c : {Case{Type::int16, -32768, 32767}, Case{Type::uint16, 0, 65535},
-                        Case{Type::int32, -2147483648.0, 2147483647.0},
-                        Case{Type::uint32, 0, 4294967295.0}}) {
+  for (const Case& c :
+       {Case{Type::int16, -32768, 32767}, Case{Type::uint16, 0, 65535},
+        Case{Type::int32, -2147483648.0, 2147483647.0}, Case{Type::uint32, 0, 4294967295.0}}) {
     ExpectGood(PointOf(c.type), c.low, static_cast<std::int64_t>(c.low));
     ExpectGood(PointOf(c.type), c.high, static_cast<std::int64_t>(c.high));
     ExpectRefused(PointOf(c.type), c.low - 1);
@@ -71,7 +71,8 @@ TEST(ToSample, EveryIntegerTypeKeepsItsRange) {
 
 TEST(ToSample, SixtyFourBitsAreExact) {
   ExpectGood(PointOf(Type::uint64), kMaxU64, kMaxU64);
-  ExpectGood(PointOf(Type::uint64), std::int64_t{9007199254740993}, std::uint64_t{9007199254740993});
+  ExpectGood(PointOf(Type::uint64), std::int64_t{9007199254740993},
+             std::uint64_t{9007199254740993});
   ExpectGood(PointOf(Type::int64), std::int64_t{kMinI64}, std::int64_t{kMinI64});
   ExpectGood(PointOf(Type::int64), std::uint64_t{9007199254740993}, std::int64_t{9007199254740993});
   ExpectRefused(PointOf(Type::int64), kMaxU64);
@@ -152,7 +153,8 @@ TEST(ToRaw, RefusesWhatTheDeviceCouldOnlyMisunderstand) {
   EXPECT_FALSE(ToRaw(PointOf(Type::int16), std::int64_t{40000}));
   EXPECT_FALSE(ToRaw(PointOf(Type::boolean), std::int64_t{2}));
   EXPECT_FALSE(ToRaw(PointOf(Type::int64), kMaxU64));
-  EXPECT_FALSE(ToRaw(PointOf(Type::uint32, 1e-12), std::int64_t{4'000'000'000})) << "beyond 64 bits";
+  EXPECT_FALSE(ToRaw(PointOf(Type::uint32, 1e-12), std::int64_t{4'000'000'000}))
+      << "beyond 64 bits";
   EXPECT_FALSE(ToRaw(PointOf(Type::float32), {}));
 }
 

@@ -18,12 +18,8 @@ using State = Line::State;
 
 constexpr Instant kStart = Instant() + 1h;
 /// Request "?A1\r": 4 characters of 1 ms.
-constexpr LineTimes kTimes = {.quiet = 5ms,
-                              .reply = 100ms,
-                              .gap = 10ms,
-                              .ceiling = 300ms,
-                              .drain = 30ms,
-                              .character = 1ms};
+constexpr LineTimes kTimes = {
+    .quiet = 5ms, .reply = 100ms, .gap = 10ms, .ceiling = 300ms, .drain = 30ms, .character = 1ms};
 
 class LineTest : public ::testing::Test, protected LineClient {
  protected:
@@ -327,8 +323,7 @@ TEST_P(EveryState, LossOfThePortClosesAndEndsTheExchangeOnce) {
   Reach(state);
   ASSERT_EQ(line_.state(), state);
   line_.OnClosed(At(1020ms));
-  const bool under_way =
-      state != State::closed && state != State::idle && state != State::drain;
+  const bool under_way = state != State::closed && state != State::idle && state != State::drain;
   ASSERT_EQ(ends_.size(), under_way ? 1U : 0U);
   if (under_way) {
     EXPECT_EQ(ends_[0].outcome, Outcome::line_down);

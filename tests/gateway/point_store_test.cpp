@@ -220,7 +220,8 @@ TEST_F(PointStoreTest, NoReaderSeesHalfAnUpdate) {
   std::atomic<bool> stop = false;
   std::thread writer([&] {
     for (int i = 1; i <= 20'000; ++i) {
-      const Sample samples[] = {{kFast, double(i), Quality::good}, {kSlow, double(i), Quality::good}};
+      const Sample samples[] = {{kFast, double(i), Quality::good},
+                                {kSlow, double(i), Quality::good}};
       store_.Update(0, samples, At(i * 1ms), 1ms);
       store_.SetOverride(0, i % 100 == 0 ? Override::offline : Override::none);
       store_.UpdateStatus(0, [](DeviceStatus& status) { ++status.exchanges; });

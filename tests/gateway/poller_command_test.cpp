@@ -115,7 +115,7 @@ TEST_F(PollerCommand, NothingToWriteIsDone) {
 TEST_F(PollerCommand, AWriteWithoutReplyIsOkButProvesNoLife) {
   Open();
   line_.twin(0).manner.dead = true;
-  line_.RunFor(600ms);  // a poll has failed
+  line_.RunFor(1400ms);  // a poll has failed, retries and all
   ASSERT_EQ(line_.StatusOf(0).state, DeviceState::degraded);
   const auto last_ok = line_.StatusOf(0).last_ok;
   line_.Write(0, 4, 1.0);

@@ -161,10 +161,9 @@ TEST(PollerLate, ARecoveredRetryIsFollowedByTheSilenceThatItsTwinNeeds) {
   int late = 2;  // both the request and its retry are answered after 300 ms
   const std::size_t before = line.sent.size();
   line.twin(0).manner.distort = [&](Bytes reply) {
-    line.twin(0).manner.think = --late > 0 ? 300ms : 5ms;
+    line.twin(0).manner.think = late-- > 0 ? 300ms : 5ms;
     return reply;
   };
-  line.twin(0).manner.think = 300ms;
   line.RunFor(1400ms);
   ASSERT_GE(line.sent.size() - before, 3U);
   const Sent& retry = line.sent[before + 1];

@@ -39,7 +39,8 @@ TEST(ProbeBudget, ContendedProbesTakeTheCappedShareAtMost) {
       now = probe;
     }
   }
-  const double share = static_cast<double>(spent.count()) / static_cast<double>(Duration(1h).count());
+  const double share =
+      static_cast<double>(spent.count()) / static_cast<double>(Duration(1h).count());
   EXPECT_LE(share, ProbeBudget::kShare * 1.02);
   EXPECT_GE(share, ProbeBudget::kShare * 0.9) << "a dead device would never be found again";
 }

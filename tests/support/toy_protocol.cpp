@@ -53,6 +53,7 @@ Expectation ToyExpect(View request, const config::Options&) {
   Expectation expect;
   expect.max_bytes = 64;
   if (request.empty()) return expect;
+  if (request[0] != 'U' && request.size() > 1) expect.address = {request[1]};
   if (request[0] == 'Q') expect.reply = Expectation::Reply::none;
   expect.repeatable = request[0] != 'L' && request[0] != 'W' && request[0] != 'Q';
   return expect;

@@ -30,8 +30,7 @@ VirtualLine::VirtualLine(config::Line line, std::vector<const Protocol*> protoco
   };
   for (const config::Device& device : config_.lines[0].devices) {
     auto twin = std::make_unique<WireTwin>();
-    const Protocol& protocol = find(device.protocol);
-    if (protocol.make_twin != nullptr) twin->twin = protocol.make_twin(device, twin->values);
+    twin->twin = find(device.protocol).make_twin(device, twin->values);
     twins_.push_back(std::move(twin));
   }
   store_ = std::make_unique<PointStore>(config_);
@@ -106,18 +105,16 @@ void VirtualLine::Send(View bytes, const config::SerialSettings& serial) {
   for (const auto& twin : twins_) {
     const Manner& manner = twin->manner;
     if (manner.dead) continue;
-    std::optional<Bytes> reply;
-    if (manner.instead) reply = manner.instead(bytes);
-    if (!reply && twin->twin) reply = twin->twin->Answer(bytes, end);
-    if (!reply || reply->empty()) continue;
+    Bytes reply = twin->twin->Answer(bytes, end);
+    if (reply.empty()) continue;
     ++twin->answered;
+    if (manner.instead) reply = manner.instead(bytes).value_or(reply);
     if (manner.babble > Duration::zero()) {
-      const auto count = static_cast<std::size_t>(manner.babble / character);
-      reply = Bytes(count, 0x55);
+      reply.assign(static_cast<std::size_t>(manner.babble / character), 0x55);
     }
-    if (manner.distort) reply = manner.distort(std::move(*reply));
+    if (manner.distort) reply = manner.distort(std::move(reply));
     Bytes whole;
-    for (int i = 0; i < manner.copies; ++i) Append(whole, *reply);
+    for (int i = 0; i < manner.copies; ++i) Append(whole, reply);
     Deliver(manner, std::move(whole), end + manner.think, character);
   }
 }
@@ -141,9 +138,8 @@ void VirtualLine::OnDeviceState(std::uint32_t device, DeviceState, DeviceState t
 
 Quality VirtualLine::QualityOf(std::uint32_t device, std::uint32_t point) const {
   Quality quality{};
-  store_->Read(device, [&](const DeviceRecord& record) {
-    quality = QualityAt(record, point, instant_);
-  });
+  store_->Read(device,
+               [&](const DeviceRecord& record) { quality = QualityAt(record, point, instant_); });
   return quality;
 }
 

@@ -13,6 +13,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -24,14 +25,15 @@ namespace baudgate {
 /// How a device behaves on the wire, whatever it has to say. May change at any time.
 struct Manner {
   bool dead = false;
-  Duration think = 5ms;         ///< end of the request to first byte of the reply
-  std::size_t fragment = 0;     ///< bytes that arrive together; 0: the whole reply at once, when its
-                                ///< last byte is through
-  Duration pause{};             ///< silence between fragments, beyond the time of their characters
-  int copies = 1;               ///< the reply comes so often, one after the other
-  Duration babble{};            ///< noise for so long in place of a reply
+  Duration think = 5ms;      ///< end of the request to first byte of the reply
+  std::size_t fragment = 0;  ///< bytes that arrive together; 0: the whole reply at once, when its
+                             ///< last byte is through
+  Duration pause{};          ///< silence between fragments, beyond the time of their characters
+  int copies = 1;            ///< the reply comes so often, one after the other
+  Duration babble{};         ///< noise for so long in place of a reply
   std::function<Bytes(Bytes reply)> distort;  ///< damage
-  /// Says something else than the twin would; nothing: ask the twin.
+  /// What it says in place of the twin's answer; nothing: the twin's answer stands. Not asked about
+  /// requests that the twin leaves unanswered, such as those to other devices.
   std::function<std::optional<Bytes>(View request)> instead;
 };
 
@@ -49,7 +51,7 @@ struct StateChange {
 class VirtualLine : private PollerListener {
  public:
   struct WireTwin {
-    std::unique_ptr<Twin> twin;  ///< nothing where the protocol has none
+    std::unique_ptr<Twin> twin;
     FixedValues values;
     Manner manner;
     std::size_t answered = 0;
@@ -109,6 +111,10 @@ class VirtualLine : private PollerListener {
   std::unique_ptr<Poller> poller_;
   bool open_ = false;
 };
+
+inline void PrintTo(Quality quality, std::ostream* out) { *out << Name(quality); }
+inline void PrintTo(Outcome outcome, std::ostream* out) { *out << Name(outcome); }
+inline void PrintTo(DeviceState state, std::ostream* out) { *out << Name(state); }
 
 /// A device with one fast point for each `read`, polled every second.
 config::Device ToyDevice(std::string name, std::string address, std::vector<std::string> reads);

@@ -34,8 +34,8 @@ class Child {
  public:
   using Environment = std::map<std::string, std::string>;
 
-  /// Starts words[0] (looked up in PATH) with `directory` as its working directory; call it from the
-  /// thread that lives as long as the child. `environment` is added to the test's own.
+  /// Starts words[0] (looked up in PATH) with `directory` as its working directory; call it from
+  /// the thread that lives as long as the child. `environment` is added to the test's own.
   Child(const std::vector<std::string>& words, const std::filesystem::path& directory,
         const Environment& environment = {});
   ~Child();

@@ -77,8 +77,8 @@ int ModbusClient::WriteRegister(int unit, int address, std::uint16_t value) {
 
 int ModbusClient::WriteRegisters(int unit, int address, const std::vector<std::uint16_t>& values) {
   if (!Connect(unit)) return kNoConnection;
-  return Settle(modbus_write_registers(context_, address, static_cast<int>(values.size()),
-                                       values.data()));
+  return Settle(
+      modbus_write_registers(context_, address, static_cast<int>(values.size()), values.data()));
 }
 
 int ModbusClient::WriteCoil(int unit, int address, bool value) {

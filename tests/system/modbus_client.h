@@ -37,9 +37,9 @@ class ModbusClient {
   Bits DiscreteInputs(int unit, int address, int count);  ///< FC 2
   Bits Coils(int unit, int address, int count);           ///< FC 1
   /// These return the exception, kNoException or kNoConnection.
-  int WriteRegister(int unit, int address, std::uint16_t value);                     ///< FC 6
+  int WriteRegister(int unit, int address, std::uint16_t value);                        ///< FC 6
   int WriteRegisters(int unit, int address, const std::vector<std::uint16_t>& values);  ///< FC 16
-  int WriteCoil(int unit, int address, bool value);                                  ///< FC 5
+  int WriteCoil(int unit, int address, bool value);                                     ///< FC 5
 
   /// Nothing unless the answer came and every register was served.
   std::optional<float> Float(int unit, int address);

@@ -151,7 +151,8 @@ Finished Station::Command(std::vector<std::string> words) const {
 
 std::unique_ptr<Child> Station::StartTwin(const std::string& line, const std::string& profile,
                                           const std::string& address) const {
-  auto twin = Start({"simulate", "--profile", profile, "--address", address, "--pty", LinkOf(line)});
+  auto twin =
+      Start({"simulate", "--profile", profile, "--address", address, "--pty", LinkOf(line)});
   const bool there = Eventually([&] { return !twin->Output().empty() && CanOpen(LinkOf(line)); });
   EXPECT_TRUE(there) << "no twin on " << line << ": " << twin->Errors();
   return twin;

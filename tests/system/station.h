@@ -1,5 +1,5 @@
-// The fixture of the system tests: a directory of its own, a free port, a DDS domain, device profiles
-// with fixed values, twins made by `baudgate simulate` and the daemon that reads them.
+// The fixture of the system tests: a directory of its own, a free port, a DDS domain, device
+// profiles with fixed values, twins made by `baudgate simulate` and the daemon that reads them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
-// What the DDS tests share: gateways of any size, and a place where samples are collected and waited
-// for. Filled by subscribers' callbacks, read by tests.
+// What the DDS tests share: gateways of any size, and a place where samples are collected and
+// waited for. Filled by subscribers' callbacks, read by tests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -55,7 +55,10 @@ class Heard {
   using Key = std::pair<std::string, std::string>;  ///< device, point
 
   SubscriberCallbacks Callbacks() {
-    return {.on_point = [this](const PointSample& s) { Note([&] { points[{s.device, s.point}] = s, ++samples; }); },
+    return {.on_point =
+                [this](const PointSample& s) {
+                  Note([&] { points[{s.device, s.point}] = s, ++samples; });
+                },
             .on_point_gone =
                 [this](const PointSample& s, Gone why) {
                   Note([&] { gone[{s.device, s.point}] = why, points.erase({s.device, s.point}); });

@@ -75,16 +75,16 @@ class RawWriter {
   RawWriter() : participant_(*CreateParticipant(TestSubscriber().participant)) {
     const fast::TypeSupport type(new RawType);
     type.register_type(participant_);
-    auto* topic = participant_->create_topic(kPointTopic, type.get_type_name(),
-                                             fast::TOPIC_QOS_DEFAULT);
+    auto* topic =
+        participant_->create_topic(kPointTopic, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
     fast::DataWriterQos qos;
     qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
     qos.reliable_writer_qos().times.heartbeatPeriod = {0, 100'000'000};
     qos.resource_limits().max_instances = 256;
     qos.resource_limits().max_samples = 256;
     qos.resource_limits().max_samples_per_instance = 1;
-    writer_ = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT)
-                  ->create_datawriter(topic, qos);
+    writer_ =
+        participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT)->create_datawriter(topic, qos);
   }
   ~RawWriter() { DeleteParticipant(participant_); }
 
@@ -117,8 +117,8 @@ TEST(Hostile, BrokenSamplesAreSkippedAndGoodOnesArrive) {
   long_length[7] = 0xFF;
   Bytes cut = GoodBytes("x");
   cut.resize(cut.size() / 2);
-  for (const Bytes& bytes : {other_encapsulation, long_length, cut, Bytes{0, 1, 0, 0}, Bytes{9},
-                             Bytes(700, 0xFF)}) {
+  for (const Bytes& bytes :
+       {other_encapsulation, long_length, cut, Bytes{0, 1, 0, 0}, Bytes{9}, Bytes(700, 0xFF)}) {
     EXPECT_TRUE(writer.Write({bytes, key++}));
   }
   ASSERT_TRUE(writer.Write({GoodBytes("last"), key++}));
@@ -167,19 +167,20 @@ TEST(Hostile, BrokenDatagramsEndNothing) {
 
   Datagrams datagrams;
   for (const char* rest : {
-           "",                                             // a header alone
-           "15 05",                                        // half a DATA submessage
-           "15 05 FF FF 00 00 10 00",                      // that claims 65535 bytes
-           "15 05 04 00 00 00 FF FF",                      // inline QoS far beyond its end
+           "",                         // a header alone
+           "15 05",                    // half a DATA submessage
+           "15 05 FF FF 00 00 10 00",  // that claims 65535 bytes
+           "15 05 04 00 00 00 FF FF",  // inline QoS far beyond its end
            "15 07 18 00 00 00 10 00 00 01 00 C7 00 01 00 C2 FF FF FF FF FF FF FF FF 00 00 00 00",
            "07 01 1C 00 00 01 00 C7 00 01 00 C2 FF FF FF 7F FF FF FF FF 00 00 00 80 00 00 00 00 01 "
-           "00 00 00",                                     // HEARTBEAT, first after last
+           "00 00 00",  // HEARTBEAT, first after last
            "06 01 14 00 00 01 00 C7 00 01 00 C2 00 00 00 00 01 00 00 00 FF FF FF FF",  // ACKNACK
-           "16 01 20 00 00 00 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 01 00 00 00 00 00 00 00 FF FF "
-           "FF FF FF FF FF FF",                            // DATA_FRAG with absurd sizes
-           "12 01 08 00",                                  // HEARTBEAT_FRAG without a body
+           "16 01 20 00 00 00 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 01 00 00 00 00 00 00 00 FF "
+           "FF "
+           "FF FF FF FF FF FF",  // DATA_FRAG with absurd sizes
+           "12 01 08 00",        // HEARTBEAT_FRAG without a body
            "08 01 10 00 00 00 00 00 00 00 00 00 00 00 00 00 FF FF FF FF",  // GAP cut short
-           "00 FF 00 00 00 00 00 00",                      // PAD of unknown flags
+           "00 FF 00 00 00 00 00 00",                                      // PAD of unknown flags
        }) {
     datagrams.Send(Rtps(rest));
   }

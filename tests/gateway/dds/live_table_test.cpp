@@ -23,8 +23,8 @@ PointRow ARow(std::string device, std::string point, std::string value) {
 }
 
 TEST(LiveTable, AlignsColumns) {
-  const std::string text = RenderPoints(
-      {ARow("feeder-1", "current_l1", "0.5"), ARow("feeder-1", "i2", "112.25")}, {});
+  const std::string text =
+      RenderPoints({ARow("feeder-1", "current_l1", "0.5"), ARow("feeder-1", "i2", "112.25")}, {});
   EXPECT_EQ(text,
             "device    point        value  unit  quality    age\n"
             "feeder-1  current_l1     0.5  A     good     0.3 s\n"
@@ -40,8 +40,7 @@ TEST(LiveTable, CountsCharactersNotBytes) {
 TEST(LiveTable, CutsVisibly) {
   const std::vector<TableColumn> columns = {{.title = "a", .widest = 4}};
   EXPECT_EQ(RenderTable(columns, {{{"12345"}}, {{"1234"}}}, {}), "a\n123\u2026\n1234\n");
-  EXPECT_EQ(RenderTable({{.title = "title"}}, {{{"12345"}}}, {.width = 3}),
-            "ti\u2026\n12\u2026\n");
+  EXPECT_EQ(RenderTable({{.title = "title"}}, {{{"12345"}}}, {.width = 3}), "ti\u2026\n12\u2026\n");
 }
 
 TEST(LiveTable, SaysHowManyRowsAreLeftOut) {

@@ -69,6 +69,19 @@ TEST(Loopback, TwoThousandPointsArriveWhole) {
   EXPECT_EQ(publisher->counters().subscribers, 1U);
 }
 
+TEST(Loopback, ALargeGatewayIsOneGatewayAndArrivesWhole) {
+  const config::Config config = MakeConfig(90, 100);
+  PointStore store(config);
+  Heard heard;
+  const auto subscriber = Subscribe(heard);
+  auto publisher = Publish(config, store);
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 9000; }));
+  EXPECT_TRUE(heard.WaitFor([&] { return heard.gateways == 1; }));
+  EXPECT_EQ(publisher->counters().subscribers, 1U);
+  publisher.reset();
+  EXPECT_TRUE(heard.WaitFor([&] { return heard.gone.size() == 9000 && heard.gateways == 0; }));
+}
+
 TEST(Loopback, ALateJoinerGetsTheLatestOfAll) {
   const config::Config config = MakeConfig(4, 100);
   PointStore store(config);
@@ -92,9 +105,11 @@ TEST(Loopback, AnOrderlyStopDisposesEverything) {
   Heard heard;
   const auto subscriber = Subscribe(heard);
   auto publisher = Publish(config, store);
-  ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 100 && heard.devices.size() == 2; }));
+  ASSERT_TRUE(
+      heard.WaitFor([&] { return heard.points.size() == 100 && heard.devices.size() == 2; }));
   publisher.reset();
-  ASSERT_TRUE(heard.WaitFor([&] { return heard.gone.size() == 100 && heard.devices_gone.size() == 2; }));
+  ASSERT_TRUE(
+      heard.WaitFor([&] { return heard.gone.size() == 100 && heard.devices_gone.size() == 2; }));
   for (const auto& [key, why] : heard.gone) EXPECT_EQ(why, Gone::disposed) << key.second;
   for (const auto& [key, why] : heard.devices_gone) EXPECT_EQ(why, Gone::disposed) << key;
   EXPECT_TRUE(heard.WaitFor([&] { return heard.gateways == 0; }));

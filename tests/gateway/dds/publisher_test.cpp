@@ -81,9 +81,8 @@ struct Running {
 
 TEST(Publisher, StartsWithAnImageThatWaitsForData) {
   Running run(MakeConfig(2, 3));
-  ASSERT_TRUE(run.written.WaitFor([&] {
-    return run.written.points.size() >= 6 && run.written.devices.size() >= 2;
-  }));
+  ASSERT_TRUE(run.written.WaitFor(
+      [&] { return run.written.points.size() >= 6 && run.written.devices.size() >= 2; }));
   const PointSample& sample = *run.written.Latest("p2");
   EXPECT_EQ(sample.gateway, "substation-7");
   EXPECT_EQ(sample.quality, 0x20);
@@ -189,7 +188,10 @@ TEST(Publisher, RepeatsWhatWasRefusedAndSaysSoOnce) {
   run.written.WaitFor([&] { return run.written.refuse = true; });
   for (std::uint32_t point = 0; point < 20; ++point) Set(run.store, 0, point, 1.0);
   ASSERT_TRUE(run.written.WaitFor([&] { return run.written.refused >= 20; }));
-  run.written.WaitFor([&] { run.written.refuse = false; return true; });
+  run.written.WaitFor([&] {
+    run.written.refuse = false;
+    return true;
+  });
   ASSERT_TRUE(run.written.WaitFor([&] {
     for (int point = 0; point < 20; ++point) {
       if (run.written.Latest("p" + std::to_string(point))->value != 1.0) return false;
@@ -206,9 +208,8 @@ TEST(Publisher, RepeatsWhatWasRefusedAndSaysSoOnce) {
 
 TEST(Publisher, DisposesEverythingAtStop) {
   Running run(MakeConfig(2, 2));
-  ASSERT_TRUE(run.written.WaitFor([&] {
-    return run.written.points.size() >= 4 && run.written.devices.size() >= 2;
-  }));
+  ASSERT_TRUE(run.written.WaitFor(
+      [&] { return run.written.points.size() >= 4 && run.written.devices.size() >= 2; }));
   run.publisher->Stop();
   run.publisher->Stop();
   EXPECT_THAT(run.written.disposed,

@@ -1,4 +1,5 @@
-// `baudgate watch` against a publisher in this process: image, JSON lines, filters, silence, signals.
+// `baudgate watch` against a publisher in this process: image, JSON lines, filters, silence,
+// signals.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/watch.h"
 

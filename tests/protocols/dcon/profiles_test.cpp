@@ -112,7 +112,7 @@ TEST(DconProfiles, AnUnquotedHashIsExplained) {
   EXPECT_FALSE(loaded.ok());
   const bool told = std::any_of(
       loaded.problems.begin(), loaded.problems.end(),
-      [](const auto& problem) { return problem.message.find("quotes") != std::string::npos; });
+      [](const auto& problem) { return problem.message.find("quote") != std::string::npos; });
   EXPECT_TRUE(told) << (loaded.problems.empty() ? "" : config::ToString(loaded.problems[0]));
 }
 

@@ -28,8 +28,9 @@ struct seen {
 };
 
 // Multicast may be missing (containers, lo without the flag): ask the loopback address itself.
-// Cyclone is kept quiet because it can not read the key of a dispose by Fast DDS 2.9 (which sends the
-// key's MD5 alone) and complains once for each point; it learns of the end when the writer leaves.
+// Cyclone is kept quiet because it can not read the key of a dispose by Fast DDS 2.9 (which sends
+// the key's MD5 alone) and complains once for each point; it learns of the end when the writer
+// leaves.
 static const char kConfiguration[] =
     "<CycloneDDS><Domain><General>"
     "<Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces>"
@@ -64,8 +65,8 @@ static bool parse(int argc, char** argv, struct options* options) {
 }
 
 static dds_entity_t create_reader(dds_entity_t participant) {
-  dds_entity_t topic = dds_create_topic(participant, &baudgate_v1_PointSample_desc,
-                                        "baudgate/points", NULL, NULL);
+  dds_entity_t topic =
+      dds_create_topic(participant, &baudgate_v1_PointSample_desc, "baudgate/points", NULL, NULL);
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
@@ -85,7 +86,8 @@ static struct seen* find(struct seen* seen, int* known, dds_instance_handle_t ha
   return &seen[(*known)++];
 }
 
-// Reads until all of `options` has been met. Static memory: 100,000 entries are too many for a stack.
+// Reads until all of `options` has been met. Static memory: 100,000 entries are too many for a
+// stack.
 static bool listen_until_done(dds_entity_t reader, dds_entity_t waitset,
                               const struct options* options) {
   static struct seen seen[MOST_INSTANCES];

@@ -1,5 +1,5 @@
-// Our publisher against a subscriber of another DDS vendor (cyclone_subscriber.c), each in a process
-// of its own, over loopback.
+// Our publisher against a subscriber of another DDS vendor (cyclone_subscriber.c), each in a
+// process of its own, over loopback.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

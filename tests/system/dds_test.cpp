@@ -1,0 +1,131 @@
+// What twins give arrives at DDS subscribers: our own `baudgate watch` and one of another vendor.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/system/three_devices.h"
+
+namespace baudgate::system_test {
+namespace {
+
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+/// Samples by "device point".
+using Samples = std::map<std::string, Json>;
+
+class OnDds : public ThreeDevices {
+ protected:
+  std::vector<std::string> WatchWords() const {
+    return {"watch", "--domain", std::to_string(domain()), "--gateway", gateway(), "--json"};
+  }
+
+  Samples WatchOnce() const {
+    auto words = WatchWords();
+    words.push_back("--once");
+    const Finished watch = Command(words);
+    EXPECT_EQ(watch.code, 0) << watch.errors;
+    return Parse(watch.output);
+  }
+
+  static Samples Parse(const std::string& lines) {
+    Samples samples;
+    std::istringstream stream(lines);
+    for (std::string line; std::getline(stream, line);) {
+      const Json sample = Json::parse(line, nullptr, false);
+      if (!sample.is_object()) continue;
+      samples[sample["device"].get<std::string>() + " " + sample["point"].get<std::string>()] =
+          sample;
+    }
+    return samples;
+  }
+
+  /// From the configuration alone.
+  std::size_t PointCount() const {
+    const Finished map = Command({"map", "--json", "-c", (directory() / "baudgate.yaml").string()});
+    return Json::parse(map.output)["points"].size();
+  }
+
+  std::unique_ptr<Child> StartCyclone(std::size_t count, bool until_gone) const {
+    std::vector<std::string> words = {
+        CYCLONE_SUBSCRIBER, "--domain", std::to_string(domain()), "--count", std::to_string(count),
+        "--seconds",        "30"};
+    if (until_gone) words.push_back("--gone");
+    return std::make_unique<Child>(words, directory());
+  }
+};
+
+TEST_F(OnDds, WatchAndAForeignSubscriberSeeTheSameValues) {
+  StartAll(true);
+  const std::size_t points = PointCount();
+  Samples samples;
+  ASSERT_TRUE(Eventually([&] {
+    samples = WatchOnce();
+    return samples.size() == points && samples["relay-1 current_l3"]["quality"] == 0xC0 &&
+           samples["io-1 input_5"]["quality"] == 0xC0 &&
+           samples["meter-1 energy_active_import"]["quality"] == 0xC0;
+  })) << samples.size()
+      << " of " << points;
+  EXPECT_EQ(samples["relay-1 current_l3"]["value"], 63.0);
+  EXPECT_EQ(samples["relay-1 current_l3"]["unit"], "xIn");
+  EXPECT_EQ(samples["relay-1 output_trip"]["value"], 1.0);
+  EXPECT_EQ(samples["relay-1 type_designation"]["text"], "SPCJ 4D29");
+  EXPECT_EQ(samples["io-1 input_5"]["value"], -101.5);
+  EXPECT_EQ(samples["meter-1 frequency"]["value"], 50.03125);
+  EXPECT_DOUBLE_EQ(samples["meter-1 energy_active_import"]["value"].get<double>(), 12345.6789);
+  EXPECT_EQ(samples["meter-1 frequency"]["gateway"], gateway());
+
+  const auto cyclone = StartCyclone(points, false);
+  EXPECT_EQ(cyclone->WaitForEnd(40s), 0) << cyclone->Errors();
+  const std::string heard = cyclone->Output();
+  EXPECT_THAT(heard, HasSubstr("relay-1 current_l3 63 192 xIn\n"));
+  EXPECT_THAT(heard, HasSubstr("io-1 input_5 -101.5 192 "));
+  EXPECT_THAT(heard, HasSubstr("meter-1 frequency 50.03125 192 Hz\n"));
+}
+
+TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
+  StartTwins();
+  io.reset();  // one device is not there at all: its points are announced and leave like all others
+  daemon = StartDaemon(Yaml(true));
+  const std::size_t points = PointCount();
+  const auto watch = Start(WatchWords());
+  const auto cyclone = StartCyclone(points, true);
+  const auto heard = [](const Child& child, const std::string& text) {
+    return child.Output().find(text) != std::string::npos;
+  };
+  ASSERT_TRUE(Eventually([&] { return heard(*watch, "input_5") && heard(*cyclone, "input_5"); }));
+  ASSERT_TRUE(Eventually([&] { return Parse(watch->Output()).size() == points; }));
+
+  daemon->Signal(SIGTERM);
+  EXPECT_EQ(daemon->WaitForEnd(10s), 0);
+  EXPECT_EQ(cyclone->WaitForEnd(40s), 0) << cyclone->Errors();
+  EXPECT_THAT(cyclone->Output(), HasSubstr("gone meter-1 frequency\n"));
+  EXPECT_TRUE(Eventually([&] {
+    for (const auto& [key, sample] : Parse(watch->Output())) {
+      if (sample.value("gone", "") != "disposed") return false;
+    }
+    return true;
+  })) << watch->Output();
+}
+
+TEST_F(OnDds, TheQualityOfALostDeviceIsToldAtOnce) {
+  StartTwins();
+  daemon = StartDaemon(Yaml(true));
+  const auto watch = Start(WatchWords());
+  const auto quality = [&] {
+    const Samples samples = Parse(watch->Output());
+    const auto found = samples.find("io-1 input_5");
+    return found == samples.end() ? -1 : found->second.value("quality", -1);
+  };
+  ASSERT_TRUE(Eventually([&] { return quality() == 0xC0; }));
+  io->Signal(SIGKILL);
+  EXPECT_TRUE(Eventually([&] { return quality() == 0x08; }));
+  io = StartTwin("io", "module", "1");
+  EXPECT_TRUE(Eventually([&] { return quality() == 0xC0; }));
+}
+
+}  // namespace
+}  // namespace baudgate::system_test

@@ -1,0 +1,65 @@
+// What `cmake --install` puts where Debian expects it, and that the installed program finds its
+// parts.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+#include "tests/system/station.h"
+
+namespace baudgate::system_test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class Installed : public Station {
+ protected:
+  /// Below the scratch root, as it would be below "/".
+  fs::path At(const std::string& path) const {
+    return directory() / "root" / fs::path(path).relative_path();
+  }
+};
+
+TEST_F(Installed, EverythingIsAtItsPlace) {
+  const Finished install = Run({CMAKE_PROGRAM, "--install", BUILD_DIRECTORY}, directory(),
+                               {{"DESTDIR", (directory() / "root").string()}});
+  ASSERT_EQ(install.code, 0) << install.errors;
+
+  const fs::path modules = At(INSTALLED_LIBRARIES "/baudgate");
+  const fs::path data = At(INSTALLED_DATA "/baudgate");
+  EXPECT_TRUE(fs::is_regular_file(At(INSTALLED_BINARIES "/baudgate")));
+  for (const char* protocol : {"spabus", "dcon", "set4tm"}) {
+    EXPECT_TRUE(fs::is_regular_file(modules / "protocols" / (std::string(protocol) + ".so")));
+  }
+  for (const char* profile : {"spabus/spaj140c", "dcon/owen-mv110-8a", "set4tm/set-4tm.03m"}) {
+    EXPECT_TRUE(fs::is_regular_file(data / "profiles" / (std::string(profile) + ".yaml")));
+  }
+#ifdef CYCLONE_SUBSCRIBER
+  EXPECT_TRUE(fs::is_regular_file(data / "idl/baudgate.idl"));
+#endif
+
+  const std::string unit = ReadWholeFile(At(INSTALL_PREFIX "/lib/systemd/system/baudgate.service"));
+  EXPECT_THAT(unit, HasSubstr("\nType=notify\n"));
+  EXPECT_THAT(unit, HasSubstr("\nExecStart=" INSTALLED_BINARIES
+                              "/baudgate run -c /etc/baudgate/baudgate.yaml\n"));
+  EXPECT_THAT(unit, HasSubstr("\nUser=baudgate\n"));
+  EXPECT_THAT(unit, HasSubstr("\nRestartPreventExitStatus=3\n"));
+  EXPECT_THAT(unit, HasSubstr("\nAmbientCapabilities=CAP_NET_BIND_SERVICE\n"));
+  EXPECT_THAT(ReadWholeFile(At(INSTALL_PREFIX "/lib/sysusers.d/baudgate.conf")),
+              HasSubstr("\nu baudgate - "));
+
+  // The program alone, told where its parts are because the root is not "/".
+  const Finished protocols = Run({At(INSTALLED_BINARIES "/baudgate").string(), "protocols"},
+                                 directory(), {{"BAUDGATE_MODULES", modules.string()}});
+  EXPECT_EQ(protocols.code, 0) << protocols.errors;
+  EXPECT_THAT(protocols.output, HasSubstr("spabus"));
+  const Finished profiles =
+      Run({At(INSTALLED_BINARIES "/baudgate").string(), "profiles", "spaj140c"}, directory(),
+          {{"BAUDGATE_MODULES", modules.string() + ":" + data.string()}});
+  EXPECT_EQ(profiles.code, 0) << profiles.errors;
+  EXPECT_THAT(profiles.output, HasSubstr("current_l1"));
+}
+
+}  // namespace
+}  // namespace baudgate::system_test

@@ -1,0 +1,165 @@
+// The daemon as a process: start, readiness, stop, crash, and what it says when it can not start.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "tests/system/station.h"
+
+namespace baudgate::system_test {
+namespace {
+
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr int kBadConfiguration = 3;
+constexpr int kCannotOpen = 4;
+
+class Process : public Station {
+ protected:
+  Process() { PinProfile("dcon", "owen-mv110-8a", "module", {{"input_1", "100.25"}}); }
+  std::string Yaml() const {
+    return Head() + Line("io", "dcon", "address: 1, profile: module, unit: 1, poll: 100ms");
+  }
+  bool PortRefuses() const { return !HostileClient(port()).connected(); }
+
+  ModbusClient client{port()};
+};
+
+/// What systemd would hear.
+class NotifySocket {
+ public:
+  explicit NotifySocket(const std::filesystem::path& path)
+      : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.string().copy(address.sun_path, sizeof address.sun_path - 1);
+    bound_ = ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+    const timeval patience{20, 0};
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  }
+  ~NotifySocket() { ::close(socket_); }
+  NotifySocket(const NotifySocket&) = delete;
+  NotifySocket& operator=(const NotifySocket&) = delete;
+
+  bool bound() const { return bound_; }
+  /// The next message; empty when there is none.
+  std::string Receive(int flags = 0) const {
+    char buffer[4096];
+    const ssize_t count = ::recv(socket_, buffer, sizeof buffer, flags);
+    return count > 0 ? std::string(buffer, static_cast<std::size_t>(count)) : std::string();
+  }
+
+ private:
+  int socket_;
+  bool bound_ = false;
+};
+
+TEST_F(Process, TellsTheServiceManagerWhenItsPortAnswersAndWhenItStops) {
+  const NotifySocket notify(directory() / "notify");
+  ASSERT_TRUE(notify.bound());
+  const auto file = Write("baudgate.yaml", Yaml());
+  const auto daemon =
+      Start({"run", "-c", file.string()}, {{"NOTIFY_SOCKET", (directory() / "notify").string()}});
+  const std::string ready = notify.Receive();
+  EXPECT_TRUE(client.Input(0, 9000, 1).ok()) << "ready, but its port does not answer";
+  EXPECT_THAT(ready, HasSubstr("READY=1"));
+  EXPECT_THAT(ready, HasSubstr("STATUS=Modbus TCP on 127.0.0.1:" + std::to_string(port())));
+  EXPECT_THAT(notify.Receive(MSG_DONTWAIT), IsEmpty());
+
+  daemon->Signal(SIGTERM);
+  EXPECT_THAT(notify.Receive(), HasSubstr("STOPPING=1"));
+  EXPECT_EQ(daemon->WaitForEnd(10s), 0);
+}
+
+TEST_F(Process, IsNeverReadyWhenItsPortIsTaken) {
+  const auto first = StartDaemon(Yaml());
+  const NotifySocket notify(directory() / "notify");
+  ASSERT_TRUE(notify.bound());
+  const auto second = Start({"run", "-c", (directory() / "baudgate.yaml").string()},
+                            {{"NOTIFY_SOCKET", (directory() / "notify").string()}});
+  EXPECT_EQ(second->WaitForEnd(), kCannotOpen);
+  EXPECT_THAT(second->Errors(), HasSubstr("127.0.0.1:" + std::to_string(port())));
+  EXPECT_THAT(second->Errors(), HasSubstr("in use"));
+  EXPECT_THAT(notify.Receive(MSG_DONTWAIT), Not(HasSubstr("READY")));
+  EXPECT_TRUE(client.Input(0, 9000, 1).ok()) << "the first one goes on";
+}
+
+TEST_F(Process, StopsInOrderOnBothSignals) {
+  const auto twin = StartTwin("io", "module", "1");
+  for (const int signal : {SIGTERM, SIGINT}) {
+    const auto daemon = StartDaemon(Yaml());
+    ASSERT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
+    daemon->Signal(signal);
+    EXPECT_EQ(daemon->WaitForEnd(10s), 0);
+    EXPECT_TRUE(PortRefuses());
+    EXPECT_THAT(daemon->Errors(), HasSubstr("baudgate stops"));
+  }
+}
+
+TEST_F(Process, StopsWhileNothingAnswersAndPortsAreAbsent) {
+  const auto twin = StartTwin("io", "module", "1");
+  twin->Signal(SIGSTOP);
+  const auto daemon =
+      StartDaemon(Yaml() + Line("gone", "spabus", "address: 1, profile: spaj140c, unit: 2"));
+  ASSERT_TRUE(EventuallyQuality(client, 2, 0, 0x08));
+  daemon->Signal(SIGTERM);
+  EXPECT_EQ(daemon->WaitForEnd(10s), 0);
+}
+
+TEST_F(Process, StartsAgainAtOnceAfterItWasKilled) {
+  const auto twin = StartTwin("io", "module", "1");
+  auto daemon = StartDaemon(Yaml());
+  for (int life = 0; life < 3; ++life) {
+    ASSERT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
+    // The client's connection is open: its end lingers in the kernel on the very port.
+    daemon->Signal(SIGKILL);
+    EXPECT_EQ(daemon->WaitForEnd(), 128 + SIGKILL);
+    daemon = StartDaemon(Yaml());
+  }
+  EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
+}
+
+TEST_F(Process, DoesNotStartOnABadConfiguration) {
+  const auto file =
+      Write("bad.yaml", "modbus: { listen: \"127.0.0.1:" + std::to_string(port()) +
+                            "\" }\n"
+                            "lines:\n"
+                            "  - name: io\n"
+                            "    port: /dev/ttyS0\n"
+                            "    protocol: dcon\n"
+                            "    serial: 9600 9X1\n"
+                            "    devices:\n"
+                            "      - { name: a, address: 256, unit: 1, colour: red }\n");
+  const auto daemon = Start({"run", "-c", file.string()});
+  EXPECT_EQ(daemon->WaitForEnd(), kBadConfiguration);
+  // All at once, each with its place.
+  const std::string errors = daemon->Errors();
+  EXPECT_THAT(errors, HasSubstr(file.string() + ":6:13: "));
+  EXPECT_THAT(errors, ContainsRegex("bad.yaml:8:[0-9]+: .*256"));
+  EXPECT_THAT(errors, ContainsRegex("bad.yaml:8:[0-9]+: .*colour"));
+  EXPECT_TRUE(PortRefuses());
+  EXPECT_THAT(daemon->Output(), IsEmpty());
+}
+
+TEST_F(Process, SaysWhichConfigurationItCanNotRead) {
+  const auto daemon = Start({"run", "-c", LinkOf("nowhere.yaml")});
+  EXPECT_EQ(daemon->WaitForEnd(), kBadConfiguration);
+  EXPECT_THAT(daemon->Errors(), HasSubstr("nowhere.yaml"));
+}
+
+TEST_F(Process, LogsTheLifeOfALine) {
+  auto twin = StartTwin("io", "module", "1");
+  const auto daemon = StartDaemon(Yaml());
+  EXPECT_TRUE(EventuallyLogged(*daemon, "line io: open ("));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "line io: device io-1: online"));
+  twin->Signal(SIGKILL);
+  EXPECT_TRUE(EventuallyLogged(*daemon, "line io: down: "));
+}
+
+}  // namespace
+}  // namespace baudgate::system_test

@@ -1,0 +1,145 @@
+// What twins of the three reference devices give arrives at Modbus clients unchanged.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <modbus/modbus.h>
+
+#include "tests/system/three_devices.h"
+
+namespace baudgate::system_test {
+namespace {
+
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Le;
+
+constexpr std::uint16_t kGood = 0xC0;
+constexpr int kIllegalFunction = 1;
+constexpr int kIllegalAddress = 2;
+constexpr int kIllegalValue = 3;
+constexpr int kGatewayPath = 0x0A;
+
+using Values = ThreeDevices;
+
+std::vector<float> Floats(const Registers& answer) {
+  std::vector<float> floats;
+  for (std::size_t i = 0; i + 1 < answer.values.size(); i += 2) {
+    floats.push_back(modbus_get_float_abcd(&answer.values[i]));
+  }
+  return floats;
+}
+
+TEST_F(Values, OfAllThreeProtocolsReachLibmodbus) {
+  StartAll();
+  EXPECT_THAT(Floats(client.Input(kRelayUnit, 0, 8)), ElementsAre(1.25F, 2.5F, 63, 0.75F));
+  EXPECT_THAT(client.DiscreteInputs(kRelayUnit, 0, 15).values,
+              ElementsAre(0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0));
+  const Registers type = client.Input(kRelayUnit, 900, 8);
+  EXPECT_EQ(type.values[0], 'S' << 8 | 'P');
+  EXPECT_EQ(type.values[1], 'C' << 8 | 'J');
+
+  EXPECT_THAT(Floats(client.Input(kModuleUnit, 0, 16)),
+              ElementsAre(100.25F, -34.5F, 0.125F, 7.125F, -101.5F, 1024.5F, 0, 5.75F));
+
+  EXPECT_EQ(client.Float(kMeterUnit, 0), -61234.5F);
+  EXPECT_EQ(client.Float(kMeterUnit, 2), 20001.0F);
+  EXPECT_EQ(client.Float(kMeterUnit, 24), 6000.25F);
+  EXPECT_EQ(client.Float(kMeterUnit, 40), 3.625F);
+  EXPECT_EQ(client.Float(kMeterUnit, 50), 50.03125F);
+  const auto energy = client.Double(kMeterUnit, 200);
+  ASSERT_TRUE(energy);
+  EXPECT_DOUBLE_EQ(*energy, 12345.6789);
+}
+
+TEST_F(Values, StandInBothTablesWithQualityAndAge) {
+  StartAll();
+  EXPECT_EQ(client.Holding(kModuleUnit, 0, 16).values, client.Input(kModuleUnit, 0, 16).values);
+  EXPECT_EQ(client.Coils(kRelayUnit, 0, 15).values,
+            client.DiscreteInputs(kRelayUnit, 0, 15).values);
+  EXPECT_THAT(client.Input(kModuleUnit, 20000, 16).values, Each(kGood));
+  EXPECT_THAT(client.Holding(kModuleUnit, 20000, 16).values, Each(kGood));
+  // A value is served as good for at most three polls of 200 ms, or two cycles of a slow machine.
+  EXPECT_THAT(client.Input(kModuleUnit, 40000, 16).values, Each(Le(100)));
+  EXPECT_THAT(client.DiscreteInputs(kRelayUnit, 20000, 15).values, Each(1));
+}
+
+TEST_F(Values, OfADeviceComeWithItsStatusBlock) {
+  StartAll();
+  const Registers first = client.Input(kMeterUnit, 9000, 16);
+  ASSERT_TRUE(first.ok());
+  EXPECT_EQ(first.values[0], 1) << "online";
+  EXPECT_EQ(first.values[1], 1) << "last outcome ok";
+  EXPECT_EQ(first.values[2], 0) << "age in ms, high word: less than 65 s";
+  const auto exchanges = [](const Registers& r) { return r.values[4] << 16 | r.values[5]; };
+  const auto good = [](const Registers& r) { return r.values[6] << 16 | r.values[7]; };
+  EXPECT_GT(good(first), 0);
+  EXPECT_TRUE(Eventually([&] {
+    const Registers later = client.Input(kMeterUnit, 9000, 16);
+    return later.ok() && exchanges(later) > exchanges(first) && good(later) > good(first);
+  }));
+}
+
+TEST_F(Values, OfTheGatewayItselfAreUnits0And255) {
+  StartAll();
+  for (const int unit : {0, 255}) {
+    const Registers block = client.Input(unit, 9000, 12);
+    ASSERT_TRUE(block.ok()) << "unit " << unit;
+    EXPECT_EQ(block.values[1], 3) << "lines";
+    EXPECT_EQ(block.values[4], 3) << "devices";
+    EXPECT_EQ(block.values[5], 3) << "devices online";
+    EXPECT_GE(block.values[6], 1) << "clients";
+    EXPECT_EQ(block.values[7], 3) << "lines up";
+  }
+}
+
+TEST_F(Values, ThatDoNotExistAreExceptions) {
+  StartAll();
+  EXPECT_EQ(client.Input(99, 0, 1).exception, kGatewayPath);
+  EXPECT_EQ(client.Input(kModuleUnit, 16, 1).exception, kIllegalAddress);
+  EXPECT_EQ(client.Input(kModuleUnit, 15, 2).exception, kIllegalAddress);
+  EXPECT_EQ(client.Input(kModuleUnit, 1, 1).exception, kIllegalValue) << "half of a float";
+  EXPECT_EQ(client.Input(kModuleUnit, 21000, 1).exception, kIllegalAddress);
+  EXPECT_EQ(client.DiscreteInputs(kModuleUnit, 0, 1).exception, kIllegalAddress);
+  EXPECT_EQ(client.WriteRegisters(kModuleUnit, 0, {0, 0}), kIllegalAddress) << "read-only";
+  EXPECT_EQ(client.WriteCoil(kRelayUnit, 13, true), kIllegalAddress) << "a trip output";
+  EXPECT_EQ(client.WriteRegister(kRelayUnit, 9000, 1), kIllegalAddress) << "the status block";
+}
+
+TEST_F(Values, ReachMbpoll) {
+  StartAll();
+  const auto mbpoll = [&](int unit, int address, const std::string& type, int count) {
+    return Run({"mbpoll", "-1", "-q", "-0", "-m", "tcp", "-p", std::to_string(port()), "-a",
+                std::to_string(unit), "-r", std::to_string(address), "-c", std::to_string(count),
+                "-t", type, "-B", "127.0.0.1"},
+               directory());
+  };
+  const Finished currents = mbpoll(kRelayUnit, 0, "3:float", 4);
+  EXPECT_EQ(currents.code, 0) << currents.errors;
+  EXPECT_THAT(currents.output, HasSubstr("[0]: \t1.25\n"));
+  EXPECT_THAT(currents.output, HasSubstr("[2]: \t2.5\n"));
+  EXPECT_THAT(currents.output, HasSubstr("[4]: \t63\n"));
+  const Finished inputs = mbpoll(kModuleUnit, 0, "4:float", 8);
+  EXPECT_EQ(inputs.code, 0) << inputs.errors;
+  EXPECT_THAT(inputs.output, HasSubstr("[8]: \t-101.5\n"));
+  EXPECT_THAT(inputs.output, HasSubstr("[10]: \t1024.5\n"));
+  const Finished frequency = mbpoll(kMeterUnit, 50, "3:float", 1);
+  EXPECT_THAT(frequency.output, HasSubstr("[50]: \t50.0312\n"));
+  const Finished outputs = mbpoll(kRelayUnit, 12, "1", 2);
+  EXPECT_THAT(outputs.output, HasSubstr("[13]: \t1\n"));
+  const Finished missing = mbpoll(kModuleUnit, 16, "3", 1);
+  EXPECT_EQ(missing.code, 1);
+  EXPECT_THAT(missing.errors, HasSubstr("Illegal data address"));
+}
+
+TEST_F(Values, CanNotBeWrittenWhereTheListenerDeniesIt) {
+  const auto twin = StartTwin("relay", "relay", "7");
+  const auto gateway =
+      StartDaemon("modbus: { listen: { at: \"127.0.0.1:" + std::to_string(port()) +
+                  "\", write: deny } }\ndds: { enabled: false }\nlines:\n" +
+                  Line("relay", "spabus", "address: 7, profile: relay, unit: 1, poll: 200ms"));
+  ASSERT_TRUE(EventuallyFloat(client, kRelayUnit, 0, 1.25F));
+  EXPECT_EQ(client.WriteRegister(kRelayUnit, 100, 1), kIllegalFunction);
+}
+
+}  // namespace
+}  // namespace baudgate::system_test

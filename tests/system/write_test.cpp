@@ -1,0 +1,88 @@
+// Writes of a Modbus client go through the daemon to the device, and come back as its values.
+// SPDX-License-Identifier: Apache-2.0
+#include <bit>
+
+#include "tests/system/station.h"
+
+namespace baudgate::system_test {
+namespace {
+
+constexpr int kIllegalAddress = 2;
+constexpr int kIllegalValue = 3;
+constexpr int kDeviceFailure = 4;
+constexpr int kNotAnswering = 0x0B;
+constexpr int kUnit = 1;
+
+class Writes : public Station {
+ protected:
+  std::vector<std::uint16_t> AsRegisters(float value) const {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    return {static_cast<std::uint16_t>(bits >> 16U), static_cast<std::uint16_t>(bits)};
+  }
+
+  ModbusClient client{port()};
+};
+
+TEST_F(Writes, SettingGroupOfARelay) {
+  const auto twin = StartTwin("relay", "spaj140c", "2");
+  const auto daemon =
+      StartDaemon(Head() + Line("relay", "spabus",
+                                "address: 2, profile: spaj140c, unit: 1, poll: 200ms, slow: 1h"));
+  const auto group = [&] { return client.Register(kUnit, 100); };
+  ASSERT_TRUE(Eventually([&] { return group() == 0; }));
+
+  EXPECT_EQ(client.WriteRegister(kUnit, 100, 1), kNoException);
+  // The period of its group is an hour: it is read back because it was written.
+  EXPECT_TRUE(Eventually([&] { return group() == 1; }));
+  EXPECT_EQ(client.WriteRegisters(kUnit, 100, {0}), kNoException);
+  EXPECT_TRUE(Eventually([&] { return group() == 0; }));
+
+  EXPECT_EQ(client.WriteRegisters(kUnit, 0, AsRegisters(1)), kIllegalAddress) << "a measurement";
+}
+
+TEST_F(Writes, OutputsOfAnAnalogModule) {
+  const auto twin = StartTwin("io", "icpdas-i-7024", "0x1F");
+  const auto daemon = StartDaemon(
+      Head() + Line("io", "dcon", "address: 0x1F, profile: icpdas-i-7024, unit: 1, poll: 100ms"));
+  ASSERT_TRUE(EventuallyFloat(client, kUnit, 2, 2.5F));
+  EXPECT_EQ(client.WriteRegisters(kUnit, 2, AsRegisters(7.125F)), kNoException);
+  EXPECT_TRUE(EventuallyFloat(client, kUnit, 2, 7.125F));
+  EXPECT_EQ(client.Float(kUnit, 0), 1.5F) << "the output beside it stays";
+  // Two outputs at once.
+  std::vector<std::uint16_t> both = AsRegisters(0.5F);
+  for (const std::uint16_t word : AsRegisters(9.5F)) both.push_back(word);
+  EXPECT_EQ(client.WriteRegisters(kUnit, 4, both), kNoException);
+  EXPECT_TRUE(EventuallyFloat(client, kUnit, 4, 0.5F));
+  EXPECT_TRUE(EventuallyFloat(client, kUnit, 6, 9.5F));
+
+  const int beyond = client.WriteRegisters(kUnit, 2, AsRegisters(10.5F));
+  EXPECT_TRUE(beyond == kDeviceFailure || beyond == kIllegalValue) << beyond;
+  EXPECT_EQ(client.WriteRegister(kUnit, 2, 0), kIllegalValue) << "half of a float";
+  EXPECT_EQ(client.Float(kUnit, 2), 7.125F);
+}
+
+TEST_F(Writes, RelaysOfADigitalModule) {
+  const auto twin = StartTwin("io", "icpdas-i-7060", "1");
+  const auto daemon = StartDaemon(
+      Head() + Line("io", "dcon", "address: 1, profile: icpdas-i-7060, unit: 1, poll: 100ms"));
+  const auto relays = [&] { return client.Coils(kUnit, 0, 4).values; };
+  ASSERT_TRUE(Eventually([&] { return relays() == std::vector<std::uint8_t>{0, 1, 0, 1}; }));
+  EXPECT_EQ(client.WriteCoil(kUnit, 2, true), kNoException);
+  EXPECT_EQ(client.WriteCoil(kUnit, 3, false), kNoException);
+  EXPECT_TRUE(Eventually([&] { return relays() == std::vector<std::uint8_t>{0, 1, 1, 0}; }));
+}
+
+TEST_F(Writes, ToADeviceThatIsSilentAreNotConfirmed) {
+  const auto twin = StartTwin("io", "icpdas-i-7024", "1");
+  const auto daemon = StartDaemon(
+      Head() + Line("io", "dcon", "address: 1, profile: icpdas-i-7024, unit: 1, poll: 100ms"));
+  ASSERT_TRUE(EventuallyFloat(client, kUnit, 2, 2.5F));
+  twin->Signal(SIGSTOP);
+  EXPECT_EQ(client.WriteRegisters(kUnit, 2, AsRegisters(3)), kNotAnswering);
+  twin->Signal(SIGKILL);
+  EXPECT_TRUE(EventuallyQuality(client, kUnit, 2, 0x08));
+  EXPECT_EQ(client.WriteRegisters(kUnit, 2, AsRegisters(3)), kNotAnswering);
+}
+
+}  // namespace
+}  // namespace baudgate::system_test
