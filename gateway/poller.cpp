@@ -180,6 +180,7 @@ std::optional<Instant> Poller::Deadline() const {
   if (!line_.idle()) return soonest;
   if (work_) {  // waits until no late answer can meet its request
     sooner(ClearAt(*work_));
+    if (work_->command && work_->steps == 1) sooner(work_->command->deadline);
     return soonest;
   }
   sooner(schedule_.NextDue());
@@ -214,6 +215,11 @@ void Poller::Pump() {
   while (open_ && line_.idle()) {
     if (!work_ && !PickTask()) return;
     if (!work_ || !work_->sending) continue;
+    if (IsTooLate(*work_)) {
+      work_->mute = true;
+      FinishTask(Outcome::no_reply, "the command waited for the line beyond its deadline");
+      continue;
+    }
     if (ClearAt(*work_) > now_.instant) return;
     work_->sending = false;
     work_->exchange_began = now_.instant;
@@ -244,6 +250,12 @@ Instant Poller::ClearAt(const Work& work) const {
     if (alike) clear = std::max(clear, device->late_until);
   }
   return clear;
+}
+
+/// Nothing of the command has been sent yet, and nothing may be any more.
+bool Poller::IsTooLate(const Work& work) const {
+  return work.command && work.steps == 1 && work.attempts == 0 &&
+         work.command->deadline <= now_.instant;
 }
 
 bool Poller::PickTask() {

@@ -107,6 +107,7 @@ class Poller : private LineClient {
   bool Waiting(Instant now) const;
   Duration Aftermath(const Device& device) const;
   Instant ClearAt(const Work& work) const;
+  bool IsTooLate(const Work& work) const;
 
   const config::Line& config_;
   PointStore& store_;

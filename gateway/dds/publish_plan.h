@@ -31,8 +31,8 @@ struct PointState {
   static PointState Of(const Value& value, Quality quality);
 };
 
-/// Points are numbered through all devices ("slot"). After construction everything is due at once:
-/// that is the start-up image. Memory is fixed; no call allocates or looks at all points.
+/// Points are numbered through all devices ("slot"). Everything is due at the start: that is the
+/// start-up image. Memory is fixed; no call allocates or looks at all points.
 class PublishPlan {
  public:
   PublishPlan(const PlanOptions& options, std::vector<double> deadbands, std::size_t devices,

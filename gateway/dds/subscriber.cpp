@@ -70,14 +70,11 @@ class Inbox : public fast::DataReaderListener {
 
   void on_data_available(fast::DataReader* reader) override {
     const std::lock_guard lock(calling_);
+    // One at a time: a take of many reports samples that could not be decoded as if they were
+    // valid.
     fast::SampleInfo info;
     while (reader->take_next_sample(&sample_, &info) == ReturnCode_t::RETCODE_OK) {
-      if (info.valid_data) {
-        Arrived(info);
-      } else if (info.instance_state != fast::ALIVE_INSTANCE_STATE) {
-        const bool disposed = info.instance_state == fast::NOT_ALIVE_DISPOSED_INSTANCE_STATE;
-        Left(HandleOf(info.instance_handle), disposed ? Gone::disposed : Gone::no_writers);
-      }
+      Take(sample_, info);
     }
   }
 
@@ -109,9 +106,18 @@ class Inbox : public fast::DataReaderListener {
     Handle writer;
   };
 
-  void Arrived(const fast::SampleInfo& info) {
+  void Take(const Sample& sample, const fast::SampleInfo& info) {
+    if (info.valid_data) {
+      Arrived(sample, info);
+    } else if (info.instance_state != fast::ALIVE_INSTANCE_STATE) {
+      const bool disposed = info.instance_state == fast::NOT_ALIVE_DISPOSED_INSTANCE_STATE;
+      Left(HandleOf(info.instance_handle), disposed ? Gone::disposed : Gone::no_writers);
+    }
+  }
+
+  void Arrived(const Sample& sample, const fast::SampleInfo& info) {
     Known& known = known_[HandleOf(info.instance_handle)];
-    known.sample = sample_;
+    known.sample = sample;
     known.writer = HandleOf(info.publication_handle);
     if (on_sample_) on_sample_(known.sample);
   }
@@ -139,8 +145,8 @@ class Inbox : public fast::DataReaderListener {
   const OnGone on_gone_;
   const std::function<void(int)> on_gateways_;
   const std::function<void(std::uint64_t)> on_rejected_;
-  Sample sample_;
   std::unordered_map<Handle, Known, HandleHash> known_;
+  Sample sample_;
   std::map<Handle, int> gateways_;  ///< writers of each
 };
 

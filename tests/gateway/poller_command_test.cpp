@@ -152,6 +152,22 @@ TEST_F(PollerCommand, WaitingCommandIsAnsweredAtItsDeadlineAndNeverSent) {
   EXPECT_EQ(line_.outcomes.size(), 1U);
 }
 
+TEST_F(PollerCommand, NotSentIntoTheTimeInWhichALateAnswerCouldConfirmIt) {
+  Open();
+  line_.twin(0).manner.dead = true;
+  line_.Write(0, 0, 1.0);
+  ASSERT_TRUE(line_.RunUntil([&] { return !line_.outcomes.empty(); }, 1s));
+  const Instant failed = line_.now().instant;
+  line_.twin(0).manner.dead = false;
+  line_.sent.clear();
+  line_.Write(0, 0, 2.0, 100ms);
+  line_.Write(0, 0, 3.0, 10s);
+  ASSERT_TRUE(line_.RunUntil([&] { return line_.outcomes.size() == 3; }, 5s));
+  EXPECT_EQ(line_.outcomes, (Outcomes{Outcome::no_reply, Outcome::no_reply, Outcome::ok}));
+  EXPECT_GE(line_.sent.front().at - failed, 800ms) << "the ceiling of the write that failed";
+  EXPECT_EQ(line_.CountSent("WA1=2"), 0U) << "its deadline came first";
+}
+
 TEST_F(PollerCommand, FullQueueSaysNo) {
   Open();
   line_.twin(0).manner.think = 150ms;

@@ -107,6 +107,22 @@ TEST(PollerLate, LateAnswersAreNeverTakenForOthers) {
   }
 }
 
+TEST(PollerLate, AnAnswerIsNotTakenForThatOfAnotherDevice) {
+  for (Duration think = 5ms; think < 900ms; think += 11ms) {
+    VirtualLine line(
+        ToyLine({ToyDevice("a", "A", {"U1", "U2"}), ToyDevice("b", "B", {"U1", "U2"})}),
+        {&ToyProtocol()});
+    SetTruth(line, 2, 2);
+    line.always = [&] { ExpectOnlyTruth(line, 2, 2); };
+    line.Open();
+    line.RunFor(3s);
+    line.twin(0).manner.think = think;
+    line.RunFor(30s);
+    if (::testing::Test::HasFatalFailure()) FAIL() << "think time " << FormatDuration(think);
+    EXPECT_EQ(line.QualityOf(1, 1), Quality::good) << "think time " << FormatDuration(think);
+  }
+}
+
 TEST(PollerLate, ADeviceThatIsLateFromTheBeginning) {
   for (Duration think = 150ms; think < 900ms; think += 13ms) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2"})}), {&ToyProtocol()});

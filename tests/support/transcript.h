@@ -2,14 +2,16 @@
 //
 //   # comment
 //   device: address=1 checksum=true       options as key=value; address is the device's
-//   point: current_l1 I1 float32 fast     name, read, type, group (the rest at its default)
+//   point: current_l1 I1 float32 fast     name, read ('_' for a blank), type, group (default fast)
 //   > 3E 31 52 ...                        the request that the conversation must make
 //   < 0A 3C 31 ...                        the reply that it gets; several lines are one stream,
-//   +12ms                                 with silence between them where a time stands
-//   = current_l1 0.52 good                what must have been read: name, value, quality
-//   ! corrupt                             the outcome, where it is not ok
+//   +12ms                                 with a silence longer than any gap where a time stands
+//   = current_l1 0.52 good                what must have been read, all of it and in this order:
+//   = current_l2 bad: sensor failure      name, value (where there is one), quality as people read
+//   it ! corrupt                             the outcome, where it is not ok
 //
-// The suite asks every query in turn, in the order of Queries(), following ask_again.
+// The suite asks every query in turn, in the order of Queries() and round after round until the
+// file ends, following ask_again and replan. Nothing after '>' is silence.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

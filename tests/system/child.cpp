@@ -92,8 +92,8 @@ std::optional<int> Child::WaitForEnd(Duration limit) {
 std::string Child::Output() const { return ReadWholeFile(output_); }
 std::string Child::Errors() const { return ReadWholeFile(errors_); }
 
-Finished Run(const std::vector<std::string>& words, const std::filesystem::path& directory,
-             const Child::Environment& environment, Duration limit) {
+Finished RunToEnd(const std::vector<std::string>& words, const std::filesystem::path& directory,
+                  const Child::Environment& environment, Duration limit) {
   Child child(words, directory, environment);
   const int code = child.WaitForEnd(limit).value_or(-1);
   return {code, child.Output(), child.Errors()};

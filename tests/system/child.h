@@ -64,8 +64,8 @@ struct Finished {
   std::string output;
   std::string errors;
 };
-Finished Run(const std::vector<std::string>& words, const std::filesystem::path& directory,
-             const Child::Environment& environment = {}, Duration limit = 60s);
+Finished RunToEnd(const std::vector<std::string>& words, const std::filesystem::path& directory,
+                  const Child::Environment& environment = {}, Duration limit = 60s);
 
 std::string ReadWholeFile(const std::filesystem::path& file);
 

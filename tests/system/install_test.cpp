@@ -22,8 +22,8 @@ class Installed : public Station {
 };
 
 TEST_F(Installed, EverythingIsAtItsPlace) {
-  const Finished install = Run({CMAKE_PROGRAM, "--install", BUILD_DIRECTORY}, directory(),
-                               {{"DESTDIR", (directory() / "root").string()}});
+  const Finished install = RunToEnd({CMAKE_PROGRAM, "--install", BUILD_DIRECTORY}, directory(),
+                                    {{"DESTDIR", (directory() / "root").string()}});
   ASSERT_EQ(install.code, 0) << install.errors;
 
   const fs::path modules = At(INSTALLED_LIBRARIES "/baudgate");
@@ -50,13 +50,13 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
               HasSubstr("\nu baudgate - "));
 
   // The program alone, told where its parts are because the root is not "/".
-  const Finished protocols = Run({At(INSTALLED_BINARIES "/baudgate").string(), "protocols"},
-                                 directory(), {{"BAUDGATE_MODULES", modules.string()}});
+  const Finished protocols = RunToEnd({At(INSTALLED_BINARIES "/baudgate").string(), "protocols"},
+                                      directory(), {{"BAUDGATE_MODULES", modules.string()}});
   EXPECT_EQ(protocols.code, 0) << protocols.errors;
   EXPECT_THAT(protocols.output, HasSubstr("spabus"));
   const Finished profiles =
-      Run({At(INSTALLED_BINARIES "/baudgate").string(), "profiles", "spaj140c"}, directory(),
-          {{"BAUDGATE_MODULES", modules.string() + ":" + data.string()}});
+      RunToEnd({At(INSTALLED_BINARIES "/baudgate").string(), "profiles", "spaj140c"}, directory(),
+               {{"BAUDGATE_MODULES", modules.string() + ":" + data.string()}});
   EXPECT_EQ(profiles.code, 0) << profiles.errors;
   EXPECT_THAT(profiles.output, HasSubstr("current_l1"));
 }

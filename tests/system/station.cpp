@@ -146,7 +146,7 @@ std::unique_ptr<Child> Station::Start(std::vector<std::string> words,
 
 Finished Station::Command(std::vector<std::string> words) const {
   words.insert(words.begin(), BAUDGATE_BINARY);
-  return Run(words, directory_, Environment());
+  return RunToEnd(words, directory_, Environment());
 }
 
 std::unique_ptr<Child> Station::StartTwin(const std::string& line, const std::string& profile,

@@ -108,10 +108,10 @@ TEST_F(Values, ThatDoNotExistAreExceptions) {
 TEST_F(Values, ReachMbpoll) {
   StartAll();
   const auto mbpoll = [&](int unit, int address, const std::string& type, int count) {
-    return Run({"mbpoll", "-1", "-q", "-0", "-m", "tcp", "-p", std::to_string(port()), "-a",
-                std::to_string(unit), "-r", std::to_string(address), "-c", std::to_string(count),
-                "-t", type, "-B", "127.0.0.1"},
-               directory());
+    return RunToEnd({"mbpoll", "-1", "-q", "-0", "-m", "tcp", "-p", std::to_string(port()), "-a",
+                     std::to_string(unit), "-r", std::to_string(address), "-c",
+                     std::to_string(count), "-t", type, "-B", "127.0.0.1"},
+                    directory());
   };
   const Finished currents = mbpoll(kRelayUnit, 0, "3:float", 4);
   EXPECT_EQ(currents.code, 0) << currents.errors;
