@@ -1,5 +1,6 @@
 // One device of a line: its own keys, over those of its profile, over what its line and protocol
-// say. YAML nodes come from config/lines. SPDX-License-Identifier: Apache-2.0
+// say. YAML nodes come from config/lines.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "config/lines.h"

@@ -1,6 +1,7 @@
 // The options that protocols declare: from the words of the user, of a profile or of the
 // declaration itself to typed values. Specs come from protocols/protocol.h; values go to
-// config::Options. SPDX-License-Identifier: Apache-2.0
+// config::Options.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string_view>

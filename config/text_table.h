@@ -1,5 +1,6 @@
 // Aligned columns for people, Markdown tables for docs, CSV for spreadsheets: one table, three
-// forms. Cells come from gateway/cli; text goes to its streams. SPDX-License-Identifier: Apache-2.0
+// forms. Cells come from gateway/cli; text goes to its streams.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <ostream>

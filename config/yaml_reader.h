@@ -1,6 +1,7 @@
 // Typed access to YAML nodes that gathers problems instead of stopping at the first: unknown and
 // duplicate keys, wrong kinds, numbers out of range. Nodes come from config/yaml_source; values go
-// to the readers of lines, outputs and points. SPDX-License-Identifier: Apache-2.0
+// to the readers of lines, outputs and points.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // The one way from an output back to a line: a write that waits in the line's queue until the
-// device has confirmed it, refused it, or its deadline has passed. SPDX-License-Identifier:
-// Apache-2.0
+// device has confirmed it, refused it, or its deadline has passed.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -39,7 +39,7 @@ struct Daemon::Impl final : CommandSink {
   Status StartModbus();
   Status StartDds();
   void StopModbus();
-  GatewayInfo Info() const;
+  modbus::GatewayInfo Info() const;
 
   const config::Config config;
   const config::Catalog& catalog;
@@ -48,7 +48,7 @@ struct Daemon::Impl final : CommandSink {
   std::vector<std::size_t> line_of;  // by device
   Instant started = ReadClocks().instant;
   asio::io_context modbus_io{1};
-  std::unique_ptr<ModbusServer> modbus;
+  std::unique_ptr<modbus::ModbusServer> modbus;
   std::thread modbus_thread;
 #ifdef BAUDGATE_WITH_DDS
   std::unique_ptr<dds::DdsPublisher> dds;
@@ -111,7 +111,7 @@ void Daemon::Impl::MakeLines() {
 
 Status Daemon::Impl::StartModbus() {
   if (!config.modbus.enabled) return {};
-  modbus = std::make_unique<ModbusServer>(config, store, *this, [this] { return Info(); });
+  modbus = std::make_unique<modbus::ModbusServer>(config, store, *this, [this] { return Info(); });
   if (Status status = modbus->Listen(modbus_io); !status) {
     modbus.reset();
     return status;
@@ -146,8 +146,8 @@ Status Daemon::Impl::StartDds() {
   return {};
 }
 
-GatewayInfo Daemon::Impl::Info() const {
-  GatewayInfo info;
+modbus::GatewayInfo Daemon::Impl::Info() const {
+  modbus::GatewayInfo info;
   info.version_major = kVersionMajor;
   info.version_minor = kVersionMinor;
   info.version_patch = kVersionPatch;

@@ -7,21 +7,26 @@
 namespace baudgate {
 namespace {
 
-/// From which ages a value is doubted and given up. A point that is read once only does not age.
-struct AgeLimits {
-  Duration max_age = Duration::max();
-  Duration dead_age = Duration::max();
-};
-
-AgeLimits LimitsOf(const DeviceRecord& record, std::size_t point) {
-  const config::Device& device = *record.device;
-  const config::Group group = device.points[point].group;
+/// A point that is read once only does not age.
+AgeLimits LimitsOf(const config::Device& device, config::Group group, Duration line_cycle) {
   if (group == config::Group::once) return {};
   const Duration period = group == config::Group::fast ? device.poll : device.slow;
   AgeLimits limits;
-  limits.max_age = std::max(device.max_age.value_or(3 * period), 2 * record.line_cycle);
+  limits.max_age = std::max(device.max_age.value_or(3 * period), 2 * line_cycle);
   limits.dead_age = std::max(device.dead_age.value_or(3 * limits.max_age), limits.max_age);
   return limits;
+}
+
+void SetLimits(DeviceRecord& record, Duration line_cycle) {
+  for (const config::Group group :
+       {config::Group::once, config::Group::slow, config::Group::fast}) {
+    record.age_limits[static_cast<std::size_t>(group)] =
+        LimitsOf(*record.device, group, line_cycle);
+  }
+}
+
+const AgeLimits& LimitsAt(const DeviceRecord& record, std::size_t point) {
+  return record.age_limits[static_cast<std::size_t>(record.device->points[point].group)];
 }
 
 }  // namespace
@@ -40,7 +45,7 @@ Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now) {
   const PointRecord& held = record.points[point];
   if (!held.read_at) return Quality::bad_waiting;
   if (IsBad(held.reported)) return held.reported;
-  const AgeLimits limits = LimitsOf(record, point);
+  const AgeLimits& limits = LimitsAt(record, point);
   const Duration age = now - *held.read_at;
   if (age > limits.dead_age) return Quality::bad_communication;
   if (age > limits.max_age) return Quality::uncertain_last_usable;
@@ -60,6 +65,7 @@ PointStore::PointStore(const config::Config& config) {
       entry->record.line = &line;
       entry->record.device = &device;
       entry->record.points.resize(device.points.size());
+      SetLimits(entry->record, Duration::zero());
       entry->announced.assign(device.points.size(), Quality::bad_waiting);
       if (!device.enabled) {
         entry->record.override_quality = Override::out_of_service;
@@ -123,8 +129,10 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
 void PointStore::SetLineCycle(std::uint32_t device, Duration cycle) {
   Entry& entry = *devices_[device];
   const std::lock_guard lock(entry.mutex);
-  if (cycle < entry.record.line_cycle) entry.next_ageing = Instant::min();  // ages sooner now
-  entry.record.line_cycle = cycle;
+  const AgeLimits& fast = entry.record.age_limits[static_cast<std::size_t>(config::Group::fast)];
+  const Duration before = fast.max_age;
+  SetLimits(entry.record, cycle);
+  if (fast.max_age < before) entry.next_ageing = Instant::min();  // ages sooner now
 }
 
 void PointStore::UpdateStatus(std::uint32_t device,
@@ -171,7 +179,7 @@ void PointStore::Announce(std::uint32_t device, std::span<const std::uint32_t> p
 void PointStore::ScheduleAgeing(Entry& entry, std::size_t point, Instant now) {
   const PointRecord& held = entry.record.points[point];
   if (!held.read_at || IsBad(held.reported)) return;
-  const AgeLimits limits = LimitsOf(entry.record, point);
+  const AgeLimits& limits = LimitsAt(entry.record, point);
   for (const Duration limit : {limits.max_age, limits.dead_age}) {
     if (limit == Duration::max()) continue;
     const Instant due = *held.read_at + limit + 1ns;

@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -38,6 +39,12 @@ struct PointRecord {
   std::uint32_t rtt_us = 0;                 ///< round trip of the exchange that read it
 };
 
+/// From which ages values of one group are doubted and given up.
+struct AgeLimits {
+  Duration max_age = Duration::max();
+  Duration dead_age = Duration::max();
+};
+
 /// Why all values of a device are out of order, whatever their age; none = they are not.
 enum class Override : std::uint8_t { none, out_of_service, not_connected, offline };
 
@@ -47,7 +54,7 @@ struct DeviceRecord {
   std::vector<PointRecord> points;  ///< as device->points
   DeviceStatus status;
   Override override_quality = Override::none;
-  Duration line_cycle{};  ///< measured time that the line needs to read all its fast points once
+  std::array<AgeLimits, 3> age_limits;  ///< by config::Group
 };
 
 /// Design section 5, in its order of precedence: out of service, line down, device offline, never
@@ -75,6 +82,7 @@ class PointStore {
   /// Points that were read in one exchange, which ended `at`.
   void Update(std::uint32_t device, std::span<const Sample> samples, Now at, Duration round_trip);
   void SetOverride(std::uint32_t device, Override why);
+  /// The measured time that the line needs to read all its fast points once.
   void SetLineCycle(std::uint32_t device, Duration cycle);
   /// Changes the status under the lock and tells the feeds.
   void UpdateStatus(std::uint32_t device, const std::function<void(DeviceStatus&)>& change);

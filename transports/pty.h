@@ -1,6 +1,6 @@
 // A pseudo terminal that plays the far end of a serial cable, for twins, the demo and tests: what
-// the twin writes into the master, a reader of the linked path receives. SPDX-License-Identifier:
-// Apache-2.0
+// the twin writes into the master, a reader of the linked path receives.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

@@ -1,6 +1,7 @@
 // `baudgate map`: where every point of a configuration is found on Modbus and DDS, for the people
 // who program the PLC. The file comes through config/loader; tables go to the streams of the
-// caller. SPDX-License-Identifier: Apache-2.0
+// caller.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

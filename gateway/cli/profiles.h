@@ -1,6 +1,7 @@
 // `baudgate profiles [NAME]`: the installed device profiles, and every point of one of them with
 // its register, table, type and unit. Files come through config/loader; tables go to the caller's
-// streams. SPDX-License-Identifier: Apache-2.0
+// streams.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

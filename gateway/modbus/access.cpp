@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 constexpr std::size_t kIpv4At = 12;
@@ -39,4 +39,4 @@ bool Allows(std::span<const config::Network> list, const PeerAddress& peer) {
   });
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -8,7 +8,7 @@
 
 #include "config/config.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 /// An IPv6 address, or an IPv4 one in its mapped form (::ffff:a.b.c.d).
 using PeerAddress = std::array<std::uint8_t, 16>;
@@ -16,4 +16,4 @@ using PeerAddress = std::array<std::uint8_t, 16>;
 /// An empty list allows everybody.
 bool Allows(std::span<const config::Network> list, const PeerAddress& peer);
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -7,7 +7,7 @@
 
 #include "gateway/modbus/value_registers.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 template <typename T>
@@ -170,4 +170,4 @@ void FillFromBlock(std::span<const std::uint16_t> block, const Piece& piece,
   std::ranges::copy(block.subspan(piece.index, piece.count), out.subspan(piece.offset).begin());
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -1,6 +1,7 @@
 // What the registers and bits of a request contain: values, their quality and age, status blocks.
 // Pure. Reads one consistent DeviceRecord of the point store; fills the private copy in
-// responder.h. SPDX-License-Identifier: Apache-2.0
+// responder.h.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -12,7 +13,7 @@
 #include "gateway/modbus/request.h"
 #include "gateway/point_store.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 /// Of the gateway itself, as the composition root knows it.
 struct GatewayInfo {
@@ -68,4 +69,4 @@ ExceptionCode FillBits(const DeviceRecord& record, std::span<const Piece> pieces
 void FillFromBlock(std::span<const std::uint16_t> block, const Piece& piece,
                    std::span<std::uint16_t> out);
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -4,7 +4,7 @@
 
 #include <spdlog/spdlog.h>
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 constexpr Duration kFoldFor = 60s;
@@ -45,4 +45,4 @@ void FoldedLog::Sweep(Instant now) {
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

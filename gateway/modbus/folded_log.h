@@ -9,7 +9,7 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 class FoldedLog {
  public:
@@ -27,4 +27,4 @@ class FoldedLog {
   std::array<Fold, 4> folds_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -8,7 +8,7 @@
 #include <mutex>
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 class Inbox {
  public:
@@ -32,4 +32,4 @@ class Inbox {
   asio::io_context* io_ = nullptr;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -11,7 +11,7 @@
 
 #include "gateway/modbus/access.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 using asio::ip::tcp;
@@ -158,4 +158,4 @@ void Listener::Sweep() {
   });
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -1,5 +1,6 @@
 // One listening TCP port of the Modbus server: accepts clients that are allowed, and looks after
-// them. SPDX-License-Identifier: Apache-2.0
+// them.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <asio/ip/tcp.hpp>
@@ -14,7 +15,7 @@
 #include "gateway/modbus/service.h"
 #include "gateway/modbus/session.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 class Listener : public std::enable_shared_from_this<Listener> {
  public:
@@ -45,4 +46,4 @@ class Listener : public std::enable_shared_from_this<Listener> {
   bool stopped_ = false;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

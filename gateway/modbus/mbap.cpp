@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 constexpr std::size_t kShortest = 2;  // unit and function
@@ -49,4 +49,4 @@ MbapAssembler::State MbapAssembler::Take(View& frame) {
   return state;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -10,7 +10,7 @@
 
 #include "gateway/base/bytes.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 /// Transaction, protocol, length and unit.
 inline constexpr std::size_t kMbapHeader = 7;
@@ -49,4 +49,4 @@ class MbapAssembler {
   std::size_t end_ = 0;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -6,7 +6,7 @@
 
 #include "gateway/modbus/device_image.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 constexpr std::uint16_t kDeviceUnit = 1;  // units_[1…] are devices
@@ -187,4 +187,4 @@ ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t 
   return Planner(unit, table, start, count, pieces).Write();
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

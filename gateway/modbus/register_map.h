@@ -12,7 +12,7 @@
 #include "config/config.h"
 #include "gateway/modbus/request.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 inline constexpr std::uint16_t kStatusBlock = 9000;
 inline constexpr std::uint16_t kValuesAfterStatus = 9100;
@@ -76,4 +76,4 @@ ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t s
 ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t start,
                         std::uint16_t count, std::vector<Piece>& pieces);
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

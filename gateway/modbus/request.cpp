@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/request.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 ExceptionCode ParseRead(ByteReader pdu, std::size_t limit, ModbusRequest& request) {
@@ -88,4 +88,4 @@ std::array<std::uint8_t, 9> ExceptionReply(View frame, ExceptionCode code) {
   return {frame[0], frame[1], 0, 0, 0, 3, UnitOf(frame), function, static_cast<std::uint8_t>(code)};
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

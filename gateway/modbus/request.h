@@ -11,7 +11,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/modbus/mbap.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 enum class ExceptionCode : std::uint8_t {
   none = 0x00,
@@ -68,4 +68,4 @@ ExceptionCode ParseRequest(View frame, ModbusRequest& request);
 /// The nine bytes that answer `frame` with an exception.
 std::array<std::uint8_t, 9> ExceptionReply(View frame, ExceptionCode code);
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

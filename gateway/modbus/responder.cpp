@@ -8,7 +8,7 @@
 
 #include <cerrno>
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 struct Responder::Library {
   modbus_t* context = modbus_new_tcp(nullptr, 0);  // never connected: only its encoder is wanted
@@ -75,4 +75,4 @@ bool Responder::Append(const ModbusRequest& request, Bytes& out) {
   return true;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

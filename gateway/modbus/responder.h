@@ -1,7 +1,8 @@
 // Answers checked requests through libmodbus, from a private copy of exactly what was asked for.
 // The copy is filled by service.cpp; the answers go straight to a client's socket, or into its
 // output buffer by way of a socket pair of our own. Only well-formed requests may come here: on
-// others modbus_reply sleeps or trusts what it should not. SPDX-License-Identifier: Apache-2.0
+// others modbus_reply sleeps or trusts what it should not.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -13,7 +14,7 @@
 #include "gateway/base/result.h"
 #include "gateway/modbus/request.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 class Responder {
  public:
@@ -53,4 +54,4 @@ class Responder {
   Status ready_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -6,7 +6,7 @@
 
 #include "gateway/modbus/listener.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 ModbusServer::ModbusServer(const config::Config& config, const PointStore& store, CommandSink& sink,
                            std::function<GatewayInfo()> info, ModbusLimits limits)
@@ -40,4 +40,4 @@ std::uint16_t ModbusServer::port(std::size_t listener) const {
   return listener < listeners_.size() ? listeners_[listener]->port() : 0;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

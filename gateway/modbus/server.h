@@ -17,7 +17,7 @@
 #include "gateway/modbus/service.h"
 #include "gateway/point_store.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 class Listener;
 
@@ -46,4 +46,4 @@ class ModbusServer {
   std::vector<std::shared_ptr<Listener>> listeners_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -6,7 +6,7 @@
 
 #include "gateway/modbus/write_request.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 ModbusCounters LiveCounters::Snapshot() const {
   const auto read = [](const std::atomic<std::uint64_t>& counter) {
@@ -91,4 +91,4 @@ ExceptionCode Service::ExceptionOf(Outcome outcome) {
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -1,7 +1,8 @@
 // What all sessions of a Modbus server share: the map, the way to the values and to the lines, the
 // private copy and the counters. Requests come from session.cpp; values from the point store;
 // writes go to the command sink. Used by the server's own thread only, the counters' snapshot
-// excepted. SPDX-License-Identifier: Apache-2.0
+// excepted.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
@@ -19,7 +20,7 @@
 #include "gateway/modbus/responder.h"
 #include "gateway/point_store.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 /// Limits that are no configuration; tests shorten them.
 struct ModbusLimits {
@@ -84,4 +85,4 @@ class Service {
   std::vector<Piece> pieces_;  ///< of the request in hand; kept for its memory
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -8,7 +8,7 @@
 #include <asio/write.hpp>
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 /// Frames of one client that are answered before the others have their turn.
@@ -50,16 +50,24 @@ void ModbusSession::Close() {
 
 void ModbusSession::Read() {
   reading_ = true;
+  // Waiting first and reading once saves the read that asio would try in vain after every answer.
+  socket_.async_wait(asio::socket_base::wait_read,
+                     [self = shared_from_this()](const asio::error_code& failed) {
+                       self->reading_ = false;
+                       if (self->closed_) return;
+                       if (failed) return self->Close();
+                       self->Receive();
+                     });
+}
+
+void ModbusSession::Receive() {
   const auto space = assembler_.Space();
-  socket_.async_read_some(
-      asio::buffer(space.data(), space.size()),
-      [self = shared_from_this()](const asio::error_code& failed, std::size_t count) {
-        self->reading_ = false;
-        if (self->closed_) return;
-        if (failed) return self->Close();
-        self->assembler_.Commit(count);
-        if (self->sending_.empty()) self->Turn();
-      });
+  asio::error_code failed;
+  const std::size_t count = socket_.read_some(asio::buffer(space.data(), space.size()), failed);
+  if (failed == asio::error::would_block) return Read();
+  if (failed) return Close();
+  assembler_.Commit(count);
+  if (sending_.empty()) Turn();
 }
 
 void ModbusSession::Turn() {
@@ -209,4 +217,4 @@ void ModbusSession::CloseStalled(Instant now, std::string_view why) {
   Close();
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

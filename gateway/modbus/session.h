@@ -1,8 +1,8 @@
 // One connected Modbus TCP client: takes its requests in their order and sends the answers.
 // Bytes come from and go to its socket; what they mean is decided by service.h.
 // All on the server's thread. A client can delay nobody: a turn answers a few frames, answers that
-// it does not read stop its own requests, and memory is bounded. SPDX-License-Identifier:
-// Apache-2.0
+// it does not read stop its own requests, and memory is bounded.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <asio/ip/tcp.hpp>
@@ -20,7 +20,7 @@
 #include "gateway/modbus/request.h"
 #include "gateway/modbus/service.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 class ModbusSession : public std::enable_shared_from_this<ModbusSession> {
  public:
@@ -43,6 +43,7 @@ class ModbusSession : public std::enable_shared_from_this<ModbusSession> {
   };
 
   void Read();
+  void Receive();
   /// Answers the frames at hand, at most a few.
   void Turn();
   /// Waits for what comes next: room for answers, more frames at hand, or bytes from the client.
@@ -73,4 +74,4 @@ class ModbusSession : public std::enable_shared_from_this<ModbusSession> {
   bool closed_ = false;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

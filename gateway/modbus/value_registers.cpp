@@ -7,7 +7,7 @@
 #include <limits>
 #include <type_traits>
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 using config::Type;
@@ -251,4 +251,4 @@ std::optional<Value> DecodeRegisters(const config::Point& point, config::WordOrd
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -1,6 +1,7 @@
 // How a value looks in 16-bit registers or in a bit, and what stands there when it can not be
 // trusted. Pure. Values come from the point store (device_image.cpp) or from a client
-// (write_request.cpp). SPDX-License-Identifier: Apache-2.0
+// (write_request.cpp).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 #include "gateway/base/quality.h"
 #include "gateway/base/value.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 /// What a client is shown in place of a value.
 enum class Shown : std::uint8_t {
@@ -50,4 +51,4 @@ std::optional<bool> EncodeBit(const Value& value);
 std::optional<Value> DecodeRegisters(const config::Point& point, config::WordOrder order,
                                      std::span<const std::uint16_t> registers);
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -7,7 +7,7 @@
 
 #include "gateway/modbus/value_registers.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 bool BitOf(const ModbusRequest& request, std::size_t at) {
@@ -48,4 +48,4 @@ ExceptionCode DecodeWrites(const UnitMap& unit, const config::Device& device,
   return ExceptionCode::none;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

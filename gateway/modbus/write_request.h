@@ -10,11 +10,11 @@
 #include "gateway/modbus/register_map.h"
 #include "gateway/modbus/request.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 /// illegal_address: not mapped or read-only. illegal_value: part of a value, or a number that the
 /// type does not allow.
 ExceptionCode DecodeWrites(const UnitMap& unit, const config::Device& device,
                            const ModbusRequest& request, std::vector<PointWrite>& writes);
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -1,5 +1,6 @@
 // The session of a SET-4TM meter: channel, serial number, constants, then the queries of its
-// points. SPDX-License-Identifier: Apache-2.0
+// points.
+// SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/conversation.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // A simulated SET-4TM.03M: answers requests as the meter does, with the values of a profile's
-// points. Requests come from a simulator's pty, replies go back there. SPDX-License-Identifier:
-// Apache-2.0
+// points. Requests come from a simulator's pty, replies go back there.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <map>

@@ -1,6 +1,7 @@
 // Requests of the SPA Bus as text: addresses of items, the frames that ask for them, and the way
 // back. Bytes go to the line from the conversation, and come from it to the twin. Wire format:
-// README.md. SPDX-License-Identifier: Apache-2.0
+// README.md.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <compare>

@@ -1,6 +1,7 @@
 // Where messages of the SPA Bus begin and end: replies for the master, requests for twins.
 // Bytes come from the line through gateway/assembler.h; whole frames go to the conversation or
-// twin. SPDX-License-Identifier: Apache-2.0
+// twin.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "protocols/frame_rule.h"

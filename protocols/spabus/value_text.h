@@ -1,6 +1,6 @@
 // The text of one value on the SPA Bus, to and from the value of a point. Text comes from replies
-// and goes into write requests; in the twin the other way round. SPDX-License-Identifier:
-// Apache-2.0
+// and goes into write requests; in the twin the other way round.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

@@ -196,7 +196,7 @@ class Server {
   Server()
       : config_(MakeConfig()),
         store_(config_),
-        server_(config_, store_, sink_, [] { return GatewayInfo{}; }) {
+        server_(config_, store_, sink_, [] { return modbus::GatewayInfo{}; }) {
     std::vector<Sample> samples;
     for (std::uint32_t i = 0; i < kPoints; ++i)
       samples.push_back({i, std::int64_t{i}, Quality::good});
@@ -222,7 +222,7 @@ class Server {
   NoCommands sink_;
   asio::io_context io_{1};
   asio::executor_work_guard<asio::io_context::executor_type> work_ = asio::make_work_guard(io_);
-  ModbusServer server_;
+  modbus::ModbusServer server_;
   std::thread thread_;
 };
 

@@ -85,7 +85,7 @@ TEST(Durations, FormatReadsBackToTheSameValue) {
   std::vector<Duration> all = {0s, 1ns, 999ns, 1us, 1234567us, 100'000s, 1'000'000s, 100'000h};
   for (int i = 0; i < 5000; ++i) {
     const auto scale =
-        static_cast<std::int64_t>(std::pow(10.0, static_cast<double>(random() % 15)));
+        static_cast<std::int64_t>(std::pow(10.0, static_cast<double>(random() % 13)));
     all.emplace_back(static_cast<std::int64_t>(random() % 100'000) * scale / 1000);
   }
   for (const Duration duration : all) {

@@ -205,6 +205,7 @@ TEST(Poller, ReplanAfterAFailureIsHeard) {
   line.RunFor(20s - 1ms);
   EXPECT_EQ(line.CountSent("LA1"), 1U) << "given up by the conversation after L and B failed";
   EXPECT_GE(line.CountSent("?A2"), 19U);
+  EXPECT_EQ(line.StatusOf(0).last_outcome, Outcome::ok) << "the old plan would ask for nothing";
 }
 
 TEST(Poller, APointThatCanNotBeAskedHarmsNobodyAndProvesNothing) {

@@ -1,5 +1,6 @@
 // What transport tests share: a listener that records, the far end of a wire, and waiting for
-// events (never for time) on the loop that both run on. SPDX-License-Identifier: Apache-2.0
+// events (never for time) on the loop that both run on.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

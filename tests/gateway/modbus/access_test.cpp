@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 PeerAddress Peer(const std::string& text) {
@@ -63,4 +63,4 @@ TEST(Access, AllOfIpv4IsNotIpv6) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::modbus

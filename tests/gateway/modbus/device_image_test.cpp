@@ -6,7 +6,7 @@
 
 #include "tests/gateway/modbus/points.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 using config::OnBad;
@@ -221,4 +221,4 @@ TEST(GatewayBlock, CountsAndSaturates) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::modbus

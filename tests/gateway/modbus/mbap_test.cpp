@@ -8,7 +8,7 @@
 
 #include "tests/gateway/modbus/points.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 using State = MbapAssembler::State;
@@ -120,4 +120,4 @@ TEST(Mbap, GoodFramesBeforeADefectAreDelivered) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -12,7 +12,7 @@
 #include "gateway/base/text.h"
 #include "gateway/modbus/request.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 inline config::Point MakePoint(config::Type type, std::uint16_t address,
                                config::Access access = config::Access::read) {
@@ -63,4 +63,4 @@ inline Bytes Frame(std::uint8_t unit, const std::string& pdu_hex,
   return frame;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -6,7 +6,7 @@
 
 #include "tests/gateway/modbus/points.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 using config::Access;
@@ -169,4 +169,4 @@ TEST(RegisterMap, WhatTheCheckLetThroughByMistakeIsNotServed) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -6,7 +6,7 @@
 
 #include "tests/gateway/modbus/points.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 struct BadRequest {
@@ -94,4 +94,4 @@ TEST(Request, ExceptionReplyKeepsTransactionAndUnit) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::modbus

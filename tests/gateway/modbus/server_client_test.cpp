@@ -9,7 +9,7 @@
 
 #include "tests/gateway/modbus/server_fixture.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 class LibmodbusTest : public ServerTest {
@@ -102,4 +102,4 @@ TEST_F(LibmodbusTest, Writes) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::modbus

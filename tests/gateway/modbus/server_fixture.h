@@ -22,7 +22,7 @@
 #include "gateway/modbus/server.h"
 #include "tests/gateway/modbus/points.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
 /// Keeps commands until the test answers them, or answers at once, or is full.
 class ScriptedSink : public CommandSink {
@@ -183,4 +183,4 @@ class ServerTest : public testing::Test {
   std::thread thread_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

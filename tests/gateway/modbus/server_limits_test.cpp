@@ -6,7 +6,7 @@
 
 #include "tests/gateway/modbus/server_fixture.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 constexpr const char* kRead = "03 00 00 00 01";
@@ -124,4 +124,4 @@ TEST_F(ServerTest, ASlowReaderGetsEveryAnswer) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -6,7 +6,7 @@
 
 #include "tests/gateway/modbus/server_fixture.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 TEST_F(ServerTest, RegistersAndBitsInBothTables) {
@@ -154,4 +154,4 @@ TEST_F(ServerTest, StopClosesClientsAndPorts) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::modbus

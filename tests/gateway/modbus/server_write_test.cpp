@@ -4,7 +4,7 @@
 
 #include "tests/gateway/modbus/server_fixture.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 TEST_F(ServerTest, ConfirmedWritesAreEchoed) {
@@ -115,4 +115,4 @@ TEST_F(ServerTest, TheServerMayBeGoneWhenTheDeviceConfirms) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -9,7 +9,7 @@
 
 #include "tests/gateway/modbus/points.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 using config::OnBad;
@@ -199,4 +199,4 @@ TEST(Shown, FaultsOfAChannelNeverSpoilABlock) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::modbus

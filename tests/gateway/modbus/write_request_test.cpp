@@ -6,7 +6,7 @@
 
 #include "tests/gateway/modbus/points.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
 using config::Access;
@@ -82,4 +82,4 @@ TEST_F(WriteRequestTest, Coils) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::modbus
