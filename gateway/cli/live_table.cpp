@@ -111,7 +111,10 @@ std::string Harmless(std::string_view text) {
   // C1 controls (U+0080…U+009F) steer some terminals too.
   for (std::size_t at = 0; at + 1 < safe.size(); ++at) {
     const auto next = static_cast<unsigned char>(safe[at + 1]);
-    if (safe[at] == '\xC2' && next >= 0x80 && next < 0xA0) safe.replace(at, 2, "?");
+    if (safe[at] == '\xC2' && next >= 0x80 && next < 0xA0) {
+      safe[at] = '?';
+      safe.erase(at + 1, 1);
+    }
   }
   return safe;
 }

@@ -194,7 +194,7 @@ TEST_F(Cli, SimulateSaysWhyThereIsNoTwin) {
     return Command({"simulate", "--profile", profile, "--address", address, "--pty", pty});
   };
   const Finished profile = simulate("telex", "1", LinkOf("bay"));
-  EXPECT_EQ(profile.code, kUsage);
+  EXPECT_EQ(profile.code, kBadConfiguration);
   EXPECT_THAT(profile.errors, HasSubstr("telex"));
   const Finished address = simulate("spaj140c", "1000", LinkOf("bay"));
   EXPECT_EQ(address.code, kBadConfiguration);

@@ -76,19 +76,23 @@ TEST_F(Damage, OfALineNeverMakesAWrongValue) {
   }
   for (BadCable* cable : cables) cable->SetNoisy(true);
   // Until each line has been hurt, and has gone on reading.
-  EXPECT_TRUE(Eventually(
+  std::string progress;
+  const bool enough = Eventually(
       [&] {
         ExpectTrueValues();
-        bool enough = true;
+        bool each = true;
+        progress.clear();
         for (const int unit : kUnits) {
-          const std::uint32_t ok = Ok(unit);
-          const std::uint32_t exchanges = Exchanges(unit);
-          enough =
-              enough && ok >= ok_before[unit] + 20 && exchanges >= ok + failed_before[unit] + 2;
+          const std::uint32_t ok = Ok(unit) - ok_before[unit];
+          const std::uint32_t failed = Exchanges(unit) - Ok(unit) - failed_before[unit];
+          each = each && ok >= 20 && failed >= 2;
+          progress += "unit " + std::to_string(unit) + ": " + std::to_string(ok) + " good, " +
+                      std::to_string(failed) + " damaged exchanges\n";
         }
-        return enough;
+        return each;
       },
-      40s));
+      40s);
+  EXPECT_TRUE(enough) << progress;
   for (BadCable* cable : cables) {
     EXPECT_GT(cable->noise_bytes(), 0U);
     cable->SetNoisy(false);

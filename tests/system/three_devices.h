@@ -43,7 +43,7 @@ class ThreeDevices : public Station {
                 {"voltage_l1", "6000.25"},
                 {"current_l3", "3.625"},
                 {"frequency", "50.03125"},
-                {"energy_active_import", "12345.6789"},
+                {"energy_yesterday_active_import", "12345.6"},
                 {"serial_number", "9020001"}});
   }
 
@@ -71,8 +71,8 @@ class ThreeDevices : public Station {
     ASSERT_TRUE(EventuallyFloat(client, kRelayUnit, 200, 0.5F));
     ASSERT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
     ASSERT_TRUE(EventuallyFloat(client, kMeterUnit, 0, -61234.5F));
-    ASSERT_TRUE(Eventually([this] { return client.Double(kMeterUnit, 200).has_value(); }));
-    ASSERT_TRUE(Eventually([this] { return client.Register(kRelayUnit, 900).has_value(); }));
+    ASSERT_TRUE(Eventually([this] { return client.Double(kMeterUnit, 260).has_value(); }));
+    ASSERT_TRUE(Eventually([this] { return client.Input(kRelayUnit, 900, 8).ok(); }));
   }
 
   std::unique_ptr<Child> relay;
