@@ -64,8 +64,10 @@ Daemon::~Daemon() { Stop(); }
 
 Status Daemon::Start() {
   impl_->MakeLines();
-  if (Status status = impl_->StartDds(); !status) return status;
+  // The port first: a gateway that is started twice must not publish, and then dispose, the points of
+  // the one that runs already under the same name.
   if (Status status = impl_->StartModbus(); !status) return status;
+  if (Status status = impl_->StartDds(); !status) return status;
   for (const auto& runner : impl_->runners) runner->Start();
   return {};
 }
@@ -159,7 +161,8 @@ modbus::GatewayInfo Daemon::Impl::Info() const {
     store.Read(device, [&](const DeviceRecord& record) {
       const DeviceState state = record.status.state;
       const bool alive = state == DeviceState::online || state == DeviceState::degraded;
-      info.devices_online += alive ? 1 : 0;
+      // A device keeps its state while its line is down.
+      info.devices_online += alive && record.override_quality == Override::none ? 1 : 0;
     });
   }
   return info;

@@ -51,7 +51,8 @@ void LineRunner::Start() {
 
 void LineRunner::Run() {
   pthread_setname_np(pthread_self(), ("line " + config_.name).substr(0, 15).c_str());
-  // The gaps between frames are a few milliseconds: the default slack of 50 us on every timer shows.
+  // The gaps between frames are a few milliseconds: the default slack of 50 us on every timer
+  // shows.
   prctl(PR_SET_TIMERSLACK, 1UL);
   io_.run();
 }
@@ -75,7 +76,8 @@ bool LineRunner::Submit(WriteCommand command) {
     --queued_;
     return false;
   }
-  command.done = [this, done = std::move(command.done)](Outcome outcome, const std::string& reason) {
+  command.done = [this, done = std::move(command.done)](Outcome outcome,
+                                                        const std::string& reason) {
     --queued_;
     done(outcome, reason);
   };
@@ -94,6 +96,7 @@ void LineRunner::Open() { transport_->Open(); }
 void LineRunner::OnOpened() {
   open_ = true;
   applied_ = &config_.serial;
+  echo_.OnExchangeEnd();  // of an exchange that the port did not survive
   last_trouble_.clear();
   ladder_.Reset();
   log::Info("line {}: open ({})", config_.name, transport_->Describe());
@@ -158,11 +161,15 @@ void LineRunner::OnBytes(View bytes) {
 }
 
 void LineRunner::Receive(const EchoResult& result) {
-  if (result.collision) {
-    log::Warn("line {}: the echo differs from what was sent: collision, or an echo that is no echo",
-              config_.name);
-  }
+  if (result.collision) WarnOfCollision();
   if (!result.bytes.empty()) poller_.OnBytes(result.bytes, ReadClocks());
+}
+
+void LineRunner::WarnOfCollision() {
+  log::Warn(
+      "line {}: the echo is missing or differs from what was sent: a collision, or a bus that does "
+      "not echo (echo: off)",
+      config_.name);
 }
 
 void LineRunner::Send(View bytes, const config::SerialSettings& serial) {
@@ -192,8 +199,9 @@ void LineRunner::Arm() {
 // ---------------------------------------------------------------- news of devices
 
 void LineRunner::OnExchangeEnd(std::uint32_t, Outcome) {
+  if (config_.echo == config::Echo::off) return;
   // What the filter still holds belongs to the exchange that has ended: it must not reach the next.
-  if (config_.echo != config::Echo::off) echo_.OnExchangeEnd();
+  if (echo_.OnExchangeEnd().collision) WarnOfCollision();
 }
 
 void LineRunner::OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,

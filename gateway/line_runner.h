@@ -24,8 +24,8 @@ namespace baudgate {
 class LineRunner final : private TransportListener, private PollerListener {
  public:
   /// All references outlive the runner. Nothing happens before Start.
-  LineRunner(const config::Line& line, std::uint32_t first_device,
-             const Poller::FindProtocol& find, PointStore& store);
+  LineRunner(const config::Line& line, std::uint32_t first_device, const Poller::FindProtocol& find,
+             PointStore& store);
   ~LineRunner() override;
 
   void Start();
@@ -54,6 +54,7 @@ class LineRunner final : private TransportListener, private PollerListener {
   void Down(const std::string& reason);
   void RetryOpen(Duration wait);
   void Receive(const EchoResult& result);
+  void WarnOfCollision();
   void Arm();
   void CheckSilence();
 
@@ -61,7 +62,7 @@ class LineRunner final : private TransportListener, private PollerListener {
   PointStore& store_;
   asio::io_context io_;
   asio::executor_work_guard<asio::io_context::executor_type> work_;
-  asio::steady_timer timer_;         // the poller's deadline
+  asio::steady_timer timer_;  // the poller's deadline
   asio::steady_timer reopen_timer_;
   asio::steady_timer silence_timer_;
   std::unique_ptr<Transport> transport_;
@@ -69,7 +70,7 @@ class LineRunner final : private TransportListener, private PollerListener {
   Poller poller_;
   ReopenLadder ladder_;
   const config::SerialSettings* applied_ = nullptr;  // what the open port is set to
-  std::string last_trouble_;  // so that one trouble is one line in the log
+  std::string last_trouble_;                         // so that one trouble is one line in the log
   std::atomic<bool> open_ = false;
   std::atomic<std::size_t> queued_ = 0;  // commands handed over and not yet answered
   std::thread thread_;

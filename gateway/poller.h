@@ -42,7 +42,7 @@ struct LineCounters {
   std::uint64_t bytes_in = 0;
   std::uint64_t bytes_out = 0;
   std::uint64_t stray_bytes = 0;
-  Duration busy{};  ///< time in exchanges and drains
+  Duration busy{};  ///< time in exchanges, without drains
 };
 
 class Poller : private LineClient {
@@ -71,7 +71,7 @@ class Poller : private LineClient {
   bool SilentSince(Instant when) const { return last_life_ < when; }
 
  private:
-  struct Device;  // gateway/poller.cpp
+  struct Device;  // gateway/poller_parts.h
   struct Work;
 
   void Send(View bytes) override;

@@ -56,24 +56,18 @@ struct Reading {
   std::string label;  ///< the protocol's own address, only where no point matches (decode)
 };
 
-struct Event {
-  std::uint16_t channel = 0;
-  std::uint32_t code = 0;
-  std::string text;
-};
-
 enum class Then : std::uint8_t {
   done,       ///< the task has ended
   ask_again,  ///< call Ask again for the same task: a step of it remains
   replan,     ///< Queries() has changed; the task has ended
 };
 
-/// What a frame meant.
+/// What a frame meant. Of a task of several exchanges the last answer speaks for all: its outcome
+/// is the outcome of the task, whatever the closing exchange itself came to.
 struct Answer {
   Outcome outcome = Outcome::ok;
   std::string reason;  ///< one sentence for the log when the outcome is not ok
   std::vector<Reading> readings;
-  std::vector<Event> events;
   Then then = Then::done;
   Duration wait{};  ///< leave the device in peace so long before it is asked again
 };
@@ -100,8 +94,8 @@ class Conversation {
   /// What to send in place of a failed request that must not be repeated (SPA: L, then B).
   virtual std::optional<Request> Instead(const Request&, Outcome, Instant) { return std::nullopt; }
 
-  /// The port was opened anew or the device came back: sessions are lost, and what was learned of
-  /// the device has to be proven again (it may have been replaced).
+  /// The port was opened anew, or the device has just gone silent: sessions are lost, and what was
+  /// learned of the device has to be proven again (it may be replaced). Queries() may change.
   virtual void OnReconnect() {}
 
   /// The meaning of one captured exchange, for `baudgate decode`: the same checks and the same

@@ -24,12 +24,14 @@ struct Shape {
 /// What may answer one request: a pure function of the request's bytes and the device's options.
 /// With no request (see Protocol::expect) it describes requests, for twins and listening sides.
 struct Expectation {
-  enum class Reply : std::uint8_t { none, one, standing } reply = Reply::one;
+  enum class Reply : std::uint8_t { none, one } reply = Reply::one;
   std::vector<Shape> shapes;    ///< empty = whatever the rule takes for whole
   std::size_t max_bytes = 256;  ///< a frame is never longer; bounds every buffer
   int checksum = 0;             ///< the protocol's own variant number
-  Bytes address;                ///< as it stands at the head of the reply, where one does
-  bool repeatable = true;       ///< may be sent again after a failure
+  /// As it stands at the head of the reply. Empty: the reply can not be told from another device's,
+  /// and the poller waits longer after a lost one.
+  Bytes address;
+  bool repeatable = true;  ///< may be sent again after a failure
   /// Bytes of the request that no log may show: offset and count.
   std::vector<std::pair<std::size_t, std::size_t>> secrets;
 };

@@ -37,8 +37,8 @@ struct OptionSpec {
   Scope scope = Scope::device;
   double minimum = 0;  ///< of integer and real, when minimum < maximum
   double maximum = 0;
-  std::string_view choices;  ///< of choice, separated by commas
-  bool secret = false;       ///< never shown in logs, `check` or `map`
+  std::string_view choices = {};  ///< of choice, separated by commas
+  bool secret = false;            ///< never shown in logs, `check` or `map`
 };
 
 /// A way to read a point, for `baudgate protocols NAME` and for messages.

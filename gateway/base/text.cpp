@@ -64,7 +64,12 @@ std::optional<double> ParseDecimal(std::string_view text) {
 std::string FormatNumber(double value) {
   if (std::isnan(value)) return "nan";
   char buffer[64];
-  const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, value);
+  const double size = std::abs(value);
+  // People read 100000, not 1e+05; only what would be a long row of zeros keeps its exponent.
+  const bool plain = size == 0 || (size >= 1e-6 && size < 1e15);
+  const auto [end, error] =
+      plain ? std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed)
+            : std::to_chars(buffer, buffer + sizeof buffer, value);
   return error == std::errc() ? std::string(buffer, end) : "nan";
 }
 

@@ -61,13 +61,26 @@ void BadCable::Carry() {
   }
 }
 
-void BadCable::CarryReply(View reply) {
-  if (noisy_ && Random(0, 4) == 0) MakeNoise();
+void BadCable::CarryReply(View whole) {
+  Bytes damaged(whole.begin(), whole.end());
+  if (noisy_) Damage(damaged);
+  View reply = damaged;
   while (!reply.empty()) {
     const auto piece = std::min(reply.size(), static_cast<std::size_t>(Random(1, 12)));
     WriteAll(pty_->master(), reply.first(piece));
     reply = reply.subspan(piece);
     if (!reply.empty()) std::this_thread::sleep_for(Random(0, kMostDelay) * 1ms);
+  }
+}
+
+/// One byte at most is changed: more might, rarely, fit an exclusive-or again.
+void BadCable::Damage(Bytes& reply) {
+  if (Random(0, 4) == 0) MakeNoise();
+  const auto place = static_cast<std::size_t>(Random(0, static_cast<int>(reply.size()) - 1));
+  if (const int choice = Random(0, 9); choice == 0) {
+    reply[place] ^= static_cast<std::uint8_t>(Random(1, 255));
+  } else if (choice == 1) {
+    reply.resize(place);
   }
 }
 

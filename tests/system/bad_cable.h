@@ -1,6 +1,6 @@
-// A bad cable between the daemon and a twin, for tests: tears replies apart, delays the pieces, and
-// adds bytes of its own. Requests pass unharmed. A pty on the daemon's side, the twin's pty on the
-// other.
+// A bad cable between the daemon and a twin, for tests: tears replies apart, delays the pieces,
+// changes and loses some bytes and adds others. Requests pass unharmed. A pty on the daemon's side,
+// the twin's pty on the other.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,13 +26,15 @@ class BadCable {
   BadCable& operator=(const BadCable&) = delete;
 
   bool connected() const { return twin_ >= 0 && pty_.has_value(); }
-  /// While it is noisy, random bytes come at random times, before replies and without any.
+  /// While it is noisy, random bytes come at random times, before replies and without any, one byte
+  /// of some replies is another, and the rest of some is lost.
   void SetNoisy(bool noisy) { noisy_ = noisy; }
   std::size_t noise_bytes() const { return noise_bytes_; }
 
  private:
   void Carry();
-  void CarryReply(View reply);
+  void CarryReply(View whole);
+  void Damage(Bytes& reply);
   void MakeNoise();
   int Random(int low, int high);
 

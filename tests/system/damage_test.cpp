@@ -165,7 +165,7 @@ TEST_F(Damage, OfAFloodThatIsNeverReadDelaysNobody) {
   for (int i = 0; i < 200; ++i) Append(flood, *ParseHex("00 01 00 00 00 06 0B 04 00 00 00 10"));
   std::deque<HostileClient> crowd;
   for (int i = 0; i < 10; ++i) crowd.emplace_back(port());
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < 1000; ++round) {
     for (HostileClient& hostile : crowd) hostile.Send(flood);
     ASSERT_EQ(client.Float(kModuleUnit, 0), 100.25F) << "round " << round;
   }

@@ -13,6 +13,7 @@ namespace baudgate::system_test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using Json = nlohmann::json;
 
 /// Samples by "device point".
@@ -134,6 +135,28 @@ TEST_F(OnDds, TheQualityOfALostDeviceIsToldAtOnce) {
   EXPECT_TRUE(Eventually([&] { return quality() == 0x08; }));
   io = StartTwin("io", "module", "1");
   EXPECT_TRUE(Eventually([&] { return quality() == 0xC0; }));
+}
+
+TEST_F(OnDds, ASecondGatewayThatCanNotStartDisturbsNobody) {
+  io = StartTwin("io", "module", "1");
+  daemon = StartDaemon(Yaml(true));
+  const auto watch = Start(WatchWords());
+  const auto seq = [&] {
+    const Samples samples = Parse(watch->Output());
+    const auto found = samples.find("io-1 input_5");
+    return found == samples.end() ? 0 : found->second.value("seq", 0);
+  };
+  ASSERT_TRUE(Eventually([&] { return seq() > 0; }));
+  // The same name and the same port: whatever it published would be taken for the first one's.
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(Command({"run", "-c", (directory() / "baudgate.yaml").string()}).code, 4);
+  }
+  io->Signal(SIGKILL);
+  ASSERT_TRUE(Eventually([&] {
+    const Samples samples = Parse(watch->Output());
+    return samples.at("io-1 input_5").value("quality", -1) == 0x08;
+  }));
+  EXPECT_THAT(watch->Output(), Not(HasSubstr("\"gone\"")));
 }
 
 }  // namespace

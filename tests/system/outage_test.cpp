@@ -16,6 +16,7 @@ constexpr int kGood = 0xC0;
 constexpr int kNotConnected = 0x08;
 constexpr int kCommunicationFailure = 0x18;
 constexpr std::uint16_t kOffline = 3;
+constexpr std::uint16_t kLineDown = 9;
 
 class Outage : public ThreeDevices {
  protected:
@@ -54,9 +55,11 @@ TEST_F(Outage, OfOneLineLeavesTheOthersAlone) {
       kModuleUnit, 100.25F, [&] { return client.Register(kModuleUnit, 20000) == kNotConnected; }));
   EXPECT_TRUE(EventuallyUnanswered(kModuleUnit));
   EXPECT_TRUE(EventuallyLogged(*daemon, "line io: down: "));
+  EXPECT_EQ(client.Register(kModuleUnit, 9001), kLineDown) << "last outcome";
   EXPECT_EQ(client.Float(kRelayUnit, 0), 1.25F);
   EXPECT_TRUE(EventuallyQuality(client, kMeterUnit, 0, kGood));
   EXPECT_EQ(client.Register(0, 9007), 2) << "lines up";
+  EXPECT_EQ(client.Register(0, 9005), 2) << "devices online";
 
   io = StartTwin("io", "module", "1");
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
