@@ -64,8 +64,8 @@ Daemon::~Daemon() { Stop(); }
 
 Status Daemon::Start() {
   impl_->MakeLines();
-  // The port first: a gateway that is started twice must not publish, and then dispose, the points of
-  // the one that runs already under the same name.
+  // The port first: a gateway that is started twice must not publish, and then dispose, the points
+  // of the one that runs already under the same name.
   if (Status status = impl_->StartModbus(); !status) return status;
   if (Status status = impl_->StartDds(); !status) return status;
   for (const auto& runner : impl_->runners) runner->Start();

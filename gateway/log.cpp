@@ -1,51 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/log.h"
 
+#include <fmt/chrono.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <condition_variable>
+#include <csignal>
 #include <cstdlib>
-#include <map>
+#include <ctime>
 #include <mutex>
-#include <optional>
-#include <utility>
+#include <stop_token>
+#include <thread>
+#include <vector>
 
 #include "gateway/base/time.h"
+#include "gateway/log_folder.h"
 
 namespace baudgate::log {
 namespace {
 
-constexpr std::size_t kRemembered = 256;
+constexpr auto kLookEvery = 5s;
 
-/// Counts texts that came within the last minute, so that a flapping device writes one line a
-/// minute.
-class Folder {
- public:
-  /// How often the text was held back since it was last written; nothing: hold it back now too.
-  std::optional<int> Pass(const std::string& text, Instant now) {
-    const std::lock_guard lock(mutex_);
-    if (seen_.size() > kRemembered) {
-      std::erase_if(seen_, [now](const auto& entry) { return now - entry.second.written > 1min; });
-      if (seen_.size() > kRemembered) seen_.clear();
-    }
-    const auto [entry, is_new] = seen_.try_emplace(text, Seen{now, 0});
-    if (is_new) return 0;
-    if (now - entry->second.written < 1min) {
-      ++entry->second.held_back;
-      return std::nullopt;
-    }
-    entry->second.written = now;
-    return std::exchange(entry->second.held_back, 0);
-  }
-
- private:
-  struct Seen {
-    Instant written;
-    int held_back = 0;
-  };
-  std::mutex mutex_;
-  std::map<std::string, Seen> seen_;
-};
+std::mutex g_mutex;  // of TheFolder
 
 Folder& TheFolder() {
   static Folder folder;
@@ -83,6 +60,51 @@ std::string_view Priority(Level level) {
 
 bool g_journal = false;
 
+void Print(Level level, const std::string& text) {
+  const std::string line = g_journal ? std::string(Priority(level)) + text : text;
+  spdlog::log(LevelOf(level), "{}", line);
+}
+
+void PrintRepeats() {
+  std::vector<Folder::Repeat> repeats;
+  {
+    const std::lock_guard lock(g_mutex);
+    repeats = TheFolder().Due(std::chrono::steady_clock::now());
+  }
+  for (const Folder::Repeat& repeat : repeats) {
+    const std::time_t last = std::chrono::system_clock::to_time_t(
+        std::chrono::time_point_cast<std::chrono::system_clock::duration>(repeat.last.wall));
+    Print(repeat.level, fmt::format("{} ({} more times, last at {:%H:%M:%S})", repeat.text,
+                                    repeat.times, fmt::localtime(last)));
+  }
+}
+
+/// Tells of repeats when their minute is over, although nobody writes to the log any more.
+class Teller {
+ public:
+  Teller() {
+    // Signals are for the thread that waits for them.
+    sigset_t all;
+    sigset_t before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_BLOCK, &all, &before);
+    thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  }
+
+ private:
+  void Run(const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    while (!wake_.wait_for(lock, stop, kLookEvery, [&stop] { return stop.stop_requested(); })) {
+      PrintRepeats();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::jthread thread_;
+};
+
 }  // namespace
 
 void Begin(Level least) {
@@ -97,11 +119,14 @@ void Begin(Level least) {
 void SetLeast(Level least) { spdlog::default_logger()->set_level(LevelOf(least)); }
 
 void Write(Level level, const std::string& text) {
-  const auto held_back = TheFolder().Pass(text, std::chrono::steady_clock::now());
-  if (!held_back) return;
-  std::string line = g_journal ? std::string(Priority(level)) + text : text;
-  if (*held_back > 0) line += fmt::format(" ({} more times in the last minute)", *held_back);
-  spdlog::log(LevelOf(level), "{}", line);
+  bool passed = false;
+  {
+    const std::lock_guard lock(g_mutex);
+    passed = TheFolder().Pass(text, level, ReadClocks());
+  }
+  if (passed) return Print(level, text);
+  // Made with the first repeat, long after the log it prints to, and therefore gone before it.
+  static Teller teller;
 }
 
 }  // namespace baudgate::log

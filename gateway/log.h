@@ -1,5 +1,6 @@
 // The one log: lines on standard error, one per change of state, each naming its line and device.
-// Repeats are folded: a text that comes again within a minute is counted, not printed.
+// Repeats are folded: a text that comes again within a minute is counted, and told when the minute
+// is over.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -2,10 +2,13 @@
 // Exit codes: 0 done, 2 wrong usage, 3 bad configuration, 4 could not open what it needs.
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <fstream>
 #include <functional>
 #include <iostream>
+#include <optional>
 
+#include "config/spelling.h"
 #include "gateway/cli/check.h"
 #include "gateway/cli/decode.h"
 #include "gateway/cli/demo.h"
@@ -18,8 +21,8 @@
 #include "gateway/modules.h"
 #include "gateway/version.h"
 #ifdef BAUDGATE_WITH_DDS
-#include "gateway/cli/watch.h"
 #include "gateway/cli/live_table.h"
+#include "gateway/cli/watch.h"
 #endif
 
 namespace {
@@ -28,6 +31,7 @@ using namespace baudgate;
 
 constexpr int kUsage = 2;
 constexpr int kCannotOpen = 4;
+constexpr double kMostSeconds = 1e9;
 
 /// What the chosen subcommand does, once all words are parsed.
 using Action = std::function<int(const config::Catalog&)>;
@@ -43,6 +47,31 @@ CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration& targe
         target = *duration;
       },
       help);
+}
+
+/// Reads "30" or "0.5" into a Duration.
+CLI::Option* AddSeconds(CLI::App& app, std::optional<Duration>& target) {
+  return app.add_option_function<double>(
+      "--seconds",
+      [&target](const double& seconds) {
+        if (!(seconds > 0 && seconds <= kMostSeconds)) {
+          throw CLI::ValidationError("--seconds", "write a number above 0, for example 30");
+        }
+        target = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
+      },
+      "End after this time");
+}
+
+/// CLI11 itself only says that a subcommand is required.
+bool IsUnknownSubcommand(const CLI::App& app, std::string_view word) {
+  if (word.empty() || word.front() == '-') return false;
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  if (std::find(names.begin(), names.end(), word) != names.end()) return false;
+  const std::vector<std::string_view> known(names.begin(), names.end());
+  std::cerr << config::Quoted(word) << " is no subcommand;" << config::DidYouMean(word, known)
+            << " there are: " << config::Join(known) << '\n';
+  return true;
 }
 
 void AddRun(CLI::App& app, Action& action) {
@@ -85,22 +114,17 @@ void AddWatch([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action& action) {
 #ifdef BAUDGATE_WITH_DDS
   auto* command = app.add_subcommand("watch", "Show what gateways publish on DDS");
   auto options = std::make_shared<WatchOptions>();
-  auto seconds = std::make_shared<double>(0);
   command->add_option("--domain", options->domain, "DDS domain")->check(CLI::Range(0, 232));
   command->add_option("--interface", options->interfaces, "Addresses to listen on")
       ->capture_default_str();
   command->add_flag("--once", options->once, "Print the values once, then end");
   command->add_flag("--json", options->json, "One JSON object a line for each sample");
-  command->add_option("--seconds", *seconds, "End after this time")->check(CLI::PositiveNumber);
+  AddSeconds(*command, options->seconds);
   command->add_option("--gateway", options->gateway, "Only this gateway");
   command->add_option("--device", options->device, "Only this device");
   command->add_option("--point", options->point, "Only this point");
-  command->callback([options, seconds, &action] {
+  command->callback([options, &action] {
     action = [=](const auto&) {
-      if (*seconds > 0) {
-        options->seconds = std::chrono::duration_cast<Duration>(
-            std::chrono::duration<double>(*seconds));
-      }
       options->terminal = TerminalView(1);
       return RunWatch(*options, std::cout, std::cerr);
     };
@@ -149,18 +173,13 @@ void AddDecode(CLI::App& app, Action& action) {
 void AddDemo(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("demo", "Twins, gateway and a live table, without hardware");
   auto options = std::make_shared<DemoOptions>();
-  auto seconds = std::make_shared<double>(0);
-  command->add_option("--seconds", *seconds, "End after this time")->check(CLI::PositiveNumber);
-  command->add_option("--port", options->port, "Modbus TCP port")->capture_default_str();
+  AddSeconds(*command, options->seconds);
+  command->add_option("--port", options->port, "Modbus TCP port")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 65535));
   command->add_option("--domain", options->domain, "DDS domain")->check(CLI::Range(0, 232));
-  command->callback([options, seconds, &action] {
-    action = [=](const auto& catalog) {
-      if (*seconds > 0) {
-        options->seconds = std::chrono::duration_cast<Duration>(
-            std::chrono::duration<double>(*seconds));
-      }
-      return RunDemo(*options, catalog, std::cout, std::cerr);
-    };
+  command->callback([options, &action] {
+    action = [=](const auto& catalog) { return RunDemo(*options, catalog, std::cout, std::cerr); };
   });
 }
 
@@ -204,6 +223,7 @@ int main(int argc, char** argv) {
   AddDecode(app, action);
   AddDemo(app, action);
   AddListings(app, action);
+  if (argc > 1 && IsUnknownSubcommand(app, argv[1])) return kUsage;
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -86,7 +86,11 @@ void Poller::OnClosed(Now now) {
     schedule_.Suspend(device->slot);
     store_.SetOverride(device->index, OverrideOf(*device));
     if (!device->config->enabled) continue;
-    store_.UpdateStatus(device->index, [](DeviceStatus& status) {
+    // Behind a closed port nothing is online. The log has one line for the port, not one a device;
+    // the first answer after it opens is news again.
+    if (device->shown != DeviceState::never_seen) device->shown = DeviceState::offline;
+    store_.UpdateStatus(device->index, [state = device->shown](DeviceStatus& status) {
+      status.state = state;
       status.last_outcome = Outcome::line_down;
       status.last_reason = "the port is closed";
     });

@@ -91,7 +91,7 @@ Result<std::vector<Capture>> ReadCaptures(std::istream& in) {
     const std::string_view text = Trim(line);
     if (text.empty() || (text.front() != '>' && text.front() != '<')) continue;
     const auto bytes = ParseHex(Trim(text.substr(1)));
-    if (!bytes) return Error{"line " + std::to_string(number) + ": not hex bytes: " + line};
+    if (!bytes) return Error{"line " + std::to_string(number) + ": these are not hex bytes"};
     if (text.front() == '>') {
       captures.push_back({*bytes, {}});
     } else if (captures.empty()) {
@@ -100,6 +100,8 @@ Result<std::vector<Capture>> ReadCaptures(std::istream& in) {
       Append(captures.back().reply, *bytes);
     }
   }
+  if (in.bad()) return Error{"the captures can not be read; is this a file?"};
+  if (captures.empty()) return Error{"no exchange here; write lines \"> hex\" and \"< hex\""};
   return captures;
 }
 

@@ -53,13 +53,15 @@ std::string DeviceName(std::string profile) {
   return profile;
 }
 
-/// One line for each protocol, with one device of each of its profiles.
+/// One line for each protocol, with one device of each of its profiles. A second demo beside the
+/// first has a name of its own, because the name is the key of its DDS samples.
 std::string DemoYaml(const config::Catalog& catalog, const std::filesystem::path& directory,
                      const DemoOptions& options, std::uint16_t port) {
+  const std::string name = port == options.port ? "demo" : fmt::format("demo-{}", port);
   std::string yaml = fmt::format(
-      "gateway: {{ name: demo }}\nmodbus:\n  listen: \"127.0.0.1:{}\"\ndds: {{ domain: {} "
+      "gateway: {{ name: {} }}\nmodbus:\n  listen: \"127.0.0.1:{}\"\ndds: {{ domain: {} "
       "}}\nlines:\n",
-      port, options.domain);
+      name, port, options.domain);
   int unit = 1;
   for (const auto& [protocol, descriptor] : catalog.protocols) {
     const auto profiles = catalog.Profiles(protocol);
@@ -148,7 +150,7 @@ class Twins {
 /// Shows the table until the time is over or a signal comes. On a terminal it is live.
 void Show(const Daemon& daemon, const DemoOptions& options, std::ostream& out) {
   asio::io_context io(1);
-  asio::signal_set stop(io, SIGTERM, SIGINT);
+  asio::signal_set stop(io, SIGTERM, SIGINT, SIGHUP);
   stop.async_wait([&io](const asio::error_code&, int) { io.stop(); });
   asio::steady_timer end(io);
   if (options.seconds) {
@@ -166,7 +168,9 @@ void Show(const Daemon& daemon, const DemoOptions& options, std::ostream& out) {
     }
     refresh.expires_after(kRefresh);
     refresh.async_wait([&](const asio::error_code& error) {
-      if (!error) draw();
+      if (error) return;
+      draw();
+      if (!out) io.stop();  // its reader has left
     });
   };
   if (TerminalView(STDOUT_FILENO)) {
@@ -182,6 +186,7 @@ void Show(const Daemon& daemon, const DemoOptions& options, std::ostream& out) {
 
 int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err) {
+  signal(SIGPIPE, SIG_IGN);  // or a reader that leaves would end us before the scratch is gone
   const ScratchDirectory scratch;
   if (scratch.path().empty()) {
     err << "baudgate: no directory for the demo's ptys could be made; is the temporary directory "
@@ -204,7 +209,9 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
     Daemon daemon(loaded.config, catalog);
     if (const Status status = daemon.Start(); !status) {
       err << "baudgate: " << status.error() << "\n";
-      continue;  // most likely the port is taken: another demo, or the gateway itself
+      // Most likely the port is taken: by another demo, or by the gateway itself.
+      if (offset + 1 < kPortsToTry) err << "baudgate: trying port " << port + 1 << " instead\n";
+      continue;
     }
     twins.Start();
     Show(daemon, options, out);

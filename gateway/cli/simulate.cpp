@@ -12,8 +12,8 @@ namespace baudgate {
 
 int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err) {
-  auto made = MakeOneDevice({{}, options.profile, options.address, options.serial, options.set},
-                            catalog);
+  auto made =
+      MakeOneDevice({{}, options.profile, options.address, options.serial, options.set}, catalog);
   if (!made) {
     err << "baudgate: " << made.error() << "\n";
     return 3;
@@ -26,15 +26,15 @@ int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, 
   if (!options.serial.empty()) simulator_options.pace = line.serial;
 
   asio::io_context io(1);
-  auto simulator = Simulator::Create(io, *catalog.FindProtocol(device.protocol), {device},
-                                     simulator_options);
+  auto simulator =
+      Simulator::Create(io, *catalog.FindProtocol(device.protocol), {device}, simulator_options);
   if (!simulator) {
     err << "baudgate: " << simulator.error() << "\n";
     return 4;
   }
   out << device.title << " at address " << device.address << " answers on " << (*simulator)->path()
       << (options.serial.empty() ? "" : ", paced at " + line.serial.ToString()) << std::endl;
-  asio::signal_set stop(io, SIGTERM, SIGINT);
+  asio::signal_set stop(io, SIGTERM, SIGINT, SIGHUP);
   stop.async_wait([&io](const asio::error_code&, int) { io.stop(); });
   io.run();
   return 0;

@@ -21,7 +21,8 @@ struct SimulateOptions {
   std::vector<std::string> set;  ///< device options, "key=value"
 };
 
-/// Until SIGTERM or SIGINT. Exit codes: 0 stopped, 3 no such profile, bad address or option, 4 no pty.
+/// Until SIGTERM or SIGINT. Exit codes: 0 stopped, 3 no such profile, bad address or option, 4 no
+/// pty.
 int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err);
 

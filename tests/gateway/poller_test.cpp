@@ -49,6 +49,19 @@ TEST(Poller, PollsOnTheGridAndStoresGoodValues) {
   EXPECT_LT(status.round_trips.mean(), 30ms);
 }
 
+TEST(Poller, NothingIsOnlineBehindAClosedPort) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(3s);
+  ASSERT_EQ(line.StatusOf(0).state, DeviceState::online);
+  line.Close();
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::offline);
+  EXPECT_EQ(line.StatusOf(0).last_outcome, Outcome::line_down);
+  line.Open();
+  line.RunFor(3s);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+}
+
 TEST(Poller, AnyFragmentationGivesTheSame) {
   for (const std::size_t fragment : {1U, 2U, 3U, 5U}) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});

@@ -60,6 +60,7 @@ TEST_F(Cli, WrongWordsAreWrongUsage) {
     EXPECT_THAT(wrong.errors, Not(IsEmpty())) << ::testing::PrintToString(words);
     EXPECT_THAT(wrong.output, IsEmpty()) << ::testing::PrintToString(words);
   }
+  EXPECT_THAT(Command({"wach"}).errors, HasSubstr("did you mean 'watch'"));
   EXPECT_EQ(Command({"--help"}).code, 0);
   EXPECT_THAT(Command({"--version"}).output, StartsWith("baudgate "));
 }
@@ -180,6 +181,9 @@ TEST_F(Cli, DecodeSaysWhatItCanNotUse) {
   EXPECT_EQ(Command({"decode", "--protocol", "dcon", LinkOf("nowhere.txt")}).code, kCannotOpen);
   EXPECT_EQ(Command({"decode", "--protocol", "dcon", bad}).code, kUsage);
   EXPECT_EQ(Command({"decode", "--protocol", "dcon", orphan}).code, kUsage);
+  const std::string words = Write("words.txt", "no exchange in here\n").string();
+  EXPECT_EQ(Command({"decode", "--protocol", "dcon", words}).code, kUsage);
+  EXPECT_EQ(Command({"decode", "--protocol", "dcon", "/"}).code, kUsage) << "a folder";
   EXPECT_EQ(Command({"decode", "--protocol", "telex", good}).code, kBadConfiguration);
   EXPECT_EQ(Command({"decode", "--protocol", "dcon", "--set", "colour=red", good}).code,
             kBadConfiguration);
