@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/points.h"
 
+#include <algorithm>
 #include <map>
 
 #include "config/names.h"
@@ -126,6 +127,26 @@ std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems) {
   return points;
 }
 
+namespace {
+
+/// Neither `read` nor `type`: this means to change a point of the profile.
+bool OnlyChanges(const RawPoint& point) {
+  return std::none_of(point.keys.begin(), point.keys.end(), [](const Entry& entry) {
+    return entry.key == "read" || entry.key == "write" || entry.key == "type";
+  });
+}
+
+void ExplainUnknownPoint(const RawPoint& point, const std::vector<RawPoint>& base,
+                         Problems& problems) {
+  std::vector<std::string_view> names;
+  for (const RawPoint& one : base) names.push_back(one.name);
+  problems.Error(point.mark, "point " + Quoted(point.name) + " is not in the profile;" +
+                                 DidYouMean(point.name, names) +
+                                 " a new point needs 'type' and 'read'");
+}
+
+}  // namespace
+
 std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<RawPoint>& over,
                                   Problems& problems) {
   std::map<std::string, std::size_t> index;
@@ -133,6 +154,10 @@ std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<
   for (const RawPoint& point : over) {
     const auto found = index.find(Lower(point.name));
     if (found == index.end()) {
+      if (!index.empty() && OnlyChanges(point)) {
+        ExplainUnknownPoint(point, base, problems);
+        continue;
+      }
       base.push_back(point);
       continue;
     }

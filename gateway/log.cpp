@@ -74,7 +74,7 @@ void PrintRepeats() {
   for (const Folder::Repeat& repeat : repeats) {
     const std::time_t last = std::chrono::system_clock::to_time_t(
         std::chrono::time_point_cast<std::chrono::system_clock::duration>(repeat.last.wall));
-    Print(repeat.level, fmt::format("{} ({} more times, last at {:%H:%M:%S})", repeat.text,
+    Print(repeat.level, fmt::format("{} ({} more, the last at {:%H:%M:%S})", repeat.text,
                                     repeat.times, fmt::localtime(last)));
   }
 }

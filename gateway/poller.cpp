@@ -16,7 +16,13 @@ constexpr int kUrgentInRow = 4;
 
 LineTimes Resolve(const config::Line& line, const config::Device& device, const Protocol& protocol,
                   const config::SerialSettings& serial) {
-  const config::Timing timing = Merge(device.timing, Merge(line.timing, protocol.timing(serial)));
+  const config::Timing fallback = protocol.timing(serial);
+  config::Timing timing = Merge(device.timing, line.timing);
+  // Who allows a device more time to begin its reply means the whole exchange to be so much longer.
+  if (timing.reply && !timing.ceiling) {
+    timing.ceiling = *fallback.ceiling + *timing.reply - *fallback.reply;
+  }
+  timing = Merge(timing, fallback);
   LineTimes times;
   times.quiet = timing.quiet.value_or(5ms);
   times.reply = timing.reply.value_or(500ms);
@@ -96,6 +102,7 @@ void Poller::OnClosed(Now now) {
     });
   }
   refresh_.clear();
+  AnswerConfirmed();
   while (!commands_.empty()) {
     WriteCommand command = std::move(commands_.front());
     commands_.pop_front();
@@ -137,6 +144,7 @@ std::optional<Instant> Poller::Deadline() const {
     if (other && (!soonest || *other < *soonest)) soonest = other;
   };
   for (const WriteCommand& command : commands_) sooner(command.deadline);
+  for (const WriteCommand& command : confirmed_) sooner(command.deadline);
   if (!line_.idle()) return soonest;
   if (work_) {  // waits until no late answer can meet its request
     sooner(ClearAt(*work_));
@@ -157,6 +165,16 @@ void Poller::Settle() {
   if (work_ && work_->end) ConcludeExchange();
   ExpireCommands();
   Pump();
+  AnswerConfirmed();
+}
+
+/// A client that reads what it has just written must not get the value from before.
+void Poller::AnswerConfirmed() {
+  // A device that does not answer the read-back at once does not hold up the answer to the write.
+  const bool first_try = work_ && work_->refresh && work_->attempts == 0;
+  const bool reading_back = !refresh_.empty() || first_try;
+  if (reading_back && open_) return;
+  for (const WriteCommand& command : std::exchange(confirmed_, {})) command.done(Outcome::ok, {});
 }
 
 void Poller::ExpireCommands() {
@@ -166,6 +184,14 @@ void Poller::ExpireCommands() {
   std::vector<WriteCommand> late(std::make_move_iterator(expired),
                                  std::make_move_iterator(commands_.end()));
   commands_.erase(expired, commands_.end());
+  for (std::size_t i = 0; i < confirmed_.size();) {
+    if (confirmed_[i].deadline > now_.instant) {
+      ++i;
+      continue;
+    }
+    confirmed_[i].done(Outcome::ok, {});  // the write itself was in time
+    confirmed_.erase(confirmed_.begin() + static_cast<std::ptrdiff_t>(i));
+  }
   for (const WriteCommand& command : late) {
     command.done(Outcome::no_reply, "the command waited for the line beyond its deadline");
   }
@@ -192,10 +218,11 @@ void Poller::Pump() {
 }
 
 /// A reply to the first of several unanswered requests may be taken for one to the last. Those to
-/// the requests between come after it, the last as much later as its request was sent later.
+/// the requests between come after it, the last as much later as its request was sent later, and
+/// more on a device that has been seen to be late by varying times.
 Duration Poller::Aftermath(const Device& device) const {
   if (!device.unanswered) return Duration::zero();
-  const Duration since = now_.instant - *device.unanswered + device.times.gap;
+  const Duration since = now_.instant - *device.unanswered + device.times.gap + device.late_drain;
   return std::min(since, device.times.ceiling);
 }
 
@@ -263,6 +290,7 @@ bool Poller::PickRefresh() {
   refresh_.pop_front();
   if (device->health.absent() || query >= device->conversation->Queries().size()) return true;
   Begin(*device, {Task::Kind::poll, query, kNoPoint, {}});
+  work_->refresh = true;
   Ask();
   return true;
 }

@@ -97,7 +97,9 @@ class Poller : private LineClient {
   void NextWrite();
   void UpdateHealth(Device& device, Outcome outcome, const std::string& reason);
   void ShowState(Device& device, const std::string& reason);
+  void MeasureRound(const Work& work, Outcome outcome);
   void MeasureCycle();
+  void AnswerConfirmed();
   void Count(Device& device, const std::string& reason);
   void Plan(Device& device);
   void Store(Device& device);
@@ -119,6 +121,7 @@ class Poller : private LineClient {
   std::vector<std::unique_ptr<Device>> devices_;
   std::deque<WriteCommand> commands_;
   std::deque<std::pair<Device*, std::size_t>> refresh_;  // queries of points just written
+  std::vector<WriteCommand> confirmed_;                  // written, and waiting for the read-back
   std::unique_ptr<Work> work_;                           // the task under way
   Device* last_ = nullptr;                               // whose exchange ended last
   std::size_t probe_turn_ = 0;

@@ -25,6 +25,8 @@ struct Poller::Device {
   std::optional<Instant> unanswered;  // start of the first exchange since its last answer
   Instant late_until{};               // until then an answer to a failed request may still come
   Duration fast_wire{};               // line time of its last whole fast round
+  bool told_late = false;             // the user has been warned of late_drain
+  bool round_clean = true;            // nothing has failed in the fast round under way
   Duration round_wire{};              // of the fast round under way
 
   Duration WorstCase() const {
@@ -44,8 +46,9 @@ struct Poller::Work {
   bool sending = false;  // request waits for the line to be idle
   int attempts = 0;      // of the present request, beyond the first
   int steps = 0;
-  int parkings = 0;   // how often the device has asked to wait with it
-  bool mute = false;  // its end says nothing about the device
+  int parkings = 0;      // how often the device has asked to wait with it
+  bool refresh = false;  // reads back what a command has written
+  bool mute = false;     // its end says nothing about the device
   Instant began{};
   Instant exchange_began{};
   Answer answer;

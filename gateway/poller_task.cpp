@@ -14,6 +14,10 @@ namespace {
 /// A task that needs more exchanges than this is a conversation going round in circles.
 constexpr int kMostSteps = 8;
 
+/// A device that was late once is trusted again by and by: each good answer takes off this part of
+/// its longer quarantine.
+constexpr int kLateDecay = 64;
+
 }  // namespace
 
 // ---------------------------------------------------------------- one task
@@ -67,7 +71,7 @@ void Poller::OnStrayBytes(std::size_t count, Duration since_end, Instant) {
   if (since_end > device.times.ceiling) return;  // too late for any answer: noise
   const Duration needed = std::min(since_end + device.times.gap, device.times.ceiling);
   if (needed <= device.times.drain + device.late_drain) return;
-  if (device.late_drain == Duration::zero()) {
+  if (!std::exchange(device.told_late, true)) {
     listener_.OnWarning(
         device.index, "bytes came " +
                           FormatDuration(std::chrono::round<std::chrono::milliseconds>(since_end)) +
@@ -84,7 +88,9 @@ void Poller::ConcludeExchange() {
   counters_.busy += now_.instant - work.exchange_began;
   work.mute = work.request.expect.reply == Expectation::Reply::none;
   if (!work.mute) device.health.OnExchange(end.outcome);
-  if (end.outcome == Outcome::no_reply) {
+  // An unexpected frame may be another device's late answer: then this device's own is still to
+  // come.
+  if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) {
     if (!device.unanswered) device.unanswered = work.exchange_began;
     // Probes of an absent device would cost the living this time again and again.
     const bool probe = work.task.kind == Task::Kind::probe;
@@ -92,6 +98,7 @@ void Poller::ConcludeExchange() {
   } else if (ProvesLife(end.outcome) && !work.mute) {
     device.unanswered.reset();
     device.late_until = {};  // the aftermath of the answer took care
+    device.late_drain -= device.late_drain / kLateDecay;
   }
   Count(device, reason);
   listener_.OnExchangeEnd(device.index, end.outcome);
@@ -176,13 +183,7 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
     const Duration drain = NeedsDrain(outcome) ? device.times.drain + device.late_drain : 0s;
     probes_.OnProbe(done->began, now_.instant + drain, Waiting(now_.instant + drain));
   }
-  if (done->fast) {
-    device.round_wire += now_.instant - done->began;
-    if (done->last_of_round) {
-      device.fast_wire = std::exchange(device.round_wire, {});
-      MeasureCycle();
-    }
-  }
+  if (done->fast) MeasureRound(*done, outcome);
   if (!done->mute) UpdateHealth(device, outcome, reason);
   if (!done->command) return;
   if (outcome == Outcome::ok && done->write < done->command->writes.size()) {
@@ -194,6 +195,8 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
     work_->command = std::move(done->command);
     work_->write = done->write;
     NextWrite();
+  } else if (outcome == Outcome::ok && open_) {
+    confirmed_.push_back(std::move(*done->command));  // until what it changed has been read back
   } else {
     done->command->done(outcome, reason);
   }
@@ -238,6 +241,8 @@ void Poller::UpdateHealth(Device& device, Outcome outcome, const std::string& re
     schedule_.Suspend(device.slot);
     device.parked.reset();
     device.fast_wire = device.round_wire = {};
+    device
+        .late_drain = {};  // silent, not late; should it be late even so, its bytes will tell again
     device.conversation->OnReconnect();
     Plan(device);
   } else if (!device.health.absent() && was_absent) {
@@ -271,6 +276,19 @@ void Poller::Count(Device& device, const std::string& reason) {
       status.round_trips.Add(end.round_trip);
     }
   });
+}
+
+/// Failures and retries say nothing about how long a round takes: an outage must not make old
+/// values look younger.
+void Poller::MeasureRound(const Work& work, Outcome outcome) {
+  Device& device = *work.device;
+  device.round_wire += now_.instant - work.began;
+  device.round_clean = device.round_clean && ProvesLife(outcome);
+  if (!work.last_of_round) return;
+  const Duration took = std::exchange(device.round_wire, {});
+  if (!std::exchange(device.round_clean, true)) return;
+  device.fast_wire = took;
+  MeasureCycle();
 }
 
 void Poller::MeasureCycle() {

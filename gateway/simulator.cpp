@@ -112,11 +112,13 @@ void Simulator::Impl::OnRequestBytes(View bytes) {
 
 void Simulator::Impl::OnRequest(View frame) {
   const Instant now = std::chrono::steady_clock::now();
+  Bytes answer;
   for (const auto& inhabitant : inhabitants) {
-    reply = inhabitant->twin->Answer(frame, now);
-    if (!reply.empty()) break;
+    answer = inhabitant->twin->Answer(frame, now);
+    if (!answer.empty()) break;
   }
-  if (reply.empty()) return;
+  if (answer.empty()) return;  // what is being sent goes on
+  reply = std::move(answer);
   ++answered;
   characters += frame.size() + reply.size();
   sent = 0;
@@ -133,8 +135,10 @@ void Simulator::Impl::SendPiece() {
     piece = std::min(piece, std::max<std::size_t>(fitting, 1));
   }
   timer.expires_at(reply_begins + WireTime(sent + piece));
-  timer.async_wait([this, piece](const asio::error_code& error) {
-    if (error) return;
+  timer.async_wait([this, piece, number = answered.load()](const asio::error_code& error) {
+    // A wait that is over already can not be cancelled: a newer reply may stand in
+    // the place of its own.
+    if (error || number != answered) return;
     asio::error_code ignored;  // a full or hung-up pty loses bytes, as a wire does
     asio::write(descriptor, asio::buffer(reply.data() + sent, piece), ignored);
     sent += piece;

@@ -71,6 +71,10 @@ Status Pty::MakeLink(const std::string& link) {
   if (lstat(link.c_str(), &there) == 0 && !S_ISLNK(there.st_mode)) {
     return Error{link + " exists and is no link; choose another path"};
   }
+  const std::string target = LinkTarget(link);
+  if (!target.empty() && !target.starts_with("/dev/pts/")) {
+    return Error{link + " is a link to " + target + ", which is no pty; choose another path"};
+  }
   // A reader sees the old link or the new one, never none.
   const std::string fresh = link + ".new-" + std::to_string(getpid());
   (void)unlink(fresh.c_str());

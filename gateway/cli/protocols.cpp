@@ -47,6 +47,11 @@ std::string_view ScopeName(const OptionSpec& option) {
   return option.scope == OptionSpec::Scope::line ? "line" : "device";
 }
 
+/// Times that are computed from a bit rate have nanoseconds that nobody wants to read.
+Duration Rounded(Duration time) {
+  return Duration(std::chrono::round<std::chrono::milliseconds>(10 * time)) / 10;
+}
+
 void PrintTimes(const Protocol& protocol, std::ostream& out) {
   const config::Timing timing = protocol.timing(protocol.serial);
   out << "\nDefaults\n  serial: " << protocol.serial.ToString() << "\n  timing: {";
@@ -56,7 +61,7 @@ void PrintTimes(const Protocol& protocol, std::ostream& out) {
         std::pair("gap", timing.gap), std::pair("ceiling", timing.ceiling),
         std::pair("drain", timing.drain)}) {
     if (!time) continue;
-    out << between << name << ": " << FormatDuration(*time);
+    out << between << name << ": " << FormatDuration(Rounded(*time));
     between = ", ";
   }
   out << " }\n";

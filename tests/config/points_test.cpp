@@ -195,6 +195,16 @@ TEST(Points, OverlapNamesBothPointsAndPlaces) {
             "(t.yaml:9:51)\n");
 }
 
+TEST(Points, AMisspeltPointOfTheProfileIsNamed) {
+  const auto loaded = Load(
+      "lines:\n- name: l\n  port: /dev/l\n  protocol: fake\n  devices:\n"
+      "  - name: d\n    address: 1\n    profile: relay\n    points:\n"
+      "    - { name: curent, unit: kA }\n");
+  EXPECT_EQ(Shown(loaded.problems),
+            "t.yaml:10:7: error: point 'curent' is not in the profile; did you mean 'current'? "
+            "a new point needs 'type' and 'read'\n");
+}
+
 TEST(Points, NamesAreUniqueWhateverTheirCase) {
   const auto loaded = Load(
       "lines:\n- name: l\n  port: /dev/l\n  protocol: fake\n  devices:\n"

@@ -43,6 +43,30 @@ TEST_F(PollerCommand, IsSentAtOnceConfirmedAndReadBack) {
   EXPECT_EQ(line_.ValueOf(0, 0), Value(42.5));
 }
 
+TEST_F(PollerCommand, TheAnswerComesWhenTheStoreShowsTheNewValue) {
+  Open();
+  WriteCommand command = Command({{0, 42.5}});
+  Value seen;
+  command.done = [&](Outcome outcome, const std::string&) {
+    line_.outcomes.push_back(outcome);
+    seen = line_.ValueOf(0, 0);
+  };
+  line_.Submit(std::move(command));
+  line_.RunFor(200ms);
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::ok});
+  EXPECT_EQ(seen, Value(42.5)) << "who reads at once must not get the value from before";
+}
+
+TEST_F(PollerCommand, AReadBackThatFailsDoesNotHoldUpTheAnswer) {
+  Open();
+  line_.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    return request[0] == '?' ? std::optional(Bytes()) : std::nullopt;
+  };
+  ASSERT_TRUE(line_.Write(0, 0, 42.5));
+  EXPECT_TRUE(line_.RunUntil([&] { return !line_.outcomes.empty(); }, 2s));
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::ok}) << "the write itself was confirmed";
+}
+
 TEST_F(PollerCommand, SeveralWritesGoInTheirOrderAndAreConfirmedOnce) {
   Open();
   line_.Submit(Command({{0, 1.0}, {1, 2.0}, {0, 3.0}}));

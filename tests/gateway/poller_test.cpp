@@ -62,6 +62,26 @@ TEST(Poller, NothingIsOnlineBehindAClosedPort) {
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
 }
 
+TEST(Poller, AnOutageDoesNotMakeOldValuesLookYounger) {
+  VirtualLine line(ToyLine({Polled(ToyDevice("a", "A", {"1", "2", "3"}), 1s)}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  Quality best_when_old = Quality::bad;
+  line.always = [&] {
+    const auto age = line.AgeOf(0, 0);
+    if (age && *age > 9s &&
+        static_cast<int>(line.QualityOf(0, 0)) > static_cast<int>(best_when_old)) {
+      best_when_old = line.QualityOf(0, 0);
+    }
+  };
+  line.twin(0).manner.dead = true;
+  line.RunFor(15s);
+  line.twin(0).manner.dead = false;
+  line.RunFor(10s);
+  EXPECT_TRUE(IsBad(best_when_old)) << "beyond dead_age of 9 s";
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
 TEST(Poller, AnyFragmentationGivesTheSame) {
   for (const std::size_t fragment : {1U, 2U, 3U, 5U}) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});

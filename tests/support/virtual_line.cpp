@@ -143,6 +143,12 @@ Quality VirtualLine::QualityOf(std::uint32_t device, std::uint32_t point) const 
   return quality;
 }
 
+std::optional<Duration> VirtualLine::AgeOf(std::uint32_t device, std::uint32_t point) const {
+  std::optional<Duration> age;
+  store_->Read(device, [&](const DeviceRecord& record) { age = AgeAt(record, point, instant_); });
+  return age;
+}
+
 Value VirtualLine::ValueOf(std::uint32_t device, std::uint32_t point) const {
   Value value;
   store_->Read(device, [&](const DeviceRecord& record) { value = record.points[point].value; });

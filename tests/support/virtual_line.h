@@ -78,6 +78,7 @@ class VirtualLine : private PollerListener {
 
   Quality QualityOf(std::uint32_t device, std::uint32_t point) const;
   Value ValueOf(std::uint32_t device, std::uint32_t point) const;
+  std::optional<Duration> AgeOf(std::uint32_t device, std::uint32_t point) const;
   DeviceStatus StatusOf(std::uint32_t device) const;
   /// Requests that began with `start`.
   std::size_t CountSent(std::string_view start) const;

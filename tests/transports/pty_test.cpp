@@ -41,7 +41,7 @@ TEST_F(PtyLink, LeadsToTheSlaveAndGoesAtTheEnd) {
 }
 
 TEST_F(PtyLink, ReplacesAnOldLinkOnly) {
-  fs::create_symlink("/dev/nowhere", link_);
+  fs::create_symlink("/dev/pts/999999", link_);
   auto first = Pty::Create(link_.string());
   ASSERT_TRUE(first.ok());
   const auto second = Pty::Create(link_.string());
@@ -54,6 +54,14 @@ TEST_F(PtyLink, ReplacesAnOldLinkOnly) {
   ASSERT_FALSE(third.ok());
   EXPECT_NE(third.error().find("is no link"), std::string::npos);
   EXPECT_EQ(fs::file_size(folder_ / "file"), 8U);
+}
+
+TEST_F(PtyLink, LinksToAnythingElseAreLeftAlone) {
+  fs::create_symlink("/dev/ttyUSB0", link_);
+  const auto pty = Pty::Create(link_.string());
+  ASSERT_FALSE(pty.ok());
+  EXPECT_NE(pty.error().find("which is no pty"), std::string::npos);
+  EXPECT_EQ(fs::read_symlink(link_), "/dev/ttyUSB0");
 }
 
 TEST_F(PtyLink, MissingFolderIsAnError) {

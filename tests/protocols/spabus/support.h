@@ -105,7 +105,7 @@ class Talk {
   Answer Hear(const Task& task, View stream) {
     const auto frames = Cut(SpabusProtocol().reply_rule, request_.expect, stream);
     EXPECT_EQ(frames.size(), 1U) << Printable(stream);
-    if (frames.empty()) return {Outcome::no_reply, "", {}, {}, Then::done, {}};
+    if (frames.empty()) return {Outcome::no_reply, "", {}, Then::done, {}};
     return talk_->OnFrame(task, request_, frames.front(), {});
   }
   Answer Hear(const Task& task, const std::string& covered) {
@@ -126,7 +126,7 @@ class Talk {
 /// One exchange of a task with a twin; the request passes the twin's frame rule, the reply ours.
 inline Answer Exchange(Talk& talk, const Task& task, Twin& twin) {
   const std::string asked = talk.Ask(task);
-  if (asked.starts_with("error")) return {Outcome::unsupported, asked, {}, {}, Then::done, {}};
+  if (asked.starts_with("error")) return {Outcome::unsupported, asked, {}, Then::done, {}};
   const Protocol& protocol = SpabusProtocol();
   const auto requests =
       Cut(protocol.request_rule, protocol.expect({}, talk.device().options), talk.request().bytes);

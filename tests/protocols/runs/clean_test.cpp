@@ -1,0 +1,83 @@
+// Real protocols on a good line: every point of the reference profiles becomes good, soon, and the
+// wire is what limits it.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/protocols/runs/rig.h"
+
+namespace baudgate {
+namespace {
+
+class CleanRun : public ::testing::TestWithParam<Setup> {};
+
+/// Time that all bytes so far took on the wire, both ways.
+Duration WireTime(Rig& rig) {
+  const LineCounters& counters = rig->poller().counters();
+  return static_cast<std::int64_t>(counters.bytes_in + counters.bytes_out) *
+         rig.setup().serial.CharacterTime();
+}
+
+TEST_P(CleanRun, EveryPointBecomesGoodAndIsWhatTheTwinMeasures) {
+  Rig rig(GetParam());
+  rig.LearnTruth();
+  for (std::uint32_t device = 0; device < rig.devices(); ++device) {
+    const DeviceStatus status = rig->StatusOf(device);
+    EXPECT_EQ(status.retries, 0U);
+    EXPECT_EQ(status.state, DeviceState::online);
+    EXPECT_EQ(status.Count(Outcome::ok), status.exchanges);
+  }
+  EXPECT_EQ(rig->poller().counters().stray_bytes, 0U);
+}
+
+/// No query waits for a second cycle of the slow or once group, and fast ones hold no line up.
+TEST_P(CleanRun, TheFirstRoundTakesHardlyMoreThanItsBytes) {
+  Rig rig(GetParam(), [](config::Line& line) {
+    for (config::Device& device : line.devices) device.poll = 1h;
+  });
+  rig.LearnTruth();
+  const Duration pause = *GetParam().protocol->timing(GetParam().serial).quiet +
+                         rig->twin(0).manner.think + rig.setup().serial.CharacterTime();
+  EXPECT_LE(rig->elapsed(), WireTime(rig) + static_cast<std::int64_t>(rig->sent.size()) * pause);
+  std::set<std::string> different;
+  for (const Sent& sent : rig->sent) different.insert(sent.text);
+  EXPECT_LE(rig->sent.size(), different.size() + 4) << "requests were made twice";
+}
+
+TEST_P(CleanRun, TheLineIsNeverIdleWhereMoreIsWantedThanItCarries) {
+  Rig rig(GetParam(), [](config::Line& line) {
+    for (config::Device& device : line.devices) device.poll = 1ms;
+  });
+  rig.LearnTruth();
+  rig.Watch();
+  const Duration busy = rig->poller().counters().busy;
+  rig->RunFor(30s);
+  const double share = std::chrono::duration<double>(rig->poller().counters().busy - busy) / 30s;
+  EXPECT_GT(share, 0.99);
+  EXPECT_TRUE(rig.AllGood()) << "the slow group has its turn";
+  EXPECT_EQ(rig->StatusOf(0).retries, 0U);
+}
+
+TEST_P(CleanRun, APollPeriodIsKept) {
+  Rig rig(GetParam(), [](config::Line& line) {
+    for (config::Device& device : line.devices) device.poll = 5s;
+  });
+  rig.LearnTruth();
+  rig.Watch();
+  const std::uint64_t before = rig->poller().counters().exchanges;
+  rig->RunFor(10s);
+  const std::uint64_t two_rounds = rig->poller().counters().exchanges - before;
+  rig->RunFor(10min - 10s);
+  const std::uint64_t all = rig->poller().counters().exchanges - before;
+  EXPECT_GE(all, 50 * two_rounds);
+  for (std::uint32_t device = 0; device < rig.devices(); ++device) {
+    EXPECT_EQ(rig->StatusOf(device).missed, 0U);
+    EXPECT_TRUE(rig.AllGood(device));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Real, CleanRun, ::testing::ValuesIn(RealLines()), SetupName);
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,333 @@
+// Real protocols and the faults of real plants: dead neighbours, late answers, lost replies, echo,
+// garbage, babble, a lost port. What is shown stays the truth, and everything comes back.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/protocols/runs/rig.h"
+
+namespace baudgate {
+namespace {
+
+class FaultyRun : public ::testing::TestWithParam<Setup> {
+ protected:
+  FaultyRun() : rig_(GetParam()) {
+    rig_.LearnTruth();
+    rig_.Watch();
+  }
+
+  /// `condition` holds after every event of the next `time`.
+  void Holds(Duration time, const std::function<bool()>& condition, const char* what) {
+    const bool broken = rig_->RunUntil([&] { return !condition(); }, time);
+    EXPECT_FALSE(broken) << what << " no more after " << FormatDuration(rig_->elapsed());
+  }
+  void Comes(Duration within, const std::function<bool()>& condition, const char* what) {
+    EXPECT_TRUE(rig_->RunUntil(condition, within))
+        << what << " not within " << FormatDuration(within);
+  }
+  void EverythingComesBack() {
+    Comes(
+        2min, [&] { return rig_.AllGood(); }, "all points good");
+    for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+      Comes(
+          2min, [&] { return rig_->StatusOf(device).state == DeviceState::online; }, "online");
+    }
+    EXPECT_EQ(rig_.wrong(), 0U);
+  }
+
+  Rig rig_;
+};
+
+TEST_P(FaultyRun, ADeadNeighbourCostsTheLivingNothing) {
+  rig_->twin(1).manner.dead = true;
+  Holds(
+      20s, [&] { return rig_.FastUsable(0); }, "the neighbour is usable");
+  EXPECT_EQ(rig_->StatusOf(1).state, DeviceState::offline);
+  EXPECT_FALSE(rig_.AnyUsable(1));
+  EXPECT_EQ(rig_->QualityOf(1, 0), Quality::bad_communication);
+  Holds(
+      5min, [&] { return rig_.FastGood(0); }, "the neighbour is good");
+  EXPECT_TRUE(rig_.AllGood(0));
+  EXPECT_EQ(rig_->StatusOf(0).retries, 0U);
+  rig_->twin(1).manner.dead = false;
+  EverythingComesBack();
+}
+
+TEST_P(FaultyRun, OneLostReplyInFiveIsMadeUpForByRetries) {
+  std::mt19937 random(5);
+  unsigned lost = 0;
+  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+    rig_->twin(device).manner.distort = [&](Bytes reply) {
+      if (random() % 5 != 0) return reply;
+      ++lost;
+      return Bytes();
+    };
+  }
+  rig_->RunFor(3min);
+  unsigned missed = 0;
+  unsigned retries = 0;
+  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+    const DeviceStatus status = rig_->StatusOf(device);
+    missed += status.Count(Outcome::no_reply);
+    retries += status.retries;
+    EXPECT_EQ(status.state, DeviceState::degraded);
+    EXPECT_TRUE(rig_.FastUsable(device));
+  }
+  EXPECT_GT(lost, 20U);
+  EXPECT_NEAR(missed, lost, 1);
+  EXPECT_LE(retries, lost);
+  EXPECT_GT(retries, lost * 9 / 10);
+  for (std::uint32_t device = 0; device < rig_.devices(); ++device)
+    rig_->twin(device).manner.distort = {};
+  EverythingComesBack();
+}
+
+/// The port brings back what it sends. Nothing here takes it out, as `echo: strip` would.
+TEST_P(FaultyRun, AnEchoInFrontOfTheReplyIsNeverAValue) {
+  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+    Manner& manner = rig_->twin(device).manner;
+    auto request = std::make_shared<Bytes>();
+    manner.instead = [request](View asked) -> std::optional<Bytes> {
+      request->assign(asked.begin(), asked.end());
+      return std::nullopt;
+    };
+    manner.distort = [request](Bytes reply) {
+      reply.insert(reply.begin(), request->begin(), request->end());
+      return reply;
+    };
+  }
+  const std::uint32_t before = rig_->StatusOf(0).Count(Outcome::ok);
+  rig_->RunFor(2min);
+  // Text has start characters; a meter's request may look like a reply, and then is refused.
+  const DeviceStatus status = rig_->StatusOf(0);
+  if (GetParam().protocol->name == "set4tm") {
+    EXPECT_GT(status.Count(Outcome::unexpected) + status.Count(Outcome::corrupt), 0U);
+  } else {
+    EXPECT_EQ(status.Count(Outcome::ok), status.exchanges);
+    EXPECT_TRUE(rig_.AllGood());
+  }
+  EXPECT_GT(status.Count(Outcome::ok), before);
+  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+    rig_->twin(device).manner.instead = {};
+    rig_->twin(device).manner.distort = {};
+  }
+  EverythingComesBack();
+}
+
+TEST_P(FaultyRun, GarbageAroundEveryReplyHidesNone) {
+  std::mt19937 random(11);
+  const auto noise = [&random](std::size_t most) {
+    Bytes bytes(random() % (most + 1));
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random() % 64 + 64);
+    return bytes;
+  };
+  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+    rig_->twin(device).manner.distort = [&](Bytes reply) {
+      Bytes around = noise(6);
+      Append(around, reply);
+      Append(around, noise(6));
+      return around;
+    };
+  }
+  rig_->RunFor(3min);
+  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+    EXPECT_TRUE(rig_.FastGood(device));
+    const DeviceStatus status = rig_->StatusOf(device);
+    EXPECT_GT(status.Count(Outcome::ok) * 10, status.exchanges * 9);
+    rig_->twin(device).manner.distort = {};
+  }
+  EverythingComesBack();
+}
+
+TEST_P(FaultyRun, FragmentsWithPausesBelowTheGapAreOneReply) {
+  const config::Timing timing = GetParam().protocol->timing(GetParam().serial);
+  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+    rig_->twin(device).manner.fragment = 7;
+    rig_->twin(device).manner.pause = *timing.gap / 8;
+  }
+  rig_->RunFor(2min);
+  EXPECT_TRUE(rig_.AllGood());
+  EXPECT_EQ(rig_->StatusOf(0).retries, 0U);
+  EXPECT_EQ(rig_->StatusOf(0).Count(Outcome::ok), rig_->StatusOf(0).exchanges);
+}
+
+TEST_P(FaultyRun, ABabblingDeviceIsLeftAloneAndTheOtherComesBack) {
+  rig_->twin(0).manner.babble = 20s;
+  Comes(
+      10min, [&] { return rig_->StatusOf(0).state == DeviceState::offline; }, "offline");
+  EXPECT_FALSE(rig_.AnyUsable(0));
+  rig_->twin(0).manner.babble = {};
+  EverythingComesBack();
+}
+
+TEST_P(FaultyRun, ALostPortTakesAllValuesAndGivesThemBack) {
+  for (int round = 0; round < 3; ++round) {
+    rig_->RunFor(round * 37ms);  // in the middle of whatever is under way
+    const std::size_t sent = rig_->sent.size();
+    rig_->Close();
+    for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+      EXPECT_FALSE(rig_.AnyUsable(device));
+      EXPECT_EQ(rig_->QualityOf(device, 0), Quality::bad_not_connected);
+      EXPECT_EQ(rig_->StatusOf(device).last_outcome, Outcome::line_down);
+    }
+    rig_->RunFor(30s);
+    EXPECT_EQ(rig_->sent.size(), sent) << "nothing is sent to a closed port";
+    rig_->Open();
+    EXPECT_FALSE(rig_.FastGood(0)) << "what was read before the port was lost is too old";
+    EverythingComesBack();
+  }
+}
+
+TEST_P(FaultyRun, SwitchedOffAndOnAgain) {
+  for (std::uint32_t device = 0; device < rig_.devices(); ++device)
+    rig_->twin(device).manner.dead = true;
+  rig_->RunFor(10min);
+  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+    EXPECT_EQ(rig_->StatusOf(device).state, DeviceState::offline);
+    EXPECT_FALSE(rig_.AnyUsable(device));
+    rig_->twin(device).manner.dead = false;
+  }
+  EverythingComesBack();
+}
+
+INSTANTIATE_TEST_SUITE_P(Real, FaultyRun, ::testing::ValuesIn(RealLines()), SetupName);
+
+/// Answers that come after their reply time, by anything up to the end of the exchange's ceiling
+/// and so behind up to that many later requests; then in time again.
+class LateRun : public ::testing::TestWithParam<Setup> {};
+
+struct Lateness {
+  Duration reply;  ///< an answer that begins later is late
+  Duration most;   ///< one that begins later ends behind the ceiling, and nothing protects from it
+};
+
+Lateness LatenessOf(const config::Device& device, const Setup& setup) {
+  constexpr int kLongest = 100;  // characters of a reply
+  const config::Timing timing = Merge(device.timing, setup.protocol->timing(setup.serial));
+  const Duration ceiling = std::max<Duration>(*timing.ceiling, *timing.reply + *timing.gap);
+  return {*timing.reply, ceiling - kLongest * setup.serial.CharacterTime()};
+}
+
+TEST_P(LateRun, AnAnswerIsNeverTakenForAnother) {
+  constexpr int kSteps = 12;
+  for (int step = 0; step < kSteps; ++step) {
+    Rig rig(GetParam());
+    rig.LearnTruth();
+    rig.Watch();
+    const Lateness lateness = LatenessOf(rig.device(0), GetParam());
+    const Duration late = lateness.reply + (lateness.most - lateness.reply) * step / (kSteps - 1);
+    for (std::uint32_t device = 0; device < rig.devices(); ++device)
+      rig->twin(device).manner.think = late;
+    rig->RunFor(1min);
+    EXPECT_EQ(rig.wrong(), 0U) << "late by " << FormatDuration(late);
+    EXPECT_GT(rig->StatusOf(0).Count(Outcome::no_reply), 0U);
+    for (std::uint32_t device = 0; device < rig.devices(); ++device)
+      rig->twin(device).manner.think = 5ms;
+    EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(); }, 15min))
+        << "late by " << FormatDuration(late);
+    EXPECT_EQ(rig.wrong(), 0U) << "late by " << FormatDuration(late);
+    if (HasFailure()) return;
+  }
+}
+
+/// A device that answers some requests late and the others in time, one after the other: what it
+/// has to say to a request waits for what it still has to say to the one before.
+class MoodyDevice {
+ public:
+  MoodyDevice(Rig& rig, std::uint32_t device, Duration late, std::mt19937& random)
+      : rig_(rig), late_(late), random_(random), manner_(rig->twin(device).manner) {
+    manner_.instead = [this](View request) -> std::optional<Bytes> {
+      asked_until_ = rig_->now().instant + TimeOf(request);
+      return std::nullopt;
+    };
+    manner_.distort = [this](Bytes reply) {
+      const Duration think = random_() % 6 == 0 ? late_ : Duration(5ms);
+      const Instant begin = std::max(asked_until_ + think, said_until_);
+      manner_.think = begin - asked_until_;
+      said_until_ = begin + TimeOf(reply);
+      return reply;
+    };
+  }
+
+ private:
+  Duration TimeOf(View bytes) const {
+    return static_cast<std::int64_t>(bytes.size()) * rig_.setup().serial.CharacterTime();
+  }
+
+  Rig& rig_;
+  Duration late_;
+  std::mt19937& random_;
+  Manner& manner_;
+  Instant asked_until_{};
+  Instant said_until_{};
+};
+
+TEST_P(LateRun, NeitherIsOneAmongOthersInTime) {
+  constexpr int kSteps = 24;
+  for (int step = 1; step <= kSteps; ++step) {
+    std::mt19937 random(static_cast<unsigned>(step));
+    Rig rig(GetParam());
+    rig.LearnTruth();
+    rig.Watch();
+    const Duration late = LatenessOf(rig.device(0), GetParam()).most * step / kSteps;
+    MoodyDevice moody(rig, 0, late, random);
+    rig->RunFor(3min);
+    EXPECT_EQ(rig.wrong(), 0U) << "late by " << FormatDuration(late);
+    EXPECT_GT(rig->StatusOf(0).Count(Outcome::ok), 20U);
+    EXPECT_EQ(rig->StatusOf(1).Count(Outcome::no_reply), 0U) << "the neighbour is in time";
+    if (HasFailure()) return;
+  }
+}
+
+TEST_P(LateRun, NorAreBothOfTwo) {
+  constexpr int kSteps = 24;
+  for (int step = 1; step <= kSteps; ++step) {
+    std::mt19937 random(static_cast<unsigned>(step));
+    Rig rig(GetParam());
+    rig.LearnTruth();
+    rig.Watch();
+    const Duration late = LatenessOf(rig.device(0), GetParam()).most * step / kSteps;
+    MoodyDevice first(rig, 0, late, random);
+    MoodyDevice second(rig, 1, late, random);
+    rig->RunFor(3min);
+    EXPECT_EQ(rig.wrong(), 0U) << "late by " << FormatDuration(late);
+    EXPECT_GT(rig->StatusOf(0).Count(Outcome::ok), 20U);
+    if (HasFailure()) return;
+  }
+}
+
+/// The worst case of late answers: numbers without any tag, eight queries of one shape, two
+/// modules.
+Setup SingleChannels() {
+  Setup setup = RealLine("Dcon115200");
+  setup.name = "DconSingleChannels";
+  return setup;
+}
+
+INSTANTIATE_TEST_SUITE_P(Real, LateRun, ::testing::ValuesIn(RealLines()), SetupName);
+
+TEST(LateSingleChannels, UntaggedNumbersAreNeverMixedUp) {
+  for (int step = 1; step <= 20; ++step) {
+    Rig rig(SingleChannels(), [](config::Line& line) {
+      for (config::Device& device : line.devices) {
+        for (std::size_t i = 0; i < device.points.size(); ++i)
+          device.points[i].read = "#" + std::to_string(i);
+      }
+    });
+    rig.LearnTruth();
+    rig.Watch();
+    const Duration late = step * 52ms;  // reply 1 s, ceiling 1.05 s
+    for (std::uint32_t device = 0; device < rig.devices(); ++device)
+      rig->twin(device).manner.think = late;
+    rig->RunFor(1min);
+    EXPECT_EQ(rig.wrong(), 0U) << "late by " << FormatDuration(late);
+    rig->twin(0).manner.think = rig->twin(1).manner.think = 5ms;
+    EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(); }, 3min));
+    EXPECT_EQ(rig.wrong(), 0U) << "late by " << FormatDuration(late);
+    if (::testing::Test::HasFailure()) return;
+  }
+}
+
+}  // namespace
+}  // namespace baudgate
