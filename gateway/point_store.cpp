@@ -58,6 +58,19 @@ std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Ins
   return now - *read_at;
 }
 
+std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point, Instant now) {
+  if (record.override_quality != Override::none) return std::nullopt;
+  const PointRecord& held = record.points[point];
+  if (!held.read_at || IsBad(held.reported)) return std::nullopt;
+  const AgeLimits& limits = LimitsAt(record, point);
+  for (const Duration limit : {limits.max_age, limits.dead_age}) {
+    if (limit == Duration::max()) continue;
+    const Instant due = *held.read_at + limit + 1ns;
+    if (due > now) return due;
+  }
+  return std::nullopt;
+}
+
 PointStore::PointStore(const config::Config& config) {
   for (const config::Line& line : config.lines) {
     for (const config::Device& device : line.devices) {
@@ -90,6 +103,7 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
   changed.reserve(samples.size());
   {
     const std::lock_guard lock(entry.mutex);
+    ++entry.record.version;
     for (const Sample& sample : samples) {
       PointRecord& held = entry.record.points[sample.point];
       // Under a bad quality the value is not one: the last good one stays.
@@ -113,6 +127,7 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
     const std::lock_guard lock(entry.mutex);
     if (entry.record.override_quality == why) return;
     entry.record.override_quality = why;
+    ++entry.record.version;
     // An override has one quality at any age; when it ends, age decides again: the next Age looks.
     if (why != Override::none) {
       for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
@@ -130,9 +145,11 @@ void PointStore::SetLineCycle(std::uint32_t device, Duration cycle) {
   Entry& entry = *devices_[device];
   const std::lock_guard lock(entry.mutex);
   const AgeLimits& fast = entry.record.age_limits[static_cast<std::size_t>(config::Group::fast)];
-  const Duration before = fast.max_age;
+  const auto before = entry.record.age_limits;
+  const Duration fast_before = fast.max_age;
   SetLimits(entry.record, cycle);
-  if (fast.max_age < before) entry.next_ageing = Instant::min();  // ages sooner now
+  if (entry.record.age_limits != before) ++entry.record.version;
+  if (fast.max_age < fast_before) entry.next_ageing = Instant::min();  // ages sooner now
 }
 
 void PointStore::UpdateStatus(std::uint32_t device,
@@ -177,17 +194,8 @@ void PointStore::Announce(std::uint32_t device, std::span<const std::uint32_t> p
 }
 
 void PointStore::ScheduleAgeing(Entry& entry, std::size_t point, Instant now) {
-  const PointRecord& held = entry.record.points[point];
-  if (!held.read_at || IsBad(held.reported)) return;
-  const AgeLimits& limits = LimitsAt(entry.record, point);
-  for (const Duration limit : {limits.max_age, limits.dead_age}) {
-    if (limit == Duration::max()) continue;
-    const Instant due = *held.read_at + limit + 1ns;
-    if (due > now) {
-      entry.next_ageing = std::min(entry.next_ageing, due);
-      return;
-    }
-  }
+  const auto due = NextAgeing(entry.record, point, now);
+  if (due) entry.next_ageing = std::min(entry.next_ageing, *due);
 }
 
 }  // namespace baudgate

@@ -43,6 +43,8 @@ struct PointRecord {
 struct AgeLimits {
   Duration max_age = Duration::max();
   Duration dead_age = Duration::max();
+
+  bool operator==(const AgeLimits&) const = default;
 };
 
 /// Why all values of a device are out of order, whatever their age; none = they are not.
@@ -55,6 +57,8 @@ struct DeviceRecord {
   DeviceStatus status;
   Override override_quality = Override::none;
   std::array<AgeLimits, 3> age_limits;  ///< by config::Group
+  /// Raised with every reading, override and age limit: while it stays, only age changes a quality.
+  std::uint64_t version = 0;
 };
 
 /// Design section 5, in its order of precedence: out of service, line down, device offline, never
@@ -63,6 +67,9 @@ Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now);
 
 /// Since the reading; nothing before the first.
 std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now);
+
+/// When mere age changes the point's quality next, seen from `now`; nothing when it never does.
+std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point, Instant now);
 
 class PointStore {
  public:

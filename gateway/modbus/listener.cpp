@@ -48,7 +48,12 @@ std::string Explain(const asio::error_code& error) {
 }  // namespace
 
 Listener::Listener(asio::io_context& io, const config::Listener& listener, Service& service)
-    : acceptor_(io), retry_(io), sweep_(io), listener_(listener), service_(service) {
+    : acceptor_(io),
+      clients_(std::make_shared<ClientPoll>(io)),
+      retry_(io),
+      sweep_(io),
+      listener_(listener),
+      service_(service) {
   const Duration shortest =
       std::min({listener.idle_timeout, service.limits().write_deadline, service.limits().stall});
   sweep_period_ = std::clamp<Duration>(shortest / 4, 10ms, 250ms);
@@ -65,6 +70,8 @@ Status Listener::Open() {
   }
   const Status bound = Bind(found.begin()->endpoint());
   if (!bound) return bound;
+  const Status clients = clients_->Open();
+  if (!clients) return clients;
   port_ = acceptor_.local_endpoint(failed).port();
   Accept();
   Sweep();
@@ -93,6 +100,7 @@ void Listener::Stop() {
   sweep_.cancel();
   const auto sessions = std::exchange(sessions_, {});
   for (const auto& [key, session] : sessions) session->Close();
+  clients_->Close();
 }
 
 void Listener::Accept() {
@@ -126,6 +134,13 @@ void Listener::Welcome(tcp::socket socket) {
   if (sessions_.size() >= static_cast<std::size_t>(std::max(listener_.max_clients, 1))) {
     return Refuse(name, "max_clients are connected already");
   }
+  asio::error_code failed;
+  socket.set_option(tcp::no_delay(true), failed);
+  socket.set_option(asio::socket_base::keep_alive(true), failed);
+  socket.non_blocking(true, failed);
+  if (failed) return;
+  const int owned = socket.release(failed);
+  if (failed) return;
   LiveCounters& counters = service_.counters();
   LiveCounters::Add(counters.accepted);
   counters.clients.fetch_add(1, std::memory_order_relaxed);
@@ -133,7 +148,7 @@ void Listener::Welcome(tcp::socket socket) {
     service_.counters().clients.fetch_sub(1, std::memory_order_relaxed);
     sessions_.erase(&session);
   };
-  auto session = std::make_shared<ModbusSession>(std::move(socket), listener_, service_, name,
+  auto session = std::make_shared<ModbusSession>(owned, *clients_, listener_, service_, name,
                                                  ReadClocks().instant, closed);
   sessions_.emplace(session.get(), session);
   session->Start();

@@ -12,6 +12,7 @@
 #include "config/config.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
+#include "gateway/modbus/client_poll.h"
 #include "gateway/modbus/service.h"
 #include "gateway/modbus/session.h"
 
@@ -36,6 +37,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   void Sweep();
 
   asio::ip::tcp::acceptor acceptor_;
+  std::shared_ptr<ClientPoll> clients_;
   asio::steady_timer retry_;
   asio::steady_timer sweep_;
   const config::Listener& listener_;

@@ -29,6 +29,10 @@ Service::Service(const config::Config& config, const PointStore& store, CommandS
                  std::function<GatewayInfo()> info, ModbusLimits limits)
     : store_(store), sink_(sink), info_(std::move(info)), limits_(limits), map_(config) {
   pieces_.reserve(kMaxReadBits);
+  for (std::size_t id = 0; id < images_.size(); ++id) {
+    const UnitMap& unit = map_.unit(static_cast<std::uint8_t>(id));
+    if (unit.kind == UnitMap::Kind::device) images_[id] = std::make_unique<RegisterImage>(unit);
+  }
 }
 
 ExceptionCode Service::Check(View frame, bool may_write, ModbusRequest& request) const {
@@ -38,11 +42,34 @@ ExceptionCode Service::Check(View frame, bool may_write, ModbusRequest& request)
 }
 
 ExceptionCode Service::Read(const ModbusRequest& request, Instant now) {
+  if (const auto answer = ReadImage(request, now)) return *answer;
   const UnitMap& unit = map_.unit(request.unit);
   const auto exception = PlanRead(unit, request.table(), request.start, request.count, pieces_);
   if (exception != ExceptionCode::none) return exception;
-  if (unit.kind == UnitMap::Kind::gateway) return ReadGateway(request);
+  return unit.kind == UnitMap::Kind::gateway ? ReadGateway(request)
+                                             : ReadRecord(request, unit, now);
+}
 
+std::optional<ExceptionCode> Service::ReadImage(const ModbusRequest& request, Instant now) {
+  RegisterImage* const image = images_[request.unit].get();
+  if (image == nullptr) return std::nullopt;
+  const auto place = image->Find(request.table(), request.start, request.count);
+  if (!place) return std::nullopt;
+  struct Look {
+    RegisterImage& image;
+    std::size_t count;
+    Instant now;
+    bool fresh = false;
+  } look{*image, request.count, now};
+  store_.Read(map_.unit(request.unit).device, [&look](const DeviceRecord& record) {
+    look.fresh = look.image.Refresh(record, look.now, look.count);
+  });
+  if (!look.fresh) return std::nullopt;
+  return place->table == config::Table::bits ? image->Copy(*place, responder_.bits())
+                                             : image->Copy(*place, responder_.registers());
+}
+
+ExceptionCode Service::ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now) {
   struct Look {
     Service& service;
     const ModbusRequest& request;

@@ -5,9 +5,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "config/config.h"
@@ -15,6 +17,7 @@
 #include "gateway/modbus/device_image.h"
 #include "gateway/modbus/folded_log.h"
 #include "gateway/modbus/inbox.h"
+#include "gateway/modbus/register_image.h"
 #include "gateway/modbus/register_map.h"
 #include "gateway/modbus/request.h"
 #include "gateway/modbus/responder.h"
@@ -71,6 +74,9 @@ class Service {
   const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
 
  private:
+  /// From the unit's image, when it has the whole request and is fresh or due to be made anew.
+  std::optional<ExceptionCode> ReadImage(const ModbusRequest& request, Instant now);
+  ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);
   ExceptionCode ReadGateway(const ModbusRequest& request);
 
   const PointStore& store_;
@@ -78,6 +84,7 @@ class Service {
   std::function<GatewayInfo()> info_;
   ModbusLimits limits_;
   RegisterMap map_;
+  std::array<std::unique_ptr<RegisterImage>, 256> images_;  ///< by unit; none where no device is
   Responder responder_;
   LiveCounters counters_;
   FoldedLog log_;

@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/session.h"
 
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <algorithm>
-#include <asio/buffer.hpp>
-#include <asio/post.hpp>
-#include <asio/write.hpp>
+#include <cerrno>
 #include <utility>
 
 namespace baudgate::modbus {
@@ -18,79 +19,86 @@ constexpr std::size_t kMaxPending = 16;
 
 }  // namespace
 
-ModbusSession::ModbusSession(asio::ip::tcp::socket socket, const config::Listener& listener,
+ModbusSession::ModbusSession(int socket, ClientPoll& clients, const config::Listener& listener,
                              Service& service, std::string peer, Instant now,
                              std::function<void(ModbusSession&)> closed)
-    : socket_(std::move(socket)),
+    : socket_(socket),
+      clients_(clients),
       listener_(listener),
       service_(service),
       peer_(std::move(peer)),
       on_closed_(std::move(closed)),
       last_frame_(now),
-      sending_since_(now) {}
+      blocked_since_(now) {}
+
+ModbusSession::~ModbusSession() { Release(); }
 
 void ModbusSession::Start() {
-  asio::error_code ignored;
-  socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
-  socket_.set_option(asio::socket_base::keep_alive(true), ignored);
-  asio::error_code failed;
-  socket_.non_blocking(true, failed);
-  if (failed) return Close();
-  Read();
+  watched_ = EPOLLIN;
+  if (!clients_.Add(socket_, *this, watched_)) Close();
+}
+
+void ModbusSession::Release() {
+  if (socket_ < 0) return;
+  clients_.Remove(socket_, *this);
+  ::close(std::exchange(socket_, -1));
 }
 
 void ModbusSession::Close() {
   if (closed_) return;
   closed_ = true;
-  asio::error_code ignored;
-  socket_.close(ignored);
+  Release();
   pending_.clear();
   on_closed_(*this);
 }
 
-void ModbusSession::Read() {
-  reading_ = true;
-  // Waiting first and reading once saves the read that asio would try in vain after every answer.
-  socket_.async_wait(asio::socket_base::wait_read,
-                     [self = shared_from_this()](const asio::error_code& failed) {
-                       self->reading_ = false;
-                       if (self->closed_) return;
-                       if (failed) return self->Close();
-                       self->Receive();
-                     });
+void ModbusSession::OnEvents(std::uint32_t events) {
+  const auto self = shared_from_this();
+  // Not read to its end now, because it is paced; but whatever it says, no answer can reach it.
+  if ((events & (EPOLLERR | EPOLLHUP)) != 0 && (watched_ & EPOLLIN) == 0) return Close();
+  if (!blocked_) return Receive();
+  Flush();
+  Continue();
+}
+
+void ModbusSession::Watch(std::uint32_t events) {
+  if (watched_ == events) return;
+  watched_ = events;
+  if (!clients_.Change(socket_, *this, events)) Close();
 }
 
 void ModbusSession::Receive() {
   const auto space = assembler_.Space();
-  asio::error_code failed;
-  const std::size_t count = socket_.read_some(asio::buffer(space.data(), space.size()), failed);
-  if (failed == asio::error::would_block) return Read();
-  if (failed) return Close();
-  assembler_.Commit(count);
-  if (sending_.empty()) Turn();
+  const ssize_t count = ::recv(socket_, space.data(), space.size(), 0);
+  if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return;
+  if (count <= 0) return Close();
+  assembler_.Commit(static_cast<std::size_t>(count));
+  Turn();
 }
 
 void ModbusSession::Turn() {
-  const Instant now = ReadClocks().instant;
-  for (int i = 0; i < kFramesPerTurn && !closed_ && sending_.empty(); ++i) {
+  const Instant now = std::chrono::steady_clock::now();
+  for (int i = 0; i < kFramesPerTurn && !closed_ && !blocked_; ++i) {
     View frame;
     const auto state = assembler_.Take(frame);
     if (state == MbapAssembler::State::need_more) break;
     if (state == MbapAssembler::State::malformed) return CloseMalformed(now);
     Handle(frame, now);
   }
-  if (closed_) return;
   Flush();
   Continue();
 }
 
 void ModbusSession::Continue() {
-  if (closed_ || reading_ || turn_posted_ || !sending_.empty()) return;
-  if (assembler_.Peek() == MbapAssembler::State::need_more) return Read();
+  if (closed_) return;
+  if (blocked_) return Watch(EPOLLOUT);
+  if (assembler_.Peek() == MbapAssembler::State::need_more) return Watch(EPOLLIN);
+  Watch(0);
+  if (closed_ || turn_posted_) return;
   turn_posted_ = true;
-  asio::post(socket_.get_executor(), [self = shared_from_this()] {
+  clients_.Post([self = shared_from_this()] {
     self->turn_posted_ = false;
-    if (!self->closed_ && self->sending_.empty()) self->Turn();
+    if (!self->closed_ && !self->blocked_) self->Turn();
   });
 }
 
@@ -142,13 +150,14 @@ void ModbusSession::FinishWrite(std::uint64_t id, Outcome outcome) {
     Refuse(frame, exception);
   }
   Flush();
+  Continue();
 }
 
 void ModbusSession::Answer(const ModbusRequest& request) {
   Responder& responder = service_.responder();
   const bool alone = assembler_.Peek() == MbapAssembler::State::need_more;
-  if (alone && out_.empty() && sending_.empty()) {
-    switch (responder.Send(request, socket_.native_handle())) {
+  if (alone && out_.empty()) {
+    switch (responder.Send(request, socket_)) {
       case Responder::Sent::whole:
         return;
       case Responder::Sent::would_block:
@@ -169,29 +178,21 @@ void ModbusSession::Refuse(View frame, ExceptionCode exception) {
 }
 
 void ModbusSession::Flush() {
-  if (closed_ || out_.empty() || !sending_.empty()) return;
-  asio::error_code failed;
-  const std::size_t sent = socket_.write_some(asio::buffer(out_), failed);
-  if (failed && failed != asio::error::would_block) return Close();
-  out_.erase(out_.begin(), out_.begin() + static_cast<std::ptrdiff_t>(failed ? 0 : sent));
-  if (out_.empty()) return;
-  std::swap(out_, sending_);
-  sending_since_ = ReadClocks().instant;
-  asio::async_write(socket_, asio::buffer(sending_),
-                    [self = shared_from_this()](const asio::error_code& error, std::size_t) {
-                      if (self->closed_) return;
-                      if (error) return self->Close();
-                      self->sending_.clear();
-                      self->Flush();
-                      self->Continue();
-                    });
+  if (closed_) return;
+  if (!out_.empty()) {
+    const ssize_t sent = ::send(socket_, out_.data(), out_.size(), MSG_NOSIGNAL);
+    if (sent < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) return Close();
+    out_.erase(out_.begin(), out_.begin() + std::max<ssize_t>(sent, 0));
+  }
+  if (!blocked_ && !out_.empty()) blocked_since_ = std::chrono::steady_clock::now();
+  blocked_ = !out_.empty();
 }
 
 void ModbusSession::Sweep(Instant now) {
-  if (!sending_.empty() && now - sending_since_ > service_.limits().stall) {
+  if (blocked_ && now - blocked_since_ > service_.limits().stall) {
     return CloseStalled(now, "it does not read its answers");
   }
-  if (sending_.empty() && pending_.empty() && now - last_frame_ > listener_.idle_timeout) {
+  if (!blocked_ && pending_.empty() && now - last_frame_ > listener_.idle_timeout) {
     LiveCounters::Add(service_.counters().idle);
     return Close();
   }

@@ -5,7 +5,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <asio/ip/tcp.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -16,18 +15,23 @@
 #include "config/config.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
+#include "gateway/modbus/client_poll.h"
 #include "gateway/modbus/mbap.h"
 #include "gateway/modbus/request.h"
 #include "gateway/modbus/service.h"
 
 namespace baudgate::modbus {
 
-class ModbusSession : public std::enable_shared_from_this<ModbusSession> {
+class ModbusSession final : public ClientPoll::Client,
+                            public std::enable_shared_from_this<ModbusSession> {
  public:
-  /// `closed` is called once, at the end. Listener and service outlive every session that is not
-  /// closed.
-  ModbusSession(asio::ip::tcp::socket socket, const config::Listener& listener, Service& service,
+  /// Owns `socket`, which is connected and non-blocking. `closed` is called once, at the end.
+  /// Clients, listener and service outlive every session that is not closed.
+  ModbusSession(int socket, ClientPoll& clients, const config::Listener& listener, Service& service,
                 std::string peer, Instant now, std::function<void(ModbusSession&)> closed);
+  ~ModbusSession();
+  ModbusSession(const ModbusSession&) = delete;
+  ModbusSession& operator=(const ModbusSession&) = delete;
 
   void Start();
   void Close();
@@ -42,7 +46,9 @@ class ModbusSession : public std::enable_shared_from_this<ModbusSession> {
     Bytes frame;
   };
 
-  void Read();
+  void OnEvents(std::uint32_t events) override;
+  void Watch(std::uint32_t events);
+  void Release();
   void Receive();
   /// Answers the frames at hand, at most a few.
   void Turn();
@@ -57,19 +63,20 @@ class ModbusSession : public std::enable_shared_from_this<ModbusSession> {
   void CloseMalformed(Instant now);
   void CloseStalled(Instant now, std::string_view why);
 
-  asio::ip::tcp::socket socket_;
+  int socket_;
+  ClientPoll& clients_;
   const config::Listener& listener_;
   Service& service_;
   std::string peer_;
   std::function<void(ModbusSession&)> on_closed_;
   MbapAssembler assembler_;
-  Bytes out_;      ///< answers that no write has been started for
-  Bytes sending_;  ///< in the hands of an asynchronous write
+  Bytes out_;             ///< answers that are not sent yet
+  bool blocked_ = false;  ///< the client's buffers are full: nothing is read or answered
   std::vector<Pending> pending_;
   std::uint64_t next_id_ = 0;
   Instant last_frame_;
-  Instant sending_since_;
-  bool reading_ = false;
+  Instant blocked_since_;
+  std::uint32_t watched_ = 0;  ///< events that the poll knows of
   bool turn_posted_ = false;
   bool closed_ = false;
 };
