@@ -60,7 +60,7 @@ TEST_F(Cli, WrongWordsAreWrongUsage) {
     EXPECT_THAT(wrong.errors, Not(IsEmpty())) << ::testing::PrintToString(words);
     EXPECT_THAT(wrong.output, IsEmpty()) << ::testing::PrintToString(words);
   }
-  EXPECT_THAT(Command({"wach"}).errors, HasSubstr("did you mean 'watch'"));
+  EXPECT_THAT(Command({"simulat"}).errors, HasSubstr("did you mean 'simulate'"));
   EXPECT_EQ(Command({"--help"}).code, 0);
   EXPECT_THAT(Command({"--version"}).output, StartsWith("baudgate "));
 }
