@@ -1,5 +1,5 @@
-// The composition root: makes store, lines and outputs out of a configuration, starts and stops them in
-// the right order, and carries writes from outputs to lines.
+// The composition root: makes store, lines and outputs out of a configuration, starts and stops
+// them in the right order, and carries writes from outputs to lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,6 @@
 // When a lost port is tried again: at once where its device file has just appeared, else in growing
-// steps with jitter, so that many lines behind one dead server do not knock in step. The sixth of the
-// named times. Time is an argument.
+// steps with jitter, so that many lines behind one dead server do not knock in step. The sixth of
+// the named times. Time is an argument.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

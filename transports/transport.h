@@ -21,8 +21,8 @@ class TransportListener {
   /// Open did not succeed; the transport is closed again. `reason` is a sentence for the log that
   /// says what to do: "no such port /dev/ttyUSB7; is the adapter plugged in?".
   virtual void OnOpenFailed(const std::string& reason) = 0;
-  /// A character that came with a parity or framing error is 0xFF here: no protocol of ours takes it
-  /// for anything, and dropping it would make a shorter number of an unchecked one.
+  /// A character that came with a parity or framing error is 0xFF here: no protocol of ours takes
+  /// it for anything, and dropping it would make a shorter number of an unchecked one.
   virtual void OnBytes(View bytes) = 0;
   /// The port or connection is gone (unplugged, hung up, reset); the transport has closed itself.
   virtual void OnLost(const std::string& reason) = 0;
@@ -38,8 +38,8 @@ struct PortCounters {
 class Transport {
  public:
   virtual ~Transport() = default;
-  /// Ends in exactly one OnOpened or OnOpenFailed, unless Close comes first. Bytes that the port held
-  /// before are dropped.
+  /// Ends in exactly one OnOpened or OnOpenFailed, unless Close comes first. Bytes that the port
+  /// held before are dropped.
   virtual void Open() = 0;
   /// At once and without a callback; a driver that takes long to close does so elsewhere.
   virtual void Close() = 0;
@@ -54,7 +54,8 @@ class Transport {
   virtual std::string Describe() const = 0;
 };
 
-/// By the form of line.port (the io_context outlives the transport): "tcp://host:port" is a serial server; everything else is a tty or pty.
+/// By the form of line.port (the io_context outlives the transport): "tcp://host:port" is a serial
+/// server; everything else is a tty or pty.
 std::unique_ptr<Transport> MakeTransport(const config::Line& line, asio::io_context& io,
                                          TransportListener& listener);
 

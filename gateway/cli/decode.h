@@ -1,5 +1,6 @@
-// `baudgate decode`: says what captured exchanges mean, with the same rules and codecs as the daemon.
-// Reads lines "> hex" (request) and "< hex" (reply, or pieces of it); everything else is a comment.
+// `baudgate decode`: says what captured exchanges mean, with the same rules and codecs as the
+// daemon. Reads lines "> hex" (request) and "< hex" (reply, or pieces of it); everything else is a
+// comment.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,8 +19,8 @@ struct DecodeOptions {
   std::vector<std::string> set;  ///< device options, "key=value"
 };
 
-/// One JSON object a line for each exchange: outcome, reason, values. Exit codes: 0 done (whatever the
-/// outcomes), 2 a line of the input is no hex, 3 no such protocol, profile or option.
+/// One JSON object a line for each exchange: outcome, reason, values. Exit codes: 0 done (whatever
+/// the outcomes), 2 a line of the input is no hex, 3 no such protocol, profile or option.
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err);
 

@@ -1,5 +1,5 @@
-// `baudgate demo`: twins of all shipped device types on ptys, the gateway that polls them, and a live
-// table of what it reads: everything at work without any hardware.
+// `baudgate demo`: twins of all shipped device types on ptys, the gateway that polls them, and a
+// live table of what it reads: everything at work without any hardware.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

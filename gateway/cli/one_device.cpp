@@ -43,8 +43,8 @@ Result<config::Config> MakeOneDevice(const OneDevice& wanted, const config::Cata
   for (const std::string& setting : wanted.set) {
     const auto equals = setting.find('=');
     if (equals == std::string::npos) return Error{"--set '" + setting + "': write key=value"};
-    // Unquoted, because the loader tells true from "true"; a new line could only add keys, and those
-    // are checked like all others.
+    // Unquoted, because the loader tells true from "true"; a new line could only add keys, and
+    // those are checked like all others.
     yaml += fmt::format("        {}: {}\n", setting.substr(0, equals), setting.substr(equals + 1));
   }
   const config::Loaded loaded = config::LoadText(yaml, "command line", catalog);

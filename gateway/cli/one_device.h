@@ -1,5 +1,5 @@
-// A configuration of one device out of a profile and a few words of the command line, checked by the
-// loader like any file: for `simulate` and `decode`.
+// A configuration of one device out of a profile and a few words of the command line, checked by
+// the loader like any file: for `simulate` and `decode`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@ struct OneDevice {
   std::string protocol;  ///< empty: the one whose profile it is
   std::string profile;   ///< empty: no points
   std::string address;
-  std::string serial;    ///< empty: the protocol's default
+  std::string serial;            ///< empty: the protocol's default
   std::vector<std::string> set;  ///< "key=value"
 };
 

@@ -20,7 +20,8 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task, const confi
     Reset();
     if (password_refused_) {
       return Error{
-          "the device refused the password; it is not sent again, because a few wrong ones lock the "
+          "the device refused the password; it is not sent again, because a few wrong ones lock "
+          "the "
           "device: correct `password` and restart"};
     }
     point_ = task.point;

@@ -31,8 +31,9 @@ class WriteSession {
   /// The exchange failed, be it in silence or after OnAnswer had called its frame no good.
   Then OnFailure(Outcome outcome);
 
-  /// Forgets the task in hand. A refused password stays refused: it is wrong until the configuration
-  /// changes, and a device that comes and goes must not add up the attempts that lock it.
+  /// Forgets the task in hand. A refused password stays refused: it is wrong until the
+  /// configuration changes, and a device that comes and goes must not add up the attempts that lock
+  /// it.
   void Reset();
 
  private:

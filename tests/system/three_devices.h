@@ -53,7 +53,8 @@ class ThreeDevices : public Station {
                 "serial: 38400 7E1") +
            Line("io", "dcon", "address: 1, profile: module, unit: 11, poll: 200ms",
                 "serial: 115200 8N1") +
-           Line("meter", "set4tm", "address: 200, profile: meter, unit: 21, poll: 300ms, max_age: 30s",
+           Line("meter", "set4tm",
+                "address: 200, profile: meter, unit: 21, poll: 300ms, max_age: 30s",
                 "serial: 115200 8O1");
   }
 
