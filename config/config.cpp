@@ -1,7 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/config.h"
 
+#include <algorithm>
+#include <limits>
+
 namespace baudgate::config {
+namespace {
+
+template <typename T>
+constexpr IntegerRange RangeOf() {
+  return {static_cast<std::int64_t>(std::numeric_limits<T>::min()),
+          static_cast<std::uint64_t>(std::numeric_limits<T>::max())};
+}
+
+}  // namespace
 
 std::string Mark::ToString() const {
   return file + ":" + std::to_string(line) + ":" + std::to_string(column);
@@ -20,6 +32,24 @@ Timing Merge(const Timing& first, const Timing& second) {
   if (!merged.gap) merged.gap = second.gap;
   if (!merged.ceiling) merged.ceiling = second.ceiling;
   if (!merged.drain) merged.drain = second.drain;
+  return merged;
+}
+
+Timing Resolve(const Timing& given, const Timing& fallback) {
+  Timing timing = Merge(given, fallback);
+  if (given.reply && !given.ceiling) {
+    timing.ceiling = *fallback.ceiling + *given.reply - *fallback.reply;
+  }
+  timing.ceiling = std::max(*timing.ceiling, *timing.reply + *timing.gap);
+  return timing;
+}
+
+Pace Merge(const Pace& first, const Pace& second) {
+  Pace merged = first;
+  merged.timing = Merge(first.timing, second.timing);
+  if (!merged.retries) merged.retries = second.retries;
+  if (!merged.poll) merged.poll = second.poll;
+  if (!merged.slow) merged.slow = second.slow;
   return merged;
 }
 
@@ -105,6 +135,34 @@ std::size_t RegisterCount(const Point& point) {
       return (point.text_length + 1) / 2;
   }
   return 1;
+}
+
+bool IntegerRange::Contains(double whole) const {
+  return whole >= static_cast<double>(lowest) && whole < static_cast<double>(highest) + 1;
+}
+
+IntegerRange RangeOf(Type type) {
+  switch (type) {
+    case Type::boolean:
+      return {0, 1};
+    case Type::int16:
+      return RangeOf<std::int16_t>();
+    case Type::uint16:
+      return RangeOf<std::uint16_t>();
+    case Type::int32:
+      return RangeOf<std::int32_t>();
+    case Type::uint32:
+      return RangeOf<std::uint32_t>();
+    case Type::int64:
+      return RangeOf<std::int64_t>();
+    case Type::uint64:
+      return RangeOf<std::uint64_t>();
+    case Type::float32:
+    case Type::float64:
+    case Type::string:
+      break;
+  }
+  return {};
 }
 
 }  // namespace baudgate::config

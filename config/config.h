@@ -160,6 +160,22 @@ struct Timing {
 /// `first` wins where it says something, else `second`.
 Timing Merge(const Timing& first, const Timing& second);
 
+/// What a device is really timed with: `given` over `fallback`, which has every field. Who allows
+/// more time to begin a reply but does not say how long the whole exchange may take, lengthens that
+/// alike; and it is never shorter than reply and gap.
+Timing Resolve(const Timing& given, const Timing& fallback);
+
+/// What gateway, line, profile and device may each say about times. Nothing = decided one level up.
+struct Pace {
+  Timing timing;
+  std::optional<int> retries;
+  std::optional<Duration> poll;
+  std::optional<Duration> slow;
+};
+
+/// Key by key: `first` wins where it says something, else `second`.
+Pace Merge(const Pace& first, const Pace& second);
+
 enum class Echo : std::uint8_t { off, strip, verify };
 enum class OnBad : std::uint8_t { exception, hold, nan };
 /// Order of the bytes of a 32-bit value 0xAABBCCDD in two registers; 64-bit values alike.
@@ -179,7 +195,7 @@ struct Device {
   std::optional<Duration> dead_age;         ///< nothing: 3 x max_age
   OnBad on_bad = OnBad::exception;
   WordOrder word_order = WordOrder::abcd;
-  std::optional<int> retries;  ///< nothing: the line's
+  std::optional<int> retries;  ///< device before profile; nothing: the line's
   Timing timing;               ///< device before profile; the line's and the protocol's come below
   std::optional<SerialSettings> serial;  ///< where the bus is switched for this device
   Options options;                       ///< the protocol's own
@@ -192,8 +208,8 @@ struct Line {
   std::string port;  ///< /dev/…, a pty's path, or tcp://host:port
   SerialSettings serial;
   std::string protocol;
-  Timing timing;
-  int retries = 2;
+  Timing timing;    ///< line before gateway
+  int retries = 2;  ///< of exchanges that may be repeated
   Echo echo = Echo::off;
   Options options;
   std::vector<Device> devices;
@@ -237,6 +253,8 @@ struct Dds {
 
 struct Config {
   std::string name = "baudgate";  ///< gateway.name: the key of every DDS sample
+  std::string recordings;         ///< folder of the flight recorder's files; empty = not given
+  std::string socket;             ///< path of the local control socket; empty = not given
   Modbus modbus;
   Dds dds;
   std::vector<Line> lines;
@@ -247,10 +265,7 @@ struct Profile {
   std::string name;
   std::string protocol;
   std::string title;
-  Timing timing;
-  std::optional<int> retries;
-  std::optional<Duration> poll;
-  std::optional<Duration> slow;
+  Pace pace;
   std::optional<WordOrder> word_order;
   Options options;  ///< only those that the profile sets
   std::vector<Point> points;
@@ -265,5 +280,17 @@ std::string_view Name(WordOrder order);  ///< "ABCD"
 
 /// Registers that a point takes in the register tables; 1 for a bit.
 std::size_t RegisterCount(const Point& point);
+
+/// Smallest and largest value of an integer type.
+struct IntegerRange {
+  std::int64_t lowest = 0;
+  std::uint64_t highest = 0;
+
+  /// For whole numbers; exact where `highest` itself has no double.
+  bool Contains(double whole) const;
+};
+
+/// bool counts as 0…1; types that are no integers have only 0.
+IntegerRange RangeOf(Type type);
 
 }  // namespace baudgate::config

@@ -17,20 +17,6 @@ constexpr std::size_t kMostPointsOfAll = 100'000;
 constexpr std::array<Word<OnBad>, 3> kOnBad = {
     {{"exception", OnBad::exception}, {"hold", OnBad::hold}, {"nan", OnBad::nan}}};
 
-void ReadName(MapReader& map, Device& device, LoadContext& context) {
-  const auto node = map.Need("name", "feeder-1");
-  if (!node) return;
-  const auto name = ReadText(*node, "name", context.problems);
-  if (!name) return;
-  if (const Status status = CheckName(*name); !status) {
-    context.problems.Error(node->mark(), "name: " + status.error());
-    return;
-  }
-  device.name = *name;
-  map.Rename("device '" + device.name + "'");
-  context.uniques.Device(device.name, node->mark());
-}
-
 void ReadAddress(MapReader& map, const Line& line, const Protocol* protocol, Device& device) {
   const auto node = map.Need("address", "1");
   if (!node) return;
@@ -78,17 +64,16 @@ const RawProfile* FindProfile(MapReader& map, const Protocol* protocol, Device& 
   return &context.profiles.emplace(key, std::move(profile)).first->second;
 }
 
-void ReadTimes(MapReader& map, const Profile& profile, Device& device, Problems& problems) {
-  Assign(device.poll, profile.poll);
-  Assign(device.poll, ReadPoll(map));
-  Assign(device.slow, profile.slow);
-  Assign(device.slow, ReadSlow(map));
+// The line's timing and retries stay with the line, for its devices to fall back on.
+void ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device& device) {
+  const Pace own = Merge(ReadPace(map), profile.pace);
+  device.timing = own.timing;
+  device.retries = own.retries;
+  const Pace all = Merge(own, line);
+  Assign(device.poll, all.poll);
+  Assign(device.slow, all.slow);
   device.max_age = map.Time("max_age", 10ms, std::chrono::hours(24 * 30));
   device.dead_age = map.Time("dead_age", 10ms, std::chrono::hours(24 * 90));
-  device.retries = ReadRetries(map);
-  if (!device.retries) device.retries = profile.retries;
-  if (const auto timing = map.Get("timing")) device.timing = ReadTiming(*timing, problems);
-  device.timing = Merge(device.timing, profile.timing);
 }
 
 void ReadModbusSide(MapReader& map, const Profile& profile, Device& device, LoadContext& context) {
@@ -138,31 +123,38 @@ const Protocol* ReadProtocol(const YamlNode& node, LoadContext& context) {
   return nullptr;
 }
 
-Device ReadDevice(const YamlNode& node, const Line& line, const Options& line_options,
-                  const Protocol* line_protocol, LoadContext& context) {
+Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& context) {
   Device device;
   device.mark = node.mark();
   MapReader map(node, "device", context.problems);
   if (node.kind() != YamlNode::Kind::map) return device;
-  ReadName(map, device, context);
-  const Protocol* protocol = line_protocol;
+  if (const auto name = ReadName(map, "feeder-1")) {
+    device.name = *name;
+    context.uniques.Device(device.name, map.MarkOf("name"));
+  }
+  const Protocol* protocol = of.protocol;
   if (const auto own = map.Get("protocol")) protocol = ReadProtocol(*own, context);
   if (!protocol) map.AllowAll();
   if (protocol) device.protocol = std::string(protocol->name);
-  ReadAddress(map, line, protocol, device);
+  ReadAddress(map, of.line, protocol, device);
   Assign(device.enabled, map.Flag("enabled"));
   if (const auto serial = map.Get("serial")) {
-    device.serial = ReadSerial(*serial, line.serial, context.problems);
+    device.serial = ReadSerial(*serial, of.line.serial, context.problems);
   }
   const RawProfile* raw = FindProfile(map, protocol, device, context);
   const Profile profile = raw ? raw->profile : Profile();
   device.title = profile.title;
-  ReadTimes(map, profile, device, context.problems);
+  ReadTimes(map, profile, of.pace, device);
   ReadModbusSide(map, profile, device, context);
-  ReadDeviceOptions(map, protocol, line_options, profile, protocol == line_protocol, device);
+  ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
   ReadPoints(map, raw, protocol, device, context);
   map.Finish();
   CheckDevice(device, map);
+  if (protocol && protocol->check_device) {
+    if (const Status status = protocol->check_device(device); !status) {
+      context.problems.Error(device.mark, map.what() + ": " + status.error());
+    }
+  }
   return device;
 }
 

@@ -10,9 +10,14 @@ namespace baudgate::config {
 /// The protocol that a `protocol:` names; null and a problem when it is not installed.
 const Protocol* ReadProtocol(const YamlNode& node, LoadContext& context);
 
-/// `line_protocol` is null when the line's own could not be found; `line_options` are those of
-/// scope line that the line gives.
-Device ReadDevice(const YamlNode& node, const Line& line, const Options& line_options,
-                  const Protocol* line_protocol, LoadContext& context);
+/// What a device inherits from its line.
+struct LineContext {
+  const Line& line;
+  const Pace& pace;          ///< line before gateway
+  const Options& options;    ///< those of scope line that the line gives
+  const Protocol* protocol;  ///< null when the line's own could not be found
+};
+
+Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& context);
 
 }  // namespace baudgate::config

@@ -43,20 +43,6 @@ void ReadPort(MapReader& map, Line& line, LoadContext& context) {
   context.uniques.Port(line.port, line.name, node->mark());
 }
 
-void ReadName(MapReader& map, Line& line, LoadContext& context) {
-  const auto node = map.Need("name", "bay-1");
-  if (!node) return;
-  const auto name = ReadText(*node, "name", context.problems);
-  if (!name) return;
-  if (const Status status = CheckName(*name); !status) {
-    context.problems.Error(node->mark(), "name: " + status.error());
-    return;
-  }
-  line.name = *name;
-  map.Rename("line '" + line.name + "'");
-  context.uniques.Line(line.name, node->mark());
-}
-
 // Buses of the devices' own protocols read their options from the line as well.
 void CompleteOptions(Line& line, const Options& given, const Catalog& catalog) {
   for (const Device& device : line.devices) {
@@ -73,7 +59,10 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   line.mark = node.mark();
   MapReader map(node, "line", context.problems);
   if (node.kind() != YamlNode::Kind::map) return line;
-  ReadName(map, line, context);
+  if (const auto name = ReadName(map, "bay-1")) {
+    line.name = *name;
+    context.uniques.Line(line.name, map.MarkOf("name"));
+  }
   ReadPort(map, line, context);
   const Protocol* protocol = nullptr;
   if (const auto name = map.Need("protocol", "spabus")) {
@@ -86,8 +75,9 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
     line.serial = ReadSerial(*serial, line.serial, context.problems);
   }
   ReadSerialExtras(map, line.serial);
-  if (const auto timing = map.Get("timing")) line.timing = ReadTiming(*timing, context.problems);
-  Assign(line.retries, ReadRetries(map));
+  const Pace pace = Merge(ReadPace(map), context.pace);
+  line.timing = pace.timing;
+  Assign(line.retries, pace.retries);
   Assign(line.echo, map.OneOf("echo", kEchoes));
   Options given;
   if (protocol) given = ReadOptions(map, *protocol, OptionSpec::Scope::line);
@@ -95,7 +85,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   map.Finish();
   if (devices) {
     for (const YamlNode& device : ReadList(*devices, "devices", kMostDevices, context.problems)) {
-      line.devices.push_back(ReadDevice(device, line, given, protocol, context));
+      line.devices.push_back(ReadDevice(device, {line, pace, given, protocol}, context));
     }
   }
   CompleteOptions(line, given, context.catalog);

@@ -26,6 +26,7 @@ struct LoadContext {
   std::filesystem::path base;  ///< what relative profile paths are relative to
   Problems& problems;
   Uniques uniques;
+  Pace pace;  ///< what the gateway says for all lines
   std::map<std::pair<std::string, std::string>, RawProfile> profiles;  ///< by protocol and path
   std::size_t points = 0;  ///< of all devices so far; bounds what aliases can multiply
 };

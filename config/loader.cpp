@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "config/line_checks.h"
 #include "config/lines.h"
 #include "config/option_table.h"
 #include "config/outputs.h"
@@ -18,7 +19,7 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   Problems& problems = context.problems;
   MapReader map(root, "the configuration", problems);
   if (root.kind() != YamlNode::Kind::map) return config;
-  if (const auto node = map.Get("gateway")) config.name = ReadGateway(*node, problems);
+  if (const auto node = map.Get("gateway")) context.pace = ReadGateway(*node, config, problems);
   if (const auto node = map.Get("modbus")) {
     config.modbus = ReadModbus(*node, context.uniques, problems);
   }
@@ -50,6 +51,8 @@ Loaded LoadText(const std::string& text, const std::string& name, const Catalog&
     if (!root) return;
     LoadContext context(catalog, std::filesystem::path(name).parent_path(), problems);
     loaded.config = ReadConfig(*root, context);
+    if (problems.has_error()) return;
+    for (const Line& line : loaded.config.lines) CheckLine(line, catalog, problems);
   });
   loaded.problems = problems.Sorted();
   return loaded;
@@ -89,10 +92,10 @@ Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::
   device.protocol = std::string(protocol.name);
   device.profile = profile.name;
   device.title = profile.title;
-  device.timing = profile.timing;
-  device.retries = profile.retries;
-  Assign(device.poll, profile.poll);
-  Assign(device.slow, profile.slow);
+  device.timing = profile.pace.timing;
+  device.retries = profile.pace.retries;
+  Assign(device.poll, profile.pace.poll);
+  Assign(device.slow, profile.pace.slow);
   Assign(device.word_order, profile.word_order);
   device.options = DefaultOptions(protocol);
   Override(device.options, profile.options);

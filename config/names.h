@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+#include <string>
 #include <string_view>
 
+#include "config/yaml_reader.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::config {
@@ -13,5 +16,8 @@ namespace baudgate::config {
 Status CheckName(std::string_view name);
 /// Letters, digits and single '_' between them, no digit first: usable as an identifier everywhere.
 Status CheckPointName(std::string_view name);
+
+/// The `name` that a line or device must have, checked; messages call it so from now on.
+std::optional<std::string> ReadName(MapReader& map, std::string_view example);
 
 }  // namespace baudgate::config

@@ -3,6 +3,7 @@
 
 #include "config/names.h"
 #include "config/network.h"
+#include "config/serial.h"
 #include "config/spelling.h"
 
 namespace baudgate::config {
@@ -12,7 +13,8 @@ constexpr std::size_t kMostListeners = 64;
 constexpr std::size_t kMostNetworks = 1000;
 constexpr std::size_t kMostInterfaces = 64;
 constexpr int kMostClients = 10'000;
-constexpr int kLastDomain = 232;  // beyond, DDS would compute ports above 65535
+constexpr std::size_t kLongestSocketPath = 107;  // what sockaddr_un takes, without the last zero
+constexpr int kLastDomain = 232;                 // beyond, DDS would compute ports above 65535
 
 constexpr std::array<Word<bool>, 2> kWrite = {{{"allow", true}, {"deny", false}}};
 constexpr std::array<Word<Priority>, 3> kPriorities = {
@@ -78,6 +80,17 @@ Listener ReadListener(const YamlNode& node, Problems& problems) {
   return listener;
 }
 
+// The daemon has no working directory of its own choosing. Empty when the key is absent or wrong.
+std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::string& example) {
+  const auto path = map.Label(key);
+  if (!path) return {};
+  if (path->starts_with('/')) return *path;
+  map.problems().Error(
+      map.MarkOf(key),
+      key + ": " + Quoted(*path) + " is not an absolute path; write for example " + example);
+  return {};
+}
+
 std::string Shown(const Listener& listener) {
   const bool is_v6 = listener.host.find(':') != std::string::npos;
   return (is_v6 ? "[" + listener.host + "]" : listener.host) + ":" + std::to_string(listener.port);
@@ -85,15 +98,21 @@ std::string Shown(const Listener& listener) {
 
 }  // namespace
 
-std::string ReadGateway(const YamlNode& node, Problems& problems) {
-  std::string name = Config().name;
+Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems) {
   MapReader map(node, "gateway", problems);
-  Assign(name, map.Text("name"));
-  if (const Status status = CheckName(name); !status) {
+  Assign(config.name, map.Text("name"));
+  if (const Status status = CheckName(config.name); !status) {
     problems.Error(map.MarkOf("name"), "name: " + status.error());
   }
+  config.recordings = ReadAbsolutePath(map, "recordings", "/var/lib/baudgate/recordings");
+  config.socket = ReadAbsolutePath(map, "socket", "/run/baudgate/gate.sock");
+  if (config.socket.size() > kLongestSocketPath) {
+    problems.Error(map.MarkOf("socket"), "socket: the path is too long; at most " +
+                                             std::to_string(kLongestSocketPath) + " bytes");
+  }
+  const Pace pace = ReadPace(map);
   map.Finish();
-  return name;
+  return pace;
 }
 
 Modbus DefaultModbus() {

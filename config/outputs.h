@@ -11,8 +11,8 @@
 
 namespace baudgate::config {
 
-/// The gateway's name; the default where the section does not give one.
-std::string ReadGateway(const YamlNode& node, Problems& problems);
+/// Name, recordings and socket go to `config`; returned is what the section says for all lines.
+Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems);
 Modbus ReadModbus(const YamlNode& node, Uniques& uniques, Problems& problems);
 /// What applies where there is no `modbus:` at all: loopback, port 1502.
 Modbus DefaultModbus();

@@ -33,6 +33,7 @@ class Problems {
   void Error(const Mark& mark, std::string message) { Add(mark, std::move(message), false); }
   void Warning(const Mark& mark, std::string message) { Add(mark, std::move(message), true); }
 
+  bool has_error() const { return HasError(problems_); }
   /// In the order of the files and of the places in them.
   std::vector<Problem> Sorted() const;
 

@@ -14,7 +14,6 @@ constexpr std::array<Word<WordOrder>, 4> kWordOrders = {{{"ABCD", WordOrder::abc
                                                          {"CDAB", WordOrder::cdab},
                                                          {"BADC", WordOrder::badc},
                                                          {"DCBA", WordOrder::dcba}}};
-constexpr int kMostRetries = 10;
 
 bool IsPath(const std::string& profile) {
   return profile.find('/') != std::string::npos || profile.ends_with(".yaml");
@@ -22,9 +21,6 @@ bool IsPath(const std::string& profile) {
 
 }  // namespace
 
-std::optional<int> ReadRetries(MapReader& map) { return map.Integer("retries", 0, kMostRetries); }
-std::optional<Duration> ReadPoll(MapReader& map) { return map.Time("poll", 10ms, 24h); }
-std::optional<Duration> ReadSlow(MapReader& map) { return map.Time("slow", 10ms, 24h); }
 std::optional<WordOrder> ReadWordOrder(MapReader& map) {
   return map.OneOf("word_order", kWordOrders);
 }
@@ -57,10 +53,7 @@ RawProfile ReadProfileText(const std::string& text, const std::string& file,
   if (!root) return raw;
   MapReader map(*root, "profile '" + name + "'", problems);
   if (map.Need("device", "ABB SPAJ 140 C")) Assign(profile.title, map.Label("device"));
-  if (const auto timing = map.Get("timing")) profile.timing = ReadTiming(*timing, problems);
-  profile.retries = ReadRetries(map);
-  profile.poll = ReadPoll(map);
-  profile.slow = ReadSlow(map);
+  profile.pace = ReadPace(map);
   profile.word_order = ReadWordOrder(map);
   profile.options = ReadOptions(map, protocol, OptionSpec::Scope::device);
   if (const auto points = map.Need("points", "[ … ]")) {

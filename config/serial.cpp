@@ -10,6 +10,7 @@ namespace {
 
 constexpr int kSlowestBaud = 300;
 constexpr int kFastestBaud = 921'600;
+constexpr int kMostRetries = 10;
 
 enum class MapParity { none, even, odd, software };
 constexpr std::array<Word<MapParity>, 7> kParities = {{{"none", MapParity::none},
@@ -84,6 +85,20 @@ void ReadParity(MapReader& map, SerialSettings& serial) {
   }
 }
 
+Timing ReadTiming(const YamlNode& node, Problems& problems) {
+  Timing timing;
+  MapReader map(node, "timing", problems);
+  // Only the quiet time may be nothing: a waiting time of 0 would mean "never" or "for ever".
+  timing.quiet = map.Time("quiet", 0ms, 1min);
+  timing.reply = map.Time("reply", 1ms, 10min);
+  timing.gap = map.Time("gap", 1ms, 1min);
+  timing.ceiling = map.Time("ceiling", 1ms, 10min);
+  timing.drain = map.Time("drain", 1ms, 1min);
+  map.Finish();
+  CheckTiming(timing, map.MarkOf("ceiling"), problems);
+  return timing;
+}
+
 }  // namespace
 
 Result<SerialSettings> ParseSerial(std::string_view text, SerialSettings base) {
@@ -139,18 +154,13 @@ void ReadSerialExtras(MapReader& line, SerialSettings& serial) {
   }
 }
 
-Timing ReadTiming(const YamlNode& node, Problems& problems) {
-  Timing timing;
-  MapReader map(node, "timing", problems);
-  // Only the quiet time may be nothing: a waiting time of 0 would mean "never" or "for ever".
-  timing.quiet = map.Time("quiet", 0ms, 1min);
-  timing.reply = map.Time("reply", 1ms, 10min);
-  timing.gap = map.Time("gap", 1ms, 1min);
-  timing.ceiling = map.Time("ceiling", 1ms, 10min);
-  timing.drain = map.Time("drain", 1ms, 1min);
-  map.Finish();
-  CheckTiming(timing, map.MarkOf("ceiling"), problems);
-  return timing;
+Pace ReadPace(MapReader& map) {
+  Pace pace;
+  pace.poll = map.Time("poll", 10ms, 24h);
+  pace.slow = map.Time("slow", 10ms, 24h);
+  pace.retries = map.Integer("retries", 0, kMostRetries);
+  if (const auto timing = map.Get("timing")) pace.timing = ReadTiming(*timing, map.problems());
+  return pace;
 }
 
 }  // namespace baudgate::config

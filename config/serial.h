@@ -1,5 +1,5 @@
-// Serial settings and named times, wherever they stand: line, device, profile.
-// YAML nodes come from config/lines and config/profile.
+// Serial settings, named times and periods, wherever they stand: gateway, line, profile, device.
+// YAML nodes come from the readers of those; structs go back to them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,6 +18,7 @@ SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Prob
 /// What may stand beside `serial:` on a line: `parity: software`, `rs485: {…}`.
 void ReadSerialExtras(MapReader& line, SerialSettings& serial);
 
-Timing ReadTiming(const YamlNode& node, Problems& problems);
+/// `timing`, `retries`, `poll` and `slow`, which may stand in every one of these maps.
+Pace ReadPace(MapReader& map);
 
 }  // namespace baudgate::config

@@ -15,40 +15,11 @@ namespace {
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
-struct Limits {
-  double least;
-  double most;
-};
-
-template <typename T>
-Limits LimitsOf() {
-  return {static_cast<double>(std::numeric_limits<T>::lowest()),
-          static_cast<double>(std::numeric_limits<T>::max())};
-}
-
-Limits LimitsOf(Type type) {
-  switch (type) {
-    case Type::boolean:
-      return {0, 1};
-    case Type::int16:
-      return LimitsOf<std::int16_t>();
-    case Type::uint16:
-      return LimitsOf<std::uint16_t>();
-    case Type::int32:
-      return LimitsOf<std::int32_t>();
-    case Type::uint32:
-      return LimitsOf<std::uint32_t>();
-    case Type::int64:
-      return LimitsOf<std::int64_t>();
-    case Type::uint64:
-      return LimitsOf<std::uint64_t>();
-    case Type::float32:
-      return LimitsOf<float>();
-    case Type::float64:
-    case Type::string:
-      break;
-  }
-  return LimitsOf<double>();
+/// Whether a register of this type can hold the number.
+bool Fits(Type type, double number) {
+  if (type == Type::float32) return std::abs(number) <= std::numeric_limits<float>::max();
+  if (type == Type::float64) return true;
+  return number == std::trunc(number) && RangeOf(type).Contains(number);
 }
 
 void CheckOnFault(const Point& point, const Mark& mark, Problems& problems) {
@@ -59,10 +30,7 @@ void CheckOnFault(const Point& point, const Mark& mark, Problems& problems) {
   }
   if (point.on_fault.kind != OnFault::Kind::value) return;
   const double value = point.on_fault.value;
-  const Limits limits = LimitsOf(point.type);
-  const bool fits = value >= limits.least && value <= limits.most &&
-                    (IsFloat(point.type) || value == std::trunc(value));
-  if (point.type == Type::string || !fits) {
+  if (point.type == Type::string || !Fits(point.type, value)) {
     problems.Error(mark, "on_fault: " + FormatNumber(value) + " does not fit type " + type);
   }
 }

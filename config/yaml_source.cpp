@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/yaml_source.h"
 
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/parser.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 namespace baudgate::config {
 namespace {
@@ -50,6 +54,47 @@ std::string QuotingHint(const Source& source, int last_line) {
     }
   }
   return {};
+}
+
+/// Hears only where documents begin.
+class DocumentStarts final : public YAML::EventHandler {
+ public:
+  YAML::Mark last;
+
+  void OnDocumentStart(const YAML::Mark& mark) override { last = mark; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+// The only document of the text. Not by YAML::LoadAll: it makes documents for ever, and memory
+// with them, of a comma behind a value ("{ a: 1 },").
+std::optional<YAML::Node> OnlyDocument(const Source& source, Problems& problems) {
+  std::istringstream in(source.text());
+  YAML::Parser parser(in);
+  DocumentStarts starts;
+  if (!parser.HandleNextDocument(starts)) {
+    problems.Error({source.name(), 1, 1}, "is empty");
+    return std::nullopt;
+  }
+  if (!parser.HandleNextDocument(starts)) return YAML::Load(source.text());
+  const Place place = source.At(starts.last);
+  const auto at = static_cast<std::size_t>(std::max(starts.last.pos, 0));
+  if (at < source.text().size() && source.text()[at] == ',') {
+    problems.Error(source.MarkAt(place), "this comma stands outside of brackets; remove it");
+  } else {
+    problems.Error(source.MarkAt(place),
+                   "a second document begins here; one file holds one, remove the '---'");
+  }
+  return std::nullopt;
 }
 
 // yaml-cpp quotes names of anchors, and an unquoted password may look like one.
@@ -124,17 +169,8 @@ std::optional<YamlNode> ParseYaml(std::string name, std::string text, Problems& 
     return std::nullopt;
   }
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(source->text());
-    if (documents.empty()) {
-      problems.Error({source->name(), 1, 1}, "is empty");
-      return std::nullopt;
-    }
-    if (documents.size() > 1) {
-      problems.Error(source->MarkAt(source->At(documents[1].Mark())),
-                     "a second document begins here; one file holds one, remove the '---'");
-      return std::nullopt;
-    }
-    return YamlNode(documents.front(), source);
+    if (auto node = OnlyDocument(*source, problems)) return YamlNode(std::move(*node), source);
+    return std::nullopt;
   } catch (const YAML::Exception& error) {
     const Place place = source->At(error.mark);
     problems.Error(source->MarkAt(place), "this is not YAML: " + WithoutQuotation(error.msg) +

@@ -9,31 +9,6 @@ namespace {
 
 using config::Type;
 
-struct Range {
-  double low = 0;
-  double high = 0;
-};
-
-/// The range of the narrow integer types; 64-bit ones are checked where they are converted.
-Range RangeOf(Type type) {
-  switch (type) {
-    case Type::int16:
-      return {-32768.0, 32767.0};
-    case Type::uint16:
-      return {0, 65535.0};
-    case Type::int32:
-      return {-2147483648.0, 2147483647.0};
-    case Type::uint32:
-      return {0, 4294967295.0};
-    case Type::int64:
-      return {-9223372036854775808.0, 9223372036854774784.0};
-    case Type::uint64:
-      return {0, 18446744073709549568.0};
-    default:
-      return {std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
-  }
-}
-
 bool IsUnscaled(const config::Point& point) { return point.scale == 1 && point.offset == 0; }
 
 /// A number in the alternative that the point's type is stored in, or nothing when it does not fit.
@@ -48,8 +23,7 @@ Value Fit(Type type, double number) {
     return std::abs(number) <= std::numeric_limits<float>::max() ? Value(number) : Value();
   }
   const double whole = std::round(number);
-  const Range range = RangeOf(type);
-  if (!(whole >= range.low && whole <= range.high)) return {};
+  if (!config::RangeOf(type).Contains(whole)) return {};
   if (type == Type::uint64) return static_cast<std::uint64_t>(whole);
   return static_cast<std::int64_t>(whole);
 }

@@ -18,7 +18,7 @@
 namespace baudgate {
 
 /// Raised whenever a struct or class of this header, or one it includes, changes.
-inline constexpr std::uint32_t kProtocolInterfaceVersion = 1;
+inline constexpr std::uint32_t kProtocolInterfaceVersion = 2;
 
 #define BAUDGATE_STRING_(x) #x
 #define BAUDGATE_STRING(x) BAUDGATE_STRING_(x)
@@ -67,6 +67,9 @@ struct Protocol {
   Status (*check_address)(std::string_view address) = nullptr;
   /// Whether `point.read`, `point.write`, type and table fit together.
   Status (*check_point)(const config::Point& point) = nullptr;
+  /// What only the whole device shows: options that contradict each other, a malformed password.
+  /// May be left out.
+  Status (*check_device)(const config::Device& device) = nullptr;
 
   /// Used where a line's configuration gives no serial settings.
   config::SerialSettings serial;

@@ -14,46 +14,15 @@ using config::Type;
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
-/// The smallest and largest integer of a type.
-struct Limits {
-  std::int64_t lowest;
-  std::uint64_t highest;
-};
-
-template <typename T>
-constexpr Limits LimitsOf() {
-  return {static_cast<std::int64_t>(std::numeric_limits<T>::min()),
-          static_cast<std::uint64_t>(std::numeric_limits<T>::max())};
-}
-
-Limits LimitsOf(Type type) {
-  switch (type) {
-    case Type::int16:
-      return LimitsOf<std::int16_t>();
-    case Type::uint16:
-      return LimitsOf<std::uint16_t>();
-    case Type::int32:
-      return LimitsOf<std::int32_t>();
-    case Type::uint32:
-      return LimitsOf<std::uint32_t>();
-    case Type::int64:
-      return LimitsOf<std::int64_t>();
-    case Type::uint64:
-      return LimitsOf<std::uint64_t>();
-    default:
-      return {0, 1};
-  }
-}
-
-/// Two's complement of the value, or nothing when it lies outside the limits.
-std::optional<std::uint64_t> IntegerBits(const Value& value, Limits limits) {
+/// Two's complement of the value, or nothing when it lies outside the range.
+std::optional<std::uint64_t> IntegerBits(const Value& value, config::IntegerRange range) {
   const auto of_signed = [&](std::int64_t held) -> std::optional<std::uint64_t> {
-    if (held < limits.lowest) return std::nullopt;
-    if (held > 0 && static_cast<std::uint64_t>(held) > limits.highest) return std::nullopt;
+    if (held < range.lowest) return std::nullopt;
+    if (held > 0 && static_cast<std::uint64_t>(held) > range.highest) return std::nullopt;
     return static_cast<std::uint64_t>(held);
   };
   const auto of_unsigned = [&](std::uint64_t held) -> std::optional<std::uint64_t> {
-    if (held > limits.highest) return std::nullopt;
+    if (held > range.highest) return std::nullopt;
     return held;
   };
   if (const auto* held = std::get_if<bool>(&value)) return *held ? 1 : 0;
@@ -79,7 +48,7 @@ std::optional<std::uint64_t> BitsOf(Type type, const Value& value) {
     if (!bit) return std::nullopt;
     return *bit ? 1 : 0;
   }
-  if (!IsFloat(type)) return IntegerBits(value, LimitsOf(type));
+  if (!IsFloat(type)) return IntegerBits(value, config::RangeOf(type));
   const auto* held = std::get_if<double>(&value);
   const double wide = held != nullptr ? *held : ToDouble(value);
   if (type == Type::float32) {
@@ -155,9 +124,9 @@ std::uint64_t NoValueBits(Type type) {
     case Type::int16:
     case Type::int32:
     case Type::int64:
-      return static_cast<std::uint64_t>(LimitsOf(type).lowest);
+      return static_cast<std::uint64_t>(config::RangeOf(type).lowest);
     default:
-      return LimitsOf(type).highest;
+      return config::RangeOf(type).highest;
   }
 }
 

@@ -65,6 +65,36 @@ Status CheckPoint(const Point& point) {
   return CheckWriteType(point, *write);
 }
 
+/// One text with two meanings, of which only the first would ever be seen.
+Status CheckCodes(const Settings& settings) {
+  const std::pair<const char*, const std::vector<std::string>&> lists[] = {
+      {"over", settings.over}, {"under", settings.under}, {"open", settings.open}};
+  for (std::size_t i = 0; i < std::size(lists); ++i) {
+    for (std::size_t j = i + 1; j < std::size(lists); ++j) {
+      for (const std::string& code : lists[j].second) {
+        if (std::ranges::find(lists[i].second, code) == lists[i].second.end()) continue;
+        return Error{"'" + code + "' stands in '" + lists[i].first + "' and in '" + lists[j].first +
+                     "'; it can mean one of them only"};
+      }
+    }
+  }
+  return {};
+}
+
+Status CheckDevice(const config::Device& device) {
+  const Settings settings = ReadSettings(device.options);
+  if (Status status = CheckCodes(settings); !status) return status;
+  for (const Point& point : device.points) {
+    const auto read = ParseRead(point.read);
+    const bool indexed = read && read->select == ReadAddress::Select::index;
+    if (settings.channels == 0 || !indexed || read->index < settings.channels) continue;
+    return Error{"point '" + point.name + "' reads '" + point.read +
+                 "', but 'channels: " + std::to_string(settings.channels) + "' ends at [" +
+                 std::to_string(settings.channels - 1) + "]"};
+  }
+  return {};
+}
+
 config::Timing DefaultTiming(const config::SerialSettings& serial) {
   const Duration character = serial.CharacterTime();
   config::Timing timing;
@@ -138,6 +168,7 @@ const Protocol& DconProtocol() {
     p.decoders = DecoderTable();
     p.check_address = CheckAddress;
     p.check_point = CheckPoint;
+    p.check_device = CheckDevice;
     p.serial = {};  // 9600 8N1, the factory setting of most modules
     p.timing = DefaultTiming;
     p.request_rule = RequestRule;

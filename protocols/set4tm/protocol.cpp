@@ -64,6 +64,11 @@ Status CheckPoint(const config::Point& point) {
   return set4tm::CheckType(*field, point);
 }
 
+Status CheckDevice(const config::Device& device) {
+  const auto password = set4tm::ParsePassword(device.options.Text("password"));
+  return password ? Status() : Status(Error{password.error()});
+}
+
 /// Reference, chapter 4: silence of 7 characters ends a frame (8 ms at 9600); the meter answers
 /// within 100 ms behind it. The gap covers what adapters and serial servers add.
 config::Timing DefaultTiming(const config::SerialSettings& serial) {
@@ -97,6 +102,7 @@ const Protocol& Set4tmProtocol() {
       .decoders = set4tm::DecoderSpecs(),
       .check_address = CheckAddress,
       .check_point = CheckPoint,
+      .check_device = CheckDevice,
       .serial = FactorySettings(),
       .timing = DefaultTiming,
       .request_rule = set4tm::RequestRule,

@@ -14,8 +14,8 @@ struct Case {
 };
 
 constexpr const char* kDeviceKeys =
-    "allowed: name, protocol, address, enabled, serial, profile, poll, slow, max_age, dead_age, "
-    "retries, timing, unit, on_bad, word_order, checksum, width, ratio, mode, password, pin, "
+    "allowed: name, protocol, address, enabled, serial, profile, poll, slow, retries, timing, "
+    "max_age, dead_age, unit, on_bad, word_order, checksum, width, ratio, mode, password, pin, "
     "pause, tags, points\n";
 
 std::string ProblemsOfLine(const std::string& keys) {
@@ -106,6 +106,12 @@ TEST(DeviceErrors, AddressIsCheckedByTheProtocolAtItsPlace) {
       "    devices: [{ name: d, address: 0x10, profile: relay }] }\n");
   EXPECT_EQ(Shown(loaded.problems),
             "t.yaml:3:35: error: address: '0x10' is no address; allowed: 1…99\n");
+}
+
+TEST(DeviceErrors, WholeDeviceIsCheckedByTheProtocol) {
+  EXPECT_EQ(ProblemsOfDevice("mode: slow, width: 20"),
+            "t.yaml:6:5: error: device 'd': mode slow has no room for width 20\n");
+  EXPECT_EQ(ProblemsOfDevice("mode: slow, width: 19"), "");
 }
 
 TEST(DeviceErrors, MissingKeys) {

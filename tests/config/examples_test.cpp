@@ -3,35 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "config/loader.h"
-#include "protocols/dcon/protocol.h"
-#include "protocols/set4tm/protocol.h"
-#include "protocols/spabus/protocol.h"
+#include "tests/config/fake_protocol.h"
+#include "tests/config/shipped.h"
 
-namespace baudgate {
-
-// Some descriptors stand in the namespace of their protocol.
-namespace dcon {}
-namespace set4tm {}
-namespace spabus {}
-
+namespace baudgate::testing {
 namespace {
-
-using namespace dcon;    // NOLINT
-using namespace set4tm;  // NOLINT
-using namespace spabus;  // NOLINT
-
-const config::Catalog& Shipped() {
-  static const config::Catalog kCatalog = {
-      {{"dcon", &DconProtocol()}, {"set4tm", &Set4tmProtocol()}, {"spabus", &SpabusProtocol()}},
-      {"config/profiles"}};
-  return kCatalog;
-}
-
-std::string Shown(const std::vector<config::Problem>& problems) {
-  std::string text;
-  for (const config::Problem& problem : problems) text += config::ToString(problem) + "\n";
-  return text;
-}
 
 TEST(Examples, LoadWithoutProblems) {
   for (const char* const file :
@@ -47,6 +23,8 @@ TEST(Examples, AnnotatedDefaultsAreTheDefaults) {
   ASSERT_TRUE(loaded.ok());
   const config::Config defaults;
   EXPECT_EQ(loaded.config.name, defaults.name);
+  EXPECT_EQ(loaded.config.recordings, "/var/lib/baudgate/recordings");
+  EXPECT_EQ(loaded.config.socket, "/run/baudgate/baudgate.sock");
   EXPECT_EQ(loaded.config.dds.heartbeat, defaults.dds.heartbeat);
   EXPECT_EQ(loaded.config.dds.interfaces, defaults.dds.interfaces);
   const config::Listener listener;
@@ -80,5 +58,23 @@ TEST(Profiles, AllShippedLoadWithoutProblems) {
   }
 }
 
+/// What a profile repeats needlessly could no longer be set for a whole line or gateway.
+TEST(Profiles, SayNothingThatIsTheDefault) {
+  for (const config::ProfileFile& file : Shipped().Profiles()) {
+    const Protocol& protocol = *Shipped().FindProtocol(file.protocol);
+    const config::Pace pace =
+        config::LoadProfile(file.path.string(), protocol, Shipped()).profile.pace;
+    const config::Timing fallback = protocol.timing(protocol.serial);
+    EXPECT_NE(pace.poll, config::Device().poll) << file.path;
+    EXPECT_NE(pace.slow, config::Device().slow) << file.path;
+    EXPECT_NE(pace.retries, config::Line().retries) << file.path;
+    EXPECT_NE(pace.timing.quiet, fallback.quiet) << file.path;
+    EXPECT_NE(pace.timing.reply, fallback.reply) << file.path;
+    EXPECT_NE(pace.timing.gap, fallback.gap) << file.path;
+    EXPECT_NE(pace.timing.ceiling, fallback.ceiling) << file.path;
+    EXPECT_NE(pace.timing.drain, fallback.drain) << file.path;
+  }
+}
+
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::testing

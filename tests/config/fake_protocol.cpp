@@ -39,6 +39,40 @@ Status CheckPoint(const config::Point& point) {
   return Error{"read '" + point.read + "' is not understood; write A and a number"};
 }
 
+Status CheckDevice(const config::Device& device) {
+  if (device.options.Text("mode") != "slow" || device.options.Integer("width") < 20) return {};
+  return Error{"mode slow has no room for width 20"};
+}
+
+/// Asks for every point with 10 characters and gets 10 characters.
+class FakeConversation : public Conversation {
+ public:
+  explicit FakeConversation(const config::Device& device) {
+    for (std::size_t i = 0; i < device.points.size(); ++i) {
+      queries_.push_back({device.points[i].group, {i}});
+    }
+  }
+  std::span<const Query> Queries() const override { return queries_; }
+  Result<Request> Ask(const Task&, Instant) override {
+    Request request;
+    request.bytes = Bytes(10);
+    request.expect.shapes = {{0, 30, 40}, {1, 10, 20}};
+    return request;
+  }
+  Answer OnFrame(const Task&, const Request&, View, Instant) override { return {}; }
+  Answer Interpret(View, View) override { return {}; }
+
+ private:
+  std::vector<Query> queries_;
+};
+
+class FakeBus : public Bus {
+ public:
+  std::unique_ptr<Conversation> MakeConversation(const config::Device& device) override {
+    return std::make_unique<FakeConversation>(device);
+  }
+};
+
 config::Timing Times(const config::SerialSettings&) {
   return {.quiet = 5ms, .reply = 500ms, .gap = 25ms, .ceiling = 2s, .drain = 100ms};
 }
@@ -53,9 +87,13 @@ Protocol MakeFakeProtocol(std::string_view name) {
   protocol.decoders = kDecoders;
   protocol.check_address = CheckAddress;
   protocol.check_point = CheckPoint;
+  protocol.check_device = CheckDevice;
   protocol.serial.baud = 19200;
   protocol.serial.parity = config::Parity::even;
   protocol.timing = Times;
+  protocol.make_bus = [](const config::Line&) -> std::unique_ptr<Bus> {
+    return std::make_unique<FakeBus>();
+  };
   return protocol;
 }
 

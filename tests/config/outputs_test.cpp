@@ -22,6 +22,23 @@ config::Config Good(const std::string& text) {
   return loaded.config;
 }
 
+TEST(Gateway, RecordingsAndSocketAreAbsolutePaths) {
+  const auto config = Good("gateway: { recordings: /var/x, socket: /run/x.sock }");
+  EXPECT_EQ(config.name, "baudgate");
+  EXPECT_EQ(config.recordings, "/var/x");
+  EXPECT_EQ(config.socket, "/run/x.sock");
+  EXPECT_EQ(Good("gateway: { name: g }").recordings, "");
+  EXPECT_EQ(Good("gateway: { name: g }").socket, "");
+  EXPECT_EQ(Shown(LoadOutputs("gateway: { recordings: here, socket: \"\" }").problems),
+            "t.yaml:1:24: error: recordings: 'here' is not an absolute path; write for example "
+            "/var/lib/baudgate/recordings\n"
+            "t.yaml:1:38: error: socket: '' is not an absolute path; write for example "
+            "/run/baudgate/gate.sock\n");
+  EXPECT_EQ(Shown(LoadOutputs("gateway: { socket: /" + std::string(107, 'x') + " }").problems),
+            "t.yaml:1:20: error: socket: the path is too long; at most 107 bytes\n");
+  EXPECT_TRUE(LoadOutputs("gateway: { socket: /" + std::string(106, 'x') + " }").ok());
+}
+
 TEST(Outputs, ListenAsTextMapAndList) {
   const auto text = Good("modbus: { listen: \"0.0.0.0:502\" }").modbus;
   EXPECT_EQ(text.listen.at(0).host, "0.0.0.0");

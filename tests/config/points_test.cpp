@@ -142,6 +142,8 @@ TEST(Points, OneSentenceEach) {
        "55: error: on_fault: nan needs a float type, and 'p' is int16; write hold or a number"},
       {"name: p, read: A1, type: uint16, on_fault: -1",
        "56: error: on_fault: -1 does not fit type uint16"},
+      {"name: p, read: A1, type: int64, on_fault: 9223372036854775808",
+       "55: error: on_fault: 9223372036854775808 does not fit type int64"},
       {"name: p, read: A1, type: int16, on_fault: bad",
        "55: error: on_fault: 'bad' is unknown; allowed: nan, hold or a number"},
       {"name: p, read: A1, type: int16, sentinels: { high: sensor_failure }",

@@ -43,10 +43,19 @@ TEST(Yaml, EmptyAndSeveralDocuments) {
   EXPECT_EQ(Shown(Load("").problems), "t.yaml:1:1: error: is empty\n");
   EXPECT_EQ(Shown(Load("# nothing\n").problems), "t.yaml:1:1: error: is empty\n");
   EXPECT_EQ(Shown(Load("lines: []\n---\ngateway: {}\n").problems),
-            "t.yaml:3:1: error: a second document begins here; one file holds one, remove the "
+            "t.yaml:2:1: error: a second document begins here; one file holds one, remove the "
             "'---'\n");
   EXPECT_EQ(Shown(Load("- a\n").problems),
             "t.yaml:1:1: error: the configuration: expected a map (key: value), found a list\n");
+}
+
+// The parser by itself would find documents there for ever.
+TEST(Yaml, ACommaBehindTheWholeIsRefused) {
+  const std::string advice = " error: this comma stands outside of brackets; remove it\n";
+  EXPECT_EQ(Shown(Load("{ lines: [] },\n").problems), "t.yaml:1:14:" + advice);
+  EXPECT_EQ(Shown(Load("[1], 2\n").problems), "t.yaml:1:4:" + advice);
+  EXPECT_EQ(Shown(Load("- a\n, b\n").problems), "t.yaml:2:1:" + advice);
+  EXPECT_EQ(Shown(Load(",").problems), "t.yaml:1:1:" + advice);
 }
 
 TEST(Yaml, OtherEncodingsAreRefused) {

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/line_checks.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace baudgate::config {
+namespace {
+
+// USB adapters hold bytes back for up to 16 ms, serial servers alike.
+constexpr Duration kShortestWait = 20ms;
+
+using Messages = std::vector<std::string>;
+
+/// Only what somebody has written is judged; the protocol's own times are known to work.
+Messages TimingMessages(const Timing& given, const Timing& fallback, const SerialSettings& serial) {
+  Messages messages;
+  const auto add = [&](std::string text) { messages.push_back("timing: " + std::move(text)); };
+  const auto late = [&](std::string_view key, std::optional<Duration> time) {
+    if (!time || *time >= kShortestWait) return;
+    add(std::string(key) + " " + FormatDuration(*time) +
+        " is shorter than USB adapters and serial servers may hold bytes back (16ms): good "
+        "replies would be lost; write 20ms or more");
+  };
+  late("reply", given.reply);
+  late("gap", given.gap);
+  const Duration three = 3 * serial.CharacterTime();
+  if (given.gap && *given.gap >= kShortestWait && *given.gap < three) {
+    add("gap " + FormatDuration(*given.gap) + " is shorter than three characters at " +
+        serial.ToString() + ": good replies would be cut in two; leave it out, or write " +
+        FormatDuration(std::chrono::ceil<std::chrono::milliseconds>(three)) + " or more");
+  }
+  const Timing used = Resolve(given, fallback);
+  if (given.ceiling && *given.ceiling < *used.ceiling) {
+    add("ceiling " + FormatDuration(*given.ceiling) + " is shorter than reply " +
+        FormatDuration(*used.reply) + " and gap " + FormatDuration(*used.gap) + " together; " +
+        FormatDuration(*used.ceiling) + " is used");
+  }
+  if (given.drain && *used.drain < *used.gap) {
+    add("drain " + FormatDuration(*used.drain) + " is shorter than gap " +
+        FormatDuration(*used.gap) +
+        ": the rest of a broken reply may meet the next request; write at least as much");
+  }
+  return messages;
+}
+
+SerialSettings SerialOf(const Line& line, const Device& device) {
+  return device.serial.value_or(line.serial);
+}
+
+/// What is wrong with the line's times is said once, not once a device.
+void CheckTimes(const Line& line, const Catalog& catalog, Problems& problems) {
+  Messages known;
+  if (const Protocol* own = catalog.FindProtocol(line.protocol)) {
+    known = TimingMessages(line.timing, own->timing(line.serial), line.serial);
+  }
+  for (const std::string& message : known) {
+    problems.Warning(line.mark, "line '" + line.name + "': " + message);
+  }
+  for (const Device& device : line.devices) {
+    const Protocol* protocol = catalog.FindProtocol(device.protocol);
+    if (!protocol) continue;
+    const SerialSettings serial = SerialOf(line, device);
+    for (const std::string& message :
+         TimingMessages(Merge(device.timing, line.timing), protocol->timing(serial), serial)) {
+      if (std::find(known.begin(), known.end(), message) != known.end()) continue;
+      problems.Warning(device.mark, "device '" + device.name + "': " + message);
+    }
+  }
+}
+
+/// What asking for the fast points once takes of the line, if the device answers without thinking.
+struct Round {
+  std::size_t requests = 0;
+  Duration time{};
+};
+
+std::size_t ShortestReply(const Expectation& expect) {
+  if (expect.reply == Expectation::Reply::none) return 0;
+  std::size_t shortest = expect.shapes.empty() ? 1 : expect.shapes.front().min_length;
+  for (const Shape& shape : expect.shapes) shortest = std::min(shortest, shape.min_length);
+  return shortest;
+}
+
+Round FastRound(const Line& line, const Device& device, const Protocol& protocol, Bus& bus) {
+  const SerialSettings serial = SerialOf(line, device);
+  const Timing times = Resolve(Merge(device.timing, line.timing), protocol.timing(serial));
+  const auto conversation = bus.MakeConversation(device);
+  const auto queries = conversation->Queries();
+  Round round;
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    if (queries[i].group != Group::fast) continue;
+    const auto request = conversation->Ask({Task::Kind::poll, i, kNoPoint, {}}, Instant{});
+    if (!request) continue;
+    const std::size_t characters = request->bytes.size() + ShortestReply(request->expect);
+    round.time += *times.quiet + static_cast<int>(characters) * serial.CharacterTime();
+    ++round.requests;
+  }
+  return round;
+}
+
+std::string InMilliseconds(Duration time) {
+  return FormatDuration(std::chrono::ceil<std::chrono::milliseconds>(time));
+}
+
+/// Devices that think before they answer only make it worse.
+void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
+  std::map<const Protocol*, std::unique_ptr<Bus>> buses;
+  double use = 0;
+  bool told = false;
+  for (const Device& device : line.devices) {
+    const Protocol* protocol = catalog.FindProtocol(device.protocol);
+    if (!protocol || !device.enabled) continue;
+    auto& bus = buses[protocol];
+    if (!bus) bus = protocol->make_bus(line);
+    const Round round = FastRound(line, device, *protocol, *bus);
+    use += static_cast<double>(round.time.count()) / static_cast<double>(device.poll.count());
+    if (round.time <= device.poll) continue;
+    told = true;
+    problems.Warning(device.mark,
+                     "device '" + device.name + "': poll " + FormatDuration(device.poll) +
+                         " is shorter than one round of its fast points takes at " +
+                         SerialOf(line, device).ToString() +
+                         " (requests: " + std::to_string(round.requests) + ", time: at least " +
+                         InMilliseconds(round.time) + "): periods will be missed");
+  }
+  if (told || use <= 1) return;
+  problems.Warning(line.mark, "line '" + line.name + "': its polls need at least " +
+                                  std::to_string(std::lround(use * 100)) +
+                                  " % of the line's time: periods will be missed; lengthen poll, "
+                                  "or move points to the group slow");
+}
+
+}  // namespace
+
+void CheckLine(const Line& line, const Catalog& catalog, Problems& problems) {
+  CheckTimes(line, catalog, problems);
+  CheckLoad(line, catalog, problems);
+}
+
+}  // namespace baudgate::config

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/config/shipped.h"
+
+#include "protocols/dcon/protocol.h"
+#include "protocols/set4tm/protocol.h"
+#include "protocols/spabus/protocol.h"
+
+namespace baudgate {
+
+// Some descriptors stand in the namespace of their protocol.
+namespace dcon {}
+namespace set4tm {}
+namespace spabus {}
+
+namespace testing {
+
+using namespace dcon;    // NOLINT
+using namespace set4tm;  // NOLINT
+using namespace spabus;  // NOLINT
+
+const config::Catalog& Shipped() {
+  static const config::Catalog kCatalog = {
+      {{"dcon", &DconProtocol()}, {"set4tm", &Set4tmProtocol()}, {"spabus", &SpabusProtocol()}},
+      {"config/profiles"}};
+  return kCatalog;
+}
+
+}  // namespace testing
+}  // namespace baudgate

@@ -1,0 +1,13 @@
+// The protocols that are shipped, with their profiles, for tests of whole configurations.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "config/loader.h"
+
+namespace baudgate::testing {
+
+const config::Catalog& Shipped();
+
+}  // namespace baudgate::testing
