@@ -5,6 +5,7 @@
 #pragma once
 
 #include <asio/io_context.hpp>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 
 #include "config/config.h"
 #include "gateway/base/result.h"
+#include "gateway/twin_faults.h"
 #include "protocols/protocol.h"
 
 namespace baudgate {
@@ -35,6 +37,10 @@ struct SimulatorOptions {
   /// Characters take their time on the wire; nothing: as fast as the machine.
   std::optional<config::SerialSettings> pace;
   Duration think_time = 5ms;  ///< end of request to first byte of the reply
+  std::vector<Fault> faults;  ///< their schedules count from the creation of the simulator
+  /// Hears every request, what the twins answer (empty: nothing) and what of it goes out: held
+  /// back replies and an echo included. Called from the thread of the io_context.
+  std::function<void(View request, View reply, View delivered)> observer;
 };
 
 class Simulator {
@@ -50,6 +56,11 @@ class Simulator {
   /// Requests answered so far, and the characters of those exchanges, both ways. From any thread.
   std::uint64_t answered() const;
   std::uint64_t characters() const;
+  /// How often each fault has struck. From the thread of the io_context.
+  std::vector<FaultCount> fault_counts() const;
+  /// From now on these and no others; counts and schedules begin anew. From the thread of the
+  /// io_context.
+  void SetFaults(const std::vector<Fault>& faults);
 
  private:
   struct Impl;

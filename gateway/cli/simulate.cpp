@@ -23,6 +23,7 @@ int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, 
   SimulatorOptions simulator_options;
   simulator_options.link = options.pty;
   simulator_options.think_time = options.think_time;
+  simulator_options.faults = options.faults;
   if (!options.serial.empty()) simulator_options.pace = line.serial;
 
   asio::io_context io(1);
@@ -37,6 +38,10 @@ int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, 
   asio::signal_set stop(io, SIGTERM, SIGINT, SIGHUP);
   stop.async_wait([&io](const asio::error_code&, int) { io.stop(); });
   io.run();
+  for (const FaultCount& count : (*simulator)->fault_counts()) {
+    out << "fault " << count.fault << " struck " << count.struck << " of " << count.exchanges
+        << " exchanges\n";
+  }
   return 0;
 }
 

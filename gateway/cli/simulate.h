@@ -9,6 +9,7 @@
 
 #include "config/catalog.h"
 #include "gateway/base/time.h"
+#include "gateway/twin_faults.h"
 
 namespace baudgate {
 
@@ -19,10 +20,11 @@ struct SimulateOptions {
   std::string serial;  ///< "9600 7E1": the twin keeps this bit rate; empty: no pacing
   Duration think_time = 5ms;
   std::vector<std::string> set;  ///< device options, "key=value"
+  std::vector<Fault> faults;
 };
 
-/// Until SIGTERM or SIGINT. Exit codes: 0 stopped, 3 no such profile, bad address or option, 4 no
-/// pty.
+/// Until SIGTERM or SIGINT; then one line a fault says how often it struck. Exit codes: 0 stopped,
+/// 3 no such profile, bad address or option, 4 no pty.
 int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err);
 

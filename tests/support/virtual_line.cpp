@@ -40,7 +40,7 @@ VirtualLine::VirtualLine(config::Line line, std::vector<const Protocol*> protoco
 
 void VirtualLine::Open() {
   open_ = true;
-  poller_->OnOpened(now());
+  poller_->OnOpened(now(), true);
 }
 
 void VirtualLine::Close() {
@@ -99,15 +99,24 @@ bool VirtualLine::Write(std::uint32_t device, std::uint32_t point, Value value, 
 }
 
 void VirtualLine::Send(View bytes, const config::SerialSettings& serial) {
-  sent.push_back({instant_, std::string(AsText(bytes))});
+  if (keep_sent) sent.push_back({instant_, std::string(AsText(bytes))});
   const Duration character = serial.CharacterTime();
   const Instant end = instant_ + static_cast<std::int64_t>(bytes.size()) * character;
+  if (echo) {
+    Instant at = instant_;
+    for (const std::uint8_t byte : echo(bytes)) arriving_.emplace(at += character, Bytes{byte});
+  }
   for (const auto& twin : twins_) {
     const Manner& manner = twin->manner;
     if (manner.dead) continue;
     Bytes reply = twin->twin->Answer(bytes, end);
+    if (!reply.empty()) ++twin->answered;
+    if (manner.deliver) {
+      for (const TimedPiece& piece : manner.deliver(bytes, std::move(reply), end))
+        Deliver(piece, manner.fragment, end, character);
+      continue;
+    }
     if (reply.empty()) continue;
-    ++twin->answered;
     if (manner.instead) reply = manner.instead(bytes).value_or(reply);
     if (manner.babble > Duration::zero()) {
       reply.assign(static_cast<std::size_t>(manner.babble / character), 0x55);
@@ -128,6 +137,18 @@ void VirtualLine::Deliver(const Manner& manner, Bytes reply, Instant from, Durat
     at += static_cast<std::int64_t>(piece.size()) * character;
     arriving_.emplace(at, Bytes(piece.begin(), piece.end()));
     at += manner.pause;
+  }
+}
+
+void VirtualLine::Deliver(const TimedPiece& piece, std::size_t fragment, Instant end_of_request,
+                          Duration character) {
+  if (fragment == 0) fragment = piece.bytes.size();
+  View rest = piece.bytes;
+  while (!rest.empty()) {
+    const View part = rest.first(std::min(fragment, rest.size()));
+    rest = rest.subspan(part.size());
+    const Duration to_come = static_cast<std::int64_t>(rest.size()) * character;
+    arriving_.emplace(end_of_request + piece.after - to_come, Bytes(part.begin(), part.end()));
   }
 }
 

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "gateway/poller.h"
+#include "gateway/twin_faults.h"
 #include "tests/support/toy_protocol.h"
 
 namespace baudgate {
@@ -35,6 +36,9 @@ struct Manner {
   /// What it says in place of the twin's answer; nothing: the twin's answer stands. Not asked about
   /// requests that the twin leaves unanswered, such as those to other devices.
   std::function<std::optional<Bytes>(View request)> instead;
+  /// In place of everything above but `dead` and `fragment`: what arrives, and when. Asked about every request on
+  /// the line; `reply` is empty where the twin has none. See gateway/twin_faults.h.
+  std::function<std::vector<TimedPiece>(View request, Bytes reply, Instant end_of_request)> deliver;
 };
 
 struct Sent {
@@ -83,10 +87,14 @@ class VirtualLine : private PollerListener {
   /// Requests that began with `start`.
   std::size_t CountSent(std::string_view start) const;
 
+  bool keep_sent = true;  ///< cleared by runs that are too long for it
   std::vector<Sent> sent;
   std::vector<StateChange> states;
   std::vector<std::string> warnings;
   std::vector<Outcome> outcomes;  ///< of Write, in the order of their answers
+  /// What the bus gives back of a request while it is sent, character by character; nothing: this
+  /// bus does not echo.
+  std::function<Bytes(View request)> echo;
   /// Looks at the line after every event, for what must hold at any time.
   std::function<void()> always;
 
@@ -94,7 +102,6 @@ class VirtualLine : private PollerListener {
   static constexpr Instant kStart = Instant() + 1h;
 
   void Send(View bytes, const config::SerialSettings& serial) override;
-  void OnExchangeEnd(std::uint32_t, Outcome) override {}
   void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                      const std::string& reason) override;
   void OnWarning(std::uint32_t, const std::string& message) override {
@@ -103,6 +110,8 @@ class VirtualLine : private PollerListener {
 
   void Step(Instant until);
   void Deliver(const Manner& manner, Bytes reply, Instant from, Duration character);
+  void Deliver(const TimedPiece& piece, std::size_t fragment, Instant end_of_request,
+               Duration character);
 
   config::Config config_;
   Instant instant_ = kStart;
