@@ -1,4 +1,4 @@
-# Sourced by demo.sh and test.sh: installs what the build needs on Debian 12 and builds the release.
+# Sourced by demo.sh, test.sh and their like: installs what the build needs on Debian 12 and builds.
 # Works as root and with sudo, never asks, and does nothing that is already done.
 
 packages=(
@@ -7,6 +7,8 @@ packages=(
   libcli11-dev nlohmann-json3-dev libsystemd-dev libssl-dev
   libgtest-dev libgmock-dev libbenchmark-dev mbpoll cyclonedds-dev cyclonedds-tools
 )
+# Only for fuzzing: install_packages "${fuzz_packages[@]}".
+fuzz_packages=(clang libclang-rt-14-dev)
 
 say() { printf '\n== %s\n' "$*"; }
 
@@ -22,9 +24,10 @@ as_root() {
   fi
 }
 
+# install_packages [PACKAGE…]: what every build needs, and these.
 install_packages() {
   local missing=() package
-  for package in "${packages[@]}"; do
+  for package in "${packages[@]}" "$@"; do
     dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' ||
       missing+=("$package")
   done
@@ -45,4 +48,20 @@ build() {
   say "building ($preset): the first time takes some minutes"
   cmake --preset "$preset" >/dev/null
   cmake --build --preset "$preset" -j "$(nproc)" ${1:+--target "$@"}
+}
+
+# fuzz_targets: the names in tests/fuzz/targets.txt.
+fuzz_targets() { awk '!/^#/ && NF { print $1 }' tests/fuzz/targets.txt; }
+
+# Builds the fuzz targets, unless $BAUDGATE_FUZZ_BUILD names a build that has them.
+build_fuzz() {
+  [ -z "${BAUDGATE_FUZZ_BUILD:-}" ] || return 0
+  install_packages "${fuzz_packages[@]}"
+  build fuzz
+}
+
+# fuzz OPTION…: runs every target in build/fuzz with these options of libFuzzer, two at a time, and
+# prints a line for each. Fails when one has found something.
+fuzz() {
+  fuzz_targets | xargs -P 2 -I '{}' tests/fuzz/run.sh "${BAUDGATE_FUZZ_BUILD:-build/fuzz}" '{}' "$@"
 }

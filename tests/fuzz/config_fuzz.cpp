@@ -1,0 +1,90 @@
+// Any text as a configuration: problems with a place and words, never a crash or a hang. What is
+// accepted loads a second time to the same, and everything that is made of it can be made.
+// Input: the YAML text.
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+
+#include "config/loader.h"
+#include "gateway/modbus/register_map.h"
+#include "protocols/dcon/protocol.h"
+#include "protocols/set4tm/protocol.h"
+#include "protocols/spabus/protocol.h"
+#include "tests/fuzz/fuzz.h"
+
+namespace baudgate::fuzz {
+namespace {
+
+const config::Catalog& TheCatalog() {
+  static const config::Catalog catalog = {{{"spabus", &spabus::SpabusProtocol()},
+                                           {"dcon", &dcon::DconProtocol()},
+                                           {"set4tm", &Set4tmProtocol()}},
+                                          {FUZZ_SOURCE_DIR "/tests/fuzz/profiles"}};
+  return catalog;
+}
+
+void CheckProblems(const std::vector<config::Problem>& problems) {
+  Require(problems.size() <= config::Problems::kMost, "problems are bounded");
+  for (const config::Problem& problem : problems) {
+    Require(!problem.message.empty(), "a problem says what is wrong");
+    Require(problem.mark.line >= 0 && problem.mark.column >= 0, "a problem has a place");
+    Require(ToString(problem).find('\n') == std::string::npos, "a problem is one line");
+  }
+}
+
+void CheckDevice(const config::Device& device, const config::Line& line) {
+  const Protocol* protocol = TheCatalog().FindProtocol(device.protocol);
+  Require(protocol != nullptr, "a device has a protocol");
+  Require(!device.name.empty() && protocol->check_address(device.address).ok(),
+          "a device has a name and an address");
+  Require(device.poll > Duration::zero() && device.slow > Duration::zero(), "periods are positive");
+  for (const config::Point& point : device.points) {
+    Require(protocol->check_point(point).ok(), "the protocol takes its points");
+  }
+  const auto conversation = protocol->make_bus(line)->MakeConversation(device);
+  for (std::size_t query = 0; query < conversation->Queries().size(); ++query) {
+    Task task;
+    task.query = query;
+    Require(conversation->Ask(task, Instant(1h)).ok(), "what was accepted can be asked");
+  }
+}
+
+void CheckSame(const config::Config& first, const config::Config& second) {
+  Require(first.name == second.name && first.lines.size() == second.lines.size() &&
+              first.modbus.listen.size() == second.modbus.listen.size(),
+          "the same text gives the same configuration");
+  for (std::size_t i = 0; i < first.lines.size(); ++i) {
+    const config::Line& a = first.lines[i];
+    const config::Line& b = second.lines[i];
+    Require(a.name == b.name && a.port == b.port && a.serial.ToString() == b.serial.ToString() &&
+                a.options.all() == b.options.all() && a.devices.size() == b.devices.size(),
+            "the same text gives the same lines");
+    for (std::size_t k = 0; k < a.devices.size(); ++k) {
+      Require(a.devices[k].name == b.devices[k].name && a.devices[k].unit == b.devices[k].unit &&
+                  a.devices[k].options.all() == b.devices[k].options.all() &&
+                  a.devices[k].points.size() == b.devices[k].points.size(),
+              "the same text gives the same devices");
+    }
+  }
+}
+
+}  // namespace
+}  // namespace baudgate::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace baudgate;
+  using namespace baudgate::fuzz;
+  const std::string text(AsText(View(data, size)));
+  const auto loaded = config::LoadText(text, "fuzz.yaml", TheCatalog());
+  CheckProblems(loaded.problems);
+  if (!loaded.ok()) return 0;
+  const auto again = config::LoadText(text, "fuzz.yaml", TheCatalog());
+  Require(again.ok(), "what loads once loads twice");
+  CheckSame(loaded.config, again.config);
+  for (const config::Line& line : loaded.config.lines) {
+    Require(!line.port.empty() && line.serial.baud > 0, "a line has a port and a speed");
+    for (const config::Device& device : line.devices) CheckDevice(device, line);
+  }
+  const modbus::RegisterMap map(loaded.config);
+  Require(map.unit(0).kind == modbus::UnitMap::Kind::gateway, "unit 0 is the gateway");
+  return 0;
+}

@@ -1,0 +1,200 @@
+// A conversation as the poller drives it: tasks, real requests, and whatever comes back for them,
+// from a good answer of the twin over a damaged one with a right checksum to pure noise.
+// Input: device, options, then steps: task and answer (see Session).
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "gateway/assembler.h"
+#include "tests/fuzz/devices.h"
+#include "tests/fuzz/stream.h"
+#include "tests/fuzz/under_test.h"
+
+namespace baudgate::fuzz {
+namespace {
+
+constexpr int kMostSteps = 8;  // of one task, as the poller counts
+constexpr int kMostTasks = 8;  // of one input
+
+double NumberOf(std::uint8_t choice) {
+  constexpr double kNumbers[] = {0,     1,     -1,  0.5,  7.25, 99.999, -12.5,  255,   1000,
+                                 32767, 65536, 1e9, -1e9, 1e18, -1e18,  1e-300, 1e300, 3.4e38};
+  return kNumbers[choice % std::size(kNumbers)];
+}
+
+Value ValueOf(config::Type type, std::uint8_t choice) {
+  const double number = NumberOf(choice);
+  if (type == config::Type::boolean) return (choice & 1U) != 0;
+  if (type == config::Type::string) return std::string(choice % 8, static_cast<char>(choice));
+  if (type == config::Type::float32 || type == config::Type::float64) return number;
+  if (type == config::Type::uint64) return std::uint64_t{choice} << (choice % 57U);
+  return static_cast<std::int64_t>(std::clamp(number, -9e18, 9e18));
+}
+
+class World final : public TwinValues {
+ public:
+  World(const config::Device& device, std::uint8_t seed) : device_(device), seed_(seed) {}
+
+  Value Get(std::size_t point, Instant) const override {
+    Require(point < device_.points.size(), "a twin asks for its own points");
+    return ValueOf(device_.points[point].type, static_cast<std::uint8_t>(seed_ + point));
+  }
+  void Set(std::size_t point, const Value&) override {
+    Require(point < device_.points.size(), "a twin sets its own points");
+    ++seed_;
+  }
+
+ private:
+  const config::Device& device_;
+  std::uint8_t seed_;
+};
+
+class Session {
+ public:
+  Session(const config::Device& device, Input& input)
+      : device_(device),
+        input_(input),
+        world_(device, input.U8()),
+        twin_(UnderTest().make_twin(device, world_)),
+        bus_(UnderTest().make_bus(line_)),
+        conversation_(bus_->MakeConversation(device)) {}
+
+  void Run() {
+    CheckQueries();
+    for (int task = 0; task < kMostTasks && !input_.empty(); ++task) {
+      RunTask();
+      CheckQueries();
+    }
+  }
+
+ private:
+  void CheckQueries() const {
+    for (const Query& query : conversation_->Queries()) {
+      Require(!query.points.empty(), "a query reads something");
+      for (const std::size_t point : query.points) {
+        Require(point < device_.points.size(), "a query reads points of its device");
+      }
+    }
+  }
+
+  /// One byte: 0…3 poll, 4 probe, 5 and 6 write, 7 the port was opened anew; the rest goes into
+  /// the time that passes before.
+  void RunTask() {
+    const std::uint8_t head = input_.U8();
+    now_ += (head >> 3U) * 500ms;
+    Task task;
+    switch (head & 7U) {
+      case 4:
+        task.kind = Task::Kind::probe;
+        break;
+      case 5:
+      case 6:
+        task.kind = Task::Kind::write;
+        task.point = input_.Below(device_.points.size());
+        task.value = ValueOf(device_.points[task.point].type, input_.U8());
+        break;
+      case 7:
+        conversation_->OnReconnect();
+        return;
+      default:
+        task.query = input_.Below(conversation_->Queries().size());
+        if (task.query >= conversation_->Queries().size()) return;
+        break;
+    }
+    for (int step = 0; step < kMostSteps; ++step) {
+      auto request = conversation_->Ask(task, now_);
+      if (!request) {
+        Require(!request.error().empty(), "a refused task has a reason");
+        return;
+      }
+      if (Exchange(task, *request) != Then::ask_again) return;
+    }
+  }
+
+  void CheckRequest(const Request& request) const {
+    const Expectation listening = UnderTest().expect({}, device_.options);
+    Require(!request.bytes.empty(), "a request has bytes");
+    const Cut cut = UnderTest().request_rule(request.bytes, listening, true);
+    Require(cut.kind == Cut::Kind::frame && cut.size == request.bytes.size(),
+            "a request is one whole frame of its protocol");
+    for (const auto& [at, count] : request.expect.secrets) {
+      Require(at <= request.bytes.size() && count <= request.bytes.size() - at,
+              "secrets lie in the request");
+    }
+  }
+
+  Then Exchange(const Task& task, const Request& request) {
+    CheckRequest(request);
+    now_ += 10ms;
+    const Bytes reply = TakeReply(request);
+    Assembler assembler;
+    assembler.Begin(UnderTest().reply_rule, request.expect);
+    assembler.Feed(reply);
+    auto frame = assembler.Next(false);
+    if (!frame) frame = assembler.Next(true);
+    if (frame) {
+      const Answer answer = conversation_->OnFrame(task, request, *frame, now_);
+      CheckAnswer(answer, device_);
+      if (ProvesLife(answer.outcome)) return answer.then;
+      return Fail(task, request, answer.outcome);
+    }
+    return Fail(task, request,
+                assembler.blame() == Outcome::none ? Outcome::no_reply : assembler.blame());
+  }
+
+  Then Fail(const Task& task, const Request& request, Outcome outcome) {
+    now_ += 1s;
+    if (const auto instead = conversation_->Instead(request, outcome, now_)) CheckRequest(*instead);
+    return conversation_->OnFailure(task, request, outcome, now_);
+  }
+
+  /// One byte: 0 and 1 the twin's answer, 2 the same with edits and a new checksum, 3 the same
+  /// without a new one, 4 bytes with a checksum, 5 bare bytes, 6 silence, 7 the request itself.
+  Bytes TakeReply(const Request& request) {
+    const std::uint8_t head = input_.U8();
+    const std::uint8_t kind = head & 7U;
+    if (kind == 6) return {};
+    if (kind == 7) return request.bytes;
+    Bytes reply;
+    if (kind >= 4) {
+      Append(reply, input_.Take(head >> 3U));
+      if (kind == 4) Seal(UnderTest(), reply, 0);
+      return reply;
+    }
+    reply = twin_->Answer(request.bytes, now_);
+    if (kind < 2) return reply;
+    if (kind == 2) Unseal(UnderTest(), reply);
+    for (int edits = head >> 5U; edits > 0 && !reply.empty(); --edits) {
+      const std::size_t at = input_.Below(reply.size());
+      reply[at] = input_.U8();
+    }
+    const std::size_t lost = (head & 8U) != 0 ? input_.Below(reply.size()) : 0;
+    reply.resize(reply.size() - lost);
+    if ((head & 16U) != 0) Append(reply, input_.Take(input_.Below(32)));
+    if (kind == 2) Seal(UnderTest(), reply, 0);
+    return reply;
+  }
+
+  const config::Device& device_;
+  Input& input_;
+  World world_;
+  config::Line line_;
+  std::unique_ptr<Twin> twin_;
+  std::unique_ptr<Bus> bus_;
+  std::unique_ptr<Conversation> conversation_;
+  Instant now_{1h};
+};
+
+}  // namespace
+}  // namespace baudgate::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace baudgate::fuzz;
+  Input input(data, size);
+  const std::uint8_t slice = input.U8();
+  const auto& device = DeviceOf(slice, input.U8());
+  Session(device, input).Run();
+  return 0;
+}

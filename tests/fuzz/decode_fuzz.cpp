@@ -1,0 +1,36 @@
+// `baudgate decode` on any capture file: one JSON object an exchange, or a complaint.
+// Input: one byte for the protocol, then the text.
+// SPDX-License-Identifier: Apache-2.0
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "gateway/cli/decode.h"
+#include "protocols/dcon/protocol.h"
+#include "protocols/set4tm/protocol.h"
+#include "protocols/spabus/protocol.h"
+#include "tests/fuzz/fuzz.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace baudgate;
+  using namespace baudgate::fuzz;
+  static const config::Catalog catalog = {{{"spabus", &spabus::SpabusProtocol()},
+                                           {"dcon", &dcon::DconProtocol()},
+                                           {"set4tm", &Set4tmProtocol()}},
+                                          {}};
+  static const char* const protocols[] = {"spabus", "dcon", "set4tm"};
+  Input input(data, size);
+  DecodeOptions options;
+  options.protocol = protocols[input.Below(std::size(protocols))];
+  std::istringstream in{std::string(AsText(input.Rest()))};
+  std::ostringstream out;
+  std::ostringstream err;
+  const int code = RunDecode(options, catalog, in, out, err);
+  Require(code == 0 || code == 2, "captures are decoded or refused");
+  Require((code == 0) == err.str().empty(), "a refusal has words");
+  std::istringstream lines(out.str());
+  for (std::string line; std::getline(lines, line);) {
+    const auto object = nlohmann::json::parse(line, nullptr, false);
+    Require(object.is_object() && object.contains("outcome"), "one JSON object a line");
+  }
+  return 0;
+}

@@ -1,0 +1,49 @@
+// What `baudgate decode` does with one captured exchange: any request, any reply.
+// Input: device, options, request (counted), then the reply in pieces (stream.h).
+// SPDX-License-Identifier: Apache-2.0
+#include <memory>
+
+#include "gateway/assembler.h"
+#include "tests/fuzz/devices.h"
+#include "tests/fuzz/stream.h"
+#include "tests/fuzz/under_test.h"
+
+namespace baudgate::fuzz {
+namespace {
+
+void Interpret(Conversation& conversation, const config::Device& device, View request,
+               const Stream& reply) {
+  Assembler assembler;
+  assembler.Begin(UnderTest().reply_rule, UnderTest().expect(request, device.options));
+  assembler.Feed(reply.bytes);
+  for (const bool idle : {false, true}) {
+    while (const auto frame = assembler.Next(idle)) {
+      const Answer answer = conversation.Interpret(request, *frame);
+      CheckAnswer(answer, device);
+      Require(answer.then == Then::done, "a captured exchange is no step of a task");
+    }
+  }
+}
+
+}  // namespace
+}  // namespace baudgate::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace baudgate;
+  using namespace baudgate::fuzz;
+  Input input(data, size);
+  const std::uint8_t slice = input.U8();
+  const config::Device& device = DeviceOf(slice, input.U8());
+  const std::uint8_t head = input.U8();
+  const View written = input.Take(head & 0x7FU);
+  Bytes request(written.begin(), written.end());
+  if ((head & 0x80U) != 0) Seal(UnderTest(), request, 0);
+  if (UnderTest().name == "spabus" && !request.empty() && request.back() == '\n') {
+    request.pop_back();  // requests end in CR
+  }
+  config::Line line;
+  const auto bus = UnderTest().make_bus(line);
+  const auto conversation = bus->MakeConversation(device);
+  Interpret(*conversation, device, request, TakeStream(UnderTest(), input));
+  return 0;
+}

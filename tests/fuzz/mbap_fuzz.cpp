@@ -1,0 +1,110 @@
+// The Modbus path without sockets: bytes to frames, checked requests, values and writes, and the
+// answer that libmodbus makes of them.
+// Input: flags, then pieces: a length byte and as many bytes.
+// SPDX-License-Identifier: Apache-2.0
+#include <memory>
+
+#include "gateway/modbus/mbap.h"
+#include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/modbus_world.h"
+
+namespace baudgate::fuzz {
+namespace {
+
+using modbus::ExceptionCode;
+using modbus::MbapAssembler;
+
+modbus::Service& TheService(FuzzSink*& sink) {
+  static FuzzSink the_sink;
+  static modbus::Service service(ModbusConfig(), FilledStore(), the_sink, {}, {});
+  Require(service.responder().ready().ok(), "libmodbus is there");
+  sink = &the_sink;
+  return service;
+}
+
+/// Bytes of values that a checked write carries.
+std::size_t DataOf(const modbus::ModbusRequest& request) {
+  switch (request.function) {
+    case modbus::Function::write_coil:
+    case modbus::Function::write_register:
+      return 2;
+    case modbus::Function::write_coils:
+      return (std::size_t{request.count} + 7) / 8;
+    case modbus::Function::write_registers:
+      return std::size_t{request.count} * 2;
+    default:
+      return 0;
+  }
+}
+
+void Answer(modbus::Service& service, View frame, bool may_write) {
+  modbus::ModbusRequest request;
+  ExceptionCode exception = service.Check(frame, may_write, request);
+  if (exception == ExceptionCode::none) {
+    Require(request.count > 0 && request.start + request.count <= 0x10000, "a checked range");
+    Require(request.frame.data() == frame.data(), "a request views its frame");
+    Require(request.data.size() == DataOf(request), "a write carries the values that it counts");
+    if (modbus::IsWrite(frame)) {
+      Outcome ended = Outcome::ok;
+      exception =
+          service.Submit(request, ModbusNow() + 5s,
+                         [&ended](Outcome outcome, const std::string&) { ended = outcome; });
+      if (exception == ExceptionCode::none) exception = modbus::Service::ExceptionOf(ended);
+    } else {
+      exception = service.Read(request, ModbusNow());
+    }
+  }
+  if (exception != ExceptionCode::none) {
+    CheckModbusAnswer(frame, modbus::ExceptionReply(frame, exception));
+    return;
+  }
+  Bytes answer;
+  Require(service.responder().Append(request, answer), "libmodbus answers what was checked");
+  CheckModbusAnswer(frame, answer);
+}
+
+/// Frames as they come out, whatever the pieces; nothing after the first defect.
+void Receive(Input& input, bool may_write) {
+  FuzzSink* sink = nullptr;
+  modbus::Service& service = TheService(sink);
+  sink->turn = input.U8();
+  MbapAssembler assembler;
+  std::size_t in = 0;
+  std::size_t out = 0;
+  while (!input.empty()) {
+    const auto space = assembler.Space();
+    const View piece = input.Take(std::min<std::size_t>(input.U8(), space.size()));
+    std::copy(piece.begin(), piece.end(), space.begin());
+    assembler.Commit(piece.size());
+    in += piece.size();
+    View frame;
+    for (;;) {
+      const auto said = assembler.Peek();
+      const auto state = assembler.Take(frame);
+      Require(said == state, "Peek says what Take does");
+      Require((state == MbapAssembler::State::malformed) == !assembler.Defect().empty() ||
+                  state == MbapAssembler::State::frame,
+              "a defect has a reason");
+      if (state == MbapAssembler::State::malformed) return;
+      if (state == MbapAssembler::State::need_more) break;
+      out += frame.size();
+      Require(out <= in, "no frame is longer than what came");
+      Require(frame.size() >= 8 && frame.size() <= modbus::kMaxAdu, "a frame has its length");
+      // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
+      const Bytes copy(frame.begin(), frame.end());
+      Answer(service, copy, may_write);
+    }
+    Require(!assembler.Space().empty(), "there is room for what is missing");
+  }
+  sink->kept.clear();
+}
+
+}  // namespace
+}  // namespace baudgate::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace baudgate::fuzz;
+  Input input(data, size);
+  Receive(input, (input.U8() & 1U) == 0);
+  return 0;
+}

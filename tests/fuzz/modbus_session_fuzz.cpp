@@ -1,0 +1,127 @@
+// A whole session over a socket pair: pieces from a client, writes that are answered late or not,
+// answers that the client reads late, and an end at any moment.
+// Input: flags, then pieces: what happens (see Play), a length byte and as many bytes.
+// SPDX-License-Identifier: Apache-2.0
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "gateway/modbus/session.h"
+#include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/modbus_world.h"
+
+namespace baudgate::fuzz {
+namespace {
+
+class Gateway {
+ public:
+  Gateway() {
+    spdlog::set_level(spdlog::level::off);
+    Require(clients_->Open().ok(), "there is an epoll set");
+    service_.inbox()->Open(io_);
+  }
+
+  void Play(Input& input) {
+    std::array<int, 2> pair{};
+    const int kind = SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC;
+    Require(::socketpair(AF_UNIX, kind, 0, pair.data()) == 0, "there is a socket pair");
+    listener_.write = (input.U8() & 1U) == 0;
+    sink_.turn = input.U8();
+    int closed = 0;
+    auto session = std::make_shared<modbus::ModbusSession>(
+        pair[0], *clients_, listener_, service_, "fuzz", std::chrono::steady_clock::now(),
+        [&closed](modbus::ModbusSession&) { ++closed; });
+    session->Start();
+    Bytes sent;
+    Bytes answers;
+    for (int pieces = 0; pieces < 64 && !input.empty() && closed == 0; ++pieces) {
+      Step(input, *session, pair[1], sent, answers);
+    }
+    io_.restart();
+    io_.poll();
+    Read(pair[1], answers);
+    session->Close();
+    Require(closed == 1, "closed once");
+    sink_.kept.clear();
+    ::close(pair[1]);
+    session.reset();
+    io_.restart();
+    io_.poll();
+    CheckAnswers(sent, answers);
+  }
+
+ private:
+  /// One byte: bit 0 the server runs, bit 1 the client reads, bit 2 a kept write ends, bit 3 the
+  /// deadlines pass.
+  void Step(Input& input, modbus::ModbusSession& session, int client, Bytes& sent, Bytes& answers) {
+    const std::uint8_t what = input.U8();
+    const View piece = input.TakeCounted();
+    const ssize_t count =
+        piece.empty() ? 0 : ::send(client, piece.data(), piece.size(), MSG_NOSIGNAL);
+    if (count > 0) Append(sent, piece.first(static_cast<std::size_t>(count)));
+    if ((what & 4U) != 0 && !sink_.kept.empty()) {
+      sink_.kept.front().done(static_cast<Outcome>((what >> 4U) % kOutcomeCount), "");
+      sink_.kept.pop_front();
+    }
+    if ((what & 8U) != 0) session.Sweep(std::chrono::steady_clock::now() + 6s);
+    if ((what & 1U) != 0) {
+      io_.restart();
+      io_.poll();
+    }
+    if ((what & 2U) != 0) Read(client, answers);
+  }
+
+  static void Read(int client, Bytes& answers) {
+    std::array<std::uint8_t, 4096> chunk;
+    for (;;) {
+      const ssize_t count = ::recv(client, chunk.data(), chunk.size(), 0);
+      if (count <= 0) return;
+      Append(answers, View(chunk).first(static_cast<std::size_t>(count)));
+    }
+  }
+
+  /// Answers come in any order where writes wait, so each is looked for among the requests.
+  static void CheckAnswers(View sent, View answers) {
+    std::vector<View> requests;
+    const auto next = [](View& bytes) -> View {
+      const auto length = ByteReader(bytes).U16Be(4);
+      if (!length || bytes.size() < modbus::kMbapPrefix + *length) return {};
+      const View frame = bytes.first(modbus::kMbapPrefix + *length);
+      bytes = bytes.subspan(frame.size());
+      return frame;
+    };
+    for (View frame = next(sent); frame.size() >= 8; frame = next(sent)) requests.push_back(frame);
+    std::size_t count = 0;
+    while (!answers.empty()) {
+      const View answer = next(answers);
+      Require(answer.size() >= 9, "answers are whole");
+      const auto found = std::find_if(requests.begin(), requests.end(), [&](View request) {
+        return std::equal(request.begin(), request.begin() + 2, answer.begin()) &&
+               request[6] == answer[6] && (request[7] | 0x80U) == (answer[7] | 0x80U);
+      });
+      Require(found != requests.end(), "an answer belongs to a request");
+      Require(++count <= requests.size(), "no more answers than requests");
+    }
+  }
+
+  asio::io_context io_;
+  std::shared_ptr<modbus::ClientPoll> clients_ = std::make_shared<modbus::ClientPoll>(io_);
+  config::Listener listener_;
+  FuzzSink sink_;
+  modbus::Service service_{ModbusConfig(), FilledStore(), sink_, {}, {}};
+};
+
+}  // namespace
+}  // namespace baudgate::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace baudgate::fuzz;
+  static Gateway gateway;
+  Input input(data, size);
+  gateway.Play(input);
+  return 0;
+}

@@ -1,0 +1,101 @@
+// A frame rule keeps its laws on any bytes: every cut within what is held, bytes in = delivered +
+// discarded + held, bounded memory, and the same frames however the bytes are split.
+// Input: options, request (counted; replies only), then pieces (stream.h).
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+
+#include "gateway/assembler.h"
+#include "tests/fuzz/stream.h"
+#include "tests/fuzz/under_test.h"
+
+namespace baudgate::fuzz {
+namespace {
+
+FrameRule Rule() { return FUZZ_REPLIES ? UnderTest().reply_rule : UnderTest().request_rule; }
+
+/// The assembler forgives what a rule may not do; this does not.
+Cut CheckedRule(View held, const Expectation& expect, bool idle) {
+  const Cut cut = Rule()(held, expect, idle);
+  const Cut again = Rule()(held, expect, idle);
+  Require(cut.kind == again.kind && cut.size == again.size && cut.blame == again.blame,
+          "the same slice gets the same answer");
+  Require(cut.size <= held.size(), "a cut is no longer than what is held");
+  if (cut.kind == Cut::Kind::need_more) return cut;
+  Require(cut.size >= 1, "every answer but need_more consumes");
+  if (cut.kind == Cut::Kind::frame) {
+    Require(cut.size <= expect.max_bytes, "a frame is no longer than max_bytes");
+    return cut;
+  }
+  Require(!cut.why.empty(), "a discard says why");
+  Require(
+      cut.blame == Outcome::none || cut.blame == Outcome::partial || cut.blame == Outcome::corrupt,
+      "a discard is corrupt, partial or harmless");
+  return cut;
+}
+
+struct Delivery {
+  std::vector<std::size_t> ends;  ///< where each frame ended in the stream
+  std::vector<Bytes> frames;
+  std::uint64_t discarded = 0;
+  Outcome blame = Outcome::none;
+
+  bool operator==(const Delivery&) const = default;
+};
+
+void TakeFrames(Assembler& assembler, bool idle, Delivery& delivery) {
+  while (auto frame = assembler.Next(idle)) {
+    const AssemblerCounters& count = assembler.counters();
+    delivery.ends.push_back(static_cast<std::size_t>(count.delivered + count.discarded));
+    delivery.frames.push_back(std::move(*frame));
+  }
+}
+
+Delivery Deliver(View stream, const std::vector<std::size_t>& cuts, const Expectation& expect) {
+  Delivery delivery;
+  Assembler assembler;
+  assembler.Begin(CheckedRule, expect);
+  std::size_t from = 0;
+  const auto feed = [&](std::size_t to) {
+    assembler.Feed(stream.subspan(from, to - from));
+    from = to;
+    TakeFrames(assembler, false, delivery);
+    Require(assembler.held() <= expect.max_bytes, "memory is bounded by max_bytes");
+  };
+  for (const std::size_t cut : cuts) feed(cut);
+  feed(stream.size());
+  TakeFrames(assembler, true, delivery);
+  const AssemblerCounters& count = assembler.counters();
+  Require(count.in == stream.size(), "all bytes are counted");
+  Require(count.in == count.delivered + count.discarded + assembler.held(),
+          "bytes in = delivered + discarded + held");
+  Require(assembler.held() == 0, "nothing is held after silence");
+  delivery.discarded = count.discarded;
+  delivery.blame = assembler.blame();
+  return delivery;
+}
+
+}  // namespace
+}  // namespace baudgate::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace baudgate;
+  using namespace baudgate::fuzz;
+  Input input(data, size);
+  const config::Options& options = CachedOptions(input.U8());
+  const View request = FUZZ_REPLIES ? input.TakeCounted() : View();
+  const Expectation expect = UnderTest().expect(request, options);
+  Require(expect.max_bytes > 0 && expect.max_bytes <= 8192, "max_bytes bounds every buffer");
+  for (const auto& [at, count] : expect.secrets) {
+    Require(at <= request.size() && count <= request.size() - at, "secrets lie in the request");
+  }
+  const Stream stream = TakeStream(UnderTest(), input);
+  const Delivery pieces = Deliver(stream.bytes, stream.cuts, expect);
+  if (!stream.cuts.empty()) {
+    const Delivery whole = Deliver(stream.bytes, {}, expect);
+    Require(whole.frames == pieces.frames && whole.ends == pieces.ends,
+            "any fragmentation gives the same frames");
+    Require(whole.discarded == pieces.discarded, "any fragmentation discards the same bytes");
+    Require(whole.blame == pieces.blame, "any fragmentation gives the same blame");
+  }
+  return 0;
+}

@@ -1,0 +1,28 @@
+// Bytes on a line as the fuzzer makes them: pieces, of which some end a fragment and some get a
+// right checksum, because no fuzzer guesses a CRC.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "protocols/protocol.h"
+#include "tests/fuzz/fuzz.h"
+
+namespace baudgate::fuzz {
+
+struct Stream {
+  Bytes bytes;
+  std::vector<std::size_t> cuts;  ///< ends of fragments, ascending
+};
+
+/// Appends the check value that the protocol's frames end with, over what begins at `from`.
+void Seal(const Protocol& protocol, Bytes& bytes, std::size_t from);
+
+/// Takes the check value off a whole frame, so that Seal can make it anew.
+void Unseal(const Protocol& protocol, Bytes& frame);
+
+/// All pieces that are left in the input: one byte of length (6 bits), 0x40 = seal everything since
+/// the last seal, 0x80 = a fragment ends here; then the piece.
+Stream TakeStream(const Protocol& protocol, Input& input);
+
+}  // namespace baudgate::fuzz
