@@ -12,16 +12,20 @@
 #include "gateway/cli/check.h"
 #include "gateway/cli/decode.h"
 #include "gateway/cli/demo.h"
+#include "gateway/cli/fault_text.h"
+#include "gateway/cli/in_use.h"
 #include "gateway/cli/map.h"
 #include "gateway/cli/profiles.h"
 #include "gateway/cli/protocols.h"
+#include "gateway/cli/release.h"
 #include "gateway/cli/run.h"
 #include "gateway/cli/simulate.h"
+#include "gateway/cli/status.h"
+#include "gateway/cli/trace.h"
 #include "gateway/log.h"
 #include "gateway/modules.h"
 #include "gateway/version.h"
 #ifdef BAUDGATE_WITH_DDS
-#include "gateway/cli/live_table.h"
 #include "gateway/cli/watch.h"
 #endif
 
@@ -141,6 +145,18 @@ void AddSimulate(CLI::App& app, Action& action) {
   command->add_option("--baud", options->serial, "Keep this bit rate, for example \"9600 7E1\"");
   AddDuration(*command, "--think", options->think_time, "Time before each reply, 5ms if not given");
   command->add_option("--set", options->set, "Device option, key=value")->take_all();
+  command
+      ->add_option_function<std::vector<std::string>>(
+          "--fault",
+          [options](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) {
+              auto fault = ParseFault(text);
+              if (!fault) throw CLI::ValidationError("--fault", fault.error());
+              options->faults.push_back(std::move(*fault));
+            }
+          },
+          "Misbehave: KIND[:key=value,...], for example loss:rate=0.1; may be repeated")
+      ->take_all();
   command->callback([options, &action] {
     action = [=](const auto& catalog) {
       return RunSimulate(*options, catalog, std::cout, std::cerr);
@@ -155,6 +171,7 @@ void AddDecode(CLI::App& app, Action& action) {
   command->add_option("--protocol", options->protocol, "Protocol")->required();
   command->add_option("--profile", options->profile, "Device profile, for names and units");
   command->add_option("--set", options->set, "Device option, key=value")->take_all();
+  command->add_option("--device", options->device, "Of a trace, only this device");
   command->add_option("FILE", *file, "Lines \"> hex\" and \"< hex\"; - for standard input")
       ->required();
   command->callback([options, file, &action] {
@@ -208,6 +225,62 @@ void AddListings(CLI::App& app, Action& action) {
   });
 }
 
+void AddSocket(CLI::App& command, std::string& socket) {
+  command.add_option("--socket", socket, "Control socket of the gateway, if it is not found");
+}
+
+void AddStatus(CLI::App& app, Action& action) {
+  auto* command =
+      app.add_subcommand("status", "What the running gateway says of lines and devices");
+  auto options = std::make_shared<StatusOptions>();
+  command->add_option("TARGET", options->target, "LINE or LINE.DEVICE; everything if not given");
+  command->add_flag("--json", options->json, "Print one JSON object");
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) {
+      options->terminal = TerminalView(1);
+      return RunStatus(*options, std::cout, std::cerr);
+    };
+  });
+}
+
+void AddRelease(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("release", "Lend a line's port to another program");
+  auto options = std::make_shared<ReleaseOptions>();
+  command->add_option("LINE", options->line, "Line")->required();
+  auto* time = AddDuration(*command, "--for", options->time, "How long, 10min if not given");
+  command->add_flag("--end", options->end, "Take it back now")->excludes(time);
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunRelease(*options, std::cout, std::cerr); };
+  });
+}
+
+void AddTrace(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("trace", "Show the bytes of a line as they come and go");
+  auto options = std::make_shared<TraceOptions>();
+  command->add_option("LINE", options->line, "Line")->required();
+  command->add_option("--device", options->device, "Only this device");
+  auto* last =
+      command->add_flag("--last", options->last, "What has been, from the flight recorder");
+  AddSeconds(*command, options->seconds)->excludes(last);
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunTrace(*options, std::cout, std::cerr); };
+  });
+}
+
+void AddInUse(CLI::App& app, Action& action, const char* name, const char* help, bool in_use) {
+  auto* command = app.add_subcommand(name, help);
+  auto options = std::make_shared<InUseOptions>();
+  options->in_use = in_use;
+  command->add_option("TARGET", options->target, "LINE.DEVICE")->required();
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunInUse(*options, std::cout, std::cerr); };
+  });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -223,6 +296,11 @@ int main(int argc, char** argv) {
   AddDecode(app, action);
   AddDemo(app, action);
   AddListings(app, action);
+  AddStatus(app, action);
+  AddRelease(app, action);
+  AddTrace(app, action);
+  AddInUse(app, action, "enable", "Ask a device again", true);
+  AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);
   if (argc > 1 && IsUnknownSubcommand(app, argv[1])) return kUsage;
   try {
     app.parse(argc, argv);

@@ -1,0 +1,54 @@
+// The other end of the control socket, for `status`, `release`, `trace`, `enable` and `disable`:
+// finds the running gateway, sends one JSON line, reads JSON lines.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <ostream>
+#include <string>
+
+#include "gateway/base/result.h"
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+class ControlClient {
+ public:
+  using Json = nlohmann::ordered_json;
+
+  /// At `path`; when it is empty, the one gateway that answers in the default places. The error
+  /// says what to do: start it, choose one of several, get the right.
+  static Result<ControlClient> Connect(const std::string& path);
+  ControlClient(ControlClient&& other) noexcept;
+  ControlClient& operator=(ControlClient&&) = delete;
+  ~ControlClient();
+
+  const std::string& path() const { return path_; }
+
+  /// A gateway that has closed the connection already has said why: its answer is still to be read.
+  void Send(const Json& request);
+
+  enum class Got { line, end, timeout, stopped };
+  /// Waits for a whole line, until the instant (nothing: for ever), or until `stop_descriptor` has
+  /// something to read.
+  Got ReadLine(std::string& line, std::optional<Instant> until, int stop_descriptor = -1);
+
+ private:
+  ControlClient(int descriptor, std::string path);
+
+  int descriptor_;
+  std::string path_;
+  std::string buffer_;
+  std::size_t searched_ = 0;  // of buffer_, without a line end
+};
+
+/// Sends the request and reads its answer, in time. The exit code: 0, or what was told on `err`.
+int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
+               ControlClient::Json& answer, std::ostream& err);
+
+/// The same with a connection of its own.
+int Ask(const std::string& socket, const ControlClient::Json& request, ControlClient::Json& answer,
+        std::ostream& err);
+
+}  // namespace baudgate

@@ -1,0 +1,24 @@
+// `baudgate release`: lends a line's port to another program for a while, and takes it back.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <ostream>
+#include <string>
+
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+struct ReleaseOptions {
+  std::string line;
+  Duration time = 10min;
+  bool end = false;        ///< take it back instead
+  std::string socket;      ///< empty: the gateway in the default places
+  Duration patience = 5s;  ///< for the port to be closed or opened
+};
+
+/// Returns when the port is closed (or open again), so that a script may go on. Exit code 0; 2 for
+/// an unknown line or a time out of range; 4 when no gateway answers or the port does not close.
+int RunRelease(const ReleaseOptions& options, std::ostream& out, std::ostream& err);
+
+}  // namespace baudgate

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/gateway/control/fixture.h"
+
+#include <poll.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <asio/post.hpp>
+#include <utility>
+
+namespace baudgate::control {
+namespace {
+
+constexpr int kPatienceMs = 20'000;
+
+config::Device MakeDevice(const std::string& name, const std::string& address,
+                          const std::string& protocol) {
+  config::Device device;
+  device.name = name;
+  device.address = address;
+  device.protocol = protocol;
+  device.profile = "toy";
+  for (const char* point : {"current", "voltage"}) {
+    device.points.emplace_back().name = point;
+    device.points.back().unit = "A";
+  }
+  return device;
+}
+
+}  // namespace
+
+config::Config TwoLines() {
+  config::Config config;
+  config.name = "substation-7";
+  config.lines.resize(2);
+  config::Line& bay = config.lines[0];
+  bay.name = "bay-1";
+  bay.port = "/dev/ttyUSB0";
+  bay.protocol = "spabus";
+  bay.serial.data_bits = 7;
+  bay.serial.parity = config::Parity::even;
+  bay.devices = {MakeDevice("feeder-1", "1", "spabus"), MakeDevice("feeder-2", "2", "spabus")};
+  bay.devices[0].unit = 11;
+  config::Line& io = config.lines[1];
+  io.name = "io";
+  io.port = "/dev/ttyUSB1";
+  io.protocol = "dcon";
+  io.devices = {MakeDevice("ai-1", "0x0A", "dcon")};
+  return config;
+}
+
+void SetOpen(PointStore& store, std::uint32_t line, const std::string& text) {
+  store.UpdateLine(line, [&](LineStatus& status) {
+    status.port = LineStatus::Port::open;
+    status.port_text = text;
+    status.port_since = kNow.wall - 3h;
+  });
+}
+
+void AddExchanges(PointStore& store, std::uint32_t device, Outcome outcome, std::uint32_t count,
+                  Now at, Duration round_trip) {
+  const auto add = [&](auto& status) {
+    status.exchanges += count;
+    status.outcomes[static_cast<std::size_t>(outcome)] += count;
+    for (std::uint32_t i = 0; ProvesLife(outcome) && i < count; ++i) {
+      status.round_trips.Add(round_trip);
+    }
+  };
+  store.UpdateStatus(device, [&](DeviceStatus& status) {
+    add(status);
+    status.last_outcome = outcome;
+    if (!ProvesLife(outcome)) return;
+    status.last_ok = at.instant;
+    status.last_ok_wall = at.wall;
+    if (status.state == DeviceState::never_seen) status.state = DeviceState::online;
+  });
+  store.UpdateLine(store.LineIndex(store.line(device)), add);
+}
+
+// ---------------------------------------------------------------- fake lines
+
+void FakeLines::Note(const std::string& call) {
+  const std::lock_guard lock(mutex_);
+  calls_.push_back(call);
+}
+
+std::vector<std::string> FakeLines::calls() {
+  const std::lock_guard lock(mutex_);
+  return calls_;
+}
+
+void FakeLines::Release(std::uint32_t line, Duration time) {
+  Note("release " + std::to_string(line) + " for " + FormatDuration(time));
+  store_.UpdateLine(line, [](LineStatus& status) { status.port = LineStatus::Port::released; });
+}
+
+void FakeLines::TakeBack(std::uint32_t line) {
+  Note("take back " + std::to_string(line));
+  SetOpen(store_, line, "serial");
+}
+
+void FakeLines::SetInUse(std::uint32_t device, bool in_use) {
+  Note((in_use ? "use " : "do not use ") + std::to_string(device));
+}
+
+std::shared_ptr<TraceQueue> FakeLines::Trace(std::uint32_t line, std::function<void()> wake) {
+  auto queue = std::make_shared<TraceQueue>(std::move(wake));
+  const std::lock_guard lock(mutex_);
+  traces_[line].push_back(queue);
+  return queue;
+}
+
+std::vector<TraceRecord> FakeLines::Recorded(std::uint32_t) { return recorded; }
+
+bool FakeLines::Push(std::uint32_t line, const TraceRecord& record) {
+  const std::lock_guard lock(mutex_);
+  bool taken = false;
+  for (const auto& weak : traces_[line]) {
+    const auto queue = weak.lock();
+    if (queue) queue->Push(record);
+    taken = taken || queue;
+  }
+  return taken;
+}
+
+std::size_t FakeLines::Traces(std::uint32_t line) {
+  const std::lock_guard lock(mutex_);
+  std::size_t living = 0;
+  for (const auto& weak : traces_[line]) living += weak.expired() ? 0 : 1;
+  return living;
+}
+
+bool FakeLines::WaitForTraces(std::uint32_t line, std::size_t count) {
+  const Instant until = ReadClocks().instant + std::chrono::milliseconds(kPatienceMs);
+  while (Traces(line) != count) {
+    if (ReadClocks().instant > until) return false;
+    std::this_thread::yield();
+  }
+  return true;
+}
+
+// ---------------------------------------------------------------- raw client
+
+RawClient::RawClient(const std::string& path)
+    : descriptor_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  if (::connect(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    Close();
+  }
+}
+
+void RawClient::Close() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  descriptor_ = -1;
+}
+
+std::size_t RawClient::Send(const std::string& text) const {
+  std::size_t sent = 0;
+  while (sent < text.size()) {
+    const auto count = ::send(descriptor_, text.data() + sent, text.size() - sent, MSG_NOSIGNAL);
+    if (count <= 0) break;
+    sent += static_cast<std::size_t>(count);
+  }
+  return sent;
+}
+
+std::optional<std::string> RawClient::Line() {
+  for (;;) {
+    if (const auto end = buffer_.find('\n'); end != std::string::npos) {
+      std::string line = buffer_.substr(0, end);
+      buffer_.erase(0, end + 1);
+      return line;
+    }
+    pollfd waited{descriptor_, POLLIN, 0};
+    if (::poll(&waited, 1, kPatienceMs) <= 0) return std::nullopt;
+    char chunk[65536];
+    const auto count = ::recv(descriptor_, chunk, sizeof chunk, 0);
+    if (count <= 0) return std::nullopt;
+    buffer_.append(chunk, static_cast<std::size_t>(count));
+  }
+}
+
+std::string RawClient::Ask(const std::string& request) {
+  Send(request + "\n");
+  return Line().value_or("(no answer)");
+}
+
+bool RawClient::Ends() {
+  for (;;) {
+    pollfd waited{descriptor_, POLLIN, 0};
+    if (::poll(&waited, 1, kPatienceMs) <= 0) return false;
+    char chunk[65536];
+    if (::recv(descriptor_, chunk, sizeof chunk, 0) <= 0) return true;
+  }
+}
+
+// ---------------------------------------------------------------- fixture
+
+RuntimeDirectory::RuntimeDirectory(const std::filesystem::path& path) {
+  if (const char* before = std::getenv("XDG_RUNTIME_DIR")) before_ = before;
+  ::setenv("XDG_RUNTIME_DIR", path.c_str(), 1);
+}
+
+RuntimeDirectory::~RuntimeDirectory() { ::setenv("XDG_RUNTIME_DIR", before_.c_str(), 1); }
+
+ControlTest::ControlTest(config::Config config) : config_(std::move(config)) {
+  std::string form = (std::filesystem::temp_directory_path() / "baudgate-control-XXXXXX").string();
+  if (::mkdtemp(form.data()) != nullptr) directory_ = form;
+  config_.socket = (directory_ / "gate.sock").string();
+}
+
+ControlTest::~ControlTest() {
+  StopServer();
+  server_.reset();
+  std::error_code ignored;
+  std::filesystem::remove_all(directory_, ignored);
+}
+
+void ControlTest::StartServer() {
+  server_.emplace(config_, store_, lines_, GatewayInfo{"1.2.3", kStarted}, io_, limits_);
+  listening_ = server_->Listen();
+  thread_ = std::thread([this] {
+    const auto work = asio::make_work_guard(io_);
+    io_.run();
+  });
+}
+
+void ControlTest::StopServer() {
+  if (!thread_.joinable()) return;
+  asio::post(io_, [this] {
+    server_->Stop();
+    io_.stop();
+  });
+  thread_.join();
+}
+
+}  // namespace baudgate::control

@@ -1,0 +1,119 @@
+// A gateway of two lines and three devices without any wire: a store that tests fill, a line
+// control that remembers what it was asked for, and the control server on a socket of the test's
+// own.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <asio/executor_work_guard.hpp>
+#include <asio/io_context.hpp>
+#include <condition_variable>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gateway/control/server.h"
+
+namespace baudgate::control {
+
+/// Lines bay-1 (feeder-1, feeder-2) and io (ai-1).
+config::Config TwoLines();
+
+inline constexpr Instant kStarted{1h};
+/// Three hours after kStarted.
+inline constexpr Now kNow{kStarted + 3h, WallTime{1'790'000'000s}};  // 2026-09-21T14:13:20Z
+
+/// Puts numbers into the store as a line would.
+void SetOpen(PointStore& store, std::uint32_t line, const std::string& text);
+void AddExchanges(PointStore& store, std::uint32_t device, Outcome outcome, std::uint32_t count,
+                  Now at, Duration round_trip = 20ms);
+
+class FakeLines final : public LineControl {
+ public:
+  explicit FakeLines(PointStore& store) : store_(store) {}
+
+  void Release(std::uint32_t line, Duration time) override;
+  void TakeBack(std::uint32_t line) override;
+  void SetInUse(std::uint32_t device, bool in_use) override;
+  std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override;
+  std::vector<TraceRecord> Recorded(std::uint32_t line) override;
+
+  /// False when nobody follows the line.
+  bool Push(std::uint32_t line, const TraceRecord& record);
+  /// Waits for an event, for as long as a broken machine may need.
+  bool WaitForTraces(std::uint32_t line, std::size_t count);
+  std::vector<std::string> calls();
+
+  std::vector<TraceRecord> recorded;  ///< of every line; set it before the server starts
+
+ private:
+  std::size_t Traces(std::uint32_t line);
+  void Note(const std::string& call);
+
+  PointStore& store_;
+  std::mutex mutex_;
+  std::vector<std::string> calls_;
+  std::map<std::uint32_t, std::vector<std::weak_ptr<TraceQueue>>> traces_;
+};
+
+/// A blocking client that knows nothing but bytes.
+class RawClient {
+ public:
+  explicit RawClient(const std::string& path);
+  RawClient(RawClient&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  ~RawClient() { Close(); }
+
+  bool connected() const { return descriptor_ >= 0; }
+  void Close();
+  /// How much of it was taken before the other side closed.
+  std::size_t Send(const std::string& text) const;
+  /// One line without its end; nothing when the connection has ended, or nothing came for long.
+  std::optional<std::string> Line();
+  std::string Ask(const std::string& request);
+  /// The server has closed the connection; bytes before the end are passed over.
+  bool Ends();
+
+ private:
+  int descriptor_;
+  std::string buffer_;
+};
+
+/// XDG_RUNTIME_DIR for the length of a test.
+class RuntimeDirectory {
+ public:
+  explicit RuntimeDirectory(const std::filesystem::path& path);
+  ~RuntimeDirectory();
+
+ private:
+  std::string before_;
+};
+
+class ControlTest : public testing::Test {
+ protected:
+  explicit ControlTest(config::Config config = TwoLines());
+  ~ControlTest() override;
+
+  void StartServer();
+  void StopServer();
+  RawClient Connect() const { return RawClient(path()); }
+  std::string path() const { return config_.socket; }
+
+  std::filesystem::path directory_;
+  config::Config config_;
+  PointStore store_{config_};
+  FakeLines lines_{store_};
+  Limits limits_;
+  asio::io_context io_{1};
+  std::optional<ControlServer> server_;
+  Status listening_;
+
+ private:
+  std::thread thread_;
+};
+
+}  // namespace baudgate::control

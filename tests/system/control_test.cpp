@@ -1,0 +1,197 @@
+// The running daemon asked and told things over its control socket, by the commands that users
+// have.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/system/three_devices.h"
+
+namespace baudgate::system_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::StartsWith;
+using Json = nlohmann::json;
+
+constexpr int kGood = 0xC0;
+constexpr int kOutOfService = 0x1C;
+
+/// A relay that answers, a ghost on the same line that does not, and a line without its port.
+class Control : public ThreeDevices {
+ protected:
+  std::string socket() const { return (directory() / "gate.sock").string(); }
+
+  std::string YamlWithSocket(const std::string& path) const {
+    std::string yaml = Head();
+    const std::string name = "{ name: " + gateway() + " }";
+    yaml.replace(yaml.find(name), name.size(), "{ name: " + gateway() + ", socket: " + path + " }");
+    return yaml +
+           Line("relay", "spabus", "address: 7, profile: relay, unit: 1, poll: 1s",
+                "serial: 38400 7E1") +
+           "      - { name: ghost, address: 9, profile: relay }\n" +
+           Line("io", "dcon", "address: 1, profile: module, unit: 11");
+  }
+
+  void StartRelay() {
+    relay = StartTwin("relay", "relay", "7");
+    daemon = StartDaemon(YamlWithSocket(socket()));
+    ASSERT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
+  }
+
+  Finished Ask(std::vector<std::string> words) const {
+    words.insert(words.end(), {"--socket", socket()});
+    return Command(words);
+  }
+  Json Status(const std::string& target) const {
+    const Finished status = Ask({"status", target, "--json"});
+    EXPECT_EQ(status.code, 0) << status.errors;
+    return Json::parse(status.output, nullptr, false);
+  }
+  /// The daemon has this device file open.
+  bool Holds(const std::string& link) const {
+    const fs::path file = fs::canonical(link);
+    for (const auto& open :
+         fs::directory_iterator("/proc/" + std::to_string(daemon->id()) + "/fd")) {
+      std::error_code gone;
+      if (fs::read_symlink(open.path(), gone) == file) return true;
+    }
+    return false;
+  }
+};
+
+TEST_F(Control, StatusTellsWhoIsWellAndWhoIsNot) {
+  StartRelay();
+  ASSERT_TRUE(Eventually([&] { return Status("relay")["lines"][0]["notice_bound_ms"] > 0; }))
+      << "the ghost is not missed";
+  const Finished text = Ask({"status"});
+  EXPECT_EQ(text.code, 0) << text.errors;
+  EXPECT_THAT(text.output, StartsWith(gateway() + ": baudgate "));
+  EXPECT_THAT(text.output, HasSubstr("\nrelay.relay-1  online "));
+  EXPECT_THAT(text.output,
+              HasSubstr("\nrelay.ghost: has never answered: no_reply; not a byte came"));
+  EXPECT_THAT(text.output, HasSubstr("\nio: port closed"));
+
+  const Json line = Status("relay")["lines"][0];
+  EXPECT_EQ(line["port_state"], "open");
+  const Json device = line["devices"][0];
+  EXPECT_EQ(device["state"], "online");
+  std::uint64_t counted = 0;
+  for (const Json& bucket : device["round_trips"]["histogram"]) {
+    counted += bucket["count"].get<std::uint64_t>();
+  }
+  EXPECT_EQ(counted, device["round_trips"]["count"]);
+  const Finished one = Ask({"status", "relay.relay-1"});
+  EXPECT_THAT(one.output, AllOf(HasSubstr("current_l1"), HasSubstr("1.25"), HasSubstr("good")));
+
+  const Finished unknown = Ask({"status", "realy"});
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_THAT(unknown.errors, HasSubstr("did you mean 'relay'? lines: relay, io"));
+}
+
+TEST_F(Control, WithoutAGatewayExitCodeFour) {
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"status"}, {"release", "x"}, {"trace", "x"}, {"enable", "x.y"}, {"disable", "x.y"}}) {
+    const Finished none = Ask(words);
+    EXPECT_EQ(none.code, 4) << words[0];
+    EXPECT_THAT(none.errors, HasSubstr("is baudgate running? give --socket PATH")) << words[0];
+  }
+}
+
+TEST_F(Control, AReleasedPortIsFreeAndComesBackByItself) {
+  StartRelay();
+  ASSERT_TRUE(Holds(LinkOf("relay")));
+  const Finished release = Ask({"release", "relay", "--for", "1h"});
+  EXPECT_EQ(release.code, 0) << release.errors;
+  EXPECT_THAT(release.output, HasSubstr("is free for another program until "));
+  EXPECT_FALSE(Holds(LinkOf("relay"))) << "the command has returned too early";
+  EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kOutOfService));
+  EXPECT_THAT(Ask({"status"}).output, HasSubstr("\nrelay: released: the port is lent until "));
+
+  EXPECT_EQ(Ask({"release", "relay", "--end"}).code, 0);
+  EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
+  EXPECT_EQ(Ask({"release", "relay", "--for", "1s"}).code, 0);
+  EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood)) << "it did not come back";
+  EXPECT_EQ(Ask({"release", "relay", "--for", "25h"}).code, 2);
+  EXPECT_EQ(Ask({"release", "relay", "--for", "10"}).code, 2);
+}
+
+TEST_F(Control, ADeviceIsTakenOutOfUseAndBack) {
+  StartRelay();
+  EXPECT_EQ(Ask({"disable", "relay.relay-1"}).code, 0);
+  EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kOutOfService));
+  EXPECT_THAT(Ask({"status", "relay"}).output, HasSubstr("taken out of use at run time"));
+  EXPECT_EQ(Ask({"enable", "relay.relay-1"}).code, 0);
+  EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
+  EXPECT_EQ(Ask({"disable", "relay"}).code, 2);
+}
+
+TEST_F(Control, ATraceShowsTheBytesAndEndsInPeace) {
+  StartRelay();
+  const auto trace = Start({"trace", "relay", "--device", "relay-1", "--socket", socket()});
+  EXPECT_TRUE(Eventually([&] {
+    const std::string text = trace->Output();
+    return text.find(" relay-1 > 3E 37 ") != std::string::npos &&
+           text.find(" relay-1 < ") != std::string::npos &&
+           text.find(" relay-1 = ok") != std::string::npos;
+  })) << trace->Errors();
+  trace->Signal(SIGINT);
+  EXPECT_EQ(trace->WaitForEnd(), 0);
+  EXPECT_THAT(trace->Output(), Not(HasSubstr(" ghost ")));
+  EXPECT_THAT(trace->Errors(), IsEmpty());
+
+  const auto other = Start({"trace", "relay", "--socket", socket()});
+  EXPECT_TRUE(Eventually([&] { return !other->Output().empty(); }));
+  daemon->Signal(SIGTERM);
+  EXPECT_EQ(other->WaitForEnd(), 0);
+  EXPECT_THAT(other->Errors(), HasSubstr("the trace has ended: the gateway is stopping"));
+  EXPECT_EQ(daemon->WaitForEnd(), 0);
+  EXPECT_FALSE(fs::exists(socket()));
+}
+
+TEST_F(Control, WhatWasRecordedIsDecoded) {
+  StartRelay();
+  const Finished last = Ask({"trace", "relay", "--device", "relay-1", "--last"});
+  ASSERT_EQ(last.code, 0) << last.errors;
+  const std::string file = Write("last.txt", last.output).string();
+  const Finished decoded = Command({"decode", "--protocol", "spabus", file});
+  ASSERT_EQ(decoded.code, 0) << decoded.errors << last.output;
+  std::istringstream lines(decoded.output);
+  std::size_t good = 0;
+  for (std::string line; std::getline(lines, line);) {
+    good += Json::parse(line)["outcome"] == "ok" ? 1 : 0;
+  }
+  EXPECT_GT(good, 0U) << last.output;
+}
+
+TEST_F(Control, WithoutItsSocketTheGatewayPollsAllTheSame) {
+  relay = StartTwin("relay", "relay", "7");
+  daemon = StartDaemon(YamlWithSocket("/nowhere/gate.sock"));
+  EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
+  EXPECT_THAT(daemon->Errors(), HasSubstr("/nowhere/gate.sock: No such file or directory"));
+}
+
+TEST_F(Control, AGatewayIsFoundWithoutBeingTold) {
+  relay = StartTwin("relay", "relay", "7");
+  const std::string yaml =
+      Head() + Line("relay", "spabus", "address: 7, profile: relay, unit: 1", "serial: 38400 7E1");
+  const Child::Environment here = {{"XDG_RUNTIME_DIR", directory().string()}};
+  daemon = Start({"run", "-c", Write("baudgate.yaml", yaml).string()}, here);
+  ASSERT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
+  const auto status = Start({"status"}, here);
+  // Another gateway of this machine may run in /run/baudgate: then both are named.
+  const auto code = status->WaitForEnd();
+  EXPECT_THAT(status->Output() + status->Errors(), HasSubstr(gateway()));
+  EXPECT_TRUE(code == 0 || code == 4);
+}
+
+}  // namespace
+}  // namespace baudgate::system_test
