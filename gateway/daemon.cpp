@@ -11,9 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/control/server.h"
 #include "gateway/line_runner.h"
 #include "gateway/log.h"
 #include "gateway/modbus/server.h"
+#include "gateway/recordings.h"
 #include "gateway/version.h"
 #ifdef BAUDGATE_WITH_DDS
 #include "gateway/dds/publisher.h"
@@ -27,7 +29,7 @@ constexpr int kMostArenas = 2;
 
 }  // namespace
 
-struct Daemon::Impl final : CommandSink {
+struct Daemon::Impl final : CommandSink, LineControl {
   Impl(config::Config its_config, const config::Catalog& its_catalog)
       : config(std::move(its_config)), catalog(its_catalog), store(config) {}
 
@@ -35,21 +37,39 @@ struct Daemon::Impl final : CommandSink {
     return runners[line_of[command.device]]->Submit(std::move(command));
   }
 
+  void Release(std::uint32_t line, Duration time) override { runners[line]->Release(time); }
+  void TakeBack(std::uint32_t line) override { runners[line]->TakeBack(); }
+  void SetInUse(std::uint32_t device, bool in_use) override {
+    runners[line_of[device]]->SetInUse(device, in_use);
+  }
+  std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override {
+    return runners[line]->recorder().Subscribe(std::move(wake));
+  }
+  std::vector<TraceRecord> Recorded(std::uint32_t line) override {
+    return runners[line]->recorder().Recorded();
+  }
+
   void MakeLines();
   Status StartModbus();
   Status StartDds();
   void StopModbus();
+  void StartControl();
+  void StopControl();
   modbus::GatewayInfo Info() const;
 
   const config::Config config;
   const config::Catalog& catalog;
   PointStore store;
+  std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
   std::vector<std::unique_ptr<LineRunner>> runners;
   std::vector<std::size_t> line_of;  // by device
   Instant started = ReadClocks().instant;
   asio::io_context modbus_io{1};
   std::unique_ptr<modbus::ModbusServer> modbus;
   std::thread modbus_thread;
+  asio::io_context control_io{1};  // of its own: long answers must not delay registers
+  std::unique_ptr<control::ControlServer> control;
+  std::thread control_thread;
 #ifdef BAUDGATE_WITH_DDS
   std::unique_ptr<dds::DdsPublisher> dds;
 #endif
@@ -69,10 +89,12 @@ Status Daemon::Start() {
   if (Status status = impl_->StartModbus(); !status) return status;
   if (Status status = impl_->StartDds(); !status) return status;
   for (const auto& runner : impl_->runners) runner->Start();
+  impl_->StartControl();
   return {};
 }
 
 void Daemon::Stop() {
+  impl_->StopControl();
   impl_->StopModbus();
   for (const auto& runner : impl_->runners) runner->Stop();
 #ifdef BAUDGATE_WITH_DDS
@@ -83,6 +105,7 @@ void Daemon::Stop() {
 
 const config::Config& Daemon::config() const { return impl_->config; }
 const PointStore& Daemon::store() const { return impl_->store; }
+LineControl& Daemon::control() { return *impl_; }
 
 std::string Daemon::Summary() const {
   std::string text;
@@ -103,10 +126,16 @@ void Daemon::Impl::MakeLines() {
   const auto find = [this](const std::string& name) -> const Protocol& {
     return *catalog.FindProtocol(name);
   };
+  LineRecorder::Sink sink;
+  if (const auto folder = Recordings::FolderOf(config); !folder.empty()) {
+    recordings = std::make_unique<Recordings>(
+        folder, kVersion, [](const std::string& trouble) { log::Warn("{}", trouble); });
+    sink = [this](Recording recording) { recordings->Save(std::move(recording)); };
+  }
   std::uint32_t first_device = 0;
   for (const config::Line& line : config.lines) {
     line_of.insert(line_of.end(), line.devices.size(), runners.size());
-    runners.push_back(std::make_unique<LineRunner>(line, first_device, find, store));
+    runners.push_back(std::make_unique<LineRunner>(line, first_device, find, store, sink));
     first_device += static_cast<std::uint32_t>(line.devices.size());
   }
 }
@@ -133,6 +162,35 @@ void Daemon::Impl::StopModbus() {
     modbus_io.stop();
   });
   modbus_thread.join();
+}
+
+/// A gateway that can not be asked still polls.
+void Daemon::Impl::StartControl() {
+  control = std::make_unique<control::ControlServer>(
+      config, store, *this, control::GatewayInfo{kVersion, started}, control_io);
+  if (const Status status = control->Listen(); !status) {
+    control.reset();
+    log::Warn(
+        "no control socket, so 'baudgate status' and the like will not work: {}; choose a "
+        "place with gateway.socket",
+        status.error());
+    return;
+  }
+  log::Info("control socket {}", control->path());
+  control_thread = std::thread([this] {
+    pthread_setname_np(pthread_self(), "control");
+    const auto work = asio::make_work_guard(control_io);
+    control_io.run();
+  });
+}
+
+void Daemon::Impl::StopControl() {
+  if (!control_thread.joinable()) return;
+  asio::post(control_io, [this] {
+    control->Stop();
+    control_io.stop();
+  });
+  control_thread.join();
 }
 
 Status Daemon::Impl::StartDds() {

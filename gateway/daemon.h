@@ -8,6 +8,7 @@
 #include "config/catalog.h"
 #include "config/config.h"
 #include "gateway/base/result.h"
+#include "gateway/line_control.h"
 #include "gateway/point_store.h"
 
 namespace baudgate {
@@ -26,6 +27,8 @@ class Daemon {
 
   const config::Config& config() const;
   const PointStore& store() const;
+  /// Between Start and Stop.
+  LineControl& control();
   /// "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices": for the log and READY=1.
   std::string Summary() const;
 

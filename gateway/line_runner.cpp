@@ -7,17 +7,20 @@
 #include <asio/post.hpp>
 #include <filesystem>
 #include <functional>
+#include <utility>
 
 #include "gateway/log.h"
 
 namespace baudgate {
 namespace {
 
-/// A missing device file is looked for so often: cheap, and soon enough after plugging in.
+/// A missing port that can not be watched is looked for so often.
 constexpr Duration kLookForPort = 500ms;
 /// A connection behind which every device has been silent so long is made anew: a serial server may
 /// keep its TCP alive although its serial side hangs.
 constexpr Duration kSilenceLimit = 30s;
+/// The driver's counters cost a call into it.
+constexpr Duration kCountErrorsEvery = 1s;
 
 bool IsNetwork(const std::string& port) { return port.starts_with("tcp://"); }
 
@@ -29,23 +32,32 @@ bool IsMissing(const std::string& port) {
 }  // namespace
 
 LineRunner::LineRunner(const config::Line& line, std::uint32_t first_device,
-                       const Poller::FindProtocol& find, PointStore& store)
+                       const Poller::FindProtocol& find, PointStore& store,
+                       LineRecorder::Sink recordings)
     : config_(line),
       store_(store),
+      line_(store.LineIndex(line)),
       io_(1),
       work_(io_.get_executor()),
       timer_(io_),
       reopen_timer_(io_),
       silence_timer_(io_),
+      loan_timer_(io_),
+      watch_(io_, line.port, [this] { OnPortChange(); }),
       transport_(MakeTransport(line, io_, *this)),
-      echo_(line.echo),
+      recorder_(line, first_device, std::move(recordings)),
       poller_(line, first_device, find, store, *this),
-      ladder_(static_cast<std::uint32_t>(std::hash<std::string>{}(line.name))) {}
+      ladder_(static_cast<std::uint32_t>(std::hash<std::string>{}(line.name))) {
+  poller_.Attach(recorder_);
+  ShowPort(LineStatus::Port::closed, "not opened yet");
+}
 
 LineRunner::~LineRunner() { Stop(); }
 
 void LineRunner::Start() {
-  asio::post(io_, [this] { Open(); });
+  asio::post(io_, [this] {
+    if (!lent_until_) Open();
+  });
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -60,10 +72,8 @@ void LineRunner::Run() {
 void LineRunner::Stop() {
   if (!thread_.joinable()) return;
   asio::post(io_, [this] {
-    timer_.cancel();
-    reopen_timer_.cancel();
-    silence_timer_.cancel();
-    transport_->Close();
+    loan_timer_.cancel();
+    ClosePort();
     if (open_.exchange(false)) poller_.OnClosed(ReadClocks());
     work_.reset();
     io_.stop();
@@ -89,28 +99,53 @@ bool LineRunner::Submit(WriteCommand command) {
   return true;
 }
 
+void LineRunner::SetInUse(std::uint32_t device, bool in_use) {
+  asio::post(io_, [this, device, in_use] {
+    poller_.SetInUse(device, in_use, ReadClocks());
+    Arm();
+  });
+}
+
 // ---------------------------------------------------------------- the port
 
 void LineRunner::Open() { transport_->Open(); }
 
+/// And nothing that would open it again.
+void LineRunner::ClosePort() {
+  timer_.cancel();
+  reopen_timer_.cancel();
+  silence_timer_.cancel();
+  watch_.Stop();
+  transport_->Close();
+}
+
 void LineRunner::OnOpened() {
   open_ = true;
   applied_ = &config_.serial;
-  echo_.OnExchangeEnd();  // of an exchange that the port did not survive
+  out_of_service_ = false;
   last_trouble_.clear();
   ladder_.Reset();
+  reopen_timer_.cancel();
+  watch_.Stop();
   log::Info("line {}: open ({})", config_.name, transport_->Describe());
+  ShowPort(LineStatus::Port::open, transport_->Describe());
+  CountErrors(ReadClocks().instant);
   poller_.OnOpened(ReadClocks());
   Arm();
   if (IsNetwork(config_.port)) CheckSilence();
 }
 
-void LineRunner::OnOpenFailed(const std::string& reason) { Down(reason); }
+void LineRunner::OnOpenFailed(const std::string& reason) {
+  // The time of the loan is over, but the port is not ours yet.
+  if (std::exchange(out_of_service_, false)) poller_.OnClosed(ReadClocks());
+  Down(reason);
+}
 
 void LineRunner::OnLost(const std::string& reason) {
   open_ = false;
   timer_.cancel();
   silence_timer_.cancel();
+  store_.UpdateLine(line_, [](LineStatus& status) { ++status.times_lost; });
   poller_.OnClosed(ReadClocks());
   Down(reason);
 }
@@ -119,21 +154,94 @@ void LineRunner::Down(const std::string& reason) {
   if (reason != last_trouble_) {
     log::Warn("line {}: down: {}; trying again until it works", config_.name, reason);
     last_trouble_ = reason;
+    ShowPort(LineStatus::Port::closed, reason);
   }
-  RetryOpen(IsMissing(config_.port) ? kLookForPort : ladder_.Next());
+  // First watched, then looked at: what comes between is not lost.
+  const bool watching = !IsNetwork(config_.port) && (watch_.watching() || watch_.Start());
+  if (!IsMissing(config_.port)) return RetryIn(ladder_.Next());
+  ladder_.Reset();
+  if (!watching) RetryIn(kLookForPort);
 }
 
-void LineRunner::RetryOpen(Duration wait) {
+void LineRunner::RetryIn(Duration wait) {
   reopen_timer_.expires_after(wait);
   reopen_timer_.async_wait([this](const asio::error_code& error) {
-    if (error) return;
-    if (IsMissing(config_.port)) {
-      // The full open explains itself in the log when the reason is new.
-      ladder_.Reset();
-      if (!last_trouble_.empty()) return RetryOpen(kLookForPort);
-    }
-    Open();
+    if (!error && !lent_until_) TryAgain();
   });
+}
+
+/// The port has appeared, or somebody has been given the right to it.
+void LineRunner::OnPortChange() {
+  reopen_timer_.cancel();
+  ladder_.Reset();
+  TryAgain();
+}
+
+/// A port that is still missing has nothing new to tell the log.
+void LineRunner::TryAgain() {
+  if (!IsMissing(config_.port)) return Open();
+  ladder_.Reset();
+  if (!watch_.watching()) RetryIn(kLookForPort);
+}
+
+void LineRunner::ShowPort(LineStatus::Port port, const std::string& text, WallTime released_until) {
+  const Now now = ReadClocks();
+  store_.UpdateLine(line_, [&](LineStatus& status) {
+    if (status.port != port || status.port_text.empty()) status.port_since = now.wall;
+    status.port = port;
+    status.port_text = text;
+    status.released_until = released_until;
+  });
+  constexpr std::string_view kNames[] = {"closed", "open", "released"};
+  recorder_.OnPort(fmt::format("port {}: {}", kNames[static_cast<std::size_t>(port)], text), now);
+}
+
+void LineRunner::CountErrors(Instant now) {
+  errors_counted_ = now;
+  const PortCounters errors = transport_->Counters();
+  store_.UpdateLine(line_, [&](LineStatus& status) {
+    status.parity_errors = errors.parity;
+    status.framing_errors = errors.framing;
+    status.overruns = errors.overrun;
+  });
+}
+
+// ---------------------------------------------------------------- the port, lent
+
+void LineRunner::Release(Duration time) {
+  asio::post(io_, [this, time] { Lend(time); });
+}
+
+void LineRunner::TakeBack() {
+  asio::post(io_, [this] { EndLoan(); });
+}
+
+void LineRunner::Lend(Duration time) {
+  const Now now = ReadClocks();
+  lent_until_ = now.instant + time;
+  loan_timer_.expires_at(*lent_until_);
+  loan_timer_.async_wait([this](const asio::error_code& error) {
+    // One that has been prolonged may have come to its first end in this very moment.
+    if (!error && lent_until_ && *lent_until_ <= std::chrono::steady_clock::now()) EndLoan();
+  });
+  out_of_service_ = true;
+  open_ = false;
+  ClosePort();
+  poller_.OnReleased(now);
+  log::Info("line {}: {} is released for {}; its points are out of service", config_.name,
+            config_.port, FormatDuration(time));
+  ShowPort(LineStatus::Port::released, "released for " + FormatDuration(time), now.wall + time);
+}
+
+void LineRunner::EndLoan() {
+  if (!lent_until_) return;
+  lent_until_.reset();
+  loan_timer_.cancel();
+  last_trouble_.clear();
+  ladder_.Reset();
+  log::Info("line {}: takes {} back", config_.name, config_.port);
+  ShowPort(LineStatus::Port::closed, "being taken back");
+  Open();
 }
 
 void LineRunner::CheckSilence() {
@@ -152,24 +260,8 @@ void LineRunner::CheckSilence() {
 // ---------------------------------------------------------------- bytes
 
 void LineRunner::OnBytes(View bytes) {
-  if (config_.echo == config::Echo::off) {
-    poller_.OnBytes(bytes, ReadClocks());
-  } else {
-    Receive(echo_.Filter(bytes));
-  }
+  poller_.OnBytes(bytes, ReadClocks());
   Arm();
-}
-
-void LineRunner::Receive(const EchoResult& result) {
-  if (result.collision) WarnOfCollision();
-  if (!result.bytes.empty()) poller_.OnBytes(result.bytes, ReadClocks());
-}
-
-void LineRunner::WarnOfCollision() {
-  log::Warn(
-      "line {}: the echo is missing or differs from what was sent: a collision, or a bus that does "
-      "not echo (echo: off)",
-      config_.name);
 }
 
 void LineRunner::Send(View bytes, const config::SerialSettings& serial) {
@@ -178,8 +270,9 @@ void LineRunner::Send(View bytes, const config::SerialSettings& serial) {
     if (!status) log::Warn("line {}: {}", config_.name, status.error());
     applied_ = &serial;
   }
-  echo_.OnSent(bytes);
   transport_->Send(bytes);
+  const Instant now = std::chrono::steady_clock::now();
+  if (now - errors_counted_ >= kCountErrorsEvery) CountErrors(now);
 }
 
 void LineRunner::Arm() {
@@ -198,17 +291,14 @@ void LineRunner::Arm() {
 
 // ---------------------------------------------------------------- news of devices
 
-void LineRunner::OnExchangeEnd(std::uint32_t, Outcome) {
-  if (config_.echo == config::Echo::off) return;
-  // What the filter still holds belongs to the exchange that has ended: it must not reach the next.
-  if (echo_.OnExchangeEnd().collision) WarnOfCollision();
-}
-
 void LineRunner::OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                                const std::string& reason) {
   const std::string& name = store_.device(device).name;
   if (to == DeviceState::online) {
     log::Info("line {}: device {}: {} (was {})", config_.name, name, Name(to), Name(from));
+  } else if (to == DeviceState::disabled || from == DeviceState::disabled) {
+    log::Info("line {}: device {}: {} (was {}): {}", config_.name, name, Name(to), Name(from),
+              reason);
   } else {
     log::Warn("line {}: device {}: {} (was {}): {}", config_.name, name, Name(to), Name(from),
               reason);

@@ -1,5 +1,6 @@
-// Runs one line for real: one thread with an asio loop that joins a transport, the echo filter, the
-// clocks and gateway/poller.h. Opening and closing a sick driver may block it, and only it.
+// Runs one line for real: one thread with an asio loop that joins a transport, the clocks, the
+// flight recorder and gateway/poller.h. Opening and closing a sick driver may block it, and only
+// it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,15 +9,17 @@
 #include <asio/steady_timer.hpp>
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
 #include "config/config.h"
 #include "gateway/commands.h"
+#include "gateway/line_recorder.h"
 #include "gateway/point_store.h"
 #include "gateway/poller.h"
 #include "gateway/reopen_ladder.h"
-#include "transports/echo_filter.h"
+#include "transports/port_watch.h"
 #include "transports/transport.h"
 
 namespace baudgate {
@@ -25,7 +28,7 @@ class LineRunner final : private TransportListener, private PollerListener {
  public:
   /// All references outlive the runner. Nothing happens before Start.
   LineRunner(const config::Line& line, std::uint32_t first_device, const Poller::FindProtocol& find,
-             PointStore& store);
+             PointStore& store, LineRecorder::Sink recordings = {});
   ~LineRunner() override;
 
   void Start();
@@ -34,6 +37,12 @@ class LineRunner final : private TransportListener, private PollerListener {
 
   /// From any thread; see CommandSink.
   bool Submit(WriteCommand command);
+
+  // See LineControl; from any thread, done soon after.
+  void Release(Duration time);
+  void TakeBack();
+  void SetInUse(std::uint32_t device, bool in_use);
+  LineRecorder& recorder() { return recorder_; }
 
   bool is_open() const { return open_.load(); }
 
@@ -44,7 +53,6 @@ class LineRunner final : private TransportListener, private PollerListener {
   void OnLost(const std::string& reason) override;
 
   void Send(View bytes, const config::SerialSettings& serial) override;
-  void OnExchangeEnd(std::uint32_t device, Outcome outcome) override;
   void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                      const std::string& reason) override;
   void OnWarning(std::uint32_t device, const std::string& message) override;
@@ -52,25 +60,36 @@ class LineRunner final : private TransportListener, private PollerListener {
   void Run();
   void Open();
   void Down(const std::string& reason);
-  void RetryOpen(Duration wait);
-  void Receive(const EchoResult& result);
-  void WarnOfCollision();
+  void RetryIn(Duration wait);
+  void TryAgain();
+  void OnPortChange();
+  void ClosePort();
+  void Lend(Duration time);
+  void EndLoan();
+  void ShowPort(LineStatus::Port port, const std::string& text, WallTime released_until = {});
+  void CountErrors(Instant now);
   void Arm();
   void CheckSilence();
 
   const config::Line& config_;
   PointStore& store_;
+  const std::uint32_t line_;  // in the store
   asio::io_context io_;
   asio::executor_work_guard<asio::io_context::executor_type> work_;
   asio::steady_timer timer_;  // the poller's deadline
   asio::steady_timer reopen_timer_;
   asio::steady_timer silence_timer_;
+  asio::steady_timer loan_timer_;
+  PortWatch watch_;  // while the port is down
   std::unique_ptr<Transport> transport_;
-  EchoFilter echo_;
+  LineRecorder recorder_;
   Poller poller_;
   ReopenLadder ladder_;
   const config::SerialSettings* applied_ = nullptr;  // what the open port is set to
   std::string last_trouble_;                         // so that one trouble is one line in the log
+  std::optional<Instant> lent_until_;
+  bool out_of_service_ = false;  // the points, since the port was lent
+  Instant errors_counted_{};
   std::atomic<bool> open_ = false;
   std::atomic<std::size_t> queued_ = 0;  // commands handed over and not yet answered
   std::thread thread_;

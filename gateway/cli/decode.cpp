@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/decode.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
 #include <type_traits>
+#include <utility>
 
 #include "gateway/assembler.h"
 #include "gateway/base/text.h"
@@ -17,9 +20,18 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// In the place of a masked byte. SPA takes "XX" for any checksum.
+constexpr std::uint8_t kUnknown = 'X';
+
 struct Capture {
   Bytes request;
   Bytes reply;
+  bool request_masked = false;
+  bool reply_masked = false;
+  std::string time;  ///< of a trace, and so is all below
+  std::string device;
+  std::optional<Outcome> told;  ///< how it ended when it was recorded
+  bool ended = false;           ///< what comes now belongs to no exchange
 };
 
 Json ToJson(const Value& value) {
@@ -72,32 +84,142 @@ Cutting CutReply(const Capture& capture, const Protocol& protocol, const config:
   return cutting;
 }
 
-Json Decode(const Capture& capture, const Protocol& protocol, const config::Device& device,
-            Conversation& conversation) {
+Answer Interpret(const Capture& capture, const Protocol& protocol, const config::Device& device,
+                 Conversation& conversation) {
   const Cutting cutting = CutReply(capture, protocol, device.options);
+  if (cutting.frame) return conversation.Interpret(capture.request, *cutting.frame);
   Answer answer;
   answer.outcome = cutting.outcome;
   answer.reason = cutting.reason;
-  if (cutting.frame) answer = conversation.Interpret(capture.request, *cutting.frame);
+  return answer;
+}
+
+/// Nothing can be checked over bytes that are unknown: how the exchange ended is what the trace
+/// says, and values are given only where they need none of them.
+Answer InterpretMasked(const Capture& capture, const Protocol& protocol,
+                       const config::Device& device, Conversation& conversation) {
+  Answer answer;
+  answer.outcome = Outcome::none;
+  if (capture.reply.empty()) {
+    answer.outcome = Outcome::no_reply;
+  } else if (!capture.reply_masked) {
+    Answer read = Interpret(capture, protocol, device, conversation);
+    if (ProvesLife(read.outcome)) answer = std::move(read);
+  }
+  if (capture.told && answer.outcome != *capture.told) {
+    answer.outcome = *capture.told;
+    answer.readings.clear();
+  }
+  answer.reason = capture.told ? "secret bytes are masked; the outcome is the recorded one"
+                               : "secret bytes are masked; nothing can be checked over them";
+  return answer;
+}
+
+Json Decode(const Capture& capture, const Protocol& protocol, const config::Device& device,
+            Conversation& conversation) {
+  const bool masked = capture.request_masked || capture.reply_masked;
+  const Answer answer = masked ? InterpretMasked(capture, protocol, device, conversation)
+                               : Interpret(capture, protocol, device, conversation);
   Json values = Json::array();
   for (const Reading& reading : answer.readings) values.push_back(ToJson(reading, device));
-  return {{"outcome", Name(answer.outcome)}, {"reason", answer.reason}, {"values", values}};
+  Json json = {{"outcome", Name(answer.outcome)}, {"reason", answer.reason}, {"values", values}};
+  if (!capture.time.empty()) json.update({{"time", capture.time}, {"device", capture.device}});
+  return json;
+}
+
+struct Hex {
+  Bytes bytes;
+  bool masked = false;
+};
+
+/// "3E 31 ** 0D"; nothing when it is none.
+std::optional<Hex> ParseMaskedHex(std::string_view text) {
+  Hex hex;
+  std::string plain(text);
+  for (auto at = plain.find("**"); at != std::string::npos; at = plain.find("**", at)) {
+    plain.replace(at, 2, HexByte(kUnknown));
+    hex.masked = true;
+  }
+  auto bytes = ParseHex(Trim(plain));
+  if (!bytes) return std::nullopt;
+  hex.bytes = std::move(*bytes);
+  return hex;
+}
+
+/// One line: a mark and what follows it; of a trace also when and with which device.
+struct Marked {
+  char mark = 0;
+  std::string_view rest;
+  std::string_view time;
+  std::string_view device;
+};
+
+std::string_view TakeWord(std::string_view& text) {
+  const std::string_view word = text.substr(0, text.find(' '));
+  text = Trim(text.substr(word.size()));
+  return word;
+}
+
+Marked ReadMarked(std::string_view line) {
+  Marked marked;
+  std::string_view text = Trim(line);
+  constexpr std::string_view kClock = "00:00:00.000000";
+  const std::string_view first = text.substr(0, text.find(' '));
+  const bool timed =
+      std::equal(first.begin(), first.end(), kClock.begin(), kClock.end(),
+                 [](char c, char form) { return form == '0' ? c >= '0' && c <= '9' : c == form; });
+  if (timed) {
+    marked.time = TakeWord(text);
+    marked.device = TakeWord(text);
+    text = text.substr(0, text.find('|'));
+  }
+  if (text.empty()) return marked;
+  marked.mark = text.front();
+  marked.rest = text.substr(1);
+  return marked;
+}
+
+std::optional<Outcome> OutcomeOf(std::string_view text) {
+  const std::string_view word = Trim(text.substr(0, text.find_first_of(",:")));
+  for (std::size_t i = 0; i < kOutcomeCount; ++i) {
+    if (word == Name(static_cast<Outcome>(i))) return static_cast<Outcome>(i);
+  }
+  return std::nullopt;
+}
+
+/// An error says what is wrong with this line.
+Status TakeLine(std::string_view line, std::vector<Capture>& captures) {
+  const Marked marked = ReadMarked(line);
+  const bool of_trace = !marked.time.empty();
+  if (marked.mark == '=' && of_trace && !captures.empty()) {
+    captures.back().told = OutcomeOf(marked.rest);
+    captures.back().ended = true;
+  }
+  if (marked.mark != '>' && marked.mark != '<') return {};
+  const auto hex = ParseMaskedHex(marked.rest);
+  if (!hex) return Error{"these are not hex bytes"};
+  if (marked.mark == '>') {
+    Capture capture;
+    capture.request = hex->bytes;
+    capture.request_masked = hex->masked;
+    capture.time = marked.time;
+    capture.device = marked.device;
+    captures.push_back(std::move(capture));
+  } else if (!captures.empty() && !captures.back().ended) {
+    Append(captures.back().reply, hex->bytes);
+    captures.back().reply_masked = captures.back().reply_masked || hex->masked;
+  } else if (!of_trace) {  // a trace may begin in the midst of an exchange, and has stray bytes
+    return Error{"a reply before any request (\"> hex\")"};
+  }
+  return {};
 }
 
 Result<std::vector<Capture>> ReadCaptures(std::istream& in) {
   std::vector<Capture> captures;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
-    const std::string_view text = Trim(line);
-    if (text.empty() || (text.front() != '>' && text.front() != '<')) continue;
-    const auto bytes = ParseHex(Trim(text.substr(1)));
-    if (!bytes) return Error{"line " + std::to_string(number) + ": these are not hex bytes"};
-    if (text.front() == '>') {
-      captures.push_back({*bytes, {}});
-    } else if (captures.empty()) {
-      return Error{"line " + std::to_string(number) + ": a reply before any request (\"> hex\")"};
-    } else {
-      Append(captures.back().reply, *bytes);
+    if (const Status taken = TakeLine(line, captures); !taken) {
+      return Error{"line " + std::to_string(number) + ": " + taken.error()};
     }
   }
   if (in.bad()) return Error{"the captures can not be read; is this a file?"};
@@ -127,6 +249,7 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
     return 2;
   }
   for (const Capture& capture : *captures) {
+    if (!options.device.empty() && capture.device != options.device) continue;
     out << Decode(capture, protocol, device, *conversation)
                .dump(-1, ' ', false, Json::error_handler_t::replace)
         << "\n";

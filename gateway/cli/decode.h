@@ -1,6 +1,6 @@
 // `baudgate decode`: says what captured exchanges mean, with the same rules and codecs as the
-// daemon. Reads lines "> hex" (request) and "< hex" (reply, or pieces of it); everything else is a
-// comment.
+// daemon. Reads lines "> hex" (request) and "< hex" (reply, or pieces of it), and what `baudgate
+// trace` prints and the flight recorder saves; everything else is a comment.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,10 +17,13 @@ struct DecodeOptions {
   std::string protocol;
   std::string profile;           ///< empty: values carry the protocol's own addresses
   std::vector<std::string> set;  ///< device options, "key=value"
+  std::string device;            ///< of a trace, only exchanges with this one; empty: all
 };
 
-/// One JSON object a line for each exchange: outcome, reason, values. Exit codes: 0 done (whatever
-/// the outcomes), 2 a line of the input is no hex, 3 no such protocol, profile or option.
+/// One JSON object a line for each exchange: outcome, reason, values; of a trace also the time and
+/// the device. Bytes that a trace shows as ** are unknown: such an exchange has the outcome that
+/// the trace tells, and no values that would need them. Exit codes: 0 done (whatever the outcomes),
+/// 2 a line of the input is no hex, 3 no such protocol, profile or option.
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err);
 

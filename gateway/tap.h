@@ -1,0 +1,30 @@
+// Who may look at the bytes of one line, with direction, time and the end of every exchange: the
+// trace and the flight recorder. Fed by gateway/poller.h with what is left after the echo filter.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
+#include "gateway/device_status.h"
+#include "gateway/line.h"
+
+namespace baudgate {
+
+/// All calls come on the line's thread and must not block. Bytes are valid during the call only.
+/// `device` is an index in the point store.
+class Tap {
+ public:
+  virtual ~Tap() = default;
+  /// Nothing of `request.expect.secrets` may leave the tap.
+  virtual void OnSent(std::uint32_t device, const Request& request, Now now) = 0;
+  virtual void OnReceived(View bytes, Now now) = 0;
+  /// `end.outcome` and `end.reason` are final: the conversation has judged the frame.
+  virtual void OnExchangeEnd(std::uint32_t device, const ExchangeEnd& end, Now now) = 0;
+  virtual void OnDeviceState(std::uint32_t device, DeviceState to, const std::string& reason,
+                             Now now) = 0;
+};
+
+}  // namespace baudgate
