@@ -39,10 +39,15 @@ class RoundTrips {
   /// 0 < share <= 1; the upper edge of the bucket in which that share of round trips has ended.
   Duration Percentile(double share) const;
 
- private:
   static constexpr std::size_t kBuckets = 84;
-  static std::size_t BucketOf(Duration round_trip);
+  /// How many round trips fell into each bucket.
+  const std::array<std::uint32_t, kBuckets>& buckets() const { return buckets_; }
+  /// The longest round trip that belongs into the bucket; the last bucket takes all longer ones
+  /// too.
   static Duration UpperEdge(std::size_t bucket);
+
+ private:
+  static std::size_t BucketOf(Duration round_trip);
 
   std::array<std::uint32_t, kBuckets> buckets_{};
   std::uint64_t count_ = 0;
@@ -60,6 +65,8 @@ struct DeviceStatus {
   std::array<std::uint32_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
   std::uint32_t retries = 0;
   std::uint32_t missed = 0;  ///< poll periods skipped because the line had no time
+  std::uint32_t late = 0;    ///< exchanges without a reply that bytes followed after their end
+  Duration lateness{};       ///< how long after, the last time
   RoundTrips round_trips;
 
   std::uint32_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }

@@ -7,16 +7,20 @@
 //   idle         bytes                         idle; stray, and quiet counts anew
 //   quiet        bytes                         quiet anew, but never longer than the ceiling
 //   quiet        timer                         sending
-//   sending      bytes                         kept: echo, or a pty that answers early
+//   sending      bytes                         kept, for a pty answers early; stray where the port
+//                                              keeps its bit rate
 //   sending      timer (end of transmission)   settle when no reply is due, else await_first/receiving
+//   settle       bytes                         stray: nobody was asked to answer
 //   settle       timer                         idle, ok
 //   await_first  bytes                         receiving
 //   await_first  timer (reply)                 drain, no_reply
-//   receiving    whole frame                   idle; drain after unexpected, or while an aftermath is due
+//   receiving    whole frame                   idle; drain after unexpected, while an aftermath is due,
+//                                              and when bytes stand behind it
 //   receiving    timer (gap)                   the rule is asked once more with idle = true; no frame:
 //                                              await_first when only harmless noise came and the reply
 //                                              time is not over, else drain with the worst discard
 //   receiving    timer (ceiling)               drain, corrupt: one deadline for the exchange, not per byte
+//   sending, await_first, receiving: collision drain, corrupt; counted from the end of transmission
 //   drain        bytes                         drain anew, but never longer than the ceiling
 //   drain        timer                         idle
 //   any          closed                        closed; an exchange under way ends as line_down
@@ -37,7 +41,8 @@ constexpr std::size_t kKeptWhileSending = 1024;
 
 }  // namespace
 
-void Line::OnOpened(Instant now) {
+void Line::OnOpened(Instant now, bool keeps_bit_rate) {
+  keeps_bit_rate_ = keeps_bit_rate;
   state_ = State::idle;
   last_activity_ = now;
   ended_ = now;
@@ -81,15 +86,31 @@ void Line::OnBytes(View bytes, Instant now) {
       deadline_ = std::max(deadline_, std::min(now + exchange_.times.drain, limit_));
       break;
     case State::settle:
+      client_.OnStrayBytes(bytes.size(), now - ended_, now);
       break;
     case State::sending:
-      if (assembler_.held() < kKeptWhileSending) assembler_.Feed(bytes);
+      if (!keeps_bit_rate_) {
+        if (assembler_.held() < kKeptWhileSending) assembler_.Feed(bytes);
+      } else if (now < sent_until_) {
+        client_.OnStrayBytes(bytes.size(), now - ended_, now);
+      } else {  // the timer is late
+        EndSending(now);
+        OnBytes(bytes, now);
+      }
       break;
     case State::await_first:
     case State::receiving:
       Receive(bytes, now);
       break;
   }
+}
+
+void Line::OnCollision(Instant now) {
+  if (state_ != State::sending && state_ != State::await_first && state_ != State::receiving) {
+    return;
+  }
+  Finish(Outcome::corrupt, "the echo differs from what was sent: a collision", now);
+  deadline_ = std::max(deadline_, sent_until_ + exchange_.times.drain);
 }
 
 void Line::OnTimer(Instant now) {
@@ -153,7 +174,11 @@ void Line::TakeFrame(bool idle, Instant now) {
   if (!frame) return;
   // The line still counts as receiving: what the client decides now may not start anything.
   const Outcome outcome = client_.OnFrame(*frame, now);
+  const std::size_t behind = assembler_.held();
   Finish(outcome, {}, now);
+  if (behind == 0) return;
+  client_.OnStrayBytes(behind, Duration::zero(), now);
+  if (state_ == State::idle) Drain(exchange_.times.drain, now);
 }
 
 void Line::OnGap(Instant now) {

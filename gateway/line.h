@@ -52,8 +52,9 @@ class LineClient {
   virtual Outcome OnFrame(View frame, Instant now) = 0;
   /// The exchange is over. The line may still drain: start the next one when idle() says so.
   virtual void OnExchangeEnd(const ExchangeEnd& end, Instant now) = 0;
-  /// Bytes that belong to no exchange, in Idle, Quiet or Drain; `since_end` is the time since the
-  /// last exchange ended. A device that answers later than its reply time shows itself here.
+  /// Bytes that belong to no exchange, in Idle, Quiet, Settle or Drain; `since_end` is the time
+  /// since the last exchange ended. A device that answers later than its reply time shows itself
+  /// here.
   virtual void OnStrayBytes(std::size_t count, Duration since_end, Instant now) = 0;
 };
 
@@ -72,10 +73,15 @@ class Line {
 
   explicit Line(LineClient& client) : client_(client) {}
 
-  void OnOpened(Instant now);
+  /// `keeps_bit_rate`: characters take their time on this port, so that nothing can answer a
+  /// request before its last one is out. Not so on a pty or behind a network.
+  void OnOpened(Instant now, bool keeps_bit_rate = false);
   /// From anywhere; an exchange under way ends as line_down.
   void OnClosed(Instant now);
   void OnBytes(View bytes, Instant now);
+  /// The echo of the request under way differs from it: the exchange ends as corrupt, whatever may
+  /// still be answered.
+  void OnCollision(Instant now);
   /// When Deadline() has come. Early calls do nothing.
   void OnTimer(Instant now);
 
@@ -100,6 +106,7 @@ class Line {
 
   LineClient& client_;
   State state_ = State::closed;
+  bool keeps_bit_rate_ = false;
   Instant deadline_{};       // of the current state
   Instant limit_{};          // babble bound of Quiet and Drain
   Instant last_activity_{};  // last byte in or out

@@ -71,8 +71,9 @@ std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point,
   return std::nullopt;
 }
 
-PointStore::PointStore(const config::Config& config) {
+PointStore::PointStore(const config::Config& config) : config_(config) {
   for (const config::Line& line : config.lines) {
+    lines_.push_back(std::make_unique<LineEntry>());
     for (const config::Device& device : line.devices) {
       auto entry = std::make_unique<Entry>();
       entry->record.line = &line;
@@ -160,6 +161,20 @@ void PointStore::UpdateStatus(std::uint32_t device,
     change(entry.record.status);
   }
   for (const auto& feed : feeds_) feed->MarkDevice(device);
+}
+
+std::uint32_t PointStore::LineIndex(const config::Line& line) const {
+  return static_cast<std::uint32_t>(&line - config_.lines.data());
+}
+
+LineStatus PointStore::ReadLine(std::uint32_t line) const {
+  const std::lock_guard lock(lines_[line]->mutex);
+  return lines_[line]->status;
+}
+
+void PointStore::UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change) {
+  const std::lock_guard lock(lines_[line]->mutex);
+  change(lines_[line]->status);
 }
 
 std::shared_ptr<ChangeFeed> PointStore::Subscribe() {

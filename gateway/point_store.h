@@ -19,6 +19,7 @@
 #include "gateway/base/value.h"
 #include "gateway/change_feed.h"
 #include "gateway/device_status.h"
+#include "gateway/line_status.h"
 
 namespace baudgate {
 
@@ -94,6 +95,14 @@ class PointStore {
   /// Changes the status under the lock and tells the feeds.
   void UpdateStatus(std::uint32_t device, const std::function<void(DeviceStatus&)>& change);
 
+  /// Lines are numbered in the order of the file; `line` is one of the configuration's.
+  std::uint32_t line_count() const { return static_cast<std::uint32_t>(lines_.size()); }
+  std::uint32_t LineIndex(const config::Line& line) const;
+  const config::Line& LineAt(std::uint32_t line) const { return config_.lines[line]; }
+  LineStatus ReadLine(std::uint32_t line) const;
+  /// Changes the status of a line under its lock.
+  void UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change);
+
   /// A feed of everything that changes from now on. Subscribe before the lines start.
   std::shared_ptr<ChangeFeed> Subscribe();
 
@@ -112,7 +121,14 @@ class PointStore {
   void Announce(std::uint32_t device, std::span<const std::uint32_t> points);
   static void ScheduleAgeing(Entry& entry, std::size_t point, Instant now);
 
+  struct LineEntry {
+    mutable std::mutex mutex;
+    LineStatus status;
+  };
+
+  const config::Config& config_;
   std::vector<std::unique_ptr<Entry>> devices_;
+  std::vector<std::unique_ptr<LineEntry>> lines_;
   std::vector<std::shared_ptr<ChangeFeed>> feeds_;
 };
 

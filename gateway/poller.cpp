@@ -37,7 +37,12 @@ LineTimes Resolve(const config::Line& line, const config::Device& device, const 
 
 Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
                PointStore& store, PollerListener& listener)
-    : config_(line), store_(store), listener_(listener), line_(*this) {
+    : config_(line),
+      store_(store),
+      listener_(listener),
+      line_index_(store.LineIndex(line)),
+      line_(*this),
+      echo_(line.echo == config::Echo::off ? config::Echo::strip : line.echo) {
   std::vector<std::pair<const Protocol*, Bus*>> made;
   for (std::size_t slot = 0; slot < line.devices.size(); ++slot) {
     auto device = std::make_unique<Device>();
@@ -48,6 +53,7 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
     device->serial = device->config->serial.value_or(line.serial);
     device->times = Resolve(line, *device->config, *device->protocol, device->serial);
     device->retries = device->config->retries.value_or(line.retries);
+    device->in_use = device->config->enabled;
     auto known = std::find_if(made.begin(), made.end(),
                               [&](const auto& pair) { return pair.first == device->protocol; });
     if (known == made.end()) {
@@ -66,39 +72,60 @@ Poller::~Poller() = default;
 
 // ---------------------------------------------------------------- inputs
 
-void Poller::OnOpened(Now now) {
-  if (open_) OnClosed(now);
+void Poller::Advance(Now now) {
+  was_idle_ = line_.idle();
+  if (open_ && !was_idle_) counters_.busy += now.instant - now_.instant;
   now_ = now;
+  const Duration minute = now.instant - minute_began_;
+  if (minute < 1min) return;
+  use_ = static_cast<double>((counters_.busy - busy_before_minute_).count()) /
+         static_cast<double>(minute.count());
+  minute_began_ = now.instant;
+  busy_before_minute_ = counters_.busy;
+}
+
+void Poller::OnOpened(Now now, bool keeps_bit_rate) {
+  if (open_) OnClosed(now);
+  Advance(now);
   open_ = true;
-  last_life_ = now.instant;
-  line_.OnOpened(now.instant);
+  use_ = 0;
+  minute_began_ = idle_since_ = last_life_ = now.instant;
+  busy_before_minute_ = counters_.busy;
+  line_.OnOpened(now.instant, keeps_bit_rate);
   for (const auto& device : devices_) {
-    if (!device->config->enabled) continue;
-    device->conversation->OnReconnect();
-    Plan(*device);
+    if (!device->in_use) continue;
+    Reconnect(*device);
     if (!device->health.absent()) schedule_.Restart(device->slot, now.instant);
     store_.SetOverride(device->index, OverrideOf(*device));
   }
   Pump();
 }
 
-void Poller::OnClosed(Now now) {
-  now_ = now;
+void Poller::OnClosed(Now now) { Close(now, Override::not_connected, "the port is closed"); }
+
+void Poller::OnReleased(Now now) {
+  Close(now, Override::out_of_service, "the port is lent to another program");
+}
+
+void Poller::Close(Now now, Override why, const std::string& reason) {
+  Advance(now);
   open_ = false;
+  closed_as_ = why;
+  use_ = 0;
   line_.OnClosed(now.instant);
-  if (work_) FinishTask(Outcome::line_down, "the port is closed");
+  if (work_) FinishTask(Outcome::line_down, reason);
   for (const auto& device : devices_) {
     device->parked.reset();
     schedule_.Suspend(device->slot);
     store_.SetOverride(device->index, OverrideOf(*device));
-    if (!device->config->enabled) continue;
+    if (!device->in_use) continue;
     // Behind a closed port nothing is online. The log has one line for the port, not one a device;
     // the first answer after it opens is news again.
     if (device->shown != DeviceState::never_seen) device->shown = DeviceState::offline;
-    store_.UpdateStatus(device->index, [state = device->shown](DeviceStatus& status) {
-      status.state = state;
+    store_.UpdateStatus(device->index, [&](DeviceStatus& status) {
+      status.state = device->shown;
       status.last_outcome = Outcome::line_down;
-      status.last_reason = "the port is closed";
+      status.last_reason = reason;
     });
   }
   refresh_.clear();
@@ -106,25 +133,69 @@ void Poller::OnClosed(Now now) {
   while (!commands_.empty()) {
     WriteCommand command = std::move(commands_.front());
     commands_.pop_front();
-    command.done(Outcome::line_down, "the port is closed");
+    command.done(Outcome::line_down, reason);
   }
+  ShowLine();
+}
+
+void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
+  Advance(now);
+  Device& device = *devices_[index - devices_.front()->index];
+  if (device.in_use == in_use) return;
+  device.in_use = in_use;
+  device.parked.reset();
+  schedule_.Suspend(device.slot);
+  if (in_use) {
+    Reconnect(device);
+    if (open_ && !device.health.absent()) schedule_.Restart(device.slot, now.instant);
+  }
+  ShowState(device, in_use ? "taken into use" : "taken out of use");
+  store_.SetOverride(device.index, OverrideOf(device));
+  if (open_) Settle();
 }
 
 void Poller::OnBytes(View bytes, Now now) {
-  now_ = now;
+  Advance(now);
+  const EchoResult filtered = echo_.Filter(bytes);
+  WatchEcho(filtered);
+  if (config_.echo != config::Echo::off) bytes = filtered.bytes;
+  if (bytes.empty()) return;
   counters_.bytes_in += bytes.size();
+  if (tap_ != nullptr) tap_->OnReceived(bytes, now_);
   line_.OnBytes(bytes, now.instant);
   Settle();
 }
 
+/// A bus that echoes although nobody said so is told of; one that should, and does not echo what
+/// was sent, has had two talkers at once.
+void Poller::WatchEcho(const EchoResult& result) {
+  if (config_.echo == config::Echo::off) {
+    if (!result.complete || work_ == nullptr || work_->request.expect.mirrors) return;
+    ++counters_.echoes;
+    if (std::exchange(told_echo_, true)) return;
+    listener_.OnWarning(work_->device->index,
+                        "the request itself came back: this bus or its adapter echoes; set "
+                        "'echo: strip' at the line");
+    return;
+  }
+  if (!result.collision) return;
+  ++counters_.collisions;
+  if (!std::exchange(told_collision_, true) && work_ != nullptr) {
+    listener_.OnWarning(work_->device->index,
+                        "the echo is missing or differs from what was sent: two talkers at once, "
+                        "or a bus that does not echo (echo: off)");
+  }
+  line_.OnCollision(now_.instant);
+}
+
 void Poller::OnTimer(Now now) {
-  now_ = now;
+  Advance(now);
   line_.OnTimer(now.instant);
   Settle();
 }
 
 bool Poller::Submit(WriteCommand command, Now now) {
-  now_ = now;
+  Advance(now);
   if (commands_.size() >= kQueueLimit) return false;
   commands_.push_back(std::move(command));
   if (open_) {
@@ -163,6 +234,7 @@ std::optional<Instant> Poller::Deadline() const {
 
 void Poller::Settle() {
   if (work_ && work_->end) ConcludeExchange();
+  if (!was_idle_ && line_.idle()) idle_since_ = now_.instant;
   ExpireCommands();
   Pump();
   AnswerConfirmed();
@@ -206,24 +278,28 @@ void Poller::Pump() {
       FinishTask(Outcome::no_reply, "the command waited for the line beyond its deadline");
       continue;
     }
+    if (NeedsSync()) {
+      Synchronize();
+      continue;
+    }
     if (ClearAt(*work_) > now_.instant) return;
     work_->sending = false;
     work_->exchange_began = now_.instant;
     Exchange exchange{work_->request, work_->device->protocol->reply_rule, work_->device->times};
     exchange.times.drain += work_->device->late_drain;
     exchange.aftermath = Aftermath(*work_->device);
-    last_ = work_->device;
     line_.Start(std::move(exchange), now_.instant);
   }
 }
 
 /// A reply to the first of several unanswered requests may be taken for one to the last. Those to
 /// the requests between come after it, the last as much later as its request was sent later, and
-/// more on a device that has been seen to be late by varying times.
+/// more on a device that has been seen to be late by varying times. One that has sent more than its
+/// reply before may do so again.
 Duration Poller::Aftermath(const Device& device) const {
-  if (!device.unanswered) return Duration::zero();
+  if (!device.unanswered) return device.trail;
   const Duration since = now_.instant - *device.unanswered + device.times.gap + device.late_drain;
-  return std::min(since, device.times.ceiling);
+  return std::min(std::max(since, device.trail), device.times.ceiling);
 }
 
 /// When the request of `work` may be sent: no earlier than the last moment at which an answer to
@@ -260,14 +336,14 @@ bool Poller::PickCommand() {
   WriteCommand command = std::move(commands_.front());
   commands_.pop_front();
   Device& device = *devices_[command.device - devices_.front()->index];
-  if (!device.config->enabled) {
+  if (!device.in_use) {
     command.done(Outcome::no_reply, "the device is disabled");
   } else if (device.health.absent()) {
     command.done(Outcome::no_reply, "the device is offline");
   } else if (command.writes.empty()) {
     command.done(Outcome::ok, {});
   } else {
-    Begin(device, {});
+    BeginTask(device, {});
     work_->command = std::move(command);
     NextWrite();
   }
@@ -288,8 +364,9 @@ bool Poller::PickRefresh() {
   if (refresh_.empty()) return false;
   const auto [device, query] = refresh_.front();
   refresh_.pop_front();
-  if (device->health.absent() || query >= device->conversation->Queries().size()) return true;
-  Begin(*device, {Task::Kind::poll, query, kNoPoint, {}});
+  if (!device->in_use || device->health.absent() || query >= device->conversation->Queries().size())
+    return true;
+  BeginTask(*device, {Task::Kind::poll, query, kNoPoint, {}});
   work_->refresh = true;
   Ask();
   return true;
@@ -299,7 +376,7 @@ bool Poller::PickPoll() {
   const auto pick = schedule_.Next(now_.instant);
   if (!pick) return false;
   Device& device = *devices_[pick->device];
-  Begin(device, {Task::Kind::poll, pick->query, kNoPoint, {}});
+  BeginTask(device, {Task::Kind::poll, pick->query, kNoPoint, {}});
   work_->fast = pick->group == config::Group::fast;
   work_->last_of_round = pick->last_of_round;
   Ask();
@@ -309,7 +386,7 @@ bool Poller::PickPoll() {
 Poller::Device* Poller::Absent(std::size_t turn) const {
   for (std::size_t i = 0; i < devices_.size(); ++i) {
     Device* device = devices_[(turn + i) % devices_.size()].get();
-    if (device->config->enabled && device->health.absent()) return device;
+    if (device->in_use && device->health.absent()) return device;
   }
   return nullptr;
 }
@@ -317,7 +394,7 @@ Poller::Device* Poller::Absent(std::size_t turn) const {
 std::optional<Instant> Poller::NextProbe() const {
   const Device* device = Absent(probe_turn_);
   if (device == nullptr) return std::nullopt;
-  return probes_.NextProbe(now_.instant, schedule_.NextDue(), device->WorstCase());
+  return probes_.NextProbe(now_.instant, schedule_.NextDue(), idle_since_, device->WorstCase());
 }
 
 bool Poller::PickProbe() {
@@ -325,14 +402,18 @@ bool Poller::PickProbe() {
   if (!when || *when > now_.instant) return false;
   Device* device = Absent(probe_turn_);
   probe_turn_ = device->slot + 1;
-  Begin(*device, {Task::Kind::probe, 0, kNoPoint, {}});
+  BeginTask(*device, {Task::Kind::probe, 0, kNoPoint, {}});
+  ++counters_.probes;
   Ask();
   return true;
 }
 
-bool Poller::Waiting(Instant now) const {
+/// How long the living had to wait for a probe that took the line from `from` to `to`.
+Duration Poller::Waited(Instant from, Instant to) const {
+  if (!commands_.empty()) return to - from;
   const auto due = schedule_.NextDue();
-  return !commands_.empty() || (due && *due <= now);
+  if (!due || *due >= to) return Duration::zero();
+  return to - std::max(from, *due);
 }
 
 }  // namespace baudgate

@@ -16,10 +16,13 @@
 #include "gateway/commands.h"
 #include "gateway/device_health.h"
 #include "gateway/line.h"
+#include "gateway/line_status.h"
 #include "gateway/point_store.h"
 #include "gateway/probe_budget.h"
 #include "gateway/schedule.h"
+#include "gateway/tap.h"
 #include "protocols/protocol.h"
+#include "transports/echo_filter.h"
 
 namespace baudgate {
 
@@ -29,20 +32,11 @@ class PollerListener {
   virtual ~PollerListener() = default;
   /// A whole request, to be sent at once with these settings of the port.
   virtual void Send(View bytes, const config::SerialSettings& serial) = 0;
-  virtual void OnExchangeEnd(std::uint32_t device, Outcome outcome) = 0;
   /// One line per change, with the reason; `device` is an index in the point store.
   virtual void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                              const std::string& reason) = 0;
   /// Something the user should know that is not a state: an echo suspected, a late device.
   virtual void OnWarning(std::uint32_t device, const std::string& message) = 0;
-};
-
-struct LineCounters {
-  std::uint64_t exchanges = 0;
-  std::uint64_t bytes_in = 0;
-  std::uint64_t bytes_out = 0;
-  std::uint64_t stray_bytes = 0;
-  Duration busy{};  ///< time in exchanges, without drains
 };
 
 class Poller : private LineClient {
@@ -54,8 +48,16 @@ class Poller : private LineClient {
          PointStore& store, PollerListener& listener);
   ~Poller() override;
 
-  void OnOpened(Now now);
+  /// Before anything else; `tap` outlives the poller.
+  void Attach(Tap& tap) { tap_ = &tap; }
+
+  /// `keeps_bit_rate`: see Line::OnOpened.
+  void OnOpened(Now now, bool keeps_bit_rate = false);
   void OnClosed(Now now);
+  /// The port was closed because it has been lent to another program: points are out of service.
+  void OnReleased(Now now);
+  /// `device` is an index in the point store. Not in use: not asked, its points out of service.
+  void SetInUse(std::uint32_t device, bool in_use, Now now);
   void OnBytes(View bytes, Now now);
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
@@ -79,6 +81,8 @@ class Poller : private LineClient {
   void OnExchangeEnd(const ExchangeEnd& end, Instant now) override;
   void OnStrayBytes(std::size_t count, Duration since_end, Instant now) override;
 
+  void Advance(Now now);
+  void Close(Now now, Override why, const std::string& reason);
   void Settle();
   void ExpireCommands();
   void Pump();
@@ -88,25 +92,38 @@ class Poller : private LineClient {
   bool PickRefresh();
   bool PickPoll();
   bool PickProbe();
-  void Begin(Device& device, Task task);
+  void BeginTask(Device& device, Task task);
   void Ask();
   void ConcludeExchange();
   void OnAnswered();
   void OnFailed();
   void FinishTask(Outcome outcome, const std::string& reason);
+  bool LooksLikeProbe(View frame);
+  void ForgetSilentIdentity(Device& device, Outcome outcome);
+  std::size_t FingerprintOf(const Request& request) const;
+  bool NeedsSync() const;
+  void Synchronize();
+  void ResumePostponed(Outcome outcome, const std::string& reason);
   void NextWrite();
   void UpdateHealth(Device& device, Outcome outcome, const std::string& reason);
   void ShowState(Device& device, const std::string& reason);
   void MeasureRound(const Work& work, Outcome outcome);
   void MeasureCycle();
   void AnswerConfirmed();
-  void Count(Device& device, const std::string& reason);
+  void WatchEcho(const EchoResult& result);
+  void JudgeEcho(ExchangeEnd& end);
+  void CountExchange(Device& device);
+  void CountLate(Device& device, Duration since_end);
+  void ShowLine();
+  Duration NoticeBound() const;
+  void Reconnect(Device& device);
   void Plan(Device& device);
   void Store(Device& device);
   Override OverrideOf(const Device& device) const;
+  DeviceState StateOf(const Device& device) const;
   std::optional<Instant> NextProbe() const;
   Device* Absent(std::size_t turn) const;
-  bool Waiting(Instant now) const;
+  Duration Waited(Instant from, Instant to) const;
   Duration Aftermath(const Device& device) const;
   Instant ClearAt(const Work& work) const;
   bool IsTooLate(const Work& work) const;
@@ -114,7 +131,10 @@ class Poller : private LineClient {
   const config::Line& config_;
   PointStore& store_;
   PollerListener& listener_;
+  Tap* tap_ = nullptr;
+  const std::uint32_t line_index_;
   Line line_;
+  EchoFilter echo_;
   Schedule schedule_;
   ProbeBudget probes_;
   std::vector<std::unique_ptr<Bus>> buses_;
@@ -123,10 +143,19 @@ class Poller : private LineClient {
   std::deque<std::pair<Device*, std::size_t>> refresh_;  // queries of points just written
   std::vector<WriteCommand> confirmed_;                  // written, and waiting for the read-back
   std::unique_ptr<Work> work_;                           // the task under way
+  std::unique_ptr<Work> postponed_;                      // until its device is in sync again
   Device* last_ = nullptr;                               // whose exchange ended last
   std::size_t probe_turn_ = 0;
   int urgent_in_row_ = 0;
   bool open_ = false;
+  Override closed_as_ = Override::not_connected;  // of all points while not open
+  bool told_echo_ = false;                        // the user has been warned of an unfiltered echo
+  bool told_collision_ = false;
+  bool was_idle_ = false;  // the line, before the input that is being handled
+  Instant idle_since_{};   // when it last became so
+  Instant minute_began_{};
+  Duration busy_before_minute_{};
+  double use_ = 0;
   Now now_{};  // of the input that is being handled
   Instant last_life_{};
   LineCounters counters_;

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "gateway/answer_order.h"
 #include "gateway/poller.h"
 
 namespace baudgate {
@@ -16,18 +17,31 @@ struct Poller::Device {
   config::SerialSettings serial;
   LineTimes times;
   int retries = 0;
+  bool in_use = true;
   std::unique_ptr<Conversation> conversation;
   DeviceHealth health;
   DeviceState shown = DeviceState::never_seen;
   std::unique_ptr<Work> parked;  // a task that the device asked to wait with
   Instant parked_until{};
   Duration late_drain{};  // how much longer than its drain time this device was seen to need
+  Duration trail{};       // how long after good answers more bytes came from this device
   std::optional<Instant> unanswered;  // start of the first exchange since its last answer
   Instant late_until{};               // until then an answer to a failed request may still come
   Duration fast_wire{};               // line time of its last whole fast round
   bool told_late = false;             // the user has been warned of late_drain
-  bool round_clean = true;            // nothing has failed in the fast round under way
-  Duration round_wire{};              // of the fast round under way
+  AnswerOrder order;                  // what its answers may belong to
+  bool acquainted = false;            // it has answered a probe
+  Bytes identify;        // the steady probe that was answered first, and the frame that it is
+  Bytes identity;        // answered with ever since; empty: none yet
+  Bytes other_identity;  // that it answered with of late, and how often in a row
+  int other_seen = 0;
+  int other_probes = 0;      // answered, since that one was
+  bool awaits_late = false;  // its last exchange had no reply, and no bytes after it yet
+  bool answered = false;     // its last request had its reply: bytes after it are too many
+  bool babbles = false;      // its last exchange was corrupt: bytes after it are the rest of that
+  bool round_clean = true;   // nothing has failed in the fast round under way
+  Duration round_wire{};     // of the fast round under way
+  std::optional<Duration> probe_wait;  // how long others waited for its last probe
 
   Duration WorstCase() const {
     return times.quiet + 32 * times.character + times.reply + times.drain + late_drain;

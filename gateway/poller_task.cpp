@@ -1,7 +1,9 @@
-// One task of the poller from its first request to its end: what an outcome leads to, and what it
-// says about the device.
+// One task of the poller from its first request to its end: what an outcome leads to. What it says
+// about device and line is in poller_status.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <functional>
+#include <string_view>
 #include <utility>
 
 #include "gateway/conversion.h"
@@ -14,15 +16,30 @@ namespace {
 /// A task that needs more exchanges than this is a conversation going round in circles.
 constexpr int kMostSteps = 8;
 
+/// A device that has been replaced by one of another kind is believed after so many probes: more
+/// than replies to earlier requests may still be on their way.
+constexpr int kProbesOfAnother = 16;
+
+constexpr int kOtherProbes = 3;
+
 /// A device that was late once is trusted again by and by: each good answer takes off this part of
 /// its longer quarantine.
 constexpr int kLateDecay = 64;
+constexpr int kLongestTrail = 256;  // characters
+
+/// A line feed behind the carriage return may be missing, or come with the next bytes.
+View WithoutLineEnd(View frame) {
+  while (!frame.empty() && (frame.back() == '\r' || frame.back() == '\n')) {
+    frame = frame.first(frame.size() - 1);
+  }
+  return frame;
+}
 
 }  // namespace
 
 // ---------------------------------------------------------------- one task
 
-void Poller::Begin(Device& device, Task task) {
+void Poller::BeginTask(Device& device, Task task) {
   work_ = std::make_unique<Work>();
   work_->device = &device;
   work_->task = std::move(task);
@@ -51,25 +68,94 @@ void Poller::Ask() {
 
 void Poller::Send(View bytes) {
   counters_.bytes_out += bytes.size();
+  echo_.OnSent(bytes);
+  work_->device->order.OnSent(FingerprintOf(work_->request));
+  if (tap_ != nullptr) tap_->OnSent(work_->device->index, work_->request, now_);
   listener_.Send(bytes, work_->device->serial);
 }
 
 Outcome Poller::OnFrame(View frame, Instant now) {
-  work_->answer = work_->device->conversation->OnFrame(work_->task, work_->request, frame, now);
-  return work_->answer.outcome;
+  Device& device = *work_->device;
+  work_->answer = device.conversation->OnFrame(work_->task, work_->request, frame, now);
+  Answer& answer = work_->answer;
+  if (!ProvesLife(answer.outcome) && answer.outcome != Outcome::unexpected) return answer.outcome;
+  device.order.OnAnswer(LooksLikeProbe(frame));
+  if (device.order.MayBeInStep() || answer.outcome != Outcome::ok) return answer.outcome;
+  answer = {};
+  answer.outcome = Outcome::unexpected;
+  answer.reason =
+      "the reply belongs to another request: the device, or a serial server before it, answers "
+      "late; or it was replaced by one of another kind";
+  return answer.outcome;
+}
+
+std::size_t Poller::FingerprintOf(const Request& request) const {
+  const Device& device = *work_->device;
+  const bool probe = device.identity.empty() ? work_->task.kind == Task::Kind::probe
+                                             : request.bytes == device.identify;
+  if (probe) return AnswerOrder::kProbe;
+  return std::hash<std::string_view>{}(AsText(request.bytes)) | 2U;  // never kProbe
+}
+
+/// An identification is the same frame every time and no answer to anything else. Where the
+/// protocol has none, the form of an answer tells a probe from other requests.
+bool Poller::LooksLikeProbe(View whole) {
+  const View frame = WithoutLineEnd(whole);
+  Device& device = *work_->device;
+  const Answer& answer = work_->answer;
+  if (device.identity.empty() && work_->request.steady && answer.outcome == Outcome::ok) {
+    device.identify = work_->request.bytes;
+    device.identity.assign(frame.begin(), frame.end());
+  }
+  ForgetSilentIdentity(device, answer.outcome);
+  if (device.identity.empty()) {
+    const bool asked = work_->task.kind == Task::Kind::probe;
+    return asked == ProvesLife(answer.outcome);
+  }
+  const bool is_identity = std::ranges::equal(frame, device.identity);
+  if (work_->request.bytes != device.identify) return is_identity;
+  if (is_identity || !std::ranges::equal(frame, device.other_identity)) device.other_seen = 0;
+  if (is_identity) return true;
+  device.other_identity.assign(frame.begin(), frame.end());
+  if (++device.other_seen < kProbesOfAnother) return false;
+  device.identity = device.other_identity;  // it has been replaced
+  return true;
+}
+
+/// A device that answers other probes, and not the one that it identified itself to, is another
+/// now.
+void Poller::ForgetSilentIdentity(Device& device, Outcome outcome) {
+  if (work_->task.kind != Task::Kind::probe || !ProvesLife(outcome)) return;
+  device.other_probes = work_->request.bytes == device.identify ? 0 : device.other_probes + 1;
+  if (device.other_probes < kOtherProbes) return;
+  device.identify.clear();
+  device.identity.clear();
 }
 
 void Poller::OnExchangeEnd(const ExchangeEnd& end, Instant) {
-  if (work_) work_->end = end;
+  if (!work_) return;
+  last_ = work_->device;
+  last_->awaits_late = end.outcome == Outcome::no_reply;
+  last_->babbles = end.outcome == Outcome::corrupt;
+  last_->answered = ProvesLife(end.outcome) && !last_->unanswered;
+  work_->end = end;
 }
 
 void Poller::OnStrayBytes(std::size_t count, Duration since_end, Instant) {
   counters_.stray_bytes += count;
   if (last_ == nullptr) return;
-  // A late answer, or the rest of one: this device gets a longer quarantine from now on.
+  // A late answer, or the rest of one: this device gets a longer quarantine from now on. What comes
+  // too late for any answer is noise, and what follows a damaged one belongs to it.
   Device& device = *last_;
-  if (since_end > device.times.ceiling) return;  // too late for any answer: noise
+  if (since_end > device.times.ceiling || device.babbles) return;
+  if (std::exchange(device.awaits_late, false)) CountLate(device, since_end);
   const Duration needed = std::min(since_end + device.times.gap, device.times.ceiling);
+  if (device.answered) {
+    // A second copy of the answer, or noise behind it: not longer than an answer can be.
+    const Duration longest = device.times.drain + kLongestTrail * device.times.character;
+    if (since_end <= longest) device.trail = std::max(device.trail, std::min(needed, longest));
+    return;
+  }
   if (needed <= device.times.drain + device.late_drain) return;
   if (!std::exchange(device.told_late, true)) {
     listener_.OnWarning(
@@ -80,12 +166,22 @@ void Poller::OnStrayBytes(std::size_t count, Duration since_end, Instant) {
   device.late_drain = needed - device.times.drain;
 }
 
+/// In verify mode an exchange without a whole echo is no good one, and its reason says which.
+void Poller::JudgeEcho(ExchangeEnd& end) {
+  const EchoResult rest = echo_.OnExchangeEnd();
+  const bool asked = work_->request.expect.reply == Expectation::Reply::one;
+  if (!rest.collision || !asked || end.outcome == Outcome::line_down) return;
+  ++counters_.collisions;
+  end.reason = rest.bytes.empty() ? "no reply, and not even the echo of the request"
+                                  : "the echo of the request stopped in its midst";
+}
+
 void Poller::ConcludeExchange() {
   Work& work = *work_;
   Device& device = *work.device;
-  const ExchangeEnd& end = *work.end;
-  const std::string reason = work.answer.reason.empty() ? end.reason : work.answer.reason;
-  counters_.busy += now_.instant - work.exchange_began;
+  JudgeEcho(*work.end);
+  ExchangeEnd& end = *work.end;
+  if (!work.answer.reason.empty()) end.reason = work.answer.reason;
   work.mute = work.request.expect.reply == Expectation::Reply::none;
   if (!work.mute) device.health.OnExchange(end.outcome);
   // An unexpected frame may be another device's late answer: then this device's own is still to
@@ -93,17 +189,21 @@ void Poller::ConcludeExchange() {
   if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) {
     if (!device.unanswered) device.unanswered = work.exchange_began;
     // Probes of an absent device would cost the living this time again and again.
-    const bool probe = work.task.kind == Task::Kind::probe;
+    const bool probe = work.task.kind == Task::Kind::probe && !postponed_;
     if (!probe) device.late_until = now_.instant + device.times.ceiling - device.times.reply;
   } else if (ProvesLife(end.outcome) && !work.mute) {
     device.unanswered.reset();
     device.late_until = {};  // the aftermath of the answer took care
     device.late_drain -= device.late_drain / kLateDecay;
+    device.trail -= device.trail / kLateDecay;
   }
-  Count(device, reason);
-  listener_.OnExchangeEnd(device.index, end.outcome);
+  // After damage an answer may still come: the damaged bytes need not have been it.
+  const bool unheard = !ProvesLife(end.outcome) && end.outcome != Outcome::unexpected;
+  if (unheard && end.outcome != Outcome::line_down && !work.mute) device.order.OnSilence();
+  if (work.task.kind == Task::Kind::probe && ProvesLife(end.outcome)) device.acquainted = true;
+  CountExchange(device);
   if (end.outcome == Outcome::line_down) {
-    FinishTask(end.outcome, reason);
+    FinishTask(end.outcome, end.reason);
   } else if (ProvesLife(end.outcome)) {
     if (!work.mute) last_life_ = now_.instant;
     Store(device);
@@ -141,9 +241,10 @@ void Poller::OnFailed() {
   Work& work = *work_;
   Device& device = *work.device;
   const ExchangeEnd end = *std::exchange(work.end, std::nullopt);
-  const Answer answer = std::exchange(work.answer, {});
+  work.answer = {};
   const bool in_time = !work.command || now_.instant < work.command->deadline;
-  const bool may_retry = work.attempts < device.retries && work.task.kind != Task::Kind::probe &&
+  const bool may_retry = work.attempts < device.retries &&
+                         (work.task.kind != Task::Kind::probe || postponed_) &&
                          device.health.state() != DeviceState::never_seen && in_time;
   if (may_retry) {
     const auto instead = device.conversation->Instead(work.request, end.outcome, now_.instant);
@@ -163,7 +264,7 @@ void Poller::OnFailed() {
   }
   if (then == Then::replan) Plan(device);
   schedule_.Hold(device.slot, device.late_until);
-  FinishTask(end.outcome, answer.reason.empty() ? end.reason : answer.reason);
+  FinishTask(end.outcome, end.reason);
 }
 
 void Poller::Store(Device& device) {
@@ -179,9 +280,17 @@ void Poller::Store(Device& device) {
 void Poller::FinishTask(Outcome outcome, const std::string& reason) {
   const std::unique_ptr<Work> done = std::move(work_);
   Device& device = *done->device;
+  if (postponed_) {
+    // That it answers probes does not make up for polls that fail.
+    const bool news = !ProvesLife(outcome) || device.health.state() == DeviceState::never_seen;
+    if (news) UpdateHealth(device, outcome, reason);
+    return ResumePostponed(outcome, reason);
+  }
   if (done->task.kind == Task::Kind::probe) {
     const Duration drain = NeedsDrain(outcome) ? device.times.drain + device.late_drain : 0s;
-    probes_.OnProbe(done->began, now_.instant + drain, Waiting(now_.instant + drain));
+    const Instant until = now_.instant + drain;
+    device.probe_wait = Waited(done->began, until);
+    probes_.OnProbe(done->began, until, *device.probe_wait);
   }
   if (done->fast) MeasureRound(*done, outcome);
   if (!done->mute) UpdateHealth(device, outcome, reason);
@@ -191,7 +300,7 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
       done->command->done(Outcome::no_reply, "the deadline passed before all points were written");
       return;
     }
-    Begin(device, {});
+    BeginTask(device, {});
     work_->command = std::move(done->command);
     work_->write = done->write;
     NextWrite();
@@ -199,6 +308,32 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
     confirmed_.push_back(std::move(*done->command));  // until what it changed has been read back
   } else {
     done->command->done(outcome, reason);
+  }
+}
+
+/// The first request of a task to a device of which it is not known what it answers.
+bool Poller::NeedsSync() const {
+  const Device& device = *work_->device;
+  const bool first = work_->steps == 1 && work_->attempts == 0;
+  const bool answered = work_->request.expect.reply == Expectation::Reply::one;
+  if (!first || !answered || work_->task.kind == Task::Kind::probe) return false;
+  return !device.acquainted || !device.order.IsSafe(FingerprintOf(work_->request));
+}
+
+void Poller::Synchronize() {
+  postponed_ = std::move(work_);
+  BeginTask(*postponed_->device, {Task::Kind::probe, 0, kNoPoint, {}});
+  Ask();
+}
+
+void Poller::ResumePostponed(Outcome outcome, const std::string& reason) {
+  work_ = std::move(postponed_);
+  if (ProvesLife(outcome)) {
+    work_->steps = 0;
+    Ask();
+  } else {
+    work_->mute = true;
+    FinishTask(outcome, reason);
   }
 }
 
@@ -224,84 +359,6 @@ void Poller::NextWrite() {
     if (!known && refresh_.size() < kQueueLimit) refresh_.push_back(wanted);
   }
   Ask();
-}
-
-// ---------------------------------------------------------------- device state
-
-Override Poller::OverrideOf(const Device& device) const {
-  if (!device.config->enabled) return Override::out_of_service;
-  if (!open_) return Override::not_connected;
-  return device.health.offline() ? Override::offline : Override::none;
-}
-
-void Poller::UpdateHealth(Device& device, Outcome outcome, const std::string& reason) {
-  const bool was_absent = device.health.absent();
-  device.health.OnTask(outcome, now_.instant);
-  if (device.health.absent() && !was_absent) {
-    schedule_.Suspend(device.slot);
-    device.parked.reset();
-    device.fast_wire = device.round_wire = {};
-    device
-        .late_drain = {};  // silent, not late; should it be late even so, its bytes will tell again
-    device.conversation->OnReconnect();
-    Plan(device);
-  } else if (!device.health.absent() && was_absent) {
-    schedule_.Restart(device.slot, now_.instant);
-  }
-  ShowState(device, reason.empty() ? std::string(Name(outcome)) : reason);
-  store_.SetOverride(device.index, OverrideOf(device));
-}
-
-void Poller::ShowState(Device& device, const std::string& reason) {
-  const DeviceState state = device.health.state();
-  if (state == device.shown) return;
-  const DeviceState from = std::exchange(device.shown, state);
-  store_.UpdateStatus(device.index, [&](DeviceStatus& status) { status.state = state; });
-  listener_.OnDeviceState(device.index, from, state, reason);
-}
-
-void Poller::Count(Device& device, const std::string& reason) {
-  ++counters_.exchanges;
-  const ExchangeEnd& end = *work_->end;
-  const std::uint32_t missed = schedule_.missed(device.slot);
-  store_.UpdateStatus(device.index, [&](DeviceStatus& status) {
-    ++status.exchanges;
-    ++status.outcomes[static_cast<std::size_t>(end.outcome)];
-    status.last_outcome = end.outcome;
-    status.missed = missed;
-    if (end.outcome != Outcome::ok) status.last_reason = reason;
-    if (ProvesLife(end.outcome) && !work_->mute) {
-      status.last_ok = now_.instant;
-      status.last_ok_wall = now_.wall;
-      status.round_trips.Add(end.round_trip);
-    }
-  });
-}
-
-/// Failures and retries say nothing about how long a round takes: an outage must not make old
-/// values look younger.
-void Poller::MeasureRound(const Work& work, Outcome outcome) {
-  Device& device = *work.device;
-  device.round_wire += now_.instant - work.began;
-  device.round_clean = device.round_clean && ProvesLife(outcome);
-  if (!work.last_of_round) return;
-  const Duration took = std::exchange(device.round_wire, {});
-  if (!std::exchange(device.round_clean, true)) return;
-  device.fast_wire = took;
-  MeasureCycle();
-}
-
-void Poller::MeasureCycle() {
-  Duration cycle{};
-  for (const auto& device : devices_) cycle += device->fast_wire;
-  for (const auto& device : devices_) store_.SetLineCycle(device->index, cycle);
-}
-
-void Poller::Plan(Device& device) {
-  std::vector<config::Group> groups;
-  for (const Query& query : device.conversation->Queries()) groups.push_back(query.group);
-  schedule_.SetQueries(device.slot, std::move(groups));
-  device.parked.reset();  // its query may be another one now
 }
 
 }  // namespace baudgate

@@ -4,20 +4,32 @@
 #include <algorithm>
 
 namespace baudgate {
+namespace {
 
-Instant ProbeBudget::NextProbe(Instant now, std::optional<Instant> next_due,
-                               Duration worst_cost) const {
+/// How long a share of kShare takes to earn so much time.
+Duration TimeToEarn(Duration time) {
+  return Duration(
+      static_cast<std::int64_t>(static_cast<double>(time.count()) / ProbeBudget::kShare));
+}
+
+}  // namespace
+
+std::optional<Instant> ProbeBudget::NextProbe(Instant now, std::optional<Instant> next_due,
+                                              Instant idle_since, Duration worst_cost) const {
   const Instant earliest = std::max(now, pause_until_);
   const bool fits_in_idle_time = !next_due || earliest + worst_cost <= *next_due;
   if (fits_in_idle_time) return earliest;
-  return std::max(earliest, share_free_at_);
+  if (idle_since == now && earliest == now && share_free_at_ <= now) return now;
+  return std::nullopt;
 }
 
-void ProbeBudget::OnProbe(Instant from, Instant to, bool contended) {
+void ProbeBudget::OnProbe(Instant from, Instant to, Duration waited) {
   pause_until_ = to + kPause;
-  if (!contended) return;
-  const double cost = static_cast<double>((to - from).count());
-  share_free_at_ = from + Duration(static_cast<std::int64_t>(cost / kShare));
+  if (waited > Duration::zero()) share_free_at_ = from + TimeToEarn(waited);
+}
+
+Duration ProbeBudget::Interval(Duration cost, Duration waited) {
+  return std::max(cost + kPause, TimeToEarn(waited));
 }
 
 }  // namespace baudgate

@@ -1,4 +1,4 @@
-// When an offline device may be asked whether it is back, so that dead devices cost the living next
+// When an absent device may be asked whether it is back, so that dead devices cost the living next
 // to nothing: probes take idle time freely, and at most a capped share of time that others want.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -16,11 +16,17 @@ class ProbeBudget {
   static constexpr Duration kPause = 250ms;
 
   /// When a probe that costs the line at most `worst_cost` may be sent. `next_due`: when a living
-  /// device wants the line again; nothing: no living device does.
-  Instant NextProbe(Instant now, std::optional<Instant> next_due, Duration worst_cost) const;
+  /// device wants the line again; nothing: no living device does. `idle_since`: when the line
+  /// became idle; a probe that will make others wait is sent at that moment only, when it makes
+  /// them wait least. Nothing: not before the next exchange.
+  std::optional<Instant> NextProbe(Instant now, std::optional<Instant> next_due, Instant idle_since,
+                                   Duration worst_cost) const;
 
-  /// A probe took the line from `from` to `to`; `contended`: a living device was waiting meanwhile.
-  void OnProbe(Instant from, Instant to, bool contended);
+  /// A probe took the line from `from` to `to`, and living devices waited for it so long.
+  void OnProbe(Instant from, Instant to, Duration waited);
+
+  /// From a probe that took `cost` and made others wait for `waited` to the next one, at most.
+  static Duration Interval(Duration cost, Duration waited);
 
  private:
   Instant pause_until_{};

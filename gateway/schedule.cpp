@@ -46,20 +46,16 @@ void Schedule::Hold(std::size_t index, Instant until) {
 }
 
 void Schedule::StartIfDue(Device& device, Round& round, Instant now) {
-  if (round.queries.empty() || !round.due || *round.due > now) return;
+  if (round.active() || round.queries.empty() || !round.due || *round.due > now) return;
   if (round.period == Duration::zero()) {
     round.due.reset();
     round.cursor = 0;
     return;
   }
-  const auto passed = (now - *round.due) / round.period;  // whole periods that went by unserved
-  *round.due += (passed + 1) * round.period;
-  device.missed += static_cast<std::uint32_t>(passed);
-  if (round.active()) {
-    ++device.missed;
-  } else {
-    round.cursor = 0;
-  }
+  const auto missed = (now - *round.due) / round.period;
+  *round.due += (missed + 1) * round.period;
+  device.missed += static_cast<std::uint32_t>(missed);
+  round.cursor = 0;
 }
 
 std::optional<Schedule::Pick> Schedule::Next(Instant now) {

@@ -3,8 +3,8 @@
 //
 // A group of a device that is due starts a *round* over its queries. All rounds in progress take
 // turns, one query each, the one that has waited longest first: no device and no group can starve
-// another. A period that comes while its round is still running is missed: counted, skipped, never
-// queued up.
+// another. A round that begins late keeps its period as long as the next one has not come; periods
+// that passed whole are missed: counted, skipped, never queued up.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -46,6 +46,9 @@ struct Task {
 struct Request {
   Bytes bytes;  ///< the whole frame, checksum included
   Expectation expect;
+  /// Of a probe: the device answers it with the same frame every time, and nothing else with that
+  /// frame (an identification). Shows whether answers still belong to what is asked.
+  bool steady = false;
 };
 
 /// A value out of a reply, before scale, offset and sentinels.

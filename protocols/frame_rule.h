@@ -32,7 +32,9 @@ struct Expectation {
   /// and the poller waits longer after a lost one.
   Bytes address;
   bool repeatable = true;  ///< may be sent again after a failure
-  /// Bytes of the request that no log may show: offset and count.
+  bool mirrors = false;    ///< a good reply equals its request, so that an echo looks like one
+  /// Bytes of the request that no log may show: offset and count. Check values over a secret are
+  /// secret as well.
   std::vector<std::pair<std::size_t, std::size_t>> secrets;
 };
 

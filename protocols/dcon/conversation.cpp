@@ -23,6 +23,9 @@ std::string Label(const Command& request, const Decoded& decoded, const Field& f
   return joined ? request.text + "[" + std::to_string(field.channel) + "]" : request.text;
 }
 
+/// The module's name. No module takes it for a write, with or without checksum.
+constexpr const char* kIdentify = "$M";
+
 /// Rough length of a reply, to find the cheapest probe.
 std::size_t Cost(Form form, std::size_t points) {
   if (form == Form::numbers) return 2 + 7 * points;
@@ -67,7 +70,12 @@ Result<Request> DconConversation::Ask(const Task& task, Instant) {
   if (!address_) return Error{address_.error()};
   if (task.kind == Task::Kind::write) return AskWrite(task);
   read_back_.reset();
-  if (task.kind == Task::Kind::probe) return MakeRequest(ProbeCommand());
+  if (task.kind == Task::Kind::probe) {
+    const std::string command = ProbeCommand();
+    Request request = MakeRequest(command);
+    request.steady = command == kIdentify;
+    return request;
+  }
   if (task.query >= plans_.size()) return Error{"there is no query of this number"};
   return MakeRequest(plans_[task.query].command);
 }
@@ -89,8 +97,8 @@ Result<Request> DconConversation::AskWrite(const Task& task) {
 /// The cheapest read that is known to work; while none is, the first, because profiles begin with
 /// what always works.
 std::string DconConversation::BestProbe() const {
-  // No module takes $AAM for a write, with or without checksum.
-  if (settings_.identify || plans_.empty()) return "$M";
+  const bool nameless = !named_ && silent_names_ >= kSilencesOfAnUnknownCommand;
+  if ((settings_.identify && !nameless) || plans_.empty()) return kIdentify;
   const Plan* best = &plans_.front();
   std::size_t best_cost = 0;
   for (std::size_t i = 0; i < plans_.size(); ++i) {
@@ -187,6 +195,7 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
 Answer DconConversation::Settle(const Task& task, const Command& command, Answer answer) {
   if (task.kind != Task::Kind::write) {
     if (ProvesLife(answer.outcome)) failed_probes_ = 0;
+    if (answer.outcome == Outcome::ok && command.text == kIdentify) named_ = true;
     if (answer.outcome == Outcome::ok) answer.then = Learn(command.text, true);
     if (answer.outcome == Outcome::unsupported) answer.then = Learn(command.text, false);
     return answer;
@@ -239,9 +248,11 @@ Then DconConversation::Demote(std::size_t query) {
   return Then::replan;
 }
 
-Then DconConversation::OnFailure(const Task& task, const Request&, Outcome outcome, Instant) {
+Then DconConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
+                                 Instant) {
   read_back_.reset();
   if (task.kind == Task::Kind::probe) ++failed_probes_;
+  if (request.steady && outcome == Outcome::no_reply) ++silent_names_;
   if (task.kind != Task::Kind::poll || outcome != Outcome::no_reply) return Then::done;
   if (task.query >= plans_.size()) return Then::done;
   Plan& plan = plans_[task.query];
@@ -252,6 +263,7 @@ Then DconConversation::OnFailure(const Task& task, const Request&, Outcome outco
 }
 
 void DconConversation::OnReconnect() {
+  silent_names_ = 0;
   read_back_.reset();
   for (std::size_t i = 0; i < plans_.size(); ++i) {
     plans_[i].answered = false;

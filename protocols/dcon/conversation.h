@@ -64,6 +64,8 @@ class DconConversation : public Conversation {
   std::vector<Plan> plans_;
   std::optional<ReadBack> read_back_;
   std::size_t failed_probes_ = 0;
+  bool named_ = false;    ///< the module has told its name once
+  int silent_names_ = 0;  ///< how often it was asked for it in vain
 };
 
 class DconBus : public Bus {

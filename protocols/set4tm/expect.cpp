@@ -26,8 +26,9 @@ Expectation Expect(View request, const config::Options&) {
   expect.address.assign(parts->address.begin(), parts->address.end());
   const View pdu = parts->body;
   expect.repeatable = pdu[0] != kWrite && pdu[0] != kWriteMemory;
+  expect.mirrors = pdu[0] == kLinkTest;
   if (pdu[0] == kOpenChannel && pdu.size() == 1 + kPasswordSize) {
-    expect.secrets = {{parts->address.size() + 1, kPasswordSize}};
+    expect.secrets = {{parts->address.size() + 1, kPasswordSize + kChecksumSize}};
   }
   if (expect.address[0] == kBroadcast) {
     expect.reply = Expectation::Reply::none;

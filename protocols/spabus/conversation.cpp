@@ -35,8 +35,11 @@ class SpaConversation final : public Conversation {
   Result<Request> Ask(const Task& task, Instant) override {
     if (slave_ == 0) return Error{"'" + device_.address + "' is not an SPA slave number"};
     switch (task.kind) {
-      case Task::Kind::probe:
-        return Seal(ReadOf(slave_, kIdentification, 0));
+      case Task::Kind::probe: {
+        Request request = Seal(ReadOf(slave_, kIdentification, 0));
+        request.steady = true;
+        return request;
+      }
       case Task::Kind::poll: {
         if (task.query >= plan_.blocks.size()) return Error{"there is no such query"};
         const Block& block = plan_.blocks[task.query];
@@ -204,6 +207,7 @@ Expectation Expect(View request, const config::Options& options) {
       command.numbers->first <= kPasswordItems.last &&
       command.numbers->last >= kPasswordItems.first) {
     expect.secrets.emplace_back(received.data_at, command.data.size());
+    expect.secrets.emplace_back(received.data_at + command.data.size() + 1, 2);  // the checksum
   }
   return expect;
 }

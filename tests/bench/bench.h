@@ -22,6 +22,7 @@ config::Config Load(const std::string& yaml, const config::Catalog& catalog);
 const char* Verdict(bool reached);
 
 void RunLineUse(const config::Catalog& catalog);
+void RunDeadDevices(const config::Catalog& catalog);
 void RunModbusRate();
 void RunAddedDelay(const config::Catalog& catalog, const std::string& self);
 void RunScale(const config::Catalog& catalog, const std::string& self);

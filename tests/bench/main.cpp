@@ -1,4 +1,4 @@
-// The benchmarks as one command: baudgate_bench [line|modbus|delay|scale|cost]…, all without
+// The benchmarks as one command: baudgate_bench [line|dead|modbus|delay|scale|cost]…, all without
 // arguments.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
@@ -87,6 +87,7 @@ int main(int argc, char** argv) {
   };
   bench::PrintMachine();
   if (wanted("line")) bench::RunLineUse(modules.catalog);
+  if (wanted("dead")) bench::RunDeadDevices(modules.catalog);
   if (wanted("modbus")) bench::RunModbusRate();
   if (wanted("delay")) bench::RunAddedDelay(modules.catalog, "/proc/self/exe");
   if (wanted("scale")) bench::RunScale(modules.catalog, "/proc/self/exe");

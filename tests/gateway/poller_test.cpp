@@ -34,7 +34,7 @@ TEST(Poller, PollsOnTheGridAndStoresGoodValues) {
   EXPECT_EQ(line.CountSent("?A2"), 10U);
   for (const Sent& sent : line.sent) {
     if (sent.text == "?A1\r") {
-      EXPECT_LE((sent.at - opened) % 1s, 5ms) << "drifts";
+      EXPECT_LE((sent.at - opened) % 1s, 30ms) << "drifts";
     }
   }
   EXPECT_EQ(line.ValueOf(0, 0), Value(1.5));
@@ -42,8 +42,8 @@ TEST(Poller, PollsOnTheGridAndStoresGoodValues) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
   const DeviceStatus status = line.StatusOf(0);
   EXPECT_EQ(status.state, DeviceState::online);
-  EXPECT_EQ(status.exchanges, 20U);
-  EXPECT_EQ(status.Count(Outcome::ok), 20U);
+  EXPECT_EQ(status.exchanges, 21U) << "and the probe at the beginning";
+  EXPECT_EQ(status.Count(Outcome::ok), 21U);
   EXPECT_EQ(status.missed, 0U);
   EXPECT_GT(status.round_trips.mean(), 10ms) << "4 + 9 characters at 9600 bit/s and 5 ms to think";
   EXPECT_LT(status.round_trips.mean(), 30ms);
@@ -158,8 +158,8 @@ TEST(Poller, BusyParksTheQueryAndResumesIt) {
   VirtualLine line(ToyLine({Polled(device, 10s), ToyDevice("b", "B", {"1"})}), {&ToyProtocol()});
   int busy = 2;
   line.twin(0).values.Set(0, 4.0);
-  line.twin(0).manner.instead = [&](View) -> std::optional<Bytes> {
-    if (busy == 0) return std::nullopt;
+  line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+    if (busy == 0 || request[0] != '?') return std::nullopt;
     --busy;
     return ToyReply("A1~busy");
   };
@@ -179,7 +179,7 @@ TEST(Poller, ADeviceThatIsBusyForEverStaysOnlineAndIsNotHammered) {
   line.Open();
   line.RunFor(60s);
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
-  EXPECT_EQ(line.StatusOf(0).Count(Outcome::busy), line.StatusOf(0).exchanges);
+  EXPECT_EQ(line.StatusOf(0).Count(Outcome::busy), line.StatusOf(0).exchanges - 1) << "the probe";
   EXPECT_LE(line.sent.size(), 60s / 50ms) << "the pause that it asked for is kept";
   EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_waiting);
 }
@@ -312,7 +312,7 @@ TEST(Poller, NeverSeenDeviceIsProbedOnly) {
   line.twin(0).manner.dead = true;
   line.Open();
   line.RunFor(60s);
-  EXPECT_EQ(line.CountSent("?A"), 1U);
+  EXPECT_EQ(line.CountSent("?A"), 0U);
   EXPECT_GT(line.CountSent("PA0"), 20U);
   EXPECT_EQ(line.StatusOf(0).retries, 0U);
 }

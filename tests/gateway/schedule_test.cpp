@@ -82,14 +82,17 @@ TEST(Schedule, MissedPeriodsAreCountedAndNotQueued) {
   EXPECT_EQ(schedule.NextDue(), kStart + 6s);
 }
 
-TEST(Schedule, APeriodThatComesDuringItsRoundIsMissed) {
+TEST(Schedule, ARoundThatRunsBeyondItsPeriodIsFollowedByTheNextAtOnce) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
   schedule.Restart(0, kStart);
   ASSERT_EQ(schedule.Next(kStart)->query, 0U);
   ASSERT_EQ(schedule.Next(kStart + 1200ms)->query, 1U) << "the round goes on where it was";
-  EXPECT_EQ(schedule.missed(0), 1U);
-  EXPECT_FALSE(schedule.Next(kStart + 1200ms));
+  ASSERT_EQ(schedule.Next(kStart + 1300ms)->query, 0U) << "late, but within its period";
+  EXPECT_EQ(schedule.missed(0), 0U);
+  ASSERT_EQ(schedule.Next(kStart + 3100ms)->query, 1U);
+  ASSERT_EQ(schedule.Next(kStart + 3100ms)->query, 0U) << "that of 3 s";
+  EXPECT_EQ(schedule.missed(0), 1U) << "that of 2 s passed whole";
 }
 
 TEST(Schedule, DevicesTakeTurns) {

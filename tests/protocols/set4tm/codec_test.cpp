@@ -135,7 +135,7 @@ TEST(Set4tmLengths, WhatIsNotDocumentedHasNone) {
 TEST(Set4tmExpect, HidesThePasswordAndKnowsWhatMayBeRepeated) {
   const Expectation open = Expect(Hex("C8 01 30 30 30 30 30 30 03 D2"), DefaultOptions());
   ASSERT_EQ(open.secrets.size(), 1U);
-  EXPECT_EQ(open.secrets[0], (std::pair<std::size_t, std::size_t>{2, 6}));
+  EXPECT_EQ(open.secrets[0], (std::pair<std::size_t, std::size_t>{2, 8}));
   EXPECT_TRUE(open.repeatable);
   const Bytes extended = MakeFrame(ExtendedAddress(9020001), Hex("01 30 30 30 30 30 30"));
   EXPECT_EQ(Expect(extended, DefaultOptions()).secrets[0].first, 6U);

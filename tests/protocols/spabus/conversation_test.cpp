@@ -240,8 +240,8 @@ TEST(SpaExpectation, FollowsFromTheRequest) {
 
 TEST(SpaExpectation, HidesThePassword) {
   using Secrets = std::vector<std::pair<std::size_t, std::size_t>>;
-  EXPECT_EQ(Expected(">1WV160:345:XX\r").secrets, (Secrets{{8, 3}}));
-  EXPECT_EQ(Expected(">1WV161:345:XX\r").secrets, (Secrets{{8, 3}}));
+  EXPECT_EQ(Expected(">1WV160:345:XX\r").secrets, (Secrets{{8, 3}, {12, 2}}));
+  EXPECT_EQ(Expected(">1WV161:345:XX\r").secrets, (Secrets{{8, 3}, {12, 2}}));
   EXPECT_TRUE(Expected(">1WV150:1:XX\r").secrets.empty());
 }
 

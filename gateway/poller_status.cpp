@@ -1,0 +1,137 @@
+// What the poller says about its devices and its line: states, counters, measured times.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+
+#include "gateway/poller.h"
+#include "gateway/poller_parts.h"
+
+namespace baudgate {
+
+Override Poller::OverrideOf(const Device& device) const {
+  if (!device.in_use) return Override::out_of_service;
+  if (!open_) return closed_as_;
+  return device.health.offline() ? Override::offline : Override::none;
+}
+
+DeviceState Poller::StateOf(const Device& device) const {
+  return device.in_use ? device.health.state() : DeviceState::disabled;
+}
+
+void Poller::UpdateHealth(Device& device, Outcome outcome, const std::string& reason) {
+  const bool was_absent = device.health.absent();
+  device.health.OnTask(outcome, now_.instant);
+  if (device.health.absent() && !was_absent) {
+    schedule_.Suspend(device.slot);
+    device.parked.reset();
+    device.fast_wire = device.round_wire = {};
+    device.late_drain = {};  // silent, not late; its bytes will tell should it be late even so
+    device.probe_wait.reset();
+    Reconnect(device);
+  } else if (!device.health.absent() && was_absent && device.in_use) {
+    schedule_.Restart(device.slot, now_.instant);
+  }
+  ShowState(device, reason.empty() ? std::string(Name(outcome)) : reason);
+  store_.SetOverride(device.index, OverrideOf(device));
+}
+
+void Poller::ShowState(Device& device, const std::string& reason) {
+  const DeviceState state = StateOf(device);
+  if (state == device.shown) return;
+  const DeviceState from = std::exchange(device.shown, state);
+  store_.UpdateStatus(device.index, [&](DeviceStatus& status) { status.state = state; });
+  listener_.OnDeviceState(device.index, from, state, reason);
+  if (tap_ != nullptr) tap_->OnDeviceState(device.index, state, reason, now_);
+}
+
+void Poller::CountExchange(Device& device) {
+  const ExchangeEnd& end = *work_->end;
+  const bool answered = ProvesLife(end.outcome) && !work_->mute;
+  ++counters_.exchanges;
+  ++counters_.outcomes[static_cast<std::size_t>(end.outcome)];
+  if (answered) counters_.round_trips.Add(end.round_trip);
+  const std::uint32_t missed = schedule_.missed(device.slot);
+  store_.UpdateStatus(device.index, [&](DeviceStatus& status) {
+    ++status.exchanges;
+    ++status.outcomes[static_cast<std::size_t>(end.outcome)];
+    status.last_outcome = end.outcome;
+    status.missed = missed;
+    if (end.outcome != Outcome::ok) status.last_reason = end.reason;
+    if (!answered) return;
+    status.last_ok = now_.instant;
+    status.last_ok_wall = now_.wall;
+    status.round_trips.Add(end.round_trip);
+  });
+  ShowLine();
+  if (tap_ != nullptr) tap_->OnExchangeEnd(device.index, end, now_);
+}
+
+void Poller::CountLate(Device& device, Duration since_end) {
+  ++counters_.late;
+  store_.UpdateStatus(device.index, [&](DeviceStatus& status) {
+    ++status.late;
+    status.lateness = since_end;
+  });
+  ShowLine();
+}
+
+void Poller::ShowLine() {
+  const Duration bound = NoticeBound();
+  store_.UpdateLine(line_index_, [&](LineStatus& status) {
+    static_cast<LineCounters&>(status) = counters_;
+    status.use = use_;
+    status.notice_bound = bound;
+  });
+}
+
+/// One turn of all absent devices: each costs its worst case and the pause, or as long as it takes
+/// to earn the time that the living waited for its last probe; a probe that makes them wait is sent
+/// behind an exchange of theirs only, hence the longest of their periods once.
+Duration Poller::NoticeBound() const {
+  Duration turn{};
+  Duration period{};
+  for (const auto& device : devices_) {
+    if (!device->in_use) continue;
+    if (device->health.absent()) {
+      const Duration worst = device->WorstCase();
+      turn += ProbeBudget::Interval(worst, device->probe_wait.value_or(worst));
+    } else {
+      period = std::max(period, device->config->poll);
+    }
+  }
+  return turn > Duration::zero() ? turn + period : turn;
+}
+
+/// Failures and retries say nothing about how long a round takes: an outage must not make old
+/// values look younger.
+void Poller::MeasureRound(const Work& work, Outcome outcome) {
+  Device& device = *work.device;
+  device.round_wire += now_.instant - work.began;
+  device.round_clean = device.round_clean && ProvesLife(outcome);
+  if (!work.last_of_round) return;
+  const Duration took = std::exchange(device.round_wire, {});
+  if (!std::exchange(device.round_clean, true)) return;
+  device.fast_wire = took;
+  MeasureCycle();
+}
+
+void Poller::MeasureCycle() {
+  Duration cycle{};
+  for (const auto& device : devices_) cycle += device->fast_wire;
+  for (const auto& device : devices_) store_.SetLineCycle(device->index, cycle);
+}
+
+/// Nothing that was learned of the device holds any more: it may be another one.
+void Poller::Reconnect(Device& device) {
+  device.conversation->OnReconnect();
+  Plan(device);
+}
+
+void Poller::Plan(Device& device) {
+  std::vector<config::Group> groups;
+  for (const Query& query : device.conversation->Queries()) groups.push_back(query.group);
+  schedule_.SetQueries(device.slot, std::move(groups));
+  device.parked.reset();  // its query may be another one now
+}
+
+}  // namespace baudgate

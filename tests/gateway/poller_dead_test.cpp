@@ -1,0 +1,123 @@
+// Dead devices on one line under virtual time: what they cost the living, and how soon one that
+// returns is noticed.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+namespace {
+
+struct Crowd {
+  int living = 5;
+  int dead = 0;
+  Duration poll = 1s;
+  std::size_t points = 4;
+};
+
+/// 9600 7E1: a character takes a little over a millisecond. The living come first.
+std::unique_ptr<VirtualLine> MakeCrowd(const Crowd& crowd) {
+  std::vector<std::string> reads;
+  for (std::size_t i = 0; i < crowd.points; ++i) reads.push_back(std::to_string(i));
+  std::vector<config::Device> devices;
+  for (int i = 0; i < crowd.living + crowd.dead; ++i) {
+    const char letter = static_cast<char>(i < 26 ? 'A' + i : 'a' + i - 26);
+    devices.push_back(ToyDevice("d" + std::to_string(i), std::string(1, letter), reads));
+    devices.back().poll = crowd.poll;
+  }
+  config::Line line = ToyLine(std::move(devices));
+  line.serial.data_bits = 7;
+  line.serial.parity = config::Parity::even;
+  auto made =
+      std::make_unique<VirtualLine>(std::move(line), std::vector<const Protocol*>{&ToyProtocol()});
+  for (int i = crowd.living; i < crowd.living + crowd.dead; ++i) {
+    made->twin(static_cast<std::size_t>(i)).manner.dead = true;
+  }
+  return made;
+}
+
+/// Answered exchanges of the living per virtual hour, once the dead are known.
+std::uint64_t RateBesideDead(int dead, Duration poll) {
+  const auto line = MakeCrowd({.dead = dead, .poll = poll});
+  line->Open();
+  line->RunFor(5min);
+  const std::uint64_t before = line->store().ReadLine(0).Count(Outcome::ok);
+  line->RunFor(1h);
+  return line->store().ReadLine(0).Count(Outcome::ok) - before;
+}
+
+class BesideDead : public ::testing::TestWithParam<Duration> {};
+
+TEST_P(BesideDead, TheLivingArePolledWithinThreePercent) {
+  const auto alone = static_cast<double>(RateBesideDead(0, GetParam()));
+  for (const int dead : {1, 10, 30}) {
+    EXPECT_GE(static_cast<double>(RateBesideDead(dead, GetParam())), 0.97 * alone)
+        << dead << " dead devices";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Polls, BesideDead, ::testing::Values(10ms, 600ms, 1s, 5s),
+                         [](const auto& info) { return FormatDuration(info.param); });
+
+class Return : public ::testing::TestWithParam<Crowd> {};
+
+/// Each dead device in its turn comes back at a bad moment: just after its probe has failed.
+TEST_P(Return, IsNoticedWithinTheBoundThatIsShown) {
+  const auto line = MakeCrowd(GetParam());
+  line->Open();
+  line->RunFor(10min);
+  const auto first = static_cast<std::uint32_t>(GetParam().living);
+  for (int round = 0; round < 3; ++round) {
+    const Duration bound = line->store().ReadLine(0).notice_bound;
+    const std::uint32_t seen = line->StatusOf(first).exchanges;
+    ASSERT_TRUE(line->RunUntil([&] { return line->StatusOf(first).exchanges > seen; }, 2 * bound));
+    line->twin(first).manner.dead = false;
+    EXPECT_TRUE(
+        line->RunUntil([&] { return line->StatusOf(first).state == DeviceState::online; }, bound))
+        << "not within " << FormatDuration(bound);
+    line->twin(first).manner.dead = true;
+    line->RunFor(5min);
+    ASSERT_EQ(line->StatusOf(first).state, DeviceState::offline);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Crowds, Return,
+                         ::testing::Values(Crowd{.dead = 1}, Crowd{.dead = 10},
+                                           Crowd{.dead = 10, .poll = 600ms},
+                                           Crowd{.dead = 3, .poll = 10ms},
+                                           Crowd{.living = 0, .dead = 10},
+                                           Crowd{.living = 20, .dead = 10, .poll = 1s}),
+                         [](const auto& info) {
+                           return std::to_string(info.param.dead) + "Beside" +
+                                  std::to_string(info.param.living) + "At" +
+                                  FormatDuration(info.param.poll);
+                         });
+
+TEST(PollerDead, TenOnAnUnsaturatedLineAreNoticedWithinAMinute) {
+  const auto line = MakeCrowd({.dead = 10});
+  line->Open();
+  line->RunFor(10min);
+  const LineStatus status = line->store().ReadLine(0);
+  EXPECT_LT(status.use, 0.9) << "the line has time to spare, or this shows nothing";
+  EXPECT_LE(status.notice_bound, 60s);
+  EXPECT_GT(status.notice_bound, 5s);
+}
+
+TEST(PollerDead, WithoutALivingNeighbourProbesGoAtFullRate) {
+  const auto line = MakeCrowd({.living = 0, .dead = 1});
+  line->Open();
+  line->RunFor(10min);
+  const std::uint64_t before = line->store().ReadLine(0).probes;
+  line->RunFor(60s);
+  EXPECT_GE(line->store().ReadLine(0).probes - before, 60U);
+}
+
+TEST(PollerDead, NoneIsNoBound) {
+  const auto line = MakeCrowd({});
+  line->Open();
+  line->RunFor(1min);
+  EXPECT_EQ(line->store().ReadLine(0).notice_bound, 0s);
+}
+
+}  // namespace
+}  // namespace baudgate

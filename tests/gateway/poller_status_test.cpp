@@ -1,0 +1,157 @@
+// What the poller tells of its line and devices: counters, use, lateness, the in-use switch, a port
+// that is lent. Under virtual time.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+namespace {
+
+config::Line TwoDevices() {
+  return ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
+}
+
+TEST(LineStatusTest, CountsWhatTheDevicesOfTheLineCount) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.twin(1).manner.dead = true;
+  line.RunFor(20s);
+  const LineStatus status = line.store().ReadLine(0);
+  const DeviceStatus a = line.StatusOf(0);
+  const DeviceStatus b = line.StatusOf(1);
+  EXPECT_EQ(status.exchanges, a.exchanges + b.exchanges);
+  EXPECT_EQ(status.Count(Outcome::ok), a.Count(Outcome::ok) + b.Count(Outcome::ok));
+  EXPECT_EQ(status.Count(Outcome::no_reply), b.Count(Outcome::no_reply));
+  EXPECT_EQ(status.round_trips.count(), status.Count(Outcome::ok));
+  EXPECT_GT(status.probes, 0U);
+  EXPECT_LT(status.probes, b.exchanges);
+  EXPECT_GT(status.bytes_out, 0U);
+  EXPECT_EQ(status.late, 0U);
+}
+
+TEST(LineStatusTest, UseIsThePartOfAMinuteThatTheLineWasBusy) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.twin(0).manner.think = 90ms;
+  line.Open();
+  line.RunFor(30s);
+  EXPECT_EQ(line.store().ReadLine(0).use, 0) << "no full minute yet";
+  line.RunFor(95s);
+  EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02);  // 90 ms and the characters a second
+  line.Close();
+  EXPECT_EQ(line.store().ReadLine(0).use, 0);
+}
+
+TEST(LateReplies, AreCountedOnceAnExchangeWithTheirLateness) {
+  config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
+  config.timing.reply = 100ms;
+  config.retries = 0;
+  VirtualLine line(config, {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.think = 150ms;
+  line.twin(0).manner.fragment = 1;
+  line.RunFor(1s);
+  EXPECT_EQ(line.StatusOf(0).late, 1U);
+  EXPECT_EQ(line.store().ReadLine(0).late, 1U);
+  EXPECT_GE(line.StatusOf(0).lateness, 50ms);
+  EXPECT_LE(line.StatusOf(0).lateness, 60ms);
+}
+
+TEST(BabbleTest, BehindADamagedReplyIsNotLate) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.twin(0).manner.babble = 5s;
+  line.Open();
+  line.RunFor(20s);
+  EXPECT_GT(line.StatusOf(0).Count(Outcome::corrupt), 0U);
+  EXPECT_EQ(line.StatusOf(0).late, 0U);
+}
+
+TEST(InUse, ADeviceTakenOutIsNotAskedAndItsPointsAreOutOfService) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.poller().SetInUse(0, false, line.now());
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_out_of_service);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::disabled);
+  const std::size_t asked = line.CountSent("?A");
+  line.Write(0, 0, 7.0);
+  line.RunFor(10s);
+  EXPECT_EQ(line.CountSent("?A"), asked);
+  EXPECT_EQ(line.CountSent("W"), 0U);
+  EXPECT_EQ(line.outcomes, std::vector<Outcome>{Outcome::no_reply});
+  EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+}
+
+TEST(InUse, ADeviceTakenBackIsPolledAtOnce) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.poller().SetInUse(0, false, line.now());
+  line.RunFor(10min);
+  line.poller().SetInUse(0, true, line.now());
+  EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(0, 0) == Quality::good; }, 1s));
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+}
+
+TEST(InUse, TheSwitchHoldsOverALostPort) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.poller().SetInUse(0, false, line.now());
+  line.Close();
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_out_of_service);
+  EXPECT_EQ(line.QualityOf(1, 0), Quality::bad_not_connected);
+  line.Open();
+  const std::size_t asked = line.CountSent("?A");
+  line.RunFor(10s);
+  EXPECT_EQ(line.CountSent("?A"), asked);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::disabled);
+}
+
+TEST(InUse, ADeviceThatIsDisabledInTheFileCanBeTakenIntoUse) {
+  config::Line config = TwoDevices();
+  config.devices[0].enabled = false;
+  VirtualLine line(config, {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  EXPECT_EQ(line.CountSent("?A"), 0U);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::disabled);
+  line.poller().SetInUse(0, true, line.now());
+  EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(0, 0) == Quality::good; }, 1s));
+}
+
+TEST(InUse, TakenOutInTheMidstOfItsExchange) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  ASSERT_TRUE(line.RunUntil(
+      [&] {
+        return !line.sent.empty() && line.sent.back().text[1] == 'A' &&
+               line.poller().line_state() != Line::State::idle;
+      },
+      2s));
+  line.poller().SetInUse(0, false, line.now());
+  line.RunFor(10s);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::disabled);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_out_of_service);
+  EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+}
+
+TEST(Released, PointsOfALentPortAreOutOfService) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.Write(0, 0, 7.0);
+  line.poller().OnReleased(line.now());
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_out_of_service);
+  EXPECT_EQ(line.StatusOf(0).last_outcome, Outcome::line_down);
+  EXPECT_EQ(line.outcomes, std::vector<Outcome>{Outcome::line_down});
+  line.RunFor(1min);
+  line.Open();
+  EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(0, 0) == Quality::good; }, 2s));
+}
+
+}  // namespace
+}  // namespace baudgate

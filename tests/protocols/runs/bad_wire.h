@@ -1,0 +1,63 @@
+// A wire that damages, loses and delays what twins say, and an oracle that knows what came out of
+// it: for runs under virtual time with the real plugins.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "tests/protocols/runs/rig.h"
+
+namespace baudgate {
+
+/// Out of so many replies one is damaged, one lost; 0: none.
+struct WireFaults {
+  unsigned damaged_one_in = 3;
+  unsigned lost_one_in = 0;
+};
+
+/// Remembers of the latest reply of each device what came out of it.
+class BadWire {
+ public:
+  BadWire(Rig& rig, unsigned seed, WireFaults faults = {});
+  void End();
+
+  /// The latest reply of the device was damaged, and the frame that the plugin takes out of what is
+  /// left carries a good check value.
+  bool IsBeyondDetection(std::uint32_t device);
+
+  std::size_t replies() const { return replies_; }
+  std::size_t damaged() const { return damaged_; }
+  std::size_t lost() const { return lost_; }
+  std::size_t undetected() const { return undetected_; }
+
+ private:
+  struct Latest {
+    Bytes request;
+    Bytes arrived;
+    bool damaged = false;
+  };
+
+  bool OneIn(unsigned count) { return count > 0 && random_() % count == 0; }
+  Bytes Carry(std::uint32_t device, Bytes reply);
+  Bytes Damage(Bytes reply);
+  std::uint8_t Noise();
+  Bytes Flip(Bytes reply, std::size_t from, std::size_t length, std::size_t count);
+
+  Rig& rig_;
+  WireFaults faults_;
+  std::mt19937 random_;
+  std::vector<Latest> latest_;
+  std::size_t replies_ = 0;
+  std::size_t damaged_ = 0;
+  std::size_t lost_ = 0;
+  std::size_t undetected_ = 0;
+};
+
+/// The real lines, and SPA Bus with a port that does not check parity, which leaves the weak
+/// exclusive-or alone with the damage.
+std::vector<Setup> DamagedLines();
+
+}  // namespace baudgate

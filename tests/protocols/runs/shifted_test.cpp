@@ -1,0 +1,59 @@
+// Devices that answer every request with the reply to an earlier one: k exchanges late by count, at
+// once and for ever. Each reply is good in itself; none may become the value of another point.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <deque>
+
+#include "tests/protocols/runs/rig.h"
+
+namespace baudgate {
+namespace {
+
+/// Says its replies so many requests late.
+class ShiftedDevice {
+ public:
+  ShiftedDevice(Rig& rig, std::uint32_t device, std::size_t requests)
+      : manner_(rig->twin(device).manner), requests_(requests) {
+    manner_.distort = [this](Bytes reply) {
+      replies_.push_back(std::move(reply));
+      if (replies_.size() <= requests_) return Bytes();
+      Bytes earlier = std::move(replies_.front());
+      replies_.pop_front();
+      return earlier;
+    };
+  }
+  ~ShiftedDevice() { manner_.distort = {}; }
+
+ private:
+  Manner& manner_;
+  std::size_t requests_;
+  std::deque<Bytes> replies_;
+};
+
+class ShiftedRun : public ::testing::TestWithParam<Setup> {};
+
+TEST_P(ShiftedRun, NoReplyBecomesTheValueOfAnotherPoint) {
+  for (const std::size_t requests : {1U, 2U, 3U, 5U}) {
+    Rig rig(GetParam());
+    rig.LearnTruth();
+    rig.Watch();
+    {
+      const ShiftedDevice shifted(rig, 0, requests);
+      const std::uint32_t neighbour = rig->StatusOf(1).Count(Outcome::ok);
+      rig->RunFor(10min);
+      EXPECT_EQ(rig.wrong(), 0U) << requests << " requests late";
+      const DeviceStatus status = rig->StatusOf(0);
+      EXPECT_LT(status.Count(Outcome::ok), status.exchanges) << "it is found out";
+      EXPECT_GT(rig->StatusOf(1).Count(Outcome::ok), neighbour + 300) << "it is served";
+    }
+    EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(); }, 5min)) << "in step again";
+    EXPECT_EQ(rig.wrong(), 0U);
+    if (HasFailure()) return;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Real, ShiftedRun, ::testing::ValuesIn(RealLines()), SetupName);
+
+}  // namespace
+}  // namespace baudgate

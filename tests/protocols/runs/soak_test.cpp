@@ -1,0 +1,116 @@
+// Days of bad luck under virtual time: damaged and lost replies, devices that die and return, a bus
+// that echoes and whose echo is damaged as well. One virtual hour a line here; packaging/soak.sh
+// runs twenty-four (BAUDGATE_SOAK_HOURS). The oracle of bad_wire.h counts damage that carries a
+// good check value; nothing else may become a wrong value that is Good.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+
+#include "tests/protocols/runs/bad_wire.h"
+
+namespace baudgate {
+namespace {
+
+constexpr Duration kLongestDeath = 5min;
+constexpr std::size_t kFlat = 256 * 1024;  // of the heap, between one hour and the next
+
+int Hours() {
+  const char* hours = std::getenv("BAUDGATE_SOAK_HOURS");
+  return hours == nullptr ? 1 : std::max(1, std::atoi(hours));
+}
+
+std::size_t HeapInUse() { return mallinfo2().uordblks; }
+
+class Soak : public ::testing::TestWithParam<Setup> {
+ protected:
+  Soak()
+      : rig_(GetParam(), [](config::Line& line) { line.echo = config::Echo::strip; }),
+        dead_until_(rig_.devices()),
+        dies_at_(rig_.devices()) {}
+
+  Duration Between(Duration least, Duration most) {
+    return least + Duration(static_cast<std::int64_t>(
+                       random_() % static_cast<std::uint64_t>((most - least).count())));
+  }
+
+  /// One echo in a hundred comes back with a wrong bit.
+  void LetTheBusEcho() {
+    rig_->echo = [this](View request) {
+      Bytes echo(request.begin(), request.end());
+      if (random_() % 100 == 0) echo[random_() % echo.size()] ^= 0x08;
+      return echo;
+    };
+  }
+
+  void LetDevicesDieAndReturn() {
+    const Instant now = rig_->now().instant;
+    for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+      Manner& manner = rig_->twin(device).manner;
+      if (manner.dead && now >= dead_until_[device]) {
+        manner.dead = false;
+        dies_at_[device] = now + Between(5min, 30min);
+      } else if (!manner.dead && now >= dies_at_[device]) {
+        manner.dead = true;
+        ++deaths_;
+        dead_until_[device] = now + Between(5s, kLongestDeath);
+      }
+    }
+  }
+
+  /// A minute in which nothing was sent is a line that is stuck.
+  void RunOneHour() {
+    for (int minute = 0; minute < 60; ++minute) {
+      LetDevicesDieAndReturn();
+      const std::uint64_t before = rig_->store().ReadLine(0).exchanges;
+      rig_->RunFor(1min);
+      ASSERT_GT(rig_->store().ReadLine(0).exchanges, before) << "the line is stuck";
+      rig_->warnings.clear();
+      rig_->states.clear();
+    }
+  }
+
+  Rig rig_;
+  std::mt19937_64 random_{7};
+  std::vector<Instant> dead_until_;
+  std::vector<Instant> dies_at_;
+  std::size_t deaths_ = 0;
+};
+
+TEST_P(Soak, NothingWrongIsEverGoodAndNothingGrows) {
+  rig_.LearnTruth();
+  rig_->keep_sent = false;
+  rig_->sent.clear();
+  LetTheBusEcho();
+  for (Instant& at : dies_at_) at = rig_->now().instant + Between(1min, 20min);
+  BadWire wire(rig_, 3, {.damaged_one_in = 100, .lost_one_in = 100});
+  rig_.Watch([&](std::uint32_t device) { return wire.IsBeyondDetection(device); });
+  RunOneHour();
+  const std::size_t heap = HeapInUse();
+  for (int hour = 1; hour < Hours() && !HasFailure(); ++hour) RunOneHour();
+  EXPECT_LT(HeapInUse(), heap + kFlat);
+
+  wire.End();
+  rig_->echo = {};
+  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+    rig_->twin(device).manner.dead = false;
+  }
+  EXPECT_TRUE(rig_->RunUntil([&] { return rig_.AllGood(); }, 10min)) << "some never came back";
+  const LineStatus status = rig_->store().ReadLine(0);
+  EXPECT_GT(wire.damaged(), 50U);
+  EXPECT_GT(wire.lost(), 50U);
+  EXPECT_GT(deaths_, 2U);
+  std::printf(
+      "%s: %d h, %llu exchanges, %zu damaged, %zu lost, %zu deaths; wrong as good: %zu, all "
+      "of them damage with a good check value: %s\n",
+      GetParam().name.c_str(), Hours(), static_cast<unsigned long long>(status.exchanges),
+      wire.damaged(), wire.lost(), deaths_, rig_.wrong(), HasFailure() ? "NO" : "yes");
+}
+
+INSTANTIATE_TEST_SUITE_P(Real, Soak, ::testing::ValuesIn(DamagedLines()), SetupName);
+
+}  // namespace
+}  // namespace baudgate
