@@ -7,8 +7,8 @@
 //   idle         bytes                         idle; stray, and quiet counts anew
 //   quiet        bytes                         quiet anew, but never longer than the ceiling
 //   quiet        timer                         sending
-//   sending      bytes                         kept, for a pty answers early; stray where the port
-//                                              keeps its bit rate
+//   sending      bytes                         kept: echo, or a pty that answers early; where the port
+//                                              keeps its bit rate, stray as soon as more comes later
 //   sending      timer (end of transmission)   settle when no reply is due, else await_first/receiving
 //   settle       bytes                         stray: nobody was asked to answer
 //   settle       timer                         idle, ok
@@ -61,6 +61,7 @@ std::optional<Instant> Line::Deadline() const {
 
 void Line::Start(Exchange exchange, Instant now) {
   exchange_ = std::move(exchange);
+  early_.clear();
   assembler_.Begin(exchange_.reply_rule, exchange_.request.expect);
   state_ = State::quiet;
   deadline_ = last_activity_ + exchange_.times.quiet;
@@ -89,13 +90,13 @@ void Line::OnBytes(View bytes, Instant now) {
       client_.OnStrayBytes(bytes.size(), now - ended_, now);
       break;
     case State::sending:
-      if (!keeps_bit_rate_) {
-        if (assembler_.held() < kKeptWhileSending) assembler_.Feed(bytes);
-      } else if (now < sent_until_) {
-        client_.OnStrayBytes(bytes.size(), now - ended_, now);
-      } else {  // the timer is late
+      if (keeps_bit_rate_ && now >= sent_until_) {  // the timer is late
         EndSending(now);
         OnBytes(bytes, now);
+      } else if (keeps_bit_rate_) {
+        if (early_.size() < kKeptWhileSending) Append(early_, bytes);
+      } else if (assembler_.held() < kKeptWhileSending) {
+        assembler_.Feed(bytes);
       }
       break;
     case State::await_first:
@@ -129,7 +130,7 @@ void Line::OnTimer(Instant now) {
       Finish(Outcome::ok, {}, now);
       break;
     case State::await_first:
-      Finish(Outcome::no_reply, {}, now);
+      if (!TakeEarly(now)) Finish(Outcome::no_reply, {}, now);
       break;
     case State::receiving:
       OnGap(now);
@@ -163,6 +164,7 @@ void Line::EndSending(Instant now) {
 }
 
 void Line::Receive(View bytes, Instant now) {
+  DropEarly(now);
   assembler_.Feed(bytes);
   state_ = State::receiving;
   deadline_ = std::min(now + exchange_.times.gap, limit_);
@@ -179,6 +181,22 @@ void Line::TakeFrame(bool idle, Instant now) {
   if (behind == 0) return;
   client_.OnStrayBytes(behind, Duration::zero(), now);
   if (state_ == State::idle) Drain(exchange_.times.drain, now);
+}
+
+/// Nothing else has come: a port that forwards as fast as it can has brought the reply early.
+bool Line::TakeEarly(Instant now) {
+  if (early_.empty()) return false;
+  assembler_.Feed(std::exchange(early_, {}));
+  state_ = State::receiving;
+  TakeFrame(true, now);
+  if (state_ == State::receiving) return false;
+  keeps_bit_rate_ = false;
+  return true;
+}
+
+void Line::DropEarly(Instant now) {
+  if (early_.empty()) return;
+  client_.OnStrayBytes(std::exchange(early_, {}).size(), sent_from_ - ended_, now);
 }
 
 void Line::OnGap(Instant now) {

@@ -74,7 +74,9 @@ class Line {
   explicit Line(LineClient& client) : client_(client) {}
 
   /// `keeps_bit_rate`: characters take their time on this port, so that nothing can answer a
-  /// request before its last one is out. Not so on a pty or behind a network.
+  /// request before its last one is out, and bytes that come so early are the rest of something
+  /// else. Not so on a pty, or behind a network; a port that only claims to is found out by its
+  /// first exchange.
   void OnOpened(Instant now, bool keeps_bit_rate = false);
   /// From anywhere; an exchange under way ends as line_down.
   void OnClosed(Instant now);
@@ -102,6 +104,8 @@ class Line {
   void TakeFrame(bool idle, Instant now);
   void OnGap(Instant now);
   void Finish(Outcome outcome, std::string reason, Instant now);
+  bool TakeEarly(Instant now);
+  void DropEarly(Instant now);
   void Drain(Duration silence, Instant now);
 
   LineClient& client_;
@@ -113,6 +117,7 @@ class Line {
   Instant sent_from_{};
   Instant sent_until_{};  // computed end of transmission
   Instant ended_{};       // of the last exchange
+  Bytes early_;           // came during the transmission on a port that keeps its bit rate
   Exchange exchange_;
   Assembler assembler_;
 };

@@ -130,7 +130,7 @@ void LineRunner::OnOpened() {
   log::Info("line {}: open ({})", config_.name, transport_->Describe());
   ShowPort(LineStatus::Port::open, transport_->Describe());
   CountErrors(ReadClocks().instant);
-  poller_.OnOpened(ReadClocks());
+  poller_.OnOpened(ReadClocks(), transport_->KeepsBitRate());
   Arm();
   if (IsNetwork(config_.port)) CheckSilence();
 }

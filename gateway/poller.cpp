@@ -33,6 +33,10 @@ LineTimes Resolve(const config::Line& line, const config::Device& device, const 
   return times;
 }
 
+double ShareOf(Duration part, Duration whole) {
+  return static_cast<double>(part.count()) / static_cast<double>(whole.count());
+}
+
 }  // namespace
 
 Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
@@ -78,8 +82,7 @@ void Poller::Advance(Now now) {
   now_ = now;
   const Duration minute = now.instant - minute_began_;
   if (minute < 1min) return;
-  use_ = static_cast<double>((counters_.busy - busy_before_minute_).count()) /
-         static_cast<double>(minute.count());
+  use_ = ShareOf(counters_.busy - busy_before_minute_, minute);
   minute_began_ = now.instant;
   busy_before_minute_ = counters_.busy;
 }
@@ -386,14 +389,25 @@ bool Poller::PickPoll() {
 Poller::Device* Poller::Absent(std::size_t turn) const {
   for (std::size_t i = 0; i < devices_.size(); ++i) {
     Device* device = devices_[(turn + i) % devices_.size()].get();
-    if (device->in_use && device->health.absent()) return device;
+    const bool absent = device->in_use && device->health.absent();
+    if (absent && device->late_until <= now_.instant) return device;
   }
   return nullptr;
 }
 
+/// When the first absent device may be probed whose late answer is still waited for.
+std::optional<Instant> Poller::NextClear() const {
+  std::optional<Instant> soonest;
+  for (const auto& device : devices_) {
+    if (!device->in_use || !device->health.absent() || device->late_until <= now_.instant) continue;
+    soonest = std::min(soonest.value_or(device->late_until), device->late_until);
+  }
+  return soonest;
+}
+
 std::optional<Instant> Poller::NextProbe() const {
   const Device* device = Absent(probe_turn_);
-  if (device == nullptr) return std::nullopt;
+  if (device == nullptr) return NextClear();
   return probes_.NextProbe(now_.instant, schedule_.NextDue(), idle_since_, device->WorstCase());
 }
 

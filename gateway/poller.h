@@ -122,6 +122,7 @@ class Poller : private LineClient {
   Override OverrideOf(const Device& device) const;
   DeviceState StateOf(const Device& device) const;
   std::optional<Instant> NextProbe() const;
+  std::optional<Instant> NextClear() const;
   Device* Absent(std::size_t turn) const;
   Duration Waited(Instant from, Instant to) const;
   Duration Aftermath(const Device& device) const;

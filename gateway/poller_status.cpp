@@ -31,6 +31,7 @@ void Poller::UpdateHealth(Device& device, Outcome outcome, const std::string& re
   } else if (!device.health.absent() && was_absent && device.in_use) {
     schedule_.Restart(device.slot, now_.instant);
   }
+  if (device.health.absent() != was_absent) ShowLine();
   ShowState(device, reason.empty() ? std::string(Name(outcome)) : reason);
   store_.SetOverride(device.index, OverrideOf(device));
 }

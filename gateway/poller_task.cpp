@@ -289,8 +289,8 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
   if (done->task.kind == Task::Kind::probe) {
     const Duration drain = NeedsDrain(outcome) ? device.times.drain + device.late_drain : 0s;
     const Instant until = now_.instant + drain;
-    device.probe_wait = Waited(done->began, until);
-    probes_.OnProbe(done->began, until, *device.probe_wait);
+    device.probe_wait = Waited(done->exchange_began, until);
+    probes_.OnProbe(done->exchange_began, until, *device.probe_wait);
   }
   if (done->fast) MeasureRound(*done, outcome);
   if (!done->mute) UpdateHealth(device, outcome, reason);

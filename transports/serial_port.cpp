@@ -32,6 +32,7 @@ class SerialPort final : public Transport {
   void Send(View bytes) override;
   Status Apply(const config::SerialSettings& serial) override;
   PortCounters Counters() const override;
+  bool KeepsBitRate() const override { return session_ && keeps_bit_rate_; }
   std::string Describe() const override { return "serial " + port_ + " " + serial_.ToString(); }
 
  private:
@@ -48,6 +49,7 @@ class SerialPort final : public Transport {
   TransportListener& listener_;
   std::shared_ptr<Session<Descriptor>> session_;
   std::shared_ptr<char> attempt_;  ///< held while an Open is under way; gone = cancelled
+  bool keeps_bit_rate_ = false;
   bool settings_known_ = false;  ///< the port is set to serial_, not to the rest of a failed Apply
   ParmrkDecoder marks_;
   SoftwareParity parity_;
@@ -95,6 +97,7 @@ Result<Descriptor> SerialPort::Prepare() {
     return Error{"can not watch " + port_ + ": " + error.message()};
   }
   FlushInput(*fd);
+  keeps_bit_rate_ = !IsPty(*fd);
   settings_known_ = true;
   marks_ = ParmrkDecoder();
   parity_ = SoftwareParity(serial_.software_parity ? serial_.parity : config::Parity::none);

@@ -50,6 +50,8 @@ class Transport {
   /// without waiting for output: between exchanges only.
   virtual Status Apply(const config::SerialSettings& serial) = 0;
   virtual PortCounters Counters() const { return {}; }
+  /// Characters take their time: a tty with a UART behind it, as far as one can tell.
+  virtual bool KeepsBitRate() const { return false; }
   /// "serial /dev/ttyUSB0 9600 7E1", for logs.
   virtual std::string Describe() const = 0;
 };

@@ -139,6 +139,70 @@ TEST_F(LineTest, SendingKeepsBytesForTheReply) {
   EXPECT_TRUE(line_.idle());
 }
 
+TEST_F(LineTest, EarlyBytesAreStrayWhereThePortKeepsItsBitRate) {
+  line_.OnOpened(At(0ms), true);
+  Start(1s);
+  line_.OnBytes(ToyReply("A1=4"), At(1002ms));  // the second copy of an earlier reply
+  line_.OnTimer(At(1004ms));
+  EXPECT_TRUE(frames_.empty());
+  line_.OnBytes(reply_, At(1020ms));
+  ASSERT_EQ(frames_.size(), 1U);
+  EXPECT_EQ(frames_[0], AsText(reply_));
+  ASSERT_EQ(strays_.size(), 1U);
+  EXPECT_EQ(strays_[0].count, ToyReply("A1=4").size());
+}
+
+TEST_F(LineTest, APortThatOnlyClaimsToKeepItsBitRateIsFoundOut) {
+  line_.OnOpened(At(0ms), true);
+  Start(1s);
+  line_.OnBytes(reply_, At(1002ms));
+  line_.OnTimer(At(1004ms));
+  EXPECT_TRUE(frames_.empty());
+  line_.OnTimer(At(1104ms));  // nothing else has come in the reply time
+  ASSERT_EQ(frames_.size(), 1U);
+  EXPECT_EQ(ends_.back().outcome, Outcome::ok);
+  Start(2s);
+  line_.OnBytes(reply_, At(2002ms));
+  line_.OnTimer(At(2004ms));
+  EXPECT_EQ(frames_.size(), 2U) << "from now on at once";
+}
+
+TEST_F(LineTest, EarlyNoiseAloneIsNoReply) {
+  line_.OnOpened(At(0ms), true);
+  Start(1s);
+  line_.OnBytes(ToBytes("UUU"), At(1002ms));
+  line_.OnTimer(At(1004ms));
+  line_.OnTimer(At(1104ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
+}
+
+TEST_F(LineTest, BytesBehindALateTimerAreTheReply) {
+  line_.OnOpened(At(0ms), true);
+  Start(1s);
+  line_.OnBytes(reply_, At(1015ms));
+  ASSERT_EQ(frames_.size(), 1U);
+}
+
+TEST_F(LineTest, BytesBehindAFrameAreStrayAndDrained) {
+  Reach(State::await_first);
+  Bytes twice = reply_;
+  Append(twice, reply_);
+  line_.OnBytes(twice, At(1010ms));
+  EXPECT_EQ(frames_.size(), 1U);
+  ASSERT_EQ(strays_.size(), 1U);
+  EXPECT_EQ(strays_[0].count, reply_.size());
+  EXPECT_EQ(line_.state(), State::drain);
+}
+
+TEST_F(LineTest, ACollisionEndsTheExchangeAndDrainsBehindTheTransmission) {
+  Reach(State::sending);
+  line_.OnCollision(At(1002ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt);
+  EXPECT_EQ(DeadlineIn(), 1004ms + kTimes.drain);
+}
+
 TEST_F(LineTest, SendingTimerAwaitsTheFirstByte) {
   Reach(State::sending);
   line_.OnTimer(At(1006ms));  // a late timer: the reply time counts from the computed end
