@@ -42,7 +42,7 @@ struct LineStatus : LineCounters {
   std::uint32_t framing_errors = 0;
   std::uint32_t overruns = 0;
 
-  double use = 0;           ///< part of the last full minute that the line was busy
+  double use = 0;  ///< part of the last full minute, or of the first, that the line was busy
   Duration notice_bound{};  ///< an absent device that returns is noticed after at most so long;
                             ///< zero: none is absent (docs/timeouts.md has the formula)
 };

@@ -14,27 +14,16 @@ namespace {
 /// Writes and the reads that follow them go first, but after so many in a row a poll has its turn.
 constexpr int kUrgentInRow = 4;
 
-LineTimes Resolve(const config::Line& line, const config::Device& device, const Protocol& protocol,
+LineTimes TimesOf(const config::Line& line, const config::Device& device, const Protocol& protocol,
                   const config::SerialSettings& serial) {
-  const config::Timing fallback = protocol.timing(serial);
-  config::Timing timing = Merge(device.timing, line.timing);
-  // Who allows a device more time to begin its reply means the whole exchange to be so much longer.
-  if (timing.reply && !timing.ceiling) {
-    timing.ceiling = *fallback.ceiling + *timing.reply - *fallback.reply;
-  }
-  timing = Merge(timing, fallback);
-  LineTimes times;
-  times.quiet = timing.quiet.value_or(5ms);
-  times.reply = timing.reply.value_or(500ms);
-  times.gap = timing.gap.value_or(50ms);
-  times.drain = timing.drain.value_or(100ms);
-  times.ceiling = std::max(timing.ceiling.value_or(2s), times.reply + times.gap);
-  times.character = serial.CharacterTime();
-  return times;
-}
-
-double ShareOf(Duration part, Duration whole) {
-  return static_cast<double>(part.count()) / static_cast<double>(whole.count());
+  const config::Timing timing =
+      config::Resolve(Merge(device.timing, line.timing), protocol.timing(serial));
+  return {.quiet = *timing.quiet,
+          .reply = *timing.reply,
+          .gap = *timing.gap,
+          .ceiling = *timing.ceiling,
+          .drain = *timing.drain,
+          .character = serial.CharacterTime()};
 }
 
 }  // namespace
@@ -55,7 +44,7 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
     device->config = &line.devices[slot];
     device->protocol = &find(device->config->protocol);
     device->serial = device->config->serial.value_or(line.serial);
-    device->times = Resolve(line, *device->config, *device->protocol, device->serial);
+    device->times = TimesOf(line, *device->config, *device->protocol, device->serial);
     device->retries = device->config->retries.value_or(line.retries);
     device->in_use = device->config->enabled;
     auto known = std::find_if(made.begin(), made.end(),
@@ -82,7 +71,7 @@ void Poller::Advance(Now now) {
   now_ = now;
   const Duration minute = now.instant - minute_began_;
   if (minute < 1min) return;
-  use_ = ShareOf(counters_.busy - busy_before_minute_, minute);
+  use_ = UseSince(minute_began_);
   minute_began_ = now.instant;
   busy_before_minute_ = counters_.busy;
 }
@@ -91,7 +80,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   if (open_) OnClosed(now);
   Advance(now);
   open_ = true;
-  use_ = 0;
+  use_.reset();
   minute_began_ = idle_since_ = last_life_ = now.instant;
   busy_before_minute_ = counters_.busy;
   line_.OnOpened(now.instant, keeps_bit_rate);

@@ -115,6 +115,7 @@ class Poller : private LineClient {
   void CountExchange(Device& device);
   void CountLate(Device& device, Duration since_end);
   void ShowLine();
+  double UseSince(Instant began) const;
   Duration NoticeBound() const;
   void Reconnect(Device& device);
   void Plan(Device& device);
@@ -156,8 +157,8 @@ class Poller : private LineClient {
   Instant idle_since_{};   // when it last became so
   Instant minute_began_{};
   Duration busy_before_minute_{};
-  double use_ = 0;
-  Now now_{};  // of the input that is being handled
+  std::optional<double> use_;  // of the last full minute; nothing before there is one
+  Now now_{};                  // of the input that is being handled
   Instant last_life_{};
   LineCounters counters_;
 };

@@ -7,6 +7,12 @@
 #include "gateway/poller_parts.h"
 
 namespace baudgate {
+namespace {
+
+/// Line use is not worth a word before.
+constexpr Duration kShortestUse = 10s;
+
+}  // namespace
 
 Override Poller::OverrideOf(const Device& device) const {
   if (!device.in_use) return Override::out_of_service;
@@ -76,11 +82,19 @@ void Poller::CountLate(Device& device, Duration since_end) {
   ShowLine();
 }
 
+/// What the line was busy with of the minute under way.
+double Poller::UseSince(Instant began) const {
+  const Duration whole = now_.instant - began;
+  if (whole < kShortestUse) return 0;
+  return static_cast<double>((counters_.busy - busy_before_minute_).count()) /
+         static_cast<double>(whole.count());
+}
+
 void Poller::ShowLine() {
   const Duration bound = NoticeBound();
   store_.UpdateLine(line_index_, [&](LineStatus& status) {
     static_cast<LineCounters&>(status) = counters_;
-    status.use = use_;
+    status.use = use_ ? *use_ : UseSince(minute_began_);
     status.notice_bound = bound;
   });
 }

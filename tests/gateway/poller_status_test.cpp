@@ -35,8 +35,10 @@ TEST(LineStatusTest, UseIsThePartOfAMinuteThatTheLineWasBusy) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.twin(0).manner.think = 90ms;
   line.Open();
-  line.RunFor(30s);
-  EXPECT_EQ(line.store().ReadLine(0).use, 0) << "no full minute yet";
+  line.RunFor(5s);
+  EXPECT_EQ(line.store().ReadLine(0).use, 0) << "too short to tell";
+  line.RunFor(25s);
+  EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02) << "of the first half minute";
   line.RunFor(95s);
   EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02);  // 90 ms and the characters a second
   line.Close();
