@@ -38,7 +38,9 @@ void Poller::UpdateHealth(Device& device, Outcome outcome, const std::string& re
     schedule_.Restart(device.slot, now_.instant);
   }
   if (device.health.absent() != was_absent) ShowLine();
-  ShowState(device, reason.empty() ? std::string(Name(outcome)) : reason);
+  const std::string_view why =
+      outcome == Outcome::ok ? "some of its exchanges fail" : Name(outcome);
+  ShowState(device, reason.empty() ? std::string(why) : reason);
   store_.SetOverride(device.index, OverrideOf(device));
 }
 

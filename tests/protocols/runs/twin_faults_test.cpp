@@ -262,18 +262,11 @@ TEST_P(MisbehavingTwin, LateRepliesAreNoReplyAndTheUserIsTold) {
 }
 
 /// A device that answers each request with the reply to the one before. No silence, however long,
-/// makes it catch up, and no reply of these protocols says which request it belongs to. A master
-/// sees it only where the reply has another form than was asked for; where all queries are alike,
-/// it can not be seen. Never, however, is a value shown that is another device's.
+/// makes it catch up; its probe shows it. shifted_test.cpp has more of them.
 TEST_P(MisbehavingTwin, RepliesThatAreOneBehind) {
-  rig_.Watch([](std::uint32_t device) { return device == kTroubled; });
   Misbehave("late:exchanges=1");
   EXPECT_GT(own_[Outcome::no_reply], 0U) << "the first";
-  const bool alike = GetParam().name == "Dcon115200";  // asks #AA and nothing else
-  EXPECT_EQ(own_.failed() > own_[Outcome::no_reply], !alike) << ::testing::PrintToString(own_);
-  if (alike) {
-    EXPECT_EQ(rig_.wrong(), 0U) << "the reply before is as good as this one, only older";
-  }
+  EXPECT_EQ(rig_.wrong(), 0U);
   TheNeighbourWasServed();
   EverythingComesBack();
 }

@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# Runs that are too long for every change.
+# usage: packaging/soak.sh                  all of these, one after the other
+#        packaging/soak.sh virtual [HOURS]  damage, deaths and echo for 24 hours of virtual time
+#        packaging/soak.sh ptys [MINUTES]   all faults for 10 real minutes on ptys, AddressSanitizer
+#        packaging/soak.sh fuzz [RUNS]      every fuzz target, 10,000,000 executions each: some hours
+# An existing build of the targets is taken from $BAUDGATE_FUZZ_BUILD.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. packaging/prepare.sh
+
+# whole NUMBER: fails unless it is one, from 1 on.
+whole() { [[ $1 =~ ^[1-9][0-9]*$ ]] || usage; }
+
+# A line for each kind of line: exchanges, faults, and what became of damage.
+soak_virtual() {
+  local hours=${1:-24}
+  whole "$hours"
+  install_packages
+  build release runs_test
+  say "$hours hours of virtual time"
+  BAUDGATE_SOAK_HOURS=$hours build/release/tests/runs_test --gtest_filter='*Soak*'
+}
+
+# A line for each protocol, and one about the heap.
+soak_ptys() {
+  local minutes=${1:-10}
+  whole "$minutes"
+  install_packages
+  build asan baudgate_pty_soak
+  say "$minutes minutes on ptys"
+  BAUDGATE_SOAK_SECONDS=$((minutes * 60)) build/asan/tests/baudgate_pty_soak
+}
+
+# A line for each target; on a finding the path of the input that shows it, and a failure at the end.
+soak_fuzz() {
+  build_fuzz
+  say "fuzzing every target, ${1:-10000000} executions each"
+  fuzz -runs="${1:-10000000}"
+}
+
+usage() {
+  sed -n '2,/^set /{/^#/s/^# //p}' "$0" >&2
+  exit 2
+}
+
+# One function for each part: soak_PART.
+if [ $# = 0 ]; then
+  soak_virtual
+  soak_ptys
+  soak_fuzz
+  exit
+fi
+part=$1
+[ "$(type -t "soak_$part")" = function ] || usage
+shift
+"soak_$part" "$@"
