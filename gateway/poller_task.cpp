@@ -328,7 +328,9 @@ void Poller::Synchronize() {
 
 void Poller::ResumePostponed(Outcome outcome, const std::string& reason) {
   work_ = std::move(postponed_);
-  if (ProvesLife(outcome)) {
+  // A device that wants to be left in peace gets it: a meter counts wrong passwords.
+  const bool in_peace = schedule_.held_until(work_->device->slot) > now_.instant;
+  if (ProvesLife(outcome) && !in_peace) {
     work_->steps = 0;
     Ask();
   } else {

@@ -45,6 +45,8 @@ class Schedule {
   /// When Next will have something; nothing when no device is active. May lie in the past.
   std::optional<Instant> NextDue() const;
 
+  Instant held_until(std::size_t device) const { return devices_[device].hold_until; }
+
   /// Periods of the device that were skipped.
   std::uint32_t missed(std::size_t device) const { return devices_[device].missed; }
 

@@ -307,6 +307,16 @@ TEST(Poller, AReturnIsNoticedOnALineThatIsNeverIdle) {
   EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(1, 0) == Quality::good; }, 30s));
 }
 
+TEST(Poller, ADeviceThatAsksForPeaceInItsProbeIsLeftInPeace) {
+  config::Device device = ToyDevice("a", "A", {"1"});
+  device.options.Set("wait", std::int64_t{Duration(5min).count()});
+  VirtualLine line(ToyLine({device}), {&ToyProtocol()});
+  line.twin(0).manner.instead = [](View) -> std::optional<Bytes> { return ToyReply("A0~busy"); };
+  line.Open();
+  line.RunFor(4min);
+  EXPECT_EQ(line.sent.size(), 1U);
+}
+
 TEST(Poller, NeverSeenDeviceIsProbedOnly) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2", "3"})}), {&ToyProtocol()});
   line.twin(0).manner.dead = true;
