@@ -111,9 +111,10 @@ class Line {
   LineClient& client_;
   State state_ = State::closed;
   bool keeps_bit_rate_ = false;
-  Instant deadline_{};       // of the current state
-  Instant limit_{};          // babble bound of Quiet and Drain
-  Instant last_activity_{};  // last byte in or out
+  bool answered_in_time_ = false;  // since the port was opened: it does keep its bit rate
+  Instant deadline_{};             // of the current state
+  Instant limit_{};                // babble bound of Quiet and Drain
+  Instant last_activity_{};        // last byte in or out
   Instant sent_from_{};
   Instant sent_until_{};  // computed end of transmission
   Instant ended_{};       // of the last exchange

@@ -84,6 +84,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   minute_began_ = idle_since_ = last_life_ = now.instant;
   busy_before_minute_ = counters_.busy;
   line_.OnOpened(now.instant, keeps_bit_rate);
+  probes_ = {};
   for (const auto& device : devices_) {
     if (!device->in_use) continue;
     Reconnect(*device);
@@ -105,6 +106,9 @@ void Poller::Close(Now now, Override why, const std::string& reason) {
   closed_as_ = why;
   use_ = 0;
   line_.OnClosed(now.instant);
+  echo_.OnExchangeEnd();
+  // What a serial server still owes may reach the next connection.
+  if (work_ && work_->end) work_->device->order.OnSilence();
   if (work_) FinishTask(Outcome::line_down, reason);
   for (const auto& device : devices_) {
     device->parked.reset();
@@ -211,7 +215,8 @@ std::optional<Instant> Poller::Deadline() const {
   if (!line_.idle()) return soonest;
   if (work_) {  // waits until no late answer can meet its request
     sooner(ClearAt(*work_));
-    if (work_->command && work_->steps == 1) sooner(work_->command->deadline);
+    const Work& work = postponed_ ? *postponed_ : *work_;
+    if (work.command && work.steps == 1) sooner(work.command->deadline);
     return soonest;
   }
   sooner(schedule_.NextDue());
@@ -265,6 +270,7 @@ void Poller::Pump() {
   while (open_ && line_.idle()) {
     if (!work_ && !PickTask()) return;
     if (!work_ || !work_->sending) continue;
+    if (postponed_ && IsTooLate(*postponed_)) work_ = std::move(postponed_);
     if (IsTooLate(*work_)) {
       work_->mute = true;
       FinishTask(Outcome::no_reply, "the command waited for the line beyond its deadline");

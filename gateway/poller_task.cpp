@@ -114,11 +114,20 @@ bool Poller::LooksLikeProbe(View whole) {
   }
   const bool is_identity = std::ranges::equal(frame, device.identity);
   if (work_->request.bytes != device.identify) return is_identity;
-  if (is_identity || !std::ranges::equal(frame, device.other_identity)) device.other_seen = 0;
+  if (!is_identity && !ProvesLife(answer.outcome)) {
+    device.other_seen = 0;  // no identification at all: the order is wrong, not the device
+    return false;
+  }
+  const bool ok = answer.outcome == Outcome::ok;
+  const bool another = ok && !std::ranges::equal(frame, device.other_identity);
+  if (is_identity || another) device.other_seen = 0;
   if (is_identity) return true;
-  device.other_identity.assign(frame.begin(), frame.end());
+  if (ok) device.other_identity.assign(frame.begin(), frame.end());
   if (++device.other_seen < kProbesOfAnother) return false;
-  device.identity = device.other_identity;  // it has been replaced
+  // It has been replaced, or does not identify itself any more.
+  device.identity = ok ? device.other_identity : Bytes();
+  if (!ok) device.identify.clear();
+  device.other_seen = 0;
   return true;
 }
 
@@ -221,12 +230,12 @@ void Poller::OnAnswered() {
   if (answer.wait > Duration::zero()) schedule_.Hold(device.slot, now_.instant + answer.wait);
   if (answer.then == Then::replan) {
     Plan(device);
-    schedule_.Restart(device.slot, now_.instant);
+    if (device.in_use) schedule_.Restart(device.slot, now_.instant);
     FinishTask(end.outcome, answer.reason);
   } else if (answer.then == Then::ask_again) {
     Ask();
   } else if (end.outcome == Outcome::busy && work.task.kind == Task::Kind::poll &&
-             work.parkings < device.retries && !device.parked) {
+             work.parkings < device.retries && !device.parked && device.in_use) {
     ++work.parkings;
     --work.steps;
     device.parked_until = now_.instant + std::max<Duration>(answer.wait, device.times.quiet);
@@ -242,7 +251,8 @@ void Poller::OnFailed() {
   Device& device = *work.device;
   const ExchangeEnd end = *std::exchange(work.end, std::nullopt);
   work.answer = {};
-  const bool in_time = !work.command || now_.instant < work.command->deadline;
+  const auto& command = postponed_ ? postponed_->command : work.command;
+  const bool in_time = !command || now_.instant < command->deadline;
   const bool may_retry = work.attempts < device.retries &&
                          (work.task.kind != Task::Kind::probe || postponed_) &&
                          device.health.state() != DeviceState::never_seen && in_time;
@@ -287,10 +297,9 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
     return ResumePostponed(outcome, reason);
   }
   if (done->task.kind == Task::Kind::probe) {
-    const Duration drain = NeedsDrain(outcome) ? device.times.drain + device.late_drain : 0s;
-    const Instant until = now_.instant + drain;
-    device.probe_wait = Waited(done->exchange_began, until);
-    probes_.OnProbe(done->exchange_began, until, *device.probe_wait);
+    const Instant until = std::max(now_.instant, line_.Deadline().value_or(now_.instant));
+    device.probe_wait = Waited(done->began, until);
+    probes_.OnProbe(done->began, until, *device.probe_wait);
   }
   if (done->fast) MeasureRound(*done, outcome);
   if (!done->mute) UpdateHealth(device, outcome, reason);
@@ -326,17 +335,21 @@ void Poller::Synchronize() {
   Ask();
 }
 
+/// What the probe came to is never the outcome of the task that waited for it.
 void Poller::ResumePostponed(Outcome outcome, const std::string& reason) {
   work_ = std::move(postponed_);
+  const Device& device = *work_->device;
   // A device that wants to be left in peace gets it: a meter counts wrong passwords.
-  const bool in_peace = schedule_.held_until(work_->device->slot) > now_.instant;
-  if (ProvesLife(outcome) && !in_peace) {
+  const bool in_peace = schedule_.held_until(device.slot) > now_.instant;
+  const bool allowed = !in_peace || (work_->command && outcome == Outcome::ok);
+  if (ProvesLife(outcome) && device.in_use && device.order.MayBeInStep() && allowed) {
     work_->steps = 0;
     Ask();
-  } else {
-    work_->mute = true;
-    FinishTask(outcome, reason);
+    return;
   }
+  work_->mute = true;
+  if (!device.in_use) return FinishTask(Outcome::no_reply, "the device is disabled");
+  FinishTask(outcome == Outcome::ok ? Outcome::busy : outcome, reason);
 }
 
 /// The writes of the command before work_->write are confirmed: goes on with the next.
@@ -348,6 +361,7 @@ void Poller::NextWrite() {
   work.task.kind = Task::Kind::write;
   work.task.point = write.point;
   if (!raw) {
+    work.mute = true;
     FinishTask(Outcome::refused, raw.error());
     return;
   }

@@ -28,7 +28,6 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups) 
 void Schedule::Restart(std::size_t index, Instant now) {
   Device& device = devices_[index];
   device.suspended = false;
-  device.hold_until = now;
   for (Round& round : device.rounds) {
     round.due = now;
     round.cursor = round.queries.size();

@@ -33,7 +33,8 @@ class Schedule {
   /// The groups of the device's queries, in the order of asking. Rounds in progress end.
   void SetQueries(std::size_t device, std::vector<config::Group> groups);
 
-  /// All groups of the device are due at once: the port opened, or the device came back.
+  /// All groups of the device are due at once, or when its hold ends: the port opened, or the
+  /// device came back.
   void Restart(std::size_t device, Instant now);
   /// Nothing of the device is due until Restart: it is offline or disabled.
   void Suspend(std::size_t device);

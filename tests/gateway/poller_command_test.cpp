@@ -239,5 +239,40 @@ TEST_F(PollerCommand, DoneMaySubmitTheNext) {
   EXPECT_EQ(line_.outcomes, Outcomes(3, Outcome::ok));
 }
 
+TEST(PollerSync, AWriteIsNotConfirmedByTheProbeBeforeIt) {
+  config::Device device = ToyDevice("a", "A", {"1"});
+  device.options.Set("wait", std::int64_t{Duration(1s).count()});
+  VirtualLine line(ToyLine({device}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  int polls = 0;
+  line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+    if (request[0] != '?' || polls++ > 1) return std::nullopt;
+    return polls == 1 ? Bytes() : ToyReply("A1~busy");  // lost, then answered: not now
+  };
+  ASSERT_TRUE(line.RunUntil([&] { return polls == 2; }, 2s));
+  line.RunFor(50ms);
+  line.Write(0, 0, 7.0);
+  ASSERT_TRUE(line.RunUntil([&] { return !line.outcomes.empty(); }, 5s));
+  EXPECT_EQ(line.outcomes[0], Outcome::ok);
+  EXPECT_EQ(line.CountSent("W"), 1U) << "confirmed, and so sent";
+  EXPECT_EQ(line.twin(0).values.Get(0, {}), Value(7.0));
+}
+
+TEST(PollerSync, AWriteBehindAProbeKeepsItsDeadline) {
+  config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
+  config.retries = 0;
+  config.timing.ceiling = 5s;
+  VirtualLine line(config, {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.dead = true;
+  ASSERT_TRUE(line.RunUntil([&] { return line.StatusOf(0).Count(Outcome::no_reply) == 1; }, 2s));
+  line.Write(0, 0, 7.0, 500ms);
+  line.RunFor(510ms);
+  EXPECT_EQ(line.outcomes, std::vector<Outcome>{Outcome::no_reply});
+  EXPECT_EQ(line.CountSent("W"), 0U);
+}
+
 }  // namespace
 }  // namespace baudgate

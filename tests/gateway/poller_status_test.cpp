@@ -141,6 +141,24 @@ TEST(InUse, TakenOutInTheMidstOfItsExchange) {
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
 }
 
+TEST(InUse, NeitherANewPlanNorAProbeBringsADeviceBackThatIsTakenOut) {
+  for (const char* word : {"replan", "busy"}) {
+    VirtualLine line(TwoDevices(), {&ToyProtocol()});
+    line.Open();
+    line.RunFor(5s);
+    line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+      if (request[0] != '?') return std::nullopt;
+      return ToyReply(std::string("A1~") + word);
+    };
+    const std::size_t before = line.CountSent("?A");
+    ASSERT_TRUE(line.RunUntil([&] { return line.CountSent("?A") > before; }, 2s));
+    line.poller().SetInUse(0, false, line.now());
+    const std::size_t asked = line.CountSent("?A") + line.CountSent("PA");
+    line.RunFor(10s);
+    EXPECT_EQ(line.CountSent("?A") + line.CountSent("PA"), asked) << word;
+  }
+}
+
 TEST(Released, PointsOfALentPortAreOutOfService) {
   VirtualLine line(TwoDevices(), {&ToyProtocol()});
   line.Open();

@@ -180,5 +180,14 @@ TEST(Schedule, NobodyStarvesWhateverThePeriods) {
   }
 }
 
+TEST(Schedule, ARestartDoesNotEndAHold) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.Hold(0, kStart + 5min);
+  schedule.Restart(0, kStart);
+  EXPECT_FALSE(schedule.Next(kStart + 4min));
+  EXPECT_TRUE(schedule.Next(kStart + 5min));
+}
+
 }  // namespace
 }  // namespace baudgate

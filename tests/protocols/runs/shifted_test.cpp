@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <deque>
+#include <optional>
 
+#include "gateway/base/text.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {
@@ -54,6 +56,23 @@ TEST_P(ShiftedRun, NoReplyBecomesTheValueOfAnotherPoint) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Real, ShiftedRun, ::testing::ValuesIn(RealLines()), SetupName);
+
+TEST(ReplacedDevice, IsBelievedAfterAWhile) {
+  Rig rig(RealLine("Spa9600"));
+  rig.LearnTruth();
+  std::string other = "<1D:SPCX 1C1:";
+  std::uint8_t sum = 0;
+  for (const char c : other) sum ^= static_cast<std::uint8_t>(c);
+  other += HexByte(sum) + "\r\n";
+  rig->twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+    if (!AsText(request).starts_with(">1RF:")) return std::nullopt;
+    return ToBytes(other);
+  };
+  rig->twin(0).manner.dead = true;
+  rig->RunFor(1min);
+  rig->twin(0).manner.dead = false;
+  EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(0); }, 15min));
+}
 
 }  // namespace
 }  // namespace baudgate
