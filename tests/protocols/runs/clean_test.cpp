@@ -77,6 +77,43 @@ TEST_P(CleanRun, APollPeriodIsKept) {
   }
 }
 
+/// A USB adapter hands over what it has every 16 ms, wherever that cuts a reply.
+TEST_P(CleanRun, BurstsOfAUsbAdapterAreNoErrorAndCostNoMoreThanThemselves) {
+  constexpr Duration kLatency = 16ms;
+  Rig clean(GetParam());
+  clean.LearnTruth();
+  clean->RunFor(2min);
+  Rig rig(GetParam());
+  rig.LearnTruth();
+  rig.Watch();
+  const Duration character = GetParam().serial.CharacterTime();
+  for (std::uint32_t device = 0; device < rig.devices(); ++device) {
+    rig->twin(device).manner.deliver = [&, character](View, const Bytes& reply, Instant end) {
+      std::vector<TimedPiece> pieces;
+      Duration at = 5ms;
+      for (const std::uint8_t byte : reply) {
+        at += character;
+        const Instant handed_over = std::chrono::ceil<std::chrono::milliseconds>(end + at);
+        const Duration after_grid = handed_over.time_since_epoch() % kLatency;
+        const Duration after = handed_over - end + (kLatency - after_grid) % kLatency;
+        if (pieces.empty() || pieces.back().after != after) pieces.push_back({after, {}});
+        pieces.back().bytes.push_back(byte);
+      }
+      return pieces;
+    };
+  }
+  const std::uint64_t stray = rig->poller().counters().stray_bytes;
+  rig->RunFor(2min);
+  for (std::uint32_t device = 0; device < rig.devices(); ++device) {
+    const DeviceStatus status = rig->StatusOf(device);
+    EXPECT_EQ(status.Count(Outcome::ok), status.exchanges);
+    EXPECT_LE(status.round_trips.mean(),
+              clean->StatusOf(device).round_trips.mean() + kLatency + 1ms);
+  }
+  EXPECT_EQ(rig->poller().counters().stray_bytes, stray);
+  EXPECT_EQ(rig.wrong(), 0U);
+}
+
 INSTANTIATE_TEST_SUITE_P(Real, CleanRun, ::testing::ValuesIn(RealLines()), SetupName);
 
 }  // namespace
