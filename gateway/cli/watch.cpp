@@ -2,9 +2,7 @@
 #include "gateway/cli/watch.h"
 
 #include <poll.h>
-#include <signal.h>
 #include <sys/eventfd.h>
-#include <sys/signalfd.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,10 +11,12 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <tuple>
 #include <utility>
 
 #include "gateway/base/text.h"
+#include "gateway/cli/stop_signals.h"
 #include "gateway/dds/subscriber.h"
 
 namespace baudgate {
@@ -97,32 +97,6 @@ class Mailbox {
   std::uint64_t rejected_ = 0;
 };
 
-/// Blocks SIGINT and SIGTERM and makes them readable. Constructed before the library's threads, so
-/// that they inherit the mask.
-class StopSignals {
- public:
-  StopSignals() {
-    sigemptyset(&set_);
-    sigaddset(&set_, SIGINT);
-    sigaddset(&set_, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &set_, &before_);
-    descriptor_.emplace(::signalfd(-1, &set_, SFD_CLOEXEC | SFD_NONBLOCK));
-  }
-  ~StopSignals() {
-    // What was pending is consumed here: it has done its work.
-    signalfd_siginfo info{};
-    while (::read(descriptor_->get(), &info, sizeof info) > 0) {
-    }
-    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
-  }
-  int descriptor() const { return descriptor_->get(); }
-
- private:
-  sigset_t set_{};
-  sigset_t before_{};
-  std::optional<Descriptor> descriptor_;
-};
-
 WallTime SourceTime(const dds::PointSample& sample) {
   return WallTime(Duration(sample.source_time_ns));
 }
@@ -181,7 +155,7 @@ class Watch {
       : options_(options), out_(out), err_(err) {}
 
   int Run() {
-    const StopSignals signals;
+    const StopSignals signals;  // before the library's threads, which inherit the mask
     Mailbox mailbox;
     auto subscriber = dds::DdsSubscriber::Create(
         {.participant = {.domain = options_.domain, .interfaces = options_.interfaces}},

@@ -36,8 +36,9 @@ struct Manner {
   /// What it says in place of the twin's answer; nothing: the twin's answer stands. Not asked about
   /// requests that the twin leaves unanswered, such as those to other devices.
   std::function<std::optional<Bytes>(View request)> instead;
-  /// In place of everything above but `dead` and `fragment`: what arrives, and when. Asked about every request on
-  /// the line; `reply` is empty where the twin has none. See gateway/twin_faults.h.
+  /// In place of everything above but `dead` and `fragment`: what arrives, and when. Asked about
+  /// every request on the line; `reply` is empty where the twin has none. See
+  /// gateway/twin_faults.h.
   std::function<std::vector<TimedPiece>(View request, Bytes reply, Instant end_of_request)> deliver;
 };
 
