@@ -43,7 +43,6 @@ constexpr std::size_t kKeptWhileSending = 1024;
 
 void Line::OnOpened(Instant now, bool keeps_bit_rate) {
   keeps_bit_rate_ = keeps_bit_rate;
-  answered_in_time_ = false;
   state_ = State::idle;
   last_activity_ = now;
   ended_ = now;
@@ -177,7 +176,6 @@ void Line::TakeFrame(bool idle, Instant now) {
   if (!frame) return;
   // The line still counts as receiving: what the client decides now may not start anything.
   const Outcome outcome = client_.OnFrame(*frame, now);
-  if (early_.empty() && outcome == Outcome::ok) answered_in_time_ = true;
   const std::size_t behind = assembler_.held();
   Finish(outcome, {}, now);
   if (behind == 0) return;
@@ -187,7 +185,6 @@ void Line::TakeFrame(bool idle, Instant now) {
 
 /// Nothing else has come: a port that forwards as fast as it can has brought the reply early.
 bool Line::TakeEarly(Instant now) {
-  if (answered_in_time_) DropEarly(now);
   if (early_.empty()) return false;
   assembler_.Feed(std::exchange(early_, {}));
   state_ = State::receiving;

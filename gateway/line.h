@@ -75,8 +75,8 @@ class Line {
 
   /// `keeps_bit_rate`: characters take their time on this port, so that nothing can answer a
   /// request before its last one is out, and bytes that come so early are the rest of something
-  /// else. Not so on a pty, or behind a network; a port that only claims to is found out by its
-  /// first exchange.
+  /// else. Not so on a pty, or behind a network; a port that only claims to (in a virtual machine)
+  /// is found out by the first early reply that nothing follows.
   void OnOpened(Instant now, bool keeps_bit_rate = false);
   /// From anywhere; an exchange under way ends as line_down.
   void OnClosed(Instant now);
@@ -111,10 +111,9 @@ class Line {
   LineClient& client_;
   State state_ = State::closed;
   bool keeps_bit_rate_ = false;
-  bool answered_in_time_ = false;  // since the port was opened: it does keep its bit rate
-  Instant deadline_{};             // of the current state
-  Instant limit_{};                // babble bound of Quiet and Drain
-  Instant last_activity_{};        // last byte in or out
+  Instant deadline_{};       // of the current state
+  Instant limit_{};          // babble bound of Quiet and Drain
+  Instant last_activity_{};  // last byte in or out
   Instant sent_from_{};
   Instant sent_until_{};  // computed end of transmission
   Instant ended_{};       // of the last exchange
