@@ -20,6 +20,7 @@ constexpr int kMostSteps = 8;
 /// than replies to earlier requests may still be on their way.
 constexpr int kProbesOfAnother = 16;
 
+/// So many answered probes of another kind, and none to the identification, end it.
 constexpr int kOtherProbes = 3;
 
 /// A device that was late once is trusted again by and by: each good answer takes off this part of
