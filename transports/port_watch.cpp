@@ -122,9 +122,10 @@ bool PortWatch::Matters(std::size_t size) const {
     std::memcpy(&event, events_.data() + at, sizeof event);
     const char* name = event.len > 0 ? events_.data() + at + sizeof event : "";
     const bool of_folder = (event.mask & (IN_DELETE_SELF | IN_MOVE_SELF | IN_IGNORED)) != 0;
-    const bool ours = std::any_of(places_.begin(), places_.end(), [&](const Place& place) {
-      return place.watch == event.wd && (of_folder || place.name == name);
-    });
+    const bool ours =
+        std::any_of(places_.begin(), places_.end(), [&, watch = event.wd](const Place& place) {
+          return place.watch == watch && (of_folder || place.name == name);
+        });
     if (ours || (event.mask & IN_Q_OVERFLOW) != 0) return true;
     at += sizeof event + event.len;
   }

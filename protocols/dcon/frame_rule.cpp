@@ -44,15 +44,15 @@ Cut CutLine(View held, const Expectation& expect, std::string_view starts) {
 
   const auto stop = std::find_if_not(held.begin(), held.end(), IsText);
   const auto length = static_cast<std::size_t>(stop - held.begin());
-  if (length + 1 > expect.max_bytes) {
-    return Cut::Discard(1, Outcome::corrupt, "longer than any frame");
-  }
   const std::string_view line = text.substr(0, length);
   if (expect.checksum == kNoChecksum) {
-    const auto later = line.find_first_of(starts, 1);
+    const auto later = line.substr(0, expect.max_bytes).find_first_of(starts, 1);
     if (later != std::string_view::npos) {
       return Cut::Discard(later, Outcome::partial, "another frame begins");
     }
+  }
+  if (length + 1 > expect.max_bytes) {
+    return Cut::Discard(1, Outcome::corrupt, "longer than any frame");
   }
   if (stop == held.end()) return Cut::NeedMore();
   if (*stop != '\r') return Cut::Discard(length + 1, Outcome::corrupt, "not a text character");

@@ -149,5 +149,22 @@ TEST(DconReplyRule, NothingLongerThanAFrameIsHeld) {
   EXPECT_EQ(assembler.blame(), Outcome::corrupt);
 }
 
+TEST(DconReplyRule, AnOverlongTextIsBlamedTheSameHoweverItIsCut) {
+  // A start character within what a frame may hold, and one beyond that.
+  for (const std::size_t start : {std::size_t{10}, dcon::kMaxFrame - 1, dcon::kMaxFrame + 10}) {
+    std::string stream = ">" + std::string(2 * dcon::kMaxFrame, '0');
+    stream[start] = '>';
+    stream[stream.size() - 5] = '>';
+    Assembler bytewise;
+    bytewise.Begin(dcon::ReplyRule, Expecting(dcon::kNoChecksum));
+    for (const char character : stream) {
+      bytewise.Feed(ToBytes(std::string(1, character)));
+      EXPECT_FALSE(bytewise.Next(false).has_value());
+    }
+    EXPECT_FALSE(bytewise.Next(true).has_value());
+    EXPECT_EQ(bytewise.blame(), Blame(stream, dcon::kNoChecksum)) << start;
+  }
+}
+
 }  // namespace
 }  // namespace baudgate
