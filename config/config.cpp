@@ -13,6 +13,11 @@ constexpr IntegerRange RangeOf() {
           static_cast<std::uint64_t>(std::numeric_limits<T>::max())};
 }
 
+std::string HostAndPort(const std::string& host, std::uint16_t port) {
+  const bool is_v6 = host.find(':') != std::string::npos;
+  return (is_v6 ? "[" + host + "]" : host) + ":" + std::to_string(port);
+}
+
 }  // namespace
 
 std::string Mark::ToString() const {
@@ -115,6 +120,44 @@ std::string_view Name(WordOrder order) {
       return "DCBA";
   }
   return "ABCD";
+}
+
+std::string_view Name(Priority priority) {
+  switch (priority) {
+    case Priority::low:
+      return "low";
+    case Priority::normal:
+      return "normal";
+    case Priority::high:
+      return "high";
+  }
+  return "normal";
+}
+
+std::string_view Name(Permit permit) {
+  switch (permit) {
+    case Permit::read:
+      return "read";
+    case Permit::data:
+      return "data";
+    case Permit::all:
+      return "all";
+  }
+  return "all";
+}
+
+std::string Listener::Place() const { return is_serial() ? path : HostAndPort(host, port); }
+
+std::uint8_t Route::SlaveOf(std::uint8_t unit) const {
+  return remap ? static_cast<std::uint8_t>(*remap + (unit - first)) : unit;
+}
+
+std::string Route::Units() const {
+  return first == last ? std::to_string(first) : std::to_string(first) + "-" + std::to_string(last);
+}
+
+std::string Route::Target() const {
+  return line.empty() ? "server " + HostAndPort(host, port) : "line " + line;
 }
 
 std::size_t RegisterCount(const Point& point) {

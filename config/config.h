@@ -227,20 +227,85 @@ struct Network {
   int prefix = 128;                      ///< over all 16 bytes; IPv4 /8 is 104
 };
 
+/// What a listener's clients may ask for. Others get exception 0x01.
+enum class Permit : std::uint8_t {
+  read,  ///< functions 1-4
+  data,  ///< functions 1-6, 15 and 16
+  all,
+};
+
+/// Clients of some addresses have a priority of their own; the first that fits decides.
+struct ClientPriority {
+  Network from;
+  Priority priority = Priority::normal;
+};
+
+/// So have some functions, whoever asks: over the client's and the listener's.
+struct FunctionPriority {
+  std::vector<std::uint8_t> codes;
+  Priority priority = Priority::normal;
+};
+
+/// Where Modbus masters come in: a TCP port, or a serial port at which a master waits.
 struct Listener {
+  enum class Protocol : std::uint8_t { tcp, rtu };  ///< rtu over TCP, too: one request at a time
+  enum class Errors : std::uint8_t {
+    exception,  ///< 0x0A, 0x0B and 0x06 are answered
+    silent,     ///< nothing is answered in their place
+  };
+  /// What becomes of a write to unit 0 that no route names.
+  enum class Broadcast : std::uint8_t {
+    ignore,  ///< it is for the gateway, which has nothing to write: exception 0x02
+    pass,    ///< to all slaves of every line that a route leads to; never answered
+  };
   std::string host = "127.0.0.1";
   std::uint16_t port = 1502;
+  std::string path;       ///< of the serial port; then host and port mean nothing
+  SerialSettings serial;  ///< of the serial port
+  Protocol protocol = Protocol::tcp;
   std::vector<Network> allow;  ///< empty = everybody
-  bool write = true;           ///< `write: deny` clears it
+  Permit permit = Permit::all;
   Priority priority = Priority::normal;
+  std::vector<ClientPriority> clients;
+  std::vector<FunctionPriority> functions;
+  Errors errors = Errors::exception;  ///< the loader makes it silent for serial ports
+  Broadcast broadcast = Broadcast::ignore;
   int max_clients = 256;
   Duration idle_timeout = std::chrono::minutes(5);
   Mark mark;
+
+  bool is_serial() const { return !path.empty(); }
+  /// "0.0.0.0:502", "[::1]:502" or "/dev/ttyS1".
+  std::string Place() const;
+};
+
+/// Where requests for some units go as they are: to a line, or to a Modbus TCP server elsewhere.
+/// Units of devices come first, then the first route that names the unit.
+struct Route {
+  std::uint8_t first = 1;  ///< unit ids, 0…255; 0 only when it is written
+  std::uint8_t last = 1;
+  std::string line;            ///< name of a line whose protocol carries Modbus, or empty
+  std::size_t line_index = 0;  ///< in Config::lines, when `line` is not empty
+  std::string host;            ///< of the server, when `line` is empty
+  std::uint16_t port = 502;
+  std::optional<std::uint8_t> remap;  ///< `first` becomes this address, the next unit the next
+  /// From the request's arrival to the end of its reply, queueing included; not sent later.
+  Duration deadline = std::chrono::milliseconds(2500);
+  Mark mark;
+
+  bool Covers(std::uint8_t unit) const { return unit >= first && unit <= last; }
+  /// The address on the line, or the unit id at the server.
+  std::uint8_t SlaveOf(std::uint8_t unit) const;
+  /// "33-40".
+  std::string Units() const;
+  /// "line drive" or "server 10.0.0.9:502".
+  std::string Target() const;
 };
 
 struct Modbus {
   bool enabled = true;
   std::vector<Listener> listen;
+  std::vector<Route> routes;  ///< first match wins
 };
 
 struct Dds {
@@ -277,6 +342,8 @@ std::string_view Name(Type type);  ///< "float32"; string without its length
 std::string_view Name(Group group);
 std::string_view Name(Access access);
 std::string_view Name(WordOrder order);  ///< "ABCD"
+std::string_view Name(Priority priority);
+std::string_view Name(Permit permit);
 
 /// Registers that a point takes in the register tables; 1 for a bit.
 std::size_t RegisterCount(const Point& point);

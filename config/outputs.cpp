@@ -16,7 +16,7 @@ constexpr int kMostClients = 10'000;
 constexpr std::size_t kLongestSocketPath = 107;  // what sockaddr_un takes, without the last zero
 constexpr int kLastDomain = 232;                 // beyond, DDS would compute ports above 65535
 
-constexpr std::array<Word<bool>, 2> kWrite = {{{"allow", true}, {"deny", false}}};
+constexpr std::array<Word<Permit>, 2> kWrite = {{{"allow", Permit::all}, {"deny", Permit::read}}};
 constexpr std::array<Word<Priority>, 3> kPriorities = {
     {{"low", Priority::low}, {"normal", Priority::normal}, {"high", Priority::high}}};
 
@@ -72,7 +72,7 @@ Listener ReadListener(const YamlNode& node, Problems& problems) {
   MapReader map(node, "listen", problems);
   if (const auto at = map.Get("at")) ReadAt(*at, "at", listener, problems);
   if (const auto allow = map.Get("allow")) listener.allow = ReadAllow(*allow, problems);
-  Assign(listener.write, map.OneOf("write", kWrite));
+  Assign(listener.permit, map.OneOf("write", kWrite));
   Assign(listener.priority, map.OneOf("priority", kPriorities));
   Assign(listener.max_clients, map.Integer("max_clients", 1, kMostClients));
   Assign(listener.idle_timeout, map.Time("idle_timeout", 1s, 24h));
@@ -89,11 +89,6 @@ std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::
       map.MarkOf(key),
       key + ": " + Quoted(*path) + " is not an absolute path; write for example " + example);
   return {};
-}
-
-std::string Shown(const Listener& listener) {
-  const bool is_v6 = listener.host.find(':') != std::string::npos;
-  return (is_v6 ? "[" + listener.host + "]" : listener.host) + ":" + std::to_string(listener.port);
 }
 
 }  // namespace
@@ -130,7 +125,10 @@ Modbus ReadModbus(const YamlNode& node, Uniques& uniques, Problems& problems) {
              "give the devices behind it points of their own");
   const auto listen = map.Get("listen");
   map.Finish();
-  if (!listen) return {modbus.enabled, DefaultModbus().listen};
+  if (!listen) {
+    modbus.listen = DefaultModbus().listen;
+    return modbus;
+  }
   std::vector<YamlNode> places = {*listen};
   if (listen->kind() == YamlNode::Kind::list) {
     places = ReadList(*listen, "listen", kMostListeners, problems);
@@ -143,7 +141,7 @@ Modbus ReadModbus(const YamlNode& node, Uniques& uniques, Problems& problems) {
   for (const YamlNode& place : places) {
     modbus.listen.push_back(ReadListener(place, problems));
     CheckListener(modbus.listen.back(), problems);
-    uniques.Listener(Shown(modbus.listen.back()), place.mark());
+    uniques.Listener(modbus.listen.back().Place(), place.mark());
   }
   return modbus;
 }

@@ -5,9 +5,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "config/config.h"
 #include "gateway/base/result.h"
@@ -18,7 +20,7 @@
 namespace baudgate {
 
 /// Raised whenever a struct or class of this header, or one it includes, changes.
-inline constexpr std::uint32_t kProtocolInterfaceVersion = 2;
+inline constexpr std::uint32_t kProtocolInterfaceVersion = 3;
 
 #define BAUDGATE_STRING_(x) #x
 #define BAUDGATE_STRING(x) BAUDGATE_STRING_(x)
@@ -55,6 +57,21 @@ class Bus {
   virtual std::unique_ptr<Conversation> MakeConversation(const config::Device& device) = 0;
 };
 
+/// For protocols that carry Modbus PDUs (function code and data): what transparent routes need.
+/// Pure functions.
+struct PduCarrier {
+  /// The slave that a device's `address` means, 1…247.
+  Result<std::uint8_t> (*slave_of)(std::string_view address) = nullptr;
+  /// The whole frame for one slave, or for all (0). `pdu` has 1…253 bytes.
+  Bytes (*wrap)(std::uint8_t slave, View pdu) = nullptr;
+  /// What a whole reply frame says to `request` (made by wrap): ok with the reply's PDU; refused
+  /// with the PDU of the slave's exception; unexpected, without one, when address, function, length
+  /// or what a reply repeats of its request do not fit.
+  Outcome (*unwrap)(View request, View frame, Bytes& pdu) = nullptr;
+  /// The request inside a whole frame that a master sent: slave and PDU. Nothing when it is none.
+  std::optional<std::pair<std::uint8_t, Bytes>> (*unwrap_request)(View frame) = nullptr;
+};
+
 struct Protocol {
   std::uint32_t interface_version = kProtocolInterfaceVersion;  // first: read before all else
   const char* abi_tag = BAUDGATE_ABI_TAG;
@@ -81,6 +98,11 @@ struct Protocol {
   /// What may answer `request`; an empty request asks for the Expectation that goes with
   /// request_rule. Pure.
   Expectation (*expect)(View request, const config::Options& options) = nullptr;
+
+  /// Null where the protocol does not carry Modbus.
+  const PduCarrier* carrier = nullptr;
+  /// The protocol whose profiles serve this one as well; empty: none does.
+  std::string_view profiles_of = {};
 
   std::unique_ptr<Bus> (*make_bus)(const config::Line& line) = nullptr;
   /// `device` and `values` outlive the twin.

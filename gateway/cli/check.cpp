@@ -38,10 +38,8 @@ std::string Joined(const Range& range, Text text) {
 }
 
 std::string Describe(const config::Listener& listener) {
-  const bool is_v6 = listener.host.find(':') != std::string::npos;
-  std::string text = is_v6 ? "[" + listener.host + "]" : listener.host;
-  text += ":" + std::to_string(listener.port);
-  text += listener.write ? ", reading and writing" : ", reading only";
+  std::string text = listener.Place();
+  text += listener.permit == config::Permit::read ? ", reading only" : ", reading and writing";
   if (listener.allow.empty()) return text + ", for everybody who reaches it";
   return text + ", for " + Joined(listener.allow, [](const auto& network) { return network.text; });
 }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "gateway/control/target.h"
+#include "gateway/modbus/traffic.h"
 #include "gateway/point_store.h"
 
 namespace baudgate::control {
@@ -16,7 +17,8 @@ using Json = nlohmann::ordered_json;
 
 struct GatewayInfo {
   std::string version;
-  Instant started{};  ///< when the lines began to poll
+  Instant started{};                               ///< when the lines began to poll
+  const modbus::TrafficSource* traffic = nullptr;  ///< null: no Modbus server
 };
 
 /// Everything; or one line; or one device, and then with its values.

@@ -9,7 +9,7 @@
 namespace baudgate::modbus {
 
 ModbusServer::ModbusServer(const config::Config& config, const PointStore& store, CommandSink& sink,
-                           std::function<GatewayInfo()> info, ModbusLimits limits)
+                           std::function<GatewayInfo()> info, ModbusLimits limits, ModbusLinks)
     : config_(config),
       service_(std::make_unique<Service>(config, store, sink, std::move(info), limits)) {}
 
@@ -29,6 +29,8 @@ Status ModbusServer::Listen(asio::io_context& io) {
   }
   return {};
 }
+
+TrafficStatus ModbusServer::Traffic() const { return {}; }
 
 void ModbusServer::Stop() {
   service_->inbox()->Close();

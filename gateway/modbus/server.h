@@ -15,19 +15,28 @@
 #include "gateway/commands.h"
 #include "gateway/modbus/device_image.h"
 #include "gateway/modbus/service.h"
+#include "gateway/modbus/traffic.h"
 #include "gateway/point_store.h"
+#include "gateway/routed.h"
+#include "protocols/protocol.h"
 
 namespace baudgate::modbus {
 
 class Listener;
 
-class ModbusServer {
+/// What routes and RTU clients need beside the store; all of it outlives the server.
+struct ModbusLinks {
+  std::vector<RouteTarget*> lines;  ///< by index in config.lines; empty when no route leads to one
+  const Protocol* rtu = nullptr;    ///< modbus_rtu: frames of RTU clients; null: none are served
+};
+
+class ModbusServer final : public TrafficSource {
  public:
   /// Configuration, store and sink outlive the server. `info` is asked when a client reads the
   /// gateway's own block, on the server's thread.
   ModbusServer(const config::Config& config, const PointStore& store, CommandSink& sink,
-               std::function<GatewayInfo()> info, ModbusLimits limits = {});
-  ~ModbusServer();
+               std::function<GatewayInfo()> info, ModbusLimits limits = {}, ModbusLinks links = {});
+  ~ModbusServer() override;
   ModbusServer(const ModbusServer&) = delete;
   ModbusServer& operator=(const ModbusServer&) = delete;
 
@@ -39,6 +48,8 @@ class ModbusServer {
   /// Of the listener with this index in modbus.listen; 0 while it does not listen.
   std::uint16_t port(std::size_t listener = 0) const;
   ModbusCounters counters() const { return service_->counters().Snapshot(); }
+  /// From any thread.
+  TrafficStatus Traffic() const override;
 
  private:
   const config::Config& config_;

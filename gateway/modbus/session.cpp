@@ -106,7 +106,7 @@ void ModbusSession::Handle(View frame, Instant now) {
   last_frame_ = now;
   LiveCounters::Add(service_.counters().requests);
   ModbusRequest request;
-  ExceptionCode exception = service_.Check(frame, listener_.write, request);
+  ExceptionCode exception = service_.Check(frame, listener_.permit != config::Permit::read, request);
   if (exception == ExceptionCode::none) {
     if (IsWrite(frame)) {
       exception = StartWrite(request, now);

@@ -29,7 +29,7 @@ class Gateway {
     std::array<int, 2> pair{};
     const int kind = SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC;
     Require(::socketpair(AF_UNIX, kind, 0, pair.data()) == 0, "there is a socket pair");
-    listener_.write = (input.U8() & 1U) == 0;
+    listener_.permit = (input.U8() & 1U) == 0 ? config::Permit::all : config::Permit::read;
     sink_.turn = input.U8();
     int closed = 0;
     auto session = std::make_shared<modbus::ModbusSession>(

@@ -22,7 +22,7 @@ TEST_F(ServerTest, RegistersAndBitsInBothTables) {
 }
 
 TEST_F(ServerTest, EveryException) {
-  listener().write = true;
+  listener().permit = config::Permit::all;
   StartServer();
   const RawClient client = Connect();
   EXPECT_EQ(client.Ask(1, "07"), "87 01");
@@ -42,7 +42,7 @@ TEST_F(ServerTest, EveryException) {
 
 TEST_F(ServerTest, WritingCanBeDeniedPerListener) {
   config_.modbus.listen.push_back(listener());
-  listener().write = false;
+  listener().permit = config::Permit::read;
   sink_.answer = Outcome::ok;
   StartServer();
   const RawClient reader(server_->port(0));
