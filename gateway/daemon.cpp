@@ -142,7 +142,11 @@ void Daemon::Impl::MakeLines() {
 
 Status Daemon::Impl::StartModbus() {
   if (!config.modbus.enabled) return {};
-  modbus = std::make_unique<modbus::ModbusServer>(config, store, *this, [this] { return Info(); });
+  modbus::ModbusLinks links;
+  for (const auto& runner : runners) links.lines.push_back(runner.get());
+  links.rtu = catalog.FindProtocol("modbus_rtu");
+  modbus = std::make_unique<modbus::ModbusServer>(
+      config, store, *this, [this] { return Info(); }, modbus::ModbusLimits{}, std::move(links));
   if (Status status = modbus->Listen(modbus_io); !status) {
     modbus.reset();
     return status;
@@ -167,7 +171,7 @@ void Daemon::Impl::StopModbus() {
 /// A gateway that can not be asked still polls.
 void Daemon::Impl::StartControl() {
   control = std::make_unique<control::ControlServer>(
-      config, store, *this, control::GatewayInfo{kVersion, started}, control_io);
+      config, store, *this, control::GatewayInfo{kVersion, started, modbus.get()}, control_io);
   if (const Status status = control->Listen(); !status) {
     control.reset();
     log::Warn(

@@ -154,7 +154,7 @@ void Line::BeginSending(Instant now) {
 void Line::EndSending(Instant now) {
   if (exchange_.request.expect.reply == Expectation::Reply::none) {
     state_ = State::settle;
-    deadline_ = now + exchange_.times.quiet;
+    deadline_ = now + std::max(exchange_.times.quiet, exchange_.times.settle);
     return;
   }
   state_ = State::await_first;

@@ -25,6 +25,7 @@ struct LineTimes {
   Duration gap{};        ///< longest silence inside a frame
   Duration ceiling{};    ///< whole exchange, from the computed end of transmission
   Duration drain{};      ///< silence that ends a drain
+  Duration settle{};     ///< silence after a request that nobody answers, where quiet is shorter
   Duration character{};  ///< start to stop bit
 };
 

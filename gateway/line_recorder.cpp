@@ -171,7 +171,7 @@ TraceRecord LineRecorder::Show(const Item& item, View content,
   TraceRecord record;
   record.kind = item.kind;
   record.at = item.at;
-  if (item.device != kNoDevice) record.device = line_.devices[item.device - first_device_].name;
+  if (item.device != kNoDevice) record.device = NameOf(item.device);
   record.outcome = item.outcome;
   record.round_trip = item.round_trip;
   if (item.kind == TraceRecord::Kind::end || item.kind == TraceRecord::Kind::note) {
@@ -211,7 +211,13 @@ std::vector<TraceRecord> LineRecorder::Copy() const {
 std::optional<Recording> LineRecorder::Save(std::uint32_t device, const char* reason, Now now) {
   if (!sink_ || (saved_ && now.instant - *saved_ < kBetweenRecordings)) return std::nullopt;
   saved_ = now.instant;
-  return Recording{&line_, &line_.devices[device - first_device_], reason, now.wall, Copy()};
+  const config::Device* known =
+      device >= kFirstSlave ? nullptr : &line_.devices[device - first_device_];
+  return Recording{&line_, known, NameOf(device), reason, now.wall, Copy()};
+}
+
+std::string LineRecorder::NameOf(std::uint32_t device) const {
+  return device >= kFirstSlave ? SlaveName(device) : line_.devices[device - first_device_].name;
 }
 
 // ---------------------------------------------------------------- readers

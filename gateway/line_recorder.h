@@ -23,7 +23,8 @@ namespace baudgate {
 /// A copy of the recorder at the moment when something went wrong.
 struct Recording {
   const config::Line* line = nullptr;
-  const config::Device* device = nullptr;  ///< with which it went wrong
+  const config::Device* device = nullptr;  ///< with which it went wrong; null: a routed slave
+  std::string name;                        ///< of the device or slave
   std::string reason;                      ///< one word, for the file's name: "offline", "corrupt"
   WallTime at{};
   std::vector<TraceRecord> records;  ///< oldest first
@@ -89,6 +90,7 @@ class LineRecorder final : public Tap {
   void LetGo();
   TraceRecord Show(const Item& item, View content, const std::vector<bool>& masked) const;
   void Tell(const TraceRecord& record);
+  std::string NameOf(std::uint32_t device) const;
   std::vector<TraceRecord> Copy() const;
   std::optional<Recording> Save(std::uint32_t device, const char* reason, Now now);
 

@@ -99,6 +99,29 @@ bool LineRunner::Submit(WriteCommand command) {
   return true;
 }
 
+bool LineRunner::Submit(RoutedRequest request) {
+  if (routed_.fetch_add(1) >= RouteQueue::kLimit) {
+    --routed_;
+    return false;
+  }
+  request.done = [this, done = std::move(request.done)](RoutedReply reply) {
+    --routed_;
+    done(std::move(reply));
+  };
+  asio::post(io_, [this, request = std::move(request)]() mutable {
+    poller_.Submit(std::move(request), ReadClocks());
+    Arm();
+  });
+  return true;
+}
+
+void LineRunner::Forget(std::uint64_t client) {
+  asio::post(io_, [this, client] {
+    routed_ -= poller_.Forget(client, ReadClocks());
+    Arm();
+  });
+}
+
 void LineRunner::SetInUse(std::uint32_t device, bool in_use) {
   asio::post(io_, [this, device, in_use] {
     poller_.SetInUse(device, in_use, ReadClocks());
@@ -293,7 +316,7 @@ void LineRunner::Arm() {
 
 void LineRunner::OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                                const std::string& reason) {
-  const std::string& name = store_.device(device).name;
+  const std::string name = NameOf(device);
   if (to == DeviceState::online) {
     log::Info("line {}: device {}: {} (was {})", config_.name, name, Name(to), Name(from));
   } else if (to == DeviceState::disabled || from == DeviceState::disabled) {
@@ -306,7 +329,11 @@ void LineRunner::OnDeviceState(std::uint32_t device, DeviceState from, DeviceSta
 }
 
 void LineRunner::OnWarning(std::uint32_t device, const std::string& message) {
-  log::Warn("line {}: device {}: {}", config_.name, store_.device(device).name, message);
+  log::Warn("line {}: device {}: {}", config_.name, NameOf(device), message);
+}
+
+std::string LineRunner::NameOf(std::uint32_t device) const {
+  return device >= kFirstSlave ? SlaveName(device) : store_.device(device).name;
 }
 
 }  // namespace baudgate

@@ -19,12 +19,13 @@
 #include "gateway/point_store.h"
 #include "gateway/poller.h"
 #include "gateway/reopen_ladder.h"
+#include "gateway/routed.h"
 #include "transports/port_watch.h"
 #include "transports/transport.h"
 
 namespace baudgate {
 
-class LineRunner final : private TransportListener, private PollerListener {
+class LineRunner final : public RouteTarget, private TransportListener, private PollerListener {
  public:
   /// All references outlive the runner. Nothing happens before Start.
   LineRunner(const config::Line& line, std::uint32_t first_device, const Poller::FindProtocol& find,
@@ -37,6 +38,10 @@ class LineRunner final : private TransportListener, private PollerListener {
 
   /// From any thread; see CommandSink.
   bool Submit(WriteCommand command);
+
+  // See RouteTarget.
+  bool Submit(RoutedRequest request) override;
+  void Forget(std::uint64_t client) override;
 
   // See LineControl; from any thread, done soon after.
   void Release(Duration time);
@@ -70,6 +75,7 @@ class LineRunner final : private TransportListener, private PollerListener {
   void CountErrors(Instant now);
   void Arm();
   void CheckSilence();
+  std::string NameOf(std::uint32_t device) const;
 
   const config::Line& config_;
   PointStore& store_;
@@ -92,6 +98,7 @@ class LineRunner final : private TransportListener, private PollerListener {
   Instant errors_counted_{};
   std::atomic<bool> open_ = false;
   std::atomic<std::size_t> queued_ = 0;  // commands handed over and not yet answered
+  std::atomic<std::size_t> routed_ = 0;  // routed requests, alike
   std::thread thread_;
 };
 

@@ -13,20 +13,22 @@ namespace {
 
 /// Writes and the reads that follow them go first, but after so many in a row a poll has its turn.
 constexpr int kUrgentInRow = 4;
+/// Those of transparent routes may be many and belong together: a start, its set points.
+constexpr int kRoutedWritesInRow = 16;
 
-LineTimes TimesOf(const config::Line& line, const config::Device& device, const Protocol& protocol,
+}  // namespace
+
+LineTimes TimesOf(const config::Timing& given, const Protocol& protocol,
                   const config::SerialSettings& serial) {
-  const config::Timing timing =
-      config::Resolve(Merge(device.timing, line.timing), protocol.timing(serial));
+  const config::Timing timing = config::Resolve(given, protocol.timing(serial));
   return {.quiet = *timing.quiet,
           .reply = *timing.reply,
           .gap = *timing.gap,
           .ceiling = *timing.ceiling,
           .drain = *timing.drain,
+          .settle = {},
           .character = serial.CharacterTime()};
 }
-
-}  // namespace
 
 Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
                PointStore& store, PollerListener& listener)
@@ -36,6 +38,8 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       line_index_(store.LineIndex(line)),
       line_(*this),
       echo_(line.echo == config::Echo::off ? config::Echo::strip : line.echo) {
+  const Protocol& own = find(line.protocol);
+  if (own.carrier != nullptr) carrier_ = &own;
   std::vector<std::pair<const Protocol*, Bus*>> made;
   for (std::size_t slot = 0; slot < line.devices.size(); ++slot) {
     auto device = std::make_unique<Device>();
@@ -44,7 +48,8 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
     device->config = &line.devices[slot];
     device->protocol = &find(device->config->protocol);
     device->serial = device->config->serial.value_or(line.serial);
-    device->times = TimesOf(line, *device->config, *device->protocol, device->serial);
+    device->times =
+        TimesOf(Merge(device->config->timing, line.timing), *device->protocol, device->serial);
     device->retries = device->config->retries.value_or(line.retries);
     device->in_use = device->config->enabled;
     auto known = std::find_if(made.begin(), made.end(),
@@ -56,12 +61,23 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
     device->conversation = known->second->MakeConversation(*device->config);
     schedule_.AddDevice(device->config->poll, device->config->slow);
     devices_.push_back(std::move(device));
+    everyone_.push_back(devices_.back().get());
+    AddSlave(*devices_.back());
     Plan(*devices_.back());
-    store_.SetOverride(devices_.back()->index, OverrideOf(*devices_.back()));
+    ShowOverride(*devices_.back());
   }
 }
 
 Poller::~Poller() = default;
+
+/// A device that routes may reach beside the polls: one state for both.
+void Poller::AddSlave(Device& device) {
+  if (carrier_ == nullptr || device.protocol != carrier_) return;
+  const auto slave = carrier_->carrier->slave_of(device.config->address);
+  if (!slave) return;
+  device.slave = *slave;
+  slaves_.emplace(*slave, &device);
+}
 
 // ---------------------------------------------------------------- inputs
 
@@ -81,7 +97,8 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   Advance(now);
   open_ = true;
   use_.reset();
-  minute_began_ = idle_since_ = last_life_ = now.instant;
+  minute_began_ = idle_since_ = now.instant;
+  silent_from_.reset();
   busy_before_minute_ = counters_.busy;
   line_.OnOpened(now.instant, keeps_bit_rate);
   probes_ = {};
@@ -89,7 +106,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
     if (!device->in_use) continue;
     Reconnect(*device);
     if (!device->health.absent()) schedule_.Restart(device->slot, now.instant);
-    store_.SetOverride(device->index, OverrideOf(*device));
+    ShowOverride(*device);
   }
   Pump();
 }
@@ -113,7 +130,7 @@ void Poller::Close(Now now, Override why, const std::string& reason) {
   for (const auto& device : devices_) {
     device->parked.reset();
     schedule_.Suspend(device->slot);
-    store_.SetOverride(device->index, OverrideOf(*device));
+    ShowOverride(*device);
     if (!device->in_use) continue;
     // Behind a closed port nothing is online. The log has one line for the port, not one a device;
     // the first answer after it opens is news again.
@@ -131,6 +148,9 @@ void Poller::Close(Now now, Override why, const std::string& reason) {
     commands_.pop_front();
     command.done(Outcome::line_down, reason);
   }
+  for (RoutedRequest& request : routes_.TakeAll()) {
+    request.done({Outcome::line_down, {}, reason});
+  }
   ShowLine();
 }
 
@@ -146,7 +166,7 @@ void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
     if (open_ && !device.health.absent()) schedule_.Restart(device.slot, now.instant);
   }
   ShowState(device, in_use ? "taken into use" : "taken out of use");
-  store_.SetOverride(device.index, OverrideOf(device));
+  ShowOverride(device);
   if (open_) Settle();
 }
 
@@ -212,6 +232,7 @@ std::optional<Instant> Poller::Deadline() const {
   };
   for (const WriteCommand& command : commands_) sooner(command.deadline);
   for (const WriteCommand& command : confirmed_) sooner(command.deadline);
+  sooner(routes_.Deadline());
   if (!line_.idle()) return soonest;
   if (work_) {  // waits until no late answer can meet its request
     sooner(ClearAt(*work_));
@@ -224,6 +245,11 @@ std::optional<Instant> Poller::Deadline() const {
   for (const auto& device : devices_) {
     if (device->parked) sooner(device->parked_until);
   }
+  const auto when_clear = [&](const Device* device) {
+    if (device != nullptr && device->late_until > now_.instant) sooner(device->late_until);
+  };
+  for (const WriteCommand& command : commands_) when_clear(&DeviceOf(command));
+  for (const std::uint8_t slave : routes_.Slaves()) when_clear(FindSlave(slave));
   return soonest;
 }
 
@@ -233,6 +259,8 @@ void Poller::Settle() {
   if (work_ && work_->end) ConcludeExchange();
   if (!was_idle_ && line_.idle()) idle_since_ = now_.instant;
   ExpireCommands();
+  AnswerExpired();
+  AnswerForAbsent();
   Pump();
   AnswerConfirmed();
 }
@@ -306,8 +334,8 @@ Duration Poller::Aftermath(const Device& device) const {
 Instant Poller::ClearAt(const Work& work) const {
   if (work.attempts > 0) return {};
   Instant clear{};
-  for (const auto& device : devices_) {
-    const bool alike = device.get() == work.device || work.request.expect.address.empty();
+  for (const Device* device : everyone_) {
+    const bool alike = device == work.device || work.request.expect.address.empty();
     if (alike) clear = std::max(clear, device->late_until);
   }
   return clear;
@@ -315,25 +343,66 @@ Instant Poller::ClearAt(const Work& work) const {
 
 /// Nothing of the command has been sent yet, and nothing may be any more.
 bool Poller::IsTooLate(const Work& work) const {
+  if (work.routed && work.attempts == 0) {
+    return std::ranges::none_of(*work.routed, [this](const RoutedRequest& request) {
+      return request.deadline > now_.instant;
+    });
+  }
   return work.command && work.steps == 1 && work.attempts == 0 &&
          work.command->deadline <= now_.instant;
 }
 
 bool Poller::PickTask() {
-  if (urgent_in_row_ < kUrgentInRow && (PickCommand() || PickRefresh())) {
+  const int most = routes_.HasShortWrite() ? kRoutedWritesInRow : kUrgentInRow;
+  if (urgent_in_row_ < most && PickUrgent()) {
     ++urgent_in_row_;
     return true;
   }
   urgent_in_row_ = 0;
-  // The probe knows its share: it does not take a poll's place on a line that is never idle.
-  return PickParked() || PickProbe() || PickPoll() || PickCommand() || PickRefresh();
+  return PickInTurn() || PickUrgent();
 }
 
+bool Poller::PickUrgent() {
+  const auto may_ask = [this](std::uint8_t slave) { return MayAsk(slave); };
+  if (!routes_.empty() && StartRouted(routes_.TakeUrgent(may_ask))) return true;
+  return PickCommand() || PickRefresh();
+}
+
+/// After one exchange for each client of high priority one of the rest; of those, polls and routed
+/// requests take turns.
+bool Poller::PickInTurn() {
+  // The probe knows its share: it does not take a poll's place on a line that is never idle.
+  if (PickParked() || PickProbe()) return true;
+  if (routes_.empty()) return PickPoll();
+  using config::Priority;
+  const bool high_again = high_in_row_ < routes_.Clients(Priority::high);
+  if (high_again && PickRouted(Priority::high)) {
+    ++high_in_row_;
+    return true;
+  }
+  high_in_row_ = 0;
+  const bool poll = poll_next_ && PickPoll();
+  if (poll || PickRouted(Priority::normal)) {
+    poll_next_ = !poll;
+    return true;
+  }
+  return PickPoll() || PickRouted(Priority::high) || PickRouted(Priority::low);
+}
+
+Poller::Device& Poller::DeviceOf(const WriteCommand& command) const {
+  return *devices_[command.device - devices_.front()->index];
+}
+
+/// The first command whose device may be asked now; commands to one device keep their order.
 bool Poller::PickCommand() {
-  if (commands_.empty()) return false;
-  WriteCommand command = std::move(commands_.front());
-  commands_.pop_front();
-  Device& device = *devices_[command.device - devices_.front()->index];
+  const auto next = std::ranges::find_if(commands_, [this](const WriteCommand& command) {
+    const Device& device = DeviceOf(command);
+    return device.late_until <= now_.instant || !device.in_use || device.health.absent();
+  });
+  if (next == commands_.end()) return false;
+  WriteCommand command = std::move(*next);
+  commands_.erase(next);
+  Device& device = DeviceOf(command);
   if (!device.in_use) {
     command.done(Outcome::no_reply, "the device is disabled");
   } else if (device.health.absent()) {
@@ -381,11 +450,18 @@ bool Poller::PickPoll() {
   return true;
 }
 
+/// Whether anybody wants to know if an absent device is back.
+bool Poller::Wanted(const Device& device) const {
+  if (device.polled()) return device.in_use && device.health.absent();
+  const auto slaves = routes_.Slaves();
+  return std::ranges::find(slaves, device.slave) != slaves.end();
+}
+
 Poller::Device* Poller::Absent(std::size_t turn) const {
-  for (std::size_t i = 0; i < devices_.size(); ++i) {
-    Device* device = devices_[(turn + i) % devices_.size()].get();
-    const bool absent = device->in_use && device->health.absent();
-    if (absent && device->late_until <= now_.instant) return device;
+  for (std::size_t i = 0; i < everyone_.size(); ++i) {
+    Device* device = everyone_[(turn + i) % everyone_.size()];
+    const bool clear = device->late_until <= now_.instant;
+    if (device->health.absent() && clear && Wanted(*device)) return device;
   }
   return nullptr;
 }
@@ -393,33 +469,48 @@ Poller::Device* Poller::Absent(std::size_t turn) const {
 /// When the first absent device may be probed whose late answer is still waited for.
 std::optional<Instant> Poller::NextClear() const {
   std::optional<Instant> soonest;
-  for (const auto& device : devices_) {
-    if (!device->in_use || !device->health.absent() || device->late_until <= now_.instant) continue;
+  for (const Device* device : everyone_) {
+    if (device->late_until <= now_.instant || !device->health.absent()) continue;
+    if (!Wanted(*device)) continue;
     soonest = std::min(soonest.value_or(device->late_until), device->late_until);
   }
   return soonest;
 }
 
+/// When somebody who answers wants the line again.
+std::optional<Instant> Poller::NextWanted() const {
+  const auto slaves = routes_.Slaves();
+  const bool now =
+      std::ranges::any_of(slaves, [this](std::uint8_t slave) { return MayAsk(slave); });
+  return now ? now_.instant : schedule_.NextDue();
+}
+
 std::optional<Instant> Poller::NextProbe() const {
   const Device* device = Absent(probe_turn_);
   if (device == nullptr) return NextClear();
-  return probes_.NextProbe(now_.instant, schedule_.NextDue(), idle_since_, device->WorstCase());
+  return probes_.NextProbe(now_.instant, NextWanted(), idle_since_, device->WorstCase());
 }
 
 bool Poller::PickProbe() {
   const auto when = NextProbe();
   if (!when || *when > now_.instant) return false;
   Device* device = Absent(probe_turn_);
-  probe_turn_ = device->slot + 1;
-  BeginTask(*device, {Task::Kind::probe, 0, kNoPoint, {}});
+  const auto place = std::ranges::find(everyone_, device) - everyone_.begin();
+  probe_turn_ = static_cast<std::size_t>(place) + 1;
   ++counters_.probes;
-  Ask();
+  if (device->polled()) {
+    BeginTask(*device, {Task::Kind::probe, 0, kNoPoint, {}});
+    Ask();
+  } else {
+    StartRouted(routes_.TakeFor(device->slave));
+  }
+  if (work_) work_->probing = true;
   return true;
 }
 
 /// How long the living had to wait for a probe that took the line from `from` to `to`.
 Duration Poller::Waited(Instant from, Instant to) const {
-  if (!commands_.empty()) return to - from;
+  if (!commands_.empty() || !routes_.empty()) return to - from;
   const auto due = schedule_.NextDue();
   if (!due || *due >= to) return Duration::zero();
   return to - std::max(from, *due);

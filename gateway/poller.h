@@ -7,6 +7,7 @@
 
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +20,8 @@
 #include "gateway/line_status.h"
 #include "gateway/point_store.h"
 #include "gateway/probe_budget.h"
+#include "gateway/route_queue.h"
+#include "gateway/routed.h"
 #include "gateway/schedule.h"
 #include "gateway/tap.h"
 #include "protocols/protocol.h"
@@ -32,7 +35,7 @@ class PollerListener {
   virtual ~PollerListener() = default;
   /// A whole request, to be sent at once with these settings of the port.
   virtual void Send(View bytes, const config::SerialSettings& serial) = 0;
-  /// One line per change, with the reason; `device` is an index in the point store.
+  /// One line per change, with the reason; `device` is numbered as for gateway/tap.h.
   virtual void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                              const std::string& reason) = 0;
   /// Something the user should know that is not a state: an echo suspected, a late device.
@@ -67,10 +70,17 @@ class Poller : private LineClient {
   bool Submit(WriteCommand command, Now now);
   static constexpr std::size_t kQueueLimit = 32;
 
+  /// Takes a request of a transparent route; the caller keeps to RouteQueue::kLimit. On a closed
+  /// line, and for a slave that does not answer, it may be answered at once.
+  void Submit(RoutedRequest request, Now now);
+  /// The client has left. Says how many of its requests will not be answered.
+  std::size_t Forget(std::uint64_t client, Now now);
+
   const LineCounters& counters() const { return counters_; }
   Line::State line_state() const { return line_.state(); }
-  /// No living device has answered since `when`: a serial server may hang although its TCP lives.
-  bool SilentSince(Instant when) const { return last_life_ < when; }
+  /// What was asked since `when` has remained without an answer: a serial server may hang although
+  /// its TCP lives.
+  bool SilentSince(Instant when) const { return silent_from_ && *silent_from_ < when; }
 
  private:
   struct Device;  // gateway/poller_parts.h
@@ -87,11 +97,28 @@ class Poller : private LineClient {
   void ExpireCommands();
   void Pump();
   bool PickTask();
+  bool PickUrgent();
+  bool PickInTurn();
+  Device& DeviceOf(const WriteCommand& command) const;
   bool PickCommand();
   bool PickParked();
   bool PickRefresh();
   bool PickPoll();
   bool PickProbe();
+  bool PickRouted(config::Priority priority);
+  bool StartRouted(RouteQueue::Batch batch);
+  bool MayAsk(std::uint8_t slave) const;
+  void AddSlave(Device& device);
+  Device& SlaveAt(std::uint8_t slave);
+  Device* FindSlave(std::uint8_t slave) const;
+  bool Wanted(const Device& device) const;
+  void AnswerForAbsent();
+  void AnswerExpired();
+  Outcome OnRoutedFrame(View frame);
+  void OnRoutedFailure(const ExchangeEnd& end);
+  void FinishRouted(Work& work, Outcome outcome, const std::string& reason);
+  std::optional<Instant> NextWanted() const;
+  void ChangeStatus(const Device& device, const std::function<void(DeviceStatus&)>& change);
   void BeginTask(Device& device, Task task);
   void Ask();
   void ConcludeExchange();
@@ -120,6 +147,7 @@ class Poller : private LineClient {
   void Reconnect(Device& device);
   void Plan(Device& device);
   void Store(Device& device);
+  void ShowOverride(const Device& device);
   Override OverrideOf(const Device& device) const;
   DeviceState StateOf(const Device& device) const;
   std::optional<Instant> NextProbe() const;
@@ -141,6 +169,12 @@ class Poller : private LineClient {
   ProbeBudget probes_;
   std::vector<std::unique_ptr<Bus>> buses_;
   std::vector<std::unique_ptr<Device>> devices_;
+  const Protocol* carrier_ = nullptr;  // of the line, when it carries Modbus
+  // By address: devices above that routes reach too, and slaves that only routes reach.
+  std::map<std::uint8_t, Device*> slaves_;
+  std::vector<Device*> everyone_;  // devices, then the other slaves
+  std::vector<std::unique_ptr<Device>> routed_slaves_;
+  RouteQueue routes_;
   std::deque<WriteCommand> commands_;
   std::deque<std::pair<Device*, std::size_t>> refresh_;  // queries of points just written
   std::vector<WriteCommand> confirmed_;                  // written, and waiting for the read-back
@@ -149,6 +183,8 @@ class Poller : private LineClient {
   Device* last_ = nullptr;                               // whose exchange ended last
   std::size_t probe_turn_ = 0;
   int urgent_in_row_ = 0;
+  std::size_t high_in_row_ = 0;  // routed requests of high priority
+  bool poll_next_ = false;       // polls and routed requests of normal priority take turns
   bool open_ = false;
   Override closed_as_ = Override::not_connected;  // of all points while not open
   bool told_echo_ = false;                        // the user has been warned of an unfiltered echo
@@ -157,9 +193,9 @@ class Poller : private LineClient {
   Instant idle_since_{};   // when it last became so
   Instant minute_began_{};
   Duration busy_before_minute_{};
-  std::optional<double> use_;  // of the last full minute; nothing before there is one
-  Now now_{};                  // of the input that is being handled
-  Instant last_life_{};
+  std::optional<double> use_;           // of the last full minute; nothing before there is one
+  Now now_{};                           // of the input that is being handled
+  std::optional<Instant> silent_from_;  // nobody has answered since
   LineCounters counters_;
 };
 

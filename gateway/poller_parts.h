@@ -8,10 +8,16 @@
 
 namespace baudgate {
 
-/// A device of the line, as the poller sees it.
+/// `given` over the protocol's own times for these settings.
+LineTimes TimesOf(const config::Timing& given, const Protocol& protocol,
+                  const config::SerialSettings& serial);
+
+/// A device of the line, as the poller sees it; or a slave that only transparent routes reach: that
+/// has no configuration, no conversation and no place in store and schedule.
 struct Poller::Device {
-  std::uint32_t index = 0;  // in the point store
+  std::uint32_t index = 0;  // see gateway/tap.h
   std::size_t slot = 0;     // in devices_ and in the schedule
+  std::uint8_t slave = 0;   // its address, where routes may reach it
   const config::Device* config = nullptr;
   const Protocol* protocol = nullptr;
   config::SerialSettings serial;
@@ -43,6 +49,7 @@ struct Poller::Device {
   Duration round_wire{};     // of the fast round under way
   std::optional<Duration> probe_wait;  // how long others waited for its last probe
 
+  bool polled() const { return conversation != nullptr; }
   Duration WorstCase() const {
     return times.quiet + 32 * times.character + times.reply + times.drain + late_drain;
   }
@@ -60,9 +67,12 @@ struct Poller::Work {
   bool sending = false;  // request waits for the line to be idle
   int attempts = 0;      // of the present request, beyond the first
   int steps = 0;
-  int parkings = 0;      // how often the device has asked to wait with it
-  bool refresh = false;  // reads back what a command has written
-  bool mute = false;     // its end says nothing about the device
+  int parkings = 0;                         // how often the device has asked to wait with it
+  bool refresh = false;                     // reads back what a command has written
+  bool probing = false;                     // its device was absent when it was chosen
+  std::optional<RouteQueue::Batch> routed;  // whom the reply goes to; no conversation takes part
+  Bytes reply;                              // to them
+  bool mute = false;                        // its end says nothing about the device
   Instant began{};
   Instant exchange_began{};
   Answer answer;

@@ -24,31 +24,42 @@ DeviceState Poller::StateOf(const Device& device) const {
   return device.in_use ? device.health.state() : DeviceState::disabled;
 }
 
+/// A slave that only routes reach stands in no store.
+void Poller::ChangeStatus(const Device& device, const std::function<void(DeviceStatus&)>& change) {
+  if (device.polled()) store_.UpdateStatus(device.index, change);
+}
+
+void Poller::ShowOverride(const Device& device) {
+  if (device.polled()) store_.SetOverride(device.index, OverrideOf(device));
+}
+
 void Poller::UpdateHealth(Device& device, Outcome outcome, const std::string& reason) {
   const bool was_absent = device.health.absent();
   device.health.OnTask(outcome, now_.instant);
   if (device.health.absent() && !was_absent) {
-    schedule_.Suspend(device.slot);
     device.parked.reset();
     device.fast_wire = device.round_wire = {};
     device.late_drain = {};  // silent, not late; its bytes will tell should it be late even so
     device.probe_wait.reset();
-    Reconnect(device);
-  } else if (!device.health.absent() && was_absent && device.in_use) {
+    if (device.polled()) {
+      schedule_.Suspend(device.slot);
+      Reconnect(device);
+    }
+  } else if (!device.health.absent() && was_absent && device.in_use && device.polled()) {
     schedule_.Restart(device.slot, now_.instant);
   }
   if (device.health.absent() != was_absent) ShowLine();
   const std::string_view why =
       outcome == Outcome::ok ? "some of its exchanges fail" : Name(outcome);
   ShowState(device, reason.empty() ? std::string(why) : reason);
-  store_.SetOverride(device.index, OverrideOf(device));
+  ShowOverride(device);
 }
 
 void Poller::ShowState(Device& device, const std::string& reason) {
   const DeviceState state = StateOf(device);
   if (state == device.shown) return;
   const DeviceState from = std::exchange(device.shown, state);
-  store_.UpdateStatus(device.index, [&](DeviceStatus& status) { status.state = state; });
+  ChangeStatus(device, [&](DeviceStatus& status) { status.state = state; });
   listener_.OnDeviceState(device.index, from, state, reason);
   if (tap_ != nullptr) tap_->OnDeviceState(device.index, state, reason, now_);
 }
@@ -59,12 +70,11 @@ void Poller::CountExchange(Device& device) {
   ++counters_.exchanges;
   ++counters_.outcomes[static_cast<std::size_t>(end.outcome)];
   if (answered) counters_.round_trips.Add(end.round_trip);
-  const std::uint32_t missed = schedule_.missed(device.slot);
-  store_.UpdateStatus(device.index, [&](DeviceStatus& status) {
+  ChangeStatus(device, [&](DeviceStatus& status) {
     ++status.exchanges;
     ++status.outcomes[static_cast<std::size_t>(end.outcome)];
     status.last_outcome = end.outcome;
-    status.missed = missed;
+    status.missed = schedule_.missed(device.slot);
     if (end.outcome != Outcome::ok) status.last_reason = end.reason;
     if (!answered) return;
     status.last_ok = now_.instant;
@@ -77,7 +87,7 @@ void Poller::CountExchange(Device& device) {
 
 void Poller::CountLate(Device& device, Duration since_end) {
   ++counters_.late;
-  store_.UpdateStatus(device.index, [&](DeviceStatus& status) {
+  ChangeStatus(device, [&](DeviceStatus& status) {
     ++status.late;
     status.lateness = since_end;
   });
@@ -107,12 +117,12 @@ void Poller::ShowLine() {
 Duration Poller::NoticeBound() const {
   Duration turn{};
   Duration period{};
-  for (const auto& device : devices_) {
+  for (const Device* device : everyone_) {
     if (!device->in_use) continue;
     if (device->health.absent()) {
       const Duration worst = device->WorstCase();
       turn += ProbeBudget::Interval(worst, device->probe_wait.value_or(worst));
-    } else {
+    } else if (device->polled()) {
       period = std::max(period, device->config->poll);
     }
   }

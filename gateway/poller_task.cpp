@@ -55,7 +55,7 @@ void Poller::Ask() {
   auto request = work_->device->conversation->Ask(work_->task, now_.instant);
   if (!request) {
     work_->mute = true;
-    store_.UpdateStatus(work_->device->index, [&](DeviceStatus& status) {
+    ChangeStatus(*work_->device, [&](DeviceStatus& status) {
       status.last_outcome = Outcome::unsupported;
       status.last_reason = request.error();
     });
@@ -77,8 +77,14 @@ void Poller::Send(View bytes) {
 
 Outcome Poller::OnFrame(View frame, Instant now) {
   Device& device = *work_->device;
-  work_->answer = device.conversation->OnFrame(work_->task, work_->request, frame, now);
   Answer& answer = work_->answer;
+  if (work_->routed) {
+    answer = {};
+    answer.outcome = OnRoutedFrame(frame);
+    if (!device.polled()) return answer.outcome;
+  } else {
+    answer = device.conversation->OnFrame(work_->task, work_->request, frame, now);
+  }
   if (!ProvesLife(answer.outcome) && answer.outcome != Outcome::unexpected) return answer.outcome;
   device.order.OnAnswer(LooksLikeProbe(frame));
   if (device.order.MayBeInStep() || answer.outcome != Outcome::ok) return answer.outcome;
@@ -215,10 +221,11 @@ void Poller::ConcludeExchange() {
   if (end.outcome == Outcome::line_down) {
     FinishTask(end.outcome, end.reason);
   } else if (ProvesLife(end.outcome)) {
-    if (!work.mute) last_life_ = now_.instant;
+    if (!work.mute) silent_from_.reset();
     Store(device);
     OnAnswered();
   } else {
+    if (!silent_from_) silent_from_ = now_.instant;
     OnFailed();
   }
 }
@@ -228,6 +235,7 @@ void Poller::OnAnswered() {
   Device& device = *work.device;
   const ExchangeEnd end = *std::exchange(work.end, std::nullopt);
   const Answer answer = std::exchange(work.answer, {});
+  if (work.routed) return FinishTask(end.outcome, {});
   if (answer.wait > Duration::zero()) schedule_.Hold(device.slot, now_.instant + answer.wait);
   if (answer.then == Then::replan) {
     Plan(device);
@@ -252,6 +260,7 @@ void Poller::OnFailed() {
   Device& device = *work.device;
   const ExchangeEnd end = *std::exchange(work.end, std::nullopt);
   work.answer = {};
+  if (work.routed) return OnRoutedFailure(end);
   const auto& command = postponed_ ? postponed_->command : work.command;
   const bool in_time = !command || now_.instant < command->deadline;
   const bool may_retry = work.attempts < device.retries &&
@@ -263,7 +272,7 @@ void Poller::OnFailed() {
       if (instead) work.request = *instead;
       ++work.attempts;
       work.sending = true;
-      store_.UpdateStatus(device.index, [](DeviceStatus& status) { ++status.retries; });
+      ChangeStatus(device, [](DeviceStatus& status) { ++status.retries; });
       return;
     }
   }
@@ -297,13 +306,14 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
     if (news) UpdateHealth(device, outcome, reason);
     return ResumePostponed(outcome, reason);
   }
-  if (done->task.kind == Task::Kind::probe) {
+  if (done->probing) {
     const Instant until = std::max(now_.instant, line_.Deadline().value_or(now_.instant));
     device.probe_wait = Waited(done->began, until);
     probes_.OnProbe(done->began, until, *device.probe_wait);
   }
   if (done->fast) MeasureRound(*done, outcome);
   if (!done->mute) UpdateHealth(device, outcome, reason);
+  if (done->routed) return FinishRouted(*done, outcome, reason);
   if (!done->command) return;
   if (outcome == Outcome::ok && done->write < done->command->writes.size()) {
     if (done->command->deadline <= now_.instant) {
@@ -324,6 +334,7 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
 /// The first request of a task to a device of which it is not known what it answers.
 bool Poller::NeedsSync() const {
   const Device& device = *work_->device;
+  if (!device.polled() || !device.in_use) return false;
   const bool first = work_->steps == 1 && work_->attempts == 0;
   const bool answered = work_->request.expect.reply == Expectation::Reply::one;
   if (!first || !answered || work_->task.kind == Task::Kind::probe) return false;
@@ -344,6 +355,7 @@ void Poller::ResumePostponed(Outcome outcome, const std::string& reason) {
   const bool in_peace = schedule_.held_until(device.slot) > now_.instant;
   const bool allowed = !in_peace || (work_->command && outcome == Outcome::ok);
   if (ProvesLife(outcome) && device.in_use && device.order.MayBeInStep() && allowed) {
+    if (work_->routed) return;  // its request is as it was
     work_->steps = 0;
     Ask();
     return;

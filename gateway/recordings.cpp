@@ -48,19 +48,22 @@ std::string Safe(std::string name) {
 }
 
 std::string FileName(const Recording& recording) {
-  return Safe(recording.line->name) + "-" + StampOf(recording.at) + "-" +
-         Safe(recording.device->name) + "-" + recording.reason + std::string(kEnding);
+  return Safe(recording.line->name) + "-" + StampOf(recording.at) + "-" + Safe(recording.name) +
+         "-" + recording.reason + std::string(kEnding);
 }
 
-std::string ReplayText(const config::Device& device, const std::string& file) {
-  std::string text = "baudgate decode --protocol " + device.protocol;
-  if (!device.profile.empty()) text += " --profile " + device.profile;
-  return text + " --device " + device.name + " " + file;
+std::string ReplayText(const Recording& recording, const std::string& protocol,
+                       const std::string& file) {
+  std::string text = "baudgate decode --protocol " + protocol;
+  const config::Device* device = recording.device;
+  if (device != nullptr && !device->profile.empty()) text += " --profile " + device->profile;
+  return text + " --device " + recording.name + " " + file;
 }
 
 std::string Contents(const Recording& recording, const std::string& version,
                      const std::string& file) {
-  const config::Device& device = *recording.device;
+  const std::string& protocol =
+      recording.device != nullptr ? recording.device->protocol : recording.line->protocol;
   std::string text = fmt::format(
       "# baudgate {}: the last exchanges of a line, saved at {}\n"
       "# line {}, port {} {}, protocol {}\n"
@@ -68,8 +71,8 @@ std::string Contents(const Recording& recording, const std::string& version,
       "# replay: {}   (with --set for its options)\n"
       "# time (UTC), device, > sent, < received, = outcome and round trip, # note; ** is secret\n",
       version, FormatWallTime(recording.at), recording.line->name, recording.line->port,
-      recording.line->serial.ToString(), device.protocol, device.name, recording.reason,
-      ReplayText(device, file));
+      recording.line->serial.ToString(), protocol, recording.name, recording.reason,
+      ReplayText(recording, protocol, file));
   for (const TraceRecord& record : recording.records) text += ToText(record) + "\n";
   return text;
 }

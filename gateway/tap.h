@@ -13,8 +13,15 @@
 
 namespace baudgate {
 
+/// Slaves that only transparent routes reach stand in no store: they are numbered by their address
+/// from here on.
+inline constexpr std::uint32_t kFirstSlave = 0x8000'0000;
+inline std::string SlaveName(std::uint32_t device) {
+  return "slave-" + std::to_string(device - kFirstSlave);
+}
+
 /// All calls come on the line's thread and must not block. Bytes are valid during the call only.
-/// `device` is an index in the point store.
+/// `device` is an index in the point store, or kFirstSlave and an address.
 class Tap {
  public:
   virtual ~Tap() = default;

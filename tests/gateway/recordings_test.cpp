@@ -42,7 +42,7 @@ class RecordingsTest : public testing::Test {
   }
   void Save(WallTime at, const char* reason = "corrupt") {
     const TraceRecord record{TraceRecord::Kind::sent, at, "feeder-1", "3E", ">"};
-    recordings_->Save({&line_, &line_.devices[0], reason, at, {record}});
+    recordings_->Save({&line_, &line_.devices[0], line_.devices[0].name, reason, at, {record}});
   }
   /// Everything is written once this returns.
   void End() { recordings_.reset(); }

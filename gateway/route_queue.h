@@ -1,0 +1,72 @@
+// Routed requests that wait for one line, and which of them goes next: three priorities, clients in
+// turn, short writes before everything else, and never a write before an earlier one to its slave.
+// Requests come from gateway/line_runner.h by way of gateway/poller.cpp, which asks for the next
+// one whenever the line is idle. Knows no clock and no bytes of the line.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "gateway/routed.h"
+
+namespace baudgate {
+
+class RouteQueue {
+ public:
+  /// Of requests that wait for one line, or are under way on it.
+  static constexpr std::size_t kLimit = 512;
+  /// Writes of more registers than this are blocks, which wait for their turn.
+  static constexpr std::size_t kShortWrite = 8;
+
+  /// Whether a request to this slave may be sent now.
+  using MayAsk = std::function<bool(std::uint8_t slave)>;
+  /// The one to be sent, and identical reads that its reply answers as well.
+  using Batch = std::vector<RoutedRequest>;
+
+  void Push(RoutedRequest request);
+
+  /// A short write, or a write that one waits for; empty: none may be sent now.
+  Batch TakeUrgent(const MayAsk& may_ask);
+  Batch Take(config::Priority priority, const MayAsk& may_ask);
+  /// Whatever waits for this slave, its writes first.
+  Batch TakeFor(std::uint8_t slave);
+  /// Reads of this slave, all but the first `keep`.
+  std::vector<RoutedRequest> TakeReads(std::uint8_t slave, std::size_t keep);
+
+  std::vector<RoutedRequest> TakeExpired(Instant now);
+  std::vector<RoutedRequest> TakeAll();
+  /// Says how many requests of the client were dropped.
+  std::size_t Forget(std::uint64_t client);
+
+  bool empty() const { return waiting_.empty(); }
+  bool HasShortWrite() const;
+  /// Clients of this priority that wait.
+  std::size_t Clients(config::Priority priority) const;
+  /// Every slave that something waits for, once.
+  std::vector<std::uint8_t> Slaves() const;
+  std::optional<Instant> Deadline() const;
+
+ private:
+  using Place = std::deque<RoutedRequest>::iterator;
+
+  bool MayGo(Place request, const MayAsk& may_ask);
+  bool IsUrgent(Place request);
+  template <typename Wanted>
+  Batch TakeBest(const MayAsk& may_ask, Wanted wanted);
+  Batch TakeWithTwins(Place request);
+  RoutedRequest Remove(Place request);
+  template <typename Wanted>
+  std::vector<RoutedRequest> TakeIf(Wanted wanted);
+  void ForgetServed(std::uint64_t client);
+
+  std::deque<RoutedRequest> waiting_;            // in the order of their arrival
+  std::map<std::uint64_t, std::uint64_t> turn_;  // of clients that wait: lowest first
+  std::uint64_t next_turn_ = 0;
+};
+
+}  // namespace baudgate
