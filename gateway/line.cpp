@@ -7,8 +7,10 @@
 //   idle         bytes                         idle; stray, and quiet counts anew
 //   quiet        bytes                         quiet anew, but never longer than the ceiling
 //   quiet        timer                         sending
-//   sending      bytes                         kept: echo, or a pty that answers early; where the port
-//                                              keeps its bit rate, stray as soon as more comes later
+//   sending      bytes                         kept: echo; where the port keeps its bit rate, stray as
+//                                              soon as more comes later
+//   sending      whole frame                   idle, where the port does not keep it: a pty that answers
+//                                              before the computed end
 //   sending      timer (end of transmission)   settle when no reply is due, else await_first/receiving
 //   settle       bytes                         stray: nobody was asked to answer
 //   settle       timer                         idle, ok
@@ -97,6 +99,7 @@ void Line::OnBytes(View bytes, Instant now) {
         if (early_.size() < kKeptWhileSending) Append(early_, bytes);
       } else if (assembler_.held() < kKeptWhileSending) {
         assembler_.Feed(bytes);
+        TakeAhead(now);
       }
       break;
     case State::await_first:
@@ -192,6 +195,15 @@ bool Line::TakeEarly(Instant now) {
   if (state_ == State::receiving) return false;
   keeps_bit_rate_ = false;
   return true;
+}
+
+/// Nothing between here and the device keeps to the bit rate, so its whole answer need not wait for
+/// the computed end of the request. What might be an echo has to.
+void Line::TakeAhead(Instant now) {
+  const Expectation& expect = exchange_.request.expect;
+  if (expect.reply != Expectation::Reply::one || expect.mirrors) return;
+  TakeFrame(false, now);
+  if (state_ == State::drain) deadline_ = std::max(deadline_, sent_until_ + exchange_.times.drain);
 }
 
 void Line::DropEarly(Instant now) {

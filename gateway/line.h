@@ -106,6 +106,7 @@ class Line {
   void OnGap(Instant now);
   void Finish(Outcome outcome, std::string reason, Instant now);
   bool TakeEarly(Instant now);
+  void TakeAhead(Instant now);
   void DropEarly(Instant now);
   void Drain(Duration silence, Instant now);
 

@@ -13,6 +13,8 @@ namespace {
 
 /// Writes and the reads that follow them go first, but after so many in a row a poll has its turn.
 constexpr int kUrgentInRow = 4;
+/// Clients of transparent routes that poll do so at least this often.
+constexpr Duration kClientsReturn = 2s;
 /// Those of transparent routes may be many and belong together: a start, its set points.
 constexpr int kRoutedWritesInRow = 16;
 
@@ -477,8 +479,10 @@ std::optional<Instant> Poller::NextClear() const {
   return soonest;
 }
 
-/// When somebody who answers wants the line again.
+/// When somebody who answers wants the line again. Clients do not say when they will: who has just
+/// been served may be back at any moment.
 std::optional<Instant> Poller::NextWanted() const {
+  if (routed_at_ && now_.instant - *routed_at_ < kClientsReturn) return now_.instant;
   const auto slaves = routes_.Slaves();
   const bool now =
       std::ranges::any_of(slaves, [this](std::uint8_t slave) { return MayAsk(slave); });

@@ -196,6 +196,7 @@ class Poller : private LineClient {
   std::optional<double> use_;           // of the last full minute; nothing before there is one
   Now now_{};                           // of the input that is being handled
   std::optional<Instant> silent_from_;  // nobody has answered since
+  std::optional<Instant> routed_at_;    // end of the last routed exchange that was answered
   LineCounters counters_;
 };
 

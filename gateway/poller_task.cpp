@@ -78,6 +78,15 @@ void Poller::Send(View bytes) {
 Outcome Poller::OnFrame(View frame, Instant now) {
   Device& device = *work_->device;
   Answer& answer = work_->answer;
+  if (told_echo_ && work_->request.expect.mirrors &&
+      std::ranges::equal(frame, work_->request.bytes)) {
+    answer = {};
+    answer.outcome = Outcome::unexpected;
+    answer.reason =
+        "a good reply equals its request, and this bus echoes requests: nobody need have answered; "
+        "set 'echo: strip' at the line";
+    return answer.outcome;
+  }
   if (work_->routed) {
     answer = {};
     answer.outcome = OnRoutedFrame(frame);
@@ -222,6 +231,7 @@ void Poller::ConcludeExchange() {
     FinishTask(end.outcome, end.reason);
   } else if (ProvesLife(end.outcome)) {
     if (!work.mute) silent_from_.reset();
+    if (work.routed) routed_at_ = now_.instant;
     Store(device);
     OnAnswered();
   } else {

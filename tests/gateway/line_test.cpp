@@ -128,15 +128,40 @@ TEST_F(LineTest, QuietNeverWaitsBeyondTheCeiling) {
   EXPECT_EQ(line_.state(), State::sending) << "a babbling neighbour may not stop the line for ever";
 }
 
-TEST_F(LineTest, SendingKeepsBytesForTheReply) {
+TEST_F(LineTest, AWholeReplyEndsTheSendingWhereNothingKeepsTheBitRate) {
   Reach(State::sending);
-  line_.OnBytes(reply_, At(1001ms));
-  EXPECT_TRUE(frames_.empty()) << "taken only when the transmission is over";
-  line_.OnTimer(At(1004ms));
+  line_.OnBytes(View(reply_).first(3), At(1001ms));
+  EXPECT_TRUE(ends_.empty());
+  EXPECT_EQ(line_.state(), State::sending);
+  line_.OnBytes(View(reply_).subspan(3), At(1002ms));
   EXPECT_EQ(frames_.size(), 1U);
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::ok);
+  EXPECT_EQ(ends_[0].round_trip, 2ms);
   EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, AForeignReplyWhileSendingIsDrainedFromTheEndOfTransmission) {
+  Reach(State::sending);
+  verdict_ = Outcome::unexpected;
+  line_.OnBytes(reply_, At(1001ms));
+  EXPECT_EQ(line_.state(), State::drain);
+  EXPECT_EQ(DeadlineIn(), 1004ms + kTimes.drain);
+}
+
+TEST_F(LineTest, WhatMayBeAnEchoWaitsForTheEndOfTransmission) {
+  Opened();
+  Exchange exchange;
+  exchange.request.bytes = ToBytes("?A1\r");
+  exchange.request.expect = ToyProtocol().expect(exchange.request.bytes, {});
+  exchange.request.expect.mirrors = true;
+  exchange.reply_rule = ToyProtocol().reply_rule;
+  exchange.times = kTimes;
+  line_.Start(std::move(exchange), At(1s));
+  line_.OnBytes(reply_, At(1001ms));
+  EXPECT_TRUE(frames_.empty());
+  line_.OnTimer(At(1004ms));
+  EXPECT_EQ(frames_.size(), 1U);
 }
 
 TEST_F(LineTest, EarlyBytesAreStrayWhereThePortKeepsItsBitRate) {

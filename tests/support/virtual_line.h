@@ -62,7 +62,9 @@ class VirtualLine : private PollerListener {
     std::size_t answered = 0;
   };
 
-  VirtualLine(config::Line line, std::vector<const Protocol*> protocols);
+  /// `others`: devices on the wire that the line does not know of; their twins come last.
+  VirtualLine(config::Line line, std::vector<const Protocol*> protocols,
+              std::vector<config::Device> others = {});
 
   void Open();
   void Close();
@@ -74,6 +76,7 @@ class VirtualLine : private PollerListener {
   /// A write of one point through the command queue; its answer goes to `outcomes`.
   bool Write(std::uint32_t device, std::uint32_t point, Value value, Duration within = 1h);
   bool Submit(WriteCommand command) { return poller_->Submit(std::move(command), now()); }
+  void Submit(RoutedRequest request) { poller_->Submit(std::move(request), now()); }
 
   Now now() const { return {instant_, WallTime(1'790'000'000s) + (instant_ - kStart)}; }
   Duration elapsed() const { return instant_ - kStart; }
@@ -115,6 +118,7 @@ class VirtualLine : private PollerListener {
                Duration character);
 
   config::Config config_;
+  std::vector<config::Device> others_;
   Instant instant_ = kStart;
   std::vector<std::unique_ptr<WireTwin>> twins_;
   std::multimap<Instant, Bytes> arriving_;

@@ -62,5 +62,17 @@ TEST(Access, AllOfIpv4IsNotIpv6) {
   EXPECT_FALSE(Allows(list, Peer("2001:db8::1")));
 }
 
+TEST(Access, TheFirstClientRuleThatFitsGivesThePriority) {
+  using config::Priority;
+  config::Listener listener;
+  listener.priority = Priority::low;
+  listener.clients = {{Network("10.0.0.7", 32), Priority::high},
+                      {Network("10.0.0.0", 8), Priority::normal},
+                      {Network("10.0.0.7", 32), Priority::low}};
+  EXPECT_EQ(PriorityOf(listener, Peer("10.0.0.7")), Priority::high);
+  EXPECT_EQ(PriorityOf(listener, Peer("10.0.0.8")), Priority::normal);
+  EXPECT_EQ(PriorityOf(listener, Peer("192.0.2.1")), Priority::low);
+}
+
 }  // namespace
 }  // namespace baudgate::modbus

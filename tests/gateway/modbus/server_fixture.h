@@ -102,6 +102,11 @@ class RawClient {
     frame.resize(6 + length);
     return ReceiveExactly(frame, 6) ? ToHex(frame) : std::string();
   }
+  /// Hex of the next `count` bytes; empty when the server has closed.
+  std::string ReceiveBytes(std::size_t count) const {
+    Bytes bytes(count);
+    return ReceiveExactly(bytes, 0) ? ToHex(bytes) : std::string();
+  }
   /// The PDU of the answer to one request.
   std::string Ask(std::uint8_t unit, const std::string& pdu) const {
     Send(Frame(unit, pdu));
@@ -160,7 +165,8 @@ class ServerTest : public testing::Test {
                               {4, false, Quality::good}};
     store_->Update(0, samples, ReadClocks(), 5ms);
     server_.emplace(
-        config_, *store_, sink_, [] { return GatewayInfo{0, 1, 0, 90s, 1, 1, 1, 1}; }, limits);
+        config_, *store_, sink_, [] { return GatewayInfo{0, 1, 0, 90s, 1, 1, 1, 1}; }, limits,
+        links_);
     const Status listening = server_->Listen(io_);
     ASSERT_TRUE(listening.ok()) << listening.error();
     thread_ = std::thread([this] { io_.run(); });
@@ -175,6 +181,7 @@ class ServerTest : public testing::Test {
   RawClient Connect() { return RawClient(server_->port()); }
 
   ScriptedSink sink_;
+  ModbusLinks links_;
   config::Config config_;
   std::optional<PointStore> store_;
   asio::io_context io_;

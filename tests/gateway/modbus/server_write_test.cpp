@@ -88,8 +88,8 @@ TEST_F(ServerTest, AWriteIsAnsweredAtItsDeadlineAndOnlyOnce) {
 TEST_F(ServerTest, OneClientMayNotFillTheQueue) {
   StartServer();
   const RawClient client = Connect();
-  for (std::uint16_t i = 0; i < 17; ++i) client.Send(Frame(1, "06 00 00 00 01", i));
-  EXPECT_EQ(client.Receive(), "00 10 00 00 00 03 01 86 06");
+  for (std::uint16_t i = 0; i < 33; ++i) client.Send(Frame(1, "06 00 00 00 01", i));
+  EXPECT_EQ(client.Receive(), "00 20 00 00 00 03 01 86 06");
 }
 
 TEST_F(ServerTest, TheClientMayBeGoneWhenTheDeviceConfirms) {

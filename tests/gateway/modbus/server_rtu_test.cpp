@@ -1,0 +1,158 @@
+// Clients that speak RTU over TCP: one request at a time, damage, silence, and cached units.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "tests/gateway/modbus/route_fixture.h"
+
+namespace baudgate::modbus {
+namespace {
+
+class RtuOverTcpTest : public RouteTest {
+ protected:
+  RtuOverTcpTest() { listener().protocol = config::Listener::Protocol::rtu; }
+
+  static Bytes Rtu(std::uint8_t slave, const std::string& pdu) {
+    return ModbusRtuProtocol().carrier->wrap(slave, ParseHex(pdu).value());
+  }
+  /// Receives as many bytes as the reply with this PDU has.
+  static void ExpectReply(const RawClient& client, std::uint8_t slave, const std::string& pdu) {
+    const Bytes expected = Rtu(slave, pdu);
+    EXPECT_EQ(client.ReceiveBytes(expected.size()), ToHex(expected));
+  }
+};
+
+constexpr const char* kRead = "03 01 F4 00 01";
+
+TEST_F(RtuOverTcpTest, CachedUnitsRoutesAndExceptions) {
+  Add(1, 20, 20);
+  drive_.answer = Count;
+  sink_.answer = Outcome::ok;
+  StartServer();
+  const RawClient client = Connect();
+  client.Send(Rtu(1, "03 00 00 00 03"));
+  ExpectReply(client, 1, "03 06 FF FE 47 F1 20 00");
+  client.Send(Rtu(20, kRead));
+  ExpectReply(client, 20, "03 02 01 F4");
+  client.Send(Rtu(1, "06 00 00 00 2A"));
+  ExpectReply(client, 1, "06 00 00 00 2A");
+  client.Send(Rtu(99, kRead));
+  ExpectReply(client, 99, "83 0A");
+  client.Send(Rtu(20, "03 00 00 00 7D"));
+  EXPECT_EQ(client.ReceiveBytes(255).size(), 255 * 3U - 1);
+}
+
+TEST_F(RtuOverTcpTest, EveryCutOfARequest) {
+  Add(1, 20, 20);
+  drive_.answer = Count;
+  StartServer();
+  const RawClient client = Connect();
+  const Bytes request = Rtu(20, kRead);
+  for (std::size_t cut = 1; cut < request.size(); ++cut) {
+    client.Send(View(request).first(cut));
+    client.Send(View(request).subspan(cut));
+    ExpectReply(client, 20, "03 02 01 F4");
+  }
+}
+
+TEST_F(RtuOverTcpTest, TheNextRequestWaitsForTheAnswer) {
+  Add(1, 20, 20);
+  StartServer();
+  const RawClient client = Connect();
+  Bytes three = Rtu(20, "03 00 01 00 01");
+  Append(three, View(Rtu(20, "03 00 02 00 01")));
+  Append(three, View(Rtu(1, "03 00 00 00 01")));
+  client.Send(three);
+  const RoutedRequest first = drive_.Wait(0);
+  // Whoever is served meanwhile shows that the server has had its turn.
+  const RawClient other = Connect();
+  other.Send(Rtu(1, "03 00 00 00 01"));
+  ExpectReply(other, 1, "03 02 FF FE");
+  EXPECT_EQ(drive_.count(), 1U);
+  first.done(GoodReply("03 02 00 01"));
+  ExpectReply(client, 20, "03 02 00 01");
+  drive_.Wait(1).done(GoodReply("03 02 00 02"));
+  ExpectReply(client, 20, "03 02 00 02");
+  ExpectReply(client, 1, "03 02 FF FE");
+}
+
+TEST_F(RtuOverTcpTest, DamageIsNeverAnswered) {
+  StartServer();
+  const RawClient client = Connect();
+  const Bytes good = Rtu(1, "03 00 00 00 01");
+  Bytes damaged = good;
+  damaged.back() ^= 1;
+  client.Send(damaged);
+  client.Send(good);
+  ExpectReply(client, 1, "03 02 FF FE");
+  client.Send(ParseHex("47 45 54 20 2F 20 48 54 54 50").value());
+  client.Send(good);
+  ExpectReply(client, 1, "03 02 FF FE");
+  EXPECT_EQ(server_->counters().exceptions, 0U);
+  EXPECT_EQ(server_->counters().malformed, 0U);
+}
+
+TEST_F(RtuOverTcpTest, AfterARequestWithoutAnswerTheNextOneComes) {
+  listener().errors = config::Listener::Errors::silent;
+  listener().broadcast = config::Listener::Broadcast::pass;
+  Add(1, 20, 20);
+  drive_.answer = [](const RoutedRequest& request) {
+    return request.slave == 0 ? GoodReply(Bytes{}) : Trouble(Outcome::no_reply, "silence");
+  };
+  StartServer();
+  const RawClient client = Connect();
+  Bytes all = Rtu(99, kRead);
+  Append(all, View(Rtu(0, "06 00 08 00 00")));
+  Append(all, View(Rtu(20, kRead)));
+  Append(all, View(Rtu(1, "03 00 00 00 01")));
+  client.Send(all);
+  ExpectReply(client, 1, "03 02 FF FE");
+  EXPECT_EQ(drive_.Wait(0).slave, 0);
+}
+
+TEST_F(RtuOverTcpTest, AFunctionOfUnknownLengthEndsWithSilence) {
+  Add(1, 20, 20);
+  drive_.answer = [](const RoutedRequest& request) { return GoodReply(request.pdu); };
+  StartServer();
+  const RawClient client = Connect();
+  client.Send(Rtu(20, "64 DE AD BE EF 01"));
+  ExpectReply(client, 20, "64 DE AD BE EF 01");
+}
+
+TEST_F(RtuOverTcpTest, AClientThatLeavesWhileItWaitsIsForgotten) {
+  Add(1, 20, 20);
+  StartServer();
+  RawClient client = Connect();
+  client.Send(Rtu(20, kRead));
+  const RoutedRequest request = drive_.Wait(0);
+  client.Close();
+  EXPECT_EQ(drive_.WaitForgotten(0), request.client);
+}
+
+TEST_F(RtuOverTcpTest, AClientThatSendsWithoutEndIsHeldBack) {
+  Add(1, 20, 20);
+  StartServer();
+  const RawClient client = Connect();
+  Bytes many;
+  for (int i = 0; i < 4000; ++i) Append(many, View(Rtu(20, kRead)));
+  client.SendSome(many);
+  const RoutedRequest first = drive_.Wait(0);
+  EXPECT_EQ(drive_.count(), 1U);
+  first.done(GoodReply("03 02 00 00"));
+  ExpectReply(client, 20, "03 02 00 00");
+  drive_.Wait(1);
+  EXPECT_EQ(drive_.count(), 2U);
+}
+
+TEST_F(RtuOverTcpTest, WithoutTheModuleItIsAClearError) {
+  links_.rtu = nullptr;
+  store_.emplace(config_);
+  listener().port = 1;
+  ModbusServer server(config_, *store_, sink_, {}, {}, links_);
+  const Status status = server.Listen(io_);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error(),
+            "127.0.0.1:1: RTU over TCP needs the module modbus_rtu, which is not loaded");
+}
+
+}  // namespace
+}  // namespace baudgate::modbus
