@@ -8,6 +8,8 @@
 #include <map>
 #include <vector>
 
+#include "gateway/cli/traffic_view.h"
+
 namespace baudgate {
 namespace {
 
@@ -186,7 +188,8 @@ std::string Overview(const Json& status, const TableView& view) {
   return fmt::format("{}: baudgate {}, up {}, lines: {}, devices: {}, online: {}\n\n",
                      Text(status, "gateway"), Text(status, "version"),
                      Milliseconds(status.at("uptime_ms")), lines.size(), devices, alive) +
-         LineTable(lines, view) + "\n" + DeviceTable(lines, view) + Advice(lines);
+         LineTable(lines, view) + (devices == 0 ? "" : "\n" + DeviceTable(lines, view)) +
+         RenderTraffic(status.at("modbus"), view) + Advice(lines);
 }
 
 std::string PortText(const Json& line) {
@@ -218,8 +221,9 @@ std::string OneLine(const Json& status, const TableView& view) {
             ? "no device"
             : fmt::format("probed {} times; a return is noticed within {}", Number(line, "probes"),
                           Milliseconds(line.at("notice_bound_ms")))}});
-  return text + "\n" + Chart(line.at("round_trips")) + "\n" + DeviceTable(lines, view) +
-         Advice(lines);
+  text += "\n" + Chart(line.at("round_trips"));
+  if (!line.at("devices").empty()) text += "\n" + DeviceTable(lines, view);
+  return text + RenderTraffic(status.at("modbus"), view) + Advice(lines);
 }
 
 std::string JsonValueText(const Json& value) {

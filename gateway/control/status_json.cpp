@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "gateway/control/diagnose.h"
+#include "gateway/control/traffic_json.h"
 
 namespace baudgate::control {
 namespace {
@@ -189,6 +190,8 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
     if (target && target->line != line) continue;
     lines.push_back(LineJson(config, store, target.value_or(Target{line}), view));
   }
+  const auto traffic = info.traffic ? info.traffic->Traffic() : modbus::TrafficStatus{};
+  json["modbus"] = TrafficJson(traffic, target ? config.lines[target->line].name : std::string());
   return json;
 }
 

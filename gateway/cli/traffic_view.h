@@ -1,0 +1,17 @@
+// Modbus clients and transparent routes (gateway/control/traffic_json.h) as text for people: a part
+// of `baudgate status`.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "gateway/cli/live_table.h"
+
+namespace baudgate {
+
+/// A table of routes and one of clients, each behind an empty line; of neither there is any:
+/// nothing. Behind them a sentence for each route in trouble.
+std::string RenderTraffic(const nlohmann::ordered_json& modbus, const TableView& view);
+
+}  // namespace baudgate

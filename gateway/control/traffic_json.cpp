@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/control/traffic_json.h"
+
+#include <utility>
+
+namespace baudgate::control {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json TimeJson(WallTime time) {
+  return time == WallTime{} ? Json(nullptr) : Json(FormatWallTime(time));
+}
+
+Json ClientJson(const modbus::ClientStatus& client) {
+  return {{"peer", client.peer},
+          {"listener", client.listener},
+          {"priority", config::Name(client.priority)},
+          {"since", TimeJson(client.since)},
+          {"last_request", TimeJson(client.last_request)},
+          {"requests", client.requests},
+          {"exceptions", client.exceptions},
+          {"bytes_in", client.bytes_in},
+          {"bytes_out", client.bytes_out},
+          {"outstanding", client.outstanding}};
+}
+
+void AddCounters(const modbus::RouteCounters& counters, Json& json) {
+  json["requests"] = counters.requests;
+  json["ok"] = counters.ok;
+  json["refused"] = counters.refused;
+  json["no_reply"] = counters.no_reply;
+  json["expired"] = counters.expired;
+  json["busy"] = counters.busy;
+  json["dropped"] = counters.dropped;
+  json["broadcasts"] = counters.broadcasts;
+  json["shared"] = counters.shared;
+  const std::uint64_t answered = counters.ok + counters.refused;
+  json["mean_wait_us"] =
+      answered == 0 ? 0 : counters.total_wait / 1us / static_cast<std::int64_t>(answered);
+  json["longest_wait_us"] = counters.longest_wait / 1us;
+}
+
+Json RouteJson(const modbus::RouteStatus& route) {
+  Json json;
+  json["units"] = route.units;
+  json["target"] = route.target;
+  AddCounters(route, json);
+  json["last_trouble"] = route.last_trouble;
+  Json& units = json["by_unit"] = Json::array();
+  for (const auto& [unit, counters] : route.by_unit) {
+    Json one;
+    one["unit"] = unit;
+    AddCounters(counters, one);
+    units.push_back(std::move(one));
+  }
+  return json;
+}
+
+}  // namespace
+
+Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line) {
+  Json clients = Json::array();
+  Json routes = Json::array();
+  if (line.empty()) {
+    for (const modbus::ClientStatus& client : traffic.clients) {
+      clients.push_back(ClientJson(client));
+    }
+  }
+  for (const modbus::RouteStatus& route : traffic.routes) {
+    if (line.empty() || route.target == "line " + line) routes.push_back(RouteJson(route));
+  }
+  return {{"clients", std::move(clients)}, {"routes", std::move(routes)}};
+}
+
+}  // namespace baudgate::control

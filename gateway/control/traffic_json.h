@@ -1,0 +1,17 @@
+// Modbus clients and transparent routes as JSON: a part of the answer to `baudgate status`.
+// docs/status.md has it field by field; fields are only ever added.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "gateway/modbus/traffic.h"
+
+namespace baudgate::control {
+
+/// {"clients":[…],"routes":[…]}; with `line` only the routes that lead to it, and no clients.
+nlohmann::ordered_json TrafficJson(const modbus::TrafficStatus& traffic,
+                                   const std::string& line = {});
+
+}  // namespace baudgate::control
