@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/catalog.h"
 
+#include <algorithm>
+
 namespace baudgate::config {
 
 namespace fs = std::filesystem;
@@ -10,24 +12,36 @@ const Protocol* Catalog::FindProtocol(const std::string& name) const {
   return found == protocols.end() ? nullptr : found->second;
 }
 
+std::vector<std::string> Catalog::ProfileOwners(const std::string& protocol) const {
+  std::vector<std::string> owners = {protocol};
+  const Protocol* descriptor = FindProtocol(protocol);
+  if (descriptor != nullptr && !descriptor->profiles_of.empty()) {
+    owners.emplace_back(descriptor->profiles_of);
+  }
+  return owners;
+}
+
 std::optional<fs::path> Catalog::FindProfile(const std::string& protocol,
                                              const std::string& name) const {
-  for (const fs::path& dir : profile_dirs) {
-    fs::path path = dir / protocol / (name + ".yaml");
-    std::error_code error;
-    if (fs::is_regular_file(path, error)) return path;
+  for (const std::string& owner : ProfileOwners(protocol)) {
+    for (const fs::path& dir : profile_dirs) {
+      fs::path path = dir / owner / (name + ".yaml");
+      std::error_code error;
+      if (fs::is_regular_file(path, error)) return path;
+    }
   }
   return std::nullopt;
 }
 
 std::vector<ProfileFile> Catalog::Profiles(const std::string& protocol) const {
+  const std::vector<std::string> owners = ProfileOwners(protocol);
   std::map<std::pair<std::string, std::string>, fs::path> found;
   for (const fs::path& dir : profile_dirs) {
     std::error_code error;
     for (fs::directory_iterator folder(dir, error), end; !error && folder != end;
          folder.increment(error)) {
       const std::string owner = folder->path().filename().string();
-      if (!protocol.empty() && owner != protocol) continue;
+      if (!protocol.empty() && std::ranges::find(owners, owner) == owners.end()) continue;
       std::error_code inner;
       for (fs::directory_iterator file(folder->path(), inner); !inner && file != end;
            file.increment(inner)) {
@@ -37,7 +51,11 @@ std::vector<ProfileFile> Catalog::Profiles(const std::string& protocol) const {
     }
   }
   std::vector<ProfileFile> profiles;
-  for (const auto& [key, path] : found) profiles.push_back({key.first, key.second, path});
+  for (const auto& [key, path] : found) {
+    const auto& [owner, name] = key;
+    const bool hidden = !protocol.empty() && owner != protocol && found.contains({protocol, name});
+    if (!hidden) profiles.push_back({owner, name, path});
+  }
   return profiles;
 }
 

@@ -16,7 +16,8 @@ namespace baudgate::config {
 
 /// A profile file: <dir>/<protocol>/<name>.yaml.
 struct ProfileFile {
-  std::string protocol;
+  std::string
+      protocol;  ///< whose folder it stands in; others may use it, see Protocol::profiles_of
   std::string name;
   std::filesystem::path path;
 };
@@ -27,10 +28,13 @@ struct Catalog {
 
   /// Null when no module of that name is installed.
   const Protocol* FindProtocol(const std::string& name) const;
-  /// Nothing when no directory has it.
+  /// The folders that hold profiles of the protocol: its own, then that of Protocol::profiles_of.
+  std::vector<std::string> ProfileOwners(const std::string& protocol) const;
+  /// In the protocol's own folder first. Nothing when no directory has it.
   std::optional<std::filesystem::path> FindProfile(const std::string& protocol,
                                                    const std::string& name) const;
-  /// Of one protocol, or of all when it is empty: by protocol and name, without hidden duplicates.
+  /// Those that one protocol can use, or all when it is empty: by protocol and name, without hidden
+  /// duplicates.
   std::vector<ProfileFile> Profiles(const std::string& protocol = {}) const;
   std::vector<std::string_view> ProtocolNames() const;
 };

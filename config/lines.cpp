@@ -89,9 +89,6 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
     }
   }
   CompleteOptions(line, given, context.catalog);
-  if (line.devices.empty()) {
-    context.problems.Warning(line.mark, map.what() + " has no devices: nothing is polled on it");
-  }
   return line;
 }
 

@@ -20,14 +20,14 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   MapReader map(root, "the configuration", problems);
   if (root.kind() != YamlNode::Kind::map) return config;
   if (const auto node = map.Get("gateway")) context.pace = ReadGateway(*node, config, problems);
-  if (const auto node = map.Get("modbus")) {
-    config.modbus = ReadModbus(*node, context.uniques, problems);
-  }
+  const auto modbus = map.Get("modbus");
   if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, problems);
   if (const auto node = map.Need("lines", "[ { name: bay-1, port: /dev/ttyUSB0, … } ]")) {
     config.lines = ReadLines(*node, context);
   }
   map.Finish();
+  if (modbus) config.modbus = ReadModbus(*modbus, config.lines, context);
+  CheckUse(config, problems);
   return config;
 }
 
@@ -53,6 +53,7 @@ Loaded LoadText(const std::string& text, const std::string& name, const Catalog&
     loaded.config = ReadConfig(*root, context);
     if (problems.has_error()) return;
     for (const Line& line : loaded.config.lines) CheckLine(line, catalog, problems);
+    CheckRoutes(loaded.config, catalog, problems);
   });
   loaded.problems = problems.Sorted();
   return loaded;

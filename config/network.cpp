@@ -70,6 +70,14 @@ Result<HostPort> ParseHostPort(std::string_view text) {
   return HostPort{std::move(host), *port};
 }
 
+Result<HostPort> ParseServer(std::string_view text, std::uint16_t usual_port) {
+  if (IsIpAddress(std::string(text))) return HostPort{std::string(text), usual_port};
+  if (text.find(':') != std::string_view::npos && !text.ends_with(']')) return ParseHostPort(text);
+  auto at = ParseHostPort(std::string(text) + ":" + std::to_string(usual_port));
+  if (at) return at;
+  return Error{Quoted(text) + " is not a server; write for example 10.0.0.9:502"};
+}
+
 Result<Network> ParseNetwork(std::string_view text) {
   const auto slash = text.find('/');
   const auto address = ParseAddress(std::string(text.substr(0, slash)));
@@ -104,6 +112,10 @@ bool IsLoopback(const Network& network) {
   Address one{};
   one[15] = 1;
   return network.bytes == one && network.prefix == 128;
+}
+
+bool Covers(const Network& outer, const Network& inner) {
+  return outer.prefix <= inner.prefix && Masked(inner.bytes, outer.prefix) == outer.bytes;
 }
 
 }  // namespace baudgate::config

@@ -19,6 +19,8 @@ struct HostPort {
 
 /// "10.0.0.7:502", "[::1]:502", "server:4001".
 Result<HostPort> ParseHostPort(std::string_view text);
+/// The same, but the port may be left out: "10.0.0.9", "[::1]", "::1".
+Result<HostPort> ParseServer(std::string_view text, std::uint16_t usual_port);
 
 /// "10.0.0.0/8", "10.0.0.7", "fe80::/10". IPv4 is held in its IPv6-mapped form (::ffff:a.b.c.d), so
 /// that one comparison serves both.
@@ -27,5 +29,7 @@ Result<Network> ParseNetwork(std::string_view text);
 bool IsIpAddress(const std::string& text);
 /// Whether every address of it is this machine's own.
 bool IsLoopback(const Network& network);
+/// Whether every address of `inner` is one of `outer`.
+bool Covers(const Network& outer, const Network& inner);
 
 }  // namespace baudgate::config

@@ -1,19 +1,20 @@
-// The sections gateway, modbus and dds: who this gateway is and to whom it serves.
-// YAML nodes come from config/loader; structs go to config::Config.
+// The sections gateway, modbus and dds: who this gateway is, to whom it serves, and where it passes
+// Modbus requests on. YAML nodes come from config/loader; structs go to config::Config.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
+#include <vector>
 
 #include "config/config.h"
-#include "config/validate.h"
+#include "config/lines.h"
 #include "config/yaml_reader.h"
 
 namespace baudgate::config {
 
 /// Name, recordings and socket go to `config`; returned is what the section says for all lines.
 Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems);
-Modbus ReadModbus(const YamlNode& node, Uniques& uniques, Problems& problems);
+/// After the lines: routes lead to them, and no port serves two masters.
+Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadContext& context);
 /// What applies where there is no `modbus:` at all: loopback, port 1502.
 Modbus DefaultModbus();
 Dds ReadDds(const YamlNode& node, Problems& problems);

@@ -34,8 +34,10 @@ Result<fs::path> LocateProfile(const std::string& profile, const Protocol& proto
   std::vector<std::string_view> names;
   for (const ProfileFile& file : files) names.push_back(file.name);
   std::string searched;
-  for (const fs::path& dir : catalog.profile_dirs) {
-    searched += (searched.empty() ? "" : ", ") + (dir / owner).string();
+  for (const std::string& folder : catalog.ProfileOwners(owner)) {
+    for (const fs::path& dir : catalog.profile_dirs) {
+      searched += (searched.empty() ? "" : ", ") + (dir / folder).string();
+    }
   }
   return Error{Quoted(profile) + " is not installed for " + owner + ";" +
                DidYouMean(profile, names) +

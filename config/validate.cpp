@@ -13,6 +13,8 @@
 namespace baudgate::config {
 namespace {
 
+constexpr int kLastSlave = 247;
+
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
 /// Whether a register of this type can hold the number.
@@ -60,6 +62,15 @@ std::string Range(int first, int last) {
   if (first == last) return std::to_string(first);
   return std::to_string(first) + "…" + std::to_string(last);
 }
+
+std::string RealPort(const std::string& port) {
+  if (port.starts_with("tcp://")) return port;
+  std::error_code error;
+  const auto canonical = std::filesystem::weakly_canonical(port, error);
+  return error ? port : canonical.string();
+}
+
+bool IsEverywhere(const std::string& host) { return host == "0.0.0.0" || host == "::"; }
 
 bool InAllowedRange(int first, int last) {
   return last <= 8999 || (first >= 9100 && last <= 19999);
@@ -144,15 +155,17 @@ void Uniques::Unit(std::uint8_t unit, const std::string& device, const Mark& mar
 }
 
 void Uniques::Port(const std::string& port, const std::string& line, const Mark& mark) {
-  std::string real = port;
-  if (!port.starts_with("tcp://")) {
-    std::error_code error;
-    const auto canonical = std::filesystem::weakly_canonical(port, error);
-    if (!error) real = canonical.string();
+  if (const Owner* first = Claim(ports_, RealPort(port), "line '" + line + "'", mark)) {
+    problems_.Error(mark, "port: " + Quoted(port) + " is already the port of " + first->name +
+                              "; put the devices on one line");
   }
-  if (const Owner* first = Claim(ports_, real, line, mark)) {
-    problems_.Error(mark, "port: " + Quoted(port) + " is already the port of line '" + first->name +
-                              "'; put the devices on one line");
+}
+
+void Uniques::ListenerPort(const std::string& path, const Mark& mark) {
+  if (const Owner* first = Claim(ports_, RealPort(path), "another listener", mark)) {
+    problems_.Error(mark, "listen: " + Quoted(path) + " is already the port of " + first->name +
+                              " (line " + std::to_string(first->mark.line) +
+                              "); a master needs a port of its own");
   }
 }
 
@@ -198,13 +211,108 @@ void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems) {
   }
 }
 
-void CheckListener(const Listener& listener, Problems& problems) {
-  const bool everywhere = listener.host == "0.0.0.0" || listener.host == "::";
-  if (!everywhere || listener.allow.empty()) return;
+void CheckListener(const Listener& listener, const Catalog& catalog, Problems& problems) {
+  if (listener.protocol == Listener::Protocol::rtu && !catalog.FindProtocol(kRtuProtocol)) {
+    const auto installed = catalog.ProtocolNames();
+    problems.Error(listener.mark, "listen: rtu needs the protocol '" + std::string(kRtuProtocol) +
+                                      "', which is not "
+                                      "installed; installed: " +
+                                      (installed.empty() ? "none" : Join(installed)));
+  }
+  if (!IsEverywhere(listener.host) || listener.allow.empty()) return;
   if (std::all_of(listener.allow.begin(), listener.allow.end(), IsLoopback)) {
     problems.Warning(listener.mark, "listen: " + listener.host +
                                         " takes connections from everywhere, but 'allow' has only "
                                         "loopback; write 127.0.0.1 or allow the masters' network");
+  }
+}
+
+void CheckClient(const ClientPriority& client, const Listener& listener, const Mark& mark,
+                 Problems& problems) {
+  const Network& from = client.from;
+  for (const ClientPriority& earlier : listener.clients) {
+    if (!Covers(earlier.from, from)) continue;
+    problems.Warning(mark, "from: " + from.text + " has no effect: " + earlier.from.text +
+                               " stands first and covers it");
+    return;
+  }
+  const bool can_come = std::any_of(
+      listener.allow.begin(), listener.allow.end(),
+      [&](const Network& network) { return Covers(network, from) || Covers(from, network); });
+  if (!listener.allow.empty() && !can_come) {
+    problems.Warning(mark, "from: " + from.text + " has no effect: 'allow' lets nobody of it in");
+  }
+}
+
+void CheckTarget(const MapReader& route) {
+  const bool line = route.Has("line");
+  if (line != route.Has("server")) return;
+  if (line) {
+    route.problems().Error(route.MarkOf("server"),
+                           "server: the route has a line already; remove one of the two keys");
+  } else {
+    route.problems().Error(route.mark(),
+                           "a route needs 'line' or 'server'; for example line: drive or "
+                           "server: \"10.0.0.9:502\"");
+  }
+}
+
+void CheckRoute(const Route& route, const MapReader& map) {
+  const bool to_line = map.Has("line");
+  const int most = to_line ? kLastSlave : 255;
+  if (!route.remap) {
+    if (route.last <= most) return;
+    map.problems().Error(map.MarkOf("units"),
+                         "units: " + route.Units() +
+                             " goes beyond 247, the last slave of a line; end there, or say with "
+                             "remap which slave is the first, for example remap: 1");
+    return;
+  }
+  const int first = *route.remap;
+  const int last = first + route.last - route.first;
+  if (first == route.first) {
+    map.problems().Error(map.MarkOf("remap"),
+                         "remap: " + std::to_string(first) + " changes nothing; remove the key");
+  } else if (first < (to_line ? 1 : 0) || last > most) {
+    map.problems().Error(map.MarkOf("remap"),
+                         "remap: " + route.Units() + " would become " + Range(first, last) + "; " +
+                             (to_line ? "slaves of a line are 1…247" : "unit ids are 0…255"));
+  }
+}
+
+void CheckServer(const Route& route, const std::vector<Listener>& listeners, const Mark& mark,
+                 Problems& problems) {
+  const auto network = ParseNetwork(route.host);
+  const bool here = network && IsLoopback(*network);
+  for (const Listener& listener : listeners) {
+    if (listener.is_serial() || listener.port != route.port) continue;
+    if (listener.host != route.host && !(here && IsEverywhere(listener.host))) continue;
+    problems.Error(mark, "server: " + listener.Place() +
+                             " is this gateway itself: its requests would go in a circle; name the "
+                             "line, or another server");
+    return;
+  }
+}
+
+void CheckUse(const Config& config, Problems& problems) {
+  const auto& routes = config.modbus.routes;
+  for (const Line& line : config.lines) {
+    const bool routed = std::any_of(routes.begin(), routes.end(), [&](const Route& route) {
+      return !route.line.empty() && route.line == line.name;
+    });
+    if (routed || !line.devices.empty()) continue;
+    problems.Warning(line.mark, (line.name.empty() ? "line" : "line '" + line.name + "'") +
+                                    " has no devices, and no route leads to it: nothing is asked "
+                                    "on it");
+  }
+  if (std::any_of(routes.begin(), routes.end(), [](const Route& r) { return !r.line.empty(); })) {
+    return;
+  }
+  for (const Listener& listener : config.modbus.listen) {
+    if (listener.broadcast != Listener::Broadcast::pass) continue;
+    problems.Warning(listener.mark,
+                     "listen: broadcast: pass has no effect: no route leads to a "
+                     "line");
   }
 }
 

@@ -1,11 +1,14 @@
 // What no single value shows: registers that overlap, names and units given twice, times that
-// contradict each other. Fed by the readers while they still know the places; results are problems.
+// contradict each other, routes that lead nowhere. Fed by the readers while they still know the
+// places; results are problems.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <map>
 #include <string>
+#include <vector>
 
+#include "config/catalog.h"
 #include "config/config.h"
 #include "config/yaml_reader.h"
 
@@ -46,6 +49,8 @@ class Uniques {
   void Unit(std::uint8_t unit, const std::string& device, const Mark& mark);
   /// Links such as /dev/serial/by-id/… count as what they lead to.
   void Port(const std::string& port, const std::string& line, const Mark& mark);
+  /// A serial port at which a master waits; in one table with the ports of lines.
+  void ListenerPort(const std::string& path, const Mark& mark);
   void Listener(const std::string& at, const Mark& mark);
 
  private:
@@ -65,6 +70,20 @@ class Uniques {
 /// poll, slow, max_age, dead_age, and points that no one polls or serves.
 void CheckDevice(const Device& device, const MapReader& map);
 void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems);
-void CheckListener(const Listener& listener, Problems& problems);
+/// The protocol that makes and reads the frames of RTU masters.
+inline constexpr const char* kRtuProtocol = "modbus_rtu";
+void CheckListener(const Listener& listener, const Catalog& catalog, Problems& problems);
+/// Whether the next entry of `listener.clients` can ever apply. `mark`: of its `from`.
+void CheckClient(const ClientPriority& client, const Listener& listener, const Mark& mark,
+                 Problems& problems);
+/// Exactly one of `line` and `server`.
+void CheckTarget(const MapReader& route);
+/// Whether the addresses that the route's units come to exist where it leads.
+void CheckRoute(const Route& route, const MapReader& map);
+/// A route to one of our own listeners would never end. `mark`: of the route's `server`.
+void CheckServer(const Route& route, const std::vector<Listener>& listeners, const Mark& mark,
+                 Problems& problems);
+/// Lines that nobody asks anything, broadcasts that reach no line.
+void CheckUse(const Config& config, Problems& problems);
 
 }  // namespace baudgate::config

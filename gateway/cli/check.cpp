@@ -6,6 +6,7 @@
 
 #include "config/loader.h"
 #include "config/text_table.h"
+#include "gateway/cli/route_table.h"
 
 namespace baudgate {
 namespace {
@@ -37,11 +38,61 @@ std::string Joined(const Range& range, Text text) {
   return joined;
 }
 
+std::string_view Describe(config::Permit permit) {
+  switch (permit) {
+    case config::Permit::read:
+      return "reading only (functions 1-4)";
+    case config::Permit::data:
+      return "reading and writing data (functions 1-6, 15, 16)";
+    case config::Permit::all:
+      return "reading and writing (all functions)";
+  }
+  return "";
+}
+
 std::string Describe(const config::Listener& listener) {
-  std::string text = listener.Place();
-  text += listener.permit == config::Permit::read ? ", reading only" : ", reading and writing";
+  std::string text = listener.Place() + ", ";
+  if (listener.is_serial()) {
+    text += listener.serial.ToString();
+    if (listener.serial.software_parity) text += " (software parity)";
+    text += ", Modbus RTU, ";
+  } else {
+    const bool rtu = listener.protocol == config::Listener::Protocol::rtu;
+    text += rtu ? "Modbus RTU over TCP, " : "Modbus TCP, ";
+  }
+  text += Describe(listener.permit);
+  if (listener.is_serial()) return text + ", for the master there";
   if (listener.allow.empty()) return text + ", for everybody who reaches it";
   return text + ", for " + Joined(listener.allow, [](const auto& network) { return network.text; });
+}
+
+/// In the order in which they decide.
+std::string DescribePriorities(const config::Listener& listener) {
+  std::string text;
+  for (const config::FunctionPriority& rule : listener.functions) {
+    text += std::string(Name(rule.priority)) + " for functions " +
+            Joined(rule.codes, [](std::uint8_t code) { return std::to_string(code); }) + "; ";
+  }
+  for (const config::ClientPriority& rule : listener.clients) {
+    text += std::string(Name(rule.priority)) + " for " + rule.from.text + "; ";
+  }
+  return text + std::string(Name(listener.priority)) + (text.empty() ? " for all" : " for others");
+}
+
+void PrintListener(const config::Listener& listener, std::ostream& out) {
+  out << "modbus " << Describe(listener) << '\n';
+  out << "  priority   " << DescribePriorities(listener) << '\n';
+  const bool silent = listener.errors == config::Listener::Errors::silent;
+  out << "  errors     "
+      << (silent ? "silent: nothing is answered instead of 0x06, 0x0A and 0x0B"
+                 : "exceptions 0x06, 0x0A and 0x0B are answered")
+      << '\n';
+  const bool pass = listener.broadcast == config::Listener::Broadcast::pass;
+  out << "  broadcast  "
+      << (pass ? "passed to all slaves of every line with a route" : "not passed on") << '\n';
+  if (listener.is_serial()) return;
+  out << "  clients    at most " << listener.max_clients << ", closed after "
+      << FormatDuration(listener.idle_timeout) << " without a request\n";
 }
 
 std::string Describe(const config::Dds& dds) {
@@ -77,7 +128,7 @@ void PrintSummary(const config::Config& config, std::ostream& out) {
   out << "gateway " << config.name << '\n';
   if (!config.modbus.enabled) out << "modbus off\n";
   for (const config::Listener& listener : config.modbus.listen) {
-    if (config.modbus.enabled) out << "modbus " << Describe(listener) << '\n';
+    if (config.modbus.enabled) PrintListener(listener, out);
   }
   out << "dds " << Describe(config.dds) << '\n';
   for (const config::Line& line : config.lines) {
@@ -88,6 +139,26 @@ void PrintSummary(const config::Config& config, std::ostream& out) {
     for (const config::Device& device : line.devices) table.Add(Row(device));
     table.PrintAligned(out, "  ");
   }
+  if (config.modbus.enabled) PrintRouteTable(config, out);
+}
+
+Json ToJson(const config::Listener& listener) {
+  using config::Listener;
+  Json one = {{"at", listener.Place()}};
+  one["serial"] = listener.is_serial() ? Json(listener.serial.ToString()) : Json();
+  one["protocol"] = listener.protocol == Listener::Protocol::rtu ? "rtu" : "tcp";
+  one["permit"] = Name(listener.permit);
+  one["priority"] = Name(listener.priority);
+  one["priorities"] = DescribePriorities(listener);
+  one["errors"] = listener.errors == Listener::Errors::silent ? "silent" : "exception";
+  one["broadcast"] = listener.broadcast == Listener::Broadcast::pass ? "pass" : "ignore";
+  return one;
+}
+
+Json ToJson(const config::Modbus& modbus) {
+  Json listeners = Json::array();
+  for (const config::Listener& listener : modbus.listen) listeners.push_back(ToJson(listener));
+  return {{"enabled", modbus.enabled}, {"listen", std::move(listeners)}};
 }
 
 Json ToJson(const config::Config& config) {
@@ -109,7 +180,14 @@ Json ToJson(const config::Config& config) {
                      {"protocol", line.protocol},
                      {"devices", std::move(devices)}});
   }
-  return {{"gateway", config.name}, {"lines", std::move(lines)}};
+  Json units = Json::array();
+  for (const UnitRow& row : UnitRows(config)) {
+    units.push_back({{"units", row.units}, {"target", row.target}, {"deadline", row.deadline}});
+  }
+  return {{"gateway", config.name},
+          {"modbus", ToJson(config.modbus)},
+          {"units", std::move(units)},
+          {"lines", std::move(lines)}};
 }
 
 Json ToJson(const std::vector<config::Problem>& problems) {

@@ -27,6 +27,8 @@ void RunModbusRate();
 void RunAddedDelay(const config::Catalog& catalog, const std::string& self);
 void RunScale(const config::Catalog& catalog, const std::string& self);
 void RunCostPerPoint();
+void RunDrive(const config::Catalog& catalog);
+void RunRoutes(const config::Catalog& catalog);
 
 // Other processes of the same program: `self ROLE ARGS…`.
 int BeDelaySubscriber(int argc, char** argv);

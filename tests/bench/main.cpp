@@ -1,5 +1,5 @@
-// The benchmarks as one command: baudgate_bench [line|dead|modbus|delay|scale|cost]…, all without
-// arguments.
+// The benchmarks as one command: baudgate_bench [line|dead|modbus|routes|drive|delay|scale|cost]…,
+// all without arguments.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <sys/utsname.h>
@@ -89,6 +89,8 @@ int main(int argc, char** argv) {
   if (wanted("line")) bench::RunLineUse(modules.catalog);
   if (wanted("dead")) bench::RunDeadDevices(modules.catalog);
   if (wanted("modbus")) bench::RunModbusRate();
+  if (wanted("routes")) bench::RunRoutes(modules.catalog);
+  if (wanted("drive")) bench::RunDrive(modules.catalog);
   if (wanted("delay")) bench::RunAddedDelay(modules.catalog, "/proc/self/exe");
   if (wanted("scale")) bench::RunScale(modules.catalog, "/proc/self/exe");
   if (wanted("cost")) bench::RunCostPerPoint();

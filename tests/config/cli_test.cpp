@@ -79,7 +79,9 @@ TEST(Check, GoodConfigurationIsSummedUp) {
   EXPECT_EQ(ran.code, 0);
   EXPECT_EQ(ran.err, "");
   EXPECT_THAT(ran.out, HasSubstr(": good: 1 line, 2 devices, 4 points\n"));
-  EXPECT_THAT(ran.out, HasSubstr("modbus 0.0.0.0:502, reading only, for 10.0.0.0/8\n"));
+  EXPECT_THAT(ran.out,
+              HasSubstr("modbus 0.0.0.0:502, Modbus TCP, reading only (functions 1-4), for "
+                        "10.0.0.0/8\n"));
   EXPECT_THAT(ran.out, HasSubstr("line bay: /dev/l, 19200 8E1, fake, 2 devices\n"));
   EXPECT_THAT(ran.out, HasSubstr("topics baudgate/points, baudgate/devices"));
   EXPECT_THAT(
@@ -112,6 +114,8 @@ TEST(Check, JsonHasPlacesAndSeverities) {
   EXPECT_EQ(good["ok"], true);
   EXPECT_EQ(good["summary"]["lines"][0]["devices"][0]["unit"], 7);
   EXPECT_TRUE(good["summary"]["lines"][0]["devices"][1]["unit"].is_null());
+  EXPECT_EQ(good["summary"]["modbus"]["listen"][0]["permit"], "read");
+  EXPECT_EQ(good["summary"]["units"][0]["target"], "device d on line bay (cached)");
 }
 
 TEST(Map, TableShowsBothNotationsAndTheCompanions) {

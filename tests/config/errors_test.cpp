@@ -169,7 +169,8 @@ TEST(LineErrors, WithoutDevicesIsAWarning) {
   const auto loaded = Load("lines:\n- { name: l, port: /dev/l, protocol: fake }\n");
   EXPECT_TRUE(loaded.ok());
   EXPECT_EQ(Shown(loaded.problems),
-            "t.yaml:2:3: warning: line 'l' has no devices: nothing is polled on it\n");
+            "t.yaml:2:3: warning: line 'l' has no devices, and no route leads to it: nothing is "
+            "asked on it\n");
 }
 
 TEST(GatewayErrors, NamesUnitsAndPortsAreUnique) {
@@ -213,7 +214,7 @@ TEST(GatewayErrors, EverythingAtOnceInTheOrderOfTheFile) {
             "t.yaml:1:1: error: unknown key 'gatewai' in the configuration; did you mean "
             "'gateway'? allowed: gateway, modbus, dds, lines\n"
             "t.yaml:2:19: error: listen: 'here' is not host:port; write for example "
-            "127.0.0.1:1502\n"
+            "127.0.0.1:1502, or /dev/ttyUSB4\n"
             "t.yaml:3:16: error: domain: '233' is out of range; allowed: 0…232\n"
             "t.yaml:8:12: error: retries: 'many' is not a whole number; allowed: 0…10\n"
             "t.yaml:10:25: error: address: '100' is no address; allowed: 1…99\n"

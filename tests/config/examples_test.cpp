@@ -10,12 +10,32 @@ namespace baudgate::testing {
 namespace {
 
 TEST(Examples, LoadWithoutProblems) {
-  for (const char* const file :
-       {"config/examples/baudgate.yaml", "config/examples/substation.yaml"}) {
-    const config::Loaded loaded = config::LoadFile(file, Shipped());
-    EXPECT_EQ(Shown(loaded.problems), "") << file;
-    EXPECT_EQ(loaded.config.lines.size(), 3U) << file;
+  const struct {
+    const char* file;
+    std::size_t lines;
+  } kExamples[] = {{"baudgate.yaml", 4}, {"digi-one.yaml", 1}, {"substation.yaml", 3}};
+  for (const auto& example : kExamples) {
+    const config::Loaded loaded =
+        config::LoadFile(std::string("config/examples/") + example.file, Shipped());
+    EXPECT_EQ(Shown(loaded.problems), "") << example.file;
+    EXPECT_EQ(loaded.config.lines.size(), example.lines) << example.file;
   }
+}
+
+TEST(Examples, DigiOneLeadsToTheDrive) {
+  const auto loaded = config::LoadFile("config/examples/digi-one.yaml", Shipped());
+  ASSERT_TRUE(loaded.ok());
+  ASSERT_EQ(loaded.config.modbus.routes.size(), 1U);
+  const config::Route& route = loaded.config.modbus.routes[0];
+  EXPECT_EQ(route.Units(), "20");
+  EXPECT_EQ(route.Target(), "line drive");
+  EXPECT_EQ(loaded.config.lines[route.line_index].serial.ToString(), "19200 8E1");
+  const config::Listener& listener = loaded.config.modbus.listen.at(0);
+  EXPECT_EQ(listener.Place(), "0.0.0.0:502");
+  ASSERT_EQ(listener.clients.size(), 1U);
+  EXPECT_EQ(listener.clients[0].priority, config::Priority::high);
+  ASSERT_EQ(listener.functions.size(), 1U);
+  EXPECT_EQ(listener.functions[0].priority, config::Priority::high);
 }
 
 TEST(Examples, AnnotatedDefaultsAreTheDefaults) {
@@ -31,7 +51,15 @@ TEST(Examples, AnnotatedDefaultsAreTheDefaults) {
   const config::Listener& shown = loaded.config.modbus.listen.at(0);
   EXPECT_EQ(shown.max_clients, listener.max_clients);
   EXPECT_EQ(shown.idle_timeout, listener.idle_timeout);
+  EXPECT_EQ(shown.Place(), listener.Place());
+  EXPECT_EQ(shown.protocol, listener.protocol);
+  EXPECT_EQ(shown.permit, listener.permit);
   EXPECT_EQ(shown.priority, listener.priority);
+  EXPECT_EQ(shown.errors, listener.errors);
+  EXPECT_EQ(shown.broadcast, listener.broadcast);
+  EXPECT_TRUE(shown.clients.empty() && shown.functions.empty());
+  EXPECT_EQ(loaded.config.modbus.routes.at(2).deadline, config::Route().deadline);
+  EXPECT_EQ(loaded.config.modbus.listen.at(2).serial.ToString(), "19200 8E1");
   const config::Line line;
   EXPECT_EQ(loaded.config.lines.at(0).retries, line.retries);
   EXPECT_EQ(loaded.config.lines.at(0).echo, line.echo);

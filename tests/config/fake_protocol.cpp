@@ -97,11 +97,28 @@ Protocol MakeFakeProtocol(std::string_view name) {
   return protocol;
 }
 
+Protocol MakeFakeCarrier(std::string_view name) {
+  static const PduCarrier kCarrier;
+  Protocol protocol = MakeFakeProtocol(name);
+  protocol.carrier = &kCarrier;
+  return protocol;
+}
+
 const config::Catalog& FakeCatalog() {
   static const Protocol kFake = MakeFakeProtocol("fake");
   static const Protocol kOther = MakeFakeProtocol("other");
   static const config::Catalog kCatalog = {{{"fake", &kFake}, {"other", &kOther}},
                                            {"tests/config/nowhere", "tests/config/profiles"}};
+  return kCatalog;
+}
+
+const config::Catalog& ModbusCatalog() {
+  static const Protocol kFake = MakeFakeProtocol("fake");
+  static const Protocol kAscii = MakeFakeCarrier("modbus_ascii");
+  static const Protocol kRtu = MakeFakeCarrier("modbus_rtu");
+  static const config::Catalog kCatalog = {
+      {{"fake", &kFake}, {"modbus_ascii", &kAscii}, {"modbus_rtu", &kRtu}},
+      {"tests/config/profiles"}};
   return kCatalog;
 }
 
@@ -113,6 +130,10 @@ std::string Shown(const std::vector<config::Problem>& problems) {
 
 config::Loaded Load(const std::string& text) {
   return config::LoadText(text, "t.yaml", FakeCatalog());
+}
+
+config::Loaded LoadModbus(const std::string& text) {
+  return config::LoadText(text, "t.yaml", ModbusCatalog());
 }
 
 std::string ProblemsOfDevice(const std::string& device) {

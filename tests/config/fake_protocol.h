@@ -13,16 +13,23 @@ namespace baudgate::testing {
 
 /// `name` must be a literal. Addresses are 1…99; `read` is 'A' and a number.
 Protocol MakeFakeProtocol(std::string_view name);
+/// The same, and it carries Modbus.
+Protocol MakeFakeCarrier(std::string_view name);
 
 /// The protocol "fake" (options: checksum, width, ratio, mode, password, pause, tags; of the line:
 /// broadcast) and the profiles under tests/config/profiles.
 const config::Catalog& FakeCatalog();
+
+/// Fakes named "modbus_ascii" and "modbus_rtu", which carry Modbus, beside "fake".
+const config::Catalog& ModbusCatalog();
 
 /// All problems as they are printed, one a line.
 std::string Shown(const std::vector<config::Problem>& problems);
 
 /// A configuration whose first line is `lines:`, so that line and column are easy to count.
 config::Loaded Load(const std::string& text);
+/// The same with ModbusCatalog.
+config::Loaded LoadModbus(const std::string& text);
 
 /// The problems of a configuration with one line and one device. `device` is put into the device's
 /// flow map behind "{ name: d, address: 1": in line 6, from column 31 on.

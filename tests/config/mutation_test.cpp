@@ -1,11 +1,14 @@
-// Whatever is done to the example, loading it ends with a result: never a crash, a throw or a hang.
+// Whatever is done to the examples, loading them ends with a result: never a crash, a throw or a
+// hang.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <random>
+#include <sstream>
 
 #include "config/loader.h"
 #include "config/yaml_source.h"
+#include "gateway/cli/route_table.h"
 #include "tests/config/fake_protocol.h"
 
 namespace baudgate::testing {
@@ -17,13 +20,15 @@ const config::Catalog& ExampleCatalog() {
   static const Protocol kSpabus = MakeFakeProtocol("spabus");
   static const Protocol kDcon = MakeFakeProtocol("dcon");
   static const Protocol kSet4tm = MakeFakeProtocol("set4tm");
+  static const Protocol kRtu = MakeFakeCarrier("modbus_rtu");
   static const config::Catalog kCatalog = {
-      {{"spabus", &kSpabus}, {"dcon", &kDcon}, {"set4tm", &kSet4tm}}, {"tests/config/profiles"}};
+      {{"spabus", &kSpabus}, {"dcon", &kDcon}, {"set4tm", &kSet4tm}, {"modbus_rtu", &kRtu}},
+      {"tests/config/profiles"}};
   return kCatalog;
 }
 
-std::string Example() {
-  const auto text = config::ReadWholeFile("config/examples/baudgate.yaml");
+std::string Example(const std::string& name) {
+  const auto text = config::ReadWholeFile("config/examples/" + name);
   EXPECT_TRUE(text);
   return text ? *text : std::string();
 }
@@ -36,18 +41,22 @@ void ExpectConsistent(const std::string& text) {
   }
   if (loaded.ok()) {
     for (const auto& line : loaded.config.lines) ASSERT_FALSE(line.port.empty());
+    std::ostringstream out;
+    PrintRouteTable(loaded.config, out);
   }
 }
 
-TEST(Mutation, EveryTruncation) {
-  const std::string example = Example();
+class Mutation : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(Mutation, EveryTruncation) {
+  const std::string example = Example(GetParam());
   for (std::size_t size = 0; size < example.size(); size += 7) {
     ExpectConsistent(example.substr(0, size));
   }
 }
 
-TEST(Mutation, RandomDamage) {
-  const std::string example = Example();
+TEST_P(Mutation, RandomDamage) {
+  const std::string example = Example(GetParam());
   std::mt19937 random(20261121);
   const auto below = [&](std::size_t limit) { return random() % limit; };
   for (int round = 0; round < 1500; ++round) {
@@ -76,6 +85,8 @@ TEST(Mutation, RandomDamage) {
     ExpectConsistent(text);
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Examples, Mutation, ::testing::Values("baudgate.yaml", "digi-one.yaml"));
 
 }  // namespace
 }  // namespace baudgate::testing

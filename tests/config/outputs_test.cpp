@@ -83,9 +83,6 @@ TEST(Outputs, OneSentenceEach) {
   } kCases[] = {
       {"gateway: { name: \"\" }",
        "18: error: name: '' is no name; use letters, digits and single '-' or '_' between them"},
-      {"modbus: { routes: [] }",
-       "11: error: transparent routes are not supported by this version; remove 'routes' and give "
-       "the devices behind it points of their own"},
       {"modbus: { listen: \"127.0.0.1:99999\" }",
        "19: error: listen: '127.0.0.1:99999' has no usable port number; allowed: 1…65535"},
       {"modbus: { listen: \"gate:502\" }",

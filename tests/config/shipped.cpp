@@ -2,6 +2,7 @@
 #include "tests/config/shipped.h"
 
 #include "protocols/dcon/protocol.h"
+#include "protocols/modbus/protocol.h"
 #include "protocols/set4tm/protocol.h"
 #include "protocols/spabus/protocol.h"
 
@@ -19,9 +20,12 @@ using namespace set4tm;  // NOLINT
 using namespace spabus;  // NOLINT
 
 const config::Catalog& Shipped() {
-  static const config::Catalog kCatalog = {
-      {{"dcon", &DconProtocol()}, {"set4tm", &Set4tmProtocol()}, {"spabus", &SpabusProtocol()}},
-      {"config/profiles"}};
+  static const config::Catalog kCatalog = {{{"dcon", &DconProtocol()},
+                                            {"modbus_ascii", &ModbusAsciiProtocol()},
+                                            {"modbus_rtu", &ModbusRtuProtocol()},
+                                            {"set4tm", &Set4tmProtocol()},
+                                            {"spabus", &SpabusProtocol()}},
+                                           {"config/profiles"}};
   return kCatalog;
 }
 

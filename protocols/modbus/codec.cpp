@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/modbus/codec.h"
+
+#include "gateway/base/checksum.h"
+#include "gateway/base/text.h"
+#include "protocols/modbus/pdu.h"
+
+namespace baudgate::modbus_master {
+namespace {
+
+std::uint8_t Lrc(View bytes) { return static_cast<std::uint8_t>(0x100U - Sum8(bytes)); }
+
+std::optional<Adu> UnwrapRtu(View frame) {
+  if (frame.size() < kRtuOverhead + 1 || frame.size() > kMaxRtu || !CrcGood(frame)) {
+    return std::nullopt;
+  }
+  return Adu{frame[0], Bytes(frame.begin() + 1, frame.end() - 2)};
+}
+
+std::optional<Adu> UnwrapAscii(View frame) {
+  if (!frame.empty() && frame.back() == '\n') frame = frame.first(frame.size() - 1);
+  if (frame.size() < 2 || frame.front() != ':' || frame.back() != '\r') return std::nullopt;
+  const std::string_view digits = AsText(frame.subspan(1, frame.size() - 2));
+  if (digits.find(' ') != std::string_view::npos) return std::nullopt;
+  const auto bytes = ParseHex(digits);
+  if (!bytes || bytes->size() < 3 || bytes->size() > kMaxPdu + 2) return std::nullopt;
+  if (Sum8(*bytes) != 0) return std::nullopt;
+  return Adu{bytes->front(), Bytes(bytes->begin() + 1, bytes->end() - 1)};
+}
+
+}  // namespace
+
+std::size_t FrameLength(Framing framing, std::size_t pdu) {
+  return framing == Framing::rtu ? pdu + kRtuOverhead : 2 * (pdu + 2) + 3;
+}
+
+std::size_t MaxFrame(Framing framing) { return framing == Framing::rtu ? kMaxRtu : kMaxAscii; }
+
+bool CrcGood(View frame) { return frame.size() > 2 && Crc16(frame) == 0; }
+
+Bytes Wrap(Framing framing, std::uint8_t slave, View pdu) {
+  Bytes bytes = {slave};
+  Append(bytes, pdu);
+  if (framing == Framing::rtu) {
+    const std::uint16_t crc = Crc16(bytes);
+    bytes.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
+    bytes.push_back(static_cast<std::uint8_t>(crc >> 8U));
+    return bytes;
+  }
+  bytes.push_back(Lrc(bytes));
+  Bytes frame = {':'};
+  for (const std::uint8_t byte : bytes) Append(frame, std::string_view(HexByte(byte)));
+  Append(frame, std::string_view("\r\n"));
+  return frame;
+}
+
+std::optional<Adu> Unwrap(Framing framing, View frame) {
+  return framing == Framing::rtu ? UnwrapRtu(frame) : UnwrapAscii(frame);
+}
+
+std::optional<std::uint16_t> ParseNumber(std::string_view text) {
+  const bool hex = text.starts_with("0x") || text.starts_with("0X");
+  return hex ? ParseInteger<std::uint16_t>(text.substr(2), 16) : ParseInteger<std::uint16_t>(text);
+}
+
+Result<std::uint8_t> ParseAddress(std::string_view text) {
+  const auto number = ParseNumber(text);
+  if (!number || *number < 1 || *number > kLastSlave) {
+    return Error{"address '" + std::string(text) + "' is not 1...247, or hex as 0x14"};
+  }
+  return static_cast<std::uint8_t>(*number);
+}
+
+}  // namespace baudgate::modbus_master

@@ -1,0 +1,76 @@
+// What a Modbus device is asked and what its answers mean, in either framing. Points come from the
+// configuration, readings go to gateway/poller.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "protocols/conversation.h"
+#include "protocols/modbus/codec.h"
+#include "protocols/modbus/plan.h"
+#include "protocols/modbus/settings.h"
+#include "protocols/modbus/values.h"
+#include "protocols/protocol.h"
+
+namespace baudgate::modbus_master {
+
+class ModbusConversation : public Conversation {
+ public:
+  /// `device` outlives the conversation.
+  ModbusConversation(Framing framing, const config::Device& device);
+
+  std::span<const Query> Queries() const override { return plan_.queries(); }
+  Result<Request> Ask(const Task& task, Instant now) override;
+  Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
+  Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
+  void OnReconnect() override;
+  Answer Interpret(View request, View frame) override;
+
+ private:
+  /// One exchange, its checks done.
+  struct Exchanged {
+    Answer answer;
+    Bytes request;  ///< PDUs
+    Bytes reply;
+    std::uint8_t exception = 0;
+  };
+
+  Exchanged Decode(View request, View frame) const;
+  void AddReadings(Exchanged& exchanged) const;
+  void AddFaults(Exchanged& exchanged) const;
+  Request MakeRequest(View pdu) const;
+  Result<Bytes> WritePdu(const Task& task) const;
+  bool ProbesByLoopback() const;
+  Answer AfterProbe(Exchanged exchanged);
+  Answer AfterPoll(std::size_t query, Exchanged exchanged);
+
+  const Framing framing_;
+  const config::Device& device_;
+  Settings settings_;
+  Result<std::uint8_t> slave_;
+  Plan plan_;
+  std::size_t failed_probes_ = 0;  // in a row
+  int silent_loopbacks_ = 0;       // each while the device answered something else
+  bool loopback_unanswered_ = false;
+
+  /// Since the last reconnect: blocks that were answered, and how often others were not.
+  using BlockKey = std::pair<Table, std::uint16_t>;
+  BlockKey KeyOf(std::size_t query) const;
+  std::set<BlockKey> answered_;
+  std::map<BlockKey, int> silences_;
+};
+
+class ModbusBus : public Bus {
+ public:
+  explicit ModbusBus(Framing framing) : framing_(framing) {}
+  std::unique_ptr<Conversation> MakeConversation(const config::Device& device) override;
+
+ private:
+  Framing framing_;
+};
+
+}  // namespace baudgate::modbus_master

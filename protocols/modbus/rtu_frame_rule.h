@@ -1,0 +1,12 @@
+// Where Modbus RTU messages begin and end in the bytes that gateway/assembler.h holds.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "protocols/frame_rule.h"
+
+namespace baudgate::modbus_master {
+
+Cut RtuRequestRule(View held, const Expectation& expect, bool idle);
+Cut RtuReplyRule(View held, const Expectation& expect, bool idle);
+
+}  // namespace baudgate::modbus_master

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/modbus/settings.h"
+
+#include "gateway/base/text.h"
+#include "protocols/modbus/codec.h"
+
+namespace baudgate::modbus_master {
+namespace {
+
+using Kind = OptionSpec::Kind;
+using config::WordOrder;
+
+constexpr OptionSpec Integer(std::string_view name, std::string_view fallback, double low,
+                             double high, std::string_view help) {
+  return {.name = name,
+          .kind = Kind::integer,
+          .fallback = fallback,
+          .help = help,
+          .minimum = low,
+          .maximum = high,
+          .choices = {}};
+}
+constexpr OptionSpec Choice(std::string_view name, std::string_view fallback,
+                            std::string_view choices, std::string_view help) {
+  return {
+      .name = name, .kind = Kind::choice, .fallback = fallback, .help = help, .choices = choices};
+}
+
+constexpr OptionSpec kOptions[] = {
+    Choice("order", "ABCD", "ABCD,CDAB,BADC,DCBA",
+           "Order of the bytes in the device's numbers of two and four registers; word_order is "
+           "that of the gateway's own registers."),
+    Integer("block", "120", 1, 125,
+            "Most registers in one request; bits: sixteen for each. A point is never split."),
+    Integer("hole", "8", 0, 124,
+            "Most registers between two points that are read along with them; bits: sixteen for "
+            "each."),
+    Choice("write_function", "auto", "auto,multiple",
+           "auto writes one register with function 06 and one coil with 05; multiple always with "
+           "16 and 15."),
+    Choice("probe", "loopback", "loopback,read",
+           "How a silent device is looked for: loopback (function 08), or the first read."),
+    Choice("missing", "exception", "exception,zero",
+           "Of a simulated device: registers without a point answer exception 02, or read 0 "
+           "beside others."),
+    {.name = "texts",
+     .kind = Kind::texts,
+     .fallback = "",
+     .help = "Meanings of codes for text(NAME), each as \"NAME CODE=TEXT\".",
+     .choices = {}},
+};
+
+}  // namespace
+
+std::span<const OptionSpec> OptionTable() { return kOptions; }
+
+std::optional<WordOrder> ParseOrder(std::string_view text) {
+  for (const WordOrder order :
+       {WordOrder::abcd, WordOrder::cdab, WordOrder::badc, WordOrder::dcba}) {
+    if (text == Name(order)) return order;
+  }
+  return std::nullopt;
+}
+
+Result<TextTables> ParseTexts(const std::vector<std::string>& entries) {
+  TextTables tables;
+  for (const std::string& entry : entries) {
+    const auto wrong = [&](const std::string& why) {
+      return Error{"texts: '" + entry + "' " + why + "; write \"NAME CODE=TEXT\", as in " +
+                   "\"fault 16=overcurrent\""};
+    };
+    const auto equals = entry.find('=');
+    const auto blank = entry.find(' ');
+    if (blank == std::string::npos || equals == std::string::npos || blank > equals) {
+      return wrong("has no name, or no code");
+    }
+    const std::string_view view = entry;
+    const auto code = ParseNumber(Trim(view.substr(blank, equals - blank)));
+    if (!code) return wrong("has a code that is not 0...65535");
+    const std::string text(Trim(view.substr(equals + 1)));
+    if (text.empty()) return wrong("has no text");
+    const bool is_new = tables[entry.substr(0, blank)].emplace(*code, text).second;
+    if (!is_new) return wrong("gives its code a second time");
+  }
+  return tables;
+}
+
+Settings ReadSettings(const config::Options& options) {
+  Settings settings;
+  settings.order = ParseOrder(options.Text("order")).value_or(WordOrder::abcd);
+  settings.block = static_cast<std::size_t>(options.Integer("block"));
+  settings.hole = static_cast<std::size_t>(options.Integer("hole"));
+  settings.write_multiple = options.Text("write_function") == "multiple";
+  settings.loopback = options.Text("probe") == "loopback";
+  settings.missing_zero = options.Text("missing") == "zero";
+  if (auto texts = ParseTexts(options.Texts("texts"))) settings.texts = std::move(*texts);
+  return settings;
+}
+
+}  // namespace baudgate::modbus_master

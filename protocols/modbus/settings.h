@@ -1,0 +1,39 @@
+// The options of a Modbus device: their table for users, and the same as a struct for the code.
+// They come from the configuration and go to planning, values, the conversation and the twin.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "config/config.h"
+#include "protocols/protocol.h"
+
+namespace baudgate::modbus_master {
+
+/// Codes of a register and what they mean, by the table's name.
+using TextTables = std::map<std::string, std::map<std::uint16_t, std::string>, std::less<>>;
+
+struct Settings {
+  config::WordOrder order = config::WordOrder::abcd;  ///< of numbers of several registers
+  std::size_t block = 120;  ///< most registers in one request; bits: 16 for each
+  std::size_t hole = 8;     ///< most registers read along between two points; bits alike
+  bool write_multiple = false;
+  bool loopback = true;       ///< probe with function 08
+  bool missing_zero = false;  ///< twin: registers between points read 0
+  TextTables texts;
+};
+
+std::span<const OptionSpec> OptionTable();
+Settings ReadSettings(const config::Options& options);
+
+/// "fault 16=E.OC1". An error says what is wrong with which entry.
+Result<TextTables> ParseTexts(const std::vector<std::string>& entries);
+
+std::optional<config::WordOrder> ParseOrder(std::string_view text);
+
+}  // namespace baudgate::modbus_master

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/modbus/twin.h"
+
+#include <algorithm>
+
+#include "protocols/modbus/pdu.h"
+
+namespace baudgate::modbus_master {
+namespace {
+
+constexpr std::size_t kLongestTitle = 64;
+constexpr std::size_t kMostReadWritten = 121;
+
+std::size_t U16At(View pdu, std::size_t at) { return ByteReader(pdu).U16Be(at).value_or(0); }
+
+Registers Words(View bytes) {
+  Registers words(bytes.size() / 2);
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    words[i] = static_cast<std::uint16_t>(U16At(bytes, 2 * i));
+  }
+  return words;
+}
+
+Registers Bits(View bytes, std::size_t count) {
+  Registers words(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    words[i] = static_cast<std::uint16_t>((bytes[i / 8] >> (i % 8)) & 1U);
+  }
+  return words;
+}
+
+bool Overlap(const Place& place, std::size_t from, std::size_t to) {
+  return place.address < to && place.end() > from;
+}
+
+bool SamePlace(const Place& a, const Place& b) {
+  return a.table == b.table && a.address == b.address && a.count == b.count;
+}
+
+/// What is drawn later lies over what was drawn before: a whole number over its own bits, and both
+/// over the meaning of a code.
+int Layer(Form form) {
+  if (form == Form::text) return 0;
+  return form == Form::bit ? 1 : 2;
+}
+
+Bytes BytesOf(const Registers& words) {
+  Bytes bytes;
+  for (const std::uint16_t word : words) AppendU16(bytes, word);
+  return bytes;
+}
+
+}  // namespace
+
+ModbusTwin::ModbusTwin(Framing framing, const config::Device& device, TwinValues& values)
+    : framing_(framing),
+      device_(device),
+      values_(values),
+      settings_(ReadSettings(device.options)),
+      slave_(ParseAddress(device.address)) {
+  for (const config::Point& point : device.points) {
+    const auto keep = [](Result<Place> place) {
+      return place ? std::optional(std::move(*place)) : std::nullopt;
+    };
+    const bool read = point.access != config::Access::write;
+    const bool write = point.access != config::Access::read;
+    reads_.push_back(read ? keep(ReadPlace(point)) : std::nullopt);
+    writes_.push_back(write ? keep(WritePlace(point)) : std::nullopt);
+  }
+}
+
+Bytes ModbusTwin::Answer(View request, Instant now) {
+  const auto adu = Unwrap(framing_, request);
+  const bool mine = adu && slave_ && (adu->slave == *slave_ || adu->slave == 0);
+  if (!mine || adu->pdu[0] == 0 || adu->pdu[0] >= kExceptionBit) return {};
+  const Bytes reply = AnswerPdu(adu->pdu, now);
+  if (adu->slave == 0) return {};
+  return Wrap(framing_, *slave_, reply);
+}
+
+Bytes ModbusTwin::AnswerPdu(View pdu, Instant now) {
+  const std::uint8_t function = pdu[0];
+  const auto length = RequestLength(pdu);
+  if (length.kind == PduLength::Kind::need_more ||
+      (length.kind == PduLength::Kind::exact && length.size != pdu.size())) {
+    return Exception(function, kIllegalValue);
+  }
+  switch (function) {
+    case kReadCoils:
+    case kReadDiscretes:
+    case kReadHolding:
+    case kReadInput:
+      return Read(pdu, now);
+    case kWriteCoil:
+    case kWriteRegister:
+    case kWriteCoils:
+    case kWriteRegisters:
+      return Write(pdu, now);
+    case kDiagnostics:
+      if (IsMirrored(pdu)) return {pdu.begin(), pdu.end()};
+      return Exception(function, kIllegalFunction);
+    case kMaskWrite:
+      return MaskWrite(pdu, now);
+    case kReadWrite:
+      return ReadWrite(pdu, now);
+    case kEncapsulated:
+      return Identify(pdu);
+    default:
+      return Exception(function, kIllegalFunction);
+  }
+}
+
+// ---------------------------------------------------------------- reading
+
+Bytes ModbusTwin::Read(View pdu, Instant now) const {
+  const Table table = *TableOf(pdu[0]);
+  const std::size_t address = U16At(pdu, 1);
+  const std::size_t count = U16At(pdu, 3);
+  if (count < 1 || count > (IsBits(table) ? kMostBits : kMostRegisters)) {
+    return Exception(pdu[0], kIllegalValue);
+  }
+  const Image image = ImageOf(table, address, count, now);
+  if (image.end() > 0x10000 || !Allows(image.there)) return Exception(pdu[0], kIllegalAddress);
+  const std::vector<bool> bits(image.words.begin(), image.words.end());
+  const Bytes data = IsBits(table) ? PackBits(bits) : BytesOf(image.words);
+  Bytes reply = {pdu[0], static_cast<std::uint8_t>(data.size())};
+  Append(reply, data);
+  return reply;
+}
+
+bool ModbusTwin::Allows(const std::vector<bool>& there) const {
+  const auto is = [](bool one) { return one; };
+  return settings_.missing_zero ? std::ranges::any_of(there, is) : std::ranges::all_of(there, is);
+}
+
+ModbusTwin::Image ModbusTwin::ImageOf(Table table, std::size_t address, std::size_t count,
+                                      Instant now) const {
+  Image image{table, address, Registers(count), std::vector<bool>(count)};
+  for (int layer = 0; layer <= 2; ++layer) {
+    for (std::size_t point = 0; point < reads_.size(); ++point) {
+      if (reads_[point] && Layer(reads_[point]->form) == layer) {
+        Draw(*reads_[point], point, image, now);
+      }
+    }
+  }
+  // A register that can only be written is there, and reads 0.
+  for (const auto& write : writes_) {
+    for (std::size_t i = 0; write && i < count; ++i) {
+      if (write->table == table && Overlap(*write, address + i, address + i + 1)) {
+        image.there[i] = true;
+      }
+    }
+  }
+  return image;
+}
+
+void ModbusTwin::Draw(const Place& place, std::size_t point, Image& image, Instant now) const {
+  if (place.table != image.table || !Overlap(place, image.address, image.end())) return;
+  const Value value = values_.Get(point, now);
+  Registers words(place.count);
+  if (place.form == Form::text) {
+    words[0] = CodeOf(place, value, settings_).value_or(0);
+  } else if (place.form == Form::flag || place.form == Form::bit) {
+    words[0] = static_cast<std::uint16_t>((ToDouble(value) >= 0.5 ? 1U : 0U) << place.bit);
+  } else if (const auto encoded = Encode(place, value, settings_)) {
+    words = *encoded;
+  }
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::size_t at = place.address + i;
+    if (at < image.address || at >= image.end()) continue;
+    std::uint16_t& word = image.words[at - image.address];
+    if (place.form == Form::bit) {
+      const auto others = static_cast<std::uint16_t>(word & ~(1U << place.bit));
+      word = static_cast<std::uint16_t>(others | words[i]);
+    } else {
+      word = words[i];
+    }
+    image.there[at - image.address] = true;
+  }
+}
+
+// ---------------------------------------------------------------- writing
+
+Bytes ModbusTwin::Write(View pdu, Instant now) {
+  const std::uint8_t function = pdu[0];
+  const std::size_t address = U16At(pdu, 1);
+  const std::size_t second = U16At(pdu, 3);
+  const bool coils = function == kWriteCoil || function == kWriteCoils;
+  Registers words;
+  if (function == kWriteCoil) {
+    if (second != 0 && second != 0xFF00) return Exception(function, kIllegalValue);
+    words = {static_cast<std::uint16_t>(second == 0 ? 0 : 1)};
+  } else if (function == kWriteRegister) {
+    words = {static_cast<std::uint16_t>(second)};
+  } else {
+    const bool known = RequestLength(pdu).kind == PduLength::Kind::exact;
+    const std::size_t most = coils ? kMostWrittenBits : kMostWrittenRegisters;
+    if (!known || second < 1 || second > most) return Exception(function, kIllegalValue);
+    words = coils ? Bits(pdu.subspan(6), second) : Words(pdu.subspan(6));
+  }
+  const std::uint8_t refused = Store(coils ? Table::coils : Table::holding, address, words, now);
+  if (refused != 0) return Exception(function, refused);
+  const View echoed = pdu.first(5);
+  return {echoed.begin(), echoed.end()};
+}
+
+std::uint8_t ModbusTwin::Store(Table table, std::size_t address, const Registers& words,
+                               Instant now) {
+  const std::size_t end = address + words.size();
+  if (end > 0x10000) return kIllegalAddress;
+  std::vector<bool> writable(words.size());
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    writable[i] = std::ranges::any_of(writes_, [&](const std::optional<Place>& place) {
+      return place && place->table == table && Overlap(*place, address + i, address + i + 1);
+    });
+  }
+  const std::vector<bool> there = ImageOf(table, address, words.size(), now).there;
+  if (!Allows(settings_.missing_zero ? there : writable)) return kIllegalAddress;
+  // Taken from one image, so that no point sees half of what another has made of the write.
+  std::vector<std::pair<std::size_t, Value>> changes;
+  for (std::size_t point = 0; point < writes_.size(); ++point) {
+    const auto& own = writes_[point];
+    const bool shown = !own && reads_[point] &&
+                       std::ranges::any_of(writes_, [&](const std::optional<Place>& place) {
+                         return place && SamePlace(*place, *reads_[point]);
+                       });
+    const auto& place = shown ? reads_[point] : own;
+    if (!place || place->table != table || !Overlap(*place, address, end)) continue;
+    Image image = ImageOf(table, place->address, place->count, now);
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      const std::size_t at = address + i;
+      if (at >= image.address && at < image.end()) image.words[at - image.address] = words[i];
+    }
+    auto decoded = Decode(*place, image.words, settings_);
+    if (HasValue(decoded.value)) changes.emplace_back(point, std::move(decoded.value));
+  }
+  for (auto& [point, value] : changes) values_.Set(point, value);
+  return 0;
+}
+
+Bytes ModbusTwin::MaskWrite(View pdu, Instant now) {
+  const std::size_t address = U16At(pdu, 1);
+  const std::size_t keep = U16At(pdu, 3);
+  const std::size_t set = U16At(pdu, 5);
+  const std::size_t old = ImageOf(Table::holding, address, 1, now).words[0];
+  const auto word = static_cast<std::uint16_t>((old & keep) | (set & ~keep & 0xFFFFU));
+  const std::uint8_t refused = Store(Table::holding, address, {word}, now);
+  if (refused != 0) return Exception(pdu[0], refused);
+  return {pdu.begin(), pdu.end()};
+}
+
+Bytes ModbusTwin::ReadWrite(View pdu, Instant now) {
+  const std::size_t written = U16At(pdu, 7);
+  const bool known = RequestLength(pdu).kind == PduLength::Kind::exact;
+  if (!known || written < 1 || written > kMostReadWritten) {
+    return Exception(pdu[0], kIllegalValue);
+  }
+  Bytes read = ReadRequest(kReadHolding, static_cast<std::uint16_t>(U16At(pdu, 1)), U16At(pdu, 3));
+  Bytes reply = Read(read, now);
+  if (reply[0] >= kExceptionBit) return Exception(pdu[0], reply[1]);
+  const std::uint8_t refused = Store(Table::holding, U16At(pdu, 5), Words(pdu.subspan(10)), now);
+  if (refused != 0) return Exception(pdu[0], refused);
+  reply = Read(read, now);
+  reply[0] = pdu[0];
+  return reply;
+}
+
+/// Vendor, product and revision; all of them as a stream, or one by its number.
+Bytes ModbusTwin::Identify(View pdu) const {
+  if (pdu.size() != 4 || pdu[1] != kIdentification) {
+    return Exception(pdu[0], kIllegalFunction);
+  }
+  const std::string title = device_.title.empty() ? device_.name : device_.title;
+  const std::string objects[] = {"baudgate", title.substr(0, kLongestTitle), "1.0"};
+  constexpr std::uint8_t kOne = 4;
+  const std::size_t first = pdu[3] < std::size(objects) ? pdu[3] : 0U;
+  const bool one = pdu[2] == kOne;
+  if (pdu[2] < 1 || pdu[2] > kOne) return Exception(pdu[0], kIllegalValue);
+  if (one && first != pdu[3]) return Exception(pdu[0], kIllegalAddress);
+  const std::size_t last = one ? first : std::size(objects) - 1;
+  Bytes reply = {pdu[0], pdu[1], pdu[2], 0x81, 0, 0, static_cast<std::uint8_t>(last - first + 1)};
+  for (std::size_t id = first; id <= last; ++id) {
+    reply.push_back(static_cast<std::uint8_t>(id));
+    reply.push_back(static_cast<std::uint8_t>(objects[id].size()));
+    Append(reply, objects[id]);
+  }
+  return reply;
+}
+
+}  // namespace baudgate::modbus_master

@@ -1,0 +1,59 @@
+// A Modbus slave that is not there: answers requests from the points of its device. Requests come
+// from gateway/simulator.h, replies go back to it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "protocols/modbus/codec.h"
+#include "protocols/modbus/place.h"
+#include "protocols/modbus/settings.h"
+#include "protocols/modbus/values.h"
+#include "protocols/twin.h"
+
+namespace baudgate::modbus_master {
+
+class ModbusTwin : public Twin {
+ public:
+  /// Both outlive the twin.
+  ModbusTwin(Framing framing, const config::Device& device, TwinValues& values);
+
+  Bytes Answer(View request, Instant now) override;
+
+ private:
+  /// Registers or bits (0 and 1) of one table, as they stand now.
+  struct Image {
+    Table table = Table::holding;
+    std::size_t address = 0;
+    Registers words;
+    std::vector<bool> there;  ///< some point has it
+
+    std::size_t end() const { return address + words.size(); }
+  };
+
+  Bytes AnswerPdu(View pdu, Instant now);
+  Bytes Read(View pdu, Instant now) const;
+  Bytes Write(View pdu, Instant now);
+  Bytes MaskWrite(View pdu, Instant now);
+  Bytes ReadWrite(View pdu, Instant now);
+  Bytes Identify(View pdu) const;
+
+  Image ImageOf(Table table, std::size_t address, std::size_t count, Instant now) const;
+  void Draw(const Place& place, std::size_t point, Image& image, Instant now) const;
+  /// Whether the range may be read, or written.
+  bool Allows(const std::vector<bool>& there) const;
+  /// 0, or the exception.
+  std::uint8_t Store(Table table, std::size_t address, const Registers& words, Instant now);
+
+  Framing framing_;
+  const config::Device& device_;
+  TwinValues& values_;
+  Settings settings_;
+  Result<std::uint8_t> slave_;
+  std::vector<std::optional<Place>> reads_;   // by point
+  std::vector<std::optional<Place>> writes_;  // by point; nothing: read-only
+};
+
+}  // namespace baudgate::modbus_master

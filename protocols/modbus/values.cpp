@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/modbus/values.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "gateway/base/text.h"
+
+namespace baudgate::modbus_master {
+namespace {
+
+using config::WordOrder;
+
+constexpr std::uint16_t Swapped(std::uint16_t word) {
+  return static_cast<std::uint16_t>((word << 8U) | (word >> 8U));
+}
+
+/// The device's order concerns numbers of several registers; a point's own every register.
+WordOrder OrderOf(const Place& place, const Settings& settings) {
+  if (place.order) return *place.order;
+  const bool single = place.count == 1 || place.form == Form::string;
+  return single ? WordOrder::abcd : settings.order;
+}
+
+/// Between the device's order and the first register first, high byte first; its own inverse.
+Registers Reorder(std::span<const std::uint16_t> registers, WordOrder order) {
+  Registers ordered(registers.begin(), registers.end());
+  if (order == WordOrder::cdab || order == WordOrder::dcba) std::ranges::reverse(ordered);
+  if (order == WordOrder::badc || order == WordOrder::dcba) {
+    for (std::uint16_t& word : ordered) word = Swapped(word);
+  }
+  return ordered;
+}
+
+std::uint64_t Join(const Registers& ordered) {
+  std::uint64_t bits = 0;
+  for (const std::uint16_t word : ordered) bits = (bits << 16U) | word;
+  return bits;
+}
+
+Registers Part(std::uint64_t bits, std::size_t count) {
+  Registers registers(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    registers[count - 1 - i] = static_cast<std::uint16_t>(bits >> (16 * i));
+  }
+  return registers;
+}
+
+Decoded Integer(std::int64_t value) { return {Value(value), Quality::good}; }
+Decoded Unsigned(std::uint64_t value) { return {Value(value), Quality::good}; }
+
+Decoded Real(double value) {
+  if (!std::isfinite(value)) return {{}, Quality::bad_sensor_failure};
+  return {Value(value), Quality::good};
+}
+
+Decoded DecodeBcd(std::uint64_t digits, std::size_t count) {
+  std::uint64_t value = 0;
+  for (std::size_t i = count; i-- > 0;) {
+    const std::uint64_t digit = (digits >> (4 * i)) & 0xFU;
+    if (digit > 9) return {{}, Quality::bad_device_failure};
+    value = value * 10 + digit;
+  }
+  return Unsigned(value);
+}
+
+std::string DecodeString(const Registers& ordered, std::size_t length) {
+  std::string text;
+  for (const std::uint16_t word : ordered) {
+    text += static_cast<char>(word >> 8U);
+    text += static_cast<char>(word & 0xFFU);
+  }
+  text.resize(std::min(length, text.size()));
+  text.resize(std::min(text.find('\0'), text.size()));
+  text.resize(text.find_last_not_of(' ') + 1);
+  return text;
+}
+
+Decoded DecodeText(const Place& place, std::uint16_t code, const Settings& settings) {
+  const auto table = settings.texts.find(place.texts);
+  if (table != settings.texts.end()) {
+    const auto text = table->second.find(code);
+    if (text != table->second.end()) return {text->second, Quality::good};
+  }
+  return {"code " + std::to_string(code), Quality::good};
+}
+
+Error NoFit(const Value& value, std::string_view why) {
+  return Error{ToText(value) + " " + std::string(why)};
+}
+
+/// A whole number between the two ends; 64-bit integers pass unrounded.
+Result<std::uint64_t> Whole(const Value& value, std::int64_t lowest, std::uint64_t highest) {
+  const std::string range =
+      "is outside " + std::to_string(lowest) + "..." + std::to_string(highest);
+  if (const auto* number = std::get_if<std::uint64_t>(&value)) {
+    if (*number > highest) return NoFit(value, range);
+    return *number;
+  }
+  if (const auto* number = std::get_if<std::int64_t>(&value)) {
+    const bool above = *number > 0 && static_cast<std::uint64_t>(*number) > highest;
+    if (*number < lowest || above) return NoFit(value, range);
+    return static_cast<std::uint64_t>(*number);
+  }
+  const double number = std::round(ToDouble(value));
+  if (!std::isfinite(number)) return NoFit(value, "is not a number");
+  const config::IntegerRange limits{lowest, highest};
+  if (!limits.Contains(number)) return NoFit(value, range);
+  return number < 0 ? static_cast<std::uint64_t>(static_cast<std::int64_t>(number))
+                    : static_cast<std::uint64_t>(number);
+}
+
+Result<std::uint64_t> EncodeBcd(const Value& value, std::size_t digits) {
+  std::uint64_t most = 1;
+  for (std::size_t i = 0; i < digits; ++i) most *= 10;
+  const auto whole = Whole(value, 0, most - 1);
+  if (!whole) return whole;
+  std::uint64_t bits = 0;
+  std::uint64_t rest = *whole;
+  for (std::size_t i = 0; i < digits; ++i, rest /= 10) bits |= (rest % 10) << (4 * i);
+  return bits;
+}
+
+Result<std::uint64_t> EncodeReal(const Value& value, bool single) {
+  const double number = ToDouble(value);
+  if (!std::isfinite(number)) return NoFit(value, "is not a number");
+  if (!single) return std::bit_cast<std::uint64_t>(number);
+  if (std::abs(number) > std::numeric_limits<float>::max()) {
+    return NoFit(value, "is too large for float32");
+  }
+  return std::bit_cast<std::uint32_t>(static_cast<float>(number));
+}
+
+Result<std::uint64_t> EncodeNumber(Form form, const Value& value) {
+  switch (form) {
+    case Form::int16:
+      return Whole(value, std::numeric_limits<std::int16_t>::min(),
+                   std::numeric_limits<std::int16_t>::max());
+    case Form::int32:
+      return Whole(value, std::numeric_limits<std::int32_t>::min(),
+                   std::numeric_limits<std::int32_t>::max());
+    case Form::int64:
+      return Whole(value, std::numeric_limits<std::int64_t>::min(),
+                   std::numeric_limits<std::int64_t>::max());
+    case Form::uint32:
+      return Whole(value, 0, std::numeric_limits<std::uint32_t>::max());
+    case Form::uint64:
+      return Whole(value, 0, std::numeric_limits<std::uint64_t>::max());
+    case Form::float32:
+      return EncodeReal(value, true);
+    case Form::float64:
+      return EncodeReal(value, false);
+    case Form::bcd16:
+      return EncodeBcd(value, 4);
+    case Form::bcd32:
+      return EncodeBcd(value, 8);
+    default:
+      return Whole(value, 0, std::numeric_limits<std::uint16_t>::max());
+  }
+}
+
+Result<Registers> EncodeString(const Place& place, const Value& value) {
+  std::string text = ToText(value);
+  if (text.size() > place.length) {
+    return Error{"the text is longer than " + std::to_string(place.length) + " characters"};
+  }
+  text.resize(2 * place.count);
+  Registers registers(place.count);
+  for (std::size_t i = 0; i < registers.size(); ++i) {
+    const auto high = static_cast<std::uint8_t>(text[2 * i]);
+    const auto low = static_cast<std::uint8_t>(text[2 * i + 1]);
+    registers[i] = static_cast<std::uint16_t>((high << 8U) | low);
+  }
+  return registers;
+}
+
+}  // namespace
+
+Decoded Decode(const Place& place, std::span<const std::uint16_t> registers,
+               const Settings& settings) {
+  if (registers.size() != place.count) return {{}, Quality::bad_configuration};
+  const Registers ordered = Reorder(registers, OrderOf(place, settings));
+  const std::uint64_t bits = Join(ordered);
+  switch (place.form) {
+    case Form::flag:
+    case Form::bit:
+      return {((bits >> place.bit) & 1U) != 0, Quality::good};
+    case Form::int16:
+      return Integer(static_cast<std::int16_t>(bits));
+    case Form::int32:
+      return Integer(static_cast<std::int32_t>(bits));
+    case Form::int64:
+      return Integer(static_cast<std::int64_t>(bits));
+    case Form::uint16:
+    case Form::uint32:
+    case Form::uint64:
+      return Unsigned(bits);
+    case Form::float32:
+      return Real(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
+    case Form::float64:
+      return Real(std::bit_cast<double>(bits));
+    case Form::bcd16:
+      return DecodeBcd(bits, 4);
+    case Form::bcd32:
+      return DecodeBcd(bits, 8);
+    case Form::string:
+      return {DecodeString(ordered, place.length), Quality::good};
+    case Form::text:
+      return DecodeText(place, static_cast<std::uint16_t>(bits), settings);
+  }
+  return {{}, Quality::bad_configuration};
+}
+
+Result<Registers> Encode(const Place& place, const Value& value, const Settings& settings) {
+  if (!HasValue(value)) return Error{"there is no value"};
+  if (place.form == Form::string) {
+    auto registers = EncodeString(place, value);
+    return registers ? Result(Reorder(*registers, OrderOf(place, settings))) : registers;
+  }
+  const auto bits = EncodeNumber(place.form, value);
+  if (!bits) return Error{bits.error()};
+  return Reorder(Part(*bits, place.count), OrderOf(place, settings));
+}
+
+std::optional<std::uint16_t> CodeOf(const Place& place, const Value& value,
+                                    const Settings& settings) {
+  const auto table = settings.texts.find(place.texts);
+  if (table == settings.texts.end()) return std::nullopt;
+  const std::string wanted = ToText(value);
+  for (const auto& [code, text] : table->second) {
+    if (text == wanted) return code;
+  }
+  return std::nullopt;
+}
+
+}  // namespace baudgate::modbus_master

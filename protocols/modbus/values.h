@@ -1,0 +1,38 @@
+// Registers to values and back, by the form and order of a place. Registers come from replies and
+// the twin's image; values go to readings and to the twin's points.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gateway/base/quality.h"
+#include "gateway/base/result.h"
+#include "gateway/base/value.h"
+#include "protocols/modbus/place.h"
+#include "protocols/modbus/settings.h"
+
+namespace baudgate::modbus_master {
+
+using Registers = std::vector<std::uint16_t>;
+
+/// A value, or the quality that says why there is none.
+struct Decoded {
+  Value value;
+  Quality quality = Quality::good;
+};
+
+/// `registers`: those of the place and no others; not for Form::flag.
+Decoded Decode(const Place& place, std::span<const std::uint16_t> registers,
+               const Settings& settings);
+
+/// All registers of the place; of Form::bit and Form::text see below. An error when the value does
+/// not fit: nothing is ever cut or wrapped.
+Result<Registers> Encode(const Place& place, const Value& value, const Settings& settings);
+
+/// The code that means `value` in the place's text table.
+std::optional<std::uint16_t> CodeOf(const Place& place, const Value& value,
+                                    const Settings& settings);
+
+}  // namespace baudgate::modbus_master

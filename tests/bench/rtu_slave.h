@@ -1,0 +1,79 @@
+// An RTU slave at the far end of a pty that answers at once, as bare as can be, and a bare master
+// on the same pty: the limits of the route benchmarks.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <thread>
+
+#include "gateway/base/bytes.h"
+#include "transports/pty.h"
+
+namespace baudgate::bench {
+
+/// Slave 20: answers a read of one register with 0x09C4, whatever its address.
+class InstantSlave {
+ public:
+  InstantSlave();
+  ~InstantSlave();
+
+  const std::string& path() const { return pty_.path(); }
+  std::uint64_t answered() const { return answered_; }
+
+ private:
+  void Run();
+
+  Pty pty_;
+  std::atomic<bool> stop_ = false;
+  std::atomic<std::uint64_t> answered_ = 0;
+  std::thread thread_;
+};
+
+/// Read of one register at `address` of slave 20, as RTU frame.
+Bytes ReadFrame(std::uint16_t address);
+/// The same as Modbus TCP frame.
+Bytes ReadAdu(std::uint16_t transaction, std::uint16_t address);
+
+/// A tty opened raw.
+int OpenRaw(const std::string& path);
+/// Waits until `count` bytes have come; false after a second of silence.
+bool ReadWhole(int descriptor, std::uint8_t* to, std::size_t count);
+
+/// The bare gateway: one epoll loop, Modbus TCP in, RTU out, one request at a time, no checks.
+class BareGateway {
+ public:
+  explicit BareGateway(const std::string& tty);
+  ~BareGateway();
+
+  std::uint16_t port() const { return port_; }
+
+ private:
+  void Run();
+
+  int tty_ = -1;
+  int listener_ = -1;
+  std::uint16_t port_ = 0;
+  std::atomic<bool> stop_ = false;
+  std::thread thread_;
+};
+
+/// A blocking Modbus TCP client without Nagle.
+class RawClient {
+ public:
+  explicit RawClient(std::uint16_t port);
+  ~RawClient();
+  RawClient(RawClient&& other) noexcept;
+  RawClient(const RawClient&) = delete;
+
+  int socket() const { return socket_; }
+  void Send(const Bytes& frame) const;
+  /// The next whole frame; empty after a second of silence.
+  Bytes Receive() const;
+
+ private:
+  int socket_ = -1;
+};
+
+}  // namespace baudgate::bench

@@ -1,0 +1,310 @@
+// What a Modbus conversation asks, and what it believes: values, exceptions, replies that do not
+// fit, probes and writes.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/protocols/modbus/support.h"
+
+namespace baudgate::modbus_master {
+namespace {
+
+using config::Group;
+using config::Type;
+
+config::Device Inverter(const Settable& options = {}) {
+  return MakeDevice({ReadPoint("frequency", "holding 200"), ReadPoint("current", "holding 201"),
+                     WritePoint("set", "holding 300 uint16", {}, Type::float32),
+                     WritePoint("run", "", "holding 8"),
+                     WritePoint("enable", "holding 310[b3]", {}, Type::boolean),
+                     WritePoint("relay", "coil 4", {}, Type::boolean),
+                     WritePoint("limit", "holding 320", {}, Type::uint32)},
+                    options);
+}
+
+TEST(ModbusConversation, ReadsABlock) {
+  const config::Device device = Inverter();
+  ModbusConversation talk(Framing::rtu, device);
+  EXPECT_EQ(Asked(talk, Poll(1)), "03 00 C8 00 02");
+  const Answer answer = Exchange(talk, Poll(1), "03 04 09C4 00CA");
+  EXPECT_EQ(answer.outcome, Outcome::ok);
+  ASSERT_EQ(answer.readings.size(), 2U);
+  EXPECT_EQ(answer.readings[0].point, 0U);
+  EXPECT_EQ(answer.readings[0].value, Value(std::uint64_t{2500}));
+  EXPECT_EQ(answer.readings[1].value, Value(std::uint64_t{202}));
+}
+
+TEST(ModbusConversation, ReadsBits) {
+  const config::Device device = MakeDevice(
+      {ReadPoint("a", "discrete 10", Type::boolean), ReadPoint("b", "discrete 19", Type::boolean)});
+  ModbusConversation talk(Framing::ascii, device);
+  EXPECT_EQ(Asked(talk, Poll(0), Framing::ascii), "02 00 0A 00 0A");
+  const Answer answer =
+      ExchangeBytes(talk, Poll(0), Wrap(Framing::ascii, 20, Hex("02 02 0002")), Framing::ascii);
+  ASSERT_EQ(answer.readings.size(), 2U) << answer.reason;
+  EXPECT_EQ(answer.readings[0].value, Value(false));
+  EXPECT_EQ(answer.readings[1].value, Value(true));
+}
+
+TEST(ModbusConversation, RepliesThatDoNotFitGiveNothing) {
+  const config::Device device = Inverter();
+  ModbusConversation talk(Framing::rtu, device);
+  const Request request = *talk.Ask(Poll(1), Instant{});
+  const auto answer = [&](std::uint8_t slave, const char* pdu) {
+    return talk.OnFrame(Poll(1), request, Wrap(Framing::rtu, slave, Hex(pdu)), Instant{});
+  };
+  for (const auto& [slave, pdu] :
+       {std::pair{21, "0304 09C4 00CA"}, std::pair{20, "0302 09C4"}, std::pair{20, "0404 09C400CA"},
+        std::pair{20, "0600080002"}, std::pair{20, "8402"}}) {
+    const Answer got = answer(static_cast<std::uint8_t>(slave), pdu);
+    EXPECT_EQ(got.outcome, Outcome::unexpected) << pdu;
+    EXPECT_TRUE(got.readings.empty());
+    EXPECT_FALSE(got.reason.empty());
+  }
+  EXPECT_EQ(talk.OnFrame(Poll(1), request, Hex("140304"), Instant{}).outcome, Outcome::corrupt);
+  // The frame rule keeps them from the conversation, and the right one behind them comes through.
+  Bytes wire = Wrap(Framing::rtu, 21, Hex("0304 1111 1111"));
+  Append(wire, Wrap(Framing::rtu, 20, Hex("0302 2222")));
+  Append(wire, Wrap(Framing::rtu, 20, Hex("0304 09C4 00CA")));
+  EXPECT_EQ(ExchangeBytes(talk, Poll(1), wire).outcome, Outcome::ok);
+}
+
+TEST(ModbusConversation, ExceptionsOfReads) {
+  struct Case {
+    const char* pdu;
+    Outcome outcome;
+    std::optional<Quality> quality;
+    Duration wait;
+  };
+  for (const Case& one : {Case{"8301", Outcome::unsupported, Quality::bad_configuration, 0ms},
+                          Case{"8302", Outcome::unsupported, Quality::bad_configuration, 0ms},
+                          Case{"8303", Outcome::unsupported, Quality::bad_configuration, 0ms},
+                          Case{"8304", Outcome::refused, Quality::bad_device_failure, 0ms},
+                          Case{"8305", Outcome::busy, std::nullopt, 1s},
+                          Case{"8306", Outcome::busy, std::nullopt, 200ms},
+                          Case{"8307", Outcome::refused, std::nullopt, 0ms},
+                          Case{"8308", Outcome::refused, Quality::bad_device_failure, 0ms},
+                          Case{"830A", Outcome::no_reply, std::nullopt, 0ms},
+                          Case{"830B", Outcome::no_reply, std::nullopt, 0ms},
+                          Case{"8363", Outcome::refused, std::nullopt, 0ms}}) {
+    const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
+    ModbusConversation talk(Framing::rtu, device);
+    const Answer answer = Exchange(talk, Poll(0), one.pdu);
+    EXPECT_EQ(answer.outcome, one.outcome) << one.pdu;
+    EXPECT_EQ(answer.wait, one.wait) << one.pdu;
+    EXPECT_NE(answer.reason.find("exception"), std::string::npos);
+    ASSERT_EQ(answer.readings.size(), one.quality ? 1U : 0U) << one.pdu;
+    if (one.quality) {
+      EXPECT_EQ(answer.readings[0].quality, *one.quality) << one.pdu;
+    }
+  }
+}
+
+TEST(ModbusConversation, ABlockThatIsRefusedIsReadInParts) {
+  const config::Device device = MakeDevice(
+      {ReadPoint("a", "holding 0"), ReadPoint("b", "holding 4"), ReadPoint("c", "holding 5")});
+  ModbusConversation talk(Framing::rtu, device);
+  ASSERT_EQ(Asked(talk, Poll(0)), "03 00 00 00 06");
+  Answer answer = Exchange(talk, Poll(0), "8302");
+  EXPECT_EQ(answer.then, Then::replan);
+  EXPECT_TRUE(answer.readings.empty()) << "which of them is to blame is not known yet";
+  EXPECT_EQ(Asked(talk, Poll(0)), "03 00 00 00 01");
+  EXPECT_EQ(Asked(talk, Poll(1)), "03 00 04 00 02");
+  EXPECT_EQ(Exchange(talk, Poll(0), "03 02 0001").outcome, Outcome::ok);
+  EXPECT_EQ(Exchange(talk, Poll(1), "8303").then, Then::replan);
+  ASSERT_EQ(talk.Queries().size(), 3U);
+  answer = Exchange(talk, Poll(2), "8302");
+  EXPECT_EQ(answer.then, Then::replan);
+  ASSERT_EQ(answer.readings.size(), 1U);
+  EXPECT_EQ(answer.readings[0].point, 2U);
+  EXPECT_EQ(answer.readings[0].quality, Quality::bad_configuration);
+  EXPECT_EQ(talk.Queries()[0].group, Group::slow);
+  EXPECT_EQ(Asked(talk, Poll(0)), "03 00 05 00 01");
+  EXPECT_EQ(Exchange(talk, Poll(0), "8302").then, Then::done);
+  EXPECT_EQ(Exchange(talk, Poll(0), "03 02 0007").then, Then::replan) << "it is there now";
+  EXPECT_EQ(talk.Queries()[2].group, Group::fast);
+  talk.OnReconnect();
+  EXPECT_EQ(talk.Queries().size(), 3U) << "splits are remembered";
+}
+
+TEST(ModbusConversation, ABlockThatIsNeverAnsweredIsTakenForRefused) {
+  const config::Device device = MakeDevice(
+      {ReadPoint("a", "holding 0"), ReadPoint("b", "holding 100"), ReadPoint("c", "holding 103")});
+  ModbusConversation talk(Framing::rtu, device);
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done) << "the device itself may be away";
+  }
+  EXPECT_EQ(Exchange(talk, Poll(0), "03 02 0001").outcome, Outcome::ok);
+  EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
+  EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
+  EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::replan);
+  ASSERT_EQ(talk.Queries().size(), 3U);
+  EXPECT_EQ(Exchange(talk, Poll(2), "03 02 0001").outcome, Outcome::ok);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
+  EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::replan);
+  EXPECT_EQ(Asked(talk, Poll(0)), "03 00 64 00 01");
+  EXPECT_EQ(talk.Queries()[0].group, Group::slow);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(Exchange(talk, Poll(2), "").then, Then::done);
+  EXPECT_EQ(Exchange(talk, Poll(0), "03 02 0001").then, Then::replan) << "it answers after all";
+}
+
+TEST(ModbusConversation, Writes) {
+  const config::Device device = Inverter();
+  ModbusConversation talk(Framing::rtu, device);
+  EXPECT_EQ(Asked(talk, Write(2, 2500.2)), "06 01 2C 09 C4");
+  EXPECT_EQ(Asked(talk, Write(3, std::uint64_t{2})), "06 00 08 00 02");
+  EXPECT_EQ(Asked(talk, Write(4, true)), "16 01 36 FF F7 00 08");
+  EXPECT_EQ(Asked(talk, Write(4, false)), "16 01 36 FF F7 00 00");
+  EXPECT_EQ(Asked(talk, Write(5, true)), "05 00 04 FF 00");
+  EXPECT_EQ(Asked(talk, Write(6, std::uint64_t{65538})), "10 01 40 00 02 04 00 01 00 02");
+  EXPECT_NE(Asked(talk, Write(3, std::uint64_t{65536})).find("outside 0...65535"),
+            std::string::npos);
+  EXPECT_NE(Asked(talk, Write(4, 2.0)).find("neither 0 nor 1"), std::string::npos);
+  EXPECT_TRUE(Asked(talk, Write(99, 2.0)).starts_with("error"));
+  EXPECT_FALSE(talk.Ask(Write(3, std::uint64_t{2}), Instant{})->expect.repeatable);
+
+  const config::Device other = Inverter({{"write_function", std::string("multiple")}});
+  ModbusConversation multiple(Framing::rtu, other);
+  EXPECT_EQ(Asked(multiple, Write(3, std::uint64_t{2})), "10 00 08 00 01 02 00 02");
+  EXPECT_EQ(Asked(multiple, Write(5, true)), "0F 00 04 00 01 01 01");
+}
+
+TEST(ModbusConversation, AWriteIsConfirmedByWhatItRepeats) {
+  const config::Device device = Inverter();
+  ModbusConversation talk(Framing::rtu, device);
+  const Task task = Write(3, std::uint64_t{2});
+  const Request request = *talk.Ask(task, Instant{});
+  const auto outcome = [&](const char* pdu) {
+    return talk.OnFrame(task, request, Wrap(Framing::rtu, 20, Hex(pdu)), Instant{}).outcome;
+  };
+  EXPECT_EQ(outcome("0600080002"), Outcome::ok);
+  EXPECT_EQ(outcome("0600080000"), Outcome::unexpected);
+  EXPECT_EQ(outcome("0600090002"), Outcome::unexpected);
+  EXPECT_EQ(outcome("8601"), Outcome::unsupported);
+  EXPECT_EQ(outcome("8602"), Outcome::refused);
+  EXPECT_EQ(outcome("8603"), Outcome::refused);
+  EXPECT_EQ(outcome("8604"), Outcome::refused);
+  EXPECT_EQ(outcome("8606"), Outcome::busy);
+}
+
+// ---------------------------------------------------------------- probes
+
+constexpr const char* kLoopback = "08 00 00 A5 5A";
+
+TEST(ModbusProbe, IsALoopbackThatIsAlwaysTheSame) {
+  const config::Device device = Inverter();
+  ModbusConversation talk(Framing::rtu, device);
+  const auto request = talk.Ask(Probe(), Instant{});
+  ASSERT_TRUE(request);
+  EXPECT_TRUE(request->steady);
+  EXPECT_TRUE(request->expect.mirrors);
+  EXPECT_TRUE(request->expect.repeatable);
+  EXPECT_EQ(Asked(talk, Probe()), kLoopback);
+  EXPECT_EQ(Exchange(talk, Probe(), kLoopback).outcome, Outcome::ok);
+  EXPECT_EQ(Exchange(talk, Probe(), "8801").outcome, Outcome::ok) << "it speaks, that is enough";
+  EXPECT_EQ(Asked(talk, Probe()), kLoopback);
+}
+
+TEST(ModbusProbe, ADeviceThatIsSilentToItIsFoundByARead) {
+  const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
+  ModbusConversation talk(Framing::rtu, device);
+  for (int round = 0; round < 3; ++round) {
+    EXPECT_EQ(Asked(talk, Probe()), kLoopback) << round;
+    EXPECT_EQ(Exchange(talk, Probe(), "").outcome, Outcome::no_reply);
+    EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01");
+    EXPECT_FALSE(talk.Ask(Probe(), Instant{})->steady);
+    EXPECT_EQ(Exchange(talk, Probe(), "03 02 0001").outcome, Outcome::ok);
+  }
+  EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01") << "it does not know the loopback";
+  talk.OnReconnect();
+  EXPECT_EQ(Asked(talk, Probe()), kLoopback) << "it may be another device now";
+}
+
+TEST(ModbusProbe, AnAbsentDeviceIsLookedForBothWaysInTurn) {
+  const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
+  ModbusConversation talk(Framing::rtu, device);
+  for (int round = 0; round < 5; ++round) {
+    EXPECT_EQ(Asked(talk, Probe()), kLoopback);
+    Exchange(talk, Probe(), "");
+    EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01");
+    Exchange(talk, Probe(), "");
+  }
+}
+
+TEST(ModbusProbe, ByReadAloneWhereTheUserSaysSo) {
+  const config::Device device =
+      MakeDevice({ReadPoint("a", "holding 5")}, {{"probe", std::string("read")}});
+  ModbusConversation talk(Framing::rtu, device);
+  EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01");
+  const Answer answer = Exchange(talk, Probe(), "8302");
+  EXPECT_EQ(answer.outcome, Outcome::unsupported) << "alive";
+  EXPECT_TRUE(answer.readings.empty()) << "a poll says what is wrong with the point";
+  Exchange(talk, Probe(), "");
+  EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01");
+  const config::Device writer =
+      MakeDevice({WritePoint("a", "", "holding 5")}, {{"probe", std::string("read")}});
+  EXPECT_EQ(Asked(*std::make_unique<ModbusConversation>(Framing::rtu, writer), Probe()), kLoopback);
+}
+
+TEST(ModbusProbe, AGatewayThatAnswersForADeadDeviceProvesNothing) {
+  const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
+  ModbusConversation talk(Framing::rtu, device);
+  EXPECT_EQ(Exchange(talk, Probe(), "880B").outcome, Outcome::no_reply);
+}
+
+// ---------------------------------------------------------------- decode
+
+TEST(ModbusDecode, PointsAndRegistersWithoutAPoint) {
+  const config::Device device = Inverter();
+  ModbusConversation talk(Framing::rtu, device);
+  const Bytes request = Wrap(Framing::rtu, 20, Hex("0300C80003"));
+  const Answer answer = talk.Interpret(request, Wrap(Framing::rtu, 20, Hex("0306 09C4 00CA 0007")));
+  EXPECT_EQ(answer.outcome, Outcome::ok);
+  ASSERT_EQ(answer.readings.size(), 3U);
+  EXPECT_EQ(answer.readings[1].point, 1U);
+  EXPECT_EQ(answer.readings[2].point, kNoPoint);
+  EXPECT_EQ(answer.readings[2].label, "holding 202");
+  EXPECT_EQ(answer.readings[2].value, Value(std::uint64_t{7}));
+  const Answer coils = talk.Interpret(Wrap(Framing::rtu, 20, Hex("0100000003")),
+                                      Wrap(Framing::rtu, 20, Hex("010105")));
+  ASSERT_EQ(coils.readings.size(), 3U);
+  EXPECT_EQ(coils.readings[2].label, "coil 2");
+  EXPECT_EQ(coils.readings[2].value, Value(true));
+  const Answer both = talk.Interpret(Wrap(Framing::rtu, 20, Hex("1700C80001000A0001020005")),
+                                     Wrap(Framing::rtu, 20, Hex("170209C4")));
+  ASSERT_EQ(both.readings.size(), 1U);
+  EXPECT_EQ(both.readings[0].point, 0U);
+}
+
+TEST(ModbusDecode, AnySlaveAndWhatIsNoFrame) {
+  const config::Device device = Inverter();
+  ModbusConversation talk(Framing::rtu, device);
+  EXPECT_EQ(talk.Interpret(Wrap(Framing::rtu, 7, Hex("0600080002")),
+                           Wrap(Framing::rtu, 7, Hex("0600080002")))
+                .outcome,
+            Outcome::ok);
+  EXPECT_EQ(talk.Interpret(Hex("140300"), Hex("1403021234")).outcome, Outcome::corrupt);
+  EXPECT_EQ(talk.Interpret(Wrap(Framing::rtu, 0, Hex("0600080002")),
+                           Wrap(Framing::rtu, 0, Hex("0600080002")))
+                .outcome,
+            Outcome::unexpected);
+  EXPECT_EQ(talk.Interpret({}, {}).outcome, Outcome::corrupt);
+}
+
+TEST(ModbusTiming, SilenceOfThreeAndAHalfCharacters) {
+  config::SerialSettings serial = ModbusRtuProtocol().serial;
+  EXPECT_EQ(serial.ToString(), "19200 8E1");
+  EXPECT_EQ(ModbusAsciiProtocol().serial.ToString(), "9600 7E1");
+  EXPECT_EQ(*ModbusRtuProtocol().timing(serial).quiet, serial.CharacterTime() * 7 / 2);
+  serial.baud = 115200;
+  EXPECT_EQ(*ModbusRtuProtocol().timing(serial).quiet, 1750us);
+  for (const int baud : {300, 9600, 19200, 115200, 921600}) {
+    serial.baud = baud;
+    for (const Framing framing : {Framing::rtu, Framing::ascii}) {
+      const config::Timing timing = ProtocolOf(framing).timing(serial);
+      EXPECT_GT(*timing.ceiling, *timing.reply + 256 * serial.CharacterTime());
+      EXPECT_GE(*timing.gap, 50ms);
+      EXPECT_GE(*timing.drain, *timing.gap);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace baudgate::modbus_master

@@ -1,0 +1,236 @@
+// Modbus slaves on a line under virtual time: dead and back, late by one, silent to the loopback,
+// refusing blocks, and writing.
+// SPDX-License-Identifier: Apache-2.0
+#include <deque>
+
+#include "tests/protocols/modbus/support.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate::modbus_master {
+namespace {
+
+using config::Type;
+
+/// Two slaves with three blocks each; the values tell slave and register.
+config::Line Bus(const Settable& options = {}, Framing framing = Framing::rtu) {
+  config::Line line;
+  line.name = "bus";
+  line.protocol = ProtocolOf(framing).name;
+  line.serial = ProtocolOf(framing).serial;
+  for (const char* address : {"20", "21"}) {
+    config::Device device = MakeDevice(
+        {ReadPoint("a", "holding 0"), ReadPoint("b", "holding 100"), ReadPoint("c", "holding 101"),
+         ReadPoint("d", "input 0", Type::float32), WritePoint("w", "holding 200"),
+         WritePoint("relay", "coil 3", {}, Type::boolean)},
+        options, address);
+    device.name = "slave-" + std::string(address);
+    device.protocol = line.protocol;
+    line.devices.push_back(std::move(device));
+  }
+  return line;
+}
+
+double Truth(std::uint32_t device, std::uint32_t point) { return 1000.0 * (device + 1) + point; }
+
+class ModbusSession : public ::testing::Test {
+ protected:
+  void Make(const Settable& options = {}, Framing framing = Framing::rtu) {
+    line_ = std::make_unique<VirtualLine>(Bus(options, framing), std::vector{&ProtocolOf(framing)});
+    for (std::uint32_t device = 0; device < 2; ++device) {
+      for (std::uint32_t point = 0; point < 5; ++point) {
+        line_->twin(device).values.Set(point, Truth(device, point));
+      }
+      line_->twin(device).values.Set(5, false);
+    }
+    // Whatever happens on the wire: a value that is usable is the right one.
+    line_->always = [this] {
+      for (std::uint32_t device = 0; device < 2; ++device) {
+        for (std::uint32_t point = 0; point < 4; ++point) {
+          if (IsBad(line_->QualityOf(device, point))) continue;
+          ASSERT_EQ(ToDouble(line_->ValueOf(device, point)), Truth(device, point))
+              << device << "." << point;
+        }
+      }
+    };
+    line_->Open();
+  }
+  bool AllGood(std::uint32_t device) {
+    for (std::uint32_t point = 0; point < 6; ++point) {
+      if (!IsGood(line_->QualityOf(device, point))) return false;
+    }
+    return true;
+  }
+  bool Becomes(std::uint32_t device, Duration within) {
+    return line_->RunUntil([&] { return AllGood(device); }, within);
+  }
+  /// Requests of a function to a slave.
+  std::size_t Count(char slave, char function) {
+    return line_->CountSent(std::string{slave, function});
+  }
+
+  std::unique_ptr<VirtualLine> line_;
+};
+
+TEST_F(ModbusSession, EveryPointBecomesGoodInBothFramings) {
+  for (const Framing framing : {Framing::rtu, Framing::ascii}) {
+    Make({}, framing);
+    EXPECT_TRUE(Becomes(0, 5s));
+    EXPECT_TRUE(Becomes(1, 5s));
+    line_->RunFor(1min);
+    const DeviceStatus status = line_->StatusOf(0);
+    EXPECT_EQ(status.Count(Outcome::ok), status.exchanges) << "and nothing is in vain";
+  }
+}
+
+TEST_F(ModbusSession, WithoutAnySilenceBetweenFrames) {
+  line_ = std::make_unique<VirtualLine>(
+      [] {
+        config::Line line = Bus();
+        line.timing.quiet = 0ms;
+        return line;
+      }(),
+      std::vector{&ModbusRtuProtocol()});
+  line_->Open();
+  EXPECT_TRUE(Becomes(1, 5s));
+  EXPECT_TRUE(Becomes(0, 5s));
+}
+
+TEST_F(ModbusSession, ADeadSlaveComesBack) {
+  Make();
+  ASSERT_TRUE(Becomes(0, 5s));
+  line_->twin(0).manner.dead = true;
+  line_->RunFor(2min);
+  EXPECT_EQ(line_->QualityOf(0, 0), Quality::bad_communication);
+  EXPECT_TRUE(AllGood(1)) << "its neighbour is served";
+  line_->twin(0).manner.dead = false;
+  EXPECT_TRUE(Becomes(0, 2min));
+}
+
+TEST_F(ModbusSession, ASlaveThatVanishesInsideAReplyComesBack) {
+  Make();
+  ASSERT_TRUE(Becomes(0, 5s));
+  line_->twin(0).manner.distort = [](Bytes reply) {
+    reply.resize(reply.size() / 2);
+    return reply;
+  };
+  line_->RunFor(1min);
+  EXPECT_FALSE(AllGood(0));
+  line_->twin(0).manner.distort = {};
+  EXPECT_TRUE(Becomes(0, 2min));
+}
+
+TEST_F(ModbusSession, RepliesThatComeOneRequestLateAreNeverBelieved) {
+  Make();
+  ASSERT_TRUE(Becomes(0, 5s));
+  std::deque<Bytes> replies;
+  line_->twin(0).manner.distort = [&](Bytes reply) {
+    replies.push_back(std::move(reply));
+    if (replies.size() < 2) return Bytes();
+    Bytes earlier = std::move(replies.front());
+    replies.pop_front();
+    return earlier;
+  };
+  line_->RunFor(10min);  // `always` looks at every value
+  const DeviceStatus status = line_->StatusOf(0);
+  EXPECT_LT(status.Count(Outcome::ok), status.exchanges) << "it is found out";
+  EXPECT_TRUE(AllGood(1));
+  line_->twin(0).manner.distort = {};
+  EXPECT_TRUE(Becomes(0, 5min)) << "in step again";
+}
+
+TEST_F(ModbusSession, AReplyBeyondTheTimeoutMeetsNoOtherRequest) {
+  Make();
+  ASSERT_TRUE(Becomes(0, 5s));
+  line_->twin(0).manner.think = 560ms;
+  line_->RunFor(5min);
+  line_->twin(0).manner.think = 5ms;
+  EXPECT_TRUE(Becomes(0, 5min));
+}
+
+TEST_F(ModbusSession, AForeignReplyInFrontDoesNotCostTheOwn) {
+  Make();
+  ASSERT_TRUE(Becomes(0, 5s));
+  line_->twin(0).manner.distort = [](Bytes reply) {
+    Bytes wire = Wrap(Framing::rtu, 99, Hex("03021234"));
+    Append(wire, reply);
+    return wire;
+  };
+  line_->RunFor(1min);
+  EXPECT_TRUE(AllGood(0));
+}
+
+TEST_F(ModbusSession, ASlaveThatIsSilentToTheLoopbackIsServed) {
+  Make();
+  const auto mute = [](View request) -> std::optional<Bytes> {
+    if (request[1] == kDiagnostics) return Bytes();
+    return std::nullopt;
+  };
+  line_->twin(0).manner.instead = mute;
+  EXPECT_TRUE(Becomes(0, 1min));
+  line_->twin(0).manner.dead = true;
+  line_->RunFor(5min);
+  line_->twin(0).manner.dead = false;
+  EXPECT_TRUE(Becomes(0, 2min)) << "found by a read";
+  const std::size_t before = Count(20, kDiagnostics);
+  for (int i = 0; i < 5; ++i) {  // each silence makes the poller ask for a sign of life
+    line_->twin(0).manner.dead = true;
+    line_->RunFor(3s);
+    line_->twin(0).manner.dead = false;
+    EXPECT_TRUE(Becomes(0, 2min)) << i;
+  }
+  EXPECT_LT(Count(20, kDiagnostics), before + 60) << "it is not asked in vain for ever";
+}
+
+TEST_F(ModbusSession, ASlaveWithoutTheFunctionIsInStepByItsRefusal) {
+  Make();
+  line_->twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[1] == kDiagnostics) return Wrap(Framing::rtu, 20, Hex("8801"));
+    return std::nullopt;
+  };
+  EXPECT_TRUE(Becomes(0, 10s));
+  line_->twin(0).manner.dead = true;
+  line_->RunFor(1min);
+  line_->twin(0).manner.dead = false;
+  EXPECT_TRUE(Becomes(0, 2min));
+}
+
+TEST_F(ModbusSession, AWriteIsConfirmedAndReadBack) {
+  Make();
+  ASSERT_TRUE(Becomes(0, 5s));
+  line_->Write(0, 4, std::int64_t{77});
+  line_->Write(0, 5, true);
+  line_->RunFor(2s);
+  EXPECT_EQ(line_->outcomes, (std::vector{Outcome::ok, Outcome::ok}));
+  EXPECT_EQ(ToDouble(line_->ValueOf(0, 4)), 77);
+  EXPECT_EQ(ToDouble(line_->ValueOf(0, 5)), 1);
+}
+
+TEST_F(ModbusSession, AWriteIsNeverRepeated) {
+  Make();
+  ASSERT_TRUE(Becomes(0, 5s));
+  line_->twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[1] == kWriteRegister) return Bytes();
+    return std::nullopt;
+  };
+  line_->Write(0, 4, std::int64_t{77});
+  line_->RunFor(10s);
+  EXPECT_EQ(line_->outcomes, std::vector{Outcome::no_reply});
+  EXPECT_EQ(Count(20, kWriteRegister), 1U);
+}
+
+TEST_F(ModbusSession, ASlaveThatRefusesAHoleIsReadAroundIt) {
+  Make({{"hole", std::int64_t{120}}});
+  EXPECT_TRUE(Becomes(0, 10s)) << "0 and 100 in one block are refused, and read in two";
+  line_->sent.clear();
+  line_->RunFor(1min);
+  const DeviceStatus status = line_->StatusOf(0);
+  EXPECT_EQ(status.last_outcome, Outcome::ok);
+  EXPECT_TRUE(AllGood(0));
+  for (const Sent& sent : line_->sent) {
+    const bool read = sent.text.size() == 8 && sent.text[1] == kReadHolding;
+    EXPECT_TRUE(!read || sent.text[5] <= 2);
+  }
+}
+
+}  // namespace
+}  // namespace baudgate::modbus_master
