@@ -137,9 +137,12 @@ UnitSet Covered(const Route& route) {
   return units;
 }
 
-/// "33-35 by the route in line 5, 36 by device 'feeder-1'"; empty when nothing is taken.
+/// "33-35 by the route in line 5, 36 by device 'feeder-1'"; empty when nothing is taken. Who writes
+/// a wide route behind single units and devices means it: as long as something remains, only ranges
+/// that overlap are named.
 std::string TakenOf(const Config& config, const std::vector<UnitSet>& reached, std::size_t index) {
   const UnitSet wanted = Covered(config.modbus.routes[index]);
+  const bool unused = reached[index].none();
   std::string text;
   const auto add = [&](const UnitSet& units, const std::string& owner) {
     if (units.none()) return;
@@ -147,12 +150,14 @@ std::string TakenOf(const Config& config, const std::vector<UnitSet>& reached, s
   };
   for (const Line& line : config.lines) {
     for (const Device& device : line.devices) {
-      if (device.unit && wanted[*device.unit]) {
+      if (unused && device.unit && wanted[*device.unit]) {
         add(UnitSet().set(*device.unit), "device '" + device.name + "'");
       }
     }
   }
   for (std::size_t i = 0; i < index; ++i) {
+    const bool inside = (Covered(config.modbus.routes[i]) & ~wanted).none();
+    if (inside && !unused) continue;
     add(wanted & reached[i],
         "the route in line " + std::to_string(config.modbus.routes[i].mark.line));
   }

@@ -193,8 +193,10 @@ TEST(RouteWarnings, EarlierRoutesAndDevices) {
             "t.yaml:3:2: warning: route for 20 is never used, its units are taken: 20 by the route "
             "in line 2\n");
   EXPECT_EQ(ProblemsOf("{ units: 30-34, line: drive },\n { units: 33-40, line: text }"),
-            "t.yaml:3:2: warning: route for 33-40 does not get all of its units: 36 by device 'd', "
-            "33-34 by the route in line 2\n");
+            "t.yaml:3:2: warning: route for 33-40 does not get all of its units: 33-34 by the "
+            "route in line 2\n");
+  EXPECT_EQ(ProblemsOf("{ units: 20, line: drive },\n { units: 1-100, line: text }"), "")
+      << "single units before a route for all the others";
   EXPECT_EQ(ProblemsOf("{ units: 36, line: drive }"),
             "t.yaml:2:13: warning: route for 36 is never used, its units are taken: 36 by device "
             "'d'\n");
