@@ -33,6 +33,7 @@ struct Block {
 
 class Plan {
  public:
+  /// `points` outlive the plan.
   Plan(std::span<const config::Point> points, const Settings& settings);
 
   std::span<const Query> queries() const { return queries_; }

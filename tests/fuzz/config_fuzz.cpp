@@ -7,6 +7,7 @@
 #include "config/loader.h"
 #include "gateway/modbus/register_map.h"
 #include "protocols/dcon/protocol.h"
+#include "protocols/modbus/protocol.h"
 #include "protocols/set4tm/protocol.h"
 #include "protocols/spabus/protocol.h"
 #include "tests/fuzz/fuzz.h"
@@ -17,7 +18,9 @@ namespace {
 const config::Catalog& TheCatalog() {
   static const config::Catalog catalog = {{{"spabus", &spabus::SpabusProtocol()},
                                            {"dcon", &dcon::DconProtocol()},
-                                           {"set4tm", &Set4tmProtocol()}},
+                                           {"set4tm", &Set4tmProtocol()},
+                                           {"modbus_rtu", &ModbusRtuProtocol()},
+                                           {"modbus_ascii", &ModbusAsciiProtocol()}},
                                           {FUZZ_SOURCE_DIR "/tests/fuzz/profiles"}};
   return catalog;
 }
@@ -83,6 +86,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const config::Line& line : loaded.config.lines) {
     Require(!line.port.empty() && line.serial.baud > 0, "a line has a port and a speed");
     for (const config::Device& device : line.devices) CheckDevice(device, line);
+  }
+  for (const config::Route& route : loaded.config.modbus.routes) {
+    Require(route.first <= route.last, "a route has units");
+    if (route.line.empty()) continue;
+    Require(route.line_index < loaded.config.lines.size() &&
+                loaded.config.lines[route.line_index].name == route.line,
+            "a route knows its line");
   }
   const modbus::RegisterMap map(loaded.config);
   Require(map.unit(0).kind == modbus::UnitMap::Kind::gateway, "unit 0 is the gateway");

@@ -6,6 +6,7 @@
 
 #include "gateway/cli/decode.h"
 #include "protocols/dcon/protocol.h"
+#include "protocols/modbus/protocol.h"
 #include "protocols/set4tm/protocol.h"
 #include "protocols/spabus/protocol.h"
 #include "tests/fuzz/fuzz.h"
@@ -15,9 +16,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace baudgate::fuzz;
   static const config::Catalog catalog = {{{"spabus", &spabus::SpabusProtocol()},
                                            {"dcon", &dcon::DconProtocol()},
-                                           {"set4tm", &Set4tmProtocol()}},
+                                           {"set4tm", &Set4tmProtocol()},
+                                           {"modbus_rtu", &ModbusRtuProtocol()}},
                                           {}};
-  static const char* const protocols[] = {"spabus", "dcon", "set4tm"};
+  static const char* const protocols[] = {"spabus", "dcon", "set4tm", "modbus_rtu"};
   Input input(data, size);
   DecodeOptions options;
   options.protocol = protocols[input.Below(std::size(protocols))];

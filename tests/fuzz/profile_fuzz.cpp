@@ -1,11 +1,12 @@
 // Any text as a device profile, of each protocol in turn.
-// Input: one byte for the protocol ('d', 's', 'm'; others: by its number), then the YAML text.
+// Input: one byte for the protocol ('d', 's', 'm', 'r'; others: by its number), then the YAML text.
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
 #include "config/points.h"
 #include "config/profile.h"
 #include "protocols/dcon/protocol.h"
+#include "protocols/modbus/protocol.h"
 #include "protocols/set4tm/protocol.h"
 #include "protocols/spabus/protocol.h"
 #include "tests/fuzz/fuzz.h"
@@ -21,6 +22,8 @@ const Protocol& ProtocolOf(std::uint8_t byte) {
       return spabus::SpabusProtocol();
     case 'm':
       return Set4tmProtocol();
+    case 'r':
+      return ModbusRtuProtocol();
     default:
       return byte % 2 == 0 ? dcon::DconProtocol() : Set4tmProtocol();
   }

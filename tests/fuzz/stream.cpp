@@ -11,16 +11,30 @@ constexpr std::uint8_t kLength = 0x3F;
 constexpr std::uint8_t kSeal = 0x40;
 constexpr std::uint8_t kCut = 0x80;
 
+bool HasCrc(const Protocol& protocol) {
+  return protocol.name == "set4tm" || protocol.name == "modbus_rtu";
+}
+
+/// Of the bytes that the hex text behind ':' stands for.
+void SealAscii(Bytes& bytes, View covered) {
+  const std::string_view text = AsText(covered);
+  const auto start = text.find(':');
+  const auto decoded = ParseHex(start == std::string_view::npos ? text : text.substr(start + 1));
+  Append(bytes, HexByte(static_cast<std::uint8_t>(0x100U - Sum8(decoded.value_or(Bytes())))));
+  Append(bytes, "\r\n");
+}
+
 }  // namespace
 
 void Seal(const Protocol& protocol, Bytes& bytes, std::size_t from) {
   View covered = View(bytes).subspan(from);
-  if (protocol.name == "set4tm") {
+  if (HasCrc(protocol)) {
     const std::uint16_t crc = Crc16(covered);
     bytes.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
     bytes.push_back(static_cast<std::uint8_t>(crc >> 8U));
     return;
   }
+  if (protocol.name == "modbus_ascii") return SealAscii(bytes, covered);
   if (protocol.name == "spabus") {
     const auto start = AsText(covered).find_first_of("<>");
     if (start != std::string_view::npos) covered = covered.subspan(start);
@@ -38,7 +52,8 @@ void Unseal(const Protocol& protocol, Bytes& frame) {
     const auto colon = AsText(frame).rfind(':');
     if (colon != std::string_view::npos) keep = colon + 1;
   } else {
-    keep -= std::min<std::size_t>(keep, protocol.name == "set4tm" ? 2 : 3);
+    const std::size_t check = HasCrc(protocol) ? 2 : protocol.name == "modbus_ascii" ? 4 : 3;
+    keep -= std::min(keep, check);
   }
   frame.resize(keep);
 }

@@ -86,7 +86,8 @@ TEST(ModbusPlan, ARefusedBlockIsSplitAtItsWidestHole) {
 }
 
 TEST(ModbusPlan, WithoutAHoleItIsSplitInTheMiddle) {
-  Plan plan(Points({"holding 0", "holding 1", "holding 2", "holding 3"}), {});
+  const auto points = Points({"holding 0", "holding 1", "holding 2", "holding 3"});
+  Plan plan(points, {});
   EXPECT_TRUE(plan.Split(0));
   EXPECT_EQ(Shown(plan), "fast holding 0+2 fast holding 2+2");
 }
@@ -116,7 +117,8 @@ TEST(ModbusPlan, WhatIsRefusedIsAskedRarelyAndApart) {
 }
 
 TEST(ModbusPlan, ABlockOfAnUnknownFunctionStaysWhole) {
-  Plan plan(Points({"input 0", "input 1", "input 2"}), {});
+  const auto points = Points({"input 0", "input 1", "input 2"});
+  Plan plan(points, {});
   EXPECT_TRUE(plan.Demote(0));
   EXPECT_EQ(Shown(plan), "slow input 0+3");
   plan.Forget();

@@ -113,9 +113,9 @@ TEST(ModbusProfiles, TheInverterIsReadInFewRequests) {
   EXPECT_EQ(fault.readings[1].value, Value(std::string("E.THM motor overload, thermal")));
   EXPECT_EQ(ToHex(talk.Ask(Write(index("set_frequency"), 2500.0), Instant{})->bytes),
             "14 06 00 0D 09 C4 1D 0F");
-  EXPECT_EQ(ToHex(talk.Ask(Write(index("run_command"), std::uint64_t{2}), Instant{})->bytes),
+  EXPECT_EQ(ToHex(talk.Ask(Write(index("status_word"), std::uint64_t{2}), Instant{})->bytes),
             "14 06 00 08 00 02 8B 0C");
-  EXPECT_EQ(ToHex(talk.Ask(Write(index("run_command"), std::uint64_t{0}), Instant{})->bytes),
+  EXPECT_EQ(ToHex(talk.Ask(Write(index("status_word"), std::uint64_t{0}), Instant{})->bytes),
             "14 06 00 08 00 00 0A CD");
   EXPECT_EQ(ToHex(talk.Ask(Write(index("fault_code"), std::uint64_t{0}), Instant{})->bytes),
             "14 06 01 F4 00 00 CB 01");
