@@ -1,4 +1,4 @@
-// Compares a peer with the networks of an allow list.
+// Compares a peer with the networks of a listener.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/access.h"
 
@@ -30,13 +30,23 @@ bool IsIpv4(const config::Network& network) {
 
 }  // namespace
 
+bool Contains(const config::Network& network, const PeerAddress& peer) {
+  const int prefix = std::clamp(network.prefix, 0, 128);
+  if (!IsIpv4(network)) return SamePrefix(peer, network.bytes, 0, prefix);
+  return IsMapped(peer) && SamePrefix(peer, network.bytes, kIpv4Prefix, prefix);
+}
+
 bool Allows(std::span<const config::Network> list, const PeerAddress& peer) {
   if (list.empty()) return true;
-  return std::ranges::any_of(list, [&](const config::Network& network) {
-    const int prefix = std::clamp(network.prefix, 0, 128);
-    if (!IsIpv4(network)) return SamePrefix(peer, network.bytes, 0, prefix);
-    return IsMapped(peer) && SamePrefix(peer, network.bytes, kIpv4Prefix, prefix);
-  });
+  return std::ranges::any_of(
+      list, [&](const config::Network& network) { return Contains(network, peer); });
+}
+
+config::Priority PriorityOf(const config::Listener& listener, const PeerAddress& peer) {
+  for (const config::ClientPriority& rule : listener.clients) {
+    if (Contains(rule.from, peer)) return rule.priority;
+  }
+  return listener.priority;
 }
 
 }  // namespace baudgate::modbus

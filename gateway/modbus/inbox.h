@@ -1,5 +1,5 @@
-// The way from a line's thread to the Modbus server's: how a write ended. It may outlive the
-// server, because lines answer when they can; what comes after Close is dropped.
+// The way from a line's thread to the Modbus server's: how a write or a routed request ended. It
+// may outlive the server, because lines answer when they can; what comes after Close is dropped.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -18,11 +18,12 @@ using asio::ip::tcp;
 
 /// Without file descriptors or memory, accepting at once again would only spin.
 constexpr Duration kAcceptPause = 100ms;
+/// How often half frames of RTU clients are looked after.
+constexpr Duration kRtuSweep = 50ms;
 
-std::string At(std::string_view host, std::uint16_t port) {
-  const bool v6 = host.find(':') != std::string_view::npos;
-  const std::string name(host);
-  return (v6 ? "[" + name + "]" : name) + ":" + std::to_string(port);
+std::string NameOf(const tcp::endpoint& peer) {
+  const std::string host = peer.address().to_string();
+  return (peer.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(peer.port());
 }
 
 PeerAddress AddressOf(const asio::ip::address& address) {
@@ -57,6 +58,8 @@ Listener::Listener(asio::io_context& io, const config::Listener& listener, Servi
   const Duration shortest =
       std::min({listener.idle_timeout, service.limits().write_deadline, service.limits().stall});
   sweep_period_ = std::clamp<Duration>(shortest / 4, 10ms, 250ms);
+  const bool rtu = listener.protocol == config::Listener::Protocol::rtu;
+  if (rtu) sweep_period_ = std::min(sweep_period_, kRtuSweep);
 }
 
 Status Listener::Open() {
@@ -66,7 +69,7 @@ Status Listener::Open() {
       resolver.resolve(listener_.host, std::to_string(listener_.port),
                        tcp::resolver::passive | tcp::resolver::numeric_service, failed);
   if (failed || found.empty()) {
-    return Error{At(listener_.host, listener_.port) + ": unknown address; check modbus.listen"};
+    return Error{listener_.Place() + ": unknown address; check modbus.listen"};
   }
   const Status bound = Bind(found.begin()->endpoint());
   if (!bound) return bound;
@@ -88,7 +91,7 @@ Status Listener::Bind(const tcp::endpoint& endpoint) {
   }
   if (!failed) acceptor_.bind(endpoint, failed);
   if (!failed) acceptor_.listen(asio::socket_base::max_listen_connections, failed);
-  if (failed) return Error{At(listener_.host, listener_.port) + ": " + Explain(failed)};
+  if (failed) return Error{listener_.Place() + ": " + Explain(failed)};
   return {};
 }
 
@@ -127,8 +130,9 @@ void Listener::Welcome(tcp::socket socket) {
   asio::error_code gone;
   const tcp::endpoint peer = socket.remote_endpoint(gone);
   if (gone) return;
-  const std::string name = At(peer.address().to_string(), peer.port());
-  if (!Allows(listener_.allow, AddressOf(peer.address()))) {
+  const std::string name = NameOf(peer);
+  const PeerAddress address = AddressOf(peer.address());
+  if (!Allows(listener_.allow, address)) {
     return Refuse(name, "its address is not in the allow list");
   }
   if (sessions_.size() >= static_cast<std::size_t>(std::max(listener_.max_clients, 1))) {
@@ -148,8 +152,9 @@ void Listener::Welcome(tcp::socket socket) {
     service_.counters().clients.fetch_sub(1, std::memory_order_relaxed);
     sessions_.erase(&session);
   };
-  auto session = std::make_shared<ModbusSession>(owned, *clients_, listener_, service_, name,
-                                                 ReadClocks().instant, closed);
+  auto session =
+      std::make_shared<ModbusSession>(owned, *clients_, listener_, service_, name,
+                                      PriorityOf(listener_, address), ReadClocks().instant, closed);
   sessions_.emplace(session.get(), session);
   session->Start();
 }

@@ -12,6 +12,18 @@ constexpr std::size_t kLongest = kMaxAdu - kMbapPrefix;
 
 }  // namespace
 
+Bytes AduOf(std::uint16_t transaction, std::uint8_t unit, View pdu) {
+  const std::size_t length = pdu.size() + 1;
+  Bytes frame(kMbapHeader + pdu.size());
+  frame[0] = static_cast<std::uint8_t>(transaction >> 8);
+  frame[1] = static_cast<std::uint8_t>(transaction);
+  frame[4] = static_cast<std::uint8_t>(length >> 8);
+  frame[5] = static_cast<std::uint8_t>(length);
+  frame[6] = unit;
+  std::ranges::copy(pdu, frame.begin() + kMbapHeader);
+  return frame;
+}
+
 std::span<std::uint8_t> MbapAssembler::Space() {
   if (begin_ > 0) {
     std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_),

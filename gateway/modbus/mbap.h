@@ -1,5 +1,6 @@
 // Cuts the bytes that a Modbus TCP client sends into frames; no sockets, bounded memory.
-// Bytes come from session.cpp, frames go back to it. Rule: MODBUS Messaging on TCP/IP 1.0b, 3.1.3.
+// Bytes come from client_framing.h, frames go back to it. Rule: MODBUS Messaging on
+// TCP/IP 1.0b, 3.1.3.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,6 +18,9 @@ inline constexpr std::size_t kMbapHeader = 7;
 /// The length field counts the unit and the PDU; it stands in front of them.
 inline constexpr std::size_t kMbapPrefix = 6;
 inline constexpr std::size_t kMaxAdu = 260;
+
+/// A whole frame: the header in front of unit and PDU.
+Bytes AduOf(std::uint16_t transaction, std::uint8_t unit, View pdu);
 
 class MbapAssembler {
  public:

@@ -70,6 +70,22 @@ bool IsWrite(View frame) {
   }
 }
 
+bool Permits(config::Permit permit, std::uint8_t function) {
+  constexpr std::uint8_t kLastRead = 4;
+  constexpr std::uint8_t kLastSingleWrite = 6;
+  switch (permit) {
+    case config::Permit::read:
+      return function >= 1 && function <= kLastRead;
+    case config::Permit::data:
+      return (function >= 1 && function <= kLastSingleWrite) ||
+             function == static_cast<std::uint8_t>(Function::write_coils) ||
+             function == static_cast<std::uint8_t>(Function::write_registers);
+    case config::Permit::all:
+      return true;
+  }
+  return false;
+}
+
 ExceptionCode ParseRequest(View frame, ModbusRequest& request) {
   const ByteReader pdu(frame.subspan(kMbapHeader));
   request.frame = frame;
@@ -81,6 +97,14 @@ ExceptionCode ParseRequest(View frame, ModbusRequest& request) {
   // A range that leaves the 65536 addresses names at least one that is not mapped.
   if (request.start + request.count > 0x10000) return ExceptionCode::illegal_address;
   return ExceptionCode::none;
+}
+
+std::size_t ReplySize(const ModbusRequest& request) {
+  constexpr std::size_t kWriteReply = kMbapHeader + 5;
+  constexpr std::size_t kReadHeader = kMbapHeader + 2;
+  if (IsWrite(request.frame)) return kWriteReply;
+  const std::size_t count = request.count;
+  return kReadHeader + (request.table() == config::Table::bits ? (count + 7) / 8 : count * 2);
 }
 
 std::array<std::uint8_t, 9> ExceptionReply(View frame, ExceptionCode code) {

@@ -58,12 +58,18 @@ struct ModbusRequest {
 
 /// The unit that a whole frame is for.
 inline std::uint8_t UnitOf(View frame) { return frame[kMbapHeader - 1]; }
+inline std::uint8_t FunctionOf(View frame) { return frame[kMbapHeader]; }
 /// FC 5, 6, 15 or 16, well formed or not.
 bool IsWrite(View frame);
+/// Whether clients with this permission may ask for the function.
+bool Permits(config::Permit permit, std::uint8_t function);
 
 /// Fills `request` from a whole frame (MbapAssembler::Take), or says with which exception to
 /// answer.
 ExceptionCode ParseRequest(View frame, ModbusRequest& request);
+
+/// Bytes of the whole frame that answers a checked request.
+std::size_t ReplySize(const ModbusRequest& request);
 
 /// The nine bytes that answer `frame` with an exception.
 std::array<std::uint8_t, 9> ExceptionReply(View frame, ExceptionCode code);

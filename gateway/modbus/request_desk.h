@@ -7,6 +7,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,7 @@
 #include "gateway/base/time.h"
 #include "gateway/modbus/request.h"
 #include "gateway/modbus/service.h"
+#include "gateway/routed.h"
 
 namespace baudgate::modbus {
 
@@ -23,18 +26,24 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   /// The way back to the client. The desk may be closed from within a call.
   class Wire {
    public:
-    /// A read out of the store: the responder's private copy holds its values, during the call
-    /// only.
+    /// A read out of the store, or a confirmed write: the responder's private copy holds what was
+    /// asked for, during the call only.
     virtual void Answer(const ModbusRequest& request, Responder& responder) = 0;
     /// A whole frame in its Modbus TCP form: an exception, a routed reply.
     virtual void Answer(View frame) = 0;
-    /// Request `frame` stays without any answer (a broadcast, a silent listener): a wire that
-    /// takes one request at a time goes on.
+    /// A request stays without any answer (a broadcast, a silent listener): a wire that takes one
+    /// request at a time goes on.
     virtual void AnswerNothing() = 0;
 
    protected:
     ~Wire() = default;
   };
+
+  /// Requests of one client that may wait for lines and servers; more are answered "busy".
+  static constexpr std::size_t kMaxPending = 32;
+  /// Whoever has taken a routed request answers it at its deadline; only what was lost on the way
+  /// is answered so much later by the sweep.
+  static constexpr Duration kGrace = 250ms;
 
   /// Listener, service and wire outlive the desk until Close.
   RequestDesk(const config::Listener& listener, Service& service, Wire& wire, std::string peer,
@@ -48,23 +57,47 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   void Close();
 
   std::size_t outstanding() const { return pending_.size(); }
-  std::uint64_t id() const { return id_; }
+  std::uint64_t id() const { return record_->id; }
 
  private:
+  /// What nobody has answered yet: a write to a device, or a routed request.
   struct Pending {
     std::uint64_t number = 0;
     Instant deadline;
+    std::optional<std::size_t> route;
     Bytes frame;
   };
+
+  void HandleOwn(View frame, Instant now);
+  void HandleRouted(View frame, std::size_t index, Instant now);
+  ExceptionCode StartWrite(const ModbusRequest& request, Instant now);
+  void FinishWrite(std::uint64_t number, Outcome outcome);
+  void Forward(View frame, std::size_t index, std::uint8_t slave, Instant now);
+  void FinishRouted(std::uint64_t number, const RoutedReply& reply, Instant now);
+
+  void HandleBroadcast(View frame, std::size_t index, std::span<const RouteTargets::Line> lines,
+                       Instant now);
+  bool Broadcast(View frame, std::size_t index, const RouteTargets::Line& line, Instant now);
+
+  std::optional<Pending> TakePending(std::uint64_t number);
+  void AddPending(Pending pending);
+  config::Priority PriorityOf(std::uint8_t function) const;
+  bool speaks_rtu() const;
+  std::size_t BytesOnWire(std::size_t frame) const;
+
+  void Answer(const ModbusRequest& request);
+  void Answer(View frame);
+  void Refuse(View frame, ExceptionCode exception);
 
   const config::Listener& listener_;
   Service& service_;
   Wire& wire_;
-  std::string peer_;
   config::Priority priority_;
-  std::uint64_t id_ = 0;
+  std::shared_ptr<ClientRecord> record_;
   std::vector<Pending> pending_;
+  std::vector<RouteTarget*> used_;  ///< targets that may know this client
   std::uint64_t next_number_ = 0;
+  std::size_t broadcasts_ = 0;  ///< that are under way
   bool closed_ = false;
 };
 

@@ -5,13 +5,15 @@
 #include <utility>
 
 #include "gateway/modbus/listener.h"
+#include "gateway/modbus/serial_listener.h"
 
 namespace baudgate::modbus {
 
 ModbusServer::ModbusServer(const config::Config& config, const PointStore& store, CommandSink& sink,
-                           std::function<GatewayInfo()> info, ModbusLimits limits, ModbusLinks)
+                           std::function<GatewayInfo()> info, ModbusLimits limits,
+                           ModbusLinks links)
     : config_(config),
-      service_(std::make_unique<Service>(config, store, sink, std::move(info), limits)) {}
+      service_(std::make_unique<Service>(config, store, sink, std::move(info), limits, links)) {}
 
 ModbusServer::~ModbusServer() { Stop(); }
 
@@ -19,9 +21,9 @@ Status ModbusServer::Listen(asio::io_context& io) {
   if (!config_.modbus.enabled) return {};
   if (!service_->responder().ready()) return service_->responder().ready();
   service_->inbox()->Open(io);
+  service_->targets().Open(io);
   for (const config::Listener& listener : config_.modbus.listen) {
-    listeners_.push_back(std::make_shared<Listener>(io, listener, *service_));
-    const Status opened = listeners_.back()->Open();
+    const Status opened = Open(io, listener);
     if (!opened) {
       Stop();
       return opened;
@@ -30,16 +32,39 @@ Status ModbusServer::Listen(asio::io_context& io) {
   return {};
 }
 
-TrafficStatus ModbusServer::Traffic() const { return {}; }
+Status ModbusServer::Open(asio::io_context& io, const config::Listener& listener) {
+  const Protocol* const rtu = service_->rtu();
+  const bool needs_rtu =
+      listener.is_serial() || listener.protocol == config::Listener::Protocol::rtu;
+  if (needs_rtu && (rtu == nullptr || rtu->carrier == nullptr)) {
+    return Error{listener.Place() + ": RTU needs the module modbus_rtu, which is not loaded"};
+  }
+  if (listener.is_serial()) {
+    listeners_.push_back(nullptr);
+    serial_listeners_.push_back(std::make_shared<SerialListener>(io, listener, *service_, *rtu));
+    serial_listeners_.back()->Open();
+    return {};
+  }
+  listeners_.push_back(std::make_shared<Listener>(io, listener, *service_));
+  return listeners_.back()->Open();
+}
+
+TrafficStatus ModbusServer::Traffic() const { return service_->book()->Status(ReadClocks()); }
 
 void ModbusServer::Stop() {
   service_->inbox()->Close();
-  for (const auto& listener : listeners_) listener->Stop();
+  for (const auto& listener : listeners_) {
+    if (listener) listener->Stop();
+  }
+  for (const auto& listener : serial_listeners_) listener->Stop();
   listeners_.clear();
+  serial_listeners_.clear();
+  service_->targets().Close();
 }
 
 std::uint16_t ModbusServer::port(std::size_t listener) const {
-  return listener < listeners_.size() ? listeners_[listener]->port() : 0;
+  const bool known = listener < listeners_.size() && listeners_[listener];
+  return known ? listeners_[listener]->port() : 0;
 }
 
 }  // namespace baudgate::modbus

@@ -14,21 +14,15 @@
 #include "gateway/base/result.h"
 #include "gateway/commands.h"
 #include "gateway/modbus/device_image.h"
+#include "gateway/modbus/links.h"
 #include "gateway/modbus/service.h"
 #include "gateway/modbus/traffic.h"
 #include "gateway/point_store.h"
-#include "gateway/routed.h"
-#include "protocols/protocol.h"
 
 namespace baudgate::modbus {
 
 class Listener;
-
-/// What routes and RTU clients need beside the store; all of it outlives the server.
-struct ModbusLinks {
-  std::vector<RouteTarget*> lines;  ///< by index in config.lines; empty when no route leads to one
-  const Protocol* rtu = nullptr;    ///< modbus_rtu: frames of RTU clients; null: none are served
-};
+class SerialListener;
 
 class ModbusServer final : public TrafficSource {
  public:
@@ -40,21 +34,26 @@ class ModbusServer final : public TrafficSource {
   ModbusServer(const ModbusServer&) = delete;
   ModbusServer& operator=(const ModbusServer&) = delete;
 
-  /// Opens every port of modbus.listen, or none: "127.0.0.1:1502: address already in use; …".
+  /// Opens every port of modbus.listen, or none: "127.0.0.1:1502: address already in use; …". A
+  /// serial port that is absent is no error: it is opened when it appears.
   Status Listen(asio::io_context& io);
   /// Closes ports and clients. Writes under way go on; their answers are dropped.
   void Stop();
 
-  /// Of the listener with this index in modbus.listen; 0 while it does not listen.
+  /// Of the listener with this index in modbus.listen; 0 while it does not listen, and for serial
+  /// ports.
   std::uint16_t port(std::size_t listener = 0) const;
   ModbusCounters counters() const { return service_->counters().Snapshot(); }
   /// From any thread.
   TrafficStatus Traffic() const override;
 
  private:
+  Status Open(asio::io_context& io, const config::Listener& listener);
+
   const config::Config& config_;
   std::unique_ptr<Service> service_;
-  std::vector<std::shared_ptr<Listener>> listeners_;
+  std::vector<std::shared_ptr<Listener>> listeners_;  ///< as configured; null at serial ports
+  std::vector<std::shared_ptr<SerialListener>> serial_listeners_;
 };
 
 }  // namespace baudgate::modbus

@@ -26,8 +26,17 @@ ModbusCounters LiveCounters::Snapshot() const {
 }
 
 Service::Service(const config::Config& config, const PointStore& store, CommandSink& sink,
-                 std::function<GatewayInfo()> info, ModbusLimits limits)
-    : store_(store), sink_(sink), info_(std::move(info)), limits_(limits), map_(config) {
+                 std::function<GatewayInfo()> info, ModbusLimits limits, const ModbusLinks& links)
+    : config_(config),
+      store_(store),
+      sink_(sink),
+      info_(std::move(info)),
+      limits_(limits),
+      map_(config),
+      table_(config),
+      targets_(config.modbus, links),
+      rtu_(links.rtu),
+      book_(std::make_shared<TrafficBook>(config.modbus)) {
   pieces_.reserve(kMaxReadBits);
   for (std::size_t id = 0; id < images_.size(); ++id) {
     const UnitMap& unit = map_.unit(static_cast<std::uint8_t>(id));

@@ -1,7 +1,7 @@
-// What all sessions of a Modbus server share: the map, the way to the values and to the lines, the
-// private copy and the counters. Requests come from session.cpp; values from the point store;
-// writes go to the command sink. Used by the server's own thread only, the counters' snapshot
-// excepted.
+// What all clients of a Modbus server share: the map, the way to the values, the lines and the
+// routes, the private copy and the counters. Requests come from request_desk.cpp; values from the
+// point store; writes go to the command sink. Used by the server's own thread only, the counters'
+// snapshot excepted.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,10 +17,14 @@
 #include "gateway/modbus/device_image.h"
 #include "gateway/modbus/folded_log.h"
 #include "gateway/modbus/inbox.h"
+#include "gateway/modbus/links.h"
 #include "gateway/modbus/register_image.h"
 #include "gateway/modbus/register_map.h"
 #include "gateway/modbus/request.h"
 #include "gateway/modbus/responder.h"
+#include "gateway/modbus/route_table.h"
+#include "gateway/modbus/route_targets.h"
+#include "gateway/modbus/traffic_book.h"
 #include "gateway/point_store.h"
 
 namespace baudgate::modbus {
@@ -54,7 +58,7 @@ class Service {
   using Done = std::function<void(Outcome, const std::string&)>;
 
   Service(const config::Config& config, const PointStore& store, CommandSink& sink,
-          std::function<GatewayInfo()> info, ModbusLimits limits);
+          std::function<GatewayInfo()> info, ModbusLimits limits, const ModbusLinks& links = {});
 
   /// Unit, function, right to write, counts and lengths; fills `request` when there is no
   /// exception.
@@ -66,12 +70,20 @@ class Service {
   /// How a write ended, as Modbus says it.
   static ExceptionCode ExceptionOf(Outcome outcome);
 
+  const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
+  const config::Route& route(std::size_t index) const { return config_.modbus.routes[index]; }
+  RouteTargets& targets() { return targets_; }
+  /// Null: RTU is not spoken.
+  const Protocol* rtu() const { return rtu_; }
+
   Responder& responder() { return responder_; }
   LiveCounters& counters() { return counters_; }
   const LiveCounters& counters() const { return counters_; }
   FoldedLog& log() { return log_; }
   const ModbusLimits& limits() const { return limits_; }
   const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
+  /// Shared by what may outlive the server.
+  const std::shared_ptr<TrafficBook>& book() const { return book_; }
 
  private:
   /// From the unit's image, when it has the whole request and is fresh or due to be made anew.
@@ -79,11 +91,16 @@ class Service {
   ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);
   ExceptionCode ReadGateway(const ModbusRequest& request);
 
+  const config::Config& config_;
   const PointStore& store_;
   CommandSink& sink_;
   std::function<GatewayInfo()> info_;
   ModbusLimits limits_;
   RegisterMap map_;
+  RouteTable table_;
+  RouteTargets targets_;
+  const Protocol* rtu_;
+  std::shared_ptr<TrafficBook> book_;
   std::array<std::unique_ptr<RegisterImage>, 256> images_;  ///< by unit; none where no device is
   Responder responder_;
   LiveCounters counters_;

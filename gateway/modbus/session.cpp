@@ -14,20 +14,23 @@ namespace {
 
 /// Frames of one client that are answered before the others have their turn.
 constexpr int kFramesPerTurn = 8;
-/// Writes of one client that may wait for its lines; more are answered "busy".
-constexpr std::size_t kMaxPending = 16;
+/// After so much silence an RTU frame is not going on.
+constexpr Duration kLongestGap = 50ms;
 
 }  // namespace
 
 ModbusSession::ModbusSession(int socket, ClientPoll& clients, const config::Listener& listener,
-                             Service& service, std::string peer, Instant now,
-                             std::function<void(ModbusSession&)> closed)
+                             Service& service, std::string peer, config::Priority priority,
+                             Instant now, std::function<void(ModbusSession&)> closed)
     : socket_(socket),
       clients_(clients),
       listener_(listener),
       service_(service),
       peer_(std::move(peer)),
       on_closed_(std::move(closed)),
+      framing_(MakeFraming(listener.protocol, service.rtu())),
+      desk_(std::make_shared<RequestDesk>(listener, service, *this, peer_, priority)),
+      last_bytes_(now),
       last_frame_(now),
       blocked_since_(now) {}
 
@@ -48,7 +51,7 @@ void ModbusSession::Close() {
   if (closed_) return;
   closed_ = true;
   Release();
-  pending_.clear();
+  desk_->Close();
   on_closed_(*this);
 }
 
@@ -68,23 +71,29 @@ void ModbusSession::Watch(std::uint32_t events) {
 }
 
 void ModbusSession::Receive() {
-  const auto space = assembler_.Space();
+  const auto space = framing_->Space();
+  if (space.empty()) return Continue();
   const ssize_t count = ::recv(socket_, space.data(), space.size(), 0);
   if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return;
   if (count <= 0) return Close();
-  assembler_.Commit(static_cast<std::size_t>(count));
-  Turn();
+  framing_->Commit(static_cast<std::size_t>(count));
+  last_bytes_ = std::chrono::steady_clock::now();
+  Turn(last_bytes_);
 }
 
-void ModbusSession::Turn() {
-  const Instant now = std::chrono::steady_clock::now();
-  for (int i = 0; i < kFramesPerTurn && !closed_ && !blocked_; ++i) {
+void ModbusSession::Turn(Instant now) {
+  in_turn_ = true;
+  auto state = ClientFraming::State::need_more;
+  for (int i = 0; i < kFramesPerTurn && !closed_ && !blocked_ && !waiting_; ++i) {
     View frame;
-    const auto state = assembler_.Take(frame);
-    if (state == MbapAssembler::State::need_more) break;
-    if (state == MbapAssembler::State::malformed) return CloseMalformed(now);
-    Handle(frame, now);
+    state = framing_->Take(frame);
+    if (state != ClientFraming::State::frame) break;
+    last_frame_ = now;
+    waiting_ = framing_->one_at_a_time();
+    desk_->Handle(frame, now);
   }
+  in_turn_ = false;
+  if (state == ClientFraming::State::malformed) return CloseMalformed(now);
   Flush();
   Continue();
 }
@@ -92,89 +101,63 @@ void ModbusSession::Turn() {
 void ModbusSession::Continue() {
   if (closed_) return;
   if (blocked_) return Watch(EPOLLOUT);
-  if (assembler_.Peek() == MbapAssembler::State::need_more) return Watch(EPOLLIN);
+  // Watched even so, to know when the client leaves.
+  if (waiting_) return Watch(framing_->Space().empty() ? 0U : EPOLLIN);
+  if (framing_->Peek() == ClientFraming::State::need_more) return Watch(EPOLLIN);
   Watch(0);
   if (closed_ || turn_posted_) return;
   turn_posted_ = true;
   clients_.Post([self = shared_from_this()] {
     self->turn_posted_ = false;
-    if (!self->closed_ && !self->blocked_) self->Turn();
+    if (!self->closed_ && !self->blocked_) self->Turn(std::chrono::steady_clock::now());
   });
 }
 
-void ModbusSession::Handle(View frame, Instant now) {
-  last_frame_ = now;
-  LiveCounters::Add(service_.counters().requests);
-  ModbusRequest request;
-  ExceptionCode exception = service_.Check(frame, listener_.permit != config::Permit::read, request);
-  if (exception == ExceptionCode::none) {
-    if (IsWrite(frame)) {
-      exception = StartWrite(request, now);
-    } else {
-      exception = service_.Read(request, now);
-      if (exception == ExceptionCode::none) return Answer(request);
-    }
+void ModbusSession::Answer(const ModbusRequest& request, Responder& responder) {
+  const auto self = Hold();
+  if (!SendAtOnce(request, responder) && !closed_) {
+    Bytes frame;
+    if (!responder.Append(request, frame)) return Close();
+    framing_->Append(out_, frame);
   }
-  if (exception != ExceptionCode::none) Refuse(frame, exception);
+  Answered();
 }
 
-ExceptionCode ModbusSession::StartWrite(const ModbusRequest& request, Instant now) {
-  if (pending_.size() >= kMaxPending) return ExceptionCode::busy;
-  const std::uint64_t id = next_id_++;
-  const Instant deadline = now + service_.limits().write_deadline;
-  auto done = [inbox = service_.inbox(), session = weak_from_this(), id](Outcome outcome,
-                                                                         const std::string&) {
-    inbox->Post([session, id, outcome] {
-      if (const auto self = session.lock()) self->FinishWrite(id, outcome);
-    });
-  };
-  const auto exception = service_.Submit(request, deadline, std::move(done));
-  if (exception == ExceptionCode::none) {
-    pending_.push_back({id, deadline, Bytes(request.frame.begin(), request.frame.end())});
+bool ModbusSession::SendAtOnce(const ModbusRequest& request, Responder& responder) {
+  if (!out_.empty() || framing_->one_at_a_time()) return false;
+  if (framing_->Peek() != ClientFraming::State::need_more) return false;
+  switch (responder.Send(request, socket_)) {
+    case Responder::Sent::whole:
+      return true;
+    case Responder::Sent::would_block:
+      break;
+    // The client has left the kernel's whole send buffer unread.
+    case Responder::Sent::cut:
+      CloseStalled(last_frame_, "its answers pile up unread");
+      break;
+    case Responder::Sent::failed:
+      Close();
+      break;
   }
-  return exception;
+  return false;
 }
 
-void ModbusSession::FinishWrite(std::uint64_t id, Outcome outcome) {
-  const auto found =
-      std::ranges::find_if(pending_, [id](const Pending& pending) { return pending.id == id; });
-  if (closed_ || found == pending_.end()) return;
-  const Bytes frame = std::move(found->frame);
-  pending_.erase(found);
-  ModbusRequest request;
-  ExceptionCode exception = ParseRequest(frame, request);
-  if (exception == ExceptionCode::none) exception = Service::ExceptionOf(outcome);
-  if (exception == ExceptionCode::none) {
-    Answer(request);
-  } else {
-    Refuse(frame, exception);
-  }
+void ModbusSession::Answer(View frame) {
+  const auto self = Hold();
+  framing_->Append(out_, frame);
+  Answered();
+}
+
+void ModbusSession::AnswerNothing() {
+  const auto self = Hold();
+  Answered();
+}
+
+void ModbusSession::Answered() {
+  waiting_ = false;
+  if (in_turn_) return;
   Flush();
   Continue();
-}
-
-void ModbusSession::Answer(const ModbusRequest& request) {
-  Responder& responder = service_.responder();
-  const bool alone = assembler_.Peek() == MbapAssembler::State::need_more;
-  if (alone && out_.empty()) {
-    switch (responder.Send(request, socket_)) {
-      case Responder::Sent::whole:
-        return;
-      case Responder::Sent::would_block:
-        break;
-      // The client has left the kernel's whole send buffer unread.
-      case Responder::Sent::cut:
-        return CloseStalled(last_frame_, "its answers pile up unread");
-      case Responder::Sent::failed:
-        return Close();
-    }
-  }
-  if (!responder.Append(request, out_)) Close();
-}
-
-void ModbusSession::Refuse(View frame, ExceptionCode exception) {
-  LiveCounters::Add(service_.counters().exceptions);
-  Append(out_, ExceptionReply(frame, exception));
 }
 
 void ModbusSession::Flush() {
@@ -192,23 +175,23 @@ void ModbusSession::Sweep(Instant now) {
   if (blocked_ && now - blocked_since_ > service_.limits().stall) {
     return CloseStalled(now, "it does not read its answers");
   }
-  if (!blocked_ && pending_.empty() && now - last_frame_ > listener_.idle_timeout) {
+  if (!blocked_ && desk_->outstanding() == 0 && now - last_frame_ > listener_.idle_timeout) {
     LiveCounters::Add(service_.counters().idle);
     return Close();
   }
-  std::vector<std::uint64_t> late;
-  for (const Pending& pending : pending_) {
-    if (now >= pending.deadline) late.push_back(pending.id);
-  }
   const auto self = shared_from_this();
-  for (const std::uint64_t id : late) FinishWrite(id, Outcome::no_reply);
+  if (!waiting_ && !blocked_ && now - last_bytes_ >= kLongestGap) {
+    framing_->Settle();
+    Continue();
+  }
+  desk_->Sweep(now);
 }
 
 void ModbusSession::CloseMalformed(Instant now) {
   Flush();
   if (closed_) return;
   LiveCounters::Add(service_.counters().malformed);
-  service_.log().Note(FoldedLog::Kind::malformed, now, peer_, assembler_.Defect());
+  service_.log().Note(FoldedLog::Kind::malformed, now, peer_, framing_->Defect());
   Close();
 }
 

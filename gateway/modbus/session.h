@@ -1,5 +1,6 @@
-// One connected Modbus TCP client: takes its requests in their order and sends the answers.
-// Bytes come from and go to its socket; what they mean is decided by service.h.
+// One connected client of Modbus TCP, or of RTU over TCP: takes its requests in their order and
+// sends the answers. Bytes come from and go to its socket; what they mean is decided by
+// request_desk.h.
 // All on the server's thread. A client can delay nobody: a turn answers a few frames, answers that
 // it does not read stop its own requests, and memory is bounded.
 // SPDX-License-Identifier: Apache-2.0
@@ -10,55 +11,54 @@
 #include <memory>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "config/config.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
+#include "gateway/modbus/client_framing.h"
 #include "gateway/modbus/client_poll.h"
-#include "gateway/modbus/mbap.h"
 #include "gateway/modbus/request.h"
+#include "gateway/modbus/request_desk.h"
 #include "gateway/modbus/service.h"
 
 namespace baudgate::modbus {
 
 class ModbusSession final : public ClientPoll::Client,
+                            public RequestDesk::Wire,
                             public std::enable_shared_from_this<ModbusSession> {
  public:
   /// Owns `socket`, which is connected and non-blocking. `closed` is called once, at the end.
   /// Clients, listener and service outlive every session that is not closed.
   ModbusSession(int socket, ClientPoll& clients, const config::Listener& listener, Service& service,
-                std::string peer, Instant now, std::function<void(ModbusSession&)> closed);
+                std::string peer, config::Priority priority, Instant now,
+                std::function<void(ModbusSession&)> closed);
   ~ModbusSession();
   ModbusSession(const ModbusSession&) = delete;
   ModbusSession& operator=(const ModbusSession&) = delete;
 
   void Start();
   void Close();
-  /// Closes an idle or stalled client and answers writes whose deadline has passed.
+  /// Closes an idle or stalled client and answers requests whose deadline has passed.
   void Sweep(Instant now);
 
  private:
-  /// A write that a line has not answered yet.
-  struct Pending {
-    std::uint64_t id = 0;
-    Instant deadline;
-    Bytes frame;
-  };
-
   void OnEvents(std::uint32_t events) override;
   void Watch(std::uint32_t events);
   void Release();
   void Receive();
   /// Answers the frames at hand, at most a few.
-  void Turn();
+  void Turn(Instant now);
   /// Waits for what comes next: room for answers, more frames at hand, or bytes from the client.
   void Continue();
-  void Handle(View frame, Instant now);
-  ExceptionCode StartWrite(const ModbusRequest& request, Instant now);
-  void FinishWrite(std::uint64_t id, Outcome outcome);
-  void Answer(const ModbusRequest& request);
-  void Refuse(View frame, ExceptionCode exception);
+  void Answer(const ModbusRequest& request, Responder& responder) override;
+  void Answer(View frame) override;
+  void AnswerNothing() override;
+  /// False when the answer could not go out like this.
+  bool SendAtOnce(const ModbusRequest& request, Responder& responder);
+  /// One more request is answered.
+  void Answered();
+  /// Keeps the session alive through an answer that may close it; in a turn its caller does.
+  std::shared_ptr<ModbusSession> Hold() { return in_turn_ ? nullptr : shared_from_this(); }
   void Flush();
   void CloseMalformed(Instant now);
   void CloseStalled(Instant now, std::string_view why);
@@ -69,11 +69,13 @@ class ModbusSession final : public ClientPoll::Client,
   Service& service_;
   std::string peer_;
   std::function<void(ModbusSession&)> on_closed_;
-  MbapAssembler assembler_;
+  std::unique_ptr<ClientFraming> framing_;
+  std::shared_ptr<RequestDesk> desk_;
   Bytes out_;             ///< answers that are not sent yet
   bool blocked_ = false;  ///< the client's buffers are full: nothing is read or answered
-  std::vector<Pending> pending_;
-  std::uint64_t next_id_ = 0;
+  bool waiting_ = false;  ///< one request at a time: its answer is not known yet
+  bool in_turn_ = false;  ///< answers are flushed at its end
+  Instant last_bytes_;
   Instant last_frame_;
   Instant blocked_since_;
   std::uint32_t watched_ = 0;  ///< events that the poll knows of

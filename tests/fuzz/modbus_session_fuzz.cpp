@@ -1,5 +1,6 @@
-// A whole session over a socket pair: pieces from a client, writes that are answered late or not,
-// answers that the client reads late, and an end at any moment.
+// A whole session over a socket pair, Modbus TCP or RTU frames: pieces from a client, writes and
+// routed requests that are answered late or not, answers that the client reads late, and an end at
+// any moment.
 // Input: flags, then pieces: what happens (see Play), a length byte and as many bytes.
 // SPDX-License-Identifier: Apache-2.0
 #include <spdlog/spdlog.h>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "gateway/modbus/session.h"
+#include "protocols/modbus/protocol.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/modbus_world.h"
 
@@ -29,12 +31,12 @@ class Gateway {
     std::array<int, 2> pair{};
     const int kind = SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC;
     Require(::socketpair(AF_UNIX, kind, 0, pair.data()) == 0, "there is a socket pair");
-    listener_.permit = (input.U8() & 1U) == 0 ? config::Permit::all : config::Permit::read;
-    sink_.turn = input.U8();
+    Configure(input.U8());
+    sink_.turn = target_.turn = input.U8();
     int closed = 0;
     auto session = std::make_shared<modbus::ModbusSession>(
-        pair[0], *clients_, listener_, service_, "fuzz", std::chrono::steady_clock::now(),
-        [&closed](modbus::ModbusSession&) { ++closed; });
+        pair[0], *clients_, listener_, service_, "fuzz", config::Priority::normal,
+        std::chrono::steady_clock::now(), [&closed](modbus::ModbusSession&) { ++closed; });
     session->Start();
     Bytes sent;
     Bytes answers;
@@ -47,19 +49,47 @@ class Gateway {
     session->Close();
     Require(closed == 1, "closed once");
     sink_.kept.clear();
+    for (const RoutedRequest& request : target_.kept) {
+      Require(request.client == 0, "who has left is forgotten");
+    }
+    target_.kept.clear();
     ::close(pair[1]);
     session.reset();
     io_.restart();
     io_.poll();
-    CheckAnswers(sent, answers);
+    if (speaks_rtu()) {
+      CheckRtuAnswers(answers);
+    } else {
+      CheckAnswers(sent, answers);
+    }
   }
 
  private:
-  /// One byte: bit 0 the server runs, bit 1 the client reads, bit 2 a kept write ends, bit 3 the
-  /// deadlines pass.
+  /// Bits 0 and 1: permission, 2: RTU frames, 3: silent, 4: broadcasts pass.
+  void Configure(std::uint8_t flags) {
+    constexpr std::array kPermits = {config::Permit::all, config::Permit::read,
+                                     config::Permit::data, config::Permit::all};
+    listener_.permit = kPermits[flags % kPermits.size()];
+    listener_.protocol =
+        (flags & 4U) != 0 ? config::Listener::Protocol::rtu : config::Listener::Protocol::tcp;
+    listener_.errors =
+        (flags & 8U) != 0 ? config::Listener::Errors::silent : config::Listener::Errors::exception;
+    listener_.broadcast = (flags & 16U) != 0 ? config::Listener::Broadcast::pass
+                                             : config::Listener::Broadcast::ignore;
+  }
+  bool speaks_rtu() const { return listener_.protocol == config::Listener::Protocol::rtu; }
+
+  /// One byte: bit 0 the server runs, bit 1 the client reads, bit 2 a kept write and a routed
+  /// request end, bit 3 the deadlines pass, bit 4 the piece of an RTU client is a frame without its
+  /// CRC.
   void Step(Input& input, modbus::ModbusSession& session, int client, Bytes& sent, Bytes& answers) {
     const std::uint8_t what = input.U8();
-    const View piece = input.TakeCounted();
+    Bytes framed;
+    View piece = input.TakeCounted();
+    if (speaks_rtu() && (what & 16U) != 0 && piece.size() >= 2 && piece.size() <= 254) {
+      framed = ModbusRtuProtocol().carrier->wrap(piece[0], piece.subspan(1));
+      piece = framed;
+    }
     const ssize_t count =
         piece.empty() ? 0 : ::send(client, piece.data(), piece.size(), MSG_NOSIGNAL);
     if (count > 0) Append(sent, piece.first(static_cast<std::size_t>(count)));
@@ -67,6 +97,7 @@ class Gateway {
       sink_.kept.front().done(static_cast<Outcome>((what >> 4U) % kOutcomeCount), "");
       sink_.kept.pop_front();
     }
+    if ((what & 4U) != 0) target_.AnswerKept(static_cast<Outcome>((what >> 4U) % kOutcomeCount));
     if ((what & 8U) != 0) session.Sweep(std::chrono::steady_clock::now() + 6s);
     if ((what & 1U) != 0) {
       io_.restart();
@@ -81,6 +112,27 @@ class Gateway {
       const ssize_t count = ::recv(client, chunk.data(), chunk.size(), 0);
       if (count <= 0) return;
       Append(answers, View(chunk).first(static_cast<std::size_t>(count)));
+    }
+  }
+
+  /// Every answer is a whole frame with a good CRC, as long as its function says.
+  static void CheckRtuAnswers(View answers) {
+    while (!answers.empty()) {
+      Require(answers.size() >= 5, "answers are whole");
+      const std::uint8_t function = answers[1];
+      std::size_t size = 7;
+      if (function >= 0x80) {
+        size = 5;
+      } else if (function <= 4) {
+        size = std::size_t{answers[2]} + 5;
+      } else if (function == 5 || function == 6 || function == 15 || function == 16) {
+        size = 8;
+      }
+      Require(answers.size() >= size, "answers are as long as they say");
+      const Bytes again =
+          ModbusRtuProtocol().carrier->wrap(answers[0], answers.subspan(1, size - 3));
+      Require(std::ranges::equal(again, answers.first(size)), "answers have a good CRC");
+      answers = answers.subspan(size);
     }
   }
 
@@ -112,7 +164,9 @@ class Gateway {
   std::shared_ptr<modbus::ClientPoll> clients_ = std::make_shared<modbus::ClientPoll>(io_);
   config::Listener listener_;
   FuzzSink sink_;
-  modbus::Service service_{ModbusConfig(), FilledStore(), sink_, {}, {}};
+  FuzzTarget target_;
+  modbus::Service service_{
+      ModbusConfig(), FilledStore(), sink_, {}, {}, {{nullptr, &target_}, &ModbusRtuProtocol()}};
 };
 
 }  // namespace

@@ -48,6 +48,15 @@ config::Device MakeDevice(std::uint8_t unit) {
   return device;
 }
 
+void AddRoute(config::Config& config, std::uint8_t first, std::uint8_t last, int remap) {
+  config::Route& route = config.modbus.routes.emplace_back();
+  route.first = first;
+  route.last = last;
+  route.line = config.lines[1].name;
+  route.line_index = 1;
+  if (remap >= 0) route.remap = static_cast<std::uint8_t>(remap);
+}
+
 Value ValueOf(Type type, std::size_t choice) {
   constexpr double kNumbers[] = {0, 1, -1, 65535, 1e9, -1e18, 1e300, 0.5};
   const double number = kNumbers[choice % std::size(kNumbers)];
@@ -71,11 +80,15 @@ Value ValueOf(Type type, std::size_t choice) {
 const config::Config& ModbusConfig() {
   static const config::Config config = [] {
     config::Config made;
-    made.lines.resize(1);
+    made.lines.resize(2);
     made.lines[0].name = "line";
+    made.lines[1].name = "drive";
     for (const std::uint8_t unit : std::array<std::uint8_t, 4>{1, 2, 3, 247}) {
       made.lines[0].devices.push_back(MakeDevice(unit));
     }
+    AddRoute(made, 4, 20, -1);
+    AddRoute(made, 15, 100, 1);
+    AddRoute(made, 255, 255, 0);
     return made;
   }();
   return config;
@@ -125,6 +138,39 @@ bool FuzzSink::Submit(WriteCommand command) {
       kept.push_back(std::move(command));
       return true;
   }
+}
+
+bool FuzzTarget::Submit(RoutedRequest request) {
+  Require(!request.pdu.empty() && request.pdu.size() <= 253, "a PDU has its length");
+  Require(request.pdu[0] >= 1 && request.pdu[0] < 0x80, "a routed function is one");
+  Require(request.deadline > request.arrived, "a request has time");
+  const std::uint8_t how = turn++ % 4;
+  if (how == 0) return false;
+  kept.push_back(std::move(request));
+  if (how == 1) AnswerKept(Outcome::ok);
+  return true;
+}
+
+void FuzzTarget::Forget(std::uint64_t client) {
+  std::erase_if(kept, [client](const RoutedRequest& request) { return request.client == client; });
+}
+
+void FuzzTarget::AnswerKept(Outcome outcome) {
+  if (kept.empty()) return;
+  const RoutedRequest request = std::move(kept.front());
+  kept.pop_front();
+  const std::uint8_t function = request.pdu[0];
+  const bool write = function == 5 || function == 6 || function == 15 || function == 16;
+  RoutedReply reply;
+  reply.outcome = outcome;
+  if (outcome == Outcome::refused) {
+    reply.pdu = {static_cast<std::uint8_t>(function | 0x80U), 2};
+  } else if (write) {
+    reply.pdu = {function, 0, 1, 0, 1};
+  } else {
+    reply.pdu = {function, 2, 0xAB, 0xCD};
+  }
+  request.done(reply);
 }
 
 void CheckModbusAnswer(View request, View answer) {

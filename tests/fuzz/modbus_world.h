@@ -1,5 +1,6 @@
 // A gateway for the Modbus targets: devices with points of every type, table and access, values of
-// every kind, lines that answer writes at once, and the promises that every answer keeps.
+// every kind, lines that answer writes at once, routes to slaves of all tempers, and the promises
+// that every answer keeps.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,6 +11,7 @@
 #include "gateway/commands.h"
 #include "gateway/modbus/service.h"
 #include "gateway/point_store.h"
+#include "gateway/routed.h"
 
 namespace baudgate::fuzz {
 
@@ -26,6 +28,18 @@ class FuzzSink final : public CommandSink {
 
   std::uint8_t turn = 0;
   std::deque<WriteCommand> kept;  ///< not answered yet
+};
+
+/// Takes, refuses or keeps routed requests, by turns that the input sets.
+class FuzzTarget final : public RouteTarget {
+ public:
+  bool Submit(RoutedRequest request) override;
+  void Forget(std::uint64_t client) override;
+  /// Answers the oldest request that was kept.
+  void AnswerKept(Outcome outcome);
+
+  std::uint8_t turn = 0;
+  std::deque<RoutedRequest> kept;
 };
 
 /// `answer` is a whole frame that answers `request`: the same ids and function, or an exception,

@@ -1,5 +1,6 @@
 // A request desk without sockets and threads: requests go in, answers are kept as hex, routes lead
-// to fake targets, and time is an argument.
+// to fake targets. Time is an argument; the targets' answers come in at the time that it is, which
+// is within every deadline unless now_ was set back.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -92,7 +93,7 @@ class DeskTest : public testing::Test {
   }
   TrafficStatus Traffic() { return service_->book()->Status({now_, WallTime(1h)}); }
 
-  Instant now_{1h};
+  Instant now_ = ReadClocks().instant;
   config::Config config_;
   std::optional<PointStore> store_;
   WriteSink sink_;

@@ -88,6 +88,34 @@ TEST(Request, OnlyTheFourWritesAreWrites) {
   }
 }
 
+TEST(Request, SizesOfReplies) {
+  const std::pair<const char*, std::size_t> sizes[] = {
+      {"01 00 00 00 01", 10},          {"02 00 00 00 08", 10}, {"02 00 00 00 09", 11},
+      {"01 00 00 07 D0", 259},         {"03 00 00 00 01", 11}, {"04 00 00 00 7D", 259},
+      {"05 00 00 FF 00", 12},          {"06 00 00 00 01", 12}, {"0F 00 00 00 09 02 00 01", 12},
+      {"10 00 00 00 01 02 00 01", 12},
+  };
+  for (const auto& [pdu, size] : sizes) {
+    const Bytes frame = Frame(1, pdu);
+    ModbusRequest request;
+    ASSERT_EQ(ParseRequest(frame, request), ExceptionCode::none) << pdu;
+    EXPECT_EQ(ReplySize(request), size) << pdu;
+  }
+}
+
+TEST(Request, PermissionsByFunction) {
+  const auto allowed = [](config::Permit permit) {
+    std::string codes;
+    for (int code = 0; code < 256; ++code) {
+      if (Permits(permit, static_cast<std::uint8_t>(code))) codes += std::to_string(code) + " ";
+    }
+    return codes;
+  };
+  EXPECT_EQ(allowed(config::Permit::read), "1 2 3 4 ");
+  EXPECT_EQ(allowed(config::Permit::data), "1 2 3 4 5 6 15 16 ");
+  EXPECT_TRUE(Permits(config::Permit::all, 100));
+}
+
 TEST(Request, ExceptionReplyKeepsTransactionAndUnit) {
   const auto reply = ExceptionReply(Frame(9, "03 00 00 00 01", 0xABCD), ExceptionCode::busy);
   EXPECT_EQ(ToHex(reply), "AB CD 00 00 00 03 09 83 06");

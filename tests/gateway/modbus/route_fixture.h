@@ -18,8 +18,11 @@ class RouteTest : public ServerTest {
   // The lines outlive the server.
   ~RouteTest() override { StopServer(); }
 
+  /// With a deadline that no test lives to see.
   config::Route& Add(std::size_t line, std::uint8_t first, std::uint8_t last) {
-    return config_.modbus.routes.emplace_back(RouteTo(config_, line, first, last));
+    config::Route& route = config_.modbus.routes.emplace_back(RouteTo(config_, line, first, last));
+    route.deadline = 1h;
+    return route;
   }
 
   /// A slave whose holding register N has the value N.

@@ -265,6 +265,7 @@ TEST_F(SerialListenerTest, NobodyAnswersABroadcast) {
   ExpectSilence();
   Say(0, "03 23 28 00 01");
   ExpectSilence();
+  EXPECT_EQ(service_->book()->Status(ReadClocks()).clients[0].bytes_out, 0U);
   AskForTheValue();
 }
 
@@ -318,13 +319,23 @@ TEST_F(SerialListenerTest, AMasterThatAsksAnotherSlaveHasGivenUp) {
   ExpectSilence();
 }
 
-TEST_F(SerialListenerTest, NoiseBehindARequestDoesNotEatTheReply) {
+TEST_F(SerialListenerTest, BytesBehindARequestAreHeardOutBeforeTheReply) {
   Begin();
   Bytes bytes = Rtu(1, "03 00 00 00 01");
   bytes.push_back(0x00);
   bytes.push_back(0x03);
   master_->Write(bytes);
   Expect(1, "03 02 FF FE");
+  EXPECT_EQ(serial_->damaged(), 1U) << "it was sent into what might have become a request";
+}
+
+TEST_F(SerialListenerTest, AReplyKeepsTheQuietOfTheBus) {
+  listener().serial.baud = 300;
+  Begin();
+  const Instant asked = std::chrono::steady_clock::now();
+  AskForTheValue();
+  // Longer on a slow machine, never shorter: 3.5 characters of 11 bits.
+  EXPECT_GE(std::chrono::steady_clock::now() - asked, 128ms);
 }
 
 TEST_F(SerialListenerTest, TheMasterIsAClientLikeOthers) {

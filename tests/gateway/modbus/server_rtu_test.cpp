@@ -143,6 +143,16 @@ TEST_F(RtuOverTcpTest, AClientThatSendsWithoutEndIsHeldBack) {
   EXPECT_EQ(drive_.count(), 2U);
 }
 
+TEST_F(RtuOverTcpTest, AnAbsentSerialPortKeepsNoOtherListenerClosed) {
+  config_.modbus.listen.insert(config_.modbus.listen.begin(), listener());
+  listener().path = "/dev/no-such-port";
+  StartServer();
+  EXPECT_EQ(server_->port(0), 0);
+  const RawClient client(server_->port(1));
+  client.Send(Rtu(1, "03 00 00 00 01"));
+  ExpectReply(client, 1, "03 02 FF FE");
+}
+
 TEST_F(RtuOverTcpTest, WithoutTheModuleItIsAClearError) {
   links_.rtu = nullptr;
   store_.emplace(config_);
@@ -150,8 +160,7 @@ TEST_F(RtuOverTcpTest, WithoutTheModuleItIsAClearError) {
   ModbusServer server(config_, *store_, sink_, {}, {}, links_);
   const Status status = server.Listen(io_);
   ASSERT_FALSE(status.ok());
-  EXPECT_EQ(status.error(),
-            "127.0.0.1:1: RTU over TCP needs the module modbus_rtu, which is not loaded");
+  EXPECT_EQ(status.error(), "127.0.0.1:1: RTU needs the module modbus_rtu, which is not loaded");
 }
 
 }  // namespace

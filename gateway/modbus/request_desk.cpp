@@ -1,0 +1,158 @@
+// Requests that are answered here, and the keeping of those that wait. Routed requests and
+// broadcasts: request_routing.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/request_desk.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate::modbus {
+namespace {
+
+/// What a listener says in its own name when nothing better can be had; silent ones keep it.
+bool IsGatewayTrouble(ExceptionCode exception) {
+  return exception == ExceptionCode::gateway_path || exception == ExceptionCode::gateway_target ||
+         exception == ExceptionCode::busy;
+}
+
+}  // namespace
+
+RequestDesk::RequestDesk(const config::Listener& listener, Service& service, Wire& wire,
+                         std::string peer, config::Priority priority)
+    : listener_(listener),
+      service_(service),
+      wire_(wire),
+      priority_(priority),
+      record_(service.book()->Enter(peer, listener, priority)) {}
+
+void RequestDesk::Handle(View frame, Instant now) {
+  LiveCounters::Add(service_.counters().requests);
+  ClientRecord::Add(record_->requests);
+  ClientRecord::Add(record_->bytes_in, BytesOnWire(frame.size()));
+  record_->last_request.store(now, std::memory_order_relaxed);
+  const Way way = service_.WayOf(UnitOf(frame));
+  if (way.kind == Way::Kind::none) return Refuse(frame, ExceptionCode::gateway_path);
+  if (!Permits(listener_.permit, FunctionOf(frame))) {
+    return Refuse(frame, ExceptionCode::illegal_function);
+  }
+  if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);
+  if (UnitOf(frame) == 0 && IsWrite(frame)) {
+    return HandleBroadcast(frame, service_.book()->broadcasts(), service_.targets().lines(), now);
+  }
+  HandleOwn(frame, now);
+}
+
+void RequestDesk::HandleOwn(View frame, Instant now) {
+  ModbusRequest request;
+  ExceptionCode exception = service_.Check(frame, true, request);
+  if (exception != ExceptionCode::none) return Refuse(frame, exception);
+  const bool write = IsWrite(frame);
+  exception = write ? StartWrite(request, now) : service_.Read(request, now);
+  if (exception != ExceptionCode::none) return Refuse(frame, exception);
+  if (!write) Answer(request);
+}
+
+ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now) {
+  if (pending_.size() + broadcasts_ >= kMaxPending) return ExceptionCode::busy;
+  const std::uint64_t number = next_number_++;
+  const Instant deadline = now + service_.limits().write_deadline;
+  auto done = [inbox = service_.inbox(), desk = weak_from_this(), number](Outcome outcome,
+                                                                          const std::string&) {
+    inbox->Post([desk, number, outcome] {
+      if (const auto self = desk.lock()) self->FinishWrite(number, outcome);
+    });
+  };
+  const auto exception = service_.Submit(request, deadline, std::move(done));
+  if (exception == ExceptionCode::none) {
+    AddPending({number, deadline, {}, Bytes(request.frame.begin(), request.frame.end())});
+  }
+  return exception;
+}
+
+void RequestDesk::FinishWrite(std::uint64_t number, Outcome outcome) {
+  const auto pending = TakePending(number);
+  if (!pending) return;
+  ModbusRequest request;
+  ExceptionCode exception = ParseRequest(pending->frame, request);
+  if (exception == ExceptionCode::none) exception = Service::ExceptionOf(outcome);
+  if (exception != ExceptionCode::none) return Refuse(pending->frame, exception);
+  Answer(request);
+}
+
+void RequestDesk::Sweep(Instant now) {
+  std::vector<std::pair<std::uint64_t, bool>> late;
+  for (const Pending& pending : pending_) {
+    const bool routed = pending.route.has_value();
+    if (now >= pending.deadline + (routed ? kGrace : 0ms))
+      late.emplace_back(pending.number, routed);
+  }
+  const auto self = shared_from_this();
+  RoutedReply nothing;
+  nothing.outcome = Outcome::no_reply;
+  nothing.reason = "nothing was heard of it by its deadline";
+  nothing.sent = true;  // for all that is known
+  for (const auto& [number, routed] : late) {
+    if (routed) {
+      FinishRouted(number, nothing, now);
+    } else {
+      FinishWrite(number, Outcome::no_reply);
+    }
+  }
+}
+
+void RequestDesk::Close() {
+  if (closed_) return;
+  closed_ = true;
+  for (RouteTarget* target : used_) target->Forget(record_->id);
+  for (const Pending& pending : pending_) {
+    if (!pending.route) continue;
+    service_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteEnd::dropped, {});
+  }
+  pending_.clear();
+  service_.book()->Leave(*record_);
+}
+
+void RequestDesk::AddPending(Pending pending) {
+  pending_.push_back(std::move(pending));
+  record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),
+                             std::memory_order_relaxed);
+}
+
+std::optional<RequestDesk::Pending> RequestDesk::TakePending(std::uint64_t number) {
+  const auto found = std::ranges::find(pending_, number, &Pending::number);
+  if (found == pending_.end()) return std::nullopt;
+  Pending pending = std::move(*found);
+  pending_.erase(found);
+  record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),
+                             std::memory_order_relaxed);
+  return pending;
+}
+
+bool RequestDesk::speaks_rtu() const {
+  return listener_.is_serial() || listener_.protocol == config::Listener::Protocol::rtu;
+}
+
+std::size_t RequestDesk::BytesOnWire(std::size_t frame) const {
+  constexpr std::size_t kRtuFrame = 3;  // address and CRC
+  return speaks_rtu() ? frame - kMbapHeader + kRtuFrame : frame;
+}
+
+void RequestDesk::Answer(const ModbusRequest& request) {
+  ClientRecord::Add(record_->bytes_out, BytesOnWire(ReplySize(request)));
+  wire_.Answer(request, service_.responder());
+}
+
+void RequestDesk::Answer(View frame) {
+  ClientRecord::Add(record_->bytes_out, BytesOnWire(frame.size()));
+  wire_.Answer(frame);
+}
+
+void RequestDesk::Refuse(View frame, ExceptionCode exception) {
+  const bool silent = listener_.errors == config::Listener::Errors::silent;
+  if (silent && IsGatewayTrouble(exception)) return wire_.AnswerNothing();
+  LiveCounters::Add(service_.counters().exceptions);
+  ClientRecord::Add(record_->exceptions);
+  Answer(ExceptionReply(frame, exception));
+}
+
+}  // namespace baudgate::modbus

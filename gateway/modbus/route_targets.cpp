@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/route_targets.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "gateway/modbus/upstream.h"
+
+namespace baudgate::modbus {
+
+RouteTargets::RouteTargets(const config::Modbus& modbus, const ModbusLinks& links)
+    : modbus_(modbus), targets_(modbus.routes.size()) {
+  for (std::size_t i = 0; i < targets_.size(); ++i) {
+    const config::Route& route = modbus.routes[i];
+    if (route.line.empty() || route.line_index >= links.lines.size()) continue;
+    RouteTarget* const target = links.lines[route.line_index];
+    targets_[i] = target;
+    const bool known =
+        std::ranges::any_of(lines_, [&](const Line& line) { return line.target == target; });
+    if (target != nullptr && !known) lines_.push_back({target, route.deadline});
+  }
+}
+
+RouteTargets::~RouteTargets() = default;
+
+void RouteTargets::Open(asio::io_context& io) {
+  std::map<std::pair<std::string, std::uint16_t>, Upstream*> made;
+  for (std::size_t i = 0; i < targets_.size(); ++i) {
+    const config::Route& route = modbus_.routes[i];
+    if (!route.line.empty()) continue;
+    Upstream*& server = made[{route.host, route.port}];
+    if (server == nullptr) {
+      server = servers_.emplace_back(std::make_unique<Upstream>(io, route.host, route.port)).get();
+      server->Start();
+    }
+    targets_[i] = server;
+  }
+}
+
+void RouteTargets::Close() {
+  for (const auto& server : servers_) server->Stop();
+}
+
+}  // namespace baudgate::modbus

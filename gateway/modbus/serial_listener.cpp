@@ -1,0 +1,211 @@
+// Hears a serial master, keeps to the times of its bus, and keeps the port open.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/serial_listener.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <utility>
+
+#include "gateway/modbus/mbap.h"
+#include "transports/serial_port.h"
+
+namespace baudgate::modbus {
+namespace {
+
+/// USB adapters hand over what they have every 16 ms at worst, in the middle of a frame, too. Most
+/// requests end by their length and do not wait for this.
+constexpr Duration kUsbGap = 20ms;
+/// A missing port that can not be watched is looked for so often.
+constexpr Duration kLookForPort = 500ms;
+constexpr Duration kSweepEvery = 50ms;
+
+Instant Clock() { return std::chrono::steady_clock::now(); }
+
+bool IsMissing(const std::string& port) {
+  std::error_code error;
+  return !std::filesystem::exists(port, error);
+}
+
+}  // namespace
+
+SerialListener::SerialListener(asio::io_context& io, const config::Listener& listener,
+                               Service& service, const Protocol& rtu)
+    : listener_(listener),
+      service_(service),
+      rtu_(rtu),
+      quiet_(*rtu.timing(listener.serial).quiet),
+      gap_(std::max(quiet_, kUsbGap)),
+      transport_(MakeSerialPort(listener.path, listener.serial, io, *this)),
+      watch_(io, listener.path, [this] { OnPortChange(); }),
+      ladder_(static_cast<std::uint32_t>(std::hash<std::string>{}(listener.path))),
+      reopen_timer_(io),
+      timer_(io),
+      sweep_timer_(io) {}
+
+// ---------------------------------------------------------------- the port
+
+void SerialListener::Open() { transport_->Open(); }
+
+void SerialListener::Stop() {
+  if (std::exchange(stopped_, true)) return;
+  reopen_timer_.cancel();
+  watch_.Stop();
+  transport_->Close();
+  Forget();
+}
+
+void SerialListener::OnOpened() {
+  last_trouble_.clear();
+  ladder_.Reset();
+  reopen_timer_.cancel();
+  watch_.Stop();
+  spdlog::info("modbus: listening for a master on {}", transport_->Describe());
+  assembler_.Begin(rtu_.request_rule, rtu_.expect({}, {}));
+  echo_.Reset();
+  desk_ =
+      std::make_shared<RequestDesk>(listener_, service_, *this, listener_.path, listener_.priority);
+}
+
+void SerialListener::OnLost(const std::string& reason) {
+  Forget();
+  Down(reason);
+}
+
+/// What was heard, and what waits to be answered.
+void SerialListener::Forget() {
+  timer_.cancel();
+  sweep_timer_.cancel();
+  awaited_.reset();
+  reply_.clear();
+  if (desk_) std::exchange(desk_, nullptr)->Close();
+}
+
+void SerialListener::Down(const std::string& reason) {
+  if (reason != last_trouble_) {
+    spdlog::warn("modbus: no master is heard on {}: {}; trying again until it works",
+                 listener_.path, reason);
+    last_trouble_ = reason;
+  }
+  // First watched, then looked at: what comes between is not lost.
+  const bool watching = watch_.watching() || watch_.Start();
+  if (!IsMissing(listener_.path)) return RetryIn(ladder_.Next());
+  ladder_.Reset();
+  if (!watching) RetryIn(kLookForPort);
+}
+
+void SerialListener::RetryIn(Duration wait) {
+  reopen_timer_.expires_after(wait);
+  reopen_timer_.async_wait([self = weak_from_this()](const asio::error_code& error) {
+    const auto listener = self.lock();
+    if (!error && listener && !listener->stopped_) listener->TryAgain();
+  });
+}
+
+/// The port has appeared, or somebody has been given the right to it.
+void SerialListener::OnPortChange() {
+  reopen_timer_.cancel();
+  ladder_.Reset();
+  TryAgain();
+}
+
+/// A port that is still missing has nothing new to tell the log.
+void SerialListener::TryAgain() {
+  if (!IsMissing(listener_.path)) return Open();
+  if (!watch_.watching()) RetryIn(kLookForPort);
+}
+
+// ---------------------------------------------------------------- requests
+
+void SerialListener::OnBytes(View bytes) {
+  last_byte_ = Clock();
+  assembler_.Feed(echo_.Filter(bytes, last_byte_));
+  CutFrames(false);
+  Arm();
+}
+
+void SerialListener::CutFrames(bool silent) {
+  while (const auto frame = assembler_.Next(silent)) OnFrame(*frame);
+  if (assembler_.held() > 0 || assembler_.blame() == Outcome::none) return;
+  ++damaged_;
+  assembler_.Begin(rtu_.request_rule, rtu_.expect({}, {}));
+}
+
+/// A request for another slave, too, says that the master waits for us no longer. Whoever sends to
+/// all waits for nobody.
+void SerialListener::OnFrame(const Bytes& frame) {
+  const auto request = rtu_.carrier->unwrap_request(frame);
+  if (!request) return;
+  echo_.OnRequest(frame.size());
+  reply_.clear();
+  request_ = frame;
+  awaited_ = ++transaction_;
+  const Bytes adu = AduOf(transaction_, request->first, request->second);
+  if (request->first == 0) {
+    awaited_.reset();
+    if (!IsWrite(adu)) return;
+  }
+  const bool idle = desk_->outstanding() == 0;
+  desk_->Handle(adu, last_byte_);
+  if (idle && desk_->outstanding() > 0) Sweep();
+}
+
+void SerialListener::Sweep() {
+  sweep_timer_.expires_after(kSweepEvery);
+  sweep_timer_.async_wait([self = weak_from_this()](const asio::error_code& error) {
+    const auto listener = self.lock();
+    if (error || !listener || !listener->desk_) return;
+    listener->desk_->Sweep(Clock());
+    if (listener->desk_ && listener->desk_->outstanding() > 0) listener->Sweep();
+  });
+}
+
+// ---------------------------------------------------------------- replies
+
+void SerialListener::Answer(const ModbusRequest& request, Responder& responder) {
+  Bytes frame;
+  if (responder.Append(request, frame)) Answer(frame);
+}
+
+void SerialListener::Answer(View frame) {
+  if (awaited_ != ByteReader(frame).U16Be(0)) return;
+  awaited_.reset();
+  reply_ = rtu_.carrier->wrap(UnitOf(frame), frame.subspan(kMbapHeader));
+  Arm();
+}
+
+/// A reply waits for the quiet before it, and until it is certain that what has come since its
+/// request is no new one.
+void SerialListener::Arm() {
+  if (!HoldsBytes() && reply_.empty()) {
+    timer_.cancel();
+    return;
+  }
+  timer_.expires_at(last_byte_ + (HoldsBytes() ? gap_ : quiet_));
+  timer_.async_wait([self = weak_from_this()](const asio::error_code& error) {
+    const auto listener = self.lock();
+    if (!error && listener && listener->desk_) listener->OnTimer();
+  });
+}
+
+void SerialListener::OnTimer() {
+  const Instant now = Clock();
+  if (HoldsBytes() && now >= last_byte_ + gap_) {
+    assembler_.Feed(echo_.OnSilence());
+    CutFrames(true);
+  }
+  if (!HoldsBytes() && !reply_.empty() && now >= last_byte_ + quiet_) SendReply();
+  Arm();
+}
+
+void SerialListener::SendReply() {
+  const Bytes reply = std::exchange(reply_, {});
+  const auto characters = static_cast<int>(reply.size());
+  const Duration sending = characters * listener_.serial.CharacterTime();
+  echo_.OnSent(request_, reply, Clock() + sending + quiet_);
+  transport_->Send(reply);
+}
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,95 @@
+// A serial port at which a Modbus RTU master waits for its slaves: requests that are heard there go
+// to request_desk.h in their Modbus TCP form, and its answers go back as RTU frames. Other slaves
+// may answer on the same bus.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <asio/steady_timer.hpp>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "config/config.h"
+#include "gateway/assembler.h"
+#include "gateway/modbus/reply_echo.h"
+#include "gateway/modbus/request_desk.h"
+#include "gateway/modbus/service.h"
+#include "gateway/reopen_ladder.h"
+#include "protocols/protocol.h"
+#include "transports/port_watch.h"
+#include "transports/transport.h"
+
+namespace baudgate::modbus {
+
+/// All on the server's thread. Made by make_shared. The master has one request at a time: when it
+/// sends another before it was answered, it has given up, and the old answer is dropped.
+class SerialListener final : public std::enable_shared_from_this<SerialListener>,
+                             public RequestDesk::Wire,
+                             private TransportListener {
+ public:
+  /// Configuration, service and protocol outlive the listener until Stop. `rtu` has a carrier.
+  SerialListener(asio::io_context& io, const config::Listener& listener, Service& service,
+                 const Protocol& rtu);
+  ~SerialListener() override { Stop(); }
+
+  /// A port that is absent or can not be opened is tried again until Stop.
+  void Open();
+  void Stop();
+
+  bool is_open() const { return transport_->is_open(); }
+  /// How often damaged bytes were heard, from any thread. They are never answered.
+  std::uint64_t damaged() const { return damaged_; }
+
+ private:
+  void OnOpened() override;
+  void OnOpenFailed(const std::string& reason) override { Down(reason); }
+  void OnBytes(View bytes) override;
+  void OnLost(const std::string& reason) override;
+
+  void Answer(const ModbusRequest& request, Responder& responder) override;
+  void Answer(View frame) override;
+  void AnswerNothing() override {}
+
+  void Down(const std::string& reason);
+  void RetryIn(Duration wait);
+  void TryAgain();
+  void OnPortChange();
+  void Forget();
+
+  void CutFrames(bool silent);
+  void OnFrame(const Bytes& frame);
+  bool HoldsBytes() const { return assembler_.held() > 0 || echo_.holding(); }
+  void Arm();
+  void OnTimer();
+  void SendReply();
+  void Sweep();
+
+  const config::Listener& listener_;
+  Service& service_;
+  const Protocol& rtu_;
+  const Duration quiet_;  ///< 3.5 characters: between a request and its reply
+  const Duration gap_;    ///< a frame that rests so long is not going on
+  std::unique_ptr<Transport> transport_;
+  PortWatch watch_;  // while the port is down
+  ReopenLadder ladder_;
+  asio::steady_timer reopen_timer_;
+  asio::steady_timer timer_;  // the end of a gap or of the quiet before a reply
+  asio::steady_timer sweep_timer_;
+  std::string last_trouble_;  // so that one trouble is one line in the log
+  bool stopped_ = false;
+
+  std::shared_ptr<RequestDesk> desk_;  // while the port is open
+  Assembler assembler_;
+  ReplyEcho echo_;
+  Instant last_byte_;
+  std::uint16_t transaction_ = 0;         // of the last request
+  std::optional<std::uint16_t> awaited_;  // the one that the master waits for
+  Bytes request_;                         // as it came
+  Bytes reply_;                           // waits for the quiet before it
+  std::atomic<std::uint64_t> damaged_ = 0;
+};
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,51 @@
+// A Modbus TCP server elsewhere as the target of routes: requests come from request_desk.cpp, go
+// out over one connection, several at a time, and replies go back as they come.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "gateway/routed.h"
+
+namespace baudgate::modbus {
+
+/// The connection is made when the first request comes, and kept. A write goes out only after the
+/// one before it to the same unit has ended, and nothing goes out twice or after its deadline.
+/// Writes to unit 0 are not waited for: answered ok once they are sent; the server's own answer to
+/// one, if it has any, is dropped. Reads of unit 0 are requests like others.
+class Upstream final : public RouteTarget {
+ public:
+  /// Requests that wait to be sent; more are not let in.
+  static constexpr std::size_t kMostWaiting = 512;
+  /// Requests that the server has not answered yet.
+  static constexpr std::size_t kMostOnWire = 16;
+  /// Of deadlines that pass one after the other without a sign of the server: then the connection
+  /// is made anew.
+  static constexpr int kSilentDeadlines = 3;
+
+  /// `host` is a name or an address. The io_context outlives the upstream.
+  Upstream(asio::io_context& io, std::string host, std::uint16_t port);
+  ~Upstream() override;
+  Upstream(const Upstream&) = delete;
+  Upstream& operator=(const Upstream&) = delete;
+
+  /// Both on the thread that runs the io_context, or while it does not run. Stop answers what is
+  /// under way; before Start and after Stop nothing is let in.
+  void Start();
+  void Stop();
+
+  bool Submit(RoutedRequest request) override;
+  void Forget(std::uint64_t client) override;
+
+  /// Replies that came after their request's deadline, or to none of ours: dropped.
+  std::uint64_t late_replies() const;
+
+ private:
+  class Link;
+  std::shared_ptr<Link> link_;
+};
+
+}  // namespace baudgate::modbus
