@@ -7,7 +7,8 @@ namespace baudgate {
 namespace {
 
 int Severity(Outcome blame) {
-  if (blame == Outcome::corrupt) return 2;
+  if (blame == Outcome::corrupt) return 3;
+  if (blame == Outcome::unexpected) return 2;
   return blame == Outcome::partial ? 1 : 0;
 }
 

@@ -35,7 +35,8 @@ class Assembler {
 
   std::size_t held() const { return held_.size() - head_; }
 
-  /// The worst that was discarded since Begin: corrupt over partial over none; and its reason.
+  /// The worst that was discarded since Begin, and its reason: corrupt over unexpected over partial
+  /// over none.
   Outcome blame() const { return blame_; }
   std::string_view why() const { return why_; }
 

@@ -92,9 +92,9 @@ std::size_t RouteQueue::Clients(config::Priority priority) const {
   for (const RoutedRequest& request : waiting_) {
     if (request.priority == priority) clients.push_back(request.client);
   }
-  std::ranges::sort(clients);
-  const auto repeated = std::ranges::unique(clients);
-  return clients.size() - repeated.size();
+  std::sort(clients.begin(), clients.end());
+  const auto end = std::unique(clients.begin(), clients.end());
+  return static_cast<std::size_t>(end - clients.begin());
 }
 
 std::vector<std::uint8_t> RouteQueue::Slaves() const {

@@ -6,6 +6,8 @@ packages=(
   libfastrtps-dev libfastcdr-dev libasio-dev libmodbus-dev libyaml-cpp-dev libspdlog-dev libfmt-dev
   libcli11-dev nlohmann-json3-dev libsystemd-dev libssl-dev
   libgtest-dev libgmock-dev libbenchmark-dev mbpoll cyclonedds-dev cyclonedds-tools
+  # pymodbus only recommends the other two, and imports them all the same.
+  python3-pymodbus python3-serial python3-serial-asyncio
 )
 # Only for fuzzing: install_packages "${fuzz_packages[@]}".
 fuzz_packages=(clang libclang-rt-14-dev)

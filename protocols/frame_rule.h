@@ -42,9 +42,11 @@ struct Expectation {
 struct Cut {
   enum class Kind : std::uint8_t { need_more, frame, discard };
   Kind kind = Kind::need_more;
-  std::size_t size = 0;           ///< of the frame, or how many bytes to discard (at least 1)
-  Outcome blame = Outcome::none;  ///< of a discard: corrupt, partial, or none for harmless noise
-  std::string_view why;           ///< of a discard, static text: "checksum", "noise before frame"
+  std::size_t size = 0;  ///< of the frame, or how many bytes to discard (at least 1)
+  /// Of a discard: corrupt, partial, none for harmless noise; unexpected for a whole frame that is
+  /// not the awaited one, which may stand behind it.
+  Outcome blame = Outcome::none;
+  std::string_view why;  ///< of a discard, static text: "checksum", "noise before frame"
 
   static constexpr Cut NeedMore() { return {}; }
   static constexpr Cut Frame(std::size_t size) { return {Kind::frame, size, Outcome::none, {}}; }

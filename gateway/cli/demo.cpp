@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
 #include <asio/signal_set.hpp>
@@ -11,7 +12,9 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "config/loader.h"
 #include "gateway/cli/check.h"
@@ -53,6 +56,15 @@ std::string DeviceName(std::string profile) {
   return profile;
 }
 
+/// Those that the gateway began with come first: the demo's unit ids stay what they were.
+std::vector<std::string> ProtocolsOf(const config::Catalog& catalog) {
+  std::vector<std::string> names;
+  for (const auto& [name, protocol] : catalog.protocols) names.push_back(name);
+  std::ranges::stable_partition(
+      names, [](const std::string& name) { return !name.starts_with("modbus"); });
+  return names;
+}
+
 /// One line for each protocol, with one device of each of its profiles. A second demo beside the
 /// first has a name of its own, because the name is the key of its DDS samples.
 std::string DemoYaml(const config::Catalog& catalog, const std::filesystem::path& directory,
@@ -63,8 +75,10 @@ std::string DemoYaml(const config::Catalog& catalog, const std::filesystem::path
       "}}\nlines:\n",
       name, port, options.domain);
   int unit = 1;
-  for (const auto& [protocol, descriptor] : catalog.protocols) {
-    const auto profiles = catalog.Profiles(protocol);
+  for (const std::string& protocol : ProtocolsOf(catalog)) {
+    const Protocol* descriptor = catalog.FindProtocol(protocol);
+    auto profiles = catalog.Profiles(protocol);
+    std::erase_if(profiles, [&](const auto& profile) { return profile.protocol != protocol; });
     if (profiles.empty()) continue;
     yaml += fmt::format(
         "  - name: {0}\n    port: {1}/{0}\n    protocol: {0}\n    serial: {2}\n"

@@ -66,13 +66,13 @@ Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
   if (cut.kind != Cut::Kind::frame || expect.shapes.empty()) return cut;
   const auto adu = Unwrap(Framing::ascii, held.first(cut.size));
   if (!expect.address.empty() && adu->slave != expect.address[0]) {
-    return Cut::Discard(cut.size, Outcome::partial, "not from the device that was asked");
+    return Cut::Discard(cut.size, Outcome::unexpected, "not from the device that was asked");
   }
   const std::size_t length = FrameLength(Framing::ascii, adu->pdu.size());
   const bool fits = std::ranges::any_of(expect.shapes, [&](const Shape& shape) {
     return shape.tag == adu->pdu[0] && length >= shape.min_length && length <= shape.max_length;
   });
-  if (!fits) return Cut::Discard(cut.size, Outcome::partial, "not a reply to what was asked");
+  if (!fits) return Cut::Discard(cut.size, Outcome::unexpected, "not a reply to what was asked");
   return cut;
 }
 

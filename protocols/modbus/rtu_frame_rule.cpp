@@ -75,6 +75,25 @@ Cut CutUnknown(View held, bool idle) {
   return cut.kind == Cut::Kind::discard ? NoRequest(held, cut.blame, cut.why) : cut;
 }
 
+/// What is not the awaited reply, but may be a whole one of another slave, or to another request:
+/// with a good CRC it is passed over whole, and the awaited one may stand behind it. Only what
+/// carries an awaited function is waited for.
+Cut NotAwaited(View held, const Expectation& expect, bool idle, std::string_view why) {
+  if (held[0] == 0 || held[0] > kLastSlave) return Slide(held, why);
+  const auto wait = [&] { return idle ? Slide(held, why) : Cut::NeedMore(); };
+  if (held.size() < 2) return wait();
+  const auto shape =
+      std::ranges::find_if(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
+  if (shape == expect.shapes.end()) return Slide(held, why);
+  const PduLength length = ReplyLength(held.subspan(1));
+  if (length.kind == Kind::need_more) return wait();
+  const bool exact = length.kind == Kind::exact;
+  const std::size_t size = exact ? length.size + kRtuOverhead : shape->min_length;
+  if (held.size() < size) return wait();
+  return CrcGood(held.first(size)) ? Cut::Discard(size, Outcome::unexpected, why)
+                                   : Slide(held, why);
+}
+
 }  // namespace
 
 // Request:  14 | 03 01 F4 00 01 | C6 C1                read holding 500 of slave 20
@@ -107,11 +126,12 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
 //           14 | 06 00 08 00 02 | 8B 0C                the write is repeated
 //           14 | 83 02 | D1 35                         exception: illegal data address
 // The request says who answers, with which function, and how long the answer is: a good one or an
-// exception. Only where all three fit is a byte waited for; after damage the rule slides by one.
+// exception. After damage the rule slides by one. A whole reply of another slave is a frame as
+// well.
 Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
   if (expect.shapes.empty()) return BySilence(held, expect.max_bytes, idle);
   if (!expect.address.empty() && held[0] != expect.address[0]) {
-    return Slide(held, "not from the device that was asked");
+    return NotAwaited(held, expect, idle, "not from the device that was asked");
   }
   if (held.size() < 2) return Wait(idle);
   const auto shape =
@@ -124,7 +144,7 @@ Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
     if (length.kind == Kind::unknown) return BySilence(held, shape->max_length, idle);
     size = length.size + kRtuOverhead;
   } else if (HasByteCount(held[1]) && held.size() > 2 && held[2] != size - kRtuOverhead - 2) {
-    return Slide(held, "another byte count than was asked for");
+    return NotAwaited(held, expect, idle, "another byte count than was asked for");
   }
   if (held.size() < size) return Wait(idle);
   if (CrcGood(held.first(size))) return Cut::Frame(size);

@@ -27,9 +27,9 @@ Cut CheckedRule(View held, const Expectation& expect, bool idle) {
     return cut;
   }
   Require(!cut.why.empty(), "a discard says why");
-  Require(
-      cut.blame == Outcome::none || cut.blame == Outcome::partial || cut.blame == Outcome::corrupt,
-      "a discard is corrupt, partial or harmless");
+  Require(cut.blame == Outcome::none || cut.blame == Outcome::partial ||
+              cut.blame == Outcome::unexpected || cut.blame == Outcome::corrupt,
+          "a discard is corrupt, unexpected, partial or harmless");
   return cut;
 }
 

@@ -8,6 +8,7 @@
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
 #include "protocols/dcon/protocol.h"
+#include "protocols/modbus/protocol.h"
 #include "protocols/set4tm/protocol.h"
 #include "protocols/spabus/protocol.h"
 
@@ -68,10 +69,17 @@ bool DconChecksum(View frame) {
          text.substr(text.size() - 3, 2) == HexByte(Sum8(frame.first(frame.size() - 3)));
 }
 
-bool Set4tmChecksum(View frame) {
+bool CrcGood(View frame) {
   if (frame.size() < 4) return false;
   const std::size_t body = frame.size() - 2;
   return ByteReader(frame).U16Le(body) == Crc16(frame.first(body));
+}
+
+bool LrcGood(std::string_view text) {
+  const auto start = text.rfind(':');
+  if (start == std::string_view::npos || !text.ends_with("\r\n")) return false;
+  const auto bytes = ParseHex(text.substr(start + 1, text.size() - start - 3));
+  return bytes && Sum8(*bytes) == 0;
 }
 
 bool Any(config::Group) { return true; }
@@ -81,7 +89,8 @@ bool Fast(config::Group group) { return group == config::Group::fast; }
 
 bool HasGoodChecksum(const Protocol& protocol, View frame) {
   if (protocol.name == "spabus") return SpaChecksum(AsText(frame));
-  return protocol.name == "dcon" ? DconChecksum(frame) : Set4tmChecksum(frame);
+  if (protocol.name == "dcon") return DconChecksum(frame);
+  return protocol.name == "modbus_ascii" ? LrcGood(AsText(frame)) : CrcGood(frame);
 }
 
 const std::vector<Setup>& RealLines() {
@@ -117,6 +126,18 @@ const std::vector<Setup>& RealLines() {
        Serial(9600, 8, Parity::odd),
        {"200", "sn:9020077"},
        {{"snapshot", true}}},
+      {"ModbusRtu19200",
+       &ModbusRtuProtocol(),
+       "generic-meter",
+       Serial(19200, 8, Parity::even),
+       {"20", "0x15"},
+       {}},
+      {"ModbusAscii9600",
+       &ModbusAsciiProtocol(),
+       "generic-meter",
+       Serial(9600, 7, Parity::even),
+       {"1", "2"},
+       {{"order", std::string("CDAB")}}},
   };
   return lines;
 }

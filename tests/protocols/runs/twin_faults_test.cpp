@@ -212,7 +212,7 @@ TEST_P(MisbehavingTwin, AStallWithinTheGapIsNothing) {
 }
 
 TEST_P(MisbehavingTwin, DribbleWithinTheGapIsASlowReply) {
-  Misbehave("dribble:pause=3ms");
+  Misbehave("dribble:pause=1ms");
   OnlyThese({Outcome::ok});
   TheNeighbourWasServed();
   EverythingComesBack();
@@ -221,7 +221,12 @@ TEST_P(MisbehavingTwin, DribbleWithinTheGapIsASlowReply) {
 /// What a dribbling device still says when its neighbour is asked meets the neighbour's replies.
 TEST_P(MisbehavingTwin, DribbleBeyondTheGapIsPartial) {
   Misbehave("dribble:pause=80ms");
-  OnlyThese({Outcome::ok, Outcome::partial});
+  // Single zero bytes in front of an RTU frame pass for a driver that is switched on.
+  if (Is("modbus_rtu")) {
+    OnlyThese({Outcome::ok, Outcome::partial, Outcome::no_reply});
+  } else {
+    OnlyThese({Outcome::ok, Outcome::partial});
+  }
   EXPECT_GE(own_[Outcome::partial], 5U);
   EXPECT_EQ(end_state_, DeviceState::offline);
   TheNeighbourWasServed(neighbour_.all() / 2);
@@ -314,8 +319,8 @@ TEST_P(MisbehavingTwin, ItsStrangerSpeaksTheProtocol) {
 }
 
 std::vector<Setup> Lines() {
-  return {RealLine("Spa9600"), RealLine("Dcon9600"), RealLine("Dcon115200"),
-          RealLine("Set4tm9600")};
+  return {RealLine("Spa9600"),    RealLine("Dcon9600"),       RealLine("Dcon115200"),
+          RealLine("Set4tm9600"), RealLine("ModbusRtu19200"), RealLine("ModbusAscii9600")};
 }
 INSTANTIATE_TEST_SUITE_P(Real, MisbehavingTwin, ::testing::ValuesIn(Lines()), SetupName);
 

@@ -1,0 +1,52 @@
+// A Modbus TCP client that sends and receives whole frames as they are, as many at once as it
+// likes.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/base/bytes.h"
+#include "tests/system/child.h"
+
+namespace baudgate::system_test {
+
+/// A frame of Modbus TCP taken apart.
+struct Message {
+  std::uint16_t transaction = 0;
+  std::uint8_t unit = 0;
+  Bytes pdu;
+};
+
+class RawClient {
+ public:
+  explicit RawClient(std::uint16_t port);
+  ~RawClient();
+  RawClient(const RawClient&) = delete;
+  RawClient& operator=(const RawClient&) = delete;
+
+  bool connected() const { return socket_ >= 0; }
+  void Send(const Message& message);
+  void SendBytes(View bytes);
+  /// The next frame; nothing when it does not come within `limit`, or the server closes.
+  std::optional<Message> Receive(Duration limit = kPatience);
+
+ private:
+  int socket_;
+  Bytes held_;
+};
+
+/// A read of holding registers.
+Message ReadRequest(std::uint16_t transaction, std::uint8_t unit, std::uint16_t address,
+                    std::uint16_t count = 1);
+/// A write of one register.
+Message WriteRequest(std::uint16_t transaction, std::uint8_t unit, std::uint16_t address,
+                     std::uint16_t value);
+/// Code of the exception that the frame is; 0: it is none.
+int ExceptionIn(const Message& message);
+/// Of the reply to a read; empty: it is none.
+std::vector<std::uint16_t> RegistersIn(const Message& message);
+
+}  // namespace baudgate::system_test

@@ -1,0 +1,341 @@
+// Transparent routes as masters see them: exceptions, many requests and many clients at once, what
+// listeners let through, servers elsewhere, and the counters of all that.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <set>
+#include <thread>
+
+#include "tests/system/null_modem.h"
+#include "tests/system/raw_client.h"
+#include "tests/system/route_station.h"
+#include "tests/system/rtu_slave.h"
+
+namespace baudgate::system_test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+
+constexpr int kUnit = 20;
+constexpr const char* kRoute = "{ units: 20, line: drive }";
+
+class Routes : public RouteStation {
+ protected:
+  /// Register N of every slave holds 1000 + N; writes are confirmed.
+  static std::vector<Piece> Answer(View request) {
+    if (request[1] == 6) return {{0ms, Bytes(request.begin(), request.end())}};
+    return {{0ms, RegistersReply(request, 1000)}};
+  }
+  static std::vector<Piece> Nothing(View) { return {}; }
+};
+
+// ---------------------------------------------------------------- exceptions
+
+TEST_F(Routes, ThatFailAreExceptionsOfTheirKind) {
+  const ScriptedSlave muted(LinkOf("muted"), Nothing);
+  const NullModem cable(LinkOf("drive"), FarEnd("drive"));
+  const auto slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
+  const auto daemon = StartGateway(
+      Yaml({kRoute, "{ units: 21, line: muted }", "{ units: 22, line: absent }"},
+           BareLine("drive") + BareLine("muted", "timing: { reply: 100ms }") + BareLine("absent")),
+      {"drive", "muted"});
+  ModbusClient client(port());
+  EXPECT_EQ(client.Holding(kUnit, 999, 1).values, std::vector<std::uint16_t>{1999});
+  EXPECT_EQ(client.Holding(kUnit, 1000, 1).exception, kIllegalAddress) << "the slave's own";
+  EXPECT_EQ(client.Holding(21, 0, 1).exception, kNotAnswering);
+  EXPECT_EQ(client.Holding(22, 0, 1).exception, kNotAnswering) << "its port is absent";
+  EXPECT_EQ(client.Holding(23, 0, 1).exception, kNoPath);
+  EXPECT_EQ(client.WriteRegister(23, 0, 1), kNoPath);
+  EXPECT_THAT(MbpollTcp("20", {"-r", "1000"}).errors, HasSubstr("Illegal data address"));
+  EXPECT_THAT(MbpollTcp("21", {"-r", "0"}).errors, HasSubstr("Target device failed to respond"));
+  EXPECT_THAT(MbpollTcp("23", {"-r", "0"}).errors, HasSubstr("Gateway path unavailable"));
+  const std::string at = std::to_string(port());
+  const auto exception = [](int code) { return Json::array({{{"exception", code}}}); };
+  EXPECT_EQ(Pymodbus("tcp", at, 20, {"holding:1000:1"}), exception(kIllegalAddress));
+  EXPECT_EQ(Pymodbus("tcp", at, 21, {"holding:0:1"}), exception(kNotAnswering));
+  EXPECT_EQ(Pymodbus("tcp", at, 23, {"holding:0:1"}), exception(kNoPath));
+}
+
+TEST_F(Routes, ThatAreFullSaySo) {
+  const ScriptedSlave muted(LinkOf("drive"), Nothing);
+  const auto daemon = StartGateway(Yaml({"{ units: 20, line: drive, deadline: 1500ms }"},
+                                        BareLine("drive", "timing: { reply: 500ms }")));
+  RawClient greedy(port());
+  ASSERT_TRUE(greedy.connected());
+  constexpr std::uint16_t kRequests = 60;
+  for (std::uint16_t i = 1; i <= kRequests; ++i) greedy.Send(WriteRequest(i, kUnit, i, i));
+  std::set<std::uint16_t> answered;
+  int busy = 0;
+  int silent = 0;
+  for (int i = 0; i < kRequests; ++i) {
+    const auto message = greedy.Receive();
+    ASSERT_TRUE(message) << "answer " << i;
+    EXPECT_TRUE(answered.insert(message->transaction).second) << message->transaction;
+    busy += ExceptionIn(*message) == kBusy ? 1 : 0;
+    silent += ExceptionIn(*message) == kNotAnswering ? 1 : 0;
+  }
+  EXPECT_GT(busy, 0);
+  EXPECT_GT(silent, 0);
+  EXPECT_EQ(busy + silent, kRequests);
+  const Json route = Route("20");
+  EXPECT_EQ(route["requests"], kRequests);
+  EXPECT_EQ(route["busy"], busy);
+  EXPECT_EQ(route["no_reply"].get<int>() + route["expired"].get<int>(), silent);
+  for (const Bytes& request : muted.heard()) EXPECT_LE(request[3], kRequests - busy);
+}
+
+TEST_F(Routes, ThatAreFullForEverybodySaySoToEverybody) {
+  const ScriptedSlave muted(LinkOf("drive"), Nothing);
+  const auto daemon = StartGateway(Yaml({"{ units: 20, line: drive, deadline: 1s }"},
+                                        BareLine("drive", "timing: { reply: 500ms }")));
+  constexpr std::uint16_t kEach = 32;  // each client may have so many
+  std::vector<std::unique_ptr<RawClient>> clients(20);
+  for (auto& client : clients) {
+    client = std::make_unique<RawClient>(port());
+    for (std::uint16_t i = 0; i < kEach; ++i) client->Send(WriteRequest(i, kUnit, i, i));
+  }
+  int busy = 0;
+  int silent = 0;
+  for (auto& client : clients) {
+    for (std::uint16_t i = 0; i < kEach; ++i) {
+      const auto message = client->Receive();
+      ASSERT_TRUE(message);
+      busy += ExceptionIn(*message) == kBusy ? 1 : 0;
+      silent += ExceptionIn(*message) == kNotAnswering ? 1 : 0;
+    }
+  }
+  EXPECT_GT(busy, 0) << "the line takes fewer";
+  EXPECT_EQ(busy + silent, 20 * kEach);
+  EXPECT_EQ(Route("20")["busy"], busy);
+}
+
+TEST_F(Routes, OfASilentListenerLeaveTheirClientsToTheirTimeouts) {
+  const ScriptedSlave muted(LinkOf("drive"), Nothing);
+  const std::uint16_t quiet = FreePort();
+  const auto daemon =
+      StartGateway(Yaml({kRoute}, BareLine("drive", "timing: { reply: 50ms }"),
+                        {"{ at: \"127.0.0.1:" + std::to_string(quiet) + "\", errors: silent }"}));
+  const Finished unanswered = Mbpoll(
+      {"-m", "tcp", "-p", std::to_string(quiet), "-a", "20", "-r", "0", "-o", "0.5", "127.0.0.1"});
+  EXPECT_EQ(unanswered.code, 1);
+  EXPECT_THAT(unanswered.errors, HasSubstr("Connection timed out"));
+  RawClient client(quiet);
+  client.Send(ReadRequest(1, kUnit, 0));
+  client.Send(ReadRequest(2, 99, 0));
+  client.Send({3, 0, {4, 0x23, 0x28, 0, 1}});
+  const auto only = client.Receive();
+  ASSERT_TRUE(only);
+  EXPECT_EQ(only->transaction, 3) << "the gateway's own block: neither 0x0B nor 0x0A before it";
+  EXPECT_EQ(ModbusClient(port()).Holding(kUnit, 0, 1).exception, kNotAnswering)
+      << "the other listener says so";
+}
+
+TEST_F(Routes, OfAListenerThatOnlyReadsTakeNoWrites) {
+  const ScriptedSlave slave(LinkOf("drive"), Answer);
+  const std::uint16_t readers = FreePort();
+  const auto daemon =
+      StartGateway(Yaml({kRoute}, BareLine("drive"),
+                        {"{ at: \"127.0.0.1:" + std::to_string(readers) + "\", write: deny }"}));
+  ModbusClient reader(readers);
+  EXPECT_EQ(reader.Holding(kUnit, 7, 1).values, std::vector<std::uint16_t>{1007});
+  EXPECT_EQ(reader.WriteRegister(kUnit, 7, 1), kIllegalFunction);
+  EXPECT_EQ(ModbusClient(port()).WriteRegister(kUnit, 7, 1), kNoException);
+}
+
+// ---------------------------------------------------------------- many at once
+
+TEST_F(Routes, KeepTheNumbersOfRequestsThatWaitTogether) {
+  const ScriptedSlave slave(LinkOf("drive"), Answer);
+  const auto daemon = StartGateway(
+      Yaml({"{ units: 20-22, line: drive }"}, BareLine("drive", "serial: 115200 8E1")));
+  RawClient client(port());
+  constexpr std::uint16_t kRequests = 30;
+  for (std::uint16_t i = 0; i < kRequests; ++i) {
+    const auto unit = static_cast<std::uint8_t>(kUnit + i % 3);
+    client.Send(ReadRequest(static_cast<std::uint16_t>(0xFFF0 + i), unit, i, i % 2 == 0 ? 1 : 2));
+  }
+  std::set<std::uint16_t> answered;
+  for (int i = 0; i < kRequests; ++i) {
+    const auto message = client.Receive();
+    ASSERT_TRUE(message) << "answer " << i;
+    const auto number = static_cast<std::uint16_t>(message->transaction - 0xFFF0);
+    EXPECT_TRUE(answered.insert(number).second) << number;
+    EXPECT_EQ(message->unit, kUnit + number % 3);
+    EXPECT_EQ(ExceptionIn(*message), 0) << "request " << number;
+    if (number % 2 == 0) {
+      EXPECT_THAT(RegistersIn(*message), ElementsAre(1000 + number));
+    } else {
+      EXPECT_THAT(RegistersIn(*message), ElementsAre(1000 + number, 1001 + number));
+    }
+  }
+}
+
+TEST_F(Routes, ServeSixtyFourClientsThatConnectForEachMessage) {
+  const ScriptedSlave slave(LinkOf("drive"), Answer);
+  const auto daemon =
+      StartGateway(Yaml({"{ units: 20, line: drive, deadline: 10s }"},
+                        BareLine("drive", "serial: 115200 8E1, timing: { quiet: 0ms }")));
+  constexpr std::uint16_t kClients = 64;
+  constexpr std::uint16_t kRounds = 3;
+  std::atomic<int> good = 0;
+  std::vector<std::thread> clients;
+  for (std::uint16_t i = 0; i < kClients; ++i) {
+    clients.emplace_back([&, i] {
+      for (std::uint16_t round = 0; round < kRounds; ++round) {
+        RawClient client(port());
+        const auto address = static_cast<std::uint16_t>(i + 100 * round);
+        client.Send(ReadRequest(address, kUnit, address));
+        const auto message = client.Receive();
+        if (!message || message->transaction != address) continue;
+        good += RegistersIn(*message) == std::vector{static_cast<std::uint16_t>(1000 + address)};
+      }
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  EXPECT_EQ(good, kClients * kRounds);
+  EXPECT_EQ(Route("20")["ok"], kClients * kRounds);
+  EXPECT_EQ(slave.heard().size(), kClients * kRounds);
+}
+
+// ---------------------------------------------------------------- RTU over TCP
+
+TEST_F(Routes, TakeRtuOverTcpOfPymodbus) {
+  const NullModem cable(LinkOf("drive"), FarEnd("drive"));
+  const auto slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
+  const std::uint16_t rtu = FreePort();
+  const auto daemon =
+      StartGateway(Yaml({kRoute}, BareLine("drive"),
+                        {"{ at: \"127.0.0.1:" + std::to_string(rtu) + "\", protocol: rtu }"}));
+  const Json results = Pymodbus("rtu", std::to_string(rtu), kUnit,
+                                {"holding:7:2", "input:7:1", "register:7:70", "holding:7:2",
+                                 "holding:1000:1", "write_registers:8:71:72", "holding:6:125"});
+  ASSERT_EQ(results.size(), 7U) << results;
+  EXPECT_EQ(results[0], Json({1007, 1008}));
+  EXPECT_EQ(results[1], Json({2007}));
+  EXPECT_EQ(results[2], true);
+  EXPECT_EQ(results[3], Json({70, 1008}));
+  EXPECT_EQ(results[4], Json({{"exception", kIllegalAddress}}));
+  EXPECT_EQ(results[5], true);
+  ASSERT_EQ(results[6].size(), 125U) << results[6];
+  EXPECT_EQ(results[6][0], 1006);
+  EXPECT_EQ(results[6][3], 72);
+  EXPECT_EQ(results[6][124], 1130);
+}
+
+// ---------------------------------------------------------------- servers elsewhere
+
+TEST_F(Routes, LeadToAModbusTcpServerElsewhere) {
+  const std::uint16_t elsewhere = FreePort();
+  auto server = LibmodbusSlave::OnTcp(elsewhere);
+  ASSERT_TRUE(server->connected());
+  const auto daemon = StartGateway(
+      Yaml({"{ units: 50, server: \"127.0.0.1:" + std::to_string(elsewhere) + "\", remap: 7 }",
+            "{ units: 51, server: \"127.0.0.1:" + std::to_string(FreePort()) + "\" }"},
+           "  []\n"),
+      {});
+  ModbusClient client(port());
+  EXPECT_EQ(client.Holding(50, 3, 2).values, (std::vector<std::uint16_t>{1003, 1004}));
+  EXPECT_EQ(server->last_unit(), 7);
+  EXPECT_EQ(client.WriteRegisters(50, 3, {8, 9}), kNoException);
+  EXPECT_EQ(client.Holding(50, 2, 4).values, (std::vector<std::uint16_t>{1002, 8, 9, 1005}));
+  EXPECT_EQ(client.Holding(50, 1000, 1).exception, kIllegalAddress);
+  EXPECT_EQ(client.Holding(51, 0, 1).exception, kNotAnswering) << "nobody listens there";
+
+  server.reset();
+  EXPECT_EQ(client.Holding(50, 3, 1).exception, kNotAnswering);
+  server = LibmodbusSlave::OnTcp(elsewhere);
+  ASSERT_TRUE(server->connected());
+  EXPECT_TRUE(Eventually([&] { return client.Holding(50, 3, 1).ok(); })) << "it is back";
+  EXPECT_EQ(client.Holding(50, 3, 1).values, std::vector<std::uint16_t>{1003});
+}
+
+TEST_F(Routes, LeadThroughAnotherGateway) {
+  const ScriptedSlave slave(LinkOf("drive"), Answer);
+  const std::uint16_t near = FreePort();
+  const auto far_gateway = StartGateway(Yaml({kRoute}, BareLine("drive")));
+  const auto near_gateway = Start(
+      {"run", "-c",
+       Write("near.yaml", "gateway: { name: near, socket: " + (directory() / "near.sock").string() +
+                              " }\nmodbus:\n  listen: \"127.0.0.1:" + std::to_string(near) +
+                              "\"\n  routes:\n    - { units: 60-61, server: \"127.0.0.1:" +
+                              std::to_string(port()) +
+                              "\", remap: 20 }\ndds: { enabled: false }\nlines: []\n")
+           .string()});
+  ModbusClient client(near);
+  ASSERT_TRUE(Eventually([&] { return client.Holding(60, 5, 1).ok(); })) << near_gateway->Errors();
+  EXPECT_EQ(client.Holding(60, 5, 3).values, (std::vector<std::uint16_t>{1005, 1006, 1007}));
+  EXPECT_EQ(client.WriteRegister(60, 5, 1), kNoException);
+  EXPECT_EQ(client.Holding(61, 5, 1).exception, kNoPath) << "the far gateway's own exception";
+}
+
+// ---------------------------------------------------------------- counters
+
+TEST_F(Routes, AreCountedAsTheTrafficWas) {
+  const NullModem cable(LinkOf("drive"), FarEnd("drive"));
+  const auto slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
+  const auto daemon = StartGateway(
+      Yaml({"{ units: 20-21, line: drive }"}, BareLine("drive", "timing: { reply: 400ms }")));
+  RawClient client(port());
+  constexpr std::uint64_t kReads = 5;
+  for (std::uint16_t i = 0; i < kReads; ++i) {
+    client.Send(ReadRequest(i, kUnit, i));
+    ASSERT_TRUE(client.Receive());
+  }
+  client.Send(ReadRequest(10, kUnit, 1000));
+  EXPECT_EQ(ExceptionIn(client.Receive().value()), kIllegalAddress);
+  client.Send(ReadRequest(11, 21, 0));
+  EXPECT_EQ(ExceptionIn(client.Receive().value()), kNotAnswering);
+
+  const Json status = Status();
+  const Json route = status["modbus"]["routes"][0];
+  EXPECT_EQ(route["target"], "line drive");
+  EXPECT_EQ(route["requests"], kReads + 2);
+  EXPECT_EQ(route["ok"], kReads);
+  EXPECT_EQ(route["refused"], 1);
+  EXPECT_EQ(route["no_reply"], 1);
+  for (const char* nothing : {"expired", "busy", "dropped", "broadcasts", "shared"}) {
+    EXPECT_EQ(route[nothing], 0) << nothing;
+  }
+  EXPECT_THAT(route["last_trouble"], testing::Ne(""));
+  ASSERT_EQ(route["by_unit"].size(), 2U);
+  EXPECT_EQ(route["by_unit"][0]["unit"], 20);
+  EXPECT_EQ(route["by_unit"][0]["ok"], kReads);
+  EXPECT_EQ(route["by_unit"][1]["no_reply"], 1);
+
+  // The daemon's own start was asked for by another client, which has left or not.
+  Json mine;
+  for (const Json& peer : status["modbus"]["clients"]) {
+    if (peer["requests"] == kReads + 2) mine = peer;
+  }
+  ASSERT_TRUE(mine.is_object()) << status["modbus"];
+  EXPECT_EQ(mine["exceptions"], 2);
+  EXPECT_EQ(mine["outstanding"], 0);
+  EXPECT_EQ(mine["bytes_in"], (kReads + 2) * 12);
+  EXPECT_EQ(mine["bytes_out"], kReads * 11 + 2 * 9);
+
+  const Json line = status["lines"][0];
+  EXPECT_EQ(line["exchanges"], kReads + 2);
+  EXPECT_EQ(line["outcomes"]["ok"], kReads);
+  EXPECT_EQ(line["bytes_out"], cable.bytes_to_far());
+  EXPECT_EQ(line["bytes_in"], cable.bytes_to_near());
+  EXPECT_EQ(line["bytes_out"], (kReads + 2) * 8);
+  EXPECT_EQ(line["bytes_in"], kReads * 7 + 5);
+}
+
+TEST_F(Routes, ThatAreWrongEndTheProgramWithTheirPlace) {
+  const std::string file =
+      Write("wrong.yaml", Yaml({"{ units: 20, line: driev }", "{ units: 20-300, line: drive }"},
+                               BareLine("drive")))
+          .string();
+  const Finished run = Command({"run", "-c", file});
+  EXPECT_EQ(run.code, 3);
+  EXPECT_THAT(run.errors, HasSubstr(file + ":6:26: "));
+  EXPECT_THAT(run.errors, HasSubstr(file + ":7:16: "));
+  EXPECT_THAT(run.errors, HasSubstr("did you mean 'drive'?"));
+}
+
+}  // namespace
+}  // namespace baudgate::system_test
