@@ -19,7 +19,7 @@ namespace baudgate {
 class RouteQueue {
  public:
   /// Of requests that wait for one line, or are under way on it.
-  static constexpr std::size_t kLimit = 512;
+  static constexpr std::size_t kLimit = 2048;  // 64 clients with 32 each
   /// Writes of more registers than this are blocks, which wait for their turn.
   static constexpr std::size_t kShortWrite = 8;
 

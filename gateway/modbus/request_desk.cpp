@@ -100,14 +100,23 @@ void RequestDesk::Sweep(Instant now) {
   }
 }
 
+void RequestDesk::GiveUp() {
+  const auto routed = std::ranges::stable_partition(
+      pending_, [](const Pending& pending) { return !pending.route.has_value(); });
+  if (routed.empty()) return;
+  for (RouteTarget* target : used_) target->Forget(record_->id);
+  for (const Pending& pending : routed) {
+    service_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteEnd::dropped, {});
+  }
+  pending_.erase(routed.begin(), routed.end());
+  record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),
+                             std::memory_order_relaxed);
+}
+
 void RequestDesk::Close() {
   if (closed_) return;
   closed_ = true;
-  for (RouteTarget* target : used_) target->Forget(record_->id);
-  for (const Pending& pending : pending_) {
-    if (!pending.route) continue;
-    service_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteEnd::dropped, {});
-  }
+  GiveUp();
   pending_.clear();
   service_.book()->Leave(*record_);
 }

@@ -147,6 +147,7 @@ void SerialListener::OnFrame(const Bytes& frame) {
     awaited_.reset();
     if (!IsWrite(adu)) return;
   }
+  desk_->GiveUp();
   const bool idle = desk_->outstanding() == 0;
   desk_->Handle(adu, last_byte_);
   if (idle && desk_->outstanding() > 0) Sweep();
