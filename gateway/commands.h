@@ -23,7 +23,8 @@ struct PointWrite {
 struct WriteCommand {
   std::uint32_t device = 0;  ///< index in the point store
   std::vector<PointWrite> writes;
-  Instant deadline;  ///< not sent later; answered no_reply when it passes
+  Instant deadline;            ///< not sent later; answered no_reply when it passes
+  std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line
   /// Called exactly once, on the line's thread, unless Submit said no. `reason` is empty when ok.
   std::function<void(Outcome, const std::string& reason)> done;
 };

@@ -15,12 +15,13 @@
 //   settle       bytes                         stray: nobody was asked to answer
 //   settle       timer                         idle, ok
 //   await_first  bytes                         receiving
-//   await_first  timer (reply)                 drain, no_reply
+//   await_first  timer (reply)                 drain, no_reply or the worst discard
 //   receiving    whole frame                   idle; drain after unexpected, while an aftermath is due,
 //                                              and when bytes stand behind it
 //   receiving    timer (gap)                   the rule is asked once more with idle = true; no frame:
-//                                              await_first when only harmless noise came and the reply
-//                                              time is not over, else drain with the worst discard
+//                                              await_first when only harmless noise or whole replies of
+//                                              others came and the reply time is not over, else drain
+//                                              with the worst discard
 //   receiving    timer (ceiling)               drain, corrupt: one deadline for the exchange, not per byte
 //   sending, await_first, receiving: collision drain, corrupt; counted from the end of transmission
 //   drain        bytes                         drain anew, but never longer than the ceiling
@@ -53,7 +54,7 @@ void Line::OnOpened(Instant now, bool keeps_bit_rate) {
 void Line::OnClosed(Instant now) {
   const State was = std::exchange(state_, State::closed);
   const bool under_way = was != State::closed && was != State::idle && was != State::drain;
-  if (under_way) client_.OnExchangeEnd({Outcome::line_down, "the port was lost", {}}, now);
+  if (under_way) client_.OnExchangeEnd({Outcome::line_down, "the port was lost", {}, 0}, now);
 }
 
 std::optional<Instant> Line::Deadline() const {
@@ -65,10 +66,15 @@ void Line::Start(Exchange exchange, Instant now) {
   exchange_ = std::move(exchange);
   early_.clear();
   assembler_.Begin(exchange_.reply_rule, exchange_.request.expect);
+  in_before_ = counters().in;
   state_ = State::quiet;
   deadline_ = last_activity_ + exchange_.times.quiet;
   limit_ = now + exchange_.times.ceiling;
   if (deadline_ <= now) BeginSending(now);
+}
+
+void Line::Cancel() {
+  if (state_ == State::quiet) state_ = State::idle;
 }
 
 void Line::OnBytes(View bytes, Instant now) {
@@ -133,7 +139,13 @@ void Line::OnTimer(Instant now) {
       Finish(Outcome::ok, {}, now);
       break;
     case State::await_first:
-      if (!TakeEarly(now)) Finish(Outcome::no_reply, {}, now);
+      if (TakeEarly(now)) break;
+      // Of what came before only whole replies of others are worth a word.
+      if (assembler_.blame() == Outcome::unexpected) {
+        FinishSilent(now);
+      } else {
+        Finish(Outcome::no_reply, {}, now);
+      }
       break;
     case State::receiving:
       OnGap(now);
@@ -188,7 +200,7 @@ void Line::TakeFrame(bool idle, Instant now) {
 
 /// Nothing else has come: a port that forwards as fast as it can has brought the reply early.
 bool Line::TakeEarly(Instant now) {
-  if (early_.empty()) return false;
+  if (early_.empty() || exchange_.request.expect.mirrors) return false;  // that would be its echo
   assembler_.Feed(std::exchange(early_, {}));
   state_ = State::receiving;
   TakeFrame(true, now);
@@ -218,15 +230,22 @@ void Line::OnGap(Instant now) {
   }
   TakeFrame(true, now);
   if (state_ != State::receiving) return;
+  // Noise and other devices' replies do not keep the awaited one from coming.
   const Outcome blame = assembler_.blame();
-  if (blame != Outcome::none) {
-    Finish(blame, std::string(assembler_.why()), now);
-  } else if (now < sent_until_ + exchange_.times.reply) {
+  const bool harmless = blame == Outcome::none || blame == Outcome::unexpected;
+  if (harmless && now < sent_until_ + exchange_.times.reply) {
     state_ = State::await_first;
     deadline_ = sent_until_ + exchange_.times.reply;
   } else {
-    Finish(Outcome::no_reply, {}, now);
+    FinishSilent(now);
   }
+}
+
+/// Nothing more comes: what was discarded decides.
+void Line::FinishSilent(Instant now) {
+  const Outcome blame = assembler_.blame();
+  if (blame == Outcome::none) return Finish(Outcome::no_reply, {}, now);
+  Finish(blame, std::string(assembler_.why()), now);
 }
 
 void Line::Finish(Outcome outcome, std::string reason, Instant now) {
@@ -242,8 +261,9 @@ void Line::Finish(Outcome outcome, std::string reason, Instant now) {
   } else {
     state_ = State::idle;
   }
-  client_.OnExchangeEnd(
-      {outcome, std::move(reason), answered ? now - sent_from_ : Duration::zero()}, now);
+  const Duration round_trip = answered ? now - sent_from_ : Duration::zero();
+  const auto received = static_cast<std::size_t>(counters().in - in_before_);
+  client_.OnExchangeEnd({outcome, std::move(reason), round_trip, received}, now);
 }
 
 void Line::Drain(Duration silence, Instant now) {

@@ -41,8 +41,9 @@ struct Exchange {
 
 struct ExchangeEnd {
   Outcome outcome = Outcome::none;
-  std::string reason;     ///< one sentence where the line itself knows why; else empty
-  Duration round_trip{};  ///< first byte out to last byte in; zero when no frame came
+  std::string reason;        ///< one sentence where the line itself knows why; else empty
+  Duration round_trip{};     ///< first byte out to last byte in; zero when no frame came
+  std::size_t received = 0;  ///< bytes that came for it
 };
 
 class LineClient {
@@ -90,6 +91,9 @@ class Line {
 
   /// Only when idle().
   void Start(Exchange exchange, Instant now);
+  /// Nothing of the exchange has been sent yet (state quiet): it does not take place. OnExchangeEnd
+  /// is not called.
+  void Cancel();
 
   bool idle() const { return state_ == State::idle; }
   State state() const { return state_; }
@@ -104,6 +108,7 @@ class Line {
   void Receive(View bytes, Instant now);
   void TakeFrame(bool idle, Instant now);
   void OnGap(Instant now);
+  void FinishSilent(Instant now);
   void Finish(Outcome outcome, std::string reason, Instant now);
   bool TakeEarly(Instant now);
   void TakeAhead(Instant now);
@@ -117,9 +122,10 @@ class Line {
   Instant limit_{};          // babble bound of Quiet and Drain
   Instant last_activity_{};  // last byte in or out
   Instant sent_from_{};
-  Instant sent_until_{};  // computed end of transmission
-  Instant ended_{};       // of the last exchange
-  Bytes early_;           // came during the transmission on a port that keeps its bit rate
+  Instant sent_until_{};         // computed end of transmission
+  Instant ended_{};              // of the last exchange
+  Bytes early_;                  // came during the transmission on a port that keeps its bit rate
+  std::uint64_t in_before_ = 0;  // counters().in when the exchange began
   Exchange exchange_;
   Assembler assembler_;
 };

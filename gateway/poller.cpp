@@ -127,7 +127,10 @@ void Poller::Close(Now now, Override why, const std::string& reason) {
   line_.OnClosed(now.instant);
   echo_.OnExchangeEnd();
   // What a serial server still owes may reach the next connection.
-  if (work_ && work_->end) work_->device->order.OnSilence();
+  if (work_ && work_->end) {
+    work_->device->order.OnSilence();
+    work_->device->late_until = now.instant + work_->device->times.ceiling;
+  }
   if (work_) FinishTask(Outcome::line_down, reason);
   for (const auto& device : devices_) {
     device->parked.reset();
@@ -215,6 +218,7 @@ void Poller::OnTimer(Now now) {
 bool Poller::Submit(WriteCommand command, Now now) {
   Advance(now);
   if (commands_.size() >= kQueueLimit) return false;
+  command.sequence = ++sequence_;
   commands_.push_back(std::move(command));
   if (open_) {
     Settle();
@@ -235,6 +239,7 @@ std::optional<Instant> Poller::Deadline() const {
   for (const WriteCommand& command : commands_) sooner(command.deadline);
   for (const WriteCommand& command : confirmed_) sooner(command.deadline);
   sooner(routes_.Deadline());
+  if (line_.state() == Line::State::quiet && work_) sooner(LatestStart(*work_));
   if (!line_.idle()) return soonest;
   if (work_) {  // waits until no late answer can meet its request
     sooner(ClearAt(*work_));
@@ -260,6 +265,7 @@ std::optional<Instant> Poller::Deadline() const {
 void Poller::Settle() {
   if (work_ && work_->end) ConcludeExchange();
   if (!was_idle_ && line_.idle()) idle_since_ = now_.instant;
+  CancelQuiet();
   ExpireCommands();
   AnswerExpired();
   AnswerForAbsent();
@@ -315,7 +321,8 @@ void Poller::Pump() {
     work_->exchange_began = now_.instant;
     Exchange exchange{work_->request, work_->device->protocol->reply_rule, work_->device->times};
     exchange.times.drain += work_->device->late_drain;
-    exchange.aftermath = Aftermath(*work_->device);
+    // A routed request is sent when no earlier answer can come any more, and never repeated here.
+    exchange.aftermath = work_->routed ? work_->device->trail : Aftermath(*work_->device);
     line_.Start(std::move(exchange), now_.instant);
   }
 }
@@ -345,13 +352,20 @@ Instant Poller::ClearAt(const Work& work) const {
 
 /// Nothing of the command has been sent yet, and nothing may be any more.
 bool Poller::IsTooLate(const Work& work) const {
-  if (work.routed && work.attempts == 0) {
+  if (work.routed) {
     return std::ranges::none_of(*work.routed, [this](const RoutedRequest& request) {
       return request.deadline > now_.instant;
     });
   }
   return work.command && work.steps == 1 && work.attempts == 0 &&
          work.command->deadline <= now_.instant;
+}
+
+/// When the task may still be sent, if it has a deadline.
+std::optional<Instant> Poller::LatestStart(const Work& work) const {
+  if (work.command && work.steps == 1 && work.attempts == 0) return work.command->deadline;
+  if (!work.routed || work.routed->empty()) return std::nullopt;
+  return std::ranges::max(*work.routed, {}, &RoutedRequest::deadline).deadline;
 }
 
 bool Poller::PickTask() {
@@ -365,7 +379,7 @@ bool Poller::PickTask() {
 }
 
 bool Poller::PickUrgent() {
-  const auto may_ask = [this](std::uint8_t slave) { return MayAsk(slave); };
+  const auto may_ask = [this](const RoutedRequest& request) { return MayAsk(request); };
   if (!routes_.empty() && StartRouted(routes_.TakeUrgent(may_ask))) return true;
   return PickCommand() || PickRefresh();
 }
@@ -395,10 +409,19 @@ Poller::Device& Poller::DeviceOf(const WriteCommand& command) const {
   return *devices_[command.device - devices_.front()->index];
 }
 
+/// Writes to one slave keep their order, whichever way they came.
+bool Poller::MayCommand(const WriteCommand& command) const {
+  const std::uint8_t slave = DeviceOf(command).slave;
+  if (slave == 0) return true;
+  const auto routed = routes_.FirstWrite(slave);
+  return !routed || *routed > command.sequence;
+}
+
 /// The first command whose device may be asked now; commands to one device keep their order.
 bool Poller::PickCommand() {
   const auto next = std::ranges::find_if(commands_, [this](const WriteCommand& command) {
     const Device& device = DeviceOf(command);
+    if (!MayCommand(command)) return false;
     return device.late_until <= now_.instant || !device.in_use || device.health.absent();
   });
   if (next == commands_.end()) return false;
@@ -454,9 +477,8 @@ bool Poller::PickPoll() {
 
 /// Whether anybody wants to know if an absent device is back.
 bool Poller::Wanted(const Device& device) const {
-  if (device.polled()) return device.in_use && device.health.absent();
-  const auto slaves = routes_.Slaves();
-  return std::ranges::find(slaves, device.slave) != slaves.end();
+  if (device.polled() && device.in_use) return device.health.absent();
+  return device.slave != 0 && routes_.HasFor(device.slave);
 }
 
 Poller::Device* Poller::Absent(std::size_t turn) const {
@@ -483,16 +505,22 @@ std::optional<Instant> Poller::NextClear() const {
 /// been served may be back at any moment.
 std::optional<Instant> Poller::NextWanted() const {
   if (routed_at_ && now_.instant - *routed_at_ < kClientsReturn) return now_.instant;
-  const auto slaves = routes_.Slaves();
-  const bool now =
-      std::ranges::any_of(slaves, [this](std::uint8_t slave) { return MayAsk(slave); });
-  return now ? now_.instant : schedule_.NextDue();
+  return RoutedWaits() ? now_.instant : schedule_.NextDue();
 }
 
 std::optional<Instant> Poller::NextProbe() const {
   const Device* device = Absent(probe_turn_);
   if (device == nullptr) return NextClear();
-  return probes_.NextProbe(now_.instant, NextWanted(), idle_since_, device->WorstCase());
+  const auto when = probes_.NextProbe(now_.instant, NextWanted(), idle_since_, device->WorstCase());
+  if (when || !routed_at_) return when;
+  // Once the clients have stayed away for so long, the line counts as free.
+  const Instant free = *routed_at_ + kClientsReturn;
+  return free > now_.instant ? std::optional(free) : std::nullopt;
+}
+
+/// Somebody waits for a slave that answers.
+bool Poller::RoutedWaits() const {
+  return routes_.HasAny([this](const RoutedRequest& request) { return MayAsk(request); });
 }
 
 bool Poller::PickProbe() {
@@ -501,20 +529,20 @@ bool Poller::PickProbe() {
   Device* device = Absent(probe_turn_);
   const auto place = std::ranges::find(everyone_, device) - everyone_.begin();
   probe_turn_ = static_cast<std::size_t>(place) + 1;
-  ++counters_.probes;
-  if (device->polled()) {
+  if (device->polled() && device->in_use) {
     BeginTask(*device, {Task::Kind::probe, 0, kNoPoint, {}});
     Ask();
   } else {
-    StartRouted(routes_.TakeFor(device->slave));
+    if (!StartRouted(routes_.TakeFor(device->slave))) return false;
   }
+  ++counters_.probes;
   if (work_) work_->probing = true;
   return true;
 }
 
 /// How long the living had to wait for a probe that took the line from `from` to `to`.
 Duration Poller::Waited(Instant from, Instant to) const {
-  if (!commands_.empty() || !routes_.empty()) return to - from;
+  if (!commands_.empty() || RoutedWaits()) return to - from;
   const auto due = schedule_.NextDue();
   if (!due || *due >= to) return Duration::zero();
   return to - std::max(from, *due);

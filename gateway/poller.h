@@ -80,7 +80,9 @@ class Poller : private LineClient {
   Line::State line_state() const { return line_.state(); }
   /// What was asked since `when` has remained without an answer: a serial server may hang although
   /// its TCP lives.
-  bool SilentSince(Instant when) const { return silent_from_ && *silent_from_ < when; }
+  bool SilentSince(Instant when) const {
+    return silent_from_ && *silent_from_ < when && last_failure_ >= when;
+  }
 
  private:
   struct Device;  // gateway/poller_parts.h
@@ -107,7 +109,12 @@ class Poller : private LineClient {
   bool PickProbe();
   bool PickRouted(config::Priority priority);
   bool StartRouted(RouteQueue::Batch batch);
-  bool MayAsk(std::uint8_t slave) const;
+  bool MayAsk(const RoutedRequest& request) const;
+  bool MayCommand(const WriteCommand& command) const;
+  void CancelQuiet();
+  bool MayStillAnswer(const Work& work, const ExchangeEnd& end) const;
+  Instant AnswersEnd(const Work& work) const;
+
   void AddSlave(Device& device);
   Device& SlaveAt(std::uint8_t slave);
   Device* FindSlave(std::uint8_t slave) const;
@@ -118,6 +125,8 @@ class Poller : private LineClient {
   void OnRoutedFailure(const ExchangeEnd& end);
   void FinishRouted(Work& work, Outcome outcome, const std::string& reason);
   std::optional<Instant> NextWanted() const;
+  bool RoutedWaits() const;
+  std::optional<Instant> LatestStart(const Work& work) const;
   void ChangeStatus(const Device& device, const std::function<void(DeviceStatus&)>& change);
   void BeginTask(Device& device, Task task);
   void Ask();
@@ -196,6 +205,8 @@ class Poller : private LineClient {
   std::optional<double> use_;           // of the last full minute; nothing before there is one
   Now now_{};                           // of the input that is being handled
   std::optional<Instant> silent_from_;  // nobody has answered since
+  Instant last_failure_{};              // of an exchange
+  std::uint64_t sequence_ = 0;          // of writes, in the order of their arrival
   std::optional<Instant> routed_at_;    // end of the last routed exchange that was answered
   LineCounters counters_;
 };

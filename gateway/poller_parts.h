@@ -71,6 +71,7 @@ struct Poller::Work {
   bool refresh = false;                     // reads back what a command has written
   bool probing = false;                     // its device was absent when it was chosen
   std::optional<RouteQueue::Batch> routed;  // whom the reply goes to; no conversation takes part
+  std::uint8_t request_function = 0;        // of them
   Bytes reply;                              // to them
   bool mute = false;                        // its end says nothing about the device
   Instant began{};

@@ -15,6 +15,11 @@ namespace {
 /// 100 to 200 ms.
 constexpr Duration kTurnaround = 100ms;
 
+/// Functions that every slave knows, or says that it does not.
+bool IsCommon(std::uint8_t function) {
+  return (function >= 1 && function <= 6) || function == 15 || function == 16;
+}
+
 void AnswerAll(std::vector<RoutedRequest> requests, Outcome outcome, const std::string& reason) {
   for (RoutedRequest& request : requests) request.done({outcome, {}, reason});
 }
@@ -27,6 +32,7 @@ void Poller::Submit(RoutedRequest request, Now now) {
     request.done({Outcome::line_down, {}, "the port is closed"});
     return;
   }
+  request.sequence = ++sequence_;
   routes_.Push(std::move(request));
   Settle();
 }
@@ -64,14 +70,42 @@ Poller::Device& Poller::SlaveAt(std::uint8_t slave) {
   return *everyone_.back();
 }
 
-/// Not while an answer to an earlier request may come that would pass for its own.
-bool Poller::MayAsk(std::uint8_t slave) const {
-  const Device* device = FindSlave(slave);
-  return device == nullptr || (device->late_until <= now_.instant && !device->health.absent());
+/// Not while an answer to an earlier request may come that would pass for its own, and no write
+/// before an earlier one to a point of the same device.
+bool Poller::MayAsk(const RoutedRequest& request) const {
+  const Device* device = FindSlave(request.slave);
+  if (device != nullptr && device->late_until > now_.instant) return false;
+  if (device != nullptr && device->health.absent()) return false;
+  return !IsWrite(request) || std::ranges::none_of(commands_, [&](const WriteCommand& command) {
+    const std::uint8_t slave = DeviceOf(command).slave;
+    const bool same = slave != 0 && (slave == request.slave || request.slave == 0);
+    return same && command.sequence < request.sequence;
+  });
 }
 
 bool Poller::PickRouted(config::Priority priority) {
-  return StartRouted(routes_.Take(priority, [this](std::uint8_t slave) { return MayAsk(slave); }));
+  return StartRouted(
+      routes_.Take(priority, [this](const RoutedRequest& request) { return MayAsk(request); }));
+}
+
+/// A read that the line still waits with lets a short write pass, and what has become too late
+/// meanwhile is not sent any more.
+void Poller::CancelQuiet() {
+  if (line_.state() != Line::State::quiet || !work_ || work_->end) return;
+  if (IsTooLate(*work_)) {
+    line_.Cancel();
+    work_->mute = true;
+    FinishTask(Outcome::no_reply, "the line did not fall silent before the deadline");
+    return;
+  }
+  const auto urgent = [this](const RoutedRequest& request) {
+    return RouteQueue::IsShortWrite(request) && MayAsk(request);
+  };
+  const bool read = work_->routed && !work_->routed->empty() && !IsWrite(work_->routed->front());
+  if (!read || !routes_.HasAny(urgent)) return;
+  line_.Cancel();
+  routes_.Return(std::move(*work_->routed));
+  work_.reset();
 }
 
 bool Poller::StartRouted(RouteQueue::Batch batch) {
@@ -81,6 +115,7 @@ bool Poller::StartRouted(RouteQueue::Batch batch) {
   Work& work = *work_;
   work.request.bytes = carrier_->carrier->wrap(batch[0].slave, batch[0].pdu);
   work.request.expect = carrier_->expect(work.request.bytes, config_.options);
+  work.request_function = batch[0].pdu[0];
   work.routed = std::move(batch);
   work.steps = 1;
   work.sending = true;
@@ -91,18 +126,23 @@ Outcome Poller::OnRoutedFrame(View frame) {
   return carrier_->carrier->unwrap(work_->request.bytes, frame, work_->reply);
 }
 
-/// Damage on the wire is made good where that can do no harm. Silence is the client's to judge: it
-/// may have better things to ask by now.
+/// Damage on the wire is made good where that can do no harm: the read waits for its turn again.
+/// Silence is the client's to judge, who may have better things to ask by now; and whoever asks for
+/// what its slave does not know says nothing about the slave by it.
 void Poller::OnRoutedFailure(const ExchangeEnd& end) {
   Work& work = *work_;
+  Device& device = *work.device;
+  if (device.polled()) schedule_.Hold(device.slot, device.late_until);
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
-  if (damaged && work.request.expect.repeatable && work.attempts < work.device->retries &&
-      !work.routed->empty() && work.routed->front().deadline > now_.instant) {
-    ++work.attempts;
-    work.sending = true;
-    ChangeStatus(*work.device, [](DeviceStatus& status) { ++status.retries; });
+  const bool again = damaged && work.request.expect.repeatable && !work.probing;
+  if (again && !work.routed->empty() && work.routed->front().tries < device.retries) {
+    ChangeStatus(device, [](DeviceStatus& status) { ++status.retries; });
+    for (RoutedRequest& request : *work.routed) ++request.tries;
+    routes_.Return(std::move(*work.routed));
+    work_.reset();
     return;
   }
+  work.mute = work.mute || !IsCommon(work.request_function);
   FinishTask(end.outcome, end.reason);
 }
 
@@ -110,7 +150,7 @@ void Poller::FinishRouted(Work& work, Outcome outcome, const std::string& reason
   const bool sent = work.exchange_began != Instant{};
   bool shared = false;
   for (RoutedRequest& request : *work.routed) {
-    RoutedReply reply{outcome, {}, reason};
+    RoutedReply reply{outcome, {}, reason.empty() ? std::string(Name(outcome)) : reason};
     if (outcome == Outcome::ok || outcome == Outcome::refused) reply.pdu = work.reply;
     reply.sent = sent;
     reply.shared = std::exchange(shared, true);

@@ -201,6 +201,32 @@ void Poller::JudgeEcho(ExchangeEnd& end) {
                                   : "the echo of the request stopped in its midst";
 }
 
+/// An unexpected frame may be another device's late answer: then this device's own is still to
+/// come. After damage polled devices are found out by their probes; for others what was damaged
+/// counts as the answer only where it is as long.
+bool Poller::MayStillAnswer(const Work& work, const ExchangeEnd& end) const {
+  if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) return true;
+  const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
+  if (!damaged || work.device->polled()) return false;
+  // Nor may it have been somebody else's.
+  const bool others = std::ranges::any_of(everyone_, [&](const Device* device) {
+    return device != work.device && device->late_until > work.exchange_began;
+  });
+  return others || std::ranges::none_of(work.request.expect.shapes, [&](const Shape& shape) {
+           return end.received >= shape.min_length && end.received <= shape.max_length;
+         });
+}
+
+/// Until then an answer to its last request may come.
+Instant Poller::AnswersEnd(const Work& work) const {
+  const LineTimes& times = work.device->times;
+  const auto characters = static_cast<std::int64_t>(work.request.bytes.size());
+  const Instant by_request =
+      work.exchange_began + times.quiet + characters * times.character + times.ceiling;
+  const Instant by_end = now_.instant + times.ceiling - times.reply;
+  return work.device->polled() ? by_end : std::max(by_request, by_end);
+}
+
 void Poller::ConcludeExchange() {
   Work& work = *work_;
   Device& device = *work.device;
@@ -209,13 +235,11 @@ void Poller::ConcludeExchange() {
   if (!work.answer.reason.empty()) end.reason = work.answer.reason;
   work.mute = work.request.expect.reply == Expectation::Reply::none;
   if (!work.mute) device.health.OnExchange(end.outcome);
-  // An unexpected frame may be another device's late answer: then this device's own is still to
-  // come.
-  if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) {
+  if (MayStillAnswer(work, end)) {
     if (!device.unanswered) device.unanswered = work.exchange_began;
     // Probes of an absent device would cost the living this time again and again.
     const bool probe = work.task.kind == Task::Kind::probe && !postponed_;
-    if (!probe) device.late_until = now_.instant + device.times.ceiling - device.times.reply;
+    if (!probe) device.late_until = AnswersEnd(work);
   } else if (ProvesLife(end.outcome) && !work.mute) {
     device.unanswered.reset();
     device.late_until = {};  // the aftermath of the answer took care
@@ -236,6 +260,7 @@ void Poller::ConcludeExchange() {
     OnAnswered();
   } else {
     if (!silent_from_) silent_from_ = now_.instant;
+    last_failure_ = now_.instant;
     OnFailed();
   }
 }
@@ -276,6 +301,15 @@ void Poller::OnFailed() {
   const bool may_retry = work.attempts < device.retries &&
                          (work.task.kind != Task::Kind::probe || postponed_) &&
                          device.health.state() != DeviceState::never_seen && in_time;
+  const bool parks = work.task.kind == Task::Kind::poll && !postponed_ && !device.parked &&
+                     work.parkings < device.retries && routes_.HasShortWrite();
+  if (may_retry && parks) {  // a start does not wait for the retries of a poll
+    ++work.parkings;
+    --work.steps;
+    device.parked_until = now_.instant;
+    device.parked = std::move(work_);
+    return;
+  }
   if (may_retry) {
     const auto instead = device.conversation->Instead(work.request, end.outcome, now_.instant);
     if (instead || work.request.expect.repeatable) {

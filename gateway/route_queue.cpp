@@ -10,26 +10,6 @@ namespace {
 
 constexpr std::uint8_t kAllSlaves = 0;
 
-/// MODBUS Application Protocol 1.1b3, 6: the functions that only read, whoever the slave is.
-bool IsRead(const RoutedRequest& request) { return request.pdu[0] >= 1 && request.pdu[0] <= 4; }
-
-/// What is not known to read may change the slave.
-bool IsWrite(const RoutedRequest& request) { return !IsRead(request); }
-
-bool IsShortWrite(const RoutedRequest& request) {
-  switch (request.pdu[0]) {
-    case 5:   // one coil
-    case 6:   // one register
-    case 22:  // bits of one register
-      return true;
-    case 15:
-    case 16:  // function, start, count, byte count, values
-      return request.pdu.size() <= 6 + 2 * RouteQueue::kShortWrite;
-    default:
-      return false;
-  }
-}
-
 bool SameSlave(const RoutedRequest& a, const RoutedRequest& b) {
   return a.slave == b.slave || a.slave == kAllSlaves || b.slave == kAllSlaves;
 }
@@ -42,31 +22,51 @@ bool Follows(const RoutedRequest& later, const RoutedRequest& earlier) {
 
 }  // namespace
 
+bool RouteQueue::IsShortWrite(const RoutedRequest& request) {
+  switch (request.pdu[0]) {
+    case 5:   // one coil
+    case 6:   // one register
+    case 22:  // bits of one register
+      return true;
+    case 15:
+    case 16:  // function, start, count, byte count, values
+      return request.pdu.size() <= 6 + 2 * kShortWrite;
+    default:
+      return false;
+  }
+}
+
 void RouteQueue::Push(RoutedRequest request) {
   if (!turn_.contains(request.client)) turn_[request.client] = ++next_turn_;
   waiting_.push_back(std::move(request));
 }
 
+void RouteQueue::Return(Batch batch) {
+  for (const RoutedRequest& request : batch) {
+    if (!turn_.contains(request.client)) turn_[request.client] = ++next_turn_;
+  }
+  waiting_.insert(waiting_.begin(), std::make_move_iterator(batch.begin()),
+                  std::make_move_iterator(batch.end()));
+}
+
 RouteQueue::Batch RouteQueue::TakeUrgent(const MayAsk& may_ask) {
-  return TakeBest(may_ask, [this](Place request) { return IsUrgent(request); });
+  return TakeBest(may_ask, [this](std::size_t place) { return IsUrgent(place); });
 }
 
 RouteQueue::Batch RouteQueue::Take(config::Priority priority, const MayAsk& may_ask) {
-  return TakeBest(may_ask, [priority](Place request) { return request->priority == priority; });
+  return TakeBest(may_ask, [this, priority](std::size_t place) {
+    return waiting_[place].priority == priority;
+  });
 }
 
 RouteQueue::Batch RouteQueue::TakeFor(std::uint8_t slave) {
-  const auto of_slave = [slave](const RoutedRequest& request) { return request.slave == slave; };
-  auto found = std::ranges::find_if(waiting_, [&](const RoutedRequest& request) {
-    return of_slave(request) && IsWrite(request);
-  });
-  if (found == waiting_.end()) found = std::ranges::find_if(waiting_, of_slave);
-  return found == waiting_.end() ? Batch() : TakeWithTwins(found);
+  const auto place = NextFor(slave);
+  return place ? TakeWithTwins(*place) : Batch();
 }
 
 std::vector<RoutedRequest> RouteQueue::TakeReads(std::uint8_t slave, std::size_t keep) {
   return TakeIf([slave, keep](const RoutedRequest& request) mutable {
-    if (request.slave != slave || !IsRead(request)) return false;
+    if (request.slave != slave || IsWrite(request)) return false;
     if (keep == 0) return true;
     --keep;
     return false;
@@ -86,6 +86,18 @@ std::size_t RouteQueue::Forget(std::uint64_t client) {
 }
 
 bool RouteQueue::HasShortWrite() const { return std::ranges::any_of(waiting_, IsShortWrite); }
+
+bool RouteQueue::HasAny(const MayAsk& may_ask) const {
+  return std::ranges::any_of(waiting_, may_ask);
+}
+
+std::optional<std::uint64_t> RouteQueue::FirstWrite(std::uint8_t slave) const {
+  for (const RoutedRequest& request : waiting_) {
+    const bool to_it = request.slave == slave || request.slave == kAllSlaves;
+    if (to_it && IsWrite(request)) return request.sequence;
+  }
+  return std::nullopt;
+}
 
 std::size_t RouteQueue::Clients(config::Priority priority) const {
   std::vector<std::uint64_t> clients;
@@ -113,43 +125,55 @@ std::optional<Instant> RouteQueue::Deadline() const {
   return soonest;
 }
 
-bool RouteQueue::MayGo(Place request, const MayAsk& may_ask) {
-  if (!may_ask(request->slave)) return false;
-  return std::none_of(waiting_.begin(), request,
-                      [&](const RoutedRequest& earlier) { return Follows(*request, earlier); });
+bool RouteQueue::MayGo(std::size_t place) const {
+  for (std::size_t earlier = 0; earlier < place; ++earlier) {
+    if (Follows(waiting_[place], waiting_[earlier])) return false;
+  }
+  return true;
 }
 
 /// A block that was written before a short write to the same slave goes before it.
-bool RouteQueue::IsUrgent(Place request) {
-  return IsWrite(*request) && std::any_of(request, waiting_.end(), [&](const RoutedRequest& later) {
-           return IsShortWrite(later) && SameSlave(later, *request);
-         });
+bool RouteQueue::IsUrgent(std::size_t place) const {
+  if (!IsWrite(waiting_[place])) return false;
+  for (std::size_t later = place; later < waiting_.size(); ++later) {
+    if (IsShortWrite(waiting_[later]) && SameSlave(waiting_[later], waiting_[place])) return true;
+  }
+  return false;
+}
+
+std::optional<std::size_t> RouteQueue::NextFor(std::uint8_t slave) const {
+  std::optional<std::size_t> read;
+  for (std::size_t place = 0; place < waiting_.size(); ++place) {
+    if (waiting_[place].slave != slave || !MayGo(place)) continue;
+    if (IsWrite(waiting_[place])) return place;
+    if (!read) read = place;
+  }
+  return read;
 }
 
 template <typename Wanted>
 RouteQueue::Batch RouteQueue::TakeBest(const MayAsk& may_ask, Wanted wanted) {
-  auto best = waiting_.end();
-  const auto rank = [this](const RoutedRequest& request) {
+  std::optional<std::size_t> best;
+  const auto rank = [this](std::size_t place) {
+    const RoutedRequest& request = waiting_[place];
     return std::pair(-static_cast<int>(request.priority), turn_.at(request.client));
   };
-  for (auto request = waiting_.begin(); request != waiting_.end(); ++request) {
-    if (best != waiting_.end() && rank(*request) >= rank(*best)) continue;
-    if (wanted(request) && MayGo(request, may_ask)) best = request;
+  for (std::size_t place = 0; place < waiting_.size(); ++place) {
+    if (best && rank(place) >= rank(*best)) continue;
+    if (wanted(place) && may_ask(waiting_[place]) && MayGo(place)) best = place;
   }
-  return best == waiting_.end() ? Batch() : TakeWithTwins(best);
+  return best ? TakeWithTwins(*best) : Batch();
 }
 
-RouteQueue::Batch RouteQueue::TakeWithTwins(Place request) {
+RouteQueue::Batch RouteQueue::TakeWithTwins(std::size_t place) {
   Batch batch;
-  batch.push_back(Remove(request));
-  if (!IsRead(batch[0])) return batch;
-  const MayAsk anyone = [](std::uint8_t) { return true; };
-  for (auto twin = waiting_.begin(); twin != waiting_.end();) {
-    const bool alike = twin->slave == batch[0].slave && twin->pdu == batch[0].pdu;
-    const auto next = std::distance(waiting_.begin(), twin);
-    if (alike && MayGo(twin, anyone)) {
+  batch.push_back(Remove(place));
+  if (IsWrite(batch[0])) return batch;
+  for (std::size_t twin = 0; twin < waiting_.size();) {
+    const RoutedRequest& other = waiting_[twin];
+    const bool alike = other.slave == batch[0].slave && other.pdu == batch[0].pdu;
+    if (alike && MayGo(twin)) {
       batch.push_back(Remove(twin));
-      twin = waiting_.begin() + next;
     } else {
       ++twin;
     }
@@ -157,9 +181,9 @@ RouteQueue::Batch RouteQueue::TakeWithTwins(Place request) {
   return batch;
 }
 
-RoutedRequest RouteQueue::Remove(Place request) {
-  RoutedRequest taken = std::move(*request);
-  waiting_.erase(request);
+RoutedRequest RouteQueue::Remove(std::size_t place) {
+  RoutedRequest taken = std::move(waiting_[place]);
+  waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(place));
   turn_[taken.client] = ++next_turn_;
   ForgetServed(taken.client);
   return taken;

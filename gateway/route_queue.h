@@ -16,6 +16,12 @@
 
 namespace baudgate {
 
+/// MODBUS Application Protocol 1.1b3, 6: functions 1 to 4 only read, whoever the slave is. What is
+/// not known to read may change the slave.
+inline bool IsWrite(const RoutedRequest& request) {
+  return request.pdu[0] < 1 || request.pdu[0] > 4;
+}
+
 class RouteQueue {
  public:
   /// Of requests that wait for one line, or are under way on it.
@@ -23,18 +29,24 @@ class RouteQueue {
   /// Writes of more registers than this are blocks, which wait for their turn.
   static constexpr std::size_t kShortWrite = 8;
 
-  /// Whether a request to this slave may be sent now.
-  using MayAsk = std::function<bool(std::uint8_t slave)>;
+  /// Whether a request may be sent now, as far as its slave and the line are concerned.
+  using MayAsk = std::function<bool(const RoutedRequest& request)>;
   /// The one to be sent, and identical reads that its reply answers as well.
   using Batch = std::vector<RoutedRequest>;
 
+  /// Whether it may overtake reads and blocks.
+  static bool IsShortWrite(const RoutedRequest& request);
+
   void Push(RoutedRequest request);
+  /// Puts back what was taken and not answered, in front of all others.
+  void Return(Batch batch);
 
   /// A short write, or a write that one waits for; empty: none may be sent now.
   Batch TakeUrgent(const MayAsk& may_ask);
   Batch Take(config::Priority priority, const MayAsk& may_ask);
-  /// Whatever waits for this slave, its writes first.
+  /// Whatever may be sent to this slave next, its writes first.
   Batch TakeFor(std::uint8_t slave);
+  bool HasFor(std::uint8_t slave) const { return NextFor(slave).has_value(); }
   /// Reads of this slave, all but the first `keep`.
   std::vector<RoutedRequest> TakeReads(std::uint8_t slave, std::size_t keep);
 
@@ -45,6 +57,9 @@ class RouteQueue {
 
   bool empty() const { return waiting_.empty(); }
   bool HasShortWrite() const;
+  bool HasAny(const MayAsk& may_ask) const;
+  /// The sequence of the first write that waits for this slave, or for all.
+  std::optional<std::uint64_t> FirstWrite(std::uint8_t slave) const;
   /// Clients of this priority that wait.
   std::size_t Clients(config::Priority priority) const;
   /// Every slave that something waits for, once.
@@ -52,14 +67,14 @@ class RouteQueue {
   std::optional<Instant> Deadline() const;
 
  private:
-  using Place = std::deque<RoutedRequest>::iterator;
-
-  bool MayGo(Place request, const MayAsk& may_ask);
-  bool IsUrgent(Place request);
+  /// Places are indices in waiting_.
+  bool MayGo(std::size_t place) const;
+  bool IsUrgent(std::size_t place) const;
+  std::optional<std::size_t> NextFor(std::uint8_t slave) const;
   template <typename Wanted>
   Batch TakeBest(const MayAsk& may_ask, Wanted wanted);
-  Batch TakeWithTwins(Place request);
-  RoutedRequest Remove(Place request);
+  Batch TakeWithTwins(std::size_t place);
+  RoutedRequest Remove(std::size_t place);
   template <typename Wanted>
   std::vector<RoutedRequest> TakeIf(Wanted wanted);
   void ForgetServed(std::uint64_t client);

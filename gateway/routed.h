@@ -33,6 +33,9 @@ struct RoutedRequest {
   config::Priority priority = config::Priority::normal;
   Instant arrived;
   Instant deadline;  ///< not sent later; answered no_reply when it passes
+  // The line's own: its place among all writes to the line, and how often it was sent in vain.
+  std::uint64_t sequence = 0;
+  int tries = 0;
   /// Called exactly once, on any thread, unless Submit said no or Forget came first.
   std::function<void(RoutedReply)> done;
 };

@@ -60,8 +60,8 @@ std::string DeviceName(std::string profile) {
 std::vector<std::string> ProtocolsOf(const config::Catalog& catalog) {
   std::vector<std::string> names;
   for (const auto& [name, protocol] : catalog.protocols) names.push_back(name);
-  std::ranges::stable_partition(
-      names, [](const std::string& name) { return !name.starts_with("modbus"); });
+  std::stable_partition(names.begin(), names.end(),
+                        [](const std::string& name) { return !name.starts_with("modbus"); });
   return names;
 }
 

@@ -101,14 +101,15 @@ void RequestDesk::Sweep(Instant now) {
 }
 
 void RequestDesk::GiveUp() {
-  const auto routed = std::ranges::stable_partition(
-      pending_, [](const Pending& pending) { return !pending.route.has_value(); });
-  if (routed.empty()) return;
+  const auto routed =
+      std::stable_partition(pending_.begin(), pending_.end(),
+                            [](const Pending& pending) { return !pending.route.has_value(); });
+  if (routed == pending_.end()) return;
   for (RouteTarget* target : used_) target->Forget(record_->id);
-  for (const Pending& pending : routed) {
+  std::for_each(routed, pending_.end(), [this](const Pending& pending) {
     service_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteEnd::dropped, {});
-  }
-  pending_.erase(routed.begin(), routed.end());
+  });
+  pending_.erase(routed, pending_.end());
   record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),
                              std::memory_order_relaxed);
 }

@@ -316,8 +316,8 @@ void Upstream::Link::Pump(Instant now) {
 }
 
 RouteQueue::Batch Upstream::Link::Choose() {
-  const auto may_ask = [this](std::uint8_t slave) {
-    return std::ranges::none_of(on_wire_, [slave](const Sent& sent) {
+  const auto may_ask = [this](const RoutedRequest& request) {
+    return std::ranges::none_of(on_wire_, [slave = request.slave](const Sent& sent) {
       return !IsRead(sent.function) && (slave == 0 || sent.unit == 0 || sent.unit == slave);
     });
   };

@@ -72,7 +72,7 @@ Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
   const bool fits = std::ranges::any_of(expect.shapes, [&](const Shape& shape) {
     return shape.tag == adu->pdu[0] && length >= shape.min_length && length <= shape.max_length;
   });
-  if (!fits) return Cut::Discard(cut.size, Outcome::unexpected, "not a reply to what was asked");
+  if (!fits) return Cut::Discard(cut.size, Outcome::partial, "not a reply to what was asked");
   return cut;
 }
 

@@ -15,6 +15,8 @@ namespace {
 using Kind = PduLength::Kind;
 
 constexpr std::size_t kShortest = kRtuOverhead + 1;
+/// Of other slaves' replies to other functions only those up to this length are waited for.
+constexpr std::size_t kShortReply = 32;
 
 /// Bytes that appear when a driver is switched on or off.
 bool IsHarmless(std::uint8_t byte) { return byte == 0x00 || byte == 0xFF; }
@@ -75,20 +77,27 @@ Cut CutUnknown(View held, bool idle) {
   return cut.kind == Cut::Kind::discard ? NoRequest(held, cut.blame, cut.why) : cut;
 }
 
-/// What is not the awaited reply, but may be a whole one of another slave, or to another request:
-/// with a good CRC it is passed over whole, and the awaited one may stand behind it. Only what
-/// carries an awaited function is waited for.
-Cut NotAwaited(View held, const Expectation& expect, bool idle, std::string_view why) {
+/// What may be a whole reply of another slave: with a good CRC it is passed over whole, and the
+/// awaited one may stand behind it. Only functions whose replies have a known length, or the
+/// awaited ones, are waited for.
+Cut FromAnother(View held, const Expectation& expect, bool idle, std::string_view why) {
   if (held[0] == 0 || held[0] > kLastSlave) return Slide(held, why);
   const auto wait = [&] { return idle ? Slide(held, why) : Cut::NeedMore(); };
   if (held.size() < 2) return wait();
-  const auto shape =
-      std::ranges::find_if(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
-  if (shape == expect.shapes.end()) return Slide(held, why);
-  const PduLength length = ReplyLength(held.subspan(1));
+  const bool exception = held[1] >= kExceptionBit;
+  if ((exception ? held[1] - kExceptionBit : held[1]) > kEncapsulated) return Slide(held, why);
+  PduLength length = ReplyLength(held.subspan(1));
   if (length.kind == Kind::need_more) return wait();
-  const bool exact = length.kind == Kind::exact;
-  const std::size_t size = exact ? length.size + kRtuOverhead : shape->min_length;
+  if (length.kind == Kind::unknown) {
+    const auto shape =
+        std::ranges::find_if(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
+    if (shape == expect.shapes.end()) return Slide(held, why);
+    length.size = shape->min_length - kRtuOverhead;
+  }
+  const std::size_t size = length.size + kRtuOverhead;
+  const bool awaited =
+      std::ranges::any_of(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
+  if (!awaited && size > kShortReply) return Slide(held, why);
   if (held.size() < size) return wait();
   return CrcGood(held.first(size)) ? Cut::Discard(size, Outcome::unexpected, why)
                                    : Slide(held, why);
@@ -131,12 +140,14 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
 Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
   if (expect.shapes.empty()) return BySilence(held, expect.max_bytes, idle);
   if (!expect.address.empty() && held[0] != expect.address[0]) {
-    return NotAwaited(held, expect, idle, "not from the device that was asked");
+    return FromAnother(held, expect, idle, "not from the device that was asked");
   }
   if (held.size() < 2) return Wait(idle);
   const auto shape =
       std::ranges::find_if(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
-  if (shape == expect.shapes.end()) return Slide(held, "not a reply to what was asked");
+  if (shape == expect.shapes.end()) {
+    return Slide(held, "not a reply to what was asked");
+  }
   std::size_t size = shape->max_length;
   if (shape->min_length != shape->max_length) {
     const PduLength length = ReplyLength(held.subspan(1));
@@ -144,7 +155,7 @@ Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
     if (length.kind == Kind::unknown) return BySilence(held, shape->max_length, idle);
     size = length.size + kRtuOverhead;
   } else if (HasByteCount(held[1]) && held.size() > 2 && held[2] != size - kRtuOverhead - 2) {
-    return NotAwaited(held, expect, idle, "another byte count than was asked for");
+    return Slide(held, "another byte count than was asked for");
   }
   if (held.size() < size) return Wait(idle);
   if (CrcGood(held.first(size))) return Cut::Frame(size);

@@ -4,10 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "config/option_table.h"
 #include "gateway/base/text.h"
-#include "protocols/modbus/protocol.h"
-#include "tests/support/virtual_line.h"
+#include "tests/gateway/routed_line.h"
 
 namespace baudgate {
 namespace {
@@ -15,108 +13,6 @@ namespace {
 using config::Priority;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-constexpr const char* kRead = "03 00 00 00 01";
-constexpr const char* kOther = "03 00 01 00 01";
-constexpr const char* kBlock = "03 00 00 00 78";
-constexpr const char* kStart = "06 00 00 00 02";
-constexpr const char* kStop = "06 00 00 00 00";
-
-/// 120 holding registers from 0 on.
-config::Device Slave(const std::string& address) {
-  config::Device device;
-  device.name = "slave" + address;
-  device.address = address;
-  device.protocol = "modbus_rtu";
-  device.options = config::DefaultOptions(ModbusRtuProtocol());
-  for (int i = 0; i < 120; ++i) {
-    config::Point point;
-    point.name = "r" + std::to_string(i);
-    point.read = "holding " + std::to_string(i);
-    point.type = config::Type::uint16;
-    point.access = config::Access::read_write;
-    device.points.push_back(std::move(point));
-  }
-  return device;
-}
-
-config::Device Polled(const std::string& address, std::size_t points) {
-  config::Device device = Slave(address);
-  device.points.resize(points);
-  return device;
-}
-
-config::Line DriveLine(std::vector<config::Device> devices = {}) {
-  config::Line line;
-  line.name = "drive";
-  line.protocol = "modbus_rtu";
-  line.serial.baud = 19200;
-  line.serial.parity = config::Parity::even;
-  line.options = config::DefaultOptions(ModbusRtuProtocol());
-  line.devices = std::move(devices);
-  return line;
-}
-
-struct RoutedLine : VirtualLine {
-  struct Reply {
-    std::string name;
-    Instant at;
-    RoutedReply reply;
-  };
-
-  explicit RoutedLine(config::Line line = DriveLine(),
-                      std::vector<std::string> slaves = {"20", "21"})
-      : VirtualLine(std::move(line), {&ModbusRtuProtocol(), &ToyProtocol()}, Slaves(slaves)) {
-    Open();
-  }
-
-  void Ask(std::string name, const std::string& pdu, std::uint8_t slave = 20,
-           std::uint64_t client = 1, Priority priority = Priority::normal,
-           Duration within = 2500ms) {
-    RoutedRequest request;
-    request.client = client;
-    request.slave = slave;
-    request.pdu = ParseHex(pdu).value();
-    request.priority = priority;
-    request.arrived = now().instant;
-    request.deadline = now().instant + within;
-    request.done = [this, name = std::move(name)](RoutedReply reply) {
-      replies.push_back({name, now().instant, std::move(reply)});
-    };
-    Submit(std::move(request));
-  }
-  std::vector<std::string> Names() const {
-    std::vector<std::string> names;
-    for (const Reply& reply : replies) names.push_back(reply.name);
-    return names;
-  }
-  const RoutedReply& Of(const std::string& name) const {
-    for (const Reply& reply : replies) {
-      if (reply.name == name) return reply.reply;
-    }
-    static const RoutedReply kNone;
-    ADD_FAILURE() << name << " has no answer";
-    return kNone;
-  }
-  /// Requests on the wire so far: slave and PDU, without the CRC.
-  std::vector<std::string> OnWire() const {
-    std::vector<std::string> frames;
-    for (const Sent& one : sent) {
-      const Bytes bytes = ToBytes(one.text);
-      frames.push_back(ToHex(View(bytes).first(bytes.size() - 2)));
-    }
-    return frames;
-  }
-
-  std::vector<Reply> replies;
-
- private:
-  static std::vector<config::Device> Slaves(const std::vector<std::string>& addresses) {
-    std::vector<config::Device> devices;
-    for (const std::string& address : addresses) devices.push_back(Slave(address));
-    return devices;
-  }
-};
 
 TEST(PollerRouted, RequestAndReplyPassAsTheyAre) {
   RoutedLine line;
@@ -181,6 +77,7 @@ TEST(PollerRouted, AStartOvertakesEverythingButTheExchangeUnderWay) {
   RoutedLine line;
   for (int i = 0; i < 9; ++i) line.Ask("block", kBlock + std::string(), 20, 1, Priority::high);
   line.Ask("read", kRead, 21, 2, Priority::high);
+  line.RunFor(10ms);  // the first block is on the wire
   line.Ask("start", kStart, 20, 3, Priority::low);
   line.RunFor(5s);
   ASSERT_GE(line.OnWire().size(), 2U);
@@ -189,10 +86,7 @@ TEST(PollerRouted, AStartOvertakesEverythingButTheExchangeUnderWay) {
 
 TEST(PollerRouted, WritesToOneSlaveKeepTheirOrderAndAStartIsNeverReplayedAfterAStop) {
   RoutedLine line;
-  line.twin(0).manner.distort = [](Bytes reply) {
-    reply.back() ^= 0xFF;
-    return reply;
-  };
+  line.twin(0).manner.distort = Damaged;
   line.Ask("start", kStart, 20, 1, Priority::low);
   line.Ask("stop", kStop, 20, 2, Priority::high);
   line.RunFor(2s);
@@ -204,8 +98,7 @@ TEST(PollerRouted, ADamagedReadIsRepeatedASilentOneIsNot) {
   RoutedLine line;
   int damaged = 0;
   line.twin(0).manner.distort = [&](Bytes reply) {
-    if (damaged++ == 0) reply.back() ^= 0xFF;
-    return reply;
+    return damaged++ == 0 ? Damaged(std::move(reply)) : reply;
   };
   line.Ask("damaged", kRead);
   line.RunFor(2s);
@@ -233,6 +126,7 @@ TEST(PollerRouted, WhatWaitsBeyondItsDeadlineIsNeverSent) {
 TEST(PollerRouted, WhoHasLeftIsForgotten) {
   RoutedLine line;
   line.Ask("under way", kBlock, 20, 1);
+  line.RunFor(10ms);
   line.Ask("left", kStart, 20, 2);
   line.Ask("stays", kRead, 20, 3);
   EXPECT_EQ(line.poller().Forget(2, line.now()), 1U);
@@ -254,57 +148,11 @@ TEST(PollerRouted, IdenticalReadsThatWaitShareAnExchange) {
   EXPECT_EQ(line.Of("a").pdu, line.Of("b").pdu);
 }
 
-/// Clients that send the same request again as soon as it is answered.
-class BusyClients {
- public:
-  explicit BusyClients(RoutedLine& line) : line_(line) {
-    line.always = [this] { AskAgain(); };
-  }
-  void Add(const std::string& pdu, std::uint8_t slave, Priority priority = Priority::normal) {
-    clients_.push_back({pdu, slave, priority, 0, 0, false});
-    AskAgain();
-  }
-  /// Replies that the client with this index has got.
-  int answered(std::size_t client) const { return clients_[client].answered; }
-  int failed(std::size_t client) const { return clients_[client].failed; }
-
- private:
-  struct Client {
-    std::string pdu;
-    std::uint8_t slave = 0;
-    Priority priority = Priority::normal;
-    int answered = 0;
-    int failed = 0;
-    bool waits = false;
-  };
-
-  void AskAgain() {
-    for (std::size_t i = 0; i < clients_.size(); ++i) {
-      if (std::exchange(clients_[i].waits, true)) continue;
-      RoutedRequest request;
-      request.client = 100 + i;
-      request.slave = clients_[i].slave;
-      request.pdu = ParseHex(clients_[i].pdu).value();
-      request.priority = clients_[i].priority;
-      request.arrived = line_.now().instant;
-      request.deadline = line_.now().instant + 2500ms;
-      request.done = [this, i](const RoutedReply& reply) {
-        ++(reply.outcome == Outcome::ok ? clients_[i].answered : clients_[i].failed);
-        clients_[i].waits = false;
-      };
-      line_.Submit(std::move(request));
-    }
-  }
-
-  RoutedLine& line_;
-  std::vector<Client> clients_;
-};
-
 TEST(PollerRouted, ClientsOfOnePriorityShareTheLine) {
   RoutedLine line;
   BusyClients clients(line);
   for (int i = 0; i < 64; ++i) {
-    clients.Add("03 00 " + HexByte(static_cast<std::uint8_t>(i)) + " 00 01", 20);
+    clients.Add(ReadOf(static_cast<std::uint8_t>(i)), 20);
   }
   line.RunFor(60s);
   int sum = 0;
@@ -317,7 +165,7 @@ TEST(PollerRouted, OneClientOfHighPriorityGetsHalfOfTheLine) {
   RoutedLine line;
   BusyClients clients(line);
   for (int i = 0; i < 20; ++i) {
-    clients.Add("03 00 " + HexByte(static_cast<std::uint8_t>(i)) + " 00 01", 20,
+    clients.Add(ReadOf(static_cast<std::uint8_t>(i)), 20,
                 i == 7 ? Priority::high : Priority::normal);
   }
   clients.Add("04 00 00 00 01", 20, Priority::low);
@@ -425,9 +273,7 @@ TEST(PollerRouted, ABroadcastIsNotAnsweredAndGivesTheSlavesTheirTime) {
 }
 
 TEST(PollerRouted, APolledDeviceAndARouteToItShareOneState) {
-  config::Line settings = DriveLine({Polled("20", 2)});
-  settings.devices[0].poll = 10s;
-  RoutedLine line(std::move(settings), {});
+  RoutedLine line(DriveLine({Polled("20", 2, 10s)}), {});
   line.twin(0).values.Set(0, std::uint64_t{11});
   line.RunFor(5s);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);

@@ -58,7 +58,7 @@ class RouteQueueTest : public ::testing::Test {
   }
 
   RouteQueue queue;
-  RouteQueue::MayAsk may_ask = [](std::uint8_t) { return true; };
+  RouteQueue::MayAsk may_ask = [](const RoutedRequest&) { return true; };
 };
 
 TEST_F(RouteQueueTest, ClientsOfOnePriorityTakeTurns) {
@@ -164,7 +164,7 @@ TEST_F(RouteQueueTest, IdenticalWritesAndUnknownFunctionsNeverShare) {
 }
 
 TEST_F(RouteQueueTest, ASlaveThatMayNotBeAskedHoldsUpNobodyElse) {
-  may_ask = [](std::uint8_t slave) { return slave != 20; };
+  may_ask = [](const RoutedRequest& request) { return request.slave != 20; };
   Push(1, kWrite, 20);
   Push(1, kRead, 21);
   EXPECT_THAT(Urgent(), IsEmpty());
@@ -195,6 +195,27 @@ TEST_F(RouteQueueTest, ForASlaveThatIsSilentOneReadIsKept) {
   EXPECT_THAT(Names(queue.TakeFor(20)), ElementsAre(Of(1, kRead)));
   EXPECT_THAT(Names(queue.TakeFor(20)), IsEmpty());
   EXPECT_THAT(queue.Slaves(), ElementsAre(21));
+}
+
+TEST_F(RouteQueueTest, AProbeTakesNoWritePastAnEarlierBroadcast) {
+  Push(1, kWrite, 0);
+  Push(2, kStop);
+  EXPECT_FALSE(queue.HasFor(20));
+  EXPECT_THAT(Names(queue.TakeFor(20)), IsEmpty());
+  Push(3, kRead);
+  EXPECT_TRUE(queue.HasFor(20));
+  EXPECT_THAT(Names(queue.TakeFor(20)), ElementsAre(Of(3, kRead)));
+}
+
+TEST_F(RouteQueueTest, WhatIsReturnedStandsInFrontAgain) {
+  Push(1, kBlock);
+  RouteQueue::Batch batch = queue.Take(Priority::normal, may_ask);
+  Push(1, kRead);
+  Push(2, kWrite);
+  queue.Return(std::move(batch));
+  EXPECT_THAT(Urgent(), ElementsAre(Of(2, kWrite)));
+  EXPECT_THAT(Take(), ElementsAre(Of(1, kBlock)));
+  EXPECT_THAT(Take(), ElementsAre(Of(1, kRead)));
 }
 
 }  // namespace

@@ -1,0 +1,86 @@
+// A line with Modbus RTU slaves for the tests of transparent routes: requests go in, their replies
+// are collected, and the twins of tests/support/virtual_line.h answer on the wire.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+
+// PDUs of requests.
+inline constexpr const char* kRead = "03 00 00 00 01";   // one register
+inline constexpr const char* kOther = "03 00 01 00 01";  // the one behind it
+inline constexpr const char* kBlock = "03 00 00 00 78";  // 120 registers
+inline constexpr const char* kStart = "06 00 00 00 02";
+inline constexpr const char* kStop = "06 00 00 00 00";
+
+/// One register.
+std::string ReadOf(std::uint8_t reg);
+
+/// 120 holding registers from 0 on.
+config::Device Slave(const std::string& address);
+config::Device Polled(const std::string& address, std::size_t points, Duration poll = 1s);
+/// 19200 8E1.
+config::Line DriveLine(std::vector<config::Device> devices = {});
+
+/// With a wrong check.
+Bytes Damaged(Bytes frame);
+
+struct RoutedLine : VirtualLine {
+  struct Reply {
+    std::string name;
+    Instant at;
+    RoutedReply reply;
+  };
+
+  /// `slaves`: on the wire without being devices of the line.
+  explicit RoutedLine(config::Line line = DriveLine(),
+                      const std::vector<std::string>& slaves = {"20", "21"});
+
+  /// Twin `twin` tells registers apart: register i holds `base` + i.
+  void Number(std::size_t twin, std::uint64_t base);
+
+  void Ask(std::string name, const std::string& pdu, std::uint8_t slave = 20,
+           std::uint64_t client = 1, config::Priority priority = config::Priority::normal,
+           Duration within = 2500ms);
+
+  /// Whose requests have been answered, in the order of the answers.
+  std::vector<std::string> Names() const;
+  const RoutedReply& Of(const std::string& name) const;
+  /// Requests on the wire so far: slave and PDU, without the CRC.
+  std::vector<std::string> OnWire() const;
+
+  std::vector<Reply> replies;
+};
+
+/// Clients that send the same request again as soon as it is answered.
+class BusyClients {
+ public:
+  explicit BusyClients(RoutedLine& line);
+
+  void Add(const std::string& pdu, std::uint8_t slave,
+           config::Priority priority = config::Priority::normal);
+  /// Replies that the client with this index has got.
+  int answered(std::size_t client) const { return clients_[client].answered; }
+  int failed(std::size_t client) const { return clients_[client].failed; }
+
+ private:
+  struct Client {
+    std::string pdu;
+    std::uint8_t slave = 0;
+    config::Priority priority = config::Priority::normal;
+    int answered = 0;
+    int failed = 0;
+    bool waits = false;
+  };
+
+  void AskAgain();
+
+  RoutedLine& line_;
+  std::vector<Client> clients_;
+};
+
+}  // namespace baudgate
