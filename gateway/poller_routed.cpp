@@ -94,6 +94,7 @@ void Poller::CancelQuiet() {
   if (line_.state() != Line::State::quiet || !work_ || work_->end) return;
   if (IsTooLate(*work_)) {
     line_.Cancel();
+    work_->exchange_began = {};
     work_->mute = true;
     FinishTask(Outcome::no_reply, "the line did not fall silent before the deadline");
     return;
