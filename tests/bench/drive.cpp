@@ -28,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 constexpr Duration kThink = 5ms;
 constexpr Duration kPeriod = 30ms;  // of the five messages, nominal
 constexpr Duration kBetweenEvents = 700ms;
-constexpr int kEvents = 40;  // starts, and as many stops
+constexpr int kEvents = 25;  // starts, and as many stops
 constexpr std::uint16_t kRunCommand = 8;
 constexpr std::uint16_t kSetFrequency = 13;
 constexpr std::uint16_t kFrequency = 200;
@@ -50,7 +50,7 @@ class DriveValues final : public TwinValues {
   }
   void Set(std::size_t point, const Value& value) override {
     if (point == index_.at("set_frequency")) set_frequency_ = value;
-    if (point == index_.at("run_command")) running_ = ToDouble(value) != 0;
+    if (point == index_.at("status_word")) running_ = ToDouble(value) != 0;
   }
 
  private:
@@ -297,9 +297,10 @@ class Plc {
 int ReadsBefore(const std::vector<OnWire>& log, Instant sent) {
   int reads = 0;
   for (const OnWire& request : log) {
-    if (request.from < sent + 1ms) continue;  // on its way through the gateway
+    if (request.from < sent) continue;
     if (request.pdu == ToHex(ParseHex(Write(kRunCommand, 2)).value())) return reads;
-    if (request.pdu.starts_with("03")) ++reads;
+    const bool on_its_way = request.from < sent + 1ms;  // the start, through the gateway
+    if (request.pdu.starts_with("03") && !on_its_way) ++reads;
   }
   return reads;
 }

@@ -10,6 +10,7 @@
 #include <asio/io_context.hpp>
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "gateway/daemon.h"
@@ -233,8 +234,10 @@ void MeasureSilences(const config::Catalog& catalog) {
              Median(direct), Median(routed), added, Verdict(added <= kWantedSilence));
 }
 
-/// How many requests each client got through in the measured time.
-std::vector<std::uint64_t> Share(const std::vector<std::uint16_t>& ports) {
+/// How many requests each client got through in the measured time; of a client that is `watched`
+/// from its first answer to its last.
+std::vector<std::uint64_t> Share(const std::vector<std::uint16_t>& ports,
+                                 std::optional<std::size_t> watched = {}) {
   std::vector<RawClient> all;
   std::vector<pollfd> ready;
   for (const std::uint16_t port : ports) {
@@ -243,6 +246,7 @@ std::vector<std::uint64_t> Share(const std::vector<std::uint16_t>& ports) {
   }
   std::uint16_t address = 0;
   std::vector<std::uint64_t> answered(all.size());
+  std::vector<std::uint64_t> until_watched;
   for (const RawClient& client : all) client.Send(ReadAdu(1, address++));
   const auto began = Clock::now();
   while (Clock::now() - began < kMeasured) {
@@ -250,12 +254,14 @@ std::vector<std::uint64_t> Share(const std::vector<std::uint16_t>& ports) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       if ((ready[i].revents & POLLIN) == 0) continue;
       if (all[i].Receive().size() != 11) std::exit(4);
+      if (watched == i && answered[i] == 0) std::ranges::fill(answered, 0);
       ++answered[i];
+      if (watched == i) until_watched = answered;
       all[i].Send(ReadAdu(1, address++));
     }
   }
   for (const RawClient& client : all) client.Receive();
-  return answered;
+  return watched ? until_watched : answered;
 }
 
 void MeasureFairness(const config::Catalog& catalog) {
@@ -275,11 +281,11 @@ void MeasureFairness(const config::Catalog& catalog) {
       sum, least, Verdict(least >= kWantedFairness));
   std::vector<std::uint16_t> ports(kClients, gateway.port);
   ports[kClients / 2] = gateway.high_port;
-  const auto mixed = Share(ports);
+  const auto mixed = Share(ports, kClients / 2);
   sum = 0;
   for (const std::uint64_t count : mixed) sum += static_cast<double>(count);
   const double high = static_cast<double>(mixed[kClients / 2]) / sum;
-  fmt::print("  one of high priority: {:.3f} of {:.0f} requests  {}\n", high, sum,
+  fmt::print("  one of high priority: {:.4f} of {:.0f} requests  {}\n", high, sum,
              Verdict(high >= kWantedHigh));
 }
 
