@@ -273,10 +273,10 @@ void CheckRoute(const Route& route, const MapReader& map) {
   if (first == route.first) {
     map.problems().Error(map.MarkOf("remap"),
                          "remap: " + std::to_string(first) + " changes nothing; remove the key");
-  } else if (first < (to_line ? 1 : 0) || last > most) {
+  } else if (first < 1 || last > most) {  // 0 would be a broadcast
     map.problems().Error(map.MarkOf("remap"),
                          "remap: " + route.Units() + " would become " + Range(first, last) + "; " +
-                             (to_line ? "slaves of a line are 1…247" : "unit ids are 0…255"));
+                             (to_line ? "slaves of a line are 1…247" : "unit ids are 1…255"));
   }
 }
 

@@ -111,8 +111,12 @@ std::string Daemon::Summary() const {
   std::string text;
   if (impl_->modbus) {
     for (std::size_t i = 0; i < impl_->config.modbus.listen.size(); ++i) {
-      text += fmt::format("Modbus TCP on {}:{}, ", impl_->config.modbus.listen[i].host,
-                          impl_->modbus->port(i));
+      const config::Listener& listener = impl_->config.modbus.listen[i];
+      const bool tcp = listener.protocol == config::Listener::Protocol::tcp;
+      text += listener.is_serial()
+                  ? fmt::format("a Modbus master on {}, ", listener.path)
+                  : fmt::format("{} on {}:{}, ", tcp ? "Modbus TCP" : "Modbus RTU over TCP",
+                                listener.host, impl_->modbus->port(i));
     }
   }
 #ifdef BAUDGATE_WITH_DDS

@@ -135,8 +135,8 @@ void Poller::OnRoutedFailure(const ExchangeEnd& end) {
   Device& device = *work.device;
   if (device.polled()) schedule_.Hold(device.slot, device.late_until);
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
-  const bool again = damaged && work.request.expect.repeatable && !work.probing;
-  if (again && !work.routed->empty() && work.routed->front().tries < device.retries) {
+  const bool read = !work.routed->empty() && !IsWrite(work.routed->front());
+  if (damaged && read && !work.probing && work.routed->front().tries < device.retries) {
     ChangeStatus(device, [](DeviceStatus& status) { ++status.retries; });
     for (RoutedRequest& request : *work.routed) ++request.tries;
     routes_.Return(std::move(*work.routed));

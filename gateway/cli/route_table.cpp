@@ -34,10 +34,35 @@ void AddDevices(const config::Config& config, Rows& rows) {
   for (const auto& [unit, row] : by_unit) rows.push_back(row);
 }
 
-void AddRoute(const Route& route, UnitSet units, Rows& rows) {
+template <typename Predicate>
+std::vector<std::string> PlacesOf(const config::Modbus& modbus, Predicate predicate) {
+  std::vector<std::string> places;
+  for (const Listener& listener : modbus.listen) {
+    if (predicate(listener)) places.push_back(listener.Place());
+  }
+  return places;
+}
+
+/// Writes to unit 0 that no route names.
+std::vector<std::string> Passing(const config::Modbus& modbus) {
+  return PlacesOf(modbus, [](const Listener& listener) {
+    return listener.broadcast == Listener::Broadcast::pass;
+  });
+}
+
+/// Writes to unit 0 go to all slaves; reads of it stay the gateway's.
+bool IsBroadcast(const Route& route) {
+  return route.first == 0 && !route.remap && !route.line.empty();
+}
+
+void AddRoute(const config::Modbus& modbus, const Route& route, UnitSet units, Rows& rows) {
   const std::string deadline = FormatDuration(route.deadline);
-  if (units[0] && !route.remap && !route.line.empty()) {
-    rows.push_back({"0", route.Target() + ", all slaves: writes only, never answered", deadline});
+  if (units[0] && IsBroadcast(route)) {
+    const bool passed = !Passing(modbus).empty();
+    rows.push_back({"0 (writes)",
+                    route.Target() + ", all slaves, never answered" +
+                        (passed ? "" : "; but no listener has broadcast: pass"),
+                    deadline});
     units.reset(0);
   }
   if (units.none()) return;
@@ -65,21 +90,9 @@ std::vector<std::string> RoutedLines(const config::Config& config) {
   return names;
 }
 
-template <typename Predicate>
-std::vector<std::string> PlacesOf(const config::Modbus& modbus, Predicate predicate) {
-  std::vector<std::string> places;
-  for (const Listener& listener : modbus.listen) {
-    if (predicate(listener)) places.push_back(listener.Place());
-  }
-  return places;
-}
-
-/// Writes to unit 0 that no route names.
 void AddBroadcasts(const config::Config& config, Rows& rows) {
   const auto lines = RoutedLines(config);
-  const auto places = PlacesOf(config.modbus, [](const Listener& listener) {
-    return listener.broadcast == Listener::Broadcast::pass;
-  });
+  const auto places = Passing(config.modbus);
   if (lines.empty() || places.empty()) return;
   std::string target = "all slaves of line" + std::string(lines.size() == 1 ? " " : "s ") +
                        Joined(lines) + ", never answered";
@@ -102,11 +115,16 @@ std::vector<UnitRow> UnitRows(const config::Config& config) {
   AddDevices(config, rows);
   const auto reached = config::RouteUnits(config);
   UnitSet own = UnitSet().set(0).set(255);
+  bool zero_routed = false;
   for (std::size_t i = 0; i < reached.size(); ++i) {
-    AddRoute(config.modbus.routes[i], reached[i], rows);
-    own &= ~reached[i];
+    const Route& route = config.modbus.routes[i];
+    AddRoute(config.modbus, route, reached[i], rows);
+    zero_routed = zero_routed || reached[i][0];
+    UnitSet taken = reached[i];
+    if (IsBroadcast(route)) taken.reset(0);
+    own &= ~taken;
   }
-  if (own[0]) AddBroadcasts(config, rows);
+  if (!zero_routed) AddBroadcasts(config, rows);
   if (own.any()) {
     rows.push_back({UnitsText(own), "the gateway itself: its status from register 9000", ""});
   }

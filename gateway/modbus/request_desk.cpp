@@ -33,6 +33,8 @@ void RequestDesk::Handle(View frame, Instant now) {
   const Way way = service_.WayOf(UnitOf(frame));
   if (way.kind == Way::Kind::none) return Refuse(frame, ExceptionCode::gateway_path);
   if (!Permits(listener_.permit, FunctionOf(frame))) {
+    // On an RTU wire nobody waits for the answer to a broadcast.
+    if (speaks_rtu() && UnitOf(frame) == 0 && IsWrite(frame)) return wire_.AnswerNothing();
     return Refuse(frame, ExceptionCode::illegal_function);
   }
   if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);
@@ -100,12 +102,12 @@ void RequestDesk::Sweep(Instant now) {
   }
 }
 
+/// Targets may still hold what the sweep has answered in their place.
 void RequestDesk::GiveUp() {
+  for (RouteTarget* target : used_) target->Forget(record_->id);
   const auto routed =
       std::stable_partition(pending_.begin(), pending_.end(),
                             [](const Pending& pending) { return !pending.route.has_value(); });
-  if (routed == pending_.end()) return;
-  for (RouteTarget* target : used_) target->Forget(record_->id);
   std::for_each(routed, pending_.end(), [this](const Pending& pending) {
     service_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteEnd::dropped, {});
   });

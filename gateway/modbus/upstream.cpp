@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <asio/dispatch.hpp>
 #include <asio/post.hpp>
 #include <asio/steady_timer.hpp>
 #include <atomic>
@@ -132,11 +133,14 @@ bool Upstream::Link::Submit(RoutedRequest request) {
 }
 
 void Upstream::Link::Forget(std::uint64_t client) {
-  const std::lock_guard lock(mutex_);
-  if (!accepting_) return;
-  waiting_ -= std::erase_if(
-      incoming_, [client](const RoutedRequest& request) { return request.client == client; });
-  asio::post(io_, [self = shared_from_this(), client] { self->Drop(client); });
+  {
+    const std::lock_guard lock(mutex_);
+    if (!accepting_) return;
+    waiting_ -= std::erase_if(
+        incoming_, [client](const RoutedRequest& request) { return request.client == client; });
+  }
+  // At once where it can be, so that it does not meet what the client asks next.
+  asio::dispatch(io_, [self = shared_from_this(), client] { self->Drop(client); });
 }
 
 // ---------------------------------------------------------------- on the server's thread

@@ -23,7 +23,7 @@ struct Decoded {
   Quality quality = Quality::good;
 };
 
-/// `registers`: those of the place and no others; not for Form::flag.
+/// `registers`: those of the place and no others.
 Decoded Decode(const Place& place, std::span<const std::uint16_t> registers,
                const Settings& settings);
 

@@ -64,9 +64,11 @@ TEST(RouteTable, WithoutRoutes) {
 
 TEST(RouteTable, UnitZero) {
   EXPECT_THAT(Table("routes: [{ units: 0-2, line: drive }]"),
-              HasSubstr("  0       line drive, all slaves: writes only, never answered  2.5s\n"
-                        "  1-2     line drive, slaves 1-2                               2.5s\n"
-                        "  255     the gateway itself"));
+              HasSubstr("  0 (writes)  line drive, all slaves, never answered; but no listener has "
+                        "broadcast: pass  2.5s\n"
+                        "  1-2         line drive, slaves 1-2                                      "
+                        "                 2.5s\n"
+                        "  0, 255      the gateway itself"));
   EXPECT_THAT(Table("routes: [{ units: 0, line: drive, remap: 1 }]"),
               HasSubstr("  0       line drive, slave 1                                2.5s\n"
                         "  255     the gateway itself"));

@@ -70,7 +70,7 @@ TEST(Routes, ToAServer) {
   EXPECT_EQ(route.deadline, 50ms);
   EXPECT_EQ(One("units: 50, server: 10.0.0.9").port, 502);
   EXPECT_EQ(One("units: 50, server: plc").host, "plc");
-  EXPECT_EQ(One("units: 255, server: plc, remap: 0").SlaveOf(255), 0);
+  EXPECT_EQ(One("units: 255, server: plc, remap: 1").SlaveOf(255), 1);
   EXPECT_EQ(One("units: 248-254, server: plc, remap: 249").SlaveOf(254), 255);
 }
 
@@ -149,7 +149,7 @@ TEST(Routes, OneSentenceEach) {
       {"{ units: 37-40, line: drive, remap: 245 }",
        "49: error: remap: 37-40 would become 245…248; slaves of a line are 1…247"},
       {"{ units: 0-9, server: x, remap: 247 }",
-       "45: error: remap: 0-9 would become 247…256; unit ids are 0…255"},
+       "45: error: remap: 0-9 would become 247…256; unit ids are 1…255"},
       {"{ units: 20, line: drive, remap: 20 }",
        "46: error: remap: 20 changes nothing; remove the key"},
       {"{ units: 20, line: drive, remap: 256 }",
