@@ -53,8 +53,8 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   void Handle(View frame, Instant now);
   /// Answers requests whose deadline has passed and that nobody has answered.
   void Sweep(Instant now);
-  /// The client waits for none of its routed requests any more: what is not on its way to a slave is
-  /// not sent.
+  /// The client waits for none of its routed requests any more: what is not on its way to a slave
+  /// is not sent.
   void GiveUp();
   /// The client has left: what it still waits for is forgotten, and the wire is not called again.
   void Close();
