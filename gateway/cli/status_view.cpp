@@ -161,7 +161,8 @@ std::string DeviceTable(const Json& lines, const TableView& view) {
 }
 
 /// "bay-1: …" and "bay-1.feeder-2: …", one a line, after an empty line.
-std::string Advice(const Json& lines) {
+std::string Advice(const Json& status) {
+  const Json& lines = status.at("lines");
   std::string text;
   const auto add = [&text](const std::string& who, const Json& of) {
     for (const Json& sentence : of.at("advice")) {
@@ -174,6 +175,10 @@ std::string Advice(const Json& lines) {
       add(Text(line, "name") + "." + Text(device, "name"), device);
     }
   }
+  const bool routes_well =
+      std::ranges::all_of(status.at("modbus").at("routes"),
+                          [](const Json& route) { return Text(route, "last_trouble").empty(); });
+  if (text.empty() && !routes_well) return "";  // said behind their table
   return "\n" + (text.empty() ? "all is well\n" : text);
 }
 
@@ -189,7 +194,7 @@ std::string Overview(const Json& status, const TableView& view) {
                      Text(status, "gateway"), Text(status, "version"),
                      Milliseconds(status.at("uptime_ms")), lines.size(), devices, alive) +
          LineTable(lines, view) + (devices == 0 ? "" : "\n" + DeviceTable(lines, view)) +
-         RenderTraffic(status.at("modbus"), view) + Advice(lines);
+         RenderTraffic(status.at("modbus"), view) + Advice(status);
 }
 
 std::string PortText(const Json& line) {
@@ -223,7 +228,7 @@ std::string OneLine(const Json& status, const TableView& view) {
                           Milliseconds(line.at("notice_bound_ms")))}});
   text += "\n" + Chart(line.at("round_trips"));
   if (!line.at("devices").empty()) text += "\n" + DeviceTable(lines, view);
-  return text + RenderTraffic(status.at("modbus"), view) + Advice(lines);
+  return text + RenderTraffic(status.at("modbus"), view) + Advice(status);
 }
 
 std::string JsonValueText(const Json& value) {
@@ -271,7 +276,7 @@ std::string OneDevice(const Json& status, const TableView& view) {
     }
     rows.push_back(std::move(row));
   }
-  return text + RenderPoints(rows, view) + Advice(lines);
+  return text + RenderPoints(rows, view) + Advice(status);
 }
 
 }  // namespace
