@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "gateway/control/diagnose.h"
+#include "gateway/control/json_time.h"
 #include "gateway/control/traffic_json.h"
 
 namespace baudgate::control {
@@ -11,11 +12,6 @@ namespace {
 
 std::int64_t Milliseconds(Duration duration) { return duration / 1ms; }
 std::int64_t Microseconds(Duration duration) { return duration / 1us; }
-
-/// The epoch stands for "not yet".
-Json TimeJson(WallTime time) {
-  return time == WallTime{} ? Json(nullptr) : Json(FormatWallTime(time));
-}
 
 template <typename Counts>
 Json OutcomesJson(const Counts& counts) {

@@ -3,14 +3,12 @@
 
 #include <utility>
 
+#include "gateway/control/json_time.h"
+
 namespace baudgate::control {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json TimeJson(WallTime time) {
-  return time == WallTime{} ? Json(nullptr) : Json(FormatWallTime(time));
-}
 
 Json ClientJson(const modbus::ClientStatus& client) {
   return {{"peer", client.peer},

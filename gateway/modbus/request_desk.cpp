@@ -46,7 +46,7 @@ void RequestDesk::Handle(View frame, Instant now) {
 
 void RequestDesk::HandleOwn(View frame, Instant now) {
   ModbusRequest request;
-  ExceptionCode exception = service_.Check(frame, true, request);
+  ExceptionCode exception = service_.Check(frame, request);
   if (exception != ExceptionCode::none) return Refuse(frame, exception);
   const bool write = IsWrite(frame);
   exception = write ? StartWrite(request, now) : service_.Read(request, now);

@@ -44,9 +44,8 @@ Service::Service(const config::Config& config, const PointStore& store, CommandS
   }
 }
 
-ExceptionCode Service::Check(View frame, bool may_write, ModbusRequest& request) const {
+ExceptionCode Service::Check(View frame, ModbusRequest& request) const {
   if (map_.unit(UnitOf(frame)).kind == UnitMap::Kind::unmapped) return ExceptionCode::gateway_path;
-  if (!may_write && IsWrite(frame)) return ExceptionCode::illegal_function;
   return ParseRequest(frame, request);
 }
 

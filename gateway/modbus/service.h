@@ -60,9 +60,9 @@ class Service {
   Service(const config::Config& config, const PointStore& store, CommandSink& sink,
           std::function<GatewayInfo()> info, ModbusLimits limits, const ModbusLinks& links = {});
 
-  /// Unit, function, right to write, counts and lengths; fills `request` when there is no
+  /// Unit, function, counts and lengths; fills `request` when there is no
   /// exception.
-  ExceptionCode Check(View frame, bool may_write, ModbusRequest& request) const;
+  ExceptionCode Check(View frame, ModbusRequest& request) const;
   /// Fills responder() for the answer. Never waits for a line.
   ExceptionCode Read(const ModbusRequest& request, Instant now);
   /// Queues a write; `done` comes once, on any thread, unless there is an exception.
