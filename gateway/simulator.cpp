@@ -66,7 +66,8 @@ Value SimulatedValues::Get(std::size_t index, Instant now) const {
 
 void SimulatedValues::Set(std::size_t point, const Value& value) { written_[point] = value; }
 
-struct Simulator::Impl {
+/// Handlers that are due already run after the simulator is gone: they hold it weakly.
+struct Simulator::Impl : std::enable_shared_from_this<Impl> {
   struct Inhabitant {
     config::Device device;
     std::unique_ptr<SimulatedValues> values;
@@ -141,12 +142,13 @@ void Simulator::Impl::Trouble(const std::vector<Fault>& wanted) {
 }
 
 void Simulator::Impl::Read() {
-  descriptor.async_read_some(asio::buffer(buffer),
-                             [this](const asio::error_code& error, std::size_t count) {
-                               if (error) return;
-                               OnRequestBytes(View(buffer.data(), count));
-                               Read();
-                             });
+  descriptor.async_read_some(
+      asio::buffer(buffer), [weak = weak_from_this()](const asio::error_code& error, auto count) {
+        const auto self = weak.lock();
+        if (error || !self) return;
+        self->OnRequestBytes(View(self->buffer.data(), count));
+        self->Read();
+      });
 }
 
 void Simulator::Impl::OnRequestBytes(View bytes) {
@@ -173,9 +175,11 @@ void Simulator::Impl::AwaitSilence() {
   if (assembler.held() == 0) return;
   silence.expires_after(
       std::max<Duration>(kLeastSilence, kSilentCharacters * wire.serial.CharacterTime()));
-  silence.async_wait([this](const asio::error_code& error) {
+  silence.async_wait([weak = weak_from_this()](const asio::error_code& error) {
+    const auto self = weak.lock();
+    if (error || !self) return;
     // A wait that is over already can not be cancelled.
-    if (!error && silence.expiry() <= std::chrono::steady_clock::now()) OnSilence();
+    if (self->silence.expiry() <= std::chrono::steady_clock::now()) self->OnSilence();
   });
 }
 
@@ -252,13 +256,14 @@ void Simulator::Impl::SendNext() {
   const auto& [until, bytes] = *leaving.begin();
   const Instant at = std::max(until, said_until + wire.TimeOf(bytes.size()));
   timer.expires_at(at);
-  timer.async_wait([this, at, number](const asio::error_code& error) {
-    if (error || number != waits) return;
-    const auto piece = leaving.extract(leaving.begin());
-    said_until = at;
+  timer.async_wait([weak = weak_from_this(), at, number](const asio::error_code& error) {
+    const auto self = weak.lock();
+    if (error || !self || number != self->waits) return;
+    const auto piece = self->leaving.extract(self->leaving.begin());
+    self->said_until = at;
     asio::error_code ignored;  // a full or hung-up pty loses bytes, as a wire does
-    asio::write(descriptor, asio::buffer(piece.mapped()), ignored);
-    SendNext();
+    asio::write(self->descriptor, asio::buffer(piece.mapped()), ignored);
+    self->SendNext();
   });
 }
 
@@ -267,7 +272,7 @@ Result<std::unique_ptr<Simulator>> Simulator::Create(asio::io_context& io, const
                                                      const SimulatorOptions& options) {
   auto pty = Pty::Create(options.link);
   if (!pty) return Error{pty.error()};
-  auto impl = std::make_unique<Impl>(io, protocol, options, std::move(*pty));
+  auto impl = std::make_shared<Impl>(io, protocol, options, std::move(*pty));
   impl->Inhabit(std::move(devices));
   impl->Trouble(options.faults);
   const config::Options& shared = impl->inhabitants.front()->device.options;
@@ -276,7 +281,7 @@ Result<std::unique_ptr<Simulator>> Simulator::Create(asio::io_context& io, const
   return std::unique_ptr<Simulator>(new Simulator(std::move(impl)));
 }
 
-Simulator::Simulator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Simulator::Simulator(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Simulator::~Simulator() = default;
 const std::string& Simulator::path() const { return impl_->pty.path(); }
 std::uint64_t Simulator::answered() const { return impl_->answered; }

@@ -64,8 +64,8 @@ class Simulator {
 
  private:
   struct Impl;
-  explicit Simulator(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  explicit Simulator(std::shared_ptr<Impl> impl);
+  std::shared_ptr<Impl> impl_;
 };
 
 }  // namespace baudgate

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <asio/io_context.hpp>
 #include <asio/post.hpp>
-#include <future>
+#include <asio/use_future.hpp>
 #include <memory>
 #include <thread>
 
@@ -76,12 +76,7 @@ class Lines {
   }
   /// The pty hangs up and its link is gone.
   void StopTwins(std::size_t line) {
-    std::promise<void> gone;
-    asio::post(world_, [&] {
-      twins_[line].reset();
-      gone.set_value();
-    });
-    gone.get_future().wait();
+    asio::post(world_, asio::use_future([&] { twins_[line].reset(); })).wait();
   }
   void StartRunners() {
     for (const auto& runner : runners_) runner->Start();

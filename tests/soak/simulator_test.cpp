@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <asio/io_context.hpp>
+#include <asio/post.hpp>
 #include <memory>
 #include <string>
 #include <vector>
@@ -97,6 +98,23 @@ TEST_P(RealSimulatorTest, RequestsInPiecesAreAnswered) {
       EXPECT_TRUE(IsAnswered(before)) << ToHex(ToBytes(request)) << " in pieces of " << piece;
     }
   }
+}
+
+TEST_P(RealSimulatorTest, GoesWhileAReplyIsDue) {
+  SimulatorOptions options;
+  options.think_time = 0ms;
+  Inhabit(GetParam(), options);
+  Write(RequestsOf(GetParam()).front());
+  const Instant limit = std::chrono::steady_clock::now() + kPatience;
+  while (simulator_->answered() == 0) {
+    ASSERT_LT(std::chrono::steady_clock::now(), limit);
+    io_.run_one_for(1ms);
+  }
+  // What the reactor finds due before the twin goes is run after it.
+  asio::post(io_, [this] { simulator_.reset(); });
+  io_.run_for(10ms);
+  std::uint8_t byte = 0;
+  EXPECT_LE(read(slave_, &byte, 1), 0) << "the twin has answered after its end";
 }
 
 TEST_P(RealSimulatorTest, ARequestThatStoppedIsForgotten) {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <asio/post.hpp>
-#include <future>
+#include <asio/use_future.hpp>
 #include <numeric>
 #include <utility>
 
@@ -25,12 +25,7 @@ constexpr std::size_t kMostTold = 20;
 /// Runs `work` in the thread of `io` and waits for it.
 template <typename Work>
 void RunIn(asio::io_context& io, Work work) {
-  std::promise<void> done;
-  asio::post(io, [&] {
-    work();
-    done.set_value();
-  });
-  done.get_future().wait();
+  asio::post(io, asio::use_future(std::move(work))).wait();
 }
 
 /// The twin measures `value` for ever.
