@@ -142,13 +142,13 @@ void Simulator::Impl::Trouble(const std::vector<Fault>& wanted) {
 }
 
 void Simulator::Impl::Read() {
-  descriptor.async_read_some(
-      asio::buffer(buffer), [weak = weak_from_this()](const asio::error_code& error, auto count) {
-        const auto self = weak.lock();
-        if (error || !self) return;
-        self->OnRequestBytes(View(self->buffer.data(), count));
-        self->Read();
-      });
+  descriptor.async_read_some(asio::buffer(buffer),
+                             [weak = weak_from_this()](const asio::error_code& error, auto count) {
+                               const auto self = weak.lock();
+                               if (error || !self) return;
+                               self->OnRequestBytes(View(self->buffer.data(), count));
+                               self->Read();
+                             });
 }
 
 void Simulator::Impl::OnRequestBytes(View bytes) {
