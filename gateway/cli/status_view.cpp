@@ -160,7 +160,8 @@ std::string DeviceTable(const Json& lines, const TableView& view) {
   return RenderTable(kColumns, rows, view);
 }
 
-/// "bay-1: …" and "bay-1.feeder-2: …", one a line, after an empty line.
+/// "bay-1: …", "bay-1.feeder-2: …" and "route 20 to line bay-1: …", one a line, after an empty
+/// line.
 std::string Advice(const Json& status) {
   const Json& lines = status.at("lines");
   std::string text;
@@ -175,10 +176,11 @@ std::string Advice(const Json& status) {
       add(Text(line, "name") + "." + Text(device, "name"), device);
     }
   }
-  const bool routes_well =
-      std::ranges::all_of(status.at("modbus").at("routes"),
-                          [](const Json& route) { return Text(route, "last_trouble").empty(); });
-  if (text.empty() && !routes_well) return "";  // said behind their table
+  const Json& modbus = status.at("modbus");
+  for (const Json& master : modbus.at("masters")) add("master on " + Text(master, "port"), master);
+  for (const Json& route : modbus.at("routes")) {
+    add("route " + Text(route, "units") + " to " + Text(route, "target"), route);
+  }
   return "\n" + (text.empty() ? "all is well\n" : text);
 }
 

@@ -19,6 +19,11 @@ std::string NumberText(const Json& json, const char* key) {
 }
 std::string Text(const Json& json, const char* key) { return json.at(key).get<std::string>(); }
 
+std::string AgeText(const Json& json) {
+  const Json& age = json.at("age_ms");
+  return age.is_null() ? "-" : FormatAge(std::chrono::milliseconds(age.get<std::int64_t>()));
+}
+
 std::string Milliseconds(const Json& json, const char* key) {
   return fmt::format("{:.1f} ms", json.at(key).get<double>() / 1e3);
 }
@@ -56,6 +61,23 @@ std::string RouteTable(const Json& routes, const TableView& view) {
   return RenderTable(kColumns, rows, view);
 }
 
+std::string MasterTable(const Json& masters, const TableView& view) {
+  static const std::vector<TableColumn> kColumns = {{.title = "master on"},
+                                                    {.title = "port"},
+                                                    {.title = "frames", .right = true},
+                                                    {.title = "damaged", .right = true},
+                                                    {.title = "last"}};
+  std::vector<TableRow> rows;
+  for (const Json& master : masters) {
+    const bool open = Text(master, "port_state") == "open";
+    const Tone well = master.at("advice").empty() ? Tone::plain : Tone::warning;
+    rows.push_back({{Text(master, "port"), Text(master, "port_state"), NumberText(master, "frames"),
+                     NumberText(master, "damaged"), AgeText(master)},
+                    open ? well : Tone::alarm});
+  }
+  return RenderTable(kColumns, rows, view);
+}
+
 std::string ClientTable(const Json& clients, const TableView& view) {
   static const std::vector<TableColumn> kColumns = {{.title = "client"},
                                                     {.title = "on"},
@@ -64,13 +86,14 @@ std::string ClientTable(const Json& clients, const TableView& view) {
                                                     {.title = "exceptions", .right = true},
                                                     {.title = "waiting", .right = true},
                                                     {.title = "bytes in", .right = true},
-                                                    {.title = "bytes out", .right = true}};
+                                                    {.title = "bytes out", .right = true},
+                                                    {.title = "last"}};
   std::vector<TableRow> rows;
   for (const Json& client : clients) {
     rows.push_back({{Text(client, "peer"), Text(client, "listener"), Text(client, "priority"),
                      NumberText(client, "requests"), NumberText(client, "exceptions"),
                      NumberText(client, "outstanding"), NumberText(client, "bytes_in"),
-                     NumberText(client, "bytes_out")},
+                     NumberText(client, "bytes_out"), AgeText(client)},
                     Tone::plain});
   }
   return RenderTable(kColumns, rows, view);
@@ -80,21 +103,12 @@ std::string ClientTable(const Json& clients, const TableView& view) {
 
 std::string RenderTraffic(const Json& modbus, const TableView& view) {
   const Json& routes = modbus.at("routes");
+  const Json& masters = modbus.at("masters");
   const Json& clients = modbus.at("clients");
   std::string text;
   if (!routes.empty()) text += "\n" + RouteTable(routes, view);
+  if (!masters.empty()) text += "\n" + MasterTable(masters, view);
   if (!clients.empty()) text += "\n" + ClientTable(clients, view);
-  std::string troubles;
-  for (const Json& route : routes) {
-    const std::string trouble = Text(route, "last_trouble");
-    if (trouble.empty()) continue;
-    troubles +=
-        Harmless(fmt::format("route {} to {}: {} of {} requests had no good reply, the last: {}",
-                             Text(route, "units"), Text(route, "target"), Failed(route),
-                             Number(route, "requests"), trouble)) +
-        "\n";
-  }
-  if (!troubles.empty()) text += "\n" + troubles;
   return text;
 }
 

@@ -1,5 +1,5 @@
-// Modbus clients and transparent routes (gateway/control/traffic_json.h) as text for people: a part
-// of `baudgate status`.
+// Modbus clients, serial masters and transparent routes (gateway/control/traffic_json.h) as text
+// for people: a part of `baudgate status`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,8 +10,8 @@
 
 namespace baudgate {
 
-/// A table of routes and one of clients, each behind an empty line; of neither there is any:
-/// nothing. Behind them a sentence for each route in trouble.
+/// A table of routes, one of masters and one of clients, each behind an empty line; nothing for
+/// those of which there are none.
 std::string RenderTraffic(const nlohmann::ordered_json& modbus, const TableView& view);
 
 }  // namespace baudgate

@@ -14,4 +14,10 @@ inline nlohmann::ordered_json TimeJson(WallTime time) {
   return time == WallTime{} ? Json(nullptr) : Json(FormatWallTime(time));
 }
 
+/// Milliseconds since then; null: not yet.
+inline nlohmann::ordered_json AgeJson(WallTime time, WallTime now) {
+  using Json = nlohmann::ordered_json;
+  return time == WallTime{} ? Json(nullptr) : Json((now - time) / 1ms);
+}
+
 }  // namespace baudgate::control

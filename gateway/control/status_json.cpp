@@ -187,7 +187,8 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
     lines.push_back(LineJson(config, store, target.value_or(Target{line}), view));
   }
   const auto traffic = info.traffic ? info.traffic->Traffic() : modbus::TrafficStatus{};
-  json["modbus"] = TrafficJson(traffic, target ? config.lines[target->line].name : std::string());
+  json["modbus"] =
+      TrafficJson(traffic, target ? config.lines[target->line].name : std::string(), now.wall);
   return json;
 }
 

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "gateway/control/diagnose_modbus.h"
 #include "gateway/control/json_time.h"
 
 namespace baudgate::control {
@@ -10,12 +11,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json ClientJson(const modbus::ClientStatus& client) {
+Json ClientJson(const modbus::ClientStatus& client, WallTime now) {
   return {{"peer", client.peer},
           {"listener", client.listener},
           {"priority", config::Name(client.priority)},
           {"since", TimeJson(client.since)},
           {"last_request", TimeJson(client.last_request)},
+          {"age_ms", AgeJson(client.last_request, now)},
           {"requests", client.requests},
           {"exceptions", client.exceptions},
           {"bytes_in", client.bytes_in},
@@ -39,12 +41,27 @@ void AddCounters(const modbus::RouteCounters& counters, Json& json) {
   json["longest_wait_us"] = counters.longest_wait / 1us;
 }
 
-Json RouteJson(const modbus::RouteStatus& route) {
+Json MasterJson(const modbus::MasterStatus& master, WallTime now) {
+  return {{"port", master.port},
+          {"port_state", master.is_open ? "open" : "closed"},
+          {"port_text", master.text},
+          {"port_since", TimeJson(master.since)},
+          {"frames", master.frames},
+          {"damaged", master.damaged},
+          {"last_frame", TimeJson(master.last_frame)},
+          {"age_ms", AgeJson(master.last_frame, now)},
+          {"advice", DiagnoseMaster(master, now)}};
+}
+
+Json RouteJson(const modbus::RouteStatus& route, WallTime now) {
   Json json;
   json["units"] = route.units;
   json["target"] = route.target;
   AddCounters(route, json);
   json["last_trouble"] = route.last_trouble;
+  json["last_trouble_at"] = TimeJson(route.last_trouble_at);
+  json["late"] = route.late;
+  json["advice"] = DiagnoseRoute(route, now);
   Json& units = json["by_unit"] = Json::array();
   for (const auto& [unit, counters] : route.by_unit) {
     Json one;
@@ -57,18 +74,24 @@ Json RouteJson(const modbus::RouteStatus& route) {
 
 }  // namespace
 
-Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line) {
+Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, WallTime now) {
   Json clients = Json::array();
+  Json masters = Json::array();
   Json routes = Json::array();
   if (line.empty()) {
     for (const modbus::ClientStatus& client : traffic.clients) {
-      clients.push_back(ClientJson(client));
+      clients.push_back(ClientJson(client, now));
+    }
+    for (const modbus::MasterStatus& master : traffic.masters) {
+      masters.push_back(MasterJson(master, now));
     }
   }
   for (const modbus::RouteStatus& route : traffic.routes) {
-    if (line.empty() || route.target == "line " + line) routes.push_back(RouteJson(route));
+    if (line.empty() || route.target == "line " + line) routes.push_back(RouteJson(route, now));
   }
-  return {{"clients", std::move(clients)}, {"routes", std::move(routes)}};
+  return {{"clients", std::move(clients)},
+          {"masters", std::move(masters)},
+          {"routes", std::move(routes)}};
 }
 
 }  // namespace baudgate::control

@@ -1,4 +1,4 @@
-// Modbus clients and transparent routes as JSON: a part of the answer to `baudgate status`.
+// Modbus clients, serial masters and transparent routes as JSON: a part of the answer to `baudgate status`.
 // docs/status.md has it field by field; fields are only ever added.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -10,8 +10,9 @@
 
 namespace baudgate::control {
 
-/// {"clients":[…],"routes":[…]}; with `line` only the routes that lead to it, and no clients.
+/// {"clients":[…],"masters":[…],"routes":[…]}; with `line` only the routes that lead to it, and
+/// neither clients nor masters.
 nlohmann::ordered_json TrafficJson(const modbus::TrafficStatus& traffic,
-                                   const std::string& line = {});
+                                   const std::string& line, WallTime now);
 
 }  // namespace baudgate::control

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "gateway/modbus/traffic_book.h"
 #include "gateway/modbus/upstream.h"
 
 namespace baudgate::modbus {
@@ -25,14 +26,17 @@ RouteTargets::RouteTargets(const config::Modbus& modbus, const ModbusLinks& link
 
 RouteTargets::~RouteTargets() = default;
 
-void RouteTargets::Open(asio::io_context& io) {
+void RouteTargets::Open(asio::io_context& io, const std::shared_ptr<TrafficBook>& book) {
   std::map<std::pair<std::string, std::uint16_t>, Upstream*> made;
   for (std::size_t i = 0; i < targets_.size(); ++i) {
     const config::Route& route = modbus_.routes[i];
     if (!route.line.empty()) continue;
     Upstream*& server = made[{route.host, route.port}];
     if (server == nullptr) {
-      server = servers_.emplace_back(std::make_unique<Upstream>(io, route.host, route.port)).get();
+      auto on_late = [book, target = route.Target()] { book->CameLate(target); };
+      servers_.push_back(
+          std::make_unique<Upstream>(io, route.host, route.port, std::move(on_late)));
+      server = servers_.back().get();
       server->Start();
     }
     targets_[i] = server;

@@ -15,6 +15,7 @@
 
 namespace baudgate::modbus {
 
+class TrafficBook;
 class Upstream;
 
 class RouteTargets {
@@ -32,7 +33,7 @@ class RouteTargets {
   RouteTargets& operator=(const RouteTargets&) = delete;
 
   /// Makes the servers elsewhere, one per host and port. Both on the server's thread.
-  void Open(asio::io_context& io);
+  void Open(asio::io_context& io, const std::shared_ptr<TrafficBook>& book);
   void Close();
 
   /// Of the route with this index; null: it leads nowhere now.

@@ -35,6 +35,7 @@ SerialListener::SerialListener(asio::io_context& io, const config::Listener& lis
                                Service& service, const Protocol& rtu)
     : listener_(listener),
       service_(service),
+      place_(service.book()->AddMaster(listener.path)),
       rtu_(rtu),
       quiet_(*rtu.timing(listener.serial).quiet),
       gap_(std::max(quiet_, kUsbGap)),
@@ -63,6 +64,7 @@ void SerialListener::OnOpened() {
   reopen_timer_.cancel();
   watch_.Stop();
   spdlog::info("modbus: listening for a master on {}", transport_->Describe());
+  service_.book()->ShowPort(place_, true, transport_->Describe());
   assembler_.Begin(rtu_.request_rule, rtu_.expect({}, {}));
   echo_.Reset();
   desk_ =
@@ -89,6 +91,7 @@ void SerialListener::Down(const std::string& reason) {
                  listener_.path, reason);
     last_trouble_ = reason;
   }
+  service_.book()->ShowPort(place_, false, reason);
   // First watched, then looked at: what comes between is not lost.
   const bool watching = watch_.watching() || watch_.Start();
   if (!IsMissing(listener_.path)) return RetryIn(ladder_.Next());
@@ -129,13 +132,14 @@ void SerialListener::OnBytes(View bytes) {
 void SerialListener::CutFrames(bool silent) {
   while (const auto frame = assembler_.Next(silent)) OnFrame(*frame);
   if (assembler_.held() > 0 || assembler_.blame() == Outcome::none) return;
-  ++damaged_;
+  service_.book()->HeardDamage(place_);
   assembler_.Begin(rtu_.request_rule, rtu_.expect({}, {}));
 }
 
 /// A request for another slave, too, says that the master waits for us no longer. Whoever sends to
 /// all waits for nobody.
 void SerialListener::OnFrame(const Bytes& frame) {
+  service_.book()->Heard(place_);
   const auto request = rtu_.carrier->unwrap_request(frame);
   if (!request) return;
   echo_.OnRequest(frame.size());

@@ -6,7 +6,7 @@
 
 #include <asio/io_context.hpp>
 #include <asio/steady_timer.hpp>
-#include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -40,8 +40,6 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   void Stop();
 
   bool is_open() const { return transport_->is_open(); }
-  /// How often damaged bytes were heard, from any thread. They are never answered.
-  std::uint64_t damaged() const { return damaged_; }
 
  private:
   void OnOpened() override;
@@ -69,6 +67,7 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
 
   const config::Listener& listener_;
   Service& service_;
+  const std::size_t place_;  ///< in the service's book
   const Protocol& rtu_;
   const Duration quiet_;  ///< 3.5 characters: between a request and its reply
   const Duration gap_;    ///< a frame that rests so long is not going on
@@ -89,7 +88,6 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   std::optional<std::uint16_t> awaited_;  // the one that the master waits for
   Bytes request_;                         // as it came
   Bytes reply_;                           // waits for the quiet before it
-  std::atomic<std::uint64_t> damaged_ = 0;
 };
 
 }  // namespace baudgate::modbus

@@ -21,7 +21,7 @@ Status ModbusServer::Listen(asio::io_context& io) {
   if (!config_.modbus.enabled) return {};
   if (!service_->responder().ready()) return service_->responder().ready();
   service_->inbox()->Open(io);
-  service_->targets().Open(io);
+  service_->targets().Open(io, service_->book());
   for (const config::Listener& listener : config_.modbus.listen) {
     const Status opened = Open(io, listener);
     if (!opened) {

@@ -1,5 +1,6 @@
-// Who asks the Modbus server for what, and what became of it: one entry per client and route, for
-// `baudgate status`. Written on the server's thread, read from any (gateway/control).
+// Who asks the Modbus server for what, and what became of it: one entry per client, serial master
+// and route, for `baudgate status`. Written on the server's thread, read from any
+// (gateway/control).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,6 +29,17 @@ struct ClientStatus {
   std::uint32_t outstanding = 0;  ///< requests not answered yet
 };
 
+/// A serial port at which a master is awaited, whether one is heard or not.
+struct MasterStatus {
+  std::string port;
+  bool is_open = false;
+  std::string text;           ///< what is open, or why it is not
+  WallTime since{};           ///< of is_open
+  std::uint64_t frames = 0;   ///< whole requests and replies, those of other slaves included
+  std::uint64_t damaged = 0;  ///< what was heard and is no frame
+  WallTime last_frame{};      ///< the epoch: none yet
+};
+
 /// How routed requests ended. requests == ok + refused + no_reply + expired + busy + dropped +
 /// broadcasts + those under way.
 struct RouteCounters {
@@ -48,11 +60,15 @@ struct RouteStatus : RouteCounters {
   std::string units;         ///< "33-40"
   std::string target;        ///< "line drive", "server 10.0.0.9:502"
   std::string last_trouble;  ///< reason of the last request without a good reply
+  WallTime last_trouble_at{};
+  /// Of a server: its replies that came after their deadline and were dropped, for whatever route.
+  std::uint64_t late = 0;
   std::map<std::uint8_t, RouteCounters> by_unit;  ///< unit ids as clients ask for them
 };
 
 struct TrafficStatus {
   std::vector<ClientStatus> clients;  ///< connected now, by id
+  std::vector<MasterStatus> masters;  ///< as configured
   std::vector<RouteStatus> routes;    ///< as configured; after them one for broadcasts, if any
 };
 

@@ -101,13 +101,51 @@ void TrafficBook::Ended(std::size_t route, std::uint8_t unit, RouteEnd end,
   Count(status.by_unit[unit], end, reply);
   const bool trouble =
       end == RouteEnd::no_reply || end == RouteEnd::expired || end == RouteEnd::busy;
-  if (trouble) status.last_trouble = reply.reason;
+  if (!trouble) return;
+  status.last_trouble = reply.reason;
+  status.last_trouble_at = ReadClocks().wall;
+}
+
+void TrafficBook::CameLate(const std::string& target) {
+  const std::lock_guard lock(mutex_);
+  for (RouteStatus& status : routes_) {
+    if (status.target == target) ++status.late;
+  }
+}
+
+std::size_t TrafficBook::AddMaster(const std::string& port) {
+  const std::lock_guard lock(mutex_);
+  MasterStatus& master = masters_.emplace_back();
+  master.port = port;
+  master.text = "not opened yet";
+  master.since = ReadClocks().wall;
+  return masters_.size() - 1;
+}
+
+void TrafficBook::ShowPort(std::size_t index, bool is_open, const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  MasterStatus& master = masters_[index];
+  if (master.is_open != is_open) master.since = ReadClocks().wall;
+  master.is_open = is_open;
+  master.text = text;
+}
+
+void TrafficBook::Heard(std::size_t master) {
+  const std::lock_guard lock(mutex_);
+  ++masters_[master].frames;
+  masters_[master].last_frame = ReadClocks().wall;
+}
+
+void TrafficBook::HeardDamage(std::size_t master) {
+  const std::lock_guard lock(mutex_);
+  ++masters_[master].damaged;
 }
 
 TrafficStatus TrafficBook::Status(const Now& now) const {
   TrafficStatus status;
   const std::lock_guard lock(mutex_);
   for (const auto& [id, record] : clients_) status.clients.push_back(StatusOf(*record, now));
+  status.masters = masters_;
   status.routes = routes_;
   if (status.routes.back().requests == 0) status.routes.pop_back();
   return status;

@@ -1,5 +1,6 @@
-// Keeps the counters of clients and routes behind TrafficStatus. Requests are reported by
-// request_desk.cpp on the server's thread; server.cpp hands the numbers out to any thread.
+// Keeps the counters of clients, serial masters and routes behind TrafficStatus. They are reported
+// by request_desk.cpp, serial_listener.cpp and upstream.cpp on the server's thread; server.cpp
+// hands the numbers out to any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -51,10 +52,19 @@ class TrafficBook {
                                       config::Priority priority);
   void Leave(const ClientRecord& client);
 
+  /// A serial port at which a master is awaited: its place in the book.
+  std::size_t AddMaster(const std::string& port);
+  void ShowPort(std::size_t master, bool is_open, const std::string& text);
+  void Heard(std::size_t master);
+  void HeardDamage(std::size_t master);
+
   /// `route`: index in modbus.routes, or broadcasts().
   void Asked(std::size_t route, std::uint8_t unit);
   /// `reply` may be empty where there was none.
   void Ended(std::size_t route, std::uint8_t unit, RouteEnd end, const RoutedReply& reply);
+
+  /// To all routes that lead to this target, as RouteStatus::target has it.
+  void CameLate(const std::string& target);
 
   /// From any thread.
   TrafficStatus Status(const Now& now) const;
@@ -63,6 +73,7 @@ class TrafficBook {
   mutable std::mutex mutex_;
   std::map<std::uint64_t, std::shared_ptr<ClientRecord>> clients_;
   std::uint64_t next_client_ = 1;
+  std::vector<MasterStatus> masters_;
   std::vector<RouteStatus> routes_;  ///< as configured, then one for broadcasts
 };
 

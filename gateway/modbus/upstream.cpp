@@ -54,11 +54,12 @@ struct Sent {
 class Upstream::Link final : public std::enable_shared_from_this<Link>,
                              public UpstreamConnection::Owner {
  public:
-  Link(asio::io_context& io, std::string host, std::uint16_t port)
+  Link(asio::io_context& io, std::string host, std::uint16_t port, std::function<void()> on_late)
       : io_(io),
         timer_(io),
         host_(std::move(host)),
         port_(port),
+        on_late_(std::move(on_late)),
         name_("server " + host_ + ":" + std::to_string(port)),
         ladder_(static_cast<std::uint32_t>(std::hash<std::string>{}(name_))) {}
 
@@ -66,7 +67,6 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void Stop();
   bool Submit(RoutedRequest request);
   void Forget(std::uint64_t client);
-  std::uint64_t late_replies() const { return late_; }
 
  private:
   void OnConnected() override;
@@ -96,6 +96,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   asio::steady_timer timer_;  // the next deadline, whatever it is for
   const std::string host_;
   const std::uint16_t port_;
+  const std::function<void()> on_late_;
   const std::string name_;
 
   std::mutex mutex_;
@@ -103,7 +104,6 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   std::vector<RoutedRequest> incoming_;  // under mutex_
 
   std::atomic<std::size_t> waiting_ = 0;  // in incoming_ and queue_
-  std::atomic<std::uint64_t> late_ = 0;
 
   RouteQueue queue_;
   std::vector<Sent> on_wire_;
@@ -366,10 +366,7 @@ void Upstream::Link::OnFrame(View frame) {
   const std::uint16_t id = *ByteReader(frame).U16Be(0);
   const auto found =
       std::ranges::find_if(on_wire_, [id](const Sent& sent) { return sent.id == id; });
-  if (found == on_wire_.end()) {
-    ++late_;
-    return;
-  }
+  if (found == on_wire_.end()) return on_late_();
   const Sent sent = std::move(*found);
   on_wire_.erase(found);
   const View pdu = frame.subspan(kMbapHeader);
@@ -387,8 +384,9 @@ void Upstream::Link::OnFrame(View frame) {
 
 // ---------------------------------------------------------------- the outside
 
-Upstream::Upstream(asio::io_context& io, std::string host, std::uint16_t port)
-    : link_(std::make_shared<Link>(io, std::move(host), port)) {}
+Upstream::Upstream(asio::io_context& io, std::string host, std::uint16_t port,
+                   std::function<void()> on_late)
+    : link_(std::make_shared<Link>(io, std::move(host), port, std::move(on_late))) {}
 
 Upstream::~Upstream() { Stop(); }
 
@@ -396,6 +394,5 @@ void Upstream::Start() { link_->Start(); }
 void Upstream::Stop() { link_->Stop(); }
 bool Upstream::Submit(RoutedRequest request) { return link_->Submit(std::move(request)); }
 void Upstream::Forget(std::uint64_t client) { link_->Forget(client); }
-std::uint64_t Upstream::late_replies() const { return link_->late_replies(); }
 
 }  // namespace baudgate::modbus

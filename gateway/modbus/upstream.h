@@ -5,6 +5,7 @@
 
 #include <asio/io_context.hpp>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -26,8 +27,10 @@ class Upstream final : public RouteTarget {
   /// is made anew.
   static constexpr int kSilentDeadlines = 3;
 
-  /// `host` is a name or an address. The io_context outlives the upstream.
-  Upstream(asio::io_context& io, std::string host, std::uint16_t port);
+  /// `host` is a name or an address. `on_late`: a reply came after its request's deadline, or to
+  /// none of ours, and was dropped. The io_context outlives the upstream.
+  Upstream(asio::io_context& io, std::string host, std::uint16_t port,
+           std::function<void()> on_late);
   ~Upstream() override;
   Upstream(const Upstream&) = delete;
   Upstream& operator=(const Upstream&) = delete;
@@ -39,9 +42,6 @@ class Upstream final : public RouteTarget {
 
   bool Submit(RoutedRequest request) override;
   void Forget(std::uint64_t client) override;
-
-  /// Replies that came after their request's deadline, or to none of ours: dropped.
-  std::uint64_t late_replies() const;
 
  private:
   class Link;

@@ -51,6 +51,7 @@ FakeTraffic TwoClients() {
   drive.total_wait = 119'994 * 12ms;
   drive.longest_wait = 170ms;
   drive.last_trouble = "no reply within 500ms";
+  drive.last_trouble_at = kNow.wall - 12s;
   drive.by_unit[20] = drive;
   modbus::RouteStatus rest;
   rest.units = "50-59";
@@ -59,27 +60,37 @@ FakeTraffic TwoClients() {
   rest.by_unit[50].requests = rest.by_unit[50].ok = 7;
   rest.by_unit[51].requests = rest.by_unit[51].ok = 3;
   fake.status.routes = {drive, rest};
+  modbus::MasterStatus port;
+  port.port = "/dev/ttyS1";
+  port.is_open = true;
+  port.text = "/dev/ttyS1, 19200 8E1";
+  port.since = kNow.wall - 3h;
+  port.frames = 980;
+  port.damaged = 20;
+  port.last_frame = kNow.wall - 2s;
+  fake.status.masters = {port};
   return fake;
 }
 
 TEST(Traffic, RoutesAndClientsHaveATableEach) {
-  EXPECT_EQ(RenderTraffic(TrafficJson(TwoClients().status), {}), R"(
+  EXPECT_EQ(RenderTraffic(TrafficJson(TwoClients().status, {}, kNow.wall), {}), R"(
 units  route to             requests      ok  refused  no reply  too late  queue full  client left  mean wait
 20     line bay-1             120000  119990        4         3         0           0            3    12.0 ms
 50-59  server 10.0.0.9:502        10      10        0         0         0           0            0     0.0 ms
   50                               7       7        0         0         0           0            0     0.0 ms
   51                               3       3        0         0         0           0            0     0.0 ms
 
-client          on           priority  requests  exceptions  waiting  bytes in  bytes out
-10.0.0.7:40112  0.0.0.0:502  high        120000           3        2   1440000    1320000
-/dev/ttyS1      /dev/ttyS1   normal           0           0        0         0          0
+master on   port  frames  damaged  last
+/dev/ttyS1  open     980       20  2.0 s
 
-route 20 to line bay-1: 3 of 120000 requests had no good reply, the last: no reply within 500ms
+client          on           priority  requests  exceptions  waiting  bytes in  bytes out  last
+10.0.0.7:40112  0.0.0.0:502  high        120000           3        2   1440000    1320000  0.0 s
+/dev/ttyS1      /dev/ttyS1   normal           0           0        0         0          0  -
 )");
 }
 
 TEST(Traffic, NothingIsSaidWhereThereIsNeither) {
-  EXPECT_EQ(RenderTraffic(TrafficJson({}), {}), "");
+  EXPECT_EQ(RenderTraffic(TrafficJson({}, {}, kNow.wall), {}), "");
 }
 
 TEST(Traffic, TheStatusHoldsIt) {
@@ -90,7 +101,11 @@ TEST(Traffic, TheStatusHoldsIt) {
   const Json all = StatusJson(config, store, info, std::nullopt, kNow);
   EXPECT_EQ(all.at("modbus").at("clients").size(), 2U);
   EXPECT_EQ(all.at("modbus").at("routes").at(0).at("mean_wait_us"), 12'000);
-  EXPECT_THAT(RenderStatus(all, {}, {}), HasSubstr("route 20 to line bay-1"));
+  const std::string shown = RenderStatus(all, {}, {});
+  EXPECT_THAT(shown,
+              HasSubstr("route 20 to line bay-1: 3 of 120000 requests had no good reply, the "
+                        "last 12 s ago: no reply within 500ms\n"));
+  EXPECT_THAT(shown, HasSubstr("master on /dev/ttyS1: 20 of 1000 frames were damaged"));
 }
 
 TEST(Traffic, ALineShowsItsOwnRoutesOnly) {
@@ -105,6 +120,7 @@ TEST(Traffic, ALineShowsItsOwnRoutesOnly) {
   EXPECT_THAT(shown("bay-1"), HasSubstr("line bay-1"));
   EXPECT_THAT(shown("bay-1"), Not(HasSubstr("10.0.0.9")));
   EXPECT_THAT(shown("io"), Not(HasSubstr("route to")));
+  EXPECT_THAT(shown("io"), Not(HasSubstr("master on")));
 }
 
 }  // namespace

@@ -108,6 +108,9 @@ class SerialListenerTest : public testing::Test {
     ASSERT_TRUE(RunUntil(io_, [&] { return serial_->is_open(); }));
   }
 
+  std::uint64_t Damaged() const { return Master().damaged; }
+  MasterStatus Master() const { return service_->book()->Status(ReadClocks()).masters.at(0); }
+
   static Bytes Rtu(std::uint8_t unit, const std::string& pdu) {
     return ModbusRtuProtocol().carrier->wrap(unit, ParseHex(pdu).value());
   }
@@ -157,7 +160,7 @@ TEST_F(SerialListenerTest, ReadsComeFromTheStore) {
   Begin();
   AskForTheValue();
   AskForTheValue();
-  EXPECT_EQ(serial_->damaged(), 0U);
+  EXPECT_EQ(Damaged(), 0U);
 }
 
 TEST_F(SerialListenerTest, AWriteIsAnsweredWhenTheDeviceHasConfirmedIt) {
@@ -212,7 +215,7 @@ TEST_F(SerialListenerTest, GarbageBeforeARequestIsPassedOver) {
   Append(bytes, View(Rtu(1, "03 00 00 00 01")));
   master_->Write(bytes);
   Expect(1, "03 02 FF FE");
-  EXPECT_EQ(serial_->damaged(), 1U);
+  EXPECT_EQ(Damaged(), 1U);
 }
 
 TEST_F(SerialListenerTest, DamageIsCountedAndNotAnswered) {
@@ -220,12 +223,12 @@ TEST_F(SerialListenerTest, DamageIsCountedAndNotAnswered) {
   Bytes request = Rtu(1, "03 00 00 00 01");
   request[3] ^= 0x01;
   master_->Write(request);
-  ASSERT_TRUE(RunUntil(io_, [&] { return serial_->damaged() == 1; }));
+  ASSERT_TRUE(RunUntil(io_, [&] { return Damaged() == 1; }));
   ExpectSilence();
   request = Rtu(1, "06 00 00 00 07");
   request.pop_back();
   master_->Write(request);
-  ASSERT_TRUE(RunUntil(io_, [&] { return serial_->damaged() == 2; }));
+  ASSERT_TRUE(RunUntil(io_, [&] { return Damaged() == 2; }));
   EXPECT_TRUE(sink_.commands.empty());
   AskForTheValue();
 }
@@ -244,7 +247,7 @@ TEST_F(SerialListenerTest, OthersOnTheBusAreNotDisturbed) {
     master_->Write(bytes);
     Expect(1, "03 02 FF FE");
   }
-  EXPECT_EQ(serial_->damaged(), 0U);
+  EXPECT_EQ(Damaged(), 0U);
   EXPECT_TRUE(sink_.commands.empty());
 }
 
@@ -326,7 +329,7 @@ TEST_F(SerialListenerTest, BytesBehindARequestAreHeardOutBeforeTheReply) {
   bytes.push_back(0x03);
   master_->Write(bytes);
   Expect(1, "03 02 FF FE");
-  EXPECT_EQ(serial_->damaged(), 1U) << "it was sent into what might have become a request";
+  EXPECT_EQ(Damaged(), 1U) << "it was sent into what might have become a request";
 }
 
 TEST_F(SerialListenerTest, AReplyKeepsTheQuietOfTheBus) {
@@ -353,13 +356,20 @@ TEST_F(SerialListenerTest, AnAbsentPortIsOpenedWhenItAppearsAndAgainWhenItReturn
   Open();
   RunReady(io_);
   EXPECT_FALSE(serial_->is_open());
+  EXPECT_FALSE(Master().is_open);
+  EXPECT_NE(Master().text, "not opened yet");
   for (int i = 0; i < 2; ++i) {
     PlugIn();
     ASSERT_TRUE(RunUntil(io_, [&] { return serial_->is_open(); }));
     heard_ = 0;
+    EXPECT_TRUE(Master().is_open);
+    EXPECT_EQ(Master().frames, static_cast<std::uint64_t>(i));
     AskForTheValue();
+    EXPECT_EQ(Master().frames, static_cast<std::uint64_t>(i) + 1);
+    EXPECT_NE(Master().last_frame, WallTime{});
     Unplug();
     ASSERT_TRUE(RunUntil(io_, [&] { return !serial_->is_open(); }));
+    EXPECT_FALSE(Master().is_open);
     EXPECT_TRUE(service_->book()->Status(ReadClocks()).clients.empty());
   }
 }

@@ -70,7 +70,7 @@ TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
   tcp::acceptor closed(io_, tcp::endpoint(asio::ip::address_v4::loopback(), 0));
   const std::uint16_t port = closed.local_endpoint().port();
   closed.close();
-  Upstream upstream(io_, "127.0.0.1", port);
+  Upstream upstream(io_, "127.0.0.1", port, [] {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({})));
   const RoutedReply first = Wait(asked_.back());
@@ -139,7 +139,7 @@ TEST_F(UpstreamConnectionTest, ADeadlineWhileConnectingIsNotExceeded) {
     crowd.emplace_back(io_).async_connect(full.local_endpoint(), [](const asio::error_code&) {});
   }
   RunReady(io_);
-  Upstream upstream(io_, "127.0.0.1", full.local_endpoint().port());
+  Upstream upstream(io_, "127.0.0.1", full.local_endpoint().port(), [] {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({.within = 10ms})));
   const RoutedReply& reply = Wait(asked_.back());
@@ -167,7 +167,7 @@ TEST_F(UpstreamConnectionTest, StopAnswersEveryoneAndLetsNobodyIn) {
 }
 
 TEST_F(UpstreamConnectionTest, NamesAreLookedUp) {
-  Upstream upstream(io_, "localhost", server_.port());
+  Upstream upstream(io_, "localhost", server_.port(), [] {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({})));
   ASSERT_TRUE(server_.Wait(1));

@@ -122,7 +122,8 @@ class UpstreamTest : public testing::Test {
   asio::io_context io_;
   ScriptedServer server_{io_};
   std::deque<Asked> asked_;
-  Upstream upstream_{io_, "127.0.0.1", server_.port()};
+  std::uint64_t late_ = 0;  // replies to nobody
+  Upstream upstream_{io_, "127.0.0.1", server_.port(), [this] { ++late_; }};
 };
 
 }  // namespace baudgate::modbus

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/modbus/route_targets.h"
+#include "gateway/modbus/traffic_book.h"
 #include "tests/gateway/modbus/upstream_fixture.h"
 
 namespace baudgate::modbus {
@@ -91,7 +93,7 @@ TEST_F(UpstreamTest, AnUnknownIdIsDropped) {
   const Asked& asked = Submit();
   ASSERT_TRUE(server_.Wait(1));
   server_.Write("00 07 00 00 00 05 14 03 02 09 C4");
-  ASSERT_TRUE(RunUntil(io_, [&] { return upstream_.late_replies() == 1; }));
+  ASSERT_TRUE(RunUntil(io_, [&] { return late_ == 1; }));
   EXPECT_EQ(asked.calls, 0);
   server_.Write("00 00 00 00 00 05 14 03 02 00 01");
   EXPECT_EQ(ToHex(Wait(asked).pdu), "03 02 00 01");
@@ -112,7 +114,29 @@ TEST_F(UpstreamTest, ALateReplyIsNotTheNextOnes) {
   server_.Write("00 00 00 00 00 05 14 03 02 AA AA 00 01 00 00 00 05 14 03 02 BB BB");
   EXPECT_EQ(ToHex(Wait(next).pdu), "03 02 BB BB");
   EXPECT_EQ(slow.calls, 1);
-  EXPECT_EQ(upstream_.late_replies(), 1U);
+  EXPECT_EQ(late_, 1U);
+}
+
+TEST_F(UpstreamTest, WhatCameLateIsShownAtEveryRouteToThatServer) {
+  config::Modbus modbus;
+  for (const std::uint16_t port : {server_.port(), server_.port(), std::uint16_t{1}}) {
+    config::Route& route = modbus.routes.emplace_back();
+    route.host = "127.0.0.1";
+    route.port = port;
+  }
+  const auto book = std::make_shared<TrafficBook>(modbus);
+  RouteTargets targets(modbus, {});
+  targets.Open(io_, book);
+  ASSERT_TRUE(targets.of(1)->Submit(Make({})));
+  ASSERT_TRUE(server_.Wait(1));
+  server_.Write("00 07 00 00 00 05 14 03 02 09 C4");
+  const auto late = [&](std::size_t route) {
+    return book->Status(ReadClocks()).routes[route].late;
+  };
+  ASSERT_TRUE(RunUntil(io_, [&] { return late(0) == 1; }));
+  EXPECT_EQ(late(1), 1U);
+  EXPECT_EQ(late(2), 0U);
+  targets.Close();
 }
 
 TEST_F(UpstreamTest, NothingIsSentAfterItsDeadline) {
@@ -177,7 +201,7 @@ TEST_F(UpstreamTest, ABroadcastIsNotWaitedFor) {
   ASSERT_TRUE(server_.Wait(1));
   EXPECT_EQ(server_.Requests()[0], "00 00 00 00 00 06 00 06 00 08 00 00");
   server_.Write("00 00 00 00 00 06 00 06 00 08 00 00");
-  ASSERT_TRUE(RunUntil(io_, [&] { return upstream_.late_replies() == 1; }));
+  ASSERT_TRUE(RunUntil(io_, [&] { return late_ == 1; }));
   const Asked& read = Submit({.slave = 0});
   ASSERT_TRUE(server_.Wait(2));
   server_.Write("00 01 00 00 00 05 00 03 02 00 01");
@@ -211,7 +235,7 @@ TEST_F(UpstreamTest, AForgottenClientIsNotSentForAndNotAnswered) {
   Wait(asked_[1]);
   EXPECT_EQ(gone.calls, 0);
   EXPECT_EQ(stays.calls, 0);
-  EXPECT_EQ(upstream_.late_replies(), 0U) << "it was waited for";
+  EXPECT_EQ(late_, 0U) << "it was waited for";
 }
 
 TEST_F(UpstreamTest, AFullQueueSaysNoUntilThereIsRoom) {

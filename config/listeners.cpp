@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/listeners.h"
+
+#include <array>
+#include <bitset>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/names.h"
+#include "config/network.h"
+#include "config/serial.h"
+#include "config/spelling.h"
+
+namespace baudgate::config {
+namespace {
+
+constexpr std::size_t kMostNetworks = 1000;
+constexpr std::size_t kMostRules = 100;
+constexpr int kMostClients = 10'000;
+
+constexpr std::array<Word<Permit>, 2> kWrite = {{{"allow", Permit::all}, {"deny", Permit::read}}};
+constexpr std::array<Word<Priority>, 3> kPriorities = {
+    {{"low", Priority::low}, {"normal", Priority::normal}, {"high", Priority::high}}};
+constexpr std::array<Word<Permit>, 3> kPermits = {
+    {{"read", Permit::read}, {"data", Permit::data}, {"all", Permit::all}}};
+constexpr std::array<Word<Listener::Protocol>, 2> kProtocols = {
+    {{"tcp", Listener::Protocol::tcp}, {"rtu", Listener::Protocol::rtu}}};
+constexpr std::array<Word<Listener::Errors>, 2> kErrors = {
+    {{"exception", Listener::Errors::exception}, {"silent", Listener::Errors::silent}}};
+constexpr std::array<Word<Listener::Broadcast>, 2> kBroadcasts = {
+    {{"ignore", Listener::Broadcast::ignore}, {"pass", Listener::Broadcast::pass}}};
+
+void ReadAt(const YamlNode& node, const std::string& what, Listener& listener,
+            LoadContext& context) {
+  const auto text = ReadText(node, what, context.problems);
+  if (!text) return;
+  if (text->starts_with('/')) {
+    listener.path = *text;
+    listener.protocol = Listener::Protocol::rtu;
+    listener.errors = Listener::Errors::silent;
+    if (const Protocol* rtu = context.catalog.FindProtocol(kRtuProtocol))
+      listener.serial = rtu->serial;
+    return;
+  }
+  const auto at = ParseHostPort(*text);
+  if (!at) {
+    const bool no_colon = text->find(':') == std::string::npos;
+    context.problems.Error(
+        node.mark(), what + ": " + at.error() + (no_colon ? ", or /dev/ttyUSB4" : std::string()));
+    return;
+  }
+  if (!IsIpAddress(at->host) && at->host != "localhost") {
+    context.problems.Error(node.mark(), what + ": " + Quoted(at->host) +
+                                            " is not an address of this machine; write an IP "
+                                            "address, 0.0.0.0 for all");
+    return;
+  }
+  listener.host = at->host == "localhost" ? "127.0.0.1" : at->host;
+  listener.port = at->port;
+}
+
+std::optional<Network> ReadNetwork(const YamlNode& node, const std::string& what,
+                                   Problems& problems) {
+  const auto text = ReadText(node, what, problems);
+  if (!text) return std::nullopt;
+  auto network = ParseNetwork(*text);
+  if (network) return std::move(*network);
+  problems.Error(node.mark(), what + ": " + network.error());
+  return std::nullopt;
+}
+
+// What may be written as a list or, when it is only one, without brackets.
+std::vector<YamlNode> ReadSome(const YamlNode& node, const std::string& what, std::size_t most,
+                               const std::string& when_empty, Problems& problems) {
+  if (node.kind() == YamlNode::Kind::scalar) return {node};
+  auto some = ReadList(node, what, most, problems);
+  if (node.kind() == YamlNode::Kind::list && some.empty()) {
+    problems.Error(node.mark(), what + ": " + when_empty);
+  }
+  return some;
+}
+
+std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems) {
+  std::vector<Network> networks;
+  for (const YamlNode& range : ReadSome(
+           node, "allow", kMostNetworks,
+           "an empty list would let nobody in; leave the key out to allow everybody", problems)) {
+    if (auto network = ReadNetwork(range, "allow", problems)) networks.push_back(*network);
+  }
+  return networks;
+}
+
+void ReadPermit(MapReader& map, Listener& listener) {
+  const auto write = map.OneOf("write", kWrite);
+  const auto permit = map.OneOf("permit", kPermits);
+  Assign(listener.permit, write);
+  Assign(listener.permit, permit);
+  if (!write || !permit || (*write == Permit::read) == (*permit == Permit::read)) return;
+  const std::string word = *write == Permit::read ? "deny" : "allow";
+  map.problems().Error(map.MarkOf("write"),
+                       "write: " + word + " contradicts permit: " + std::string(Name(*permit)) +
+                           "; remove one of them");
+}
+
+void NeedPriority(MapReader& map, Priority& priority) {
+  const auto node = map.Need("priority", "high");
+  if (node) Assign(priority, ReadWord(*node, "priority", kPriorities, map.problems()));
+}
+
+void ReadClients(const YamlNode& node, Listener& listener, Problems& problems) {
+  for (const YamlNode& one : ReadList(node, "clients", kMostRules, problems)) {
+    ClientPriority client;
+    MapReader map(one, "an entry of clients", problems);
+    if (one.kind() != YamlNode::Kind::map) continue;
+    const auto from = map.Need("from", "10.0.0.7");
+    const auto network = from ? ReadNetwork(*from, "from", problems) : std::nullopt;
+    NeedPriority(map, client.priority);
+    map.Finish();
+    if (!network) continue;
+    client.from = *network;
+    CheckClient(client, listener, from->mark(), problems);
+    listener.clients.push_back(client);
+  }
+}
+
+using Codes = std::bitset<128>;
+
+std::vector<std::uint8_t> ReadCodes(const YamlNode& list, Codes& known, Problems& problems) {
+  std::vector<std::uint8_t> codes;
+  for (const YamlNode& node :
+       ReadSome(list, "codes", known.size(), "the list is empty; write for example [5, 6, 15, 16]",
+                problems)) {
+    const auto code = ReadInteger(node, "codes", 1, 127, problems);
+    if (!code) continue;
+    codes.push_back(static_cast<std::uint8_t>(*code));
+    if (known[codes.back()]) {
+      problems.Error(node.mark(), "codes: " + std::to_string(*code) + " stands twice");
+    }
+    known.set(codes.back());
+  }
+  return codes;
+}
+
+void ReadFunctions(const YamlNode& node, Listener& listener, Problems& problems) {
+  Codes known;
+  for (const YamlNode& one : ReadList(node, "functions", kMostRules, problems)) {
+    FunctionPriority functions;
+    MapReader map(one, "an entry of functions", problems);
+    if (one.kind() != YamlNode::Kind::map) continue;
+    const auto codes = map.Need("codes", "[5, 6, 15, 16]");
+    if (codes) functions.codes = ReadCodes(*codes, known, problems);
+    NeedPriority(map, functions.priority);
+    map.Finish();
+    listener.functions.push_back(std::move(functions));
+  }
+}
+
+void ReadNetworkSide(MapReader& map, Listener& listener) {
+  for (const std::string key : {"serial", "parity", "rs485"}) {
+    map.Refuse(key, key + ": only a listener at a serial port has it; write for example " +
+                        "at: /dev/ttyUSB4, or remove the key");
+  }
+  Assign(listener.protocol, map.OneOf("protocol", kProtocols));
+  if (const auto allow = map.Get("allow")) listener.allow = ReadAllow(*allow, map.problems());
+  if (const auto clients = map.Get("clients")) ReadClients(*clients, listener, map.problems());
+  Assign(listener.max_clients, map.Integer("max_clients", 1, kMostClients));
+  Assign(listener.idle_timeout, map.Time("idle_timeout", 1s, 24h));
+}
+
+void ReadSerialSide(MapReader& map, Listener& listener) {
+  for (const std::string key : {"allow", "clients", "max_clients", "idle_timeout"}) {
+    map.Refuse(key, key + ": at a serial port there is one master, always; remove the key");
+  }
+  if (map.OneOf("protocol", kProtocols) == Listener::Protocol::tcp) {
+    map.problems().Error(map.MarkOf("protocol"),
+                         "protocol: a master at a serial port speaks rtu; write that, or remove "
+                         "the key");
+  }
+  if (const auto serial = map.Get("serial")) {
+    listener.serial = ReadSerial(*serial, listener.serial, map.problems());
+  }
+  ReadSerialExtras(map, listener.serial);
+}
+
+void ReadKeys(MapReader& map, Listener& listener, LoadContext& context) {
+  if (const auto at = map.Get("at")) ReadAt(*at, "at", listener, context);
+  if (listener.is_serial()) {
+    ReadSerialSide(map, listener);
+  } else {
+    ReadNetworkSide(map, listener);
+  }
+  ReadPermit(map, listener);
+  Assign(listener.priority, map.OneOf("priority", kPriorities));
+  if (const auto functions = map.Get("functions")) {
+    ReadFunctions(*functions, listener, context.problems);
+  }
+  Assign(listener.errors, map.OneOf("errors", kErrors));
+  Assign(listener.broadcast, map.OneOf("broadcast", kBroadcasts));
+  map.Finish();
+}
+
+}  // namespace
+
+Listener ReadListener(const YamlNode& node, LoadContext& context) {
+  Listener listener;
+  listener.mark = node.mark();
+  if (node.kind() == YamlNode::Kind::scalar) {
+    ReadAt(node, "listen", listener, context);
+  } else {
+    MapReader map(node, "listen", context.problems);
+    ReadKeys(map, listener, context);
+  }
+  CheckListener(listener, context.catalog, context.problems);
+  if (listener.is_serial()) {
+    context.uniques.ListenerPort(listener.path, listener.mark);
+  } else {
+    context.uniques.Listener(listener.Place(), listener.mark);
+  }
+  return listener;
+}
+
+}  // namespace baudgate::config

@@ -1,0 +1,14 @@
+// One entry of modbus.listen: who may ask there, in which protocol, and for what.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "config/config.h"
+#include "config/lines.h"
+#include "config/yaml_reader.h"
+
+namespace baudgate::config {
+
+/// A place alone ("0.0.0.0:502", "/dev/ttyS1") or a map of keys.
+Listener ReadListener(const YamlNode& node, LoadContext& context);
+
+}  // namespace baudgate::config
