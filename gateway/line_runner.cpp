@@ -5,8 +5,6 @@
 #include <sys/prctl.h>
 
 #include <asio/post.hpp>
-#include <filesystem>
-#include <functional>
 #include <utility>
 
 #include "gateway/log.h"
@@ -14,8 +12,6 @@
 namespace baudgate {
 namespace {
 
-/// A missing port that can not be watched is looked for so often.
-constexpr Duration kLookForPort = 500ms;
 /// A connection behind which every device has been silent so long is made anew: a serial server may
 /// keep its TCP alive although its serial side hangs.
 constexpr Duration kSilenceLimit = 30s;
@@ -23,11 +19,6 @@ constexpr Duration kSilenceLimit = 30s;
 constexpr Duration kCountErrorsEvery = 1s;
 
 bool IsNetwork(const std::string& port) { return port.starts_with("tcp://"); }
-
-bool IsMissing(const std::string& port) {
-  std::error_code error;
-  return !IsNetwork(port) && !std::filesystem::exists(port, error);
-}
 
 }  // namespace
 
@@ -40,14 +31,12 @@ LineRunner::LineRunner(const config::Line& line, std::uint32_t first_device,
       io_(1),
       work_(io_.get_executor()),
       timer_(io_),
-      reopen_timer_(io_),
       silence_timer_(io_),
       loan_timer_(io_),
-      watch_(io_, line.port, [this] { OnPortChange(); }),
+      keeper_(io_, line.port, [this] { Open(); }),
       transport_(MakeTransport(line, io_, *this)),
       recorder_(line, first_device, std::move(recordings)),
-      poller_(line, first_device, find, store, *this),
-      ladder_(static_cast<std::uint32_t>(std::hash<std::string>{}(line.name))) {
+      poller_(line, first_device, find, store, *this) {
   poller_.Attach(recorder_);
   ShowPort(LineStatus::Port::closed, "not opened yet");
 }
@@ -136,9 +125,8 @@ void LineRunner::Open() { transport_->Open(); }
 /// And nothing that would open it again.
 void LineRunner::ClosePort() {
   timer_.cancel();
-  reopen_timer_.cancel();
   silence_timer_.cancel();
-  watch_.Stop();
+  keeper_.Stop();
   transport_->Close();
 }
 
@@ -146,10 +134,7 @@ void LineRunner::OnOpened() {
   open_ = true;
   applied_ = &config_.serial;
   out_of_service_ = false;
-  last_trouble_.clear();
-  ladder_.Reset();
-  reopen_timer_.cancel();
-  watch_.Stop();
+  keeper_.OnOpened();
   log::Info("line {}: open ({})", config_.name, transport_->Describe());
   ShowPort(LineStatus::Port::open, transport_->Describe());
   CountErrors(ReadClocks().instant);
@@ -174,37 +159,9 @@ void LineRunner::OnLost(const std::string& reason) {
 }
 
 void LineRunner::Down(const std::string& reason) {
-  if (reason != last_trouble_) {
-    log::Warn("line {}: down: {}; trying again until it works", config_.name, reason);
-    last_trouble_ = reason;
-    ShowPort(LineStatus::Port::closed, reason);
-  }
-  // First watched, then looked at: what comes between is not lost.
-  const bool watching = !IsNetwork(config_.port) && (watch_.watching() || watch_.Start());
-  if (!IsMissing(config_.port)) return RetryIn(ladder_.Next());
-  ladder_.Reset();
-  if (!watching) RetryIn(kLookForPort);
-}
-
-void LineRunner::RetryIn(Duration wait) {
-  reopen_timer_.expires_after(wait);
-  reopen_timer_.async_wait([this](const asio::error_code& error) {
-    if (!error && !lent_until_) TryAgain();
-  });
-}
-
-/// The port has appeared, or somebody has been given the right to it.
-void LineRunner::OnPortChange() {
-  reopen_timer_.cancel();
-  ladder_.Reset();
-  TryAgain();
-}
-
-/// A port that is still missing has nothing new to tell the log.
-void LineRunner::TryAgain() {
-  if (!IsMissing(config_.port)) return Open();
-  ladder_.Reset();
-  if (!watch_.watching()) RetryIn(kLookForPort);
+  if (!keeper_.OnDown(reason)) return;
+  log::Warn("line {}: down: {}; trying again until it works", config_.name, reason);
+  ShowPort(LineStatus::Port::closed, reason);
 }
 
 void LineRunner::ShowPort(LineStatus::Port port, const std::string& text, WallTime released_until) {
@@ -260,8 +217,6 @@ void LineRunner::EndLoan() {
   if (!lent_until_) return;
   lent_until_.reset();
   loan_timer_.cancel();
-  last_trouble_.clear();
-  ladder_.Reset();
   log::Info("line {}: takes {} back", config_.name, config_.port);
   ShowPort(LineStatus::Port::closed, "being taken back");
   Open();

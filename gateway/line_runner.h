@@ -18,9 +18,8 @@
 #include "gateway/line_recorder.h"
 #include "gateway/point_store.h"
 #include "gateway/poller.h"
-#include "gateway/reopen_ladder.h"
 #include "gateway/routed.h"
-#include "transports/port_watch.h"
+#include "transports/port_keeper.h"
 #include "transports/transport.h"
 
 namespace baudgate {
@@ -65,9 +64,6 @@ class LineRunner final : public RouteTarget, private TransportListener, private 
   void Run();
   void Open();
   void Down(const std::string& reason);
-  void RetryIn(Duration wait);
-  void TryAgain();
-  void OnPortChange();
   void ClosePort();
   void Lend(Duration time);
   void EndLoan();
@@ -83,16 +79,13 @@ class LineRunner final : public RouteTarget, private TransportListener, private 
   asio::io_context io_;
   asio::executor_work_guard<asio::io_context::executor_type> work_;
   asio::steady_timer timer_;  // the poller's deadline
-  asio::steady_timer reopen_timer_;
   asio::steady_timer silence_timer_;
   asio::steady_timer loan_timer_;
-  PortWatch watch_;  // while the port is down
+  PortKeeper keeper_;  // while the port is down
   std::unique_ptr<Transport> transport_;
   LineRecorder recorder_;
   Poller poller_;
-  ReopenLadder ladder_;
   const config::SerialSettings* applied_ = nullptr;  // what the open port is set to
-  std::string last_trouble_;                         // so that one trouble is one line in the log
   std::optional<Instant> lent_until_;
   bool out_of_service_ = false;  // the points, since the port was lent
   Instant errors_counted_{};

@@ -5,8 +5,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <functional>
 #include <utility>
 
 #include "gateway/modbus/mbap.h"
@@ -18,16 +16,9 @@ namespace {
 /// USB adapters hand over what they have every 16 ms at worst, in the middle of a frame, too. Most
 /// requests end by their length and do not wait for this.
 constexpr Duration kUsbGap = 20ms;
-/// A missing port that can not be watched is looked for so often.
-constexpr Duration kLookForPort = 500ms;
 constexpr Duration kSweepEvery = 50ms;
 
 Instant Clock() { return std::chrono::steady_clock::now(); }
-
-bool IsMissing(const std::string& port) {
-  std::error_code error;
-  return !std::filesystem::exists(port, error);
-}
 
 }  // namespace
 
@@ -40,9 +31,7 @@ SerialListener::SerialListener(asio::io_context& io, const config::Listener& lis
       quiet_(*rtu.timing(listener.serial).quiet),
       gap_(std::max(quiet_, kUsbGap)),
       transport_(MakeSerialPort(listener.path, listener.serial, io, *this)),
-      watch_(io, listener.path, [this] { OnPortChange(); }),
-      ladder_(static_cast<std::uint32_t>(std::hash<std::string>{}(listener.path))),
-      reopen_timer_(io),
+      keeper_(io, listener.path, [this] { Open(); }),
       timer_(io),
       sweep_timer_(io) {}
 
@@ -52,17 +41,13 @@ void SerialListener::Open() { transport_->Open(); }
 
 void SerialListener::Stop() {
   if (std::exchange(stopped_, true)) return;
-  reopen_timer_.cancel();
-  watch_.Stop();
+  keeper_.Stop();
   transport_->Close();
   Forget();
 }
 
 void SerialListener::OnOpened() {
-  last_trouble_.clear();
-  ladder_.Reset();
-  reopen_timer_.cancel();
-  watch_.Stop();
+  keeper_.OnOpened();
   spdlog::info("modbus: listening for a master on {}", transport_->Describe());
   service_.book()->ShowPort(place_, true, transport_->Describe());
   assembler_.Begin(rtu_.request_rule, rtu_.expect({}, {}));
@@ -86,38 +71,10 @@ void SerialListener::Forget() {
 }
 
 void SerialListener::Down(const std::string& reason) {
-  if (reason != last_trouble_) {
-    spdlog::warn("modbus: no master is heard on {}: {}; trying again until it works",
-                 listener_.path, reason);
-    last_trouble_ = reason;
-  }
+  if (!keeper_.OnDown(reason)) return;
+  spdlog::warn("modbus: no master is heard on {}: {}; trying again until it works", listener_.path,
+               reason);
   service_.book()->ShowPort(place_, false, reason);
-  // First watched, then looked at: what comes between is not lost.
-  const bool watching = watch_.watching() || watch_.Start();
-  if (!IsMissing(listener_.path)) return RetryIn(ladder_.Next());
-  ladder_.Reset();
-  if (!watching) RetryIn(kLookForPort);
-}
-
-void SerialListener::RetryIn(Duration wait) {
-  reopen_timer_.expires_after(wait);
-  reopen_timer_.async_wait([self = weak_from_this()](const asio::error_code& error) {
-    const auto listener = self.lock();
-    if (!error && listener && !listener->stopped_) listener->TryAgain();
-  });
-}
-
-/// The port has appeared, or somebody has been given the right to it.
-void SerialListener::OnPortChange() {
-  reopen_timer_.cancel();
-  ladder_.Reset();
-  TryAgain();
-}
-
-/// A port that is still missing has nothing new to tell the log.
-void SerialListener::TryAgain() {
-  if (!IsMissing(listener_.path)) return Open();
-  if (!watch_.watching()) RetryIn(kLookForPort);
 }
 
 // ---------------------------------------------------------------- requests

@@ -17,9 +17,8 @@
 #include "gateway/modbus/reply_echo.h"
 #include "gateway/modbus/request_desk.h"
 #include "gateway/modbus/service.h"
-#include "gateway/reopen_ladder.h"
 #include "protocols/protocol.h"
-#include "transports/port_watch.h"
+#include "transports/port_keeper.h"
 #include "transports/transport.h"
 
 namespace baudgate::modbus {
@@ -52,9 +51,6 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   void AnswerNothing() override {}
 
   void Down(const std::string& reason);
-  void RetryIn(Duration wait);
-  void TryAgain();
-  void OnPortChange();
   void Forget();
 
   void CutFrames(bool silent);
@@ -72,12 +68,9 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   const Duration quiet_;  ///< 3.5 characters: between a request and its reply
   const Duration gap_;    ///< a frame that rests so long is not going on
   std::unique_ptr<Transport> transport_;
-  PortWatch watch_;  // while the port is down
-  ReopenLadder ladder_;
-  asio::steady_timer reopen_timer_;
+  PortKeeper keeper_;         // while the port is down
   asio::steady_timer timer_;  // the end of a gap or of the quiet before a reply
   asio::steady_timer sweep_timer_;
-  std::string last_trouble_;  // so that one trouble is one line in the log
   bool stopped_ = false;
 
   std::shared_ptr<RequestDesk> desk_;  // while the port is open

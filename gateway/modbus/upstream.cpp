@@ -17,7 +17,7 @@
 
 #include "gateway/modbus/mbap.h"
 #include "gateway/modbus/upstream_connection.h"
-#include "gateway/reopen_ladder.h"
+#include "transports/reopen_ladder.h"
 #include "gateway/route_queue.h"
 
 namespace baudgate::modbus {

@@ -1,0 +1,51 @@
+// Decides when a port that is absent, was lost or could not be opened is tried again: as soon as
+// its device file appears or its rights change, else step by step (reopen_ladder.h). Used by
+// whoever owns the port's transport.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "gateway/base/time.h"
+#include "transports/port_watch.h"
+#include "transports/reopen_ladder.h"
+
+namespace baudgate {
+
+class PortKeeper {
+ public:
+  /// `open` is called from the loop, never from within a call. The io_context outlives the keeper,
+  /// which may be stopped from `open`, but not destroyed. A `tcp://` port is never absent.
+  PortKeeper(asio::io_context& io, std::string port, std::function<void()> open);
+  PortKeeper(const PortKeeper&) = delete;
+  PortKeeper& operator=(const PortKeeper&) = delete;
+
+  /// The port works.
+  void OnOpened() { Stop(); }
+  /// From now on `open` is called whenever that may help. Returns whether the trouble is another
+  /// than the one before, so that one trouble is one line in the log.
+  [[nodiscard]] bool OnDown(const std::string& reason);
+  /// `open` is called no more, and the next trouble is a new one.
+  void Stop();
+
+ private:
+  void Try();
+  void TryIn(Duration wait);
+  void OnPortChange();
+  bool IsMissing() const;
+
+  const std::string port_;
+  const bool network_;
+  const std::function<void()> open_;
+  asio::steady_timer timer_;
+  PortWatch watch_;
+  ReopenLadder ladder_;
+  std::shared_ptr<char> waiting_;  // gone = the timer's end means nothing
+  std::string trouble_;
+};
+
+}  // namespace baudgate
