@@ -17,7 +17,7 @@
 namespace baudgate {
 
 /// Five of the six named times, resolved for one device (the sixth, the reopen ladder, belongs to
-/// the port: gateway/line_runner.h), and the time of one character. docs/timeouts.md has the
+/// the port: transports/port_keeper.h), and the time of one character. docs/timeouts.md has the
 /// diagram.
 struct LineTimes {
   Duration quiet{};      ///< silence before sending, from the last byte in or out

@@ -1,65 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/settings.h"
 
+#include "protocols/option_specs.h"
+
 namespace baudgate::dcon {
 namespace {
 
-using Kind = OptionSpec::Kind;
-
-constexpr OptionSpec Flag(std::string_view name, std::string_view help) {
-  return {.name = name, .kind = Kind::flag, .fallback = "false", .help = help, .choices = {}};
-}
-constexpr OptionSpec Integer(std::string_view name, std::string_view fallback, double low,
-                             double high, std::string_view help) {
-  return {.name = name,
-          .kind = Kind::integer,
-          .fallback = fallback,
-          .help = help,
-          .minimum = low,
-          .maximum = high,
-          .choices = {}};
-}
-constexpr OptionSpec Choice(std::string_view name, std::string_view fallback,
-                            std::string_view choices, std::string_view help) {
-  return {
-      .name = name, .kind = Kind::choice, .fallback = fallback, .help = help, .choices = choices};
-}
-constexpr OptionSpec Texts(std::string_view name, std::string_view fallback,
-                           std::string_view help) {
-  return {.name = name, .kind = Kind::texts, .fallback = fallback, .help = help, .choices = {}};
-}
-
 constexpr OptionSpec kOptions[] = {
-    Flag("checksum",
-         "The module's checksum is on (bit 6 of its format byte); both ends must agree."),
-    Integer("width", "7", 0, 32,
-            "Characters of every number, sign and point included; 0 takes any width."),
-    Integer("channels", "0", 0, 32,
-            "How many values # answers; another count is not believed. 0: as the points ask."),
-    Integer("enable_mask", "4294967295", 1, 4294967295.0,
-            "Channels enabled in the module, bit 0 = channel 0; the others are out of service."),
-    Choice("disabled", "missing", "missing,blank,zero",
-           "How # shows a disabled channel: its field is missing, blank or zero."),
-    Choice("format", "engineering", "engineering,percent,hex",
-           "Data format set in the module (bits 1:0 of its format byte)."),
-    {.name = "full_scale",
-     .kind = Kind::real,
-     .fallback = "0",
-     .help = "Value of 7FFF in hex numbers; 0 gives the bare number.",
-     .choices = {}},
-    Flag("hex_unsigned",
-         "Hex numbers run from 0000 to FFFF (unipolar ranges) instead of 8000 to 7FFF."),
-    Texts("over", "+9999.9", "Fields that mean above range, besides nines without a point."),
-    Texts("under", "-9999.9",
-          "Fields that mean below range, besides nines or zeros with a minus and no point."),
-    Texts("open", "+888888", "Fields that mean an open sensor circuit."),
-    Integer("invert", "0", 0, 65535,
-            "Bits of a 16-bit digital reply that read the wrong way round, as a mask."),
-    Flag("data_address", "Replies with '>' carry the module's address (Trycom TRP-C68)."),
-    Flag("write_ack_address", "A write may be confirmed by !AA as well as by >."),
-    Choice("counter_checksum", "either", "either,end,front",
-           "Place of the checksum in counter replies; I-7080 and CB-7080 send it in front."),
-    Flag("identify", "The module knows $AAM: a silent device is looked for with it."),
+    option::Flag("checksum", "false",
+                 "The module's checksum is on (bit 6 of its format byte); both ends must agree."),
+    option::Integer("width", "7", 0, 32,
+                    "Characters of every number, sign and point included; 0 takes any width."),
+    option::Integer(
+        "channels", "0", 0, 32,
+        "How many values # answers; another count is not believed. 0: as the points ask."),
+    option::Integer(
+        "enable_mask", "4294967295", 1, 4294967295.0,
+        "Channels enabled in the module, bit 0 = channel 0; the others are out of service."),
+    option::Choice("disabled", "missing", "missing,blank,zero",
+                   "How # shows a disabled channel: its field is missing, blank or zero."),
+    option::Choice("format", "engineering", "engineering,percent,hex",
+                   "Data format set in the module (bits 1:0 of its format byte)."),
+    option::Real("full_scale", "0", 0, 0, "Value of 7FFF in hex numbers; 0 gives the bare number."),
+    option::Flag("hex_unsigned", "false",
+                 "Hex numbers run from 0000 to FFFF (unipolar ranges) instead of 8000 to 7FFF."),
+    option::Texts("over", "+9999.9",
+                  "Fields that mean above range, besides nines without a point."),
+    option::Texts(
+        "under", "-9999.9",
+        "Fields that mean below range, besides nines or zeros with a minus and no point."),
+    option::Texts("open", "+888888", "Fields that mean an open sensor circuit."),
+    option::Integer("invert", "0", 0, 65535,
+                    "Bits of a 16-bit digital reply that read the wrong way round, as a mask."),
+    option::Flag("data_address", "false",
+                 "Replies with '>' carry the module's address (Trycom TRP-C68)."),
+    option::Flag("write_ack_address", "false", "A write may be confirmed by !AA as well as by >."),
+    option::Choice(
+        "counter_checksum", "either", "either,end,front",
+        "Place of the checksum in counter replies; I-7080 and CB-7080 send it in front."),
+    option::Flag("identify", "false",
+                 "The module knows $AAM: a silent device is looked for with it."),
 };
 
 }  // namespace

@@ -3,51 +3,36 @@
 
 #include "gateway/base/text.h"
 #include "protocols/modbus/codec.h"
+#include "protocols/option_specs.h"
 
 namespace baudgate::modbus_master {
 namespace {
 
-using Kind = OptionSpec::Kind;
 using config::WordOrder;
 
-constexpr OptionSpec Integer(std::string_view name, std::string_view fallback, double low,
-                             double high, std::string_view help) {
-  return {.name = name,
-          .kind = Kind::integer,
-          .fallback = fallback,
-          .help = help,
-          .minimum = low,
-          .maximum = high,
-          .choices = {}};
-}
-constexpr OptionSpec Choice(std::string_view name, std::string_view fallback,
-                            std::string_view choices, std::string_view help) {
-  return {
-      .name = name, .kind = Kind::choice, .fallback = fallback, .help = help, .choices = choices};
-}
-
 constexpr OptionSpec kOptions[] = {
-    Choice("order", "ABCD", "ABCD,CDAB,BADC,DCBA",
-           "Order of the bytes in the device's numbers of two and four registers; word_order is "
-           "that of the gateway's own registers."),
-    Integer("block", "120", 1, 125,
-            "Most registers in one request; bits: sixteen for each. A point is never split."),
-    Integer("hole", "8", 0, 124,
-            "Most registers between two points that are read along with them; bits: sixteen for "
-            "each."),
-    Choice("write_function", "auto", "auto,multiple",
-           "auto writes one register with function 06 and one coil with 05; multiple always with "
-           "16 and 15."),
-    Choice("probe", "loopback", "loopback,read",
-           "How a silent device is looked for: loopback (function 08), or the first read."),
-    Choice("missing", "exception", "exception,zero",
-           "Of a simulated device: registers without a point answer exception 02, or read 0 "
-           "beside others."),
-    {.name = "texts",
-     .kind = Kind::texts,
-     .fallback = "",
-     .help = "Meanings of codes for text(NAME), each as \"NAME CODE=TEXT\".",
-     .choices = {}},
+    option::Choice(
+        "order", "ABCD", "ABCD,CDAB,BADC,DCBA",
+        "Order of the bytes in the device's numbers of two and four registers; word_order is "
+        "that of the gateway's own registers."),
+    option::Integer(
+        "block", "120", 1, 125,
+        "Most registers in one request; bits: sixteen for each. A point is never split."),
+    option::Integer(
+        "hole", "8", 0, 124,
+        "Most registers between two points that are read along with them; bits: sixteen for "
+        "each."),
+    option::Choice(
+        "write_function", "auto", "auto,multiple",
+        "auto writes one register with function 06 and one coil with 05; multiple always with "
+        "16 and 15."),
+    option::Choice("probe", "loopback", "loopback,read",
+                   "How a silent device is looked for: loopback (function 08), or the first read."),
+    option::Choice(
+        "missing", "exception", "exception,zero",
+        "Of a simulated device: registers without a point answer exception 02, or read 0 "
+        "beside others."),
+    option::Texts("texts", "", "Meanings of codes for text(NAME), each as \"NAME CODE=TEXT\"."),
 };
 
 }  // namespace

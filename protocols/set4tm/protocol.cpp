@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "protocols/option_specs.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/fields.h"
@@ -13,41 +14,29 @@
 namespace baudgate {
 namespace {
 
-using Kind = OptionSpec::Kind;
-
-constexpr OptionSpec Option(std::string_view name, Kind kind, std::string_view fallback,
-                            std::string_view help, double maximum = 0) {
-  return {name, kind, fallback, help, OptionSpec::Scope::device, 0, maximum, {}, false};
-}
-
-constexpr OptionSpec Secret(OptionSpec option) {
-  option.secret = true;
-  return option;
-}
+constexpr double kLongNumber = 4294967295.0;
 
 constexpr OptionSpec kOptions[] = {
-    Secret(Option("password", Kind::text, "000000",
-                  "password of the channel: 6 ASCII characters, or hex:01 02 03 04 05 06")),
-    Option("serial_number", Kind::integer, "0",
-           "the meter that must answer: checked after every reconnect, and accepted as extended "
-           "address of replies; 0 = not checked",
-           4294967295.0),
-    Option("meter_constant", Kind::integer, "0",
-           "impulses per kWh (A) for energy; 0 = ask the meter", 1'000'000),
-    Option("voltage_ratio", Kind::real, "0",
-           "voltage transformer ratio (Kn) in place of the meter's, for energy and integer values; "
-           "0 = ask the meter",
-           100'000),
-    Option("current_ratio", Kind::real, "0",
-           "current transformer ratio (Kt) in place of the meter's, for energy and integer values; "
-           "0 = ask the meter",
-           100'000),
-    Option("power_coefficient", Kind::real, "0",
-           "coefficient Kc of integer powers; 0 = by the meter's build variant", 1000),
-    Option("current_coefficient", Kind::real, "0",
-           "coefficient Ci of integer currents; 0 = by the meter's build variant", 1000),
-    Option("snapshot", Kind::flag, "false",
-           "read float values together by mask (08 23); falls back to 08 1B on status 01"),
+    option::Secret(
+        option::Text("password", "000000",
+                     "Password of the channel: 6 ASCII characters, or hex:01 02 03 04 05 06.")),
+    option::Integer("serial_number", "0", 0, kLongNumber,
+                    "The meter that must answer: checked after every reconnect, and accepted as "
+                    "extended address of replies; 0: not checked."),
+    option::Integer("meter_constant", "0", 0, 1'000'000,
+                    "Impulses per kWh (A) for energy; 0: ask the meter."),
+    option::Real("voltage_ratio", "0", 0, 100'000,
+                 "Voltage transformer ratio (Kn) in place of the meter's, for energy and integer "
+                 "values; 0: ask the meter."),
+    option::Real("current_ratio", "0", 0, 100'000,
+                 "Current transformer ratio (Kt) in place of the meter's, for energy and integer "
+                 "values; 0: ask the meter."),
+    option::Real("power_coefficient", "0", 0, 1000,
+                 "Coefficient Kc of integer powers; 0: by the meter's build variant."),
+    option::Real("current_coefficient", "0", 0, 1000,
+                 "Coefficient Ci of integer currents; 0: by the meter's build variant."),
+    option::Flag("snapshot", "false",
+                 "Read float values together by mask (08 23); falls back to 08 1B on status 01."),
 };
 
 Status CheckAddress(std::string_view address) {

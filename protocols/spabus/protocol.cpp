@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "protocols/option_specs.h"
 #include "protocols/spabus/codec.h"
 #include "protocols/spabus/conversation.h"
 #include "protocols/spabus/frame_rule.h"
@@ -12,29 +13,24 @@
 namespace baudgate::spabus {
 namespace {
 
-using Kind = OptionSpec::Kind;
-constexpr auto kDevice = OptionSpec::Scope::device;
-
 constexpr OptionSpec kOptions[] = {
-    {kMaxItems, Kind::integer, "8",
-     "most items that one request reads together; 1 for devices that refuse ranges", kDevice, 1, 64,
-     "", false},
-    {kPassword, Kind::integer, "0",
-     "opened (V160) before and closed (V161) after each write; 0 = the device needs none", kDevice,
-     0, 999, "", true},
-    {kSendWildcard, Kind::flag, "false",
-     "send XX in place of the checksum: the device then checks nothing", kDevice, 0, 0, "", false},
-    {kAcceptWildcard, Kind::flag, "true",
-     "accept replies that carry XX in place of a checksum; false is safer where the device never "
-     "sends it",
-     kDevice, 0, 0, "", false},
-    {kLineFeedInChecksum, Kind::flag, "false",
-     "the device counts the line feed before '<' into the checksum of its replies", kDevice, 0, 0,
-     "", false},
-    {kContinuation, Kind::choice, "auto",
-     "what the checksum of a reply in several lines covers: a everything, b without CR and LF, c "
-     "also without &, d the last line only; auto learns it from the replies",
-     kDevice, 0, 0, "auto,a,b,c,d", false},
+    option::Integer(
+        kMaxItems, "8", 1, 64,
+        "Most items that one request reads together; 1 for devices that refuse ranges."),
+    option::Secret(option::Integer(kPassword, "0", 0, 999,
+                                   "Opened (V160) before and closed (V161) after each write; 0: "
+                                   "the device needs none.")),
+    option::Flag(kSendWildcard, "false",
+                 "Send XX in place of the checksum: the device then checks nothing."),
+    option::Flag(kAcceptWildcard, "true",
+                 "Accept replies that carry XX in place of a checksum; false is safer where the "
+                 "device never sends it."),
+    option::Flag(kLineFeedInChecksum, "false",
+                 "The device counts the line feed before '<' into the checksum of its replies."),
+    option::Choice(kContinuation, "auto", "auto,a,b,c,d",
+                   "What the checksum of a reply in several lines covers: a everything, b without "
+                   "CR and LF, c also without &, d the last line only; auto learns it from the "
+                   "replies."),
 };
 
 constexpr DecoderSpec kDecoders[] = {

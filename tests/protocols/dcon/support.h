@@ -18,6 +18,7 @@
 #include "protocols/dcon/conversation.h"
 #include "protocols/dcon/protocol.h"
 #include "protocols/dcon/twin.h"
+#include "tests/support/twin_exchange.h"
 
 namespace baudgate::dcon {
 
@@ -99,26 +100,10 @@ inline config::Device EightInputs(const Settable& options = {}) {
   return MakeDevice(std::move(points), all);
 }
 
-struct FixedValues : TwinValues {
-  std::map<std::size_t, Value> values;
-  Value Get(std::size_t point, Instant) const override {
-    const auto found = values.find(point);
-    return found == values.end() ? Value{} : found->second;
-  }
-  void Set(std::size_t point, const Value& value) override { values[point] = value; }
-};
-
-inline std::optional<Bytes> Cut(FrameRule rule, const Expectation& expect, View stream) {
-  Assembler assembler;
-  assembler.Begin(rule, expect);
-  assembler.Feed(stream);
-  return assembler.Next(true);
-}
-
 /// What the twin puts on the wire for these bytes.
 inline Bytes AskTwin(Twin& twin, const config::Device& device, View request) {
-  const auto frame = Cut(DconProtocol().request_rule, Expect({}, device.options), request);
-  return frame ? twin.Answer(*frame, Instant{}) : Bytes{};
+  const Bytes frame = CutFrame(DconProtocol().request_rule, Expect({}, device.options), request);
+  return frame.empty() ? Bytes() : twin.Answer(frame, Instant{});
 }
 
 inline Task Poll(std::size_t query) {
@@ -163,10 +148,10 @@ inline Answer RoundTrip(Conversation& talk, Twin& twin, const config::Device& de
     EXPECT_TRUE(request) << (request ? "" : request.error());
     if (!request) return answer;
     const Bytes reply = AskTwin(twin, device, request->bytes);
-    const auto frame = Cut(DconProtocol().reply_rule, request->expect, reply);
-    EXPECT_TRUE(frame.has_value()) << Printable(request->bytes) << " got " << Printable(reply);
-    if (!frame) return answer;
-    answer = talk.OnFrame(task, *request, *frame, Instant{});
+    const Bytes frame = CutFrame(DconProtocol().reply_rule, request->expect, reply);
+    EXPECT_FALSE(frame.empty()) << Printable(request->bytes) << " got " << Printable(reply);
+    if (frame.empty()) return answer;
+    answer = talk.OnFrame(task, *request, frame, Instant{});
     if (answer.then != Then::ask_again) return answer;
   }
   ADD_FAILURE() << "the task does not end";

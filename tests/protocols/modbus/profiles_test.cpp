@@ -41,7 +41,7 @@ TEST_P(ModbusProfile, EveryPointIsGoodAgainstTheTwin) {
   for (const auto& problem : loaded.problems) ADD_FAILURE() << config::ToString(problem);
   ASSERT_TRUE(loaded.ok());
   const config::Device& device = loaded.config.lines.at(0).devices.at(0);
-  MapValues values;
+  FixedValues values;
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     values.values[i] = Simulated(device.points[i]);
     EXPECT_TRUE(HasValue(values.values[i])) << device.points[i].name << " has no simulate";

@@ -21,6 +21,7 @@
 #include "protocols/modbus/pdu.h"
 #include "protocols/modbus/protocol.h"
 #include "protocols/modbus/twin.h"
+#include "tests/support/twin_exchange.h"
 
 namespace baudgate::modbus_master {
 
@@ -83,29 +84,13 @@ inline config::Device MakeDevice(std::vector<config::Point> points, const Settab
   return device;
 }
 
-struct MapValues : TwinValues {
-  std::map<std::size_t, Value> values;
-  Value Get(std::size_t point, Instant) const override {
-    const auto found = values.find(point);
-    return found == values.end() ? Value{} : found->second;
-  }
-  void Set(std::size_t point, const Value& value) override { values[point] = value; }
-};
-
-inline std::optional<Bytes> CutOne(FrameRule rule, const Expectation& expect, View stream) {
-  Assembler assembler;
-  assembler.Begin(rule, expect);
-  assembler.Feed(stream);
-  return assembler.Next(true);
-}
-
 /// What the twin says to a PDU, as a PDU.
 inline Bytes AskTwin(Twin& twin, View pdu, std::uint8_t slave = 20,
                      Framing framing = Framing::rtu) {
-  const auto frame =
-      CutOne(ProtocolOf(framing).request_rule, Expect(framing, {}), Wrap(framing, slave, pdu));
-  EXPECT_TRUE(frame.has_value());
-  const auto adu = Unwrap(framing, twin.Answer(*frame, Instant{}));
+  const Bytes frame =
+      CutFrame(ProtocolOf(framing).request_rule, Expect(framing, {}), Wrap(framing, slave, pdu));
+  EXPECT_FALSE(frame.empty());
+  const auto adu = Unwrap(framing, twin.Answer(frame, Instant{}));
   return adu ? adu->pdu : Bytes();
 }
 
@@ -160,12 +145,13 @@ inline Answer RoundTrip(Conversation& talk, Twin& twin, const Task& task,
   const auto request = talk.Ask(task, Instant{});
   EXPECT_TRUE(request) << (request ? "" : request.error());
   if (!request) return {};
-  const auto heard = CutOne(ProtocolOf(framing).request_rule, Expect(framing, {}), request->bytes);
-  EXPECT_TRUE(heard.has_value());
-  const Bytes reply = twin.Answer(*heard, Instant{});
-  const auto frame = CutOne(ProtocolOf(framing).reply_rule, request->expect, reply);
-  EXPECT_TRUE(frame.has_value()) << ToHex(request->bytes) << " got " << ToHex(reply);
-  return frame ? talk.OnFrame(task, *request, *frame, Instant{}) : Answer{};
+  const Bytes heard =
+      CutFrame(ProtocolOf(framing).request_rule, Expect(framing, {}), request->bytes);
+  EXPECT_FALSE(heard.empty());
+  const Bytes reply = twin.Answer(heard, Instant{});
+  const Bytes frame = CutFrame(ProtocolOf(framing).reply_rule, request->expect, reply);
+  EXPECT_FALSE(frame.empty()) << ToHex(request->bytes) << " got " << ToHex(reply);
+  return frame.empty() ? Answer{} : talk.OnFrame(task, *request, frame, Instant{});
 }
 
 }  // namespace baudgate::modbus_master

@@ -37,7 +37,7 @@ class ModbusTwinTest : public ::testing::Test {
   std::string Ask(const char* pdu) { return ToHex(AskTwin(*twin_, Hex(pdu))); }
 
   config::Device device_;
-  MapValues values_;
+  FixedValues values_;
   std::unique_ptr<ModbusTwin> twin_;
 };
 

@@ -17,6 +17,7 @@
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/protocol.h"
 #include "protocols/set4tm/twin.h"
+#include "tests/support/twin_exchange.h"
 
 namespace baudgate::set4tm {
 
@@ -53,27 +54,6 @@ inline config::Device MakeDevice(std::string address, std::vector<config::Point>
   device.options = DefaultOptions();
   device.points = std::move(points);
   return device;
-}
-
-class FixedValues : public TwinValues {
- public:
-  Value Get(std::size_t point, Instant) const override {
-    const auto value = values_.find(point);
-    return value == values_.end() ? Value() : value->second;
-  }
-  void Set(std::size_t point, const Value& value) override { values_[point] = value; }
-
- private:
-  std::map<std::size_t, Value> values_;
-};
-
-/// Cuts one frame as the engine does; empty when none is whole.
-inline Bytes CutFrame(FrameRule rule, Expectation expect, View bytes) {
-  Assembler assembler;
-  assembler.Begin(rule, std::move(expect));
-  assembler.Feed(bytes);
-  if (auto frame = assembler.Next(false)) return *frame;
-  return assembler.Next(true).value_or(Bytes());
 }
 
 using Wire = std::function<Bytes(View request)>;

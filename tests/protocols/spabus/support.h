@@ -15,6 +15,7 @@
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
 #include "protocols/spabus/protocol.h"
+#include "tests/support/twin_exchange.h"
 
 namespace baudgate::spabus {
 
@@ -65,18 +66,6 @@ inline Bytes ReplyText(const std::string& covered) {
 inline Bytes Sealed(const std::string& covered, const std::string& checksum) {
   return ToBytes(covered + checksum + "\r\n");
 }
-
-class FixedValues final : public TwinValues {
- public:
-  Value Get(std::size_t point, Instant) const override {
-    const auto found = values_.find(point);
-    return found == values_.end() ? Value() : found->second;
-  }
-  void Set(std::size_t point, const Value& value) override { values_[point] = value; }
-
- private:
-  std::map<std::size_t, Value> values_;
-};
 
 /// A conversation and the bus that it lives on.
 class Talk {
