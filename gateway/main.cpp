@@ -284,7 +284,8 @@ void AddInUse(CLI::App& app, Action& action, const char* name, const char* help,
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("baudgate: SPA Bus, DCON, SET-4TM and Modbus lines to Modbus TCP and DDS", "baudgate");
+  CLI::App app("baudgate: SPA Bus, DCON, SET-4TM and Modbus lines to Modbus TCP and DDS",
+               "baudgate");
   app.set_version_flag("--version", std::string("baudgate ") + kVersion);
   app.require_subcommand(1);
   Action action;

@@ -319,7 +319,7 @@ TEST(TwinStranger, IsNobodyWhereNoOtherAddressIsValid) {
   config::Device device;
   device.address = "1";
   device.options = ToyOptions();
-  FixedValues values;
+  FixedValues values = ToyValues();
   EXPECT_FALSE(TwinStranger::Meet(lonely, device, values, kStart));
 }
 

@@ -8,11 +8,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
 #include <string>
 #include <string_view>
 
 #include "protocols/protocol.h"
+#include "tests/support/twin_exchange.h"
 
 namespace baudgate {
 
@@ -32,16 +32,10 @@ Bytes ToyReply(std::string_view body);
 config::Options ToyOptions();
 
 /// Values that stay until they are set; 0 where none was.
-class FixedValues final : public TwinValues {
- public:
-  Value Get(std::size_t point, Instant) const override {
-    const auto found = values_.find(point);
-    return found == values_.end() ? Value(std::int64_t{0}) : found->second;
-  }
-  void Set(std::size_t point, const Value& value) override { values_[point] = value; }
-
- private:
-  std::map<std::size_t, Value> values_;
-};
+inline FixedValues ToyValues() {
+  FixedValues values;
+  values.fallback = std::int64_t{0};
+  return values;
+}
 
 }  // namespace baudgate

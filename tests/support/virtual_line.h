@@ -57,7 +57,7 @@ class VirtualLine : private PollerListener {
  public:
   struct WireTwin {
     std::unique_ptr<Twin> twin;
-    FixedValues values;
+    FixedValues values = ToyValues();
     Manner manner;
     std::size_t answered = 0;
   };
