@@ -29,6 +29,8 @@ class DeviceHealth {
 
   DeviceState state() const;
   bool offline() const { return offline_; }
+  /// Its last task failed.
+  bool failing() const { return failed_tasks_ > 0; }
   /// Asked by probes only: offline, or it has not answered even once.
   bool absent() const { return offline_ || (!seen_ && failed_tasks_ > 0); }
 

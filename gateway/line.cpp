@@ -4,7 +4,8 @@
 //   state        event                         next
 //   closed       opened                        idle
 //   idle         Start                         quiet, or sending when it has been quiet long enough
-//   idle         bytes                         idle; stray, and quiet counts anew
+//   idle         bytes                         idle; stray, and quiet counts anew. In idle, quiet and
+//                                              drain stray bytes may be a second, different reply
 //   quiet        bytes                         quiet anew, but never longer than the ceiling
 //   quiet        timer                         sending
 //   sending      bytes                         kept: echo; where the port keeps its bit rate, stray as
@@ -16,6 +17,7 @@
 //   settle       timer                         idle, ok
 //   await_first  bytes                         receiving
 //   await_first  timer (reply)                 drain, no_reply or the worst discard
+//   receiving    two different whole frames    drain, unexpected
 //   receiving    whole frame                   idle; drain after unexpected, while an aftermath is due,
 //                                              and when bytes stand behind it
 //   receiving    timer (gap)                   the rule is asked once more with idle = true; no frame:
@@ -84,14 +86,14 @@ void Line::OnBytes(View bytes, Instant now) {
     case State::closed:
       break;
     case State::idle:
-      client_.OnStrayBytes(bytes.size(), now - ended_, now);
+      OnStray(bytes, now);
       break;
     case State::quiet:
-      client_.OnStrayBytes(bytes.size(), now - ended_, now);
+      OnStray(bytes, now);
       deadline_ = std::min(now + exchange_.times.quiet, limit_);
       break;
     case State::drain:
-      client_.OnStrayBytes(bytes.size(), now - ended_, now);
+      OnStray(bytes, now);
       deadline_ = std::max(deadline_, std::min(now + exchange_.times.drain, limit_));
       break;
     case State::settle:
@@ -158,6 +160,7 @@ void Line::OnTimer(Instant now) {
 
 void Line::BeginSending(Instant now) {
   state_ = State::sending;
+  taken_.clear();
   sent_from_ = now;
   const auto characters = static_cast<std::int64_t>(exchange_.request.bytes.size());
   sent_until_ = now + characters * exchange_.times.character;
@@ -189,13 +192,36 @@ void Line::Receive(View bytes, Instant now) {
 void Line::TakeFrame(bool idle, Instant now) {
   const auto frame = assembler_.Next(idle);
   if (!frame) return;
-  // The line still counts as receiving: what the client decides now may not start anything.
-  const Outcome outcome = client_.OnFrame(*frame, now);
   const std::size_t behind = assembler_.held();
-  Finish(outcome, {}, now);
+  if (!IsAlone(*frame)) {
+    Finish(Outcome::unexpected, "two different replies came at once", now);
+  } else {
+    // The line still counts as receiving: what the client decides now may not start anything.
+    const Outcome outcome = client_.OnFrame(*frame, now);
+    if (!NeedsDrain(outcome)) taken_ = *frame;
+    Finish(outcome, {}, now);
+  }
   if (behind == 0) return;
   client_.OnStrayBytes(behind, Duration::zero(), now);
   if (state_ == State::idle) Drain(exchange_.times.drain, now);
+}
+
+/// Of two replies at once nobody knows which is the awaited one, unless they are the same.
+bool Line::IsAlone(const Bytes& frame) {
+  taken_.clear();
+  behind_ = assembler_;
+  const auto second = behind_.Next(false);
+  return !second || *second == frame;
+}
+
+void Line::OnStray(View bytes, Instant now) {
+  client_.OnStrayBytes(bytes.size(), now - ended_, now);
+  if (taken_.empty()) return;
+  behind_.Feed(bytes);
+  const auto second = behind_.Next(false);
+  if (!second || *second == taken_) return;
+  taken_.clear();
+  client_.OnSecondReply(now);
 }
 
 /// Nothing else has come: a port that forwards as fast as it can has brought the reply early.
@@ -215,7 +241,9 @@ void Line::TakeAhead(Instant now) {
   const Expectation& expect = exchange_.request.expect;
   if (expect.reply != Expectation::Reply::one || expect.mirrors) return;
   TakeFrame(false, now);
-  if (state_ == State::drain) deadline_ = std::max(deadline_, sent_until_ + exchange_.times.drain);
+  if (state_ != State::drain) return;
+  const Duration silence = ended_badly_ ? exchange_.times.drain : exchange_.aftermath;
+  deadline_ = std::max(deadline_, sent_until_ + silence);
 }
 
 void Line::DropEarly(Instant now) {
@@ -252,6 +280,7 @@ void Line::Finish(Outcome outcome, std::string reason, Instant now) {
   const bool answered =
       state_ != State::settle && (!NeedsDrain(outcome) || outcome == Outcome::unexpected);
   ended_ = now;
+  ended_badly_ = NeedsDrain(outcome);
   if (outcome == Outcome::no_reply) {
     Drain(exchange_.times.drain, now);
   } else if (NeedsDrain(outcome)) {

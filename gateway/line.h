@@ -52,6 +52,9 @@ class LineClient {
   virtual void Send(View bytes) = 0;
   /// A whole frame. The outcome decides whether the line drains. Do not call the line from here.
   virtual Outcome OnFrame(View frame, Instant now) = 0;
+  /// Behind the reply that was taken came another whole one, not the same: one of the two belongs
+  /// to another request.
+  virtual void OnSecondReply(Instant now) = 0;
   /// The exchange is over. The line may still drain: start the next one when idle() says so.
   virtual void OnExchangeEnd(const ExchangeEnd& end, Instant now) = 0;
   /// Bytes that belong to no exchange, in Idle, Quiet, Settle or Drain; `since_end` is the time
@@ -107,6 +110,8 @@ class Line {
   void EndSending(Instant now);
   void Receive(View bytes, Instant now);
   void TakeFrame(bool idle, Instant now);
+  bool IsAlone(const Bytes& frame);
+  void OnStray(View bytes, Instant now);
   void OnGap(Instant now);
   void FinishSilent(Instant now);
   void Finish(Outcome outcome, std::string reason, Instant now);
@@ -126,8 +131,11 @@ class Line {
   Instant ended_{};              // of the last exchange
   Bytes early_;                  // came during the transmission on a port that keeps its bit rate
   std::uint64_t in_before_ = 0;  // counters().in when the exchange began
+  bool ended_badly_ = false;     // the last exchange, so that its drain is due
   Exchange exchange_;
   Assembler assembler_;
+  Bytes taken_;       // the last reply
+  Assembler behind_;  // what came behind it; looks for a second one
 };
 
 }  // namespace baudgate

@@ -15,6 +15,9 @@ namespace {
 /// A connection behind which every device has been silent so long is made anew: a serial server may
 /// keep its TCP alive although its serial side hangs.
 constexpr Duration kSilenceLimit = 30s;
+/// Some serial servers say in words that they are in use, then close: bytes prove a connection that
+/// has lasted so long.
+constexpr Duration kGreeting = 500ms;
 /// The driver's counters cost a call into it.
 constexpr Duration kCountErrorsEvery = 1s;
 
@@ -89,7 +92,7 @@ bool LineRunner::Submit(WriteCommand command) {
 }
 
 bool LineRunner::Submit(RoutedRequest request) {
-  if (routed_.fetch_add(1) >= RouteQueue::kLimit) {
+  if (routed_.fetch_add(1) >= RouteQueue::LimitFor(request)) {
     --routed_;
     return false;
   }
@@ -127,6 +130,7 @@ void LineRunner::ClosePort() {
   timer_.cancel();
   silence_timer_.cancel();
   keeper_.Stop();
+  vain_ = false;
   transport_->Close();
 }
 
@@ -134,13 +138,26 @@ void LineRunner::OnOpened() {
   open_ = true;
   applied_ = &config_.serial;
   out_of_service_ = false;
+  opened_ = ReadClocks().instant;
+  works_ = !IsNetwork(config_.port);
+  heard_ = false;
   keeper_.OnOpened();
-  log::Info("line {}: open ({})", config_.name, transport_->Describe());
-  ShowPort(LineStatus::Port::open, transport_->Describe());
-  CountErrors(ReadClocks().instant);
+  if (!vain_) Announce();
+  CountErrors(opened_);
   poller_.OnOpened(ReadClocks(), transport_->KeepsBitRate());
   Arm();
-  if (IsNetwork(config_.port)) CheckSilence();
+  if (IsNetwork(config_.port)) CheckConnection(kGreeting);
+}
+
+void LineRunner::Announce() {
+  log::Info("line {}: open ({})", config_.name, transport_->Describe());
+  ShowPort(LineStatus::Port::open, transport_->Describe());
+}
+
+void LineRunner::PortWorks() {
+  works_ = true;
+  keeper_.OnWorked();
+  if (std::exchange(vain_, false)) Announce();
 }
 
 void LineRunner::OnOpenFailed(const std::string& reason) {
@@ -155,17 +172,23 @@ void LineRunner::OnLost(const std::string& reason) {
   silence_timer_.cancel();
   store_.UpdateLine(line_, [](LineStatus& status) { ++status.times_lost; });
   poller_.OnClosed(ReadClocks());
-  Down(reason);
+  vain_ = !works_;
+  Down(works_ ? reason
+              : reason +
+                    ", before it had worked; is the server in use by another client, or at "
+                    "its connection limit?");
 }
 
 void LineRunner::Down(const std::string& reason) {
-  if (!keeper_.OnDown(reason)) return;
-  log::Warn("line {}: down: {}; trying again until it works", config_.name, reason);
-  ShowPort(LineStatus::Port::closed, reason);
+  if (keeper_.OnDown(reason)) {
+    log::Warn("line {}: down: {}; trying again until it works", config_.name, reason);
+  }
+  if (reason != shown_) ShowPort(LineStatus::Port::closed, reason);
 }
 
 void LineRunner::ShowPort(LineStatus::Port port, const std::string& text, WallTime released_until) {
   const Now now = ReadClocks();
+  shown_ = text;
   store_.UpdateLine(line_, [&](LineStatus& status) {
     if (status.port != port || status.port_text.empty()) status.port_since = now.wall;
     status.port = port;
@@ -222,13 +245,15 @@ void LineRunner::EndLoan() {
   Open();
 }
 
-void LineRunner::CheckSilence() {
-  silence_timer_.expires_after(kSilenceLimit / 4);
+void LineRunner::CheckConnection(Duration wait) {
+  silence_timer_.expires_after(wait);
   silence_timer_.async_wait([this](const asio::error_code& error) {
     if (error || !open_) return;
-    if (!poller_.SilentSince(std::chrono::steady_clock::now() - kSilenceLimit)) {
-      return CheckSilence();
-    }
+    // Where nobody is asked nothing comes, and where nobody answers it is not the connection's
+    // fault: one that has held for long works.
+    const Instant now = std::chrono::steady_clock::now();
+    if (!works_ && (heard_ || now - opened_ >= kSilenceLimit)) PortWorks();
+    if (!poller_.SilentSince(now - kSilenceLimit)) return CheckConnection(kSilenceLimit / 4);
     transport_->Close();
     OnLost("no device behind it has answered for " + FormatDuration(kSilenceLimit) +
            "; the connection is made anew");
@@ -238,7 +263,10 @@ void LineRunner::CheckSilence() {
 // ---------------------------------------------------------------- bytes
 
 void LineRunner::OnBytes(View bytes) {
-  poller_.OnBytes(bytes, ReadClocks());
+  const Now now = ReadClocks();
+  heard_ = true;
+  if (!works_ && now.instant - opened_ >= kGreeting) PortWorks();
+  poller_.OnBytes(bytes, now);
   Arm();
 }
 

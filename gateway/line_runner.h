@@ -57,12 +57,15 @@ class LineRunner final : public RouteTarget, private TransportListener, private 
   void OnLost(const std::string& reason) override;
 
   void Send(View bytes, const config::SerialSettings& serial) override;
+  void OnNoReply() override { transport_->DropUnsent(); }
   void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                      const std::string& reason) override;
   void OnWarning(std::uint32_t device, const std::string& message) override;
 
   void Run();
   void Open();
+  void Announce();
+  void PortWorks();
   void Down(const std::string& reason);
   void ClosePort();
   void Lend(Duration time);
@@ -70,7 +73,7 @@ class LineRunner final : public RouteTarget, private TransportListener, private 
   void ShowPort(LineStatus::Port port, const std::string& text, WallTime released_until = {});
   void CountErrors(Instant now);
   void Arm();
-  void CheckSilence();
+  void CheckConnection(Duration wait);
   std::string NameOf(std::uint32_t device) const;
 
   const config::Line& config_;
@@ -86,6 +89,11 @@ class LineRunner final : public RouteTarget, private TransportListener, private 
   LineRecorder recorder_;
   Poller poller_;
   const config::SerialSettings* applied_ = nullptr;  // what the open port is set to
+  Instant opened_{};
+  bool heard_ = false;  // the open port: bytes have come
+  bool works_ = false;  // and it has worked
+  bool vain_ = false;   // the last connection ended before it worked: the next one is no news yet
+  std::string shown_;   // of the port, in the status
   std::optional<Instant> lent_until_;
   bool out_of_service_ = false;  // the points, since the port was lent
   Instant errors_counted_{};

@@ -9,6 +9,12 @@
 #include "gateway/poller_parts.h"
 
 namespace baudgate {
+namespace {
+
+/// Of time that others want, devices whose exchanges fail have no more than half.
+constexpr Duration kMostDebt = 1min;
+
+}  // namespace
 
 LineTimes TimesOf(const config::Timing& given, const Protocol& protocol,
                   const config::SerialSettings& serial) {
@@ -75,7 +81,11 @@ void Poller::AddSlave(Device& device) {
 
 void Poller::Advance(Now now) {
   was_idle_ = line_.idle();
-  if (open_ && !was_idle_) counters_.busy += now.instant - now_.instant;
+  const Duration passed = now.instant - now_.instant;
+  if (open_ && !was_idle_) counters_.busy += passed;
+  const Device* const device = work_ && !work_->sending ? work_->device : last_;
+  const bool failing = !was_idle_ && device != nullptr && device->doubted;
+  debt_ = std::clamp(debt_ + (failing ? passed : -passed), Duration::zero(), kMostDebt);
   now_ = now;
   const Duration minute = now.instant - minute_began_;
   if (minute < 1min) return;
@@ -93,7 +103,9 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   silent_from_.reset();
   busy_before_minute_ = counters_.busy;
   line_.OnOpened(now.instant, keeps_bit_rate);
-  probes_ = {};
+  probes_ = ProbeBudget();
+  write_probes_ = ProbeBudget(kWriteShare);
+  echoes_ = told_echo_ = false;
   for (const auto& device : devices_) {
     if (!device->in_use) continue;
     Reconnect(*device);
@@ -119,6 +131,7 @@ void Poller::Close(Now now, Override why, const std::string& reason) {
   // What a serial server still owes may reach the next connection.
   if (work_ && work_->end) {
     work_->device->order.OnSilence();
+    order_.OnSilence();
     work_->device->late_until = now.instant + work_->device->times.ceiling;
   }
   if (work_) FinishTask(Outcome::line_down, reason);
@@ -183,6 +196,7 @@ void Poller::WatchEcho(const EchoResult& result) {
   if (config_.echo == config::Echo::off) {
     if (!result.complete || work_ == nullptr || work_->request.expect.mirrors) return;
     ++counters_.echoes;
+    echoes_ = echoed_ = true;
     if (std::exchange(told_echo_, true)) return;
     listener_.OnWarning(work_->device->index,
                         "the request itself came back: this bus or its adapter echoes; set "
@@ -307,6 +321,8 @@ void Poller::Pump() {
       continue;
     }
     if (ClearAt(*work_) > now_.instant) return;
+    // What has not come for so long is not owed any more.
+    if (idle_since_ + work_->device->times.reply <= now_.instant) unproven_.clear();
     work_->sending = false;
     work_->exchange_began = now_.instant;
     Exchange exchange{work_->request, work_->device->protocol->reply_rule, work_->device->times};

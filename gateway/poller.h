@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "config/config.h"
+#include "gateway/answer_order.h"
 #include "gateway/commands.h"
 #include "gateway/device_health.h"
 #include "gateway/line.h"
@@ -35,6 +36,8 @@ class PollerListener {
   virtual ~PollerListener() = default;
   /// A whole request, to be sent at once with these settings of the port.
   virtual void Send(View bytes, const config::SerialSettings& serial) = 0;
+  /// No good reply came: what of the request has not left this machine must not leave it later.
+  virtual void OnNoReply() {}
   /// One line per change, with the reason; `device` is numbered as for gateway/tap.h.
   virtual void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                              const std::string& reason) = 0;
@@ -69,6 +72,9 @@ class Poller : private LineClient {
   /// on a closed line, are answered at once: nothing is sent late.
   bool Submit(WriteCommand command, Now now);
   static constexpr std::size_t kQueueLimit = 32;
+  /// A start or stop that a client sends to a slave that does not answer is tried at a share of its
+  /// own: a slave that has returned has to obey before the probes have found it.
+  static constexpr double kWriteShare = 0.1;
 
   /// Takes a request of a transparent route; the caller keeps to RouteQueue::kLimit. On a closed
   /// line, and for a slave that does not answer, it may be answered at once.
@@ -92,6 +98,7 @@ class Poller : private LineClient {
   Outcome OnFrame(View frame, Instant now) override;
   void OnExchangeEnd(const ExchangeEnd& end, Instant now) override;
   void OnStrayBytes(std::size_t count, Duration since_end, Instant now) override;
+  void OnSecondReply(Instant now) override;
 
   void Advance(Now now);
   void Close(Now now, Override why, const std::string& reason);
@@ -100,6 +107,7 @@ class Poller : private LineClient {
   void Pump();
   bool PickTask();
   bool PickUrgent();
+  bool PickWriteProbe();
   bool PickInTurn();
   Device& DeviceOf(const WriteCommand& command) const;
   bool PickCommand();
@@ -111,6 +119,10 @@ class Poller : private LineClient {
   bool StartRouted(RouteQueue::Batch batch);
   bool MayAsk(const RoutedRequest& request) const;
   bool MayCommand(const WriteCommand& command) const;
+  bool SureFirst() const;
+  bool IsGivenUp(const Device& device) const;
+  void ChargeFailure(const Work& work);
+  void DoubtReadings();
   void CancelQuiet();
   bool MayStillAnswer(const Work& work, const ExchangeEnd& end) const;
   Instant AnswersEnd(const Work& work) const;
@@ -136,7 +148,10 @@ class Poller : private LineClient {
   void FinishTask(Outcome outcome, const std::string& reason);
   bool LooksLikeProbe(View frame);
   void ForgetSilentIdentity(Device& device, Outcome outcome);
-  std::size_t FingerprintOf(const Request& request) const;
+  AnswerOrder::Fingerprint ProbeOf(const Device& device) const;
+  AnswerOrder::Fingerprint FingerprintOf(const Request& request) const;
+  bool MayBeInStep(const Work& work) const;
+  bool IsSafe(const Work& work) const;
   bool NeedsSync() const;
   void Synchronize();
   void ResumePostponed(Outcome outcome, const std::string& reason);
@@ -176,6 +191,7 @@ class Poller : private LineClient {
   EchoFilter echo_;
   Schedule schedule_;
   ProbeBudget probes_;
+  ProbeBudget write_probes_{kWriteShare};  // short writes to slaves that do not answer
   std::vector<std::unique_ptr<Bus>> buses_;
   std::vector<std::unique_ptr<Device>> devices_;
   const Protocol* carrier_ = nullptr;  // of the line, when it carries Modbus
@@ -189,6 +205,7 @@ class Poller : private LineClient {
   std::vector<WriteCommand> confirmed_;                  // written, and waiting for the read-back
   std::unique_ptr<Work> work_;                           // the task under way
   std::unique_ptr<Work> postponed_;                      // until its device is in sync again
+  AnswerOrder order_;                                    // of all requests, whoever they went to
   Device* last_ = nullptr;                               // whose exchange ended last
   std::size_t probe_turn_ = 0;
   int urgent_in_row_ = 0;
@@ -197,13 +214,19 @@ class Poller : private LineClient {
   bool open_ = false;
   Override closed_as_ = Override::not_connected;  // of all points while not open
   bool told_echo_ = false;                        // the user has been warned of an unfiltered echo
+  bool echoes_ = false;                           // the bus gives requests back, unfiltered
+  bool echoed_ = false;                           // it has done so with the present one
   bool told_collision_ = false;
   bool was_idle_ = false;  // the line, before the input that is being handled
   Instant idle_since_{};   // when it last became so
   Instant minute_began_{};
   Duration busy_before_minute_{};
-  std::optional<double> use_;           // of the last full minute; nothing before there is one
-  Now now_{};                           // of the input that is being handled
+  std::optional<double> use_;  // of the last full minute; nothing before there is one
+  Now now_{};                  // of the input that is being handled
+  // Time that failing devices have taken and others, or nobody, have not yet had in return.
+  Duration debt_{};
+  // Queries answered since it was last certain that no reply was owed.
+  std::vector<std::pair<Device*, std::size_t>> unproven_;
   std::optional<Instant> silent_from_;  // nobody has answered since
   Instant last_failure_{};              // of an exchange
   std::uint64_t sequence_ = 0;          // of writes, in the order of their arrival

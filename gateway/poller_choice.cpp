@@ -34,7 +34,25 @@ bool Poller::PickTask() {
 bool Poller::PickUrgent() {
   const auto may_ask = [this](const RoutedRequest& request) { return MayAsk(request); };
   if (!routes_.empty() && StartRouted(routes_.TakeUrgent(may_ask))) return true;
+  if (!routes_.empty() && PickWriteProbe()) return true;
   return PickCommand() || PickRefresh();
+}
+
+bool Poller::PickWriteProbe() {
+  for (const std::uint8_t slave : routes_.Slaves()) {
+    const Device* device = FindSlave(slave);
+    if (device == nullptr || !device->health.absent() || device->late_until > now_.instant)
+      continue;
+    const auto when =
+        write_probes_.NextProbe(now_.instant, NextWanted(), idle_since_, device->WorstCase());
+    if (!when || *when > now_.instant) return false;
+    const auto to_it = [slave](const RoutedRequest& request) { return request.slave == slave; };
+    if (!StartRouted(routes_.TakeUrgent(to_it))) continue;
+    ++counters_.probes;
+    work_->probing = true;
+    return true;
+  }
+  return false;
 }
 
 /// After one exchange for each client of high priority one of the rest; of those, polls and routed
@@ -95,6 +113,12 @@ bool Poller::PickCommand() {
   return true;
 }
 
+/// Devices that answer go before those that do not, as long as these have had more than their
+/// share.
+bool Poller::SureFirst() const {
+  return debt_ > Duration::zero() && schedule_.SureDue(now_.instant);
+}
+
 bool Poller::PickParked() {
   for (const auto& device : devices_) {
     if (!device->parked || device->parked_until > now_.instant) continue;
@@ -118,7 +142,7 @@ bool Poller::PickRefresh() {
 }
 
 bool Poller::PickPoll() {
-  const auto pick = schedule_.Next(now_.instant);
+  const auto pick = schedule_.Next(now_.instant, SureFirst());
   if (!pick) return false;
   Device& device = *devices_[pick->device];
   BeginTask(device, {Task::Kind::poll, pick->query, kNoPoint, {}});

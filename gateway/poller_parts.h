@@ -48,6 +48,10 @@ struct Poller::Device {
   bool round_clean = true;   // nothing has failed in the fast round under way
   Duration round_wire{};     // of the fast round under way
   std::optional<Duration> probe_wait;  // how long others waited for its last probe
+  std::optional<Instant> probed_at;    // when that was sent
+  Duration probe_gap{};                // since the one before
+  bool doubted = false;                // its last exchange failed
+  bool told_second = false;            // the user has been warned of a second, different reply
 
   bool polled() const { return conversation != nullptr; }
   Duration WorstCase() const {
@@ -74,6 +78,9 @@ struct Poller::Work {
   std::uint8_t request_function = 0;        // of them
   Bytes reply;                              // to them
   bool mute = false;                        // its end says nothing about the device
+  AnswerOrder::Fingerprint sent = 0;        // of the present request
+  bool safe = true;                         // no reply to an earlier one can pass for its own
+  bool heard = false;                       // a reply of the device itself came, whatever it said
   Instant began{};
   Instant exchange_began{};
   Answer answer;

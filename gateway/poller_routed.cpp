@@ -15,6 +15,14 @@ namespace {
 /// 100 to 200 ms.
 constexpr Duration kTurnaround = 100ms;
 
+/// A client that reads from a slave that does not answer does not wait longer than this for the
+/// probe that its read may be.
+constexpr Duration kSoon = 500ms;
+
+std::string DoesNotAnswer(std::uint8_t slave) {
+  return "slave " + std::to_string(slave) + " does not answer; it is asked now and then";
+}
+
 /// Functions that every slave knows, or says that it does not.
 bool IsCommon(std::uint8_t function) {
   return (function >= 1 && function <= 6) || function == 15 || function == 16;
@@ -161,23 +169,31 @@ void Poller::FinishRouted(Work& work, Outcome outcome, const std::string& reason
 }
 
 /// A slave that does not answer is asked as often as its probes allow. Until it does, one read
-/// waits to be that probe, writes wait for their deadlines, and other reads are told at once.
+/// waits to be that probe if that is soon, writes wait for their deadlines, and other reads are
+/// told at once.
 void Poller::AnswerForAbsent() {
   if (routes_.empty()) return;
   for (const std::uint8_t slave : routes_.Slaves()) {
     const Device* device = FindSlave(slave);
     if (device == nullptr || !device->health.absent()) continue;
     const bool asked_now = work_ && work_->device == device;
-    AnswerAll(routes_.TakeReads(slave, asked_now ? 0 : 1), Outcome::no_reply,
-              "slave " + std::to_string(slave) + " does not answer; it is asked now and then");
+    const bool soon = probes_.earned_at() <= now_.instant + kSoon;
+    AnswerAll(routes_.TakeReads(slave, soon && !asked_now ? 1 : 0), Outcome::no_reply,
+              DoesNotAnswer(slave));
   }
 }
 
 void Poller::AnswerExpired() {
   const auto deadline = routes_.Deadline();
   if (!deadline || *deadline > now_.instant) return;
-  AnswerAll(routes_.TakeExpired(now_.instant), Outcome::no_reply,
-            "the request waited for the line beyond its deadline");
+  for (RoutedRequest& request : routes_.TakeExpired(now_.instant)) {
+    const Device* device = FindSlave(request.slave);
+    const bool absent = device != nullptr && device->health.absent();
+    request.done({Outcome::no_reply,
+                  {},
+                  absent ? DoesNotAnswer(request.slave)
+                         : "the request waited for the line beyond its deadline"});
+  }
 }
 
 }  // namespace baudgate

@@ -41,6 +41,8 @@ void Poller::UpdateHealth(Device& device, Outcome outcome, const std::string& re
     device.fast_wire = device.round_wire = {};
     device.late_drain = {};  // silent, not late; its bytes will tell should it be late even so
     device.probe_wait.reset();
+    device.probed_at.reset();
+    device.probe_gap = {};
     if (device.polled()) {
       schedule_.Suspend(device.slot);
       Reconnect(device);
@@ -113,20 +115,27 @@ void Poller::ShowLine() {
 
 /// One turn of all absent devices: each costs its worst case and the pause, or as long as it takes
 /// to earn the time that the living waited for its last probe; a probe that makes them wait is sent
-/// behind an exchange of theirs only, hence the longest of their periods once.
+/// behind an exchange of theirs only, hence the longest of their periods once. Where the polls
+/// leave too little room even so, the turn that was seen counts.
 Duration Poller::NoticeBound() const {
   Duration turn{};
   Duration period{};
+  Duration seen{};
+  std::optional<Duration> known;  // the longest wait for any of them
+  for (const Device* device : everyone_) {
+    if (device->in_use && device->health.absent()) known = std::max(known, device->probe_wait);
+  }
   for (const Device* device : everyone_) {
     if (!device->in_use) continue;
     if (device->health.absent()) {
       const Duration worst = device->WorstCase();
-      turn += ProbeBudget::Interval(worst, device->probe_wait.value_or(worst));
+      turn += ProbeBudget::Interval(worst, device->probe_wait.value_or(known.value_or(worst)));
+      seen = std::max(seen, device->probe_gap + worst);
     } else if (device->polled()) {
       period = std::max(period, device->config->poll);
     }
   }
-  return turn > Duration::zero() ? turn + period : turn;
+  return turn > Duration::zero() ? std::max(turn + period, seen) : turn;
 }
 
 /// Failures and retries say nothing about how long a round takes: an outage must not make old

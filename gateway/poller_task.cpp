@@ -27,6 +27,12 @@ constexpr int kOtherProbes = 3;
 /// its longer quarantine.
 constexpr int kLateDecay = 64;
 constexpr int kLongestTrail = 256;  // characters
+constexpr Duration kForgiven = 1ms;
+
+void Forgive(Duration& lateness) {
+  lateness -= lateness / kLateDecay;
+  if (lateness < kForgiven) lateness = {};
+}
 
 /// A line feed behind the carriage return may be missing, or come with the next bytes.
 View WithoutLineEnd(View frame) {
@@ -70,7 +76,12 @@ void Poller::Ask() {
 void Poller::Send(View bytes) {
   counters_.bytes_out += bytes.size();
   echo_.OnSent(bytes);
-  work_->device->order.OnSent(FingerprintOf(work_->request));
+  work_->heard = false;
+  work_->safe = IsSafe(*work_);
+  echoed_ = false;
+  work_->sent = FingerprintOf(work_->request);
+  work_->device->order.OnSent(work_->sent);
+  order_.OnSent(work_->sent);
   if (tap_ != nullptr) tap_->OnSent(work_->device->index, work_->request, now_);
   listener_.Send(bytes, work_->device->serial);
 }
@@ -78,8 +89,7 @@ void Poller::Send(View bytes) {
 Outcome Poller::OnFrame(View frame, Instant now) {
   Device& device = *work_->device;
   Answer& answer = work_->answer;
-  if (told_echo_ && work_->request.expect.mirrors &&
-      std::ranges::equal(frame, work_->request.bytes)) {
+  if (echoes_ && work_->request.expect.mirrors && std::ranges::equal(frame, work_->request.bytes)) {
     answer = {};
     answer.outcome = Outcome::unexpected;
     answer.reason =
@@ -95,8 +105,15 @@ Outcome Poller::OnFrame(View frame, Instant now) {
     answer = device.conversation->OnFrame(work_->task, work_->request, frame, now);
   }
   if (!ProvesLife(answer.outcome) && answer.outcome != Outcome::unexpected) return answer.outcome;
-  device.order.OnAnswer(LooksLikeProbe(frame));
-  if (device.order.MayBeInStep() || answer.outcome != Outcome::ok) return answer.outcome;
+  work_->heard = true;
+  // The first answer to a probe tells the name that makes it the device's own.
+  const auto probe = AnswerOrder::IsProbe(work_->sent) ? work_->sent : ProbeOf(device);
+  const bool looks_like_probe = LooksLikeProbe(frame);
+  device.order.OnAnswer(probe, looks_like_probe);
+  order_.OnAnswer(probe, looks_like_probe);
+  // A device that does not tell its name is probed with a read: that proves life, not the value.
+  if (!work_->safe && work_->task.kind == Task::Kind::probe) answer.readings.clear();
+  if (MayBeInStep(*work_) || answer.outcome != Outcome::ok) return answer.outcome;
   answer = {};
   answer.outcome = Outcome::unexpected;
   answer.reason =
@@ -105,12 +122,28 @@ Outcome Poller::OnFrame(View frame, Instant now) {
   return answer.outcome;
 }
 
-std::size_t Poller::FingerprintOf(const Request& request) const {
+/// A reply that carries its sender's address is none of those that a serial server owes to others.
+bool Poller::MayBeInStep(const Work& work) const {
+  const bool anonymous = work.request.expect.address.empty();
+  return work.device->order.MayBeInStep() && (!anonymous || order_.MayBeInStep());
+}
+
+bool Poller::IsSafe(const Work& work) const {
+  const AnswerOrder::Fingerprint fingerprint = FingerprintOf(work.request);
+  const bool anonymous = work.request.expect.address.empty();
+  return work.device->order.IsSafe(fingerprint) && (!anonymous || order_.IsSafe(fingerprint));
+}
+
+AnswerOrder::Fingerprint Poller::ProbeOf(const Device& device) const {
+  return device.identity.empty() ? AnswerOrder::kNamelessProbe : AnswerOrder::Probe(device.index);
+}
+
+AnswerOrder::Fingerprint Poller::FingerprintOf(const Request& request) const {
   const Device& device = *work_->device;
   const bool probe = device.identity.empty() ? work_->task.kind == Task::Kind::probe
                                              : request.bytes == device.identify;
-  if (probe) return AnswerOrder::kProbe;
-  return std::hash<std::string_view>{}(AsText(request.bytes)) | 2U;  // never kProbe
+  if (probe) return ProbeOf(device);
+  return std::hash<std::string_view>{}(AsText(request.bytes)) << 1U;
 }
 
 /// An identification is the same frame every time and no answer to anything else. Where the
@@ -148,9 +181,10 @@ bool Poller::LooksLikeProbe(View whole) {
 }
 
 /// A device that answers other probes, and not the one that it identified itself to, is another
-/// now.
+/// now. What may be replies to earlier requests says nothing about that.
 void Poller::ForgetSilentIdentity(Device& device, Outcome outcome) {
   if (work_->task.kind != Task::Kind::probe || !ProvesLife(outcome)) return;
+  if (!MayBeInStep(*work_)) return;
   device.other_probes = work_->request.bytes == device.identify ? 0 : device.other_probes + 1;
   if (device.other_probes < kOtherProbes) return;
   device.identify.clear();
@@ -243,14 +277,19 @@ void Poller::ConcludeExchange() {
   } else if (ProvesLife(end.outcome) && !work.mute) {
     device.unanswered.reset();
     device.late_until = {};  // the aftermath of the answer took care
-    device.late_drain -= device.late_drain / kLateDecay;
-    device.trail -= device.trail / kLateDecay;
+    Forgive(device.late_drain);
+    Forgive(device.trail);
   }
-  // After damage an answer may still come: the damaged bytes need not have been it.
-  const bool unheard = !ProvesLife(end.outcome) && end.outcome != Outcome::unexpected;
-  if (unheard && end.outcome != Outcome::line_down && !work.mute) device.order.OnSilence();
+  // After damage, and after others' replies, an answer may still come.
+  if (!work.heard && end.outcome != Outcome::line_down && !work.mute) {
+    device.order.OnSilence();
+    order_.OnSilence();
+  }
   if (work.task.kind == Task::Kind::probe && ProvesLife(end.outcome)) device.acquainted = true;
+  if (ProvesLife(end.outcome) && !work.request.expect.mirrors && !echoed_) echoes_ = false;
+  ChargeFailure(work);
   CountExchange(device);
+  if (!ProvesLife(end.outcome) && end.outcome != Outcome::line_down) listener_.OnNoReply();
   if (end.outcome == Outcome::line_down) {
     FinishTask(end.outcome, end.reason);
   } else if (ProvesLife(end.outcome)) {
@@ -300,7 +339,8 @@ void Poller::OnFailed() {
   const bool in_time = !command || now_.instant < command->deadline;
   const bool may_retry = work.attempts < device.retries &&
                          (work.task.kind != Task::Kind::probe || postponed_) &&
-                         device.health.state() != DeviceState::never_seen && in_time;
+                         device.health.state() != DeviceState::never_seen && in_time &&
+                         (command || !IsGivenUp(device));
   const bool parks = work.task.kind == Task::Kind::poll && !postponed_ && !device.parked &&
                      work.parkings < device.retries && routes_.HasShortWrite();
   if (may_retry && parks) {  // a start does not wait for the retries of a poll
@@ -331,6 +371,52 @@ void Poller::OnFailed() {
   FinishTask(end.outcome, end.reason);
 }
 
+/// Once a whole task has failed, or several devices have fallen silent together, those that answer
+/// do not wait for retries.
+bool Poller::IsGivenUp(const Device& device) const {
+  if (!schedule_.SureDue(now_.instant)) return false;
+  return device.health.failing() ||
+         std::ranges::count_if(devices_, [](const auto& one) { return one->doubted; }) > 2;
+}
+
+/// What a device took in vain is charged from the first failure on; gateway/poller.cpp charges the
+/// time that follows.
+void Poller::ChargeFailure(const Work& work) {
+  Device& device = *work.device;
+  if (!device.polled() || work.mute || work.end->outcome == Outcome::line_down) return;
+  const bool failed = !ProvesLife(work.end->outcome);
+  if (failed && !device.doubted) debt_ += now_.instant - work.exchange_began;
+  device.doubted = failed;
+  schedule_.Doubt(device.slot, failed);
+}
+
+void Poller::OnSecondReply(Instant) {
+  if (last_ == nullptr) return;
+  if (!std::exchange(last_->told_second, true)) {
+    listener_.OnWarning(last_->index,
+                        "a second, different reply came behind one: replies come twice, or one "
+                        "request late; what was read just before is read again");
+  }
+  last_->order.OnSilence();
+  order_.OnSilence();
+  DoubtReadings();
+}
+
+/// One of the latest replies belonged to another request, nobody knows which.
+void Poller::DoubtReadings() {
+  for (const auto& [device, query] : std::exchange(unproven_, {})) {
+    if (!device->in_use || query >= device->conversation->Queries().size()) continue;
+    std::vector<Sample> samples;
+    for (const std::size_t point : device->conversation->Queries()[query].points) {
+      samples.push_back({static_cast<std::uint32_t>(point), {}, Quality::uncertain});
+    }
+    store_.Update(device->index, samples, now_, {});
+    const std::pair wanted(device, query);
+    const bool known = std::find(refresh_.begin(), refresh_.end(), wanted) != refresh_.end();
+    if (!known && refresh_.size() < kQueueLimit) refresh_.push_back(wanted);
+  }
+}
+
 void Poller::Store(Device& device) {
   std::vector<Sample> samples;
   samples.reserve(work_->answer.readings.size());
@@ -338,7 +424,12 @@ void Poller::Store(Device& device) {
     if (reading.point >= device.config->points.size()) continue;
     samples.push_back(ToSample(device.config->points[reading.point], reading));
   }
-  if (!samples.empty()) store_.Update(device.index, samples, now_, work_->end->round_trip);
+  if (samples.empty()) return;
+  store_.Update(device.index, samples, now_, work_->end->round_trip);
+  const std::pair read(&device, work_->task.query);
+  const bool poll = work_->task.kind == Task::Kind::poll;
+  const bool known = std::find(unproven_.begin(), unproven_.end(), read) != unproven_.end();
+  if (poll && !known && unproven_.size() < kQueueLimit) unproven_.push_back(read);
 }
 
 void Poller::FinishTask(Outcome outcome, const std::string& reason) {
@@ -353,7 +444,10 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
   if (done->probing) {
     const Instant until = std::max(now_.instant, line_.Deadline().value_or(now_.instant));
     device.probe_wait = Waited(done->began, until);
-    probes_.OnProbe(done->began, until, *device.probe_wait);
+    const bool write = done->routed && !done->routed->empty() && IsWrite(done->routed->front());
+    (write ? write_probes_ : probes_).OnProbe(done->began, until, *device.probe_wait);
+    if (device.probed_at) device.probe_gap = done->began - *device.probed_at;
+    device.probed_at = done->began;
   }
   if (done->fast) MeasureRound(*done, outcome);
   if (!done->mute) UpdateHealth(device, outcome, reason);
@@ -382,7 +476,7 @@ bool Poller::NeedsSync() const {
   const bool first = work_->steps == 1 && work_->attempts == 0;
   const bool answered = work_->request.expect.reply == Expectation::Reply::one;
   if (!first || !answered || work_->task.kind == Task::Kind::probe) return false;
-  return !device.acquainted || !device.order.IsSafe(FingerprintOf(work_->request));
+  return !device.acquainted || !MayBeInStep(*work_) || !IsSafe(*work_);
 }
 
 void Poller::Synchronize() {
@@ -398,7 +492,7 @@ void Poller::ResumePostponed(Outcome outcome, const std::string& reason) {
   // A device that wants to be left in peace gets it: a meter counts wrong passwords.
   const bool in_peace = schedule_.held_until(device.slot) > now_.instant;
   const bool allowed = !in_peace || (work_->command && outcome == Outcome::ok);
-  if (ProvesLife(outcome) && device.in_use && device.order.MayBeInStep() && allowed) {
+  if (ProvesLife(outcome) && device.in_use && MayBeInStep(*work_) && allowed) {
     if (work_->routed) return;  // its request is as it was
     work_->steps = 0;
     Ask();

@@ -6,10 +6,9 @@
 namespace baudgate {
 namespace {
 
-/// How long a share of kShare takes to earn so much time.
-Duration TimeToEarn(Duration time) {
-  return Duration(
-      static_cast<std::int64_t>(static_cast<double>(time.count()) / ProbeBudget::kShare));
+/// How long a share takes to earn so much time.
+Duration TimeToEarn(Duration time, double share) {
+  return Duration(static_cast<std::int64_t>(static_cast<double>(time.count()) / share));
 }
 
 }  // namespace
@@ -25,11 +24,11 @@ std::optional<Instant> ProbeBudget::NextProbe(Instant now, std::optional<Instant
 
 void ProbeBudget::OnProbe(Instant from, Instant to, Duration waited) {
   pause_until_ = to + kPause;
-  if (waited > Duration::zero()) share_free_at_ = from + TimeToEarn(waited);
+  if (waited > Duration::zero()) share_free_at_ = from + TimeToEarn(waited, share_);
 }
 
 Duration ProbeBudget::Interval(Duration cost, Duration waited) {
-  return std::max(cost + kPause, TimeToEarn(waited));
+  return std::max(cost + kPause, TimeToEarn(waited, kShare));
 }
 
 }  // namespace baudgate

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "gateway/base/time.h"
@@ -15,6 +16,9 @@ class ProbeBudget {
   /// Between two probes of a line, whatever else: a dead line is not hammered.
   static constexpr Duration kPause = 250ms;
 
+  /// `share`: of time that living devices want.
+  explicit ProbeBudget(double share = kShare) : share_(share) {}
+
   /// When a probe that costs the line at most `worst_cost` may be sent. `next_due`: when a living
   /// device wants the line again; nothing: no living device does. `idle_since`: when the line
   /// became idle; a probe that will make others wait is sent at that moment only, when it makes
@@ -25,10 +29,14 @@ class ProbeBudget {
   /// A probe took the line from `from` to `to`, and living devices waited for it so long.
   void OnProbe(Instant from, Instant to, Duration waited);
 
+  /// When one may make others wait again.
+  Instant earned_at() const { return std::max(pause_until_, share_free_at_); }
+
   /// From a probe that took `cost` and made others wait for `waited` to the next one, at most.
   static Duration Interval(Duration cost, Duration waited);
 
  private:
+  double share_;
   Instant pause_until_{};
   Instant share_free_at_{};  // when the capped share has been earned again
 };

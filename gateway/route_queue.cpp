@@ -2,7 +2,11 @@
 #include "gateway/route_queue.h"
 
 #include <algorithm>
+#include <array>
+#include <bitset>
 #include <iterator>
+#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 namespace baudgate {
@@ -10,15 +14,33 @@ namespace {
 
 constexpr std::uint8_t kAllSlaves = 0;
 
-bool SameSlave(const RoutedRequest& a, const RoutedRequest& b) {
-  return a.slave == b.slave || a.slave == kAllSlaves || b.slave == kAllSlaves;
+using SlaveSet = std::bitset<256>;
+
+/// Whether one of these writes is to this slave, or to all.
+bool Meets(const SlaveSet& written, std::uint8_t slave) {
+  return slave == kAllSlaves ? written.any() : written[slave] || written[kAllSlaves];
 }
 
-/// Whether `later` has to wait for `earlier`.
-bool Follows(const RoutedRequest& later, const RoutedRequest& earlier) {
-  if (!IsWrite(earlier) || !SameSlave(later, earlier)) return false;
-  return IsWrite(later) || later.client == earlier.client;
-}
+/// What lies before a request on the way from the oldest to it. It waits for writes to its slave:
+/// a write for everybody's, a read for those of its own client.
+class Earlier {
+ public:
+  void Add(const RoutedRequest& request) {
+    if (!IsWrite(request)) return;
+    written_.set(request.slave);
+    of_client_[request.client].set(request.slave);
+  }
+  bool LetPass(const RoutedRequest& request) const {
+    if (!Meets(written_, request.slave)) return true;
+    if (IsWrite(request)) return false;
+    const auto own = of_client_.find(request.client);
+    return own == of_client_.end() || !Meets(own->second, request.slave);
+  }
+
+ private:
+  SlaveSet written_;
+  std::unordered_map<std::uint64_t, SlaveSet> of_client_;
+};
 
 }  // namespace
 
@@ -49,8 +71,20 @@ void RouteQueue::Return(Batch batch) {
                   std::make_move_iterator(batch.end()));
 }
 
+/// A block that was written before a short write to the same slave goes before it.
 RouteQueue::Batch RouteQueue::TakeUrgent(const MayAsk& may_ask) {
-  return TakeBest(may_ask, [this](std::size_t place) { return IsUrgent(place); });
+  std::array<std::size_t, 256> ends{};  // by slave: behind its last short write
+  std::size_t end = 0;                  // behind the last of all
+  for (std::size_t place = 0; place < waiting_.size(); ++place) {
+    if (IsShortWrite(waiting_[place])) end = ends[waiting_[place].slave] = place + 1;
+  }
+  if (end == 0) return {};
+  return TakeBest(may_ask, [&](std::size_t place) {
+    const RoutedRequest& request = waiting_[place];
+    const bool to_all = request.slave == kAllSlaves;
+    return IsWrite(request) &&
+           place < (to_all ? end : std::max(ends[request.slave], ends[kAllSlaves]));
+  });
 }
 
 RouteQueue::Batch RouteQueue::Take(config::Priority priority, const MayAsk& may_ask) {
@@ -65,8 +99,13 @@ RouteQueue::Batch RouteQueue::TakeFor(std::uint8_t slave) {
 }
 
 std::vector<RoutedRequest> RouteQueue::TakeReads(std::uint8_t slave, std::size_t keep) {
-  return TakeIf([slave, keep](const RoutedRequest& request) mutable {
-    if (request.slave != slave || IsWrite(request)) return false;
+  const auto is_read = [slave](const RoutedRequest& request) {
+    return request.slave == slave && !IsWrite(request);
+  };
+  const auto reads = static_cast<std::size_t>(std::ranges::count_if(waiting_, is_read));
+  if (reads <= keep) return {};
+  return TakeIf([&is_read, keep](const RoutedRequest& request) mutable {
+    if (!is_read(request)) return false;
     if (keep == 0) return true;
     --keep;
     return false;
@@ -74,6 +113,8 @@ std::vector<RoutedRequest> RouteQueue::TakeReads(std::uint8_t slave, std::size_t
 }
 
 std::vector<RoutedRequest> RouteQueue::TakeExpired(Instant now) {
+  const auto deadline = Deadline();
+  if (!deadline || *deadline > now) return {};
   return TakeIf([now](const RoutedRequest& request) { return request.deadline <= now; });
 }
 
@@ -110,9 +151,11 @@ std::size_t RouteQueue::Clients(config::Priority priority) const {
 }
 
 std::vector<std::uint8_t> RouteQueue::Slaves() const {
+  SlaveSet seen;
   std::vector<std::uint8_t> slaves;
   for (const RoutedRequest& request : waiting_) {
-    if (std::ranges::find(slaves, request.slave) == slaves.end()) slaves.push_back(request.slave);
+    if (!seen[request.slave]) slaves.push_back(request.slave);
+    seen.set(request.slave);
   }
   return slaves;
 }
@@ -125,68 +168,57 @@ std::optional<Instant> RouteQueue::Deadline() const {
   return soonest;
 }
 
-bool RouteQueue::MayGo(std::size_t place) const {
-  for (std::size_t earlier = 0; earlier < place; ++earlier) {
-    if (Follows(waiting_[place], waiting_[earlier])) return false;
-  }
-  return true;
-}
-
-/// A block that was written before a short write to the same slave goes before it.
-bool RouteQueue::IsUrgent(std::size_t place) const {
-  if (!IsWrite(waiting_[place])) return false;
-  for (std::size_t later = place; later < waiting_.size(); ++later) {
-    if (IsShortWrite(waiting_[later]) && SameSlave(waiting_[later], waiting_[place])) return true;
-  }
-  return false;
-}
-
 std::optional<std::size_t> RouteQueue::NextFor(std::uint8_t slave) const {
   std::optional<std::size_t> read;
+  Earlier earlier;
   for (std::size_t place = 0; place < waiting_.size(); ++place) {
-    if (waiting_[place].slave != slave || !MayGo(place)) continue;
-    if (IsWrite(waiting_[place])) return place;
-    if (!read) read = place;
+    const RoutedRequest& request = waiting_[place];
+    const bool for_it = request.slave == slave;
+    if (for_it && earlier.LetPass(request)) {
+      if (IsWrite(request)) return place;
+      if (!read) read = place;
+    }
+    if (for_it || request.slave == kAllSlaves || slave == kAllSlaves) earlier.Add(request);
   }
   return read;
 }
 
 template <typename Wanted>
 RouteQueue::Batch RouteQueue::TakeBest(const MayAsk& may_ask, Wanted wanted) {
-  std::optional<std::size_t> best;
-  const auto rank = [this](std::size_t place) {
-    const RoutedRequest& request = waiting_[place];
-    return std::pair(-static_cast<int>(request.priority), turn_.at(request.client));
-  };
+  using Rank = std::pair<int, std::uint64_t>;
+  std::optional<std::pair<Rank, std::size_t>> best;
+  Earlier earlier;
   for (std::size_t place = 0; place < waiting_.size(); ++place) {
-    if (best && rank(place) >= rank(*best)) continue;
-    if (wanted(place) && may_ask(waiting_[place]) && MayGo(place)) best = place;
+    const RoutedRequest& request = waiting_[place];
+    const Rank rank(-static_cast<int>(request.priority), turn_.at(request.client));
+    const bool better = !best || rank < best->first;
+    if (better && wanted(place) && may_ask(request) && earlier.LetPass(request)) {
+      best.emplace(rank, place);
+    }
+    earlier.Add(request);
   }
-  return best ? TakeWithTwins(*best) : Batch();
+  return best ? TakeWithTwins(best->second) : Batch();
 }
 
 RouteQueue::Batch RouteQueue::TakeWithTwins(std::size_t place) {
   Batch batch;
-  batch.push_back(Remove(place));
-  if (IsWrite(batch[0])) return batch;
-  for (std::size_t twin = 0; twin < waiting_.size();) {
-    const RoutedRequest& other = waiting_[twin];
-    const bool alike = other.slave == batch[0].slave && other.pdu == batch[0].pdu;
-    if (alike && MayGo(twin)) {
-      batch.push_back(Remove(twin));
-    } else {
-      ++twin;
-    }
-  }
-  return batch;
-}
-
-RoutedRequest RouteQueue::Remove(std::size_t place) {
-  RoutedRequest taken = std::move(waiting_[place]);
+  batch.push_back(std::move(waiting_[place]));
   waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(place));
-  turn_[taken.client] = ++next_turn_;
-  ForgetServed(taken.client);
-  return taken;
+  const auto alike = [slave = batch[0].slave, pdu = batch[0].pdu](const RoutedRequest& other) {
+    return other.slave == slave && other.pdu == pdu;
+  };
+  if (!IsWrite(batch[0]) && std::ranges::any_of(waiting_, alike)) {
+    Earlier earlier;
+    std::vector<RoutedRequest> twins = TakeIf([&](const RoutedRequest& other) {
+      earlier.Add(other);  // a twin is a read, which nobody waits for
+      return alike(other) && earlier.LetPass(other);
+    });
+    batch.insert(batch.end(), std::make_move_iterator(twins.begin()),
+                 std::make_move_iterator(twins.end()));
+  }
+  for (const RoutedRequest& taken : batch) turn_[taken.client] = ++next_turn_;
+  ForgetServed(batch);
+  return batch;
 }
 
 template <typename Wanted>
@@ -201,14 +233,17 @@ std::vector<RoutedRequest> RouteQueue::TakeIf(Wanted wanted) {
     }
   }
   waiting_ = std::move(kept);
-  for (const RoutedRequest& request : taken) ForgetServed(request.client);
+  ForgetServed(taken);
   return taken;
 }
 
-void RouteQueue::ForgetServed(std::uint64_t client) {
-  const bool waits = std::ranges::any_of(
-      waiting_, [client](const RoutedRequest& request) { return request.client == client; });
-  if (!waits) turn_.erase(client);
+void RouteQueue::ForgetServed(const std::vector<RoutedRequest>& taken) {
+  std::unordered_set<std::uint64_t> served;
+  for (const RoutedRequest& request : taken) served.insert(request.client);
+  for (auto waits = waiting_.begin(); waits != waiting_.end() && !served.empty(); ++waits) {
+    served.erase(waits->client);
+  }
+  for (const std::uint64_t client : served) turn_.erase(client);
 }
 
 }  // namespace baudgate

@@ -1,7 +1,8 @@
 // Routed requests that wait for one line, and which of them goes next: three priorities, clients in
 // turn, short writes before everything else, and never a write before an earlier one to its slave.
 // Requests come from gateway/line_runner.h by way of gateway/poller.cpp, which asks for the next
-// one whenever the line is idle. Knows no clock and no bytes of the line.
+// one whenever the line is idle. Knows no clock and no bytes of the line. A choice takes time in
+// proportion to what waits, because it is made for every exchange.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,6 +27,8 @@ class RouteQueue {
  public:
   /// Of requests that wait for one line, or are under way on it.
   static constexpr std::size_t kLimit = 2048;  // 64 clients with 32 each
+  /// Places beyond a limit that only short writes may take: a full queue refuses no stop.
+  static constexpr std::size_t kKept = 128;
   /// Writes of more registers than this are blocks, which wait for their turn.
   static constexpr std::size_t kShortWrite = 8;
 
@@ -36,6 +39,10 @@ class RouteQueue {
 
   /// Whether it may overtake reads and blocks.
   static bool IsShortWrite(const RoutedRequest& request);
+  /// How many may be there already when this one is let in, where others have `limit` places.
+  static std::size_t LimitFor(const RoutedRequest& request, std::size_t limit = kLimit) {
+    return limit + (IsShortWrite(request) ? kKept : 0);
+  }
 
   void Push(RoutedRequest request);
   /// Puts back what was taken and not answered, in front of all others.
@@ -68,16 +75,14 @@ class RouteQueue {
 
  private:
   /// Places are indices in waiting_.
-  bool MayGo(std::size_t place) const;
-  bool IsUrgent(std::size_t place) const;
   std::optional<std::size_t> NextFor(std::uint8_t slave) const;
   template <typename Wanted>
   Batch TakeBest(const MayAsk& may_ask, Wanted wanted);
   Batch TakeWithTwins(std::size_t place);
-  RoutedRequest Remove(std::size_t place);
   template <typename Wanted>
   std::vector<RoutedRequest> TakeIf(Wanted wanted);
-  void ForgetServed(std::uint64_t client);
+  /// Who has been taken and does not wait any more has no turn.
+  void ForgetServed(const std::vector<RoutedRequest>& taken);
 
   std::deque<RoutedRequest> waiting_;            // in the order of their arrival
   std::map<std::uint64_t, std::uint64_t> turn_;  // of clients that wait: lowest first

@@ -57,11 +57,12 @@ void Schedule::StartIfDue(Device& device, Round& round, Instant now) {
   round.cursor = 0;
 }
 
-std::optional<Schedule::Pick> Schedule::Next(Instant now) {
+std::optional<Schedule::Pick> Schedule::Next(Instant now, bool sure_first) {
+  const bool skip_doubted = sure_first && SureDue(now);
   Device* best_device = nullptr;
   Round* best = nullptr;
   for (Device& device : devices_) {
-    if (device.suspended) continue;
+    if (device.suspended || (skip_doubted && device.doubted)) continue;
     for (Round& round : device.rounds) {
       StartIfDue(device, round, now);
       if (!round.active() || device.hold_until > now) continue;
@@ -81,17 +82,28 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now) {
   return pick;
 }
 
+std::optional<Instant> Schedule::DueAt(const Device& device, const Round& round) {
+  if (device.suspended) return std::nullopt;
+  if (round.active()) return device.hold_until;
+  if (!round.due || round.queries.empty()) return std::nullopt;
+  return std::max(*round.due, device.hold_until);
+}
+
+bool Schedule::SureDue(Instant now) const {
+  return std::ranges::any_of(devices_, [now](const Device& device) {
+    if (device.doubted) return false;
+    return std::ranges::any_of(device.rounds, [&](const Round& round) {
+      const auto due = DueAt(device, round);
+      return due && *due <= now;
+    });
+  });
+}
+
 std::optional<Instant> Schedule::NextDue() const {
   std::optional<Instant> soonest;
   for (const Device& device : devices_) {
-    if (device.suspended) continue;
     for (const Round& round : device.rounds) {
-      std::optional<Instant> due;
-      if (round.active()) {
-        due = device.hold_until;
-      } else if (round.due && !round.queries.empty()) {
-        due = std::max(*round.due, device.hold_until);
-      }
+      const auto due = DueAt(device, round);
       if (due && (!soonest || *due < *soonest)) soonest = due;
     }
   }

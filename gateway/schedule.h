@@ -38,11 +38,15 @@ class Schedule {
   void Restart(std::size_t device, Instant now);
   /// Nothing of the device is due until Restart: it is offline or disabled.
   void Suspend(std::size_t device);
+  /// Its last exchange failed: others may go first.
+  void Doubt(std::size_t device, bool doubted) { devices_[device].doubted = doubted; }
   /// Nothing of the device is picked before `until`; its rounds wait.
   void Hold(std::size_t device, Instant until);
 
-  /// The query to send now, if one is due.
-  std::optional<Pick> Next(Instant now);
+  /// The query to send now, if one is due. `sure_first`: of a doubted device only if no other is.
+  std::optional<Pick> Next(Instant now, bool sure_first = false);
+  /// Whether one of a device that is not doubted is due.
+  bool SureDue(Instant now) const;
   /// When Next will have something; nothing when no device is active. May lie in the past.
   std::optional<Instant> NextDue() const;
 
@@ -66,10 +70,12 @@ class Schedule {
     std::array<Round, kGroups> rounds;
     Instant hold_until{};
     bool suspended = true;
+    bool doubted = false;
     std::uint32_t missed = 0;
   };
 
   static void StartIfDue(Device& device, Round& round, Instant now);
+  static std::optional<Instant> DueAt(const Device& device, const Round& round);
 
   std::vector<Device> devices_;
   std::uint64_t turn_ = 0;

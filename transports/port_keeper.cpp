@@ -26,11 +26,18 @@ void PortKeeper::Stop() {
   timer_.cancel();
   watch_.Stop();
   ladder_.Reset();
-  trouble_.clear();
+  told_.clear();
+}
+
+void PortKeeper::OnOpened() {
+  if (!network_) return Stop();
+  waiting_.reset();
+  timer_.cancel();
 }
 
 bool PortKeeper::OnDown(const std::string& reason) {
-  const bool other = std::exchange(trouble_, reason) != reason;
+  if (!network_ && !told_.contains(reason)) told_.clear();
+  const bool news = told_.insert(reason).second;
   // First watched, then looked at: what comes between is not lost.
   const bool watching = !network_ && (watch_.watching() || watch_.Start());
   if (!IsMissing()) {
@@ -39,7 +46,7 @@ bool PortKeeper::OnDown(const std::string& reason) {
     ladder_.Reset();
     if (!watching) TryIn(kLookForPort);
   }
-  return other;
+  return news;
 }
 
 void PortKeeper::TryIn(Duration wait) {

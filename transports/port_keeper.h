@@ -1,6 +1,6 @@
 // Decides when a port that is absent, was lost or could not be opened is tried again: as soon as
-// its device file appears or its rights change, else step by step (reopen_ladder.h). Used by
-// whoever owns the port's transport.
+// its device file appears or its rights change, else step by step (reopen_ladder.h), until it has
+// worked. Used by whoever owns the port's transport.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,6 +8,7 @@
 #include <asio/steady_timer.hpp>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "gateway/base/time.h"
@@ -24,10 +25,13 @@ class PortKeeper {
   PortKeeper(const PortKeeper&) = delete;
   PortKeeper& operator=(const PortKeeper&) = delete;
 
-  /// The port works.
-  void OnOpened() { Stop(); }
-  /// From now on `open` is called whenever that may help. Returns whether the trouble is another
-  /// than the one before, so that one trouble is one line in the log.
+  /// A device file that opens works. A server does not: one that is taken accepts, and closes.
+  void OnOpened();
+  /// The port has worked: tries begin anew at the first step, and every trouble is a new one.
+  void OnWorked() { Stop(); }
+  /// From now on `open` is called whenever that may help. Returns whether the trouble is news, so
+  /// that one trouble is one line in the log: another than the one before, and with a server, whose
+  /// refusals and losses take turns by chance, none since it last worked.
   [[nodiscard]] bool OnDown(const std::string& reason);
   /// `open` is called no more, and the next trouble is a new one.
   void Stop();
@@ -45,7 +49,7 @@ class PortKeeper {
   PortWatch watch_;
   ReopenLadder ladder_;
   std::shared_ptr<char> waiting_;  // gone = the timer's end means nothing
-  std::string trouble_;
+  std::set<std::string> told_;     // troubles
 };
 
 }  // namespace baudgate

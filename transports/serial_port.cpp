@@ -19,6 +19,10 @@ namespace {
 
 using Descriptor = asio::posix::stream_descriptor;
 
+/// So many requests in a row that were given up before they were out, and the user should hear of
+/// it: as each is thrown away, neither kStall nor kMostUnsent ever comes about.
+constexpr int kMostStuck = 5;
+
 class SerialPort final : public Transport {
  public:
   SerialPort(std::string port, const config::SerialSettings& serial, asio::io_context& io,
@@ -30,6 +34,7 @@ class SerialPort final : public Transport {
   void Close() override;
   bool is_open() const override { return session_ != nullptr; }
   void Send(View bytes) override;
+  void DropUnsent() override;
   Status Apply(const config::SerialSettings& serial) override;
   PortCounters Counters() const override;
   bool KeepsBitRate() const override { return session_ && keeps_bit_rate_; }
@@ -50,6 +55,7 @@ class SerialPort final : public Transport {
   std::shared_ptr<Session<Descriptor>> session_;
   std::shared_ptr<char> attempt_;  ///< held while an Open is under way; gone = cancelled
   bool keeps_bit_rate_ = false;
+  int stuck_ = 0;                ///< requests in a row that were given up before they were out
   bool settings_known_ = false;  ///< the port is set to serial_, not to the rest of a failed Apply
   ParmrkDecoder marks_;
   SoftwareParity parity_;
@@ -99,6 +105,7 @@ Result<Descriptor> SerialPort::Prepare() {
   FlushInput(*fd);
   keeps_bit_rate_ = !IsPty(*fd);
   settings_known_ = true;
+  stuck_ = 0;
   marks_ = ParmrkDecoder();
   parity_ = SoftwareParity(serial_.software_parity ? serial_.parity : config::Parity::none);
   earlier_parity_errors_ = 0;
@@ -130,6 +137,17 @@ void SerialPort::Send(View bytes) {
   session_->Send(serial_.software_parity ? View(parity_.Encode(bytes)) : bytes);
 }
 
+void SerialPort::DropUnsent() {
+  if (!session_) return;
+  const int fd = session_->stream().native_handle();
+  const bool held_here = session_->DropUnsent();
+  stuck_ = held_here || UnsentOutput(fd) > 0 ? stuck_ + 1 : 0;
+  // Even if nothing seems to be left: a pty does not tell.
+  FlushOutput(fd);
+  // What a driver does not let go can only be got rid of by closing the port.
+  if (UnsentOutput(fd) > 0 || stuck_ >= kMostStuck) session_->EndSoon(asio::error::timed_out);
+}
+
 Status SerialPort::Apply(const config::SerialSettings& serial) {
   if (const Status possible = CheckSoftwareParity(serial); !possible) return possible;
   if (session_) {
@@ -146,6 +164,7 @@ Status SerialPort::Apply(const config::SerialSettings& serial) {
 }
 
 void SerialPort::OnRead(View raw) {
+  stuck_ = 0;
   Bytes characters = marks_.Decode(raw);
   if (serial_.software_parity) characters = parity_.Decode(characters);
   if (!characters.empty()) listener_.OnBytes(characters);

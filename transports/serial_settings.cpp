@@ -218,6 +218,13 @@ std::optional<PortCounters> ReadDriverCounters(int fd) {
 
 void FlushInput(int fd) { (void)ioctl(fd, TCFLSH, TCIFLUSH); }
 
+void FlushOutput(int fd) { (void)ioctl(fd, TCFLSH, TCOFLUSH); }
+
 void FlushAll(int fd) { (void)ioctl(fd, TCFLSH, TCIOFLUSH); }
+
+std::size_t UnsentOutput(int fd) {
+  int count = 0;
+  return ioctl(fd, TIOCOUTQ, &count) == 0 && count > 0 ? static_cast<std::size_t>(count) : 0;
+}
 
 }  // namespace baudgate

@@ -40,7 +40,15 @@ std::optional<PortCounters> ReadDriverCounters(int fd);
 
 /// Throws away what the port has received and nobody has read.
 void FlushInput(int fd);
-/// And what it has not sent yet, too.
+/// Throws away what it has not sent yet. How far that reaches depends on the driver: to all but the
+/// UART's own few bytes with the kernel's serial drivers, nowhere with most USB adapters (usbserial
+/// has no such call; cdc-acm has). Of a pty, seen with Linux 6.18: up to 4095 bytes that the kernel
+/// has put before the other side stay readable there, the rest is gone; and nobody who waits for
+/// room is woken.
+void FlushOutput(int fd);
+/// Both.
 void FlushAll(int fd);
+/// How much of the output the driver still holds; always 0 of a pty, whatever waits in it.
+std::size_t UnsentOutput(int fd);
 
 }  // namespace baudgate

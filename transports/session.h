@@ -38,7 +38,13 @@ class Session : public std::enable_shared_from_this<Session<Stream>> {
         on_end_(std::move(on_end)) {}
 
   Stream& stream() { return stream_; }
-  void Start() { Read(); }
+  void Start() {
+    // Bytes are written when there is room, never left with an operation that might do so later.
+    std::error_code error;
+    stream_.non_blocking(true, error);
+    if (error) return EndSoon(error);
+    Read();
+  }
 
   /// No callback from now on. The stream is the caller's to close.
   void Stop() {
@@ -48,14 +54,27 @@ class Session : public std::enable_shared_from_this<Session<Stream>> {
 
   void Send(View bytes) {
     if (stopped_ || bytes.empty()) return;
-    const std::size_t unsent = (in_flight_.size() - sent_) + queued_.size();
-    if (bytes.size() > kMostUnsent - unsent) {
-      asio::post(stream_.get_executor(),
-                 [self = this->shared_from_this()] { self->End(asio::error::no_buffer_space); });
-      return;
-    }
-    Append(queued_, bytes);
-    if (!writing_) Write();
+    if (bytes.size() > kMostUnsent - queue_.size()) return EndSoon(asio::error::no_buffer_space);
+    if (queue_.empty()) ArmStall();
+    Append(queue_, bytes);
+    // Even while waiting for room: a pty that has been flushed has some, and wakes nobody.
+    Write();
+  }
+
+  /// Forgets what the stream has not taken; says whether there was anything.
+  bool DropUnsent() {
+    if (queue_.empty()) return false;
+    queue_.clear();
+    stall_.cancel();
+    return true;
+  }
+  /// How many bytes the stream has taken altogether.
+  std::uint64_t taken() const { return taken_; }
+
+  /// The end, as of an error of the stream, but not from within the caller's call.
+  void EndSoon(const std::error_code& error) {
+    asio::post(stream_.get_executor(),
+               [self = this->shared_from_this(), error] { self->End(error); });
   }
 
  private:
@@ -71,25 +90,28 @@ class Session : public std::enable_shared_from_this<Session<Stream>> {
   }
 
   void Write() {
-    if (sent_ == in_flight_.size()) {
-      in_flight_.clear();
-      sent_ = 0;
-      std::swap(in_flight_, queued_);
-    }
-    writing_ = !in_flight_.empty();
-    if (!writing_) {
+    std::error_code error;
+    const std::size_t count = stream_.write_some(asio::buffer(queue_), error);
+    if (error && error != asio::error::would_block) return EndSoon(error);
+    taken_ += count;
+    queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(count));
+    if (queue_.empty()) {
       stall_.cancel();
       return;
     }
-    ArmStall();
-    stream_.async_write_some(
-        asio::buffer(in_flight_.data() + sent_, in_flight_.size() - sent_),
-        [self = this->shared_from_this()](const std::error_code& error, std::size_t count) {
-          if (self->stopped_) return;
-          if (error) return self->End(error);
-          self->sent_ += count;
-          self->Write();
-        });
+    if (count > 0) ArmStall();
+    AwaitRoom();
+  }
+
+  void AwaitRoom() {
+    if (std::exchange(waiting_, true)) return;
+    stream_.async_wait(Stream::wait_write,
+                       [self = this->shared_from_this()](const std::error_code& error) {
+                         self->waiting_ = false;
+                         if (self->stopped_) return;
+                         if (error) return self->End(error);
+                         if (!self->queue_.empty()) self->Write();
+                       });
   }
 
   void ArmStall() {
@@ -110,10 +132,9 @@ class Session : public std::enable_shared_from_this<Session<Stream>> {
   OnRead on_read_;
   OnEnd on_end_;
   std::array<std::uint8_t, 4096> input_{};
-  Bytes in_flight_;  ///< must not move while an operation is pending
-  std::size_t sent_ = 0;
-  Bytes queued_;
-  bool writing_ = false;
+  Bytes queue_;  ///< what the stream has not taken
+  std::uint64_t taken_ = 0;
+  bool waiting_ = false;  ///< for room in the stream
   bool stopped_ = false;
 };
 

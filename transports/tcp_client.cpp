@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/tcp_client.h"
 
+#include <linux/sockios.h>
 #include <netinet/tcp.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <asio/connect.hpp>
@@ -10,6 +12,7 @@
 #include <asio/post.hpp>
 #include <vector>
 
+#include "gateway/base/time.h"
 #include "transports/parity.h"
 #include "transports/serial_settings.h"
 #include "transports/session.h"
@@ -25,9 +28,14 @@ constexpr int kKeepIdleSeconds = 10;
 constexpr int kKeepIntervalSeconds = 5;
 constexpr int kKeepCount = 3;
 constexpr unsigned kUserTimeoutMs = 15'000;  // unacknowledged data, and probes alike
+/// A peer that is well may take so long to acknowledge (RFC 1122, 4.2.3.2). Small serial servers do
+/// take 250 ms, and a request to a silent device may be given up sooner than that.
+constexpr Duration kAckLimit = 500ms;
 
-/// A peer that vanished without a word must not leave the line waiting for hours (TCP's default).
-void WatchPeer(tcp::socket& socket) {
+/// A peer that vanished without a word must not leave the line waiting for hours (TCP's default),
+/// and a connection that is given up must not go on sending: whoever closes it, were it the end of
+/// the process, resets it, and the kernel forgets what it holds.
+void SetOptions(tcp::socket& socket) {
   const int fd = socket.native_handle();
   const auto set = [fd](int level, int name, auto value) {
     (void)setsockopt(fd, level, name, &value, sizeof value);
@@ -38,6 +46,15 @@ void WatchPeer(tcp::socket& socket) {
   set(IPPROTO_TCP, TCP_KEEPINTVL, kKeepIntervalSeconds);
   set(IPPROTO_TCP, TCP_KEEPCNT, kKeepCount);
   set(IPPROTO_TCP, TCP_USER_TIMEOUT, kUserTimeoutMs);
+  // Not as asio's option: asio takes that back in its destructors.
+  set(SOL_SOCKET, SO_LINGER, linger{.l_onoff = 1, .l_linger = 0});
+}
+
+/// SIOCOUTQ: bytes that the peer has not acknowledged; SIOCOUTQNSD: those of them never sent.
+std::uint64_t Queued(tcp::socket& socket, unsigned long which) {
+  int count = 0;
+  const bool known = ioctl(socket.native_handle(), which, &count) == 0 && count > 0;
+  return known ? static_cast<std::uint64_t>(count) : 0;
 }
 
 class TcpClient final : public Transport {
@@ -48,13 +65,15 @@ class TcpClient final : public Transport {
         serial_(serial),
         io_(io),
         listener_(listener),
-        parity_(serial.software_parity ? serial.parity : config::Parity::none) {}
+        parity_(serial.software_parity ? serial.parity : config::Parity::none),
+        ack_timer_(io) {}
   ~TcpClient() override { Close(); }
 
   void Open() override;
   void Close() override;
   bool is_open() const override { return session_ != nullptr; }
   void Send(View bytes) override;
+  void DropUnsent() override;
   Status Apply(const config::SerialSettings& serial) override;
   PortCounters Counters() const override { return {.parity = parity_.errors()}; }
   std::string Describe() const override { return port_ + " " + serial_.ToString(); }
@@ -79,6 +98,9 @@ class TcpClient final : public Transport {
   void Fail(const std::string& reason);
   void OnRead(View raw);
   void OnEnd(const std::error_code& error);
+  void Lose(const std::string& reason);
+  std::uint64_t Acknowledged() const;
+  void AwaitAcknowledgement();
 
   const std::string port_;
   config::SerialSettings serial_;
@@ -87,6 +109,10 @@ class TcpClient final : public Transport {
   AttemptPtr attempt_;
   std::shared_ptr<Session<tcp::socket>> session_;
   SoftwareParity parity_;
+  asio::steady_timer ack_timer_;
+  std::shared_ptr<char> awaiting_;  ///< held while the timer runs; gone = its end means nothing
+  Instant sent_at_{};               ///< the latest request
+  std::uint64_t given_up_ = 0;      ///< so many bytes of the connection, from its first one
 };
 
 void TcpClient::Open() {
@@ -142,7 +168,7 @@ void TcpClient::Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoi
 }
 
 void TcpClient::OnConnected(const AttemptPtr& attempt) {
-  WatchPeer(attempt->socket);
+  SetOptions(attempt->socket);
   parity_ = SoftwareParity(serial_.software_parity ? serial_.parity : config::Parity::none);
   session_ = std::make_shared<Session<tcp::socket>>(
       std::move(attempt->socket), [this](View raw) { OnRead(raw); },
@@ -170,6 +196,8 @@ void TcpClient::Fail(const std::string& reason) {
 
 void TcpClient::Close() {
   Abandon();
+  awaiting_.reset();
+  ack_timer_.cancel();
   if (!session_) return;
   session_->Stop();
   std::error_code ignored;
@@ -179,7 +207,38 @@ void TcpClient::Close() {
 
 void TcpClient::Send(View bytes) {
   if (!session_) return;
+  sent_at_ = std::chrono::steady_clock::now();
   session_->Send(serial_.software_parity ? View(parity_.Encode(bytes)) : bytes);
+}
+
+/// The kernel would repeat what has not arrived for seconds, and send what the peer had no room for
+/// whenever there is room. It takes nothing back, so the connection has to go.
+void TcpClient::DropUnsent() {
+  if (!session_) return;
+  session_->DropUnsent();
+  given_up_ = session_->taken();
+  if (!awaiting_ && Acknowledged() < given_up_) AwaitAcknowledgement();
+}
+
+std::uint64_t TcpClient::Acknowledged() const {
+  return session_->taken() - Queued(session_->stream(), SIOCOUTQ);
+}
+
+void TcpClient::AwaitAcknowledgement() {
+  awaiting_ = std::make_shared<char>();
+  // What has not even been sent is not about to be acknowledged.
+  const bool no_room = Queued(session_->stream(), SIOCOUTQNSD) > 0;
+  ack_timer_.expires_at(no_room ? Instant{} : sent_at_ + kAckLimit);
+  ack_timer_.async_wait([this, awaited = given_up_,
+                         awaiting = std::weak_ptr(awaiting_)](const std::error_code& error) {
+    if (error || awaiting.expired()) return;
+    awaiting_.reset();
+    if (Acknowledged() < awaited) {
+      Lose(port_ + " takes no data: a request has not been acknowledged and is given up");
+    } else if (Acknowledged() < given_up_) {
+      AwaitAcknowledgement();
+    }
+  });
 }
 
 Status TcpClient::Apply(const config::SerialSettings& serial) {
@@ -200,6 +259,10 @@ void TcpClient::OnEnd(const std::error_code& error) {
   const std::string reason = error == asio::error::eof ? port_ + " closed the connection"
                              : full                    ? port_ + " takes no data or does not answer"
                                     : "the connection to " + port_ + " is lost: " + error.message();
+  Lose(reason);
+}
+
+void TcpClient::Lose(const std::string& reason) {
   Close();
   listener_.OnLost(reason);
 }

@@ -46,6 +46,10 @@ class Transport {
   virtual bool is_open() const = 0;
   /// Hands the bytes over, all of them or OnLost. Only while open.
   virtual void Send(View bytes) = 0;
+  /// What was given to Send and has not left this machine yet never will: its request has been
+  /// given up. Where nothing else takes it back, the transport closes itself and OnLost follows.
+  /// What the other side has taken over and still holds is out of reach.
+  virtual void DropUnsent() = 0;
   /// Other settings on the open port, for buses that are switched per device. Takes effect at once,
   /// without waiting for output: between exchanges only.
   virtual Status Apply(const config::SerialSettings& serial) = 0;

@@ -31,6 +31,7 @@ struct Capture {
   std::string time;  ///< of a trace, and so is all below
   std::string device;
   std::optional<Outcome> told;  ///< how it ended when it was recorded
+  std::string why;              ///< and the reason that was recorded with it
   bool ended = false;           ///< what comes now belongs to no exchange
 };
 
@@ -71,10 +72,12 @@ struct Cutting {
 };
 
 Cutting CutReply(const Capture& capture, const Protocol& protocol, const config::Options& options) {
-  Assembler assembler;
-  assembler.Begin(protocol.reply_rule, protocol.expect(capture.request, options));
-  assembler.Feed(capture.reply);
+  Expectation expect = protocol.expect(capture.request, options);
   Cutting cutting;
+  if (expect.reply == Expectation::Reply::none) cutting = {{}, Outcome::ok, {}};
+  Assembler assembler;
+  assembler.Begin(protocol.reply_rule, std::move(expect));
+  assembler.Feed(capture.reply);
   cutting.frame = assembler.Next(false);
   if (!cutting.frame) cutting.frame = assembler.Next(true);
   if (!cutting.frame && assembler.blame() != Outcome::none) {
@@ -115,11 +118,30 @@ Answer InterpretMasked(const Capture& capture, const Protocol& protocol,
   return answer;
 }
 
+/// Times, echoes and the exchanges before decide as well, and the recording may have left bytes
+/// out: how the exchange ended is what the trace says, and values are given where the bytes agree.
+Answer InterpretTold(const Capture& capture, const Protocol& protocol, const config::Device& device,
+                     Conversation& conversation) {
+  Answer answer = Interpret(capture, protocol, device, conversation);
+  if (!capture.told) return answer;
+  const bool agreed = answer.outcome == *capture.told;
+  if (agreed && capture.why.empty()) return answer;
+  std::string reason = capture.why.empty() ? "the outcome is the recorded one" : capture.why;
+  if (!agreed) {
+    reason += "; by these bytes and options alone: " + std::string(Name(answer.outcome));
+    if (!answer.reason.empty()) reason += " (" + answer.reason + ")";
+    answer.readings.clear();
+  }
+  answer.outcome = *capture.told;
+  answer.reason = std::move(reason);
+  return answer;
+}
+
 Json Decode(const Capture& capture, const Protocol& protocol, const config::Device& device,
             Conversation& conversation) {
   const bool masked = capture.request_masked || capture.reply_masked;
   const Answer answer = masked ? InterpretMasked(capture, protocol, device, conversation)
-                               : Interpret(capture, protocol, device, conversation);
+                               : InterpretTold(capture, protocol, device, conversation);
   Json values = Json::array();
   for (const Reading& reading : answer.readings) values.push_back(ToJson(reading, device));
   Json json = {{"outcome", Name(answer.outcome)}, {"reason", answer.reason}, {"values", values}};
@@ -171,7 +193,7 @@ Marked ReadMarked(std::string_view line) {
   if (timed) {
     marked.time = TakeWord(text);
     marked.device = TakeWord(text);
-    text = text.substr(0, text.find('|'));
+    if (!text.starts_with('=')) text = text.substr(0, text.find('|'));
   }
   if (text.empty()) return marked;
   marked.mark = text.front();
@@ -187,13 +209,24 @@ std::optional<Outcome> OutcomeOf(std::string_view text) {
   return std::nullopt;
 }
 
+/// "= corrupt, 27.3 ms: checksum": what stands behind the colon; empty: nothing does.
+std::string_view ReasonOf(std::string_view text) {
+  const auto colon = text.find(':');
+  return colon == std::string_view::npos ? std::string_view() : Trim(text.substr(colon + 1));
+}
+
 /// An error says what is wrong with this line.
 Status TakeLine(std::string_view line, std::vector<Capture>& captures) {
   const Marked marked = ReadMarked(line);
   const bool of_trace = !marked.time.empty();
-  if (marked.mark == '=' && of_trace && !captures.empty()) {
-    captures.back().told = OutcomeOf(marked.rest);
-    captures.back().ended = true;
+  // Of another exchange, where a slow reader has lost records.
+  const bool known =
+      !captures.empty() && !captures.back().ended && captures.back().device == marked.device;
+  if (marked.mark == '=' && of_trace && known) {
+    Capture& capture = captures.back();
+    capture.told = OutcomeOf(marked.rest);
+    capture.why = ReasonOf(marked.rest);
+    capture.ended = true;
   }
   if (marked.mark != '>' && marked.mark != '<') return {};
   const auto hex = ParseMaskedHex(marked.rest);

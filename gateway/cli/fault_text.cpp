@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <set>
 #include <string>
@@ -73,9 +74,19 @@ Status ReadWhole(std::string_view value, T least, T most, T& target) {
   return {};
 }
 
+/// Also "1e-9", which ParseDecimal takes for a typing error: what is rare is written so.
+std::optional<double> ParseShare(std::string_view value) {
+  const auto mark = value.find_first_of("eE");
+  const auto number = ParseDecimal(value.substr(0, mark));
+  if (!number || mark == std::string_view::npos) return number;
+  const auto exponent = ParseInteger<int>(value.substr(mark + 1));
+  if (!exponent) return std::nullopt;
+  return *number * std::pow(10.0, *exponent);
+}
+
 Status ReadRate(std::string_view value, double& target) {
-  const auto number = ParseDecimal(value);
-  if (!number || *number < 0 || *number > 1) {
+  const auto number = ParseShare(value);
+  if (!number || !(*number >= 0 && *number <= 1)) {  // 0e999 is not a number
     return Error{"write a number from 0 (never) to 1 (always)"};
   }
   target = *number;

@@ -91,6 +91,17 @@ std::string Absence(const LineStatus& line, const DeviceRecord& record, Now now)
   return text + "; " + Noticed(line) + "; " + RemedyOfAbsence(line, record);
 }
 
+std::string Lost(const config::Line& line, std::uint32_t times) {
+  if (line.port.starts_with("tcp://")) {
+    return fmt::format(
+        "the connection was lost {}: look at the serial server (in use by another client, its "
+        "connection limit, an inactivity time, its power) and at the network",
+        Times(times));
+  }
+  return fmt::format("the open port was lost {}: loose plug, hub or power; the log has the times",
+                     Times(times));
+}
+
 /// What fails now and then on a device that answers.
 Sentences Failures(const DeviceRecord& record) {
   const DeviceStatus& status = record.status;
@@ -252,12 +263,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status, LineD
                     "answers that come too late, or noise; look at 'baudgate trace {}'",
                     status.stray_bytes, status.bytes_in, line.name));
   }
-  if (status.times_lost > 0) {
-    found.push_back(
-        fmt::format("the open port was lost {}: loose plug, hub or power; the log has "
-                    "the times",
-                    Times(status.times_lost)));
-  }
+  if (status.times_lost > 0) found.push_back(Lost(line, status.times_lost));
   return found;
 }
 

@@ -37,13 +37,16 @@ class ClientFraming {
   /// Hands out the next whole frame in its Modbus TCP form; valid until Space or the
   /// next Take.
   virtual State Take(View& frame) = 0;
+  /// Something has come behind the last request that is, or may become, the next one: an answer
+  /// that says not what it answers would be taken for the answer to that.
+  virtual bool HoldsMore() = 0;
   /// Why Peek or Take says malformed; empty when it does not.
   virtual std::string_view Defect() const = 0;
 
   /// Puts a reply, given in its Modbus TCP form, behind `out` as the client is to read it.
   virtual void Append(Bytes& out, View frame) const = 0;
-  /// Replies carry nothing that tells which request they answer, so the next one has to wait; and
-  /// they do not look like their Modbus TCP form.
+  /// Replies carry nothing that tells which request they answer, so a client that asks anew has
+  /// given up what it asked before; and they do not look like their Modbus TCP form.
   virtual bool one_at_a_time() const = 0;
 };
 
@@ -54,6 +57,7 @@ class MbapFraming final : public ClientFraming {
   void Settle() override {}
   State Peek() override { return assembler_.Peek(); }
   State Take(View& frame) override { return assembler_.Take(frame); }
+  bool HoldsMore() override { return false; }
   std::string_view Defect() const override { return assembler_.Defect(); }
   void Append(Bytes& out, View frame) const override { baudgate::Append(out, frame); }
   bool one_at_a_time() const override { return false; }
@@ -72,6 +76,7 @@ class RtuFraming final : public ClientFraming {
   void Settle() override { settled_ = true; }
   State Peek() override;
   State Take(View& frame) override;
+  bool HoldsMore() override { return Peek() == State::frame || assembler_.held() > 0; }
   std::string_view Defect() const override { return {}; }
   void Append(Bytes& out, View frame) const override;
   bool one_at_a_time() const override { return true; }

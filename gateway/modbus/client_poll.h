@@ -43,6 +43,7 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
   bool Change(int socket, Client& client, std::uint32_t events);
   void Remove(int socket, Client& client);
 
+  auto executor() { return set_.get_executor(); }
   /// Runs `task` after whatever else is due.
   template <typename Task>
   void Post(Task task) {

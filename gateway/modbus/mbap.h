@@ -36,6 +36,7 @@ class MbapAssembler {
   /// `count` bytes, at most Space().size(), were put there.
   void Commit(std::size_t count);
 
+  bool empty() const { return begin_ == end_; }
   /// What Take would say.
   State Peek() const;
   /// Hands out the next whole frame, header included; valid until Space.

@@ -17,13 +17,14 @@ bool IsGatewayTrouble(ExceptionCode exception) {
 
 }  // namespace
 
-RequestDesk::RequestDesk(const config::Listener& listener, Service& service, Wire& wire,
-                         std::string peer, config::Priority priority)
+RequestDesk::RequestDesk(const asio::any_io_executor& executor, const config::Listener& listener,
+                         Service& service, Wire& wire, std::string peer, config::Priority priority)
     : listener_(listener),
       service_(service),
       wire_(wire),
       priority_(priority),
-      record_(service.book()->Enter(peer, listener, priority)) {}
+      record_(service.book()->Enter(peer, listener, priority)),
+      timer_(executor) {}
 
 void RequestDesk::Handle(View frame, Instant now) {
   LiveCounters::Add(service_.counters().requests);
@@ -73,7 +74,7 @@ ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now)
 
 void RequestDesk::FinishWrite(std::uint64_t number, Outcome outcome) {
   const auto pending = TakePending(number);
-  if (!pending) return;
+  if (!pending || pending->given_up) return;
   ModbusRequest request;
   ExceptionCode exception = ParseRequest(pending->frame, request);
   if (exception == ExceptionCode::none) exception = Service::ExceptionOf(outcome);
@@ -84,9 +85,7 @@ void RequestDesk::FinishWrite(std::uint64_t number, Outcome outcome) {
 void RequestDesk::Sweep(Instant now) {
   std::vector<std::pair<std::uint64_t, bool>> late;
   for (const Pending& pending : pending_) {
-    const bool routed = pending.route.has_value();
-    if (now >= pending.deadline + (routed ? kGrace : 0ms))
-      late.emplace_back(pending.number, routed);
+    if (now >= pending.Limit()) late.emplace_back(pending.number, pending.route.has_value());
   }
   const auto self = shared_from_this();
   RoutedReply nothing;
@@ -102,9 +101,27 @@ void RequestDesk::Sweep(Instant now) {
   }
 }
 
+/// A timer that is early enough runs on, though its request may be answered by then: so a busy
+/// client costs one now and then.
+void RequestDesk::Arm() {
+  Instant next = Instant::max();
+  for (const Pending& pending : pending_) next = std::min(next, pending.Limit());
+  if (closed_ || next >= armed_for_) return;
+  armed_for_ = next;
+  timer_.expires_at(next);
+  timer_.async_wait([desk = weak_from_this()](const asio::error_code& error) {
+    const auto self = desk.lock();
+    if (error || !self) return;
+    self->armed_for_ = Instant::max();
+    self->Sweep(std::chrono::steady_clock::now());
+    self->Arm();
+  });
+}
+
 /// Targets may still hold what the sweep has answered in their place.
 void RequestDesk::GiveUp() {
-  for (RouteTarget* target : used_) target->Forget(record_->id);
+  for (RouteTarget* target : std::exchange(used_, {})) target->Forget(record_->id);
+  for (Pending& pending : pending_) pending.given_up = true;
   const auto routed =
       std::stable_partition(pending_.begin(), pending_.end(),
                             [](const Pending& pending) { return !pending.route.has_value(); });
@@ -121,11 +138,13 @@ void RequestDesk::Close() {
   closed_ = true;
   GiveUp();
   pending_.clear();
+  timer_.cancel();
   service_.book()->Leave(*record_);
 }
 
 void RequestDesk::AddPending(Pending pending) {
   pending_.push_back(std::move(pending));
+  Arm();
   record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),
                              std::memory_order_relaxed);
 }

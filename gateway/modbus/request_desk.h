@@ -5,6 +5,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <asio/any_io_executor.hpp>
+#include <asio/steady_timer.hpp>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -41,20 +43,22 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
 
   /// Requests of one client that may wait for lines and servers; more are answered "busy".
   static constexpr std::size_t kMaxPending = 32;
-  /// Whoever has taken a routed request answers it at its deadline; only what was lost on the way
-  /// is answered so much later by the sweep.
-  static constexpr Duration kGrace = 250ms;
+  /// Whoever has taken a routed request answers it at its deadline if it was not sent. What is on a
+  /// wire by then is answered here, so much later that the other answer has its chance.
+  static constexpr Duration kGrace = 20ms;
 
-  /// Listener, service and wire outlive the desk until Close.
-  RequestDesk(const config::Listener& listener, Service& service, Wire& wire, std::string peer,
-              config::Priority priority);
+  /// Listener, service and wire outlive the desk until Close. The executor is that of the server's
+  /// thread: it sweeps when a deadline has passed.
+  RequestDesk(const asio::any_io_executor& executor, const config::Listener& listener,
+              Service& service, Wire& wire, std::string peer, config::Priority priority);
 
-  /// One whole frame, MBAP header included: leads to exactly one call of the wire, now or later.
+  /// One whole frame, MBAP header included: leads to exactly one call of the wire, now or later,
+  /// unless it is given up before.
   void Handle(View frame, Instant now);
-  /// Answers requests whose deadline has passed and that nobody has answered.
+  /// Answers requests whose deadline has passed and that nobody has answered. Comes by itself.
   void Sweep(Instant now);
-  /// The client waits for none of its routed requests any more: what is not on its way to a slave
-  /// is not sent.
+  /// The client waits for none of its requests any more: what is not on its way to a slave is not
+  /// sent, and what was asked until now is not answered.
   void GiveUp();
   /// The client has left: what it still waits for is forgotten, and the wire is not called again.
   void Close();
@@ -69,6 +73,10 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
     Instant deadline;
     std::optional<std::size_t> route;
     Bytes frame;
+    bool given_up = false;  ///< a write to a device: it goes on, but is not answered
+
+    /// When the desk answers in the place of whoever has taken it.
+    Instant Limit() const { return deadline + (route ? kGrace : Duration::zero()); }
   };
 
   void HandleOwn(View frame, Instant now);
@@ -76,7 +84,7 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   ExceptionCode StartWrite(const ModbusRequest& request, Instant now);
   void FinishWrite(std::uint64_t number, Outcome outcome);
   void Forward(View frame, std::size_t index, std::uint8_t slave, Instant now);
-  void FinishRouted(std::uint64_t number, const RoutedReply& reply, Instant now);
+  void FinishRouted(std::uint64_t number, RoutedReply reply, Instant now);
 
   void HandleBroadcast(View frame, std::size_t index, std::span<const RouteTargets::Line> lines,
                        Instant now);
@@ -84,6 +92,7 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
 
   std::optional<Pending> TakePending(std::uint64_t number);
   void AddPending(Pending pending);
+  void Arm();
   config::Priority PriorityOf(std::uint8_t function) const;
   bool speaks_rtu() const;
   std::size_t BytesOnWire(std::size_t frame) const;
@@ -98,7 +107,9 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   config::Priority priority_;
   std::shared_ptr<ClientRecord> record_;
   std::vector<Pending> pending_;
-  std::vector<RouteTarget*> used_;  ///< targets that may know this client
+  std::vector<RouteTarget*> used_;  ///< targets that may still hold requests of this client
+  asio::steady_timer timer_;
+  Instant armed_for_ = Instant::max();  ///< the timer; max: it does not run
   std::uint64_t next_number_ = 0;
   std::size_t broadcasts_ = 0;  ///< that are under way
   bool closed_ = false;

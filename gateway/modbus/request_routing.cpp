@@ -66,8 +66,8 @@ void RequestDesk::Forward(View frame, std::size_t index, std::uint8_t slave, Ins
   request.arrived = now;
   request.deadline = now + route.deadline;
   request.done = [inbox = service_.inbox(), desk = weak_from_this(), number](RoutedReply reply) {
-    inbox->Post([desk, number, reply = std::move(reply)] {
-      if (const auto self = desk.lock()) self->FinishRouted(number, reply, Clock());
+    inbox->Post([desk, number, reply = std::move(reply)]() mutable {
+      if (const auto self = desk.lock()) self->FinishRouted(number, std::move(reply), Clock());
     });
   };
   service_.book()->Asked(index, UnitOf(frame));
@@ -81,11 +81,16 @@ void RequestDesk::Forward(View frame, std::size_t index, std::uint8_t slave, Ins
       {number, now + route.deadline, index, Bytes(frame.begin(), frame.begin() + kMbapHeader + 1)});
 }
 
-void RequestDesk::FinishRouted(std::uint64_t number, const RoutedReply& reply, Instant now) {
+void RequestDesk::FinishRouted(std::uint64_t number, RoutedReply reply, Instant now) {
   const auto pending = TakePending(number);
   if (!pending) return;
   const View asked = pending->frame;
   const bool late = now >= pending->deadline;
+  if (late && IsReply(reply)) {
+    reply.outcome = Outcome::no_reply;
+    reply.pdu.clear();
+    reply.reason = "its reply came after the deadline";
+  }
   service_.book()->Ended(*pending->route, UnitOf(asked), EndOf(reply, late), reply);
   if (!IsReply(reply)) return Refuse(asked, ExceptionCode::gateway_target);
   if (reply.outcome == Outcome::refused) {

@@ -13,6 +13,7 @@ namespace baudgate::modbus {
 
 RouteTargets::RouteTargets(const config::Modbus& modbus, const ModbusLinks& links)
     : modbus_(modbus), targets_(modbus.routes.size()) {
+  if (links.rtu != nullptr) checks_ = links.rtu->carrier;
   for (std::size_t i = 0; i < targets_.size(); ++i) {
     const config::Route& route = modbus.routes[i];
     if (route.line.empty() || route.line_index >= links.lines.size()) continue;
@@ -35,7 +36,7 @@ void RouteTargets::Open(asio::io_context& io, const std::shared_ptr<TrafficBook>
     if (server == nullptr) {
       auto on_late = [book, target = route.Target()] { book->CameLate(target); };
       servers_.push_back(
-          std::make_unique<Upstream>(io, route.host, route.port, std::move(on_late)));
+          std::make_unique<Upstream>(io, route.host, route.port, checks_, std::move(on_late)));
       server = servers_.back().get();
       server->Start();
     }

@@ -43,6 +43,7 @@ class RouteTargets {
 
  private:
   const config::Modbus& modbus_;
+  const PduCarrier* checks_ = nullptr;  ///< replies of servers; null: unit and function only
   std::vector<std::unique_ptr<Upstream>> servers_;
   std::vector<RouteTarget*> targets_;  ///< by route
   std::vector<Line> lines_;

@@ -16,7 +16,6 @@ namespace {
 /// USB adapters hand over what they have every 16 ms at worst, in the middle of a frame, too. Most
 /// requests end by their length and do not wait for this.
 constexpr Duration kUsbGap = 20ms;
-constexpr Duration kSweepEvery = 50ms;
 
 Instant Clock() { return std::chrono::steady_clock::now(); }
 
@@ -32,8 +31,7 @@ SerialListener::SerialListener(asio::io_context& io, const config::Listener& lis
       gap_(std::max(quiet_, kUsbGap)),
       transport_(MakeSerialPort(listener.path, listener.serial, io, *this)),
       keeper_(io, listener.path, [this] { Open(); }),
-      timer_(io),
-      sweep_timer_(io) {}
+      timer_(io) {}
 
 // ---------------------------------------------------------------- the port
 
@@ -52,8 +50,8 @@ void SerialListener::OnOpened() {
   service_.book()->ShowPort(place_, true, transport_->Describe());
   assembler_.Begin(rtu_.request_rule, rtu_.expect({}, {}));
   echo_.Reset();
-  desk_ =
-      std::make_shared<RequestDesk>(listener_, service_, *this, listener_.path, listener_.priority);
+  desk_ = std::make_shared<RequestDesk>(timer_.get_executor(), listener_, service_, *this,
+                                        listener_.path, listener_.priority);
 }
 
 void SerialListener::OnLost(const std::string& reason) {
@@ -64,7 +62,6 @@ void SerialListener::OnLost(const std::string& reason) {
 /// What was heard, and what waits to be answered.
 void SerialListener::Forget() {
   timer_.cancel();
-  sweep_timer_.cancel();
   awaited_.reset();
   reply_.clear();
   if (desk_) std::exchange(desk_, nullptr)->Close();
@@ -109,19 +106,7 @@ void SerialListener::OnFrame(const Bytes& frame) {
     if (!IsWrite(adu)) return;
   }
   desk_->GiveUp();
-  const bool idle = desk_->outstanding() == 0;
   desk_->Handle(adu, last_byte_);
-  if (idle && desk_->outstanding() > 0) Sweep();
-}
-
-void SerialListener::Sweep() {
-  sweep_timer_.expires_after(kSweepEvery);
-  sweep_timer_.async_wait([self = weak_from_this()](const asio::error_code& error) {
-    const auto listener = self.lock();
-    if (error || !listener || !listener->desk_) return;
-    listener->desk_->Sweep(Clock());
-    if (listener->desk_ && listener->desk_->outstanding() > 0) listener->Sweep();
-  });
 }
 
 // ---------------------------------------------------------------- replies

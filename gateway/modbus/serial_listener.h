@@ -59,7 +59,6 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   void Arm();
   void OnTimer();
   void SendReply();
-  void Sweep();
 
   const config::Listener& listener_;
   Service& service_;
@@ -70,7 +69,6 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   std::unique_ptr<Transport> transport_;
   PortKeeper keeper_;         // while the port is down
   asio::steady_timer timer_;  // the end of a gap or of the quiet before a reply
-  asio::steady_timer sweep_timer_;
   bool stopped_ = false;
 
   std::shared_ptr<RequestDesk> desk_;  // while the port is open

@@ -29,7 +29,8 @@ ModbusSession::ModbusSession(int socket, ClientPoll& clients, const config::List
       peer_(std::move(peer)),
       on_closed_(std::move(closed)),
       framing_(MakeFraming(listener.protocol, service.rtu())),
-      desk_(std::make_shared<RequestDesk>(listener, service, *this, peer_, priority)),
+      desk_(std::make_shared<RequestDesk>(clients.executor(), listener, service, *this, peer_,
+                                          priority)),
       last_bytes_(now),
       last_frame_(now),
       blocked_since_(now) {}
@@ -71,26 +72,33 @@ void ModbusSession::Watch(std::uint32_t events) {
 }
 
 void ModbusSession::Receive() {
+  if (framing_->Space().empty()) return Continue();
+  if (Fill()) Turn(last_bytes_);
+}
+
+bool ModbusSession::Fill() {
   const auto space = framing_->Space();
-  if (space.empty()) return Continue();
+  if (space.empty()) return false;
   const ssize_t count = ::recv(socket_, space.data(), space.size(), 0);
-  if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return;
-  if (count <= 0) return Close();
+  if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return false;
+  if (count <= 0) {
+    Close();
+    return false;
+  }
   framing_->Commit(static_cast<std::size_t>(count));
   last_bytes_ = std::chrono::steady_clock::now();
-  Turn(last_bytes_);
+  return true;
 }
 
 void ModbusSession::Turn(Instant now) {
   in_turn_ = true;
   auto state = ClientFraming::State::need_more;
-  for (int i = 0; i < kFramesPerTurn && !closed_ && !blocked_ && !waiting_; ++i) {
+  for (int i = 0; i < kFramesPerTurn && !closed_ && !blocked_; ++i) {
     View frame;
     state = framing_->Take(frame);
     if (state != ClientFraming::State::frame) break;
     last_frame_ = now;
-    waiting_ = framing_->one_at_a_time();
-    desk_->Handle(frame, now);
+    if (!framing_->one_at_a_time() || Supersede(frame)) desk_->Handle(frame, now);
   }
   in_turn_ = false;
   if (state == ClientFraming::State::malformed) return CloseMalformed(now);
@@ -98,11 +106,19 @@ void ModbusSession::Turn(Instant now) {
   Continue();
 }
 
+/// Frames that lie together need not have been sent together: a network that stood still glues what
+/// was given up to what was asked in its place. So the last one is answered. Who sends to all waits
+/// for no answer, and has not given up by going on.
+bool ModbusSession::Supersede(View frame) {
+  desk_->GiveUp();
+  out_.clear();
+  const bool last = framing_->Peek() != ClientFraming::State::frame;
+  return last || (UnitOf(frame) == 0 && IsWrite(frame));
+}
+
 void ModbusSession::Continue() {
   if (closed_) return;
   if (blocked_) return Watch(EPOLLOUT);
-  // Watched even so, to know when the client leaves.
-  if (waiting_) return Watch(framing_->Space().empty() ? 0U : EPOLLIN);
   if (framing_->Peek() == ClientFraming::State::need_more) return Watch(EPOLLIN);
   Watch(0);
   if (closed_ || turn_posted_) return;
@@ -154,14 +170,16 @@ void ModbusSession::AnswerNothing() {
 }
 
 void ModbusSession::Answered() {
-  waiting_ = false;
   if (in_turn_) return;
+  // What the client has sent meanwhile may have made the answer pointless.
+  if (framing_->one_at_a_time()) Fill();
+  if (closed_) return;
   Flush();
   Continue();
 }
 
 void ModbusSession::Flush() {
-  if (closed_) return;
+  if (closed_ || (!blocked_ && framing_->HoldsMore())) return;
   if (!out_.empty()) {
     const ssize_t sent = ::send(socket_, out_.data(), out_.size(), MSG_NOSIGNAL);
     if (sent < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) return Close();
@@ -180,8 +198,9 @@ void ModbusSession::Sweep(Instant now) {
     return Close();
   }
   const auto self = shared_from_this();
-  if (!waiting_ && !blocked_ && now - last_bytes_ >= kLongestGap) {
+  if (!blocked_ && now - last_bytes_ >= kLongestGap) {
     framing_->Settle();
+    Flush();
     Continue();
   }
   desk_->Sweep(now);

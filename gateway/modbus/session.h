@@ -38,7 +38,8 @@ class ModbusSession final : public ClientPoll::Client,
 
   void Start();
   void Close();
-  /// Closes an idle or stalled client and answers requests whose deadline has passed.
+  /// Closes an idle or stalled client and decides what an RTU client has left unfinished. Answers
+  /// requests whose deadline has passed, if the desk has not done so.
   void Sweep(Instant now);
 
  private:
@@ -46,8 +47,13 @@ class ModbusSession final : public ClientPoll::Client,
   void Watch(std::uint32_t events);
   void Release();
   void Receive();
+  /// Takes bytes from the socket; false when there are none.
+  bool Fill();
   /// Answers the frames at hand, at most a few.
   void Turn(Instant now);
+  /// RTU: what the client has asked before this frame is not answered any more. False when it has
+  /// given up this one as well.
+  bool Supersede(View frame);
   /// Waits for what comes next: room for answers, more frames at hand, or bytes from the client.
   void Continue();
   void Answer(const ModbusRequest& request, Responder& responder) override;
@@ -57,9 +63,11 @@ class ModbusSession final : public ClientPoll::Client,
   bool SendAtOnce(const ModbusRequest& request, Responder& responder);
   /// One more request is answered.
   void Answered();
+  /// Sends what is to be sent. An RTU answer waits here until it is certain that what has come
+  /// behind its request is no new one.
+  void Flush();
   /// Keeps the session alive through an answer that may close it; in a turn its caller does.
   std::shared_ptr<ModbusSession> Hold() { return in_turn_ ? nullptr : shared_from_this(); }
-  void Flush();
   void CloseMalformed(Instant now);
   void CloseStalled(Instant now, std::string_view why);
 
@@ -73,7 +81,6 @@ class ModbusSession final : public ClientPoll::Client,
   std::shared_ptr<RequestDesk> desk_;
   Bytes out_;             ///< answers that are not sent yet
   bool blocked_ = false;  ///< the client's buffers are full: nothing is read or answered
-  bool waiting_ = false;  ///< one request at a time: its answer is not known yet
   bool in_turn_ = false;  ///< answers are flushed at its end
   Instant last_bytes_;
   Instant last_frame_;

@@ -1,4 +1,5 @@
-// One connection to a Modbus TCP server: requests out by priority, replies in by transaction id.
+// The server elsewhere: requests come in, wait, expire and are answered; the connection is made,
+// and made anew.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/upstream.h"
 
@@ -7,18 +8,10 @@
 #include <algorithm>
 #include <asio/dispatch.hpp>
 #include <asio/post.hpp>
-#include <asio/steady_timer.hpp>
-#include <atomic>
-#include <functional>
-#include <mutex>
 #include <optional>
 #include <utility>
-#include <vector>
 
-#include "gateway/modbus/mbap.h"
-#include "gateway/modbus/upstream_connection.h"
-#include "transports/reopen_ladder.h"
-#include "gateway/route_queue.h"
+#include "gateway/modbus/upstream_link.h"
 
 namespace baudgate::modbus {
 namespace {
@@ -26,104 +19,16 @@ namespace {
 constexpr Duration kConnectTimeout = 5s;  // name look-up and connection together
 /// A server that returns is not kept waiting longer: only a request makes us look for it.
 constexpr Duration kLongestPause = 5s;
-constexpr std::uint8_t kException = 0x80;
 
 Instant Clock() { return std::chrono::steady_clock::now(); }
 
-/// Functions that only read, whoever the server is.
-bool IsRead(std::uint8_t function) { return function >= 1 && function <= 4; }
-
-bool IsBroadcast(const RoutedRequest& request) {
-  const std::uint8_t function = request.pdu[0];
-  const bool writes = function == 5 || function == 6 || function == 15 || function == 16;
-  return request.slave == 0 && writes;
-}
-
-/// A request on the wire, with the identical reads that its reply answers as well.
-struct Sent {
-  std::uint16_t id = 0;
-  std::uint8_t unit = 0;
-  std::uint8_t function = 0;
-  Instant at;
-  Instant deadline;  ///< the last of its requests'
-  RouteQueue::Batch requests;
-};
-
 }  // namespace
-
-class Upstream::Link final : public std::enable_shared_from_this<Link>,
-                             public UpstreamConnection::Owner {
- public:
-  Link(asio::io_context& io, std::string host, std::uint16_t port, std::function<void()> on_late)
-      : io_(io),
-        timer_(io),
-        host_(std::move(host)),
-        port_(port),
-        on_late_(std::move(on_late)),
-        name_("server " + host_ + ":" + std::to_string(port)),
-        ladder_(static_cast<std::uint32_t>(std::hash<std::string>{}(name_))) {}
-
-  void Start();
-  void Stop();
-  bool Submit(RoutedRequest request);
-  void Forget(std::uint64_t client);
-
- private:
-  void OnConnected() override;
-  void OnFrame(View frame) override;
-  void OnFramesRead() override { Work(); }
-  void OnBroken(const std::string& reason) override;
-
-  void TakeIncoming();
-  void Drop(std::uint64_t client);
-  void Work();
-  void Arm();
-
-  void ExpireWaiting(Instant now);
-  void ExpireSent(Instant now);
-  void AnswerUnsent(const std::vector<RoutedRequest>& requests, Outcome outcome,
-                    const std::string& reason);
-  static void AnswerSent(const Sent& sent, Outcome outcome, View pdu, const std::string& reason);
-
-  void Connect(Instant now);
-  void Break(const std::string& reason);
-  void Pump(Instant now);
-  RouteQueue::Batch Choose();
-  std::uint16_t FreeId();
-  void Send(Instant now, RouteQueue::Batch batch);
-
-  asio::io_context& io_;
-  asio::steady_timer timer_;  // the next deadline, whatever it is for
-  const std::string host_;
-  const std::uint16_t port_;
-  const std::function<void()> on_late_;
-  const std::string name_;
-
-  std::mutex mutex_;
-  bool accepting_ = false;               // under mutex_
-  std::vector<RoutedRequest> incoming_;  // under mutex_
-
-  std::atomic<std::size_t> waiting_ = 0;  // in incoming_ and queue_
-
-  RouteQueue queue_;
-  std::vector<Sent> on_wire_;
-  std::uint16_t next_id_ = 0;
-
-  std::shared_ptr<UpstreamConnection> connection_;  // null: there is none, nor an attempt
-  Instant connect_by_;
-  bool answered_ = false;  // it has sent a frame, whatever that said
-  int silent_ = 0;         // deadlines that passed since then
-  Instant silent_from_;    // what was sent later counts as the next of them
-  ReopenLadder ladder_;
-  Instant retry_at_ = Instant::min();
-  std::string trouble_;  // why there was no connection last time
-};
 
 // ---------------------------------------------------------------- from any thread
 
 bool Upstream::Link::Submit(RoutedRequest request) {
   const std::lock_guard lock(mutex_);
-  if (!accepting_ || waiting_ >= kMostWaiting) return false;
+  if (!accepting_ || waiting_ >= RouteQueue::LimitFor(request, kMostWaiting)) return false;
   ++waiting_;
   incoming_.push_back(std::move(request));
   if (incoming_.size() == 1) {
@@ -234,10 +139,11 @@ void Upstream::Link::ExpireWaiting(Instant now) {
 void Upstream::Link::ExpireSent(Instant now) {
   for (Sent& sent : on_wire_) {
     const auto over = [now](const RoutedRequest& request) { return request.deadline <= now; };
-    Sent expired{sent.id, sent.unit, sent.function, sent.at, sent.deadline, {}};
+    Sent expired{sent.id, sent.unit, sent.pdu, sent.at, sent.deadline, {}};
     std::ranges::copy_if(sent.requests, std::back_inserter(expired.requests), over);
     std::erase_if(sent.requests, over);
     AnswerSent(expired, Outcome::no_reply, {}, name_ + " did not answer in time");
+    if (sent.deadline <= now) ++ignored_[sent.unit];
     if (sent.deadline <= now && sent.at >= silent_from_) {
       ++silent_;
       silent_from_ = now;
@@ -262,7 +168,7 @@ void Upstream::Link::AnswerUnsent(const std::vector<RoutedRequest>& requests, Ou
 
 void Upstream::Link::AnswerSent(const Sent& sent, Outcome outcome, View pdu,
                                 const std::string& reason) {
-  const bool unknown = outcome == Outcome::no_reply && !IsRead(sent.function);
+  const bool unknown = outcome == Outcome::no_reply && !sent.only_reads();
   for (std::size_t i = 0; i < sent.requests.size(); ++i) {
     RoutedReply reply;
     reply.outcome = outcome;
@@ -293,8 +199,22 @@ void Upstream::Link::OnConnected() {
 }
 
 void Upstream::Link::OnBroken(const std::string& reason) {
+  if (answered_ && !connection_->in_frame()) TakeBackReads();
   Break(reason);
   Work();
+}
+
+/// A server that closes after its reply has not looked at what was sent meanwhile. Whether it has
+/// carried out a write can not be known; a read may be sent once more.
+void Upstream::Link::TakeBackReads() {
+  for (auto sent = on_wire_.rbegin(); sent != on_wire_.rend(); ++sent) {
+    const bool again = std::ranges::any_of(
+        sent->requests, [](const RoutedRequest& request) { return request.tries > 0; });
+    if (!sent->only_reads() || again) continue;
+    for (RoutedRequest& request : sent->requests) ++request.tries;
+    waiting_ += sent->requests.size();
+    queue_.Return(std::exchange(sent->requests, {}));
+  }
 }
 
 /// The next request makes a new connection: at once when this one has worked, else after a pause.
@@ -309,84 +229,11 @@ void Upstream::Link::Break(const std::string& reason) {
   }
 }
 
-// ---------------------------------------------------------------- requests and replies
-
-void Upstream::Link::Pump(Instant now) {
-  while (connection_ && on_wire_.size() < kMostOnWire) {
-    RouteQueue::Batch batch = Choose();
-    if (batch.empty()) return;
-    Send(now, std::move(batch));
-  }
-}
-
-RouteQueue::Batch Upstream::Link::Choose() {
-  const auto may_ask = [this](const RoutedRequest& request) {
-    return std::ranges::none_of(on_wire_, [slave = request.slave](const Sent& sent) {
-      return !IsRead(sent.function) && (slave == 0 || sent.unit == 0 || sent.unit == slave);
-    });
-  };
-  RouteQueue::Batch batch = queue_.TakeUrgent(may_ask);
-  for (const auto priority :
-       {config::Priority::high, config::Priority::normal, config::Priority::low}) {
-    if (batch.empty()) batch = queue_.Take(priority, may_ask);
-  }
-  waiting_ -= batch.size();
-  return batch;
-}
-
-std::uint16_t Upstream::Link::FreeId() {
-  const auto taken = [this] {
-    return std::ranges::any_of(on_wire_, [this](const Sent& sent) { return sent.id == next_id_; });
-  };
-  while (taken()) ++next_id_;
-  return next_id_++;
-}
-
-void Upstream::Link::Send(Instant now, RouteQueue::Batch batch) {
-  Sent sent;
-  sent.id = FreeId();
-  sent.unit = batch[0].slave;
-  sent.function = batch[0].pdu[0];
-  sent.at = now;
-  for (const RoutedRequest& request : batch) {
-    sent.deadline = std::max(sent.deadline, request.deadline);
-  }
-  const Status status = connection_->Send(AduOf(sent.id, sent.unit, batch[0].pdu));
-  const bool over = status.ok() && IsBroadcast(batch[0]);
-  sent.requests = std::move(batch);
-  if (over) return AnswerSent(sent, Outcome::ok, {}, "");
-  on_wire_.push_back(std::move(sent));
-  if (!status) Break(status.error());
-}
-
-void Upstream::Link::OnFrame(View frame) {
-  answered_ = true;
-  silent_ = 0;
-  ladder_.Reset();
-  const std::uint16_t id = *ByteReader(frame).U16Be(0);
-  const auto found =
-      std::ranges::find_if(on_wire_, [id](const Sent& sent) { return sent.id == id; });
-  if (found == on_wire_.end()) return on_late_();
-  const Sent sent = std::move(*found);
-  on_wire_.erase(found);
-  const View pdu = frame.subspan(kMbapHeader);
-  const std::uint8_t unit = frame[kMbapHeader - 1];
-  if (unit != sent.unit) {
-    AnswerSent(sent, Outcome::unexpected, {}, name_ + " answered for unit " + std::to_string(unit));
-  } else if (pdu[0] == sent.function) {
-    AnswerSent(sent, Outcome::ok, pdu, "");
-  } else if (pdu[0] == (sent.function | kException) && pdu.size() == 2) {
-    AnswerSent(sent, Outcome::refused, pdu, "");
-  } else {
-    AnswerSent(sent, Outcome::unexpected, {}, name_ + " answered with another function");
-  }
-}
-
 // ---------------------------------------------------------------- the outside
 
 Upstream::Upstream(asio::io_context& io, std::string host, std::uint16_t port,
-                   std::function<void()> on_late)
-    : link_(std::make_shared<Link>(io, std::move(host), port, std::move(on_late))) {}
+                   const PduCarrier* checks, std::function<void()> on_late)
+    : link_(std::make_shared<Link>(io, std::move(host), port, checks, std::move(on_late))) {}
 
 Upstream::~Upstream() { Stop(); }
 

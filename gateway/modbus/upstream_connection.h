@@ -45,6 +45,8 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
   void Close();
 
   bool connected() const { return connected_; }
+  /// A frame has begun to come.
+  bool in_frame() const { return !input_.empty(); }
 
  private:
   void Connect(const std::vector<asio::ip::tcp::endpoint>& endpoints);

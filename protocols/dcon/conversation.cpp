@@ -2,6 +2,7 @@
 #include "protocols/dcon/conversation.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "gateway/base/text.h"
@@ -25,6 +26,7 @@ std::string Label(const Command& request, const Decoded& decoded, const Field& f
 
 /// The module's name. No module takes it for a write, with or without checksum.
 constexpr const char* kIdentify = "$M";
+constexpr const char* kReadAll = "#";
 
 /// Rough length of a reply, to find the cheapest probe.
 std::size_t Cost(Form form, std::size_t points) {
@@ -39,6 +41,7 @@ DconConversation::DconConversation(const config::Device& device)
       settings_(ReadSettings(device.options)),
       address_(ParseAddress(device.address)) {
   for (std::size_t i = 0; i < device.points.size(); ++i) AddPoint(i);
+  own_probe_ = MakeOwnProbe();
 }
 
 void DconConversation::AddPoint(std::size_t index) {
@@ -94,11 +97,31 @@ Result<Request> DconConversation::AskWrite(const Task& task) {
   return MakeRequest(*command);
 }
 
-/// The cheapest read that is known to work; while none is, the first, because profiles begin with
-/// what always works.
+/// What is answered as no poll is: the name, or one channel where polls read all of them together.
+/// Empty: there is no such request.
+std::string DconConversation::MakeOwnProbe() const {
+  if (settings_.identify || plans_.empty()) return kIdentify;
+  const auto polls = [this](const std::function<bool(const std::string&)>& wanted) {
+    return std::ranges::any_of(plans_, [&](const Plan& plan) { return wanted(plan.command); });
+  };
+  if (!polls([](const std::string& command) { return command == kReadAll; })) return {};
+  if (polls([](const std::string& command) { return command != kReadAll && command[0] == '#'; })) {
+    return {};
+  }
+  std::size_t first = ExpectedChannels(kReadAll);
+  if (first < 2) return {};
+  for (const auto& read : reads_) {
+    if (read && read->command == kReadAll) first = std::min<std::size_t>(first, read->index);
+  }
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  return first < kDigits.size() ? kReadAll + std::string(1, kDigits[first]) : std::string();
+}
+
+/// While it does not answer its own probe: the cheapest read that is known to work; while none is,
+/// the first, because profiles begin with what always works.
 std::string DconConversation::BestProbe() const {
-  const bool nameless = !named_ && silent_names_ >= kSilencesOfAnUnknownCommand;
-  if ((settings_.identify && !nameless) || plans_.empty()) return kIdentify;
+  const bool unknown = !probe_known_ && silent_probes_ >= kSilencesOfAnUnknownCommand;
+  if ((!own_probe_.empty() && !unknown) || plans_.empty()) return own_probe_;
   const Plan* best = &plans_.front();
   std::size_t best_cost = 0;
   for (std::size_t i = 0; i < plans_.size(); ++i) {
@@ -111,9 +134,12 @@ std::string DconConversation::BestProbe() const {
   return best->command;
 }
 
-/// Every second failed probe gives way to another command: the module may not know the best one.
+/// Every second failed probe gives way to another command: the module may not know the best one. A
+/// read in its place could be answered by another module that is behind, so one without a name is
+/// asked nothing else once it has answered.
 std::string DconConversation::ProbeCommand() const {
-  if (failed_probes_ % 2 == 0 || plans_.empty()) return BestProbe();
+  const bool nameless = probe_known_ && own_probe_ != kIdentify;
+  if (failed_probes_ % 2 == 0 || plans_.empty() || nameless) return BestProbe();
   const std::string& other = plans_[(failed_probes_ + 1) / 2 % plans_.size()].command;
   return IsRepeatable(other) ? other : BestProbe();
 }
@@ -194,8 +220,10 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
 /// What a decoded answer changes in the session.
 Answer DconConversation::Settle(const Task& task, const Command& command, Answer answer) {
   if (task.kind != Task::Kind::write) {
-    if (ProvesLife(answer.outcome)) failed_probes_ = 0;
-    if (answer.outcome == Outcome::ok && command.text == kIdentify) named_ = true;
+    // The answer to another probe may be one to an earlier request: the poller knows.
+    const bool own = task.kind != Task::Kind::probe || command.text == own_probe_;
+    if (own && ProvesLife(answer.outcome)) failed_probes_ = 0;
+    if (answer.outcome == Outcome::ok && command.text == own_probe_) probe_known_ = true;
     if (answer.outcome == Outcome::ok) answer.then = Learn(command.text, true);
     if (answer.outcome == Outcome::unsupported) answer.then = Learn(command.text, false);
     return answer;
@@ -252,7 +280,9 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
                                  Instant) {
   read_back_.reset();
   if (task.kind == Task::Kind::probe) ++failed_probes_;
-  if (request.steady && outcome == Outcome::no_reply) ++silent_names_;
+  const bool own = task.kind == Task::Kind::probe && !own_probe_.empty() &&
+                   request.bytes == MakeRequest(own_probe_).bytes;
+  if (own && outcome == Outcome::no_reply) ++silent_probes_;
   if (task.kind != Task::Kind::poll || outcome != Outcome::no_reply) return Then::done;
   if (task.query >= plans_.size()) return Then::done;
   Plan& plan = plans_[task.query];
@@ -263,7 +293,7 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
 }
 
 void DconConversation::OnReconnect() {
-  silent_names_ = 0;
+  silent_probes_ = 0;
   read_back_.reset();
   for (std::size_t i = 0; i < plans_.size(); ++i) {
     plans_[i].answered = false;

@@ -47,6 +47,7 @@ class DconConversation : public Conversation {
   void AddPoint(std::size_t index);
   Request MakeRequest(std::string_view command) const;
   Result<Request> AskWrite(const Task& task);
+  std::string MakeOwnProbe() const;
   std::string BestProbe() const;
   std::string ProbeCommand() const;
   std::size_t ExpectedChannels(std::string_view command) const;
@@ -64,8 +65,9 @@ class DconConversation : public Conversation {
   std::vector<Plan> plans_;
   std::optional<ReadBack> read_back_;
   std::size_t failed_probes_ = 0;
-  bool named_ = false;    ///< the module has told its name once
-  int silent_names_ = 0;  ///< how often it was asked for it in vain
+  std::string own_probe_;     ///< answered as no poll is; empty: there is none
+  bool probe_known_ = false;  ///< the module has answered it once
+  int silent_probes_ = 0;     ///< how often it was asked in vain
 };
 
 class DconBus : public Bus {

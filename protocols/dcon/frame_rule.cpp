@@ -73,8 +73,14 @@ Cut RequestRule(View held, const Expectation& expect, bool) {
   return CutLine(held, expect, kRequestStarts);
 }
 
+// < 21 30 32 37 30 31 37 45 42 0D          !02 7017 EB CR while module 01 is asked for its name:
+//                                          passed over
 Cut ReplyRule(View held, const Expectation& expect, bool) {
-  return CutLine(held, expect, kReplyStarts);
+  const Cut cut = CutLine(held, expect, kReplyStarts);
+  const bool names_module = cut.kind == Cut::Kind::frame && held[0] != '>';
+  if (!names_module || expect.address.empty()) return cut;
+  if (AsText(held).substr(1).starts_with(AsText(expect.address))) return cut;
+  return Cut::Discard(cut.size, Outcome::unexpected, "not from the device that was asked");
 }
 
 }  // namespace baudgate::dcon

@@ -54,7 +54,7 @@ Expectation Expect(Framing framing, View request) {
   const Bytes& pdu = adu->pdu;
   expect.address = {adu->slave};
   expect.repeatable = IsRepeatable(pdu);
-  expect.mirrors = IsMirrored(pdu);
+  expect.mirrors = MayBeMirrored(pdu[0]);
   if (adu->slave == 0) {
     expect.reply = Expectation::Reply::none;
     return expect;

@@ -171,6 +171,12 @@ bool IsMirrored(View request) {
   return request[0] == kWriteCoil || request[0] == kWriteRegister || request[0] == kMaskWrite;
 }
 
+bool MayBeMirrored(std::uint8_t function) {
+  constexpr std::uint8_t kNever[] = {kReadCoils,  kReadDiscretes,  kReadHolding, kReadInput,
+                                     kWriteCoils, kWriteRegisters, kReadWrite,   kEncapsulated};
+  return std::ranges::find(kNever, function) == std::end(kNever);
+}
+
 bool IsRepeatable(View request) {
   if (request.empty()) return false;
   if (request[0] == kDiagnostics) {

@@ -74,6 +74,8 @@ bool HasByteCount(std::uint8_t function);
 bool IsRepeatable(View request);
 /// Whether a good reply equals its request.
 bool IsMirrored(View request);
+/// False where a good reply can not equal its request: functions of which that is known.
+bool MayBeMirrored(std::uint8_t function);
 
 struct Verdict {
   Outcome outcome = Outcome::ok;  ///< ok, refused (an exception) or unexpected

@@ -20,6 +20,16 @@ bool IsStatusAndZeros(View frame) {
          std::ranges::all_of(frame.subspan(status), [](std::uint8_t byte) { return byte == 0; });
 }
 
+/// A short address is the meter's own; whose an extended one is, the conversation knows.
+bool IsFromAnother(View frame, const Expectation& expect) {
+  if (frame[0] == kExtendedPrefix || expect.address.size() != 1) return false;
+  return frame[0] != expect.address[0] && expect.address[0] != kCommonAddress;
+}
+
+Cut Pass(std::size_t size) {
+  return Cut::Discard(size, Outcome::unexpected, "not from the device that was asked");
+}
+
 }  // namespace
 
 // Request:  C8 | 08 1B 00 11 | 77 BB                   address 200: voltage of phase 1 as a float
@@ -62,6 +72,7 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   if (held.size() >= longest) {
     const View frame = held.first(longest);
     if (!ChecksumGood(frame)) return Cut::Discard(1, Outcome::corrupt, "checksum");
+    if (IsFromAnother(frame, expect)) return Pass(longest);
     if (IsStatusAndZeros(frame)) {
       return Cut::Discard(1, Outcome::corrupt, "status and zeros can not be told from data");
     }
@@ -70,7 +81,8 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   if (!idle) return Cut::NeedMore();
   for (const Shape& shape : expect.shapes) {
     const bool fits = held.size() >= shape.min_length && held.size() <= shape.max_length;
-    if (shape.tag == form && fits && ChecksumGood(held)) return Cut::Frame(held.size());
+    if (shape.tag != form || !fits || !ChecksumGood(held)) continue;
+    return IsFromAnother(held, expect) ? Pass(held.size()) : Cut::Frame(held.size());
   }
   return Cut::Discard(1, Outcome::partial, "stopped mid-frame");
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/frame_rule.h"
 
+#include <string>
+
 #include "protocols/spabus/reply.h"
 
 namespace baudgate::spabus {
@@ -62,6 +64,9 @@ Cut SkipEcho(View held, bool idle) {
 //                   0A 3C 31 44 3A 30 2E 35 32 2F 31 3A 36 30 0D 0A
 // Acknowledge       0A 3C 31 41 3A 37 36 0D 0A                        <1A:76
 // NACK 5            0A 3C 31 4E 3A 35 3A 37 36 0D 0A                  <1N:5:76
+// Of another slave  0A 3C 32 44 3A 30 3A 37 41 0D 0A                  <2D:0:7A while slave 1 is
+// asked:
+//                                                                     passed over
 // Continued         0A 3C 33 44 3A 31 2E 30 30 26 0D 0A 30 2F … 3A CC CC 0D 0A
 Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   if (held[0] == '>') return SkipEcho(held, idle);
@@ -75,9 +80,13 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   if (scan.size >= expect.max_bytes) {
     return Cut::Discard(scan.size, Outcome::corrupt, "longer than any reply");
   }
-  if (!ParseReply(text)) return Cut::Discard(scan.size, Outcome::corrupt, "syntax");
+  const auto reply = ParseReply(text);
+  if (!reply) return Cut::Discard(scan.size, Outcome::corrupt, "syntax");
   if (!ChecksumPasses(text, expect.checksum)) {
     return Cut::Discard(scan.size, Outcome::corrupt, "checksum");
+  }
+  if (!expect.address.empty() && std::to_string(reply->slave) != AsText(expect.address)) {
+    return Cut::Discard(scan.size, Outcome::unexpected, "not from the device that was asked");
   }
   // The LF belongs to the frame, or it would be a stray byte of the next exchange; a slave that
   // leaves it out is understood as well.

@@ -9,13 +9,13 @@
 namespace baudgate {
 namespace {
 
-constexpr AnswerOrder::Fingerprint kProbe = AnswerOrder::kProbe;
+constexpr AnswerOrder::Fingerprint kProbe = AnswerOrder::Probe(0);
 constexpr AnswerOrder::Fingerprint kA = 100;
-constexpr AnswerOrder::Fingerprint kB = 101;
+constexpr AnswerOrder::Fingerprint kB = 102;
 
 void Answered(AnswerOrder& order, AnswerOrder::Fingerprint request) {
   order.OnSent(request);
-  order.OnAnswer(request == kProbe);
+  order.OnAnswer(kProbe, request == kProbe);
 }
 
 TEST(AnswerOrderTest, WhileAllIsAnsweredEverythingIsSafe) {
@@ -43,7 +43,7 @@ TEST(AnswerOrderTest, AnAnswerThatCanNotBeItsOwnIsKnown) {
   order.OnSilence();
   Answered(order, kA);
   order.OnSent(kProbe);
-  order.OnAnswer(false);
+  order.OnAnswer(kProbe, false);
   EXPECT_FALSE(order.MayBeInStep());
 }
 
@@ -77,7 +77,7 @@ TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
       }
       const AnswerOrder::Fingerprint answer = owed.front();
       owed.pop_front();
-      order.OnAnswer(answer == kProbe);
+      order.OnAnswer(kProbe, answer == kProbe);
       if (answer == kProbe || sent == kProbe || !order.MayBeInStep()) continue;
       ++accepted;
       ASSERT_EQ(answer, sent) << "lag " << lag << ", request " << i;

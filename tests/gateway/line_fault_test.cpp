@@ -84,6 +84,7 @@ TEST(LineFlood, BytesDuringALongTransmissionStayBounded) {
   struct Deaf final : LineClient {
     void Send(View) override {}
     Outcome OnFrame(View, Instant) override { return Outcome::ok; }
+    void OnSecondReply(Instant) override {}
     void OnExchangeEnd(const ExchangeEnd&, Instant) override {}
     void OnStrayBytes(std::size_t, Duration, Instant) override {}
   } client;

@@ -33,6 +33,7 @@ class LineTest : public ::testing::Test, protected LineClient {
     EXPECT_FALSE(line_.idle()) << "a client could start the next exchange inside the last";
     return verdict_;
   }
+  void OnSecondReply(Instant) override { ++second_; }
   void OnExchangeEnd(const ExchangeEnd& end, Instant) override { ends_.push_back(end); }
   void OnStrayBytes(std::size_t count, Duration since_end, Instant) override {
     strays_.push_back({count, since_end});
@@ -74,6 +75,7 @@ class LineTest : public ::testing::Test, protected LineClient {
   std::vector<std::string> frames_;
   std::vector<ExchangeEnd> ends_;
   std::vector<Stray> strays_;
+  int second_ = 0;  // different replies behind one that was taken
   const Bytes reply_ = ToyReply("A1=5");
 };
 

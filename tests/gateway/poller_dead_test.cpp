@@ -112,6 +112,32 @@ TEST(PollerDead, WithoutALivingNeighbourProbesGoAtFullRate) {
   EXPECT_GE(line->store().ReadLine(0).probes - before, 60U);
 }
 
+/// A stub of the bus is cut: ten devices fall silent at one moment.
+TEST(PollerDead, TheLivingAreServedWhileManyFallSilentTogether) {
+  const auto line = MakeCrowd({.living = 1, .dead = 10, .points = 1});
+  for (std::size_t i = 1; i <= 10; ++i) line->twin(i).manner.dead = false;
+  line->Open();
+  line->RunFor(1min);
+  for (std::size_t i = 1; i <= 10; ++i) line->twin(i).manner.dead = true;
+  Duration oldest{};
+  line->always = [&] { oldest = std::max(oldest, line->AgeOf(0, 0).value_or(0ms)); };
+  const std::uint32_t before = line->StatusOf(0).Count(Outcome::ok);
+  const auto all_gone = [&] {
+    for (std::uint32_t i = 1; i <= 10; ++i) {
+      if (line->StatusOf(i).state != DeviceState::offline) return false;
+    }
+    return true;
+  };
+  const Duration from = line->elapsed();
+  ASSERT_TRUE(line->RunUntil(all_gone, 2min));
+  const auto seconds = (line->elapsed() - from) / 1s;
+  EXPECT_GE(line->StatusOf(0).Count(Outcome::ok) - before, seconds / 2);
+  EXPECT_LE(oldest, 4s);
+  EXPECT_LE(seconds, 60);
+  line->RunFor(1min);
+  EXPECT_LE(line->store().ReadLine(0).notice_bound, 1min);
+}
+
 TEST(PollerDead, NoneIsNoBound) {
   const auto line = MakeCrowd({});
   line->Open();

@@ -42,6 +42,18 @@ TEST(PollerEcho, AReplyThatEqualsNothingIsNoEcho) {
   EXPECT_EQ(line.status().echoes, 0U);
 }
 
+TEST(PollerEcho, ABusThatEchoesNoMoreIsBelievedAgain) {
+  EchoLine line(config::Echo::off);
+  line.echo = Whole;
+  line.RunFor(5s);
+  const auto echoes = line.status().echoes;
+  EXPECT_GT(echoes, 0U);
+  line.echo = {};
+  line.RunFor(5s);
+  EXPECT_LE(line.status().echoes, echoes + 1);
+  EXPECT_EQ(line.StatusOf(0).last_outcome, Outcome::ok);
+}
+
 class EchoModes : public ::testing::TestWithParam<config::Echo> {};
 
 TEST_P(EchoModes, AnEchoIsTakenOutAndNotCountedAsReceived) {

@@ -199,6 +199,58 @@ TEST(PollerFaults, DoubledRepliesDoNoHarm) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
+/// A copy that comes after the next request has been sent passes for its answer. The true one comes
+/// behind it: then what was read last is doubted at once, and read again.
+TEST(PollerFaults, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2"})}), {&ToyProtocol()});
+  SetTruth(line, 1, 2);
+  bool doubled = false;
+  const auto pieces = [&](View request, Bytes reply, Instant) {
+    const Duration whole = static_cast<std::int64_t>(reply.size()) * 1042us;
+    std::vector<TimedPiece> said = {{5ms + whole, reply}};
+    if (doubled && AsText(request).starts_with("UA1")) said.push_back({25ms + whole, reply});
+    return said;
+  };
+  line.Open();
+  line.RunFor(2500ms);
+  line.twin(0).manner.deliver = pieces;
+  doubled = true;
+  bool wrong = false;
+  const auto is_wrong = [&] { return line.ValueOf(0, 1) != Value(TruthOf(0, 1)); };
+  line.always = [&] { wrong = wrong || is_wrong(); };
+  line.RunFor(1s);
+  ASSERT_TRUE(wrong) << "else this test shows nothing";
+  doubled = false;
+  line.always = {};
+  ASSERT_FALSE(line.warnings.empty());
+  EXPECT_NE(line.warnings.back().find("second, different reply"), std::string::npos);
+  EXPECT_TRUE(line.RunUntil([&] { return !is_wrong(); }, 300ms))
+      << "without waiting for its period";
+  EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
+}
+
+TEST(PollerFaults, NoiseBehindOneReplyDoesNotSlowTheLineForEver) {
+  config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
+  config.devices[0].poll = 10ms;
+  VirtualLine line(std::move(config), {&ToyProtocol()});
+  line.twin(0).manner.think = 0ms;
+  line.Open();
+  line.RunFor(10s);
+  const auto rate = [&] {
+    const std::uint32_t before = line.StatusOf(0).exchanges;
+    line.RunFor(10s);
+    return line.StatusOf(0).exchanges - before;
+  };
+  const std::uint32_t clean = rate();
+  std::size_t replies = 0;
+  line.twin(0).manner.distort = [&](Bytes reply) {
+    if (++replies == 2) reply.push_back(0);
+    return reply;
+  };
+  line.RunFor(1min);
+  EXPECT_GE(rate(), clean - clean / 50);
+}
+
 TEST(PollerFaults, AForeignAnswerIsUnexpectedAndNotStored) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   SetTruth(line, 1, 1);

@@ -143,6 +143,39 @@ TEST(PollerRoutedFaults, AWriteIsNotBelievedOnceAReadHasRevealedAnEchoInOnePiece
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }
 
+TEST(PollerRoutedFaults, AReplyThatMayEqualItsRequestRevealsNoEcho) {
+  RoutedLine line(DriveLine(), {"20"});
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[1] != 0x08 && request[1] != 0x41) return std::nullopt;
+    return Bytes(request.begin(), request.end());
+  };
+  line.Ask("clear counters", "08 00 0A 00 00");
+  line.Ask("own function", "41 01 02 03");
+  line.RunFor(1s);
+  line.Ask("start", kStart);
+  line.RunFor(1s);
+  EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
+  EXPECT_TRUE(line.warnings.empty());
+}
+
+TEST(PollerRoutedFaults, AWriteIsBelievedAgainOnceTheBusEchoesNoMore) {
+  RoutedLine line(DriveLine(), {"20"});
+  bool echoes = true;
+  line.twin(0).manner.deliver = [&](View request, Bytes reply, Instant) -> Pieces {
+    Pieces pieces{{15ms, std::move(reply)}};
+    if (echoes) pieces.insert(pieces.begin(), {1ms, Bytes(request.begin(), request.end())});
+    return pieces;
+  };
+  line.Ask("read", kRead);
+  line.RunFor(1s);
+  echoes = false;
+  line.Ask("read again", kRead);
+  line.RunFor(1s);
+  line.Ask("start", kStart);
+  line.RunFor(1s);
+  EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
+}
+
 Pieces IgnoreOdd(View request, Bytes reply, Instant) {
   if (request[1] == 0x41) return {};
   return {{5ms, std::move(reply)}};
@@ -177,6 +210,44 @@ TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotTakeTheSlaveFromOthers) {
   line.RunFor(2s);
   EXPECT_EQ(line.Of("a").outcome, Outcome::ok);
   EXPECT_EQ(line.Of("b").outcome, Outcome::ok);
+}
+
+// A busy client of another slave leaves the probes two percent; a stop does not wait for them.
+TEST(PollerRoutedFaults, AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFoundIt) {
+  RoutedLine line;
+  BusyClients clients(line);
+  clients.Add(kRead, 20);
+  line.Ask("warm", kRead, 21, 2);
+  line.RunFor(1s);
+  line.twin(1).manner.dead = true;
+  for (int i = 0; i < 20; ++i) {
+    line.Ask("vain", kStart, 21, 2);
+    line.RunFor(1s);
+  }
+  line.twin(1).manner.dead = false;
+  line.RunFor(10s);  // nobody asks it: the client waits, too
+  const int before = clients.answered(0);
+  line.Ask("stop", kStart, 21, 2);
+  line.RunFor(3s);
+  EXPECT_EQ(line.Of("stop").outcome, Outcome::ok);
+  EXPECT_GT(clients.answered(0), before + 50);
+}
+
+TEST(PollerRoutedFaults, ReadsOfAnAbsentSlaveAreToldAtOnceAndCostTheOthersNothing) {
+  RoutedLine line;
+  BusyClients clients(line);
+  clients.Add(kRead, 20);
+  line.RunFor(10s);
+  const int alone = clients.answered(0);
+  line.twin(1).manner.dead = true;
+  int told = 0;
+  for (int i = 0; i < 100; ++i) {
+    line.Ask("read " + std::to_string(i), kRead, 21, 2);
+    line.RunFor(100ms);
+    for (const auto& reply : line.replies) told += reply.name == "read " + std::to_string(i);
+  }
+  EXPECT_GT(told, 80) << "not at its deadline, but at once";
+  EXPECT_GT(clients.answered(0) - alone, alone * 17 / 20) << "the first silence, then probes";
 }
 
 // A slave that answers two of three requests is there: its clients must not be told otherwise.

@@ -5,7 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "gateway/base/text.h"
 
@@ -113,6 +116,18 @@ TEST_F(RouteQueueTest, AWriteOfEightRegistersIsShortAndOneOfNineIsNot) {
   EXPECT_THAT(Urgent(), ElementsAre(Of(2, eight)));
 }
 
+TEST_F(RouteQueueTest, AFullQueueHasRoomForShortWritesAlone) {
+  const auto limit = [](const std::string& pdu) {
+    RoutedRequest request;
+    request.pdu = ParseHex(pdu).value();
+    return RouteQueue::LimitFor(request);
+  };
+  EXPECT_EQ(limit(kStop), RouteQueue::kLimit + RouteQueue::kKept);
+  for (const std::string& pdu : {std::string(kRead), BlockWrite(), std::string("2B 0E 01 00")}) {
+    EXPECT_EQ(limit(pdu), RouteQueue::kLimit) << pdu;
+  }
+}
+
 TEST_F(RouteQueueTest, WritesToOneSlaveKeepTheirOrderWhoeverSendsThem) {
   Push(1, BlockWrite());
   Push(2, kWrite, 20, Priority::low);
@@ -216,6 +231,87 @@ TEST_F(RouteQueueTest, WhatIsReturnedStandsInFrontAgain) {
   EXPECT_THAT(Urgent(), ElementsAre(Of(2, kWrite)));
   EXPECT_THAT(Take(), ElementsAre(Of(1, kBlock)));
   EXPECT_THAT(Take(), ElementsAre(Of(1, kRead)));
+}
+
+/// What waits, and what the rules say of it, word for word: slow, and easy to believe.
+class Model {
+ public:
+  void Push(const RoutedRequest& request) { waiting_.push_back(request); }
+  void Remove(const RoutedRequest& request) {
+    std::erase_if(waiting_, [&](const auto& one) { return one.sequence == request.sequence; });
+  }
+  bool empty() const { return waiting_.empty(); }
+
+  bool MayGo(const RoutedRequest& request) const {
+    return std::ranges::none_of(waiting_, [&](const RoutedRequest& earlier) {
+      if (earlier.sequence >= request.sequence || !IsWrite(earlier)) return false;
+      return SameSlave(request, earlier) && (IsWrite(request) || request.client == earlier.client);
+    });
+  }
+  /// A short write, or a write that one waits for.
+  bool IsUrgent(const RoutedRequest& request) const {
+    return IsWrite(request) && MayGo(request) &&
+           std::ranges::any_of(waiting_, [&](const RoutedRequest& later) {
+             return later.sequence >= request.sequence && RouteQueue::IsShortWrite(later) &&
+                    SameSlave(later, request);
+           });
+  }
+  bool HasUrgent() const {
+    return std::ranges::any_of(waiting_, [this](const auto& one) { return IsUrgent(one); });
+  }
+  bool HasFor(std::uint8_t slave) const {
+    return std::ranges::any_of(waiting_,
+                               [&](const auto& one) { return one.slave == slave && MayGo(one); });
+  }
+  bool HasTwin(const RoutedRequest& read) const {
+    return std::ranges::any_of(waiting_, [&](const RoutedRequest& one) {
+      return one.slave == read.slave && one.pdu == read.pdu && MayGo(one);
+    });
+  }
+
+ private:
+  static bool SameSlave(const RoutedRequest& a, const RoutedRequest& b) {
+    return a.slave == b.slave || a.slave == 0 || b.slave == 0;
+  }
+  std::vector<RoutedRequest> waiting_;
+};
+
+TEST_F(RouteQueueTest, NothingOvertakesWhatItFollowsAndNothingElseWaits) {
+  const std::string pdus[] = {kRead, kBlock, kWrite, BlockWrite(), "2B 0E 01 00"};
+  std::mt19937 random(7);
+  const auto any = [&random](std::size_t count) { return random() % count; };
+  for (int round = 0; round < 300; ++round) {
+    Model model;
+    for (std::size_t i = 0; i < 24; ++i) {
+      RoutedRequest request;
+      request.sequence = i;
+      request.client = any(4);
+      request.slave = static_cast<std::uint8_t>(any(4));
+      request.pdu = ParseHex(pdus[any(std::size(pdus))]).value();
+      request.priority = any(3) == 0 ? Priority::high : Priority::normal;
+      model.Push(request);
+      queue.Push(std::move(request));
+    }
+    while (!queue.empty()) {
+      const auto slave = static_cast<std::uint8_t>(any(4));
+      ASSERT_EQ(queue.HasFor(slave), model.HasFor(slave));
+      RouteQueue::Batch batch = queue.TakeUrgent(may_ask);
+      ASSERT_EQ(batch.empty(), !model.HasUrgent());
+      ASSERT_TRUE(batch.empty() || model.IsUrgent(batch[0]));
+      for (const Priority priority : {Priority::high, Priority::normal}) {
+        if (batch.empty()) batch = queue.Take(priority, may_ask);
+      }
+      ASSERT_FALSE(batch.empty());
+      for (const RoutedRequest& taken : batch) {
+        ASSERT_TRUE(model.MayGo(taken));
+        ASSERT_EQ(taken.pdu, batch[0].pdu);
+        ASSERT_TRUE(!IsWrite(taken) || batch.size() == 1);
+      }
+      for (const RoutedRequest& taken : batch) model.Remove(taken);
+      ASSERT_TRUE(IsWrite(batch[0]) || !model.HasTwin(batch[0])) << "identical reads go together";
+    }
+    ASSERT_TRUE(model.empty());
+  }
 }
 
 }  // namespace

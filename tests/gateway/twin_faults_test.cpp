@@ -97,6 +97,14 @@ TEST(FaultText, KeysAreRead) {
   EXPECT_EQ(Parsed("double:pause=0ms").pause, 0s);
 }
 
+TEST(FaultText, RareFaultsHaveAnExponent) {
+  EXPECT_DOUBLE_EQ(Parsed("loss:rate=1e-9").rate, 1e-9);
+  EXPECT_DOUBLE_EQ(Parsed("loss:rate=2.5E-3,seed=7").rate, 0.0025);
+  EXPECT_EQ(Parsed("loss:rate=1e0").rate, 1);
+  for (const char* rate : {"1e", "e-9", "1e-9x", "1e-1.5", "1e1", "-1e-9", "0e999", "1e9999999999"})
+    EXPECT_THAT(ErrorOf(std::string("loss:rate=") + rate), HasSubstr("write a number from 0"));
+}
+
 TEST(FaultText, ErrorsSayWhatMayStandThere) {
   EXPECT_THAT(ErrorOf("los"), HasSubstr("no fault 'los'; did you mean 'loss'?"));
   EXPECT_THAT(ErrorOf(""), HasSubstr("loss, bits, echo, stall, dribble"));

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "tests/system/station.h"
+#include "tests/system/taken_server.h"
 #include "transports/port_lock.h"
 
 namespace baudgate::system_test {
@@ -18,7 +19,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::Not;
 
 constexpr int kGood = 0xC0;
@@ -116,6 +116,32 @@ TEST_F(Ports, APortThatWasLostComesBackAgainAndAgain) {
     twin->Signal(SIGKILL);
     EXPECT_TRUE(EventuallyQualityIs(kNotConnected)) << life;
   }
+}
+
+// ---------------------------------------------------------------- serial servers
+
+/// It accepts, and ends the connection at once: with a close, a reset, or a word.
+TEST_F(Ports, AServerThatServesAnotherClientIsOneTrouble) {
+  TakenServer server(FreePort());
+  ASSERT_TRUE(server.listening());
+  const std::string port = "tcp://127.0.0.1:" + std::to_string(server.port());
+  const auto daemon = StartDaemon(Yaml(port));
+  ASSERT_TRUE(Eventually([&] { return server.connections() >= 2; }));
+  const auto closed = [&] { return Status()["port_state"] == "closed"; };
+  ASSERT_TRUE(Eventually(closed));
+  const Json before = Status();
+
+  ASSERT_TRUE(Eventually([&] { return server.connections() >= 4; }));
+  EXPECT_GE(server.Between(2, 3), 1200ms) << "2 s, were it not for jitter and a slow machine";
+  ASSERT_TRUE(Eventually(closed));
+  const Json status = Status();
+  EXPECT_EQ(status["port_since"], before["port_since"]);
+  EXPECT_THAT(status["port_text"].get<std::string>(), HasSubstr(port));
+  EXPECT_THAT(status["advice"][0].get<std::string>(),
+              HasSubstr("before it had worked; is the server in use by another client"));
+
+  server.Serve();
+  EXPECT_TRUE(Eventually([&] { return Status()["port_state"] == "open"; }));
 }
 
 // ---------------------------------------------------------------- lending
@@ -225,89 +251,6 @@ TEST_F(Ports, APasswordIsInNoTrace) {
   const Finished decode = Command({"decode", "--protocol", "set4tm", file});
   EXPECT_EQ(decode.code, 0) << decode.errors;
   EXPECT_THAT(decode.output, HasSubstr("secret bytes are masked"));
-}
-
-class Traces : public Station {
- protected:
-  std::vector<Json> Decode(std::vector<std::string> words, const std::string& trace) const {
-    words.insert(words.begin(), "decode");
-    words.push_back(Write("saved.trace", trace).string());
-    const Finished decode = Command(words);
-    EXPECT_EQ(decode.code, 0) << decode.errors;
-    std::vector<Json> exchanges;
-    std::istringstream lines(decode.output);
-    for (std::string line; std::getline(lines, line);) exchanges.push_back(Json::parse(line));
-    return exchanges;
-  }
-};
-
-TEST_F(Traces, AreDecodedLikeCaptures) {
-  const auto exchanges = Decode({"--protocol", "dcon"}, R"(# baudgate 1.0
-04:05:06.000000 - # port open: serial
-04:05:06.000500 - < 41 | A
-04:05:06.123456 ai-1 > 23 30 31 0D | #01.
-04:05:06.140000 ai-1 < 3E 2B | >+
-04:05:06.140100 ai-1 < 30 31 2E 35 30 30 0D | 01.500.
-04:05:06.140300 ai-1 = ok, 16.8 ms
-04:05:06.150000 - < 3E 39 | >9
-04:05:07.000000 ai-2 > 23 30 32 0D | #02.
-04:05:08.000000 ai-2 = no_reply
-04:05:08.000001 ai-2 # offline: no_reply
-)");
-  ASSERT_EQ(exchanges.size(), 2U);
-  ASSERT_EQ(exchanges[0]["outcome"], "ok") << exchanges[0];
-  EXPECT_EQ(exchanges[0]["values"][0]["value"], 1.5);
-  EXPECT_EQ(exchanges[0]["time"], "04:05:06.123456");
-  EXPECT_EQ(exchanges[0]["device"], "ai-1");
-  EXPECT_EQ(exchanges[1]["outcome"], "no_reply");
-}
-
-TEST_F(Traces, OfOneDevice) {
-  const std::string trace =
-      "04:05:06.123456 ai-1 > 23 30 31 0D | #01.\n04:05:06.223456 ai-2 > 23 30 32 0D | #02.\n"
-      "04:05:06.323456 ai-2 < 3E 2B 30 31 2E 30 30 30 0D | >+01.000.\n";
-  const auto exchanges = Decode({"--protocol", "dcon", "--device", "ai-2"}, trace);
-  ASSERT_EQ(exchanges.size(), 1U);
-  EXPECT_EQ(exchanges[0]["device"], "ai-2");
-  ASSERT_EQ(exchanges[0]["outcome"], "ok") << exchanges[0];
-  EXPECT_EQ(exchanges[0]["values"][0]["value"], 1.0);
-}
-
-TEST_F(Traces, MaskedBytesAreNoErrors) {
-  const auto meter = Decode({"--protocol", "set4tm"}, R"(
-04:05:06.000000 m > 05 01 ** ** ** ** ** ** ** ** | ..********
-04:05:06.010000 m < 05 03 42 E1 | ..B.
-04:05:06.010100 m = refused, 10.0 ms
-04:05:07.000000 m > 05 01 ** ** ** ** ** ** ** ** | ..********
-04:05:07.010000 m < 05 03 42 E1 | ..B.
-04:05:08.000000 m > 05 01 ** ** ** ** ** ** ** ** | ..********
-04:05:08.010000 m < 05 01 ** ** ** ** ** ** ** ** | ..********
-04:05:08.010100 m = unexpected, 10.0 ms
-04:05:09.000000 m > 05 01 ** ** ** ** ** ** ** ** | ..********
-)");
-  ASSERT_EQ(meter.size(), 4U);
-  const char* const outcomes[] = {"refused", "none", "unexpected", "no_reply"};
-  for (std::size_t i = 0; i < meter.size(); ++i) {
-    EXPECT_EQ(meter[i]["outcome"], outcomes[i]) << i;
-    EXPECT_THAT(meter[i]["reason"].get<std::string>(), HasSubstr("masked")) << i;
-    EXPECT_THAT(meter[i]["reason"].get<std::string>(), Not(HasSubstr("rong"))) << i;
-    EXPECT_THAT(meter[i]["values"], IsEmpty()) << i;
-  }
-  const auto relay = Decode({"--protocol", "spabus"}, R"(
-> 3E 31 57 56 31 36 30 3A ** ** ** 3A ** ** 0D
-< 0A 3C 31 41 3A 37 36 0D 0A
-)");
-  ASSERT_EQ(relay.size(), 1U);
-  EXPECT_EQ(relay[0]["outcome"], "ok") << relay[0]["reason"];
-  EXPECT_THAT(relay[0]["reason"].get<std::string>(), HasSubstr("masked"));
-}
-
-TEST_F(Traces, WithBadHexAreRefused) {
-  const std::string file =
-      Write("bad.trace", "04:05:06.123456 ai-1 > 23 3* 31 0D | #01.\n").string();
-  const Finished decode = Command({"decode", "--protocol", "dcon", file});
-  EXPECT_EQ(decode.code, 2);
-  EXPECT_THAT(decode.errors, HasSubstr("line 1"));
 }
 
 }  // namespace

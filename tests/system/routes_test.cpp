@@ -113,6 +113,30 @@ TEST_F(Routes, ThatAreFullForEverybodySaySoToEverybody) {
   EXPECT_EQ(Route("20")["busy"], busy);
 }
 
+TEST_F(Routes, ThatAreFullStillTakeAStop) {
+  const ScriptedSlave muted(LinkOf("drive"), Nothing);
+  const auto daemon = StartGateway(Yaml({"{ units: 20, line: drive, deadline: 3s }"},
+                                        BareLine("drive", "timing: { reply: 500ms }")));
+  constexpr std::uint16_t kEach = 32;
+  constexpr int kClients = 72;
+  std::vector<std::unique_ptr<RawClient>> clients(kClients);
+  for (auto& client : clients) {
+    client = std::make_unique<RawClient>(port());
+    for (std::uint16_t i = 0; i < kEach; ++i) client->Send({i, kUnit, {0x64, 0x00}});
+  }
+  ASSERT_TRUE(clients.back()->Receive()) << "its last were refused";
+  RawClient hand(port());
+  hand.Send(WriteRequest(1, kUnit, 8, 0));
+  hand.Send({2, kUnit, {0x64, 0x00}});
+  const auto refused = hand.Receive();
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->transaction, 2);
+  EXPECT_EQ(ExceptionIn(*refused), kBusy) << "it was full";
+  const auto stop = hand.Receive();
+  ASSERT_TRUE(stop);
+  EXPECT_EQ(ExceptionIn(*stop), kNotAnswering);
+}
+
 TEST_F(Routes, OfASilentListenerLeaveTheirClientsToTheirTimeouts) {
   const ScriptedSlave muted(LinkOf("drive"), Nothing);
   const std::uint16_t quiet = FreePort();

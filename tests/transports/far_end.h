@@ -72,14 +72,16 @@ class FarEnd {
   }
   Stream& stream() { return state_->stream; }
   const Bytes& received() const { return state_->received; }
-  bool ended() const { return state_->ended; }
+  bool ended() const { return static_cast<bool>(state_->end); }
+  /// Why reading ended: eof, or connection_reset.
+  const std::error_code& end() const { return state_->end; }
 
  private:
   struct State {
     explicit State(Stream s) : stream(std::move(s)) {}
     Stream stream;
     Bytes received;
-    bool ended = false;
+    std::error_code end;
     std::array<std::uint8_t, 4096> buffer{};
   };
 
@@ -87,7 +89,7 @@ class FarEnd {
     state->stream.async_read_some(asio::buffer(state->buffer),
                                   [state](const std::error_code& error, std::size_t count) {
                                     Append(state->received, View(state->buffer).first(count));
-                                    state->ended = static_cast<bool>(error);
+                                    state->end = error;
                                     if (!error) Read(state);
                                   });
   }

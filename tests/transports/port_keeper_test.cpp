@@ -83,6 +83,49 @@ TEST_F(PortKeeperTest, OneTroubleIsOneNews) {
   EXPECT_TRUE(keeper_->OnDown("busy"));
 }
 
+/// It may refuse, reset and close in turns, and accepts now and then without serving.
+TEST_F(PortKeeperTest, ATroubleOfAServerIsNewsOnceUntilItHasWorked) {
+  Keep("tcp://127.0.0.1:1");
+  EXPECT_TRUE(keeper_->OnDown("closed"));
+  EXPECT_TRUE(keeper_->OnDown("reset"));
+  keeper_->OnOpened();
+  EXPECT_FALSE(keeper_->OnDown("closed"));
+  EXPECT_FALSE(keeper_->OnDown("reset"));
+  keeper_->OnWorked();
+  EXPECT_TRUE(keeper_->OnDown("closed"));
+}
+
+TEST_F(PortKeeperTest, AServerThatIsOnlyOpenedIsTriedLessAndLess) {
+  const std::string port = "tcp://127.0.0.1:1";
+  int in_vain = 0;
+  int worked = 0;
+  PortKeeper taken(io_, port, [&] {
+    ++in_vain;
+    taken.OnOpened();
+    (void)taken.OnDown("closed");
+  });
+  PortKeeper served(io_, port, [&] {
+    ++worked;
+    served.OnOpened();
+    served.OnWorked();
+    (void)served.OnDown("closed");
+  });
+  (void)taken.OnDown("closed");
+  (void)served.OnDown("closed");
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return in_vain == 3; }));
+  EXPECT_GE(worked, 5) << "in 3.5 s, a try every 0.5 s";
+}
+
+TEST_F(PortKeeperTest, NothingIsTriedBesideAnOpenConnection) {
+  Keep("tcp://127.0.0.1:1");
+  (void)keeper_->OnDown("closed");
+  keeper_->OnOpened();
+  PortKeeper other(io_, "tcp://127.0.0.1:1", [this] { tries_ += 100; });
+  (void)other.OnDown("closed");
+  ASSERT_TRUE(IsTried());
+  EXPECT_EQ(Tries(), 100);
+}
+
 TEST_F(PortKeeperTest, NothingIsTriedAfterItsEnd) {
   Make(port_);
   EXPECT_TRUE(keeper_->OnDown("busy"));

@@ -40,7 +40,7 @@ class SerialPortTest : public testing::Test {
     ASSERT_TRUE(pty.ok()) << pty.error();
     pty_.emplace(std::move(*pty));
     far_.emplace(asio::posix::stream_descriptor(io_, pty_->TakeMaster()));
-    far_->Start();
+    if (!stalled_) far_->Start();
   }
   void Unplug() {
     pty_->Unplug();
@@ -65,6 +65,7 @@ class SerialPortTest : public testing::Test {
   }
 
   asio::io_context io_;
+  bool stalled_ = false;  // the far end reads nothing
   fs::path folder_;
   std::string link_;
   config::SerialSettings serial_;
@@ -113,6 +114,85 @@ TEST_F(SerialPortTest, APortThatTakesNothingIsLost) {
   ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
   EXPECT_NE(listener_.losses[0].find("takes no data"), std::string::npos);
   EXPECT_FALSE(port_->is_open());
+}
+
+class StalledPort : public SerialPortTest {
+ protected:
+  StalledPort() {
+    stalled_ = true;
+    Plug();
+    Open();
+  }
+  /// What the far end reads up to this text.
+  std::string ReadUntil(const std::string& end) {
+    far_->Start();
+    std::string text;
+    EXPECT_TRUE(test::RunUntil(io_, [&] {
+      text = AsText(far_->received());
+      return text.ends_with(end);
+    }));
+    return text;
+  }
+  /// More than a pty takes: the rest is in our own queue.
+  const Bytes much_ = Bytes(40'000, 'x');
+};
+
+/// Of a pty the kernel keeps for the far end what it has room for there (see serial_settings.h);
+/// neither the driver's queue nor ours may follow when the far end reads again.
+TEST_F(StalledPort, GetsNothingMoreOfAGivenUpRequest) {
+  port_->Send(much_);
+  test::RunReady(io_);
+  port_->DropUnsent();
+  port_->Send(ToBytes("stop"));
+  const std::string text = ReadUntil("stop");
+  EXPECT_LE(text.size(), 4096 + 4U);
+  EXPECT_TRUE(listener_.losses.empty());
+}
+
+TEST_F(StalledPort, GetsNothingMoreAfterTheClosing) {
+  port_->Send(much_);
+  test::RunReady(io_);
+  port_->Close();
+  Open();
+  port_->Send(ToBytes("stop"));
+  EXPECT_LE(ReadUntil("stop").size(), 4096 + 4U);
+}
+
+TEST_F(StalledPort, IsLostWhenNoRequestGetsOut) {
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_TRUE(listener_.losses.empty());
+    EXPECT_TRUE(port_->is_open());
+    port_->Send(much_);
+    port_->DropUnsent();
+    test::RunReady(io_);
+  }
+  ASSERT_EQ(listener_.losses.size(), 1U);
+  EXPECT_EQ(listener_.losses[0], link_ + " takes no data");
+  EXPECT_FALSE(port_->is_open());
+}
+
+TEST_F(StalledPort, ThatSaysSomethingIsNotLost) {
+  for (int i = 0; i < 20; ++i) {
+    port_->Send(much_);
+    port_->DropUnsent();
+    far_->Write(ToBytes("x"));
+    ASSERT_TRUE(WaitForReceived(static_cast<std::size_t>(i) + 1));
+  }
+  EXPECT_TRUE(listener_.losses.empty());
+}
+
+/// Silent devices are no reason to think ill of the port.
+TEST_F(SerialPortTest, DropsNothingThatHasGoneOut) {
+  Open();
+  for (int round = 1; round <= 20; ++round) {
+    port_->Send(ToBytes("request"));
+    const std::size_t expected = static_cast<std::size_t>(round) * 7;
+    ASSERT_TRUE(test::RunUntil(io_, [&] { return far_->received().size() >= expected; }));
+    port_->DropUnsent();
+  }
+  test::RunReady(io_);
+  EXPECT_TRUE(listener_.losses.empty());
+  EXPECT_TRUE(port_->is_open());
 }
 
 TEST_F(SerialPortTest, UnplugIsReportedOnce) {

@@ -3,7 +3,9 @@
 #include "transports/tcp_client.h"
 
 #include <gtest/gtest.h>
+#include <linux/sockios.h>
 #include <netinet/tcp.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <asio/ip/tcp.hpp>
@@ -30,7 +32,7 @@ class TcpClientTest : public testing::Test {
     acceptor_->async_accept([this](const std::error_code& error, tcp::socket socket) {
       if (error) return;
       far_.emplace(std::move(socket));
-      far_->Start();
+      if (!stalled_) far_->Start();
       ++accepted_;
       Accept();
     });
@@ -64,6 +66,7 @@ class TcpClientTest : public testing::Test {
   std::optional<tcp::acceptor> acceptor_;
   std::uint16_t number_ = 0;
   int accepted_ = 0;
+  bool stalled_ = false;  // the server accepts connections and reads nothing
   std::optional<Far> far_;
   std::unique_ptr<Transport> client_;
 };
@@ -130,6 +133,8 @@ TEST_F(TcpClientTest, CloseAndOpenCyclesAreClean) {
     client_->Close();
     EXPECT_FALSE(client_->is_open());
     EXPECT_TRUE(test::RunUntil(io_, [&] { return first.ended(); })) << "the server sees the end";
+    // A plain end would leave the kernel sending what it still holds.
+    EXPECT_EQ(first.end(), asio::error::connection_reset);
   }
   EXPECT_TRUE(listener_.losses.empty());
   EXPECT_TRUE(listener_.failures.empty());
@@ -205,6 +210,101 @@ int ClientDescriptor(std::uint16_t server_port) {
     }
   }
   return -1;
+}
+
+int Queued(int fd, unsigned long which) {
+  int count = 0;
+  EXPECT_EQ(ioctl(fd, which, &count), 0);
+  return count;
+}
+
+/// The connection of a server that reads nothing: as much as its kernel takes, and then more.
+class StalledServer : public TcpClientTest {
+ protected:
+  StalledServer() {
+    stalled_ = true;
+    Open();
+    const int fd = ClientDescriptor(number_);
+    const Bytes piece(40'000, 'x');
+    for (int i = 0; i < 100 && Queued(fd, SIOCOUTQNSD) < 100'000; ++i) {
+      client_->Send(piece);
+      given_ += piece.size();
+      test::RunReady(io_);
+    }
+    EXPECT_GE(Queued(fd, SIOCOUTQNSD), 100'000);
+    EXPECT_TRUE(listener_.losses.empty());
+  }
+  /// Everything that the server reads, now that it does again.
+  std::size_t ReadOfFirst(Far& first) {
+    first.Start();
+    EXPECT_TRUE(test::RunUntil(io_, [&] { return first.ended(); }));
+    EXPECT_EQ(first.end(), asio::error::connection_reset);
+    return first.received().size();
+  }
+  std::size_t given_ = 0;
+};
+
+TEST_F(StalledServer, GetsNothingMoreOfAGivenUpRequest) {
+  Far first = *far_;
+  client_->DropUnsent();
+  EXPECT_TRUE(listener_.losses.empty()) << "no callback from within the call";
+  ASSERT_TRUE(WaitForLoss());
+  test::RunReady(io_);
+  ASSERT_EQ(listener_.losses.size(), 1U);
+  EXPECT_EQ(listener_.losses[0],
+            Address() + " takes no data: a request has not been acknowledged and is given up");
+  EXPECT_FALSE(client_->is_open());
+  EXPECT_LE(ReadOfFirst(first), given_ - 100'000);
+
+  stalled_ = false;
+  Open();
+  client_->Send(ToBytes("stop"));
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return far_->received().size() >= 4; }));
+  EXPECT_EQ(AsText(far_->received()), "stop");
+}
+
+TEST_F(StalledServer, GetsNothingMoreAfterTheClosing) {
+  Far first = *far_;
+  client_->Close();
+  EXPECT_LE(ReadOfFirst(first), given_ - 100'000);
+  EXPECT_TRUE(listener_.losses.empty());
+}
+
+TEST_F(StalledServer, GetsNothingMoreWhenTheTransportIsGone) {
+  Far first = *far_;
+  client_.reset();
+  EXPECT_LE(ReadOfFirst(first), given_ - 100'000);
+}
+
+TEST_F(StalledServer, ClosingEndsTheWaitingForIt) {
+  client_->DropUnsent();
+  client_->Close();
+  Open();
+  test::RunReady(io_);
+  EXPECT_TRUE(listener_.losses.empty());
+  EXPECT_TRUE(client_->is_open()) << "the new connection has nothing to do with it";
+  client_->DropUnsent();
+  client_.reset();
+  test::RunReady(io_);
+}
+
+/// A device may be silent while its serial server is well: the connection stays, whether the
+/// server's kernel acknowledges at once or a little later.
+TEST_F(TcpClientTest, AServerThatHasTheRequestKeepsItsConnection) {
+  Open();
+  const int fd = ClientDescriptor(number_);
+  for (int round = 1; round <= 20; ++round) {
+    client_->Send(ToBytes("request"));
+    client_->DropUnsent();
+    const std::size_t expected = static_cast<std::size_t>(round) * 7;
+    ASSERT_TRUE(test::RunUntil(io_, [&] { return far_->received().size() >= expected; }));
+  }
+  while (Queued(fd, SIOCOUTQ) > 0) io_.poll();
+  client_->DropUnsent();
+  far_->Write(ToBytes("reply"));
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return listener_.received.size() >= 5; }));
+  EXPECT_TRUE(listener_.losses.empty());
+  EXPECT_EQ(accepted_, 1);
 }
 
 TEST_F(TcpClientTest, ADeadPeerIsNoticedWithinSeconds) {

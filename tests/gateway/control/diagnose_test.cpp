@@ -239,6 +239,14 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
   EXPECT_THAT(SayOfLine(), ElementsAreArray(all));
 }
 
+TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
+  config_.lines[0].port = "tcp://10.0.0.9:4001";
+  line_.times_lost = 6;
+  EXPECT_THAT(SayOfLine(), ElementsAre("the connection was lost 6 times: look at the serial server "
+                                       "(in use by another client, its connection limit, an "
+                                       "inactivity time, its power) and at the network"));
+}
+
 TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
   EXPECT_THAT(SayOfLine({3, 3}),
               ElementsAre("none of its 3 devices answers: look at what they share: port, bit rate "

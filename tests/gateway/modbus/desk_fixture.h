@@ -75,8 +75,8 @@ class DeskTest : public testing::Test {
                        links);
       service_->inbox()->Open(io_);
     }
-    return desks_.emplace_back(
-        std::make_shared<RequestDesk>(listener(), *service_, wire, "10.0.0.7:40112", priority));
+    return desks_.emplace_back(std::make_shared<RequestDesk>(
+        timers_.get_executor(), listener(), *service_, wire, "10.0.0.7:40112", priority));
   }
 
   /// What the wire has been told at once, and what after the targets' answers have come in.
@@ -100,6 +100,7 @@ class DeskTest : public testing::Test {
   FakeTarget drive_;
   FakeTarget pumps_;
   asio::io_context io_;
+  asio::io_context timers_;  // apart, so that a test says when they run
   KeptWire wire_;
   std::optional<Service> service_;
   std::vector<std::shared_ptr<RequestDesk>> desks_;

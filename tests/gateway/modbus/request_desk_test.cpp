@@ -218,10 +218,50 @@ TEST_F(DeskTest, WhatNobodyAnswersIsAnsweredSoonAfterItsDeadline) {
   Ask(20, kRead);
   desks_[0]->Sweep(now_ + 2500ms);
   EXPECT_THAT(Settle(), IsEmpty()) << "the target's own answer still has its chance";
-  desks_[0]->Sweep(now_ + 2750ms);
+  desks_[0]->Sweep(now_ + 2520ms);
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 14 83 0B"));
   drive_.Wait(0).done(GoodReply("03 02 00 07"));
   EXPECT_THAT(Settle(), IsEmpty()) << "answered once";
+  EXPECT_EQ(Traffic().routes[0].no_reply, 1U);
+  EXPECT_EQ(Traffic().routes[0].ok, 0U);
+}
+
+TEST_F(DeskTest, NobodyHasToSweepForTheDeadline) {
+  Add(1, 20, 20).deadline = 1h;
+  Add(2, 30, 30).deadline = 30min;
+  now_ -= 30min;
+  Ask(20, kRead);
+  Ask(30, kRead);
+  while (wire_.answers.empty() && timers_.run_one() > 0) {
+  }
+  EXPECT_THAT(wire_.Take(), ElementsAre("12 34 00 00 00 03 1E 83 0B"));
+  EXPECT_EQ(desks_[0]->outstanding(), 1U);
+}
+
+TEST_F(DeskTest, AReplyAfterTheDeadlineIsNoReply) {
+  Add(1, 20, 20).deadline = 1h;
+  now_ -= 1h;
+  for (const RoutedReply& late : {GoodReply("03 02 00 07"), SlaveException("83 02")}) {
+    Ask(20, kRead);
+    drive_.Wait(drive_.count() - 1).done(late);
+    EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 14 83 0B"));
+  }
+  EXPECT_EQ(Traffic().routes[0].no_reply, 2U);
+  EXPECT_EQ(Traffic().routes[0].last_trouble, "its reply came after the deadline");
+}
+
+TEST_F(DeskTest, WhatIsGivenUpIsNotAnswered) {
+  Add(1, 20, 20);
+  Ask(20, kRead);
+  Ask(1, "06 00 00 00 07");
+  desks_[0]->GiveUp();
+  EXPECT_THAT(drive_.forgotten(), ElementsAre(desks_[0]->id()));
+  drive_.Wait(0).done(GoodReply("03 02 00 07"));
+  sink_.commands.at(0).done(Outcome::ok, "");
+  EXPECT_THAT(Settle(), IsEmpty());
+  EXPECT_EQ(desks_[0]->outstanding(), 0U);
+  desks_[0]->GiveUp();
+  EXPECT_THAT(drive_.forgotten(), testing::SizeIs(1)) << "nothing is left to forget";
 }
 
 TEST_F(DeskTest, AClientThatLeavesIsForgottenByEveryTargetItUsed) {

@@ -1,4 +1,5 @@
-// Clients that speak RTU over TCP: one request at a time, damage, silence, and cached units.
+// Clients that speak RTU over TCP: one request at a time, the last one, damage, silence, and cached
+// units.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -54,25 +55,76 @@ TEST_F(RtuOverTcpTest, EveryCutOfARequest) {
   }
 }
 
-TEST_F(RtuOverTcpTest, TheNextRequestWaitsForTheAnswer) {
+TEST_F(RtuOverTcpTest, AClientThatAsksAnewHasGivenUp) {
   Add(1, 20, 20);
   StartServer();
   const RawClient client = Connect();
-  Bytes three = Rtu(20, "03 00 01 00 01");
-  Append(three, View(Rtu(20, "03 00 02 00 01")));
-  Append(three, View(Rtu(1, "03 00 00 00 01")));
-  client.Send(three);
+  client.Send(Rtu(20, "03 00 C8 00 01"));
   const RoutedRequest first = drive_.Wait(0);
+  client.Send(Rtu(20, "03 00 C9 00 01"));
+  const RoutedRequest second = drive_.Wait(1);
+  EXPECT_EQ(drive_.WaitForgotten(0), first.client);
+  first.done(GoodReply("03 02 00 C8"));
+  second.done(GoodReply("03 02 00 C9"));
+  ExpectReply(client, 20, "03 02 00 C9");
+  client.Send(Rtu(1, "03 00 00 00 01"));
+  ExpectReply(client, 1, "03 02 FF FE");
+  EXPECT_EQ(server_->Traffic().routes[0].dropped, 1U);
+}
+
+TEST_F(RtuOverTcpTest, AWriteThatWasGivenUpIsNeverAnswered) {
+  StartServer();
+  const RawClient client = Connect();
+  client.Send(Rtu(1, "06 00 00 00 2A"));
+  const WriteCommand write = sink_.Wait(0);
+  client.Send(Rtu(1, "03 00 00 00 01"));
+  ExpectReply(client, 1, "03 02 FF FE");
+  write.done(Outcome::ok, "");
+  client.Send(Rtu(1, "03 00 00 00 03"));
+  ExpectReply(client, 1, "03 06 FF FE 47 F1 20 00");
+}
+
+TEST_F(RtuOverTcpTest, OfRequestsThatComeTogetherTheLastIsAnswered) {
+  Add(1, 20, 20);
+  StartServer();
+  const RawClient client = Connect();
+  Bytes together = Rtu(1, "03 00 00 00 01");
+  Append(together, View(Rtu(20, "06 00 08 00 02")));
+  Append(together, View(Rtu(20, "03 00 02 00 01")));
+  client.Send(together);
+  const RoutedRequest asked = drive_.Wait(0);
+  EXPECT_EQ(ToHex(asked.pdu), "03 00 02 00 01") << "nobody waits for those before";
+  asked.done(GoodReply("03 02 00 02"));
+  ExpectReply(client, 20, "03 02 00 02");
+}
+
+TEST_F(RtuOverTcpTest, NoAnswerGoesOutIntoTheNextRequest) {
+  Add(1, 20, 20);
+  StartServer();
+  const RawClient client = Connect();
+  client.Send(Rtu(20, "03 00 C8 00 01"));
+  const RoutedRequest first = drive_.Wait(0);
+  const Bytes next = Rtu(1, "03 00 00 00 01");
+  client.Send(View(next).first(5));
+  first.done(GoodReply("03 02 00 C8"));
   // Whoever is served meanwhile shows that the server has had its turn.
   const RawClient other = Connect();
   other.Send(Rtu(1, "03 00 00 00 01"));
   ExpectReply(other, 1, "03 02 FF FE");
-  EXPECT_EQ(drive_.count(), 1U);
-  first.done(GoodReply("03 02 00 01"));
-  ExpectReply(client, 20, "03 02 00 01");
-  drive_.Wait(1).done(GoodReply("03 02 00 02"));
-  ExpectReply(client, 20, "03 02 00 02");
+  client.Send(View(next).subspan(5));
   ExpectReply(client, 1, "03 02 FF FE");
+}
+
+TEST_F(RtuOverTcpTest, BytesBehindARequestThatBecomeNoneDoNotKeepItsAnswer) {
+  Add(1, 20, 20);
+  drive_.answer = Count;
+  StartServer();
+  const RawClient client = Connect();
+  Bytes request = Rtu(20, kRead);
+  request.push_back(0x14);
+  request.push_back(0x03);
+  client.Send(request);
+  ExpectReply(client, 20, "03 02 01 F4");
 }
 
 TEST_F(RtuOverTcpTest, DamageIsNeverAnswered) {
@@ -128,19 +180,21 @@ TEST_F(RtuOverTcpTest, AClientThatLeavesWhileItWaitsIsForgotten) {
   EXPECT_EQ(drive_.WaitForgotten(0), request.client);
 }
 
-TEST_F(RtuOverTcpTest, AClientThatSendsWithoutEndIsHeldBack) {
+TEST_F(RtuOverTcpTest, AClientThatSendsWithoutEndHasOneRequestUnderWay) {
   Add(1, 20, 20);
   StartServer();
   const RawClient client = Connect();
+  constexpr std::size_t kMany = 4000;
   Bytes many;
-  for (int i = 0; i < 4000; ++i) Append(many, View(Rtu(20, kRead)));
-  client.SendSome(many);
-  const RoutedRequest first = drive_.Wait(0);
-  EXPECT_EQ(drive_.count(), 1U);
-  first.done(GoodReply("03 02 00 00"));
-  ExpectReply(client, 20, "03 02 00 00");
-  drive_.Wait(1);
-  EXPECT_EQ(drive_.count(), 2U);
+  for (std::size_t i = 0; i < kMany; ++i) Append(many, View(Rtu(20, kRead)));
+  client.Send(many);
+  client.Send(Rtu(20, "03 00 07 00 01"));
+  RoutedRequest last = drive_.Wait(0);
+  for (std::size_t i = 1; last.pdu[2] != 7; ++i) last = drive_.Wait(i);
+  EXPECT_LT(drive_.count(), kMany / 2) << "most were given up before they were looked at";
+  last.done(GoodReply("03 02 00 07"));
+  ExpectReply(client, 20, "03 02 00 07");
+  EXPECT_EQ(server_->Traffic().routes[0].dropped, drive_.count() - 1);
 }
 
 TEST_F(RtuOverTcpTest, AnAbsentSerialPortKeepsNoOtherListenerClosed) {

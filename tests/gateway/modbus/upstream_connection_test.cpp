@@ -66,11 +66,35 @@ TEST_F(UpstreamConnectionTest, AnEndInTheMidstAnswersAllAndRepeatsNothing) {
   EXPECT_EQ(server_.Requests(1).size(), 1U);
 }
 
+TEST_F(UpstreamConnectionTest, AReadThatMetTheEndOfAConnectionIsSentOnceMore) {
+  const Asked& before = Submit();
+  ASSERT_TRUE(server_.Wait(1));
+  const Asked& read = Submit({.slave = 21});
+  const Asked& write = Submit({.slave = 22, .pdu = "06 00 08 00 02"});
+  const Asked& unknown = Submit({.slave = 23, .pdu = "64 01"});
+  ASSERT_TRUE(server_.Wait(4));
+  server_.Write("00 00 00 00 00 05 14 03 02 00 01");
+  server_.Close();
+  EXPECT_EQ(Wait(before).outcome, Outcome::ok);
+  EXPECT_EQ(Wait(write).outcome, Outcome::no_reply) << "it may have been carried out";
+  EXPECT_EQ(Wait(unknown).outcome, Outcome::no_reply);
+  ASSERT_TRUE(server_.Wait(1, 1));
+  EXPECT_EQ(read.calls, 0);
+  const Asked& second = Submit();
+  ASSERT_TRUE(server_.Wait(2, 1));
+  EXPECT_EQ(server_.Requests(1)[0], "00 04 00 00 00 06 15 03 00 C8 00 01");
+  server_.Write("00 05 00 00 00 05 14 03 02 00 02", 1);
+  EXPECT_EQ(Wait(second).outcome, Outcome::ok);
+  server_.Close(1);
+  EXPECT_EQ(Wait(read).outcome, Outcome::no_reply) << "once is enough";
+  EXPECT_TRUE(read.reply.sent);
+}
+
 TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
   tcp::acceptor closed(io_, tcp::endpoint(asio::ip::address_v4::loopback(), 0));
   const std::uint16_t port = closed.local_endpoint().port();
   closed.close();
-  Upstream upstream(io_, "127.0.0.1", port, [] {});
+  Upstream upstream(io_, "127.0.0.1", port, nullptr, [] {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({})));
   const RoutedReply first = Wait(asked_.back());
@@ -139,7 +163,7 @@ TEST_F(UpstreamConnectionTest, ADeadlineWhileConnectingIsNotExceeded) {
     crowd.emplace_back(io_).async_connect(full.local_endpoint(), [](const asio::error_code&) {});
   }
   RunReady(io_);
-  Upstream upstream(io_, "127.0.0.1", full.local_endpoint().port(), [] {});
+  Upstream upstream(io_, "127.0.0.1", full.local_endpoint().port(), nullptr, [] {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({.within = 10ms})));
   const RoutedReply& reply = Wait(asked_.back());
@@ -167,7 +191,7 @@ TEST_F(UpstreamConnectionTest, StopAnswersEveryoneAndLetsNobodyIn) {
 }
 
 TEST_F(UpstreamConnectionTest, NamesAreLookedUp) {
-  Upstream upstream(io_, "localhost", server_.port(), [] {});
+  Upstream upstream(io_, "localhost", server_.port(), nullptr, [] {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({})));
   ASSERT_TRUE(server_.Wait(1));

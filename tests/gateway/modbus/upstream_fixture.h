@@ -12,6 +12,7 @@
 
 #include "gateway/base/text.h"
 #include "gateway/modbus/upstream.h"
+#include "protocols/modbus/protocol.h"
 #include "tests/transports/far_end.h"
 
 namespace baudgate::modbus {
@@ -111,19 +112,23 @@ class UpstreamTest : public testing::Test {
     EXPECT_EQ(asked.calls, 1);
     return asked.reply;
   }
-  /// Reads of distinct registers, as many as the wire takes.
+  static constexpr std::size_t kReadsOnWire = Upstream::kMostOnWire - Upstream::kKeptForWrites;
+
+  /// Reads of distinct registers, as many as the wire takes: four each to units 20, 21 and 22.
   void FillTheWire() {
-    for (std::size_t i = 0; i < Upstream::kMostOnWire; ++i) {
-      Submit({.pdu = "03 01 " + HexByte(static_cast<std::uint8_t>(i)) + " 00 01"});
+    for (std::size_t i = 0; i < kReadsOnWire; ++i) {
+      Submit({.slave = static_cast<std::uint8_t>(20 + i / Upstream::kMostPerUnit),
+              .pdu = "03 01 " + HexByte(static_cast<std::uint8_t>(i)) + " 00 01"});
     }
-    ASSERT_TRUE(server_.Wait(Upstream::kMostOnWire));
+    ASSERT_TRUE(server_.Wait(kReadsOnWire));
   }
 
   asio::io_context io_;
   ScriptedServer server_{io_};
   std::deque<Asked> asked_;
   std::uint64_t late_ = 0;  // replies to nobody
-  Upstream upstream_{io_, "127.0.0.1", server_.port(), [this] { ++late_; }};
+  Upstream upstream_{io_, "127.0.0.1", server_.port(), ModbusRtuProtocol().carrier,
+                     [this] { ++late_; }};
 };
 
 }  // namespace baudgate::modbus

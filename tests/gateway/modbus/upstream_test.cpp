@@ -13,6 +13,7 @@
 
 #include "gateway/modbus/route_targets.h"
 #include "gateway/modbus/traffic_book.h"
+#include "gateway/route_queue.h"
 #include "tests/gateway/modbus/upstream_fixture.h"
 
 namespace baudgate::modbus {
@@ -89,6 +90,41 @@ TEST_F(UpstreamTest, OtherUnitsAndFunctionsAreNoReply) {
   }
 }
 
+struct Misfit {
+  const char* request;
+  const char* reply;
+};
+
+class MisfitTest : public UpstreamTest, public testing::WithParamInterface<Misfit> {};
+
+TEST_P(MisfitTest, IsNoReply) {
+  const std::string pdu = GetParam().reply;
+  const auto size = static_cast<std::uint8_t>((pdu.size() + 1) / 3 + 1);
+  const Asked& asked = Submit({.pdu = GetParam().request});
+  ASSERT_TRUE(server_.Wait(1));
+  server_.Write("00 00 00 00 00 " + HexByte(size) + " 14 " + pdu);
+  EXPECT_EQ(Wait(asked).outcome, Outcome::unexpected);
+  EXPECT_TRUE(asked.reply.pdu.empty());
+  EXPECT_THAT(asked.reply.reason, HasSubstr("does not fit the request: " + pdu));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, MisfitTest,
+                         testing::Values(Misfit{"03 00 C8 00 01", "03 02 01"},
+                                         Misfit{"03 00 C8 00 01", "03"},
+                                         Misfit{"03 00 C8 00 01", "03 04 00 01 00 02"},
+                                         Misfit{"03 00 C8 00 01", "03 02 00 01 00"},
+                                         Misfit{"01 00 00 00 09", "01 01 FF"},
+                                         Misfit{"06 00 08 00 00", "06 00 63 00 63"},
+                                         Misfit{"05 00 08 FF 00", "05 00 08 00 00"},
+                                         Misfit{"10 00 08 00 01 02 00 07", "10 00 09 00 01"}));
+
+TEST_F(UpstreamTest, WhatNobodyKnowsPassesAsItIs) {
+  const Asked& asked = Submit({.slave = 250, .pdu = "64 DE AD"});
+  ASSERT_TRUE(server_.Wait(1));
+  server_.Write("00 00 00 00 00 05 FA 64 01 02 03");
+  EXPECT_EQ(ToHex(Wait(asked).pdu), "64 01 02 03");
+}
+
 TEST_F(UpstreamTest, AnUnknownIdIsDropped) {
   const Asked& asked = Submit();
   ASSERT_TRUE(server_.Wait(1));
@@ -156,25 +192,60 @@ TEST_F(UpstreamTest, WhatWaitsForTheWireExpires) {
   server_.Write("00 00 00 00 00 05 14 03 02 00 01");
   Wait(asked_[0]);
   RunReady(io_);
-  EXPECT_EQ(server_.Requests().size(), Upstream::kMostOnWire);
+  EXPECT_EQ(server_.Requests().size(), kReadsOnWire);
 }
 
-TEST_F(UpstreamTest, TheWireTakesSixteenAndThenThePriorityDecides) {
+TEST_F(UpstreamTest, TheWireTakesTwelveReadsAndThenThePriorityDecides) {
   FillTheWire();
-  Submit({.pdu = "03 00 0A 00 01", .priority = config::Priority::low});
-  Submit({.pdu = "03 00 0B 00 01"});
-  Submit({.pdu = "03 00 0C 00 01", .priority = config::Priority::high});
+  Submit({.slave = 30, .pdu = "03 00 0A 00 01", .priority = config::Priority::low});
+  Submit({.slave = 30, .pdu = "03 00 0B 00 01"});
+  Submit({.slave = 30, .pdu = "03 00 0C 00 01", .priority = config::Priority::high});
   RunReady(io_);
-  ASSERT_EQ(server_.Requests().size(), 16U);
+  ASSERT_EQ(server_.Requests().size(), 12U);
+  std::size_t sent = 12;
   for (const std::string id : {"04", "05", "06"}) {
-    server_.Write("00 " + id + " 00 00 00 05 14 03 02 00 01");
-    ASSERT_TRUE(server_.Wait(asked_.size() - 2));
-    asked_.emplace_back();
+    server_.Write("00 " + id + " 00 00 00 05 15 03 02 00 01");
+    ASSERT_TRUE(server_.Wait(++sent));
   }
   const auto requests = server_.Requests();
-  EXPECT_THAT(requests[16], HasSubstr("03 00 0C"));
-  EXPECT_THAT(requests[17], HasSubstr("03 00 0B"));
-  EXPECT_THAT(requests[18], HasSubstr("03 00 0A"));
+  EXPECT_THAT(requests[12], HasSubstr("03 00 0C"));
+  EXPECT_THAT(requests[13], HasSubstr("03 00 0B"));
+  EXPECT_THAT(requests[14], HasSubstr("03 00 0A"));
+}
+
+TEST_F(UpstreamTest, ShortWritesDoNotWaitForReadsThatNobodyAnswers) {
+  FillTheWire();
+  for (std::uint8_t unit = 40; unit < 48; ++unit) Submit({.slave = unit});
+  RunReady(io_);
+  Submit({.slave = 20, .pdu = "06 00 08 00 00"});
+  Submit({.slave = 30, .pdu = "06 00 08 00 00"});
+  ASSERT_TRUE(server_.Wait(kReadsOnWire + 2));
+  EXPECT_EQ(server_.Requests()[12], "00 0C 00 00 00 06 14 06 00 08 00 00");
+  EXPECT_EQ(server_.Requests()[13], "00 0D 00 00 00 06 1E 06 00 08 00 00");
+}
+
+TEST_F(UpstreamTest, OneUnitTakesFourPlacesAndASilentOneOne) {
+  const auto read = [this](std::uint8_t unit, int start, Duration within = 1h) {
+    Submit({.slave = unit,
+            .pdu = "03 01 " + HexByte(static_cast<std::uint8_t>(start)) + " 00 01",
+            .within = within});
+  };
+  for (int i = 0; i < 6; ++i) read(20, i, 300ms);
+  read(21, 0);
+  ASSERT_TRUE(server_.Wait(5));
+  EXPECT_THAT(server_.Requests()[4], HasSubstr(" 15 03 01 00")) << "others do not wait";
+  server_.Write("00 04 00 00 00 05 15 03 02 00 01");
+  for (std::size_t i = 0; i < 7; ++i) Wait(asked_[i]);
+  ASSERT_TRUE(asked_[3].reply.sent) << "the machine stood still for 300 ms";
+  std::size_t sent = server_.Requests().size();
+  for (int i = 0; i < 6; ++i) read(20, 10 + i);
+  read(21, 1);
+  ASSERT_TRUE(server_.Wait(sent + 2));
+  RunReady(io_);
+  ASSERT_EQ(server_.Requests().size(), sent + 2);
+  const std::string id = server_.Requests()[sent].substr(0, 5);
+  server_.Write(id + " 00 00 00 05 14 03 02 00 01");
+  ASSERT_TRUE(server_.Wait(sent + 2 + Upstream::kMostPerUnit)) << "it answers again";
 }
 
 TEST_F(UpstreamTest, TheNextWriteToAUnitWaitsForTheOneBefore) {
@@ -227,11 +298,11 @@ TEST_F(UpstreamTest, AForgottenClientIsNotSentForAndNotAnswered) {
   const Asked& stays = Submit({.pdu = "03 00 02 00 01", .client = 8});
   upstream_.Forget(7);
   server_.Write("00 00 00 00 00 05 14 03 02 00 01");
-  ASSERT_TRUE(server_.Wait(17));
-  EXPECT_EQ(server_.Requests()[16], "00 10 00 00 00 06 14 03 00 02 00 01");
+  ASSERT_TRUE(server_.Wait(13));
+  EXPECT_EQ(server_.Requests()[12], "00 0C 00 00 00 06 14 03 00 02 00 01");
   upstream_.Forget(8);
   RunReady(io_);
-  server_.Write("00 10 00 00 00 05 14 03 02 00 02 00 01 00 00 00 05 14 03 02 00 03");
+  server_.Write("00 0C 00 00 00 05 14 03 02 00 02 00 01 00 00 00 05 14 03 02 00 03");
   Wait(asked_[1]);
   EXPECT_EQ(gone.calls, 0);
   EXPECT_EQ(stays.calls, 0);
@@ -241,7 +312,7 @@ TEST_F(UpstreamTest, AForgottenClientIsNotSentForAndNotAnswered) {
 TEST_F(UpstreamTest, AFullQueueSaysNoUntilThereIsRoom) {
   FillTheWire();
   for (std::size_t i = 0; i < Upstream::kMostWaiting; ++i) {
-    Submit({.pdu = "06 00 01 00 01", .client = i});
+    Submit({.pdu = "2B 0E 01 00", .client = i});
     if (i % 2 == 0) RunReady(io_);
   }
   EXPECT_FALSE(upstream_.Submit(Make({})));
@@ -251,6 +322,8 @@ TEST_F(UpstreamTest, AFullQueueSaysNoUntilThereIsRoom) {
   upstream_.Forget(5);
   RunReady(io_);
   EXPECT_TRUE(upstream_.Submit(Make({})));
+  for (std::size_t i = 0; i < RouteQueue::kKept; ++i) Submit({.pdu = "06 00 01 00 01"});
+  EXPECT_FALSE(upstream_.Submit(Make({.pdu = "06 00 01 00 01"}))) << "their own places are full";
 }
 
 TEST_F(UpstreamTest, AnyThreadMayAsk) {

@@ -85,6 +85,51 @@ TEST(DconConversation, DamageAndForeignRepliesGiveNoReading) {
   }
 }
 
+TEST(DconConversation, AnotherModulesNameIsPassedOver) {
+  const config::Device device = MakeDevice({}, {{"checksum", true}});
+  DconConversation talk(device);
+  const auto request = talk.Ask({Task::Kind::probe, 0, kNoPoint, {}}, {});
+  ASSERT_TRUE(request);
+  Assembler assembler;
+  assembler.Begin(DconProtocol().reply_rule, request->expect);
+  const Bytes own = BuildReply("!017017", true);
+  assembler.Feed(BuildReply("!4A7017", true));
+  assembler.Feed(own);
+  EXPECT_EQ(assembler.Next(true), own);
+  EXPECT_EQ(assembler.blame(), Outcome::unexpected);
+}
+
+TEST(DconConversation, AModuleWithoutANameIsProbedAsItIsNotPolled) {
+  const config::Device device = EightInputs({{"identify", false}});
+  DconConversation talk(device);
+  const Task probe{Task::Kind::probe, 0, kNoPoint, {}};
+  const auto asked = [&] { return std::string(AsText(talk.Ask(probe, {})->bytes)).substr(0, 4); };
+  EXPECT_EQ(asked(), "#010");
+  // The reply to a poll is none to the probe, nor the other way round.
+  const Bytes all = BuildReply(">+1.0000+2.0000+3.0000+4.0000+5.0000+6.0000+7.0000+8.0000", true);
+  const auto request = talk.Ask(probe, {});
+  EXPECT_EQ(talk.OnFrame(probe, *request, all, {}).outcome, Outcome::unexpected);
+  const Bytes one = BuildReply(">+1.0000", true);
+  const auto poll = talk.Ask(Poll(0), {});
+  EXPECT_EQ(talk.OnFrame(Poll(0), *poll, one, {}).outcome, Outcome::unexpected);
+  EXPECT_EQ(talk.OnFrame(probe, *request, one, {}).outcome, Outcome::ok);
+  // One that has answered it once is asked nothing else.
+  talk.OnFailure(probe, *request, Outcome::no_reply, {});
+  EXPECT_EQ(asked(), "#010");
+}
+
+TEST(DconConversation, AModuleThatKnowsNoSingleChannelIsProbedWithItsPoll) {
+  const config::Device device = EightInputs({{"identify", false}});
+  DconConversation talk(device);
+  const Task probe{Task::Kind::probe, 0, kNoPoint, {}};
+  for (int i = 0; i < 6; ++i) {
+    const auto request = talk.Ask(probe, {});
+    talk.OnFailure(probe, *request, Outcome::no_reply, {});
+  }
+  EXPECT_EQ(std::string(AsText(talk.Ask(probe, {})->bytes)).substr(0, 3), "#01");
+  EXPECT_NE(std::string(AsText(talk.Ask(probe, {})->bytes)).substr(0, 4), "#010");
+}
+
 TEST(DconConversation, TwoDecodersOfOneCommandAreNotBothBelieved) {
   const config::Device device =
       MakeDevice({ReadPoint("a", "#0 counter", Type::uint32), ReadPoint("b", "#0")});

@@ -5,6 +5,8 @@
 
 #include <deque>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "gateway/base/text.h"
 #include "tests/protocols/runs/rig.h"
@@ -12,23 +14,33 @@
 namespace baudgate {
 namespace {
 
-/// Says its replies so many requests late.
-class ShiftedDevice {
+/// What the devices say comes so many requests late: of one device alone, or of all in one queue,
+/// as a serial server before them has it.
+class Shifted {
  public:
-  ShiftedDevice(Rig& rig, std::uint32_t device, std::size_t requests)
-      : manner_(rig->twin(device).manner), requests_(requests) {
-    manner_.distort = [this](Bytes reply) {
-      replies_.push_back(std::move(reply));
-      if (replies_.size() <= requests_) return Bytes();
-      Bytes earlier = std::move(replies_.front());
-      replies_.pop_front();
-      return earlier;
-    };
+  Shifted(Rig& rig, std::vector<std::uint32_t> devices, std::size_t requests)
+      : rig_(rig), devices_(std::move(devices)), requests_(requests) {
+    for (const std::uint32_t device : devices_) {
+      rig_->twin(device).manner.distort = [this](Bytes reply) {
+        return Exchange(std::move(reply));
+      };
+    }
   }
-  ~ShiftedDevice() { manner_.distort = {}; }
+  ~Shifted() {
+    for (const std::uint32_t device : devices_) rig_->twin(device).manner.distort = {};
+  }
 
  private:
-  Manner& manner_;
+  Bytes Exchange(Bytes reply) {
+    replies_.push_back(std::move(reply));
+    if (replies_.size() <= requests_) return {};
+    Bytes earlier = std::move(replies_.front());
+    replies_.pop_front();
+    return earlier;
+  }
+
+  Rig& rig_;
+  std::vector<std::uint32_t> devices_;
   std::size_t requests_;
   std::deque<Bytes> replies_;
 };
@@ -41,13 +53,33 @@ TEST_P(ShiftedRun, NoReplyBecomesTheValueOfAnotherPoint) {
     rig.LearnTruth();
     rig.Watch();
     {
-      const ShiftedDevice shifted(rig, 0, requests);
+      const Shifted shifted(rig, {0}, requests);
       const std::uint32_t neighbour = rig->StatusOf(1).Count(Outcome::ok);
       rig->RunFor(10min);
       EXPECT_EQ(rig.wrong(), 0U) << requests << " requests late";
       const DeviceStatus status = rig->StatusOf(0);
       EXPECT_LT(status.Count(Outcome::ok), status.exchanges) << "it is found out";
       EXPECT_GT(rig->StatusOf(1).Count(Outcome::ok), neighbour + 150) << "it is served";
+    }
+    EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(); }, 5min)) << "in step again";
+    EXPECT_EQ(rig.wrong(), 0U);
+    if (HasFailure()) return;
+  }
+}
+
+TEST_P(ShiftedRun, NorWhereASerialServerShiftsAllOfThem) {
+  for (const std::size_t requests : {1U, 2U, 3U, 5U}) {
+    Rig rig(GetParam());
+    rig.LearnTruth();
+    rig.Watch();
+    {
+      const Shifted shifted(rig, {0, 1}, requests);
+      rig->RunFor(10min);
+      EXPECT_EQ(rig.wrong(), 0U) << requests << " requests late";
+      for (const std::uint32_t device : {0U, 1U}) {
+        const DeviceStatus status = rig->StatusOf(device);
+        EXPECT_LT(status.Count(Outcome::ok), status.exchanges) << "it is found out";
+      }
     }
     EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(); }, 5min)) << "in step again";
     EXPECT_EQ(rig.wrong(), 0U);

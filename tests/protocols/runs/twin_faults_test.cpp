@@ -200,7 +200,8 @@ TEST_P(MisbehavingTwin, AStallBeyondTheGapIsPartial) {
   OnlyThese({Outcome::ok, Outcome::partial, Outcome::corrupt});
   EXPECT_GT(own_[Outcome::partial], 10U);
   EXPECT_EQ(end_state_, DeviceState::offline);
-  TheNeighbourWasServed(1);
+  // It has its turn before the retries, and may meet the rest of what had stalled.
+  TheNeighbourWasServed(3);
   EverythingComesBack();
 }
 
@@ -250,7 +251,13 @@ TEST_P(MisbehavingTwin, GarbageAfterSpoilsNoOther) {
 
 TEST_P(MisbehavingTwin, DoubledRepliesSpoilNoOther) {
   Misbehave("double");
-  OnlyThese({Outcome::ok});
+  // The second copy of a DCON probe's answer can meet the next request: no number says whose it is.
+  if (Is("dcon")) {
+    OnlyThese({Outcome::ok, Outcome::unexpected});
+  } else {
+    OnlyThese({Outcome::ok});
+  }
+  EXPECT_GT(own_[Outcome::ok], own_.all() / 2);
   EXPECT_GT(rig_->poller().counters().stray_bytes, struck_);
   // A second copy in bursts 16 ms apart can pass for the beginning of the neighbour's reply.
   TheNeighbourWasServed(neighbour_.all() / 2);

@@ -57,8 +57,7 @@ TEST(SpaConversation, ProbesWithTheIdentification) {
 TEST(SpaConversation, WrongShapesAreUnexpectedAndGiveNoReading) {
   Talk talk(MakeDevice(Inputs()));
   talk.Ask(Talk::Poll(0));
-  for (const char* reply : {"<2D:0.52/0.49/0.51/0.00/0:",    // another slave
-                            "<1D:0.52/0.49/0.51/0.00:",      // one value too few
+  for (const char* reply : {"<1D:0.52/0.49/0.51/0.00:",      // one value too few
                             "<1D:0.52/0.49/0.51/0.00/0/1:",  // one too many
                             "<1D::",                         // none
                             "<1A:",                          // an acknowledge
@@ -68,6 +67,19 @@ TEST(SpaConversation, WrongShapesAreUnexpectedAndGiveNoReading) {
     EXPECT_TRUE(answer.readings.empty()) << reply;
     EXPECT_FALSE(answer.reason.empty()) << reply;
   }
+}
+
+TEST(SpaConversation, TheReplyOfAnotherSlaveIsPassedOver) {
+  Talk talk(MakeDevice(Inputs()));
+  talk.Ask(Talk::Poll(0));
+  Assembler assembler;
+  assembler.Begin(SpabusProtocol().reply_rule, talk.request().expect);
+  assembler.Feed(ReplyText("<2D:0.52/0.49/0.51/0.00/0:"));
+  EXPECT_FALSE(assembler.Next(true));
+  EXPECT_EQ(assembler.blame(), Outcome::unexpected);
+  const Bytes own = ReplyText("<1D:0.52/0.49/0.51/0.00/0:");
+  assembler.Feed(own);
+  EXPECT_EQ(assembler.Next(true), own);
 }
 
 TEST(SpaConversation, OneBadValueDoesNotCostTheOthers) {

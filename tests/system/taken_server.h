@@ -1,0 +1,47 @@
+// A serial server whose serial port belongs to another client: it accepts every connection and ends
+// it at once, in turns with a close, a reset, and a word before it; until it is told to serve.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+#include <vector>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::system_test {
+
+class TakenServer {
+ public:
+  /// Listens on loopback from now on.
+  explicit TakenServer(std::uint16_t port);
+  ~TakenServer();
+  TakenServer(const TakenServer&) = delete;
+  TakenServer& operator=(const TakenServer&) = delete;
+
+  bool listening() const { return listening_; }
+  std::uint16_t port() const { return port_; }
+  std::size_t connections() const;
+  /// From one connection to another, counted from 0; both have been.
+  Duration Between(std::size_t first, std::size_t second) const;
+  /// From now on connections are kept, and whatever comes is sent back.
+  void Serve() { serve_ = true; }
+
+ private:
+  void Run(const std::stop_token& stop);
+  void TurnAway(int client, std::size_t turn) const;
+  void Echo(int client, const std::stop_token& stop) const;
+
+  const std::uint16_t port_;
+  int socket_;
+  bool listening_ = false;
+  std::atomic<bool> serve_ = false;
+  mutable std::mutex mutex_;
+  std::vector<Instant> accepted_;
+  std::jthread thread_;
+};
+
+}  // namespace baudgate::system_test
