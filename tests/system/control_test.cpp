@@ -183,10 +183,9 @@ TEST_F(Control, AGatewayIsFoundWithoutBeingTold) {
   relay = StartTwin("relay", "relay", "7");
   const std::string yaml =
       Head() + Line("relay", "spabus", "address: 7, profile: relay, unit: 1", "serial: 38400 7E1");
-  const Child::Environment here = {{"XDG_RUNTIME_DIR", directory().string()}};
-  daemon = Start({"run", "-c", Write("baudgate.yaml", yaml).string()}, here);
+  daemon = Start({"run", "-c", Write("baudgate.yaml", yaml).string()});
   ASSERT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
-  const auto status = Start({"status"}, here);
+  const auto status = Start({"status"});
   // Another gateway of this machine may run in /run/baudgate: then both are named.
   const auto code = status->WaitForEnd();
   EXPECT_THAT(status->Output() + status->Errors(), HasSubstr(gateway()));
