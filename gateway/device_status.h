@@ -64,9 +64,10 @@ struct DeviceStatus {
   std::uint32_t exchanges = 0;
   std::array<std::uint32_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
   std::uint32_t retries = 0;
-  std::uint32_t missed = 0;  ///< poll periods skipped because the line had no time
-  std::uint32_t late = 0;    ///< exchanges without a reply that bytes followed after their end
-  Duration lateness{};       ///< how long after, the last time
+  std::uint32_t missed = 0;   ///< poll periods skipped because the line had no time
+  std::uint32_t late = 0;     ///< exchanges without a reply that bytes followed after their end
+  Duration lateness{};        ///< how long after, the last time
+  std::uint32_t doubled = 0;  ///< exchanges behind whose reply came another, different one
   RoundTrips round_trips;
 
   std::uint32_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }

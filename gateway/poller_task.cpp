@@ -392,6 +392,7 @@ void Poller::ChargeFailure(const Work& work) {
 
 void Poller::OnSecondReply(Instant) {
   if (last_ == nullptr) return;
+  ChangeStatus(*last_, [](DeviceStatus& status) { ++status.doubled; });
   if (!std::exchange(last_->told_second, true)) {
     listener_.OnWarning(last_->index,
                         "a second, different reply came behind one: replies come twice, or one "

@@ -199,6 +199,13 @@ Sentences Diagnose(const LineStatus& line, const DeviceRecord& device, Now now, 
 
   Sentences found = Failures(device);
   if (Share(status.late, status.exchanges) >= kNotableShare / 10) found.push_back(Late(status));
+  if (status.doubled > 0) {
+    found.push_back(fmt::format(
+        "doubled: a second, different reply came behind one {}: replies come twice, or one request "
+        "late; values may have been another's for a moment. Look at the serial server, radio or "
+        "repeater in between",
+        Times(status.doubled)));
+  }
   const double periods = std::chrono::duration<double>(now.instant - started) /
                          std::chrono::duration<double>(device.device->poll);
   if (const double share = Share(status.missed, periods); share >= kNotableShare) {

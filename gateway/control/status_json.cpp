@@ -109,6 +109,7 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const View& 
   json["missed"] = status.missed;
   json["late"] = status.late;
   json["lateness_ms"] = Milliseconds(status.lateness);
+  json["doubled"] = status.doubled;
   json["round_trips"] = RoundTripsJson(status.round_trips);
   json["points"] = PointsJson(record, view.now.instant);
   if (view.with_values) json["values"] = ValuesJson(record, view.now.instant);

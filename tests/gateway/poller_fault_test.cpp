@@ -224,6 +224,7 @@ TEST(PollerFaults, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {
   line.always = {};
   ASSERT_FALSE(line.warnings.empty());
   EXPECT_NE(line.warnings.back().find("second, different reply"), std::string::npos);
+  EXPECT_GE(line.StatusOf(0).doubled, 1U);
   EXPECT_TRUE(line.RunUntil([&] { return !is_wrong(); }, 300ms))
       << "without waiting for its period";
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);

@@ -151,6 +151,12 @@ TEST_F(DiagnoseTest, LateAnswersAreNotMissedRequests) {
                                  "raise its timing.reply by more than 80 ms"));
 }
 
+TEST_F(DiagnoseTest, SecondRepliesAreSaidHoweverSeldom) {
+  device().doubled = 1;
+  EXPECT_THAT(Say(), ElementsAre(testing::StartsWith(
+                         "doubled: a second, different reply came behind one once: ")));
+}
+
 TEST_F(DiagnoseTest, MissedPeriods) {
   device().missed = 100;  // of the 10,800 in three hours: not one in a hundred
   EXPECT_THAT(Say(), IsEmpty());
