@@ -105,7 +105,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   line_.OnOpened(now.instant, keeps_bit_rate);
   probes_ = ProbeBudget();
   write_probes_ = ProbeBudget(kWriteShare);
-  echoes_ = told_echo_ = false;
+  echoes_ = false;
   for (const auto& device : devices_) {
     if (!device->in_use) continue;
     Reconnect(*device);
