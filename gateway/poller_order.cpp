@@ -148,19 +148,20 @@ void Poller::OnSecondReply(Instant) {
 
 /// One of the latest replies belonged to another request, nobody knows which.
 void Poller::DoubtReadings() {
-  for (const auto& [device, query] : std::exchange(unproven_, {})) {
-    if (!device->in_use || query >= device->conversation->Queries().size()) continue;
+  for (const auto& read : std::exchange(unproven_, {})) {
+    Device& device = *read.first;
+    const auto queries = device.conversation->Queries();
+    if (!device.in_use || read.second >= queries.size()) continue;
     std::vector<Sample> samples;
-    store_.Read(device->index, [&](const DeviceRecord& record) {
-      for (const std::size_t point : device->conversation->Queries()[query].points) {
+    store_.Read(device.index, [&](const DeviceRecord& record) {
+      for (const std::size_t point : queries[read.second].points) {
         if (!IsGood(record.points[point].reported)) continue;
         samples.push_back({static_cast<std::uint32_t>(point), {}, Quality::uncertain});
       }
     });
-    store_.Update(device->index, samples, now_, {});
-    const std::pair wanted(device, query);
-    const bool known = std::find(refresh_.begin(), refresh_.end(), wanted) != refresh_.end();
-    if (!known && refresh_.size() < kQueueLimit) refresh_.push_back(wanted);
+    store_.Update(device.index, samples, now_, {});
+    const bool known = std::find(refresh_.begin(), refresh_.end(), read) != refresh_.end();
+    if (!known && refresh_.size() < kQueueLimit) refresh_.push_back(read);
   }
 }
 
