@@ -31,6 +31,8 @@ class AnswerOrder {
 
   /// Whether the latest answer may be that to the latest request.
   bool MayBeInStep() const { return (possible_ & 1U) != 0; }
+  /// Nothing else is possible.
+  bool IsInStep() const { return possible_ == 1; }
   /// Whether a shifted answer to `request`, sent next, would be found out or be the same request's.
   bool IsSafe(Fingerprint request) const;
 

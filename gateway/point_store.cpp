@@ -122,6 +122,24 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
   Announce(device, changed);
 }
 
+void PointStore::Doubt(std::uint32_t device, std::span<const std::size_t> points, Instant now) {
+  Entry& entry = *devices_[device];
+  std::vector<std::uint32_t> changed;
+  {
+    const std::lock_guard lock(entry.mutex);
+    ++entry.record.version;
+    for (const std::size_t point : points) {
+      PointRecord& held = entry.record.points[point];
+      if (!IsGood(held.reported)) continue;
+      held.reported = Quality::uncertain;
+      changed.push_back(static_cast<std::uint32_t>(point));
+      entry.announced[point] = QualityAt(entry.record, point, now);
+      ScheduleAgeing(entry, point, now);
+    }
+  }
+  Announce(device, changed);
+}
+
 void PointStore::SetOverride(std::uint32_t device, Override why) {
   Entry& entry = *devices_[device];
   {

@@ -89,6 +89,9 @@ class PointStore {
 
   /// Points that were read in one exchange, which ended `at`.
   void Update(std::uint32_t device, std::span<const Sample> samples, Now at, Duration round_trip);
+  /// The good ones of these points become uncertain until they are read again; values and ages
+  /// stay.
+  void Doubt(std::uint32_t device, std::span<const std::size_t> points, Instant now);
   void SetOverride(std::uint32_t device, Override why);
   /// The measured time that the line needs to read all its fast points once.
   void SetLineCycle(std::uint32_t device, Duration cycle);

@@ -50,6 +50,7 @@ bool Poller::PickWriteProbe() {
     if (!StartRouted(routes_.TakeUrgent(to_it))) continue;
     ++counters_.probes;
     work_->probing = true;
+    work_->budget = &write_probes_;
     return true;
   }
   return false;
@@ -213,7 +214,10 @@ bool Poller::PickProbe() {
     if (!StartRouted(routes_.TakeFor(device->slave))) return false;
   }
   ++counters_.probes;
-  if (work_) work_->probing = true;
+  if (work_) {
+    work_->probing = true;
+    work_->budget = &probes_;
+  }
   return true;
 }
 

@@ -152,14 +152,7 @@ void Poller::DoubtReadings() {
     Device& device = *read.first;
     const auto queries = device.conversation->Queries();
     if (!device.in_use || read.second >= queries.size()) continue;
-    std::vector<Sample> samples;
-    store_.Read(device.index, [&](const DeviceRecord& record) {
-      for (const std::size_t point : queries[read.second].points) {
-        if (!IsGood(record.points[point].reported)) continue;
-        samples.push_back({static_cast<std::uint32_t>(point), {}, Quality::uncertain});
-      }
-    });
-    store_.Update(device.index, samples, now_, {});
+    store_.Doubt(device.index, queries[read.second].points, now_.instant);
     const bool known = std::find(refresh_.begin(), refresh_.end(), read) != refresh_.end();
     if (!known && refresh_.size() < kQueueLimit) refresh_.push_back(read);
   }

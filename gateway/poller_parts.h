@@ -74,6 +74,7 @@ struct Poller::Work {
   int parkings = 0;                         // how often the device has asked to wait with it
   bool refresh = false;                     // reads back what a command has written
   bool probing = false;                     // its device was absent when it was chosen
+  ProbeBudget* budget = nullptr;            // that has allowed it then
   std::optional<RouteQueue::Batch> routed;  // whom the reply goes to; no conversation takes part
   std::uint8_t request_function = 0;        // of them
   Bytes reply;                              // to them

@@ -116,7 +116,8 @@ void Poller::ShowLine() {
 /// One turn of all absent devices: each costs its worst case and the pause, or as long as it takes
 /// to earn the time that the living waited for its last probe; a probe that makes them wait is sent
 /// behind an exchange of theirs only, hence the longest of their periods once. Where the polls
-/// leave too little room even so, the turn that was seen counts.
+/// leave too little room even so, the turn that was seen counts. A share that is used up has to be
+/// earned first.
 Duration Poller::NoticeBound() const {
   Duration turn{};
   Duration period{};
@@ -135,7 +136,9 @@ Duration Poller::NoticeBound() const {
       period = std::max(period, device->config->poll);
     }
   }
-  return turn > Duration::zero() ? std::max(turn + period, seen) : turn;
+  if (turn == Duration::zero()) return turn;
+  const Duration blocked = std::max<Duration>(probes_.earned_at() - now_.instant, {});
+  return std::max(blocked + turn + period, seen);
 }
 
 /// Failures and retries say nothing about how long a round takes: an outage must not make old

@@ -21,6 +21,9 @@ constexpr int kLateDecay = 64;
 constexpr int kLongestTrail = 256;  // characters
 constexpr Duration kForgiven = 1ms;
 
+/// A second reply shows itself behind the exchange that it spoilt, or a few later.
+constexpr std::size_t kMostUnproven = 8;
+
 void Forgive(Duration& lateness) {
   lateness -= lateness / kLateDecay;
   if (lateness < kForgiven) lateness = {};
@@ -198,7 +201,9 @@ void Poller::ConcludeExchange() {
   // After damage, and after others' replies, an answer may still come.
   if (!work.heard && end.outcome != Outcome::line_down && !work.mute) {
     device.order.OnSilence();
-    order_.OnSilence();
+    // A device that is known to be gone owes nothing, and its name would tell its late answer.
+    const bool named = work.sent == AnswerOrder::Probe(device.index);
+    if (!(named && device.health.absent() && order_.IsInStep())) order_.OnSilence();
   }
   if (work.task.kind == Task::Kind::probe && ProvesLife(end.outcome)) device.acquainted = true;
   if (ProvesLife(end.outcome) && !work.request.expect.mirrors && !echoed_) echoes_ = false;
@@ -318,7 +323,9 @@ void Poller::Store(Device& device) {
   const std::pair read(&device, work_->task.query);
   const bool poll = work_->task.kind == Task::Kind::poll;
   const bool known = std::find(unproven_.begin(), unproven_.end(), read) != unproven_.end();
-  if (poll && !known && unproven_.size() < kQueueLimit) unproven_.push_back(read);
+  if (!poll || known) return;
+  if (unproven_.size() == kMostUnproven) unproven_.erase(unproven_.begin());
+  unproven_.push_back(read);
 }
 
 void Poller::FinishTask(Outcome outcome, const std::string& reason) {
@@ -333,8 +340,7 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
   if (done->probing) {
     const Instant until = std::max(now_.instant, line_.Deadline().value_or(now_.instant));
     device.probe_wait = Waited(done->began, until);
-    const bool write = done->routed && !done->routed->empty() && IsWrite(done->routed->front());
-    (write ? write_probes_ : probes_).OnProbe(done->began, until, *device.probe_wait);
+    done->budget->OnProbe(done->began, until, *device.probe_wait);
     if (device.probed_at) device.probe_gap = done->began - *device.probed_at;
     device.probed_at = done->began;
   }

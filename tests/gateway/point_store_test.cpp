@@ -140,6 +140,22 @@ TEST_F(PointStoreTest, TheLastGoodValueIsKeptUnderBadQuality) {
   EXPECT_EQ(RecordOf(kFast).value, Value(2.5));
 }
 
+TEST_F(PointStoreTest, WhatIsDoubtedKeepsItsValueAndItsAge) {
+  Update(kFast, 5.0, 0s);
+  const PointRecord before = RecordOf(kFast);
+  Told();
+  store_.Doubt(0, std::vector<std::size_t>{kFast}, kStart + 1s);
+  EXPECT_EQ(Told(), Points{kFast});
+  const PointRecord after = RecordOf(kFast);
+  EXPECT_EQ(after.reported, Quality::uncertain);
+  EXPECT_EQ(after.value, before.value);
+  EXPECT_EQ(after.read_at, before.read_at);
+  EXPECT_EQ(after.seq, before.seq);
+  Update(kFast, {}, 2s, Quality::bad_sensor_failure);
+  store_.Doubt(0, std::vector<std::size_t>{kFast}, kStart + 3s);
+  EXPECT_EQ(RecordOf(kFast).reported, Quality::bad_sensor_failure) << "what is bad stays so";
+}
+
 TEST_F(PointStoreTest, UpdatesCarryBothTimesAndASequence) {
   Update(kFast, 1.0, 5s);
   Update(kFast, 1.0, 6s);

@@ -201,14 +201,20 @@ TEST(PollerFaults, DoubledRepliesDoNoHarm) {
 
 /// A copy that comes after the next request has been sent passes for its answer. The true one comes
 /// behind it: then what was read last is doubted at once, and read again.
-TEST(PollerFaults, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {
-  VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2"})}), {&ToyProtocol()});
-  SetTruth(line, 1, 2);
+class SecondReply : public ::testing::TestWithParam<std::size_t> {};
+
+TEST_P(SecondReply, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {
+  const std::size_t last = GetParam() - 1;
+  std::vector<std::string> reads;
+  for (std::size_t i = 1; i <= GetParam(); ++i) reads.push_back("U" + std::to_string(i));
+  const std::string doubled_one = "UA" + std::to_string(last) + "\r";
+  VirtualLine line(ToyLine({ToyDevice("a", "A", reads)}), {&ToyProtocol()});
+  SetTruth(line, 1, GetParam());
   bool doubled = false;
   const auto pieces = [&](View request, Bytes reply, Instant) {
     const Duration whole = static_cast<std::int64_t>(reply.size()) * 1042us;
     std::vector<TimedPiece> said = {{5ms + whole, reply}};
-    if (doubled && AsText(request).starts_with("UA1")) said.push_back({25ms + whole, reply});
+    if (doubled && AsText(request) == doubled_one) said.push_back({25ms + whole, reply});
     return said;
   };
   line.Open();
@@ -216,7 +222,9 @@ TEST(PollerFaults, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {
   line.twin(0).manner.deliver = pieces;
   doubled = true;
   bool wrong = false;
-  const auto is_wrong = [&] { return line.ValueOf(0, 1) != Value(TruthOf(0, 1)); };
+  const auto is_wrong = [&] {
+    return line.ValueOf(0, static_cast<std::uint32_t>(last)) != Value(TruthOf(0, last));
+  };
   line.always = [&] { wrong = wrong || is_wrong(); };
   line.RunFor(1s);
   ASSERT_TRUE(wrong) << "else this test shows nothing";
@@ -227,8 +235,10 @@ TEST(PollerFaults, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {
   EXPECT_GE(line.StatusOf(0).doubled, 1U);
   EXPECT_TRUE(line.RunUntil([&] { return !is_wrong(); }, 300ms))
       << "without waiting for its period";
-  EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
+  EXPECT_EQ(line.QualityOf(0, static_cast<std::uint32_t>(last)), Quality::good);
 }
+
+INSTANTIATE_TEST_SUITE_P(Points, SecondReply, ::testing::Values(2, 12));
 
 TEST(PollerFaults, NoiseBehindOneReplyDoesNotSlowTheLineForEver) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});

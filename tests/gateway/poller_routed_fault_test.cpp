@@ -233,6 +233,20 @@ TEST(PollerRoutedFaults, AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFou
   EXPECT_GT(clients.answered(0), before + 50);
 }
 
+TEST(PollerRoutedFaults, WritesToAnAbsentSlaveLeaveTheOthersTheirTime) {
+  RoutedLine line;
+  BusyClients clients(line);
+  clients.Add(kRead, 20);
+  line.RunFor(30s);
+  const int alone = clients.answered(0);
+  line.twin(1).manner.dead = true;
+  for (int i = 0; i < 150; ++i) {
+    line.Ask("vain", kStart, 21, 2);
+    line.RunFor(200ms);
+  }
+  EXPECT_GT(clients.answered(0) - alone, alone * 4 / 5) << "a tenth for writes, and the probes";
+}
+
 TEST(PollerRoutedFaults, ReadsOfAnAbsentSlaveAreToldAtOnceAndCostTheOthersNothing) {
   RoutedLine line;
   BusyClients clients(line);
