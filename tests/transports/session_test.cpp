@@ -56,6 +56,11 @@ class FakeStream {
 class SessionTest : public testing::Test {
  protected:
   SessionTest() { session_->Start(); }
+  /// Handlers hold the session, as those of a real stream do until it is closed.
+  ~SessionTest() override {
+    wire_->reading = {};
+    wire_->waiting = {};
+  }
   void MakeRoom(std::size_t count) {
     wire_->room = count;
     if (wire_->waiting) std::exchange(wire_->waiting, {})({});
