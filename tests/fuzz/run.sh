@@ -12,10 +12,15 @@ read -r longest dictionary < <(awk -v t="$target" '$1 == t { print $2, $3 }' "$h
 found=$build/found/$target
 mkdir -p "$found"
 log=$found.log
+corpus=$here/corpus/$target
+if [ -z "$(ls -A "$corpus" 2>/dev/null)" ]; then
+  printf 'FAILED %-20s has no corpus: put at least one input into %s\n' "$target" "$corpus"
+  exit 1
+fi
 export UBSAN_OPTIONS=print_stacktrace=1
 status=0
 "$build/fuzz/$target" -max_len="$longest" -dict="$here/dictionaries/$dictionary.dict" -timeout=20 \
-  -print_final_stats=1 -artifact_prefix="$found-" "$@" "$found" "$here/corpus/$target" \
+  -print_final_stats=1 -artifact_prefix="$found-" "$@" "$found" "$corpus" \
   >"$log" 2>&1 || status=$?
 
 stat() { sed -n "s/^stat::$1: *//p" "$log" | tail -n 1; }
