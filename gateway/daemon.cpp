@@ -96,6 +96,7 @@ Status Daemon::Start() {
 void Daemon::Stop() {
   impl_->StopControl();
   impl_->StopModbus();
+  for (const auto& runner : impl_->runners) runner->RequestStop();
   for (const auto& runner : impl_->runners) runner->Stop();
 #ifdef BAUDGATE_WITH_DDS
   if (impl_->dds) impl_->dds->Stop();

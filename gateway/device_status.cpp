@@ -40,7 +40,7 @@ Duration RoundTrips::Percentile(double share) const {
   const double wanted = share * static_cast<double>(count_);
   double seen = 0;
   for (std::size_t bucket = 0; bucket < kBuckets; ++bucket) {
-    seen += buckets_[bucket];
+    seen += static_cast<double>(buckets_[bucket]);
     if (seen >= wanted) return UpperEdge(bucket);
   }
   return UpperEdge(kBuckets - 1);

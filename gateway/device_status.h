@@ -41,7 +41,7 @@ class RoundTrips {
 
   static constexpr std::size_t kBuckets = 84;
   /// How many round trips fell into each bucket.
-  const std::array<std::uint32_t, kBuckets>& buckets() const { return buckets_; }
+  const std::array<std::uint64_t, kBuckets>& buckets() const { return buckets_; }
   /// The longest round trip that belongs into the bucket; the last bucket takes all longer ones
   /// too.
   static Duration UpperEdge(std::size_t bucket);
@@ -49,7 +49,7 @@ class RoundTrips {
  private:
   static std::size_t BucketOf(Duration round_trip);
 
-  std::array<std::uint32_t, kBuckets> buckets_{};
+  std::array<std::uint64_t, kBuckets> buckets_{};
   std::uint64_t count_ = 0;
   Duration sum_{};
   Duration last_{};

@@ -210,16 +210,22 @@ void Line::TakeFrame(bool idle, Instant now) {
 bool Line::IsAlone(const Bytes& frame) {
   taken_.clear();
   behind_ = assembler_;
-  const auto second = behind_.Next(false);
-  return !second || *second == frame;
+  return !AnotherBehind(frame);
+}
+
+/// Whether a frame that differs from `frame` stands among the bytes that came after it.
+bool Line::AnotherBehind(const Bytes& frame) {
+  while (const auto second = behind_.Next(false)) {
+    if (*second != frame) return true;
+  }
+  return false;
 }
 
 void Line::OnStray(View bytes, Instant now) {
   client_.OnStrayBytes(bytes.size(), now - ended_, now);
   if (taken_.empty()) return;
   behind_.Feed(bytes);
-  const auto second = behind_.Next(false);
-  if (!second || *second == taken_) return;
+  if (!AnotherBehind(taken_)) return;
   taken_.clear();
   client_.OnSecondReply(now);
 }

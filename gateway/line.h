@@ -111,6 +111,7 @@ class Line {
   void Receive(View bytes, Instant now);
   void TakeFrame(bool idle, Instant now);
   bool IsAlone(const Bytes& frame);
+  bool AnotherBehind(const Bytes& frame);
   void OnStray(View bytes, Instant now);
   void OnGap(Instant now);
   void FinishSilent(Instant now);

@@ -61,8 +61,7 @@ void LineRunner::Run() {
   io_.run();
 }
 
-void LineRunner::Stop() {
-  if (!thread_.joinable()) return;
+void LineRunner::RequestStop() {
   asio::post(io_, [this] {
     loan_timer_.cancel();
     ClosePort();
@@ -70,6 +69,11 @@ void LineRunner::Stop() {
     work_.reset();
     io_.stop();
   });
+}
+
+void LineRunner::Stop() {
+  if (!thread_.joinable()) return;
+  RequestStop();
   thread_.join();
 }
 

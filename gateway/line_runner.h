@@ -32,7 +32,10 @@ class LineRunner final : public RouteTarget, private TransportListener, private 
   ~LineRunner() override;
 
   void Start();
-  /// Closes the port, answers what is queued and ends the thread. Any thread but the line's.
+  /// Closes the port and answers what is queued, soon; from any thread. Nobody submits after it.
+  void RequestStop();
+  /// The same, and waits for the end of the thread: as long as the driver needs for a call that it
+  /// is in. Any thread but the line's.
   void Stop();
 
   /// From any thread; see CommandSink.

@@ -17,16 +17,31 @@ AgeLimits LimitsOf(const config::Device& device, config::Group group, Duration l
   return limits;
 }
 
-void SetLimits(DeviceRecord& record, Duration line_cycle) {
+/// By config::Group.
+std::array<AgeLimits, 3> AllLimits(const config::Device& device, Duration line_cycle) {
+  std::array<AgeLimits, 3> limits;
   for (const config::Group group :
        {config::Group::once, config::Group::slow, config::Group::fast}) {
-    record.age_limits[static_cast<std::size_t>(group)] =
-        LimitsOf(*record.device, group, line_cycle);
+    limits[static_cast<std::size_t>(group)] = LimitsOf(device, group, line_cycle);
   }
+  return limits;
 }
 
 const AgeLimits& LimitsAt(const DeviceRecord& record, std::size_t point) {
   return record.age_limits[static_cast<std::size_t>(record.device->points[point].group)];
+}
+
+/// What the last reading said, made worse by doubt and age.
+Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now) {
+  const PointRecord& held = record.points[point];
+  if (!held.read_at) return Quality::bad_waiting;
+  const Quality known = std::min(held.reported, held.at_best);  // worse ones are smaller
+  if (IsBad(known)) return known;
+  const AgeLimits& limits = LimitsAt(record, point);
+  const Duration age = now - *held.read_at;
+  if (age > limits.dead_age) return Quality::bad_communication;
+  if (age > limits.max_age) return Quality::uncertain_last_usable;
+  return known;
 }
 
 }  // namespace
@@ -42,14 +57,7 @@ Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now) {
     case Override::none:
       break;
   }
-  const PointRecord& held = record.points[point];
-  if (!held.read_at) return Quality::bad_waiting;
-  if (IsBad(held.reported)) return held.reported;
-  const AgeLimits& limits = LimitsAt(record, point);
-  const Duration age = now - *held.read_at;
-  if (age > limits.dead_age) return Quality::bad_communication;
-  if (age > limits.max_age) return Quality::uncertain_last_usable;
-  return held.reported;
+  return AgedQuality(record, point, now);
 }
 
 std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now) {
@@ -61,7 +69,7 @@ std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Ins
 std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point, Instant now) {
   if (record.override_quality != Override::none) return std::nullopt;
   const PointRecord& held = record.points[point];
-  if (!held.read_at || IsBad(held.reported)) return std::nullopt;
+  if (!held.read_at || IsBad(std::min(held.reported, held.at_best))) return std::nullopt;
   const AgeLimits& limits = LimitsAt(record, point);
   for (const Duration limit : {limits.max_age, limits.dead_age}) {
     if (limit == Duration::max()) continue;
@@ -79,7 +87,7 @@ PointStore::PointStore(const config::Config& config) : config_(config) {
       entry->record.line = &line;
       entry->record.device = &device;
       entry->record.points.resize(device.points.size());
-      SetLimits(entry->record, Duration::zero());
+      entry->record.age_limits = AllLimits(device, Duration::zero());
       entry->announced.assign(device.points.size(), Quality::bad_waiting);
       if (!device.enabled) {
         entry->record.override_quality = Override::out_of_service;
@@ -110,6 +118,7 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
       // Under a bad quality the value is not one: the last good one stays.
       if (HasValue(sample.value) && !IsBad(sample.quality)) held.value = sample.value;
       held.reported = sample.quality;
+      held.at_best = Quality::good;
       held.read_at = at.instant;
       held.source_time = at.wall;
       held.rtt_us = static_cast<std::uint32_t>(round_trip / 1us);
@@ -131,7 +140,7 @@ void PointStore::Doubt(std::uint32_t device, std::span<const std::size_t> points
     for (const std::size_t point : points) {
       PointRecord& held = entry.record.points[point];
       if (!IsGood(held.reported)) continue;
-      held.reported = Quality::uncertain;
+      held.at_best = std::min(held.at_best, Quality::uncertain);
       changed.push_back(static_cast<std::uint32_t>(point));
       entry.announced[point] = QualityAt(entry.record, point, now);
       ScheduleAgeing(entry, point, now);
@@ -160,15 +169,20 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
   Announce(device, all);
 }
 
-void PointStore::SetLineCycle(std::uint32_t device, Duration cycle) {
+void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now) {
   Entry& entry = *devices_[device];
   const std::lock_guard lock(entry.mutex);
-  const AgeLimits& fast = entry.record.age_limits[static_cast<std::size_t>(config::Group::fast)];
   const auto before = entry.record.age_limits;
-  const Duration fast_before = fast.max_age;
-  SetLimits(entry.record, cycle);
-  if (entry.record.age_limits != before) ++entry.record.version;
-  if (fast.max_age < fast_before) entry.next_ageing = Instant::min();  // ages sooner now
+  const auto after = AllLimits(*entry.record.device, cycle);
+  if (after == before) return;
+  // What was too old stays so until it is read again.
+  for (std::size_t point = 0; point < entry.record.points.size(); ++point) {
+    PointRecord& held = entry.record.points[point];
+    if (held.read_at) held.at_best = AgedQuality(entry.record, point, now);
+  }
+  entry.record.age_limits = after;
+  ++entry.record.version;
+  entry.next_ageing = Instant::min();  // some may age sooner now
 }
 
 void PointStore::UpdateStatus(std::uint32_t device,

@@ -34,6 +34,7 @@ struct Sample {
 struct PointRecord {
   Value value;                              ///< the last that was not bad; nothing before it
   Quality reported = Quality::bad_waiting;  ///< as the last reading said, before age and state
+  Quality at_best = Quality::good;          ///< until the next reading: it was doubted or too old
   std::optional<Instant> read_at;           ///< end of the reply, monotonic
   WallTime source_time{};                   ///< end of the reply, civil
   std::uint64_t seq = 0;                    ///< counts the readings of this point
@@ -93,8 +94,9 @@ class PointStore {
   /// stay.
   void Doubt(std::uint32_t device, std::span<const std::size_t> points, Instant now);
   void SetOverride(std::uint32_t device, Override why);
-  /// The measured time that the line needs to read all its fast points once.
-  void SetLineCycle(std::uint32_t device, Duration cycle);
+  /// The measured time that the line needs to read all its fast points once. When it has grown,
+  /// values may grow older; those that are too old already stay so until they are read again.
+  void SetLineCycle(std::uint32_t device, Duration cycle, Instant now);
   /// Changes the status under the lock and tells the feeds.
   void UpdateStatus(std::uint32_t device, const std::function<void(DeviceStatus&)>& change);
 

@@ -84,7 +84,7 @@ void Poller::Advance(Now now) {
   const Duration passed = now.instant - now_.instant;
   if (open_ && !was_idle_) counters_.busy += passed;
   const Device* const device = work_ && !work_->sending ? work_->device : last_;
-  const bool failing = !was_idle_ && device != nullptr && device->doubted;
+  const bool failing = !was_idle_ && device != nullptr && IsDoubted(*device);
   debt_ = std::clamp(debt_ + (failing ? passed : -passed), Duration::zero(), kMostDebt);
   now_ = now;
   const Duration minute = now.instant - minute_began_;

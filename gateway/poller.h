@@ -106,6 +106,7 @@ class Poller : private LineClient {
   void ExpireCommands();
   void Pump();
   bool PickTask();
+  bool MayHurry() const;
   bool PickUrgent();
   bool PickWriteProbe();
   bool PickInTurn();
@@ -122,6 +123,8 @@ class Poller : private LineClient {
   bool SureFirst() const;
   bool IsGivenUp(const Device& device) const;
   void ChargeFailure(const Work& work);
+  bool IsDoubted(const Device& device) const;
+  bool IsUrgent(const Work& work) const;
   void DoubtReadings();
   void CancelQuiet();
   bool MayStillAnswer(const Work& work, const ExchangeEnd& end) const;
@@ -156,6 +159,7 @@ class Poller : private LineClient {
   void Synchronize();
   void ResumePostponed(Outcome outcome, const std::string& reason);
   void NextWrite();
+  void RepeatOnce(Device& device);
   void UpdateHealth(Device& device, Outcome outcome, const std::string& reason);
   void ShowState(Device& device, const std::string& reason);
   void MeasureRound(const Work& work, Outcome outcome);
@@ -208,7 +212,7 @@ class Poller : private LineClient {
   AnswerOrder order_;                                    // of all requests, whoever they went to
   Device* last_ = nullptr;                               // whose exchange ended last
   std::size_t probe_turn_ = 0;
-  int urgent_in_row_ = 0;
+  int urgent_in_row_ = 0;        // since anything else was sent
   std::size_t high_in_row_ = 0;  // routed requests of high priority
   bool poll_next_ = false;       // polls and routed requests of normal priority take turns
   bool open_ = false;

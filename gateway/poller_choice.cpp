@@ -22,13 +22,22 @@ constexpr Duration kClientsReturn = 2s;
 }  // namespace
 
 bool Poller::PickTask() {
-  const int most = routes_.HasShortWrite() ? kRoutedWritesInRow : kUrgentInRow;
-  if (urgent_in_row_ < most && PickUrgent()) {
+  if (MayHurry() && PickUrgent()) {
     ++urgent_in_row_;
     return true;
   }
+  if (PickInTurn() || PickUrgent()) return true;
   urgent_in_row_ = 0;
-  return PickInTurn() || PickUrgent();
+  return false;
+}
+
+bool Poller::MayHurry() const {
+  return urgent_in_row_ < (routes_.HasShortWrite() ? kRoutedWritesInRow : kUrgentInRow);
+}
+
+bool Poller::IsUrgent(const Work& work) const {
+  if (work.command || work.refresh) return true;
+  return work.routed && !work.routed->empty() && RouteQueue::IsShortWrite(work.routed->front());
 }
 
 bool Poller::PickUrgent() {
@@ -147,7 +156,7 @@ bool Poller::PickPoll() {
   if (!pick) return false;
   Device& device = *devices_[pick->device];
   BeginTask(device, {Task::Kind::poll, pick->query, kNoPoint, {}});
-  work_->fast = pick->group == config::Group::fast;
+  work_->group = pick->group;
   work_->last_of_round = pick->last_of_round;
   Ask();
   return true;

@@ -46,11 +46,11 @@ struct Poller::Device {
   bool answered = false;     // its last request had its reply: bytes after it are too many
   bool babbles = false;      // its last exchange was corrupt: bytes after it are the rest of that
   bool round_clean = true;   // nothing has failed in the fast round under way
-  Duration round_wire{};     // of the fast round under way
+  Duration round_wire{};     // its line time so far
+  int once_repeats = 0;      // since it was reached anew: of what is read once
   std::optional<Duration> probe_wait;  // how long others waited for its last probe
   std::optional<Instant> probed_at;    // when that was sent
   Duration probe_gap{};                // since the one before
-  bool doubted = false;                // its last exchange failed
   bool told_second = false;            // the user has been warned of a second, different reply
 
   bool polled() const { return conversation != nullptr; }
@@ -64,8 +64,8 @@ struct Poller::Work {
   Device* device = nullptr;
   Task task;
   std::optional<WriteCommand> command;
-  std::size_t write = 0;  // index in command->writes
-  bool fast = false;
+  std::size_t write = 0;               // index in command->writes
+  std::optional<config::Group> group;  // of a poll
   bool last_of_round = false;
   Request request;
   bool sending = false;  // request waits for the line to be idle
@@ -84,6 +84,7 @@ struct Poller::Work {
   bool heard = false;                       // a reply of the device itself came, whatever it said
   Instant began{};
   Instant exchange_began{};
+  Duration wire{};  // of its answered exchanges
   Answer answer;
   std::optional<ExchangeEnd> end;
 };

@@ -111,7 +111,7 @@ void Poller::CancelQuiet() {
     return RouteQueue::IsShortWrite(request) && MayAsk(request);
   };
   const bool read = work_->routed && !work_->routed->empty() && !IsWrite(work_->routed->front());
-  if (!read || !routes_.HasAny(urgent)) return;
+  if (!read || !MayHurry() || !routes_.HasAny(urgent)) return;
   line_.Cancel();
   routes_.Return(std::move(*work_->routed));
   work_.reset();

@@ -1,6 +1,7 @@
 // What the poller says about its devices and its line: states, counters, measured times.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "gateway/poller.h"
@@ -21,7 +22,9 @@ Override Poller::OverrideOf(const Device& device) const {
 }
 
 DeviceState Poller::StateOf(const Device& device) const {
-  return device.in_use ? device.health.state() : DeviceState::disabled;
+  if (!device.in_use) return DeviceState::disabled;
+  const DeviceState state = device.health.state();
+  return open_ || state == DeviceState::never_seen ? state : DeviceState::offline;
 }
 
 /// A slave that only routes reach stands in no store.
@@ -38,7 +41,7 @@ void Poller::UpdateHealth(Device& device, Outcome outcome, const std::string& re
   device.health.OnTask(outcome, now_.instant);
   if (device.health.absent() && !was_absent) {
     device.parked.reset();
-    device.fast_wire = device.round_wire = {};
+    device.fast_wire = {};
     device.late_drain = {};  // silent, not late; its bytes will tell should it be late even so
     device.probe_wait.reset();
     device.probed_at.reset();
@@ -141,11 +144,11 @@ Duration Poller::NoticeBound() const {
   return std::max(blocked + turn + period, seen);
 }
 
-/// Failures and retries say nothing about how long a round takes: an outage must not make old
-/// values look younger.
+/// Failures, retries and waiting say nothing about how long a round takes: an outage must not make
+/// old values look younger.
 void Poller::MeasureRound(const Work& work, Outcome outcome) {
   Device& device = *work.device;
-  device.round_wire += now_.instant - work.began;
+  device.round_wire += work.wire;
   device.round_clean = device.round_clean && ProvesLife(outcome);
   if (!work.last_of_round) return;
   const Duration took = std::exchange(device.round_wire, {});
@@ -157,13 +160,18 @@ void Poller::MeasureRound(const Work& work, Outcome outcome) {
 void Poller::MeasureCycle() {
   Duration cycle{};
   for (const auto& device : devices_) cycle += device->fast_wire;
-  for (const auto& device : devices_) store_.SetLineCycle(device->index, cycle);
+  for (const auto& device : devices_) store_.SetLineCycle(device->index, cycle, now_.instant);
 }
 
-/// Nothing that was learned of the device holds any more: it may be another one.
+/// Nothing that was learned of the device holds any more: it may be another one. What it has said
+/// is not good again before it says it again.
 void Poller::Reconnect(Device& device) {
   device.conversation->OnReconnect();
   Plan(device);
+  device.once_repeats = 0;
+  std::vector<std::size_t> points(device.config->points.size());
+  std::iota(points.begin(), points.end(), 0U);
+  store_.Doubt(device.index, points, now_.instant);
 }
 
 void Poller::Plan(Device& device) {
@@ -171,6 +179,8 @@ void Poller::Plan(Device& device) {
   for (const Query& query : device.conversation->Queries()) groups.push_back(query.group);
   schedule_.SetQueries(device.slot, std::move(groups));
   device.parked.reset();  // its query may be another one now
+  device.round_wire = {};
+  device.round_clean = true;
 }
 
 }  // namespace baudgate

@@ -24,6 +24,10 @@ constexpr Duration kForgiven = 1ms;
 /// A second reply shows itself behind the exchange that it spoilt, or a few later.
 constexpr std::size_t kMostUnproven = 8;
 
+/// Between two attempts to read what is read once.
+constexpr Duration kLongestRepeat = 1h;
+constexpr int kMostDoublings = 12;
+
 void Forgive(Duration& lateness) {
   lateness -= lateness / kLateDecay;
   if (lateness < kForgiven) lateness = {};
@@ -63,6 +67,7 @@ void Poller::Ask() {
 void Poller::Send(View bytes) {
   counters_.bytes_out += bytes.size();
   echo_.OnSent(bytes);
+  if (!IsUrgent(postponed_ ? *postponed_ : *work_)) urgent_in_row_ = 0;
   work_->heard = false;
   work_->safe = IsSafe(*work_);
   echoed_ = false;
@@ -208,6 +213,7 @@ void Poller::ConcludeExchange() {
   if (work.task.kind == Task::Kind::probe && ProvesLife(end.outcome)) device.acquainted = true;
   if (ProvesLife(end.outcome) && !work.request.expect.mirrors && !echoed_) echoes_ = false;
   ChargeFailure(work);
+  if (ProvesLife(end.outcome)) work.wire += now_.instant - work.exchange_began;
   CountExchange(device);
   if (!ProvesLife(end.outcome) && end.outcome != Outcome::line_down) listener_.OnNoReply();
   if (end.outcome == Outcome::line_down) {
@@ -262,7 +268,8 @@ void Poller::OnFailed() {
                          device.health.state() != DeviceState::never_seen && in_time &&
                          (command || !IsGivenUp(device));
   const bool parks = work.task.kind == Task::Kind::poll && !postponed_ && !device.parked &&
-                     work.parkings < device.retries && routes_.HasShortWrite();
+                     work.parkings < device.retries && work.request.expect.repeatable &&
+                     routes_.HasShortWrite();
   if (may_retry && parks) {  // a start does not wait for the retries of a poll
     ++work.parkings;
     --work.steps;
@@ -295,9 +302,13 @@ void Poller::OnFailed() {
 /// do not wait for retries.
 bool Poller::IsGivenUp(const Device& device) const {
   if (!schedule_.SureDue(now_.instant)) return false;
-  return device.health.failing() || std::ranges::count_if(devices_, [](const auto& one) {
-                                      return one->doubted && !one->health.absent();
+  return device.health.failing() || std::ranges::count_if(devices_, [this](const auto& one) {
+                                      return IsDoubted(*one) && !one->health.absent();
                                     }) > 2;
+}
+
+bool Poller::IsDoubted(const Device& device) const {
+  return device.polled() && schedule_.doubted(device.slot);
 }
 
 /// What a device took in vain is charged from the first failure on; gateway/poller.cpp charges the
@@ -306,8 +317,7 @@ void Poller::ChargeFailure(const Work& work) {
   Device& device = *work.device;
   if (!device.polled() || work.mute || work.end->outcome == Outcome::line_down) return;
   const bool failed = !ProvesLife(work.end->outcome);
-  if (failed && !device.doubted) debt_ += now_.instant - work.exchange_began;
-  device.doubted = failed;
+  if (failed && !IsDoubted(device)) debt_ += now_.instant - work.exchange_began;
   schedule_.Doubt(device.slot, failed);
 }
 
@@ -344,7 +354,9 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
     if (device.probed_at) device.probe_gap = done->began - *device.probed_at;
     device.probed_at = done->began;
   }
-  if (done->fast) MeasureRound(*done, outcome);
+  if (done->group == config::Group::fast) MeasureRound(*done, outcome);
+  const bool unread = !ProvesLife(outcome) || outcome == Outcome::busy;
+  if (done->group == config::Group::once && unread && !done->mute) RepeatOnce(device);
   if (!done->mute) UpdateHealth(device, outcome, reason);
   if (done->routed) return FinishRouted(*done, outcome, reason);
   if (!done->command) return;
@@ -362,6 +374,15 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
   } else {
     done->command->done(outcome, reason);
   }
+}
+
+/// What is read once and could not be read is tried again, ever more seldom: many devices do not
+/// answer at all what they do not know.
+void Poller::RepeatOnce(Device& device) {
+  const Duration slow = std::min<Duration>(device.config->slow, kLongestRepeat);
+  const Duration wait = slow * (1 << std::min(device.once_repeats, kMostDoublings));
+  ++device.once_repeats;
+  schedule_.RepeatOnce(device.slot, now_.instant + std::min<Duration>(wait, kLongestRepeat));
 }
 
 /// The writes of the command before work_->write are confirmed: goes on with the next.

@@ -160,8 +160,9 @@ void Recordings::Write(const Recording& recording) {
 void Recordings::DropOldest(const std::string& line) const {
   std::vector<std::string> names;
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder_, error)) {
-    const std::string name = entry.path().filename().string();
+  for (fs::directory_iterator entry(folder_, error); !error && entry != fs::directory_iterator();
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
     const std::string_view rest = std::string_view(name).substr(std::min(line.size(), name.size()));
     if (!name.starts_with(line + "-") || !name.ends_with(kEnding)) continue;
     if (rest.size() > 17 && IsStamp(rest.substr(1, 16)) && rest[17] == '-') names.push_back(name);

@@ -15,10 +15,9 @@ std::size_t Schedule::AddDevice(Duration fast_period, Duration slow_period) {
 
 void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups) {
   Device& device = devices_[index];
-  for (Round& round : device.rounds) {
-    round.queries.clear();
-    round.cursor = 0;
-  }
+  Round& once = device.rounds[static_cast<std::size_t>(config::Group::once)];
+  if (once.active()) once.due = Instant{};
+  for (Round& round : device.rounds) round.queries.clear();
   for (std::size_t query = 0; query < groups.size(); ++query) {
     device.rounds[static_cast<std::size_t>(groups[query])].queries.push_back(query);
   }
@@ -34,9 +33,15 @@ void Schedule::Restart(std::size_t index, Instant now) {
   }
 }
 
+void Schedule::RepeatOnce(std::size_t index, Instant at) {
+  Round& once = devices_[index].rounds[static_cast<std::size_t>(config::Group::once)];
+  if (!once.due) once.due = at;
+}
+
 void Schedule::Suspend(std::size_t index) {
   Device& device = devices_[index];
   device.suspended = true;
+  device.doubted = false;
   for (Round& round : device.rounds) round.cursor = round.queries.size();
 }
 

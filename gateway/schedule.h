@@ -30,7 +30,8 @@ class Schedule {
   /// A device without queries until SetQueries. Devices are numbered from 0.
   std::size_t AddDevice(Duration fast_period, Duration slow_period);
 
-  /// The groups of the device's queries, in the order of asking. Rounds in progress end.
+  /// The groups of the device's queries, in the order of asking. Rounds in progress end; that of
+  /// what is read once starts again.
   void SetQueries(std::size_t device, std::vector<config::Group> groups);
 
   /// All groups of the device are due at once, or when its hold ends: the port opened, or the
@@ -38,8 +39,11 @@ class Schedule {
   void Restart(std::size_t device, Instant now);
   /// Nothing of the device is due until Restart: it is offline or disabled.
   void Suspend(std::size_t device);
-  /// Its last exchange failed: others may go first.
+  /// What is read once is due again at `at`: some of it could not be read.
+  void RepeatOnce(std::size_t device, Instant at);
+  /// Its last exchange failed: others may go first. Suspend forgets it.
   void Doubt(std::size_t device, bool doubted) { devices_[device].doubted = doubted; }
+  bool doubted(std::size_t device) const { return devices_[device].doubted; }
   /// Nothing of the device is picked before `until`; its rounds wait.
   void Hold(std::size_t device, Instant until);
 

@@ -82,7 +82,10 @@ struct Simulator::Impl : std::enable_shared_from_this<Impl> {
         descriptor(io, pty.TakeMaster()),
         timer(io),
         silence(io),
-        observer(its_options.observer) {}
+        observer(its_options.observer) {
+    asio::error_code ignored;
+    descriptor.non_blocking(true, ignored);  // nobody need be reading
+  }
 
   void Inhabit(std::vector<config::Device> devices);
   void Trouble(const std::vector<Fault>& wanted);

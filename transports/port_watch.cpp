@@ -43,8 +43,10 @@ bool PortWatch::Start() {
   Stop();
   const int fd = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
   if (fd < 0) return false;
-  inotify_.assign(fd);
-  if (!Renew()) {
+  std::error_code error;
+  inotify_.assign(fd, error);
+  if (error) ::close(fd);
+  if (error || !Renew()) {
     Stop();
     return false;
   }

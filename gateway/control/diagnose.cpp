@@ -154,12 +154,14 @@ std::string Missed(const LineStatus& line, const DeviceRecord& record, double sh
 /// Values that are not good although the device answers.
 Sentences Points(const DeviceRecord& record, Now now) {
   std::size_t stale = 0;
+  std::size_t doubted = 0;
   std::size_t reported = 0;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     const Quality quality = QualityAt(record, i, now.instant);
     if (IsGood(quality) || quality == Quality::bad_waiting) continue;
-    // What the reading itself said is the device's word; the rest is age.
-    ++(quality == record.points[i].reported ? reported : stale);
+    // What the reading itself said is the device's word; the rest is doubt or age.
+    const bool in_doubt = quality == Quality::uncertain && quality == record.points[i].at_best;
+    ++(quality == record.points[i].reported ? reported : in_doubt ? doubted : stale);
   }
   Sentences found;
   const std::string see = "see 'baudgate status " + NameOf(record) + "'";
@@ -168,6 +170,12 @@ Sentences Points(const DeviceRecord& record, Now now) {
         fmt::format("{} of {} points are older than their max_age: its polls fail or "
                     "come too seldom; {}",
                     stale, record.points.size(), see));
+  }
+  if (doubted > 0) {
+    found.push_back(
+        fmt::format("{} of {} points are in doubt until they are read again: the port was opened "
+                    "anew, or a reply may have belonged to another request; {}",
+                    doubted, record.points.size(), see));
   }
   if (reported > 0) {
     found.push_back(fmt::format("{} of {} points are not good by the device's own report; {}",

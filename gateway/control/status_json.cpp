@@ -31,7 +31,7 @@ Json RoundTripsJson(const RoundTrips& trips) {
   json["p99_us"] = Microseconds(trips.Percentile(0.99));
   Json& histogram = json["histogram"] = Json::array();
   for (std::size_t bucket = 0; bucket < RoundTrips::kBuckets; ++bucket) {
-    const std::uint32_t count = trips.buckets()[bucket];
+    const std::uint64_t count = trips.buckets()[bucket];
     if (count == 0) continue;
     histogram.push_back(
         {{"up_to_us", Microseconds(RoundTrips::UpperEdge(bucket))}, {"count", count}});

@@ -257,6 +257,17 @@ TEST_F(LineTest, AnotherReplyBehindTheOneThatWasTakenIsTold) {
   EXPECT_EQ(second_, 1) << "told once";
 }
 
+TEST_F(LineTest, AnotherReplyIsFoundBehindAnyNumberOfCopies) {
+  Reach(State::await_first);
+  line_.OnBytes(reply_, At(1015ms));
+  Bytes flood;
+  for (int i = 0; i < 100; ++i) Append(flood, reply_);
+  line_.OnBytes(flood, At(1030ms));
+  EXPECT_EQ(second_, 0);
+  line_.OnBytes(ToyReply("A1=6"), At(1031ms));
+  EXPECT_EQ(second_, 1) << "nothing is held back";
+}
+
 TEST_F(LineTest, NoiseBehindAReplyIsNoOther) {
   Reach(State::await_first);
   line_.OnBytes(reply_, At(1015ms));

@@ -123,10 +123,23 @@ TEST_F(PointStoreTest, WhatIsReadOnceDoesNotAge) {
 
 TEST_F(PointStoreTest, ASlowLineAgesLater) {
   Update(kFast, 1.0, 0s);
-  store_.SetLineCycle(0, 10s);
+  store_.SetLineCycle(0, 10s, kStart);
   EXPECT_EQ(QualityAfter(kFast, 20s), Quality::good) << "twice the measured cycle";
   EXPECT_EQ(QualityAfter(kFast, 21s), Quality::uncertain_last_usable);
   EXPECT_EQ(QualityAfter(kFast, 61s), Quality::bad_communication);
+}
+
+TEST_F(PointStoreTest, WhatWasTooOldStaysSoOnASlowerLine) {
+  Update(kFast, 1.0, 0s);
+  Update(kSlow, 1.0, 0s);
+  store_.SetLineCycle(0, 20s, kStart + 4s);
+  EXPECT_EQ(QualityAfter(kFast, 4s), Quality::uncertain_last_usable) << "nobody has read it since";
+  EXPECT_EQ(QualityAfter(kFast, 121s), Quality::bad_communication);
+  EXPECT_EQ(QualityAfter(kSlow, 40s), Quality::good) << "was not too old";
+  store_.SetLineCycle(0, 60s, kStart + 125s);
+  EXPECT_EQ(QualityAfter(kFast, 125s), Quality::bad_communication) << "dead stays dead";
+  Update(kFast, 2.0, 126s);
+  EXPECT_EQ(QualityAfter(kFast, 200s), Quality::good);
 }
 
 TEST_F(PointStoreTest, TheLastGoodValueIsKeptUnderBadQuality) {
@@ -147,7 +160,8 @@ TEST_F(PointStoreTest, WhatIsDoubtedKeepsItsValueAndItsAge) {
   store_.Doubt(0, std::vector<std::size_t>{kFast}, kStart + 1s);
   EXPECT_EQ(Told(), Points{kFast});
   const PointRecord after = RecordOf(kFast);
-  EXPECT_EQ(after.reported, Quality::uncertain);
+  EXPECT_EQ(QualityAfter(kFast, 1s), Quality::uncertain);
+  EXPECT_EQ(after.reported, Quality::good) << "the device's own word";
   EXPECT_EQ(after.value, before.value);
   EXPECT_EQ(after.read_at, before.read_at);
   EXPECT_EQ(after.seq, before.seq);
@@ -194,11 +208,11 @@ TEST_F(PointStoreTest, AFreshReadingAfterAgeingIsToldAndAgesAgain) {
 }
 
 TEST_F(PointStoreTest, AgeingIsFoundAfterTheCycleBecameShorter) {
-  store_.SetLineCycle(0, 100s);
+  store_.SetLineCycle(0, 100s, kStart);
   Update(kFast, 1.0, 0s);
   Told();
   EXPECT_TRUE(AgedAt(10s).empty());
-  store_.SetLineCycle(0, 1s);
+  store_.SetLineCycle(0, 1s, kStart + 10s);
   EXPECT_EQ(AgedAt(10s), Points{kFast});
 }
 
@@ -241,7 +255,7 @@ TEST_F(PointStoreTest, NoReaderSeesHalfAnUpdate) {
       store_.Update(0, samples, At(i * 1ms), 1ms);
       store_.SetOverride(0, i % 100 == 0 ? Override::offline : Override::none);
       store_.UpdateStatus(0, [](DeviceStatus& status) { ++status.exchanges; });
-      store_.SetLineCycle(0, i * 1us);
+      store_.SetLineCycle(0, i * 1us, kStart + i * 1ms);
     }
     stop = true;
   });

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/gateway/routed_line.h"
 
 namespace baudgate {
@@ -67,6 +69,23 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfAPoll) {
   line.RunFor(5s);
   ASSERT_GT(line.sent.size(), before + 1);
   EXPECT_EQ(line.OnWire()[before + 1], kStartOnWire);
+}
+
+// What is destroyed by reading is read again by another request only, start or no start.
+TEST(PollerRoutedOrder, AStartDoesNotMakeADestructiveReadHappenTwice) {
+  config::Device counter = ToyDevice("counter", "A", {"L7"});
+  counter.protocol = ToyProtocol().name;
+  RoutedLine line(DriveLine({counter}), {"20"});
+  line.RunFor(5500ms);
+  line.twin(0).manner.dead = true;
+  const std::size_t before = line.CountSent("LA7");
+  ASSERT_TRUE(line.RunUntil([&] { return line.CountSent("LA7") > before; }, 5s));
+  line.Ask("start", kStart);
+  ASSERT_TRUE(line.RunUntil([&] { return !line.replies.empty(); }, 5s));
+  line.twin(0).manner.dead = false;
+  line.RunFor(300ms);
+  EXPECT_EQ(line.CountSent("LA7"), before + 1);
+  EXPECT_GT(line.CountSent("BA7"), 0U);
 }
 
 // The poll waits until no late reply can come any more: that is no reason for others to wait.
@@ -206,6 +225,23 @@ TEST(PollerRoutedOrder, ADeviceTakenOutOfUseWhileOfflineIsReachedAgain) {
   clients.Add(kRead, 20);
   line.RunFor(10s);
   EXPECT_GT(clients.answered(0), 100);
+}
+
+// The writer is back before the line has been silent long enough for the read.
+TEST(PollerRoutedOrder, AReadHasItsTurnBesideAWriterThatIsBackWhileTheLineIsStillQuiet) {
+  RoutedLine line;
+  line.Ask("read", kRead, 21, 2, Priority::normal, 1min);
+  for (int writes = 0; writes < 40; ++writes) {
+    const std::string name = "write " + std::to_string(writes);
+    line.Ask(name, kStart);
+    ASSERT_TRUE(line.RunUntil(
+        [&] { return !line.replies.empty() && line.replies.back().name == name; }, 1s));
+    line.RunFor(300us);
+  }
+  const auto wire = line.OnWire();
+  const auto read = std::ranges::find(wire, "15 03 00 00 00 01") - wire.begin();
+  EXPECT_LE(read, 17);
+  EXPECT_GE(read, 10) << "writes go first";
 }
 
 // Nothing else happens on this line that could wake it.

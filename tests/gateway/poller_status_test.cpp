@@ -112,6 +112,19 @@ TEST(InUse, TheSwitchHoldsOverALostPort) {
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::disabled);
 }
 
+TEST(InUse, BehindAClosedPortNothingComesOnline) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.Close();
+  line.poller().SetInUse(0, false, line.now());
+  line.poller().SetInUse(0, true, line.now());
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::offline);
+  line.Open();
+  line.RunFor(5s);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+}
+
 TEST(InUse, ADeviceThatIsDisabledInTheFileCanBeTakenIntoUse) {
   config::Line config = TwoDevices();
   config.devices[0].enabled = false;

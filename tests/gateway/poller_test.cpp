@@ -339,6 +339,28 @@ TEST(Poller, OfflineByCountAndByTime) {
   EXPECT_EQ(line.states.back().to, DeviceState::offline);
 }
 
+// A meter that is busy asks for 15 s of peace, twice: none of that is the line's.
+TEST(Poller, WaitingMakesNoValueLastLonger) {
+  config::Device device = ToyDevice("a", "A", {"1"});
+  device.options = ToyOptions();
+  device.options.Set("wait", std::int64_t{Duration(15s).count()});
+  VirtualLine line(ToyLine({device}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  int busy = 2;
+  line.twin(0).manner.instead = [&busy](View request) -> std::optional<Bytes> {
+    if (request[0] != '?' || busy-- <= 0) return std::nullopt;
+    return ToyReply("A1~busy");
+  };
+  line.always = [&] {
+    line.store().Read(0, [](const DeviceRecord& record) {
+      EXPECT_EQ(record.age_limits[static_cast<std::size_t>(config::Group::fast)].max_age, 3s);
+    });
+  };
+  line.RunFor(1min);
+  EXPECT_LT(busy, 0);
+}
+
 TEST(Poller, MissedPeriodsAreCounted) {
   VirtualLine line(ToyLine({Polled(ToyDevice("a", "A", {"1", "2", "3", "4"}), 40ms)}),
                    {&ToyProtocol()});
@@ -346,20 +368,6 @@ TEST(Poller, MissedPeriodsAreCounted) {
   line.RunFor(10s);
   EXPECT_GT(line.StatusOf(0).missed, 50U);
   EXPECT_EQ(line.QualityOf(0, 3), Quality::good) << "max_age follows the measured cycle";
-}
-
-TEST(Poller, OnceIsReadOnceForEachOpening) {
-  config::Device device = ToyDevice("a", "A", {"1", "2"});
-  device.points[0].group = config::Group::once;
-  VirtualLine line(ToyLine({device}), {&ToyProtocol()});
-  line.Open();
-  line.RunFor(1h);
-  EXPECT_EQ(line.CountSent("?A1"), 1U);
-  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
-  line.Close();
-  line.Open();
-  line.RunFor(10s);
-  EXPECT_EQ(line.CountSent("?A1"), 2U) << "it may have been replaced";
 }
 
 /// The port goes away at every millisecond of a second's work, in whatever state that is.

@@ -59,6 +59,30 @@ TEST(Schedule, OnceIsAskedOnceUntilRestart) {
   EXPECT_TRUE(schedule.Next(kStart + 24h));
 }
 
+TEST(Schedule, OnceIsRepeatedWhenAskedTo) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::once, Group::once});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  schedule.RepeatOnce(0, kStart + 1min);
+  ASSERT_TRUE(schedule.Next(kStart)) << "the round that is under way goes on";
+  EXPECT_FALSE(schedule.Next(kStart + 59s));
+  EXPECT_TRUE(schedule.Next(kStart + 1min));
+  EXPECT_TRUE(schedule.Next(kStart + 1min));
+  EXPECT_FALSE(schedule.Next(kStart + 24h));
+}
+
+TEST(Schedule, ANewPlanStartsAgainWithWhatWasNotYetReadOnce) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::once, Group::once});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  schedule.SetQueries(0, {Group::once});
+  EXPECT_TRUE(schedule.Next(kStart));
+  schedule.SetQueries(0, {Group::once});
+  EXPECT_FALSE(schedule.Next(kStart)) << "all had been asked for";
+}
+
 TEST(Schedule, GroupsHaveTheirOwnPeriods) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 10s), {Group::fast, Group::slow});

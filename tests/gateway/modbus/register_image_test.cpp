@@ -184,10 +184,10 @@ TEST_P(RegisterImageTest, EveryChangeMakesItStale) {
     Compare(kStart + 4s);
     ASSERT_TRUE(Refresh(kStart));
   }
-  store_->SetLineCycle(0, 60s);  // the limit of age grows
+  store_->SetLineCycle(0, 60s, kStart);  // the limit of age grows
   EXPECT_FALSE(Refresh(kStart, 0));
   Compare(kStart + 100s);
-  store_->SetLineCycle(0, 1ms);
+  store_->SetLineCycle(0, 1ms, kStart);
   Compare(kStart + 100s);
 }
 
@@ -195,7 +195,7 @@ TEST_P(RegisterImageTest, WhatChangesNoValueLeavesItFresh) {
   UpdateAll();
   Compare(kStart);
   store_->UpdateStatus(0, [](DeviceStatus& status) { ++status.exchanges; });
-  store_->SetLineCycle(0, 1ms);  // still below the limits of age
+  store_->SetLineCycle(0, 1ms, kStart);  // still below the limits of age
   EXPECT_TRUE(Refresh(kStart, 0));
 }
 

@@ -1,0 +1,99 @@
+// What is read once, and what is known of a device that may be another one, under virtual time.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+namespace {
+
+/// Point 1 is read once, point 2 every second.
+VirtualLine OneOnce() {
+  config::Device device = ToyDevice("a", "A", {"1", "2"});
+  device.points[0].group = config::Group::once;
+  device.slow = 1min;
+  return {ToyLine({device}), {&ToyProtocol()}};
+}
+
+/// Silence in place of the answer to what begins with `start`, as long as `times` lasts.
+void Swallow(VirtualLine::WireTwin& twin, std::string start, int times) {
+  twin.manner.instead = [start = std::move(start), times](View request) mutable {
+    if (!AsText(request).starts_with(start) || times == 0) return std::optional<Bytes>();
+    --times;
+    return std::optional(Bytes());
+  };
+}
+
+TEST(PollerOnce, IsReadOnceForEachOpening) {
+  VirtualLine line = OneOnce();
+  line.Open();
+  line.RunFor(1h);
+  EXPECT_EQ(line.CountSent("?A1"), 1U);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+  line.Close();
+  line.Open();
+  line.RunFor(10s);
+  EXPECT_EQ(line.CountSent("?A1"), 2U) << "it may have been replaced";
+}
+
+TEST(PollerOnce, ALostReplyIsMadeGoodLater) {
+  VirtualLine line = OneOnce();
+  Swallow(line.twin(0), "?A1", 3);
+  line.Open();
+  line.RunFor(50s);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_waiting);
+  EXPECT_EQ(line.CountSent("?A1"), 3U) << "two retries";
+  line.RunFor(30s);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+  line.RunFor(1h);
+  EXPECT_EQ(line.CountSent("?A1"), 4U);
+}
+
+TEST(PollerOnce, WhatIsNeverAnsweredIsAskedForEverMoreSeldom) {
+  VirtualLine line = OneOnce();
+  Swallow(line.twin(0), "?A1", -1);
+  line.Open();
+  line.RunFor(10h);
+  const std::size_t tasks = line.CountSent("?A1") / 3;
+  EXPECT_GE(tasks, 12U);
+  EXPECT_LE(tasks, 18U) << "after 1, 2, 4 … 32 minutes, then each hour";
+}
+
+// A device that is swapped while the port is lent, and does not tell its number at once.
+TEST(PollerOnce, WhatTheDeviceBeforeHasSaidIsNotGoodAgainUnread) {
+  VirtualLine line = OneOnce();
+  line.twin(0).values.Set(0, 1001.0);
+  line.Open();
+  line.RunFor(10s);
+  ASSERT_EQ(line.QualityOf(0, 0), Quality::good);
+  line.Close();
+  line.RunFor(1s);
+  line.twin(0).values.Set(0, 2002.0);
+  Swallow(line.twin(0), "?A1", 3);
+  line.Open();
+  line.always = [&] {
+    if (line.QualityOf(0, 0) == Quality::good) {
+      EXPECT_EQ(line.ValueOf(0, 0), Value(2002.0));
+    }
+  };
+  line.RunFor(2min);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
+TEST(PollerOnce, NorAfterItWasTakenOutOfUse) {
+  VirtualLine line = OneOnce();
+  line.Open();
+  line.RunFor(10s);
+  line.poller().SetInUse(0, false, line.now());
+  line.RunFor(1s);
+  Swallow(line.twin(0), "?A1", 3);
+  line.poller().SetInUse(0, true, line.now());
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::uncertain);
+  EXPECT_EQ(line.QualityOf(0, 1), Quality::uncertain);
+  line.RunFor(10s);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::uncertain);
+  EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
+}
+
+}  // namespace
+}  // namespace baudgate
