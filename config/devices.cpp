@@ -8,6 +8,7 @@
 #include "config/points.h"
 #include "config/serial.h"
 #include "config/spelling.h"
+#include "config/wire.h"
 
 namespace baudgate::config {
 namespace {
@@ -17,7 +18,8 @@ constexpr std::size_t kMostPointsOfAll = 100'000;
 constexpr std::array<Word<OnBad>, 3> kOnBad = {
     {{"exception", OnBad::exception}, {"hold", OnBad::hold}, {"nan", OnBad::nan}}};
 
-void ReadAddress(MapReader& map, const Line& line, const Protocol* protocol, Device& device) {
+void ReadAddress(MapReader& map, LineContext::Addresses& addresses, const Protocol* protocol,
+                 Device& device) {
   const auto node = map.Need("address", "1");
   if (!node) return;
   const auto address = ReadText(*node, "address", map.problems());
@@ -29,13 +31,15 @@ void ReadAddress(MapReader& map, const Line& line, const Protocol* protocol, Dev
     map.problems().Error(node->mark(), "address: " + status.error());
     return;
   }
-  for (const Device& other : line.devices) {
-    if (other.address != *address || other.protocol != device.protocol) continue;
-    map.problems().Warning(node->mark(), "address: " + Quoted(*address) +
-                                             " is also the address of device '" + other.name +
-                                             "' on this line");
-    return;
-  }
+  const Bytes probe = ProbeOf(*protocol, *address);
+  const auto [first, is_new] = addresses.try_emplace(
+      {protocol, probe.empty() ? ToBytes(*address) : probe}, std::pair(device.name, *address));
+  if (is_new) return;
+  const auto& [name, spelling] = first->second;
+  map.problems().Warning(
+      node->mark(), "address: " + Quoted(*address) + " is also the address of device '" + name +
+                        "' on this line" +
+                        (spelling == *address ? "" : ", which writes it " + Quoted(spelling)));
 }
 
 // Null when the device names none, or one that can not be found.
@@ -57,7 +61,9 @@ const RawProfile* FindProfile(MapReader& map, const Protocol* protocol, Device& 
     context.problems.Error(node->mark(), "profile: there is no file " + path->string());
     return nullptr;
   }
-  const auto key = std::make_pair(std::string(protocol->name), path->string());
+  const auto real = std::filesystem::weakly_canonical(*path, error);
+  const auto key =
+      std::make_pair(std::string(protocol->name), error ? path->string() : real.string());
   const auto known = context.profiles.find(key);
   if (known != context.profiles.end()) return &known->second;
   auto profile = ReadProfile(*path, *protocol, context.problems);
@@ -110,6 +116,16 @@ void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* proto
   device.points = BuildPoints(raw, protocol, context.problems);
 }
 
+// The errors themselves stand in the profile, which does not know who uses it.
+void BlameProfile(const MapReader& map, const RawProfile& raw, LoadContext& context) {
+  if (!context.problems.HasErrorIn(raw.file) || !context.bad_profiles.insert(raw.file).second) {
+    return;
+  }
+  context.problems.Error(map.MarkOf("profile"), "profile: " + Quoted(raw.profile.name) + " of " +
+                                                    map.what() + " has errors; they stand in " +
+                                                    raw.file);
+}
+
 }  // namespace
 
 const Protocol* ReadProtocol(const YamlNode& node, LoadContext& context) {
@@ -136,10 +152,15 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   if (const auto own = map.Get("protocol")) protocol = ReadProtocol(*own, context);
   if (!protocol) map.AllowAll();
   if (protocol) device.protocol = std::string(protocol->name);
-  ReadAddress(map, of.line, protocol, device);
+  ReadAddress(map, of.addresses, protocol, device);
   Assign(device.enabled, map.Flag("enabled"));
   if (const auto serial = map.Get("serial")) {
     device.serial = ReadSerial(*serial, of.line.serial, context.problems);
+    CheckPortSettings(of.line.port, *device.serial, serial->mark(), context.problems);
+  }
+  if (protocol && (device.serial || protocol != of.protocol)) {
+    CheckDataBits(device.serial.value_or(of.line.serial), *protocol,
+                  map.MarkOf(device.serial ? "serial" : "protocol"), context.problems);
   }
   const RawProfile* raw = FindProfile(map, protocol, device, context);
   const Profile profile = raw ? raw->profile : Profile();
@@ -148,6 +169,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   ReadModbusSide(map, profile, device, context);
   ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
   ReadPoints(map, raw, protocol, device, context);
+  if (raw) BlameProfile(map, *raw, context);
   map.Finish();
   CheckDevice(device, map);
   if (protocol && protocol->check_device) {

@@ -12,10 +12,15 @@ const Protocol* ReadProtocol(const YamlNode& node, LoadContext& context);
 
 /// What a device inherits from its line.
 struct LineContext {
+  /// By protocol and what is sent to the address: name and spelling of who has it.
+  using Addresses =
+      std::map<std::pair<const Protocol*, Bytes>, std::pair<std::string, std::string>>;
+
   const Line& line;
   const Pace& pace;          ///< line before gateway
   const Options& options;    ///< those of scope line that the line gives
   const Protocol* protocol;  ///< null when the line's own could not be found
+  Addresses& addresses;
 };
 
 Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& context);

@@ -75,6 +75,10 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
     line.serial = ReadSerial(*serial, line.serial, context.problems);
   }
   ReadSerialExtras(map, line.serial);
+  const Mark serial_mark = map.MarkOf("serial");
+  if (protocol) CheckDataBits(line.serial, *protocol, serial_mark, context.problems);
+  CheckPortSettings(line.port, line.serial, map.Has("rs485") ? map.MarkOf("rs485") : serial_mark,
+                    context.problems);
   const Pace pace = Merge(ReadPace(map), context.pace);
   line.timing = pace.timing;
   Assign(line.retries, pace.retries);
@@ -84,8 +88,9 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   const auto devices = map.Get("devices");
   map.Finish();
   if (devices) {
+    LineContext::Addresses addresses;
     for (const YamlNode& device : ReadList(*devices, "devices", kMostDevices, context.problems)) {
-      line.devices.push_back(ReadDevice(device, {line, pace, given, protocol}, context));
+      line.devices.push_back(ReadDevice(device, {line, pace, given, protocol, addresses}, context));
     }
   }
   CompleteOptions(line, given, context.catalog);

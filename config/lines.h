@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,7 +29,8 @@ struct LoadContext {
   Uniques uniques;
   Pace pace;  ///< what the gateway says for all lines
   std::map<std::pair<std::string, std::string>, RawProfile> profiles;  ///< by protocol and path
-  std::size_t points = 0;  ///< of all devices so far; bounds what aliases can multiply
+  std::set<std::string> bad_profiles;  ///< files whose first user has been told
+  std::size_t points = 0;              ///< of all devices so far; bounds what aliases can multiply
 };
 
 std::vector<Line> ReadLines(const YamlNode& list, LoadContext& context);

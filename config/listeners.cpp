@@ -168,7 +168,7 @@ void ReadNetworkSide(MapReader& map, Listener& listener) {
   Assign(listener.idle_timeout, map.Time("idle_timeout", 1s, 24h));
 }
 
-void ReadSerialSide(MapReader& map, Listener& listener) {
+void ReadSerialSide(MapReader& map, Listener& listener, const Catalog& catalog) {
   for (const std::string key : {"allow", "clients", "max_clients", "idle_timeout"}) {
     map.Refuse(key, key + ": at a serial port there is one master, always; remove the key");
   }
@@ -181,12 +181,15 @@ void ReadSerialSide(MapReader& map, Listener& listener) {
     listener.serial = ReadSerial(*serial, listener.serial, map.problems());
   }
   ReadSerialExtras(map, listener.serial);
+  if (const Protocol* rtu = catalog.FindProtocol(kRtuProtocol)) {
+    CheckDataBits(listener.serial, *rtu, map.MarkOf("serial"), map.problems());
+  }
 }
 
 void ReadKeys(MapReader& map, Listener& listener, LoadContext& context) {
   if (const auto at = map.Get("at")) ReadAt(*at, "at", listener, context);
   if (listener.is_serial()) {
-    ReadSerialSide(map, listener);
+    ReadSerialSide(map, listener, context.catalog);
   } else {
     ReadNetworkSide(map, listener);
   }
@@ -215,7 +218,7 @@ Listener ReadListener(const YamlNode& node, LoadContext& context) {
   if (listener.is_serial()) {
     context.uniques.ListenerPort(listener.path, listener.mark);
   } else {
-    context.uniques.Listener(listener.Place(), listener.mark);
+    context.uniques.Listener(listener);
   }
   return listener;
 }

@@ -31,6 +31,14 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   return config;
 }
 
+void AddSecrets(const Catalog& catalog, Problems& problems) {
+  for (const auto& [name, protocol] : catalog.protocols) {
+    for (const OptionSpec& spec : protocol->options) {
+      if (spec.secret) problems.AddSecret(spec.name);
+    }
+  }
+}
+
 // yaml-cpp throws on access as well as on parsing; this is the edge where that ends.
 template <typename Read>
 void Guarded(const std::string& file, Problems& problems, Read read) {
@@ -46,6 +54,7 @@ void Guarded(const std::string& file, Problems& problems, Read read) {
 Loaded LoadText(const std::string& text, const std::string& name, const Catalog& catalog) {
   Loaded loaded;
   Problems problems;
+  AddSecrets(catalog, problems);
   Guarded(name, problems, [&] {
     const auto root = ParseYaml(name, text, problems);
     if (!root) return;
@@ -71,6 +80,7 @@ LoadedProfile LoadProfile(const std::string& profile, const Protocol& protocol,
                           const Catalog& catalog) {
   LoadedProfile loaded;
   Problems problems;
+  AddSecrets(catalog, problems);
   Guarded(profile, problems, [&] {
     const auto path = LocateProfile(profile, protocol, catalog, {});
     if (!path) {

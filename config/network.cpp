@@ -104,6 +104,17 @@ Result<Network> ParseNetwork(std::string_view text) {
   return network;
 }
 
+std::string Canonical(const std::string& address) {
+  const auto parsed = ParseAddress(address);
+  return parsed ? Shown(parsed->bytes, parsed->is_v4) : address;
+}
+
+Network ReachOf(const std::string& host) {
+  const std::string address = Canonical(host);
+  const bool all = address == "0.0.0.0" || address == "::";
+  return ParseNetwork(all ? address + "/0" : address).value();
+}
+
 bool IsIpAddress(const std::string& text) { return ParseAddress(text).has_value(); }
 
 bool IsLoopback(const Network& network) {

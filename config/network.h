@@ -26,6 +26,11 @@ Result<HostPort> ParseServer(std::string_view text, std::uint16_t usual_port);
 /// that one comparison serves both.
 Result<Network> ParseNetwork(std::string_view text);
 
+/// The shortest spelling of an IP address; any other text as it is.
+std::string Canonical(const std::string& address);
+/// What comes in at a listener of this IP address: all of it for "0.0.0.0" and "::".
+Network ReachOf(const std::string& host);
+
 bool IsIpAddress(const std::string& text);
 /// Whether every address of it is this machine's own.
 bool IsLoopback(const Network& network);

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <set>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -30,16 +31,24 @@ class Problems {
  public:
   static constexpr std::size_t kMost = 500;
 
+  /// A key whose value no message may show, not even where a slip made both one text.
+  void AddSecret(std::string_view key) { secrets_.emplace(key); }
+  bool IsSecret(const std::string& key) const { return secrets_.contains(key); }
+  /// QuotedKey, and of a secret's key with something behind it only the former.
+  std::string ShownKey(const std::string& key) const;
+
   void Error(const Mark& mark, std::string message) { Add(mark, std::move(message), false); }
   void Warning(const Mark& mark, std::string message) { Add(mark, std::move(message), true); }
 
   bool has_error() const { return HasError(problems_); }
+  bool HasErrorIn(const std::string& file) const;
   /// In the order of the files and of the places in them.
   std::vector<Problem> Sorted() const;
 
  private:
   void Add(const Mark& mark, std::string message, bool warning);
 
+  std::set<std::string> secrets_;
   std::vector<Problem> problems_;
   std::vector<std::string> files_;
   std::set<std::tuple<std::string, int, int, std::string>> seen_;

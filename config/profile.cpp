@@ -48,6 +48,7 @@ Result<fs::path> LocateProfile(const std::string& profile, const Protocol& proto
 RawProfile ReadProfileText(const std::string& text, const std::string& file,
                            const std::string& name, const Protocol& protocol, Problems& problems) {
   RawProfile raw;
+  raw.file = file;
   Profile& profile = raw.profile;
   profile.name = name;
   profile.protocol = std::string(protocol.name);
@@ -72,6 +73,7 @@ RawProfile ReadProfile(const fs::path& path, const Protocol& protocol, Problems&
   }
   problems.Error({path.string(), 0, 0}, "profile " + text.error());
   RawProfile raw;
+  raw.file = path.string();
   raw.profile.name = path.stem().string();
   raw.profile.protocol = std::string(protocol.name);
   return raw;

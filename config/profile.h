@@ -15,7 +15,8 @@ namespace baudgate::config {
 
 /// A profile before its points are read, so that a device can put its own keys over them.
 struct RawProfile {
-  Profile profile;  ///< without points
+  Profile profile;   ///< without points
+  std::string file;  ///< as its problems name it
   std::vector<RawPoint> points;
 };
 

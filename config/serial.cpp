@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/serial.h"
 
+#include <algorithm>
+
 #include "config/spelling.h"
 #include "config/validate.h"
 #include "gateway/base/text.h"
@@ -145,7 +147,22 @@ SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Prob
 }
 
 void ReadSerialExtras(MapReader& line, SerialSettings& serial) {
-  if (const auto software = line.OneOf("parity", kWhoMakesParity)) {
+  const auto node = line.Get("parity");
+  const auto given = std::find_if(kParities.begin(), kParities.end(), [&](const auto& known) {
+    return node && node->kind() == YamlNode::Kind::scalar && node->text() == known.word &&
+           known.meaning != MapParity::software;
+  });
+  if (given != kParities.end()) {
+    SerialSettings meant = serial;
+    meant.parity = given->meaning == MapParity::none   ? Parity::none
+                   : given->meaning == MapParity::even ? Parity::even
+                                                       : Parity::odd;
+    line.problems().Error(node->mark(), "parity: " + Quoted(node->text()) +
+                                            " belongs to the serial settings; write for example "
+                                            "serial: " +
+                                            meant.ToString() +
+                                            " (here stands who makes it: hardware or software)");
+  } else if (const auto software = line.OneOf("parity", kWhoMakesParity)) {
     serial.software_parity = *software;
     CheckSoftwareParity(serial, line.MarkOf("parity"), line.problems());
   }

@@ -9,6 +9,15 @@ namespace {
 constexpr std::size_t kLongestWord = 64;
 constexpr std::size_t kLongestQuote = 60;
 
+std::string_view KeyPart(std::string_view text) {
+  const auto end = std::ranges::find_if_not(text, [](char c) {
+    const auto lower = static_cast<char>(c | 0x20);
+    return (lower >= 'a' && lower <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '.' ||
+           c == '-';
+  });
+  return text.substr(0, static_cast<std::size_t>(end - text.begin()));
+}
+
 // Optimal string alignment: two letters swapped are one slip, as people make it.
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before_last(b.size() + 1);
@@ -61,6 +70,18 @@ std::string Quoted(std::string_view text) {
   std::size_t end = kLongestQuote;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
   return "'" + std::string(text.substr(0, end)) + "…'";
+}
+
+std::string QuotedKey(std::string_view key) {
+  const std::string_view part = KeyPart(key).substr(0, kLongestQuote);
+  return "'" + std::string(part) + (part.size() < key.size() ? "…'" : "'");
+}
+
+std::string MissingMark(std::string_view key) {
+  const std::size_t end = KeyPart(key).size();
+  if (end == 0 || end == key.size()) return {};
+  if (key[end] == ':') return " is the blank after the colon missing?";
+  return key[end] == ' ' ? " is a colon missing?" : "";
 }
 
 std::string DidYouMean(std::string_view word, std::span<const std::string_view> known) {

@@ -63,8 +63,15 @@ std::string Range(int first, int last) {
   return std::to_string(first) + "…" + std::to_string(last);
 }
 
+constexpr std::string_view kTcp = "tcp://";
+
 std::string RealPort(const std::string& port) {
-  if (port.starts_with("tcp://")) return port;
+  if (port.starts_with(kTcp)) {
+    const auto at = ParseHostPort(port.substr(kTcp.size()));
+    if (!at) return port;
+    const std::string host = IsIpAddress(at->host) ? Canonical(at->host) : Lower(at->host);
+    return std::string(kTcp) + host + ":" + std::to_string(at->port);
+  }
   std::error_code error;
   const auto canonical = std::filesystem::weakly_canonical(port, error);
   return error ? port : canonical.string();
@@ -169,11 +176,21 @@ void Uniques::ListenerPort(const std::string& path, const Mark& mark) {
   }
 }
 
-void Uniques::Listener(const std::string& at, const Mark& mark) {
-  if (const Owner* first = Claim(listeners_, at, at, mark)) {
-    problems_.Error(
-        mark, "listen: " + at + " stands twice; first in line " + std::to_string(first->mark.line));
+void Uniques::Listener(const config::Listener& listener) {
+  const Network reach = ReachOf(listener.host);
+  for (const config::Listener& first : listeners_) {
+    const Network other = ReachOf(first.host);
+    if (first.port != listener.port || !(Covers(other, reach) || Covers(reach, other))) continue;
+    const std::string line = " in line " + std::to_string(first.mark.line);
+    problems_.Error(listener.mark,
+                    "listen: " + listener.Place() +
+                        (first.Place() == listener.Place()
+                             ? " stands twice; first" + line
+                             : " and " + first.Place() + line +
+                                   " want the same port; remove one, or give it another port"));
+    return;
   }
+  listeners_.push_back(listener);
 }
 
 void CheckDevice(const Device& device, const MapReader& map) {
@@ -211,6 +228,27 @@ void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems) {
   }
 }
 
+void CheckDataBits(const SerialSettings& serial, const Protocol& protocol, const Mark& mark,
+                   Problems& problems) {
+  if (serial.data_bits >= protocol.data_bits) return;
+  SerialSettings wide = serial;
+  wide.data_bits = 8;
+  problems.Error(mark, "serial: " + std::string(protocol.name) + " needs 8 data bits, and " +
+                           serial.ToString() + " has 7; write for example " + wide.ToString());
+}
+
+void CheckPortSettings(const std::string& port, const SerialSettings& serial, const Mark& mark,
+                       Problems& problems) {
+  if (!port.starts_with(kTcp)) return;
+  for (const auto& [key, used] :
+       {std::pair("rs485", serial.rs485.enabled), std::pair("rtscts", serial.rtscts)}) {
+    if (!used) continue;
+    problems.Error(mark, std::string(key) +
+                             ": a serial server (tcp://) does this by itself; set it there and "
+                             "remove the key");
+  }
+}
+
 void CheckListener(const Listener& listener, const Catalog& catalog, Problems& problems) {
   if (listener.protocol == Listener::Protocol::rtu && !catalog.FindProtocol(kRtuProtocol)) {
     const auto installed = catalog.ProtocolNames();
@@ -219,7 +257,19 @@ void CheckListener(const Listener& listener, const Catalog& catalog, Problems& p
                                       "installed; installed: " +
                                       (installed.empty() ? "none" : Join(installed)));
   }
-  if (!IsEverywhere(listener.host) || listener.allow.empty()) return;
+  if (listener.is_serial() || listener.allow.empty()) return;
+  const Network reach = ReachOf(listener.host);
+  const bool can_come = std::any_of(
+      listener.allow.begin(), listener.allow.end(),
+      [&](const Network& network) { return IsLoopback(network) || Covers(network, reach); });
+  if (IsLoopback(reach) && !can_come) {
+    problems.Warning(listener.mark, "listen: " + listener.Place() +
+                                        " takes connections from this machine only, and 'allow' "
+                                        "has only others: nobody can come in; write for example "
+                                        "at: \"0.0.0.0:" +
+                                        std::to_string(listener.port) + "\"");
+  }
+  if (!IsEverywhere(listener.host)) return;
   if (std::all_of(listener.allow.begin(), listener.allow.end(), IsLoopback)) {
     problems.Warning(listener.mark, "listen: " + listener.host +
                                         " takes connections from everywhere, but 'allow' has only "

@@ -51,7 +51,8 @@ class Uniques {
   void Port(const std::string& port, const std::string& line, const Mark& mark);
   /// A serial port at which a master waits; in one table with the ports of lines.
   void ListenerPort(const std::string& path, const Mark& mark);
-  void Listener(const std::string& at, const Mark& mark);
+  /// No two at one port of one address; 0.0.0.0 and :: are all of them.
+  void Listener(const config::Listener& listener);
 
  private:
   struct Owner {
@@ -63,13 +64,20 @@ class Uniques {
   static const Owner* Claim(Owners& owners, const std::string& what, const std::string& name,
                             const Mark& mark);
 
-  Owners lines_, devices_, units_, ports_, listeners_;
+  Owners lines_, devices_, units_, ports_;
+  std::vector<config::Listener> listeners_;
   Problems& problems_;
 };
 
 /// poll, slow, max_age, dead_age, and points that no one polls or serves.
 void CheckDevice(const Device& device, const MapReader& map);
 void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems);
+/// Whether characters of the protocol fit into these. `mark`: of what chose the one or the other.
+void CheckDataBits(const SerialSettings& serial, const Protocol& protocol, const Mark& mark,
+                   Problems& problems);
+/// What only a port of this machine can do. `mark`: of the settings.
+void CheckPortSettings(const std::string& port, const SerialSettings& serial, const Mark& mark,
+                       Problems& problems);
 /// The protocol that makes and reads the frames of RTU masters.
 inline constexpr const char* kRtuProtocol = "modbus_rtu";
 void CheckListener(const Listener& listener, const Catalog& catalog, Problems& problems);

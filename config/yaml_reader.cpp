@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "config/spelling.h"
 #include "gateway/base/text.h"
@@ -28,6 +29,11 @@ std::string_view Describe(YamlNode::Kind kind) {
 }
 
 bool ExpectScalar(const YamlNode& node, const std::string& what, Problems& problems) {
+  const std::string& tag = node.yaml().Tag();
+  if (tag.size() > 1 && tag.front() == '!') {
+    problems.Error(node.mark(), what + ": a value that begins with '!' needs quotes");
+    return false;
+  }
   if (node.kind() == YamlNode::Kind::scalar) return true;
   problems.Error(node.mark(),
                  what + ": expected a single value, found " + std::string(Describe(node.kind())));
@@ -67,8 +73,9 @@ std::vector<Entry> ReadEntries(const YamlNode& map, const std::string& what, Pro
     }
     const auto [earlier, is_new] = first.emplace(key.text(), key.place());
     if (!is_new) {
-      problems.Error(key.mark(), "key " + Quoted(key.text()) + " stands twice in " + what +
-                                     "; first in line " + std::to_string(earlier->second.line));
+      problems.Error(key.mark(), "key " + problems.ShownKey(key.text()) + " stands twice in " +
+                                     what + "; first in line " +
+                                     std::to_string(earlier->second.line));
       continue;
     }
     entries.push_back({key.text(), key.place(), YamlNode(pair.second, map.source(), key.place())});
@@ -205,10 +212,12 @@ std::optional<YamlNode> MapReader::Get(std::string_view key) {
   if (entry->value.kind() != YamlNode::Kind::null) return entry->value;
   const std::string_view line = entry->value.source()->Line(entry->place.line);
   const bool comment = line.find(": #") != std::string_view::npos;
+  const bool anchor = line.find(entry->key + ": &") != std::string_view::npos;
   problems_.Error(entry->value.mark(),
                   entry->key + ": has no value; " +
-                      (comment ? "what begins with '#' is a comment unless it is quoted"
-                               : "give it one or remove the key"));
+                      (comment  ? "what begins with '#' is a comment unless it is quoted"
+                       : anchor ? "one that begins with '&' needs quotes"
+                                : "give it one or remove the key"));
   return std::nullopt;
 }
 
@@ -269,11 +278,21 @@ std::optional<Duration> MapReader::Time(std::string_view key, Duration least, Du
 void MapReader::Finish() {
   if (allow_all_) return;
   const std::vector<std::string_view> allowed(allowed_.begin(), allowed_.end());
+  std::string before;
   for (const Entry& entry : entries_) {
+    const std::string behind = std::exchange(before, entry.key);
     if (std::find(allowed.begin(), allowed.end(), entry.key) != allowed.end()) continue;
-    problems_.Error(entry.value.source()->MarkAt(entry.place),
-                    "unknown key " + Quoted(entry.key) + " in " + what_ + ";" +
-                        DidYouMean(entry.key, allowed) + " allowed: " + Join(allowed));
+    const Mark mark = entry.value.source()->MarkAt(entry.place);
+    // "{ password: SEC,RET }" has a key RET.
+    if (problems_.IsSecret(behind) && entry.value.kind() == YamlNode::Kind::null) {
+      problems_.Error(mark, "a key without a value stands behind '" + behind + "' in " + what_ +
+                                "; put a value with a comma in quotes");
+      continue;
+    }
+    const std::string missing = MissingMark(entry.key);
+    problems_.Error(mark, "unknown key " + problems_.ShownKey(entry.key) + " in " + what_ + ";" +
+                              (missing.empty() ? DidYouMean(entry.key, allowed) : missing) +
+                              " allowed: " + Join(allowed));
   }
 }
 

@@ -3,8 +3,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,8 +25,10 @@ struct PointWrite {
 struct WriteCommand {
   std::uint32_t device = 0;  ///< index in the point store
   std::vector<PointWrite> writes;
-  Instant deadline;            ///< not sent later; answered no_reply when it passes
+  Instant deadline;            ///< nothing is sent later; answered no_reply when it passes
   std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line
+  /// True: nobody waits for it any more, and it is not begun.
+  std::shared_ptr<const std::atomic<bool>> dropped;
   /// Called exactly once, on the line's thread, unless Submit said no. `reason` is empty when ok.
   std::function<void(Outcome, const std::string& reason)> done;
 };

@@ -14,6 +14,7 @@
 #include "gateway/control/server.h"
 #include "gateway/line_runner.h"
 #include "gateway/log.h"
+#include "gateway/modbus/descriptors.h"
 #include "gateway/modbus/server.h"
 #include "gateway/recordings.h"
 #include "gateway/version.h"
@@ -26,6 +27,17 @@ namespace {
 
 /// glibc gives every thread an arena of its own; with a thread per line that is memory for nothing.
 constexpr int kMostArenas = 2;
+
+modbus::ModbusLimits LimitsOf(const config::Config& config) {
+  const modbus::DescriptorNeeds needs = modbus::DescriptorNeedsOf(config);
+  const std::size_t limit = modbus::RaiseDescriptorLimit(needs.all());
+  modbus::ModbusLimits limits;
+  limits.client_share = modbus::ClientShare(needs, limit);
+  if (limits.client_share < 1) {
+    log::Warn("modbus: {}", modbus::ExplainClientShare(needs, limit));
+  }
+  return limits;
+}
 
 }  // namespace
 
@@ -64,6 +76,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
   std::vector<std::unique_ptr<LineRunner>> runners;
   std::vector<std::size_t> line_of;  // by device
   Instant started = ReadClocks().instant;
+  modbus::ModbusLimits limits;
   asio::io_context modbus_io{1};
   std::unique_ptr<modbus::ModbusServer> modbus;
   std::thread modbus_thread;
@@ -83,6 +96,7 @@ Daemon::Daemon(config::Config config, const config::Catalog& catalog)
 Daemon::~Daemon() { Stop(); }
 
 Status Daemon::Start() {
+  impl_->limits = LimitsOf(impl_->config);
   impl_->MakeLines();
   // The port first: a gateway that is started twice must not publish, and then dispose, the points
   // of the one that runs already under the same name.
@@ -102,6 +116,7 @@ void Daemon::Stop() {
   if (impl_->dds) impl_->dds->Stop();
   impl_->dds.reset();
 #endif
+  log::TellRepeats();
 }
 
 const config::Config& Daemon::config() const { return impl_->config; }
@@ -151,7 +166,7 @@ Status Daemon::Impl::StartModbus() {
   for (const auto& runner : runners) links.lines.push_back(runner.get());
   links.rtu = catalog.FindProtocol("modbus_rtu");
   modbus = std::make_unique<modbus::ModbusServer>(
-      config, store, *this, [this] { return Info(); }, modbus::ModbusLimits{}, std::move(links));
+      config, store, *this, [this] { return Info(); }, limits, std::move(links));
   if (Status status = modbus->Listen(modbus_io); !status) {
     modbus.reset();
     return status;

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -55,6 +56,25 @@ class RoundTrips {
   Duration last_{};
 };
 
+/// How the latest exchanges ended, for a judgement of how things are now. Probes of an absent
+/// device are not among them.
+class RecentOutcomes {
+ public:
+  static constexpr std::size_t kKept = 64;
+
+  void Add(Outcome outcome) { outcomes_[count_++ % kKept] = outcome; }
+  /// Of the exchanges kept, at most kKept.
+  std::size_t size() const { return std::min(count_, kKept); }
+  std::size_t Count(Outcome outcome) const {
+    return static_cast<std::size_t>(std::count(
+        outcomes_.begin(), outcomes_.begin() + static_cast<std::ptrdiff_t>(size()), outcome));
+  }
+
+ private:
+  std::array<Outcome, kKept> outcomes_{};
+  std::size_t count_ = 0;
+};
+
 struct DeviceStatus {
   DeviceState state = DeviceState::never_seen;
   Outcome last_outcome = Outcome::none;
@@ -68,6 +88,9 @@ struct DeviceStatus {
   std::uint32_t late = 0;     ///< exchanges without a reply that bytes followed after their end
   Duration lateness{};        ///< how long after, the last time
   std::uint32_t doubled = 0;  ///< exchanges behind whose reply came another, different one
+  std::uint32_t copies = 0;   ///< exchanges behind whose reply came the same again
+  RecentOutcomes recent;
+  Duration busy{};  ///< the line time of its exchanges and of the silences after them
   RoundTrips round_trips;
 
   std::uint32_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }

@@ -44,6 +44,10 @@ namespace {
 /// delivers faster than any wire, so this needs a bound of its own.
 constexpr std::size_t kKeptWhileSending = 1024;
 
+/// Bytes that come so long after their deadline have waited while this program did not run, nobody
+/// knows how long: the deadline goes first.
+constexpr Duration kHeldUp = 100ms;
+
 }  // namespace
 
 void Line::OnOpened(Instant now, bool keeps_bit_rate) {
@@ -112,7 +116,12 @@ void Line::OnBytes(View bytes, Instant now) {
       break;
     case State::await_first:
     case State::receiving:
-      Receive(bytes, now);
+      if (now >= deadline_ + kHeldUp) {
+        OnTimer(now);
+        OnBytes(bytes, now);
+      } else {
+        Receive(bytes, now);
+      }
       break;
   }
 }
@@ -200,6 +209,7 @@ void Line::TakeFrame(bool idle, Instant now) {
     const Outcome outcome = client_.OnFrame(*frame, now);
     if (!NeedsDrain(outcome)) taken_ = *frame;
     Finish(outcome, {}, now);
+    for (; copies_ > 0; --copies_) client_.OnCopy(now - sent_until_, now);
   }
   if (behind == 0) return;
   client_.OnStrayBytes(behind, Duration::zero(), now);
@@ -210,24 +220,27 @@ void Line::TakeFrame(bool idle, Instant now) {
 bool Line::IsAlone(const Bytes& frame) {
   taken_.clear();
   behind_ = assembler_;
-  return !AnotherBehind(frame);
-}
-
-/// Whether a frame that differs from `frame` stands among the bytes that came after it.
-bool Line::AnotherBehind(const Bytes& frame) {
+  copies_ = 0;
   while (const auto second = behind_.Next(false)) {
-    if (*second != frame) return true;
+    if (*second != frame) return false;
+    ++copies_;
   }
-  return false;
+  return true;
 }
 
 void Line::OnStray(View bytes, Instant now) {
   client_.OnStrayBytes(bytes.size(), now - ended_, now);
   if (taken_.empty()) return;
   behind_.Feed(bytes);
-  if (!AnotherBehind(taken_)) return;
-  taken_.clear();
-  client_.OnSecondReply(now);
+  while (const auto second = behind_.Next(false)) {
+    if (*second == taken_) {
+      client_.OnCopy(now - sent_until_, now);
+      continue;
+    }
+    taken_.clear();
+    client_.OnSecondReply(now);
+    return;
+  }
 }
 
 /// Nothing else has come: a port that forwards as fast as it can has brought the reply early.

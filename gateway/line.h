@@ -55,6 +55,8 @@ class LineClient {
   /// Behind the reply that was taken came another whole one, not the same: one of the two belongs
   /// to another request.
   virtual void OnSecondReply(Instant now) = 0;
+  /// The same came again, so long after the request was out.
+  virtual void OnCopy(Duration since_sent, Instant now) = 0;
   /// The exchange is over. The line may still drain: start the next one when idle() says so.
   virtual void OnExchangeEnd(const ExchangeEnd& end, Instant now) = 0;
   /// Bytes that belong to no exchange, in Idle, Quiet, Settle or Drain; `since_end` is the time
@@ -111,7 +113,6 @@ class Line {
   void Receive(View bytes, Instant now);
   void TakeFrame(bool idle, Instant now);
   bool IsAlone(const Bytes& frame);
-  bool AnotherBehind(const Bytes& frame);
   void OnStray(View bytes, Instant now);
   void OnGap(Instant now);
   void FinishSilent(Instant now);
@@ -137,6 +138,7 @@ class Line {
   Assembler assembler_;
   Bytes taken_;       // the last reply
   Assembler behind_;  // what came behind it; looks for a second one
+  int copies_ = 0;    // of it, that came with it
 };
 
 }  // namespace baudgate

@@ -20,6 +20,9 @@ constexpr Duration kSilenceLimit = 30s;
 constexpr Duration kGreeting = 500ms;
 /// The driver's counters cost a call into it.
 constexpr Duration kCountErrorsEvery = 1s;
+/// A write under way is ended in order before the port is given up, so that no password stays open;
+/// but not for longer.
+constexpr Duration kPatience = 1s;
 
 bool IsNetwork(const std::string& port) { return port.starts_with("tcp://"); }
 
@@ -36,6 +39,7 @@ LineRunner::LineRunner(const config::Line& line, std::uint32_t first_device,
       timer_(io_),
       silence_timer_(io_),
       loan_timer_(io_),
+      patience_timer_(io_),
       keeper_(io_, line.port, [this] { Open(); }),
       transport_(MakeTransport(line, io_, *this)),
       recorder_(line, first_device, std::move(recordings)),
@@ -64,10 +68,12 @@ void LineRunner::Run() {
 void LineRunner::RequestStop() {
   asio::post(io_, [this] {
     loan_timer_.cancel();
-    ClosePort();
-    if (open_.exchange(false)) poller_.OnClosed(ReadClocks());
-    work_.reset();
-    io_.stop();
+    AfterTheWrite([this] {
+      ClosePort();
+      if (open_.exchange(false)) poller_.OnClosed(ReadClocks());
+      work_.reset();
+      io_.stop();
+    });
   });
 }
 
@@ -216,11 +222,30 @@ void LineRunner::CountErrors(Instant now) {
 // ---------------------------------------------------------------- the port, lent
 
 void LineRunner::Release(Duration time) {
-  asio::post(io_, [this, time] { Lend(time); });
+  asio::post(io_, [this, time] { AfterTheWrite([this, time] { Lend(time); }); });
 }
 
 void LineRunner::TakeBack() {
   asio::post(io_, [this] { EndLoan(); });
+}
+
+void LineRunner::AfterTheWrite(std::function<void()> then) {
+  after_write_ = std::move(then);
+  poller_.WindUp();
+  patience_timer_.expires_after(kPatience);
+  patience_timer_.async_wait([this](const asio::error_code& error) {
+    if (error || !after_write_) return;
+    log::Warn(
+        "line {}: a write is broken off; what it has opened, such as a password, may stay open",
+        config_.name);
+    GoOn();
+  });
+  if (!poller_.IsWriting()) GoOn();
+}
+
+void LineRunner::GoOn() {
+  patience_timer_.cancel();
+  std::exchange(after_write_, {})();
 }
 
 void LineRunner::Lend(Duration time) {
@@ -286,6 +311,7 @@ void LineRunner::Send(View bytes, const config::SerialSettings& serial) {
 }
 
 void LineRunner::Arm() {
+  if (after_write_ && !poller_.IsWriting()) return GoOn();
   const auto deadline = poller_.Deadline();
   if (!deadline) {
     timer_.cancel();

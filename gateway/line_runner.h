@@ -71,6 +71,8 @@ class LineRunner final : public RouteTarget, private TransportListener, private 
   void PortWorks();
   void Down(const std::string& reason);
   void ClosePort();
+  void AfterTheWrite(std::function<void()> then);
+  void GoOn();
   void Lend(Duration time);
   void EndLoan();
   void ShowPort(LineStatus::Port port, const std::string& text, WallTime released_until = {});
@@ -87,7 +89,9 @@ class LineRunner final : public RouteTarget, private TransportListener, private 
   asio::steady_timer timer_;  // the poller's deadline
   asio::steady_timer silence_timer_;
   asio::steady_timer loan_timer_;
-  PortKeeper keeper_;  // while the port is down
+  asio::steady_timer patience_timer_;
+  std::function<void()> after_write_;  // what waits for the end of the write under way
+  PortKeeper keeper_;                  // while the port is down
   std::unique_ptr<Transport> transport_;
   LineRecorder recorder_;
   Poller poller_;

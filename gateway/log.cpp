@@ -65,11 +65,13 @@ void Print(Level level, const std::string& text) {
   spdlog::log(LevelOf(level), "{}", line);
 }
 
-void PrintRepeats() {
-  std::vector<Folder::Repeat> repeats;
+using Repeats = std::vector<Folder::Repeat>;
+
+void PrintRepeats(Repeats (Folder::*take)(Instant)) {
+  Repeats repeats;
   {
     const std::lock_guard lock(g_mutex);
-    repeats = TheFolder().Due(std::chrono::steady_clock::now());
+    repeats = (TheFolder().*take)(std::chrono::steady_clock::now());
   }
   for (const Folder::Repeat& repeat : repeats) {
     const std::time_t last = std::chrono::system_clock::to_time_t(
@@ -96,7 +98,7 @@ class Teller {
   void Run(const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
     while (!wake_.wait_for(lock, stop, kLookEvery, [&stop] { return stop.stop_requested(); })) {
-      PrintRepeats();
+      PrintRepeats(&Folder::Due);
     }
   }
 
@@ -104,6 +106,12 @@ class Teller {
   std::condition_variable_any wake_;
   std::jthread thread_;
 };
+
+void PrintOrHold(bool passed, Level level, const std::string& text) {
+  if (passed) return Print(level, text);
+  // Made with the first repeat, long after the log it prints to, and therefore gone before it.
+  static Teller teller;
+}
 
 }  // namespace
 
@@ -118,15 +126,24 @@ void Begin(Level least) {
 
 void SetLeast(Level least) { spdlog::default_logger()->set_level(LevelOf(least)); }
 
+void TellRepeats() { PrintRepeats(&Folder::All); }
+
 void Write(Level level, const std::string& text) {
   bool passed = false;
   {
     const std::lock_guard lock(g_mutex);
     passed = TheFolder().Pass(text, level, ReadClocks());
   }
-  if (passed) return Print(level, text);
-  // Made with the first repeat, long after the log it prints to, and therefore gone before it.
-  static Teller teller;
+  PrintOrHold(passed, level, text);
+}
+
+void Write(Level level, const std::string& key, const std::string& text) {
+  bool passed = false;
+  {
+    const std::lock_guard lock(g_mutex);
+    passed = TheFolder().Pass(key, text, level, ReadClocks());
+  }
+  PrintOrHold(passed, level, text);
 }
 
 }  // namespace baudgate::log

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <string>
+#include <utility>
 
 namespace baudgate::log {
 
@@ -21,6 +22,12 @@ void SetLeast(Level least);
 
 /// Thread-safe.
 void Write(Level level, const std::string& text);
+/// Texts with the same key are repeats of each other; of those held back the last is told.
+void Write(Level level, const std::string& key, const std::string& text);
+
+/// Tells at once what is held back, so that a log that ends here ends with the true state.
+/// Thread-safe.
+void TellRepeats();
 
 template <typename... Args>
 void Info(fmt::format_string<Args...> form, Args&&... args) {
@@ -33,6 +40,11 @@ void Warn(fmt::format_string<Args...> form, Args&&... args) {
 template <typename... Args>
 void Fail(fmt::format_string<Args...> form, Args&&... args) {
   Write(Level::error, fmt::format(form, std::forward<Args>(args)...));
+}
+/// For texts in which something differs every time, such as the port of a client.
+template <typename... Args>
+void WarnFolded(const std::string& key, fmt::format_string<Args...> form, Args&&... args) {
+  Write(Level::warning, key, fmt::format(form, std::forward<Args>(args)...));
 }
 
 }  // namespace baudgate::log

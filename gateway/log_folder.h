@@ -25,18 +25,15 @@ class Folder {
 
   /// True: write it. False: the same text was written less than a minute ago; it is held back.
   bool Pass(const std::string& text, Level level, const Now& now) {
-    if (seen_.size() >= kRemembered) Forget(now.instant);
-    const auto [entry, is_new] = seen_.try_emplace(text, Seen{now.instant, {text, level, 0, now}});
-    Seen& seen = entry->second;
-    if (is_new) return true;
-    if (now.instant - seen.written < kMinute) {
-      ++seen.held.times;
-      seen.held.last = now;
-      return false;
-    }
-    // Repeats that nobody has fetched yet are told by Due; this one is written now.
-    seen.written = now.instant;
-    return true;
+    // Written at least; such texts name what is configured, so there is an end of them.
+    if (!HasRoom(text, kRemembered, now.instant)) return true;
+    return Note(text, text, level, now);
+  }
+
+  /// Alike, with the key in the place of the text. Keys may name strangers, of whom there is no
+  /// end: those that are too many share one entry.
+  bool Pass(const std::string& key, const std::string& text, Level level, const Now& now) {
+    return Note(HasRoom(key, kMostWithKeys, now.instant) ? key : "", text, level, now);
   }
 
   /// The held back texts, the latest last, once a minute has passed for any of them. All at once:
@@ -45,21 +42,27 @@ class Folder {
     const auto is_due = [now](const auto& entry) {
       return entry.second.held.times > 0 && now - entry.second.written >= kMinute;
     };
-    std::vector<Repeat> due;
-    if (std::none_of(seen_.begin(), seen_.end(), is_due)) return due;
-    for (auto& [text, seen] : seen_) {
+    if (std::none_of(seen_.begin(), seen_.end(), is_due)) return {};
+    return All(now);
+  }
+
+  /// Alike, whether a minute has passed or not.
+  std::vector<Repeat> All(Instant now) {
+    std::vector<Repeat> held;
+    for (auto& [key, seen] : seen_) {
       if (seen.held.times == 0) continue;
-      due.push_back(seen.held);
+      held.push_back(seen.held);
       seen.held.times = 0;
       seen.written = now;
     }
-    std::sort(due.begin(), due.end(),
+    std::sort(held.begin(), held.end(),
               [](const Repeat& a, const Repeat& b) { return a.last.instant < b.last.instant; });
-    return due;
+    return held;
   }
 
  private:
   static constexpr std::size_t kRemembered = 256;
+  static constexpr std::size_t kMostWithKeys = kRemembered / 2;
   static constexpr Duration kMinute = 1min;
 
   struct Seen {
@@ -67,15 +70,29 @@ class Folder {
     Repeat held;
   };
 
-  /// Texts with repeats that are not told yet stay, as long as there is room for the others.
-  void Forget(Instant now) {
+  bool Note(const std::string& key, const std::string& text, Level level, const Now& now) {
+    const auto [entry, is_new] = seen_.try_emplace(key, Seen{now.instant, {text, level, 0, now}});
+    Seen& seen = entry->second;
+    if (is_new) return true;
+    if (now.instant - seen.written < kMinute) {
+      seen.held = {text, level, seen.held.times + 1, now};
+      return false;
+    }
+    // Repeats that nobody has fetched yet are told by Due; this one is written now.
+    seen.written = now.instant;
+    return true;
+  }
+
+  /// Repeats that are not told yet are never forgotten.
+  bool HasRoom(const std::string& key, std::size_t most, Instant now) {
+    if (seen_.size() < most || seen_.contains(key)) return true;
     std::erase_if(seen_, [now](const auto& entry) {
       return entry.second.held.times == 0 && now - entry.second.written >= kMinute;
     });
-    if (seen_.size() >= kRemembered) seen_.clear();
+    return seen_.size() < most;
   }
 
-  std::map<std::string, Seen> seen_;
+  std::map<std::string, Seen> seen_;  // by key
 };
 
 }  // namespace baudgate::log

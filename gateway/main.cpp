@@ -1,6 +1,9 @@
 // The command line: one subcommand per file of gateway/cli.
 // Exit codes: 0 done, 2 wrong usage, 3 bad configuration, 4 could not open what it needs.
 // SPDX-License-Identifier: Apache-2.0
+#include <poll.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
@@ -64,6 +67,16 @@ CLI::Option* AddSeconds(CLI::App& app, std::optional<Duration>& target) {
         target = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
       },
       "End after this time");
+}
+
+/// What a full disk has swallowed must not look like success; a reader that has left has seen what
+/// it wanted.
+int AfterOutput(int code) {
+  if (std::cout.flush() || code != 0) return code;
+  pollfd output{STDOUT_FILENO, 0, 0};
+  if (::poll(&output, 1, 0) == 1 && (output.revents & (POLLERR | POLLHUP)) != 0) return code;
+  std::cerr << "baudgate: standard output can not be written; is the disk full?\n";
+  return kCannotOpen;
 }
 
 /// CLI11 itself only says that a subcommand is required.
@@ -140,6 +153,8 @@ void AddSimulate(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("simulate", "Run a device twin on a pty");
   auto options = std::make_shared<SimulateOptions>();
   command->add_option("--profile", options->profile, "Device profile")->required();
+  command->add_option("--protocol", options->protocol,
+                      "Protocol, where it is not the one whose profile it is");
   command->add_option("--address", options->address, "Address on the line")->required();
   command->add_option("--pty", options->pty, "Path at which the pty is linked")->required();
   command->add_option("--baud", options->serial, "Keep this bit rate, for example \"9600 7E1\"");
@@ -306,10 +321,10 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kUsage;
+    return app.exit(error) == 0 ? AfterOutput(0) : kUsage;
   }
   log::Begin(log::Level::info);
   const Modules modules = LoadModules();
   for (const std::string& refused : modules.refused) log::Warn("{}", refused);
-  return action(modules.catalog);
+  return AfterOutput(action(modules.catalog));
 }

@@ -43,6 +43,7 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
     auto device = std::make_unique<Device>();
     device->index = first_device + static_cast<std::uint32_t>(slot);
     device->slot = slot;
+    device->probe_index = device->index;
     device->config = &line.devices[slot];
     device->protocol = &find(device->config->protocol);
     device->serial = device->config->serial.value_or(line.serial);
@@ -83,7 +84,8 @@ void Poller::Advance(Now now) {
   was_idle_ = line_.idle();
   const Duration passed = now.instant - now_.instant;
   if (open_ && !was_idle_) counters_.busy += passed;
-  const Device* const device = work_ && !work_->sending ? work_->device : last_;
+  Device* const device = work_ && !work_->sending ? work_->device : last_;
+  if (open_ && !was_idle_ && device != nullptr) device->busy += passed;
   const bool failing = !was_idle_ && device != nullptr && IsDoubted(*device);
   debt_ = std::clamp(debt_ + (failing ? passed : -passed), Duration::zero(), kMostDebt);
   now_ = now;
@@ -98,6 +100,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   if (open_) OnClosed(now);
   Advance(now);
   open_ = true;
+  winding_up_ = false;
   use_.reset();
   minute_began_ = idle_since_ = now.instant;
   silent_from_.reset();
@@ -115,24 +118,28 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   Pump();
 }
 
-void Poller::OnClosed(Now now) { Close(now, Override::not_connected, "the port is closed"); }
+void Poller::OnClosed(Now now) { Close(now, Override::not_connected); }
 
-void Poller::OnReleased(Now now) {
-  Close(now, Override::out_of_service, "the port is lent to another program");
+void Poller::OnReleased(Now now) { Close(now, Override::out_of_service); }
+
+std::string Poller::WhyClosed() const {
+  return closed_as_ == Override::out_of_service ? "the port is lent to another program"
+                                                : "the port is closed";
 }
 
-void Poller::Close(Now now, Override why, const std::string& reason) {
+void Poller::Close(Now now, Override why) {
   Advance(now);
   open_ = false;
   closed_as_ = why;
+  const std::string reason = WhyClosed();
   use_ = 0;
   line_.OnClosed(now.instant);
   echo_.OnExchangeEnd();
   // What a serial server still owes may reach the next connection.
   if (work_ && work_->end) {
-    work_->device->order.OnSilence();
+    work_->device->order->OnSilence();
     order_.OnSilence();
-    work_->device->late_until = now.instant + work_->device->times.ceiling;
+    SetLate(*work_->device, now.instant + work_->device->times.ceiling);
   }
   if (work_) FinishTask(Outcome::line_down, reason);
   for (const auto& device : devices_) {
@@ -149,6 +156,7 @@ void Poller::Close(Now now, Override why, const std::string& reason) {
       status.last_reason = reason;
     });
   }
+  probe_ = {};
   refresh_.clear();
   AnswerConfirmed();
   while (!commands_.empty()) {
@@ -173,6 +181,7 @@ void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
     Reconnect(device);
     if (open_ && !device.health.absent()) schedule_.Restart(device.slot, now.instant);
   }
+  MeasureCycle();
   ShowState(device, in_use ? "taken into use" : "taken out of use");
   ShowOverride(device);
   if (open_) Settle();
@@ -229,7 +238,7 @@ bool Poller::Submit(WriteCommand command, Now now) {
   } else {
     WriteCommand refused = std::move(commands_.back());
     commands_.pop_back();
-    refused.done(Outcome::line_down, "the port is closed");
+    refused.done(Outcome::line_down, WhyClosed());
   }
   return true;
 }
@@ -247,10 +256,10 @@ std::optional<Instant> Poller::Deadline() const {
   if (!line_.idle()) return soonest;
   if (work_) {  // waits until no late answer can meet its request
     sooner(ClearAt(*work_));
-    const Work& work = postponed_ ? *postponed_ : *work_;
-    if (work.command && work.steps == 1) sooner(work.command->deadline);
+    sooner(LatestStart(postponed_ ? *postponed_ : *work_));
     return soonest;
   }
+  if (winding_up_) return soonest;
   sooner(schedule_.NextDue());
   sooner(NextProbe());
   for (const auto& device : devices_) {
@@ -260,7 +269,14 @@ std::optional<Instant> Poller::Deadline() const {
     if (device != nullptr && device->late_until > now_.instant) sooner(device->late_until);
   };
   for (const WriteCommand& command : commands_) when_clear(&DeviceOf(command));
-  for (const std::uint8_t slave : routes_.Slaves()) when_clear(FindSlave(slave));
+  for (const std::uint8_t slave : routes_.Slaves()) {
+    const Device* device = FindSlave(slave);
+    when_clear(device);
+    const bool absent = device != nullptr && device->health.absent();
+    if (absent && device->late_until <= now_.instant && routes_.HasUrgent(slave)) {
+      sooner(NextWriteProbe(*device));
+    }
+  }
   return soonest;
 }
 
@@ -269,10 +285,12 @@ std::optional<Instant> Poller::Deadline() const {
 void Poller::Settle() {
   if (work_ && work_->end) ConcludeExchange();
   if (!was_idle_ && line_.idle()) idle_since_ = now_.instant;
+  if (line_.idle()) ChargeProbe();
   CancelQuiet();
   ExpireCommands();
   AnswerExpired();
   AnswerForAbsent();
+  AnswerConfirmed();  // before the next write is to be read back
   Pump();
   AnswerConfirmed();
 }
@@ -308,14 +326,18 @@ void Poller::ExpireCommands() {
 
 void Poller::Pump() {
   while (open_ && line_.idle()) {
-    if (!work_ && !PickTask()) return;
+    if (!work_ && (winding_up_ || !PickTask())) return;
     if (!work_ || !work_->sending) continue;
-    if (postponed_ && IsTooLate(*postponed_)) work_ = std::move(postponed_);
-    if (IsTooLate(*work_)) {
-      work_->mute = true;
-      FinishTask(Outcome::no_reply, "the command waited for the line beyond its deadline");
+    if (postponed_ && WhyNot(*postponed_) != nullptr) work_ = std::move(postponed_);
+    if (const char* why = WhyNot(*work_)) {
+      BreakOff(why);
       continue;
     }
+    if (HasOverstayed(*work_)) {
+      EndInFailure(ExchangeEnd(work_->failure));
+      continue;
+    }
+    Recognise(*work_->device, work_->request.expect.address);
     if (NeedsSync()) {
       Synchronize();
       continue;
@@ -327,17 +349,26 @@ void Poller::Pump() {
     work_->exchange_began = now_.instant;
     Exchange exchange{work_->request, work_->device->protocol->reply_rule, work_->device->times};
     exchange.times.drain += work_->device->late_drain;
-    // A routed request is sent when no earlier answer can come any more, and never repeated here.
-    exchange.aftermath = work_->routed ? work_->device->trail : Aftermath(*work_->device);
+    exchange.aftermath = Aftermath(*work_);
     line_.Start(std::move(exchange), now_.instant);
   }
+}
+
+/// How long the line waits even behind a good reply. A routed request is sent when no earlier
+/// answer can come any more, and never repeated here. An absent device keeps nobody waiting who can
+/// be told from it.
+Duration Poller::Aftermath(const Work& work) const {
+  const Device& device = *work.device;
+  const bool named = !work.request.expect.address.empty();
+  if (work.routed || (named && device.health.absent())) return device.trail;
+  return OlderAnswers(device);
 }
 
 /// A reply to the first of several unanswered requests may be taken for one to the last. Those to
 /// the requests between come after it, the last as much later as its request was sent later, and
 /// more on a device that has been seen to be late by varying times. One that has sent more than its
 /// reply before may do so again.
-Duration Poller::Aftermath(const Device& device) const {
+Duration Poller::OlderAnswers(const Device& device) const {
   if (!device.unanswered) return device.trail;
   const Duration since = now_.instant - *device.unanswered + device.times.gap + device.late_drain;
   return std::min(std::max(since, device.trail), device.times.ceiling);
@@ -350,28 +381,49 @@ Instant Poller::ClearAt(const Work& work) const {
   if (work.attempts > 0) return {};
   Instant clear{};
   for (const Device* device : everyone_) {
-    const bool alike = device == work.device || work.request.expect.address.empty();
+    const bool alike = device->IsSame(*work.device) || work.request.expect.address.empty();
     if (alike) clear = std::max(clear, device->late_until);
   }
   return clear;
 }
 
-/// Nothing of the command has been sent yet, and nothing may be any more.
 bool Poller::IsTooLate(const Work& work) const {
-  if (work.routed) {
-    return std::ranges::none_of(*work.routed, [this](const RoutedRequest& request) {
-      return request.deadline > now_.instant;
-    });
-  }
-  return work.command && work.steps == 1 && work.attempts == 0 &&
-         work.command->deadline <= now_.instant;
+  const auto latest = LatestStart(work);
+  return latest && *latest <= now_.instant;
 }
 
-/// When the task may still be sent, if it has a deadline.
+/// When the request of the task may still be sent, if it has a deadline.
 std::optional<Instant> Poller::LatestStart(const Work& work) const {
-  if (work.command && work.steps == 1 && work.attempts == 0) return work.command->deadline;
-  if (!work.routed || work.routed->empty()) return std::nullopt;
+  if (work.command && !work.request.closes) return work.command->deadline;
+  if (!work.routed) return std::nullopt;
+  if (work.routed->empty()) return Instant{};  // nobody waits any more
   return std::ranges::max(*work.routed, {}, &RoutedRequest::deadline).deadline;
+}
+
+/// Why the request of the task must not be sent; null: it may.
+const char* Poller::WhyNot(const Work& work) const {
+  if (work.request.closes) return nullptr;
+  if (!work.routed && !work.device->in_use) return "the device is disabled";
+  const bool first = !work.begun() && work.write <= 1;
+  if (first && work.command && work.command->dropped && *work.command->dropped) {
+    return "its client has left";
+  }
+  return IsTooLate(work) ? "the command waited for the line beyond its deadline" : nullptr;
+}
+
+bool Poller::IsWriting() const {
+  return work_ && work_->command && (work_->begun() || !work_->sending);
+}
+
+/// What a probe has cost is known when the line is idle again.
+void Poller::ChargeProbe() {
+  if (probe_.device == nullptr) return;
+  const Probe probe = std::exchange(probe_, {});
+  Device& device = *probe.device;
+  device.probe_wait = Waited(probe.began, now_.instant);
+  probe.budget->OnProbe(probe.began, now_.instant, *device.probe_wait);
+  if (device.probed_at) device.probe_gap = probe.began - *device.probed_at;
+  device.probed_at = probe.began;
 }
 
 }  // namespace baudgate

@@ -82,6 +82,10 @@ class Poller : private LineClient {
   /// The client has left. Says how many of its requests will not be answered.
   std::size_t Forget(std::uint64_t client, Now now);
 
+  /// Nothing is begun any more until the port opens again: the write under way may end.
+  void WindUp() { winding_up_ = true; }
+  bool IsWriting() const;
+
   const LineCounters& counters() const { return counters_; }
   Line::State line_state() const { return line_.state(); }
   /// What was asked since `when` has remained without an answer: a serial server may hang although
@@ -99,9 +103,11 @@ class Poller : private LineClient {
   void OnExchangeEnd(const ExchangeEnd& end, Instant now) override;
   void OnStrayBytes(std::size_t count, Duration since_end, Instant now) override;
   void OnSecondReply(Instant now) override;
+  void OnCopy(Duration since_sent, Instant now) override;
 
   void Advance(Now now);
-  void Close(Now now, Override why, const std::string& reason);
+  void Close(Now now, Override why);
+  std::string WhyClosed() const;
   void Settle();
   void ExpireCommands();
   void Pump();
@@ -109,6 +115,7 @@ class Poller : private LineClient {
   bool MayHurry() const;
   bool PickUrgent();
   bool PickWriteProbe();
+  Instant NextWriteProbe(const Device& device) const;
   bool PickInTurn();
   Device& DeviceOf(const WriteCommand& command) const;
   bool PickCommand();
@@ -134,6 +141,8 @@ class Poller : private LineClient {
   Device& SlaveAt(std::uint8_t slave);
   Device* FindSlave(std::uint8_t slave) const;
   bool Wanted(const Device& device) const;
+  bool MayRepeatRead(const Device& device) const;
+  bool RepeatRead(const Device& device);
   void AnswerForAbsent();
   void AnswerExpired();
   Outcome OnRoutedFrame(View frame);
@@ -148,6 +157,8 @@ class Poller : private LineClient {
   void ConcludeExchange();
   void OnAnswered();
   void OnFailed();
+  void EndInFailure(const ExchangeEnd& end);
+  bool HasOverstayed(const Work& work) const;
   void FinishTask(Outcome outcome, const std::string& reason);
   bool LooksLikeProbe(View frame);
   void ForgetSilentIdentity(Device& device, Outcome outcome);
@@ -159,7 +170,8 @@ class Poller : private LineClient {
   void Synchronize();
   void ResumePostponed(Outcome outcome, const std::string& reason);
   void NextWrite();
-  void RepeatOnce(Device& device);
+  bool IsOnce(const Work& work) const;
+  void RepeatOnce(Device& device, Outcome outcome);
   void UpdateHealth(Device& device, Outcome outcome, const std::string& reason);
   void ShowState(Device& device, const std::string& reason);
   void MeasureRound(const Work& work, Outcome outcome);
@@ -168,6 +180,7 @@ class Poller : private LineClient {
   void WatchEcho(const EchoResult& result);
   void JudgeEcho(ExchangeEnd& end);
   void CountExchange(Device& device);
+  void CountMissed();
   void CountLate(Device& device, Duration since_end);
   void ShowLine();
   double UseSince(Instant began) const;
@@ -182,9 +195,17 @@ class Poller : private LineClient {
   std::optional<Instant> NextClear() const;
   Device* Absent(std::size_t turn) const;
   Duration Waited(Instant from, Instant to) const;
-  Duration Aftermath(const Device& device) const;
+  Duration Aftermath(const Work& work) const;
+  Duration OlderAnswers(const Device& device) const;
   Instant ClearAt(const Work& work) const;
   bool IsTooLate(const Work& work) const;
+  const char* WhyNot(const Work& work) const;
+  void BreakOff(const std::string& why);
+  void Recognise(Device& device, const Bytes& sender);
+  void SetLate(const Device& device, Instant until);
+  void HoldBack(const Device& device);
+  void AwaitOlderAnswers();
+  void ChargeProbe();
 
   const config::Line& config_;
   PointStore& store_;
@@ -211,11 +232,19 @@ class Poller : private LineClient {
   std::unique_ptr<Work> postponed_;                      // until its device is in sync again
   AnswerOrder order_;                                    // of all requests, whoever they went to
   Device* last_ = nullptr;                               // whose exchange ended last
+  /// The probe that the line is not idle again after.
+  struct Probe {
+    Device* device = nullptr;
+    ProbeBudget* budget = nullptr;
+    Instant began{};
+  };
+  Probe probe_;
   std::size_t probe_turn_ = 0;
   int urgent_in_row_ = 0;        // since anything else was sent
   std::size_t high_in_row_ = 0;  // routed requests of high priority
   bool poll_next_ = false;       // polls and routed requests of normal priority take turns
   bool open_ = false;
+  bool winding_up_ = false;
   Override closed_as_ = Override::not_connected;  // of all points while not open
   bool told_echo_ = false;                        // the user has been warned of an unfiltered echo
   bool echoes_ = false;                           // the bus gives requests back, unfiltered

@@ -19,6 +19,9 @@ constexpr int kRoutedWritesInRow = 16;
 /// Clients of transparent routes that poll do so at least this often.
 constexpr Duration kClientsReturn = 2s;
 
+/// Who has asked for an absent slave wants to know of its return for so long.
+constexpr Duration kStillWanted = 1min;
+
 }  // namespace
 
 bool Poller::PickTask() {
@@ -44,7 +47,8 @@ bool Poller::PickUrgent() {
   const auto may_ask = [this](const RoutedRequest& request) { return MayAsk(request); };
   if (!routes_.empty() && StartRouted(routes_.TakeUrgent(may_ask))) return true;
   if (!routes_.empty() && PickWriteProbe()) return true;
-  return PickCommand() || PickRefresh();
+  // Who has written waits for the read-back, too.
+  return PickRefresh() || PickCommand();
 }
 
 bool Poller::PickWriteProbe() {
@@ -52,17 +56,22 @@ bool Poller::PickWriteProbe() {
     const Device* device = FindSlave(slave);
     if (device == nullptr || !device->health.absent() || device->late_until > now_.instant)
       continue;
-    const auto when =
-        write_probes_.NextProbe(now_.instant, NextWanted(), idle_since_, device->WorstCase());
-    if (!when || *when > now_.instant) return false;
+    if (NextWriteProbe(*device) > now_.instant) return false;
     const auto to_it = [slave](const RoutedRequest& request) { return request.slave == slave; };
     if (!StartRouted(routes_.TakeUrgent(to_it))) continue;
     ++counters_.probes;
-    work_->probing = true;
     work_->budget = &write_probes_;
     return true;
   }
   return false;
+}
+
+/// It goes as soon as the share allows it, whatever else there is: who sends it waits for nothing
+/// else.
+Instant Poller::NextWriteProbe(const Device& device) const {
+  const auto free =
+      write_probes_.NextProbe(now_.instant, NextWanted(), idle_since_, device.WorstCase());
+  return free.value_or(std::max(now_.instant, write_probes_.earned_at()));
 }
 
 /// After one exchange for each client of high priority one of the rest; of those, polls and routed
@@ -109,7 +118,9 @@ bool Poller::PickCommand() {
   WriteCommand command = std::move(*next);
   commands_.erase(next);
   Device& device = DeviceOf(command);
-  if (!device.in_use) {
+  if (command.dropped && *command.dropped) {
+    command.done(Outcome::no_reply, "its client has left");
+  } else if (!device.in_use) {
     command.done(Outcome::no_reply, "the device is disabled");
   } else if (device.health.absent()) {
     command.done(Outcome::no_reply, "the device is offline");
@@ -140,9 +151,11 @@ bool Poller::PickParked() {
 }
 
 bool Poller::PickRefresh() {
-  if (refresh_.empty()) return false;
-  const auto [device, query] = refresh_.front();
-  refresh_.pop_front();
+  const auto next = std::ranges::find_if(
+      refresh_, [this](const auto& wanted) { return wanted.first->late_until <= now_.instant; });
+  if (next == refresh_.end()) return false;
+  const auto [device, query] = *next;
+  refresh_.erase(next);
   if (!device->in_use || device->health.absent() || query >= device->conversation->Queries().size())
     return true;
   BeginTask(*device, {Task::Kind::poll, query, kNoPoint, {}});
@@ -165,7 +178,12 @@ bool Poller::PickPoll() {
 /// Whether anybody wants to know if an absent device is back.
 bool Poller::Wanted(const Device& device) const {
   if (device.polled() && device.in_use) return device.health.absent();
-  return device.slave != 0 && routes_.HasFor(device.slave);
+  if (device.slave == 0) return false;
+  return routes_.HasFor(device.slave) || MayRepeatRead(device);
+}
+
+bool Poller::MayRepeatRead(const Device& device) const {
+  return !device.refused_read.empty() && now_.instant - device.refused_at < kStillWanted;
 }
 
 Poller::Device* Poller::Absent(std::size_t turn) const {
@@ -199,7 +217,10 @@ std::optional<Instant> Poller::NextProbe() const {
   const Device* device = Absent(probe_turn_);
   if (device == nullptr) return NextClear();
   const auto when = probes_.NextProbe(now_.instant, NextWanted(), idle_since_, device->WorstCase());
-  if (when || !routed_at_) return when;
+  if (when) return when;
+  // Who waits for its answer is there now, and may not be when the line next becomes idle.
+  if (routes_.HasFor(device->slave)) return std::max(now_.instant, probes_.earned_at());
+  if (!routed_at_) return when;
   // Once the clients have stayed away for so long, the line counts as free.
   const Instant free = *routed_at_ + kClientsReturn;
   return free > now_.instant ? std::optional(free) : std::nullopt;
@@ -219,14 +240,11 @@ bool Poller::PickProbe() {
   if (device->polled() && device->in_use) {
     BeginTask(*device, {Task::Kind::probe, 0, kNoPoint, {}});
     Ask();
-  } else {
-    if (!StartRouted(routes_.TakeFor(device->slave))) return false;
+  } else if (!StartRouted(routes_.TakeFor(device->slave)) && !RepeatRead(*device)) {
+    return false;
   }
   ++counters_.probes;
-  if (work_) {
-    work_->probing = true;
-    work_->budget = &probes_;
-  }
+  if (work_) work_->budget = &probes_;
   return true;
 }
 

@@ -33,17 +33,18 @@ View WithoutLineEnd(View frame) {
 /// A reply that carries its sender's address is none of those that a serial server owes to others.
 bool Poller::MayBeInStep(const Work& work) const {
   const bool anonymous = work.request.expect.address.empty();
-  return work.device->order.MayBeInStep() && (!anonymous || order_.MayBeInStep());
+  return work.device->order->MayBeInStep() && (!anonymous || order_.MayBeInStep());
 }
 
 bool Poller::IsSafe(const Work& work) const {
   const AnswerOrder::Fingerprint fingerprint = FingerprintOf(work.request);
   const bool anonymous = work.request.expect.address.empty();
-  return work.device->order.IsSafe(fingerprint) && (!anonymous || order_.IsSafe(fingerprint));
+  return work.device->order->IsSafe(fingerprint) && (!anonymous || order_.IsSafe(fingerprint));
 }
 
 AnswerOrder::Fingerprint Poller::ProbeOf(const Device& device) const {
-  return device.identity.empty() ? AnswerOrder::kNamelessProbe : AnswerOrder::Probe(device.index);
+  return device.identity.empty() ? AnswerOrder::kNamelessProbe
+                                 : AnswerOrder::Probe(device.probe_index);
 }
 
 AnswerOrder::Fingerprint Poller::FingerprintOf(const Request& request) const {
@@ -60,7 +61,9 @@ bool Poller::LooksLikeProbe(View whole) {
   const View frame = WithoutLineEnd(whole);
   Device& device = *work_->device;
   const Answer& answer = work_->answer;
-  if (device.identity.empty() && work_->request.steady && answer.outcome == Outcome::ok) {
+  const bool certain = device.order->IsInStep() && order_.IsInStep();
+  if (device.identity.empty() && certain && work_->request.steady &&
+      answer.outcome == Outcome::ok) {
     device.identify = work_->request.bytes;
     device.identity.assign(frame.begin(), frame.end());
   }
@@ -133,6 +136,39 @@ void Poller::ResumePostponed(Outcome outcome, const std::string& reason) {
   FinishTask(outcome == Outcome::ok ? Outcome::busy : outcome, reason);
 }
 
+/// Entries of one address are one device on the wire.
+void Poller::Recognise(Device& device, const Bytes& sender) {
+  if (!device.sender.empty() || sender.empty()) return;
+  device.sender = sender;
+  for (Device* other : everyone_) {
+    if (other == &device || !device.IsSame(*other)) continue;
+    device.order = other->order;
+    device.probe_index = other->probe_index;
+    return;
+  }
+}
+
+void Poller::SetLate(const Device& device, Instant until) {
+  for (Device* one : everyone_) {
+    if (one->IsSame(device)) one->late_until = until;
+  }
+}
+
+/// No request of its own may be met by what is still under way.
+void Poller::HoldBack(const Device& device) {
+  for (const Device* one : everyone_) {
+    if (one->IsSame(device) && one->polled()) schedule_.Hold(one->slot, device.late_until);
+  }
+}
+
+void Poller::OnCopy(Duration since_sent, Instant) {
+  if (last_ == nullptr) return;
+  ChangeStatus(*last_, [](DeviceStatus& status) { ++status.copies; });
+  // The late answer to the first try was taken for that to its retry: this is the retry's own.
+  const Duration late = since_sent - last_->times.reply;
+  if (last_->retried && late > Duration::zero()) CountLate(*last_, late);
+}
+
 void Poller::OnSecondReply(Instant) {
   if (last_ == nullptr) return;
   ChangeStatus(*last_, [](DeviceStatus& status) { ++status.doubled; });
@@ -141,7 +177,7 @@ void Poller::OnSecondReply(Instant) {
                         "a second, different reply came behind one: replies come twice, or one "
                         "request late; what was read just before is read again");
   }
-  last_->order.OnSilence();
+  last_->order->OnSilence();
   order_.OnSilence();
   DoubtReadings();
 }

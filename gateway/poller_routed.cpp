@@ -3,6 +3,7 @@
 // (poller_task.cpp), only that no conversation takes part.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "gateway/poller.h"
@@ -15,17 +16,11 @@ namespace {
 /// 100 to 200 ms.
 constexpr Duration kTurnaround = 100ms;
 
-/// A client that reads from a slave that does not answer does not wait longer than this for the
-/// probe that its read may be.
-constexpr Duration kSoon = 500ms;
+/// In whose name absent slaves are asked.
+constexpr std::uint64_t kNobody = std::numeric_limits<std::uint64_t>::max();
 
 std::string DoesNotAnswer(std::uint8_t slave) {
   return "slave " + std::to_string(slave) + " does not answer; it is asked now and then";
-}
-
-/// Functions that every slave knows, or says that it does not.
-bool IsCommon(std::uint8_t function) {
-  return (function >= 1 && function <= 6) || function == 15 || function == 16;
 }
 
 void AnswerAll(std::vector<RoutedRequest> requests, Outcome outcome, const std::string& reason) {
@@ -37,7 +32,7 @@ void AnswerAll(std::vector<RoutedRequest> requests, Outcome outcome, const std::
 void Poller::Submit(RoutedRequest request, Now now) {
   Advance(now);
   if (!open_ || carrier_ == nullptr) {
-    request.done({Outcome::line_down, {}, "the port is closed"});
+    request.done({Outcome::line_down, {}, WhyClosed()});
     return;
   }
   request.sequence = ++sequence_;
@@ -65,7 +60,7 @@ Poller::Device* Poller::FindSlave(std::uint8_t slave) const {
 Poller::Device& Poller::SlaveAt(std::uint8_t slave) {
   if (Device* known = FindSlave(slave)) return *known;
   auto device = std::make_unique<Device>();
-  device->index = kFirstSlave + slave;
+  device->index = device->probe_index = kFirstSlave + slave;
   device->slave = slave;
   device->protocol = carrier_;
   device->serial = config_.serial;
@@ -100,11 +95,10 @@ bool Poller::PickRouted(config::Priority priority) {
 /// meanwhile is not sent any more.
 void Poller::CancelQuiet() {
   if (line_.state() != Line::State::quiet || !work_ || work_->end) return;
-  if (IsTooLate(*work_)) {
+  if (const char* why = WhyNot(*work_)) {
     line_.Cancel();
     work_->exchange_began = {};
-    work_->mute = true;
-    FinishTask(Outcome::no_reply, "the line did not fall silent before the deadline");
+    BreakOff(why);
     return;
   }
   const auto urgent = [this](const RoutedRequest& request) {
@@ -124,11 +118,26 @@ bool Poller::StartRouted(RouteQueue::Batch batch) {
   Work& work = *work_;
   work.request.bytes = carrier_->carrier->wrap(batch[0].slave, batch[0].pdu);
   work.request.expect = carrier_->expect(work.request.bytes, config_.options);
-  work.request_function = batch[0].pdu[0];
+  work.common = carrier_->carrier->is_common(batch[0].pdu);
   work.routed = std::move(batch);
   work.steps = 1;
   work.sending = true;
   return true;
+}
+
+/// A client that asks its slaves one after the other is not there with a read for an absent one
+/// when that may be probed: what it has read before is read in its place.
+bool Poller::RepeatRead(const Device& device) {
+  if (!MayRepeatRead(device)) return false;
+  RoutedRequest read;
+  read.client = kNobody;
+  read.slave = device.slave;
+  read.pdu = device.refused_read;
+  read.deadline = Instant::max();
+  read.done = [](const RoutedReply&) {};
+  RouteQueue::Batch batch;
+  batch.push_back(std::move(read));
+  return StartRouted(std::move(batch));
 }
 
 Outcome Poller::OnRoutedFrame(View frame) {
@@ -141,17 +150,17 @@ Outcome Poller::OnRoutedFrame(View frame) {
 void Poller::OnRoutedFailure(const ExchangeEnd& end) {
   Work& work = *work_;
   Device& device = *work.device;
-  if (device.polled()) schedule_.Hold(device.slot, device.late_until);
+  HoldBack(device);
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
   const bool read = !work.routed->empty() && !IsWrite(work.routed->front());
-  if (damaged && read && !work.probing && work.routed->front().tries < device.retries) {
+  if (damaged && read && work.budget == nullptr && work.routed->front().tries < device.retries) {
     ChangeStatus(device, [](DeviceStatus& status) { ++status.retries; });
     for (RoutedRequest& request : *work.routed) ++request.tries;
     routes_.Return(std::move(*work.routed));
     work_.reset();
     return;
   }
-  work.mute = work.mute || !IsCommon(work.request_function);
+  work.mute = work.mute || !work.common;
   FinishTask(end.outcome, end.reason);
 }
 
@@ -168,18 +177,21 @@ void Poller::FinishRouted(Work& work, Outcome outcome, const std::string& reason
   }
 }
 
-/// A slave that does not answer is asked as often as its probes allow. Until it does, one read
-/// waits to be that probe if that is soon, writes wait for their deadlines, and other reads are
-/// told at once.
+/// A slave that does not answer is asked as often as its probes allow. Until it does, writes wait
+/// for their deadlines, and reads are told at once, but for one that may be the probe right now.
 void Poller::AnswerForAbsent() {
   if (routes_.empty()) return;
   for (const std::uint8_t slave : routes_.Slaves()) {
-    const Device* device = FindSlave(slave);
+    Device* device = FindSlave(slave);
     if (device == nullptr || !device->health.absent()) continue;
-    const bool asked_now = work_ && work_->device == device;
-    const bool soon = probes_.earned_at() <= now_.instant + kSoon;
-    AnswerAll(routes_.TakeReads(slave, soon && !asked_now ? 1 : 0), Outcome::no_reply,
-              DoesNotAnswer(slave));
+    const bool may_probe = !work_ && NextProbe() == now_.instant && Absent(probe_turn_) == device;
+    std::vector<RoutedRequest> reads = routes_.TakeReads(slave, may_probe ? 1 : 0);
+    for (const RoutedRequest& read : reads) {
+      if (!carrier_->carrier->is_common(read.pdu)) continue;
+      device->refused_read = read.pdu;
+      device->refused_at = now_.instant;
+    }
+    AnswerAll(std::move(reads), Outcome::no_reply, DoesNotAnswer(slave));
   }
 }
 

@@ -40,8 +40,8 @@ void Poller::UpdateHealth(Device& device, Outcome outcome, const std::string& re
   const bool was_absent = device.health.absent();
   device.health.OnTask(outcome, now_.instant);
   if (device.health.absent() && !was_absent) {
+    ChangeStatus(device, [](DeviceStatus& status) { status.recent = {}; });
     device.parked.reset();
-    device.fast_wire = {};
     device.late_drain = {};  // silent, not late; its bytes will tell should it be late even so
     device.probe_wait.reset();
     device.probed_at.reset();
@@ -53,7 +53,10 @@ void Poller::UpdateHealth(Device& device, Outcome outcome, const std::string& re
   } else if (!device.health.absent() && was_absent && device.in_use && device.polled()) {
     schedule_.Restart(device.slot, now_.instant);
   }
-  if (device.health.absent() != was_absent) ShowLine();
+  if (device.health.absent() != was_absent) {
+    MeasureCycle();
+    ShowLine();
+  }
   const std::string_view why =
       outcome == Outcome::ok ? "some of its exchanges fail" : Name(outcome);
   ShowState(device, reason.empty() ? std::string(why) : reason);
@@ -69,9 +72,20 @@ void Poller::ShowState(Device& device, const std::string& reason) {
   if (tap_ != nullptr) tap_->OnDeviceState(device.index, state, reason, now_);
 }
 
+/// Of those, too, who have not been asked for long.
+void Poller::CountMissed() {
+  for (const auto& device : devices_) {
+    const std::uint32_t missed = schedule_.Missed(device->slot, now_.instant);
+    if (std::exchange(device->missed, missed) == missed) continue;
+    ChangeStatus(*device, [missed](DeviceStatus& status) { status.missed = missed; });
+  }
+}
+
 void Poller::CountExchange(Device& device) {
   const ExchangeEnd& end = *work_->end;
   const bool answered = ProvesLife(end.outcome) && !work_->mute;
+  CountMissed();
+  const bool probe = device.health.absent() && work_->task.kind == Task::Kind::probe;
   ++counters_.exchanges;
   ++counters_.outcomes[static_cast<std::size_t>(end.outcome)];
   if (answered) counters_.round_trips.Add(end.round_trip);
@@ -79,7 +93,8 @@ void Poller::CountExchange(Device& device) {
     ++status.exchanges;
     ++status.outcomes[static_cast<std::size_t>(end.outcome)];
     status.last_outcome = end.outcome;
-    status.missed = schedule_.missed(device.slot);
+    if (!probe) status.recent.Add(end.outcome);
+    status.busy = device.busy;
     if (end.outcome != Outcome::ok) status.last_reason = end.reason;
     if (!answered) return;
     status.last_ok = now_.instant;
@@ -159,7 +174,9 @@ void Poller::MeasureRound(const Work& work, Outcome outcome) {
 
 void Poller::MeasureCycle() {
   Duration cycle{};
-  for (const auto& device : devices_) cycle += device->fast_wire;
+  for (const auto& device : devices_) {
+    if (device->in_use && !device->health.absent()) cycle += device->fast_wire;
+  }
   for (const auto& device : devices_) store_.SetLineCycle(device->index, cycle, now_.instant);
 }
 

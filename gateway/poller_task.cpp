@@ -70,9 +70,11 @@ void Poller::Send(View bytes) {
   if (!IsUrgent(postponed_ ? *postponed_ : *work_)) urgent_in_row_ = 0;
   work_->heard = false;
   work_->safe = IsSafe(*work_);
+  // What may be answered next is not that to an identification any more.
+  if (work_->request.bytes != work_->device->identify) work_->device->other_seen = 0;
   echoed_ = false;
   work_->sent = FingerprintOf(work_->request);
-  work_->device->order.OnSent(work_->sent);
+  work_->device->order->OnSent(work_->sent);
   order_.OnSent(work_->sent);
   if (tap_ != nullptr) tap_->OnSent(work_->device->index, work_->request, now_);
   listener_.Send(bytes, work_->device->serial);
@@ -101,7 +103,7 @@ Outcome Poller::OnFrame(View frame, Instant now) {
   // The first answer to a probe tells the name that makes it the device's own.
   const auto probe = AnswerOrder::IsProbe(work_->sent) ? work_->sent : ProbeOf(device);
   const bool looks_like_probe = LooksLikeProbe(frame);
-  device.order.OnAnswer(probe, looks_like_probe);
+  device.order->OnAnswer(probe, looks_like_probe);
   order_.OnAnswer(probe, looks_like_probe);
   // A device that does not tell its name is probed with a read: that proves life, not the value.
   if (!work_->safe && work_->task.kind == Task::Kind::probe) answer.readings.clear();
@@ -119,17 +121,20 @@ void Poller::OnExchangeEnd(const ExchangeEnd& end, Instant) {
   last_ = work_->device;
   last_->awaits_late = end.outcome == Outcome::no_reply;
   last_->babbles = end.outcome == Outcome::corrupt;
+  last_->cut_short = end.outcome == Outcome::partial;
+  last_->retried = work_->attempts > 0;
   last_->answered = ProvesLife(end.outcome) && !last_->unanswered;
   work_->end = end;
 }
 
 void Poller::OnStrayBytes(std::size_t count, Duration since_end, Instant) {
-  counters_.stray_bytes += count;
-  if (last_ == nullptr) return;
   // A late answer, or the rest of one: this device gets a longer quarantine from now on. What comes
   // too late for any answer is noise, and what follows a damaged one belongs to it.
+  const bool noise = last_ == nullptr || since_end > last_->times.ceiling;
+  const bool rest = !noise && (last_->babbles || last_->cut_short);
+  if (!rest) counters_.stray_bytes += count;
+  if (noise || last_->babbles) return;
   Device& device = *last_;
-  if (since_end > device.times.ceiling || device.babbles) return;
   if (std::exchange(device.awaits_late, false)) CountLate(device, since_end);
   const Duration needed = std::min(since_end + device.times.gap, device.times.ceiling);
   if (device.answered) {
@@ -140,10 +145,13 @@ void Poller::OnStrayBytes(std::size_t count, Duration since_end, Instant) {
   }
   if (needed <= device.times.drain + device.late_drain) return;
   if (!std::exchange(device.told_late, true)) {
-    listener_.OnWarning(
-        device.index, "bytes came " +
-                          FormatDuration(std::chrono::round<std::chrono::milliseconds>(since_end)) +
-                          " after its exchange had ended; if this goes on, raise timing.reply");
+    const auto after = FormatDuration(std::chrono::round<std::chrono::milliseconds>(since_end));
+    listener_.OnWarning(device.index, device.cut_short
+                                          ? "the rest of a broken reply came " + after +
+                                                " later; if this goes on, raise timing.gap"
+                                          : "bytes came " + after +
+                                                " after its exchange had ended; if this goes on, "
+                                                "raise timing.reply");
   }
   device.late_drain = needed - device.times.drain;
 }
@@ -193,21 +201,23 @@ void Poller::ConcludeExchange() {
   work.mute = work.request.expect.reply == Expectation::Reply::none;
   if (!work.mute) device.health.OnExchange(end.outcome);
   if (MayStillAnswer(work, end)) {
-    if (!device.unanswered) device.unanswered = work.exchange_began;
+    // Who answers in another's name has answered.
+    const bool silent = end.outcome == Outcome::no_reply || work.request.expect.address.empty();
+    if (silent && !device.unanswered) device.unanswered = work.exchange_began;
     // Probes of an absent device would cost the living this time again and again.
     const bool probe = work.task.kind == Task::Kind::probe && !postponed_;
-    if (!probe) device.late_until = AnswersEnd(work);
+    if (!probe) SetLate(device, AnswersEnd(work));
   } else if (ProvesLife(end.outcome) && !work.mute) {
+    AwaitOlderAnswers();
     device.unanswered.reset();
-    device.late_until = {};  // the aftermath of the answer took care
     Forgive(device.late_drain);
     Forgive(device.trail);
   }
   // After damage, and after others' replies, an answer may still come.
   if (!work.heard && end.outcome != Outcome::line_down && !work.mute) {
-    device.order.OnSilence();
+    device.order->OnSilence();
     // A device that is known to be gone owes nothing, and its name would tell its late answer.
-    const bool named = work.sent == AnswerOrder::Probe(device.index);
+    const bool named = work.sent == AnswerOrder::Probe(device.probe_index);
     if (!(named && device.health.absent() && order_.IsInStep())) order_.OnSilence();
   }
   if (work.task.kind == Task::Kind::probe && ProvesLife(end.outcome)) device.acquainted = true;
@@ -228,6 +238,16 @@ void Poller::ConcludeExchange() {
     last_failure_ = now_.instant;
     OnFailed();
   }
+}
+
+/// Answers to what an absent device was asked before may come yet: the device alone waits for them,
+/// unless its answers are known to be in step.
+void Poller::AwaitOlderAnswers() {
+  Device& device = *work_->device;
+  const bool owed =
+      device.unanswered && !work_->routed && device.health.absent() && !device.order->IsInStep();
+  SetLate(device, owed ? now_.instant + OlderAnswers(device) : Instant{});
+  if (owed) HoldBack(device);
 }
 
 void Poller::OnAnswered() {
@@ -283,19 +303,46 @@ void Poller::OnFailed() {
       if (instead) work.request = *instead;
       ++work.attempts;
       work.sending = true;
+      work.failure = end;
+      work.failed_at = now_.instant;
       ChangeStatus(device, [](DeviceStatus& status) { ++status.retries; });
       return;
     }
   }
+  EndInFailure(end);
+}
+
+void Poller::EndInFailure(const ExchangeEnd& end) {
+  Device& device = *work_->device;
   const Then then =
-      device.conversation->OnFailure(work.task, work.request, end.outcome, now_.instant);
+      device.conversation->OnFailure(work_->task, work_->request, end.outcome, now_.instant);
   if (then == Then::ask_again) {
     Ask();
     return;
   }
   if (then == Then::replan) Plan(device);
-  schedule_.Hold(device.slot, device.late_until);
+  HoldBack(device);
   FinishTask(end.outcome, end.reason);
+}
+
+/// A device that went on sending long after its exchange had failed is not asked again at once
+/// while others wait.
+bool Poller::HasOverstayed(const Work& work) const {
+  const bool poll = work.attempts > 0 && !work.command && !work.routed && !postponed_;
+  return poll && now_.instant - work.failed_at > work.device->times.reply &&
+         schedule_.SureDue(now_.instant);
+}
+
+/// What waits for the line is not sent. What it has begun is ended in order.
+void Poller::BreakOff(const std::string& why) {
+  Work& work = *work_;
+  work.mute = true;
+  const bool closes =
+      !work.routed && work.begun() &&
+      work.device->conversation->OnFailure(work.task, work.request, Outcome::no_reply,
+                                           now_.instant) == Then::ask_again;
+  if (closes) return Ask();
+  FinishTask(Outcome::no_reply, why);
 }
 
 /// Once a whole task has failed, or several devices have fallen silent together, those that answer
@@ -347,22 +394,18 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
     if (news) UpdateHealth(device, outcome, reason);
     return ResumePostponed(outcome, reason);
   }
-  if (done->probing) {
-    const Instant until = std::max(now_.instant, line_.Deadline().value_or(now_.instant));
-    device.probe_wait = Waited(done->began, until);
-    done->budget->OnProbe(done->began, until, *device.probe_wait);
-    if (device.probed_at) device.probe_gap = done->began - *device.probed_at;
-    device.probed_at = done->began;
-  }
+  if (done->budget != nullptr) probe_ = {&device, done->budget, done->began};
   if (done->group == config::Group::fast) MeasureRound(*done, outcome);
   const bool unread = !ProvesLife(outcome) || outcome == Outcome::busy;
-  if (done->group == config::Group::once && unread && !done->mute) RepeatOnce(device);
+  if (unread && IsOnce(*done)) RepeatOnce(device, outcome);
   if (!done->mute) UpdateHealth(device, outcome, reason);
   if (done->routed) return FinishRouted(*done, outcome, reason);
   if (!done->command) return;
   if (outcome == Outcome::ok && done->write < done->command->writes.size()) {
-    if (done->command->deadline <= now_.instant) {
-      done->command->done(Outcome::no_reply, "the deadline passed before all points were written");
+    if (done->command->deadline <= now_.instant || !device.in_use) {
+      done->command->done(Outcome::no_reply,
+                          device.in_use ? "the deadline passed before all points were written"
+                                        : "the device was disabled before all points were written");
       return;
     }
     BeginTask(device, {});
@@ -376,12 +419,20 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
   }
 }
 
-/// What is read once and could not be read is tried again, ever more seldom: many devices do not
-/// answer at all what they do not know.
-void Poller::RepeatOnce(Device& device) {
+bool Poller::IsOnce(const Work& work) const {
+  if (work.group) return work.group == config::Group::once;
+  const auto queries =
+      work.device->polled() ? work.device->conversation->Queries() : std::span<const Query>();
+  return work.refresh && work.task.query < queries.size() &&
+         queries[work.task.query].group == config::Group::once;
+}
+
+/// What is read once and could not be read is tried again; after silence ever more seldom, because
+/// many devices do not answer at all what they do not know.
+void Poller::RepeatOnce(Device& device, Outcome outcome) {
   const Duration slow = std::min<Duration>(device.config->slow, kLongestRepeat);
   const Duration wait = slow * (1 << std::min(device.once_repeats, kMostDoublings));
-  ++device.once_repeats;
+  if (outcome == Outcome::no_reply) ++device.once_repeats;
   schedule_.RepeatOnce(device.slot, now_.instant + std::min<Duration>(wait, kLongestRepeat));
 }
 

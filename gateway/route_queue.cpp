@@ -71,6 +71,15 @@ void RouteQueue::Return(Batch batch) {
                   std::make_move_iterator(batch.end()));
 }
 
+/// Whether the write of this slave that goes next is urgent.
+bool RouteQueue::HasUrgent(std::uint8_t slave) const {
+  const auto next = NextFor(slave);
+  return next && IsWrite(waiting_[*next]) &&
+         std::ranges::any_of(waiting_, [slave](const RoutedRequest& request) {
+           return request.slave == slave && IsShortWrite(request);
+         });
+}
+
 /// A block that was written before a short write to the same slave goes before it.
 RouteQueue::Batch RouteQueue::TakeUrgent(const MayAsk& may_ask) {
   std::array<std::size_t, 256> ends{};  // by slave: behind its last short write

@@ -50,6 +50,8 @@ class RouteQueue {
 
   /// A short write, or a write that one waits for; empty: none may be sent now.
   Batch TakeUrgent(const MayAsk& may_ask);
+  /// Whether TakeUrgent would find one for this slave, if it may be asked.
+  bool HasUrgent(std::uint8_t slave) const;
   Batch Take(config::Priority priority, const MayAsk& may_ask);
   /// Whatever may be sent to this slave next, its writes first.
   Batch TakeFor(std::uint8_t slave);

@@ -49,6 +49,21 @@ void Schedule::Hold(std::size_t index, Instant until) {
   devices_[index].hold_until = std::max(devices_[index].hold_until, until);
 }
 
+std::uint32_t Schedule::Passed(const Round& round, Instant now) {
+  if (!round.due || *round.due > now || round.period == Duration::zero()) return 0;
+  return static_cast<std::uint32_t>((now - *round.due) / round.period);
+}
+
+std::uint32_t Schedule::Missed(std::size_t index, Instant now) const {
+  const Device& device = devices_[index];
+  std::uint32_t missed = device.missed;
+  if (device.suspended) return missed;
+  for (const Round& round : device.rounds) {
+    if (!round.active() && !round.queries.empty()) missed += Passed(round, now);
+  }
+  return missed;
+}
+
 void Schedule::StartIfDue(Device& device, Round& round, Instant now) {
   if (round.active() || round.queries.empty() || !round.due || *round.due > now) return;
   if (round.period == Duration::zero()) {
@@ -56,9 +71,9 @@ void Schedule::StartIfDue(Device& device, Round& round, Instant now) {
     round.cursor = 0;
     return;
   }
-  const auto missed = (now - *round.due) / round.period;
-  *round.due += (missed + 1) * round.period;
-  device.missed += static_cast<std::uint32_t>(missed);
+  const std::uint32_t passed = Passed(round, now);
+  *round.due += (std::int64_t{passed} + 1) * round.period;
+  device.missed += passed;
   round.cursor = 0;
 }
 

@@ -56,8 +56,8 @@ class Schedule {
 
   Instant held_until(std::size_t device) const { return devices_[device].hold_until; }
 
-  /// Periods of the device that were skipped.
-  std::uint32_t missed(std::size_t device) const { return devices_[device].missed; }
+  /// Periods of the device that were skipped, with those that have passed whole since it was due.
+  std::uint32_t Missed(std::size_t device, Instant now) const;
 
  private:
   static constexpr std::size_t kGroups = 3;  // once, slow, fast: as in config::Group
@@ -78,6 +78,7 @@ class Schedule {
     std::uint32_t missed = 0;
   };
 
+  static std::uint32_t Passed(const Round& round, Instant now);
   static void StartIfDue(Device& device, Round& round, Instant now);
   static std::optional<Instant> DueAt(const Device& device, const Round& round);
 

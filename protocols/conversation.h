@@ -24,7 +24,7 @@ namespace baudgate {
 
 inline constexpr std::size_t kNoPoint = std::numeric_limits<std::size_t>::max();
 
-/// Points of one group that one request reads together. Planned once, from the device's points.
+/// Points of one group that one request reads together.
 struct Query {
   config::Group group = config::Group::fast;
   std::vector<std::size_t> points;  ///< indices into the device's points
@@ -49,6 +49,9 @@ struct Request {
   /// Of a probe: the device answers it with the same frame every time, and nothing else with that
   /// frame (an identification). Shows whether answers still belong to what is asked.
   bool steady = false;
+  /// Ends what earlier requests of the device have begun, such as an open password: sent whatever
+  /// has become of the task, its deadline and its client.
+  bool closes = false;
 };
 
 /// A value out of a reply, before scale, offset and sentinels.
@@ -79,7 +82,8 @@ class Conversation {
  public:
   virtual ~Conversation() = default;
 
-  /// How the device's points are read, in the order of asking. Stable until an Answer says replan.
+  /// How the device's points are read, in the order of asking. Stable until an Answer or OnFailure
+  /// says replan, and until OnReconnect.
   virtual std::span<const Query> Queries() const = 0;
 
   /// The request to send now for `task`: the task's own, or one that the session needs first (open
@@ -90,8 +94,9 @@ class Conversation {
   /// not fit the request is `unexpected` and gives no readings. At most 8 steps make a task.
   virtual Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) = 0;
 
-  /// The exchange failed for good (retries are used up, or it must not be repeated).
-  /// ask_again: a step remains even so, for example closing a password that may be open.
+  /// The exchange failed for good (retries are used up, it must not be repeated, or its time was
+  /// over before it was sent). ask_again: a step remains even so, for example closing a password
+  /// that may be open.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }
 
   /// What to send in place of a failed request that must not be repeated (SPA: L, then B).

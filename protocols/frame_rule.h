@@ -61,7 +61,8 @@ struct Cut {
 /// Laws, held by tests/laws: any fragmentation gives the same frames; after garbage a good frame is
 /// delivered; every answer but need_more consumes; the same slice gets the same answer. After
 /// damage discard one byte and look again, unless the boundary can not be forged: a length that has
-/// not been verified is never trusted.
+/// not been verified is never trusted. Only who carries out what he hears between others looks
+/// again at the next silence: what lies inside damage may be anything (rtu_frame_rule.cpp).
 using FrameRule = Cut (*)(View held, const Expectation& expect, bool idle);
 
 }  // namespace baudgate

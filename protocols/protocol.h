@@ -20,7 +20,7 @@
 namespace baudgate {
 
 /// Raised whenever a struct or class of this header, or one it includes, changes.
-inline constexpr std::uint32_t kProtocolInterfaceVersion = 3;
+inline constexpr std::uint32_t kProtocolInterfaceVersion = 4;
 
 #define BAUDGATE_STRING_(x) #x
 #define BAUDGATE_STRING(x) BAUDGATE_STRING_(x)
@@ -70,6 +70,9 @@ struct PduCarrier {
   Outcome (*unwrap)(View request, View frame, Bytes& pdu) = nullptr;
   /// The request inside a whole frame that a master sent: slave and PDU. Nothing when it is none.
   std::optional<std::pair<std::uint8_t, Bytes>> (*unwrap_request)(View frame) = nullptr;
+  /// Whether every slave answers this request, if only with an exception: one that is in general
+  /// use and well-formed. Silence to any other says nothing about the slave.
+  bool (*is_common)(View pdu) = nullptr;
 };
 
 struct Protocol {
@@ -90,6 +93,8 @@ struct Protocol {
 
   /// Used where a line's configuration gives no serial settings.
   config::SerialSettings serial;
+  /// The fewest that its characters need: 7 or 8.
+  int data_bits = 7;
   /// All six times for a line of these settings; every field is set.
   config::Timing (*timing)(const config::SerialSettings& serial) = nullptr;
 

@@ -33,6 +33,10 @@ struct Capture {
   std::optional<Outcome> told;  ///< how it ended when it was recorded
   std::string why;              ///< and the reason that was recorded with it
   bool ended = false;           ///< what comes now belongs to no exchange
+  bool last = false;            ///< nothing stands behind it in the recording
+
+  /// More may have come than was recorded.
+  bool is_open() const { return !time.empty() && !told; }
 };
 
 Json ToJson(const Value& value) {
@@ -87,10 +91,19 @@ Cutting CutReply(const Capture& capture, const Protocol& protocol, const config:
   return cutting;
 }
 
+Answer EndUnknown(const Capture& capture) {
+  Answer answer;
+  answer.outcome = Outcome::none;
+  answer.reason = capture.last ? "the recording ends before this exchange"
+                               : "the recording does not show how this exchange ended";
+  return answer;
+}
+
 Answer Interpret(const Capture& capture, const Protocol& protocol, const config::Device& device,
                  Conversation& conversation) {
   const Cutting cutting = CutReply(capture, protocol, device.options);
   if (cutting.frame) return conversation.Interpret(capture.request, *cutting.frame);
+  if (capture.is_open() && cutting.outcome != Outcome::ok) return EndUnknown(capture);
   Answer answer;
   answer.outcome = cutting.outcome;
   answer.reason = cutting.reason;
@@ -104,6 +117,7 @@ Answer InterpretMasked(const Capture& capture, const Protocol& protocol,
   Answer answer;
   answer.outcome = Outcome::none;
   if (capture.reply.empty()) {
+    if (capture.is_open()) return EndUnknown(capture);
     answer.outcome = Outcome::no_reply;
   } else if (!capture.reply_masked) {
     Answer read = Interpret(capture, protocol, device, conversation);
@@ -219,6 +233,7 @@ std::string_view ReasonOf(std::string_view text) {
 Status TakeLine(std::string_view line, std::vector<Capture>& captures) {
   const Marked marked = ReadMarked(line);
   const bool of_trace = !marked.time.empty();
+  if (of_trace && !captures.empty()) captures.back().last = false;
   // Of another exchange, where a slow reader has lost records.
   const bool known =
       !captures.empty() && !captures.back().ended && captures.back().device == marked.device;
@@ -237,8 +252,10 @@ Status TakeLine(std::string_view line, std::vector<Capture>& captures) {
     capture.request_masked = hex->masked;
     capture.time = marked.time;
     capture.device = marked.device;
+    capture.last = true;
     captures.push_back(std::move(capture));
   } else if (!captures.empty() && !captures.back().ended) {
+    captures.back().last = true;
     Append(captures.back().reply, hex->bytes);
     captures.back().reply_masked = captures.back().reply_masked || hex->masked;
   } else if (!of_trace) {  // a trace may begin in the midst of an exchange, and has stray bytes

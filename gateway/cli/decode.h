@@ -23,9 +23,10 @@ struct DecodeOptions {
 /// One JSON object a line for each exchange: outcome, reason, values; of a trace also the time and
 /// the device. Where a trace tells how an exchange ended, that is its outcome: times decide, too.
 /// The reason says what the bytes alone would be where that differs, and there are no values then.
-/// Bytes that a trace shows as ** are unknown, and there are no values that would need them. Exit
-/// codes: 0 done (whatever the outcomes), 2 a line of the input is no hex, 3 no such protocol,
-/// profile or option.
+/// Where a trace does not tell it and no whole frame came, the outcome is `none`: more may have
+/// come than was recorded. Bytes that a trace shows as ** are unknown, and there are no values that
+/// would need them. Exit codes: 0 done (whatever the outcomes), 2 a line of the input is no hex, 3
+/// no such protocol, profile or option.
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err);
 

@@ -62,7 +62,8 @@ class Renderer {
       for (const TableRow& row : rows) {
         if (i < row.cells.size()) width = std::max(width, Width(row.cells[i]));
       }
-      widths_.push_back(std::min(width, std::max(columns[i].widest, Width(columns[i].title))));
+      const std::size_t widest = std::max(columns[i].widest, Width(columns[i].title));
+      widths_.push_back(view.width > 0 ? std::min(width, widest) : width);
     }
   }
 

@@ -19,7 +19,7 @@ enum class Tone : std::uint8_t { plain, faint, warning, alarm };
 struct TableColumn {
   std::string title;
   bool right = false;       ///< numbers
-  std::size_t widest = 40;  ///< longer cells are cut with "…"
+  std::size_t widest = 40;  ///< longer cells are cut with "…" where lines have a limit
 };
 
 struct TableRow {

@@ -26,6 +26,9 @@ Result<std::string> ProtocolOf(const OneDevice& wanted, const config::Catalog& c
     if (file.name == wanted.profile) found = file.protocol;
   }
   if (!found.empty()) return found;
+  if (wanted.profile.find('/') != std::string::npos || wanted.profile.ends_with(".yaml")) {
+    return Error{"a profile given by its path needs --protocol"};
+  }
   return Error{"no profile named '" + wanted.profile + "'; `baudgate profiles` lists them"};
 }
 
@@ -42,7 +45,7 @@ Result<config::Config> MakeOneDevice(const OneDevice& wanted, const config::Cata
   if (!wanted.profile.empty()) yaml += fmt::format("        profile: {}\n", Quoted(wanted.profile));
   for (const std::string& setting : wanted.set) {
     const auto equals = setting.find('=');
-    if (equals == std::string::npos) return Error{"--set '" + setting + "': write key=value"};
+    if (equals == std::string::npos) return Error{"--set: write key=value"};
     // Unquoted, because the loader tells true from "true"; a new line could only add keys, and
     // those are checked like all others.
     yaml += fmt::format("        {}: {}\n", setting.substr(0, equals), setting.substr(equals + 1));

@@ -12,8 +12,8 @@ namespace baudgate {
 
 int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err) {
-  auto made =
-      MakeOneDevice({{}, options.profile, options.address, options.serial, options.set}, catalog);
+  auto made = MakeOneDevice(
+      {options.protocol, options.profile, options.address, options.serial, options.set}, catalog);
   if (!made) {
     err << "baudgate: " << made.error() << "\n";
     return 3;

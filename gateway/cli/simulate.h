@@ -15,6 +15,7 @@ namespace baudgate {
 
 struct SimulateOptions {
   std::string profile;
+  std::string protocol{};  ///< empty: the one whose profile it is; modbus_ascii uses modbus_rtu's
   std::string address;
   std::string pty;     ///< where the link is put
   std::string serial;  ///< "9600 7E1": the twin keeps this bit rate; empty: no pacing

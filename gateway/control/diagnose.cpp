@@ -47,19 +47,24 @@ std::string Noticed(const LineStatus& line) {
   return "its return is noticed within " + FormatAge(line.notice_bound);
 }
 
-std::string RaiseReply(const DeviceStatus& status) {
-  return fmt::format("raise its timing.reply by more than {}", Milliseconds(status.lateness));
+std::string Late(const DeviceStatus& status) {
+  const std::string lateness = Milliseconds(status.lateness);
+  return fmt::format(
+      "late: bytes came {} after the exchange had ended, {}: raise its timing.reply by more than "
+      "{}",
+      lateness, Times(status.late), lateness);
 }
 
-std::string Late(const DeviceStatus& status) {
-  return fmt::format("late: bytes came {} after the exchange had ended, {}: {}",
-                     Milliseconds(status.lateness), Times(status.late), RaiseReply(status));
+/// Bytes that come too late are why it seems silent, or answers to another request; a few of them
+/// long ago are not.
+bool IsLate(const DeviceStatus& status) {
+  const std::uint32_t failed = status.Count(Outcome::no_reply) + status.Count(Outcome::unexpected);
+  return status.late > 0 && 4 * std::uint64_t{status.late} >= failed;
 }
 
 /// What to look at when a device is not there, by how its exchanges end.
-std::string RemedyOfAbsence(const LineStatus&, const DeviceRecord& record) {
+std::string RemedyOfAbsence(const DeviceRecord& record) {
   const DeviceStatus& status = record.status;
-  if (status.late > 0) return Late(status);
   switch (status.last_outcome) {
     case Outcome::corrupt:
       return "its answers can not be read: check parity, data bits and checksum (" +
@@ -67,9 +72,11 @@ std::string RemedyOfAbsence(const LineStatus&, const DeviceRecord& record) {
     case Outcome::partial:
       return "its answers stop half-way: raise its timing.gap, then check wiring";
     case Outcome::unexpected:
+      if (IsLate(status)) return Late(status);
       return "something else answers: check its address (" + record.device->address +
              "), and for a second master on the bus";
     default:
+      if (IsLate(status)) return Late(status);
       return "check power, address, bit rate, parity and wiring (" + SettingsOf(record) + ")";
   }
 }
@@ -88,7 +95,7 @@ std::string Absence(const LineStatus& line, const DeviceRecord& record, Now now)
     text = fmt::format("has never answered: {}; {} in {} exchanges", because,
                        nothing ? "not a byte came" : "nothing good came", status.exchanges);
   }
-  return text + "; " + Noticed(line) + "; " + RemedyOfAbsence(line, record);
+  return text + "; " + Noticed(line) + "; " + RemedyOfAbsence(record);
 }
 
 std::string Lost(const config::Line& line, std::uint32_t times) {
@@ -102,16 +109,22 @@ std::string Lost(const config::Line& line, std::uint32_t times) {
                      Times(times));
 }
 
+/// Of its latest exchanges, lest an outage be held against it for ever. A single one counts only
+/// where it is no exception.
+bool IsNotable(const DeviceStatus& status, Outcome outcome, double from) {
+  const auto recent = static_cast<double>(status.recent.Count(outcome));
+  if (recent == 0 || Share(recent, static_cast<double>(status.recent.size())) < from) return false;
+  return recent > 1 || Share(status.Count(outcome), status.exchanges) >= from;
+}
+
 /// What fails now and then on a device that answers.
 Sentences Failures(const DeviceRecord& record) {
   const DeviceStatus& status = record.status;
-  const auto share = [&](Outcome outcome) {
-    return Share(status.Count(outcome), status.exchanges);
-  };
   Sentences found;
   const auto say = [&](Outcome outcome, double from, const std::string& remedy) {
-    if (share(outcome) < from) return;
-    found.push_back(fmt::format("{} {}: {}", Name(outcome), Percent(share(outcome)), remedy));
+    if (!IsNotable(status, outcome, from)) return;
+    found.push_back(fmt::format("{} in {} of its last {} exchanges: {}", Name(outcome),
+                                status.recent.Count(outcome), status.recent.size(), remedy));
   };
   say(Outcome::corrupt, kNotableShare,
       "noise, bad termination or a bus without ground; if it is most of them, parity, data bits "
@@ -125,10 +138,10 @@ Sentences Failures(const DeviceRecord& record) {
       "answers that come too late; look at 'baudgate trace " +
           record.line->name + "'");
   // Late answers are no_reply too, and have a sentence of their own.
-  if (status.late == 0) {
+  if (!IsLate(status)) {
     say(Outcome::no_reply, kNotableShare,
-        "it misses requests: noise, or it is asked faster than it can (raise its poll or "
-        "timing.quiet)");
+        "it was off for a moment or misses requests: noise, or it is asked faster than it can "
+        "(raise its poll or timing.quiet)");
   }
   say(Outcome::busy, kNotableBusy, "it asks to be asked later: raise its poll");
   for (const Outcome outcome : {Outcome::refused, Outcome::unsupported}) {
@@ -141,14 +154,51 @@ Sentences Failures(const DeviceRecord& record) {
   return found;
 }
 
-std::string Missed(const LineStatus& line, const DeviceRecord& record, double share) {
-  const std::string why =
-      line.use >= kFullLine
-          ? fmt::format("the line is full (use {})", Percent(line.use))
-          : "a round takes longer than its period, or failures and retries take the time";
-  return fmt::format(
-      "missed {} of its periods ({}): {}; raise poll, ask for fewer points, or raise the bit rate",
-      Percent(share), record.status.missed, why);
+constexpr std::string_view kAskLess = "raise poll, ask for fewer points, or raise the bit rate";
+
+/// "feeder-1 has taken 62 % of the line's time with exchanges that fail (40 of its last 64): mend
+/// that first".
+std::string Waste(const LineDevices& devices, const std::string& name) {
+  const DeviceStatus& status = devices.wasteful->status;
+  const bool big = devices.waste >= kBigPart;
+  const std::string part = Percent(devices.waste) + " of the line's time";
+  const std::string latest =
+      fmt::format("{} of its last {}", RecentFailures(status), status.recent.size());
+  std::string what;
+  if (IsAbsent(status)) {
+    what = "does not answer and has taken " + part;
+  } else if (big) {
+    what = fmt::format("has taken {} with exchanges that fail ({})", part, latest);
+  } else {
+    what = "fails in " + latest + " exchanges";
+  }
+  const std::string then = big ? std::string() : fmt::format(", then {}", kAskLess);
+  return name + " " + what + ": mend that first" + then;
+}
+
+std::string Missed(const LineStatus& line, const DeviceRecord& record, const LineDevices& devices,
+                   double share) {
+  std::string why;
+  if (devices.wasteful != nullptr) {
+    const config::Device* wasteful = devices.wasteful->device;
+    why = Waste(devices, wasteful == record.device ? "it" : wasteful->name);
+  } else if (line.use >= kFullLine) {
+    why = fmt::format("the line is full (use {}); {}", Percent(line.use), kAskLess);
+  } else {
+    why = fmt::format(
+        "a round takes longer than its period, or failures took the time; if the count grows, {}",
+        kAskLess);
+  }
+  return fmt::format("missed {} of its periods since the start ({}): {}", Percent(share),
+                     record.status.missed, why);
+}
+
+/// Some device of it misses periods.
+std::string Full(const LineStatus& line, const LineDevices& devices) {
+  const std::string why = devices.wasteful != nullptr
+                              ? Waste(devices, devices.wasteful->device->name)
+                              : fmt::format("more is asked than fits: {}", kAskLess);
+  return fmt::format("full (use {}): {}", Percent(line.use), why);
 }
 
 /// Values that are not good although the device answers.
@@ -174,7 +224,8 @@ Sentences Points(const DeviceRecord& record, Now now) {
   if (doubted > 0) {
     found.push_back(
         fmt::format("{} of {} points are in doubt until they are read again: the port was opened "
-                    "anew, or a reply may have belonged to another request; {}",
+                    "anew, the device was away, or a reply may have belonged to another request; "
+                    "{}",
                     doubted, record.points.size(), see));
   }
   if (reported > 0) {
@@ -186,14 +237,10 @@ Sentences Points(const DeviceRecord& record, Now now) {
 
 }  // namespace
 
-bool IsAbsent(const DeviceStatus& status) {
-  return status.state == DeviceState::offline ||
-         (status.state == DeviceState::never_seen && status.exchanges > 0);
-}
-
 std::string ClockText(WallTime time) { return FormatWallTime(time).substr(11, 8) + " UTC"; }
 
-Sentences Diagnose(const LineStatus& line, const DeviceRecord& device, Now now, Instant started) {
+Sentences Diagnose(const LineStatus& line, const DeviceRecord& device, const LineDevices& devices,
+                   Now now, Instant started) {
   const DeviceStatus& status = device.status;
   if (status.state == DeviceState::disabled) {
     if (!device.device->enabled) return {"disabled in the configuration (enabled: false)"};
@@ -214,10 +261,15 @@ Sentences Diagnose(const LineStatus& line, const DeviceRecord& device, Now now, 
         "repeater in between",
         Times(status.doubled)));
   }
-  const double periods = std::chrono::duration<double>(now.instant - started) /
-                         std::chrono::duration<double>(device.device->poll);
-  if (const double share = Share(status.missed, periods); share >= kNotableShare) {
-    found.push_back(Missed(line, device, std::min(share, 1.0)));
+  if (RepliesComeTwice(status)) {
+    found.push_back(fmt::format(
+        "copies: the same reply came again {}: a repeater, a serial server's retry, two "
+        "devices with its address, or answers later than timing.reply whose retry was "
+        "answered too; look at 'baudgate trace {}'",
+        Times(status.copies), device.line->name));
+  }
+  if (const double share = MissedShare(device, now, started); share >= kNotableShare) {
+    found.push_back(Missed(line, device, devices, share));
   }
   for (std::string& sentence : Points(device, now)) found.push_back(std::move(sentence));
   if (found.empty() && status.state == DeviceState::degraded) {
@@ -227,8 +279,8 @@ Sentences Diagnose(const LineStatus& line, const DeviceRecord& device, Now now, 
   return found;
 }
 
-Sentences DiagnoseLine(const config::Line& line, const LineStatus& status, LineDevices devices,
-                       Now now) {
+Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
+                       const LineDevices& devices, Now now) {
   if (status.port == LineStatus::Port::released) {
     return {
         fmt::format("released: the port is lent until {}; 'baudgate release {} --end' takes it "
@@ -274,11 +326,14 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status, LineD
   if (Share(static_cast<double>(status.stray_bytes), static_cast<double>(status.bytes_in)) >=
       kNotableStray) {
     found.push_back(
-        fmt::format("{} of {} bytes came when nothing was asked: a second master, "
-                    "answers that come too late, or noise; look at 'baudgate trace {}'",
-                    status.stray_bytes, status.bytes_in, line.name));
+        fmt::format("{} of {} bytes came when nothing was asked: {}; look at 'baudgate trace {}'",
+                    status.stray_bytes, status.bytes_in,
+                    devices.copies ? "replies come twice"
+                                   : "a second master, answers that come too late, or noise",
+                    line.name));
   }
   if (status.times_lost > 0) found.push_back(Lost(line, status.times_lost));
+  if (devices.misses && status.use >= kFullLine) found.push_back(Full(status, devices));
   return found;
 }
 

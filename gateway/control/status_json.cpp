@@ -2,6 +2,7 @@
 #include "gateway/control/status_json.h"
 
 #include <cmath>
+#include <vector>
 
 #include "gateway/control/diagnose.h"
 #include "gateway/control/json_time.h"
@@ -18,6 +19,15 @@ Json OutcomesJson(const Counts& counts) {
   Json json = Json::object();
   for (std::size_t i = 1; i < kOutcomeCount; ++i) {
     json[std::string(Name(static_cast<Outcome>(i)))] = counts[i];
+  }
+  return json;
+}
+
+Json RecentJson(const RecentOutcomes& recent) {
+  Json json = {{"exchanges", recent.size()}};
+  for (std::size_t i = 1; i < kOutcomeCount; ++i) {
+    const auto outcome = static_cast<Outcome>(i);
+    json[std::string(Name(outcome))] = recent.Count(outcome);
   }
   return json;
 }
@@ -89,7 +99,8 @@ struct View {
   bool with_values = false;
 };
 
-Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const View& view) {
+Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDevices& devices,
+                const View& view) {
   const DeviceStatus& status = record.status;
   Json json;
   json["name"] = record.device->name;
@@ -110,10 +121,13 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const View& 
   json["late"] = status.late;
   json["lateness_ms"] = Milliseconds(status.lateness);
   json["doubled"] = status.doubled;
+  json["copies"] = status.copies;
+  json["recent"] = RecentJson(status.recent);
+  json["busy_ms"] = Milliseconds(status.busy);
   json["round_trips"] = RoundTripsJson(status.round_trips);
   json["points"] = PointsJson(record, view.now.instant);
   if (view.with_values) json["values"] = ValuesJson(record, view.now.instant);
-  json["advice"] = Diagnose(line, record, view.now, view.info.started);
+  json["advice"] = Diagnose(line, record, devices, view.now, view.info.started);
   return json;
 }
 
@@ -142,18 +156,16 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
               const View& view) {
   const config::Line& line = config.lines[target.line];
   const LineStatus status = store.ReadLine(target.line);
-  Json devices = Json::array();
-  LineDevices counted;
   const std::uint32_t first = FirstDevice(config, target.line);
-  for (std::uint32_t device = first; device < first + line.devices.size(); ++device) {
-    DeviceRecord record;  // a copy: the line must not wait for the text
-    store.Read(device, [&record](const DeviceRecord& held) { record = held; });
-    if (record.status.state != DeviceState::disabled) {
-      ++counted.in_use;
-      counted.absent += IsAbsent(record.status) ? 1 : 0;
-    }
-    if (target.device && device != *target.device) continue;
-    devices.push_back(DeviceJson(status, record, view));
+  std::vector<DeviceRecord> records(line.devices.size());  // copies: the line must not wait
+  for (std::uint32_t i = 0; i < records.size(); ++i) {
+    store.Read(first + i, [&](const DeviceRecord& held) { records[i] = held; });
+  }
+  const LineDevices together = LookAt(records, view.now, view.info.started);
+  Json devices = Json::array();
+  for (std::uint32_t i = 0; i < records.size(); ++i) {
+    if (target.device && first + i != *target.device) continue;
+    devices.push_back(DeviceJson(status, records[i], together, view));
   }
   Json json;
   json["name"] = line.name;
@@ -167,7 +179,7 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
       status.port == LineStatus::Port::released ? TimeJson(status.released_until) : Json(nullptr);
   json["times_lost"] = status.times_lost;
   AddCounters(status, json);
-  json["advice"] = DiagnoseLine(line, status, counted, view.now);
+  json["advice"] = DiagnoseLine(line, status, together, view.now);
   json["devices"] = std::move(devices);
   return json;
 }

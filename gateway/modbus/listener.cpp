@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/log.h"
 #include "gateway/modbus/access.h"
+#include "gateway/modbus/client_log.h"
 
 namespace baudgate::modbus {
 namespace {
@@ -118,8 +120,7 @@ void Listener::Accept() {
 
 void Listener::AcceptLater(const asio::error_code& why) {
   LiveCounters::Add(service_.counters().accept_errors);
-  service_.log().Note(FoldedLog::Kind::accept_failed, ReadClocks().instant, "(waiting)",
-                      why.message());
+  log::Warn("modbus: no client can be accepted at {}: {}", listener_.Place(), why.message());
   retry_.expires_after(kAcceptPause);
   retry_.async_wait([self = shared_from_this()](const asio::error_code&) {
     if (!self->stopped_) self->Accept();
@@ -135,8 +136,10 @@ void Listener::Welcome(tcp::socket socket) {
   if (!Allows(listener_.allow, address)) {
     return Refuse(name, "its address is not in the allow list");
   }
-  if (sessions_.size() >= static_cast<std::size_t>(std::max(listener_.max_clients, 1))) {
-    return Refuse(name, "max_clients are connected already");
+  if (sessions_.size() >= MostClients()) {
+    return Refuse(name, service_.limits().client_share < 1
+                            ? "as many are connected already as there are file descriptors for"
+                            : "max_clients are connected already");
   }
   asio::error_code failed;
   socket.set_option(tcp::no_delay(true), failed);
@@ -159,9 +162,14 @@ void Listener::Welcome(tcp::socket socket) {
   session->Start();
 }
 
+std::size_t Listener::MostClients() const {
+  const double most = listener_.max_clients * service_.limits().client_share;
+  return std::max<std::size_t>(static_cast<std::size_t>(most), 1);
+}
+
 void Listener::Refuse(std::string_view peer, std::string_view why) {
   LiveCounters::Add(service_.counters().refused);
-  service_.log().Note(FoldedLog::Kind::refused, ReadClocks().instant, peer, why);
+  WarnOfClient(peer, "refused", why);
 }
 
 void Listener::Sweep() {
@@ -173,7 +181,6 @@ void Listener::Sweep() {
     sessions.reserve(self->sessions_.size());
     for (const auto& [key, session] : self->sessions_) sessions.push_back(session);
     for (const auto& session : sessions) session->Sweep(now);
-    self->service_.log().Sweep(now);
     self->Sweep();
   });
 }

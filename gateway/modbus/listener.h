@@ -32,6 +32,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   Status Bind(const asio::ip::tcp::endpoint& endpoint);
   void Accept();
   void Welcome(asio::ip::tcp::socket socket);
+  std::size_t MostClients() const;
   void Refuse(std::string_view peer, std::string_view why);
   void AcceptLater(const asio::error_code& why);
   void Sweep();

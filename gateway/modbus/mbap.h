@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -37,6 +38,8 @@ class MbapAssembler {
   void Commit(std::size_t count);
 
   bool empty() const { return begin_ == end_; }
+  /// Of the frame that comes next, if that much of it is here.
+  std::optional<std::uint16_t> transaction() const { return ByteReader(Held()).U16Be(0); }
   /// What Take would say.
   State Peek() const;
   /// Hands out the next whole frame, header included; valid until Space.

@@ -6,25 +6,35 @@
 namespace baudgate::modbus {
 
 void ReplyEcho::OnSent(View request, View reply, Instant earliest) {
+  teaches_ = !std::ranges::equal(request, reply);
   filter_.OnExchangeEnd();
-  filter_.OnSent(reply);
-  mirrored_ = std::ranges::equal(request, reply);
+  owed_.clear();
+  if (teaches_) {
+    filter_.OnSent(reply);
+  } else {
+    Append(owed_, reply);
+  }
   earliest_ = earliest;
   heard_ = 0;
 }
 
 Bytes ReplyEcho::Filter(View received, Instant now) {
-  const bool first = heard_ == 0;
-  const bool no_echo = echoes_ == Echoes::no || (echoes_ == Echoes::unknown && now >= earliest_);
-  if (mirrored_ && first && no_echo) filter_.OnExchangeEnd();
+  if (heard_ == 0) began_ = now;
   heard_ += received.size();
   EchoResult result = filter_.Filter(received);
-  if (result.complete && !mirrored_) echoes_ = Echoes::yes;
+  if (result.complete && teaches_) echoes_ = Echoes::yes;
   return std::move(result.bytes);
 }
 
-void ReplyEcho::OnRequest(std::size_t size) {
-  if (!mirrored_ && heard_ == size) echoes_ = Echoes::no;
+/// What begins too early for the master was on its way before the reply was: its echo may still
+/// come.
+ReplyEcho::Heard ReplyEcho::OnRequest(View frame) {
+  const bool early = began_ < earliest_;
+  if (teaches_ && heard_ == frame.size() && !early) echoes_ = Echoes::no;
+  if (owed_.empty() || !std::ranges::equal(owed_, frame)) return Heard::request;
+  owed_.clear();
+  if (echoes_ == Echoes::no) return Heard::request;
+  return echoes_ == Echoes::yes || early ? Heard::echo : Heard::doubt;
 }
 
 }  // namespace baudgate::modbus

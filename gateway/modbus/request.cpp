@@ -58,8 +58,8 @@ ExceptionCode ParseByFunction(ByteReader pdu, ModbusRequest& request) {
 
 }  // namespace
 
-bool IsWrite(View frame) {
-  switch (static_cast<Function>(frame[kMbapHeader])) {
+bool IsWrite(std::uint8_t function) {
+  switch (static_cast<Function>(function)) {
     case Function::write_coil:
     case Function::write_register:
     case Function::write_coils:

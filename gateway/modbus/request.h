@@ -59,8 +59,10 @@ struct ModbusRequest {
 /// The unit that a whole frame is for.
 inline std::uint8_t UnitOf(View frame) { return frame[kMbapHeader - 1]; }
 inline std::uint8_t FunctionOf(View frame) { return frame[kMbapHeader]; }
-/// FC 5, 6, 15 or 16, well formed or not.
-bool IsWrite(View frame);
+/// 5, 6, 15 and 16: the functions that unit 0 makes a broadcast.
+bool IsWrite(std::uint8_t function);
+/// Of a whole frame, well formed or not.
+inline bool IsWrite(View frame) { return IsWrite(FunctionOf(frame)); }
 /// Whether clients with this permission may ask for the function.
 bool Permits(config::Permit permit, std::uint8_t function);
 

@@ -23,7 +23,7 @@ RequestDesk::RequestDesk(const asio::any_io_executor& executor, const config::Li
       service_(service),
       wire_(wire),
       priority_(priority),
-      record_(service.book()->Enter(peer, listener, priority)),
+      record_(service.book()->Enter(peer, listener, priority, ReadClocks().wall)),
       timer_(executor) {}
 
 void RequestDesk::Handle(View frame, Instant now) {
@@ -34,8 +34,6 @@ void RequestDesk::Handle(View frame, Instant now) {
   const Way way = service_.WayOf(UnitOf(frame));
   if (way.kind == Way::Kind::none) return Refuse(frame, ExceptionCode::gateway_path);
   if (!Permits(listener_.permit, FunctionOf(frame))) {
-    // On an RTU wire nobody waits for the answer to a broadcast.
-    if (speaks_rtu() && UnitOf(frame) == 0 && IsWrite(frame)) return wire_.AnswerNothing();
     return Refuse(frame, ExceptionCode::illegal_function);
   }
   if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);
@@ -65,7 +63,8 @@ ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now)
       if (const auto self = desk.lock()) self->FinishWrite(number, outcome);
     });
   };
-  const auto exception = service_.Submit(request, deadline, std::move(done));
+  if (!given_up_) given_up_ = std::make_shared<std::atomic<bool>>(false);
+  const auto exception = service_.Submit(request, deadline, given_up_, std::move(done));
   if (exception == ExceptionCode::none) {
     AddPending({number, deadline, {}, Bytes(request.frame.begin(), request.frame.end())});
   }
@@ -94,7 +93,7 @@ void RequestDesk::Sweep(Instant now) {
   nothing.sent = true;  // for all that is known
   for (const auto& [number, routed] : late) {
     if (routed) {
-      FinishRouted(number, nothing, now);
+      FinishRouted(number, nothing, {now, ReadClocks().wall});
     } else {
       FinishWrite(number, Outcome::no_reply);
     }
@@ -113,7 +112,7 @@ void RequestDesk::Arm() {
     const auto self = desk.lock();
     if (error || !self) return;
     self->armed_for_ = Instant::max();
-    self->Sweep(std::chrono::steady_clock::now());
+    self->Sweep(ReadClocks().instant);
     self->Arm();
   });
 }
@@ -121,12 +120,14 @@ void RequestDesk::Arm() {
 /// Targets may still hold what the sweep has answered in their place.
 void RequestDesk::GiveUp() {
   for (RouteTarget* target : std::exchange(used_, {})) target->Forget(record_->id);
+  if (given_up_) std::exchange(given_up_, nullptr)->store(true);
   for (Pending& pending : pending_) pending.given_up = true;
   const auto routed =
       std::stable_partition(pending_.begin(), pending_.end(),
                             [](const Pending& pending) { return !pending.route.has_value(); });
   std::for_each(routed, pending_.end(), [this](const Pending& pending) {
-    service_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteEnd::dropped, {});
+    service_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteEnd::dropped, {},
+                           ReadClocks().wall);
   });
   pending_.erase(routed, pending_.end());
   record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),
@@ -163,6 +164,12 @@ bool RequestDesk::speaks_rtu() const {
   return listener_.is_serial() || listener_.protocol == config::Listener::Protocol::rtu;
 }
 
+/// On an RTU wire a write to unit 0 goes to all, wherever a route may lead it: its sender waits for
+/// no answer, and would take one for the reply to its next request.
+bool RequestDesk::IsUnawaited(View request) const {
+  return speaks_rtu() && UnitOf(request) == 0 && IsWrite(request);
+}
+
 std::size_t RequestDesk::BytesOnWire(std::size_t frame) const {
   constexpr std::size_t kRtuFrame = 3;  // address and CRC
   return speaks_rtu() ? frame - kMbapHeader + kRtuFrame : frame;
@@ -180,7 +187,8 @@ void RequestDesk::Answer(View frame) {
 
 void RequestDesk::Refuse(View frame, ExceptionCode exception) {
   const bool silent = listener_.errors == config::Listener::Errors::silent;
-  if (silent && IsGatewayTrouble(exception)) return wire_.AnswerNothing();
+  const bool kept = silent && IsGatewayTrouble(exception);
+  if (kept || IsUnawaited(frame)) return wire_.AnswerNothing();
   LiveCounters::Add(service_.counters().exceptions);
   ClientRecord::Add(record_->exceptions);
   Answer(ExceptionReply(frame, exception));

@@ -7,6 +7,7 @@
 
 #include <asio/any_io_executor.hpp>
 #include <asio/steady_timer.hpp>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -43,8 +44,9 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
 
   /// Requests of one client that may wait for lines and servers; more are answered "busy".
   static constexpr std::size_t kMaxPending = 32;
-  /// Whoever has taken a routed request answers it at its deadline if it was not sent. What is on a
-  /// wire by then is answered here, so much later that the other answer has its chance.
+  /// Whoever has taken a request answers it at its deadline: a routed one if it was not sent, a
+  /// write to a device however it stands. What is left is answered here, so much later that the
+  /// other answer has its chance.
   static constexpr Duration kGrace = 20ms;
 
   /// Listener, service and wire outlive the desk until Close. The executor is that of the server's
@@ -57,8 +59,8 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   void Handle(View frame, Instant now);
   /// Answers requests whose deadline has passed and that nobody has answered. Comes by itself.
   void Sweep(Instant now);
-  /// The client waits for none of its requests any more: what is not on its way to a slave is not
-  /// sent, and what was asked until now is not answered.
+  /// The client waits for none of its requests any more: what is not on its way to a slave or
+  /// device is not sent, and what was asked until now is not answered.
   void GiveUp();
   /// The client has left: what it still waits for is forgotten, and the wire is not called again.
   void Close();
@@ -76,7 +78,7 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
     bool given_up = false;  ///< a write to a device: it goes on, but is not answered
 
     /// When the desk answers in the place of whoever has taken it.
-    Instant Limit() const { return deadline + (route ? kGrace : Duration::zero()); }
+    Instant Limit() const { return deadline + kGrace; }
   };
 
   void HandleOwn(View frame, Instant now);
@@ -84,7 +86,7 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   ExceptionCode StartWrite(const ModbusRequest& request, Instant now);
   void FinishWrite(std::uint64_t number, Outcome outcome);
   void Forward(View frame, std::size_t index, std::uint8_t slave, Instant now);
-  void FinishRouted(std::uint64_t number, RoutedReply reply, Instant now);
+  void FinishRouted(std::uint64_t number, RoutedReply reply, const Now& now);
 
   void HandleBroadcast(View frame, std::size_t index, std::span<const RouteTargets::Line> lines,
                        Instant now);
@@ -95,6 +97,7 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   void Arm();
   config::Priority PriorityOf(std::uint8_t function) const;
   bool speaks_rtu() const;
+  bool IsUnawaited(View request) const;
   std::size_t BytesOnWire(std::size_t frame) const;
 
   void Answer(const ModbusRequest& request);
@@ -108,6 +111,7 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   std::shared_ptr<ClientRecord> record_;
   std::vector<Pending> pending_;
   std::vector<RouteTarget*> used_;  ///< targets that may still hold requests of this client
+  std::shared_ptr<std::atomic<bool>> given_up_;  ///< of the writes since GiveUp; null: none
   asio::steady_timer timer_;
   Instant armed_for_ = Instant::max();  ///< the timer; max: it does not run
   std::uint64_t next_number_ = 0;

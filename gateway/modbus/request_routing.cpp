@@ -26,8 +26,6 @@ RouteEnd EndOf(const RoutedReply& reply, bool late) {
   return late && !reply.sent ? RouteEnd::expired : RouteEnd::no_reply;
 }
 
-Instant Clock() { return std::chrono::steady_clock::now(); }
-
 RoutedReply Busy() {
   RoutedReply reply;
   reply.outcome = Outcome::busy;
@@ -67,13 +65,13 @@ void RequestDesk::Forward(View frame, std::size_t index, std::uint8_t slave, Ins
   request.deadline = now + route.deadline;
   request.done = [inbox = service_.inbox(), desk = weak_from_this(), number](RoutedReply reply) {
     inbox->Post([desk, number, reply = std::move(reply)]() mutable {
-      if (const auto self = desk.lock()) self->FinishRouted(number, std::move(reply), Clock());
+      if (const auto self = desk.lock()) self->FinishRouted(number, std::move(reply), ReadClocks());
     });
   };
   service_.book()->Asked(index, UnitOf(frame));
   const bool room = pending_.size() + broadcasts_ < kMaxPending;
   if (!room || !target->Submit(std::move(request))) {
-    service_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy());
+    service_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), ReadClocks().wall);
     return Refuse(frame, ExceptionCode::busy);
   }
   if (std::ranges::find(used_, target) == used_.end()) used_.push_back(target);
@@ -81,36 +79,34 @@ void RequestDesk::Forward(View frame, std::size_t index, std::uint8_t slave, Ins
       {number, now + route.deadline, index, Bytes(frame.begin(), frame.begin() + kMbapHeader + 1)});
 }
 
-void RequestDesk::FinishRouted(std::uint64_t number, RoutedReply reply, Instant now) {
+void RequestDesk::FinishRouted(std::uint64_t number, RoutedReply reply, const Now& now) {
   const auto pending = TakePending(number);
   if (!pending) return;
   const View asked = pending->frame;
-  const bool late = now >= pending->deadline;
+  const bool late = now.instant >= pending->deadline;
   if (late && IsReply(reply)) {
     reply.outcome = Outcome::no_reply;
     reply.pdu.clear();
     reply.reason = "its reply came after the deadline";
   }
-  service_.book()->Ended(*pending->route, UnitOf(asked), EndOf(reply, late), reply);
+  service_.book()->Ended(*pending->route, UnitOf(asked), EndOf(reply, late), reply, now.wall);
   if (!IsReply(reply)) return Refuse(asked, ExceptionCode::gateway_target);
   if (reply.outcome == Outcome::refused) {
     LiveCounters::Add(service_.counters().exceptions);
     ClientRecord::Add(record_->exceptions);
   }
+  if (IsUnawaited(asked)) return wire_.AnswerNothing();
   Answer(AduOf(*ByteReader(asked).U16Be(0), UnitOf(asked), reply.pdu));
 }
 
 void RequestDesk::HandleBroadcast(View frame, std::size_t index,
                                   std::span<const RouteTargets::Line> lines, Instant now) {
-  if (listener_.broadcast == config::Listener::Broadcast::ignore) {
-    // On an RTU wire nobody answers a broadcast, so an exception would be taken for the next reply.
-    return speaks_rtu() ? wire_.AnswerNothing() : HandleOwn(frame, now);
-  }
+  if (listener_.broadcast == config::Listener::Broadcast::ignore) return HandleOwn(frame, now);
   for (const RouteTargets::Line& line : lines) {
     if (line.target == nullptr) continue;
     service_.book()->Asked(index, UnitOf(frame));
     if (Broadcast(frame, index, line, now)) continue;
-    service_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy());
+    service_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), ReadClocks().wall);
   }
   wire_.AnswerNothing();
 }
@@ -129,9 +125,10 @@ bool RequestDesk::Broadcast(View frame, std::size_t index, const RouteTargets::L
   request.done = [inbox = service_.inbox(), book = service_.book(), desk = weak_from_this(), index,
                   unit = UnitOf(frame), deadline = request.deadline](RoutedReply reply) {
     inbox->Post([book, desk, index, unit, deadline, reply = std::move(reply)] {
+      const Now now = ReadClocks();
       const bool sent = reply.sent || reply.outcome == Outcome::ok;
-      const auto unsent = EndOf(reply, Clock() >= deadline);
-      book->Ended(index, unit, sent ? RouteEnd::broadcast : unsent, reply);
+      const auto unsent = EndOf(reply, now.instant >= deadline);
+      book->Ended(index, unit, sent ? RouteEnd::broadcast : unsent, reply, now.wall);
       if (const auto self = desk.lock()) --self->broadcasts_;
     });
   };

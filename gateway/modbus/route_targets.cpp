@@ -34,13 +34,24 @@ void RouteTargets::Open(asio::io_context& io, const std::shared_ptr<TrafficBook>
     if (!route.line.empty()) continue;
     Upstream*& server = made[{route.host, route.port}];
     if (server == nullptr) {
-      auto on_late = [book, target = route.Target()] { book->CameLate(target); };
+      auto on_late = [this, book, &route](std::uint8_t slave) { CameLate(*book, route, slave); };
       servers_.push_back(
           std::make_unique<Upstream>(io, route.host, route.port, checks_, std::move(on_late)));
       server = servers_.back().get();
       server->Start();
     }
     targets_[i] = server;
+  }
+}
+
+/// At all routes that lead to this slave of the server.
+void RouteTargets::CameLate(TrafficBook& book, const config::Route& server, std::uint8_t slave) {
+  for (std::size_t i = 0; i < modbus_.routes.size(); ++i) {
+    const config::Route& other = modbus_.routes[i];
+    const bool same_server = other.line.empty() && other.Target() == server.Target();
+    if (same_server && slave >= other.SlaveOf(other.first) && slave <= other.SlaveOf(other.last)) {
+      book.CameLate(i);
+    }
   }
 }
 

@@ -42,6 +42,8 @@ class RouteTargets {
   std::span<const Line> lines() const { return lines_; }
 
  private:
+  void CameLate(TrafficBook& book, const config::Route& server, std::uint8_t slave);
+
   const config::Modbus& modbus_;
   const PduCarrier* checks_ = nullptr;  ///< replies of servers; null: unit and function only
   std::vector<std::unique_ptr<Upstream>> servers_;

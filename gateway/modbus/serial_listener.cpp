@@ -1,12 +1,11 @@
-// Hears a serial master, keeps to the times of its bus, and keeps the port open.
+// Hears a serial master and keeps to the times of its bus.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/serial_listener.h"
-
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "gateway/log.h"
 #include "gateway/modbus/mbap.h"
 #include "transports/serial_port.h"
 
@@ -17,46 +16,48 @@ namespace {
 /// requests end by their length and do not wait for this.
 constexpr Duration kUsbGap = 20ms;
 
-Instant Clock() { return std::chrono::steady_clock::now(); }
-
 }  // namespace
 
 SerialListener::SerialListener(asio::io_context& io, const config::Listener& listener,
                                Service& service, const Protocol& rtu)
     : listener_(listener),
       service_(service),
-      place_(service.book()->AddMaster(listener.path)),
+      place_(service.book()->AddMaster(listener.path, ReadClocks().wall)),
       rtu_(rtu),
       quiet_(*rtu.timing(listener.serial).quiet),
       gap_(std::max(quiet_, kUsbGap)),
-      transport_(MakeSerialPort(listener.path, listener.serial, io, *this)),
-      keeper_(io, listener.path, [this] { Open(); }),
+      port_(
+          io, listener.path,
+          [&listener](asio::io_context& port_io, TransportListener& heard) {
+            return MakeSerialPort(listener.path, listener.serial, port_io, heard);
+          },
+          *this),
       timer_(io) {}
 
 // ---------------------------------------------------------------- the port
 
-void SerialListener::Open() { transport_->Open(); }
+void SerialListener::Open() { port_.Start(); }
 
 void SerialListener::Stop() {
-  if (std::exchange(stopped_, true)) return;
-  keeper_.Stop();
-  transport_->Close();
+  port_.Stop();
   Forget();
 }
 
-void SerialListener::OnOpened() {
-  keeper_.OnOpened();
-  spdlog::info("modbus: listening for a master on {}", transport_->Describe());
-  service_.book()->ShowPort(place_, true, transport_->Describe());
+void SerialListener::OnOpened(const std::string& description) {
+  log::Info("modbus: listening for a master on {}", description);
+  service_.book()->ShowPort(place_, true, description, ReadClocks().wall);
   assembler_.Begin(rtu_.request_rule, rtu_.expect({}, {}));
   echo_.Reset();
   desk_ = std::make_shared<RequestDesk>(timer_.get_executor(), listener_, service_, *this,
                                         listener_.path, listener_.priority);
 }
 
-void SerialListener::OnLost(const std::string& reason) {
+void SerialListener::OnDown(const std::string& reason, bool is_news) {
   Forget();
-  Down(reason);
+  if (!is_news) return;
+  log::Warn("modbus: no master is heard on {}: {}; trying again until it works", listener_.path,
+            reason);
+  service_.book()->ShowPort(place_, false, reason, ReadClocks().wall);
 }
 
 /// What was heard, and what waits to be answered.
@@ -67,17 +68,10 @@ void SerialListener::Forget() {
   if (desk_) std::exchange(desk_, nullptr)->Close();
 }
 
-void SerialListener::Down(const std::string& reason) {
-  if (!keeper_.OnDown(reason)) return;
-  spdlog::warn("modbus: no master is heard on {}: {}; trying again until it works", listener_.path,
-               reason);
-  service_.book()->ShowPort(place_, false, reason);
-}
-
 // ---------------------------------------------------------------- requests
 
-void SerialListener::OnBytes(View bytes) {
-  last_byte_ = Clock();
+void SerialListener::OnBytes(View bytes, Instant at) {
+  last_byte_ = at;
   assembler_.Feed(echo_.Filter(bytes, last_byte_));
   CutFrames(false);
   Arm();
@@ -93,20 +87,35 @@ void SerialListener::CutFrames(bool silent) {
 /// A request for another slave, too, says that the master waits for us no longer. Whoever sends to
 /// all waits for nobody.
 void SerialListener::OnFrame(const Bytes& frame) {
-  service_.book()->Heard(place_);
+  const ReplyEcho::Heard heard = echo_.OnRequest(frame);
+  if (heard == ReplyEcho::Heard::echo) return;
+  service_.book()->Heard(place_, ReadClocks().wall);
   const auto request = rtu_.carrier->unwrap_request(frame);
   if (!request) return;
-  echo_.OnRequest(frame.size());
+  if (heard == ReplyEcho::Heard::doubt) return OnDoubt(frame, request->first, request->second[0]);
+  const auto& [unit, pdu] = *request;
   reply_.clear();
-  request_ = frame;
-  awaited_ = ++transaction_;
-  const Bytes adu = AduOf(transaction_, request->first, request->second);
-  if (request->first == 0) {
-    awaited_.reset();
-    if (!IsWrite(adu)) return;
-  }
+  awaited_.reset();
   desk_->GiveUp();
+  const Bytes adu = AduOf(++transaction_, unit, pdu);
+  const bool silent = listener_.errors == config::Listener::Errors::silent;
+  const bool another = silent && service_.WayOf(unit).kind == Way::Kind::none;
+  if (another || (unit == 0 && !IsWrite(adu))) return;
+  request_ = frame;
+  if (unit != 0) awaited_ = transaction_;
   desk_->Handle(adu, last_byte_);
+}
+
+/// What the master has asked meanwhile goes before: if this is an echo, it still waits for that.
+/// "Busy" is said even where errors are silent, for it makes the master repeat its write at once.
+void SerialListener::OnDoubt(const Bytes& frame, std::uint8_t unit, std::uint8_t function) {
+  if (awaited_ || !reply_.empty()) return;
+  constexpr std::uint8_t kException = 0x80;
+  const Bytes busy = {static_cast<std::uint8_t>(function | kException),
+                      static_cast<std::uint8_t>(ExceptionCode::busy)};
+  request_ = frame;
+  reply_ = rtu_.carrier->wrap(unit, busy);
+  Arm();
 }
 
 // ---------------------------------------------------------------- replies
@@ -138,21 +147,21 @@ void SerialListener::Arm() {
 }
 
 void SerialListener::OnTimer() {
-  const Instant now = Clock();
+  const Instant now = ReadClocks().instant;
   if (HoldsBytes() && now >= last_byte_ + gap_) {
     assembler_.Feed(echo_.OnSilence());
     CutFrames(true);
   }
-  if (!HoldsBytes() && !reply_.empty() && now >= last_byte_ + quiet_) SendReply();
+  if (!HoldsBytes() && !reply_.empty() && now >= last_byte_ + quiet_) SendReply(now);
   Arm();
 }
 
-void SerialListener::SendReply() {
-  const Bytes reply = std::exchange(reply_, {});
+void SerialListener::SendReply(Instant now) {
+  Bytes reply = std::exchange(reply_, {});
   const auto characters = static_cast<int>(reply.size());
   const Duration sending = characters * listener_.serial.CharacterTime();
-  echo_.OnSent(request_, reply, Clock() + sending + quiet_);
-  transport_->Send(reply);
+  echo_.OnSent(request_, reply, now + sending + quiet_);
+  port_.Send(std::move(reply));
 }
 
 }  // namespace baudgate::modbus

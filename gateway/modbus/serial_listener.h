@@ -16,10 +16,9 @@
 #include "gateway/assembler.h"
 #include "gateway/modbus/reply_echo.h"
 #include "gateway/modbus/request_desk.h"
+#include "gateway/modbus/serial_thread.h"
 #include "gateway/modbus/service.h"
 #include "protocols/protocol.h"
-#include "transports/port_keeper.h"
-#include "transports/transport.h"
 
 namespace baudgate::modbus {
 
@@ -27,38 +26,37 @@ namespace baudgate::modbus {
 /// sends another before it was answered, it has given up, and the old answer is dropped.
 class SerialListener final : public std::enable_shared_from_this<SerialListener>,
                              public RequestDesk::Wire,
-                             private TransportListener {
+                             private SerialThread::Owner {
  public:
   /// Configuration, service and protocol outlive the listener until Stop. `rtu` has a carrier.
   SerialListener(asio::io_context& io, const config::Listener& listener, Service& service,
                  const Protocol& rtu);
-  ~SerialListener() override { Stop(); }
+  ~SerialListener() { Stop(); }
 
   /// A port that is absent or can not be opened is tried again until Stop.
   void Open();
   void Stop();
 
-  bool is_open() const { return transport_->is_open(); }
+  bool is_open() const { return desk_ != nullptr; }
 
  private:
-  void OnOpened() override;
-  void OnOpenFailed(const std::string& reason) override { Down(reason); }
-  void OnBytes(View bytes) override;
-  void OnLost(const std::string& reason) override;
+  void OnOpened(const std::string& description) override;
+  void OnDown(const std::string& reason, bool is_news) override;
+  void OnBytes(View bytes, Instant at) override;
 
   void Answer(const ModbusRequest& request, Responder& responder) override;
   void Answer(View frame) override;
-  void AnswerNothing() override {}
+  void AnswerNothing() override { awaited_.reset(); }
 
-  void Down(const std::string& reason);
   void Forget();
 
   void CutFrames(bool silent);
   void OnFrame(const Bytes& frame);
+  void OnDoubt(const Bytes& frame, std::uint8_t unit, std::uint8_t function);
   bool HoldsBytes() const { return assembler_.held() > 0 || echo_.holding(); }
   void Arm();
   void OnTimer();
-  void SendReply();
+  void SendReply(Instant now);
 
   const config::Listener& listener_;
   Service& service_;
@@ -66,10 +64,8 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   const Protocol& rtu_;
   const Duration quiet_;  ///< 3.5 characters: between a request and its reply
   const Duration gap_;    ///< a frame that rests so long is not going on
-  std::unique_ptr<Transport> transport_;
-  PortKeeper keeper_;         // while the port is down
+  SerialThread port_;
   asio::steady_timer timer_;  // the end of a gap or of the quiet before a reply
-  bool stopped_ = false;
 
   std::shared_ptr<RequestDesk> desk_;  // while the port is open
   Assembler assembler_;

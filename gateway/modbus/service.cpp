@@ -102,7 +102,8 @@ ExceptionCode Service::ReadGateway(const ModbusRequest& request) {
   return ExceptionCode::none;
 }
 
-ExceptionCode Service::Submit(const ModbusRequest& request, Instant deadline, Done done) {
+ExceptionCode Service::Submit(const ModbusRequest& request, Instant deadline,
+                              std::shared_ptr<const std::atomic<bool>> dropped, Done done) {
   const UnitMap& unit = map_.unit(request.unit);
   if (unit.kind != UnitMap::Kind::device) return ExceptionCode::illegal_address;
   WriteCommand command;
@@ -110,6 +111,7 @@ ExceptionCode Service::Submit(const ModbusRequest& request, Instant deadline, Do
   if (exception != ExceptionCode::none) return exception;
   command.device = unit.device;
   command.deadline = deadline;
+  command.dropped = std::move(dropped);
   command.done = std::move(done);
   return sink_.Submit(std::move(command)) ? ExceptionCode::none : ExceptionCode::busy;
 }

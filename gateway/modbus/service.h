@@ -15,7 +15,6 @@
 #include "config/config.h"
 #include "gateway/commands.h"
 #include "gateway/modbus/device_image.h"
-#include "gateway/modbus/folded_log.h"
 #include "gateway/modbus/inbox.h"
 #include "gateway/modbus/links.h"
 #include "gateway/modbus/register_image.h"
@@ -33,6 +32,7 @@ namespace baudgate::modbus {
 struct ModbusLimits {
   Duration write_deadline = 5s;  ///< a write that is not confirmed by then is answered 0x0B
   Duration stall = 10s;          ///< a client that leaves its answers unread so long is closed
+  double client_share = 1;       ///< of each listener's max_clients
 };
 
 struct LiveCounters {
@@ -65,8 +65,10 @@ class Service {
   ExceptionCode Check(View frame, ModbusRequest& request) const;
   /// Fills responder() for the answer. Never waits for a line.
   ExceptionCode Read(const ModbusRequest& request, Instant now);
-  /// Queues a write; `done` comes once, on any thread, unless there is an exception.
-  ExceptionCode Submit(const ModbusRequest& request, Instant deadline, Done done);
+  /// Queues a write, which is not begun once `dropped` is true; `done` comes once, on any thread,
+  /// unless there is an exception.
+  ExceptionCode Submit(const ModbusRequest& request, Instant deadline,
+                       std::shared_ptr<const std::atomic<bool>> dropped, Done done);
   /// How a write ended, as Modbus says it.
   static ExceptionCode ExceptionOf(Outcome outcome);
 
@@ -79,7 +81,6 @@ class Service {
   Responder& responder() { return responder_; }
   LiveCounters& counters() { return counters_; }
   const LiveCounters& counters() const { return counters_; }
-  FoldedLog& log() { return log_; }
   const ModbusLimits& limits() const { return limits_; }
   const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
   /// Shared by what may outlive the server.
@@ -104,7 +105,6 @@ class Service {
   std::array<std::unique_ptr<RegisterImage>, 256> images_;  ///< by unit; none where no device is
   Responder responder_;
   LiveCounters counters_;
-  FoldedLog log_;
   std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
   std::vector<Piece> pieces_;  ///< of the request in hand; kept for its memory
 };

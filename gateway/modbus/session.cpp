@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <utility>
 
+#include "gateway/modbus/client_log.h"
+
 namespace baudgate::modbus {
 namespace {
 
@@ -101,7 +103,7 @@ void ModbusSession::Turn(Instant now) {
     if (!framing_->one_at_a_time() || Supersede(frame)) desk_->Handle(frame, now);
   }
   in_turn_ = false;
-  if (state == ClientFraming::State::malformed) return CloseMalformed(now);
+  if (state == ClientFraming::State::malformed) return CloseMalformed();
   Flush();
   Continue();
 }
@@ -149,7 +151,7 @@ bool ModbusSession::SendAtOnce(const ModbusRequest& request, Responder& responde
       break;
     // The client has left the kernel's whole send buffer unread.
     case Responder::Sent::cut:
-      CloseStalled(last_frame_, "its answers pile up unread");
+      CloseStalled("its answers pile up unread");
       break;
     case Responder::Sent::failed:
       Close();
@@ -191,7 +193,7 @@ void ModbusSession::Flush() {
 
 void ModbusSession::Sweep(Instant now) {
   if (blocked_ && now - blocked_since_ > service_.limits().stall) {
-    return CloseStalled(now, "it does not read its answers");
+    return CloseStalled("it does not read its answers");
   }
   if (!blocked_ && desk_->outstanding() == 0 && now - last_frame_ > listener_.idle_timeout) {
     LiveCounters::Add(service_.counters().idle);
@@ -206,17 +208,17 @@ void ModbusSession::Sweep(Instant now) {
   desk_->Sweep(now);
 }
 
-void ModbusSession::CloseMalformed(Instant now) {
+void ModbusSession::CloseMalformed() {
   Flush();
   if (closed_) return;
   LiveCounters::Add(service_.counters().malformed);
-  service_.log().Note(FoldedLog::Kind::malformed, now, peer_, framing_->Defect());
+  WarnOfClient(peer_, "closed: malformed", framing_->Defect());
   Close();
 }
 
-void ModbusSession::CloseStalled(Instant now, std::string_view why) {
+void ModbusSession::CloseStalled(std::string_view why) {
   LiveCounters::Add(service_.counters().stalled);
-  service_.log().Note(FoldedLog::Kind::stalled, now, peer_, why);
+  WarnOfClient(peer_, "closed: stalled", why);
   Close();
 }
 

@@ -68,8 +68,8 @@ class ModbusSession final : public ClientPoll::Client,
   void Flush();
   /// Keeps the session alive through an answer that may close it; in a turn its caller does.
   std::shared_ptr<ModbusSession> Hold() { return in_turn_ ? nullptr : shared_from_this(); }
-  void CloseMalformed(Instant now);
-  void CloseStalled(Instant now, std::string_view why);
+  void CloseMalformed();
+  void CloseStalled(std::string_view why);
 
   int socket_;
   ClientPoll& clients_;

@@ -69,12 +69,12 @@ TrafficBook::TrafficBook(const config::Modbus& modbus) {
 
 std::shared_ptr<ClientRecord> TrafficBook::Enter(const std::string& peer,
                                                  const config::Listener& listener,
-                                                 config::Priority priority) {
+                                                 config::Priority priority, WallTime since) {
   auto record = std::make_shared<ClientRecord>();
   record->peer = peer;
   record->listener = listener.Place();
   record->priority = priority;
-  record->since = ReadClocks().wall;
+  record->since = since;
   const std::lock_guard lock(mutex_);
   record->id = next_client_++;
   clients_.emplace(record->id, record);
@@ -94,7 +94,7 @@ void TrafficBook::Asked(std::size_t route, std::uint8_t unit) {
 }
 
 void TrafficBook::Ended(std::size_t route, std::uint8_t unit, RouteEnd end,
-                        const RoutedReply& reply) {
+                        const RoutedReply& reply, WallTime at) {
   const std::lock_guard lock(mutex_);
   RouteStatus& status = routes_[route];
   Count(status, end, reply);
@@ -103,37 +103,35 @@ void TrafficBook::Ended(std::size_t route, std::uint8_t unit, RouteEnd end,
       end == RouteEnd::no_reply || end == RouteEnd::expired || end == RouteEnd::busy;
   if (!trouble) return;
   status.last_trouble = reply.reason;
-  status.last_trouble_at = ReadClocks().wall;
+  status.last_trouble_at = at;
 }
 
-void TrafficBook::CameLate(const std::string& target) {
+void TrafficBook::CameLate(std::size_t route) {
   const std::lock_guard lock(mutex_);
-  for (RouteStatus& status : routes_) {
-    if (status.target == target) ++status.late;
-  }
+  ++routes_[route].late;
 }
 
-std::size_t TrafficBook::AddMaster(const std::string& port) {
+std::size_t TrafficBook::AddMaster(const std::string& port, WallTime since) {
   const std::lock_guard lock(mutex_);
   MasterStatus& master = masters_.emplace_back();
   master.port = port;
   master.text = "not opened yet";
-  master.since = ReadClocks().wall;
+  master.since = since;
   return masters_.size() - 1;
 }
 
-void TrafficBook::ShowPort(std::size_t index, bool is_open, const std::string& text) {
+void TrafficBook::ShowPort(std::size_t index, bool is_open, const std::string& text, WallTime at) {
   const std::lock_guard lock(mutex_);
   MasterStatus& master = masters_[index];
-  if (master.is_open != is_open) master.since = ReadClocks().wall;
+  if (master.is_open != is_open) master.since = at;
   master.is_open = is_open;
   master.text = text;
 }
 
-void TrafficBook::Heard(std::size_t master) {
+void TrafficBook::Heard(std::size_t master, WallTime at) {
   const std::lock_guard lock(mutex_);
   ++masters_[master].frames;
-  masters_[master].last_frame = ReadClocks().wall;
+  masters_[master].last_frame = at;
 }
 
 void TrafficBook::HeardDamage(std::size_t master) {

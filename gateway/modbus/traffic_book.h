@@ -15,6 +15,7 @@
 #include "config/config.h"
 #include "gateway/base/time.h"
 #include "gateway/modbus/traffic.h"
+#include "gateway/routed.h"
 
 namespace baudgate::modbus {
 
@@ -49,22 +50,23 @@ class TrafficBook {
   std::size_t broadcasts() const { return routes_.size() - 1; }
 
   std::shared_ptr<ClientRecord> Enter(const std::string& peer, const config::Listener& listener,
-                                      config::Priority priority);
+                                      config::Priority priority, WallTime since);
   void Leave(const ClientRecord& client);
 
   /// A serial port at which a master is awaited: its place in the book.
-  std::size_t AddMaster(const std::string& port);
-  void ShowPort(std::size_t master, bool is_open, const std::string& text);
-  void Heard(std::size_t master);
+  std::size_t AddMaster(const std::string& port, WallTime since);
+  void ShowPort(std::size_t master, bool is_open, const std::string& text, WallTime at);
+  void Heard(std::size_t master, WallTime at);
   void HeardDamage(std::size_t master);
 
   /// `route`: index in modbus.routes, or broadcasts().
   void Asked(std::size_t route, std::uint8_t unit);
   /// `reply` may be empty where there was none.
-  void Ended(std::size_t route, std::uint8_t unit, RouteEnd end, const RoutedReply& reply);
+  void Ended(std::size_t route, std::uint8_t unit, RouteEnd end, const RoutedReply& reply,
+             WallTime at);
 
-  /// To all routes that lead to this target, as RouteStatus::target has it.
-  void CameLate(const std::string& target);
+  /// A reply that nobody waits for any more.
+  void CameLate(std::size_t route);
 
   /// From any thread.
   TrafficStatus Status(const Now& now) const;

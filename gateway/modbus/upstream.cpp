@@ -3,14 +3,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/upstream.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <asio/dispatch.hpp>
 #include <asio/post.hpp>
 #include <optional>
 #include <utility>
 
+#include "gateway/log.h"
 #include "gateway/modbus/upstream_link.h"
 
 namespace baudgate::modbus {
@@ -19,8 +18,7 @@ namespace {
 constexpr Duration kConnectTimeout = 5s;  // name look-up and connection together
 /// A server that returns is not kept waiting longer: only a request makes us look for it.
 constexpr Duration kLongestPause = 5s;
-
-Instant Clock() { return std::chrono::steady_clock::now(); }
+constexpr std::size_t kMostExpired = 64;
 
 }  // namespace
 
@@ -93,7 +91,7 @@ void Upstream::Link::Drop(std::uint64_t client) {
 
 /// Whatever has happened: does what is to be done now.
 void Upstream::Link::Work() {
-  const Instant now = Clock();
+  const Instant now = ReadClocks().instant;
   ExpireWaiting(now);
   ExpireSent(now);
   if (connection_ && !connection_->connected() && now >= connect_by_) {
@@ -138,10 +136,10 @@ void Upstream::Link::ExpireWaiting(Instant now) {
 
 void Upstream::Link::ExpireSent(Instant now) {
   for (Sent& sent : on_wire_) {
-    const auto over = [now](const RoutedRequest& request) { return request.deadline <= now; };
+    const auto late = [now](const RoutedRequest& request) { return request.deadline <= now; };
     Sent expired{sent.id, sent.unit, sent.pdu, sent.at, sent.deadline, {}};
-    std::ranges::copy_if(sent.requests, std::back_inserter(expired.requests), over);
-    std::erase_if(sent.requests, over);
+    std::ranges::copy_if(sent.requests, std::back_inserter(expired.requests), late);
+    std::erase_if(sent.requests, late);
     AnswerSent(expired, Outcome::no_reply, {}, name_ + " did not answer in time");
     if (sent.deadline <= now) ++ignored_[sent.unit];
     if (sent.deadline <= now && sent.at >= silent_from_) {
@@ -149,14 +147,33 @@ void Upstream::Link::ExpireSent(Instant now) {
       silent_from_ = now;
     }
   }
-  std::erase_if(on_wire_, [now](const Sent& sent) { return sent.deadline <= now; });
-  if (connection_ && silent_ >= kSilentDeadlines) Break("answers nothing any more");
+  const auto over = std::stable_partition(on_wire_.begin(), on_wire_.end(),
+                                          [now](const Sent& sent) { return sent.deadline > now; });
+  if (over == on_wire_.end()) return;
+  for (auto sent = over; sent != on_wire_.end(); ++sent) expired_.push_back({sent->id, sent->unit});
+  on_wire_.erase(over, on_wire_.end());
+  if (expired_.size() > kMostExpired)
+    expired_.erase(expired_.begin(), expired_.end() - kMostExpired);
+  if (!connection_) return;
+  if (silent_ >= kSilentDeadlines) return Break("answers nothing any more");
+  if (!HasHalfOfExpired()) return;
+  answered_ = true;
+  TakeBackReads();
+  Break("left a reply unfinished");
+}
+
+/// Should the rest never come, the next reply would be taken for it.
+bool Upstream::Link::HasHalfOfExpired() const {
+  if (!connection_->in_frame()) return false;
+  const auto id = connection_->frame_id();
+  return on_wire_.empty() ||
+         (id && std::ranges::find(expired_, *id, &Expired::id) != expired_.end());
 }
 
 void Upstream::Link::AnswerUnsent(const std::vector<RoutedRequest>& requests, Outcome outcome,
                                   const std::string& reason) {
   waiting_ -= requests.size();
-  const Instant now = Clock();
+  const Instant now = ReadClocks().instant;
   for (const RoutedRequest& request : requests) {
     RoutedReply reply;
     reply.outcome = outcome;
@@ -189,11 +206,12 @@ void Upstream::Link::Connect(Instant now) {
   answered_ = false;
   silent_ = 0;
   silent_from_ = now;
+  expired_.clear();
   connection_->Open(host_, port_);
 }
 
 void Upstream::Link::OnConnected() {
-  spdlog::info("modbus: {}: connected", name_);
+  log::Info("modbus: {}: connected", name_);
   trouble_.clear();
   Work();
 }
@@ -220,9 +238,10 @@ void Upstream::Link::TakeBackReads() {
 /// The next request makes a new connection: at once when this one has worked, else after a pause.
 void Upstream::Link::Break(const std::string& reason) {
   std::exchange(connection_, nullptr)->Close();
-  retry_at_ = answered_ ? Instant::min() : Clock() + std::min(ladder_.Next(), kLongestPause);
+  retry_at_ =
+      answered_ ? Instant::min() : ReadClocks().instant + std::min(ladder_.Next(), kLongestPause);
   const std::string text = name_ + " " + reason;
-  if (text != trouble_) spdlog::warn("modbus: {}", text);
+  if (text != trouble_) log::Warn("modbus: {}", text);
   trouble_ = text;
   for (const Sent& sent : std::exchange(on_wire_, {})) {
     AnswerSent(sent, Outcome::no_reply, {}, text);
@@ -232,7 +251,7 @@ void Upstream::Link::Break(const std::string& reason) {
 // ---------------------------------------------------------------- the outside
 
 Upstream::Upstream(asio::io_context& io, std::string host, std::uint16_t port,
-                   const PduCarrier* checks, std::function<void()> on_late)
+                   const PduCarrier* checks, std::function<void(std::uint8_t)> on_late)
     : link_(std::make_shared<Link>(io, std::move(host), port, checks, std::move(on_late))) {}
 
 Upstream::~Upstream() { Stop(); }

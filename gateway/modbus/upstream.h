@@ -34,10 +34,10 @@ class Upstream final : public RouteTarget {
   static constexpr int kSilentDeadlines = 3;
 
   /// `host` is a name or an address. `checks` says whether a reply fits its request, as it does for
-  /// lines; null: unit and function are compared, no more. `on_late`: a reply came after its
-  /// request's deadline, or to none of ours, and was dropped. The io_context outlives the upstream.
+  /// lines; null: unit and function are compared, no more. `on_late`: a reply of this unit came
+  /// after its request's deadline and was dropped. The io_context outlives the upstream.
   Upstream(asio::io_context& io, std::string host, std::uint16_t port, const PduCarrier* checks,
-           std::function<void()> on_late);
+           std::function<void(std::uint8_t unit)> on_late);
   ~Upstream() override;
   Upstream(const Upstream&) = delete;
   Upstream& operator=(const Upstream&) = delete;

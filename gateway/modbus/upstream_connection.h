@@ -7,6 +7,7 @@
 #include <asio/ip/tcp.hpp>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,8 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
   bool connected() const { return connected_; }
   /// A frame has begun to come.
   bool in_frame() const { return !input_.empty(); }
+  /// Its transaction id, if that much of it has come.
+  std::optional<std::uint16_t> frame_id() const { return input_.transaction(); }
 
  private:
   void Connect(const std::vector<asio::ip::tcp::endpoint>& endpoints);

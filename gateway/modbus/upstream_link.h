@@ -23,7 +23,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
                              public UpstreamConnection::Owner {
  public:
   Link(asio::io_context& io, std::string host, std::uint16_t port, const PduCarrier* checks,
-       std::function<void()> on_late)
+       std::function<void(std::uint8_t)> on_late)
       : io_(io),
         timer_(io),
         host_(std::move(host)),
@@ -53,6 +53,13 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
     bool only_reads() const { return function() >= 1 && function() <= 4; }
   };
 
+  /// A request whose deadline has passed on the wire: its reply may still come.
+  struct Expired {
+    std::uint16_t id = 0;
+    std::uint8_t unit = 0;
+    bool operator==(const Expired&) const = default;
+  };
+
   void OnConnected() override;
   void OnFrame(View frame) override;
   void OnFramesRead() override { Work(); }
@@ -65,6 +72,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
 
   void ExpireWaiting(Instant now);
   void ExpireSent(Instant now);
+  bool HasHalfOfExpired() const;
   void AnswerUnsent(const std::vector<RoutedRequest>& requests, Outcome outcome,
                     const std::string& reason);
   static void AnswerSent(const Sent& sent, Outcome outcome, View pdu, const std::string& reason);
@@ -84,7 +92,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   const std::string host_;
   const std::uint16_t port_;
   const PduCarrier* const checks_;
-  const std::function<void()> on_late_;
+  const std::function<void(std::uint8_t)> on_late_;
   const std::string name_;
 
   std::mutex mutex_;
@@ -95,6 +103,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
 
   RouteQueue queue_;
   std::vector<Sent> on_wire_;
+  std::vector<Expired> expired_;  // the latest of this connection
   std::uint16_t next_id_ = 0;
   std::array<int, 256> ignored_{};  // by unit: deadlines that passed since it answered
 

@@ -5,6 +5,7 @@
 
 #include "gateway/base/text.h"
 #include "gateway/modbus/mbap.h"
+#include "gateway/modbus/request.h"
 #include "gateway/modbus/upstream_link.h"
 
 namespace baudgate::modbus {
@@ -12,12 +13,6 @@ namespace {
 
 constexpr std::uint8_t kException = 0x80;
 constexpr std::size_t kShownOfReply = 16;  // bytes, in a reason
-
-bool IsBroadcast(const RoutedRequest& request) {
-  const std::uint8_t function = request.pdu[0];
-  const bool writes = function == 5 || function == 6 || function == 15 || function == 16;
-  return request.slave == 0 && writes;
-}
 
 }  // namespace
 
@@ -72,7 +67,7 @@ void Upstream::Link::Send(Instant now, RouteQueue::Batch batch) {
     sent.deadline = std::max(sent.deadline, request.deadline);
   }
   const Status status = connection_->Send(AduOf(sent.id, sent.unit, batch[0].pdu));
-  const bool over = status.ok() && IsBroadcast(batch[0]);
+  const bool over = status.ok() && batch[0].slave == 0 && IsWrite(sent.function());
   sent.requests = std::move(batch);
   if (over) return AnswerSent(sent, Outcome::ok, {}, "");
   on_wire_.push_back(std::move(sent));
@@ -88,7 +83,10 @@ void Upstream::Link::OnFrame(View frame) {
   const std::uint16_t id = *ByteReader(frame).U16Be(0);
   const auto found =
       std::ranges::find_if(on_wire_, [id](const Sent& sent) { return sent.id == id; });
-  if (found == on_wire_.end()) return on_late_();
+  if (found == on_wire_.end()) {
+    if (std::erase(expired_, Expired{id, unit}) > 0) on_late_(unit);
+    return;
+  }
   const Sent sent = std::move(*found);
   on_wire_.erase(found);
   if (unit != sent.unit) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "gateway/conversion.h"
 #include "gateway/modbus/value_registers.h"
 
 namespace baudgate::modbus {
@@ -42,7 +43,7 @@ ExceptionCode DecodeWrites(const UnitMap& unit, const config::Device& device,
     }
     auto value = DecodeRegisters(point, device.word_order,
                                  std::span(registers).subspan(piece.offset, piece.count));
-    if (!value) return ExceptionCode::illegal_value;
+    if (!value || !ToRaw(point, *value).ok()) return ExceptionCode::illegal_value;
     writes.push_back({piece.index, std::move(*value)});
   }
   return ExceptionCode::none;

@@ -41,7 +41,7 @@ std::optional<std::pair<std::uint8_t, Bytes>> UnwrapRequest(View frame) {
 
 template <Framing kFraming>
 constexpr PduCarrier kCarrier = {ParseAddress, WrapPdu<kFraming>, UnwrapReply<kFraming>,
-                                 UnwrapRequest<kFraming>};
+                                 UnwrapRequest<kFraming>, IsCommon};
 
 }  // namespace
 

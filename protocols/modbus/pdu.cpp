@@ -165,6 +165,33 @@ std::optional<std::size_t> AwaitedLength(View request) {
   }
 }
 
+bool IsCommon(View request) {
+  if (request.size() < 5 || RequestLength(request).size != request.size()) return false;
+  const std::size_t address = *CountAt(request, 1);
+  const std::size_t second = *CountAt(request, 3);
+  const auto fits = [&](std::size_t most) {
+    return second >= 1 && second <= most && address + second <= 0x10000;
+  };
+  switch (request[0]) {
+    case kReadCoils:
+    case kReadDiscretes:
+      return fits(kMostBits);
+    case kReadHolding:
+    case kReadInput:
+      return fits(kMostRegisters);
+    case kWriteCoil:
+      return second == 0 || second == 0xFF00;
+    case kWriteRegister:
+      return true;
+    case kWriteCoils:
+      return fits(kMostWrittenBits);
+    case kWriteRegisters:
+      return fits(kMostWrittenRegisters);
+    default:
+      return false;
+  }
+}
+
 bool IsMirrored(View request) {
   if (request.empty()) return false;
   if (request[0] == kDiagnostics) return CountAt(request, 1) == std::size_t{0};

@@ -70,6 +70,10 @@ std::optional<std::size_t> AwaitedLength(View request);
 /// Whether the reply to this function code has its byte count in its second byte.
 bool HasByteCount(std::uint8_t function);
 
+/// Whether every slave answers the request, if only with an exception: a read or write of coils or
+/// registers (1-6, 15, 16) in which all is as the specification wants it.
+bool IsCommon(View request);
+
 /// Whether the request is harmless to repeat.
 bool IsRepeatable(View request);
 /// Whether a good reply equals its request.

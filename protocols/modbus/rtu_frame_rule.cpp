@@ -39,42 +39,85 @@ Cut BySilence(View held, std::size_t most, bool idle) {
   return Cut::Discard(1, Outcome::corrupt, "checksum");
 }
 
-/// The length of a whole reply with a good CRC at the head, or 0: on a bus with several devices a
-/// listener hears their replies, too.
-std::size_t OthersReply(View held) {
-  if (held.size() < kShortest) return 0;
-  const PduLength length = ReplyLength(held.subspan(1));
-  if (length.kind != Kind::exact) return 0;
+struct Head {
+  enum class Kind : std::uint8_t {
+    request,
+    reply,       ///< of another slave
+    open,        ///< may become either
+    by_silence,  ///< may be a request that only silence ends
+    neither,
+  };
+  Kind kind = Kind::neither;
+  std::size_t size = 0;  ///< of request and reply
+};
+
+enum class Fit : std::uint8_t { whole, open, none };
+
+Fit FitOf(View held, PduLength length) {
+  if (length.kind == Kind::need_more) return Fit::open;
+  if (length.kind == Kind::unknown) return Fit::none;
   const std::size_t size = length.size + kRtuOverhead;
-  return size <= held.size() && CrcGood(held.first(size)) ? size : 0;
+  if (held.size() < size) return Fit::open;
+  return CrcGood(held.first(size)) ? Fit::whole : Fit::none;
 }
 
-Cut NoRequest(View held, Outcome blame, std::string_view why) {
-  const std::size_t others = OthersReply(held);
-  if (others > 0) return Cut::Discard(others, Outcome::none, "another device's reply");
-  return Cut::Discard(1, IsHarmless(held[0]) ? Outcome::none : blame, why);
+/// What a listener hears. More bytes change nothing but `open` and `by_silence`. A loopback is
+/// taken as soon as it is one of two bytes of data, as nearly all are.
+Head LookAt(View held, bool idle) {
+  constexpr PduLength kUsualLoopback = {Kind::exact, 5};
+  if (held[0] > kLastSlave) return {};
+  if (held.size() < 2) return {Head::Kind::open};
+  const View pdu = held.subspan(1);
+  if (pdu[0] == 0) return {};
+  const bool exception = pdu[0] >= kExceptionBit;
+  PduLength request = exception ? PduLength() : RequestLength(pdu);
+  const bool endless = !exception && request.kind == Kind::unknown;
+  if (endless && pdu[0] == kDiagnostics) request = kUsualLoopback;
+  const Fit asked = FitOf(held, request);
+  if (asked == Fit::whole) return {Head::Kind::request, request.size + kRtuOverhead};
+  if (asked == Fit::open && !idle) return {Head::Kind::open};
+  const PduLength reply = held[0] == 0 ? PduLength() : ReplyLength(pdu);
+  const Fit answered = FitOf(held, reply);
+  if (answered == Fit::whole) return {Head::Kind::reply, reply.size + kRtuOverhead};
+  if (endless) return {Head::Kind::by_silence};
+  const bool open = asked == Fit::open || answered == Fit::open;
+  return {open ? Head::Kind::open : Head::Kind::neither};
 }
 
-/// An exception that another device answers is passed over whole.
-Cut PassException(View held, bool idle) {
-  if (held.size() < 5 && !idle) return Cut::NeedMore();
-  return NoRequest(held, Outcome::partial, "not a request");
+/// Of a frame of unknown length, or 0: all of the burst, else the first length with a good CRC.
+std::size_t EndOfUnknown(View burst) {
+  if (CrcGood(burst)) return burst.size();
+  std::size_t size = kShortest;
+  while (size < burst.size() && !CrcGood(burst.first(size))) ++size;
+  return size < burst.size() ? size : 0;
 }
 
-/// Requests that only silence ends: they may be cut by mistake no sooner than that. A loopback has
-/// two bytes of data nearly always.
-Cut CutUnknown(View held, bool idle) {
-  constexpr std::size_t kUsualLoopback = 8;
-  if (held[1] == kDiagnostics && held.size() >= kUsualLoopback &&
-      CrcGood(held.first(kUsualLoopback))) {
-    return Cut::Frame(kUsualLoopback);
+/// Whether frame follows frame to the end of the burst.
+bool IsAllFrames(View burst, bool idle) {
+  while (!burst.empty()) {
+    const Head head = LookAt(burst, idle);
+    if (head.kind == Head::Kind::open && !idle) return true;
+    std::size_t size = head.size;
+    if (head.kind == Head::Kind::by_silence) size = EndOfUnknown(burst);
+    if (size == 0 && IsHarmless(burst[0])) size = 1;
+    if (size == 0) return false;
+    burst = burst.subspan(size);
   }
-  const std::size_t others = OthersReply(held);
-  if (others > 0 && (others < held.size() || idle)) {
-    return Cut::Discard(others, Outcome::none, "another device's reply");
-  }
-  const Cut cut = BySilence(held, kMaxRtu, idle);
-  return cut.kind == Cut::Kind::discard ? NoRequest(held, cut.blame, cut.why) : cut;
+  return true;
+}
+
+/// Can not begin a frame, or appears before one.
+bool IsNoise(std::uint8_t byte) { return IsHarmless(byte) || byte > kLastSlave; }
+
+/// A burst that does not come to its end is dropped up to something in it that is no frame either:
+/// so nothing in its midst is taken for a beginning.
+Cut DropFlood(View burst) {
+  const auto no_frame = [&](std::size_t at) {
+    return !IsNoise(burst[at]) && LookAt(burst.subspan(at), false).kind == Head::Kind::neither;
+  };
+  std::size_t size = burst.size() - 1;
+  while (size > 0 && !no_frame(size)) --size;
+  return Cut::Discard(size > 0 ? size : burst.size(), Outcome::corrupt, "longer than any frame");
 }
 
 /// What may be a whole reply of another slave: with a good CRC it is passed over whole, and the
@@ -111,22 +154,35 @@ Cut FromAnother(View held, const Expectation& expect, bool idle, std::string_vie
 // Heard on the bus between two requests, and passed over:
 //           14 | 03 02 09 C4 | B2 44                   the reply of a slave
 //           14 | 83 02 | D1 35                         its exception
+//           4D | 03 08 01 06 04 D2 10 E1 E5 4B | BF 4D a reply whose data are a write to slave 1
 // A byte count is believed only when it agrees with the quantity before it. The reply to a write of
 // one register equals its request, and one that holds 17 to 24 bits is as long as a request and has
 // its CRC: a listener takes them for requests to a slave that it is not.
+//
+// A frame begins after silence or behind another good frame, and nowhere else: to look for one
+// within damage would be to execute the data of others. So what is neither a request nor a reply is
+// kept until the line falls silent, for its rest may still be coming, and then dropped with all
+// that came behind it. A request among that is lost, and its master asks again.
 Cut RtuRequestRule(View held, const Expectation&, bool idle) {
-  if (held[0] > kLastSlave) return Slide(held, "no slave has this address");
-  if (held.size() < 2) return Wait(idle);
-  if (held[1] == 0) return Slide(held, "not a request");
-  if (held[1] >= kExceptionBit) return PassException(held, idle);
-  const PduLength length = RequestLength(held.subspan(1));
-  if (length.kind == Kind::unknown) return CutUnknown(held, idle);
-  const std::size_t size = length.size + kRtuOverhead;
-  if (length.kind == Kind::need_more || held.size() < size) {
-    return idle ? NoRequest(held, Outcome::partial, "stopped mid-frame") : Cut::NeedMore();
+  const Head head = LookAt(held, idle);
+  if (head.kind == Head::Kind::request) return Cut::Frame(head.size);
+  if (head.kind == Head::Kind::reply) {
+    return Cut::Discard(head.size, Outcome::none, "another device's reply");
   }
-  if (CrcGood(held.first(size))) return Cut::Frame(size);
-  return NoRequest(held, Outcome::corrupt, "checksum");
+  const bool over = idle || held.size() > kMaxRtu;
+  if (!over && head.kind != Head::Kind::neither) return Cut::NeedMore();
+  if (head.kind == Head::Kind::by_silence) {
+    // One length in thousands has a good CRC by chance: the rest of the burst has to bear it out.
+    const View burst = held.first(std::min(held.size(), kMaxRtu));
+    const std::size_t size = EndOfUnknown(burst);
+    if (size > 0 && IsAllFrames(burst.subspan(size), idle)) return Cut::Frame(size);
+  }
+  if (IsNoise(held[0])) return Slide(held, "noise before a frame");
+  if (!over) return Cut::NeedMore();
+  if (!idle) return DropFlood(held.first(kMaxRtu));
+  const bool open = head.kind == Head::Kind::open;
+  return open ? Cut::Discard(held.size(), Outcome::partial, "stopped mid-frame")
+              : Cut::Discard(held.size(), Outcome::corrupt, "checksum");
 }
 
 // Reply:    14 | 03 02 09 C4 | B2 44                   25.00 Hz

@@ -93,6 +93,7 @@ const Protocol& Set4tmProtocol() {
       .check_point = CheckPoint,
       .check_device = CheckDevice,
       .serial = FactorySettings(),
+      .data_bits = 8,
       .timing = DefaultTiming,
       .request_rule = set4tm::RequestRule,
       .reply_rule = set4tm::ReplyRule,

@@ -42,6 +42,11 @@ class SpaConversation final : public Conversation {
       }
       case Task::Kind::poll: {
         if (task.query >= plan_.blocks.size()) return Error{"there is no such query"};
+        if (const auto leftover = writes_.Leftover(slave_)) {
+          Request request = Seal(*leftover);
+          request.closes = true;
+          return request;
+        }
         const Block& block = plan_.blocks[task.query];
         return Seal(ReadOf(slave_, block.first, block.last));
       }
@@ -57,6 +62,11 @@ class SpaConversation final : public Conversation {
     if (task.kind == Task::Kind::write) {
       return writes_.OnAnswer(std::move(exchange.answer), exchange.nack);
     }
+    if (request.closes) {
+      writes_.OnLeftover(exchange.answer);
+      exchange.answer.then = Then::ask_again;
+      return std::move(exchange.answer);
+    }
     if (exchange.nack && task.kind == Task::Kind::poll && LearnFromRefusal(exchange)) {
       plan_ = MakePlan(points_, learned_);
       exchange.answer.then = Then::replan;
@@ -64,9 +74,10 @@ class SpaConversation final : public Conversation {
     return std::move(exchange.answer);
   }
 
-  Then OnFailure(const Task& task, const Request&, Outcome outcome, Instant) override {
+  Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant) override {
     if (outcome == Outcome::corrupt) checksum_->Doubt();
-    return task.kind == Task::Kind::write ? writes_.OnFailure(outcome) : Then::done;
+    if (task.kind == Task::Kind::write) return writes_.OnFailure(outcome);
+    return request.closes && outcome != Outcome::line_down ? Then::ask_again : Then::done;
   }
 
   void OnReconnect() override {
@@ -101,7 +112,9 @@ class SpaConversation final : public Conversation {
     if (point.access == config::Access::read) return Error{"'" + point.name + "' is read-only"};
     auto command = writes_.Next(slave_, task, point);
     if (!command) return Error{command.error()};
-    return Seal(*command);
+    Request request = Seal(*command);
+    request.closes = writes_.closing();
+    return request;
   }
 
   void Confirm(const Request& request, View frame, const Answer& answer) {

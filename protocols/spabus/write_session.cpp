@@ -12,6 +12,11 @@ constexpr Address kClosePassword{0, 'V', 161};
 /// A closing that gets lost is sent once more: an open password is worth a second try.
 constexpr int kMostClosings = 2;
 
+/// The device has judged the closing, be it that nothing is open.
+bool IsFinal(const Answer& answer) {
+  return answer.outcome == Outcome::refused || answer.outcome == Outcome::unsupported;
+}
+
 }  // namespace
 
 Result<Command> WriteSession::Next(unsigned slave, const Task& task, const config::Point& point) {
@@ -38,12 +43,23 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task, const confi
   if (step_ == Step::close) ++closings_;
   switch (step_) {
     case Step::open:
+      maybe_open_ = true;
       return WriteOf(slave, kOpenPassword, std::to_string(password_));
     case Step::close:
       return WriteOf(slave, kClosePassword, std::to_string(password_));
     default:
       return WriteOf(slave, *address, std::move(*text));
   }
+}
+
+std::optional<Command> WriteSession::Leftover(unsigned slave) {
+  if (!maybe_open_ || step_ != Step::idle || closings_ == kMostClosings) return std::nullopt;
+  ++closings_;
+  return WriteOf(slave, kClosePassword, std::to_string(password_));
+}
+
+void WriteSession::OnLeftover(const Answer& answer) {
+  if (answer.outcome == Outcome::ok || IsFinal(answer)) maybe_open_ = false;
 }
 
 Answer WriteSession::OnAnswer(Answer answer, std::optional<int> nack) {
@@ -78,6 +94,7 @@ Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
     answer.then = Then::ask_again;
   } else {
     step_ = Step::idle;
+    maybe_open_ = false;
     if (RuleOf(*nack).judged) {
       password_refused_ = true;
       answer.outcome = Outcome::refused;
@@ -89,10 +106,9 @@ Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
 }
 
 Answer WriteSession::Closed(Answer answer) {
+  OnLeftover(answer);
   if (answer.outcome == Outcome::ok) return Finish({});
-  const bool final_word =
-      answer.outcome == Outcome::refused || answer.outcome == Outcome::unsupported;
-  if (!final_word && closings_ < kMostClosings) {
+  if (!IsFinal(answer) && closings_ < kMostClosings) {
     answer.then = Then::ask_again;
     return answer;
   }
@@ -100,7 +116,7 @@ Answer WriteSession::Closed(Answer answer) {
 }
 
 Answer WriteSession::Finish(const std::string& warning) {
-  step_ = Step::idle;
+  End();
   Answer answer = std::move(result_);
   result_ = {};
   answer.then = Then::done;
@@ -112,12 +128,12 @@ Answer WriteSession::Finish(const std::string& warning) {
 
 Then WriteSession::OnFailure(Outcome outcome) {
   if (outcome == Outcome::line_down || step_ == Step::idle || password_ == 0) {
-    step_ = Step::idle;
+    End();
     return Then::done;
   }
   if (step_ == Step::close) {
     if (closings_ < kMostClosings) return Then::ask_again;
-    step_ = Step::idle;
+    End();
     return Then::done;
   }
   result_ = {};
@@ -128,12 +144,17 @@ Then WriteSession::OnFailure(Outcome outcome) {
   return Then::ask_again;
 }
 
-void WriteSession::Reset() {
+/// The closings that were not answered are not those of what comes next.
+void WriteSession::End() {
   step_ = Step::idle;
+  closings_ = 0;
+}
+
+void WriteSession::Reset() {
+  End();
   point_ = kNoPoint;
   value_ = {};
   result_ = {};
-  closings_ = 0;
 }
 
 }  // namespace baudgate::spabus

@@ -24,6 +24,8 @@ class WriteSession {
 
   /// The command of the step that is due for `task`, which writes `point`.
   Result<Command> Next(unsigned slave, const Task& task, const config::Point& point);
+  /// Whether the command just given closes the password.
+  bool closing() const { return step_ == Step::close; }
 
   /// Takes the decoded answer to the step in hand. The answer of the last step carries the outcome
   /// of the write itself.
@@ -31,9 +33,14 @@ class WriteSession {
   /// The exchange failed, be it in silence or after OnAnswer had called its frame no good.
   Then OnFailure(Outcome outcome);
 
-  /// Forgets the task in hand. A refused password stays refused: it is wrong until the
-  /// configuration changes, and a device that comes and goes must not add up the attempts that lock
-  /// it.
+  /// Closes what an earlier task has left open; nothing when nothing is, or no closing was
+  /// answered. For a device that answers: before it is read, as no write may come for a long time.
+  std::optional<Command> Leftover(unsigned slave);
+  void OnLeftover(const Answer& answer);
+
+  /// Forgets the task in hand, not that its password may be open. A refused password stays refused:
+  /// it is wrong until the configuration changes, and a device that comes and goes must not add up
+  /// the attempts that lock it.
   void Reset();
 
  private:
@@ -43,6 +50,7 @@ class WriteSession {
   Answer Closed(Answer answer);
   /// The final answer of the task.
   Answer Finish(const std::string& warning);
+  void End();
 
   std::int64_t password_;
   Step step_ = Step::idle;  ///< due next
@@ -51,6 +59,7 @@ class WriteSession {
   Answer result_;  ///< of the write itself
   int closings_ = 0;
   bool password_refused_ = false;
+  bool maybe_open_ = false;  ///< the password was sent, and no closing was answered since
 };
 
 }  // namespace baudgate::spabus

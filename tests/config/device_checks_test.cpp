@@ -48,5 +48,70 @@ TEST(DeviceChecks, DconFindsAPointBeyondTheChannels) {
       << "one channel by its own command";
 }
 
+/// One line with two devices.
+std::string ProblemsOfLine(const std::string& line, const std::string& first,
+                           const std::string& second) {
+  const std::string points = ", enabled: false, points: [] }";
+  return Shown(config::LoadText("lines:\n- { name: l, port: /dev/l, " + line +
+                                    ", devices: [\n  { name: d, " + first + points +
+                                    ",\n  { name: e, " + second + points + "] }\n",
+                                "t.yaml", Shipped())
+                   .problems);
+}
+
+TEST(DeviceChecks, OneAddressInAnySpelling) {
+  const struct {
+    const char* protocol;
+    const char* first;
+    const char* second;
+  } kCases[] = {
+      {"spabus", "1", "01"},         {"dcon", "16", "0x10"},
+      {"dcon", "74", "0x4A"},        {"modbus_rtu", "16", "0x10"},
+      {"modbus_ascii", "1", "01"},   {"set4tm", "9020001", "sn:9020001"},
+      {"set4tm", "sn:1000", "1000"}, {"set4tm", "7", "07"},
+  };
+  for (const auto& one : kCases) {
+    const auto problems = [&](const std::string& second) {
+      return ProblemsOfLine(std::string("protocol: ") + one.protocol,
+                            std::string("address: ") + one.first, "address: " + second);
+    };
+    EXPECT_EQ(problems(one.second),
+              std::string("t.yaml:4:23: warning: address: '") + one.second +
+                  "' is also the address of device 'd' on this line, which writes it '" +
+                  one.first + "'\n")
+        << one.protocol;
+    EXPECT_EQ(problems("2"), "") << one.protocol;
+  }
+  EXPECT_EQ(ProblemsOfLine("protocol: set4tm", "address: 7", "address: \"sn:7\""), "");
+}
+
+TEST(DeviceChecks, BinaryProtocolsNeedEightDataBits) {
+  const auto problems = [](const std::string& line, const std::string& second = "address: 2") {
+    return ProblemsOfLine(line, "address: 1", second);
+  };
+  EXPECT_EQ(problems("protocol: modbus_rtu, serial: 19200 7E1"),
+            "t.yaml:2:58: error: serial: modbus_rtu needs 8 data bits, and 19200 7E1 has 7; write "
+            "for example 19200 8E1\n");
+  EXPECT_EQ(problems("protocol: set4tm, serial: 9600 7N1"),
+            "t.yaml:2:54: error: serial: set4tm needs 8 data bits, and 9600 7N1 has 7; write for "
+            "example 9600 8N1\n");
+  EXPECT_EQ(problems("protocol: spabus", "address: 2, protocol: modbus_rtu"),
+            "t.yaml:4:36: error: serial: modbus_rtu needs 8 data bits, and 9600 7E1 has 7; write "
+            "for example 9600 8E1\n");
+  EXPECT_EQ(problems("protocol: modbus_rtu", "address: 2, serial: 9600 7O1"),
+            "t.yaml:4:34: error: serial: modbus_rtu needs 8 data bits, and 9600 7O1 has 7; write "
+            "for example 9600 8O1\n");
+  for (const char* const ascii : {"spabus", "dcon", "modbus_ascii"}) {
+    EXPECT_EQ(problems(std::string("protocol: ") + ascii + ", serial: 9600 7E1"), "") << ascii;
+  }
+  const auto listener = config::LoadText(
+      "modbus: { listen: { at: /dev/m, serial: 9600 7E1 }, routes: [{ units: 1, line: l }] }\n"
+      "lines: [{ name: l, port: /dev/l, protocol: modbus_ascii, serial: 9600 7E1 }]\n",
+      "t.yaml", Shipped());
+  EXPECT_EQ(Shown(listener.problems),
+            "t.yaml:1:41: error: serial: modbus_rtu needs 8 data bits, and 9600 7E1 has 7; write "
+            "for example 9600 8E1\n");
+}
+
 }  // namespace
 }  // namespace baudgate::testing

@@ -156,6 +156,15 @@ TEST(LineErrors, OneSentenceEach) {
        "3:70: error: parity: software parity is made inside 8N1 and needs 7E1 or 7O1, not 8E1"},
       {"name: l, port: /dev/l, protocol: fake, rs485: { delay_before_send: 1500us }",
        "3:72: error: delay_before_send: the driver knows whole milliseconds only"},
+      {"name: l, port: \"tcp://h:4001\", protocol: fake, rs485: { delay_after_send: 1ms }",
+       "3:59: error: rs485: a serial server (tcp://) does this by itself; set it there and remove "
+       "the key"},
+      {"name: l, port: \"tcp://h:4001\", protocol: fake, serial: { rtscts: true }",
+       "3:60: error: rtscts: a serial server (tcp://) does this by itself; set it there and remove "
+       "the key"},
+      {"name: l, port: /dev/l, protocol: fake, serial: 9600 7N1, parity: even",
+       "3:70: error: parity: 'even' belongs to the serial settings; write for example serial: 9600 "
+       "7E1 (here stands who makes it: hardware or software)"},
       {"name: l, protocol: fake",
        "2:3: error: line 'l' needs 'port'; for example port: "
        "/dev/ttyUSB0"},
@@ -196,6 +205,37 @@ TEST(GatewayErrors, NamesUnitsAndPortsAreUnique) {
             "t.yaml:12:34: error: unit: 4 is taken by device 'd' (line 6)\n");
 }
 
+TEST(GatewayErrors, OneSerialServerInAnySpelling) {
+  const auto loaded = Load(
+      "lines:\n"
+      "- name: l\n"
+      "  port: tcp://Gate:4001\n"
+      "  protocol: fake\n"
+      "  devices: [{ name: d, address: 1, profile: relay }]\n"
+      "- name: m\n"
+      "  port: tcp://gATE:04001\n"
+      "  protocol: fake\n"
+      "  devices: [{ name: e, address: 1, profile: relay }]\n");
+  EXPECT_EQ(Shown(loaded.problems),
+            "t.yaml:7:9: error: port: 'tcp://gATE:04001' is already the port of line 'l'; put the "
+            "devices on one line\n");
+}
+
+TEST(GatewayErrors, OneAddressInAnySpelling) {
+  const auto loaded = Load(
+      "lines:\n"
+      "- name: l\n"
+      "  port: /dev/l\n"
+      "  protocol: fake\n"
+      "  devices:\n"
+      "  - { name: d, address: 1, profile: relay }\n"
+      "  - { name: e, address: 01, profile: relay }\n"
+      "  - { name: f, address: 1, enabled: false, points: [], protocol: other }\n");
+  EXPECT_EQ(Shown(loaded.problems),
+            "t.yaml:7:25: warning: address: '01' is also the address of device 'd' on this line, "
+            "which writes it '1'\n");
+}
+
 TEST(GatewayErrors, EverythingAtOnceInTheOrderOfTheFile) {
   const auto loaded = Load(
       "gatewai: { name: x }\n"
@@ -222,11 +262,36 @@ TEST(GatewayErrors, EverythingAtOnceInTheOrderOfTheFile) {
             "t.yaml:10:65: error: point 'p': read 'B1' is not understood; write A and a number\n"
             "t.yaml:10:75: error: type: 'real' is unknown; allowed: bool, int16, uint16, int32, "
             "uint32, int64, uint64, float32, float64, string(n)\n"
+            "t.yaml:11:37: error: profile: 'broken' of device 'e' has errors; they stand in "
+            "tests/config/profiles/fake/broken.yaml\n"
             "tests/config/profiles/fake/broken.yaml:3:22: error: point 'a': read 'X1' is not "
             "understood; write A and a number\n"
             "tests/config/profiles/fake/broken.yaml:4:32: error: type: 'float33' is unknown; did "
             "you mean 'float32'? allowed: bool, int16, uint16, int32, uint32, int64, uint64, "
             "float32, float64, string(n)\n");
+}
+
+TEST(GatewayErrors, AProfileIsJudgedOnceHoweverItsPathIsWritten) {
+  const std::string devices =
+      "lines:\n"
+      "- name: l\n"
+      "  port: /dev/l\n"
+      "  protocol: fake\n"
+      "  devices:\n";
+  const std::string one =
+      Shown(Load(devices +
+                 "  - { name: d, address: 1, profile: tests/config/profiles/fake/broken.yaml }\n")
+                .problems);
+  const std::string both =
+      Shown(Load(devices +
+                 "  - { name: d, address: 1, profile: tests/config/profiles/fake/broken.yaml }\n"
+                 "  - { name: e, address: 2, profile: tests/config/./profiles/fake/broken.yaml }\n"
+                 "  - { name: f, address: 3, profile: broken }\n")
+                .problems);
+  EXPECT_EQ(one, both);
+  EXPECT_NE(one.find("t.yaml:6:37: error: profile: 'broken' of device 'd' has errors"),
+            std::string::npos)
+      << one;
 }
 
 TEST(GatewayErrors, LinesAreNeeded) {

@@ -63,6 +63,16 @@ TEST(Examples, AnnotatedDefaultsAreTheDefaults) {
   const config::Line line;
   EXPECT_EQ(loaded.config.lines.at(0).retries, line.retries);
   EXPECT_EQ(loaded.config.lines.at(0).echo, line.echo);
+  const config::Line& bay = loaded.config.lines.at(0);
+  const config::Timing own = Shipped().FindProtocol("spabus")->timing(bay.serial);
+  const auto about = [](std::optional<Duration> written, std::optional<Duration> real) {
+    return static_cast<double>(written->count()) / static_cast<double>(real->count());
+  };
+  EXPECT_NEAR(about(bay.timing.quiet, own.quiet), 1, 0.01);
+  EXPECT_NEAR(about(bay.timing.reply, own.reply), 1, 0.01);
+  EXPECT_NEAR(about(bay.timing.gap, own.gap), 1, 0.01);
+  EXPECT_NEAR(about(bay.timing.ceiling, own.ceiling), 1, 0.01);
+  EXPECT_NEAR(about(bay.timing.drain, own.drain), 1, 0.01);
   const config::Device device;
   const config::Device& feeder = loaded.config.lines.at(0).devices.at(0);
   EXPECT_EQ(feeder.poll, device.poll);

@@ -47,7 +47,8 @@ Status CheckDevice(const config::Device& device) {
 /// Asks for every point with 10 characters and gets 10 characters.
 class FakeConversation : public Conversation {
  public:
-  explicit FakeConversation(const config::Device& device) {
+  explicit FakeConversation(const config::Device& device)
+      : address_(ParseInteger<std::uint8_t>(device.address)) {
     for (std::size_t i = 0; i < device.points.size(); ++i) {
       queries_.push_back({device.points[i].group, {i}});
     }
@@ -55,7 +56,7 @@ class FakeConversation : public Conversation {
   std::span<const Query> Queries() const override { return queries_; }
   Result<Request> Ask(const Task&, Instant) override {
     Request request;
-    request.bytes = Bytes(10);
+    request.bytes = Bytes(10, address_.value_or(0));
     request.expect.shapes = {{0, 30, 40}, {1, 10, 20}};
     return request;
   }
@@ -63,6 +64,7 @@ class FakeConversation : public Conversation {
   Answer Interpret(View, View) override { return {}; }
 
  private:
+  std::optional<std::uint8_t> address_;
   std::vector<Query> queries_;
 };
 

@@ -150,8 +150,14 @@ TEST(Listeners, OneSentenceEach) {
        "64: error: unknown key 'to' in an entry of clients; allowed: from, priority"},
       {"clients: [{ from: 10.0.0.0/8, priority: low }, { from: 10.0.0.7, priority: high }]",
        "76: warning: from: 10.0.0.7 has no effect: 10.0.0.0/8 stands first and covers it"},
-      {"allow: 10.0.0.0/8, clients: [{ from: 192.168.0.7, priority: high }]",
+      {"allow: 10.0.0.0/8, clients: [{ from: 192.168.0.7, priority: high }], at: \"0.0.0.0:1\"",
        "58: warning: from: 192.168.0.7 has no effect: 'allow' lets nobody of it in"},
+      {"allow: 10.0.0.0/8",
+       "19: warning: listen: 127.0.0.1:1502 takes connections from this machine only, and 'allow' "
+       "has only others: nobody can come in; write for example at: \"0.0.0.0:1502\""},
+      {"at: \"[::1]:502\", allow: 10.0.0.7",
+       "19: warning: listen: [::1]:502 takes connections from this machine only, and 'allow' has "
+       "only others: nobody can come in; write for example at: \"0.0.0.0:502\""},
       {"functions: [{ codes: [0], priority: high }]",
        "43: error: codes: '0' is out of range; allowed: 1…127"},
       {"functions: [{ codes: 128, priority: high }]",
@@ -203,6 +209,31 @@ TEST(Listeners, OnePortForTwo) {
       Shown(loaded.problems),
       "t.yaml:1:28: error: listen: '/dev/m' is already the port of another listener (line 1); a "
       "master needs a port of its own\n");
+}
+
+TEST(Listeners, OnePortOfOneAddress) {
+  const auto problems = [](const std::string& first, const std::string& second) {
+    return Shown(
+        LoadModbus("modbus:\n  listen:\n  - \"" + first + "\"\n  - \"" + second + "\"\n" + kLine)
+            .problems);
+  };
+  const auto sentence = [](const std::string& first, const std::string& second) {
+    return "t.yaml:4:5: error: listen: " + second + " and " + first +
+           " in line 3 want the same port; remove one, or give it another port\n";
+  };
+  for (const auto& [first, second] : {std::pair("127.0.0.1:502", "0.0.0.0:502"),
+                                      {"0.0.0.0:502", "10.0.0.7:502"},
+                                      {"0.0.0.0:502", "[::]:502"},
+                                      {"[::]:502", "127.0.0.1:502"},
+                                      {"[::1]:502", "[::]:502"},
+                                      {"[::1]:502", "[0::1]:502"}}) {
+    EXPECT_EQ(problems(first, second), sentence(first, second));
+  }
+  EXPECT_EQ(problems("0.0.0.0:502", "0.0.0.0:502"),
+            "t.yaml:4:5: error: listen: 0.0.0.0:502 stands twice; first in line 3\n");
+  EXPECT_EQ(problems("127.0.0.1:502", "0.0.0.0:503"), "");
+  EXPECT_EQ(problems("127.0.0.1:502", "10.0.0.7:502"), "");
+  EXPECT_EQ(problems("0.0.0.0:502", "[::1]:502"), "");
 }
 
 TEST(Listeners, RtuNeedsItsModule) {

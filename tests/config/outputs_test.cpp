@@ -44,11 +44,12 @@ TEST(Outputs, ListenAsTextMapAndList) {
   EXPECT_EQ(text.listen.at(0).host, "0.0.0.0");
   EXPECT_EQ(text.listen.at(0).port, 502);
   EXPECT_EQ(text.listen.at(0).permit, config::Permit::all);
-  const auto map = Good(
-                       "modbus: { listen: { at: \"[::1]:1502\", allow: 10.0.0.0/8, write: deny, "
-                       "priority: high, max_clients: 3, idle_timeout: 1min } }")
-                       .modbus;
-  EXPECT_EQ(map.listen.at(0).host, "::1");
+  const auto map =
+      Good(
+          "modbus: { listen: { at: \"[fd00::1]:1502\", allow: 10.0.0.0/8, write: deny, "
+          "priority: high, max_clients: 3, idle_timeout: 1min } }")
+          .modbus;
+  EXPECT_EQ(map.listen.at(0).host, "fd00::1");
   EXPECT_EQ(map.listen.at(0).allow.at(0).text, "10.0.0.0/8");
   EXPECT_EQ(map.listen.at(0).permit, config::Permit::read);
   EXPECT_EQ(map.listen.at(0).priority, config::Priority::high);

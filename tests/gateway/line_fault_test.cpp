@@ -85,6 +85,7 @@ TEST(LineFlood, BytesDuringALongTransmissionStayBounded) {
     void Send(View) override {}
     Outcome OnFrame(View, Instant) override { return Outcome::ok; }
     void OnSecondReply(Instant) override {}
+    void OnCopy(Duration, Instant) override {}
     void OnExchangeEnd(const ExchangeEnd&, Instant) override {}
     void OnStrayBytes(std::size_t, Duration, Instant) override {}
   } client;

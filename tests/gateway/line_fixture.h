@@ -34,6 +34,7 @@ class LineTest : public ::testing::Test, protected LineClient {
     return verdict_;
   }
   void OnSecondReply(Instant) override { ++second_; }
+  void OnCopy(Duration since_sent, Instant) override { copies_.push_back(since_sent); }
   void OnExchangeEnd(const ExchangeEnd& end, Instant) override { ends_.push_back(end); }
   void OnStrayBytes(std::size_t count, Duration since_end, Instant) override {
     strays_.push_back({count, since_end});
@@ -75,6 +76,7 @@ class LineTest : public ::testing::Test, protected LineClient {
   std::vector<std::string> frames_;
   std::vector<ExchangeEnd> ends_;
   std::vector<Stray> strays_;
+  std::vector<Duration> copies_;
   int second_ = 0;  // different replies behind one that was taken
   const Bytes reply_ = ToyReply("A1=5");
 };

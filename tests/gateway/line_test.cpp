@@ -257,6 +257,35 @@ TEST_F(LineTest, AnotherReplyBehindTheOneThatWasTakenIsTold) {
   EXPECT_EQ(second_, 1) << "told once";
 }
 
+TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
+  Reach(State::await_first);
+  line_.OnBytes(reply_, At(5s));
+  EXPECT_TRUE(frames_.empty()) << "nobody knows when it came";
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
+  EXPECT_EQ(strays_.size(), 1U);
+}
+
+TEST_F(LineTest, TheRestOfAReplyThatWaitedAlike) {
+  Reach(State::await_first);
+  line_.OnBytes(View(reply_).first(3), At(1015ms));
+  line_.OnBytes(View(reply_).subspan(3), At(5s));
+  EXPECT_TRUE(frames_.empty());
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt) << "beyond the ceiling";
+}
+
+TEST_F(LineTest, CopiesOfAReplyAreTold) {
+  Reach(State::await_first);
+  Bytes both = reply_;
+  Append(both, View(reply_));
+  line_.OnBytes(both, At(1015ms));
+  EXPECT_EQ(copies_.size(), 1U);
+  line_.OnBytes(reply_, At(1060ms));
+  ASSERT_EQ(copies_.size(), 2U);
+  EXPECT_EQ(copies_[1], 56ms) << "the request was out after 4 ms";
+}
+
 TEST_F(LineTest, AnotherReplyIsFoundBehindAnyNumberOfCopies) {
   Reach(State::await_first);
   line_.OnBytes(reply_, At(1015ms));

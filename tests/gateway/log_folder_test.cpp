@@ -32,6 +32,19 @@ TEST(LogFolder, WhatWasHeldBackIsToldThoughNothingComesAnyMore) {
   EXPECT_TRUE(folder.Due(At(200s).instant).empty()) << "told once";
 }
 
+TEST(LogFolder, AtTheEndEverythingIsTold) {
+  Folder folder;
+  folder.Pass("a: offline", Level::warning, At(0s));
+  folder.Pass("a: online", Level::info, At(1s));
+  folder.Pass("a: online", Level::info, At(2s));
+  folder.Pass("a: offline", Level::warning, At(3s));
+  const auto all = folder.All(At(4s).instant);
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0].text, "a: online");
+  EXPECT_EQ(all[1].text, "a: offline") << "the true state";
+  EXPECT_TRUE(folder.All(At(4s).instant).empty()) << "told once";
+}
+
 TEST(LogFolder, TheLatestIsToldLast) {
   Folder folder;
   folder.Pass("a: offline", Level::warning, At(0s));
@@ -51,6 +64,55 @@ TEST(LogFolder, ManyTextsTakeBoundedMemory) {
     folder.Pass("text " + std::to_string(i), Level::info, At(1s));
   }
   EXPECT_LE(folder.Due(At(60s).instant).size(), 256U);
+}
+
+TEST(LogFolder, TextsWithTheSameKeyAreRepeats) {
+  Folder folder;
+  EXPECT_TRUE(folder.Pass("10.0.0.7", "10.0.0.7:40112 refused", Level::warning, At(0s)));
+  EXPECT_FALSE(folder.Pass("10.0.0.7", "10.0.0.7:40113 refused", Level::warning, At(1s)));
+  EXPECT_FALSE(folder.Pass("10.0.0.7", "10.0.0.7:40114 refused", Level::warning, At(2s)));
+  EXPECT_TRUE(folder.Pass("10.0.0.8", "10.0.0.8:40112 refused", Level::warning, At(3s)));
+  const auto due = folder.Due(At(60s).instant);
+  ASSERT_EQ(due.size(), 1U);
+  EXPECT_EQ(due[0].text, "10.0.0.7:40114 refused");
+  EXPECT_EQ(due[0].times, 2);
+}
+
+TEST(LogFolder, KeysWithoutEndTakeBoundedMemoryAndLines) {
+  Folder folder;
+  constexpr int kStrangers = 10'000;
+  int written = 0;
+  for (int i = 0; i < kStrangers; ++i) {
+    const std::string stranger = "stranger " + std::to_string(i);
+    if (folder.Pass(stranger, stranger + " refused", Level::warning, At(0s))) ++written;
+  }
+  EXPECT_LE(written, 129);
+  const auto due = folder.Due(At(60s).instant);
+  ASSERT_EQ(due.size(), 1U) << "those that are too many are told together";
+  EXPECT_EQ(due[0].text, "stranger 9999 refused");
+  EXPECT_EQ(due[0].times, kStrangers - written);
+}
+
+TEST(LogFolder, KeysWithoutEndTakeNoRoomFromTexts) {
+  Folder folder;
+  for (int i = 0; i < 10'000; ++i) {
+    folder.Pass("stranger " + std::to_string(i), "refused", Level::warning, At(0s));
+  }
+  EXPECT_TRUE(folder.Pass("offline", Level::warning, At(1s)));
+  EXPECT_FALSE(folder.Pass("offline", Level::warning, At(2s)));
+}
+
+TEST(LogFolder, ATextForWhichThereIsNoRoomIsWritten) {
+  Folder folder;
+  for (int i = 0; i < 256; ++i) {
+    folder.Pass("text " + std::to_string(i), Level::info, At(0s));
+    folder.Pass("text " + std::to_string(i), Level::info, At(1s));
+  }
+  EXPECT_TRUE(folder.Pass("one more", Level::info, At(2s)));
+  EXPECT_TRUE(folder.Pass("one more", Level::info, At(3s)));
+  EXPECT_EQ(folder.Due(At(60s).instant).size(), 256U) << "nothing was forgotten for it";
+  folder.Pass("one more", Level::info, At(200s));
+  EXPECT_FALSE(folder.Pass("one more", Level::info, At(201s)));
 }
 
 }  // namespace

@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
+#include <memory>
+
 #include "tests/support/virtual_line.h"
 
 namespace baudgate {
@@ -190,6 +194,75 @@ TEST_F(PollerCommand, NotSentIntoTheTimeInWhichALateAnswerCouldConfirmIt) {
   EXPECT_EQ(line_.outcomes, (Outcomes{Outcome::no_reply, Outcome::no_reply, Outcome::ok}));
   EXPECT_GE(line_.sent.front().at - failed, 800ms) << "the ceiling of the write that failed";
   EXPECT_EQ(line_.CountSent("WA1=2"), 0U) << "its deadline came first";
+}
+
+// The password was opened in time; the value would go out after the client was told that it did
+// not.
+TEST_F(PollerCommand, NothingThatActsIsSentBehindTheDeadlineAndTheSessionIsClosed) {
+  line_.twin(0).manner.deliver = [](View request, Bytes reply, Instant) {
+    const Duration think = request[0] == 'O' ? 190ms : 5ms;
+    return std::vector<TimedPiece>{{think, std::move(reply)}};
+  };
+  line_.Open();
+  ASSERT_TRUE(line_.Write(0, 2, 7.5, 100ms));
+  ASSERT_TRUE(line_.RunUntil([&] { return !line_.outcomes.empty(); }, 2s));
+  EXPECT_NE(line_.outcomes[0], Outcome::ok);
+  EXPECT_EQ(line_.CountSent("OA0"), 1U);
+  EXPECT_EQ(line_.CountSent("WA3"), 0U);
+  EXPECT_EQ(line_.CountSent("CA0"), 1U);
+}
+
+TEST_F(PollerCommand, WhoWritesManyIsAnsweredForEachWithoutWaitingForTheLast) {
+  Open();
+  line_.twin(0).manner.think = 100ms;
+  for (int i = 0; i < 10; ++i) line_.Write(0, i % 2, 1.0 + i, 3s);
+  line_.RunFor(1s);
+  EXPECT_GE(line_.outcomes.size(), 3U);
+  line_.RunFor(10s);
+  ASSERT_EQ(line_.outcomes.size(), 10U);
+  EXPECT_EQ(static_cast<std::size_t>(
+                std::count(line_.outcomes.begin(), line_.outcomes.end(), Outcome::ok)),
+            line_.CountSent("WA"))
+      << "what was confirmed is told so";
+}
+
+TEST_F(PollerCommand, ADeviceTakenOutOfUseIsNotWrittenToAnyMore) {
+  Open();
+  line_.Submit(Command({{0, 1.0}, {1, 2.0}, {0, 3.0}}));
+  line_.poller().SetInUse(0, false, line_.now());
+  line_.RunFor(5s);
+  EXPECT_EQ(line_.CountSent("W"), 1U) << "that was under way";
+  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::no_reply});
+  EXPECT_EQ(line_.CountSent("?"), 0U);
+}
+
+TEST_F(PollerCommand, WhoseClientHasLeftIsNotBegun) {
+  Open();
+  const auto left = std::make_shared<std::atomic<bool>>(false);
+  WriteCommand first = Command({{0, 1.0}, {1, 2.0}});
+  WriteCommand second = Command({{0, 3.0}});
+  first.dropped = second.dropped = left;
+  line_.Submit(std::move(first));
+  line_.Submit(std::move(second));
+  *left = true;
+  line_.RunFor(1s);
+  EXPECT_EQ(line_.CountSent("W"), 2U) << "what was begun is ended";
+  EXPECT_EQ(line_.outcomes, (Outcomes{Outcome::ok, Outcome::no_reply}));
+}
+
+TEST_F(PollerCommand, AWriteUnderWayMayEndBeforeThePortIsLent) {
+  Open();
+  ASSERT_TRUE(line_.Write(0, 2, 7.5));
+  ASSERT_TRUE(line_.Write(0, 0, 1.0));
+  EXPECT_TRUE(line_.poller().IsWriting());
+  line_.poller().WindUp();
+  EXPECT_TRUE(line_.RunUntil([&] { return !line_.poller().IsWriting(); }, 1s));
+  EXPECT_EQ(line_.CountSent("CA0"), 1U);
+  line_.RunFor(2s);
+  EXPECT_EQ(line_.CountSent("WA1"), 0U) << "nothing is begun";
+  EXPECT_EQ(line_.CountSent("?"), 0U);
+  line_.Close();
+  EXPECT_EQ(line_.outcomes.size(), 2U);
 }
 
 TEST_F(PollerCommand, FullQueueSaysNo) {

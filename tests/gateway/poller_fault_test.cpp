@@ -124,6 +124,21 @@ TEST(PollerLate, AnAnswerIsNotTakenForThatOfAnotherDevice) {
   }
 }
 
+/// The late answer to the first try is taken for that to its retry: the same value, but the user
+/// has to know that the device is slower than its setting.
+TEST(PollerLate, IsFoundOutThoughItMeetsTheRetry) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.think = 300ms;  // reply time 200 ms, drain 50 ms
+  line.RunFor(1500ms);
+  const DeviceStatus status = line.StatusOf(0);
+  EXPECT_GT(status.late, 0U);
+  EXPECT_GE(status.lateness, 90ms);
+  EXPECT_LE(status.lateness, 150ms);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
 TEST(PollerLate, ADeviceThatIsLateFromTheBeginning) {
   for (Duration think = 150ms; think < 900ms; think += 13ms) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2"})}), {&ToyProtocol()});
@@ -260,6 +275,65 @@ TEST(PollerFaults, NoiseBehindOneReplyDoesNotSlowTheLineForEver) {
   };
   line.RunFor(1min);
   EXPECT_GE(rate(), clean - clean / 50);
+}
+
+/// One of two says that it is another; the line does not wait for what it may still say.
+TEST(PollerFaults, ADeviceWithAWrongAddressCostsItsNeighbourNothing) {
+  const auto answered_in_a_minute = [](bool wrong) {
+    VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1", "2"})}),
+                     {&ToyProtocol()});
+    line.Open();
+    line.RunFor(5s);
+    if (wrong) {
+      line.twin(0).manner.instead = [](View request) {
+        const std::string_view text = AsText(request);
+        return std::optional(ToyReply("Z" + std::string(text.substr(2, text.size() - 3)) + "=5"));
+      };
+    }
+    Instant last = line.now().instant;
+    Duration longest{};
+    line.always = [&] {
+      if (!line.sent.empty() && line.sent.back().text[1] == 'B' && line.sent.back().at != last) {
+        longest = std::max(longest, line.sent.back().at - last);
+        last = line.sent.back().at;
+      }
+    };
+    const std::uint32_t before = line.StatusOf(1).Count(Outcome::ok);
+    line.RunFor(1min);
+    EXPECT_LE(longest, 2s);
+    return line.StatusOf(1).Count(Outcome::ok) - before;
+  };
+  EXPECT_GE(answered_in_a_minute(true), 0.95 * answered_in_a_minute(false));
+}
+
+/// Each of its replies takes the line for longer than a reply time.
+TEST(PollerFaults, ADribblingDeviceIsGivenUpBeforeItsNeighbourIs) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1", "2"})}),
+                   {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.twin(0).manner.fragment = 1;
+  line.twin(0).manner.pause = 45ms;
+  const Instant began = line.now().instant;
+  const std::uint32_t before = line.StatusOf(1).Count(Outcome::ok);
+  ASSERT_TRUE(line.RunUntil([&] { return line.StatusOf(0).state == DeviceState::offline; }, 1min));
+  EXPECT_LE(line.StatusOf(0).retries, 3U) << "six if all were sent";
+  line.RunFor(began + 1min - line.now().instant);
+  EXPECT_GE(line.StatusOf(1).Count(Outcome::ok) - before, 100U) << "of 120";
+  EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+}
+
+TEST(PollerFaults, TheRestOfABrokenReplyIsNoLateOne) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.fragment = 3;
+  line.twin(0).manner.pause = 120ms;
+  line.RunFor(10s);
+  EXPECT_GT(line.StatusOf(0).Count(Outcome::partial), 0U);
+  EXPECT_EQ(line.StatusOf(0).late, 0U);
+  ASSERT_FALSE(line.warnings.empty());
+  EXPECT_NE(line.warnings[0].find("timing.gap"), std::string::npos) << line.warnings[0];
 }
 
 TEST(PollerFaults, AForeignAnswerIsUnexpectedAndNotStored) {

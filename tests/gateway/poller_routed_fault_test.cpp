@@ -302,5 +302,33 @@ TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
   EXPECT_FALSE(line.poller().SilentSince(line.now().instant - 30s)) << "nothing was asked since";
 }
 
+// Two entries of one slave, such as two profiles. Every fifth reply is late, and a reply to a read
+// does not say which register it is of.
+TEST(PollerRoutedFaults, ALateReplyToOneEntryIsNotTakenForTheOthers) {
+  for (Duration late = 100ms; late < 1050ms; late += 37ms) {
+    SCOPED_TRACE(FormatDuration(late));
+    config::Device second = Polled("20", 6, 400ms);
+    second.points.erase(second.points.begin(), second.points.begin() + 5);
+    RoutedLine line(DriveLine({Polled("20", 1, 300ms), second}), {"20"});
+    line.twin(0).manner.dead = line.twin(1).manner.dead = true;  // one slave answers both
+    line.Number(2, 1000);
+    int asked = 0;
+    line.twin(2).manner.deliver = [&](View, Bytes reply, Instant) -> Pieces {
+      if (reply.empty()) return {};
+      return {{++asked % 5 == 0 ? late : 5ms, std::move(reply)}};
+    };
+    line.always = [&] {
+      const Value first = line.ValueOf(0, 0);
+      const Value sixth = line.ValueOf(1, 0);
+      ASSERT_TRUE(!HasValue(first) || ToText(first) == "1000") << ToText(first);
+      ASSERT_TRUE(!HasValue(sixth) || ToText(sixth) == "1005") << ToText(sixth);
+    };
+    line.RunFor(1min);
+    if (HasFatalFailure()) return;
+    EXPECT_TRUE(HasValue(line.ValueOf(0, 0)));
+    EXPECT_TRUE(HasValue(line.ValueOf(1, 0)));
+  }
+}
+
 }  // namespace
 }  // namespace baudgate

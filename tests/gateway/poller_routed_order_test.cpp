@@ -244,6 +244,51 @@ TEST(PollerRoutedOrder, AReadHasItsTurnBesideAWriterThatIsBackWhileTheLineIsStil
   EXPECT_GE(read, 10) << "writes go first";
 }
 
+// A client that asks one slave after the other, and for none that is not there for long.
+class AskedInTurn : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(AskedInTurn, ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt) {
+  RoutedLine line;
+  const std::string pdu = GetParam();
+  int number = 0;
+  const auto ask = [&](std::uint8_t slave, const std::string& what) {
+    const std::string name = std::to_string(number++);
+    line.Ask(name, what, slave, 1, Priority::normal, 900ms);
+    EXPECT_TRUE(line.RunUntil(
+        [&] { return !line.replies.empty() && line.replies.back().name == name; }, 2s));
+    line.RunFor(5ms);
+    return line.Of(name).outcome;
+  };
+  const auto round_for = [&](Duration time) {
+    const Instant end = line.now().instant + time;
+    bool found = false;
+    while (!found && line.now().instant < end) {
+      ask(20, kRead);
+      found = ask(21, pdu) == Outcome::ok;
+    }
+    return found;
+  };
+  EXPECT_TRUE(round_for(1s));
+  line.twin(1).manner.dead = true;
+  EXPECT_FALSE(round_for(10s));
+  line.twin(1).manner.dead = false;
+  EXPECT_TRUE(round_for(30s));
+}
+
+INSTANTIATE_TEST_SUITE_P(Requests, AskedInTurn, ::testing::Values(kRead, kStart),
+                         [](const auto& info) { return info.index == 0 ? "Read" : "Start"; });
+
+TEST(PollerRoutedOrder, ARequestThatASlaveIgnoresDoesNotMakeItAbsent) {
+  RoutedLine line;
+  for (int i = 0; i < 5; ++i) {
+    line.Ask("malformed " + std::to_string(i), "03 00 00 00 01 00");
+    line.RunFor(1s);
+  }
+  line.Ask("read", kRead);
+  line.RunFor(1s);
+  EXPECT_EQ(line.Of("read").outcome, Outcome::ok);
+}
+
 // Nothing else happens on this line that could wake it.
 TEST(PollerRoutedOrder, AnIdleLineWakesForTheProbe) {
   RoutedLine line;

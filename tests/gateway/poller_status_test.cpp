@@ -112,6 +112,48 @@ TEST(InUse, TheSwitchHoldsOverALostPort) {
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::disabled);
 }
 
+TEST(DeviceStatusOfLine, LineTimeRecentOutcomesAndCopies) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  const Duration before = line.StatusOf(0).busy;
+  EXPECT_GT(before, 0ms);
+  line.twin(0).manner.dead = true;
+  line.twin(1).manner.copies = 2;
+  line.RunFor(3s);
+  EXPECT_GT(line.StatusOf(0).busy - before, 500ms);
+  EXPECT_LT(line.StatusOf(1).busy, 1s);
+  EXPECT_GT(line.StatusOf(1).copies, 0U);
+  EXPECT_EQ(line.StatusOf(1).doubled, 0U);
+  EXPECT_GT(line.StatusOf(0).recent.Count(Outcome::no_reply), 0U);
+  line.RunFor(1min);
+  ASSERT_EQ(line.StatusOf(0).state, DeviceState::offline);
+  line.twin(0).manner.dead = false;
+  line.RunFor(20s);
+  EXPECT_EQ(line.StatusOf(0).recent.Count(Outcome::no_reply), 0U) << "that was the outage";
+  EXPECT_GT(line.StatusOf(0).recent.Count(Outcome::ok), 10U);
+}
+
+TEST(InUse, ADeviceTakenOutStretchesNobodysMaxAge) {
+  config::Line settings = TwoDevices();
+  settings.devices[0].poll = 100ms;
+  settings.devices[1].poll = 10s;
+  VirtualLine line(settings, {&ToyProtocol()});
+  line.twin(1).manner.think = 190ms;
+  line.Open();
+  line.RunFor(15s);
+  const auto max_age = [&] {
+    Duration age{};
+    line.store().Read(0, [&](const DeviceRecord& record) {
+      age = record.age_limits[static_cast<std::size_t>(config::Group::fast)].max_age;
+    });
+    return age;
+  };
+  EXPECT_GT(max_age(), 300ms);
+  line.poller().SetInUse(1, false, line.now());
+  EXPECT_EQ(max_age(), 300ms);
+}
+
 TEST(InUse, BehindAClosedPortNothingComesOnline) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();

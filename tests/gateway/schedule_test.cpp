@@ -30,7 +30,7 @@ TEST(Schedule, PeriodsStandOnAFixedGrid) {
   EXPECT_FALSE(schedule.Next(kStart + 999ms));
   EXPECT_TRUE(schedule.Next(kStart + 1s));
   EXPECT_EQ(schedule.NextDue(), kStart + 2s);
-  EXPECT_EQ(schedule.missed(0), 0U);
+  EXPECT_EQ(schedule.Missed(0, kStart), 0U);
 }
 
 TEST(Schedule, QueriesOfARoundComeInTheirOrder) {
@@ -101,7 +101,7 @@ TEST(Schedule, MissedPeriodsAreCountedAndNotQueued) {
   schedule.Restart(0, kStart);
   ASSERT_TRUE(schedule.Next(kStart));
   ASSERT_TRUE(schedule.Next(kStart + 5500ms)) << "due since 1 s";
-  EXPECT_EQ(schedule.missed(0), 4U) << "2, 3, 4 and 5 s";
+  EXPECT_EQ(schedule.Missed(0, kStart), 4U) << "2, 3, 4 and 5 s";
   EXPECT_FALSE(schedule.Next(kStart + 5500ms)) << "one poll makes up for all of them";
   EXPECT_EQ(schedule.NextDue(), kStart + 6s);
 }
@@ -113,10 +113,10 @@ TEST(Schedule, ARoundThatRunsBeyondItsPeriodIsFollowedByTheNextAtOnce) {
   ASSERT_EQ(schedule.Next(kStart)->query, 0U);
   ASSERT_EQ(schedule.Next(kStart + 1200ms)->query, 1U) << "the round goes on where it was";
   ASSERT_EQ(schedule.Next(kStart + 1300ms)->query, 0U) << "late, but within its period";
-  EXPECT_EQ(schedule.missed(0), 0U);
+  EXPECT_EQ(schedule.Missed(0, kStart), 0U);
   ASSERT_EQ(schedule.Next(kStart + 3100ms)->query, 1U);
   ASSERT_EQ(schedule.Next(kStart + 3100ms)->query, 0U) << "that of 3 s";
-  EXPECT_EQ(schedule.missed(0), 1U) << "that of 2 s passed whole";
+  EXPECT_EQ(schedule.Missed(0, kStart), 1U) << "that of 2 s passed whole";
 }
 
 TEST(Schedule, DevicesTakeTurns) {
@@ -140,7 +140,7 @@ TEST(Schedule, SuspendedDeviceIsSilentAndRestartsWithAWholeRound) {
   EXPECT_FALSE(schedule.NextDue());
   schedule.Restart(0, kStart + 20s);
   EXPECT_EQ(schedule.Next(kStart + 20s)->query, 0U);
-  EXPECT_EQ(schedule.missed(0), 0U) << "periods while offline were not missed by the line";
+  EXPECT_EQ(schedule.Missed(0, kStart), 0U) << "periods while offline were not missed by the line";
 }
 
 TEST(Schedule, HeldDeviceWaitsAndOthersGoOn) {

@@ -72,7 +72,11 @@ class ToyConversation final : public Conversation {
     const auto [how, number] = Split(device_.points[point].read);
     const bool write = task.kind == Task::Kind::write;
     if (how == 'E') return Error{"this point can not be asked"};
-    if (how == 'S' && closing_) return Make("C0");
+    if (how == 'S' && closing_) {
+      Request request = Make("C0");
+      request.closes = true;
+      return request;
+    }
     if (how == 'S' && !open_) return Make("O0");
     if (write) return Make((how == 'Q' ? "Q" : "W") + number + "=" + ToText(task.value));
     if (how == 'L' || how == 'D') return Make("L" + number);

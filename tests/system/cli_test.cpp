@@ -1,6 +1,7 @@
 // The other subcommands as a user or a script meets them: exit codes, and the shape of what they
 // say.
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <unistd.h>
@@ -63,6 +64,15 @@ TEST_F(Cli, WrongWordsAreWrongUsage) {
   EXPECT_THAT(Command({"simulat"}).errors, HasSubstr("did you mean 'simulate'"));
   EXPECT_EQ(Command({"--help"}).code, 0);
   EXPECT_THAT(Command({"--version"}).output, StartsWith("baudgate "));
+}
+
+TEST_F(Cli, OutputThatIsLostIsAFailure) {
+  for (const std::string words : {"protocols", "profiles", "--version", "demo --help"}) {
+    const Finished full = RunToEnd({"/bin/sh", "-c", BAUDGATE_BINARY " " + words + " >/dev/full"},
+                                   directory(), Environment());
+    EXPECT_EQ(full.code, kCannotOpen) << words;
+    EXPECT_THAT(full.errors, HasSubstr("standard output can not be written")) << words;
+  }
 }
 
 TEST_F(Cli, CheckJudgesAConfiguration) {
@@ -207,6 +217,29 @@ TEST_F(Cli, SimulateSaysWhyThereIsNoTwin) {
   const std::string file = Write("occupied", "a file of somebody").string();
   EXPECT_EQ(simulate("spaj140c", "1", file).code, kCannotOpen);
   EXPECT_EQ(ReadWholeFile(file), "a file of somebody");
+}
+
+TEST_F(Cli, SimulateMakesAnAsciiTwinOfAnRtuProfile) {
+  const auto twin = Start({"simulate", "--protocol", "modbus_ascii", "--profile",
+                           "mitsubishi-fr-d700", "--address", "20", "--pty", LinkOf("bay")});
+  const auto answers = [&] { return twin->Output().find("answers on") != std::string::npos; };
+  ASSERT_TRUE(Eventually(answers)) << twin->Output();
+  const std::string request = ":140300C8000120\r\n";  // one register at 200
+  const int pty = ::open(LinkOf("bay").c_str(), O_RDWR | O_NOCTTY);
+  ASSERT_GE(pty, 0);
+  ASSERT_EQ(::write(pty, request.data(), request.size()), static_cast<ssize_t>(request.size()));
+  std::string reply;
+  for (char c = 0; !reply.ends_with('\n') && ::read(pty, &c, 1) == 1;) reply += c;
+  ::close(pty);
+  EXPECT_THAT(reply, StartsWith(":140302"));
+}
+
+TEST_F(Cli, ASettingWithoutEqualsIsNotShown) {
+  const Finished decode =
+      Command({"decode", "--protocol", "set4tm", "--set", "passwordSECRET", "-"});
+  EXPECT_EQ(decode.code, kBadConfiguration);
+  EXPECT_THAT(decode.errors, HasSubstr("key=value"));
+  EXPECT_THAT(decode.errors, Not(HasSubstr("SECRET")));
 }
 
 TEST_F(Cli, SimulateTakesItsLinkAway) {

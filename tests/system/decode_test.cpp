@@ -109,6 +109,31 @@ TEST_F(Traces, EndAsTheyEndedThen) {
   }
 }
 
+/// What the recorder was saved in the midst of, and what a release cut off: no failure is invented.
+TEST_F(Traces, MayEndBeforeTheExchange) {
+  const auto exchanges = Decode({"--protocol", "dcon"}, R"(
+04:05:06.000000 ai-1 > 23 30 31 0D | #01.
+04:05:06.000100 - # port released
+04:05:07.000000 ai-1 > 23 30 31 0D | #01.
+04:05:07.010000 ai-1 < 3E 2B 30 31 | >+01
+04:05:08.000000 ai-1 > 23 30 31 0D | #01.
+04:05:08.010000 ai-1 < 3E 2B 30 31 2E 35 30 30 0D | >+01.500.
+04:05:09.000000 ai-1 > 23 30 31 0D | #01.
+04:05:09.010000 ai-1 < 3E 2B 30 31 | >+01
+)");
+  ASSERT_EQ(exchanges.size(), 4U);
+  const std::string unknown = "the recording does not show how this exchange ended";
+  const std::string ends = "the recording ends before this exchange";
+  const std::string rows[][2] = {{"none", unknown}, {"none", unknown}, {"ok", ""}, {"none", ends}};
+  for (std::size_t i = 0; i < exchanges.size(); ++i) {
+    EXPECT_EQ(exchanges[i]["outcome"], rows[i][0]) << i;
+    EXPECT_EQ(exchanges[i]["reason"], rows[i][1]) << i;
+  }
+  const auto captured = Decode({"--protocol", "dcon"}, "> 23 30 31 0D\n");
+  ASSERT_EQ(captured.size(), 1U);
+  EXPECT_EQ(captured[0]["outcome"], "no_reply") << "a capture is as it is";
+}
+
 TEST_F(Traces, MaskedBytesAreNoErrors) {
   const auto meter = Decode({"--protocol", "set4tm"}, R"(
 04:05:06.000000 m > 05 01 ** ** ** ** ** ** ** ** | ..********
@@ -122,10 +147,11 @@ TEST_F(Traces, MaskedBytesAreNoErrors) {
 04:05:09.000000 m > 05 01 ** ** ** ** ** ** ** ** | ..********
 )");
   ASSERT_EQ(meter.size(), 4U);
-  const char* const outcomes[] = {"refused", "none", "unexpected", "no_reply"};
+  const char* const outcomes[] = {"refused", "none", "unexpected", "none"};
+  const char* const reasons[] = {"masked", "masked", "masked", "recording ends"};
   for (std::size_t i = 0; i < meter.size(); ++i) {
     EXPECT_EQ(meter[i]["outcome"], outcomes[i]) << i;
-    EXPECT_THAT(meter[i]["reason"].get<std::string>(), HasSubstr("masked")) << i;
+    EXPECT_THAT(meter[i]["reason"].get<std::string>(), HasSubstr(reasons[i])) << i;
     EXPECT_THAT(meter[i]["reason"].get<std::string>(), Not(HasSubstr("rong"))) << i;
     EXPECT_THAT(meter[i]["values"], IsEmpty()) << i;
   }

@@ -45,6 +45,9 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
                               "/baudgate run -c /etc/baudgate/baudgate.yaml\n"));
   EXPECT_THAT(unit, HasSubstr("\nUser=baudgate\n"));
   EXPECT_THAT(unit, HasSubstr("\nRestartPreventExitStatus=3\n"));
+  EXPECT_THAT(unit.substr(0, unit.find("[Service]")), HasSubstr("\nStartLimitIntervalSec=0\n"))
+      << "or systemd gives up for ever after five attempts";
+  EXPECT_THAT(unit, HasSubstr("\nLimitNOFILE=65536\n"));
   EXPECT_THAT(unit, HasSubstr("\nAmbientCapabilities=CAP_NET_BIND_SERVICE\n"));
   EXPECT_THAT(ReadWholeFile(At(INSTALL_PREFIX "/lib/sysusers.d/baudgate.conf")),
               HasSubstr("\nu baudgate - "));

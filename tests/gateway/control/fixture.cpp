@@ -71,6 +71,7 @@ void AddExchanges(PointStore& store, std::uint32_t device, Outcome outcome, std:
   store.UpdateStatus(device, [&](DeviceStatus& status) {
     add(status);
     status.last_outcome = outcome;
+    for (std::uint32_t i = 0; i < count; ++i) status.recent.Add(outcome);
     if (!ProvesLife(outcome)) return;
     status.last_ok = at.instant;
     status.last_ok_wall = at.wall;

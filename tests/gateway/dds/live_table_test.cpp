@@ -39,7 +39,8 @@ TEST(LiveTable, CountsCharactersNotBytes) {
 
 TEST(LiveTable, CutsVisibly) {
   const std::vector<TableColumn> columns = {{.title = "a", .widest = 4}};
-  EXPECT_EQ(RenderTable(columns, {{{"12345"}}, {{"1234"}}}, {}), "a\n123\u2026\n1234\n");
+  EXPECT_EQ(RenderTable(columns, {{{"12345"}}, {{"1234"}}}, {.width = 80}), "a\n123\u2026\n1234\n");
+  EXPECT_EQ(RenderTable(columns, {{{"12345"}}}, {}), "a\n12345\n") << "not in a file or a pipe";
   EXPECT_EQ(RenderTable({{.title = "title"}}, {{{"12345"}}}, {.width = 3}), "ti\u2026\n12\u2026\n");
 }
 

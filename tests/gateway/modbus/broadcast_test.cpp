@@ -96,6 +96,20 @@ TEST_F(BroadcastTest, ARouteThatRemapsUnitZeroMakesItAnOrdinaryRequest) {
   EXPECT_EQ(ToHex(drive_.Wait(1).pdu), kReadStatus);
 }
 
+TEST_F(BroadcastTest, AnRtuMasterIsNotAnsweredEvenWhereOneSlaveIsMeant) {
+  listener().protocol = config::Listener::Protocol::rtu;
+  Add(1, 0, 0).remap = 7;
+  for (const RoutedReply& reply :
+       {GoodReply(std::string(kWrite)), SlaveException("86 02"), Trouble(Outcome::no_reply, "")}) {
+    EXPECT_THAT(Ask(0, kWrite), IsEmpty());
+    drive_.Wait(drive_.count() - 1).done(reply);
+    EXPECT_THAT(Settle(), ElementsAre("nothing"));
+  }
+  Ask(0, kReadStatus);
+  drive_.Wait(3).done(GoodReply("03 02 00 07"));
+  EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 05 00 03 02 00 07"));
+}
+
 TEST_F(BroadcastTest, WhoBroadcastsMayLeaveAtOnce) {
   Pass();
   Add(1, 20, 20);
@@ -125,6 +139,8 @@ TEST_F(BroadcastTest, OneClientMayNotFillTheQueuesWithBroadcasts) {
 TEST_F(BroadcastTest, AnRtuMasterIsNeverAnsweredABroadcast) {
   listener().protocol = config::Listener::Protocol::rtu;
   Add(1, 20, 20);
+  EXPECT_THAT(Ask(0, kWrite), ElementsAre("nothing"));
+  listener().permit = config::Permit::read;
   EXPECT_THAT(Ask(0, kWrite), ElementsAre("nothing"));
   EXPECT_THAT(Ask(0, kReadStatus), ElementsAre(kStatus));
   EXPECT_EQ(drive_.count(), 0U);

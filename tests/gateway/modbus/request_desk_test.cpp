@@ -226,6 +226,31 @@ TEST_F(DeskTest, WhatNobodyAnswersIsAnsweredSoonAfterItsDeadline) {
   EXPECT_EQ(Traffic().routes[0].ok, 0U);
 }
 
+TEST_F(DeskTest, AWriteThatIsConfirmedAtItsDeadlineIsAnsweredSo) {
+  EXPECT_THAT(Ask(1, "06 00 00 00 07"), IsEmpty());
+  const WriteCommand& write = sink_.commands.at(0);
+  desks_[0]->Sweep(write.deadline);
+  EXPECT_THAT(Settle(), IsEmpty()) << "the line's own answer still has its chance";
+  write.done(Outcome::ok, "");
+  EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 06 01 06 00 00 00 07"));
+  Ask(1, "06 00 00 00 07");
+  desks_[0]->Sweep(write.deadline + RequestDesk::kGrace);
+  EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 01 86 0B"));
+}
+
+TEST_F(DeskTest, WritesOfAClientThatLeavesOrGivesUpAreDropped) {
+  Ask(1, "06 00 00 00 01");
+  Ask(1, "06 00 00 00 02");
+  desks_[0]->GiveUp();
+  Ask(1, "06 00 00 00 03");
+  const auto dropped = [this](std::size_t i) { return sink_.commands.at(i).dropped->load(); };
+  EXPECT_TRUE(dropped(0));
+  EXPECT_TRUE(dropped(1));
+  EXPECT_FALSE(dropped(2));
+  desks_[0]->Close();
+  EXPECT_TRUE(dropped(2));
+}
+
 TEST_F(DeskTest, NobodyHasToSweepForTheDeadline) {
   Add(1, 20, 20).deadline = 1h;
   Add(2, 30, 30).deadline = 30min;

@@ -48,6 +48,11 @@ class ScriptedSink : public CommandSink {
     return commands_[number];
   }
 
+  std::size_t count() {
+    const std::lock_guard lock(mutex_);
+    return commands_.size();
+  }
+
   // Set before the clients start.
   bool full = false;
   std::optional<Outcome> answer;

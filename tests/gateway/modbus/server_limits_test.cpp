@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include "tests/gateway/modbus/captured_log.h"
 #include "tests/gateway/modbus/server_fixture.h"
 
 namespace baudgate::modbus {
@@ -23,6 +24,25 @@ TEST_F(ServerTest, TwoHundredAndFiftySixClientsAreServedAndTheNextIsRefused) {
   EXPECT_EQ(server_->counters().clients, 256U);
   EXPECT_EQ(server_->counters().refused, 1U);
   EXPECT_EQ(clients.front().Ask(1, kRead), kAnswer);
+}
+
+TEST_F(ServerTest, WithFewFileDescriptorsEveryListenerLetsInItsShare) {
+  config_.modbus.listen.resize(3, listener());
+  config_.modbus.listen[0].max_clients = 8;
+  config_.modbus.listen[1].max_clients = 4;
+  config_.modbus.listen[2].max_clients = 1;
+  ModbusLimits limits;
+  limits.client_share = 0.25;
+  StartServer(limits);
+  std::vector<RawClient> clients;
+  const std::size_t expected[] = {2, 1, 1};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t n = 0; n < expected[i]; ++n) {
+      clients.emplace_back(server_->port(i));
+      EXPECT_EQ(clients.back().Ask(1, kRead), kAnswer);
+    }
+    EXPECT_TRUE(RawClient(server_->port(i)).IsClosed());
+  }
 }
 
 TEST_F(ServerTest, AClientThatLeavesMakesRoom) {
@@ -48,6 +68,23 @@ TEST_F(ServerTest, OnlyTheAllowListMayConnect) {
   EXPECT_TRUE(RawClient(server_->port(0)).IsClosed());
   EXPECT_EQ(RawClient(server_->port(1)).Ask(1, kRead), kAnswer);
   EXPECT_EQ(server_->counters().refused, 1U);
+}
+
+TEST_F(ServerTest, ClientsThatAreRefusedOrMalformedFillNoLog) {
+  listener().max_clients = 1;
+  StartServer();
+  CapturedLog log;
+  for (int i = 0; i < 5; ++i) {
+    const RawClient first = Connect();
+    ASSERT_EQ(first.Ask(1, kRead), kAnswer);
+    EXPECT_TRUE(Connect().IsClosed());
+    first.Send(ParseHex("00 01 12 34").value());
+    ASSERT_TRUE(first.IsClosed());
+  }
+  EXPECT_EQ(server_->counters().refused, 5U);
+  EXPECT_EQ(server_->counters().malformed, 5U);
+  // Earlier tests may have written them already.
+  EXPECT_LE(log.CountLines("modbus: client 127.0.0.1:"), 2);
 }
 
 TEST_F(ServerTest, ASilentClientIsClosedAfterTheIdleTimeout) {

@@ -135,6 +135,20 @@ TEST_F(TrafficTest, EveryEndOfARoutedRequestIsCounted) {
   ExpectSum(Traffic().routes[0], 0);
 }
 
+TEST(TrafficBookTest, APortsTimesAreTheCallers) {
+  TrafficBook book(config::Modbus{});
+  const std::size_t port = book.AddMaster("/dev/ttyUSB0", WallTime(1h));
+  const auto master = [&book] { return book.Status(ReadClocks()).masters.at(0); };
+  EXPECT_EQ(master().since, WallTime(1h));
+  book.ShowPort(port, true, "open", WallTime(2h));
+  book.Heard(port, WallTime(3h));
+  book.ShowPort(port, true, "still open", WallTime(4h));
+  EXPECT_EQ(master().since, WallTime(2h)) << "since it is open";
+  EXPECT_EQ(master().last_frame, WallTime(3h));
+  book.ShowPort(port, false, "gone", WallTime(5h));
+  EXPECT_EQ(master().since, WallTime(5h));
+}
+
 TEST_F(TrafficTest, ASlavesExceptionIsNoTrouble) {
   Add(1, 20, 20);
   Ask(20, kRead);

@@ -34,6 +34,27 @@ TEST_F(UpstreamConnectionTest, NoConnectionWithoutARequestAndOneForAll) {
   EXPECT_EQ(server_.accepted(), 1U);
 }
 
+TEST_F(UpstreamConnectionTest, HalfAReplyAtTheDeadlineEndsTheConnection) {
+  Submit({.within = 300ms});
+  ASSERT_TRUE(server_.Wait(1));
+  server_.Write("00 00 00 00 00 05 14 03");
+  EXPECT_EQ(Wait(asked_[0]).outcome, Outcome::no_reply);
+  const Asked& next = Submit();
+  ASSERT_TRUE(server_.Wait(1, 1)) << "on a new connection, at once";
+  server_.Write(server_.Requests(1)[0].substr(0, 5) + " 00 00 00 05 14 03 02 00 01", 1);
+  EXPECT_EQ(Wait(next).outcome, Outcome::ok);
+}
+
+TEST_F(UpstreamConnectionTest, HalfAReplyOfAnotherUnitEndsNoConnection) {
+  const Asked& slow = Submit({.slave = 21});
+  ASSERT_TRUE(server_.Wait(1));
+  server_.Write("00 00 00 00 00 05 15 03");
+  SendInVain();
+  server_.Write("02 00 01");
+  EXPECT_EQ(Wait(slow).outcome, Outcome::ok);
+  EXPECT_EQ(server_.accepted(), 1U);
+}
+
 TEST_F(UpstreamConnectionTest, GarbageEndsTheConnection) {
   const Asked& asked = Submit();
   ASSERT_TRUE(server_.Wait(1));
@@ -94,7 +115,7 @@ TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
   tcp::acceptor closed(io_, tcp::endpoint(asio::ip::address_v4::loopback(), 0));
   const std::uint16_t port = closed.local_endpoint().port();
   closed.close();
-  Upstream upstream(io_, "127.0.0.1", port, nullptr, [] {});
+  Upstream upstream(io_, "127.0.0.1", port, nullptr, [](std::uint8_t) {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({})));
   const RoutedReply first = Wait(asked_.back());
@@ -163,7 +184,7 @@ TEST_F(UpstreamConnectionTest, ADeadlineWhileConnectingIsNotExceeded) {
     crowd.emplace_back(io_).async_connect(full.local_endpoint(), [](const asio::error_code&) {});
   }
   RunReady(io_);
-  Upstream upstream(io_, "127.0.0.1", full.local_endpoint().port(), nullptr, [] {});
+  Upstream upstream(io_, "127.0.0.1", full.local_endpoint().port(), nullptr, [](std::uint8_t) {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({.within = 10ms})));
   const RoutedReply& reply = Wait(asked_.back());
@@ -191,7 +212,7 @@ TEST_F(UpstreamConnectionTest, StopAnswersEveryoneAndLetsNobodyIn) {
 }
 
 TEST_F(UpstreamConnectionTest, NamesAreLookedUp) {
-  Upstream upstream(io_, "localhost", server_.port(), nullptr, [] {});
+  Upstream upstream(io_, "localhost", server_.port(), nullptr, [](std::uint8_t) {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({})));
   ASSERT_TRUE(server_.Wait(1));

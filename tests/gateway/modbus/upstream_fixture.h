@@ -6,6 +6,7 @@
 
 #include <asio/ip/tcp.hpp>
 #include <deque>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -114,6 +115,17 @@ class UpstreamTest : public testing::Test {
   }
   static constexpr std::size_t kReadsOnWire = Upstream::kMostOnWire - Upstream::kKeptForWrites;
 
+  /// A request that is sent and then not answered in time. On a slow machine it may expire before
+  /// it is sent: then it gets more time.
+  const Asked& SendInVain(std::uint8_t slave = 20) {
+    const Asked* asked = nullptr;
+    for (Duration within = 5ms; asked == nullptr || !asked->reply.sent; within *= 4) {
+      if (within > 10s) throw std::runtime_error("nothing was ever sent");
+      asked = &Submit({.slave = slave, .within = within});
+      EXPECT_EQ(Wait(*asked).outcome, Outcome::no_reply);
+    }
+    return *asked;
+  }
   /// Reads of distinct registers, as many as the wire takes: four each to units 20, 21 and 22.
   void FillTheWire() {
     for (std::size_t i = 0; i < kReadsOnWire; ++i) {
@@ -126,9 +138,9 @@ class UpstreamTest : public testing::Test {
   asio::io_context io_;
   ScriptedServer server_{io_};
   std::deque<Asked> asked_;
-  std::uint64_t late_ = 0;  // replies to nobody
+  std::vector<std::uint8_t> late_;  // units whose replies came after their deadlines
   Upstream upstream_{io_, "127.0.0.1", server_.port(), ModbusRtuProtocol().carrier,
-                     [this] { ++late_; }};
+                     [this](std::uint8_t unit) { late_.push_back(unit); }};
 };
 
 }  // namespace baudgate::modbus

@@ -40,6 +40,12 @@ class WriteRequestTest : public testing::Test {
   std::vector<PointWrite> writes_;
 };
 
+TEST_F(WriteRequestTest, WhatNoRawValueStandsForIsRefused) {
+  config_.lines[0].devices[0].points[0].scale = 1e-17;
+  EXPECT_EQ(Decode("06 00 00 7F FF"), ExceptionCode::illegal_value);
+  EXPECT_EQ(Decode("06 00 00 00 01"), ExceptionCode::none);
+}
+
 TEST_F(WriteRequestTest, SingleRegister) {
   ASSERT_EQ(Decode("06 00 00 FF FE"), ExceptionCode::none);
   ASSERT_EQ(writes_.size(), 1U);

@@ -204,5 +204,73 @@ TEST(ModbusCarrier, CarriesPdusBothWays) {
   }
 }
 
+TEST(ModbusCarrier, WhatEverySlaveAnswersIsCommon) {
+  const auto write = [](std::uint8_t function, std::size_t quantity, std::size_t bytes) {
+    Bytes pdu = ReadRequest(function, 0, quantity);
+    pdu.push_back(static_cast<std::uint8_t>(bytes));
+    pdu.resize(pdu.size() + bytes);
+    return ToHex(pdu);
+  };
+  const std::pair<std::string, bool> table[] = {
+      {"0100000001", true},
+      {"01000007D0", true},
+      {"01000007D1", false},
+      {"0100000000", false},
+      {"02F83007D0", true},
+      {"02F83107D0", false},
+      {"030000007D", true},
+      {"030000007E", false},
+      {"0300000000", false},
+      {"03FFFF0001", true},
+      {"03FFFF0002", false},
+      {"04FF83007D", true},
+      {"04FF84007D", false},
+      {"030000", false},
+      {"030000000100", false},
+      {"0512340000", true},
+      {"051234FF00", true},
+      {"05123400FF", false},
+      {"051234FF01", false},
+      {"05FFFFFF00", true},
+      {"05123400", false},
+      {"06FFFFFFFF", true},
+      {"0600000000", true},
+      {"06000000", false},
+      {"060000000000", false},
+      {write(15, 1968, 246), true},
+      {write(15, 1969, 247), false},
+      {write(15, 0, 0), false},
+      {write(15, 9, 2), true},
+      {write(15, 9, 1), false},
+      {write(15, 9, 3), false},
+      {write(16, 123, 246), true},
+      {write(16, 124, 248), false},
+      {write(16, 0, 0), false},
+      {write(16, 2, 2), false},
+      {write(16, 2, 4) + "00", false},
+      {"10FFFF0001020000", true},
+      {"10FFFF00020400000000", false},
+      {"0FFFF8000801FF", true},
+      {"0FFFF9000801FF", false},
+      {"100000000102", false},
+      {"10000000010200", false},
+      {"080000A55A", false},
+      {"16000400F20025", false},
+      {"2B0E0100", false},
+      {"1700000001000A0001020005", false},
+      {"07", false},
+      {"11", false},
+      {"00", false},
+      {"6401020304", false},
+      {"8302", false},
+      {"8300000001", false},
+  };
+  for (const Framing framing : {Framing::rtu, Framing::ascii}) {
+    const PduCarrier& carrier = *ProtocolOf(framing).carrier;
+    for (const auto& [pdu, common] : table) EXPECT_EQ(carrier.is_common(Hex(pdu)), common) << pdu;
+    EXPECT_FALSE(carrier.is_common({}));
+  }
+}
+
 }  // namespace
 }  // namespace baudgate::modbus_master

@@ -228,7 +228,7 @@ TEST_P(MisbehavingTwin, DribbleBeyondTheGapIsPartial) {
   } else {
     OnlyThese({Outcome::ok, Outcome::partial});
   }
-  EXPECT_GE(own_[Outcome::partial], 5U);
+  EXPECT_GE(own_[Outcome::partial], 3U) << "it is not repeated while the neighbour waits";
   EXPECT_EQ(end_state_, DeviceState::offline);
   TheNeighbourWasServed(neighbour_.all() / 2);
   EverythingComesBack();
@@ -267,7 +267,7 @@ TEST_P(MisbehavingTwin, DoubledRepliesSpoilNoOther) {
 TEST_P(MisbehavingTwin, LateRepliesAreNoReplyAndTheUserIsTold) {
   Misbehave("late:delay=" + FormatDuration(*Times().reply + 200ms));
   OnlyThese({Outcome::ok, Outcome::no_reply});
-  EXPECT_GT(own_[Outcome::no_reply], 5U);
+  EXPECT_GE(own_[Outcome::no_reply], 5U);
   EXPECT_FALSE(rig_->warnings.empty());
   TheNeighbourWasServed();
   EverythingComesBack();

@@ -156,5 +156,109 @@ TEST(SpaWrite, NothingIsSentAfterTheLineWentDown) {
   EXPECT_EQ(talk.Fail(kWrite, Outcome::line_down), Then::done);
 }
 
+TEST(SpaWrite, OnlyTheClosingHasToBeSentWhateverHappens) {
+  Talk talk(Device(345));
+  for (const bool closes : {false, false, true}) {
+    const std::string asked = talk.Ask(kWrite);
+    EXPECT_EQ(talk.request().closes, closes) << asked;
+    talk.Hear(kWrite, "<1A:");
+  }
+  Talk open(Device(0));
+  open.Ask(kWrite);
+  EXPECT_FALSE(open.request().closes);
+}
+
+// ---------------------------------------------------------------- left open
+
+const Task kPoll = Talk::Poll(0);
+
+/// A relay that asks for a password, behind a line that is lost after so many steps of a write.
+struct Interrupted {
+  explicit Interrupted(int steps) {
+    values.fallback = std::int64_t{0};
+    for (int step = 0; step < steps; ++step) Exchange(talk, kWrite, *twin);
+    talk.Ask(kWrite);
+    talk.Fail(kWrite, Outcome::line_down);
+    talk->OnReconnect();
+  }
+  bool is_open() const {
+    const Bytes reply = twin->Answer(ToBytes(">1WV150:0:XX\r"), {});
+    return AsText(reply).find("<1A:") != std::string_view::npos;
+  }
+
+  config::Device device = Device(345);
+  FixedValues values;
+  std::unique_ptr<Twin> twin = SpabusProtocol().make_twin(device, values);
+  Talk talk{device};
+};
+
+TEST(SpaWrite, APasswordLeftOpenIsClosedBeforeTheFirstPoll) {
+  for (const int steps : {1, 2}) {
+    Interrupted relay(steps);
+    ASSERT_TRUE(relay.is_open()) << steps;
+    const Answer closed = Exchange(relay.talk, kPoll, *relay.twin);
+    EXPECT_TRUE(relay.talk.request().closes);
+    EXPECT_EQ(closed.then, Then::ask_again);
+    EXPECT_TRUE(closed.readings.empty());
+    EXPECT_FALSE(relay.is_open()) << steps;
+    const Answer read = Exchange(relay.talk, kPoll, *relay.twin);
+    EXPECT_EQ(read.outcome, Outcome::ok);
+    EXPECT_EQ(read.readings.size(), 1U);
+    EXPECT_EQ(Body(relay.talk.Ask(kPoll)).find("V161"), std::string::npos) << "once";
+  }
+}
+
+TEST(SpaWrite, ARefusedClosingMeansThatNothingIsOpen) {
+  Interrupted relay(0);
+  ASSERT_FALSE(relay.is_open()) << "the password was sent and did not arrive";
+  EXPECT_EQ(Exchange(relay.talk, kPoll, *relay.twin).then, Then::ask_again);
+  EXPECT_EQ(Exchange(relay.talk, kPoll, *relay.twin).readings.size(), 1U);
+  EXPECT_FALSE(relay.talk.request().closes);
+  EXPECT_EQ(relay.talk->Queries().size(), 2U) << "V161 was not taken for a point";
+}
+
+TEST(SpaWrite, AnUnansweredClosingDoesNotKeepThePollsAway) {
+  Interrupted relay(1);
+  for (const bool closes : {true, true, false, false}) {
+    relay.talk.Ask(kPoll);
+    EXPECT_EQ(relay.talk.request().closes, closes);
+    const Then then = relay.talk.Fail(kPoll, Outcome::no_reply);
+    EXPECT_EQ(then, closes ? Then::ask_again : Then::done);
+  }
+  relay.talk->OnReconnect();
+  Finish(relay.talk, kPoll, *relay.twin);
+  EXPECT_FALSE(relay.is_open()) << "it has come back";
+}
+
+TEST(SpaWrite, ProbesAndTheNextWriteGoAheadOfTheClosing) {
+  Interrupted relay(1);
+  const Task probe{Task::Kind::probe, 0, kNoPoint, {}};
+  EXPECT_TRUE(relay.talk.Ask(probe).starts_with(">1RF:"));
+  EXPECT_EQ(Finish(relay.talk, kWrite, *relay.twin).outcome, Outcome::ok);
+  EXPECT_FALSE(relay.is_open());
+  relay.talk.Ask(kPoll);
+  EXPECT_FALSE(relay.talk.request().closes);
+}
+
+TEST(SpaWrite, LostClosingsAreMadeUpForByTheNextPoll) {
+  Talk talk(Device(345));
+  talk.Ask(kWrite);
+  for (int closing = 0; closing < 2; ++closing) {
+    talk.Fail(kWrite, Outcome::no_reply);
+    talk.Ask(kWrite);
+  }
+  EXPECT_EQ(talk.Fail(kWrite, Outcome::no_reply), Then::done);
+  EXPECT_EQ(Body(talk.Ask(kPoll)), ">1WV161:345");
+  EXPECT_EQ(talk.Hear(kPoll, "<1A:").then, Then::ask_again);
+  EXPECT_EQ(Body(talk.Ask(kPoll)).substr(0, 3), ">1R");
+}
+
+TEST(SpaWrite, ARefusedPasswordIsNotClosedEither) {
+  Talk talk(Device(345));
+  talk.Ask(kWrite);
+  talk.Hear(kWrite, "<1N:7:");
+  EXPECT_EQ(Body(talk.Ask(kPoll)).substr(0, 3), ">1R");
+}
+
 }  // namespace
 }  // namespace baudgate::spabus

@@ -1,0 +1,36 @@
+// What the log says meanwhile: it goes to standard output where nobody has called log::Begin.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+
+namespace baudgate::modbus {
+
+class CapturedLog {
+ public:
+  CapturedLog() { testing::internal::CaptureStdout(); }
+  ~CapturedLog() {
+    if (!ended_) testing::internal::GetCapturedStdout();
+  }
+  CapturedLog(const CapturedLog&) = delete;
+  CapturedLog& operator=(const CapturedLog&) = delete;
+
+  /// Ends the capture: how many lines have this in them.
+  int CountLines(const std::string& part) {
+    ended_ = true;
+    std::istringstream text(testing::internal::GetCapturedStdout());
+    int count = 0;
+    for (std::string line; std::getline(text, line);) {
+      if (line.find(part) != std::string::npos) ++count;
+    }
+    return count;
+  }
+
+ private:
+  bool ended_ = false;
+};
+
+}  // namespace baudgate::modbus

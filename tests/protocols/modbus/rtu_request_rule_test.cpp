@@ -1,0 +1,328 @@
+// A listener on a bus with other slaves: it takes every request, hears replies out, and executes
+// nothing that lies inside something else.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "protocols/modbus/rtu_frame_rule.h"
+#include "tests/protocols/modbus/support.h"
+
+namespace baudgate::modbus_master {
+namespace {
+
+using Frames = std::vector<Bytes>;
+
+constexpr std::size_t kPieces[] = {1, 2, 3, 7, 8, 16, 1000};
+constexpr std::uint8_t kOther = 77;
+constexpr std::uint8_t kFillers[] = {0x00, 0xFF, 0x01, 0x03, 0x64};
+
+const Bytes kWrite = Hex("01 06 04 D2 10 E1 E5 4B");
+const Bytes kRead = Hex("14 03 01 F4 00 01 C6 C1");
+
+Bytes Rtu(std::uint8_t slave, std::string_view pdu) { return Wrap(Framing::rtu, slave, Hex(pdu)); }
+
+Bytes ReadReply(View data, std::uint8_t slave = kOther) {
+  Bytes pdu = {kReadHolding, static_cast<std::uint8_t>(data.size())};
+  Append(pdu, data);
+  return Wrap(Framing::rtu, slave, pdu);
+}
+
+Bytes Joined(const std::vector<Bytes>& parts) {
+  Bytes all;
+  for (const Bytes& part : parts) Append(all, View(part));
+  return all;
+}
+
+class Listener {
+ public:
+  Listener() { assembler_.Begin(RtuRequestRule, Expect(Framing::rtu, {})); }
+
+  void Hear(View bytes) {
+    assembler_.Feed(bytes);
+    Take(false);
+    EXPECT_LE(assembler_.held(), kMaxRtu);
+  }
+  void HearInPieces(View bytes, std::size_t size) {
+    for (; !bytes.empty(); bytes = bytes.subspan(std::min(size, bytes.size()))) {
+      Hear(bytes.first(std::min(size, bytes.size())));
+    }
+  }
+  void Silence() {
+    Take(true);
+    EXPECT_EQ(assembler_.held(), 0U);
+  }
+
+  const Frames& frames() const { return frames_; }
+  bool Executed(const Bytes& frame) const { return std::ranges::count(frames_, frame) > 0; }
+  Outcome blame() const { return assembler_.blame(); }
+
+ private:
+  void Take(bool idle) {
+    while (auto frame = assembler_.Next(idle)) frames_.push_back(std::move(*frame));
+  }
+
+  Assembler assembler_;
+  Frames frames_;
+};
+
+Listener Heard(View bytes, std::size_t piece = 1000) {
+  Listener listener;
+  listener.HearInPieces(bytes, piece);
+  listener.Silence();
+  return listener;
+}
+
+// ---------------------------------------------------------------- clean traffic
+
+TEST(ModbusRtuRequestRule, OtherSlavesRepliesDoNotHideTheNextRequest) {
+  for (const char* other : {"030209C4", "0102CD6B", "8302", "1003E70078", "0F0013000A",
+                            "170400010002", "2B0E0181000001000141", "0308000100020003FFFF"}) {
+    for (const std::size_t piece : kPieces) {
+      const Listener glued = Heard(Joined({Rtu(7, other), kRead}), piece);
+      EXPECT_EQ(glued.frames(), Frames{kRead}) << other;
+      EXPECT_EQ(glued.blame(), Outcome::none) << other << ": a good frame is no damage";
+
+      Listener apart = Heard(Rtu(7, other), piece);
+      EXPECT_TRUE(apart.frames().empty()) << other;
+      EXPECT_EQ(apart.blame(), Outcome::none) << other;
+      apart.Hear(kRead);
+      EXPECT_EQ(apart.frames(), Frames{kRead}) << other;
+    }
+  }
+}
+
+TEST(ModbusRtuRequestRule, RepliesInAnyPiecesAreNoDamage) {
+  for (const std::size_t registers : {2U, 3U, 10U, 60U, 120U, 125U}) {
+    Bytes data;
+    for (std::size_t i = 0; i < registers; ++i) AppendU16(data, 1000 + 7 * i);
+    for (const std::size_t piece : kPieces) {
+      Listener listener;
+      listener.HearInPieces(ReadReply(data), piece);
+      EXPECT_EQ(listener.blame(), Outcome::none) << registers << " registers by " << piece;
+      listener.Hear(kRead);
+      EXPECT_EQ(listener.frames(), Frames{kRead}) << "at once, after " << registers;
+    }
+  }
+}
+
+TEST(ModbusRtuRequestRule, RepliesTornBySilenceAreDamageAndNothingElse) {
+  for (const std::size_t registers : {2U, 10U, 60U, 120U}) {
+    Bytes data;
+    for (std::size_t i = 0; i < registers; ++i) AppendU16(data, 1000 + 7 * i);
+    for (const std::size_t piece : kPieces) {
+      Listener listener;
+      const Bytes reply = ReadReply(data);
+      for (std::size_t at = 0; at < reply.size(); at += piece) {
+        listener.Hear(View(reply).subspan(at, std::min(piece, reply.size() - at)));
+        listener.Silence();
+      }
+      EXPECT_TRUE(listener.frames().empty()) << registers << " registers by " << piece;
+      EXPECT_EQ(listener.blame() == Outcome::none, piece >= reply.size());
+      listener.Hear(kRead);
+      EXPECT_EQ(listener.frames(), Frames{kRead});
+    }
+  }
+}
+
+TEST(ModbusRtuRequestRule, GluedRequestsAndRepliesAreAllTaken) {
+  const std::pair<const char*, const char*> exchanges[] = {
+      {"0300C80002", "030409C400CA"},
+      {"0100000010", "0102CD6B"},
+      {"0600080002", "8602"},
+      {"1003E700020400010002", "1003E70002"},
+      {"0F0013000A02CD01", "0F0013000A"},
+      {"1700000002000A0001020005", "170400010002"},
+      {"2B0E0100", "2B0E0181000001000141"},
+  };
+  Bytes stream;
+  Frames requests;
+  for (const auto& [request, reply] : exchanges) {
+    for (const Bytes& frame : {Rtu(kOther, request), kRead}) requests.push_back(frame);
+    Append(stream, View(Joined({Rtu(kOther, request), Rtu(kOther, reply), kRead})));
+  }
+  for (const std::size_t piece : kPieces) {
+    const Listener listener = Heard(stream, piece);
+    EXPECT_EQ(listener.frames(), requests) << "by " << piece;
+    EXPECT_EQ(listener.blame(), Outcome::none) << "by " << piece;
+  }
+}
+
+TEST(ModbusRtuRequestRule, UnknownFunctionsAreTakenApartAtSilence) {
+  const Bytes request = Rtu(kOther, "11");
+  const Bytes reply = Wrap(Framing::rtu, kOther, Joined({Hex("11 0A 01 FF"), kWrite}));
+  for (const std::size_t piece : kPieces) {
+    const Listener glued = Heard(Joined({request, reply, kRead}), piece);
+    EXPECT_EQ(glued.frames(), (Frames{request, reply, kRead})) << "by " << piece;
+    EXPECT_EQ(glued.blame(), Outcome::none);
+    const Listener noisy = Heard(Joined({request, Hex("FF"), reply, kRead, Hex("00")}), piece);
+    EXPECT_EQ(noisy.frames(), (Frames{request, reply, kRead})) << "by " << piece;
+  }
+  Bytes stream = Joined({request, reply});
+  Frames expected = {request, reply};
+  while (expected.size() < 60) {
+    Append(stream, View(kRead));
+    expected.push_back(kRead);
+  }
+  EXPECT_EQ(Heard(stream).frames(), expected) << "without any silence, more than a frame is long";
+}
+
+TEST(ModbusRtuRequestRule, AWriteThatContradictsItselfIsWholeAtSilence) {
+  for (const char* pdu : {"1003E70003020005", "17F00001000A0001030005"}) {
+    const Bytes odd = Rtu(20, pdu);
+    Listener listener;
+    listener.Hear(odd);
+    EXPECT_TRUE(listener.frames().empty());
+    listener.Silence();
+    EXPECT_EQ(listener.frames(), Frames{odd}) << "the slave refuses it";
+  }
+}
+
+TEST(ModbusRtuRequestRule, ALoopbackDoesNotWaitForSilence) {
+  const Bytes loopback = Rtu(20, "080000A55A");
+  Listener listener;
+  listener.Hear(loopback);
+  EXPECT_EQ(listener.frames(), Frames{loopback});
+}
+
+TEST(ModbusRtuRequestRule, ARequestThatBeginsLikeAWholeReplyIsARequest) {
+  Bytes reply = Rtu(20, "03025800");
+  reply.push_back(0x00);  // a CRC that is good stays so
+  for (const std::size_t piece : kPieces) {
+    EXPECT_EQ(Heard(reply, piece).frames(), Frames{reply}) << "read 0258, by " << piece;
+  }
+}
+
+TEST(ModbusRtuRequestRule, TheLongestFramesAreTaken) {
+  Bytes pdu = WriteRegistersRequest(0, std::vector<std::uint16_t>(123, 0x0106));
+  const Bytes known = Wrap(Framing::rtu, 20, pdu);
+  pdu.assign(kMaxPdu, 0x64);
+  const Bytes unknown = Wrap(Framing::rtu, 20, pdu);
+  ASSERT_EQ(unknown.size(), kMaxRtu);
+  for (const std::size_t piece : kPieces) {
+    EXPECT_EQ(Heard(known, piece).frames(), Frames{known});
+    EXPECT_EQ(Heard(unknown, piece).frames(), Frames{unknown});
+  }
+}
+
+// ---------------------------------------------------------------- noise
+
+TEST(ModbusRtuRequestRule, BytesOfADriverBeforeARequestAreSkipped) {
+  for (const char* noise : {"00", "FF", "00 00 00", "FF 00", "00 FF FF", "FE", "F8 FF"}) {
+    for (std::uint8_t slave = 1; slave <= kLastSlave; ++slave) {
+      const Bytes request = Rtu(slave, "0301F40001");
+      const Listener listener = Heard(Joined({Hex(noise), request}));
+      ASSERT_EQ(listener.frames(), Frames{request}) << noise << " before slave " << int{slave};
+    }
+  }
+  EXPECT_EQ(Heard(Joined({Hex("00 FF"), kRead, Hex("FF 00")})).blame(), Outcome::none);
+  EXPECT_NE(Heard(Joined({Hex("FE"), kRead})).blame(), Outcome::none);
+  for (const char* noise : {"FF", "00"}) {
+    const Bytes request = Rtu(3, "1003E70001020005");
+    Listener at_once;
+    at_once.Hear(Joined({Hex(noise), request}));
+    EXPECT_EQ(at_once.frames(), Frames{request});
+  }
+}
+
+TEST(ModbusRtuRequestRule, ABroadcastIsNotNoise) {
+  const Bytes all = Rtu(0, "0600080002");
+  Listener listener;
+  listener.Hear(all);
+  EXPECT_EQ(listener.frames(), Frames{all});
+}
+
+TEST(ModbusRtuRequestRule, OtherNoiseCostsTheRequestBehindIt) {
+  Listener listener;
+  listener.Hear(Joined({Hex("13 37 01 03"), kRead}));
+  EXPECT_TRUE(listener.frames().empty());
+  listener.Silence();
+  EXPECT_TRUE(listener.frames().empty()) << "it may lie inside something else";
+  EXPECT_EQ(listener.blame(), Outcome::corrupt);
+  listener.Hear(kRead);
+  EXPECT_EQ(listener.frames(), Frames{kRead}) << "the master repeats it";
+}
+
+// ---------------------------------------------------------------- inside something else
+
+/// 60 registers that hold the write from `at` on.
+Bytes DataAround(std::size_t at, std::uint8_t filler) {
+  Bytes data(120, filler);
+  std::ranges::copy(kWrite, data.begin() + static_cast<std::ptrdiff_t>(at));
+  return data;
+}
+
+TEST(ModbusRtuRequestRule, AWriteInsideAReplyIsNotExecuted) {
+  for (const std::uint8_t filler : kFillers) {
+    for (std::size_t at = 0; at + kWrite.size() <= 120; ++at) {
+      const Bytes stream = Joined({ReadReply(DataAround(at, filler)), kRead});
+      for (const std::size_t piece : kPieces) {
+        const Listener listener = Heard(stream, piece);
+        ASSERT_EQ(listener.frames(), Frames{kRead})
+            << int{filler} << " at " << at << " by " << piece;
+        ASSERT_EQ(listener.blame(), Outcome::none);
+      }
+    }
+  }
+}
+
+TEST(ModbusRtuRequestRule, AWriteInsideADamagedReplyIsNotExecuted) {
+  for (const std::uint8_t slave : {std::uint8_t{2}, kOther}) {
+    for (const std::size_t at : {0U, 1U, 5U, 60U, 112U}) {
+      for (const std::uint8_t filler : kFillers) {
+        const Bytes reply = ReadReply(DataAround(at, filler), slave);
+        for (std::size_t bit = 0; bit < reply.size() * 8; ++bit) {
+          Bytes damaged = reply;
+          damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (1U << (bit % 8)));
+          for (const std::size_t piece : {std::size_t{1}, std::size_t{16}, std::size_t{1000}}) {
+            Listener listener = Heard(Joined({damaged, kRead}), piece);
+            ASSERT_FALSE(listener.Executed(kWrite)) << "bit " << bit << ", write at " << at;
+            ASSERT_NE(listener.blame(), Outcome::none);
+            listener.Hear(kRead);
+            ASSERT_TRUE(listener.Executed(kRead));
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(ModbusRtuRequestRule, AWriteInsideATornReplyIsNotExecuted) {
+  for (const std::uint8_t filler : kFillers) {
+    const Bytes reply = ReadReply(DataAround(50, filler));
+    for (std::size_t length = 1; length < reply.size(); ++length) {
+      EXPECT_FALSE(Heard(View(reply).first(length)).Executed(kWrite)) << length;
+      EXPECT_FALSE(Heard(Joined({Bytes(reply.begin(), reply.end() - 3), kRead})).Executed(kRead));
+      if (length == 3 || filler != 0x64) continue;  // as if a frame began there
+      const bool begins = length == 3 + 50;
+      EXPECT_EQ(Heard(View(reply).subspan(length)).Executed(kWrite), begins) << length;
+    }
+  }
+}
+
+TEST(ModbusRtuRequestRule, ALineWithoutSilenceExecutesNothingInItsFlood) {
+  std::mt19937 random(5);
+  for (int round = 0; round < 200; ++round) {
+    const int kind = round % 4;
+    Bytes flood = {0x55, 0x55};
+    while (flood.size() < 3000) {
+      if (kind == 0)
+        flood.resize(flood.size() + random() % 20, static_cast<std::uint8_t>(random()));
+      for (std::size_t i = random() % 60; kind > 0 && i > 0; --i) {
+        const std::uint8_t byte = static_cast<std::uint8_t>(random());
+        flood.push_back(kind == 1 ? byte : static_cast<std::uint8_t>(byte % (kind == 2 ? 2 : 8)));
+      }
+      Append(flood, View(kWrite));
+    }
+    for (const std::size_t piece : {std::size_t{1}, std::size_t{16}, std::size_t{5000}}) {
+      Listener listener = Heard(flood, piece);
+      ASSERT_FALSE(listener.Executed(kWrite)) << "round " << round << " by " << piece;
+      listener.Hear(kRead);
+      ASSERT_TRUE(listener.Executed(kRead));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace baudgate::modbus_master
