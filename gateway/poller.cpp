@@ -228,21 +228,6 @@ void Poller::OnTimer(Now now) {
   Settle();
 }
 
-bool Poller::Submit(WriteCommand command, Now now) {
-  Advance(now);
-  if (commands_.size() >= kQueueLimit) return false;
-  command.sequence = ++sequence_;
-  commands_.push_back(std::move(command));
-  if (open_) {
-    Settle();
-  } else {
-    WriteCommand refused = std::move(commands_.back());
-    commands_.pop_back();
-    refused.done(Outcome::line_down, WhyClosed());
-  }
-  return true;
-}
-
 std::optional<Instant> Poller::Deadline() const {
   if (!open_) return std::nullopt;
   std::optional<Instant> soonest = line_.Deadline();
@@ -295,35 +280,6 @@ void Poller::Settle() {
   AnswerConfirmed();
 }
 
-/// A client that reads what it has just written must not get the value from before.
-void Poller::AnswerConfirmed() {
-  // A device that does not answer the read-back at once does not hold up the answer to the write.
-  const bool first_try = work_ && work_->refresh && work_->attempts == 0;
-  const bool reading_back = !refresh_.empty() || first_try;
-  if (reading_back && open_) return;
-  for (const WriteCommand& command : std::exchange(confirmed_, {})) command.done(Outcome::ok, {});
-}
-
-void Poller::ExpireCommands() {
-  const auto expired = std::stable_partition(
-      commands_.begin(), commands_.end(),
-      [this](const WriteCommand& command) { return command.deadline > now_.instant; });
-  std::vector<WriteCommand> late(std::make_move_iterator(expired),
-                                 std::make_move_iterator(commands_.end()));
-  commands_.erase(expired, commands_.end());
-  for (std::size_t i = 0; i < confirmed_.size();) {
-    if (confirmed_[i].deadline > now_.instant) {
-      ++i;
-      continue;
-    }
-    confirmed_[i].done(Outcome::ok, {});  // the write itself was in time
-    confirmed_.erase(confirmed_.begin() + static_cast<std::ptrdiff_t>(i));
-  }
-  for (const WriteCommand& command : late) {
-    command.done(Outcome::no_reply, "the command waited for the line beyond its deadline");
-  }
-}
-
 void Poller::Pump() {
   while (open_ && line_.idle()) {
     if (!work_ && (winding_up_ || !PickTask())) return;
@@ -352,67 +308,6 @@ void Poller::Pump() {
     exchange.aftermath = Aftermath(*work_);
     line_.Start(std::move(exchange), now_.instant);
   }
-}
-
-/// How long the line waits even behind a good reply. A routed request is sent when no earlier
-/// answer can come any more, and never repeated here. An absent device keeps nobody waiting who can
-/// be told from it.
-Duration Poller::Aftermath(const Work& work) const {
-  const Device& device = *work.device;
-  const bool named = !work.request.expect.address.empty();
-  if (work.routed || (named && device.health.absent())) return device.trail;
-  return OlderAnswers(device);
-}
-
-/// A reply to the first of several unanswered requests may be taken for one to the last. Those to
-/// the requests between come after it, the last as much later as its request was sent later, and
-/// more on a device that has been seen to be late by varying times. One that has sent more than its
-/// reply before may do so again.
-Duration Poller::OlderAnswers(const Device& device) const {
-  if (!device.unanswered) return device.trail;
-  const Duration since = now_.instant - *device.unanswered + device.times.gap + device.late_drain;
-  return std::min(std::max(since, device.trail), device.times.ceiling);
-}
-
-/// When the request of `work` may be sent: no earlier than the last moment at which an answer to
-/// another request could come that would pass for its own. A retry may be met by the answer to its
-/// first try; a reply that carries its sender's address is not taken for another device's.
-Instant Poller::ClearAt(const Work& work) const {
-  if (work.attempts > 0) return {};
-  Instant clear{};
-  for (const Device* device : everyone_) {
-    const bool alike = device->IsSame(*work.device) || work.request.expect.address.empty();
-    if (alike) clear = std::max(clear, device->late_until);
-  }
-  return clear;
-}
-
-bool Poller::IsTooLate(const Work& work) const {
-  const auto latest = LatestStart(work);
-  return latest && *latest <= now_.instant;
-}
-
-/// When the request of the task may still be sent, if it has a deadline.
-std::optional<Instant> Poller::LatestStart(const Work& work) const {
-  if (work.command && !work.request.closes) return work.command->deadline;
-  if (!work.routed) return std::nullopt;
-  if (work.routed->empty()) return Instant{};  // nobody waits any more
-  return std::ranges::max(*work.routed, {}, &RoutedRequest::deadline).deadline;
-}
-
-/// Why the request of the task must not be sent; null: it may.
-const char* Poller::WhyNot(const Work& work) const {
-  if (work.request.closes) return nullptr;
-  if (!work.routed && !work.device->in_use) return "the device is disabled";
-  const bool first = !work.begun() && work.write <= 1;
-  if (first && work.command && work.command->dropped && *work.command->dropped) {
-    return "its client has left";
-  }
-  return IsTooLate(work) ? "the command waited for the line beyond its deadline" : nullptr;
-}
-
-bool Poller::IsWriting() const {
-  return work_ && work_->command && (work_->begun() || !work_->sending);
 }
 
 /// What a probe has cost is known when the line is idle again.

@@ -95,45 +95,6 @@ bool Poller::PickInTurn() {
   return PickPoll() || PickRouted(Priority::high) || PickRouted(Priority::low);
 }
 
-Poller::Device& Poller::DeviceOf(const WriteCommand& command) const {
-  return *devices_[command.device - devices_.front()->index];
-}
-
-/// Writes to one slave keep their order, whichever way they came.
-bool Poller::MayCommand(const WriteCommand& command) const {
-  const std::uint8_t slave = DeviceOf(command).slave;
-  if (slave == 0) return true;
-  const auto routed = routes_.FirstWrite(slave);
-  return !routed || *routed > command.sequence;
-}
-
-/// The first command whose device may be asked now; commands to one device keep their order.
-bool Poller::PickCommand() {
-  const auto next = std::ranges::find_if(commands_, [this](const WriteCommand& command) {
-    const Device& device = DeviceOf(command);
-    if (!MayCommand(command)) return false;
-    return device.late_until <= now_.instant || !device.in_use || device.health.absent();
-  });
-  if (next == commands_.end()) return false;
-  WriteCommand command = std::move(*next);
-  commands_.erase(next);
-  Device& device = DeviceOf(command);
-  if (command.dropped && *command.dropped) {
-    command.done(Outcome::no_reply, "its client has left");
-  } else if (!device.in_use) {
-    command.done(Outcome::no_reply, "the device is disabled");
-  } else if (device.health.absent()) {
-    command.done(Outcome::no_reply, "the device is offline");
-  } else if (command.writes.empty()) {
-    command.done(Outcome::ok, {});
-  } else {
-    BeginTask(device, {});
-    work_->command = std::move(command);
-    NextWrite();
-  }
-  return true;
-}
-
 /// Devices that answer go before those that do not, as long as these have had more than their
 /// share.
 bool Poller::SureFirst() const {
@@ -148,20 +109,6 @@ bool Poller::PickParked() {
     return true;
   }
   return false;
-}
-
-bool Poller::PickRefresh() {
-  const auto next = std::ranges::find_if(
-      refresh_, [this](const auto& wanted) { return wanted.first->late_until <= now_.instant; });
-  if (next == refresh_.end()) return false;
-  const auto [device, query] = *next;
-  refresh_.erase(next);
-  if (!device->in_use || device->health.absent() || query >= device->conversation->Queries().size())
-    return true;
-  BeginTask(*device, {Task::Kind::poll, query, kNoPoint, {}});
-  work_->refresh = true;
-  Ask();
-  return true;
 }
 
 bool Poller::PickPoll() {

@@ -136,39 +136,6 @@ void Poller::ResumePostponed(Outcome outcome, const std::string& reason) {
   FinishTask(outcome == Outcome::ok ? Outcome::busy : outcome, reason);
 }
 
-/// Entries of one address are one device on the wire.
-void Poller::Recognise(Device& device, const Bytes& sender) {
-  if (!device.sender.empty() || sender.empty()) return;
-  device.sender = sender;
-  for (Device* other : everyone_) {
-    if (other == &device || !device.IsSame(*other)) continue;
-    device.order = other->order;
-    device.probe_index = other->probe_index;
-    return;
-  }
-}
-
-void Poller::SetLate(const Device& device, Instant until) {
-  for (Device* one : everyone_) {
-    if (one->IsSame(device)) one->late_until = until;
-  }
-}
-
-/// No request of its own may be met by what is still under way.
-void Poller::HoldBack(const Device& device) {
-  for (const Device* one : everyone_) {
-    if (one->IsSame(device) && one->polled()) schedule_.Hold(one->slot, device.late_until);
-  }
-}
-
-void Poller::OnCopy(Duration since_sent, Instant) {
-  if (last_ == nullptr) return;
-  ChangeStatus(*last_, [](DeviceStatus& status) { ++status.copies; });
-  // The late answer to the first try was taken for that to its retry: this is the retry's own.
-  const Duration late = since_sent - last_->times.reply;
-  if (last_->retried && late > Duration::zero()) CountLate(*last_, late);
-}
-
 void Poller::OnSecondReply(Instant) {
   if (last_ == nullptr) return;
   ChangeStatus(*last_, [](DeviceStatus& status) { ++status.doubled; });

@@ -1,6 +1,6 @@
 // One task of the poller from its first request to its end: what an outcome leads to. Whether a
-// reply is that to its request is in poller_order.cpp, what the end says about device and line in
-// poller_status.cpp.
+// reply is that to its request is in poller_order.cpp, what may be answered later in
+// poller_late.cpp, what the end says about device and line in poller_status.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <utility>
@@ -18,7 +18,6 @@ constexpr int kMostSteps = 8;
 /// A device that was late once is trusted again by and by: each good answer takes off this part of
 /// its longer quarantine.
 constexpr int kLateDecay = 64;
-constexpr int kLongestTrail = 256;  // characters
 constexpr Duration kForgiven = 1ms;
 
 /// A second reply shows itself behind the exchange that it spoilt, or a few later.
@@ -127,35 +126,6 @@ void Poller::OnExchangeEnd(const ExchangeEnd& end, Instant) {
   work_->end = end;
 }
 
-void Poller::OnStrayBytes(std::size_t count, Duration since_end, Instant) {
-  // A late answer, or the rest of one: this device gets a longer quarantine from now on. What comes
-  // too late for any answer is noise, and what follows a damaged one belongs to it.
-  const bool noise = last_ == nullptr || since_end > last_->times.ceiling;
-  const bool rest = !noise && (last_->babbles || last_->cut_short);
-  if (!rest) counters_.stray_bytes += count;
-  if (noise || last_->babbles) return;
-  Device& device = *last_;
-  if (std::exchange(device.awaits_late, false)) CountLate(device, since_end);
-  const Duration needed = std::min(since_end + device.times.gap, device.times.ceiling);
-  if (device.answered) {
-    // A second copy of the answer, or noise behind it: not longer than an answer can be.
-    const Duration longest = device.times.drain + kLongestTrail * device.times.character;
-    if (since_end <= longest) device.trail = std::max(device.trail, std::min(needed, longest));
-    return;
-  }
-  if (needed <= device.times.drain + device.late_drain) return;
-  if (!std::exchange(device.told_late, true)) {
-    const auto after = FormatDuration(std::chrono::round<std::chrono::milliseconds>(since_end));
-    listener_.OnWarning(device.index, device.cut_short
-                                          ? "the rest of a broken reply came " + after +
-                                                " later; if this goes on, raise timing.gap"
-                                          : "bytes came " + after +
-                                                " after its exchange had ended; if this goes on, "
-                                                "raise timing.reply");
-  }
-  device.late_drain = needed - device.times.drain;
-}
-
 /// In verify mode an exchange without a whole echo is no good one, and its reason says which.
 void Poller::JudgeEcho(ExchangeEnd& end) {
   const EchoResult rest = echo_.OnExchangeEnd();
@@ -164,32 +134,6 @@ void Poller::JudgeEcho(ExchangeEnd& end) {
   ++counters_.collisions;
   end.reason = rest.bytes.empty() ? "no reply, and not even the echo of the request"
                                   : "the echo of the request stopped in its midst";
-}
-
-/// An unexpected frame may be another device's late answer: then this device's own is still to
-/// come. After damage polled devices are found out by their probes; for others what was damaged
-/// counts as the answer only where it is as long.
-bool Poller::MayStillAnswer(const Work& work, const ExchangeEnd& end) const {
-  if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) return true;
-  const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
-  if (!damaged || work.device->polled()) return false;
-  // Nor may it have been somebody else's.
-  const bool others = std::ranges::any_of(everyone_, [&](const Device* device) {
-    return device != work.device && device->late_until > work.exchange_began;
-  });
-  return others || std::ranges::none_of(work.request.expect.shapes, [&](const Shape& shape) {
-           return end.received >= shape.min_length && end.received <= shape.max_length;
-         });
-}
-
-/// Until then an answer to its last request may come.
-Instant Poller::AnswersEnd(const Work& work) const {
-  const LineTimes& times = work.device->times;
-  const auto characters = static_cast<std::int64_t>(work.request.bytes.size());
-  const Instant by_request =
-      work.exchange_began + times.quiet + characters * times.character + times.ceiling;
-  const Instant by_end = now_.instant + times.ceiling - times.reply;
-  return work.device->polled() ? by_end : std::max(by_request, by_end);
 }
 
 void Poller::ConcludeExchange() {
@@ -238,16 +182,6 @@ void Poller::ConcludeExchange() {
     last_failure_ = now_.instant;
     OnFailed();
   }
-}
-
-/// Answers to what an absent device was asked before may come yet: the device alone waits for them,
-/// unless its answers are known to be in step.
-void Poller::AwaitOlderAnswers() {
-  Device& device = *work_->device;
-  const bool owed =
-      device.unanswered && !work_->routed && device.health.absent() && !device.order->IsInStep();
-  SetLate(device, owed ? now_.instant + OlderAnswers(device) : Instant{});
-  if (owed) HoldBack(device);
 }
 
 void Poller::OnAnswered() {
@@ -331,18 +265,6 @@ bool Poller::HasOverstayed(const Work& work) const {
   const bool poll = work.attempts > 0 && !work.command && !work.routed && !postponed_;
   return poll && now_.instant - work.failed_at > work.device->times.reply &&
          schedule_.SureDue(now_.instant);
-}
-
-/// What waits for the line is not sent. What it has begun is ended in order.
-void Poller::BreakOff(const std::string& why) {
-  Work& work = *work_;
-  work.mute = true;
-  const bool closes =
-      !work.routed && work.begun() &&
-      work.device->conversation->OnFailure(work.task, work.request, Outcome::no_reply,
-                                           now_.instant) == Then::ask_again;
-  if (closes) return Ask();
-  FinishTask(Outcome::no_reply, why);
 }
 
 /// Once a whole task has failed, or several devices have fallen silent together, those that answer
@@ -434,31 +356,6 @@ void Poller::RepeatOnce(Device& device, Outcome outcome) {
   const Duration wait = slow * (1 << std::min(device.once_repeats, kMostDoublings));
   if (outcome == Outcome::no_reply) ++device.once_repeats;
   schedule_.RepeatOnce(device.slot, now_.instant + std::min<Duration>(wait, kLongestRepeat));
-}
-
-/// The writes of the command before work_->write are confirmed: goes on with the next.
-void Poller::NextWrite() {
-  Work& work = *work_;
-  Device& device = *work.device;
-  const PointWrite& write = work.command->writes[work.write++];
-  auto raw = ToRaw(device.config->points[write.point], write.value);
-  work.task.kind = Task::Kind::write;
-  work.task.point = write.point;
-  if (!raw) {
-    work.mute = true;
-    FinishTask(Outcome::refused, raw.error());
-    return;
-  }
-  work.task.value = std::move(*raw);
-  const auto queries = device.conversation->Queries();
-  for (std::size_t query = 0; query < queries.size(); ++query) {
-    const auto& points = queries[query].points;
-    if (std::find(points.begin(), points.end(), write.point) == points.end()) continue;
-    const std::pair wanted(&device, query);
-    const bool known = std::find(refresh_.begin(), refresh_.end(), wanted) != refresh_.end();
-    if (!known && refresh_.size() < kQueueLimit) refresh_.push_back(wanted);
-  }
-  Ask();
 }
 
 }  // namespace baudgate
