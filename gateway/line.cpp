@@ -104,7 +104,7 @@ void Line::OnBytes(View bytes, Instant now) {
       client_.OnStrayBytes(bytes.size(), now - ended_, now);
       break;
     case State::sending:
-      if (keeps_bit_rate_ && now >= sent_until_) {  // the timer is late
+      if (now >= sent_until_) {  // the timer is late
         EndSending(now);
         OnBytes(bytes, now);
       } else if (keeps_bit_rate_) {

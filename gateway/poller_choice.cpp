@@ -129,8 +129,12 @@ bool Poller::Wanted(const Device& device) const {
   return routes_.HasFor(device.slave) || MayRepeatRead(device);
 }
 
+/// Soon after it was asked for; later only behind an exchange, where whoever asks next waits least
+/// for it.
 bool Poller::MayRepeatRead(const Device& device) const {
-  return !device.refused_read.empty() && now_.instant - device.refused_at < kStillWanted;
+  if (device.refused_read.empty()) return false;
+  const bool behind = idle_since_ == now_.instant;
+  return now_.instant - device.refused_at < (behind ? kStillWanted : kClientsReturn);
 }
 
 Poller::Device* Poller::Absent(std::size_t turn) const {

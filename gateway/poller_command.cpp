@@ -164,10 +164,9 @@ bool Poller::IsWriting() const {
 void Poller::BreakOff(const std::string& why) {
   Work& work = *work_;
   work.mute = true;
-  const bool closes =
-      !work.routed && work.begun() &&
-      work.device->conversation->OnFailure(work.task, work.request, Outcome::no_reply,
-                                           now_.instant) == Then::ask_again;
+  const bool closes = !work.routed && work.begun() &&
+                      work.device->conversation->OnFailure(work.task, work.request, Outcome::busy,
+                                                           now_.instant) == Then::ask_again;
   if (closes) return Ask();
   FinishTask(Outcome::no_reply, why);
 }

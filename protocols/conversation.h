@@ -94,7 +94,7 @@ class Conversation {
   /// not fit the request is `unexpected` and gives no readings. At most 8 steps make a task.
   virtual Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) = 0;
 
-  /// The exchange failed for good (retries are used up, it must not be repeated, or its time was
+  /// The exchange failed for good (retries are used up, it must not be repeated; busy: its time was
   /// over before it was sent). ask_again: a step remains even so, for example closing a password
   /// that may be open.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }

@@ -138,8 +138,12 @@ Then WriteSession::OnFailure(Outcome outcome) {
   }
   result_ = {};
   result_.outcome = outcome;
-  result_.reason = step_ == Step::open ? "no answer to the password; nothing was written"
-                                       : "no answer to the write; it may have been carried out";
+  if (outcome == Outcome::busy) {
+    result_.reason = "the time of the write was over before it was sent";
+  } else {
+    result_.reason = step_ == Step::open ? "no answer to the password; nothing was written"
+                                         : "no answer to the write; it may have been carried out";
+  }
   step_ = Step::close;
   return Then::ask_again;
 }

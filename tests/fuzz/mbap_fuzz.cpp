@@ -47,7 +47,7 @@ void Answer(modbus::Service& service, View frame) {
     if (modbus::IsWrite(frame)) {
       Outcome ended = Outcome::ok;
       exception =
-          service.Submit(request, ModbusNow() + 5s,
+          service.Submit(request, ModbusNow() + 5s, nullptr,
                          [&ended](Outcome outcome, const std::string&) { ended = outcome; });
       if (exception == ExceptionCode::none) exception = modbus::Service::ExceptionOf(ended);
     } else {

@@ -266,6 +266,14 @@ TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
   EXPECT_EQ(strays_.size(), 1U);
 }
 
+TEST_F(LineTest, AReplyToARequestWhoseEndNobodySawIsTooLateAlike) {
+  Reach(State::sending);
+  line_.OnBytes(reply_, At(5s));
+  EXPECT_TRUE(frames_.empty());
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
+}
+
 TEST_F(LineTest, TheRestOfAReplyThatWaitedAlike) {
   Reach(State::await_first);
   line_.OnBytes(View(reply_).first(3), At(1015ms));

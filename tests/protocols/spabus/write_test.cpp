@@ -92,6 +92,18 @@ TEST(SpaWrite, ClosesAfterSilence) {
   }
 }
 
+TEST(SpaWrite, ClosesWhenItsTimeWasOverBeforeTheValueWasSent) {
+  Talk talk(Device(345));
+  talk.Ask(kWrite);
+  talk.Hear(kWrite, "<1A:");
+  talk.Ask(kWrite);
+  EXPECT_EQ(talk.Fail(kWrite, Outcome::busy), Then::ask_again);
+  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV161:345");
+  const Answer answer = talk.Hear(kWrite, "<1A:");
+  EXPECT_EQ(answer.outcome, Outcome::busy) << "an answer, and no reason to wait for another";
+  EXPECT_NE(answer.reason.find("before it was sent"), std::string::npos);
+}
+
 TEST(SpaWrite, ClosesAfterAStrangersAnswer) {
   Talk talk(Device(345));
   talk.Ask(kWrite);
