@@ -128,8 +128,18 @@ TEST_F(RtuOverTcpTest, BytesBehindARequestThatBecomeNoneDoNotKeepItsAnswer) {
 }
 
 TEST_F(RtuOverTcpTest, DamageIsNeverAnswered) {
+  Add(1, 20, 20);
+  drive_.answer = Count;
   StartServer();
   const RawClient client = Connect();
+  const RawClient other = Connect();
+  // An answer that only silence releases, and what the client sent before has met the same.
+  const auto await_silence = [&] {
+    Bytes request = Rtu(20, kRead);
+    Append(request, View(ParseHex("14 03").value()));
+    other.Send(request);
+    ExpectReply(other, 20, "03 02 01 F4");
+  };
   const Bytes good = Rtu(1, "03 00 00 00 01");
   Bytes damaged = good;
   damaged.back() ^= 1;
@@ -137,8 +147,7 @@ TEST_F(RtuOverTcpTest, DamageIsNeverAnswered) {
   Append(hidden, View(Rtu(1, "06 00 00 00 07")));
   for (const Bytes& noise : {damaged, hidden}) {
     client.Send(noise);
-    // Only silence ends it; a slow machine may make one pause of several.
-    std::this_thread::sleep_for(200ms);
+    await_silence();
     client.Send(good);
     ExpectReply(client, 1, "03 02 FF FE");
   }
