@@ -7,8 +7,8 @@
 #include "config/option_table.h"
 #include "config/points.h"
 #include "config/serial.h"
-#include "config/spelling.h"
 #include "config/wire.h"
+#include "gateway/base/spelling.h"
 
 namespace baudgate::config {
 namespace {

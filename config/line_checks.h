@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "config/catalog.h"
-#include "config/config.h"
+#include "config/model/config.h"
 #include "config/names.h"
-#include "config/problem.h"
+#include "config/yaml/problem.h"
 
 namespace baudgate::config {
 

@@ -8,7 +8,7 @@
 #include "config/network.h"
 #include "config/option_table.h"
 #include "config/serial.h"
-#include "config/spelling.h"
+#include "gateway/base/spelling.h"
 
 namespace baudgate::config {
 namespace {

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "config/catalog.h"
-#include "config/config.h"
+#include "config/model/line.h"
 #include "config/profile.h"
 #include "config/validate.h"
-#include "config/yaml_reader.h"
+#include "config/yaml/yaml_reader.h"
 
 namespace baudgate::config {
 

@@ -10,7 +10,7 @@
 #include "config/names.h"
 #include "config/network.h"
 #include "config/serial.h"
-#include "config/spelling.h"
+#include "gateway/base/spelling.h"
 
 namespace baudgate::config {
 namespace {

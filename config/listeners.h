@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "config/config.h"
 #include "config/lines.h"
-#include "config/yaml_reader.h"
+#include "config/model/listener.h"
+#include "config/yaml/yaml_reader.h"
 
 namespace baudgate::config {
 

@@ -8,7 +8,7 @@
 #include "config/option_table.h"
 #include "config/outputs.h"
 #include "config/profile.h"
-#include "config/yaml_reader.h"
+#include "config/yaml/yaml_reader.h"
 
 namespace baudgate::config {
 namespace {

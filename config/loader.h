@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "config/catalog.h"
-#include "config/config.h"
-#include "config/problem.h"
+#include "config/model/config.h"
+#include "config/yaml/problem.h"
 
 namespace baudgate::config {
 

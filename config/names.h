@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "config/yaml_reader.h"
+#include "config/yaml/yaml_reader.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::config {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "config/spelling.h"
+#include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "config/config.h"
+#include "config/model/listener.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::config {

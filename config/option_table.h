@@ -6,8 +6,8 @@
 
 #include <string_view>
 
-#include "config/config.h"
-#include "config/yaml_reader.h"
+#include "config/model/options.h"
+#include "config/yaml/yaml_reader.h"
 #include "gateway/base/result.h"
 #include "protocols/protocol.h"
 

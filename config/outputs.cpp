@@ -6,7 +6,7 @@
 #include "config/network.h"
 #include "config/routes.h"
 #include "config/serial.h"
-#include "config/spelling.h"
+#include "gateway/base/spelling.h"
 
 namespace baudgate::config {
 namespace {

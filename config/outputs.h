@@ -5,9 +5,9 @@
 
 #include <vector>
 
-#include "config/config.h"
 #include "config/lines.h"
-#include "config/yaml_reader.h"
+#include "config/model/config.h"
+#include "config/yaml/yaml_reader.h"
 
 namespace baudgate::config {
 

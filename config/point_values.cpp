@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "config/spelling.h"
+#include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "config/config.h"
-#include "config/yaml_reader.h"
+#include "config/model/point.h"
+#include "config/yaml/yaml_reader.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::config {

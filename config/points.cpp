@@ -6,8 +6,8 @@
 
 #include "config/names.h"
 #include "config/point_values.h"
-#include "config/spelling.h"
 #include "config/validate.h"
+#include "gateway/base/spelling.h"
 
 namespace baudgate::config {
 namespace {
@@ -179,7 +179,7 @@ std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<
 std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw, const Protocol* protocol,
                                Problems& problems) {
   std::vector<Point> points;
-  RegisterMap registers(problems);
+  RegisterClaims registers(problems);
   points.reserve(raw.size());
   for (const RawPoint& one : raw) {
     MapReader map(one.keys, one.mark, "point '" + one.name + "'", problems);

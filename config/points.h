@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "config/config.h"
-#include "config/yaml_reader.h"
+#include "config/model/point.h"
+#include "config/yaml/yaml_reader.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::config {

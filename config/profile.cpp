@@ -3,7 +3,7 @@
 
 #include "config/option_table.h"
 #include "config/serial.h"
-#include "config/spelling.h"
+#include "gateway/base/spelling.h"
 
 namespace baudgate::config {
 namespace {

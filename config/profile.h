@@ -9,7 +9,7 @@
 
 #include "config/catalog.h"
 #include "config/points.h"
-#include "config/problem.h"
+#include "config/yaml/problem.h"
 
 namespace baudgate::config {
 

@@ -4,9 +4,11 @@
 
 #include <vector>
 
-#include "config/config.h"
 #include "config/lines.h"
-#include "config/yaml_reader.h"
+#include "config/model/line.h"
+#include "config/model/listener.h"
+#include "config/model/route.h"
+#include "config/yaml/yaml_reader.h"
 
 namespace baudgate::config {
 

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "config/spelling.h"
 #include "config/validate.h"
+#include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {

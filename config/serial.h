@@ -3,8 +3,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "config/config.h"
-#include "config/yaml_reader.h"
+#include "config/model/serial.h"
+#include "config/model/timing.h"
+#include "config/yaml/yaml_reader.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::config {

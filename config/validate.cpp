@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "config/network.h"
-#include "config/spelling.h"
+#include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {
@@ -105,7 +105,7 @@ void CheckPoint(const Point& point, const MapReader& map) {
   CheckOnFault(point, map.MarkOf("on_fault"), problems);
 }
 
-void RegisterMap::Add(const Point& point, const Mark& mark) {
+void RegisterClaims::Add(const Point& point, const Mark& mark) {
   if (!point.modbus) return;
   const int first = *point.modbus;
   const int count = point.table == Table::bits ? 1 : static_cast<int>(RegisterCount(point));

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "config/catalog.h"
-#include "config/config.h"
-#include "config/yaml_reader.h"
+#include "config/model/config.h"
+#include "config/yaml/yaml_reader.h"
 
 namespace baudgate::config {
 
@@ -18,9 +18,9 @@ namespace baudgate::config {
 void CheckPoint(const Point& point, const MapReader& map);
 
 /// The register tables of one device: ranges, and no two points in one place.
-class RegisterMap {
+class RegisterClaims {
  public:
-  explicit RegisterMap(Problems& problems) : problems_(problems) {}
+  explicit RegisterClaims(Problems& problems) : problems_(problems) {}
   /// `mark`: of the point's `modbus`.
   void Add(const Point& point, const Mark& mark);
 

@@ -11,25 +11,25 @@
 #include <iostream>
 #include <optional>
 
-#include "config/spelling.h"
-#include "gateway/cli/check.h"
-#include "gateway/cli/decode.h"
-#include "gateway/cli/demo.h"
-#include "gateway/cli/fault_text.h"
-#include "gateway/cli/in_use.h"
-#include "gateway/cli/map.h"
-#include "gateway/cli/profiles.h"
-#include "gateway/cli/protocols.h"
-#include "gateway/cli/release.h"
-#include "gateway/cli/run.h"
-#include "gateway/cli/simulate.h"
-#include "gateway/cli/status.h"
-#include "gateway/cli/trace.h"
-#include "gateway/log.h"
-#include "gateway/modules.h"
+#include "gateway/base/log.h"
+#include "gateway/base/spelling.h"
+#include "gateway/cli/client/in_use.h"
+#include "gateway/cli/client/release.h"
+#include "gateway/cli/client/status.h"
+#include "gateway/cli/client/trace.h"
+#include "gateway/cli/live/demo.h"
+#include "gateway/cli/live/run.h"
+#include "gateway/cli/offline/check.h"
+#include "gateway/cli/offline/decode.h"
+#include "gateway/cli/offline/map.h"
+#include "gateway/cli/offline/profiles.h"
+#include "gateway/cli/offline/protocols.h"
+#include "gateway/cli/offline/simulate.h"
+#include "gateway/daemon/modules.h"
+#include "gateway/simulate/fault_text.h"
 #include "gateway/version.h"
 #ifdef BAUDGATE_WITH_DDS
-#include "gateway/cli/watch.h"
+#include "gateway/cli/live/watch.h"
 #endif
 
 namespace {

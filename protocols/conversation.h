@@ -1,5 +1,5 @@
 // The contract of conversations: what one device is asked, and what its answers mean.
-// One object per device, made by the protocol's Bus; driven by gateway/poller.h on the line's
+// One object per device, made by the protocol's Bus; driven by gateway/poll/poller.h on the line's
 // thread. A conversation has no threads, no sockets, no clock of its own and writes no log.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "config/config.h"
+#include "config/model/point.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/quality.h"

@@ -1,5 +1,5 @@
 // The contract of frame rules: where a protocol's messages begin and end in a stream of bytes.
-// A rule is a stateless, pure function; gateway/assembler.h does the buffering around it.
+// A rule is a stateless, pure function; gateway/line/assembler.h does the buffering around it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

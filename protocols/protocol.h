@@ -11,7 +11,7 @@
 #include <string_view>
 #include <utility>
 
-#include "config/config.h"
+#include "config/model/line.h"
 #include "gateway/base/result.h"
 #include "protocols/conversation.h"
 #include "protocols/frame_rule.h"

@@ -1,5 +1,5 @@
 // The contract of twins: device simulators that answer requests as the real device does.
-// gateway/simulator.h gives a twin its pty, its bit rate, its think time and its faults.
+// gateway/simulate/simulator.h gives a twin its pty, its bit rate, its think time and its faults.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

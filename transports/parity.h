@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "config/config.h"
+#include "config/model/serial.h"
 #include "gateway/base/bytes.h"
 
 namespace baudgate {

@@ -12,7 +12,7 @@
 #include "transports/parmrk.h"
 #include "transports/port_lock.h"
 #include "transports/serial_settings.h"
-#include "transports/session.h"
+#include "transports/stream_pump.h"
 
 namespace baudgate {
 namespace {
@@ -52,7 +52,7 @@ class SerialPort final : public Transport {
   config::SerialSettings serial_;
   asio::io_context& io_;
   TransportListener& listener_;
-  std::shared_ptr<Session<Descriptor>> session_;
+  std::shared_ptr<StreamPump<Descriptor>> session_;
   std::shared_ptr<char> attempt_;  ///< held while an Open is under way; gone = cancelled
   bool keeps_bit_rate_ = false;
   int stuck_ = 0;                ///< requests in a row that were given up before they were out
@@ -78,7 +78,7 @@ void SerialPort::TryOpen() {
     listener_.OnOpenFailed(descriptor.error());
     return;
   }
-  session_ = std::make_shared<Session<Descriptor>>(
+  session_ = std::make_shared<StreamPump<Descriptor>>(
       std::move(*descriptor), [this](View raw) { OnRead(raw); },
       [this](const std::error_code& error) { OnEnd(error); });
   session_->Start();

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "config/config.h"
+#include "config/model/serial.h"
 #include "gateway/base/result.h"
 #include "transports/transport.h"
 

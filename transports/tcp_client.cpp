@@ -15,7 +15,7 @@
 #include "gateway/base/time.h"
 #include "transports/parity.h"
 #include "transports/serial_settings.h"
-#include "transports/session.h"
+#include "transports/stream_pump.h"
 #include "transports/tcp_address.h"
 
 namespace baudgate {
@@ -107,7 +107,7 @@ class TcpClient final : public Transport {
   asio::io_context& io_;
   TransportListener& listener_;
   AttemptPtr attempt_;
-  std::shared_ptr<Session<tcp::socket>> session_;
+  std::shared_ptr<StreamPump<tcp::socket>> session_;
   SoftwareParity parity_;
   asio::steady_timer ack_timer_;
   std::shared_ptr<char> awaiting_;  ///< held while the timer runs; gone = its end means nothing
@@ -170,7 +170,7 @@ void TcpClient::Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoi
 void TcpClient::OnConnected(const AttemptPtr& attempt) {
   SetOptions(attempt->socket);
   parity_ = SoftwareParity(serial_.software_parity ? serial_.parity : config::Parity::none);
-  session_ = std::make_shared<Session<tcp::socket>>(
+  session_ = std::make_shared<StreamPump<tcp::socket>>(
       std::move(attempt->socket), [this](View raw) { OnRead(raw); },
       [this](const std::error_code& error) { OnEnd(error); });
   Abandon();

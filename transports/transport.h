@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "config/config.h"
+#include "config/model/line.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 

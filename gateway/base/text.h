@@ -43,6 +43,9 @@ std::string FormatNumber(double value);
 /// Printable ASCII for people: "\r" and other control bytes escaped.
 std::string Printable(View bytes);
 
+/// "10.0.0.9:502", "[::1]:502".
+std::string HostAndPort(const std::string& host, std::uint16_t port);
+
 std::string_view Trim(std::string_view text);
 std::vector<std::string_view> Split(std::string_view text, char separator);
 

@@ -12,7 +12,7 @@
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
 #include "gateway/dds/due_queue.h"
-#include "gateway/device_status.h"
+#include "gateway/store/device_status.h"
 
 namespace baudgate::dds {
 

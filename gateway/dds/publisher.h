@@ -13,13 +13,13 @@
 #include <thread>
 #include <vector>
 
-#include "config/config.h"
+#include "config/model/config.h"
 #include "gateway/base/result.h"
-#include "gateway/change_feed.h"
 #include "gateway/dds/publish_plan.h"
 #include "gateway/dds/sample_writer.h"
 #include "gateway/dds/samples.h"
-#include "gateway/point_store.h"
+#include "gateway/store/change_feed.h"
+#include "gateway/store/point_store.h"
 
 namespace baudgate::dds {
 

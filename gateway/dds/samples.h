@@ -37,7 +37,7 @@ struct DeviceSample {
   std::string gateway;  ///< key
   std::string device;   ///< key
   std::string line;
-  std::uint16_t state = 0;         ///< gateway/device_status.h
+  std::uint16_t state = 0;         ///< gateway/store/device_status.h
   std::uint16_t last_outcome = 0;  ///< gateway/base/outcome.h
   std::int64_t last_ok_time_ns = 0;
   std::uint32_t exchanges = 0;

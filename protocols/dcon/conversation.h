@@ -1,5 +1,5 @@
 // What a DCON device is asked and what its answers mean: one request per command, however many
-// points it serves. Points come from the configuration, readings go to gateway/poller.h.
+// points it serves. Points come from the configuration, readings go to gateway/poll/poller.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

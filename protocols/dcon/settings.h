@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "config/config.h"
+#include "config/model/options.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::dcon {

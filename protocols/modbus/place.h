@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "config/config.h"
+#include "config/model/device.h"
 #include "gateway/base/result.h"
 #include "protocols/protocol.h"
 

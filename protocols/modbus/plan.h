@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/config.h"
+#include "config/model/point.h"
 #include "protocols/conversation.h"
 #include "protocols/modbus/place.h"
 #include "protocols/modbus/settings.h"

@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "config/config.h"
+#include "config/model/device.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::modbus_master {

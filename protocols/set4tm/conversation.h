@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "config/config.h"
+#include "config/model/line.h"
 #include "protocols/protocol.h"
 #include "protocols/set4tm/plan.h"
 

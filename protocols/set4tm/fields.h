@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "config/config.h"
+#include "config/model/point.h"
 #include "gateway/base/result.h"
 #include "protocols/protocol.h"
 #include "protocols/set4tm/constants.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "config/config.h"
+#include "config/model/point.h"
 #include "protocols/conversation.h"
 #include "protocols/set4tm/fields.h"
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "config/config.h"
+#include "config/model/device.h"
 #include "protocols/set4tm/fields.h"
 #include "protocols/twin.h"
 

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "config/config.h"
+#include "config/model/options.h"
 #include "protocols/spabus/codec.h"
 #include "protocols/spabus/reply.h"
 

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "config/config.h"
+#include "config/model/point.h"
 #include "protocols/conversation.h"
 #include "protocols/spabus/codec.h"
 

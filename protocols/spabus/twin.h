@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "config/config.h"
+#include "config/model/device.h"
 #include "protocols/spabus/codec.h"
 #include "protocols/spabus/plan.h"
 #include "protocols/twin.h"

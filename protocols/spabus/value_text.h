@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "config/config.h"
+#include "config/model/point.h"
 #include "gateway/base/quality.h"
 #include "gateway/base/result.h"
 #include "gateway/base/value.h"

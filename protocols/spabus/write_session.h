@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "config/config.h"
+#include "config/model/point.h"
 #include "gateway/base/result.h"
 #include "protocols/conversation.h"
 #include "protocols/spabus/codec.h"

@@ -16,14 +16,14 @@
 #include <optional>
 #include <thread>
 
-#include "gateway/assembler.h"
 #include "gateway/base/text.h"
+#include "gateway/daemon/line_runner.h"
 #include "gateway/dds/publisher.h"
 #include "gateway/dds/sample_writer.h"
 #include "gateway/dds/subscriber.h"
-#include "gateway/line_runner.h"
+#include "gateway/line/assembler.h"
+#include "gateway/simulate/pty.h"
 #include "tests/bench/bench.h"
-#include "transports/pty.h"
 
 namespace baudgate::bench {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "config/catalog.h"
-#include "config/config.h"
+#include "config/model/config.h"
 
 namespace baudgate::bench {
 

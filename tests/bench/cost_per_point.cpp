@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "gateway/dds/publisher.h"
-#include "gateway/point_store.h"
+#include "gateway/store/point_store.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {

@@ -11,8 +11,8 @@
 #include <memory>
 #include <thread>
 
-#include "gateway/line_runner.h"
-#include "gateway/simulator.h"
+#include "gateway/daemon/line_runner.h"
+#include "gateway/simulate/simulator.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {

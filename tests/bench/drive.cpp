@@ -15,10 +15,10 @@
 #include <thread>
 
 #include "gateway/base/text.h"
-#include "gateway/daemon.h"
+#include "gateway/daemon/daemon.h"
+#include "gateway/simulate/pty.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/rtu_slave.h"
-#include "transports/pty.h"
 
 namespace baudgate::bench {
 namespace {

@@ -6,8 +6,8 @@
 #include <asio/io_context.hpp>
 #include <thread>
 
-#include "gateway/line_runner.h"
-#include "gateway/simulator.h"
+#include "gateway/daemon/line_runner.h"
+#include "gateway/simulate/simulator.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {

@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "config/loader.h"
-#include "gateway/log.h"
-#include "gateway/modules.h"
+#include "gateway/base/log.h"
+#include "gateway/daemon/modules.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {

@@ -19,7 +19,7 @@
 #include <cstring>
 #include <thread>
 
-#include "gateway/modbus/server.h"
+#include "gateway/modbus/server/modbus_server.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {
@@ -196,7 +196,7 @@ class Server {
   Server()
       : config_(MakeConfig()),
         store_(config_),
-        server_(config_, store_, sink_, [] { return modbus::GatewayInfo{}; }) {
+        server_(config_, store_, sink_, [] { return modbus::GatewayFigures{}; }) {
     std::vector<Sample> samples;
     for (std::uint32_t i = 0; i < kPoints; ++i)
       samples.push_back({i, std::int64_t{i}, Quality::good});

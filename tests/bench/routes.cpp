@@ -13,8 +13,8 @@
 #include <optional>
 #include <thread>
 
-#include "gateway/daemon.h"
-#include "gateway/simulator.h"
+#include "gateway/daemon/daemon.h"
+#include "gateway/simulate/simulator.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/rtu_slave.h"
 

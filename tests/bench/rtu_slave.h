@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "gateway/base/bytes.h"
-#include "transports/pty.h"
+#include "gateway/simulate/pty.h"
 
 namespace baudgate::bench {
 

@@ -15,9 +15,9 @@
 #include <fstream>
 #include <thread>
 
-#include "gateway/daemon.h"
+#include "gateway/daemon/daemon.h"
 #include "gateway/dds/subscriber.h"
-#include "gateway/simulator.h"
+#include "gateway/simulate/simulator.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {

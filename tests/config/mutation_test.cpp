@@ -7,8 +7,8 @@
 #include <sstream>
 
 #include "config/loader.h"
-#include "config/yaml_source.h"
-#include "gateway/cli/route_table.h"
+#include "config/yaml/yaml_source.h"
+#include "gateway/cli/offline/unit_table.h"
 #include "tests/config/fake_protocol.h"
 
 namespace baudgate::testing {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "config/loader.h"
-#include "gateway/modbus/register_map.h"
+#include "gateway/modbus/registers/register_map.h"
 #include "protocols/dcon/protocol.h"
 #include "protocols/modbus/protocol.h"
 #include "protocols/set4tm/protocol.h"

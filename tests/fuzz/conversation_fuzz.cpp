@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-#include "gateway/assembler.h"
+#include "gateway/line/assembler.h"
 #include "tests/fuzz/devices.h"
 #include "tests/fuzz/stream.h"
 #include "tests/fuzz/under_test.h"

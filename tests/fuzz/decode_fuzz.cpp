@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "gateway/cli/decode.h"
+#include "gateway/cli/offline/decode.h"
 #include "protocols/dcon/protocol.h"
 #include "protocols/modbus/protocol.h"
 #include "protocols/set4tm/protocol.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "config/loader.h"
-#include "gateway/conversion.h"
+#include "gateway/store/conversion.h"
 #include "tests/fuzz/under_test.h"
 
 namespace baudgate::fuzz {

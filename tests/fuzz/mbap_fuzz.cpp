@@ -4,7 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 
-#include "gateway/modbus/mbap.h"
+#include "gateway/modbus/wire/mbap.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/modbus_world.h"
 
@@ -14,9 +14,9 @@ namespace {
 using modbus::ExceptionCode;
 using modbus::MbapAssembler;
 
-modbus::Service& TheService(FuzzSink*& sink) {
+modbus::PointDesk& TheService(FuzzSink*& sink) {
   static FuzzSink the_sink;
-  static modbus::Service service(ModbusConfig(), FilledStore(), the_sink, {}, {});
+  static modbus::PointDesk service(ModbusConfig(), FilledStore(), the_sink, {}, {});
   Require(service.responder().ready().ok(), "libmodbus is there");
   sink = &the_sink;
   return service;
@@ -37,7 +37,7 @@ std::size_t DataOf(const modbus::ModbusRequest& request) {
   }
 }
 
-void Answer(modbus::Service& service, View frame) {
+void Answer(modbus::PointDesk& points, View frame) {
   modbus::ModbusRequest request;
   ExceptionCode exception = service.Check(frame, request);
   if (exception == ExceptionCode::none) {
@@ -49,7 +49,7 @@ void Answer(modbus::Service& service, View frame) {
       exception =
           service.Submit(request, ModbusNow() + 5s, nullptr,
                          [&ended](Outcome outcome, const std::string&) { ended = outcome; });
-      if (exception == ExceptionCode::none) exception = modbus::Service::ExceptionOf(ended);
+      if (exception == ExceptionCode::none) exception = modbus::PointDesk::ExceptionOf(ended);
     } else {
       exception = service.Read(request, ModbusNow());
     }
@@ -66,7 +66,7 @@ void Answer(modbus::Service& service, View frame) {
 /// Frames as they come out, whatever the pieces; nothing after the first defect.
 void Receive(Input& input) {
   FuzzSink* sink = nullptr;
-  modbus::Service& service = TheService(sink);
+  modbus::PointDesk& points = TheService(sink);
   sink->turn = input.U8();
   MbapAssembler assembler;
   std::size_t in = 0;

@@ -11,7 +11,7 @@
 #include <memory>
 #include <vector>
 
-#include "gateway/modbus/session.h"
+#include "gateway/modbus/server/client_session.h"
 #include "protocols/modbus/protocol.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/modbus_world.h"
@@ -24,7 +24,7 @@ class Gateway {
   Gateway() {
     spdlog::set_level(spdlog::level::off);
     Require(clients_->Open().ok(), "there is an epoll set");
-    service_.inbox()->Open(io_);
+    points_.inbox()->Open(io_);
   }
 
   void Play(Input& input) {
@@ -34,9 +34,9 @@ class Gateway {
     Configure(input.U8());
     sink_.turn = target_.turn = input.U8();
     int closed = 0;
-    auto session = std::make_shared<modbus::ModbusSession>(
-        pair[0], *clients_, listener_, service_, "fuzz", config::Priority::normal,
-        std::chrono::steady_clock::now(), [&closed](modbus::ModbusSession&) { ++closed; });
+    auto session = std::make_shared<modbus::ClientSession>(
+        pair[0], *clients_, listener_, points_, "fuzz", config::Priority::normal,
+        std::chrono::steady_clock::now(), [&closed](modbus::ClientSession&) { ++closed; });
     session->Start();
     Bytes sent;
     Bytes answers;
@@ -82,7 +82,7 @@ class Gateway {
   /// One byte: bit 0 the server runs, bit 1 the client reads, bit 2 a kept write and a routed
   /// request end, bit 3 the deadlines pass, bit 4 the piece of an RTU client is a frame without its
   /// CRC.
-  void Step(Input& input, modbus::ModbusSession& session, int client, Bytes& sent, Bytes& answers) {
+  void Step(Input& input, modbus::ClientSession& session, int client, Bytes& sent, Bytes& answers) {
     const std::uint8_t what = input.U8();
     Bytes framed;
     View piece = input.TakeCounted();
@@ -165,7 +165,7 @@ class Gateway {
   config::Listener listener_;
   FuzzSink sink_;
   FuzzTarget target_;
-  modbus::Service service_{
+  modbus::PointDesk points_{
       ModbusConfig(), FilledStore(), sink_, {}, {}, {{nullptr, &target_}, &ModbusRtuProtocol()}};
 };
 

@@ -7,11 +7,11 @@
 #include <deque>
 #include <map>
 
-#include "config/config.h"
-#include "gateway/commands.h"
-#include "gateway/modbus/service.h"
-#include "gateway/point_store.h"
-#include "gateway/routed.h"
+#include "config/model/config.h"
+#include "gateway/modbus/desk/point_desk.h"
+#include "gateway/requests/commands.h"
+#include "gateway/requests/routed.h"
+#include "gateway/store/point_store.h"
 
 namespace baudgate::fuzz {
 

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "gateway/assembler.h"
 #include "gateway/base/text.h"
+#include "gateway/line/assembler.h"
 
 namespace baudgate {
 

@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-#include "gateway/log.h"
+#include "gateway/base/log.h"
 #include "tests/soak/soak_line.h"
 
 #ifdef __SANITIZE_ADDRESS__

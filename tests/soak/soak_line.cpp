@@ -9,9 +9,9 @@
 #include <numeric>
 #include <utility>
 
-#include "gateway/assembler.h"
 #include "gateway/base/checksum.h"
-#include "gateway/cli/fault_text.h"
+#include "gateway/line/assembler.h"
+#include "gateway/simulate/fault_text.h"
 
 namespace baudgate {
 namespace {

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "gateway/line_runner.h"
-#include "gateway/simulator.h"
+#include "gateway/daemon/line_runner.h"
+#include "gateway/simulate/simulator.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "config/option_table.h"
-#include "gateway/assembler.h"
 #include "gateway/base/text.h"
-#include "gateway/conversion.h"
+#include "gateway/line/assembler.h"
+#include "gateway/store/conversion.h"
 
 namespace baudgate {
 namespace {

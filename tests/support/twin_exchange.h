@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "gateway/assembler.h"
+#include "gateway/line/assembler.h"
 #include "protocols/twin.h"
 
 namespace baudgate {

@@ -17,8 +17,8 @@
 #include <string>
 #include <vector>
 
-#include "gateway/poller.h"
-#include "gateway/twin_faults.h"
+#include "gateway/poll/poller.h"
+#include "gateway/simulate/twin_faults.h"
 #include "tests/support/toy_protocol.h"
 
 namespace baudgate {
@@ -38,7 +38,7 @@ struct Manner {
   std::function<std::optional<Bytes>(View request)> instead;
   /// In place of everything above but `dead` and `fragment`: what arrives, and when. Asked about
   /// every request on the line; `reply` is empty where the twin has none. See
-  /// gateway/twin_faults.h.
+  /// gateway/simulate/twin_faults.h.
   std::function<std::vector<TimedPiece>(View request, Bytes reply, Instant end_of_request)> deliver;
 };
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "transports/pty.h"
+#include "gateway/simulate/pty.h"
 
 namespace baudgate::system_test {
 

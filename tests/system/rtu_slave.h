@@ -14,7 +14,7 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
-#include "transports/pty.h"
+#include "gateway/simulate/pty.h"
 
 struct _modbus;
 struct _modbus_mapping_t;

@@ -11,7 +11,7 @@
 
 #include <cerrno>
 
-#include "transports/pty.h"
+#include "gateway/simulate/pty.h"
 
 namespace baudgate {
 namespace {

@@ -9,8 +9,8 @@
 #include <fstream>
 #include <optional>
 
+#include "gateway/simulate/pty.h"
 #include "tests/transports/far_end.h"
-#include "transports/pty.h"
 
 namespace baudgate {
 namespace {

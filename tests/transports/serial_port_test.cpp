@@ -9,10 +9,10 @@
 #include <filesystem>
 #include <optional>
 
+#include "gateway/simulate/pty.h"
 #include "tests/transports/far_end.h"
 #include "transports/damage.h"
 #include "transports/parity.h"
-#include "transports/pty.h"
 
 namespace baudgate {
 namespace {

@@ -7,7 +7,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "transports/pty.h"
+#include "gateway/simulate/pty.h"
 
 namespace baudgate {
 namespace {

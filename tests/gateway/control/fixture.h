@@ -1,6 +1,5 @@
-// A gateway of two lines and three devices without any wire: a store that tests fill, a line
-// control that remembers what it was asked for, and the control server on a socket of the test's
-// own.
+// For the gateway of two_lines.h: a line control that remembers what it was asked for, and the
+// control server on a socket of the test's own.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,21 +16,10 @@
 #include <thread>
 #include <vector>
 
-#include "gateway/control/server.h"
+#include "gateway/control/control_server.h"
+#include "tests/gateway/status/two_lines.h"
 
 namespace baudgate::control {
-
-/// Lines bay-1 (feeder-1, feeder-2) and io (ai-1).
-config::Config TwoLines();
-
-inline constexpr Instant kStarted{1h};
-/// Three hours after kStarted.
-inline constexpr Now kNow{kStarted + 3h, WallTime{1'790'000'000s}};  // 2026-09-21T14:13:20Z
-
-/// Puts numbers into the store as a line would.
-void SetOpen(PointStore& store, std::uint32_t line, const std::string& text);
-void AddExchanges(PointStore& store, std::uint32_t device, Outcome outcome, std::uint32_t count,
-                  Now at, Duration round_trip = 20ms);
 
 class FakeLines final : public LineControl {
  public:

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include "gateway/cli/status_view.h"
-#include "gateway/cli/traffic_view.h"
-#include "gateway/control/status_json.h"
-#include "gateway/control/traffic_json.h"
+#include "gateway/cli/client/status_view.h"
+#include "gateway/cli/client/traffic_view.h"
+#include "gateway/status/status_json.h"
+#include "gateway/status/traffic_json.h"
 #include "tests/gateway/control/fixture.h"
 
 namespace baudgate::control {

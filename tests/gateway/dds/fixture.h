@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "config/config.h"
+#include "config/model/config.h"
 #include "gateway/dds/subscriber.h"
-#include "gateway/point_store.h"
+#include "gateway/store/point_store.h"
 
 namespace baudgate::dds::testing {
 

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/assembler.h"
 #include "gateway/base/text.h"
+#include "gateway/line/assembler.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/conversation.h"
 #include "protocols/dcon/protocol.h"

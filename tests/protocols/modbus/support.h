@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "config/option_table.h"
-#include "gateway/assembler.h"
 #include "gateway/base/text.h"
+#include "gateway/line/assembler.h"
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/conversation.h"
 #include "protocols/modbus/expect.h"

@@ -4,7 +4,7 @@
 #include <bit>
 #include <optional>
 
-#include "gateway/assembler.h"
+#include "gateway/line/assembler.h"
 
 namespace baudgate {
 

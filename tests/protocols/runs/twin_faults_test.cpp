@@ -1,16 +1,16 @@
 // Every fault of `baudgate simulate --fault` on the line of every protocol: what the gateway makes
 // of it, what it calls it, that the neighbour is served meanwhile, and that all is well afterwards.
-// tests/gateway/twin_faults_test.cpp has the faults by themselves.
+// tests/gateway/simulate/twin_faults_test.cpp has the faults by themselves.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/twin_faults.h"
+#include "gateway/simulate/twin_faults.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <optional>
 
-#include "gateway/cli/fault_text.h"
-#include "gateway/twin_stranger.h"
+#include "gateway/simulate/fault_text.h"
+#include "gateway/simulate/twin_stranger.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {

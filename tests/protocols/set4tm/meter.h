@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/assembler.h"
 #include "gateway/base/text.h"
+#include "gateway/line/assembler.h"
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/protocol.h"
 #include "protocols/set4tm/twin.h"

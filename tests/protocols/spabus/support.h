@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "config/option_table.h"
-#include "gateway/assembler.h"
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
+#include "gateway/line/assembler.h"
 #include "protocols/spabus/protocol.h"
 #include "tests/support/twin_exchange.h"
 

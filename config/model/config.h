@@ -1,0 +1,23 @@
+// What the user configured, as plain structs: no YAML here, every value already checked.
+// Filled by config/loader.h; read by everybody else, each by the file of its own subject.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/model/line.h"
+#include "config/model/outputs.h"
+
+namespace baudgate::config {
+
+struct Config {
+  std::string name = "baudgate";  ///< gateway.name: the key of every DDS sample
+  std::string recordings;         ///< folder of the flight recorder's files; empty = not given
+  std::string socket;             ///< path of the local control socket; empty = not given
+  Modbus modbus;
+  Dds dds;
+  std::vector<Line> lines;
+};
+
+}  // namespace baudgate::config

@@ -1,0 +1,60 @@
+// A device of a line, and a device type.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/model/mark.h"
+#include "config/model/options.h"
+#include "config/model/point.h"
+#include "config/model/serial.h"
+#include "config/model/timing.h"
+#include "gateway/base/time.h"
+
+namespace baudgate::config {
+
+enum class OnBad : std::uint8_t { exception, hold, nan };
+/// Order of the bytes of a 32-bit value 0xAABBCCDD in two registers; 64-bit values alike.
+enum class WordOrder : std::uint8_t { abcd, cdab, badc, dcba };
+
+struct Device {
+  std::string name;
+  std::string address;               ///< as written; the plugin reads it
+  std::string protocol;              ///< the line's, unless the device names its own
+  std::string profile;               ///< empty when all points stand inline
+  std::string title;                 ///< the profile's `device:`
+  std::optional<std::uint8_t> unit;  ///< Modbus unit id 1…247; nothing = not on Modbus
+  bool enabled = true;
+  Duration poll = std::chrono::seconds(1);  ///< period of the fast group
+  Duration slow = std::chrono::minutes(1);  ///< period of the slow group
+  std::optional<Duration> max_age;          ///< nothing: 3 x the point's period
+  std::optional<Duration> dead_age;         ///< nothing: 3 x max_age
+  OnBad on_bad = OnBad::exception;
+  WordOrder word_order = WordOrder::abcd;
+  std::optional<int> retries;  ///< device before profile; nothing: the line's
+  Timing timing;               ///< device before profile; the line's and the protocol's come below
+  std::optional<SerialSettings> serial;  ///< where the bus is switched for this device
+  Options options;                       ///< the protocol's own
+  std::vector<Point> points;             ///< profile and inline points merged
+  Mark mark;
+};
+
+/// A device type: title, options and points of config/profiles/<protocol>/<name>.yaml.
+struct Profile {
+  std::string name;
+  std::string protocol;
+  std::string title;
+  Pace pace;
+  std::optional<WordOrder> word_order;
+  Options options;  ///< only those that the profile sets
+  std::vector<Point> points;
+};
+
+std::string_view Name(WordOrder order);  ///< "ABCD"
+
+}  // namespace baudgate::config

@@ -1,0 +1,28 @@
+// A line and its devices.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "config/model/device.h"
+
+namespace baudgate::config {
+
+enum class Echo : std::uint8_t { off, strip, verify };
+
+struct Line {
+  std::string name;
+  std::string port;  ///< /dev/…, a pty's path, or tcp://host:port
+  SerialSettings serial;
+  std::string protocol;
+  Timing timing;    ///< line before gateway
+  int retries = 2;  ///< of exchanges that may be repeated
+  Echo echo = Echo::off;
+  Options options;
+  std::vector<Device> devices;
+  Mark mark;
+};
+
+}  // namespace baudgate::config

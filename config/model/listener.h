@@ -1,0 +1,82 @@
+// Where Modbus masters come in, and what they may do.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/model/mark.h"
+#include "config/model/serial.h"
+#include "gateway/base/time.h"
+
+namespace baudgate::config {
+
+enum class Priority : std::uint8_t { low, normal, high };
+
+/// An address range in CIDR form; a single address is its own range.
+struct Network {
+  std::string text;                      ///< as written: "10.0.0.0/8"
+  std::array<std::uint8_t, 16> bytes{};  ///< IPv4 in the last four
+  int prefix = 128;                      ///< over all 16 bytes; IPv4 /8 is 104
+};
+
+/// What a listener's clients may ask for. Others get exception 0x01.
+enum class Permit : std::uint8_t {
+  read,  ///< functions 1-4
+  data,  ///< functions 1-6, 15 and 16
+  all,
+};
+
+/// Clients of some addresses have a priority of their own; the first that fits decides.
+struct ClientPriority {
+  Network from;
+  Priority priority = Priority::normal;
+};
+
+/// So have some functions, whoever asks: over the client's and the listener's.
+struct FunctionPriority {
+  std::vector<std::uint8_t> codes;
+  Priority priority = Priority::normal;
+};
+
+/// Where Modbus masters come in: a TCP port, or a serial port at which a master waits.
+struct Listener {
+  enum class Protocol : std::uint8_t { tcp, rtu };  ///< rtu over TCP, too: one request at a time
+  enum class Errors : std::uint8_t {
+    exception,  ///< 0x0A, 0x0B and 0x06 are answered
+    silent,     ///< nothing is answered in their place
+  };
+  /// What becomes of a write to unit 0 that no route names.
+  enum class Broadcast : std::uint8_t {
+    ignore,  ///< it is for the gateway, which has nothing to write: exception 0x02
+    pass,    ///< to all slaves of every line that a route leads to; never answered
+  };
+  std::string host = "127.0.0.1";
+  std::uint16_t port = 1502;
+  std::string path;       ///< of the serial port; then host and port mean nothing
+  SerialSettings serial;  ///< of the serial port
+  Protocol protocol = Protocol::tcp;
+  std::vector<Network> allow;  ///< empty = everybody
+  Permit permit = Permit::all;
+  Priority priority = Priority::normal;
+  std::vector<ClientPriority> clients;
+  std::vector<FunctionPriority> functions;
+  Errors errors = Errors::exception;  ///< the loader makes it silent for serial ports
+  Broadcast broadcast = Broadcast::ignore;
+  int max_clients = 256;
+  Duration idle_timeout = std::chrono::minutes(5);
+  Mark mark;
+
+  bool is_serial() const { return !path.empty(); }
+  /// "0.0.0.0:502", "[::1]:502" or "/dev/ttyS1".
+  std::string Place() const;
+};
+
+std::string_view Name(Priority priority);
+std::string_view Name(Permit permit);
+
+}  // namespace baudgate::config

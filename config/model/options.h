@@ -1,0 +1,46 @@
+// The options of one device or line, as its protocol declares them (protocols/protocol.h).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::config {
+
+/// One option of a protocol, already of the kind that its OptionSpec demands. Durations are held in
+/// nanoseconds as integers.
+using OptionValue = std::variant<bool, std::int64_t, double, std::string, std::vector<std::string>>;
+
+/// The options of one device or line. Every option that the protocol declares is present: given by
+/// the user, by the profile, or its default. The getters therefore need no fallback; asking for a
+/// name that was not declared, or for another kind, is a programming error (std::bad_variant_access
+/// or std::out_of_range in tests).
+class Options {
+ public:
+  void Set(std::string name, OptionValue value) { values_[std::move(name)] = std::move(value); }
+  bool Has(const std::string& name) const { return values_.contains(name); }
+  bool Flag(const std::string& name) const { return std::get<bool>(values_.at(name)); }
+  std::int64_t Integer(const std::string& name) const {
+    return std::get<std::int64_t>(values_.at(name));
+  }
+  double Real(const std::string& name) const { return std::get<double>(values_.at(name)); }
+  const std::string& Text(const std::string& name) const {
+    return std::get<std::string>(values_.at(name));
+  }
+  const std::vector<std::string>& Texts(const std::string& name) const {
+    return std::get<std::vector<std::string>>(values_.at(name));
+  }
+  Duration Time(const std::string& name) const { return Duration(Integer(name)); }
+  const std::map<std::string, OptionValue>& all() const { return values_; }
+
+ private:
+  std::map<std::string, OptionValue> values_;
+};
+
+}  // namespace baudgate::config

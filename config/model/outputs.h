@@ -1,0 +1,29 @@
+// The outputs of the gateway: Modbus TCP and DDS.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "config/model/listener.h"
+#include "config/model/route.h"
+#include "gateway/base/time.h"
+
+namespace baudgate::config {
+
+struct Modbus {
+  bool enabled = true;
+  std::vector<Listener> listen;
+  std::vector<Route> routes;  ///< first match wins
+};
+
+struct Dds {
+  bool enabled = true;
+  int domain = 0;  ///< 0…232
+  std::vector<std::string> interfaces = {"127.0.0.1"};
+  bool shared_memory = false;
+  Duration heartbeat = std::chrono::seconds(10);  ///< every point is published at least so often
+};
+
+}  // namespace baudgate::config

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/model/point.h"
+
+#include <limits>
+
+namespace baudgate::config {
+namespace {
+
+template <typename T>
+constexpr IntegerRange RangeOf() {
+  return {static_cast<std::int64_t>(std::numeric_limits<T>::min()),
+          static_cast<std::uint64_t>(std::numeric_limits<T>::max())};
+}
+
+}  // namespace
+
+std::string_view Name(Type type) {
+  switch (type) {
+    case Type::boolean:
+      return "bool";
+    case Type::int16:
+      return "int16";
+    case Type::uint16:
+      return "uint16";
+    case Type::int32:
+      return "int32";
+    case Type::uint32:
+      return "uint32";
+    case Type::int64:
+      return "int64";
+    case Type::uint64:
+      return "uint64";
+    case Type::float32:
+      return "float32";
+    case Type::float64:
+      return "float64";
+    case Type::string:
+      return "string";
+  }
+  return "float32";
+}
+
+std::string_view Name(Group group) {
+  switch (group) {
+    case Group::once:
+      return "once";
+    case Group::slow:
+      return "slow";
+    case Group::fast:
+      return "fast";
+  }
+  return "fast";
+}
+
+std::string_view Name(Access access) {
+  switch (access) {
+    case Access::read:
+      return "r";
+    case Access::write:
+      return "w";
+    case Access::read_write:
+      return "rw";
+  }
+  return "r";
+}
+
+std::size_t RegisterCount(const Point& point) {
+  switch (point.type) {
+    case Type::boolean:
+    case Type::int16:
+    case Type::uint16:
+      return 1;
+    case Type::int32:
+    case Type::uint32:
+    case Type::float32:
+      return 2;
+    case Type::int64:
+    case Type::uint64:
+    case Type::float64:
+      return 4;
+    case Type::string:
+      return (point.text_length + 1) / 2;
+  }
+  return 1;
+}
+
+bool IntegerRange::Contains(double whole) const {
+  return whole >= static_cast<double>(lowest) && whole < static_cast<double>(highest) + 1;
+}
+
+IntegerRange RangeOf(Type type) {
+  switch (type) {
+    case Type::boolean:
+      return {0, 1};
+    case Type::int16:
+      return RangeOf<std::int16_t>();
+    case Type::uint16:
+      return RangeOf<std::uint16_t>();
+    case Type::int32:
+      return RangeOf<std::int32_t>();
+    case Type::uint32:
+      return RangeOf<std::uint32_t>();
+    case Type::int64:
+      return RangeOf<std::int64_t>();
+    case Type::uint64:
+      return RangeOf<std::uint64_t>();
+    case Type::float32:
+    case Type::float64:
+    case Type::string:
+      break;
+  }
+  return {};
+}
+
+}  // namespace baudgate::config

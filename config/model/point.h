@@ -1,0 +1,93 @@
+// One point as configured: how it is read, what its value means, where it goes.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/model/mark.h"
+#include "gateway/base/quality.h"
+
+namespace baudgate::config {
+
+enum class Type : std::uint8_t {
+  boolean,
+  int16,
+  uint16,
+  int32,
+  uint32,
+  int64,
+  uint64,
+  float32,
+  float64,
+  string
+};
+enum class Access : std::uint8_t { read, write, read_write };
+enum class Group : std::uint8_t { once, slow, fast };
+/// Which pair of Modbus tables a point lives in: registers (FC 3 and 4) or bits (FC 1 and 2).
+enum class Table : std::uint8_t { registers, bits };
+
+/// A raw value that the device sends in place of a measurement, and the quality it means.
+struct Sentinel {
+  double value = 0;
+  Quality quality = Quality::bad_sensor_failure;
+};
+
+/// What a register shows while its channel has a fault (design: on_fault: nan | hold | VALUE).
+struct OnFault {
+  enum class Kind : std::uint8_t { automatic, nan, hold, value } kind = Kind::automatic;
+  double value = 0;
+};
+
+/// What a twin answers for this point: a fixed value, or a slow wave between two numbers.
+struct Simulate {
+  double low = 0;
+  double high = 0;
+  std::optional<std::string> text;
+};
+
+struct Point {
+  std::string name;
+  std::string read;   ///< the protocol's own address; checked by the plugin
+  std::string write;  ///< where it differs from read, else empty
+  Type type = Type::float32;
+  std::size_t text_length = 0;  ///< of string(n), bytes
+  std::string unit;             ///< of the value after scale and offset: "A", "xIn"
+  Access access = Access::read;
+  Group group = Group::fast;
+  std::optional<std::uint16_t> modbus;  ///< 0-based PDU address; nothing = not on Modbus
+  Table table = Table::registers;
+  double scale = 1;  ///< value = raw * scale + offset
+  double offset = 0;
+  std::vector<Sentinel> sentinels;  ///< compared with the raw value
+  OnFault on_fault;
+  double deadband = 0;  ///< DDS: smaller changes are not published, in units of the value
+  std::optional<Simulate> simulate;
+  std::string description;
+  Mark mark;
+};
+
+std::string_view Name(Type type);  ///< "float32"; string without its length
+std::string_view Name(Group group);
+std::string_view Name(Access access);
+
+/// Registers that a point takes in the register tables; 1 for a bit.
+std::size_t RegisterCount(const Point& point);
+
+/// Smallest and largest value of an integer type.
+struct IntegerRange {
+  std::int64_t lowest = 0;
+  std::uint64_t highest = 0;
+
+  /// For whole numbers; exact where `highest` itself has no double.
+  bool Contains(double whole) const;
+};
+
+/// bool counts as 0…1; types that are no integers have only 0.
+IntegerRange RangeOf(Type type);
+
+}  // namespace baudgate::config

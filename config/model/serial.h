@@ -1,0 +1,41 @@
+// How a serial port is set.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::config {
+
+enum class Parity : std::uint8_t { none, even, odd };
+
+struct Rs485 {
+  bool enabled = false;
+  Duration delay_before_send{};  ///< RTS to first bit; the driver knows milliseconds only
+  Duration delay_after_send{};
+  bool rts_active_high = true;
+  bool receive_while_sending = false;
+};
+
+struct SerialSettings {
+  int baud = 9600;    ///< bit/s, 300…921600, non-standard rates included
+  int data_bits = 8;  ///< 7 or 8
+  Parity parity = Parity::none;
+  int stop_bits = 1;             ///< 1 or 2
+  bool software_parity = false;  ///< the port does 8N1 only: parity is made and checked here
+  bool rtscts = false;
+  bool low_latency = true;  ///< ask the driver to deliver bytes at once
+  Rs485 rs485;
+
+  /// Start, data, parity and stop bits of one character.
+  int BitsPerCharacter() const {
+    return 1 + data_bits + (parity == Parity::none ? 0 : 1) + stop_bits;
+  }
+  Duration CharacterTime() const { return Duration(1'000'000'000LL * BitsPerCharacter() / baud); }
+  /// "9600 7E1".
+  std::string ToString() const;
+};
+
+}  // namespace baudgate::config

@@ -1,0 +1,57 @@
+// What is wrong with a configuration, and where: gathered while files are read, shown all at once.
+// Written by the readers of config/, printed by gateway/cli/check.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <set>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include "config/model/mark.h"
+
+namespace baudgate::config {
+
+struct Problem {
+  Mark mark;
+  std::string message;   ///< one line: what is wrong and what would be right; never a secret
+  bool warning = false;  ///< the configuration can be used nevertheless
+};
+
+/// "file:line:column: error: message"; only the file where no line is known.
+std::string ToString(const Problem& problem);
+
+bool HasError(const std::vector<Problem>& problems);
+
+/// Collects problems; the same one at the same place counts once, and beyond kMost they are
+/// dropped.
+class Problems {
+ public:
+  static constexpr std::size_t kMost = 500;
+
+  /// A key whose value no message may show, not even where a slip made both one text.
+  void AddSecret(std::string_view key) { secrets_.emplace(key); }
+  bool IsSecret(const std::string& key) const { return secrets_.contains(key); }
+  /// QuotedKey, and of a secret's key with something behind it only the former.
+  std::string ShownKey(const std::string& key) const;
+
+  void Error(const Mark& mark, std::string message) { Add(mark, std::move(message), false); }
+  void Warning(const Mark& mark, std::string message) { Add(mark, std::move(message), true); }
+
+  bool has_error() const { return HasError(problems_); }
+  bool HasErrorIn(const std::string& file) const;
+  /// In the order of the files and of the places in them.
+  std::vector<Problem> Sorted() const;
+
+ private:
+  void Add(const Mark& mark, std::string message, bool warning);
+
+  std::set<std::string> secrets_;
+  std::vector<Problem> problems_;
+  std::vector<std::string> files_;
+  std::set<std::tuple<std::string, int, int, std::string>> seen_;
+};
+
+}  // namespace baudgate::config

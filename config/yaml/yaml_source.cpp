@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/yaml/yaml_source.h"
+
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/parser.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace baudgate::config {
+namespace {
+
+constexpr std::size_t kLargestText = std::size_t{16} << 20U;
+
+bool IsContinuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
+std::size_t SequenceLength(unsigned char lead) {
+  if (lead < 0x80) return 1;
+  if (lead >= 0xC2 && lead < 0xE0) return 2;
+  if (lead >= 0xE0 && lead < 0xF0) return 3;
+  if (lead >= 0xF0 && lead < 0xF5) return 4;
+  return 0;
+}
+
+// The first byte that can not be part of UTF-8 text; NUL counts as such (UTF-16 is full of them).
+std::size_t FirstBadByte(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = SequenceLength(static_cast<unsigned char>(text[at]));
+    if (length == 0 || text[at] == '\0' || length > text.size() - at) return at;
+    for (std::size_t i = 1; i < length; ++i) {
+      if (!IsContinuation(text[at + i])) return at;
+    }
+    at += length;
+  }
+  return std::string_view::npos;
+}
+
+// In YAML some characters open a comment, an alias or nothing at all: protocol addresses that begin
+// with one of them need quotes, and the parser's own message would not say so.
+std::string QuotingHint(const Source& source, int last_line) {
+  for (int line = 1; line <= last_line; ++line) {
+    const std::string_view text = source.Line(line);
+    for (const std::string_view key : {"read:", "write:", "password:"}) {
+      auto at = text.find(key);
+      if (at == std::string_view::npos) continue;
+      at = text.find_first_not_of(' ', at + key.size());
+      if (at == std::string_view::npos || !std::strchr("#@%`*&!", text[at])) continue;
+      return "; the value after '" + std::string(key) + "' in line " + std::to_string(line) +
+             " begins with '" + text[at] + "' and needs quotes";
+    }
+  }
+  return {};
+}
+
+/// Hears only where documents begin.
+class DocumentStarts final : public YAML::EventHandler {
+ public:
+  YAML::Mark last;
+
+  void OnDocumentStart(const YAML::Mark& mark) override { last = mark; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+// The only document of the text. Not by YAML::LoadAll: it makes documents for ever, and memory
+// with them, of a comma behind a value ("{ a: 1 },").
+std::optional<YAML::Node> OnlyDocument(const Source& source, Problems& problems) {
+  std::istringstream in(source.text());
+  YAML::Parser parser(in);
+  DocumentStarts starts;
+  if (!parser.HandleNextDocument(starts)) {
+    problems.Error({source.name(), 1, 1}, "is empty");
+    return std::nullopt;
+  }
+  if (!parser.HandleNextDocument(starts)) return YAML::Load(source.text());
+  const Place place = source.At(starts.last);
+  const auto at = static_cast<std::size_t>(std::max(starts.last.pos, 0));
+  if (at < source.text().size() && source.text()[at] == ',') {
+    problems.Error(source.MarkAt(place), "this comma stands outside of brackets; remove it");
+  } else {
+    problems.Error(source.MarkAt(place),
+                   "a second document begins here; one file holds one, remove the '---'");
+  }
+  return std::nullopt;
+}
+
+// yaml-cpp quotes names of anchors, and an unquoted password may look like one.
+std::string WithoutQuotation(const std::string& message) {
+  return message.substr(0, message.find(": "));
+}
+
+}  // namespace
+
+Source::Source(std::string name, std::string text)
+    : name_(std::move(name)), text_(std::move(text)) {
+  line_starts_.push_back(0);
+  for (std::size_t i = 0; i < text_.size(); ++i) {
+    if (text_[i] == '\n') line_starts_.push_back(i + 1);
+  }
+}
+
+std::string_view Source::Line(int line) const {
+  if (line < 1 || line > lines()) return {};
+  const std::size_t begin = line_starts_[static_cast<std::size_t>(line) - 1];
+  const std::size_t end = text_.find('\n', begin);
+  return std::string_view(text_).substr(begin, end == std::string::npos ? end : end - begin);
+}
+
+Place Source::At(const YAML::Mark& mark) const {
+  if (mark.is_null() || mark.line < 0) return {1, 1};
+  const std::string_view line = Line(mark.line + 1);
+  int column = mark.column;
+  for (std::size_t i = 0; i < line.size() && i < static_cast<std::size_t>(mark.column); ++i) {
+    if (IsContinuation(line[i])) --column;
+  }
+  return {mark.line + 1, column + 1};
+}
+
+YamlNode::YamlNode(YAML::Node node, std::shared_ptr<const Source> source, std::optional<Place> key)
+    : node_(std::move(node)), source_(std::move(source)) {
+  place_ = key && node_.IsNull() ? *key : source_->At(node_.Mark());
+}
+
+YamlNode& YamlNode::operator=(const YamlNode& other) {
+  node_.reset(other.node_);
+  source_ = other.source_;
+  place_ = other.place_;
+  return *this;
+}
+
+YamlNode::Kind YamlNode::kind() const {
+  switch (node_.Type()) {
+    case YAML::NodeType::Scalar:
+      return Kind::scalar;
+    case YAML::NodeType::Sequence:
+      return Kind::list;
+    case YAML::NodeType::Map:
+      return Kind::map;
+    default:
+      return Kind::null;
+  }
+}
+
+std::optional<YamlNode> ParseYaml(std::string name, std::string text, Problems& problems) {
+  if (text.size() > kLargestText) {
+    problems.Error({name, 0, 0}, "is larger than 16 MiB; this is not a configuration");
+    return std::nullopt;
+  }
+  const auto source = std::make_shared<const Source>(std::move(name), std::move(text));
+  const std::size_t bad = FirstBadByte(source->text());
+  if (bad != std::string::npos) {
+    const auto line = std::count(source->text().begin(),
+                                 source->text().begin() + static_cast<std::ptrdiff_t>(bad), '\n');
+    problems.Error({source->name(), static_cast<int>(line) + 1, 1},
+                   "this line is not UTF-8 text; save the file as UTF-8");
+    return std::nullopt;
+  }
+  try {
+    if (auto node = OnlyDocument(*source, problems)) return YamlNode(std::move(*node), source);
+    return std::nullopt;
+  } catch (const YAML::Exception& error) {
+    const Place place = source->At(error.mark);
+    problems.Error(source->MarkAt(place), "this is not YAML: " + WithoutQuotation(error.msg) +
+                                              QuotingHint(*source, place.line));
+  } catch (const std::exception&) {
+    problems.Error({source->name(), 0, 0}, "could not be read as YAML");
+  }
+  return std::nullopt;
+}
+
+Result<std::string> ReadWholeFile(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) return Error{"is a directory, not a file"};
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Error{std::string("can not be opened: ") + std::strerror(errno)};
+  std::string text;
+  std::vector<char> chunk(std::size_t{1} << 16U);
+  while (file.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || file.gcount() > 0) {
+    text.append(chunk.data(), static_cast<std::size_t>(file.gcount()));
+    if (text.size() > kLargestText) return Error{"is larger than 16 MiB"};
+  }
+  if (file.bad()) return Error{"can not be read"};
+  return text;
+}
+
+}  // namespace baudgate::config

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/base/log.h"
+
+#include <fmt/chrono.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <condition_variable>
+#include <csignal>
+#include <cstdlib>
+#include <ctime>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+#include <vector>
+
+#include "gateway/base/log_folder.h"
+#include "gateway/base/time.h"
+
+namespace baudgate::log {
+namespace {
+
+constexpr auto kLookEvery = 5s;
+
+std::mutex g_mutex;  // of TheFolder
+
+Folder& TheFolder() {
+  static Folder folder;
+  return folder;
+}
+
+spdlog::level::level_enum LevelOf(Level level) {
+  switch (level) {
+    case Level::debug:
+      return spdlog::level::debug;
+    case Level::info:
+      return spdlog::level::info;
+    case Level::warning:
+      return spdlog::level::warn;
+    case Level::error:
+      return spdlog::level::err;
+  }
+  return spdlog::level::info;
+}
+
+/// "<4>": what journald takes for the priority of a line on standard error.
+std::string_view Priority(Level level) {
+  switch (level) {
+    case Level::debug:
+      return "<7>";
+    case Level::info:
+      return "<6>";
+    case Level::warning:
+      return "<4>";
+    case Level::error:
+      return "<3>";
+  }
+  return "<6>";
+}
+
+bool g_journal = false;
+
+void Print(Level level, const std::string& text) {
+  const std::string line = g_journal ? std::string(Priority(level)) + text : text;
+  spdlog::log(LevelOf(level), "{}", line);
+}
+
+using Repeats = std::vector<Folder::Repeat>;
+
+void PrintRepeats(Repeats (Folder::*take)(Instant)) {
+  Repeats repeats;
+  {
+    const std::lock_guard lock(g_mutex);
+    repeats = (TheFolder().*take)(std::chrono::steady_clock::now());
+  }
+  for (const Folder::Repeat& repeat : repeats) {
+    const std::time_t last = std::chrono::system_clock::to_time_t(
+        std::chrono::time_point_cast<std::chrono::system_clock::duration>(repeat.last.wall));
+    Print(repeat.level, fmt::format("{} ({} more, the last at {:%H:%M:%S})", repeat.text,
+                                    repeat.times, fmt::localtime(last)));
+  }
+}
+
+/// Tells of repeats when their minute is over, although nobody writes to the log any more.
+class Teller {
+ public:
+  Teller() {
+    // Signals are for the thread that waits for them.
+    sigset_t all;
+    sigset_t before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_BLOCK, &all, &before);
+    thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  }
+
+ private:
+  void Run(const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    while (!wake_.wait_for(lock, stop, kLookEvery, [&stop] { return stop.stop_requested(); })) {
+      PrintRepeats(&Folder::Due);
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::jthread thread_;
+};
+
+void PrintOrHold(bool passed, Level level, const std::string& text) {
+  if (passed) return Print(level, text);
+  // Made with the first repeat, long after the log it prints to, and therefore gone before it.
+  static Teller teller;
+}
+
+}  // namespace
+
+void Begin(Level least) {
+  g_journal = std::getenv("JOURNAL_STREAM") != nullptr;
+  auto logger = spdlog::stderr_logger_mt("baudgate");
+  logger->set_pattern(g_journal ? "%v" : "%Y-%m-%d %H:%M:%S.%e %-7l %v");
+  logger->set_level(LevelOf(least));
+  logger->flush_on(spdlog::level::trace);
+  spdlog::set_default_logger(std::move(logger));
+}
+
+void SetLeast(Level least) { spdlog::default_logger()->set_level(LevelOf(least)); }
+
+void TellRepeats() { PrintRepeats(&Folder::All); }
+
+void Write(Level level, const std::string& text) {
+  bool passed = false;
+  {
+    const std::lock_guard lock(g_mutex);
+    passed = TheFolder().Pass(text, level, ReadClocks());
+  }
+  PrintOrHold(passed, level, text);
+}
+
+void Write(Level level, const std::string& key, const std::string& text) {
+  bool passed = false;
+  {
+    const std::lock_guard lock(g_mutex);
+    passed = TheFolder().Pass(key, text, level, ReadClocks());
+  }
+  PrintOrHold(passed, level, text);
+}
+
+}  // namespace baudgate::log

@@ -1,0 +1,98 @@
+// Counts log texts that come again within a minute, so that a flapping device does not flood the
+// log: texts and times come from gateway/base/log.cpp, and what may be written goes back there.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "gateway/base/log.h"
+#include "gateway/base/time.h"
+
+namespace baudgate::log {
+
+/// Not thread-safe.
+class Folder {
+ public:
+  struct Repeat {
+    std::string text;
+    Level level = Level::info;
+    int times = 0;
+    Now last;
+  };
+
+  /// True: write it. False: the same text was written less than a minute ago; it is held back.
+  bool Pass(const std::string& text, Level level, const Now& now) {
+    // Written at least; such texts name what is configured, so there is an end of them.
+    if (!HasRoom(text, kRemembered, now.instant)) return true;
+    return Note(text, text, level, now);
+  }
+
+  /// Alike, with the key in the place of the text. Keys may name strangers, of whom there is no
+  /// end: those that are too many share one entry.
+  bool Pass(const std::string& key, const std::string& text, Level level, const Now& now) {
+    return Note(HasRoom(key, kMostWithKeys, now.instant) ? key : "", text, level, now);
+  }
+
+  /// The held back texts, the latest last, once a minute has passed for any of them. All at once:
+  /// so the end of the log tells the state in which things are.
+  std::vector<Repeat> Due(Instant now) {
+    const auto is_due = [now](const auto& entry) {
+      return entry.second.held.times > 0 && now - entry.second.written >= kMinute;
+    };
+    if (std::none_of(seen_.begin(), seen_.end(), is_due)) return {};
+    return All(now);
+  }
+
+  /// Alike, whether a minute has passed or not.
+  std::vector<Repeat> All(Instant now) {
+    std::vector<Repeat> held;
+    for (auto& [key, seen] : seen_) {
+      if (seen.held.times == 0) continue;
+      held.push_back(seen.held);
+      seen.held.times = 0;
+      seen.written = now;
+    }
+    std::sort(held.begin(), held.end(),
+              [](const Repeat& a, const Repeat& b) { return a.last.instant < b.last.instant; });
+    return held;
+  }
+
+ private:
+  static constexpr std::size_t kRemembered = 256;
+  static constexpr std::size_t kMostWithKeys = kRemembered / 2;
+  static constexpr Duration kMinute = 1min;
+
+  struct Seen {
+    Instant written;
+    Repeat held;
+  };
+
+  bool Note(const std::string& key, const std::string& text, Level level, const Now& now) {
+    const auto [entry, is_new] = seen_.try_emplace(key, Seen{now.instant, {text, level, 0, now}});
+    Seen& seen = entry->second;
+    if (is_new) return true;
+    if (now.instant - seen.written < kMinute) {
+      seen.held = {text, level, seen.held.times + 1, now};
+      return false;
+    }
+    // Repeats that nobody has fetched yet are told by Due; this one is written now.
+    seen.written = now.instant;
+    return true;
+  }
+
+  /// Repeats that are not told yet are never forgotten.
+  bool HasRoom(const std::string& key, std::size_t most, Instant now) {
+    if (seen_.size() < most || seen_.contains(key)) return true;
+    std::erase_if(seen_, [now](const auto& entry) {
+      return entry.second.held.times == 0 && now - entry.second.written >= kMinute;
+    });
+    return seen_.size() < most;
+  }
+
+  std::map<std::string, Seen> seen_;  // by key
+};
+
+}  // namespace baudgate::log

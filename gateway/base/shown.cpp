@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/base/shown.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace baudgate {
+namespace {
+
+std::string WithUnit(double amount, std::string_view unit) {
+  char buffer[32];
+  const int digits = amount < 10 && unit == "s" ? 1 : 0;
+  const auto end =
+      std::to_chars(buffer, buffer + sizeof buffer, amount, std::chars_format::fixed, digits).ptr;
+  return std::string(buffer, end).append(" ").append(unit);
+}
+
+}  // namespace
+
+std::string Harmless(std::string_view text) {
+  std::string safe(text);
+  for (char& c : safe) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7F) c = '?';
+  }
+  // C1 controls (U+0080…U+009F) steer some terminals too.
+  for (std::size_t at = 0; at + 1 < safe.size(); ++at) {
+    const auto next = static_cast<unsigned char>(safe[at + 1]);
+    if (safe[at] == '\xC2' && next >= 0x80 && next < 0xA0) {
+      safe[at] = '?';
+      safe.erase(at + 1, 1);
+    }
+  }
+  return safe;
+}
+
+std::string FormatValue(double value) {
+  if (std::isnan(value)) return "-";
+  char buffer[64];
+  const auto end =
+      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 6).ptr;
+  return std::string(buffer, end);
+}
+
+std::string FormatAge(Duration age) {
+  const double seconds = std::max(0.0, std::chrono::duration<double>(age).count());
+  if (seconds < 99.5) return WithUnit(seconds, "s");
+  if (seconds < 99.5 * 60) return WithUnit(seconds / 60, "min");
+  if (seconds < 48 * 3600) return WithUnit(seconds / 3600, "h");
+  return WithUnit(seconds / 86400, "d");
+}
+
+}  // namespace baudgate

@@ -1,0 +1,19 @@
+// Values, ages and foreign text as people see them, in tables and sentences.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+/// Six significant digits at most: "0.3", "12.25", "-"  for NaN.
+std::string FormatValue(double value);
+/// "0.3 s", "12 s", "5 min", "3 h", "2 d".
+std::string FormatAge(Duration age);
+/// Control characters become '?'.
+std::string Harmless(std::string_view text);
+
+}  // namespace baudgate

@@ -1,0 +1,24 @@
+// `baudgate status`: what the running gateway says of itself, its lines and its devices, as tables
+// with a sentence for whatever is not well, or as JSON. docs/status.md explains both.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <ostream>
+#include <string>
+
+#include "gateway/cli/terminal/live_table.h"
+
+namespace baudgate {
+
+struct StatusOptions {
+  std::string target;  ///< "LINE", "LINE.DEVICE", or empty: everything
+  bool json = false;
+  std::string socket;                 ///< empty: the gateway in the default places
+  std::optional<TableView> terminal;  ///< nothing: plain text
+};
+
+/// Returns the exit code: 0, 2 for an unknown line or device, 4 when no gateway answers.
+int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err);
+
+}  // namespace baudgate

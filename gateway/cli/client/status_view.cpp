@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/client/status_view.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "gateway/base/shown.h"
+#include "gateway/cli/client/traffic_view.h"
+
+namespace baudgate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kBarWidth = 40;
+/// Of the finest bucket of a histogram; each row of the chart is twice as long as the one before.
+constexpr double kFirstRowUs = 64;
+
+std::uint64_t Number(const Json& json, const char* key) {
+  return json.at(key).get<std::uint64_t>();
+}
+std::string Text(const Json& json, const char* key) { return json.at(key).get<std::string>(); }
+std::string NumberText(const Json& json, const char* key) {
+  return std::to_string(Number(json, key));
+}
+
+std::string Milliseconds(const Json& json) {
+  return json.is_null() ? "-" : FormatAge(std::chrono::milliseconds(json.get<std::int64_t>()));
+}
+
+std::string RoundTripText(double us) {
+  if (us < 9'950) return fmt::format("{:.1f} ms", us / 1e3);
+  if (us < 999'500) return fmt::format("{:.0f} ms", us / 1e3);
+  return fmt::format("{:.1f} s", us / 1e6);
+}
+
+/// "-" where nothing was counted.
+std::string ShareText(std::uint64_t part, std::uint64_t whole) {
+  if (whole == 0) return "-";
+  return fmt::format("{:.1f} %", 100.0 * static_cast<double>(part) / static_cast<double>(whole));
+}
+
+std::string UseText(const Json& line) {
+  return fmt::format("{:.0f} %", 100 * line.at("use").get<double>());
+}
+
+/// "12345: ok 12300, no_reply 45".
+std::string ExchangesText(const Json& of) {
+  std::string text;
+  for (const auto& [outcome, count] : of.at("outcomes").items()) {
+    if (count.get<std::uint64_t>() == 0) continue;
+    text += fmt::format("{}{} {}", text.empty() ? ": " : ", ", outcome, count.get<std::uint64_t>());
+  }
+  return NumberText(of, "exchanges") + text;
+}
+
+/// Lines "label  text", the labels in one column.
+std::string Facts(const std::vector<std::pair<std::string, std::string>>& facts) {
+  std::string text;
+  for (const auto& [label, fact] : facts) {
+    text += fmt::format("  {:<12}{}\n", label, Harmless(fact));
+  }
+  return text;
+}
+
+/// A bar for every doubling of the round trip time, from the shortest seen to the longest.
+std::string Chart(const Json& trips) {
+  std::map<int, std::uint64_t> rows;
+  for (const Json& bucket : trips.at("histogram")) {
+    const double up_to = static_cast<double>(Number(bucket, "up_to_us"));
+    const double octave = std::ceil(std::log2(up_to / kFirstRowUs) - 0.01);
+    rows[static_cast<int>(octave)] += Number(bucket, "count");
+  }
+  if (rows.empty()) return "  round trips: none yet\n";
+  std::string text = fmt::format("  round trips: mean {}, half within {}, 99 % within {}\n",
+                                 RoundTripText(trips.at("mean_us").get<double>()),
+                                 RoundTripText(trips.at("p50_us").get<double>()),
+                                 RoundTripText(trips.at("p99_us").get<double>()));
+  std::uint64_t most = 0;
+  for (const auto& [octave, count] : rows) most = std::max(most, count);
+  for (int octave = rows.begin()->first; octave <= rows.rbegin()->first; ++octave) {
+    const std::uint64_t count = rows[octave];
+    const double share = static_cast<double>(count) / static_cast<double>(most);
+    const auto bar = static_cast<std::size_t>(std::ceil(kBarWidth * share));
+    text +=
+        fmt::format("  up to {:>7}  {:<40}  {}\n", RoundTripText(kFirstRowUs * std::exp2(octave)),
+                    std::string(bar, '#'), count);
+  }
+  return text;
+}
+
+bool IsAlive(const Json& device) {
+  const std::string state = Text(device, "state");
+  return state == "online" || state == "degraded";
+}
+
+std::size_t Alive(const Json& line) {
+  return static_cast<std::size_t>(std::ranges::count_if(line.at("devices"), IsAlive));
+}
+
+Tone ToneOfDevice(const Json& device) {
+  const std::string state = Text(device, "state");
+  if (state == "disabled") return Tone::faint;
+  if (!IsAlive(device)) return Tone::alarm;
+  return device.at("advice").empty() ? Tone::plain : Tone::warning;
+}
+
+std::string LineTable(const Json& lines, const TableView& view) {
+  static const std::vector<TableColumn> kColumns = {{.title = "line"},
+                                                    {.title = "port"},
+                                                    {.title = "use", .right = true},
+                                                    {.title = "exchanges", .right = true},
+                                                    {.title = "no reply", .right = true},
+                                                    {.title = "corrupt", .right = true},
+                                                    {.title = "late", .right = true},
+                                                    {.title = "online", .right = true}};
+  std::vector<TableRow> rows;
+  for (const Json& line : lines) {
+    const std::string port = Text(line, "port_state");
+    const Tone tone = port == "closed"            ? Tone::alarm
+                      : line.at("advice").empty() ? Tone::plain
+                                                  : Tone::warning;
+    const Json& outcomes = line.at("outcomes");
+    rows.push_back({{Text(line, "name"), port, UseText(line), NumberText(line, "exchanges"),
+                     NumberText(outcomes, "no_reply"), NumberText(outcomes, "corrupt"),
+                     NumberText(line, "late"),
+                     fmt::format("{} of {}", Alive(line), line.at("devices").size())},
+                    tone});
+  }
+  return RenderTable(kColumns, rows, view);
+}
+
+std::string DeviceTable(const Json& lines, const TableView& view) {
+  static const std::vector<TableColumn> kColumns = {{.title = "device"},
+                                                    {.title = "state"},
+                                                    {.title = "last"},
+                                                    {.title = "answered", .right = true},
+                                                    {.title = "ok", .right = true},
+                                                    {.title = "mean", .right = true},
+                                                    {.title = "p99", .right = true},
+                                                    {.title = "retries", .right = true},
+                                                    {.title = "missed", .right = true}};
+  std::vector<TableRow> rows;
+  for (const Json& line : lines) {
+    for (const Json& device : line.at("devices")) {
+      const Json& trips = device.at("round_trips");
+      const bool none = Number(trips, "count") == 0;
+      rows.push_back({{Text(line, "name") + "." + Text(device, "name"), Text(device, "state"),
+                       Text(device, "last_outcome"), Milliseconds(device.at("age_ms")),
+                       ShareText(Number(device.at("outcomes"), "ok"), Number(device, "exchanges")),
+                       none ? "-" : RoundTripText(trips.at("mean_us").get<double>()),
+                       none ? "-" : RoundTripText(trips.at("p99_us").get<double>()),
+                       NumberText(device, "retries"), NumberText(device, "missed")},
+                      ToneOfDevice(device)});
+    }
+  }
+  return RenderTable(kColumns, rows, view);
+}
+
+/// "bay-1: …", "bay-1.feeder-2: …" and "route 20 to line bay-1: …", one a line, after an empty
+/// line.
+std::string Advice(const Json& status) {
+  const Json& lines = status.at("lines");
+  std::string text;
+  const auto add = [&text](const std::string& who, const Json& of) {
+    for (const Json& sentence : of.at("advice")) {
+      text += Harmless(who + ": " + sentence.get<std::string>()) + "\n";
+    }
+  };
+  for (const Json& line : lines) {
+    add(Text(line, "name"), line);
+    for (const Json& device : line.at("devices")) {
+      add(Text(line, "name") + "." + Text(device, "name"), device);
+    }
+  }
+  const Json& modbus = status.at("modbus");
+  for (const Json& master : modbus.at("masters")) add("master on " + Text(master, "port"), master);
+  for (const Json& route : modbus.at("routes")) {
+    add("route " + Text(route, "units") + " to " + Text(route, "target"), route);
+  }
+  return "\n" + (text.empty() ? "all is well\n" : text);
+}
+
+std::string Overview(const Json& status, const TableView& view) {
+  const Json& lines = status.at("lines");
+  std::size_t devices = 0;
+  std::size_t alive = 0;
+  for (const Json& line : lines) {
+    devices += line.at("devices").size();
+    alive += Alive(line);
+  }
+  return fmt::format("{}: baudgate {}, up {}, lines: {}, devices: {}, online: {}\n\n",
+                     Text(status, "gateway"), Text(status, "version"),
+                     Milliseconds(status.at("uptime_ms")), lines.size(), devices, alive) +
+         LineTable(lines, view) + (devices == 0 ? "" : "\n" + DeviceTable(lines, view)) +
+         RenderTraffic(status.at("modbus"), view) + Advice(status);
+}
+
+std::string PortText(const Json& line) {
+  std::string text = Text(line, "port_state");
+  if (!Text(line, "port_text").empty()) text += " (" + Text(line, "port_text") + ")";
+  if (!line.at("port_since").is_null()) text += " since " + Text(line, "port_since");
+  return text + fmt::format(", lost: {}", Number(line, "times_lost"));
+}
+
+std::string OneLine(const Json& status, const TableView& view) {
+  const Json& lines = status.at("lines");
+  const Json& line = lines.at(0);
+  std::string text = fmt::format("{}: {} on {}, {}\n", Text(line, "name"), Text(line, "protocol"),
+                                 Text(line, "port"), Text(line, "serial"));
+  text += Facts(
+      {{"port", PortText(line)},
+       {"use", fmt::format("{} of the last full minute, busy {} of {}", UseText(line),
+                           Milliseconds(line.at("busy_ms")), Milliseconds(status.at("uptime_ms")))},
+       {"exchanges", ExchangesText(line)},
+       {"bytes", fmt::format("{} in, {} out, {} stray", Number(line, "bytes_in"),
+                             Number(line, "bytes_out"), Number(line, "stray_bytes"))},
+       {"trouble", fmt::format("late {}, echoes {}, collisions {}, parity errors {}, framing "
+                               "errors {}, overruns {}",
+                               Number(line, "late"), Number(line, "echoes"),
+                               Number(line, "collisions"), Number(line, "parity_errors"),
+                               Number(line, "framing_errors"), Number(line, "overruns"))},
+       {"absent",
+        line.at("notice_bound_ms").is_null()
+            ? "no device"
+            : fmt::format("probed {} times; a return is noticed within {}", Number(line, "probes"),
+                          Milliseconds(line.at("notice_bound_ms")))}});
+  text += "\n" + Chart(line.at("round_trips"));
+  if (!line.at("devices").empty()) text += "\n" + DeviceTable(lines, view);
+  return text + RenderTraffic(status.at("modbus"), view) + Advice(status);
+}
+
+std::string JsonValueText(const Json& value) {
+  if (value.is_null()) return "-";
+  if (value.is_string()) return value.get<std::string>();
+  return value.is_number_float() ? FormatValue(value.get<double>()) : value.dump();
+}
+
+std::string OneDevice(const Json& status, const TableView& view) {
+  const Json& lines = status.at("lines");
+  const Json& device = lines.at(0).at("devices").at(0);
+  const Json& points = device.at("points");
+  const std::string reason = Text(device, "last_reason");
+  std::string text =
+      fmt::format("{}.{}: {}, address {}{}\n", Text(lines.at(0), "name"), Text(device, "name"),
+                  Text(device, "protocol"), Text(device, "address"),
+                  Text(device, "profile").empty() ? "" : ", profile " + Text(device, "profile"));
+  text += Facts(
+      {{"state", Text(device, "state")},
+       {"last", Text(device, "last_outcome") + (reason.empty() ? "" : "; last trouble: " + reason)},
+       {"answered",
+        device.at("age_ms").is_null() ? "never" : Milliseconds(device.at("age_ms")) + " ago"},
+       {"exchanges", ExchangesText(device)},
+       {"trouble",
+        fmt::format("retries {}, missed periods {}, late {}{}", Number(device, "retries"),
+                    Number(device, "missed"), Number(device, "late"),
+                    Number(device, "late") == 0
+                        ? ""
+                        : fmt::format(" (last by {} ms)", Number(device, "lateness_ms")))},
+       {"points",
+        fmt::format("{}: {} good, {} uncertain, {} bad", Number(points, "count"),
+                    Number(points, "good"), Number(points, "uncertain"), Number(points, "bad"))}});
+  text += "\n" + Chart(device.at("round_trips")) + "\n";
+  std::vector<PointRow> rows;
+  for (const Json& value : device.at("values")) {
+    PointRow row{Text(device, "name"),
+                 Text(value, "point"),
+                 JsonValueText(value.at("value")),
+                 Text(value, "unit"),
+                 static_cast<Quality>(Number(value, "quality")),
+                 {},
+                 false};
+    if (!value.at("age_ms").is_null()) {
+      row.age = std::chrono::milliseconds(value.at("age_ms").get<std::int64_t>());
+    }
+    rows.push_back(std::move(row));
+  }
+  return text + RenderPoints(rows, view) + Advice(status);
+}
+
+}  // namespace
+
+std::string RenderStatus(const Json& status, const std::string& target, const TableView& view) {
+  if (target.empty()) return Overview(status, view);
+  return target.find('.') == std::string::npos ? OneLine(status, view) : OneDevice(status, view);
+}
+
+}  // namespace baudgate

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/live/demo.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <asio/executor_work_guard.hpp>
+#include <asio/io_context.hpp>
+#include <asio/signal_set.hpp>
+#include <asio/steady_timer.hpp>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "config/loader.h"
+#include "gateway/base/log.h"
+#include "gateway/base/shown.h"
+#include "gateway/cli/offline/check.h"
+#include "gateway/cli/terminal/live_table.h"
+#include "gateway/daemon/daemon.h"
+#include "gateway/simulate/simulator.h"
+
+namespace baudgate {
+namespace {
+
+constexpr std::uint16_t kPortsToTry = 10;
+constexpr Duration kRefresh = 500ms;
+
+/// A directory for the links to the ptys, gone when the demo ends.
+class ScratchDirectory {
+ public:
+  ScratchDirectory() {
+    std::string form = (std::filesystem::temp_directory_path() / "baudgate-demo-XXXXXX").string();
+    if (mkdtemp(form.data()) != nullptr) path_ = form;
+  }
+  ~ScratchDirectory() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+  ScratchDirectory(const ScratchDirectory&) = delete;
+  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Names of devices take letters, digits, '_' and '-' only; profiles may have points.
+std::string DeviceName(std::string profile) {
+  for (char& c : profile) {
+    if (c == '.') c = '_';
+  }
+  return profile;
+}
+
+/// Those that the gateway began with come first: the demo's unit ids stay what they were.
+std::vector<std::string> ProtocolsOf(const config::Catalog& catalog) {
+  std::vector<std::string> names;
+  for (const auto& [name, protocol] : catalog.protocols) names.push_back(name);
+  std::stable_partition(names.begin(), names.end(),
+                        [](const std::string& name) { return !name.starts_with("modbus"); });
+  return names;
+}
+
+/// One line for each protocol, with one device of each of its profiles. A second demo beside the
+/// first has a name of its own, because the name is the key of its DDS samples.
+std::string DemoYaml(const config::Catalog& catalog, const std::filesystem::path& directory,
+                     const DemoOptions& options, std::uint16_t port) {
+  const std::string name = port == options.port ? "demo" : fmt::format("demo-{}", port);
+  std::string yaml = fmt::format(
+      "gateway: {{ name: {} }}\nmodbus:\n  listen: \"127.0.0.1:{}\"\ndds: {{ domain: {} "
+      "}}\nlines:\n",
+      name, port, options.domain);
+  int unit = 1;
+  for (const std::string& protocol : ProtocolsOf(catalog)) {
+    const Protocol* descriptor = catalog.FindProtocol(protocol);
+    auto profiles = catalog.Profiles(protocol);
+    std::erase_if(profiles, [&](const auto& profile) { return profile.protocol != protocol; });
+    if (profiles.empty()) continue;
+    yaml += fmt::format(
+        "  - name: {0}\n    port: {1}/{0}\n    protocol: {0}\n    serial: {2}\n"
+        "    devices:\n",
+        protocol, directory.string(), descriptor->serial.ToString());
+    int address = 1;
+    for (const config::ProfileFile& profile : profiles) {
+      yaml += fmt::format("      - {{ name: {}, address: {}, profile: \"{}\", unit: {} }}\n",
+                          DeviceName(profile.name), address++, profile.name, unit++);
+    }
+  }
+  return yaml;
+}
+
+bool IsAlive(DeviceState state) {
+  return state == DeviceState::online || state == DeviceState::degraded;
+}
+
+/// The points of the fast groups, as they stand in the store now.
+std::vector<PointRow> Rows(const PointStore& store) {
+  std::vector<PointRow> rows;
+  const Instant now = ReadClocks().instant;
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    store.Read(device, [&](const DeviceRecord& record) {
+      for (std::size_t i = 0; i < record.points.size(); ++i) {
+        const config::Point& point = record.device->points[i];
+        if (point.group != config::Group::fast) continue;
+        const Value& value = record.points[i].value;
+        const auto* number = std::get_if<double>(&value);
+        rows.push_back({record.device->name, point.name,
+                        number != nullptr ? FormatValue(*number) : ToText(value), point.unit,
+                        QualityAt(record, i, now), AgeAt(record, i, now), false});
+      }
+    });
+  }
+  return rows;
+}
+
+std::size_t DevicesAlive(const PointStore& store) {
+  std::size_t alive = 0;
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    store.Read(device,
+               [&](const DeviceRecord& record) { alive += IsAlive(record.status.state) ? 1 : 0; });
+  }
+  return alive;
+}
+
+std::string Hints(const config::Config& config, const DemoOptions& options) {
+  const int port = config.modbus.listen.front().port;
+  std::string text = "\nWhile this runs, in another terminal:\n";
+  text += fmt::format("  mbpoll -m tcp -p {} -a 1 -0 -r 0 -c 4 -t 3:float -B -1 127.0.0.1\n", port);
+  text += fmt::format("  baudgate watch --domain {}\n", options.domain);
+  return text;
+}
+
+/// The twins, on a thread of their own: they are the world, not the gateway.
+class Twins {
+ public:
+  ~Twins() {
+    io_.stop();
+    if (thread_.joinable()) thread_.join();
+  }
+  Status Add(const config::Line& line, const config::Catalog& catalog) {
+    SimulatorOptions options;
+    options.link = line.port;
+    options.pace = line.serial;
+    auto simulator =
+        Simulator::Create(io_, *catalog.FindProtocol(line.protocol), line.devices, options);
+    if (!simulator) return Error{simulator.error()};
+    simulators_.push_back(std::move(*simulator));
+    return {};
+  }
+  void Start() {
+    thread_ = std::thread([this] { io_.run(); });
+  }
+
+ private:
+  asio::io_context io_{1};
+  std::vector<std::unique_ptr<Simulator>> simulators_;
+  std::thread thread_;
+};
+
+/// Shows the table until the time is over or a signal comes. On a terminal it is live.
+void Show(const Daemon& daemon, const DemoOptions& options, std::ostream& out) {
+  asio::io_context io(1);
+  asio::signal_set stop(io, SIGTERM, SIGINT, SIGHUP);
+  stop.async_wait([&io](const asio::error_code&, int) { io.stop(); });
+  asio::steady_timer end(io);
+  if (options.seconds) {
+    end.expires_after(*options.seconds);
+    end.async_wait([&io](const asio::error_code&) { io.stop(); });
+  }
+  const std::string head = "baudgate demo: " + daemon.Summary() + "\n";
+  const std::string tail = Hints(daemon.config(), options);
+  asio::steady_timer refresh(io);
+  std::function<void()> draw = [&] {
+    if (auto view = TerminalView(STDOUT_FILENO)) {
+      const std::size_t around = 6;  // head, tail and the line the cursor is in
+      if (view->height > around) view->height -= around;
+      out << OverwriteScreen(head + RenderPoints(Rows(daemon.store()), *view) + tail) << std::flush;
+    }
+    refresh.expires_after(kRefresh);
+    refresh.async_wait([&](const asio::error_code& error) {
+      if (error) return;
+      draw();
+      if (!out) io.stop();  // its reader has left
+    });
+  };
+  if (TerminalView(STDOUT_FILENO)) {
+    log::SetLeast(log::Level::error);
+  } else {
+    out << head << tail << std::flush;
+  }
+  draw();
+  io.run();
+}
+
+}  // namespace
+
+int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ostream& out,
+            std::ostream& err) {
+  signal(SIGPIPE, SIG_IGN);  // or a reader that leaves would end us before the scratch is gone
+  const ScratchDirectory scratch;
+  if (scratch.path().empty()) {
+    err << "baudgate: no directory for the demo's ptys could be made; is the temporary directory "
+           "writable?\n";
+    return 4;
+  }
+  for (std::uint16_t offset = 0; offset < kPortsToTry; ++offset) {
+    const auto port = static_cast<std::uint16_t>(options.port + offset);
+    const config::Loaded loaded =
+        config::LoadText(DemoYaml(catalog, scratch.path(), options, port), "demo", catalog);
+    PrintProblems(loaded.problems, err);
+    if (!loaded.ok()) return 3;
+    Twins twins;
+    for (const config::Line& line : loaded.config.lines) {
+      if (const Status status = twins.Add(line, catalog); !status) {
+        err << "baudgate: " << status.error() << "\n";
+        return 4;
+      }
+    }
+    Daemon daemon(loaded.config, catalog);
+    if (const Status status = daemon.Start(); !status) {
+      err << "baudgate: " << status.error() << "\n";
+      // Most likely the port is taken: by another demo, or by the gateway itself.
+      if (offset + 1 < kPortsToTry) err << "baudgate: trying port " << port + 1 << " instead\n";
+      continue;
+    }
+    twins.Start();
+    Show(daemon, options, out);
+    const std::size_t alive = DevicesAlive(daemon.store());
+    const std::size_t devices = daemon.store().device_count();
+    const std::vector<PointRow> rows = Rows(daemon.store());
+    daemon.Stop();
+    if (!TerminalView(STDOUT_FILENO)) out << RenderPoints(rows, {}) << "\n";
+    out << fmt::format("{} of {} devices were read\n", alive, devices);
+    return alive == devices && devices > 0 ? 0 : 4;
+  }
+  return 4;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/live/watch.h"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "gateway/base/shown.h"
+#include "gateway/base/text.h"
+#include "gateway/cli/terminal/stop_signals.h"
+#include "gateway/dds/subscriber.h"
+
+namespace baudgate {
+namespace {
+
+constexpr int kExitDone = 0;
+constexpr int kExitNotOpened = 4;
+constexpr Duration kSettled = 300ms;
+constexpr Duration kOthersOnly = 2s;
+constexpr Duration kRedraw = 500ms;
+constexpr std::size_t kMostEvents = 10'000;
+
+Instant Clock() { return std::chrono::steady_clock::now(); }
+
+struct Event {
+  dds::PointSample sample;
+  std::optional<dds::Gone> gone;
+};
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return number_; }
+
+ private:
+  int number_;
+};
+
+/// Events from the library's threads to the one that prints. While that one is stuck (a pager) Put
+/// waits, and the library keeps only the latest of each point: memory stays bounded.
+class Mailbox {
+ public:
+  void Put(const dds::PointSample& sample, std::optional<dds::Gone> gone) {
+    {
+      std::unique_lock lock(mutex_);
+      room_.wait(lock, [this] { return closed_ || events_.size() < kMostEvents; });
+      if (closed_) return;
+      events_.push_back({sample, gone});
+      if (events_.size() > 1) return;  // the reader has been woken already
+    }
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = ::write(wake_.get(), &one, sizeof one);
+  }
+  std::vector<Event> TakeAll() {
+    const std::lock_guard lock(mutex_);
+    std::uint64_t count = 0;
+    [[maybe_unused]] const auto got = ::read(wake_.get(), &count, sizeof count);
+    room_.notify_all();
+    return std::exchange(events_, {});
+  }
+  void NoteRejected(std::uint64_t samples) {
+    const std::lock_guard lock(mutex_);
+    rejected_ = samples;
+  }
+  std::uint64_t rejected() {
+    const std::lock_guard lock(mutex_);
+    return rejected_;
+  }
+  /// Nothing waits in Put from now on.
+  void Close() {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+    room_.notify_all();
+  }
+  int descriptor() const { return wake_.get(); }
+
+ private:
+  Descriptor wake_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  std::mutex mutex_;
+  std::condition_variable room_;
+  std::vector<Event> events_;
+  bool closed_ = false;
+  std::uint64_t rejected_ = 0;
+};
+
+WallTime SourceTime(const dds::PointSample& sample) {
+  return WallTime(Duration(sample.source_time_ns));
+}
+
+Quality QualityOf(const dds::PointSample& sample) {
+  return static_cast<Quality>(sample.quality & 0xFFU);
+}
+
+std::string ValueText(const dds::PointSample& sample) {
+  return sample.text.empty() ? FormatValue(sample.value) : sample.text;
+}
+
+std::string_view GoneText(dds::Gone gone) {
+  return gone == dds::Gone::disposed ? "disposed" : "no_writers";
+}
+
+std::string JsonLine(const Event& event) {
+  const dds::PointSample& sample = event.sample;
+  nlohmann::ordered_json line;
+  line["gateway"] = sample.gateway;
+  line["device"] = sample.device;
+  line["point"] = sample.point;
+  if (event.gone) {
+    line["gone"] = GoneText(*event.gone);
+  } else {
+    if (std::isfinite(sample.value)) {
+      line["value"] = sample.value;
+    } else {
+      line["value"] = nullptr;
+    }
+    if (!sample.text.empty()) line["text"] = sample.text;
+    line["unit"] = sample.unit;
+    line["quality"] = sample.quality;
+    line["quality_text"] = Name(QualityOf(sample));
+    line["source_time"] = nullptr;
+    if (sample.source_time_ns > 0) line["source_time"] = FormatWallTime(SourceTime(sample));
+    line["seq"] = sample.seq;
+    line["rtt_us"] = sample.rtt_us;
+  }
+  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+std::string PlainLine(const Event& event) {
+  const dds::PointSample& sample = event.sample;
+  std::string line = sample.source_time_ns > 0 ? FormatWallTime(SourceTime(sample)) : "-";
+  line += "  " + sample.gateway + "  " + sample.device + "  " + sample.point + "  ";
+  if (event.gone) return Harmless(line + "gone (" + std::string(GoneText(*event.gone)) + ")");
+  line += ValueText(sample);
+  if (!sample.unit.empty()) line += " " + sample.unit;
+  return Harmless(line + "  " + std::string(Name(QualityOf(sample))));
+}
+
+class Watch {
+ public:
+  Watch(const WatchOptions& options, std::ostream& out, std::ostream& err)
+      : options_(options), out_(out), err_(err) {}
+
+  int Run() {
+    const StopSignals signals;  // before the library's threads, which inherit the mask
+    Mailbox mailbox;
+    auto subscriber = dds::DdsSubscriber::Create(
+        {.participant = {.domain = options_.domain, .interfaces = options_.interfaces}},
+        {.on_point = [&](const dds::PointSample& s) { mailbox.Put(s, std::nullopt); },
+         .on_point_gone = [&](const dds::PointSample& s, dds::Gone g) { mailbox.Put(s, g); },
+         .on_device = {},
+         .on_device_gone = {},
+         .on_gateways = {},
+         .on_rejected = [&](std::uint64_t samples) { mailbox.NoteRejected(samples); }});
+    if (!subscriber) {
+      err_ << "watch: " << subscriber.error() << '\n';
+      return kExitNotOpened;
+    }
+    const int exit_code = Loop(signals, mailbox);
+    mailbox.Close();
+    if (const auto lost = mailbox.rejected(); lost > 0) {
+      err_ << "watch: " << lost
+           << " samples were left out: there are too many points to hold; watch "
+           << "one domain with fewer gateways\n";
+    }
+    return exit_code;
+  }
+
+ private:
+  int Loop(const StopSignals& signals, Mailbox& mailbox) {
+    started_ = Clock();
+    if (Live()) out_ << "\x1b[2J" << std::flush;
+    for (;;) {
+      pollfd waited[] = {{signals.descriptor(), POLLIN, 0}, {mailbox.descriptor(), POLLIN, 0}};
+      ::poll(waited, 2, PollTime());
+      for (const Event& event : mailbox.TakeAll()) Take(event);
+      const Instant now = Clock();
+      if ((waited[0].revents & POLLIN) != 0) return kExitDone;
+      if (options_.once) {
+        if (!image_.empty() && now - last_new_ >= kSettled) return PrintImage();
+        if (image_.empty() && now >= GiveUpAt()) return NothingHeard();
+      }
+      if (options_.seconds && now - started_ >= *options_.seconds) return kExitDone;
+      if (Live() && now >= next_draw_) Draw(now);
+      out_.flush();
+      // A reader of our output that has left ends us, as SIGPIPE would.
+      if (!out_) return kExitDone;
+    }
+  }
+
+  bool Live() const { return options_.terminal && !options_.json && !options_.once; }
+
+  bool Matches(const dds::PointSample& sample) const {
+    const auto is = [](const std::string& filter, const std::string& name) {
+      return filter.empty() || filter == name;
+    };
+    return is(options_.gateway, sample.gateway) && is(options_.device, sample.device) &&
+           is(options_.point, sample.point);
+  }
+
+  void Take(const Event& event) {
+    if (!Matches(event.sample)) {
+      if (filtered_++ == 0) first_filtered_ = Clock();
+      return;
+    }
+    const Key key{event.sample.gateway, event.sample.device, event.sample.point};
+    const bool added = image_.insert_or_assign(key, event).second;
+    if (added) last_new_ = Clock();
+    if (!options_.once && !Live()) Print(event);
+  }
+
+  void Print(const Event& event) {
+    out_ << (options_.json ? JsonLine(event) : PlainLine(event)) << '\n';
+  }
+
+  int PrintImage() {
+    if (options_.json) {
+      for (const auto& [key, event] : image_) Print(event);
+    } else {
+      out_ << RenderPoints(Rows(), options_.terminal ? TableView{options_.terminal->width, 0,
+                                                                 options_.terminal->colour}
+                                                     : TableView{});
+    }
+    out_.flush();
+    return kExitDone;
+  }
+
+  std::vector<PointRow> Rows() const {
+    const WallTime now = ReadClocks().wall;
+    const bool several = !image_.empty() &&
+                         std::get<0>(image_.begin()->first) != std::get<0>(image_.rbegin()->first);
+    std::vector<PointRow> rows;
+    rows.reserve(image_.size());
+    for (const auto& [key, event] : image_) {
+      const dds::PointSample& sample = event.sample;
+      PointRow row;
+      row.device = several ? sample.gateway + "/" + sample.device : sample.device;
+      row.point = sample.point;
+      row.value = ValueText(sample);
+      row.unit = sample.unit;
+      row.quality = QualityOf(sample);
+      if (sample.source_time_ns > 0) row.age = now - SourceTime(sample);
+      row.gone = event.gone.has_value();
+      rows.push_back(std::move(row));
+    }
+    return rows;
+  }
+
+  void Draw(Instant now) {
+    next_draw_ = now + kRedraw;
+    TableView view = *options_.terminal;
+    // The window may have been resized since.
+    if (const auto current = TerminalView(STDOUT_FILENO)) view = *current;
+    if (view.height > 0) --view.height;  // the cursor rests on the last line
+    const std::string text = image_.empty() ? "waiting for a gateway in DDS domain " +
+                                                  std::to_string(options_.domain) + " on " +
+                                                  Interfaces() + " ...\n"
+                                            : RenderPoints(Rows(), view);
+    out_ << OverwriteScreen(text);
+  }
+
+  /// Of `once`: silence lasts longer than hearing others, who show that the way is good.
+  Instant GiveUpAt() const {
+    const Instant latest = started_ + options_.first_sample_timeout;
+    return filtered_ > 0 ? std::min(latest, first_filtered_ + kOthersOnly) : latest;
+  }
+
+  int NothingHeard() {
+    if (filtered_ > 0) {
+      err_ << "watch: " << filtered_ << " samples came, but none of the gateway, device and point "
+           << "asked for; check those names\n";
+    } else {
+      err_ << "watch: nothing heard in DDS domain " << options_.domain << " on " << Interfaces()
+           << "; check that the gateway runs, that its dds.domain is " << options_.domain
+           << " and that its dds.interfaces reach this address\n";
+    }
+    return kExitNotOpened;
+  }
+
+  std::string Interfaces() const {
+    std::string text;
+    for (const std::string& name : options_.interfaces) text += (text.empty() ? "" : ", ") + name;
+    return text.empty() ? "all interfaces" : text;
+  }
+
+  /// Milliseconds until something is to be done without a new sample.
+  int PollTime() const {
+    const Instant now = Clock();
+    Instant until = now + kRedraw;
+    if (options_.once) {
+      until = std::min(until, image_.empty() ? GiveUpAt() : last_new_ + kSettled);
+    }
+    if (options_.seconds) until = std::min(until, started_ + *options_.seconds);
+    if (Live()) until = std::min(until, next_draw_);
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - now);
+    return static_cast<int>(std::max<std::int64_t>(0, left.count()));
+  }
+
+  using Key = std::tuple<std::string, std::string, std::string>;
+
+  const WatchOptions& options_;
+  std::ostream& out_;
+  std::ostream& err_;
+  std::map<Key, Event> image_;
+  std::uint64_t filtered_ = 0;
+  Instant first_filtered_{};
+  Instant started_{};
+  Instant last_new_{};
+  Instant next_draw_{};
+};
+
+}  // namespace
+
+int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err) {
+  return Watch(options, out, err).Run();
+}
+
+}  // namespace baudgate

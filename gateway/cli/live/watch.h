@@ -1,0 +1,33 @@
+// `baudgate watch`: shows what gateways publish on DDS, as a live table, plain lines or JSON lines.
+// Samples come from gateway/dds/subscriber.h; the text goes to a stream.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "gateway/base/time.h"
+#include "gateway/cli/terminal/live_table.h"
+
+namespace baudgate {
+
+struct WatchOptions {
+  int domain = 0;
+  std::vector<std::string> interfaces = {"127.0.0.1"};
+  bool once = false;                ///< print the image when it is whole, then end
+  bool json = false;                ///< one JSON object a line for each sample
+  std::optional<Duration> seconds;  ///< end after this time; nothing: at SIGINT or SIGTERM
+  std::string gateway;              ///< only of this name; empty = all
+  std::string device;
+  std::string point;
+  /// A live table for this terminal instead of plain lines; see TerminalView.
+  std::optional<TableView> terminal;
+  Duration first_sample_timeout = 10s;  ///< of `once`
+};
+
+/// Ends at SIGINT and SIGTERM as well. Returns the exit code: 0, or 4 when nothing can be heard.
+int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err);
+
+}  // namespace baudgate

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/offline/check.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "config/loader.h"
+#include "gateway/cli/offline/unit_table.h"
+#include "gateway/cli/terminal/text_table.h"
+
+namespace baudgate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using config::TextTable;
+
+constexpr int kUsable = 0;
+constexpr int kBadConfiguration = 3;
+
+std::string Plural(std::size_t count, const std::string& word) {
+  return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
+}
+
+std::size_t ServedPoints(const config::Device& device) {
+  if (!device.unit) return 0;
+  return static_cast<std::size_t>(
+      std::count_if(device.points.begin(), device.points.end(),
+                    [](const config::Point& point) { return point.modbus.has_value(); }));
+}
+
+template <typename Range, typename Text>
+std::string Joined(const Range& range, Text text) {
+  std::string joined;
+  for (const auto& one : range) {
+    if (!joined.empty()) joined += ", ";
+    joined += text(one);
+  }
+  return joined;
+}
+
+std::string_view Describe(config::Permit permit) {
+  switch (permit) {
+    case config::Permit::read:
+      return "reading only (functions 1-4)";
+    case config::Permit::data:
+      return "reading and writing data (functions 1-6, 15, 16)";
+    case config::Permit::all:
+      return "reading and writing (all functions)";
+  }
+  return "";
+}
+
+std::string Describe(const config::Listener& listener) {
+  std::string text = listener.Place() + ", ";
+  if (listener.is_serial()) {
+    text += listener.serial.ToString();
+    if (listener.serial.software_parity) text += " (software parity)";
+    text += ", Modbus RTU, ";
+  } else {
+    const bool rtu = listener.protocol == config::Listener::Protocol::rtu;
+    text += rtu ? "Modbus RTU over TCP, " : "Modbus TCP, ";
+  }
+  text += Describe(listener.permit);
+  if (listener.is_serial()) return text + ", for the master there";
+  if (listener.allow.empty()) return text + ", for everybody who reaches it";
+  return text + ", for " + Joined(listener.allow, [](const auto& network) { return network.text; });
+}
+
+/// In the order in which they decide.
+std::string DescribePriorities(const config::Listener& listener) {
+  std::string text;
+  for (const config::FunctionPriority& rule : listener.functions) {
+    text += std::string(Name(rule.priority)) + " for functions " +
+            Joined(rule.codes, [](std::uint8_t code) { return std::to_string(code); }) + "; ";
+  }
+  for (const config::ClientPriority& rule : listener.clients) {
+    text += std::string(Name(rule.priority)) + " for " + rule.from.text + "; ";
+  }
+  return text + std::string(Name(listener.priority)) + (text.empty() ? " for all" : " for others");
+}
+
+void PrintListener(const config::Listener& listener, std::ostream& out) {
+  out << "modbus " << Describe(listener) << '\n';
+  out << "  priority   " << DescribePriorities(listener) << '\n';
+  const bool silent = listener.errors == config::Listener::Errors::silent;
+  out << "  errors     "
+      << (silent ? "silent: nothing is answered instead of 0x06, 0x0A and 0x0B"
+                 : "exceptions 0x06, 0x0A and 0x0B are answered")
+      << '\n';
+  const bool pass = listener.broadcast == config::Listener::Broadcast::pass;
+  out << "  broadcast  "
+      << (pass ? "passed to all slaves of every line with a route" : "not passed on") << '\n';
+  if (listener.is_serial()) return;
+  out << "  clients    at most " << listener.max_clients << ", closed after "
+      << FormatDuration(listener.idle_timeout) << " without a request\n";
+}
+
+std::string Describe(const config::Dds& dds) {
+  if (!dds.enabled) return "off";
+  std::string text = "domain " + std::to_string(dds.domain) + " on " +
+                     Joined(dds.interfaces, [](const std::string& address) { return address; });
+  if (dds.shared_memory) text += dds.interfaces.empty() ? "shared memory" : " and shared memory";
+  return text + "; topics baudgate/points, baudgate/devices";
+}
+
+std::string Describe(const config::Line& line) {
+  std::string text = "line " + line.name + ": " + line.port;
+  if (!line.port.starts_with("tcp://")) text += ", " + line.serial.ToString();
+  if (line.serial.software_parity) text += " (software parity)";
+  return text + ", " + line.protocol + ", " + Plural(line.devices.size(), "device");
+}
+
+std::vector<std::string> Row(const config::Device& device) {
+  const std::size_t served = ServedPoints(device);
+  return {device.name,
+          device.address,
+          device.protocol,
+          device.profile,
+          device.unit ? std::to_string(*device.unit) : "none",
+          std::to_string(device.points.size()),
+          std::to_string(served),
+          FormatDuration(device.poll),
+          FormatDuration(device.slow),
+          device.enabled ? "" : "disabled"};
+}
+
+void PrintSummary(const config::Config& config, std::ostream& out) {
+  out << "gateway " << config.name << '\n';
+  if (!config.modbus.enabled) out << "modbus off\n";
+  for (const config::Listener& listener : config.modbus.listen) {
+    if (config.modbus.enabled) PrintListener(listener, out);
+  }
+  out << "dds " << Describe(config.dds) << '\n';
+  for (const config::Line& line : config.lines) {
+    out << '\n' << Describe(line) << '\n';
+    if (line.devices.empty()) continue;
+    TextTable table({"device", "address", "protocol", "profile", "unit", "points", "on Modbus",
+                     "poll", "slow", "note"});
+    for (const config::Device& device : line.devices) table.Add(Row(device));
+    table.PrintAligned(out, "  ");
+  }
+  if (config.modbus.enabled) PrintRouteTable(config, out);
+}
+
+Json ToJson(const config::Listener& listener) {
+  using config::Listener;
+  Json one = {{"at", listener.Place()}};
+  one["serial"] = listener.is_serial() ? Json(listener.serial.ToString()) : Json();
+  one["protocol"] = listener.protocol == Listener::Protocol::rtu ? "rtu" : "tcp";
+  one["permit"] = Name(listener.permit);
+  one["priority"] = Name(listener.priority);
+  one["priorities"] = DescribePriorities(listener);
+  one["errors"] = listener.errors == Listener::Errors::silent ? "silent" : "exception";
+  one["broadcast"] = listener.broadcast == Listener::Broadcast::pass ? "pass" : "ignore";
+  return one;
+}
+
+Json ToJson(const config::Modbus& modbus) {
+  Json listeners = Json::array();
+  for (const config::Listener& listener : modbus.listen) listeners.push_back(ToJson(listener));
+  return {{"enabled", modbus.enabled}, {"listen", std::move(listeners)}};
+}
+
+Json ToJson(const config::Config& config) {
+  Json lines = Json::array();
+  for (const config::Line& line : config.lines) {
+    Json devices = Json::array();
+    for (const config::Device& device : line.devices) {
+      Json one = {{"name", device.name},         {"address", device.address},
+                  {"protocol", device.protocol}, {"profile", device.profile},
+                  {"title", device.title},       {"enabled", device.enabled}};
+      one["unit"] = device.unit ? Json(*device.unit) : Json();
+      one["points"] = device.points.size();
+      one["points_on_modbus"] = ServedPoints(device);
+      devices.push_back(std::move(one));
+    }
+    lines.push_back({{"name", line.name},
+                     {"port", line.port},
+                     {"serial", line.serial.ToString()},
+                     {"protocol", line.protocol},
+                     {"devices", std::move(devices)}});
+  }
+  Json units = Json::array();
+  for (const UnitRow& row : UnitRows(config)) {
+    units.push_back({{"units", row.units}, {"target", row.target}, {"deadline", row.deadline}});
+  }
+  return {{"gateway", config.name},
+          {"modbus", ToJson(config.modbus)},
+          {"units", std::move(units)},
+          {"lines", std::move(lines)}};
+}
+
+Json ToJson(const std::vector<config::Problem>& problems) {
+  Json list = Json::array();
+  for (const config::Problem& problem : problems) {
+    list.push_back({{"file", problem.mark.file},
+                    {"line", problem.mark.line},
+                    {"column", problem.mark.column},
+                    {"severity", problem.warning ? "warning" : "error"},
+                    {"message", problem.message}});
+  }
+  return list;
+}
+
+void PrintVerdict(const std::string& file, const config::Loaded& loaded, std::ostream& out) {
+  std::size_t devices = 0;
+  std::size_t points = 0;
+  for (const config::Line& line : loaded.config.lines) {
+    devices += line.devices.size();
+    for (const config::Device& device : line.devices) points += device.points.size();
+  }
+  out << file << ": good: " << Plural(loaded.config.lines.size(), "line") << ", "
+      << Plural(devices, "device") << ", " << Plural(points, "point");
+  if (!loaded.problems.empty()) out << ", " << Plural(loaded.problems.size(), "warning");
+  out << '\n';
+}
+
+}  // namespace
+
+void PrintProblems(const std::vector<config::Problem>& problems, std::ostream& err) {
+  for (const config::Problem& problem : problems) err << config::ToString(problem) << '\n';
+}
+
+int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostream& out,
+             std::ostream& err, bool json) {
+  const config::Loaded loaded = config::LoadFile(file, catalog);
+  if (json) {
+    Json result = {{"file", file}, {"ok", loaded.ok()}, {"problems", ToJson(loaded.problems)}};
+    if (loaded.ok()) result["summary"] = ToJson(loaded.config);
+    out << result.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+    return loaded.ok() ? kUsable : kBadConfiguration;
+  }
+  PrintProblems(loaded.problems, err);
+  if (!loaded.ok()) {
+    const auto errors = std::count_if(loaded.problems.begin(), loaded.problems.end(),
+                                      [](const config::Problem& p) { return !p.warning; });
+    err << file << ": bad: " << Plural(static_cast<std::size_t>(errors), "error") << '\n';
+    return kBadConfiguration;
+  }
+  PrintVerdict(file, loaded, out);
+  PrintSummary(loaded.config, out);
+  return kUsable;
+}
+
+}  // namespace baudgate

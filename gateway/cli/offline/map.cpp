@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/offline/map.h"
+
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "config/loader.h"
+#include "gateway/cli/offline/check.h"
+#include "gateway/cli/terminal/text_table.h"
+
+namespace baudgate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using config::TextTable;
+
+constexpr int kBadConfiguration = 3;
+constexpr int kQualityOffset = 20'000;
+constexpr int kAgeOffset = 40'000;
+constexpr int kLastFiveDigitAddress = 9998;
+
+/// Everything the contract says about the place of one point.
+struct Place {
+  bool served = false;
+  bool bit = false;
+  int address = 0;
+  int registers = 0;
+  std::string tables;        ///< "input, holding"
+  std::string read_codes;    ///< "4,3"
+  std::string write_codes;   ///< "6,16"; empty = read-only
+  std::string conventional;  ///< "30001/40001"
+};
+
+// The 1-based notation of PLC manuals: five digits as long as they last, then six.
+std::string Conventional(char table, int address) {
+  const bool five = address <= kLastFiveDigitAddress;
+  std::string number = std::to_string(address + 1);
+  const std::size_t digits = five ? 4 : 5;
+  number.insert(0, digits > number.size() ? digits - number.size() : 0, '0');
+  return table + number;
+}
+
+Place PlaceOf(const config::Device& device, const config::Point& point) {
+  Place place;
+  place.served = device.unit && point.modbus;
+  if (!place.served) return place;
+  const bool writable = point.access != config::Access::read;
+  place.bit = point.table == config::Table::bits;
+  place.address = *point.modbus;
+  place.registers = place.bit ? 1 : static_cast<int>(config::RegisterCount(point));
+  place.tables = place.bit ? "discrete, coil" : "input, holding";
+  place.read_codes = place.bit ? "2,1" : "4,3";
+  if (writable && place.bit) place.write_codes = "5,15";
+  if (writable && !place.bit) place.write_codes = place.registers == 1 ? "6,16" : "16";
+  place.conventional = Conventional(place.bit ? '1' : '3', place.address) + "/" +
+                       Conventional(place.bit ? '0' : '4', place.address);
+  return place;
+}
+
+std::string TypeText(const config::Point& point) {
+  std::string text(config::Name(point.type));
+  if (point.type == config::Type::string) text += "(" + std::to_string(point.text_length) + ")";
+  return text;
+}
+
+// Of values that take one register the order of words means nothing.
+std::string OrderText(const config::Device& device, const Place& place) {
+  return place.served && place.registers > 1 ? std::string(config::Name(device.word_order)) : "";
+}
+
+std::string Number(const Place& place, int offset) {
+  return place.served ? std::to_string(place.address + offset) : "";
+}
+
+std::string AgeText(const Place& place) { return place.bit ? "" : Number(place, kAgeOffset); }
+
+std::string Key(const config::Config& config, const config::Device& device,
+                const config::Point& point) {
+  if (!config.dds.enabled) return "";
+  return config.name + "/" + device.name + "/" + point.name;
+}
+
+using Visit = std::function<void(const config::Line&, const config::Device&)>;
+
+void ForEachDevice(const config::Config& config, const Visit& visit) {
+  for (const config::Line& line : config.lines) {
+    for (const config::Device& device : line.devices) visit(line, device);
+  }
+}
+
+void PrintDevice(const config::Config& config, const config::Line& line,
+                 const config::Device& device, std::ostream& out) {
+  out << "device " << device.name << " on line " << line.name << ": ";
+  if (device.unit) {
+    out << "unit " << static_cast<int>(*device.unit) << ", word order "
+        << config::Name(device.word_order);
+  } else {
+    out << "not on Modbus (no unit)";
+  }
+  if (config.dds.enabled) out << "; DDS key " << config.name << "/" << device.name << "/POINT";
+  out << '\n';
+  TextTable table({"point", "address", "PLC", "regs", "type", "unit", "read FC", "write FC",
+                   "group", "quality", "age"});
+  for (const config::Point& point : device.points) {
+    const Place place = PlaceOf(device, point);
+    table.Add({point.name, Number(place, 0), place.conventional,
+               place.served ? std::to_string(place.registers) : "", TypeText(point), point.unit,
+               place.read_codes, place.write_codes, std::string(config::Name(point.group)),
+               Number(place, kQualityOffset), AgeText(place)});
+  }
+  if (!table.empty()) table.PrintAligned(out, "  ");
+  out << '\n';
+}
+
+void PrintTable(const config::Config& config, std::ostream& out) {
+  ForEachDevice(config, [&](const config::Line& line, const config::Device& device) {
+    PrintDevice(config, line, device, out);
+  });
+  out << "Addresses count from 0 as on the wire (mbpoll -0); PLC is the same place in 1-based "
+         "notation.\n"
+         "Each register N has its quality (OPC code) at N + 20000 and its age in 0.1 s at N + "
+         "40000;"
+         "\na bit N is good when the bit N + 20000 is set. Every unit has its device status block "
+         "at 9000;\nunits 0 and 255 are the gateway itself.\n";
+}
+
+void PrintCsv(const config::Config& config, std::ostream& out) {
+  TextTable table({"line",    "device",   "modbus_unit", "point",  "table",
+                   "read_fc", "write_fc", "address",     "plc",    "registers",
+                   "type",    "order",    "unit",        "access", "group",
+                   "quality", "age",      "dds_key",     "read",   "description"});
+  ForEachDevice(config, [&](const config::Line& line, const config::Device& device) {
+    for (const config::Point& point : device.points) {
+      const Place place = PlaceOf(device, point);
+      table.Add({line.name,
+                 device.name,
+                 place.served ? std::to_string(*device.unit) : "",
+                 point.name,
+                 place.tables,
+                 place.read_codes,
+                 place.write_codes,
+                 Number(place, 0),
+                 place.conventional,
+                 place.served ? std::to_string(place.registers) : "",
+                 TypeText(point),
+                 OrderText(device, place),
+                 point.unit,
+                 std::string(config::Name(point.access)),
+                 std::string(config::Name(point.group)),
+                 Number(place, kQualityOffset),
+                 AgeText(place),
+                 Key(config, device, point),
+                 point.read,
+                 point.description});
+    }
+  });
+  table.PrintCsv(out);
+}
+
+Json ModbusJson(const config::Device& device, const Place& place) {
+  if (!place.served) return nullptr;
+  Json json = {{"unit", *device.unit},
+               {"table", place.bit ? "bits" : "registers"},
+               {"address", place.address},
+               {"registers", place.registers},
+               {"plc", place.conventional},
+               {"read_fc", place.read_codes},
+               {"write_fc", place.write_codes},
+               {"word_order", OrderText(device, place)},
+               {"quality", place.address + kQualityOffset}};
+  if (!place.bit) json["age"] = place.address + kAgeOffset;
+  return json;
+}
+
+void PrintJson(const config::Config& config, std::ostream& out) {
+  Json points = Json::array();
+  ForEachDevice(config, [&](const config::Line& line, const config::Device& device) {
+    for (const config::Point& point : device.points) {
+      points.push_back({{"line", line.name},
+                        {"device", device.name},
+                        {"point", point.name},
+                        {"type", TypeText(point)},
+                        {"unit", point.unit},
+                        {"access", config::Name(point.access)},
+                        {"group", config::Name(point.group)},
+                        {"read", point.read},
+                        {"description", point.description},
+                        {"modbus", ModbusJson(device, PlaceOf(device, point))},
+                        {"dds_key", Key(config, device, point)}});
+    }
+  });
+  const Json result = {{"gateway", config.name}, {"points", std::move(points)}};
+  out << result.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+}
+
+}  // namespace
+
+int RunMap(const std::string& file, const config::Catalog& catalog, MapFormat format,
+           std::ostream& out, std::ostream& err) {
+  const config::Loaded loaded = config::LoadFile(file, catalog);
+  PrintProblems(loaded.problems, err);
+  if (!loaded.ok()) return kBadConfiguration;
+  switch (format) {
+    case MapFormat::table:
+      PrintTable(loaded.config, out);
+      break;
+    case MapFormat::csv:
+      PrintCsv(loaded.config, out);
+      break;
+    case MapFormat::json:
+      PrintJson(loaded.config, out);
+      break;
+  }
+  return 0;
+}
+
+}  // namespace baudgate

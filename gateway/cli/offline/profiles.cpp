@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/offline/profiles.h"
+
+#include <nlohmann/json.hpp>
+
+#include "config/loader.h"
+#include "gateway/base/spelling.h"
+#include "gateway/cli/offline/check.h"
+#include "gateway/cli/terminal/text_table.h"
+
+namespace baudgate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using config::ProfileFile;
+using config::TextTable;
+
+constexpr int kWrongUsage = 2;
+constexpr int kBadProfile = 3;
+
+std::string TypeText(const config::Point& point) {
+  std::string text(config::Name(point.type));
+  if (point.type == config::Type::string) text += "(" + std::to_string(point.text_length) + ")";
+  return text;
+}
+
+std::string TableText(const config::Point& point) {
+  if (!point.modbus) return "";
+  return point.table == config::Table::bits ? "discrete" : "input";
+}
+
+std::string RegisterText(const config::Point& point) {
+  if (!point.modbus) return "";
+  const std::size_t count = point.table == config::Table::bits ? 1 : config::RegisterCount(point);
+  const std::string first = std::to_string(*point.modbus);
+  return count == 1 ? first : first + "…" + std::to_string(*point.modbus + count - 1);
+}
+
+TextTable PointTable(const config::Profile& profile) {
+  TextTable table(
+      {"point", "register", "table", "type", "unit", "access", "group", "read", "description"});
+  for (const config::Point& point : profile.points) {
+    table.Add({point.name, RegisterText(point), TableText(point), TypeText(point), point.unit,
+               std::string(config::Name(point.access)), std::string(config::Name(point.group)),
+               point.read, point.description});
+  }
+  return table;
+}
+
+Json ToJson(const config::Profile& profile) {
+  Json points = Json::array();
+  for (const config::Point& point : profile.points) {
+    Json one = {{"name", point.name},
+                {"modbus", point.modbus ? Json(*point.modbus) : Json()},
+                {"table", TableText(point)},
+                {"registers", config::RegisterCount(point)},
+                {"type", TypeText(point)},
+                {"unit", point.unit},
+                {"access", config::Name(point.access)},
+                {"group", config::Name(point.group)},
+                {"read", point.read},
+                {"description", point.description}};
+    if (!point.write.empty()) one["write"] = point.write;
+    points.push_back(std::move(one));
+  }
+  return {{"protocol", profile.protocol},
+          {"profile", profile.name},
+          {"device", profile.title},
+          {"points", std::move(points)}};
+}
+
+void PrintJson(const Json& json, std::ostream& out) {
+  out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+}
+
+void PrintOne(const config::Profile& profile, ProfileFormat format, std::ostream& out) {
+  if (format == ProfileFormat::json) return PrintJson(ToJson(profile), out);
+  const bool markdown = format == ProfileFormat::markdown;
+  out << (markdown ? "## " : "") << profile.title << " (" << profile.protocol << "/" << profile.name
+      << ", " << profile.points.size() << " points)\n\n";
+  const TextTable table = PointTable(profile);
+  if (markdown) {
+    table.PrintMarkdown(out);
+  } else {
+    table.PrintAligned(out);
+  }
+}
+
+// A profile that can not be read still stands in the list, without its title.
+int PrintList(const std::vector<ProfileFile>& files, ProfileFormat format,
+              const config::Catalog& catalog, std::ostream& out) {
+  TextTable table({"protocol", "profile", "points", "device"});
+  Json list = Json::array();
+  for (const ProfileFile& file : files) {
+    const Protocol* protocol = catalog.FindProtocol(file.protocol);
+    if (!protocol) continue;
+    const auto loaded = config::LoadProfile(file.path.string(), *protocol, catalog);
+    const std::string title = loaded.ok() ? loaded.profile.title : "(bad; see profiles NAME)";
+    const std::size_t points = loaded.profile.points.size();
+    table.Add({file.protocol, file.name, std::to_string(points), title});
+    list.push_back({{"protocol", file.protocol},
+                    {"profile", file.name},
+                    {"device", title},
+                    {"points", points},
+                    {"ok", loaded.ok()}});
+  }
+  switch (format) {
+    case ProfileFormat::json:
+      PrintJson(list, out);
+      break;
+    case ProfileFormat::markdown:
+      table.PrintMarkdown(out);
+      break;
+    case ProfileFormat::table:
+      table.PrintAligned(out);
+      break;
+  }
+  return 0;
+}
+
+std::vector<ProfileFile> Matching(const std::vector<ProfileFile>& files, const std::string& name) {
+  std::vector<ProfileFile> matching;
+  for (const ProfileFile& file : files) {
+    if (name == file.name || name == file.protocol + "/" + file.name) matching.push_back(file);
+  }
+  return matching;
+}
+
+void ExplainMiss(const std::string& name, const std::vector<ProfileFile>& matching,
+                 const std::vector<ProfileFile>& files, std::ostream& err) {
+  std::vector<std::string_view> names;
+  if (matching.empty()) {
+    for (const ProfileFile& file : files) names.push_back(file.name);
+    err << "profile " << config::Quoted(name) << " is not installed;"
+        << config::DidYouMean(name, names)
+        << " installed: " << (names.empty() ? "none" : config::Join(names)) << '\n';
+    return;
+  }
+  err << "several protocols have a profile " << config::Quoted(name) << "; write";
+  for (const ProfileFile& file : matching) err << ' ' << file.protocol << '/' << file.name;
+  err << '\n';
+}
+
+}  // namespace
+
+int RunProfiles(const std::string& name, ProfileFormat format, const config::Catalog& catalog,
+                std::ostream& out, std::ostream& err) {
+  const std::vector<ProfileFile> files = catalog.Profiles();
+  if (name.empty()) return PrintList(files, format, catalog, out);
+  const std::vector<ProfileFile> matching = Matching(files, name);
+  if (matching.size() != 1) {
+    ExplainMiss(name, matching, files, err);
+    return kWrongUsage;
+  }
+  const Protocol* protocol = catalog.FindProtocol(matching.front().protocol);
+  if (!protocol) {
+    err << "profile " << config::Quoted(name) << " is for protocol " << matching.front().protocol
+        << ", which is not installed\n";
+    return kWrongUsage;
+  }
+  const auto loaded = config::LoadProfile(matching.front().path.string(), *protocol, catalog);
+  PrintProblems(loaded.problems, err);
+  if (!loaded.ok()) return kBadProfile;
+  PrintOne(loaded.profile, format, out);
+  return 0;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,32 @@
+// `baudgate simulate`: a device twin from a profile, on a pty linked at a path.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "config/catalog.h"
+#include "gateway/base/time.h"
+#include "gateway/simulate/twin_faults.h"
+
+namespace baudgate {
+
+struct SimulateOptions {
+  std::string profile;
+  std::string protocol{};  ///< empty: the one whose profile it is; modbus_ascii uses modbus_rtu's
+  std::string address;
+  std::string pty;     ///< where the link is put
+  std::string serial;  ///< "9600 7E1": the twin keeps this bit rate; empty: no pacing
+  Duration think_time = 5ms;
+  std::vector<std::string> set;  ///< device options, "key=value"
+  std::vector<Fault> faults;
+};
+
+/// Until SIGTERM or SIGINT; then one line a fault says how often it struck. Exit codes: 0 stopped,
+/// 3 no such profile, bad address or option, 4 no pty.
+int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
+                std::ostream& err);
+
+}  // namespace baudgate

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/terminal/live_table.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "gateway/base/shown.h"
+
+namespace baudgate {
+namespace {
+
+constexpr std::string_view kEllipsis = "\xE2\x80\xA6";
+constexpr std::string_view kGap = "  ";
+
+bool Continues(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
+/// In characters; all of ours are one column wide.
+std::size_t Width(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char c) { return !Continues(c); }));
+}
+
+std::string Cut(std::string_view text, std::size_t width) {
+  if (Width(text) <= width) return std::string(text);
+  std::size_t end = 0;
+  for (std::size_t seen = 0; end < text.size(); ++end) {
+    if (!Continues(text[end]) && ++seen == width) break;
+  }
+  return width == 0 ? std::string() : std::string(text.substr(0, end)).append(kEllipsis);
+}
+
+std::string Padded(std::string_view cell, std::size_t width, bool right) {
+  const std::string text = Cut(cell, width);
+  const std::string blank(width - std::min(width, Width(text)), ' ');
+  return right ? blank + text : text + blank;
+}
+
+std::string_view ColourOf(Tone tone) {
+  switch (tone) {
+    case Tone::plain:
+      return "";
+    case Tone::faint:
+      return "\x1b[2m";
+    case Tone::warning:
+      return "\x1b[33m";
+    case Tone::alarm:
+      return "\x1b[31m";
+  }
+  return "";
+}
+
+class Renderer {
+ public:
+  Renderer(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
+           const TableView& view)
+      : columns_(columns), view_(view) {
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      std::size_t width = Width(columns[i].title);
+      for (const TableRow& row : rows) {
+        if (i < row.cells.size()) width = std::max(width, Width(row.cells[i]));
+      }
+      const std::size_t widest = std::max(columns[i].widest, Width(columns[i].title));
+      widths_.push_back(view.width > 0 ? std::min(width, widest) : width);
+    }
+  }
+
+  std::string Line(const std::vector<std::string>& cells, Tone tone) const {
+    std::string line;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      const std::string cell = i < cells.size() ? Harmless(cells[i]) : std::string();
+      if (i > 0) line += kGap;
+      line += Padded(cell, widths_[i], columns_[i].right);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    if (view_.width > 0) line = Cut(line, view_.width);
+    const std::string_view colour = view_.colour ? ColourOf(tone) : std::string_view();
+    if (!colour.empty()) line = std::string(colour) + line + "\x1b[0m";
+    return line + '\n';
+  }
+
+ private:
+  const std::vector<TableColumn>& columns_;
+  const TableView& view_;
+  std::vector<std::size_t> widths_;
+};
+
+Tone ToneOf(const PointRow& row) {
+  if (row.gone || row.quality == Quality::bad_waiting) return Tone::faint;
+  if (IsGood(row.quality)) return Tone::plain;
+  return IsUncertain(row.quality) ? Tone::warning : Tone::alarm;
+}
+
+}  // namespace
+
+std::string RenderTable(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
+                        const TableView& view) {
+  const Renderer renderer(columns, rows, view);
+  std::vector<std::string> titles;
+  for (const TableColumn& column : columns) titles.push_back(column.title);
+  std::string text = renderer.Line(titles, Tone::faint);
+
+  std::size_t shown = rows.size();
+  // One line for the head, one for the count of what is left out.
+  if (view.height > 0 && rows.size() + 1 > view.height) {
+    shown = view.height > 2 ? view.height - 2 : 0;
+  }
+  for (std::size_t i = 0; i < shown; ++i) text += renderer.Line(rows[i].cells, rows[i].tone);
+  if (shown < rows.size()) {
+    text.append(kEllipsis)
+        .append(" ")
+        .append(std::to_string(rows.size() - shown))
+        .append(" more\n");
+  }
+  return text;
+}
+
+std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& view) {
+  static const std::vector<TableColumn> kColumns = {
+      {.title = "device"}, {.title = "point"},   {.title = "value", .right = true, .widest = 24},
+      {.title = "unit"},   {.title = "quality"}, {.title = "age", .right = true}};
+  std::vector<TableRow> table;
+  table.reserve(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const PointRow& row = rows[i];
+    const bool again = i > 0 && rows[i - 1].device == row.device;
+    table.push_back(
+        {{again ? "" : row.device, row.point, row.value, row.unit,
+          row.gone ? "gone" : std::string(Name(row.quality)), row.age ? FormatAge(*row.age) : "-"},
+         ToneOf(row)});
+  }
+  return RenderTable(kColumns, table, view);
+}
+
+std::string OverwriteScreen(std::string_view table) {
+  std::string screen = "\x1b[H";
+  for (const char c : table) {
+    if (c == '\n') screen += "\x1b[K";
+    screen += c;
+  }
+  return screen + "\x1b[J";
+}
+
+std::optional<TableView> TerminalView(int descriptor) {
+  if (::isatty(descriptor) == 0) return std::nullopt;
+  TableView view;
+  winsize size{};
+  if (::ioctl(descriptor, TIOCGWINSZ, &size) == 0) {
+    view.width = size.ws_col;
+    view.height = size.ws_row;
+  }
+  const char* no_colour = std::getenv("NO_COLOR");
+  view.colour = no_colour == nullptr || *no_colour == '\0';
+  return view;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,62 @@
+// Renders tables of live values as text: rows in, text out. `baudgate watch` and `baudgate demo`
+// fill it from samples; the text goes to a terminal.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gateway/base/quality.h"
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+/// How a row looks where colours are wanted.
+enum class Tone : std::uint8_t { plain, faint, warning, alarm };
+
+struct TableColumn {
+  std::string title;
+  bool right = false;       ///< numbers
+  std::size_t widest = 40;  ///< longer cells are cut with "…" where lines have a limit
+};
+
+struct TableRow {
+  std::vector<std::string> cells;
+  Tone tone = Tone::plain;
+};
+
+struct TableView {
+  std::size_t width = 0;   ///< characters a line; 0 = no limit
+  std::size_t height = 0;  ///< lines, head included; 0 = no limit. What does not fit is counted.
+  bool colour = false;
+};
+
+/// Lines that each end in '\n'. Control characters in cells become '?': what comes from a network
+/// must not steer the terminal.
+std::string RenderTable(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
+                        const TableView& view);
+
+/// One point as it is shown.
+struct PointRow {
+  std::string device;
+  std::string point;
+  std::string value;  ///< see FormatValue
+  std::string unit;
+  Quality quality = Quality::bad_waiting;
+  std::optional<Duration> age;  ///< nothing: never read
+  bool gone = false;            ///< its gateway has left
+};
+
+/// Device, point, value, unit, quality and age; a device's name stands in its first row only.
+std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& view);
+
+/// Wraps a rendered table so that it replaces the one before without flicker.
+std::string OverwriteScreen(std::string_view table);
+
+/// Of the terminal behind `descriptor`; width and height 0 and no colour when there is none.
+/// Colours are left out where NO_COLOR is set.
+std::optional<TableView> TerminalView(int descriptor);
+
+}  // namespace baudgate

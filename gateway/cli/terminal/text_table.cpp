@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/terminal/text_table.h"
+
+#include <algorithm>
+
+namespace baudgate::config {
+namespace {
+
+// Characters, not bytes: "°C" is two wide.
+std::size_t Width(const std::string& text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
+  }));
+}
+
+std::string CsvCell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+std::string MarkdownCell(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '|') escaped += '\\';
+    escaped += c;
+  }
+  return escaped;
+}
+
+template <typename Escape>
+void PrintJoined(std::ostream& out, const std::vector<std::string>& cells, const char* before,
+                 const char* between, const char* after, Escape escape) {
+  out << before;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (i > 0) out << between;
+    out << escape(cells[i]);
+  }
+  out << after << '\n';
+}
+
+}  // namespace
+
+void TextTable::PrintAligned(std::ostream& out, const std::string& indent) const {
+  std::vector<std::size_t> widths(header_.size(), 0);
+  for (const auto& row : rows_) {
+    for (std::size_t i = 0; i < header_.size(); ++i) widths[i] = std::max(widths[i], Width(row[i]));
+  }
+  for (std::size_t i = 0; i < header_.size(); ++i) {
+    if (widths[i] > 0) widths[i] = std::max(widths[i], Width(header_[i]));
+  }
+  const auto print = [&](const std::vector<std::string>& cells) {
+    std::string line = indent;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (widths[i] == 0) continue;
+      line += cells[i] + std::string(widths[i] - Width(cells[i]) + 2, ' ');
+    }
+    const auto end = line.find_last_not_of(' ');
+    out << (end == std::string::npos ? std::string() : line.substr(0, end + 1)) << '\n';
+  };
+  print(header_);
+  for (const auto& row : rows_) print(row);
+}
+
+void TextTable::PrintMarkdown(std::ostream& out) const {
+  PrintJoined(out, header_, "| ", " | ", " |", MarkdownCell);
+  PrintJoined(out, std::vector<std::string>(header_.size(), "---"), "| ", " | ", " |",
+              MarkdownCell);
+  for (const auto& row : rows_) PrintJoined(out, row, "| ", " | ", " |", MarkdownCell);
+}
+
+void TextTable::PrintCsv(std::ostream& out) const {
+  PrintJoined(out, header_, "", ",", "", CsvCell);
+  for (const auto& row : rows_) PrintJoined(out, row, "", ",", "", CsvCell);
+}
+
+}  // namespace baudgate::config

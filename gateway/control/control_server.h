@@ -1,0 +1,51 @@
+// The local control socket of a running gateway: accepts clients on a unix stream socket and hands
+// their requests to gateway/control/request_handler.h. One JSON object a line, both ways.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <asio/local/stream_protocol.hpp>
+#include <asio/steady_timer.hpp>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "gateway/control/control_session.h"
+#include "gateway/control/request_handler.h"
+
+namespace baudgate::control {
+
+class ControlServer {
+ public:
+  /// All references outlive the server; `io` also outlives the lines, whose threads wake traces,
+  /// and no longer runs when the server is destroyed.
+  ControlServer(const config::Config& config, const PointStore& store, LineControl& control,
+                GatewayInfo info, asio::io_context& io, const Limits& limits = {});
+  ~ControlServer();
+
+  /// Binds config.socket, or the first of the default places that can be had. A socket file that a
+  /// dead process left is replaced, one that answers is not. The error names every place tried.
+  Status Listen();
+  /// On the thread of `io`, or when it does not run. Ends all traces and removes the socket file.
+  void Stop();
+
+  /// Of the socket file, once it listens.
+  const std::string& path() const { return path_; }
+
+ private:
+  Status Bind(const std::string& path);
+  void Accept();
+  void Welcome(ControlSession::Socket socket);
+
+  const config::Config& config_;
+  Limits limits_;
+  RequestHandler service_;
+  asio::local::stream_protocol::acceptor acceptor_;
+  asio::steady_timer retry_;
+  std::map<ControlSession*, std::shared_ptr<ControlSession>> sessions_;
+  std::string path_;
+  std::uint64_t inode_ = 0;  // of the socket file, so that only our own is removed
+  bool stopped_ = false;
+};
+
+}  // namespace baudgate::control

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/control/control_session.h"
+
+#include <asio/post.hpp>
+#include <asio/write.hpp>
+#include <utility>
+
+namespace baudgate::control {
+
+ControlSession::ControlSession(Socket socket, RequestHandler& service, const Limits& limits,
+                        std::function<void(ControlSession&)> closed)
+    : socket_(std::move(socket)),
+      patience_(socket_.get_executor()),
+      service_(service),
+      limits_(limits),
+      on_closed_(std::move(closed)) {}
+
+void ControlSession::Start() {
+  BePatient();
+  Receive();
+}
+
+void ControlSession::Close(const std::string& farewell) {
+  if (std::exchange(closed_, true)) return;
+  if (!farewell.empty() && trace_ && !sending_) {
+    asio::error_code ignored;  // a reader that has no room for it sees the end of the stream
+    socket_.non_blocking(true, ignored);
+    socket_.write_some(asio::buffer(farewell + "\n"), ignored);
+  }
+  trace_.reset();
+  patience_.cancel();
+  asio::error_code ignored;
+  socket_.close(ignored);
+  on_closed_(*this);
+}
+
+void ControlSession::BePatient() {
+  patience_.expires_after(limits_.patience);
+  patience_.async_wait([self = shared_from_this()](const asio::error_code& stopped) {
+    if (!stopped) self->Close();
+  });
+}
+
+void ControlSession::Receive() {
+  socket_.async_read_some(
+      asio::buffer(chunk_),
+      [self = shared_from_this()](const asio::error_code& failed, std::size_t count) {
+        if (self->closed_) return;
+        if (failed) return self->Close();
+        self->OnReceived(count);
+      });
+}
+
+void ControlSession::OnReceived(std::size_t count) {
+  if (trace_) return Receive();  // only its end is of interest
+  in_.append(chunk_.data(), count);
+  const auto end = in_.find('\n');
+  if (std::min(end, in_.size()) > limits_.request) {
+    return Send(ErrorLine("usage", "the request is longer than " + std::to_string(limits_.request) +
+                                       " bytes"),
+                true);
+  }
+  if (end == std::string::npos) return Receive();
+  const std::string request = in_.substr(0, end);
+  in_.erase(0, end + 1);
+  Handle(request);
+}
+
+void ControlSession::Handle(std::string_view request) {
+  Reply reply = service_.Answer(request, ReadClocks());
+  Send(std::move(reply.text));
+  if (reply.trace) StartTrace(std::move(*reply.trace));
+}
+
+void ControlSession::Send(std::string text, bool last) {
+  out_ = std::move(text);
+  out_ += '\n';
+  sending_ = true;
+  if (!trace_) BePatient();
+  asio::async_write(socket_, asio::buffer(out_),
+                    [self = shared_from_this(), last](const asio::error_code& failed, std::size_t) {
+                      if (self->closed_) return;
+                      if (failed) return self->Close();
+                      self->OnSent(last);
+                    });
+}
+
+void ControlSession::OnSent(bool last) {
+  sending_ = false;
+  out_ = {};
+  if (last) return Close();
+  if (trace_) return SendRecords();
+  BePatient();
+  OnReceived(0);  // the next request may be here already
+}
+
+void ControlSession::StartTrace(TraceWish wish) {
+  wish_ = std::move(wish);
+  // Called on the line's thread, maybe after this session has ended.
+  const std::weak_ptr<ControlSession> weak = weak_from_this();
+  auto wake = [weak, executor = socket_.get_executor()] {
+    asio::post(executor, [weak] {
+      if (const auto self = weak.lock(); self && !self->closed_) self->SendRecords();
+    });
+  };
+  trace_ = service_.control().Trace(wish_.line, std::move(wake));
+  patience_.cancel();
+  Receive();
+}
+
+void ControlSession::SendRecords() {
+  // While the client does not read, the queue fills up and counts what it drops.
+  if (sending_) return;
+  std::string text;
+  for (const TraceRecord& record : trace_->Take()) {
+    if (!Wanted(wish_, record)) continue;
+    if (!text.empty()) text += '\n';
+    text += RecordLine(record);
+  }
+  if (!text.empty()) Send(std::move(text));
+}
+
+}  // namespace baudgate::control

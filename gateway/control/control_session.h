@@ -1,0 +1,59 @@
+// One client of the control socket: takes its request lines one after the other, or streams a trace
+// to it. All on the server's thread. Memory is bounded whatever the client does: a request has a
+// longest length, an answer must be read in time, a trace that is not read loses records.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <asio/local/stream_protocol.hpp>
+#include <asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "gateway/control/request_handler.h"
+
+namespace baudgate::control {
+
+struct Limits {
+  std::size_t clients = 16;
+  std::size_t request = 4096;  ///< bytes of one request line
+  Duration patience = 10s;     ///< for a whole request, and for a whole answer
+};
+
+class ControlSession : public std::enable_shared_from_this<ControlSession> {
+ public:
+  using Socket = asio::local::stream_protocol::socket;
+  /// `service` outlives every session that is not closed; `closed` is called once, at the end.
+  ControlSession(Socket socket, RequestHandler& service, const Limits& limits,
+                 std::function<void(ControlSession&)> closed);
+
+  void Start();
+  /// `farewell`: a last line for whoever follows a trace.
+  void Close(const std::string& farewell = {});
+
+ private:
+  void Receive();
+  void OnReceived(std::size_t count);
+  void Handle(std::string_view request);
+  void Send(std::string text, bool last = false);
+  void OnSent(bool last);
+  void StartTrace(TraceWish wish);
+  void SendRecords();
+  void BePatient();
+
+  Socket socket_;
+  asio::steady_timer patience_;
+  RequestHandler& service_;
+  const Limits limits_;
+  std::function<void(ControlSession&)> on_closed_;
+  std::array<char, 4096> chunk_{};
+  std::string in_;        // what came and is not answered yet
+  std::string out_;       // being sent
+  bool sending_ = false;  // out_ belongs to the socket
+  TraceWish wish_;
+  std::shared_ptr<TraceQueue> trace_;
+  bool closed_ = false;
+};
+
+}  // namespace baudgate::control

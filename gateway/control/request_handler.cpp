@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/control/request_handler.h"
+
+#include <utility>
+
+#include "gateway/base/spelling.h"
+
+namespace baudgate::control {
+namespace {
+
+constexpr std::string_view kUsage = "usage";
+constexpr std::string_view kUnknown = "unknown";
+
+/// Bytes of a device may stand in a reason; what is no UTF-8 must not end in an exception.
+std::string Dump(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string TextOf(const Json& request, const char* key) {
+  const auto found = request.find(key);
+  return found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+Reply Refused(std::string_view kind, std::string_view message) {
+  return {ErrorLine(kind, message)};
+}
+
+Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}; }
+
+}  // namespace
+
+std::string ErrorLine(std::string_view kind, std::string_view message) {
+  return Dump({{"error", kind}, {"message", message}});
+}
+
+std::string RecordLine(const TraceRecord& record) { return Dump({{"record", ToText(record)}}); }
+
+bool Wanted(const TraceWish& wish, const TraceRecord& record) {
+  return wish.device.empty() || record.device.empty() || record.device == wish.device;
+}
+
+RequestHandler::RequestHandler(const config::Config& config, const PointStore& store,
+                               LineControl& control, GatewayInfo info)
+    : config_(config), store_(store), control_(control), info_(std::move(info)) {}
+
+Reply RequestHandler::Answer(std::string_view request, Now now) {
+  const Json json = Json::parse(request, nullptr, false);
+  if (!json.is_object()) {
+    return Refused(kUsage,
+                   "a request is one JSON object in one line, for example "
+                   "{\"command\":\"status\"}");
+  }
+  return Dispatch(json, now);
+}
+
+Reply RequestHandler::Dispatch(const Json& request, Now now) {
+  const std::string command = TextOf(request, "command");
+  if (command == "status") {
+    std::optional<Target> target;
+    if (request.contains("target")) {
+      const auto found = TargetOf(request);
+      if (!found) return Refused(kUnknown, found.error());
+      target = *found;
+    }
+    return {Dump(StatusJson(config_, store_, info_, target, now))};
+  }
+  if (command == "release") return Release(request, now);
+  if (command == "take_back") return TakeBack(request);
+  if (command == "enable") return SetInUse(request, true);
+  if (command == "disable") return SetInUse(request, false);
+  if (command == "trace") return Trace(request, false);
+  if (command == "recorded") return Trace(request, true);
+  constexpr std::string_view kCommands[] = {"status",  "release", "take_back", "enable",
+                                            "disable", "trace",   "recorded"};
+  return Refused(kUsage, config::Quoted(command) + " is no command;" +
+                             config::DidYouMean(command, kCommands) +
+                             " there are: " + config::Join(kCommands));
+}
+
+Result<Target> RequestHandler::TargetOf(const Json& request) const {
+  return FindTarget(config_, TextOf(request, "target"));
+}
+
+Result<Target> RequestHandler::LineOf(const Json& request) const {
+  const auto target = TargetOf(request);
+  if (!target || !target->device) return target;
+  const std::string& line = config_.lines[target->line].name;
+  return Error{config::Quoted(TextOf(request, "target")) +
+               " is one device; this is done with a line as a whole: write " + line};
+}
+
+Reply RequestHandler::Release(const Json& request, Now now) {
+  const auto target = LineOf(request);
+  if (!target) return Refused(kUnknown, target.error());
+  const auto found = request.find("for_ms");
+  const bool whole = found != request.end() && found->is_number_unsigned();
+  const auto most = static_cast<std::uint64_t>(kMostRelease / 1ms);
+  const std::uint64_t wanted = whole ? found->get<std::uint64_t>() : 0;
+  if (wanted < 1000 || wanted > most) {
+    return Refused(kUsage, "a port is lent for a time from 1s to 24h");
+  }
+  const Duration time = std::chrono::milliseconds(wanted);
+  control_.Release(target->line, time);
+  Json done = Done(config_.lines[target->line]);
+  done["port"] = config_.lines[target->line].port;
+  done["until"] = FormatWallTime(now.wall + time);
+  return {Dump(done)};
+}
+
+Reply RequestHandler::TakeBack(const Json& request) {
+  const auto target = LineOf(request);
+  if (!target) return Refused(kUnknown, target.error());
+  Json done = Done(config_.lines[target->line]);
+  done["was_released"] = store_.ReadLine(target->line).port == LineStatus::Port::released;
+  control_.TakeBack(target->line);
+  return {Dump(done)};
+}
+
+Reply RequestHandler::SetInUse(const Json& request, bool in_use) {
+  const auto target = TargetOf(request);
+  if (!target) return Refused(kUnknown, target.error());
+  if (!target->device) {
+    return Refused(kUsage, "name one device: " + config_.lines[target->line].name + ".DEVICE");
+  }
+  control_.SetInUse(*target->device, in_use);
+  Json done = Done(config_.lines[target->line]);
+  done["device"] = store_.device(*target->device).name;
+  done["in_use"] = in_use;
+  done["enabled"] = store_.device(*target->device).enabled;
+  return {Dump(done)};
+}
+
+Reply RequestHandler::Trace(const Json& request, bool recorded) {
+  const auto target = LineOf(request);
+  if (!target) return Refused(kUnknown, target.error());
+  TraceWish wish{target->line, TextOf(request, "device")};
+  if (!wish.device.empty()) {
+    const auto device = FindDevice(config_, target->line, wish.device);
+    if (!device) return Refused(kUnknown, device.error());
+  }
+  Json done = Done(config_.lines[target->line]);
+  if (!recorded) return {Dump(done), wish};
+  Json& records = done["records"] = Json::array();
+  for (const TraceRecord& record : control_.Recorded(target->line)) {
+    if (Wanted(wish, record)) records.push_back(ToText(record));
+  }
+  return {Dump(done)};
+}
+
+}  // namespace baudgate::control

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/daemon.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include <asio/executor_work_guard.hpp>
+#include <asio/io_context.hpp>
+#include <asio/post.hpp>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/log.h"
+#include "gateway/control/control_server.h"
+#include "gateway/daemon/descriptors.h"
+#include "gateway/daemon/line_runner.h"
+#include "gateway/modbus/server/modbus_server.h"
+#include "gateway/trace/recordings.h"
+#include "gateway/version.h"
+#ifdef BAUDGATE_WITH_DDS
+#include "gateway/dds/publisher.h"
+#endif
+
+namespace baudgate {
+namespace {
+
+/// glibc gives every thread an arena of its own; with a thread per line that is memory for nothing.
+constexpr int kMostArenas = 2;
+
+modbus::ModbusLimits LimitsOf(const config::Config& config) {
+  const modbus::DescriptorNeeds needs = modbus::DescriptorNeedsOf(config);
+  const std::size_t limit = modbus::RaiseDescriptorLimit(needs.all());
+  modbus::ModbusLimits limits;
+  limits.client_share = modbus::ClientShare(needs, limit);
+  if (limits.client_share < 1) {
+    log::Warn("modbus: {}", modbus::ExplainClientShare(needs, limit));
+  }
+  return limits;
+}
+
+}  // namespace
+
+struct Daemon::Impl final : CommandSink, LineControl {
+  Impl(config::Config its_config, const config::Catalog& its_catalog)
+      : config(std::move(its_config)), catalog(its_catalog), store(config) {}
+
+  bool Submit(WriteCommand command) override {
+    return runners[line_of[command.device]]->Submit(std::move(command));
+  }
+
+  void Release(std::uint32_t line, Duration time) override { runners[line]->Release(time); }
+  void TakeBack(std::uint32_t line) override { runners[line]->TakeBack(); }
+  void SetInUse(std::uint32_t device, bool in_use) override {
+    runners[line_of[device]]->SetInUse(device, in_use);
+  }
+  std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override {
+    return runners[line]->recorder().Subscribe(std::move(wake));
+  }
+  std::vector<TraceRecord> Recorded(std::uint32_t line) override {
+    return runners[line]->recorder().Recorded();
+  }
+
+  void MakeLines();
+  Status StartModbus();
+  Status StartDds();
+  void StopModbus();
+  void StartControl();
+  void StopControl();
+  modbus::GatewayFigures Info() const;
+
+  const config::Config config;
+  const config::Catalog& catalog;
+  PointStore store;
+  std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
+  std::vector<std::unique_ptr<LineRunner>> runners;
+  std::vector<std::size_t> line_of;  // by device
+  Instant started = ReadClocks().instant;
+  modbus::ModbusLimits limits;
+  asio::io_context modbus_io{1};
+  std::unique_ptr<modbus::ModbusServer> modbus;
+  std::thread modbus_thread;
+  asio::io_context control_io{1};  // of its own: long answers must not delay registers
+  std::unique_ptr<control::ControlServer> control;
+  std::thread control_thread;
+#ifdef BAUDGATE_WITH_DDS
+  std::unique_ptr<dds::DdsPublisher> dds;
+#endif
+};
+
+Daemon::Daemon(config::Config config, const config::Catalog& catalog)
+    : impl_(std::make_unique<Impl>(std::move(config), catalog)) {
+  mallopt(M_ARENA_MAX, kMostArenas);
+}
+
+Daemon::~Daemon() { Stop(); }
+
+Status Daemon::Start() {
+  impl_->limits = LimitsOf(impl_->config);
+  impl_->MakeLines();
+  // The port first: a gateway that is started twice must not publish, and then dispose, the points
+  // of the one that runs already under the same name.
+  if (Status status = impl_->StartModbus(); !status) return status;
+  if (Status status = impl_->StartDds(); !status) return status;
+  for (const auto& runner : impl_->runners) runner->Start();
+  impl_->StartControl();
+  return {};
+}
+
+void Daemon::Stop() {
+  impl_->StopControl();
+  impl_->StopModbus();
+  for (const auto& runner : impl_->runners) runner->RequestStop();
+  for (const auto& runner : impl_->runners) runner->Stop();
+#ifdef BAUDGATE_WITH_DDS
+  if (impl_->dds) impl_->dds->Stop();
+  impl_->dds.reset();
+#endif
+  log::TellRepeats();
+}
+
+const config::Config& Daemon::config() const { return impl_->config; }
+const PointStore& Daemon::store() const { return impl_->store; }
+LineControl& Daemon::control() { return *impl_; }
+
+std::string Daemon::Summary() const {
+  std::string text;
+  if (impl_->modbus) {
+    for (std::size_t i = 0; i < impl_->config.modbus.listen.size(); ++i) {
+      const config::Listener& listener = impl_->config.modbus.listen[i];
+      const bool tcp = listener.protocol == config::Listener::Protocol::tcp;
+      text += listener.is_serial()
+                  ? fmt::format("a Modbus master on {}, ", listener.path)
+                  : fmt::format("{} on {}:{}, ", tcp ? "Modbus TCP" : "Modbus RTU over TCP",
+                                listener.host, impl_->modbus->port(i));
+    }
+  }
+#ifdef BAUDGATE_WITH_DDS
+  if (impl_->dds) text += fmt::format("DDS domain {}, ", impl_->config.dds.domain);
+#endif
+  return text + fmt::format("{} lines, {} devices", impl_->config.lines.size(),
+                            impl_->store.device_count());
+}
+
+void Daemon::Impl::MakeLines() {
+  const auto find = [this](const std::string& name) -> const Protocol& {
+    return *catalog.FindProtocol(name);
+  };
+  LineRecorder::Sink sink;
+  if (const auto folder = Recordings::FolderOf(config); !folder.empty()) {
+    recordings = std::make_unique<Recordings>(
+        folder, kVersion, [](const std::string& trouble) { log::Warn("{}", trouble); });
+    sink = [this](Recording recording) { recordings->Save(std::move(recording)); };
+  }
+  std::uint32_t first_device = 0;
+  for (const config::Line& line : config.lines) {
+    line_of.insert(line_of.end(), line.devices.size(), runners.size());
+    runners.push_back(std::make_unique<LineRunner>(line, first_device, find, store, sink));
+    first_device += static_cast<std::uint32_t>(line.devices.size());
+  }
+}
+
+Status Daemon::Impl::StartModbus() {
+  if (!config.modbus.enabled) return {};
+  modbus::ModbusLinks links;
+  for (const auto& runner : runners) links.lines.push_back(runner.get());
+  links.rtu = catalog.FindProtocol("modbus_rtu");
+  modbus = std::make_unique<modbus::ModbusServer>(
+      config, store, *this, [this] { return Info(); }, limits, std::move(links));
+  if (Status status = modbus->Listen(modbus_io); !status) {
+    modbus.reset();
+    return status;
+  }
+  modbus_thread = std::thread([this] {
+    pthread_setname_np(pthread_self(), "modbus");
+    const auto work = asio::make_work_guard(modbus_io);
+    modbus_io.run();
+  });
+  return {};
+}
+
+void Daemon::Impl::StopModbus() {
+  if (!modbus_thread.joinable()) return;
+  asio::post(modbus_io, [this] {
+    modbus->Stop();
+    modbus_io.stop();
+  });
+  modbus_thread.join();
+}
+
+/// A gateway that can not be asked still polls.
+void Daemon::Impl::StartControl() {
+  control = std::make_unique<control::ControlServer>(
+      config, store, *this, control::GatewayInfo{kVersion, started, modbus.get()}, control_io);
+  if (const Status status = control->Listen(); !status) {
+    control.reset();
+    log::Warn(
+        "no control socket, so 'baudgate status' and the like will not work: {}; choose a "
+        "place with gateway.socket",
+        status.error());
+    return;
+  }
+  log::Info("control socket {}", control->path());
+  control_thread = std::thread([this] {
+    pthread_setname_np(pthread_self(), "control");
+    const auto work = asio::make_work_guard(control_io);
+    control_io.run();
+  });
+}
+
+void Daemon::Impl::StopControl() {
+  if (!control_thread.joinable()) return;
+  asio::post(control_io, [this] {
+    control->Stop();
+    control_io.stop();
+  });
+  control_thread.join();
+}
+
+Status Daemon::Impl::StartDds() {
+  if (!config.dds.enabled) return {};
+#ifdef BAUDGATE_WITH_DDS
+  auto publisher = dds::DdsPublisher::Create(
+      config, store, [](const std::string& line) { log::Warn("dds: {}", line); });
+  if (!publisher) return Error{publisher.error()};
+  dds = std::move(*publisher);
+#else
+  log::Warn("dds: this build has no DDS; set dds.enabled to false to silence this line");
+#endif
+  return {};
+}
+
+modbus::GatewayFigures Daemon::Impl::Info() const {
+  modbus::GatewayFigures info;
+  info.version_major = kVersionMajor;
+  info.version_minor = kVersionMinor;
+  info.version_patch = kVersionPatch;
+  info.uptime = ReadClocks().instant - started;
+  info.lines = runners.size();
+  for (const auto& runner : runners) info.lines_up += runner->is_open() ? 1 : 0;
+  info.devices = store.device_count();
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    store.Read(device, [&](const DeviceRecord& record) {
+      const DeviceState state = record.status.state;
+      const bool alive = state == DeviceState::online || state == DeviceState::degraded;
+      // A device keeps its state while its line is down.
+      info.devices_online += alive && record.override_quality == Override::none ? 1 : 0;
+    });
+  }
+  return info;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,41 @@
+// The composition root: makes store, lines and outputs out of a configuration, starts and stops
+// them in the right order, and carries writes from outputs to lines.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "config/catalog.h"
+#include "config/model/config.h"
+#include "gateway/base/result.h"
+#include "gateway/requests/line_control.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate {
+
+class Daemon {
+ public:
+  /// `catalog` outlives the daemon.
+  Daemon(config::Config config, const config::Catalog& catalog);
+  ~Daemon();
+
+  /// Opens the outputs, then starts the lines. A port of the network that is taken is an error; a
+  /// serial port that is absent is not.
+  Status Start();
+  /// Closes the lines, disposes what was published and releases every port; within two seconds,
+  /// unless a driver or a look-up of a name keeps one longer.
+  void Stop();
+
+  const config::Config& config() const;
+  const PointStore& store() const;
+  /// Between Start and Stop.
+  LineControl& control();
+  /// "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices": for the log and READY=1.
+  std::string Summary() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/descriptors.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+
+namespace baudgate::modbus {
+namespace {
+
+// Each with the loop of its thread and some room: a port is opened before the old one is gone.
+constexpr std::size_t kForGateway = 64;  // control socket and its clients, log, recordings
+constexpr std::size_t kForDds = 64;
+constexpr std::size_t kForSerialPort = 8;
+constexpr std::size_t kForListener = 4;
+constexpr std::size_t kForServer = 2;
+
+std::size_t RoomForClients(const DescriptorNeeds& needs, std::size_t limit) {
+  return limit > needs.others ? std::min(limit - needs.others, needs.clients) : 1;
+}
+
+}  // namespace
+
+DescriptorNeeds DescriptorNeedsOf(const config::Config& config) {
+  DescriptorNeeds needs;
+  needs.others = kForGateway + config.lines.size() * kForSerialPort;
+  if (config.dds.enabled) needs.others += kForDds;
+  if (!config.modbus.enabled) return needs;
+  needs.others += config.modbus.routes.size() * kForServer;
+  for (const config::Listener& listener : config.modbus.listen) {
+    needs.others += listener.is_serial() ? kForSerialPort : kForListener;
+    if (!listener.is_serial()) {
+      needs.clients += static_cast<std::size_t>(std::max(listener.max_clients, 1));
+    }
+  }
+  return needs;
+}
+
+std::size_t RaiseDescriptorLimit(std::size_t needed) {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return needed;
+  if (limit.rlim_cur < needed) {
+    rlimit raised = limit;
+    raised.rlim_cur = std::min<rlim_t>(needed, limit.rlim_max);
+    if (::setrlimit(RLIMIT_NOFILE, &raised) == 0) limit = raised;
+  }
+  return limit.rlim_cur;
+}
+
+double ClientShare(const DescriptorNeeds& needs, std::size_t limit) {
+  if (limit >= needs.all() || needs.clients == 0) return 1;
+  return static_cast<double>(RoomForClients(needs, limit)) / static_cast<double>(needs.clients);
+}
+
+std::string ExplainClientShare(const DescriptorNeeds& needs, std::size_t limit) {
+  return fmt::format(
+      "at most {} clients may connect, not {}, and the same part of each listener's max_clients: "
+      "of the "
+      "{} files that this process may have open {} are kept for ports and sockets; raise "
+      "LimitNOFILE of the service (ulimit -Hn) to {} or lower max_clients",
+      RoomForClients(needs, limit), needs.clients, limit, needs.others, needs.all());
+}
+
+}  // namespace baudgate::modbus

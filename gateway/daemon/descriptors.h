@@ -1,0 +1,33 @@
+// File descriptors: how many the gateway needs by its configuration, and how many Modbus clients
+// may connect where the system allows fewer. Clients must never take those with which a port is
+// opened anew and the control socket answers. Asked once, by daemon.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "config/model/config.h"
+
+namespace baudgate::modbus {
+
+struct DescriptorNeeds {
+  std::size_t clients = 0;  ///< max_clients of all listeners
+  std::size_t others = 0;   ///< ports, sockets, files; generously
+
+  std::size_t all() const { return clients + others; }
+};
+
+DescriptorNeeds DescriptorNeedsOf(const config::Config& config);
+
+/// Raises this process's soft limit towards `needed`, as far as its hard one allows; never lowers
+/// it. The limit that holds then.
+std::size_t RaiseDescriptorLimit(std::size_t needed);
+
+/// Which part of each listener's max_clients may connect, above 0 and at most 1.
+double ClientShare(const DescriptorNeeds& needs, std::size_t limit);
+
+/// For the log, when it is less than all.
+std::string ExplainClientShare(const DescriptorNeeds& needs, std::size_t limit);
+
+}  // namespace baudgate::modbus

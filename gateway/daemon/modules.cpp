@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/modules.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "gateway/base/text.h"
+#include "protocols/protocol.h"
+
+namespace baudgate {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path BinaryDirectory() {
+  std::error_code error;
+  const fs::path binary = fs::read_symlink("/proc/self/exe", error);
+  return error ? fs::path() : binary.parent_path();
+}
+
+/// Directories that hold `protocols/` or `profiles/`, in the order of search.
+std::vector<fs::path> Roots(const char* installed) {
+  std::vector<fs::path> roots;
+  if (const char* given = std::getenv("BAUDGATE_MODULES"); given != nullptr) {
+    for (const std::string_view part : Split(given, ':')) {
+      if (!part.empty()) roots.emplace_back(part);
+    }
+  }
+  roots.push_back(BinaryDirectory());
+  roots.emplace_back(installed);
+  return roots;
+}
+
+Result<const Protocol*> LoadModule(const fs::path& path) {
+  void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (handle == nullptr) return Error{std::string("cannot load module: ") + dlerror()};
+  using Entry = const Protocol* (*)();
+  const auto entry = reinterpret_cast<Entry>(dlsym(handle, "baudgate_protocol"));
+  if (entry == nullptr) return Error{path.string() + " is not a protocol module of baudgate"};
+  const Protocol* protocol = entry();
+  if (protocol == nullptr || protocol->interface_version != kProtocolInterfaceVersion) {
+    return Error{path.string() + " was built for another plugin interface than version " +
+                 std::to_string(kProtocolInterfaceVersion) + "; install the matching module"};
+  }
+  if (std::strcmp(protocol->abi_tag, BAUDGATE_ABI_TAG) != 0) {
+    return Error{path.string() + " was built with " + protocol->abi_tag + ", this daemon with " +
+                 BAUDGATE_ABI_TAG + "; rebuild the module with the daemon's compiler"};
+  }
+  return protocol;
+}
+
+}  // namespace
+
+Modules LoadModules() {
+  Modules modules;
+  for (const fs::path& root : Roots(BAUDGATE_INSTALLED_MODULES)) {
+    std::error_code error;
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(root / "protocols", error)) {
+      if (entry.path().extension() == ".so") files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    for (const fs::path& file : files) {
+      if (modules.catalog.protocols.contains(file.stem().string())) continue;
+      const auto protocol = LoadModule(file);
+      if (protocol) {
+        modules.catalog.protocols.emplace(std::string((*protocol)->name), *protocol);
+      } else {
+        modules.refused.push_back(protocol.error());
+      }
+    }
+  }
+  for (const fs::path& root : Roots(BAUDGATE_INSTALLED_DATA)) {
+    std::error_code error;
+    const fs::path profiles = root / "profiles";
+    if (fs::is_directory(profiles, error)) modules.catalog.profile_dirs.push_back(profiles);
+  }
+  return modules;
+}
+
+}  // namespace baudgate

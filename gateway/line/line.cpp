@@ -1,0 +1,323 @@
+// The state table. "reply" counts from the computed end of transmission; so does "ceiling".
+//
+// clang-format off
+//   state        event                         next
+//   closed       opened                        idle
+//   idle         Start                         quiet, or sending when it has been quiet long enough
+//   idle         bytes                         idle; stray, and quiet counts anew. In idle, quiet and
+//                                              drain stray bytes may be a second, different reply
+//   quiet        bytes                         quiet anew, but never longer than the ceiling
+//   quiet        timer                         sending
+//   sending      bytes                         kept: echo; where the port keeps its bit rate, stray as
+//                                              soon as more comes later
+//   sending      whole frame                   idle, where the port does not keep it: a pty that answers
+//                                              before the computed end
+//   sending      timer (end of transmission)   settle when no reply is due, else await_first/receiving
+//   settle       bytes                         stray: nobody was asked to answer
+//   settle       timer                         idle, ok
+//   await_first  bytes                         receiving
+//   await_first  timer (reply)                 drain, no_reply or the worst discard
+//   receiving    two different whole frames    drain, unexpected
+//   receiving    whole frame                   idle; drain after unexpected, while an aftermath is due,
+//                                              and when bytes stand behind it
+//   receiving    timer (gap)                   the rule is asked once more with idle = true; no frame:
+//                                              await_first when only harmless noise or whole replies of
+//                                              others came and the reply time is not over, else drain
+//                                              with the worst discard
+//   receiving    timer (ceiling)               drain, corrupt: one deadline for the exchange, not per byte
+//   sending, await_first, receiving: collision drain, corrupt; counted from the end of transmission
+//   drain        bytes                         drain anew, but never longer than the ceiling
+//   drain        timer                         idle
+//   any          closed                        closed; an exchange under way ends as line_down
+// clang-format on
+//
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/line/line.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate {
+namespace {
+
+/// Bytes kept while the request is still being sent: an early reply with noise around it. A pty
+/// delivers faster than any wire, so this needs a bound of its own.
+constexpr std::size_t kKeptWhileSending = 1024;
+
+/// Bytes that come so long after their deadline have waited while this program did not run, nobody
+/// knows how long: the deadline goes first.
+constexpr Duration kHeldUp = 100ms;
+
+}  // namespace
+
+void Line::OnOpened(Instant now, bool keeps_bit_rate) {
+  keeps_bit_rate_ = keeps_bit_rate;
+  state_ = State::idle;
+  last_activity_ = now;
+  ended_ = now;
+}
+
+void Line::OnClosed(Instant now) {
+  const State was = std::exchange(state_, State::closed);
+  const bool under_way = was != State::closed && was != State::idle && was != State::drain;
+  if (under_way) client_.OnExchangeEnd({Outcome::line_down, "the port was lost", {}, 0}, now);
+}
+
+std::optional<Instant> Line::Deadline() const {
+  if (state_ == State::closed || state_ == State::idle) return std::nullopt;
+  return deadline_;
+}
+
+void Line::Start(Exchange exchange, Instant now) {
+  exchange_ = std::move(exchange);
+  early_.clear();
+  assembler_.Begin(exchange_.reply_rule, exchange_.request.expect);
+  in_before_ = counters().in;
+  state_ = State::quiet;
+  deadline_ = last_activity_ + exchange_.times.quiet;
+  limit_ = now + exchange_.times.ceiling;
+  if (deadline_ <= now) BeginSending(now);
+}
+
+void Line::Cancel() {
+  if (state_ == State::quiet) state_ = State::idle;
+}
+
+void Line::OnBytes(View bytes, Instant now) {
+  if (bytes.empty()) return;
+  last_activity_ = now;
+  switch (state_) {
+    case State::closed:
+      break;
+    case State::idle:
+      OnStray(bytes, now);
+      break;
+    case State::quiet:
+      OnStray(bytes, now);
+      deadline_ = std::min(now + exchange_.times.quiet, limit_);
+      break;
+    case State::drain:
+      OnStray(bytes, now);
+      deadline_ = std::max(deadline_, std::min(now + exchange_.times.drain, limit_));
+      break;
+    case State::settle:
+      client_.OnStrayBytes(bytes.size(), now - ended_, now);
+      break;
+    case State::sending:
+      if (now >= sent_until_) {  // the timer is late
+        EndSending(now);
+        OnBytes(bytes, now);
+      } else if (keeps_bit_rate_) {
+        if (early_.size() < kKeptWhileSending) Append(early_, bytes);
+      } else if (assembler_.held() < kKeptWhileSending) {
+        assembler_.Feed(bytes);
+        TakeAhead(now);
+      }
+      break;
+    case State::await_first:
+    case State::receiving:
+      if (now >= deadline_ + kHeldUp) {
+        OnTimer(now);
+        OnBytes(bytes, now);
+      } else {
+        Receive(bytes, now);
+      }
+      break;
+  }
+}
+
+void Line::OnCollision(Instant now) {
+  if (state_ != State::sending && state_ != State::await_first && state_ != State::receiving) {
+    return;
+  }
+  Finish(Outcome::corrupt, "the echo differs from what was sent: a collision", now);
+  deadline_ = std::max(deadline_, sent_until_ + exchange_.times.drain);
+}
+
+void Line::OnTimer(Instant now) {
+  if (!Deadline() || now < deadline_) return;
+  switch (state_) {
+    case State::closed:
+    case State::idle:
+      break;
+    case State::quiet:
+      BeginSending(now);
+      break;
+    case State::sending:
+      EndSending(now);
+      break;
+    case State::settle:
+      Finish(Outcome::ok, {}, now);
+      break;
+    case State::await_first:
+      if (TakeEarly(now)) break;
+      // Of what came before only whole replies of others are worth a word.
+      if (assembler_.blame() == Outcome::unexpected) {
+        FinishSilent(now);
+      } else {
+        Finish(Outcome::no_reply, {}, now);
+      }
+      break;
+    case State::receiving:
+      OnGap(now);
+      break;
+    case State::drain:
+      state_ = State::idle;
+      break;
+  }
+}
+
+void Line::BeginSending(Instant now) {
+  state_ = State::sending;
+  taken_.clear();
+  sent_from_ = now;
+  const auto characters = static_cast<std::int64_t>(exchange_.request.bytes.size());
+  sent_until_ = now + characters * exchange_.times.character;
+  deadline_ = sent_until_;
+  last_activity_ = sent_until_;
+  client_.Send(exchange_.request.bytes);
+}
+
+void Line::EndSending(Instant now) {
+  if (exchange_.request.expect.reply == Expectation::Reply::none) {
+    state_ = State::settle;
+    deadline_ = now + std::max(exchange_.times.quiet, exchange_.times.settle);
+    return;
+  }
+  state_ = State::await_first;
+  deadline_ = sent_until_ + exchange_.times.reply;
+  limit_ = sent_until_ + exchange_.times.ceiling;
+  if (assembler_.held() > 0) Receive({}, now);
+}
+
+void Line::Receive(View bytes, Instant now) {
+  DropEarly(now);
+  assembler_.Feed(bytes);
+  state_ = State::receiving;
+  deadline_ = std::min(now + exchange_.times.gap, limit_);
+  TakeFrame(false, now);
+}
+
+void Line::TakeFrame(bool idle, Instant now) {
+  const auto frame = assembler_.Next(idle);
+  if (!frame) return;
+  const std::size_t behind = assembler_.held();
+  if (!IsAlone(*frame)) {
+    Finish(Outcome::unexpected, "two different replies came at once", now);
+  } else {
+    // The line still counts as receiving: what the client decides now may not start anything.
+    const Outcome outcome = client_.OnFrame(*frame, now);
+    if (!NeedsDrain(outcome)) taken_ = *frame;
+    Finish(outcome, {}, now);
+    for (; copies_ > 0; --copies_) client_.OnCopy(now - sent_until_, now);
+  }
+  if (behind == 0) return;
+  client_.OnStrayBytes(behind, Duration::zero(), now);
+  if (state_ == State::idle) Drain(exchange_.times.drain, now);
+}
+
+/// Of two replies at once nobody knows which is the awaited one, unless they are the same.
+bool Line::IsAlone(const Bytes& frame) {
+  taken_.clear();
+  behind_ = assembler_;
+  copies_ = 0;
+  while (const auto second = behind_.Next(false)) {
+    if (*second != frame) return false;
+    ++copies_;
+  }
+  return true;
+}
+
+void Line::OnStray(View bytes, Instant now) {
+  client_.OnStrayBytes(bytes.size(), now - ended_, now);
+  if (taken_.empty()) return;
+  behind_.Feed(bytes);
+  while (const auto second = behind_.Next(false)) {
+    if (*second == taken_) {
+      client_.OnCopy(now - sent_until_, now);
+      continue;
+    }
+    taken_.clear();
+    client_.OnSecondReply(now);
+    return;
+  }
+}
+
+/// Nothing else has come: a port that forwards as fast as it can has brought the reply early.
+bool Line::TakeEarly(Instant now) {
+  if (early_.empty() || exchange_.request.expect.mirrors) return false;  // that would be its echo
+  assembler_.Feed(std::exchange(early_, {}));
+  state_ = State::receiving;
+  TakeFrame(true, now);
+  if (state_ == State::receiving) return false;
+  keeps_bit_rate_ = false;
+  return true;
+}
+
+/// Nothing between here and the device keeps to the bit rate, so its whole answer need not wait for
+/// the computed end of the request. What might be an echo has to.
+void Line::TakeAhead(Instant now) {
+  const Expectation& expect = exchange_.request.expect;
+  if (expect.reply != Expectation::Reply::one || expect.mirrors) return;
+  TakeFrame(false, now);
+  if (state_ != State::drain) return;
+  const Duration silence = ended_badly_ ? exchange_.times.drain : exchange_.aftermath;
+  deadline_ = std::max(deadline_, sent_until_ + silence);
+}
+
+void Line::DropEarly(Instant now) {
+  if (early_.empty()) return;
+  client_.OnStrayBytes(std::exchange(early_, {}).size(), sent_from_ - ended_, now);
+}
+
+void Line::OnGap(Instant now) {
+  if (now >= limit_) {
+    Finish(Outcome::corrupt, "the device kept sending beyond the ceiling of an exchange", now);
+    return;
+  }
+  TakeFrame(true, now);
+  if (state_ != State::receiving) return;
+  // Noise and other devices' replies do not keep the awaited one from coming.
+  const Outcome blame = assembler_.blame();
+  const bool harmless = blame == Outcome::none || blame == Outcome::unexpected;
+  if (harmless && now < sent_until_ + exchange_.times.reply) {
+    state_ = State::await_first;
+    deadline_ = sent_until_ + exchange_.times.reply;
+  } else {
+    FinishSilent(now);
+  }
+}
+
+/// Nothing more comes: what was discarded decides.
+void Line::FinishSilent(Instant now) {
+  const Outcome blame = assembler_.blame();
+  if (blame == Outcome::none) return Finish(Outcome::no_reply, {}, now);
+  Finish(blame, std::string(assembler_.why()), now);
+}
+
+void Line::Finish(Outcome outcome, std::string reason, Instant now) {
+  const bool answered =
+      state_ != State::settle && (!NeedsDrain(outcome) || outcome == Outcome::unexpected);
+  ended_ = now;
+  ended_badly_ = NeedsDrain(outcome);
+  if (outcome == Outcome::no_reply) {
+    Drain(exchange_.times.drain, now);
+  } else if (NeedsDrain(outcome)) {
+    Drain(std::max(exchange_.times.drain, exchange_.aftermath), now);
+  } else if (exchange_.aftermath > Duration::zero()) {
+    Drain(exchange_.aftermath, now);
+  } else {
+    state_ = State::idle;
+  }
+  const Duration round_trip = answered ? now - sent_from_ : Duration::zero();
+  const auto received = static_cast<std::size_t>(counters().in - in_before_);
+  client_.OnExchangeEnd({outcome, std::move(reason), round_trip, received}, now);
+}
+
+void Line::Drain(Duration silence, Instant now) {
+  state_ = State::drain;
+  deadline_ = now + silence;
+  limit_ = now + std::max(exchange_.times.ceiling, silence);
+}
+
+}  // namespace baudgate

@@ -1,0 +1,144 @@
+// One exchange at a time on one bus: the line discipline as a state machine without sockets, clock
+// or YAML. Bytes and time come in as arguments; bytes to send, frames and outcomes go out to
+// LineClient. Driven by gateway/poll/poller.cpp; under virtual time in tests.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/line/assembler.h"
+#include "protocols/conversation.h"
+
+namespace baudgate {
+
+/// Five of the six named times, resolved for one device (the sixth, the reopen ladder, belongs to
+/// the port: transports/port_keeper.h), and the time of one character. docs/timeouts.md has the
+/// diagram.
+struct LineTimes {
+  Duration quiet{};      ///< silence before sending, from the last byte in or out
+  Duration reply{};      ///< from the computed end of transmission to the first byte of the reply
+  Duration gap{};        ///< longest silence inside a frame
+  Duration ceiling{};    ///< whole exchange, from the computed end of transmission
+  Duration drain{};      ///< silence that ends a drain
+  Duration settle{};     ///< silence after a request that nobody answers, where quiet is shorter
+  Duration character{};  ///< start to stop bit
+};
+
+/// One request and how its answer is recognised.
+struct Exchange {
+  Request request;
+  FrameRule reply_rule = nullptr;
+  LineTimes times;
+  /// Silence that even a good reply is followed by, because replies to earlier attempts may still
+  /// be under way: the one that came may be theirs, and the rest must not meet another request.
+  Duration aftermath{};
+};
+
+struct ExchangeEnd {
+  Outcome outcome = Outcome::none;
+  std::string reason;        ///< one sentence where the line itself knows why; else empty
+  Duration round_trip{};     ///< first byte out to last byte in; zero when no frame came
+  std::size_t received = 0;  ///< bytes that came for it
+};
+
+class LineClient {
+ public:
+  virtual ~LineClient() = default;
+  virtual void Send(View bytes) = 0;
+  /// A whole frame. The outcome decides whether the line drains. Do not call the line from here.
+  virtual Outcome OnFrame(View frame, Instant now) = 0;
+  /// Behind the reply that was taken came another whole one, not the same: one of the two belongs
+  /// to another request.
+  virtual void OnSecondReply(Instant now) = 0;
+  /// The same came again, so long after the request was out.
+  virtual void OnCopy(Duration since_sent, Instant now) = 0;
+  /// The exchange is over. The line may still drain: start the next one when idle() says so.
+  virtual void OnExchangeEnd(const ExchangeEnd& end, Instant now) = 0;
+  /// Bytes that belong to no exchange, in Idle, Quiet, Settle or Drain; `since_end` is the time
+  /// since the last exchange ended. A device that answers later than its reply time shows itself
+  /// here.
+  virtual void OnStrayBytes(std::size_t count, Duration since_end, Instant now) = 0;
+};
+
+class Line {
+ public:
+  enum class State : std::uint8_t {
+    closed,
+    idle,
+    quiet,
+    sending,
+    settle,
+    await_first,
+    receiving,
+    drain
+  };
+
+  explicit Line(LineClient& client) : client_(client) {}
+
+  /// `keeps_bit_rate`: characters take their time on this port, so that nothing can answer a
+  /// request before its last one is out, and bytes that come so early are the rest of something
+  /// else. Not so on a pty, or behind a network; a port that only claims to (in a virtual machine)
+  /// is found out by the first early reply that nothing follows.
+  void OnOpened(Instant now, bool keeps_bit_rate = false);
+  /// From anywhere; an exchange under way ends as line_down.
+  void OnClosed(Instant now);
+  void OnBytes(View bytes, Instant now);
+  /// The echo of the request under way differs from it: the exchange ends as corrupt, whatever may
+  /// still be answered.
+  void OnCollision(Instant now);
+  /// When Deadline() has come. Early calls do nothing.
+  void OnTimer(Instant now);
+
+  /// Only when idle().
+  void Start(Exchange exchange, Instant now);
+  /// Nothing of the exchange has been sent yet (state quiet): it does not take place. OnExchangeEnd
+  /// is not called.
+  void Cancel();
+
+  bool idle() const { return state_ == State::idle; }
+  State state() const { return state_; }
+  /// When OnTimer is due; nothing while the line waits for bytes or work only.
+  std::optional<Instant> Deadline() const;
+
+  const AssemblerCounters& counters() const { return assembler_.counters(); }
+
+ private:
+  void BeginSending(Instant now);
+  void EndSending(Instant now);
+  void Receive(View bytes, Instant now);
+  void TakeFrame(bool idle, Instant now);
+  bool IsAlone(const Bytes& frame);
+  void OnStray(View bytes, Instant now);
+  void OnGap(Instant now);
+  void FinishSilent(Instant now);
+  void Finish(Outcome outcome, std::string reason, Instant now);
+  bool TakeEarly(Instant now);
+  void TakeAhead(Instant now);
+  void DropEarly(Instant now);
+  void Drain(Duration silence, Instant now);
+
+  LineClient& client_;
+  State state_ = State::closed;
+  bool keeps_bit_rate_ = false;
+  Instant deadline_{};       // of the current state
+  Instant limit_{};          // babble bound of Quiet and Drain
+  Instant last_activity_{};  // last byte in or out
+  Instant sent_from_{};
+  Instant sent_until_{};         // computed end of transmission
+  Instant ended_{};              // of the last exchange
+  Bytes early_;                  // came during the transmission on a port that keeps its bit rate
+  std::uint64_t in_before_ = 0;  // counters().in when the exchange began
+  bool ended_badly_ = false;     // the last exchange, so that its drain is due
+  Exchange exchange_;
+  Assembler assembler_;
+  Bytes taken_;       // the last reply
+  Assembler behind_;  // what came behind it; looks for a second one
+  int copies_ = 0;    // of it, that came with it
+};
+
+}  // namespace baudgate

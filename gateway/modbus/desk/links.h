@@ -1,0 +1,19 @@
+// What the Modbus server is joined with beside store and command sink: the composition root hands
+// it to server.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "gateway/requests/routed.h"
+#include "protocols/protocol.h"
+
+namespace baudgate::modbus {
+
+/// What routes and RTU clients need beside the store; all of it outlives the server.
+struct ModbusLinks {
+  std::vector<RouteTarget*> lines;  ///< by index in config.lines; empty when no route leads to one
+  const Protocol* rtu = nullptr;    ///< modbus_rtu: frames of RTU clients; null: none are served
+};
+
+}  // namespace baudgate::modbus

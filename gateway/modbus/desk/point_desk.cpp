@@ -1,0 +1,134 @@
+// Answers requests from the point store and hands writes to the lines.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/desk/point_desk.h"
+
+#include <utility>
+
+#include "gateway/modbus/registers/write_request.h"
+
+namespace baudgate::modbus {
+
+ModbusCounters LiveCounters::Snapshot() const {
+  const auto read = [](const std::atomic<std::uint64_t>& counter) {
+    return counter.load(std::memory_order_relaxed);
+  };
+  ModbusCounters copy;
+  copy.clients = read(clients);
+  copy.accepted = read(accepted);
+  copy.refused = read(refused);
+  copy.malformed = read(malformed);
+  copy.idle = read(idle);
+  copy.stalled = read(stalled);
+  copy.accept_errors = read(accept_errors);
+  copy.requests = read(requests);
+  copy.exceptions = read(exceptions);
+  return copy;
+}
+
+PointDesk::PointDesk(const config::Config& config, const PointStore& store, CommandSink& sink,
+                     std::function<GatewayFigures()> info, ModbusLimits limits,
+                     const ModbusLinks& links)
+    : config_(config),
+      store_(store),
+      sink_(sink),
+      info_(std::move(info)),
+      limits_(limits),
+      map_(config),
+      table_(config),
+      targets_(config.modbus, links),
+      rtu_(links.rtu),
+      book_(std::make_shared<TrafficBook>(config.modbus)) {
+  pieces_.reserve(kMaxReadBits);
+  for (std::size_t id = 0; id < images_.size(); ++id) {
+    const UnitMap& unit = map_.unit(static_cast<std::uint8_t>(id));
+    if (unit.kind == UnitMap::Kind::device) images_[id] = std::make_unique<RegisterImage>(unit);
+  }
+}
+
+ExceptionCode PointDesk::Check(View frame, ModbusRequest& request) const {
+  if (map_.unit(UnitOf(frame)).kind == UnitMap::Kind::unmapped) return ExceptionCode::gateway_path;
+  return ParseRequest(frame, request);
+}
+
+ExceptionCode PointDesk::Read(const ModbusRequest& request, Instant now) {
+  if (const auto answer = ReadImage(request, now)) return *answer;
+  const UnitMap& unit = map_.unit(request.unit);
+  const auto exception = PlanRead(unit, request.table(), request.start, request.count, pieces_);
+  if (exception != ExceptionCode::none) return exception;
+  return unit.kind == UnitMap::Kind::gateway ? ReadGateway(request)
+                                             : ReadRecord(request, unit, now);
+}
+
+std::optional<ExceptionCode> PointDesk::ReadImage(const ModbusRequest& request, Instant now) {
+  RegisterImage* const image = images_[request.unit].get();
+  if (image == nullptr) return std::nullopt;
+  const auto place = image->Find(request.table(), request.start, request.count);
+  if (!place) return std::nullopt;
+  struct Look {
+    RegisterImage& image;
+    std::size_t count;
+    Instant now;
+    bool fresh = false;
+  } look{*image, request.count, now};
+  store_.Read(map_.unit(request.unit).device, [&look](const DeviceRecord& record) {
+    look.fresh = look.image.Refresh(record, look.now, look.count);
+  });
+  if (!look.fresh) return std::nullopt;
+  return place->table == config::Table::bits ? image->Copy(*place, responder_.bits())
+                                             : image->Copy(*place, responder_.registers());
+}
+
+ExceptionCode PointDesk::ReadRecord(const ModbusRequest& request, const UnitMap& unit,
+                                    Instant now) {
+  struct Look {
+    PointDesk& points;
+    const ModbusRequest& request;
+    Instant now;
+    ExceptionCode exception = ExceptionCode::none;
+  } look{*this, request, now};
+  // One captured reference keeps std::function off the heap.
+  store_.Read(unit.device, [&look](const DeviceRecord& record) {
+    PointDesk& self = look.points;
+    look.exception =
+        look.request.table() == config::Table::bits
+            ? FillBits(record, self.pieces_, look.now, self.responder_.bits())
+            : FillRegisters(record, self.pieces_, look.now, self.responder_.registers());
+  });
+  return look.exception;
+}
+
+ExceptionCode PointDesk::ReadGateway(const ModbusRequest& request) {
+  if (request.table() != config::Table::registers) return ExceptionCode::illegal_address;
+  const GatewayBlock block =
+      GatewayBlockOf(info_ ? info_() : GatewayFigures{}, counters_.Snapshot());
+  for (const Piece& piece : pieces_) FillFromBlock(block, piece, responder_.registers());
+  return ExceptionCode::none;
+}
+
+ExceptionCode PointDesk::Submit(const ModbusRequest& request, Instant deadline,
+                                std::shared_ptr<const std::atomic<bool>> dropped, Done done) {
+  const UnitMap& unit = map_.unit(request.unit);
+  if (unit.kind != UnitMap::Kind::device) return ExceptionCode::illegal_address;
+  WriteCommand command;
+  const auto exception = DecodeWrites(unit, store_.device(unit.device), request, command.writes);
+  if (exception != ExceptionCode::none) return exception;
+  command.device = unit.device;
+  command.deadline = deadline;
+  command.dropped = std::move(dropped);
+  command.done = std::move(done);
+  return sink_.Submit(std::move(command)) ? ExceptionCode::none : ExceptionCode::busy;
+}
+
+ExceptionCode PointDesk::ExceptionOf(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::ok:
+      return ExceptionCode::none;
+    case Outcome::refused:
+    case Outcome::unsupported:
+      return ExceptionCode::device_failure;
+    default:
+      return ExceptionCode::gateway_target;
+  }
+}
+
+}  // namespace baudgate::modbus

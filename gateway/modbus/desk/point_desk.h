@@ -1,0 +1,113 @@
+// What all clients of a Modbus server share: the map, the way to the values, the lines and the
+// routes, the private copy and the counters. Requests come from request_desk.cpp; values from the
+// point store; writes go to the command sink. Used by the server's own thread only, the counters'
+// snapshot excepted.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/modbus/desk/inbox.h"
+#include "gateway/modbus/desk/links.h"
+#include "gateway/modbus/desk/route_table.h"
+#include "gateway/modbus/desk/route_targets.h"
+#include "gateway/modbus/desk/traffic_book.h"
+#include "gateway/modbus/registers/device_image.h"
+#include "gateway/modbus/registers/register_image.h"
+#include "gateway/modbus/registers/register_map.h"
+#include "gateway/modbus/registers/responder.h"
+#include "gateway/modbus/wire/request.h"
+#include "gateway/requests/commands.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate::modbus {
+
+/// Limits that are no configuration; tests shorten them.
+struct ModbusLimits {
+  Duration write_deadline = 5s;  ///< a write that is not confirmed by then is answered 0x0B
+  Duration stall = 10s;          ///< a client that leaves its answers unread so long is closed
+  double client_share = 1;       ///< of each listener's max_clients
+};
+
+struct LiveCounters {
+  std::atomic<std::uint64_t> clients = 0;
+  std::atomic<std::uint64_t> accepted = 0;
+  std::atomic<std::uint64_t> refused = 0;
+  std::atomic<std::uint64_t> malformed = 0;
+  std::atomic<std::uint64_t> idle = 0;
+  std::atomic<std::uint64_t> stalled = 0;
+  std::atomic<std::uint64_t> accept_errors = 0;
+  std::atomic<std::uint64_t> requests = 0;
+  std::atomic<std::uint64_t> exceptions = 0;
+
+  ModbusCounters Snapshot() const;
+  /// One thread writes, so no locked instruction is needed.
+  static void Add(std::atomic<std::uint64_t>& counter) {
+    counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+};
+
+class PointDesk {
+ public:
+  using Done = std::function<void(Outcome, const std::string&)>;
+
+  PointDesk(const config::Config& config, const PointStore& store, CommandSink& sink,
+            std::function<GatewayFigures()> info, ModbusLimits limits,
+            const ModbusLinks& links = {});
+
+  /// Unit, function, counts and lengths; fills `request` when there is no
+  /// exception.
+  ExceptionCode Check(View frame, ModbusRequest& request) const;
+  /// Fills responder() for the answer. Never waits for a line.
+  ExceptionCode Read(const ModbusRequest& request, Instant now);
+  /// Queues a write, which is not begun once `dropped` is true; `done` comes once, on any thread,
+  /// unless there is an exception.
+  ExceptionCode Submit(const ModbusRequest& request, Instant deadline,
+                       std::shared_ptr<const std::atomic<bool>> dropped, Done done);
+  /// How a write ended, as Modbus says it.
+  static ExceptionCode ExceptionOf(Outcome outcome);
+
+  const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
+  const config::Route& route(std::size_t index) const { return config_.modbus.routes[index]; }
+  RouteTargets& targets() { return targets_; }
+  /// Null: RTU is not spoken.
+  const Protocol* rtu() const { return rtu_; }
+
+  Responder& responder() { return responder_; }
+  LiveCounters& counters() { return counters_; }
+  const LiveCounters& counters() const { return counters_; }
+  const ModbusLimits& limits() const { return limits_; }
+  const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
+  /// Shared by what may outlive the server.
+  const std::shared_ptr<TrafficBook>& book() const { return book_; }
+
+ private:
+  /// From the unit's image, when it has the whole request and is fresh or due to be made anew.
+  std::optional<ExceptionCode> ReadImage(const ModbusRequest& request, Instant now);
+  ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);
+  ExceptionCode ReadGateway(const ModbusRequest& request);
+
+  const config::Config& config_;
+  const PointStore& store_;
+  CommandSink& sink_;
+  std::function<GatewayFigures()> info_;
+  ModbusLimits limits_;
+  RegisterMap map_;
+  RouteTable table_;
+  RouteTargets targets_;
+  const Protocol* rtu_;
+  std::shared_ptr<TrafficBook> book_;
+  std::array<std::unique_ptr<RegisterImage>, 256> images_;  ///< by unit; none where no device is
+  Responder responder_;
+  LiveCounters counters_;
+  std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
+  std::vector<Piece> pieces_;  ///< of the request in hand; kept for its memory
+};
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,197 @@
+// Requests that are answered here, and the keeping of those that wait. Routed requests and
+// broadcasts: request_routing.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/desk/request_desk.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate::modbus {
+namespace {
+
+/// What a listener says in its own name when nothing better can be had; silent ones keep it.
+bool IsGatewayTrouble(ExceptionCode exception) {
+  return exception == ExceptionCode::gateway_path || exception == ExceptionCode::gateway_target ||
+         exception == ExceptionCode::busy;
+}
+
+}  // namespace
+
+RequestDesk::RequestDesk(const asio::any_io_executor& executor, const config::Listener& listener,
+                         PointDesk& points, Wire& wire, std::string peer, config::Priority priority)
+    : listener_(listener),
+      points_(points),
+      wire_(wire),
+      priority_(priority),
+      record_(points.book()->Enter(peer, listener, priority, ReadClocks().wall)),
+      timer_(executor) {}
+
+void RequestDesk::Handle(View frame, Instant now) {
+  LiveCounters::Add(points_.counters().requests);
+  ClientRecord::Add(record_->requests);
+  ClientRecord::Add(record_->bytes_in, BytesOnWire(frame.size()));
+  record_->last_request.store(now, std::memory_order_relaxed);
+  const Way way = points_.WayOf(UnitOf(frame));
+  if (way.kind == Way::Kind::none) return Refuse(frame, ExceptionCode::gateway_path);
+  if (!Permits(listener_.permit, FunctionOf(frame))) {
+    return Refuse(frame, ExceptionCode::illegal_function);
+  }
+  if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);
+  if (UnitOf(frame) == 0 && IsWrite(frame)) {
+    return HandleBroadcast(frame, points_.book()->broadcasts(), points_.targets().lines(), now);
+  }
+  HandleOwn(frame, now);
+}
+
+void RequestDesk::HandleOwn(View frame, Instant now) {
+  ModbusRequest request;
+  ExceptionCode exception = points_.Check(frame, request);
+  if (exception != ExceptionCode::none) return Refuse(frame, exception);
+  const bool write = IsWrite(frame);
+  exception = write ? StartWrite(request, now) : points_.Read(request, now);
+  if (exception != ExceptionCode::none) return Refuse(frame, exception);
+  if (!write) Answer(request);
+}
+
+ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now) {
+  if (pending_.size() + broadcasts_ >= kMaxPending) return ExceptionCode::busy;
+  const std::uint64_t number = next_number_++;
+  const Instant deadline = now + points_.limits().write_deadline;
+  auto done = [inbox = points_.inbox(), desk = weak_from_this(), number](Outcome outcome,
+                                                                         const std::string&) {
+    inbox->Post([desk, number, outcome] {
+      if (const auto self = desk.lock()) self->FinishWrite(number, outcome);
+    });
+  };
+  if (!given_up_) given_up_ = std::make_shared<std::atomic<bool>>(false);
+  const auto exception = points_.Submit(request, deadline, given_up_, std::move(done));
+  if (exception == ExceptionCode::none) {
+    AddPending({number, deadline, {}, Bytes(request.frame.begin(), request.frame.end())});
+  }
+  return exception;
+}
+
+void RequestDesk::FinishWrite(std::uint64_t number, Outcome outcome) {
+  const auto pending = TakePending(number);
+  if (!pending || pending->given_up) return;
+  ModbusRequest request;
+  ExceptionCode exception = ParseRequest(pending->frame, request);
+  if (exception == ExceptionCode::none) exception = PointDesk::ExceptionOf(outcome);
+  if (exception != ExceptionCode::none) return Refuse(pending->frame, exception);
+  Answer(request);
+}
+
+void RequestDesk::Sweep(Instant now) {
+  std::vector<std::pair<std::uint64_t, bool>> late;
+  for (const Pending& pending : pending_) {
+    if (now >= pending.Limit()) late.emplace_back(pending.number, pending.route.has_value());
+  }
+  const auto self = shared_from_this();
+  RoutedReply nothing;
+  nothing.outcome = Outcome::no_reply;
+  nothing.reason = "nothing was heard of it by its deadline";
+  nothing.sent = true;  // for all that is known
+  for (const auto& [number, routed] : late) {
+    if (routed) {
+      FinishRouted(number, nothing, {now, ReadClocks().wall});
+    } else {
+      FinishWrite(number, Outcome::no_reply);
+    }
+  }
+}
+
+/// A timer that is early enough runs on, though its request may be answered by then: so a busy
+/// client costs one now and then.
+void RequestDesk::Arm() {
+  Instant next = Instant::max();
+  for (const Pending& pending : pending_) next = std::min(next, pending.Limit());
+  if (closed_ || next >= armed_for_) return;
+  armed_for_ = next;
+  timer_.expires_at(next);
+  timer_.async_wait([desk = weak_from_this()](const asio::error_code& error) {
+    const auto self = desk.lock();
+    if (error || !self) return;
+    self->armed_for_ = Instant::max();
+    self->Sweep(ReadClocks().instant);
+    self->Arm();
+  });
+}
+
+/// Targets may still hold what the sweep has answered in their place.
+void RequestDesk::GiveUp() {
+  for (RouteTarget* target : std::exchange(used_, {})) target->Forget(record_->id);
+  if (given_up_) std::exchange(given_up_, nullptr)->store(true);
+  for (Pending& pending : pending_) pending.given_up = true;
+  const auto routed =
+      std::stable_partition(pending_.begin(), pending_.end(),
+                            [](const Pending& pending) { return !pending.route.has_value(); });
+  std::for_each(routed, pending_.end(), [this](const Pending& pending) {
+    points_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteEnd::dropped, {},
+                          ReadClocks().wall);
+  });
+  pending_.erase(routed, pending_.end());
+  record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),
+                             std::memory_order_relaxed);
+}
+
+void RequestDesk::Close() {
+  if (closed_) return;
+  closed_ = true;
+  GiveUp();
+  pending_.clear();
+  timer_.cancel();
+  points_.book()->Leave(*record_);
+}
+
+void RequestDesk::AddPending(Pending pending) {
+  pending_.push_back(std::move(pending));
+  Arm();
+  record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),
+                             std::memory_order_relaxed);
+}
+
+std::optional<RequestDesk::Pending> RequestDesk::TakePending(std::uint64_t number) {
+  const auto found = std::ranges::find(pending_, number, &Pending::number);
+  if (found == pending_.end()) return std::nullopt;
+  Pending pending = std::move(*found);
+  pending_.erase(found);
+  record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),
+                             std::memory_order_relaxed);
+  return pending;
+}
+
+bool RequestDesk::speaks_rtu() const {
+  return listener_.is_serial() || listener_.protocol == config::Listener::Protocol::rtu;
+}
+
+/// On an RTU wire a write to unit 0 goes to all, wherever a route may lead it: its sender waits for
+/// no answer, and would take one for the reply to its next request.
+bool RequestDesk::IsUnawaited(View request) const {
+  return speaks_rtu() && UnitOf(request) == 0 && IsWrite(request);
+}
+
+std::size_t RequestDesk::BytesOnWire(std::size_t frame) const {
+  constexpr std::size_t kRtuFrame = 3;  // address and CRC
+  return speaks_rtu() ? frame - kMbapHeader + kRtuFrame : frame;
+}
+
+void RequestDesk::Answer(const ModbusRequest& request) {
+  ClientRecord::Add(record_->bytes_out, BytesOnWire(ReplySize(request)));
+  wire_.Answer(request, points_.responder());
+}
+
+void RequestDesk::Answer(View frame) {
+  ClientRecord::Add(record_->bytes_out, BytesOnWire(frame.size()));
+  wire_.Answer(frame);
+}
+
+void RequestDesk::Refuse(View frame, ExceptionCode exception) {
+  const bool silent = listener_.errors == config::Listener::Errors::silent;
+  const bool kept = silent && IsGatewayTrouble(exception);
+  if (kept || IsUnawaited(frame)) return wire_.AnswerNothing();
+  LiveCounters::Add(points_.counters().exceptions);
+  ClientRecord::Add(record_->exceptions);
+  Answer(ExceptionReply(frame, exception));
+}
+
+}  // namespace baudgate::modbus

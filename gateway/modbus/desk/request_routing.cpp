@@ -1,0 +1,147 @@
+// Requests that go to a slave as they are, and broadcasts.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+
+#include "gateway/modbus/desk/request_desk.h"
+
+namespace baudgate::modbus {
+namespace {
+
+constexpr std::uint8_t kException = 0x80;
+constexpr std::size_t kLongestPdu = kMaxAdu - kMbapHeader;
+
+Bytes PduOf(View frame) {
+  const View pdu = frame.subspan(kMbapHeader);
+  return Bytes(pdu.begin(), pdu.end());
+}
+
+bool IsReply(const RoutedReply& reply) {
+  const bool answered = reply.outcome == Outcome::ok || reply.outcome == Outcome::refused;
+  return answered && !reply.pdu.empty() && reply.pdu.size() <= kLongestPdu;
+}
+
+RouteEnd EndOf(const RoutedReply& reply, bool late) {
+  if (IsReply(reply)) return reply.outcome == Outcome::ok ? RouteEnd::ok : RouteEnd::refused;
+  return late && !reply.sent ? RouteEnd::expired : RouteEnd::no_reply;
+}
+
+RoutedReply Busy() {
+  RoutedReply reply;
+  reply.outcome = Outcome::busy;
+  reply.reason = "too many requests wait already";
+  return reply;
+}
+
+}  // namespace
+
+void RequestDesk::HandleRouted(View frame, std::size_t index, Instant now) {
+  const config::Route& route = points_.route(index);
+  const std::uint8_t function = FunctionOf(frame);
+  if (function == 0 || function >= kException) {
+    return Refuse(frame, ExceptionCode::illegal_function);
+  }
+  const std::uint8_t slave = route.SlaveOf(UnitOf(frame));
+  if (slave == 0 && IsWrite(frame)) {
+    const RouteTargets::Line line{points_.targets().of(index), route.deadline};
+    return HandleBroadcast(frame, index, std::span(&line, 1), now);
+  }
+  // No slave of a line answers to 0; at a server it is a unit like others.
+  if (slave == 0 && !route.line.empty()) return HandleOwn(frame, now);
+  Forward(frame, index, slave, now);
+}
+
+void RequestDesk::Forward(View frame, std::size_t index, std::uint8_t slave, Instant now) {
+  const config::Route& route = points_.route(index);
+  RouteTarget* const target = points_.targets().of(index);
+  if (target == nullptr) return Refuse(frame, ExceptionCode::gateway_path);
+  const std::uint64_t number = next_number_++;
+  RoutedRequest request;
+  request.client = record_->id;
+  request.slave = slave;
+  request.pdu = PduOf(frame);
+  request.priority = PriorityOf(FunctionOf(frame));
+  request.arrived = now;
+  request.deadline = now + route.deadline;
+  request.done = [inbox = points_.inbox(), desk = weak_from_this(), number](RoutedReply reply) {
+    inbox->Post([desk, number, reply = std::move(reply)]() mutable {
+      if (const auto self = desk.lock()) self->FinishRouted(number, std::move(reply), ReadClocks());
+    });
+  };
+  points_.book()->Asked(index, UnitOf(frame));
+  const bool room = pending_.size() + broadcasts_ < kMaxPending;
+  if (!room || !target->Submit(std::move(request))) {
+    points_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), ReadClocks().wall);
+    return Refuse(frame, ExceptionCode::busy);
+  }
+  if (std::ranges::find(used_, target) == used_.end()) used_.push_back(target);
+  AddPending(
+      {number, now + route.deadline, index, Bytes(frame.begin(), frame.begin() + kMbapHeader + 1)});
+}
+
+void RequestDesk::FinishRouted(std::uint64_t number, RoutedReply reply, const Now& now) {
+  const auto pending = TakePending(number);
+  if (!pending) return;
+  const View asked = pending->frame;
+  const bool late = now.instant >= pending->deadline;
+  if (late && IsReply(reply)) {
+    reply.outcome = Outcome::no_reply;
+    reply.pdu.clear();
+    reply.reason = "its reply came after the deadline";
+  }
+  points_.book()->Ended(*pending->route, UnitOf(asked), EndOf(reply, late), reply, now.wall);
+  if (!IsReply(reply)) return Refuse(asked, ExceptionCode::gateway_target);
+  if (reply.outcome == Outcome::refused) {
+    LiveCounters::Add(points_.counters().exceptions);
+    ClientRecord::Add(record_->exceptions);
+  }
+  if (IsUnawaited(asked)) return wire_.AnswerNothing();
+  Answer(AduOf(*ByteReader(asked).U16Be(0), UnitOf(asked), reply.pdu));
+}
+
+void RequestDesk::HandleBroadcast(View frame, std::size_t index,
+                                  std::span<const RouteTargets::Line> lines, Instant now) {
+  if (listener_.broadcast == config::Listener::Broadcast::ignore) return HandleOwn(frame, now);
+  for (const RouteTargets::Line& line : lines) {
+    if (line.target == nullptr) continue;
+    points_.book()->Asked(index, UnitOf(frame));
+    if (Broadcast(frame, index, line, now)) continue;
+    points_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), ReadClocks().wall);
+  }
+  wire_.AnswerNothing();
+}
+
+/// In nobody's name, because who broadcasts waits for nothing and may leave at once.
+bool RequestDesk::Broadcast(View frame, std::size_t index, const RouteTargets::Line& line,
+                            Instant now) {
+  if (pending_.size() + broadcasts_ >= kMaxPending) return false;
+  RoutedRequest request;
+  request.client = 0;
+  request.slave = 0;
+  request.pdu = PduOf(frame);
+  request.priority = PriorityOf(FunctionOf(frame));
+  request.arrived = now;
+  request.deadline = now + line.deadline;
+  request.done = [inbox = points_.inbox(), book = points_.book(), desk = weak_from_this(), index,
+                  unit = UnitOf(frame), deadline = request.deadline](RoutedReply reply) {
+    inbox->Post([book, desk, index, unit, deadline, reply = std::move(reply)] {
+      const Now now = ReadClocks();
+      const bool sent = reply.sent || reply.outcome == Outcome::ok;
+      const auto unsent = EndOf(reply, now.instant >= deadline);
+      book->Ended(index, unit, sent ? RouteEnd::broadcast : unsent, reply, now.wall);
+      if (const auto self = desk.lock()) --self->broadcasts_;
+    });
+  };
+  if (!line.target->Submit(std::move(request))) return false;
+  ++broadcasts_;
+  return true;
+}
+
+config::Priority RequestDesk::PriorityOf(std::uint8_t function) const {
+  for (const config::FunctionPriority& rule : listener_.functions) {
+    if (std::ranges::find(rule.codes, function) != rule.codes.end()) return rule.priority;
+  }
+  return priority_;
+}
+
+}  // namespace baudgate::modbus

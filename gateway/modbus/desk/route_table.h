@@ -1,0 +1,36 @@
+// Who answers for which unit: devices, the gateway itself, or a transparent route. Pure; made once
+// from the configuration, asked by request_desk.cpp for every request.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "config/model/config.h"
+
+namespace baudgate::modbus {
+
+struct Way {
+  enum class Kind : std::uint8_t {
+    none,     ///< nobody: 0x0A
+    device,   ///< out of the point store
+    gateway,  ///< the gateway's own block
+    route,
+  };
+  Kind kind = Kind::none;
+  std::uint32_t route = 0;  ///< index in modbus.routes
+};
+
+/// Units of devices come first, then the first route that names the unit, then 0 and 255 as the
+/// gateway itself.
+class RouteTable {
+ public:
+  explicit RouteTable(const config::Config& config);
+
+  const Way& of(std::uint8_t unit) const { return ways_[unit]; }
+
+ private:
+  std::array<Way, 256> ways_{};
+};
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,82 @@
+// Who asks the Modbus server for what, and what became of it: one entry per client, serial master
+// and route, for `baudgate status`. Written on the server's thread, read from any
+// (gateway/control).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "config/model/listener.h"
+#include "gateway/base/time.h"
+
+namespace baudgate::modbus {
+
+struct ClientStatus {
+  std::uint64_t id = 0;  ///< RoutedRequest::client
+  std::string peer;      ///< "10.0.0.7:40112", or the serial port of a master
+  std::string listener;  ///< config::Listener::Place()
+  config::Priority priority = config::Priority::normal;
+  WallTime since{};
+  WallTime last_request{};  ///< the epoch: none yet
+  std::uint64_t requests = 0;
+  std::uint64_t exceptions = 0;  ///< the slave's own included
+  std::uint64_t bytes_in = 0;
+  std::uint64_t bytes_out = 0;
+  std::uint32_t outstanding = 0;  ///< requests not answered yet
+};
+
+/// A serial port at which a master is awaited, whether one is heard or not.
+struct MasterStatus {
+  std::string port;
+  bool is_open = false;
+  std::string text;           ///< what is open, or why it is not
+  WallTime since{};           ///< of is_open
+  std::uint64_t frames = 0;   ///< whole requests and replies, those of other slaves included
+  std::uint64_t damaged = 0;  ///< what was heard and is no frame
+  WallTime last_frame{};      ///< the epoch: none yet
+};
+
+/// How routed requests ended. requests == ok + refused + no_reply + expired + busy + dropped +
+/// broadcasts + those under way.
+struct RouteCounters {
+  std::uint64_t requests = 0;
+  std::uint64_t ok = 0;
+  std::uint64_t refused = 0;     ///< the slave answered an exception of its own
+  std::uint64_t no_reply = 0;    ///< no good reply: silence, damage, port closed; 0x0B
+  std::uint64_t expired = 0;     ///< waited beyond the deadline and was not sent; 0x0B
+  std::uint64_t busy = 0;        ///< the queue was full; 0x06
+  std::uint64_t dropped = 0;     ///< the client had left
+  std::uint64_t broadcasts = 0;  ///< sent to all, never answered
+  std::uint64_t shared = 0;      ///< of ok and refused: another's exchange answered it too
+  Duration longest_wait{};       ///< in the queue
+  Duration total_wait{};         ///< of ok and refused
+};
+
+struct RouteStatus : RouteCounters {
+  std::string units;         ///< "33-40"
+  std::string target;        ///< "line drive", "server 10.0.0.9:502"
+  std::string last_trouble;  ///< reason of the last request without a good reply
+  WallTime last_trouble_at{};
+  /// Of a server: replies that came after their deadline and were dropped. Routes that lead to the
+  /// same unit there count each other's.
+  std::uint64_t late = 0;
+  std::map<std::uint8_t, RouteCounters> by_unit;  ///< unit ids as clients ask for them
+};
+
+struct TrafficStatus {
+  std::vector<ClientStatus> clients;  ///< connected now, by id
+  std::vector<MasterStatus> masters;  ///< as configured
+  std::vector<RouteStatus> routes;    ///< as configured; after them one for broadcasts, if any
+};
+
+/// How gateway/control asks for it.
+class TrafficSource {
+ public:
+  virtual ~TrafficSource() = default;
+  virtual TrafficStatus Traffic() const = 0;
+};
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/desk/traffic_book.h"
+
+#include <algorithm>
+
+namespace baudgate::modbus {
+namespace {
+
+void Count(RouteCounters& counters, RouteEnd end, const RoutedReply& reply) {
+  switch (end) {
+    case RouteEnd::ok:
+      ++counters.ok;
+      break;
+    case RouteEnd::refused:
+      ++counters.refused;
+      break;
+    case RouteEnd::no_reply:
+      ++counters.no_reply;
+      break;
+    case RouteEnd::expired:
+      ++counters.expired;
+      break;
+    case RouteEnd::busy:
+      ++counters.busy;
+      break;
+    case RouteEnd::dropped:
+      ++counters.dropped;
+      break;
+    case RouteEnd::broadcast:
+      ++counters.broadcasts;
+      break;
+  }
+  counters.longest_wait = std::max(counters.longest_wait, reply.waited);
+  if (end != RouteEnd::ok && end != RouteEnd::refused) return;
+  counters.total_wait += reply.waited;
+  if (reply.shared) ++counters.shared;
+}
+
+ClientStatus StatusOf(const ClientRecord& record, const Now& now) {
+  constexpr auto kRelaxed = std::memory_order_relaxed;
+  ClientStatus status;
+  status.id = record.id;
+  status.peer = record.peer;
+  status.listener = record.listener;
+  status.priority = record.priority;
+  status.since = record.since;
+  const Instant last = record.last_request.load(kRelaxed);
+  if (last != Instant::min()) status.last_request = now.wall - (now.instant - last);
+  status.requests = record.requests.load(kRelaxed);
+  status.exceptions = record.exceptions.load(kRelaxed);
+  status.bytes_in = record.bytes_in.load(kRelaxed);
+  status.bytes_out = record.bytes_out.load(kRelaxed);
+  status.outstanding = record.outstanding.load(kRelaxed);
+  return status;
+}
+
+}  // namespace
+
+TrafficBook::TrafficBook(const config::Modbus& modbus) {
+  for (const config::Route& route : modbus.routes) {
+    RouteStatus& status = routes_.emplace_back();
+    status.units = route.Units();
+    status.target = route.Target();
+  }
+  routes_.emplace_back();
+  routes_.back().units = "0";
+  routes_.back().target = "all lines";
+}
+
+std::shared_ptr<ClientRecord> TrafficBook::Enter(const std::string& peer,
+                                                 const config::Listener& listener,
+                                                 config::Priority priority, WallTime since) {
+  auto record = std::make_shared<ClientRecord>();
+  record->peer = peer;
+  record->listener = listener.Place();
+  record->priority = priority;
+  record->since = since;
+  const std::lock_guard lock(mutex_);
+  record->id = next_client_++;
+  clients_.emplace(record->id, record);
+  return record;
+}
+
+void TrafficBook::Leave(const ClientRecord& client) {
+  const std::lock_guard lock(mutex_);
+  clients_.erase(client.id);
+}
+
+void TrafficBook::Asked(std::size_t route, std::uint8_t unit) {
+  const std::lock_guard lock(mutex_);
+  RouteStatus& status = routes_[route];
+  ++status.requests;
+  ++status.by_unit[unit].requests;
+}
+
+void TrafficBook::Ended(std::size_t route, std::uint8_t unit, RouteEnd end,
+                        const RoutedReply& reply, WallTime at) {
+  const std::lock_guard lock(mutex_);
+  RouteStatus& status = routes_[route];
+  Count(status, end, reply);
+  Count(status.by_unit[unit], end, reply);
+  const bool trouble =
+      end == RouteEnd::no_reply || end == RouteEnd::expired || end == RouteEnd::busy;
+  if (!trouble) return;
+  status.last_trouble = reply.reason;
+  status.last_trouble_at = at;
+}
+
+void TrafficBook::CameLate(std::size_t route) {
+  const std::lock_guard lock(mutex_);
+  ++routes_[route].late;
+}
+
+std::size_t TrafficBook::AddMaster(const std::string& port, WallTime since) {
+  const std::lock_guard lock(mutex_);
+  MasterStatus& master = masters_.emplace_back();
+  master.port = port;
+  master.text = "not opened yet";
+  master.since = since;
+  return masters_.size() - 1;
+}
+
+void TrafficBook::ShowPort(std::size_t index, bool is_open, const std::string& text, WallTime at) {
+  const std::lock_guard lock(mutex_);
+  MasterStatus& master = masters_[index];
+  if (master.is_open != is_open) master.since = at;
+  master.is_open = is_open;
+  master.text = text;
+}
+
+void TrafficBook::Heard(std::size_t master, WallTime at) {
+  const std::lock_guard lock(mutex_);
+  ++masters_[master].frames;
+  masters_[master].last_frame = at;
+}
+
+void TrafficBook::HeardDamage(std::size_t master) {
+  const std::lock_guard lock(mutex_);
+  ++masters_[master].damaged;
+}
+
+TrafficStatus TrafficBook::Status(const Now& now) const {
+  TrafficStatus status;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [id, record] : clients_) status.clients.push_back(StatusOf(*record, now));
+  status.masters = masters_;
+  status.routes = routes_;
+  if (status.routes.back().requests == 0) status.routes.pop_back();
+  return status;
+}
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,82 @@
+// Keeps the counters of clients, serial masters and routes behind TrafficStatus. They are reported
+// by request_desk.cpp, serial_listener.cpp and upstream.cpp on the server's thread; server.cpp
+// hands the numbers out to any thread.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "config/model/outputs.h"
+#include "gateway/base/time.h"
+#include "gateway/modbus/desk/traffic.h"
+#include "gateway/requests/routed.h"
+
+namespace baudgate::modbus {
+
+/// The numbers of one client. The server's thread alone writes them, without a lock.
+struct ClientRecord {
+  std::uint64_t id = 0;
+  std::string peer;
+  std::string listener;
+  config::Priority priority = config::Priority::normal;
+  WallTime since{};
+  std::atomic<Instant> last_request = Instant::min();
+  std::atomic<std::uint64_t> requests = 0;
+  std::atomic<std::uint64_t> exceptions = 0;
+  std::atomic<std::uint64_t> bytes_in = 0;
+  std::atomic<std::uint64_t> bytes_out = 0;
+  std::atomic<std::uint32_t> outstanding = 0;
+
+  /// One thread writes, so no locked instruction is needed.
+  static void Add(std::atomic<std::uint64_t>& counter, std::uint64_t count = 1) {
+    counter.store(counter.load(std::memory_order_relaxed) + count, std::memory_order_relaxed);
+  }
+};
+
+/// How a routed request ended, as RouteCounters has it.
+enum class RouteEnd : std::uint8_t { ok, refused, no_reply, expired, busy, dropped, broadcast };
+
+class TrafficBook {
+ public:
+  explicit TrafficBook(const config::Modbus& modbus);
+
+  /// The place in the book where broadcasts that no route names are counted, one per line.
+  std::size_t broadcasts() const { return routes_.size() - 1; }
+
+  std::shared_ptr<ClientRecord> Enter(const std::string& peer, const config::Listener& listener,
+                                      config::Priority priority, WallTime since);
+  void Leave(const ClientRecord& client);
+
+  /// A serial port at which a master is awaited: its place in the book.
+  std::size_t AddMaster(const std::string& port, WallTime since);
+  void ShowPort(std::size_t master, bool is_open, const std::string& text, WallTime at);
+  void Heard(std::size_t master, WallTime at);
+  void HeardDamage(std::size_t master);
+
+  /// `route`: index in modbus.routes, or broadcasts().
+  void Asked(std::size_t route, std::uint8_t unit);
+  /// `reply` may be empty where there was none.
+  void Ended(std::size_t route, std::uint8_t unit, RouteEnd end, const RoutedReply& reply,
+             WallTime at);
+
+  /// A reply that nobody waits for any more.
+  void CameLate(std::size_t route);
+
+  /// From any thread.
+  TrafficStatus Status(const Now& now) const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<std::uint64_t, std::shared_ptr<ClientRecord>> clients_;
+  std::uint64_t next_client_ = 1;
+  std::vector<MasterStatus> masters_;
+  std::vector<RouteStatus> routes_;  ///< as configured, then one for broadcasts
+};
+
+}  // namespace baudgate::modbus

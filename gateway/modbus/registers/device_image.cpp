@@ -1,0 +1,173 @@
+// Fills registers and bits from a device's record.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/registers/device_image.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "gateway/modbus/registers/value_registers.h"
+
+namespace baudgate::modbus {
+namespace {
+
+template <typename T>
+T Saturated(std::uint64_t number) {
+  constexpr std::uint64_t kMost = std::numeric_limits<T>::max();
+  return static_cast<T>(std::min(number, kMost));
+}
+
+std::uint64_t Count(Duration duration, Duration unit) {
+  return duration < Duration::zero() ? 0 : static_cast<std::uint64_t>(duration / unit);
+}
+
+void Put32(std::span<std::uint16_t> block, std::size_t at, std::uint32_t number) {
+  block[at] = static_cast<std::uint16_t>(number >> 16);
+  block[at + 1] = static_cast<std::uint16_t>(number);
+}
+
+std::uint16_t AgeRegister(const DeviceRecord& record, std::uint32_t point, Instant now) {
+  const auto age = AgeAt(record, point, now);
+  if (!age) return 0xFFFF;
+  return Saturated<std::uint16_t>(Count(*age, 100ms));
+}
+
+bool FitsRegisters(const config::Point& point, config::WordOrder order, const Value& value) {
+  // The longest thing that can fail to fit is a 64-bit number; texts always fit.
+  std::array<std::uint16_t, 4> scratch;
+  if (point.type == config::Type::string) return HasValue(value);
+  return EncodeRegisters(point, order, value,
+                         std::span(scratch).first(config::RegisterCount(point)));
+}
+
+/// A good value that its registers can not hold is a fault of the configuration, and must say so.
+Quality ShownQuality(const DeviceRecord& record, std::uint32_t index, Instant now) {
+  const Quality quality = QualityAt(record, index, now);
+  if (IsBad(quality)) return quality;
+  const config::Point& point = record.device->points[index];
+  const Value& value = record.points[index].value;
+  if (!HasValue(value)) return quality;
+  const bool fits = point.table == config::Table::bits
+                        ? EncodeBit(value).has_value()
+                        : FitsRegisters(point, record.device->word_order, value);
+  return fits ? quality : Quality::bad_configuration;
+}
+
+/// The common case needs one encoding; the rest is decided when it fails or the quality is bad.
+bool FillValue(const DeviceRecord& record, std::uint32_t index, Instant now,
+               std::span<std::uint16_t> out) {
+  const config::Point& point = record.device->points[index];
+  const config::WordOrder order = record.device->word_order;
+  const Value& value = record.points[index].value;
+  Quality quality = QualityAt(record, index, now);
+  const bool held = EncodeRegisters(point, order, value, out);
+  if (!held && HasValue(value) && !IsBad(quality)) quality = Quality::bad_configuration;
+  switch (Show(point, record.device->on_bad, quality, held)) {
+    case Shown::held:
+      return true;
+    case Shown::exception:
+      return false;
+    case Shown::substitute:
+      if (EncodeRegisters(point, order, Value(point.on_fault.value), out)) return true;
+      break;
+    case Shown::no_value:
+      break;
+  }
+  EncodeNoValue(point, order, out);
+  return true;
+}
+
+bool FillBit(const DeviceRecord& record, std::uint32_t index, Instant now, std::uint8_t& out) {
+  const config::Point& point = record.device->points[index];
+  const auto held = EncodeBit(record.points[index].value);
+  const Quality quality = ShownQuality(record, index, now);
+  switch (Show(point, record.device->on_bad, quality, held.has_value())) {
+    case Shown::held:
+      out = *held ? 1 : 0;
+      return true;
+    case Shown::exception:
+      return false;
+    case Shown::substitute:
+      out = point.on_fault.value != 0 ? 1 : 0;
+      return true;
+    case Shown::no_value:
+      out = 0;
+      return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+DeviceBlock DeviceBlockOf(const DeviceStatus& status, Instant now) {
+  DeviceBlock block{};
+  block[0] = static_cast<std::uint16_t>(status.state);
+  block[1] = static_cast<std::uint16_t>(status.last_outcome);
+  Put32(block, 2,
+        status.last_ok ? Saturated<std::uint32_t>(Count(now - *status.last_ok, 1ms)) : 0xFFFFFFFFU);
+  Put32(block, 4, status.exchanges);
+  Put32(block, 6, status.Count(Outcome::ok));
+  Put32(block, 8, status.Count(Outcome::no_reply));
+  Put32(block, 10, status.Count(Outcome::corrupt));
+  Put32(block, 12, status.retries);
+  block[14] = Saturated<std::uint16_t>(Count(status.round_trips.last(), 1ms));
+  block[15] = Saturated<std::uint16_t>(Count(status.round_trips.mean(), 1ms));
+  return block;
+}
+
+GatewayBlock GatewayBlockOf(const GatewayFigures& info, const ModbusCounters& counters) {
+  GatewayBlock block{};
+  block[0] = Saturated<std::uint16_t>(std::uint64_t{info.version_major} * 10000 +
+                                      std::uint64_t{info.version_minor} * 100 + info.version_patch);
+  block[1] = Saturated<std::uint16_t>(info.lines);
+  Put32(block, 2, Saturated<std::uint32_t>(Count(info.uptime, 1s)));
+  block[4] = Saturated<std::uint16_t>(info.devices);
+  block[5] = Saturated<std::uint16_t>(info.devices_online);
+  block[6] = Saturated<std::uint16_t>(counters.clients);
+  block[7] = Saturated<std::uint16_t>(info.lines_up);
+  // Counters wrap, as those of the device block do: a client takes differences.
+  Put32(block, 8, static_cast<std::uint32_t>(counters.requests));
+  Put32(block, 10, static_cast<std::uint32_t>(counters.exceptions));
+  return block;
+}
+
+ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
+                            std::span<std::uint16_t> out) {
+  for (const Piece& piece : pieces) {
+    const auto place = out.subspan(piece.offset, piece.count);
+    switch (piece.area) {
+      case Area::value:
+        if (!FillValue(record, piece.index, now, place)) return ExceptionCode::gateway_target;
+        break;
+      case Area::quality:
+        std::ranges::fill(place,
+                          static_cast<std::uint16_t>(ShownQuality(record, piece.index, now)));
+        break;
+      case Area::age:
+        std::ranges::fill(place, AgeRegister(record, piece.index, now));
+        break;
+      case Area::status:
+        FillFromBlock(DeviceBlockOf(record.status, now), piece, out);
+        break;
+    }
+  }
+  return ExceptionCode::none;
+}
+
+ExceptionCode FillBits(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
+                       std::span<std::uint8_t> out) {
+  for (const Piece& piece : pieces) {
+    if (piece.area == Area::quality) {
+      out[piece.offset] = IsGood(ShownQuality(record, piece.index, now)) ? 1 : 0;
+    } else if (!FillBit(record, piece.index, now, out[piece.offset])) {
+      return ExceptionCode::gateway_target;
+    }
+  }
+  return ExceptionCode::none;
+}
+
+void FillFromBlock(std::span<const std::uint16_t> block, const Piece& piece,
+                   std::span<std::uint16_t> out) {
+  std::ranges::copy(block.subspan(piece.index, piece.count), out.subspan(piece.offset).begin());
+}
+
+}  // namespace baudgate::modbus

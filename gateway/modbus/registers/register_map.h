@@ -1,0 +1,79 @@
+// Which Modbus unit and address stands for which point: built once from the configuration.
+// Asked by point_desk.cpp and write_request.cpp before anything is read or written. The addresses
+// are a public contract: values at 0…8999 and 9100…19999, their quality 20000 and their age 40000
+// above, the status block at 9000.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/modbus/wire/request.h"
+
+namespace baudgate::modbus {
+
+inline constexpr std::uint16_t kStatusBlock = 9000;
+inline constexpr std::uint16_t kValuesAfterStatus = 9100;
+inline constexpr std::uint16_t kValuesEnd = 20000;
+inline constexpr std::uint16_t kQualityOffset = 20000;
+inline constexpr std::uint16_t kAgeOffset = 40000;
+
+/// The addresses of one point.
+struct Span {
+  std::uint16_t start = 0;
+  std::uint16_t count = 0;
+  std::uint32_t point = 0;  ///< index in the device's points
+  config::Access access = config::Access::read;
+
+  std::uint32_t end() const { return static_cast<std::uint32_t>(start) + count; }
+  bool readable() const { return access != config::Access::write; }
+  bool writable() const { return access != config::Access::read; }
+};
+
+enum class Area : std::uint8_t { value, quality, age, status };
+
+/// What a run of requested addresses is: a whole value, or any part of a mirror or status block.
+struct Piece {
+  Area area = Area::value;
+  std::uint32_t index = 0;   ///< the point; in the status block its first register
+  std::uint16_t offset = 0;  ///< from the start of the request
+  std::uint16_t count = 0;
+};
+
+struct UnitMap {
+  enum class Kind : std::uint8_t { unmapped, device, gateway } kind = Kind::unmapped;
+  std::uint32_t device = 0;     ///< index in the point store
+  std::vector<Span> registers;  ///< sorted, without overlap
+  std::vector<Span> bits;
+  /// Where the values of the status block start (relative), closed by its length.
+  std::vector<std::uint16_t> status_layout;
+
+  const std::vector<Span>& spans(config::Table table) const {
+    return table == config::Table::bits ? bits : registers;
+  }
+};
+
+class RegisterMap {
+ public:
+  /// Devices are numbered as in PointStore: in the order of the file, disabled ones included.
+  explicit RegisterMap(const config::Config& config);
+
+  const UnitMap& unit(std::uint8_t id) const { return units_[unit_index_[id]]; }
+
+ private:
+  std::array<std::uint16_t, 256> unit_index_{};  ///< 0 = the unmapped unit
+  std::vector<UnitMap> units_;
+};
+
+/// Divides a read into pieces, in order (`pieces` is cleared first). Any unmapped or write-only
+/// address gives illegal_address, else a value that the range cuts gives illegal_value.
+ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t start,
+                       std::uint16_t count, std::vector<Piece>& pieces);
+
+/// The same for a write, which must cover whole writable points.
+ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t start,
+                        std::uint16_t count, std::vector<Piece>& pieces);
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,52 @@
+// Decodes FC 5, 6, 15 and 16 into points and values.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/registers/write_request.h"
+
+#include <array>
+#include <utility>
+
+#include "gateway/modbus/registers/value_registers.h"
+#include "gateway/store/conversion.h"
+
+namespace baudgate::modbus {
+namespace {
+
+bool BitOf(const ModbusRequest& request, std::size_t at) {
+  if (request.function == Function::write_coil) return request.data[0] == 0xFF;
+  return ((request.data[at / 8] >> (at % 8)) & 1U) != 0;
+}
+
+Value BitValue(const config::Point& point, bool bit) {
+  if (point.type == config::Type::boolean) return bit;
+  return std::int64_t{bit ? 1 : 0};
+}
+
+}  // namespace
+
+ExceptionCode DecodeWrites(const UnitMap& unit, const config::Device& device,
+                           const ModbusRequest& request, std::vector<PointWrite>& writes) {
+  std::vector<Piece> pieces;
+  const config::Table table = request.table();
+  const auto exception = PlanWrite(unit, table, request.start, request.count, pieces);
+  if (exception != ExceptionCode::none) return exception;
+
+  std::array<std::uint16_t, kMaxWriteRegisters> registers{};
+  if (table == config::Table::registers) {
+    const ByteReader data(request.data);
+    for (std::size_t i = 0; i < request.count; ++i) registers[i] = data.U16Be(2 * i).value_or(0);
+  }
+  for (const Piece& piece : pieces) {
+    const config::Point& point = device.points[piece.index];
+    if (table == config::Table::bits) {
+      writes.push_back({piece.index, BitValue(point, BitOf(request, piece.offset))});
+      continue;
+    }
+    auto value = DecodeRegisters(point, device.word_order,
+                                 std::span(registers).subspan(piece.offset, piece.count));
+    if (!value || !ToRaw(point, *value).ok()) return ExceptionCode::illegal_value;
+    writes.push_back({piece.index, std::move(*value)});
+  }
+  return ExceptionCode::none;
+}
+
+}  // namespace baudgate::modbus

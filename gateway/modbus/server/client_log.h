@@ -1,0 +1,22 @@
+// The log line about a client that was turned away or closed; called by listener.cpp and
+// session.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string_view>
+
+#include "gateway/base/log.h"
+
+namespace baudgate::modbus {
+
+/// "10.0.0.7:40112", "refused", and why. Clients at one address are repeats of each other: their
+/// ports differ every time.
+inline void WarnOfClient(std::string_view peer, std::string_view fate, std::string_view why) {
+  const std::string_view address = peer.substr(0, peer.rfind(':'));
+  log::WarnFolded(fmt::format("modbus: client {} {}", address, fate), "modbus: client {} {}: {}",
+                  peer, fate, why);
+}
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,225 @@
+// Reads, answers and paces one client.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/server/client_session.h"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include "gateway/modbus/server/client_log.h"
+
+namespace baudgate::modbus {
+namespace {
+
+/// Frames of one client that are answered before the others have their turn.
+constexpr int kFramesPerTurn = 8;
+/// After so much silence an RTU frame is not going on.
+constexpr Duration kLongestGap = 50ms;
+
+}  // namespace
+
+ClientSession::ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
+                             PointDesk& points, std::string peer, config::Priority priority,
+                             Instant now, std::function<void(ClientSession&)> closed)
+    : socket_(socket),
+      clients_(clients),
+      listener_(listener),
+      points_(points),
+      peer_(std::move(peer)),
+      on_closed_(std::move(closed)),
+      framing_(MakeFraming(listener.protocol, points.rtu())),
+      desk_(std::make_shared<RequestDesk>(clients.executor(), listener, points, *this, peer_,
+                                          priority)),
+      last_bytes_(now),
+      last_frame_(now),
+      blocked_since_(now) {}
+
+ClientSession::~ClientSession() { Release(); }
+
+void ClientSession::Start() {
+  watched_ = EPOLLIN;
+  if (!clients_.Add(socket_, *this, watched_)) Close();
+}
+
+void ClientSession::Release() {
+  if (socket_ < 0) return;
+  clients_.Remove(socket_, *this);
+  ::close(std::exchange(socket_, -1));
+}
+
+void ClientSession::Close() {
+  if (closed_) return;
+  closed_ = true;
+  Release();
+  desk_->Close();
+  on_closed_(*this);
+}
+
+void ClientSession::OnEvents(std::uint32_t events) {
+  const auto self = shared_from_this();
+  // Not read to its end now, because it is paced; but whatever it says, no answer can reach it.
+  if ((events & (EPOLLERR | EPOLLHUP)) != 0 && (watched_ & EPOLLIN) == 0) return Close();
+  if (!blocked_) return Receive();
+  Flush();
+  Continue();
+}
+
+void ClientSession::Watch(std::uint32_t events) {
+  if (watched_ == events) return;
+  watched_ = events;
+  if (!clients_.Change(socket_, *this, events)) Close();
+}
+
+void ClientSession::Receive() {
+  if (framing_->Space().empty()) return Continue();
+  if (Fill()) Turn(last_bytes_);
+}
+
+bool ClientSession::Fill() {
+  const auto space = framing_->Space();
+  if (space.empty()) return false;
+  const ssize_t count = ::recv(socket_, space.data(), space.size(), 0);
+  if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return false;
+  if (count <= 0) {
+    Close();
+    return false;
+  }
+  framing_->Commit(static_cast<std::size_t>(count));
+  last_bytes_ = std::chrono::steady_clock::now();
+  return true;
+}
+
+void ClientSession::Turn(Instant now) {
+  in_turn_ = true;
+  auto state = ClientFraming::State::need_more;
+  for (int i = 0; i < kFramesPerTurn && !closed_ && !blocked_; ++i) {
+    View frame;
+    state = framing_->Take(frame);
+    if (state != ClientFraming::State::frame) break;
+    last_frame_ = now;
+    if (!framing_->one_at_a_time() || Supersede(frame)) desk_->Handle(frame, now);
+  }
+  in_turn_ = false;
+  if (state == ClientFraming::State::malformed) return CloseMalformed();
+  Flush();
+  Continue();
+}
+
+/// Frames that lie together need not have been sent together: a network that stood still glues what
+/// was given up to what was asked in its place. So the last one is answered. Who sends to all waits
+/// for no answer, and has not given up by going on.
+bool ClientSession::Supersede(View frame) {
+  desk_->GiveUp();
+  out_.clear();
+  const bool last = framing_->Peek() != ClientFraming::State::frame;
+  return last || (UnitOf(frame) == 0 && IsWrite(frame));
+}
+
+void ClientSession::Continue() {
+  if (closed_) return;
+  if (blocked_) return Watch(EPOLLOUT);
+  if (framing_->Peek() == ClientFraming::State::need_more) return Watch(EPOLLIN);
+  Watch(0);
+  if (closed_ || turn_posted_) return;
+  turn_posted_ = true;
+  clients_.Post([self = shared_from_this()] {
+    self->turn_posted_ = false;
+    if (!self->closed_ && !self->blocked_) self->Turn(std::chrono::steady_clock::now());
+  });
+}
+
+void ClientSession::Answer(const ModbusRequest& request, Responder& responder) {
+  const auto self = Hold();
+  if (!SendAtOnce(request, responder) && !closed_) {
+    Bytes frame;
+    if (!responder.Append(request, frame)) return Close();
+    framing_->Append(out_, frame);
+  }
+  Answered();
+}
+
+bool ClientSession::SendAtOnce(const ModbusRequest& request, Responder& responder) {
+  if (!out_.empty() || framing_->one_at_a_time()) return false;
+  if (framing_->Peek() != ClientFraming::State::need_more) return false;
+  switch (responder.Send(request, socket_)) {
+    case Responder::Sent::whole:
+      return true;
+    case Responder::Sent::would_block:
+      break;
+    // The client has left the kernel's whole send buffer unread.
+    case Responder::Sent::cut:
+      CloseStalled("its answers pile up unread");
+      break;
+    case Responder::Sent::failed:
+      Close();
+      break;
+  }
+  return false;
+}
+
+void ClientSession::Answer(View frame) {
+  const auto self = Hold();
+  framing_->Append(out_, frame);
+  Answered();
+}
+
+void ClientSession::AnswerNothing() {
+  const auto self = Hold();
+  Answered();
+}
+
+void ClientSession::Answered() {
+  if (in_turn_) return;
+  // What the client has sent meanwhile may have made the answer pointless.
+  if (framing_->one_at_a_time()) Fill();
+  if (closed_) return;
+  Flush();
+  Continue();
+}
+
+void ClientSession::Flush() {
+  if (closed_ || (!blocked_ && framing_->HoldsMore())) return;
+  if (!out_.empty()) {
+    const ssize_t sent = ::send(socket_, out_.data(), out_.size(), MSG_NOSIGNAL);
+    if (sent < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) return Close();
+    out_.erase(out_.begin(), out_.begin() + std::max<ssize_t>(sent, 0));
+  }
+  if (!blocked_ && !out_.empty()) blocked_since_ = std::chrono::steady_clock::now();
+  blocked_ = !out_.empty();
+}
+
+void ClientSession::Sweep(Instant now) {
+  if (blocked_ && now - blocked_since_ > points_.limits().stall) {
+    return CloseStalled("it does not read its answers");
+  }
+  if (!blocked_ && desk_->outstanding() == 0 && now - last_frame_ > listener_.idle_timeout) {
+    LiveCounters::Add(points_.counters().idle);
+    return Close();
+  }
+  const auto self = shared_from_this();
+  if (!blocked_ && now - last_bytes_ >= kLongestGap) {
+    framing_->Settle();
+    Flush();
+    Continue();
+  }
+  desk_->Sweep(now);
+}
+
+void ClientSession::CloseMalformed() {
+  Flush();
+  if (closed_) return;
+  LiveCounters::Add(points_.counters().malformed);
+  WarnOfClient(peer_, "closed: malformed", framing_->Defect());
+  Close();
+}
+
+void ClientSession::CloseStalled(std::string_view why) {
+  LiveCounters::Add(points_.counters().stalled);
+  WarnOfClient(peer_, "closed: stalled", why);
+  Close();
+}
+
+}  // namespace baudgate::modbus

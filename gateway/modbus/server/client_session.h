@@ -1,0 +1,93 @@
+// One connected client of Modbus TCP, or of RTU over TCP: takes its requests in their order and
+// sends the answers. Bytes come from and go to its socket; what they mean is decided by
+// request_desk.h.
+// All on the server's thread. A client can delay nobody: a turn answers a few frames, answers that
+// it does not read stop its own requests, and memory is bounded.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "config/model/listener.h"
+#include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
+#include "gateway/modbus/desk/point_desk.h"
+#include "gateway/modbus/desk/request_desk.h"
+#include "gateway/modbus/server/client_poll.h"
+#include "gateway/modbus/wire/client_framing.h"
+#include "gateway/modbus/wire/request.h"
+
+namespace baudgate::modbus {
+
+class ClientSession final : public ClientPoll::Client,
+                            public RequestDesk::Wire,
+                            public std::enable_shared_from_this<ClientSession> {
+ public:
+  /// Owns `socket`, which is connected and non-blocking. `closed` is called once, at the end.
+  /// Clients, listener and points outlive every session that is not closed.
+  ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
+                PointDesk& points, std::string peer, config::Priority priority, Instant now,
+                std::function<void(ClientSession&)> closed);
+  ~ClientSession();
+  ClientSession(const ClientSession&) = delete;
+  ClientSession& operator=(const ClientSession&) = delete;
+
+  void Start();
+  void Close();
+  /// Closes an idle or stalled client and decides what an RTU client has left unfinished. Answers
+  /// requests whose deadline has passed, if the desk has not done so.
+  void Sweep(Instant now);
+
+ private:
+  void OnEvents(std::uint32_t events) override;
+  void Watch(std::uint32_t events);
+  void Release();
+  void Receive();
+  /// Takes bytes from the socket; false when there are none.
+  bool Fill();
+  /// Answers the frames at hand, at most a few.
+  void Turn(Instant now);
+  /// RTU: what the client has asked before this frame is not answered any more. False when it has
+  /// given up this one as well.
+  bool Supersede(View frame);
+  /// Waits for what comes next: room for answers, more frames at hand, or bytes from the client.
+  void Continue();
+  void Answer(const ModbusRequest& request, Responder& responder) override;
+  void Answer(View frame) override;
+  void AnswerNothing() override;
+  /// False when the answer could not go out like this.
+  bool SendAtOnce(const ModbusRequest& request, Responder& responder);
+  /// One more request is answered.
+  void Answered();
+  /// Sends what is to be sent. An RTU answer waits here until it is certain that what has come
+  /// behind its request is no new one.
+  void Flush();
+  /// Keeps the session alive through an answer that may close it; in a turn its caller does.
+  std::shared_ptr<ClientSession> Hold() { return in_turn_ ? nullptr : shared_from_this(); }
+  void CloseMalformed();
+  void CloseStalled(std::string_view why);
+
+  int socket_;
+  ClientPoll& clients_;
+  const config::Listener& listener_;
+  PointDesk& points_;
+  std::string peer_;
+  std::function<void(ClientSession&)> on_closed_;
+  std::unique_ptr<ClientFraming> framing_;
+  std::shared_ptr<RequestDesk> desk_;
+  Bytes out_;             ///< answers that are not sent yet
+  bool blocked_ = false;  ///< the client's buffers are full: nothing is read or answered
+  bool in_turn_ = false;  ///< answers are flushed at its end
+  Instant last_bytes_;
+  Instant last_frame_;
+  Instant blocked_since_;
+  std::uint32_t watched_ = 0;  ///< events that the poll knows of
+  bool turn_posted_ = false;
+  bool closed_ = false;
+};
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,188 @@
+// Binds, accepts, refuses and sweeps.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/server/listener.h"
+
+#include <algorithm>
+#include <asio/ip/v6_only.hpp>
+#include <cerrno>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/log.h"
+#include "gateway/modbus/server/access.h"
+#include "gateway/modbus/server/client_log.h"
+
+namespace baudgate::modbus {
+namespace {
+
+using asio::ip::tcp;
+
+/// Without file descriptors or memory, accepting at once again would only spin.
+constexpr Duration kAcceptPause = 100ms;
+/// How often half frames of RTU clients are looked after.
+constexpr Duration kRtuSweep = 50ms;
+
+std::string NameOf(const tcp::endpoint& peer) {
+  const std::string host = peer.address().to_string();
+  return (peer.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(peer.port());
+}
+
+PeerAddress AddressOf(const asio::ip::address& address) {
+  if (address.is_v6()) return address.to_v6().to_bytes();
+  return asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4()).to_bytes();
+}
+
+/// What to do next, where it is known.
+std::string Explain(const asio::error_code& error) {
+  if (error == asio::error::address_in_use) {
+    return "address already in use; stop the other server or choose another port under "
+           "modbus.listen";
+  }
+  if (error == asio::error::access_denied) {
+    return "permission denied; ports below 1024 need CAP_NET_BIND_SERVICE, or choose another port";
+  }
+  if (error.value() == EADDRNOTAVAIL) {
+    return "this machine has no such address; check modbus.listen";
+  }
+  return error.message();
+}
+
+}  // namespace
+
+Listener::Listener(asio::io_context& io, const config::Listener& listener, PointDesk& points)
+    : acceptor_(io),
+      clients_(std::make_shared<ClientPoll>(io)),
+      retry_(io),
+      sweep_(io),
+      listener_(listener),
+      points_(points) {
+  const Duration shortest =
+      std::min({listener.idle_timeout, points.limits().write_deadline, points.limits().stall});
+  sweep_period_ = std::clamp<Duration>(shortest / 4, 10ms, 250ms);
+  const bool rtu = listener.protocol == config::Listener::Protocol::rtu;
+  if (rtu) sweep_period_ = std::min(sweep_period_, kRtuSweep);
+}
+
+Status Listener::Open() {
+  asio::error_code failed;
+  tcp::resolver resolver(acceptor_.get_executor());
+  const auto found =
+      resolver.resolve(listener_.host, std::to_string(listener_.port),
+                       tcp::resolver::passive | tcp::resolver::numeric_service, failed);
+  if (failed || found.empty()) {
+    return Error{listener_.Place() + ": unknown address; check modbus.listen"};
+  }
+  const Status bound = Bind(found.begin()->endpoint());
+  if (!bound) return bound;
+  const Status clients = clients_->Open();
+  if (!clients) return clients;
+  port_ = acceptor_.local_endpoint(failed).port();
+  Accept();
+  Sweep();
+  return {};
+}
+
+Status Listener::Bind(const tcp::endpoint& endpoint) {
+  asio::error_code failed;
+  acceptor_.open(endpoint.protocol(), failed);
+  if (!failed) acceptor_.set_option(asio::socket_base::reuse_address(true), failed);
+  if (!failed && endpoint.address().is_v6()) {
+    asio::error_code ignored;  // the system's default decides where this is not allowed
+    acceptor_.set_option(asio::ip::v6_only(false), ignored);
+  }
+  if (!failed) acceptor_.bind(endpoint, failed);
+  if (!failed) acceptor_.listen(asio::socket_base::max_listen_connections, failed);
+  if (failed) return Error{listener_.Place() + ": " + Explain(failed)};
+  return {};
+}
+
+void Listener::Stop() {
+  stopped_ = true;
+  asio::error_code ignored;
+  acceptor_.close(ignored);
+  retry_.cancel();
+  sweep_.cancel();
+  const auto sessions = std::exchange(sessions_, {});
+  for (const auto& [key, session] : sessions) session->Close();
+  clients_->Close();
+}
+
+void Listener::Accept() {
+  acceptor_.async_accept(
+      [self = shared_from_this()](const asio::error_code& failed, tcp::socket socket) {
+        if (self->stopped_) return;
+        if (failed && failed != asio::error::connection_aborted) return self->AcceptLater(failed);
+        if (!failed) self->Welcome(std::move(socket));
+        self->Accept();
+      });
+}
+
+void Listener::AcceptLater(const asio::error_code& why) {
+  LiveCounters::Add(points_.counters().accept_errors);
+  log::Warn("modbus: no client can be accepted at {}: {}", listener_.Place(), why.message());
+  retry_.expires_after(kAcceptPause);
+  retry_.async_wait([self = shared_from_this()](const asio::error_code&) {
+    if (!self->stopped_) self->Accept();
+  });
+}
+
+void Listener::Welcome(tcp::socket socket) {
+  asio::error_code gone;
+  const tcp::endpoint peer = socket.remote_endpoint(gone);
+  if (gone) return;
+  const std::string name = NameOf(peer);
+  const PeerAddress address = AddressOf(peer.address());
+  if (!Allows(listener_.allow, address)) {
+    return Refuse(name, "its address is not in the allow list");
+  }
+  if (sessions_.size() >= MostClients()) {
+    return Refuse(name, points_.limits().client_share < 1
+                            ? "as many are connected already as there are file descriptors for"
+                            : "max_clients are connected already");
+  }
+  asio::error_code failed;
+  socket.set_option(tcp::no_delay(true), failed);
+  socket.set_option(asio::socket_base::keep_alive(true), failed);
+  socket.non_blocking(true, failed);
+  if (failed) return;
+  const int owned = socket.release(failed);
+  if (failed) return;
+  LiveCounters& counters = points_.counters();
+  LiveCounters::Add(counters.accepted);
+  counters.clients.fetch_add(1, std::memory_order_relaxed);
+  const auto closed = [this](ClientSession& session) {
+    points_.counters().clients.fetch_sub(1, std::memory_order_relaxed);
+    sessions_.erase(&session);
+  };
+  auto session =
+      std::make_shared<ClientSession>(owned, *clients_, listener_, points_, name,
+                                      PriorityOf(listener_, address), ReadClocks().instant, closed);
+  sessions_.emplace(session.get(), session);
+  session->Start();
+}
+
+std::size_t Listener::MostClients() const {
+  const double most = listener_.max_clients * points_.limits().client_share;
+  return std::max<std::size_t>(static_cast<std::size_t>(most), 1);
+}
+
+void Listener::Refuse(std::string_view peer, std::string_view why) {
+  LiveCounters::Add(points_.counters().refused);
+  WarnOfClient(peer, "refused", why);
+}
+
+void Listener::Sweep() {
+  sweep_.expires_after(sweep_period_);
+  sweep_.async_wait([self = shared_from_this()](const asio::error_code&) {
+    if (self->stopped_) return;
+    const Instant now = ReadClocks().instant;
+    std::vector<std::shared_ptr<ClientSession>> sessions;
+    sessions.reserve(self->sessions_.size());
+    for (const auto& [key, session] : self->sessions_) sessions.push_back(session);
+    for (const auto& session : sessions) session->Sweep(now);
+    self->Sweep();
+  });
+}
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,58 @@
+// A Modbus TCP server elsewhere as the target of routes: requests come from request_desk.cpp, go
+// out over one connection, several at a time, and replies go back as they come.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "gateway/requests/routed.h"
+#include "protocols/protocol.h"
+
+namespace baudgate::modbus {
+
+/// The connection is made when the first request comes, and kept. A write goes out only after the
+/// one before it to the same unit has ended, and nothing goes out after its deadline. Twice goes
+/// only a read that met the end of a connection which had worked until then.
+/// Writes to unit 0 are not waited for: answered ok once they are sent; the server's own answer to
+/// one, if it has any, is dropped. Reads of unit 0 are requests like others.
+class Upstream final : public RouteTarget {
+ public:
+  /// Requests that wait to be sent; more are not let in, but for some short writes.
+  static constexpr std::size_t kMostWaiting = 512;
+  /// Requests that the server has not answered yet. The last places are for short writes, so that
+  /// reads of units that do not answer hold up no stop.
+  static constexpr std::size_t kMostOnWire = 16;
+  static constexpr std::size_t kKeptForWrites = 4;
+  /// Of these to one unit, beyond which only short writes go out.
+  static constexpr std::size_t kMostPerUnit = 4;
+  /// Of deadlines that pass one after the other without a sign of the server: then the connection
+  /// is made anew. Without a sign of one unit: then it has one request at a time until it answers.
+  static constexpr int kSilentDeadlines = 3;
+
+  /// `host` is a name or an address. `checks` says whether a reply fits its request, as it does for
+  /// lines; null: unit and function are compared, no more. `on_late`: a reply of this unit came
+  /// after its request's deadline and was dropped. The io_context outlives the upstream.
+  Upstream(asio::io_context& io, std::string host, std::uint16_t port, const PduCarrier* checks,
+           std::function<void(std::uint8_t unit)> on_late);
+  ~Upstream() override;
+  Upstream(const Upstream&) = delete;
+  Upstream& operator=(const Upstream&) = delete;
+
+  /// Both on the thread that runs the io_context, or while it does not run. Stop answers what is
+  /// under way; before Start and after Stop nothing is let in.
+  void Start();
+  void Stop();
+
+  bool Submit(RoutedRequest request) override;
+  void Forget(std::uint64_t client) override;
+
+ private:
+  class Link;
+  std::shared_ptr<Link> link_;
+};
+
+}  // namespace baudgate::modbus

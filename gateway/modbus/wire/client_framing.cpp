@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/wire/client_framing.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/modbus/wire/request.h"
+
+namespace baudgate::modbus {
+
+RtuFraming::RtuFraming(const Protocol& rtu) : carrier_(*rtu.carrier) {
+  assembler_.Begin(rtu.request_rule, rtu.expect({}, {}));
+}
+
+std::span<std::uint8_t> RtuFraming::Space() {
+  return std::span(buffer_).first(kCapacity - std::min(kCapacity, assembler_.held()));
+}
+
+void RtuFraming::Commit(std::size_t count) {
+  assembler_.Feed(View(buffer_).first(std::min(count, kCapacity)));
+  settled_ = false;
+}
+
+ClientFraming::State RtuFraming::Peek() {
+  while (next_.empty()) {
+    const auto whole = assembler_.Next(settled_);
+    if (!whole) return State::need_more;
+    const auto request = carrier_.unwrap_request(*whole);
+    if (request) next_ = AduOf(0, request->first, request->second);
+  }
+  return State::frame;
+}
+
+ClientFraming::State RtuFraming::Take(View& frame) {
+  const State state = Peek();
+  if (state == State::frame) {
+    taken_ = std::exchange(next_, {});
+    frame = taken_;
+  }
+  return state;
+}
+
+void RtuFraming::Append(Bytes& out, View frame) const {
+  baudgate::Append(out, View(carrier_.wrap(UnitOf(frame), frame.subspan(kMbapHeader))));
+}
+
+std::unique_ptr<ClientFraming> MakeFraming(config::Listener::Protocol protocol,
+                                           const Protocol* rtu) {
+  if (protocol == config::Listener::Protocol::rtu) return std::make_unique<RtuFraming>(*rtu);
+  return std::make_unique<MbapFraming>();
+}
+
+}  // namespace baudgate::modbus

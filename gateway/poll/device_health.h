@@ -1,0 +1,45 @@
+// Whether a device is there: decided from the outcomes of its exchanges by count *and* by time, so
+// that neither one lost reply nor a fast burst of retries makes a device offline. Time is an
+// argument; gateway/poll/poller.cpp asks.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/store/device_status.h"
+
+namespace baudgate {
+
+class DeviceHealth {
+ public:
+  /// Offline after so many failed tasks in a row (each with its retries) that span at least so
+  /// long.
+  static constexpr int kOfflineCount = 3;
+  static constexpr Duration kOfflineTime = 1s;
+  /// Degraded while so many of the last 32 exchanges failed.
+  static constexpr int kDegradedCount = 3;
+
+  /// Every exchange, retries included: shows as degraded.
+  void OnExchange(Outcome outcome);
+  /// A task ended for good; decides about online and offline.
+  void OnTask(Outcome outcome, Instant now);
+
+  DeviceState state() const;
+  bool offline() const { return offline_; }
+  /// Its last task failed.
+  bool failing() const { return failed_tasks_ > 0; }
+  /// Asked by probes only: offline, or it has not answered even once.
+  bool absent() const { return offline_ || (!seen_ && failed_tasks_ > 0); }
+
+ private:
+  std::uint32_t failures_ = 0;  // one bit per exchange, the latest lowest
+  int failed_tasks_ = 0;
+  Instant failing_since_{};
+  bool seen_ = false;
+  bool offline_ = false;
+};
+
+}  // namespace baudgate

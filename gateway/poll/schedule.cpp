@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/schedule.h"
+
+#include <algorithm>
+
+namespace baudgate {
+
+std::size_t Schedule::AddDevice(Duration fast_period, Duration slow_period) {
+  Device device;
+  device.rounds[static_cast<std::size_t>(config::Group::fast)].period = fast_period;
+  device.rounds[static_cast<std::size_t>(config::Group::slow)].period = slow_period;
+  devices_.push_back(std::move(device));
+  return devices_.size() - 1;
+}
+
+void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups) {
+  Device& device = devices_[index];
+  Round& once = device.rounds[static_cast<std::size_t>(config::Group::once)];
+  if (once.active()) once.due = Instant{};
+  for (Round& round : device.rounds) round.queries.clear();
+  for (std::size_t query = 0; query < groups.size(); ++query) {
+    device.rounds[static_cast<std::size_t>(groups[query])].queries.push_back(query);
+  }
+  for (Round& round : device.rounds) round.cursor = round.queries.size();
+}
+
+void Schedule::Restart(std::size_t index, Instant now) {
+  Device& device = devices_[index];
+  device.suspended = false;
+  for (Round& round : device.rounds) {
+    round.due = now;
+    round.cursor = round.queries.size();
+  }
+}
+
+void Schedule::RepeatOnce(std::size_t index, Instant at) {
+  Round& once = devices_[index].rounds[static_cast<std::size_t>(config::Group::once)];
+  if (!once.due) once.due = at;
+}
+
+void Schedule::Suspend(std::size_t index) {
+  Device& device = devices_[index];
+  device.suspended = true;
+  device.doubted = false;
+  for (Round& round : device.rounds) round.cursor = round.queries.size();
+}
+
+void Schedule::Hold(std::size_t index, Instant until) {
+  devices_[index].hold_until = std::max(devices_[index].hold_until, until);
+}
+
+std::uint32_t Schedule::Passed(const Round& round, Instant now) {
+  if (!round.due || *round.due > now || round.period == Duration::zero()) return 0;
+  return static_cast<std::uint32_t>((now - *round.due) / round.period);
+}
+
+std::uint32_t Schedule::Missed(std::size_t index, Instant now) const {
+  const Device& device = devices_[index];
+  std::uint32_t missed = device.missed;
+  if (device.suspended) return missed;
+  for (const Round& round : device.rounds) {
+    if (!round.active() && !round.queries.empty()) missed += Passed(round, now);
+  }
+  return missed;
+}
+
+void Schedule::StartIfDue(Device& device, Round& round, Instant now) {
+  if (round.active() || round.queries.empty() || !round.due || *round.due > now) return;
+  if (round.period == Duration::zero()) {
+    round.due.reset();
+    round.cursor = 0;
+    return;
+  }
+  const std::uint32_t passed = Passed(round, now);
+  *round.due += (std::int64_t{passed} + 1) * round.period;
+  device.missed += passed;
+  round.cursor = 0;
+}
+
+std::optional<Schedule::Pick> Schedule::Next(Instant now, bool sure_first) {
+  const bool skip_doubted = sure_first && SureDue(now);
+  Device* best_device = nullptr;
+  Round* best = nullptr;
+  for (Device& device : devices_) {
+    if (device.suspended || (skip_doubted && device.doubted)) continue;
+    for (Round& round : device.rounds) {
+      StartIfDue(device, round, now);
+      if (!round.active() || device.hold_until > now) continue;
+      if (best == nullptr || round.turn < best->turn) {
+        best = &round;
+        best_device = &device;
+      }
+    }
+  }
+  if (best == nullptr) return std::nullopt;
+  Pick pick;
+  pick.device = static_cast<std::size_t>(best_device - devices_.data());
+  pick.group = static_cast<config::Group>(best - best_device->rounds.data());
+  pick.query = best->queries[best->cursor++];
+  pick.last_of_round = !best->active();
+  best->turn = ++turn_;
+  return pick;
+}
+
+std::optional<Instant> Schedule::DueAt(const Device& device, const Round& round) {
+  if (device.suspended) return std::nullopt;
+  if (round.active()) return device.hold_until;
+  if (!round.due || round.queries.empty()) return std::nullopt;
+  return std::max(*round.due, device.hold_until);
+}
+
+bool Schedule::SureDue(Instant now) const {
+  return std::ranges::any_of(devices_, [now](const Device& device) {
+    if (device.doubted) return false;
+    return std::ranges::any_of(device.rounds, [&](const Round& round) {
+      const auto due = DueAt(device, round);
+      return due && *due <= now;
+    });
+  });
+}
+
+std::optional<Instant> Schedule::NextDue() const {
+  std::optional<Instant> soonest;
+  for (const Device& device : devices_) {
+    for (const Round& round : device.rounds) {
+      const auto due = DueAt(device, round);
+      if (due && (!soonest || *due < *soonest)) soonest = due;
+    }
+  }
+  return soonest;
+}
+
+}  // namespace baudgate

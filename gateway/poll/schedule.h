@@ -1,0 +1,90 @@
+// Which device is asked for what, and when: periods on a fixed grid, fair and without starvation.
+// Knows nothing of bytes, lines or clocks; gateway/poll/poller.cpp asks it whenever the line is
+// idle.
+//
+// A group of a device that is due starts a *round* over its queries. All rounds in progress take
+// turns, one query each, the one that has waited longest first: no device and no group can starve
+// another. A round that begins late keeps its period as long as the next one has not come; periods
+// that passed whole are missed: counted, skipped, never queued up.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "config/model/point.h"
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+class Schedule {
+ public:
+  struct Pick {
+    std::size_t device = 0;
+    std::size_t query = 0;
+    config::Group group = config::Group::fast;
+    bool last_of_round = false;
+  };
+
+  /// A device without queries until SetQueries. Devices are numbered from 0.
+  std::size_t AddDevice(Duration fast_period, Duration slow_period);
+
+  /// The groups of the device's queries, in the order of asking. Rounds in progress end; that of
+  /// what is read once starts again.
+  void SetQueries(std::size_t device, std::vector<config::Group> groups);
+
+  /// All groups of the device are due at once, or when its hold ends: the port opened, or the
+  /// device came back.
+  void Restart(std::size_t device, Instant now);
+  /// Nothing of the device is due until Restart: it is offline or disabled.
+  void Suspend(std::size_t device);
+  /// What is read once is due again at `at`: some of it could not be read.
+  void RepeatOnce(std::size_t device, Instant at);
+  /// Its last exchange failed: others may go first. Suspend forgets it.
+  void Doubt(std::size_t device, bool doubted) { devices_[device].doubted = doubted; }
+  bool doubted(std::size_t device) const { return devices_[device].doubted; }
+  /// Nothing of the device is picked before `until`; its rounds wait.
+  void Hold(std::size_t device, Instant until);
+
+  /// The query to send now, if one is due. `sure_first`: of a doubted device only if no other is.
+  std::optional<Pick> Next(Instant now, bool sure_first = false);
+  /// Whether one of a device that is not doubted is due.
+  bool SureDue(Instant now) const;
+  /// When Next will have something; nothing when no device is active. May lie in the past.
+  std::optional<Instant> NextDue() const;
+
+  Instant held_until(std::size_t device) const { return devices_[device].hold_until; }
+
+  /// Periods of the device that were skipped, with those that have passed whole since it was due.
+  std::uint32_t Missed(std::size_t device, Instant now) const;
+
+ private:
+  static constexpr std::size_t kGroups = 3;  // once, slow, fast: as in config::Group
+
+  struct Round {
+    std::vector<std::size_t> queries;
+    Duration period{};           // zero: once
+    std::optional<Instant> due;  // start of the next round; nothing: not again
+    std::size_t cursor = 0;      // next query; queries.size(): no round in progress
+    std::uint64_t turn = 0;      // when it was last served, counted in picks
+    bool active() const { return cursor < queries.size(); }
+  };
+  struct Device {
+    std::array<Round, kGroups> rounds;
+    Instant hold_until{};
+    bool suspended = true;
+    bool doubted = false;
+    std::uint32_t missed = 0;
+  };
+
+  static std::uint32_t Passed(const Round& round, Instant now);
+  static void StartIfDue(Device& device, Round& round, Instant now);
+  static std::optional<Instant> DueAt(const Device& device, const Round& round);
+
+  std::vector<Device> devices_;
+  std::uint64_t turn_ = 0;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,36 @@
+// What may be done to lines while they run: lend a port, take a device out of use, look at the
+// bytes. Implemented by gateway/daemon/daemon.cpp, used by gateway/control (the local socket). All
+// calls are thread-safe. Lines are numbered as in the configuration, devices as in the point store.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "gateway/base/result.h"
+#include "gateway/base/time.h"
+#include "gateway/trace/trace_text.h"
+
+namespace baudgate {
+
+class LineControl {
+ public:
+  virtual ~LineControl() = default;
+  /// Closes the port so that another program may have it, and opens it again after `time`; a second
+  /// call counts anew. The line's points are out of service meanwhile.
+  virtual void Release(std::uint32_t line, Duration time) = 0;
+  /// Ends a release at once.
+  virtual void TakeBack(std::uint32_t line) = 0;
+  /// A device that is not in use is not asked, and its points are out of service. Not kept over a
+  /// restart: `enabled: false` in the configuration is for that.
+  virtual void SetInUse(std::uint32_t device, bool in_use) = 0;
+  /// Records of the line from now on, until the queue is given back. `wake` is called from the
+  /// line's thread when the empty queue gets its first record; it must not block.
+  virtual std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) = 0;
+  /// What the flight recorder holds of the line, oldest first.
+  virtual std::vector<TraceRecord> Recorded(std::uint32_t line) = 0;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,54 @@
+// A Modbus request that the gateway passes on as it is, and the reply on its way back: what
+// transparent routes hand to a line (gateway/daemon/line_runner.h) or to a Modbus TCP server
+// elsewhere (gateway/modbus/upstream/upstream.h).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "config/model/listener.h"
+#include "gateway/base/bytes.h"
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+struct RoutedReply {
+  /// ok: `pdu` is the slave's reply. refused: `pdu` is the exception that the slave itself
+  /// answered. Anything else: there was no good reply, `pdu` is empty and `reason` says why.
+  Outcome outcome = Outcome::none;
+  Bytes pdu;
+  std::string reason;
+  bool sent = false;    ///< false: it waited in the queue beyond its deadline, or was not let in
+  bool shared = false;  ///< answered by an exchange that an identical read of another caused
+  Duration waited{};    ///< from Submit to the first byte out
+};
+
+struct RoutedRequest {
+  std::uint64_t client = 0;  ///< who asks; clients of one priority are served in turn
+  std::uint8_t slave = 0;    ///< address on the line, or unit id at the server; 0: all, no reply
+  Bytes pdu;                 ///< function code and data, 1…253 bytes
+  config::Priority priority = config::Priority::normal;
+  Instant arrived;
+  Instant deadline;  ///< not sent later; answered no_reply when it passes
+  // The line's own: its place among all writes to the line, and how often it was sent in vain.
+  std::uint64_t sequence = 0;
+  int tries = 0;
+  /// Called exactly once, on any thread, unless Submit said no or Forget came first.
+  std::function<void(RoutedReply)> done;
+};
+
+/// All calls from any thread.
+class RouteTarget {
+ public:
+  virtual ~RouteTarget() = default;
+  /// False: the queue is full, or the target is stopping; `done` is not called.
+  virtual bool Submit(RoutedRequest request) = 0;
+  /// The client has left: what it still waits for is not sent, and `done` is not called. An
+  /// exchange under way ends as it may.
+  virtual void Forget(std::uint64_t client) = 0;
+};
+
+}  // namespace baudgate

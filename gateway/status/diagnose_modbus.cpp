@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/status/diagnose_modbus.h"
+
+#include <fmt/format.h>
+
+#include "gateway/base/shown.h"
+
+namespace baudgate::control {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+constexpr const char* kCheckWire = "check bit rate, parity and wiring";
+
+/// What an open port hears, or does not.
+std::string Silence(const modbus::MasterStatus& master, WallTime now) {
+  const bool never = master.last_frame == WallTime{};
+  const Duration silent = now - (never ? master.since : master.last_frame);
+  if (silent < kSilentMaster) return {};
+  if (!never)
+    return fmt::format("no request for {}: does the master still poll?", FormatAge(silent));
+  if (master.damaged == 0) {
+    return fmt::format("not a byte was heard for {}: does the master poll, are A and B swapped?",
+                       FormatAge(silent));
+  }
+  return fmt::format("bytes, but no whole request for {}: {} ({})", FormatAge(silent), kCheckWire,
+                     master.text);
+}
+
+}  // namespace
+
+Sentences DiagnoseMaster(const modbus::MasterStatus& master, WallTime now) {
+  if (!master.is_open) {
+    return {fmt::format("port closed for {}: {}; it is tried again until it works",
+                        FormatAge(now - master.since), master.text)};
+  }
+  if (const std::string silence = Silence(master, now); !silence.empty()) return {silence};
+  const auto heard = static_cast<double>(master.frames + master.damaged);
+  if (heard == 0 || static_cast<double>(master.damaged) / heard < kNotableDamage) return {};
+  return {fmt::format("{} of {} frames were damaged and not answered: {} ({})", master.damaged,
+                      master.frames + master.damaged, kCheckWire, master.text)};
+}
+
+Sentences DiagnoseRoute(const modbus::RouteStatus& route, WallTime now) {
+  Sentences found;
+  const std::uint64_t failed = route.no_reply + route.expired + route.busy;
+  if (failed > 0) {
+    found.push_back(fmt::format("{} of {} requests had no good reply, the last {} ago: {}", failed,
+                                route.requests, FormatAge(now - route.last_trouble_at),
+                                route.last_trouble));
+  }
+  if (route.late > 0) {
+    found.push_back(fmt::format(
+        "{} replies came after their deadline and were dropped: raise the route's deadline",
+        route.late));
+  }
+  return found;
+}
+
+}  // namespace baudgate::control

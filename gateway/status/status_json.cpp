@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/status/status_json.h"
+
+#include <cmath>
+#include <vector>
+
+#include "gateway/status/diagnose.h"
+#include "gateway/status/json_time.h"
+#include "gateway/status/traffic_json.h"
+
+namespace baudgate::control {
+namespace {
+
+std::int64_t Milliseconds(Duration duration) { return duration / 1ms; }
+std::int64_t Microseconds(Duration duration) { return duration / 1us; }
+
+template <typename Counts>
+Json OutcomesJson(const Counts& counts) {
+  Json json = Json::object();
+  for (std::size_t i = 1; i < kOutcomeCount; ++i) {
+    json[std::string(Name(static_cast<Outcome>(i)))] = counts[i];
+  }
+  return json;
+}
+
+Json RecentJson(const RecentOutcomes& recent) {
+  Json json = {{"exchanges", recent.size()}};
+  for (std::size_t i = 1; i < kOutcomeCount; ++i) {
+    const auto outcome = static_cast<Outcome>(i);
+    json[std::string(Name(outcome))] = recent.Count(outcome);
+  }
+  return json;
+}
+
+Json RoundTripsJson(const RoundTrips& trips) {
+  Json json;
+  json["count"] = trips.count();
+  json["last_us"] = Microseconds(trips.last());
+  json["mean_us"] = Microseconds(trips.mean());
+  json["p50_us"] = Microseconds(trips.Percentile(0.5));
+  json["p99_us"] = Microseconds(trips.Percentile(0.99));
+  Json& histogram = json["histogram"] = Json::array();
+  for (std::size_t bucket = 0; bucket < RoundTrips::kBuckets; ++bucket) {
+    const std::uint64_t count = trips.buckets()[bucket];
+    if (count == 0) continue;
+    histogram.push_back(
+        {{"up_to_us", Microseconds(RoundTrips::UpperEdge(bucket))}, {"count", count}});
+  }
+  return json;
+}
+
+std::string_view Name(LineStatus::Port port) {
+  constexpr std::string_view kNames[] = {"closed", "open", "released"};
+  return kNames[static_cast<std::size_t>(port)];
+}
+
+Json ValueJson(const Value& value) {
+  if (const auto* flag = std::get_if<bool>(&value)) return *flag;
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return *whole;
+  if (const auto* counter = std::get_if<std::uint64_t>(&value)) return *counter;
+  if (const auto* text = std::get_if<std::string>(&value)) return *text;
+  const auto* number = std::get_if<double>(&value);
+  return number != nullptr && std::isfinite(*number) ? Json(*number) : Json(nullptr);
+}
+
+Json AgeJson(std::optional<Duration> age) { return age ? Json(Milliseconds(*age)) : Json(nullptr); }
+
+Json PointsJson(const DeviceRecord& record, Instant now) {
+  std::size_t good = 0;
+  std::size_t uncertain = 0;
+  std::size_t bad = 0;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    const Quality quality = QualityAt(record, i, now);
+    ++(IsGood(quality) ? good : IsUncertain(quality) ? uncertain : bad);
+  }
+  return {{"count", record.points.size()}, {"good", good}, {"uncertain", uncertain}, {"bad", bad}};
+}
+
+Json ValuesJson(const DeviceRecord& record, Instant now) {
+  Json values = Json::array();
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    const config::Point& point = record.device->points[i];
+    const Quality quality = QualityAt(record, i, now);
+    Json value;
+    value["point"] = point.name;
+    value["value"] = ValueJson(record.points[i].value);
+    value["unit"] = point.unit;
+    value["quality"] = static_cast<int>(quality);
+    value["quality_text"] = Name(quality);
+    value["age_ms"] = AgeJson(AgeAt(record, i, now));
+    values.push_back(std::move(value));
+  }
+  return values;
+}
+
+struct View {
+  const GatewayInfo& info;
+  Now now;
+  bool with_values = false;
+};
+
+Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDevices& devices,
+                const View& view) {
+  const DeviceStatus& status = record.status;
+  Json json;
+  json["name"] = record.device->name;
+  json["address"] = record.device->address;
+  json["protocol"] = record.device->protocol;
+  json["profile"] = record.device->profile;
+  json["unit"] = record.device->unit ? Json(*record.device->unit) : Json(nullptr);
+  json["state"] = Name(status.state);
+  json["last_outcome"] = Name(status.last_outcome);
+  json["last_reason"] = status.last_reason;
+  json["last_ok"] = TimeJson(status.last_ok_wall);
+  json["age_ms"] =
+      AgeJson(status.last_ok ? std::optional(view.now.instant - *status.last_ok) : std::nullopt);
+  json["exchanges"] = status.exchanges;
+  json["outcomes"] = OutcomesJson(status.outcomes);
+  json["retries"] = status.retries;
+  json["missed"] = status.missed;
+  json["late"] = status.late;
+  json["lateness_ms"] = Milliseconds(status.lateness);
+  json["doubled"] = status.doubled;
+  json["copies"] = status.copies;
+  json["recent"] = RecentJson(status.recent);
+  json["busy_ms"] = Milliseconds(status.busy);
+  json["round_trips"] = RoundTripsJson(status.round_trips);
+  json["points"] = PointsJson(record, view.now.instant);
+  if (view.with_values) json["values"] = ValuesJson(record, view.now.instant);
+  json["advice"] = Diagnose(line, record, devices, view.now, view.info.started);
+  return json;
+}
+
+void AddCounters(const LineStatus& status, Json& json) {
+  json["use"] = status.use;
+  json["exchanges"] = status.exchanges;
+  json["outcomes"] = OutcomesJson(status.outcomes);
+  json["bytes_in"] = status.bytes_in;
+  json["bytes_out"] = status.bytes_out;
+  json["stray_bytes"] = status.stray_bytes;
+  json["late"] = status.late;
+  json["collisions"] = status.collisions;
+  json["echoes"] = status.echoes;
+  json["probes"] = status.probes;
+  json["busy_ms"] = Milliseconds(status.busy);
+  json["parity_errors"] = status.parity_errors;
+  json["framing_errors"] = status.framing_errors;
+  json["overruns"] = status.overruns;
+  json["notice_bound_ms"] = status.notice_bound > Duration::zero()
+                                ? Json(Milliseconds(status.notice_bound))
+                                : Json(nullptr);
+  json["round_trips"] = RoundTripsJson(status.round_trips);
+}
+
+Json LineJson(const config::Config& config, const PointStore& store, Target target,
+              const View& view) {
+  const config::Line& line = config.lines[target.line];
+  const LineStatus status = store.ReadLine(target.line);
+  const std::uint32_t first = FirstDevice(config, target.line);
+  std::vector<DeviceRecord> records(line.devices.size());  // copies: the line must not wait
+  for (std::uint32_t i = 0; i < records.size(); ++i) {
+    store.Read(first + i, [&](const DeviceRecord& held) { records[i] = held; });
+  }
+  const LineDevices together = LookAt(records, view.now, view.info.started);
+  Json devices = Json::array();
+  for (std::uint32_t i = 0; i < records.size(); ++i) {
+    if (target.device && first + i != *target.device) continue;
+    devices.push_back(DeviceJson(status, records[i], together, view));
+  }
+  Json json;
+  json["name"] = line.name;
+  json["protocol"] = line.protocol;
+  json["port"] = line.port;
+  json["serial"] = line.serial.ToString();
+  json["port_state"] = Name(status.port);
+  json["port_text"] = status.port_text;
+  json["port_since"] = TimeJson(status.port_since);
+  json["released_until"] =
+      status.port == LineStatus::Port::released ? TimeJson(status.released_until) : Json(nullptr);
+  json["times_lost"] = status.times_lost;
+  AddCounters(status, json);
+  json["advice"] = DiagnoseLine(line, status, together, view.now);
+  json["devices"] = std::move(devices);
+  return json;
+}
+
+}  // namespace
+
+Json StatusJson(const config::Config& config, const PointStore& store, const GatewayInfo& info,
+                const std::optional<Target>& target, Now now) {
+  const View view{info, now, target && target->device};
+  Json json;
+  json["gateway"] = config.name;
+  json["version"] = info.version;
+  json["time"] = FormatWallTime(now.wall);
+  json["uptime_ms"] = Milliseconds(now.instant - info.started);
+  Json& lines = json["lines"] = Json::array();
+  for (std::uint32_t line = 0; line < config.lines.size(); ++line) {
+    if (target && target->line != line) continue;
+    lines.push_back(LineJson(config, store, target.value_or(Target{line}), view));
+  }
+  const auto traffic = info.traffic ? info.traffic->Traffic() : modbus::TrafficStatus{};
+  json["modbus"] =
+      TrafficJson(traffic, target ? config.lines[target->line].name : std::string(), now.wall);
+  return json;
+}
+
+}  // namespace baudgate::control

@@ -1,0 +1,28 @@
+// What a running gateway knows of itself, its lines and its devices, as one JSON object: the answer
+// to `baudgate status`. docs/status.md has it field by field; fields are only ever added.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "gateway/modbus/desk/traffic.h"
+#include "gateway/status/target.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate::control {
+
+using Json = nlohmann::ordered_json;
+
+struct GatewayInfo {
+  std::string version;
+  Instant started{};                               ///< when the lines began to poll
+  const modbus::TrafficSource* traffic = nullptr;  ///< null: no Modbus server
+};
+
+/// Everything; or one line; or one device, and then with its values.
+Json StatusJson(const config::Config& config, const PointStore& store, const GatewayInfo& info,
+                const std::optional<Target>& target, Now now);
+
+}  // namespace baudgate::control

@@ -1,0 +1,28 @@
+// Which line or device a user means by "bay-1" or "bay-1.feeder-1".
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "config/model/config.h"
+#include "gateway/base/result.h"
+
+namespace baudgate::control {
+
+struct Target {
+  std::uint32_t line = 0;                 ///< as in the configuration
+  std::optional<std::uint32_t> device{};  ///< as in the point store; nothing: the whole line
+};
+
+/// The error names what there is, and what was probably meant.
+Result<Target> FindTarget(const config::Config& config, std::string_view text);
+
+/// The device of that name on that line.
+Result<Target> FindDevice(const config::Config& config, std::uint32_t line, std::string_view name);
+
+/// Index in the point store of the line's first device.
+std::uint32_t FirstDevice(const config::Config& config, std::uint32_t line);
+
+}  // namespace baudgate::control

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/store/change_feed.h"
+
+namespace baudgate {
+
+ChangeFeed::ChangeFeed(std::span<const std::size_t> points_per_device)
+    : device_pending_(points_per_device.size(), false) {
+  point_pending_.reserve(points_per_device.size());
+  for (const std::size_t count : points_per_device) point_pending_.emplace_back(count, false);
+}
+
+void ChangeFeed::MarkPoints(std::uint32_t device, std::span<const std::uint32_t> points) {
+  {
+    const std::lock_guard lock(mutex_);
+    std::vector<bool>& pending = point_pending_[device];
+    for (const std::uint32_t point : points) {
+      if (pending[point]) continue;
+      pending[point] = true;
+      pending_.points.push_back({device, point});
+    }
+  }
+  changed_.notify_one();
+}
+
+void ChangeFeed::MarkDevice(std::uint32_t device) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (device_pending_[device]) return;
+    device_pending_[device] = true;
+    pending_.devices.push_back(device);
+  }
+  changed_.notify_one();
+}
+
+void ChangeFeed::Drain(Duration timeout, Changes& out) {
+  out.points.clear();
+  out.devices.clear();
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, timeout, [this] { return woken_ || !pending_.empty(); });
+  woken_ = false;
+  std::swap(out, pending_);
+  for (const PointRef& ref : out.points) point_pending_[ref.device][ref.point] = false;
+  for (const std::uint32_t device : out.devices) device_pending_[device] = false;
+}
+
+void ChangeFeed::Wake() {
+  {
+    const std::lock_guard lock(mutex_);
+    woken_ = true;
+  }
+  changed_.notify_one();
+}
+
+}  // namespace baudgate

@@ -1,0 +1,99 @@
+// What the gateway knows of a device beside its values: state, counters, round trips.
+// Written by gateway/poll/poller.cpp, held by gateway/store/point_store.h, shown by every output.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+/// The numbers are a public contract (register 9000, DDS).
+enum class DeviceState : std::uint8_t {
+  never_seen = 0,
+  online = 1,
+  degraded = 2,  ///< answers, but not every time
+  offline = 3,
+  disabled = 4,
+};
+
+constexpr std::string_view Name(DeviceState state) {
+  constexpr std::string_view kNames[] = {"never seen", "online", "degraded", "offline", "disabled"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
+/// Round trips in buckets a quarter of an octave wide from 64 us to over a minute: bounded memory,
+/// and a percentile within 19 %.
+class RoundTrips {
+ public:
+  void Add(Duration round_trip);
+  std::uint64_t count() const { return count_; }
+  Duration last() const { return last_; }
+  Duration mean() const;
+  /// 0 < share <= 1; the upper edge of the bucket in which that share of round trips has ended.
+  Duration Percentile(double share) const;
+
+  static constexpr std::size_t kBuckets = 84;
+  /// How many round trips fell into each bucket.
+  const std::array<std::uint64_t, kBuckets>& buckets() const { return buckets_; }
+  /// The longest round trip that belongs into the bucket; the last bucket takes all longer ones
+  /// too.
+  static Duration UpperEdge(std::size_t bucket);
+
+ private:
+  static std::size_t BucketOf(Duration round_trip);
+
+  std::array<std::uint64_t, kBuckets> buckets_{};
+  std::uint64_t count_ = 0;
+  Duration sum_{};
+  Duration last_{};
+};
+
+/// How the latest exchanges ended, for a judgement of how things are now. Probes of an absent
+/// device are not among them.
+class RecentOutcomes {
+ public:
+  static constexpr std::size_t kKept = 64;
+
+  void Add(Outcome outcome) { outcomes_[count_++ % kKept] = outcome; }
+  /// Of the exchanges kept, at most kKept.
+  std::size_t size() const { return std::min(count_, kKept); }
+  std::size_t Count(Outcome outcome) const {
+    return static_cast<std::size_t>(std::count(
+        outcomes_.begin(), outcomes_.begin() + static_cast<std::ptrdiff_t>(size()), outcome));
+  }
+
+ private:
+  std::array<Outcome, kKept> outcomes_{};
+  std::size_t count_ = 0;
+};
+
+struct DeviceStatus {
+  DeviceState state = DeviceState::never_seen;
+  Outcome last_outcome = Outcome::none;
+  std::string last_reason;  ///< of the last outcome that was not ok
+  std::optional<Instant> last_ok;
+  WallTime last_ok_wall{};
+  std::uint32_t exchanges = 0;
+  std::array<std::uint32_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
+  std::uint32_t retries = 0;
+  std::uint32_t missed = 0;   ///< poll periods skipped because the line had no time
+  std::uint32_t late = 0;     ///< exchanges without a reply that bytes followed after their end
+  Duration lateness{};        ///< how long after, the last time
+  std::uint32_t doubled = 0;  ///< exchanges behind whose reply came another, different one
+  std::uint32_t copies = 0;   ///< exchanges behind whose reply came the same again
+  RecentOutcomes recent;
+  Duration busy{};  ///< the line time of its exchanges and of the silences after them
+  RoundTrips round_trips;
+
+  std::uint32_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }
+};
+
+}  // namespace baudgate

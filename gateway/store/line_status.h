@@ -1,0 +1,50 @@
+// What the gateway knows of a line beside its devices: port, counters, round trips, line use.
+// Written by gateway/poll/poller.cpp (exchanges) and gateway/daemon/line_runner.cpp (port), held by
+// gateway/store/point_store.h, shown by `baudgate status`.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/store/device_status.h"
+
+namespace baudgate {
+
+/// Of exchanges, since the start; bounded by their types only.
+struct LineCounters {
+  std::uint64_t exchanges = 0;
+  std::array<std::uint64_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
+  std::uint64_t bytes_in = 0;                           ///< without the echo that was taken out
+  std::uint64_t bytes_out = 0;
+  std::uint64_t stray_bytes = 0;  ///< came when no exchange was under way
+  std::uint64_t late = 0;         ///< exchanges without a reply that bytes followed after their end
+  std::uint64_t collisions = 0;   ///< echo: verify: the echo differed or was missing
+  std::uint64_t echoes = 0;       ///< echo: off: the request itself came back
+  std::uint64_t probes = 0;       ///< exchanges with devices that do not answer
+  Duration busy{};                ///< in exchanges and drains
+  RoundTrips round_trips;
+
+  std::uint64_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }
+};
+
+struct LineStatus : LineCounters {
+  enum class Port : std::uint8_t { closed, open, released } port = Port::closed;
+  std::string port_text;  ///< open: "serial /dev/ttyUSB0 9600 7E1"; else why it is closed
+  WallTime port_since{};  ///< when `port` last changed
+  WallTime released_until{};
+  std::uint32_t times_lost = 0;  ///< how often the open port was lost
+  /// Errors that the driver counts since the port was opened; zero where it does not.
+  std::uint32_t parity_errors = 0;
+  std::uint32_t framing_errors = 0;
+  std::uint32_t overruns = 0;
+
+  double use = 0;  ///< part of the last full minute, or of the first, that the line was busy
+  Duration notice_bound{};  ///< an absent device that returns is noticed after at most so long;
+                            ///< zero: none is absent (docs/timeouts.md has the formula)
+};
+
+}  // namespace baudgate

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/store/point_store.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace baudgate {
+namespace {
+
+/// A point that is read once only does not age.
+AgeLimits LimitsOf(const config::Device& device, config::Group group, Duration line_cycle) {
+  if (group == config::Group::once) return {};
+  const Duration period = group == config::Group::fast ? device.poll : device.slow;
+  AgeLimits limits;
+  limits.max_age = std::max(device.max_age.value_or(3 * period), 2 * line_cycle);
+  limits.dead_age = std::max(device.dead_age.value_or(3 * limits.max_age), limits.max_age);
+  return limits;
+}
+
+/// By config::Group.
+std::array<AgeLimits, 3> AllLimits(const config::Device& device, Duration line_cycle) {
+  std::array<AgeLimits, 3> limits;
+  for (const config::Group group :
+       {config::Group::once, config::Group::slow, config::Group::fast}) {
+    limits[static_cast<std::size_t>(group)] = LimitsOf(device, group, line_cycle);
+  }
+  return limits;
+}
+
+const AgeLimits& LimitsAt(const DeviceRecord& record, std::size_t point) {
+  return record.age_limits[static_cast<std::size_t>(record.device->points[point].group)];
+}
+
+/// What the last reading said, made worse by doubt and age.
+Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now) {
+  const PointRecord& held = record.points[point];
+  if (!held.read_at) return Quality::bad_waiting;
+  const Quality known = std::min(held.reported, held.at_best);  // worse ones are smaller
+  if (IsBad(known)) return known;
+  const AgeLimits& limits = LimitsAt(record, point);
+  const Duration age = now - *held.read_at;
+  if (age > limits.dead_age) return Quality::bad_communication;
+  if (age > limits.max_age) return Quality::uncertain_last_usable;
+  return known;
+}
+
+}  // namespace
+
+Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now) {
+  switch (record.override_quality) {
+    case Override::out_of_service:
+      return Quality::bad_out_of_service;
+    case Override::not_connected:
+      return Quality::bad_not_connected;
+    case Override::offline:
+      return Quality::bad_communication;
+    case Override::none:
+      break;
+  }
+  return AgedQuality(record, point, now);
+}
+
+std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now) {
+  const auto& read_at = record.points[point].read_at;
+  if (!read_at) return std::nullopt;
+  return now - *read_at;
+}
+
+std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point, Instant now) {
+  if (record.override_quality != Override::none) return std::nullopt;
+  const PointRecord& held = record.points[point];
+  if (!held.read_at || IsBad(std::min(held.reported, held.at_best))) return std::nullopt;
+  const AgeLimits& limits = LimitsAt(record, point);
+  for (const Duration limit : {limits.max_age, limits.dead_age}) {
+    if (limit == Duration::max()) continue;
+    const Instant due = *held.read_at + limit + 1ns;
+    if (due > now) return due;
+  }
+  return std::nullopt;
+}
+
+PointStore::PointStore(const config::Config& config) : config_(config) {
+  for (const config::Line& line : config.lines) {
+    lines_.push_back(std::make_unique<LineEntry>());
+    for (const config::Device& device : line.devices) {
+      auto entry = std::make_unique<Entry>();
+      entry->record.line = &line;
+      entry->record.device = &device;
+      entry->record.points.resize(device.points.size());
+      entry->record.age_limits = AllLimits(device, Duration::zero());
+      entry->announced.assign(device.points.size(), Quality::bad_waiting);
+      if (!device.enabled) {
+        entry->record.override_quality = Override::out_of_service;
+        entry->record.status.state = DeviceState::disabled;
+      }
+      devices_.push_back(std::move(entry));
+    }
+  }
+}
+
+void PointStore::Read(std::uint32_t device,
+                      const std::function<void(const DeviceRecord&)>& look) const {
+  const Entry& entry = *devices_[device];
+  const std::lock_guard lock(entry.mutex);
+  look(entry.record);
+}
+
+void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, Now at,
+                        Duration round_trip) {
+  Entry& entry = *devices_[device];
+  std::vector<std::uint32_t> changed;
+  changed.reserve(samples.size());
+  {
+    const std::lock_guard lock(entry.mutex);
+    ++entry.record.version;
+    for (const Sample& sample : samples) {
+      PointRecord& held = entry.record.points[sample.point];
+      // Under a bad quality the value is not one: the last good one stays.
+      if (HasValue(sample.value) && !IsBad(sample.quality)) held.value = sample.value;
+      held.reported = sample.quality;
+      held.at_best = Quality::good;
+      held.read_at = at.instant;
+      held.source_time = at.wall;
+      held.rtt_us = static_cast<std::uint32_t>(round_trip / 1us);
+      ++held.seq;
+      changed.push_back(sample.point);
+      entry.announced[sample.point] = QualityAt(entry.record, sample.point, at.instant);
+      ScheduleAgeing(entry, sample.point, at.instant);
+    }
+  }
+  Announce(device, changed);
+}
+
+void PointStore::Doubt(std::uint32_t device, std::span<const std::size_t> points, Instant now) {
+  Entry& entry = *devices_[device];
+  std::vector<std::uint32_t> changed;
+  {
+    const std::lock_guard lock(entry.mutex);
+    ++entry.record.version;
+    for (const std::size_t point : points) {
+      PointRecord& held = entry.record.points[point];
+      if (!IsGood(held.reported)) continue;
+      held.at_best = std::min(held.at_best, Quality::uncertain);
+      changed.push_back(static_cast<std::uint32_t>(point));
+      entry.announced[point] = QualityAt(entry.record, point, now);
+      ScheduleAgeing(entry, point, now);
+    }
+  }
+  Announce(device, changed);
+}
+
+void PointStore::SetOverride(std::uint32_t device, Override why) {
+  Entry& entry = *devices_[device];
+  {
+    const std::lock_guard lock(entry.mutex);
+    if (entry.record.override_quality == why) return;
+    entry.record.override_quality = why;
+    ++entry.record.version;
+    // An override has one quality at any age; when it ends, age decides again: the next Age looks.
+    if (why != Override::none) {
+      for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
+        entry.announced[point] = QualityAt(entry.record, point, Instant());
+      }
+    }
+    entry.next_ageing = Instant::min();
+  }
+  std::vector<std::uint32_t> all(entry.record.points.size());
+  std::iota(all.begin(), all.end(), 0U);
+  Announce(device, all);
+}
+
+void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now) {
+  Entry& entry = *devices_[device];
+  const std::lock_guard lock(entry.mutex);
+  const auto before = entry.record.age_limits;
+  const auto after = AllLimits(*entry.record.device, cycle);
+  if (after == before) return;
+  // What was too old stays so until it is read again.
+  for (std::size_t point = 0; point < entry.record.points.size(); ++point) {
+    PointRecord& held = entry.record.points[point];
+    if (held.read_at) held.at_best = AgedQuality(entry.record, point, now);
+  }
+  entry.record.age_limits = after;
+  ++entry.record.version;
+  entry.next_ageing = Instant::min();  // some may age sooner now
+}
+
+void PointStore::UpdateStatus(std::uint32_t device,
+                              const std::function<void(DeviceStatus&)>& change) {
+  Entry& entry = *devices_[device];
+  {
+    const std::lock_guard lock(entry.mutex);
+    change(entry.record.status);
+  }
+  for (const auto& feed : feeds_) feed->MarkDevice(device);
+}
+
+std::uint32_t PointStore::LineIndex(const config::Line& line) const {
+  return static_cast<std::uint32_t>(&line - config_.lines.data());
+}
+
+LineStatus PointStore::ReadLine(std::uint32_t line) const {
+  const std::lock_guard lock(lines_[line]->mutex);
+  return lines_[line]->status;
+}
+
+void PointStore::UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change) {
+  const std::lock_guard lock(lines_[line]->mutex);
+  change(lines_[line]->status);
+}
+
+std::shared_ptr<ChangeFeed> PointStore::Subscribe() {
+  std::vector<std::size_t> counts;
+  for (const auto& entry : devices_) counts.push_back(entry->record.points.size());
+  feeds_.push_back(std::make_shared<ChangeFeed>(counts));
+  return feeds_.back();
+}
+
+void PointStore::Age(Instant now) {
+  for (std::uint32_t device = 0; device < devices_.size(); ++device) {
+    Entry& entry = *devices_[device];
+    std::vector<std::uint32_t> aged;
+    {
+      const std::lock_guard lock(entry.mutex);
+      if (now < entry.next_ageing) continue;
+      entry.next_ageing = Instant::max();
+      for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
+        const Quality quality = QualityAt(entry.record, point, now);
+        if (quality != entry.announced[point]) aged.push_back(point);
+        entry.announced[point] = quality;
+        ScheduleAgeing(entry, point, now);
+      }
+    }
+    Announce(device, aged);
+  }
+}
+
+void PointStore::Announce(std::uint32_t device, std::span<const std::uint32_t> points) {
+  if (points.empty()) return;
+  for (const auto& feed : feeds_) feed->MarkPoints(device, points);
+}
+
+void PointStore::ScheduleAgeing(Entry& entry, std::size_t point, Instant now) {
+  const auto due = NextAgeing(entry.record, point, now);
+  if (due) entry.next_ageing = std::min(entry.next_ageing, *due);
+}
+
+}  // namespace baudgate

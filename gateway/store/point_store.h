@@ -1,0 +1,140 @@
+// The latest value of every point with its quality and time, and the status of every device: the
+// one meeting place of lines (which write) and outputs (which read). Thread-safe. Each device has
+// one lock, so all that a reader sees of a device belongs together.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/base/quality.h"
+#include "gateway/base/time.h"
+#include "gateway/base/value.h"
+#include "gateway/store/change_feed.h"
+#include "gateway/store/device_status.h"
+#include "gateway/store/line_status.h"
+
+namespace baudgate {
+
+/// A reading after conversion (gateway/store/conversion.h), ready to store. No value: the last one
+/// is kept.
+struct Sample {
+  std::uint32_t point = 0;
+  Value value;
+  Quality quality = Quality::good;
+};
+
+struct PointRecord {
+  Value value;                              ///< the last that was not bad; nothing before it
+  Quality reported = Quality::bad_waiting;  ///< as the last reading said, before age and state
+  Quality at_best = Quality::good;          ///< until the next reading: it was doubted or too old
+  std::optional<Instant> read_at;           ///< end of the reply, monotonic
+  WallTime source_time{};                   ///< end of the reply, civil
+  std::uint64_t seq = 0;                    ///< counts the readings of this point
+  std::uint32_t rtt_us = 0;                 ///< round trip of the exchange that read it
+};
+
+/// From which ages values of one group are doubted and given up.
+struct AgeLimits {
+  Duration max_age = Duration::max();
+  Duration dead_age = Duration::max();
+
+  bool operator==(const AgeLimits&) const = default;
+};
+
+/// Why all values of a device are out of order, whatever their age; none = they are not.
+enum class Override : std::uint8_t { none, out_of_service, not_connected, offline };
+
+struct DeviceRecord {
+  const config::Line* line = nullptr;
+  const config::Device* device = nullptr;
+  std::vector<PointRecord> points;  ///< as device->points
+  DeviceStatus status;
+  Override override_quality = Override::none;
+  std::array<AgeLimits, 3> age_limits;  ///< by config::Group
+  /// Raised with every reading, override and age limit: while it stays, only age changes a quality.
+  std::uint64_t version = 0;
+};
+
+/// Design section 5, in its order of precedence: out of service, line down, device offline, never
+/// read, reported trouble, then age.
+Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now);
+
+/// Since the reading; nothing before the first.
+std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now);
+
+/// When mere age changes the point's quality next, seen from `now`; nothing when it never does.
+std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point, Instant now);
+
+class PointStore {
+ public:
+  /// `config` outlives the store. Devices are numbered in the order of the file.
+  explicit PointStore(const config::Config& config);
+
+  std::uint32_t device_count() const { return static_cast<std::uint32_t>(devices_.size()); }
+  const config::Line& line(std::uint32_t device) const { return *devices_[device]->record.line; }
+  const config::Device& device(std::uint32_t device) const {
+    return *devices_[device]->record.device;
+  }
+
+  /// Calls `look` with the device's record under its lock. Keep it short; call nothing of the
+  /// store.
+  void Read(std::uint32_t device, const std::function<void(const DeviceRecord&)>& look) const;
+
+  /// Points that were read in one exchange, which ended `at`.
+  void Update(std::uint32_t device, std::span<const Sample> samples, Now at, Duration round_trip);
+  /// The good ones of these points become uncertain until they are read again; values and ages
+  /// stay.
+  void Doubt(std::uint32_t device, std::span<const std::size_t> points, Instant now);
+  void SetOverride(std::uint32_t device, Override why);
+  /// The measured time that the line needs to read all its fast points once. When it has grown,
+  /// values may grow older; those that are too old already stay so until they are read again.
+  void SetLineCycle(std::uint32_t device, Duration cycle, Instant now);
+  /// Changes the status under the lock and tells the feeds.
+  void UpdateStatus(std::uint32_t device, const std::function<void(DeviceStatus&)>& change);
+
+  /// Lines are numbered in the order of the file; `line` is one of the configuration's.
+  std::uint32_t line_count() const { return static_cast<std::uint32_t>(lines_.size()); }
+  std::uint32_t LineIndex(const config::Line& line) const;
+  const config::Line& LineAt(std::uint32_t line) const { return config_.lines[line]; }
+  LineStatus ReadLine(std::uint32_t line) const;
+  /// Changes the status of a line under its lock.
+  void UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change);
+
+  /// A feed of everything that changes from now on. Subscribe before the lines start.
+  std::shared_ptr<ChangeFeed> Subscribe();
+
+  /// Tells the feeds of points whose quality has changed by mere age since they were last told.
+  /// Outputs that care call it a few times a second; devices that can not have aged cost nothing.
+  void Age(Instant now);
+
+ private:
+  struct Entry {
+    mutable std::mutex mutex;
+    DeviceRecord record;
+    std::vector<Quality> announced;  ///< quality that the feeds were last told of
+    Instant next_ageing = Instant::max();
+  };
+
+  void Announce(std::uint32_t device, std::span<const std::uint32_t> points);
+  static void ScheduleAgeing(Entry& entry, std::size_t point, Instant now);
+
+  struct LineEntry {
+    mutable std::mutex mutex;
+    LineStatus status;
+  };
+
+  const config::Config& config_;
+  std::vector<std::unique_ptr<Entry>> devices_;
+  std::vector<std::unique_ptr<LineEntry>> lines_;
+  std::vector<std::shared_ptr<ChangeFeed>> feeds_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/trace/recordings.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "config/model/config.h"
+
+namespace baudgate {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kEnding = ".trace";
+
+/// "20261121T040506Z".
+std::string StampOf(WallTime at) {
+  const auto day = std::chrono::floor<std::chrono::days>(at);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss clock(std::chrono::floor<std::chrono::seconds>(at - day));
+  return fmt::format("{:04}{:02}{:02}T{:02}{:02}{:02}Z", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+                     clock.hours().count(), clock.minutes().count(), clock.seconds().count());
+}
+
+bool IsStamp(std::string_view text) {
+  constexpr std::string_view kForm = "00000000T000000Z";
+  return std::equal(text.begin(), text.end(), kForm.begin(), kForm.end(), [](char c, char form) {
+    return form == '0' ? c >= '0' && c <= '9' : c == form;
+  });
+}
+
+/// Configured names are harmless; this holds whatever they may come to be.
+std::string Safe(std::string name) {
+  for (char& c : name) {
+    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    if (!plain && c != '-' && c != '_') c = '_';
+  }
+  return name;
+}
+
+std::string FileName(const Recording& recording) {
+  return Safe(recording.line->name) + "-" + StampOf(recording.at) + "-" + Safe(recording.name) +
+         "-" + recording.reason + std::string(kEnding);
+}
+
+std::string ReplayText(const Recording& recording, const std::string& protocol,
+                       const std::string& file) {
+  std::string text = "baudgate decode --protocol " + protocol;
+  const config::Device* device = recording.device;
+  if (device != nullptr && !device->profile.empty()) text += " --profile " + device->profile;
+  return text + " --device " + recording.name + " " + file;
+}
+
+std::string Contents(const Recording& recording, const std::string& version,
+                     const std::string& file) {
+  const std::string& protocol =
+      recording.device != nullptr ? recording.device->protocol : recording.line->protocol;
+  std::string text = fmt::format(
+      "# baudgate {}: the last exchanges of a line, saved at {}\n"
+      "# line {}, port {} {}, protocol {}\n"
+      "# reason: device {}, {}\n"
+      "# replay: {}   (with --set for its options)\n"
+      "# time (UTC), device, > sent, < received, = outcome and round trip, # note; ** is secret\n",
+      version, FormatWallTime(recording.at), recording.line->name, recording.line->port,
+      recording.line->serial.ToString(), protocol, recording.name, recording.reason,
+      ReplayText(recording, protocol, file));
+  for (const TraceRecord& record : recording.records) text += ToText(record) + "\n";
+  return text;
+}
+
+}  // namespace
+
+fs::path Recordings::FolderOf(const config::Config& config) {
+  if (!config.recordings.empty()) return config.recordings;
+  const char* state = std::getenv("STATE_DIRECTORY");
+  if (state == nullptr || *state == '\0') return {};
+  const std::string_view folders(state);
+  return fs::path(folders.substr(0, folders.find(':'))) / "recordings";
+}
+
+Recordings::Recordings(fs::path folder, std::string version,
+                       std::function<void(const std::string&)> warn)
+    : folder_(std::move(folder)),
+      version_(std::move(version)),
+      warn_(std::move(warn)),
+      thread_([this] { Run(); }) {}
+
+Recordings::~Recordings() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+}
+
+void Recordings::Save(Recording recording) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (waiting_.size() >= kMostWaiting) return;
+    waiting_.push_back(std::move(recording));
+  }
+  wake_.notify_one();
+}
+
+void Recordings::Run() {
+  pthread_setname_np(pthread_self(), "recordings");
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    wake_.wait(lock, [this] { return stop_ || !waiting_.empty(); });
+    if (waiting_.empty()) return;
+    const Recording recording = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
+    Write(recording);
+    lock.lock();
+  }
+}
+
+void Recordings::Write(const Recording& recording) {
+  const std::string name = FileName(recording);
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  // One name a line: what a crash leaves is overwritten by the next.
+  const fs::path part = folder_ / ("." + Safe(recording.line->name) + kEnding.data() + ".part");
+  errno = 0;
+  std::ofstream out(part, std::ios::binary | std::ios::trunc);
+  out << Contents(recording, version_, name);
+  out.close();
+  if (!out) {
+    error = std::error_code(errno != 0 ? errno : EIO, std::generic_category());
+  } else {
+    error.clear();
+    fs::rename(part, folder_ / name, error);
+  }
+  if (error) {
+    std::error_code ignored;
+    fs::remove(part, ignored);
+    if (!std::exchange(failing_, true)) {
+      warn_(
+          fmt::format("recordings: can not write to {}: {}; traces of failures are not kept until "
+                      "this works again",
+                      folder_.string(), error.message()));
+    }
+    return;
+  }
+  failing_ = false;
+  DropOldest(Safe(recording.line->name));
+}
+
+void Recordings::DropOldest(const std::string& line) const {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder_, error); !error && entry != fs::directory_iterator();
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    const std::string_view rest = std::string_view(name).substr(std::min(line.size(), name.size()));
+    if (!name.starts_with(line + "-") || !name.ends_with(kEnding)) continue;
+    if (rest.size() > 17 && IsStamp(rest.substr(1, 16)) && rest[17] == '-') names.push_back(name);
+  }
+  if (names.size() <= kFilesPerLine) return;
+  std::sort(names.begin(), names.end());  // by time: the stamp follows the same beginning
+  names.resize(names.size() - kFilesPerLine);
+  for (const std::string& name : names) fs::remove(folder_ / name, error);
+}
+
+}  // namespace baudgate

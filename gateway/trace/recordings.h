@@ -1,0 +1,53 @@
+// Writes what flight recorders hold into files that `baudgate decode` reads. Recordings come from
+// gateway/trace/line_recorder.h on the lines' threads; one thread here does the writing.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "config/model/config.h"
+#include "gateway/trace/line_recorder.h"
+
+namespace baudgate {
+
+class Recordings {
+ public:
+  static constexpr std::size_t kFilesPerLine = 20;
+  /// Recordings that wait for a slow disk; further ones are dropped.
+  static constexpr std::size_t kMostWaiting = 16;
+
+  /// config.recordings, else the first folder of $STATE_DIRECTORY with /recordings; empty: nowhere.
+  static std::filesystem::path FolderOf(const config::Config& config);
+
+  /// `warn` gets one line when writing begins to fail; from the writing thread.
+  Recordings(std::filesystem::path folder, std::string version,
+             std::function<void(const std::string&)> warn);
+  /// Writes what waits, then ends.
+  ~Recordings();
+
+  /// From any thread; returns at once.
+  void Save(Recording recording);
+
+ private:
+  void Run();
+  void Write(const Recording& recording);
+  void DropOldest(const std::string& line) const;
+
+  const std::filesystem::path folder_;
+  const std::string version_;
+  const std::function<void(const std::string&)> warn_;
+  bool failing_ = false;  // of the writing thread
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Recording> waiting_;
+  bool stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace baudgate

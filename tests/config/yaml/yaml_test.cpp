@@ -1,0 +1,124 @@
+// YAML itself: syntax errors, encodings, size, nesting, aliases, and columns beside non-ASCII text.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "config/loader.h"
+#include "gateway/base/spelling.h"
+#include "tests/config/fake_protocol.h"
+
+namespace baudgate::testing {
+namespace {
+
+TEST(Yaml, SyntaxErrorIsOneProblemWithItsPlace) {
+  EXPECT_EQ(Shown(Load("lines:\n- name: l\n port: x\n").problems),
+            "t.yaml:3:2: error: this is not YAML: end of sequence not found\n");
+}
+
+TEST(Yaml, UnquotedHashInAFlowMapGetsAHint) {
+  EXPECT_EQ(Shown(Load("lines:\n- { name: l, points: [{ name: p, read: #[0], type: int16 }] }\n"
+                       "# end\n")
+                      .problems),
+            "t.yaml:4:1: error: this is not YAML: end of map flow not found; the value after "
+            "'read:' in line 2 begins with '#' and needs quotes\n");
+}
+
+TEST(Yaml, UnquotedHashInABlockMapGetsAHint) {
+  const auto loaded = Load(
+      "lines:\n- name: l\n  port: /dev/l\n  protocol: fake\n  devices:\n"
+      "  - name: d\n    address: 1\n    points:\n"
+      "    - name: p\n      type: int16\n      read: #[0]\n");
+  EXPECT_EQ(Shown(loaded.problems),
+            "t.yaml:11:7: error: read: has no value; what begins with '#' is a comment unless it "
+            "is quoted\n");
+}
+
+TEST(Yaml, AnUnquotedPasswordThatLooksLikeAnAliasIsNotShown) {
+  const std::string problems = Shown(Load("lines:\n- password: *hunter2\n").problems);
+  EXPECT_EQ(problems,
+            "t.yaml:2:13: error: this is not YAML: the referenced anchor is not defined; the value "
+            "after 'password:' in line 2 begins with '*' and needs quotes\n");
+}
+
+TEST(Yaml, EmptyAndSeveralDocuments) {
+  EXPECT_EQ(Shown(Load("").problems), "t.yaml:1:1: error: is empty\n");
+  EXPECT_EQ(Shown(Load("# nothing\n").problems), "t.yaml:1:1: error: is empty\n");
+  EXPECT_EQ(Shown(Load("lines: []\n---\ngateway: {}\n").problems),
+            "t.yaml:2:1: error: a second document begins here; one file holds one, remove the "
+            "'---'\n");
+  EXPECT_EQ(Shown(Load("- a\n").problems),
+            "t.yaml:1:1: error: the configuration: expected a map (key: value), found a list\n");
+}
+
+// The parser by itself would find documents there for ever.
+TEST(Yaml, ACommaBehindTheWholeIsRefused) {
+  const std::string advice = " error: this comma stands outside of brackets; remove it\n";
+  EXPECT_EQ(Shown(Load("{ lines: [] },\n").problems), "t.yaml:1:14:" + advice);
+  EXPECT_EQ(Shown(Load("[1], 2\n").problems), "t.yaml:1:4:" + advice);
+  EXPECT_EQ(Shown(Load("- a\n, b\n").problems), "t.yaml:2:1:" + advice);
+  EXPECT_EQ(Shown(Load(",").problems), "t.yaml:1:1:" + advice);
+}
+
+TEST(Yaml, OtherEncodingsAreRefused) {
+  EXPECT_EQ(Shown(Load("gateway:\n  name: \xFFx\n").problems),
+            "t.yaml:2:1: error: this line is not UTF-8 text; save the file as UTF-8\n");
+  EXPECT_EQ(Shown(Load(std::string("l\0i\0", 4)).problems),
+            "t.yaml:1:1: error: this line is not UTF-8 text; save the file as UTF-8\n");
+}
+
+TEST(Yaml, ColumnsCountCharacters) {
+  EXPECT_EQ(ProblemsOfPoint("name: p, read: A1, unit: \"°C\", type: int17").substr(0, 14),
+            "t.yaml:8:50: e");
+}
+
+TEST(Yaml, LargeAndDeepTextsAreRefused) {
+  EXPECT_EQ(Shown(Load(std::string((16U << 20U) + 1, ' ')).problems),
+            "t.yaml: error: is larger than 16 MiB; this is not a configuration\n");
+  for (const char* const bracket : {"[", "{a: ", "- ", "? "}) {
+    std::string deep = "lines: \n ";
+    for (int i = 0; i < 100'000; ++i) deep += bracket;
+    const auto loaded = Load(deep);
+    EXPECT_EQ(loaded.problems.size(), 1U) << bracket;
+    EXPECT_FALSE(loaded.ok()) << bracket;
+  }
+}
+
+TEST(Yaml, AliasesServeAndDoNotMultiplyWithoutBound) {
+  const auto good = Load(
+      "lines:\n"
+      "- { name: l, port: /dev/l, protocol: fake, timing: &t { reply: 1s },\n"
+      "    devices: [{ name: d, address: 1, profile: relay, timing: *t }] }\n");
+  EXPECT_EQ(Shown(good.problems), "");
+  EXPECT_EQ(good.config.lines[0].devices[0].timing.reply, 1s);
+  EXPECT_FALSE(Load("lines: &a [*a, *a]\n").ok());
+  std::string bomb =
+      "lines:\n- &l { name: l, port: /dev/l, protocol: fake, devices: [&d { name: d, ";
+  bomb += "address: 1, points: [&p { name: p, read: A1, type: int16 }";
+  for (int i = 0; i < 300; ++i) bomb += ", *p";
+  bomb += "] }";
+  for (int i = 0; i < 300; ++i) bomb += ", *d";
+  bomb += "] }\n";
+  for (int i = 0; i < 30; ++i) bomb += "- *l\n";
+  const auto loaded = Load(bomb);
+  EXPECT_FALSE(loaded.ok());
+  EXPECT_LE(loaded.problems.size(), config::Problems::kMost + 1);
+}
+
+TEST(Yaml, ControlCharactersDoNotReachTheTerminal) {
+  EXPECT_EQ(Shown(Load("lines: []\n\"a\\e[2Jb\": 1\n").problems),
+            "t.yaml:2:1: error: unknown key 'a…' in the configuration; allowed: gateway, modbus, "
+            "dds, lines\n");
+  EXPECT_EQ(Shown(Load("lines: []\ndds: { enabled: \"a\\e[2Jb\" }\n").problems),
+            "t.yaml:2:17: error: enabled: 'a\\x1B[2Jb' is neither true nor false\n");
+}
+
+TEST(Spelling, NearestIsWithinAThirdOfTheWord) {
+  const std::vector<std::string_view> words = {"address", "enabled", "unit"};
+  EXPECT_EQ(config::Nearest("adress", words), "address");
+  EXPECT_EQ(config::Nearest("untit", words), "unit");
+  EXPECT_EQ(config::Nearest("uint", words), "unit");
+  EXPECT_EQ(config::Nearest("x", words), "");
+  EXPECT_EQ(config::Nearest("dress code", words), "");
+}
+
+}  // namespace
+}  // namespace baudgate::testing

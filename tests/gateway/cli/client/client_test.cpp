@@ -1,0 +1,176 @@
+// The subcommands against a control server: what they print, and their exit codes.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <sstream>
+
+#include "gateway/cli/client/control_client.h"
+#include "gateway/cli/client/in_use.h"
+#include "gateway/cli/client/release.h"
+#include "gateway/cli/client/status.h"
+#include "gateway/cli/client/trace.h"
+#include "tests/gateway/control/fixture.h"
+
+namespace baudgate::control {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+class ClientTest : public ControlTest {
+ protected:
+  int Status(const std::string& target, bool json = false) {
+    Clear();
+    return RunStatus({target, json, path(), {}}, out_, err_);
+  }
+  int Release(const std::string& line, Duration time, bool end = false) {
+    Clear();
+    return RunRelease({line, time, end, path()}, out_, err_);
+  }
+  int InUse(const std::string& target, bool in_use) {
+    Clear();
+    return RunInUse({target, in_use, path()}, out_, err_);
+  }
+  void Clear() {
+    out_.str({});
+    err_.str({});
+  }
+
+  std::ostringstream out_;
+  std::ostringstream err_;
+};
+
+TEST_F(ClientTest, StatusShowsTablesOrJson) {
+  StartServer();
+  EXPECT_EQ(Status(""), 0) << err_.str();
+  EXPECT_THAT(out_.str(), StartsWith("substation-7: baudgate 1.2.3, up "));
+  EXPECT_EQ(Status("bay-1", true), 0);
+  EXPECT_EQ(Json::parse(out_.str())["lines"].size(), 1U);
+  EXPECT_THAT(err_.str(), IsEmpty());
+}
+
+TEST_F(ClientTest, UnknownNamesAreWrongUsage) {
+  StartServer();
+  EXPECT_EQ(Status("bay-2"), 2);
+  EXPECT_THAT(err_.str(), HasSubstr("there is no line 'bay-2'; did you mean 'bay-1'?"));
+  EXPECT_EQ(Release("bay-2", 1min), 2);
+  EXPECT_EQ(InUse("bay-1.feeder-3", false), 2);
+  EXPECT_EQ(RunTrace({.line = "iO", .socket = path()}, out_, err_), 2);
+  EXPECT_THAT(out_.str(), IsEmpty());
+}
+
+TEST_F(ClientTest, WithoutAGatewayTheySayWhereTheyLooked) {
+  EXPECT_EQ(Status(""), 4);
+  EXPECT_THAT(err_.str(), HasSubstr("no gateway answers at " + path()));
+  EXPECT_THAT(err_.str(), HasSubstr("is baudgate running? give --socket PATH"));
+  EXPECT_EQ(RunTrace({.line = "io", .socket = path()}, out_, err_), 4);
+  EXPECT_EQ(Release("io", 1min), 4);
+  EXPECT_EQ(InUse("io.ai-1", true), 4);
+}
+
+TEST_F(ClientTest, TheOneGatewayInTheDefaultPlacesIsFound) {
+  const RuntimeDirectory runtime(directory_);
+  std::filesystem::create_directory(directory_ / "baudgate");
+  const auto connect = [] { return ControlClient::Connect({}); };
+  // A gateway of this machine's own would be found as well, so nothing is expected before.
+  config_.socket = (directory_ / "baudgate" / "a.sock").string();
+  StartServer();
+  asio::io_context io;
+  config::Config other = config_;
+  other.socket = (directory_ / "baudgate" / "b.sock").string();
+  {
+    ControlServer second(other, store_, lines_, {"1", kStarted}, io);
+    ASSERT_TRUE(second.Listen());
+    const auto several = connect();
+    ASSERT_FALSE(several);
+    EXPECT_THAT(several.error(), HasSubstr("several gateways run here"));
+    EXPECT_THAT(several.error(), HasSubstr(config_.socket + ", " + other.socket));
+    second.Stop();
+  }
+  {
+    const asio::local::stream_protocol::acceptor dead(
+        io, asio::local::stream_protocol::endpoint(other.socket));
+  }
+  const auto one = connect();
+  ASSERT_TRUE(one) << one.error();
+  EXPECT_EQ(one->path(), config_.socket) << "what a dead process left does not count";
+}
+
+TEST_F(ClientTest, ReleaseWaitsForThePortAndSaysUntilWhen) {
+  SetOpen(store_, 1, "serial");
+  StartServer();
+  EXPECT_EQ(Release("io", 10min), 0) << err_.str();
+  EXPECT_THAT(out_.str(), StartsWith("io: /dev/ttyUSB1 is free for another program until "));
+  EXPECT_THAT(out_.str(), HasSubstr(" UTC; its points are out of service meanwhile"));
+  EXPECT_EQ(Release("io", 10min, true), 0);
+  EXPECT_EQ(out_.str(), "io: taken back; the port is open: serial\n");
+  EXPECT_EQ(Release("io", 10min, true), 0);
+  EXPECT_EQ(out_.str(), "io: was not released\n");
+  EXPECT_EQ(Release("io", 25h), 2);
+  EXPECT_THAT(err_.str(), HasSubstr("from 1s to 24h"));
+  EXPECT_THAT(lines_.calls(), ElementsAre("release 1 for 10min", "take back 1", "take back 1"));
+}
+
+TEST_F(ClientTest, InUseSaysThatARestartForgets) {
+  StartServer();
+  EXPECT_EQ(InUse("bay-1.feeder-2", false), 0);
+  EXPECT_EQ(out_.str(),
+            "bay-1.feeder-2: out of use, it is not asked and its points are out of service. A "
+            "restart forgets this: 'enabled: false' in the configuration keeps it\n");
+  EXPECT_EQ(InUse("bay-1.feeder-2", true), 0);
+  EXPECT_EQ(out_.str(), "bay-1.feeder-2: in use, it is asked again\n");
+}
+
+TEST_F(ClientTest, TraceShowsTheRing) {
+  TraceRecord record;
+  record.kind = TraceRecord::Kind::sent;
+  record.device = "feeder-1";
+  record.hex = "3E 31";
+  lines_.recorded = {record, record};
+  StartServer();
+  EXPECT_EQ(RunTrace({.line = "bay-1", .last = true, .socket = path()}, out_, err_), 0);
+  EXPECT_EQ(out_.str(), ToText(record) + "\n" + ToText(record) + "\n");
+  Clear();
+  EXPECT_EQ(
+      RunTrace({.line = "bay-1", .device = "feeder-2", .last = true, .socket = path()}, out_, err_),
+      0);
+  EXPECT_THAT(out_.str(), IsEmpty());
+  EXPECT_THAT(err_.str(), HasSubstr("nothing is recorded yet"));
+}
+
+TEST_F(ClientTest, TraceEndsWithItsTimeOrASignal) {
+  StartServer();
+  EXPECT_EQ(RunTrace({.line = "bay-1", .seconds = 1ms, .socket = path()}, out_, err_), 0);
+  EXPECT_THAT(err_.str(), IsEmpty());
+
+  const pthread_t here = ::pthread_self();
+  std::thread stopper([&] {
+    if (lines_.WaitForTraces(0, 1)) ::pthread_kill(here, SIGINT);
+  });
+  EXPECT_EQ(RunTrace({.line = "bay-1", .socket = path()}, out_, err_), 0);
+  stopper.join();
+  EXPECT_THAT(err_.str(), IsEmpty());
+  EXPECT_TRUE(lines_.WaitForTraces(0, 0));
+}
+
+TEST_F(ClientTest, TraceEndsInPeaceWhenTheGatewayStops) {
+  StartServer();
+  TraceRecord record;
+  record.text = "went offline";
+  std::thread stopper([&] {
+    lines_.WaitForTraces(0, 1);
+    lines_.Push(0, record);
+    StopServer();
+  });
+  EXPECT_EQ(RunTrace({.line = "bay-1", .socket = path()}, out_, err_), 0);
+  stopper.join();
+  EXPECT_THAT(out_.str(), testing::AnyOf(IsEmpty(), EndsWith("went offline\n")));
+  EXPECT_THAT(err_.str(), HasSubstr("the trace has ended: the gateway "));
+}
+
+}  // namespace
+}  // namespace baudgate::control

@@ -1,0 +1,198 @@
+// `baudgate watch` against a publisher in this process: image, JSON lines, filters, silence,
+// signals.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/live/watch.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pthread.h>
+#include <signal.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "gateway/base/text.h"
+#include "gateway/dds/publisher.h"
+#include "tests/gateway/dds/fixture.h"
+
+namespace baudgate {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+WatchOptions Options() {
+  WatchOptions options;
+  options.domain = dds::testing::TestDomain();
+  return options;
+}
+
+struct Watched {
+  int exit_code = 0;
+  std::string out;
+  std::string err;
+};
+
+Watched RunIt(const WatchOptions& options) {
+  std::ostringstream out;
+  std::ostringstream err;
+  const int exit_code = RunWatch(options, out, err);
+  return {exit_code, out.str(), err.str()};
+}
+
+/// Sends its own thread SIGTERM when `wanted` has been flushed; RunWatch takes it as a user's.
+class StopWhenSeen : public std::stringbuf {
+ public:
+  explicit StopWhenSeen(std::string wanted) : wanted_(std::move(wanted)) {}
+  int sync() override {
+    if (!stopped_ && str().find(wanted_) != std::string::npos) {
+      stopped_ = true;
+      pthread_kill(pthread_self(), SIGTERM);
+    }
+    return 0;
+  }
+
+ private:
+  const std::string wanted_;
+  bool stopped_ = false;
+};
+
+Watched RunUntilSeen(WatchOptions options, const std::string& wanted) {
+  options.seconds = 20s;
+  StopWhenSeen buffer(wanted);
+  std::ostream out(&buffer);
+  std::ostringstream err;
+  const int exit_code = RunWatch(options, out, err);
+  return {exit_code, buffer.str(), err.str()};
+}
+
+class WatchTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    dds::testing::Set(store_, 0, 0, 2.5);
+    dds::testing::Set(store_, 0, 1, std::string("SPCJ\x1b 4D29"));
+    auto publisher = dds::DdsPublisher::Create(config_, store_);
+    ASSERT_TRUE(publisher.ok()) << publisher.error();
+    publisher_ = std::move(*publisher);
+  }
+
+  const config::Config config_ = dds::testing::MakeConfig(2, 3);
+  PointStore store_{config_};
+  std::unique_ptr<dds::DdsPublisher> publisher_;
+};
+
+TEST_F(WatchTest, OncePrintsTheWholeImageAsATable) {
+  WatchOptions options = Options();
+  options.once = true;
+  const Watched watched = RunIt(options);
+  EXPECT_EQ(watched.exit_code, 0) << watched.err;
+  EXPECT_EQ(std::count(watched.out.begin(), watched.out.end(), '\n'), 1 + 6) << watched.out;
+  EXPECT_THAT(watched.out, HasSubstr("2.5  A     good"));
+  EXPECT_THAT(watched.out, HasSubstr("waiting for initial data"));
+  EXPECT_THAT(watched.out, HasSubstr("SPCJ? 4D29"));
+  EXPECT_THAT(watched.out, Not(HasSubstr("\x1b")));
+}
+
+TEST_F(WatchTest, JsonLinesAreWhole) {
+  WatchOptions options = Options();
+  options.once = true;
+  options.json = true;
+  const Watched watched = RunIt(options);
+  ASSERT_EQ(watched.exit_code, 0) << watched.err;
+  const auto lines = Split(Trim(watched.out), '\n');
+  ASSERT_EQ(lines.size(), 6U);
+  const auto number = nlohmann::json::parse(lines[0]);
+  EXPECT_EQ(number["gateway"], "substation-7");
+  EXPECT_EQ(number["device"], "feeder-0");
+  EXPECT_EQ(number["point"], "p0");
+  EXPECT_EQ(number["value"], 2.5);
+  EXPECT_EQ(number["unit"], "A");
+  EXPECT_EQ(number["quality"], 0xC0);
+  EXPECT_EQ(number["seq"], 1);
+  EXPECT_FALSE(number.contains("text"));
+  const auto text = nlohmann::json::parse(lines[1]);
+  EXPECT_TRUE(text["value"].is_null());
+  EXPECT_EQ(text["text"], "SPCJ\x1b 4D29");
+  const auto unread = nlohmann::json::parse(lines[2]);
+  EXPECT_TRUE(unread["value"].is_null());
+  EXPECT_TRUE(unread["source_time"].is_null());
+  EXPECT_EQ(unread["quality"], 0x20);
+}
+
+TEST_F(WatchTest, FiltersByDeviceAndPoint) {
+  WatchOptions options = Options();
+  options.once = true;
+  options.json = true;
+  options.device = "feeder-1";
+  options.point = "p2";
+  const Watched watched = RunIt(options);
+  ASSERT_EQ(watched.exit_code, 0) << watched.err;
+  const auto lines = Split(Trim(watched.out), '\n');
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(nlohmann::json::parse(lines[0])["point"], "p2");
+}
+
+TEST_F(WatchTest, SaysThatTheFilterFitsNothing) {
+  WatchOptions options = Options();
+  options.once = true;
+  options.device = "feeder-9";
+  const Watched watched = RunIt(options);
+  EXPECT_EQ(watched.exit_code, 4);
+  EXPECT_THAT(watched.err, HasSubstr("none of the gateway, device and point"));
+}
+
+TEST_F(WatchTest, ATerminalGetsALiveTable) {
+  WatchOptions options = Options();
+  options.terminal = TableView{.width = 80, .height = 24, .colour = true};
+  const Watched watched = RunUntilSeen(options, "p2");
+  EXPECT_EQ(watched.exit_code, 0);
+  EXPECT_TRUE(watched.out.starts_with("\x1b[2J\x1b[H")) << watched.out;
+  EXPECT_THAT(watched.out, HasSubstr("waiting for initial data"));
+  EXPECT_THAT(watched.out, Not(HasSubstr("SPCJ\x1b")));
+}
+
+TEST_F(WatchTest, OtherOutputsGetPlainLines) {
+  const Watched watched = RunUntilSeen(Options(), "feeder-0  p0");
+  EXPECT_EQ(watched.exit_code, 0);
+  EXPECT_THAT(watched.out, HasSubstr("substation-7  feeder-0  p0  2.5 A  good\n"));
+  EXPECT_THAT(watched.out, Not(HasSubstr("\x1b")));
+}
+
+TEST_F(WatchTest, EndsCleanlyAtASignal) {
+  // The signal stays pending for the watching thread until it looks, whenever that is.
+  std::ostringstream out;
+  std::ostringstream err;
+  int exit_code = -1;
+  sigset_t stop;
+  sigemptyset(&stop);
+  sigaddset(&stop, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &stop, nullptr);
+  std::thread watching([&] { exit_code = RunWatch(Options(), out, err); });
+  pthread_kill(watching.native_handle(), SIGTERM);
+  watching.join();
+  pthread_sigmask(SIG_UNBLOCK, &stop, nullptr);
+  EXPECT_EQ(exit_code, 0);
+}
+
+TEST(Watch, SilenceNamesWhatToCheck) {
+  WatchOptions options = Options();
+  options.once = true;
+  options.first_sample_timeout = 100ms;
+  const Watched watched = RunIt(options);
+  EXPECT_EQ(watched.exit_code, 4);
+  EXPECT_THAT(watched.err, HasSubstr("domain " + std::to_string(options.domain)));
+  EXPECT_THAT(watched.err, HasSubstr("127.0.0.1"));
+  EXPECT_THAT(watched.err, HasSubstr("gateway runs"));
+}
+
+TEST(Watch, AnInterfaceThatIsNotOursIsAnError) {
+  WatchOptions options = Options();
+  options.interfaces = {"192.0.2.1"};
+  const Watched watched = RunIt(options);
+  EXPECT_EQ(watched.exit_code, 4);
+  EXPECT_THAT(watched.err, HasSubstr("192.0.2.1"));
+}
+
+}  // namespace
+}  // namespace baudgate

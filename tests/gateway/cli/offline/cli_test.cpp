@@ -1,0 +1,207 @@
+// The commands that only read: what check, map, protocols and profiles print, and their exit codes.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "gateway/cli/offline/check.h"
+#include "gateway/cli/offline/map.h"
+#include "gateway/cli/offline/profiles.h"
+#include "gateway/cli/offline/protocols.h"
+#include "tests/config/fake_protocol.h"
+
+namespace baudgate::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Json = nlohmann::json;
+
+constexpr const char* kGood =
+    "gateway: { name: gate }\n"
+    "modbus: { listen: { at: \"0.0.0.0:502\", allow: [10.0.0.0/8], write: deny } }\n"
+    "lines:\n"
+    "- name: bay\n"
+    "  port: /dev/l\n"
+    "  protocol: fake\n"
+    "  devices:\n"
+    "  - { name: d, address: 1, unit: 7, profile: relay, password: hunter }\n"
+    "  - { name: e, address: 2, enabled: false, points: [{ name: p, read: A1, type: string(5) }] "
+    "}\n";
+
+/// A file that is gone with the object.
+class ConfigFile {
+ public:
+  explicit ConfigFile(const std::string& text)
+      : path_(::testing::TempDir() + "baudgate_cli_" +
+              ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".yaml") {
+    std::ofstream(path_) << text;
+  }
+  ~ConfigFile() { std::remove(path_.c_str()); }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+struct Ran {
+  int code = 0;
+  std::string out;
+  std::string err;
+};
+
+template <typename Run>
+Ran Capture(Run run) {
+  std::ostringstream out;
+  std::ostringstream err;
+  const int code = run(out, err);
+  return {code, out.str(), err.str()};
+}
+
+Ran Check(const std::string& text, bool json = false) {
+  const ConfigFile file(text);
+  return Capture(
+      [&](auto& out, auto& err) { return RunCheck(file.path(), FakeCatalog(), out, err, json); });
+}
+
+Ran Map(const std::string& text, MapFormat format) {
+  const ConfigFile file(text);
+  return Capture(
+      [&](auto& out, auto& err) { return RunMap(file.path(), FakeCatalog(), format, out, err); });
+}
+
+TEST(Check, GoodConfigurationIsSummedUp) {
+  const Ran ran = Check(kGood);
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_EQ(ran.err, "");
+  EXPECT_THAT(ran.out, HasSubstr(": good: 1 line, 2 devices, 4 points\n"));
+  EXPECT_THAT(ran.out,
+              HasSubstr("modbus 0.0.0.0:502, Modbus TCP, reading only (functions 1-4), for "
+                        "10.0.0.0/8\n"));
+  EXPECT_THAT(ran.out, HasSubstr("line bay: /dev/l, 19200 8E1, fake, 2 devices\n"));
+  EXPECT_THAT(ran.out, HasSubstr("topics baudgate/points, baudgate/devices"));
+  EXPECT_THAT(
+      ran.out,
+      HasSubstr("  device  address  protocol  profile  unit  points  on Modbus  poll  slow  note\n"
+                "  d       1        fake      relay    7     3       3          2s    2min\n"
+                "  e       2        fake               none  1       0          1s    1min  "
+                "disabled\n"));
+  EXPECT_THAT(ran.out, Not(HasSubstr("hunter")));
+}
+
+TEST(Check, BadConfigurationIsExitCode3) {
+  const Ran ran = Check("lines: 1\n");
+  EXPECT_EQ(ran.code, 3);
+  EXPECT_EQ(ran.out, "");
+  EXPECT_THAT(ran.err, HasSubstr(".yaml:1:8: error: lines: expected a list, found a single value"));
+  EXPECT_THAT(ran.err, HasSubstr(".yaml: bad: 1 error\n"));
+}
+
+TEST(Check, JsonHasPlacesAndSeverities) {
+  const Ran bad = Check("lines: 1\n", true);
+  EXPECT_EQ(bad.code, 3);
+  EXPECT_EQ(bad.err, "");
+  const Json problems = Json::parse(bad.out);
+  EXPECT_EQ(problems["ok"], false);
+  EXPECT_EQ(problems["problems"][0]["line"], 1);
+  EXPECT_EQ(problems["problems"][0]["column"], 8);
+  EXPECT_EQ(problems["problems"][0]["severity"], "error");
+  const Json good = Json::parse(Check(kGood, true).out);
+  EXPECT_EQ(good["ok"], true);
+  EXPECT_EQ(good["summary"]["lines"][0]["devices"][0]["unit"], 7);
+  EXPECT_TRUE(good["summary"]["lines"][0]["devices"][1]["unit"].is_null());
+  EXPECT_EQ(good["summary"]["modbus"]["listen"][0]["permit"], "read");
+  EXPECT_EQ(good["summary"]["units"][0]["target"], "device d on line bay (cached)");
+}
+
+TEST(Map, TableShowsBothNotationsAndTheCompanions) {
+  const Ran ran = Map(kGood, MapFormat::table);
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_THAT(ran.out, HasSubstr("device d on line bay: unit 7, word order CDAB; DDS key "
+                                 "gate/d/POINT\n"));
+  EXPECT_THAT(
+      ran.out,
+      HasSubstr(
+          "  point     address  PLC          regs  type     unit  read FC  write FC  group  quality"
+          "  age\n"
+          "  current   0        30001/40001  2     float32  A     4,3                fast   20000  "
+          "  40000\n"
+          "  blocking  0        10001/00001  1     bool           2,1                slow   20000\n"
+          "  setting   100      30101/40101  1     uint16         4,3      6,16      fast   20100  "
+          "  40100\n"));
+  EXPECT_THAT(ran.out, HasSubstr("device e on line bay: not on Modbus (no unit)"));
+}
+
+TEST(Map, SixDigitNotationBeyondFive) {
+  const std::string text =
+      "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, unit: "
+      "1, points: [{ name: p, read: A1, type: int16, modbus: 19999 }] }] }\n";
+  EXPECT_THAT(Map(text, MapFormat::table).out, HasSubstr("320000/420000"));
+}
+
+TEST(Map, CsvHasOneRowAPoint) {
+  const Ran ran = Map(kGood, MapFormat::csv);
+  EXPECT_THAT(ran.out, HasSubstr("bay,d,7,current,\"input, holding\",\"4,3\",,0,30001/40001,2,"
+                                 "float32,CDAB,A,r,fast,20000,40000,gate/d/current,A1,current\n"));
+  EXPECT_THAT(ran.out, HasSubstr("bay,e,,p,,,,,,,string(5),,,r,fast,,,gate/e/p,A1,\n"));
+}
+
+TEST(Map, Json) {
+  const Json json = Json::parse(Map(kGood, MapFormat::json).out);
+  EXPECT_EQ(json["gateway"], "gate");
+  ASSERT_EQ(json["points"].size(), 4U);
+  EXPECT_EQ(json["points"][2]["modbus"]["address"], 100);
+  EXPECT_EQ(json["points"][2]["modbus"]["write_fc"], "6,16");
+  EXPECT_TRUE(json["points"][3]["modbus"].is_null());
+}
+
+TEST(Map, BadConfigurationIsExitCode3) { EXPECT_EQ(Map("lines: 1\n", MapFormat::table).code, 3); }
+
+TEST(Protocols, ListAndOne) {
+  const auto run = [](const std::string& name, bool json) {
+    return Capture(
+        [&](auto& out, auto& err) { return RunProtocols(name, json, FakeCatalog(), out, err); });
+  };
+  EXPECT_THAT(run("", false).out, HasSubstr("fake      Fake, for tests  2\n"));
+  const Ran one = run("fake", false);
+  EXPECT_EQ(one.code, 0);
+  EXPECT_THAT(one.out, HasSubstr("  width (device; whole number: 1…20; default 7)\n"));
+  EXPECT_THAT(one.out, HasSubstr("  password (device; text; default 000000; secret)\n"));
+  EXPECT_THAT(one.out, HasSubstr("timing: { quiet: 5ms, reply: 500ms, gap: 25ms, ceiling: 2s, "
+                                 "drain: 100ms }"));
+  EXPECT_EQ(Json::parse(run("fake", true).out)["options"][1]["name"], "width");
+  EXPECT_EQ(Json::parse(run("", true).out).size(), 2U);
+  const Ran none = run("fakt", false);
+  EXPECT_EQ(none.code, 2);
+  EXPECT_EQ(none.err,
+            "protocol 'fakt' is not installed; did you mean 'fake'? installed: fake, other\n");
+}
+
+TEST(Profiles, ListAndOne) {
+  const auto run = [](const std::string& name, ProfileFormat format) {
+    return Capture(
+        [&](auto& out, auto& err) { return RunProfiles(name, format, FakeCatalog(), out, err); });
+  };
+  const Ran list = run("", ProfileFormat::table);
+  EXPECT_THAT(list.out, HasSubstr("fake      relay    3       Fake relay\n"));
+  EXPECT_THAT(list.out, HasSubstr("fake      broken   2       (bad; see profiles NAME)\n"));
+  const Ran one = run("relay", ProfileFormat::table);
+  EXPECT_THAT(
+      one.out,
+      HasSubstr("current   0…1       input     float32  A     r       fast   A1    current"));
+  EXPECT_THAT(run("fake/relay", ProfileFormat::markdown).out,
+              HasSubstr("| blocking | 0 | discrete | bool |  | r | slow | A2 |  |\n"));
+  EXPECT_EQ(Json::parse(run("relay", ProfileFormat::json).out)["points"][2]["access"], "rw");
+  EXPECT_EQ(run("broken", ProfileFormat::table).code, 3);
+  const Ran none = run("relais", ProfileFormat::table);
+  EXPECT_EQ(none.code, 2);
+  EXPECT_EQ(none.err,
+            "profile 'relais' is not installed; did you mean 'relay'? installed: broken, relay\n");
+}
+
+}  // namespace
+}  // namespace baudgate::testing

@@ -1,0 +1,84 @@
+// A line whose client only remembers, brought into any state.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gateway/line/line.h"
+#include "tests/support/toy_protocol.h"
+
+namespace baudgate {
+
+using State = Line::State;
+
+inline constexpr Instant kStart = Instant() + 1h;
+/// Request "?A1\r": 4 characters of 1 ms.
+inline constexpr LineTimes kTimes = {
+    .quiet = 5ms, .reply = 100ms, .gap = 10ms, .ceiling = 300ms, .drain = 30ms, .character = 1ms};
+
+class LineTest : public ::testing::Test, protected LineClient {
+ protected:
+  struct Stray {
+    std::size_t count;
+    Duration since_end;
+  };
+
+  void Send(View bytes) override { sent_.emplace_back(AsText(bytes)); }
+  Outcome OnFrame(View frame, Instant) override {
+    frames_.emplace_back(AsText(frame));
+    EXPECT_FALSE(line_.idle()) << "a client could start the next exchange inside the last";
+    return verdict_;
+  }
+  void OnSecondReply(Instant) override { ++second_; }
+  void OnCopy(Duration since_sent, Instant) override { copies_.push_back(since_sent); }
+  void OnExchangeEnd(const ExchangeEnd& end, Instant) override { ends_.push_back(end); }
+  void OnStrayBytes(std::size_t count, Duration since_end, Instant) override {
+    strays_.push_back({count, since_end});
+  }
+
+  Instant At(Duration offset) const { return kStart + offset; }
+  void Opened() { line_.OnOpened(At(0ms)); }
+  void Start(Duration at, std::string_view request = "?A1\r") {
+    Exchange exchange;
+    exchange.request.bytes = ToBytes(request);
+    exchange.request.expect = ToyProtocol().expect(exchange.request.bytes, {});
+    exchange.reply_rule = ToyProtocol().reply_rule;
+    exchange.times = kTimes;
+    line_.Start(std::move(exchange), At(at));
+  }
+  /// An exchange that stands in `state` when this returns. The request leaves at 1 s, its
+  /// transmission ends at 1.004 s.
+  void Reach(State state) {
+    if (state == State::closed) return;
+    Opened();
+    if (state == State::idle) return;
+    if (state == State::quiet) {
+      line_.OnBytes(ToBytes("x"), At(999ms));
+      strays_.clear();
+      return Start(1s);
+    }
+    Start(1s, state == State::settle ? "QA1\r" : "?A1\r");
+    if (state == State::sending) return;
+    line_.OnTimer(At(1004ms));
+    if (state == State::receiving) line_.OnBytes(ToBytes("!A"), At(1010ms));
+    if (state == State::drain) line_.OnTimer(At(1104ms));
+    ends_.clear();
+  }
+  Duration DeadlineIn() const { return *line_.Deadline() - kStart; }
+
+  Line line_{*this};
+  Outcome verdict_ = Outcome::ok;
+  std::vector<std::string> sent_;
+  std::vector<std::string> frames_;
+  std::vector<ExchangeEnd> ends_;
+  std::vector<Stray> strays_;
+  std::vector<Duration> copies_;
+  int second_ = 0;  // different replies behind one that was taken
+  const Bytes reply_ = ToyReply("A1=5");
+};
+
+}  // namespace baudgate

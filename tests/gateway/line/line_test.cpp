@@ -1,0 +1,433 @@
+// The line discipline, one test per row of the state table at the head of gateway/line/line.cpp.
+// Time and bytes are arguments; no poller, no protocol.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/line/line.h"
+
+#include "tests/gateway/line/line_fixture.h"
+
+namespace baudgate {
+namespace {
+
+TEST_F(LineTest, ClosedOpenedIsIdle) {
+  EXPECT_EQ(line_.state(), State::closed);
+  Opened();
+  EXPECT_TRUE(line_.idle());
+  EXPECT_FALSE(line_.Deadline());
+}
+
+TEST_F(LineTest, IdleStartSendsAtOnceWhenQuietLongEnough) {
+  Reach(State::idle);
+  Start(1s);
+  EXPECT_EQ(line_.state(), State::sending);
+  EXPECT_EQ(sent_, std::vector<std::string>{"?A1\r"});
+  EXPECT_EQ(DeadlineIn(), 1004ms) << "the computed end of transmission";
+}
+
+TEST_F(LineTest, IdleStartWaitsForSilence) {
+  Reach(State::idle);
+  line_.OnBytes(ToBytes("x"), At(998ms));
+  Start(1s);
+  EXPECT_EQ(line_.state(), State::quiet);
+  EXPECT_TRUE(sent_.empty());
+  EXPECT_EQ(DeadlineIn(), 1003ms);
+}
+
+TEST_F(LineTest, IdleBytesAreStray) {
+  Reach(State::idle);
+  line_.OnBytes(ToBytes("abc"), At(70ms));
+  ASSERT_EQ(strays_.size(), 1U);
+  EXPECT_EQ(strays_[0].count, 3U);
+  EXPECT_EQ(strays_[0].since_end, 70ms);
+  EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, QuietBytesCountTheSilenceAnew) {
+  Reach(State::quiet);
+  line_.OnBytes(ToBytes("x"), At(1002ms));
+  EXPECT_EQ(strays_.size(), 1U);
+  EXPECT_EQ(DeadlineIn(), 1007ms);
+  line_.OnTimer(At(1007ms));
+  EXPECT_EQ(line_.state(), State::sending);
+}
+
+TEST_F(LineTest, QuietNeverWaitsBeyondTheCeiling) {
+  Reach(State::quiet);
+  for (Duration at = 1002ms; at < 1300ms; at += 2ms) line_.OnBytes(ToBytes("x"), At(at));
+  EXPECT_EQ(DeadlineIn(), 1300ms);
+  line_.OnTimer(At(1300ms));
+  EXPECT_EQ(line_.state(), State::sending) << "a babbling neighbour may not stop the line for ever";
+}
+
+TEST_F(LineTest, AWholeReplyEndsTheSendingWhereNothingKeepsTheBitRate) {
+  Reach(State::sending);
+  line_.OnBytes(View(reply_).first(3), At(1001ms));
+  EXPECT_TRUE(ends_.empty());
+  EXPECT_EQ(line_.state(), State::sending);
+  line_.OnBytes(View(reply_).subspan(3), At(1002ms));
+  EXPECT_EQ(frames_.size(), 1U);
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::ok);
+  EXPECT_EQ(ends_[0].round_trip, 2ms);
+  EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, AForeignReplyWhileSendingIsDrainedFromTheEndOfTransmission) {
+  Reach(State::sending);
+  verdict_ = Outcome::unexpected;
+  line_.OnBytes(reply_, At(1001ms));
+  EXPECT_EQ(line_.state(), State::drain);
+  EXPECT_EQ(DeadlineIn(), 1004ms + kTimes.drain);
+}
+
+TEST_F(LineTest, WhatMayBeAnEchoWaitsForTheEndOfTransmission) {
+  Opened();
+  Exchange exchange;
+  exchange.request.bytes = ToBytes("?A1\r");
+  exchange.request.expect = ToyProtocol().expect(exchange.request.bytes, {});
+  exchange.request.expect.mirrors = true;
+  exchange.reply_rule = ToyProtocol().reply_rule;
+  exchange.times = kTimes;
+  line_.Start(std::move(exchange), At(1s));
+  line_.OnBytes(reply_, At(1001ms));
+  EXPECT_TRUE(frames_.empty());
+  line_.OnTimer(At(1004ms));
+  EXPECT_EQ(frames_.size(), 1U);
+}
+
+TEST_F(LineTest, EarlyBytesAreStrayWhereThePortKeepsItsBitRate) {
+  line_.OnOpened(At(0ms), true);
+  Start(1s);
+  line_.OnBytes(ToyReply("A1=4"), At(1002ms));  // the second copy of an earlier reply
+  line_.OnTimer(At(1004ms));
+  EXPECT_TRUE(frames_.empty());
+  line_.OnBytes(reply_, At(1020ms));
+  ASSERT_EQ(frames_.size(), 1U);
+  EXPECT_EQ(frames_[0], AsText(reply_));
+  ASSERT_EQ(strays_.size(), 1U);
+  EXPECT_EQ(strays_[0].count, ToyReply("A1=4").size());
+}
+
+TEST_F(LineTest, APortThatOnlyClaimsToKeepItsBitRateIsFoundOut) {
+  line_.OnOpened(At(0ms), true);
+  Start(1s);
+  line_.OnBytes(reply_, At(1002ms));
+  line_.OnTimer(At(1004ms));
+  EXPECT_TRUE(frames_.empty());
+  line_.OnTimer(At(1104ms));  // nothing else has come in the reply time
+  ASSERT_EQ(frames_.size(), 1U);
+  EXPECT_EQ(ends_.back().outcome, Outcome::ok);
+  Start(2s);
+  line_.OnBytes(reply_, At(2002ms));
+  line_.OnTimer(At(2004ms));
+  EXPECT_EQ(frames_.size(), 2U) << "from now on at once";
+}
+
+TEST_F(LineTest, EarlyNoiseAloneIsNoReply) {
+  line_.OnOpened(At(0ms), true);
+  Start(1s);
+  line_.OnBytes(ToBytes("UUU"), At(1002ms));
+  line_.OnTimer(At(1004ms));
+  line_.OnTimer(At(1104ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
+}
+
+TEST_F(LineTest, BytesBehindALateTimerAreTheReply) {
+  line_.OnOpened(At(0ms), true);
+  Start(1s);
+  line_.OnBytes(reply_, At(1015ms));
+  ASSERT_EQ(frames_.size(), 1U);
+}
+
+TEST_F(LineTest, BytesBehindAFrameAreStrayAndDrained) {
+  Reach(State::await_first);
+  Bytes twice = reply_;
+  Append(twice, reply_);
+  line_.OnBytes(twice, At(1010ms));
+  EXPECT_EQ(frames_.size(), 1U);
+  ASSERT_EQ(strays_.size(), 1U);
+  EXPECT_EQ(strays_[0].count, reply_.size());
+  EXPECT_EQ(line_.state(), State::drain);
+}
+
+TEST_F(LineTest, ACollisionEndsTheExchangeAndDrainsBehindTheTransmission) {
+  Reach(State::sending);
+  line_.OnCollision(At(1002ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt);
+  EXPECT_EQ(DeadlineIn(), 1004ms + kTimes.drain);
+}
+
+TEST_F(LineTest, SendingTimerAwaitsTheFirstByte) {
+  Reach(State::sending);
+  line_.OnTimer(At(1006ms));  // a late timer: the reply time counts from the computed end
+  EXPECT_EQ(line_.state(), State::await_first);
+  EXPECT_EQ(DeadlineIn(), 1104ms);
+}
+
+TEST_F(LineTest, SendingWithoutReplySettlesAndIsOk) {
+  Reach(State::settle);
+  EXPECT_EQ(line_.state(), State::settle);
+  EXPECT_EQ(DeadlineIn(), 1009ms);
+  line_.OnTimer(At(1009ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::ok);
+  EXPECT_EQ(ends_[0].round_trip, Duration::zero()) << "nobody answered";
+  EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, AwaitFirstBytesAreReceived) {
+  Reach(State::await_first);
+  line_.OnBytes(ToBytes("!"), At(1050ms));
+  EXPECT_EQ(line_.state(), State::receiving);
+  EXPECT_EQ(DeadlineIn(), 1060ms) << "the gap";
+}
+
+TEST_F(LineTest, AwaitFirstTimerIsNoReply) {
+  Reach(State::await_first);
+  line_.OnTimer(At(1104ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
+  EXPECT_EQ(ends_[0].round_trip, Duration::zero());
+  EXPECT_EQ(line_.state(), State::drain);
+  EXPECT_EQ(DeadlineIn(), 1134ms);
+}
+
+TEST_F(LineTest, ReceivingWholeFrameIsIdle) {
+  Reach(State::await_first);
+  line_.OnBytes(View(reply_).first(3), At(1010ms));
+  line_.OnBytes(View(reply_).subspan(3), At(1015ms));
+  EXPECT_EQ(frames_, std::vector<std::string>{std::string(AsText(reply_))});
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::ok);
+  EXPECT_EQ(ends_[0].round_trip, 15ms) << "first byte out to last byte in";
+  EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, OutcomesOfAWholeFrameDecideAboutTheDrain) {
+  for (const Outcome outcome : {Outcome::busy, Outcome::refused, Outcome::unsupported}) {
+    Reach(State::await_first);
+    verdict_ = outcome;
+    line_.OnBytes(reply_, At(1015ms));
+    EXPECT_EQ(ends_.back().outcome, outcome);
+    EXPECT_TRUE(line_.idle()) << Name(outcome);
+  }
+  Reach(State::await_first);
+  verdict_ = Outcome::unexpected;
+  line_.OnBytes(reply_, At(1015ms));
+  EXPECT_EQ(ends_.back().outcome, Outcome::unexpected);
+  EXPECT_EQ(line_.state(), State::drain);
+}
+
+TEST_F(LineTest, TwoDifferentRepliesAtOnceAreUnexpected) {
+  Reach(State::await_first);
+  Bytes both = reply_;
+  Append(both, ToyReply("A1=6"));
+  line_.OnBytes(both, At(1015ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::unexpected);
+  EXPECT_FALSE(ends_[0].reason.empty());
+  EXPECT_TRUE(frames_.empty()) << "nobody knows which is the awaited one";
+  EXPECT_EQ(line_.state(), State::drain);
+}
+
+TEST_F(LineTest, TheSameReplyTwiceIsOne) {
+  Reach(State::await_first);
+  Bytes both = reply_;
+  Append(both, View(reply_));
+  line_.OnBytes(both, At(1015ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::ok);
+  line_.OnBytes(reply_, At(1030ms));
+  EXPECT_EQ(second_, 0);
+}
+
+TEST_F(LineTest, AnotherReplyBehindTheOneThatWasTakenIsTold) {
+  Reach(State::await_first);
+  line_.OnBytes(reply_, At(1015ms));
+  EXPECT_TRUE(line_.idle());
+  const Bytes other = ToyReply("A1=6");
+  line_.OnBytes(View(other).first(3), At(1030ms));
+  EXPECT_EQ(second_, 0);
+  Start(1031ms);
+  EXPECT_EQ(line_.state(), State::quiet);
+  line_.OnBytes(View(other).subspan(3), At(1033ms));
+  EXPECT_EQ(second_, 1);
+  line_.OnBytes(other, At(1034ms));
+  EXPECT_EQ(second_, 1) << "told once";
+}
+
+TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
+  Reach(State::await_first);
+  line_.OnBytes(reply_, At(5s));
+  EXPECT_TRUE(frames_.empty()) << "nobody knows when it came";
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
+  EXPECT_EQ(strays_.size(), 1U);
+}
+
+TEST_F(LineTest, AReplyToARequestWhoseEndNobodySawIsTooLateAlike) {
+  Reach(State::sending);
+  line_.OnBytes(reply_, At(5s));
+  EXPECT_TRUE(frames_.empty());
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
+}
+
+TEST_F(LineTest, TheRestOfAReplyThatWaitedAlike) {
+  Reach(State::await_first);
+  line_.OnBytes(View(reply_).first(3), At(1015ms));
+  line_.OnBytes(View(reply_).subspan(3), At(5s));
+  EXPECT_TRUE(frames_.empty());
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt) << "beyond the ceiling";
+}
+
+TEST_F(LineTest, CopiesOfAReplyAreTold) {
+  Reach(State::await_first);
+  Bytes both = reply_;
+  Append(both, View(reply_));
+  line_.OnBytes(both, At(1015ms));
+  EXPECT_EQ(copies_.size(), 1U);
+  line_.OnBytes(reply_, At(1060ms));
+  ASSERT_EQ(copies_.size(), 2U);
+  EXPECT_EQ(copies_[1], 56ms) << "the request was out after 4 ms";
+}
+
+TEST_F(LineTest, AnotherReplyIsFoundBehindAnyNumberOfCopies) {
+  Reach(State::await_first);
+  line_.OnBytes(reply_, At(1015ms));
+  Bytes flood;
+  for (int i = 0; i < 100; ++i) Append(flood, reply_);
+  line_.OnBytes(flood, At(1030ms));
+  EXPECT_EQ(second_, 0);
+  line_.OnBytes(ToyReply("A1=6"), At(1031ms));
+  EXPECT_EQ(second_, 1) << "nothing is held back";
+}
+
+TEST_F(LineTest, NoiseBehindAReplyIsNoOther) {
+  Reach(State::await_first);
+  line_.OnBytes(reply_, At(1015ms));
+  line_.OnBytes(ToBytes("\x00!A1=\xFF"), At(1030ms));
+  line_.OnBytes(Bytes(4096, 'U'), At(1040ms));
+  EXPECT_EQ(second_, 0);
+}
+
+TEST_F(LineTest, ReceivingGapIsPartial) {
+  Reach(State::receiving);
+  line_.OnTimer(At(1020ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::partial);
+  EXPECT_FALSE(ends_[0].reason.empty());
+  EXPECT_EQ(line_.state(), State::drain);
+}
+
+TEST_F(LineTest, ReceivingGapAfterDamageIsCorrupt) {
+  Reach(State::await_first);
+  Bytes damaged = reply_;
+  damaged[4] ^= 1U;
+  line_.OnBytes(damaged, At(1010ms));
+  EXPECT_TRUE(ends_.empty()) << "a good frame may still follow";
+  line_.OnTimer(At(1020ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt);
+  EXPECT_EQ(ends_[0].reason, "checksum");
+}
+
+TEST_F(LineTest, CorruptWinsOverPartial) {
+  Reach(State::await_first);
+  line_.OnBytes(ToBytes("zz!A1"), At(1010ms));
+  line_.OnTimer(At(1020ms));
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::corrupt);
+}
+
+TEST_F(LineTest, GoodFrameBehindDamageIsTaken) {
+  Reach(State::await_first);
+  line_.OnBytes(ToBytes("zz"), At(1010ms));
+  line_.OnBytes(reply_, At(1015ms));
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::ok);
+}
+
+TEST_F(LineTest, HarmlessNoiseLeavesTheReplyItsTime) {
+  Reach(State::await_first);
+  line_.OnBytes(Bytes{0, 0}, At(1010ms));
+  line_.OnTimer(At(1020ms));
+  EXPECT_EQ(line_.state(), State::await_first);
+  EXPECT_EQ(DeadlineIn(), 1104ms);
+  line_.OnBytes(reply_, At(1090ms));
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::ok);
+}
+
+TEST_F(LineTest, HarmlessNoiseAloneIsNoReply) {
+  Reach(State::await_first);
+  line_.OnBytes(Bytes{0}, At(1100ms));
+  line_.OnTimer(At(1110ms));
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::no_reply);
+}
+
+TEST_F(LineTest, BabbleEndsAtTheCeilingOfTheExchange) {
+  Reach(State::await_first);
+  Duration at = 1010ms;
+  while (ends_.empty() && at < 3s) {
+    if (line_.Deadline() && DeadlineIn() <= at) line_.OnTimer(*line_.Deadline());
+    line_.OnBytes(ToBytes("U"), At(at));
+    at += 1ms;
+  }
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt);
+  EXPECT_GE(at, 1304ms);
+  EXPECT_LE(at, 1306ms) << "one deadline for the exchange, not one per byte";
+}
+
+TEST_F(LineTest, DrainBytesLengthenItUntilSilence) {
+  Reach(State::drain);
+  line_.OnBytes(reply_, At(1120ms));
+  EXPECT_TRUE(frames_.empty()) << "a late reply belongs to nobody";
+  ASSERT_EQ(strays_.size(), 1U);
+  EXPECT_EQ(strays_[0].since_end, 16ms);
+  EXPECT_EQ(DeadlineIn(), 1150ms);
+  line_.OnTimer(At(1150ms));
+  EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, DrainNeverLastsBeyondTheCeiling) {
+  Reach(State::drain);
+  for (Duration at = 1105ms; at < 1404ms; at += 3ms) line_.OnBytes(ToBytes("U"), At(at));
+  EXPECT_EQ(DeadlineIn(), 1404ms);
+  line_.OnTimer(At(1404ms));
+  EXPECT_TRUE(line_.idle());
+}
+
+TEST_F(LineTest, TheRuleIsAskedOnceMoreWhenTheLineIsIdle) {
+  Opened();
+  Exchange exchange;
+  exchange.request.bytes = ToBytes("?");
+  exchange.times = kTimes;
+  exchange.reply_rule = [](View held, const Expectation&, bool idle) {
+    return idle ? Cut::Frame(held.size()) : Cut::NeedMore();  // a frame that ends by silence only
+  };
+  line_.Start(std::move(exchange), At(1s));
+  line_.OnTimer(At(1001ms));
+  line_.OnBytes(ToBytes("undelimited"), At(1010ms));
+  EXPECT_TRUE(frames_.empty());
+  line_.OnTimer(At(1020ms));
+  EXPECT_EQ(frames_, std::vector<std::string>{"undelimited"});
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::ok);
+}
+
+TEST_F(LineTest, ASecondExchangeKnowsNothingOfTheFirst) {
+  Reach(State::await_first);
+  Bytes twice = reply_;
+  Append(twice, View(reply_).first(4));
+  line_.OnBytes(twice, At(1010ms));
+  Start(1100ms);
+  line_.OnTimer(At(1104ms));
+  EXPECT_EQ(frames_.size(), 1U);
+  line_.OnBytes(View(reply_).subspan(4), At(1110ms));
+  line_.OnTimer(At(1120ms));
+  EXPECT_EQ(frames_.size(), 1U) << "the head of a reply was kept from the exchange before";
+  EXPECT_EQ(ends_.back().outcome, Outcome::corrupt);
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,109 @@
+// A request desk without sockets and threads: requests go in, answers are kept as hex, routes lead
+// to fake targets. Time is an argument; the targets' answers come in at the time that it is, which
+// is within every deadline unless now_ was set back.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <asio/io_context.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/modbus/desk/request_desk.h"
+#include "tests/gateway/modbus/desk/fake_target.h"
+#include "tests/gateway/modbus/registers/points.h"
+
+namespace baudgate::modbus {
+
+class KeptWire final : public RequestDesk::Wire {
+ public:
+  void Answer(const ModbusRequest& request, Responder& responder) override {
+    Bytes frame;
+    EXPECT_TRUE(responder.Append(request, frame));
+    answers.push_back(ToHex(frame));
+  }
+  void Answer(View frame) override { answers.push_back(ToHex(frame)); }
+  void AnswerNothing() override { answers.push_back("nothing"); }
+
+  /// The answers since the last call, in their order.
+  std::vector<std::string> Take() { return std::exchange(answers, {}); }
+
+  std::vector<std::string> answers;
+};
+
+class WriteSink final : public CommandSink {
+ public:
+  bool Submit(WriteCommand command) override {
+    commands.push_back(std::move(command));
+    return true;
+  }
+  std::vector<WriteCommand> commands;
+};
+
+/// Unit 1 is a device with one register; routes are added by the test.
+class DeskTest : public testing::Test {
+ protected:
+  using Answers = std::vector<std::string>;
+
+  DeskTest()
+      : config_(MakeConfig(
+            {MakeDevice(1, {MakePoint(config::Type::int16, 0, config::Access::read_write)})})) {
+    AddRoutedLines(config_);
+    config_.lines[0].devices[0].max_age = config_.lines[0].devices[0].dead_age = 24h;
+    config_.modbus.listen.resize(1);
+  }
+  ~DeskTest() override {
+    for (const auto& desk : desks_) desk->Close();
+  }
+
+  config::Listener& listener() { return config_.modbus.listen[0]; }
+  config::Route& Add(std::size_t line, std::uint8_t first, std::uint8_t last) {
+    return config_.modbus.routes.emplace_back(RouteTo(config_, line, first, last));
+  }
+
+  std::shared_ptr<RequestDesk> Enter(KeptWire& wire,
+                                     config::Priority priority = config::Priority::normal) {
+    if (!points_) {
+      store_.emplace(config_);
+      const Sample sample{0, std::int64_t{-2}, Quality::good};
+      store_->Update(0, std::span(&sample, 1), {now_, {}}, 5ms);
+      const ModbusLinks links{{nullptr, &drive_, &pumps_}, nullptr};
+      points_.emplace(config_, *store_, sink_, std::function<GatewayFigures()>(), ModbusLimits{},
+                      links);
+      points_->inbox()->Open(io_);
+    }
+    return desks_.emplace_back(std::make_shared<RequestDesk>(
+        timers_.get_executor(), listener(), *points_, wire, "10.0.0.7:40112", priority));
+  }
+
+  /// What the wire has been told at once, and what after the targets' answers have come in.
+  Answers Ask(View frame) {
+    if (desks_.empty()) Enter(wire_);
+    desks_[0]->Handle(frame, now_);
+    return Settle();
+  }
+  Answers Ask(std::uint8_t unit, const std::string& pdu) { return Ask(Frame(unit, pdu)); }
+  Answers Settle() {
+    io_.restart();
+    io_.poll();
+    return wire_.Take();
+  }
+  TrafficStatus Traffic() { return points_->book()->Status({now_, WallTime(1h)}); }
+
+  Instant now_ = ReadClocks().instant;
+  config::Config config_;
+  std::optional<PointStore> store_;
+  WriteSink sink_;
+  FakeTarget drive_;
+  FakeTarget pumps_;
+  asio::io_context io_;
+  asio::io_context timers_;  // apart, so that a test says when they run
+  KeptWire wire_;
+  std::optional<PointDesk> points_;
+  std::vector<std::shared_ptr<RequestDesk>> desks_;
+};
+
+}  // namespace baudgate::modbus

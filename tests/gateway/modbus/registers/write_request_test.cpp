@@ -1,0 +1,91 @@
+// From write requests to points and values.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/registers/write_request.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/gateway/modbus/registers/points.h"
+
+namespace baudgate::modbus {
+namespace {
+
+using config::Access;
+using config::Type;
+
+class WriteRequestTest : public testing::Test {
+ protected:
+  // 0 int16, 1-2 float, 3-4 text, 9 read-only; bits 0…9, of which 3 is a number
+  WriteRequestTest() {
+    std::vector<config::Point> points = {MakePoint(Type::int16, 0, Access::read_write),
+                                         MakePoint(Type::float32, 1, Access::read_write),
+                                         MakeText(4, 3, Access::write), MakePoint(Type::int16, 9)};
+    for (std::uint16_t bit = 0; bit < 10; ++bit) {
+      points.push_back(MakePoint(Type::boolean, bit, Access::read_write));
+    }
+    points[7].type = Type::int16;
+    config_ = MakeConfig({MakeDevice(1, points)});
+    config_.lines[0].devices[0].word_order = config::WordOrder::cdab;
+  }
+
+  ExceptionCode Decode(const std::string& pdu) {
+    const RegisterMap map(config_);
+    const Bytes frame = Frame(1, pdu);
+    ModbusRequest request;
+    EXPECT_EQ(ParseRequest(frame, request), ExceptionCode::none);
+    writes_.clear();
+    return DecodeWrites(map.unit(1), config_.lines[0].devices[0], request, writes_);
+  }
+
+  config::Config config_;
+  std::vector<PointWrite> writes_;
+};
+
+TEST_F(WriteRequestTest, WhatNoRawValueStandsForIsRefused) {
+  config_.lines[0].devices[0].points[0].scale = 1e-17;
+  EXPECT_EQ(Decode("06 00 00 7F FF"), ExceptionCode::illegal_value);
+  EXPECT_EQ(Decode("06 00 00 00 01"), ExceptionCode::none);
+}
+
+TEST_F(WriteRequestTest, SingleRegister) {
+  ASSERT_EQ(Decode("06 00 00 FF FE"), ExceptionCode::none);
+  ASSERT_EQ(writes_.size(), 1U);
+  EXPECT_EQ(writes_[0].point, 0U);
+  EXPECT_EQ(writes_[0].value, Value(std::int64_t{-2}));
+}
+
+TEST_F(WriteRequestTest, SeveralPointsInTheirOrderAndWordOrder) {
+  ASSERT_EQ(Decode("10 00 00 00 05 0A 00 07 20 00 47 F1 4F 4B 00 00"), ExceptionCode::none);
+  ASSERT_EQ(writes_.size(), 3U);
+  EXPECT_EQ(writes_[0].value, Value(std::int64_t{7}));
+  EXPECT_EQ(writes_[1].value, Value(123456.0));
+  EXPECT_EQ(writes_[2].value, Value(std::string("OK")));
+}
+
+TEST_F(WriteRequestTest, HalfAValueReadOnlyAndUnmapped) {
+  EXPECT_EQ(Decode("06 00 01 00 00"), ExceptionCode::illegal_value);
+  EXPECT_EQ(Decode("10 00 00 00 02 04 00 00 00 00"), ExceptionCode::illegal_value);
+  EXPECT_EQ(Decode("06 00 09 00 00"), ExceptionCode::illegal_address);
+  EXPECT_EQ(Decode("06 00 08 00 00"), ExceptionCode::illegal_address);
+  EXPECT_EQ(Decode("06 4E 20 00 00"), ExceptionCode::illegal_address);
+  EXPECT_EQ(Decode("05 00 0A FF 00"), ExceptionCode::illegal_address);
+}
+
+TEST_F(WriteRequestTest, AFloatThatIsNoNumberIsRefused) {
+  EXPECT_EQ(Decode("10 00 01 00 02 04 00 00 7F C0"), ExceptionCode::illegal_value);
+}
+
+TEST_F(WriteRequestTest, Coils) {
+  ASSERT_EQ(Decode("05 00 02 FF 00"), ExceptionCode::none);
+  EXPECT_EQ(writes_[0].point, 6U);
+  EXPECT_EQ(writes_[0].value, Value(true));
+  ASSERT_EQ(Decode("05 00 02 00 00"), ExceptionCode::none);
+  EXPECT_EQ(writes_[0].value, Value(false));
+  ASSERT_EQ(Decode("0F 00 01 00 09 02 04 01"), ExceptionCode::none);
+  ASSERT_EQ(writes_.size(), 9U);
+  EXPECT_EQ(writes_[0].value, Value(false));
+  EXPECT_EQ(writes_[2].value, Value(std::int64_t{1})) << "a number in the bit table";
+  EXPECT_EQ(writes_[8].value, Value(true));
+}
+
+}  // namespace
+}  // namespace baudgate::modbus

@@ -1,0 +1,368 @@
+// Routed requests to a Modbus TCP server: what goes out and when, what comes back, and what is
+// never sent.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/upstream/upstream.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "gateway/modbus/desk/route_targets.h"
+#include "gateway/modbus/desk/traffic_book.h"
+#include "gateway/requests/route_queue.h"
+#include "tests/gateway/modbus/server/captured_log.h"
+#include "tests/gateway/modbus/upstream/upstream_fixture.h"
+
+namespace baudgate::modbus {
+namespace {
+
+using test::RunReady;
+using test::RunUntil;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TEST_F(UpstreamTest, RequestAndReplyPassAsTheyAre) {
+  const Asked& asked = Submit();
+  ASSERT_TRUE(server_.Wait(1));
+  EXPECT_EQ(server_.Requests()[0], "00 00 00 00 00 06 14 03 00 C8 00 01");
+  server_.Write("00 00 00 00 00 05 14 03 02 09 C4");
+  const RoutedReply& reply = Wait(asked);
+  EXPECT_EQ(reply.outcome, Outcome::ok);
+  EXPECT_EQ(ToHex(reply.pdu), "03 02 09 C4");
+  EXPECT_TRUE(reply.sent);
+  EXPECT_FALSE(reply.shared);
+  EXPECT_EQ(server_.accepted(), 1U);
+}
+
+TEST_F(UpstreamTest, AnExceptionIsPassedOn) {
+  const Asked& asked = Submit();
+  ASSERT_TRUE(server_.Wait(1));
+  server_.Write("00 00 00 00 00 03 14 83 02");
+  const RoutedReply& reply = Wait(asked);
+  EXPECT_EQ(reply.outcome, Outcome::refused);
+  EXPECT_EQ(ToHex(reply.pdu), "83 02");
+}
+
+TEST_F(UpstreamTest, RepliesFindTheirRequestsInAnyOrder) {
+  const Asked& first = Submit({.slave = 1});
+  const Asked& second = Submit({.slave = 2});
+  ASSERT_TRUE(server_.Wait(2));
+  server_.Write("00 01 00 00 00 05 02 03 02 00 22 00 00 00 00 00 05 01 03 02 00 11");
+  EXPECT_EQ(ToHex(Wait(second).pdu), "03 02 00 22");
+  EXPECT_EQ(ToHex(Wait(first).pdu), "03 02 00 11");
+}
+
+TEST_F(UpstreamTest, AReplyMayComeInAnyPieces) {
+  constexpr std::size_t kSize = 11;
+  for (std::size_t cut = 0; cut <= kSize; ++cut) {
+    const Asked& asked = Submit();
+    ASSERT_TRUE(server_.Wait(cut + 1));
+    const std::string id = HexByte(static_cast<std::uint8_t>(cut));
+    const Bytes whole = ParseHex("00 " + id + " 00 00 00 05 14 03 02 00 " + id).value();
+    auto& session = server_.session(0);
+    if (cut == kSize) {
+      for (const std::uint8_t byte : whole) {
+        session.Write({byte});
+        RunReady(io_);
+      }
+    } else {
+      session.Write(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut)));
+      RunReady(io_);
+      EXPECT_EQ(asked.calls, 0);
+      session.Write(Bytes(whole.begin() + static_cast<std::ptrdiff_t>(cut), whole.end()));
+    }
+    EXPECT_EQ(ToHex(Wait(asked).pdu), "03 02 00 " + id);
+  }
+}
+
+TEST_F(UpstreamTest, OtherUnitsAndFunctionsAreNoReply) {
+  for (const std::string reply :
+       {"00 00 00 00 00 05 15 03 02 09 C4", "00 01 00 00 00 05 14 04 02 09 C4",
+        "00 02 00 00 00 05 14 83 02 09 C4", "00 03 00 00 00 02 14 83"}) {
+    const Asked& asked = Submit();
+    ASSERT_TRUE(server_.Wait(asked_.size()));
+    server_.Write(reply);
+    EXPECT_EQ(Wait(asked).outcome, Outcome::unexpected) << reply;
+    EXPECT_TRUE(asked.reply.pdu.empty());
+    EXPECT_THAT(asked.reply.reason, HasSubstr("answered"));
+  }
+}
+
+struct Misfit {
+  const char* request;
+  const char* reply;
+};
+
+class MisfitTest : public UpstreamTest, public testing::WithParamInterface<Misfit> {};
+
+TEST_P(MisfitTest, IsNoReply) {
+  const std::string pdu = GetParam().reply;
+  const auto size = static_cast<std::uint8_t>((pdu.size() + 1) / 3 + 1);
+  const Asked& asked = Submit({.pdu = GetParam().request});
+  ASSERT_TRUE(server_.Wait(1));
+  server_.Write("00 00 00 00 00 " + HexByte(size) + " 14 " + pdu);
+  EXPECT_EQ(Wait(asked).outcome, Outcome::unexpected);
+  EXPECT_TRUE(asked.reply.pdu.empty());
+  EXPECT_THAT(asked.reply.reason, HasSubstr("does not fit the request: " + pdu));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, MisfitTest,
+                         testing::Values(Misfit{"03 00 C8 00 01", "03 02 01"},
+                                         Misfit{"03 00 C8 00 01", "03"},
+                                         Misfit{"03 00 C8 00 01", "03 04 00 01 00 02"},
+                                         Misfit{"03 00 C8 00 01", "03 02 00 01 00"},
+                                         Misfit{"01 00 00 00 09", "01 01 FF"},
+                                         Misfit{"06 00 08 00 00", "06 00 63 00 63"},
+                                         Misfit{"05 00 08 FF 00", "05 00 08 00 00"},
+                                         Misfit{"10 00 08 00 01 02 00 07", "10 00 09 00 01"}));
+
+TEST_F(UpstreamTest, WhatNobodyKnowsPassesAsItIs) {
+  const Asked& asked = Submit({.slave = 250, .pdu = "64 DE AD"});
+  ASSERT_TRUE(server_.Wait(1));
+  server_.Write("00 00 00 00 00 05 FA 64 01 02 03");
+  EXPECT_EQ(ToHex(Wait(asked).pdu), "64 01 02 03");
+}
+
+TEST_F(UpstreamTest, AnUnknownIdIsDropped) {
+  const Asked& asked = Submit();
+  ASSERT_TRUE(server_.Wait(1));
+  server_.Write("00 07 00 00 00 05 14 03 02 09 C4 00 00 00 00 00 05 14 03 02 00 01");
+  EXPECT_EQ(ToHex(Wait(asked).pdu), "03 02 00 01");
+  EXPECT_THAT(late_, IsEmpty()) << "nobody has ever waited for it";
+}
+
+TEST_F(UpstreamTest, ALateReplyIsNotTheNextOnes) {
+  const Asked& slow = SendInVain();
+  EXPECT_THAT(slow.reply.reason, HasSubstr("did not answer in time"));
+  const Asked& next = Submit();
+  ASSERT_TRUE(server_.Wait(2));
+  server_.Write("00 00 00 00 00 05 14 03 02 AA AA 00 01 00 00 00 05 14 03 02 BB BB");
+  EXPECT_EQ(ToHex(Wait(next).pdu), "03 02 BB BB");
+  EXPECT_EQ(slow.calls, 1);
+  EXPECT_THAT(late_, ElementsAre(20));
+  const Asked& last = Submit();
+  ASSERT_TRUE(server_.Wait(3));
+  server_.Write("00 00 00 00 00 05 14 03 02 AA AA 00 02 00 00 00 05 14 03 02 CC CC");
+  EXPECT_EQ(ToHex(Wait(last).pdu), "03 02 CC CC");
+  EXPECT_THAT(late_, ElementsAre(20)) << "a copy is not counted";
+}
+
+TEST_F(UpstreamTest, WhatCameLateIsShownAtTheRoutesToThatUnit) {
+  config::Modbus modbus;
+  const auto add = [&modbus](std::uint16_t port, std::uint8_t first, std::uint8_t last) {
+    config::Route& route = modbus.routes.emplace_back();
+    route.host = "127.0.0.1";
+    route.port = port;
+    route.first = first;
+    route.last = last;
+  };
+  add(server_.port(), 18, 20);
+  add(server_.port(), 40, 41);
+  modbus.routes.back().remap = 19;
+  add(server_.port(), 21, 30);
+  add(1, 20, 20);
+  const auto book = std::make_shared<TrafficBook>(modbus);
+  RouteTargets targets(modbus, {});
+  targets.Open(io_, book);
+  ASSERT_TRUE(targets.of(1)->Submit(Make({.within = 300ms})));
+  ASSERT_TRUE(server_.Wait(1));
+  Wait(asked_[0]);
+  server_.Write("00 00 00 00 00 05 14 03 02 09 C4");
+  const auto late = [&](std::size_t route) {
+    return book->Status(ReadClocks()).routes[route].late;
+  };
+  ASSERT_TRUE(RunUntil(io_, [&] { return late(0) == 1; }));
+  EXPECT_EQ(late(1), 1U);
+  EXPECT_EQ(late(2), 0U) << "another unit";
+  EXPECT_EQ(late(3), 0U) << "another server";
+  targets.Close();
+}
+
+TEST_F(UpstreamTest, NothingIsSentAfterItsDeadline) {
+  const Asked& late = Submit({.pdu = "06 00 08 00 02", .within = -1s});
+  const RoutedReply& reply = Wait(late);
+  EXPECT_EQ(reply.outcome, Outcome::no_reply);
+  EXPECT_FALSE(reply.sent);
+  EXPECT_THAT(reply.reason, HasSubstr("deadline"));
+  RunReady(io_);
+  EXPECT_EQ(server_.accepted(), 0U);
+}
+
+TEST_F(UpstreamTest, WhatWaitsForTheWireExpires) {
+  FillTheWire();
+  const Asked& late = Submit({.within = 1ms});
+  EXPECT_FALSE(Wait(late).sent);
+  server_.Write("00 00 00 00 00 05 14 03 02 00 01");
+  Wait(asked_[0]);
+  RunReady(io_);
+  EXPECT_EQ(server_.Requests().size(), kReadsOnWire);
+}
+
+TEST_F(UpstreamTest, TheWireTakesTwelveReadsAndThenThePriorityDecides) {
+  FillTheWire();
+  Submit({.slave = 30, .pdu = "03 00 0A 00 01", .priority = config::Priority::low});
+  Submit({.slave = 30, .pdu = "03 00 0B 00 01"});
+  Submit({.slave = 30, .pdu = "03 00 0C 00 01", .priority = config::Priority::high});
+  RunReady(io_);
+  ASSERT_EQ(server_.Requests().size(), 12U);
+  std::size_t sent = 12;
+  for (const std::string id : {"04", "05", "06"}) {
+    server_.Write("00 " + id + " 00 00 00 05 15 03 02 00 01");
+    ASSERT_TRUE(server_.Wait(++sent));
+  }
+  const auto requests = server_.Requests();
+  EXPECT_THAT(requests[12], HasSubstr("03 00 0C"));
+  EXPECT_THAT(requests[13], HasSubstr("03 00 0B"));
+  EXPECT_THAT(requests[14], HasSubstr("03 00 0A"));
+}
+
+TEST_F(UpstreamTest, ShortWritesDoNotWaitForReadsThatNobodyAnswers) {
+  FillTheWire();
+  for (std::uint8_t unit = 40; unit < 48; ++unit) Submit({.slave = unit});
+  RunReady(io_);
+  Submit({.slave = 20, .pdu = "06 00 08 00 00"});
+  Submit({.slave = 30, .pdu = "06 00 08 00 00"});
+  ASSERT_TRUE(server_.Wait(kReadsOnWire + 2));
+  EXPECT_EQ(server_.Requests()[12], "00 0C 00 00 00 06 14 06 00 08 00 00");
+  EXPECT_EQ(server_.Requests()[13], "00 0D 00 00 00 06 1E 06 00 08 00 00");
+}
+
+TEST_F(UpstreamTest, OneUnitTakesFourPlacesAndASilentOneOne) {
+  const auto read = [this](std::uint8_t unit, int start, Duration within = 1h) {
+    Submit({.slave = unit,
+            .pdu = "03 01 " + HexByte(static_cast<std::uint8_t>(start)) + " 00 01",
+            .within = within});
+  };
+  for (int i = 0; i < 6; ++i) read(20, i, 300ms);
+  read(21, 0);
+  ASSERT_TRUE(server_.Wait(5));
+  EXPECT_THAT(server_.Requests()[4], HasSubstr(" 15 03 01 00")) << "others do not wait";
+  server_.Write("00 04 00 00 00 05 15 03 02 00 01");
+  for (std::size_t i = 0; i < 7; ++i) Wait(asked_[i]);
+  ASSERT_TRUE(asked_[3].reply.sent) << "the machine stood still for 300 ms";
+  std::size_t sent = server_.Requests().size();
+  for (int i = 0; i < 6; ++i) read(20, 10 + i);
+  read(21, 1);
+  ASSERT_TRUE(server_.Wait(sent + 2));
+  RunReady(io_);
+  ASSERT_EQ(server_.Requests().size(), sent + 2);
+  const std::string id = server_.Requests()[sent].substr(0, 5);
+  server_.Write(id + " 00 00 00 05 14 03 02 00 01");
+  ASSERT_TRUE(server_.Wait(sent + 2 + Upstream::kMostPerUnit)) << "it answers again";
+}
+
+TEST_F(UpstreamTest, TheNextWriteToAUnitWaitsForTheOneBefore) {
+  const Asked& start = Submit({.pdu = "06 00 08 00 02", .client = 1});
+  Submit({.pdu = "06 00 08 00 00", .client = 2, .priority = config::Priority::high});
+  Submit({.slave = 21, .pdu = "06 00 08 00 07", .client = 2});
+  ASSERT_TRUE(server_.Wait(2));
+  RunReady(io_);
+  ASSERT_EQ(server_.Requests().size(), 2U);
+  EXPECT_EQ(server_.Requests()[0], "00 00 00 00 00 06 14 06 00 08 00 02");
+  EXPECT_EQ(server_.Requests()[1], "00 01 00 00 00 06 15 06 00 08 00 07");
+  server_.Write("00 00 00 00 00 06 14 06 00 08 00 02");
+  EXPECT_EQ(Wait(start).outcome, Outcome::ok);
+  ASSERT_TRUE(server_.Wait(3));
+  EXPECT_EQ(server_.Requests()[2], "00 02 00 00 00 06 14 06 00 08 00 00");
+}
+
+TEST_F(UpstreamTest, ABroadcastIsNotWaitedFor) {
+  const Asked& all = Submit({.slave = 0, .pdu = "06 00 08 00 00"});
+  const RoutedReply& reply = Wait(all);
+  EXPECT_EQ(reply.outcome, Outcome::ok);
+  EXPECT_TRUE(reply.pdu.empty());
+  EXPECT_TRUE(reply.sent);
+  ASSERT_TRUE(server_.Wait(1));
+  EXPECT_EQ(server_.Requests()[0], "00 00 00 00 00 06 00 06 00 08 00 00");
+  server_.Write("00 00 00 00 00 06 00 06 00 08 00 00");
+  const Asked& read = Submit({.slave = 0});
+  ASSERT_TRUE(server_.Wait(2));
+  server_.Write("00 01 00 00 00 05 00 03 02 00 01");
+  EXPECT_EQ(ToHex(Wait(read).pdu), "03 02 00 01") << "unit 0 is the server itself";
+  EXPECT_THAT(late_, IsEmpty()) << "nobody waits for its answer";
+}
+
+TEST_F(UpstreamTest, IdenticalReadsThatWaitTogetherShareOneReply) {
+  const Asked& first = Submit({.client = 1});
+  const Asked& second = Submit({.client = 2});
+  ASSERT_TRUE(server_.Wait(1));
+  server_.Write("00 00 00 00 00 05 14 03 02 00 01");
+  EXPECT_EQ(ToHex(Wait(first).pdu), "03 02 00 01");
+  EXPECT_EQ(ToHex(Wait(second).pdu), "03 02 00 01");
+  EXPECT_NE(first.reply.shared, second.reply.shared);
+  EXPECT_EQ(server_.Requests().size(), 1U);
+}
+
+TEST_F(UpstreamTest, AForgottenClientIsNotSentForAndNotAnswered) {
+  FillTheWire();
+  const Asked& gone = Submit({.client = 7});
+  RunReady(io_);
+  Submit({.pdu = "03 00 01 00 01", .client = 7});
+  const Asked& stays = Submit({.pdu = "03 00 02 00 01", .client = 8});
+  upstream_.Forget(7);
+  server_.Write("00 00 00 00 00 05 14 03 02 00 01");
+  ASSERT_TRUE(server_.Wait(13));
+  EXPECT_EQ(server_.Requests()[12], "00 0C 00 00 00 06 14 03 00 02 00 01");
+  upstream_.Forget(8);
+  RunReady(io_);
+  server_.Write("00 0C 00 00 00 05 14 03 02 00 02 00 01 00 00 00 05 14 03 02 00 03");
+  Wait(asked_[1]);
+  EXPECT_EQ(gone.calls, 0);
+  EXPECT_EQ(stays.calls, 0);
+  EXPECT_THAT(late_, IsEmpty()) << "it was waited for";
+}
+
+TEST_F(UpstreamTest, AFullQueueSaysNoUntilThereIsRoom) {
+  FillTheWire();
+  for (std::size_t i = 0; i < Upstream::kMostWaiting; ++i) {
+    Submit({.pdu = "2B 0E 01 00", .client = i});
+    if (i % 2 == 0) RunReady(io_);
+  }
+  EXPECT_FALSE(upstream_.Submit(Make({})));
+  EXPECT_EQ(asked_.back().calls, 0);
+  RunReady(io_);
+  EXPECT_FALSE(upstream_.Submit(Make({})));
+  upstream_.Forget(5);
+  RunReady(io_);
+  EXPECT_TRUE(upstream_.Submit(Make({})));
+  for (std::size_t i = 0; i < RouteQueue::kKept; ++i) Submit({.pdu = "06 00 01 00 01"});
+  EXPECT_FALSE(upstream_.Submit(Make({.pdu = "06 00 01 00 01"}))) << "their own places are full";
+}
+
+TEST_F(UpstreamTest, AServerThatSendsGarbageBehindGoodFramesFillsNoLog) {
+  CapturedLog log;
+  constexpr std::size_t kTimes = 10;
+  for (std::size_t i = 0; i < kTimes; ++i) {
+    const Asked& good = Submit();
+    ASSERT_TRUE(server_.Wait(1, i));
+    const std::string id = server_.Requests(i)[0].substr(0, 5);
+    server_.Write(id + " 00 00 00 05 14 03 02 09 C4 00 00 FF FF 00 00", i);
+    EXPECT_EQ(Wait(good).outcome, Outcome::ok);
+    ASSERT_TRUE(RunUntil(io_, [&] { return server_.session(i).ended(); }));
+  }
+  // Connected, and sent what is no Modbus TCP.
+  EXPECT_LE(log.CountLines("server 127.0.0.1:" + std::to_string(server_.port())), 2);
+}
+
+TEST_F(UpstreamTest, AnyThreadMayAsk) {
+  std::vector<std::thread> threads;
+  std::vector<RoutedRequest> requests;
+  for (std::uint8_t i = 0; i < 16; ++i) requests.push_back(Make({.slave = i, .client = i}));
+  for (RoutedRequest& request : requests) {
+    threads.emplace_back([this, &request] {
+      const std::uint64_t client = request.client;
+      EXPECT_TRUE(upstream_.Submit(std::move(request)));
+      if (client % 4 == 0) upstream_.Forget(client);
+    });
+  }
+  ASSERT_TRUE(server_.Wait(12));
+  for (std::thread& thread : threads) thread.join();
+}
+
+}  // namespace
+}  // namespace baudgate::modbus

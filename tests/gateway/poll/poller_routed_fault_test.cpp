@@ -1,0 +1,334 @@
+// Transparent routes on a line with faults, under virtual time: noise, late replies, echoes and odd
+// requests. Nobody may get what belongs to another request, and no write may count as done that the
+// slave never heard.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "gateway/base/text.h"
+#include "protocols/modbus/protocol.h"
+#include "tests/gateway/poll/routed_line.h"
+
+namespace baudgate {
+namespace {
+
+using Pieces = std::vector<TimedPiece>;
+
+// Function 16 for one register: unlike that of function 6, its reply does not name the value.
+constexpr const char* kStartBlock = "10 00 00 00 01 02 00 02";
+constexpr const char* kStopBlock = "10 00 00 00 01 02 00 00";
+// A function of a manufacturer's own, which other slaves ignore.
+constexpr const char* kOdd = "41 00 00";
+
+/// The start of a reply of slave 20 that never goes on: the exchange ends as damaged.
+const Bytes kNoise = {0x14, 0x55};
+
+// The read is repeated, so a slow slave answers twice: the second reply is nobody's.
+TEST(PollerRoutedFaults, NoiseThatEndsAnExchangeEarlyDoesNotShiftReplies) {
+  RoutedLine line;
+  line.Number(0, 1);
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  line.twin(0).manner.think = 300ms;
+  line.Ask("read", kRead);
+  line.Ask("other", kOther, 20, 2);
+  line.Inject(kNoise, 20ms);
+  line.RunFor(3s);
+  EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
+}
+
+// Replies to function 16 look alike, and the PLC would take a running motor for a stopped one.
+TEST(PollerRoutedFaults, TheLateReplyToAStartDoesNotConfirmTheStop) {
+  RoutedLine line;
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  line.twin(0).manner.think = 300ms;
+  line.Ask("start", kStartBlock, 20, 1);
+  line.Inject(kNoise, 20ms);
+  line.RunFor(50ms);
+  line.twin(0).manner.dead = true;
+  line.Ask("stop", kStopBlock, 20, 1);
+  line.RunFor(3s);
+  EXPECT_NE(line.Of("stop").outcome, Outcome::ok) << "the slave never heard it";
+}
+
+// A write is not repeated, so what another slave says late must not end it.
+TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotEndAWrite) {
+  RoutedLine line;
+  line.Ask("warm", kRead, 20);
+  line.Ask("warm too", kRead, 21);
+  line.RunFor(1s);
+  line.twin(0).manner.think = 650ms;  // the reply time is 500 ms
+  line.twin(0).manner.fragment = 1;
+  line.twin(1).manner.think = 150ms;
+  line.Ask("late", kRead, 20);
+  line.Ask("start", kStart, 21, 2);
+  line.RunFor(3s);
+  EXPECT_EQ(line.Of("late").outcome, Outcome::no_reply);
+  EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
+}
+
+// Without any damage: one slave that is late and one that is slow would do to shift replies.
+TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotShiftReplies) {
+  RoutedLine line;
+  line.Number(1, 1);
+  line.Ask("warm", kRead, 20);
+  line.Ask("warm too", kRead, 21);
+  line.RunFor(1s);
+  line.twin(0).manner.think = 650ms;
+  line.twin(0).manner.fragment = 1;
+  line.twin(1).manner.think = 300ms;
+  line.Ask("late", kRead, 20);
+  line.Ask("read", kRead, 21, 2);
+  line.Ask("other", kOther, 21, 3);
+  line.RunFor(3s);
+  EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
+}
+
+// A serial server keeps what came while nobody was connected.
+TEST(PollerRoutedFaults, TheReplyFromBeforeAReconnectIsNotTaken) {
+  RoutedLine line;
+  line.Number(0, 1);
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  line.twin(0).manner.think = 300ms;
+  line.Ask("read", kRead);
+  line.RunFor(50ms);
+  line.Close();
+  line.RunFor(100ms);
+  line.Open();
+  line.Inject(ModbusRtuProtocol().carrier->wrap(20, ParseHex("03 02 00 01").value()), 200ms);
+  line.Ask("other", kOther, 20, 2);
+  line.RunFor(2s);
+  EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
+}
+
+// The confirmation of a write equals its request, and so does an echo: a dead slave would obey.
+TEST(PollerRoutedFaults, TheFirstWriteIsNotBelievedOnABusThatEchoesWhileItIsSent) {
+  RoutedLine line(DriveLine(), {"20"});
+  line.echo = [](View request) { return Bytes(request.begin(), request.end()); };
+  line.twin(0).manner.dead = true;
+  line.Ask("start", kStart);
+  line.RunFor(2s);
+  EXPECT_NE(line.Of("start").outcome, Outcome::ok);
+}
+
+// A reply before the end of its request can be no reply.
+TEST(PollerRoutedFaults, TheFirstWriteIsNotBelievedWhenItsEchoIsEarly) {
+  RoutedLine line(DriveLine(), {"20"});
+  line.twin(0).manner.deliver = [](View request, const Bytes&, Instant) -> Pieces {
+    return {{-1ms, Bytes(request.begin(), request.end())}};
+  };
+  line.Ask("start", kStart);
+  line.RunFor(2s);
+  EXPECT_NE(line.Of("start").outcome, Outcome::ok);
+}
+
+// An echo in one piece after the request is not early: only a read, whose reply differs from its
+// request, tells that the bus echoes. From then on no write is believed.
+TEST(PollerRoutedFaults, AWriteIsNotBelievedOnceAReadHasRevealedAnEchoInOnePiece) {
+  RoutedLine line(DriveLine(), {"20"});
+  bool dead = false;
+  line.twin(0).manner.deliver = [&](View request, Bytes reply, Instant) -> Pieces {
+    Pieces pieces{{1ms, Bytes(request.begin(), request.end())}};
+    if (!dead) pieces.push_back({15ms, std::move(reply)});
+    return pieces;
+  };
+  line.Ask("read", kRead);
+  line.RunFor(1s);
+  EXPECT_EQ(line.Of("read").outcome, Outcome::ok);
+  EXPECT_EQ(line.warnings.size(), 1U) << "the user is told to set 'echo: strip'";
+  dead = true;
+  line.Ask("start", kStart);
+  line.RunFor(2s);
+  EXPECT_NE(line.Of("start").outcome, Outcome::ok);
+}
+
+TEST(PollerRoutedFaults, AReplyThatMayEqualItsRequestRevealsNoEcho) {
+  RoutedLine line(DriveLine(), {"20"});
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[1] != 0x08 && request[1] != 0x41) return std::nullopt;
+    return Bytes(request.begin(), request.end());
+  };
+  line.Ask("clear counters", "08 00 0A 00 00");
+  line.Ask("own function", "41 01 02 03");
+  line.RunFor(1s);
+  line.Ask("start", kStart);
+  line.RunFor(1s);
+  EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
+  EXPECT_TRUE(line.warnings.empty());
+}
+
+TEST(PollerRoutedFaults, AWriteIsBelievedAgainOnceTheBusEchoesNoMore) {
+  RoutedLine line(DriveLine(), {"20"});
+  bool echoes = true;
+  line.twin(0).manner.deliver = [&](View request, Bytes reply, Instant) -> Pieces {
+    Pieces pieces{{15ms, std::move(reply)}};
+    if (echoes) pieces.insert(pieces.begin(), {1ms, Bytes(request.begin(), request.end())});
+    return pieces;
+  };
+  line.Ask("read", kRead);
+  line.RunFor(1s);
+  echoes = false;
+  line.Ask("read again", kRead);
+  line.RunFor(1s);
+  line.Ask("start", kStart);
+  line.RunFor(1s);
+  EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
+}
+
+Pieces IgnoreOdd(View request, Bytes reply, Instant) {
+  if (request[1] == 0x41) return {};
+  return {{5ms, std::move(reply)}};
+}
+
+// One client's curiosity must not spoil the store.
+TEST(PollerRoutedFaults, OddRequestsThatASlaveIgnoresDoNotPutItOffline) {
+  RoutedLine line(DriveLine({Polled("20", 2, 60s)}), {});
+  line.RunFor(5s);
+  line.twin(0).manner.deliver = IgnoreOdd;
+  for (int i = 0; i < 40; ++i) {
+    line.Ask("odd", kOdd, 20, 9);
+    line.RunFor(800ms);
+  }
+  EXPECT_EQ(line.Of("odd").outcome, Outcome::no_reply);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
+// Nor may it take the slave from other clients, whose second read would be told that it is absent.
+TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotTakeTheSlaveFromOthers) {
+  RoutedLine line;
+  line.twin(0).manner.deliver = IgnoreOdd;
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  for (int i = 0; i < 4; ++i) {
+    line.Ask("odd", kOdd, 20, 9);
+    line.RunFor(800ms);
+  }
+  line.Ask("a", kRead, 20, 1);
+  line.Ask("b", kOther, 20, 2);
+  line.RunFor(2s);
+  EXPECT_EQ(line.Of("a").outcome, Outcome::ok);
+  EXPECT_EQ(line.Of("b").outcome, Outcome::ok);
+}
+
+// A busy client of another slave leaves the probes two percent; a stop does not wait for them.
+TEST(PollerRoutedFaults, AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFoundIt) {
+  RoutedLine line;
+  BusyClients clients(line);
+  clients.Add(kRead, 20);
+  line.Ask("warm", kRead, 21, 2);
+  line.RunFor(1s);
+  line.twin(1).manner.dead = true;
+  for (int i = 0; i < 20; ++i) {
+    line.Ask("vain", kStart, 21, 2);
+    line.RunFor(1s);
+  }
+  line.twin(1).manner.dead = false;
+  line.RunFor(10s);  // nobody asks it: the client waits, too
+  const int before = clients.answered(0);
+  line.Ask("stop", kStart, 21, 2);
+  line.RunFor(3s);
+  EXPECT_EQ(line.Of("stop").outcome, Outcome::ok);
+  EXPECT_GT(clients.answered(0), before + 50);
+}
+
+TEST(PollerRoutedFaults, WritesToAnAbsentSlaveLeaveTheOthersTheirTime) {
+  RoutedLine line;
+  BusyClients clients(line);
+  clients.Add(kRead, 20);
+  line.RunFor(30s);
+  const int alone = clients.answered(0);
+  line.twin(1).manner.dead = true;
+  for (int i = 0; i < 150; ++i) {
+    line.Ask("vain", kStart, 21, 2);
+    line.RunFor(200ms);
+  }
+  EXPECT_GT(clients.answered(0) - alone, alone * 4 / 5) << "a tenth for writes, and the probes";
+}
+
+TEST(PollerRoutedFaults, ReadsOfAnAbsentSlaveAreToldAtOnceAndCostTheOthersNothing) {
+  RoutedLine line;
+  BusyClients clients(line);
+  clients.Add(kRead, 20);
+  line.RunFor(10s);
+  const int alone = clients.answered(0);
+  line.twin(1).manner.dead = true;
+  int told = 0;
+  for (int i = 0; i < 100; ++i) {
+    line.Ask("read " + std::to_string(i), kRead, 21, 2);
+    line.RunFor(100ms);
+    for (const auto& reply : line.replies) told += reply.name == "read " + std::to_string(i);
+  }
+  EXPECT_GT(told, 80) << "not at its deadline, but at once";
+  EXPECT_GT(clients.answered(0) - alone, alone * 17 / 20) << "the first silence, then probes";
+}
+
+// A slave that answers two of three requests is there: its clients must not be told otherwise.
+TEST(PollerRoutedFaults, ALostReplyCostsNoOtherRequest) {
+  RoutedLine line;
+  int asked = 0;
+  int lost = 0;
+  line.twin(0).manner.deliver = [&](View, Bytes reply, Instant) -> Pieces {
+    if (reply.empty()) return {};
+    if (++asked % 3 == 0) {
+      ++lost;
+      return {};
+    }
+    return {{5ms, std::move(reply)}};
+  };
+  BusyClients clients(line);
+  for (std::uint8_t i = 0; i < 5; ++i) clients.Add(ReadOf(i), 20);
+  line.RunFor(60s);
+  int answered = 0;
+  int failed = 0;
+  for (std::size_t i = 0; i < 5; ++i) {
+    answered += clients.answered(i);
+    failed += clients.failed(i);
+  }
+  EXPECT_GT(answered, 100);
+  EXPECT_NEAR(failed, lost, 1) << "one may be under way";
+}
+
+// Whoever takes silence for a serial server that hangs would reconnect an idle line for ever.
+TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
+  RoutedLine line;
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  line.twin(0).manner.dead = true;
+  line.Ask("lost", kRead);
+  line.RunFor(60s);
+  EXPECT_EQ(line.Of("lost").outcome, Outcome::no_reply);
+  EXPECT_FALSE(line.poller().SilentSince(line.now().instant - 30s)) << "nothing was asked since";
+}
+
+// Two entries of one slave, such as two profiles. Every fifth reply is late, and a reply to a read
+// does not say which register it is of.
+TEST(PollerRoutedFaults, ALateReplyToOneEntryIsNotTakenForTheOthers) {
+  for (Duration late = 100ms; late < 1050ms; late += 37ms) {
+    SCOPED_TRACE(FormatDuration(late));
+    config::Device second = Polled("20", 6, 400ms);
+    second.points.erase(second.points.begin(), second.points.begin() + 5);
+    RoutedLine line(DriveLine({Polled("20", 1, 300ms), second}), {"20"});
+    line.twin(0).manner.dead = line.twin(1).manner.dead = true;  // one slave answers both
+    line.Number(2, 1000);
+    int asked = 0;
+    line.twin(2).manner.deliver = [&](View, Bytes reply, Instant) -> Pieces {
+      if (reply.empty()) return {};
+      return {{++asked % 5 == 0 ? late : 5ms, std::move(reply)}};
+    };
+    line.always = [&] {
+      const Value first = line.ValueOf(0, 0);
+      const Value sixth = line.ValueOf(1, 0);
+      ASSERT_TRUE(!HasValue(first) || ToText(first) == "1000") << ToText(first);
+      ASSERT_TRUE(!HasValue(sixth) || ToText(sixth) == "1005") << ToText(sixth);
+    };
+    line.RunFor(1min);
+    if (HasFatalFailure()) return;
+    EXPECT_TRUE(HasValue(line.ValueOf(0, 0)));
+    EXPECT_TRUE(HasValue(line.ValueOf(1, 0)));
+  }
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,217 @@
+// The schedule alone: the grid of periods, fairness, missed periods, suspend, restart and hold.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/schedule.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+namespace baudgate {
+namespace {
+
+using config::Group;
+
+constexpr Instant kStart = Instant() + 1h;
+
+TEST(Schedule, NothingIsDueBeforeRestart) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  EXPECT_FALSE(schedule.Next(kStart));
+  EXPECT_FALSE(schedule.NextDue());
+}
+
+TEST(Schedule, PeriodsStandOnAFixedGrid) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart + 130ms)) << "asked late";
+  EXPECT_EQ(schedule.NextDue(), kStart + 1s) << "late service must not shift the grid";
+  EXPECT_FALSE(schedule.Next(kStart + 999ms));
+  EXPECT_TRUE(schedule.Next(kStart + 1s));
+  EXPECT_EQ(schedule.NextDue(), kStart + 2s);
+  EXPECT_EQ(schedule.Missed(0, kStart), 0U);
+}
+
+TEST(Schedule, QueriesOfARoundComeInTheirOrder) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast, Group::fast});
+  schedule.Restart(0, kStart);
+  for (std::size_t query = 0; query < 3; ++query) {
+    const auto pick = schedule.Next(kStart);
+    ASSERT_TRUE(pick);
+    EXPECT_EQ(pick->query, query);
+    EXPECT_EQ(pick->last_of_round, query == 2);
+  }
+  EXPECT_FALSE(schedule.Next(kStart));
+}
+
+TEST(Schedule, OnceIsAskedOnceUntilRestart) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::once});
+  schedule.Restart(0, kStart);
+  const auto pick = schedule.Next(kStart);
+  ASSERT_TRUE(pick);
+  EXPECT_EQ(pick->group, Group::once);
+  EXPECT_FALSE(schedule.Next(kStart + 24h));
+  EXPECT_FALSE(schedule.NextDue());
+  schedule.Restart(0, kStart + 24h);
+  EXPECT_TRUE(schedule.Next(kStart + 24h));
+}
+
+TEST(Schedule, OnceIsRepeatedWhenAskedTo) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::once, Group::once});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  schedule.RepeatOnce(0, kStart + 1min);
+  ASSERT_TRUE(schedule.Next(kStart)) << "the round that is under way goes on";
+  EXPECT_FALSE(schedule.Next(kStart + 59s));
+  EXPECT_TRUE(schedule.Next(kStart + 1min));
+  EXPECT_TRUE(schedule.Next(kStart + 1min));
+  EXPECT_FALSE(schedule.Next(kStart + 24h));
+}
+
+TEST(Schedule, ANewPlanStartsAgainWithWhatWasNotYetReadOnce) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::once, Group::once});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  schedule.SetQueries(0, {Group::once});
+  EXPECT_TRUE(schedule.Next(kStart));
+  schedule.SetQueries(0, {Group::once});
+  EXPECT_FALSE(schedule.Next(kStart)) << "all had been asked for";
+}
+
+TEST(Schedule, GroupsHaveTheirOwnPeriods) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 10s), {Group::fast, Group::slow});
+  schedule.Restart(0, kStart);
+  std::map<Group, int> count;
+  for (Instant now = kStart; now < kStart + 60s; now += 100ms) {
+    while (const auto pick = schedule.Next(now)) ++count[pick->group];
+  }
+  EXPECT_EQ(count[Group::fast], 60);
+  EXPECT_EQ(count[Group::slow], 6);
+}
+
+TEST(Schedule, MissedPeriodsAreCountedAndNotQueued) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  ASSERT_TRUE(schedule.Next(kStart + 5500ms)) << "due since 1 s";
+  EXPECT_EQ(schedule.Missed(0, kStart), 4U) << "2, 3, 4 and 5 s";
+  EXPECT_FALSE(schedule.Next(kStart + 5500ms)) << "one poll makes up for all of them";
+  EXPECT_EQ(schedule.NextDue(), kStart + 6s);
+}
+
+TEST(Schedule, ARoundThatRunsBeyondItsPeriodIsFollowedByTheNextAtOnce) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
+  schedule.Restart(0, kStart);
+  ASSERT_EQ(schedule.Next(kStart)->query, 0U);
+  ASSERT_EQ(schedule.Next(kStart + 1200ms)->query, 1U) << "the round goes on where it was";
+  ASSERT_EQ(schedule.Next(kStart + 1300ms)->query, 0U) << "late, but within its period";
+  EXPECT_EQ(schedule.Missed(0, kStart), 0U);
+  ASSERT_EQ(schedule.Next(kStart + 3100ms)->query, 1U);
+  ASSERT_EQ(schedule.Next(kStart + 3100ms)->query, 0U) << "that of 3 s";
+  EXPECT_EQ(schedule.Missed(0, kStart), 1U) << "that of 2 s passed whole";
+}
+
+TEST(Schedule, DevicesTakeTurns) {
+  Schedule schedule;
+  for (int device = 0; device < 3; ++device) {
+    schedule.SetQueries(schedule.AddDevice(1s, 1min), std::vector<Group>(4, Group::fast));
+  }
+  for (std::size_t device = 0; device < 3; ++device) schedule.Restart(device, kStart);
+  std::vector<std::size_t> order;
+  while (const auto pick = schedule.Next(kStart)) order.push_back(pick->device);
+  EXPECT_EQ(order, (std::vector<std::size_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
+}
+
+TEST(Schedule, SuspendedDeviceIsSilentAndRestartsWithAWholeRound) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  schedule.Suspend(0);
+  EXPECT_FALSE(schedule.Next(kStart + 10s));
+  EXPECT_FALSE(schedule.NextDue());
+  schedule.Restart(0, kStart + 20s);
+  EXPECT_EQ(schedule.Next(kStart + 20s)->query, 0U);
+  EXPECT_EQ(schedule.Missed(0, kStart), 0U) << "periods while offline were not missed by the line";
+}
+
+TEST(Schedule, HeldDeviceWaitsAndOthersGoOn) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.Restart(0, kStart);
+  schedule.Restart(1, kStart);
+  schedule.Hold(0, kStart + 300ms);
+  schedule.Hold(0, kStart + 100ms);  // a shorter one does not take it back
+  EXPECT_EQ(schedule.Next(kStart)->device, 1U);
+  EXPECT_FALSE(schedule.Next(kStart + 299ms));
+  EXPECT_EQ(schedule.NextDue(), kStart + 300ms);
+  EXPECT_EQ(schedule.Next(kStart + 300ms)->device, 0U);
+}
+
+TEST(Schedule, NewQueriesEndTheRound) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  schedule.SetQueries(0, {Group::fast});
+  EXPECT_FALSE(schedule.Next(kStart + 1ms));
+  EXPECT_EQ(schedule.Next(kStart + 1s)->query, 0U);
+  schedule.SetQueries(0, {});
+  EXPECT_FALSE(schedule.NextDue());
+}
+
+/// Random devices on a line that is sometimes far too slow: nobody waits longer than its own period
+/// and one turn of everybody else's rounds, and NextDue never lies.
+TEST(Schedule, NobodyStarvesWhateverThePeriods) {
+  std::mt19937 random(4711);
+  for (int round = 0; round < 60; ++round) {
+    Schedule schedule;
+    const std::size_t devices = 1 + random() % 12;
+    const Duration cost = std::chrono::microseconds(100 + random() % 200'000);
+    std::vector<Duration> longest(devices);
+    for (std::size_t device = 0; device < devices; ++device) {
+      const auto fast = std::chrono::milliseconds(1 + random() % 2000);
+      schedule.AddDevice(fast, std::chrono::milliseconds(1 + random() % 20000));
+      std::vector<Group> groups(1 + random() % 5);
+      for (Group& group : groups) group = static_cast<Group>(random() % 3);
+      groups.front() = Group::fast;
+      schedule.SetQueries(device, groups);
+      schedule.Restart(device, kStart);
+      longest[device] = fast + static_cast<std::int64_t>(3 * devices + 1) * cost;
+    }
+    std::vector<Instant> served(devices, kStart);
+    Instant now = kStart;
+    for (int step = 0; step < 3000; ++step) {
+      const auto due = schedule.NextDue();
+      ASSERT_TRUE(due);
+      const auto pick = schedule.Next(now);
+      ASSERT_EQ(pick.has_value(), *due <= now);
+      for (std::size_t device = 0; device < devices; ++device) {
+        ASSERT_LE(now - served[device], longest[device]) << device << " of " << devices;
+      }
+      if (pick) served[pick->device] = now;
+      now = pick ? now + cost : *due;
+    }
+  }
+}
+
+TEST(Schedule, ARestartDoesNotEndAHold) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.Hold(0, kStart + 5min);
+  schedule.Restart(0, kStart);
+  EXPECT_FALSE(schedule.Next(kStart + 4min));
+  EXPECT_TRUE(schedule.Next(kStart + 5min));
+}
+
+}  // namespace
+}  // namespace baudgate

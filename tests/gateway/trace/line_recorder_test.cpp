@@ -1,0 +1,367 @@
+// What the flight recorder keeps, what a live reader sees, and that no secret is in either, however
+// it comes back.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/trace/line_recorder.h"
+
+#include <gmock/gmock.h>
+
+#include <random>
+
+#include "gateway/base/text.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+constexpr std::string_view kRequest = ">1WV160:724:5F\r";
+
+class LineRecorderTest : public testing::Test {
+ protected:
+  LineRecorderTest() : line_(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})})) {
+    Make([this](Recording recording) { saved_.push_back(std::move(recording)); });
+  }
+  void Make(LineRecorder::Sink sink) { recorder_.emplace(line_, kFirst, std::move(sink)); }
+
+  Now Later(Duration time = 1ms) {
+    now_.instant += time;
+    now_.wall += time;
+    return now_;
+  }
+  void Send(std::string_view text, std::uint32_t device = kFirst) {
+    Request request;
+    request.bytes = ToBytes(text);
+    recorder_->OnSent(device, request, Later());
+  }
+  /// The password 724 and its check value are secret.
+  void SendSecret() {
+    Request request;
+    request.bytes = ToBytes(kRequest);
+    request.expect.secrets = {{8, 3}, {12, 2}};
+    recorder_->OnSent(kFirst, request, Later());
+  }
+  void Receive(std::string_view text) { recorder_->OnReceived(ToBytes(text), Later()); }
+  void End(Outcome outcome = Outcome::ok, std::string reason = {}, std::uint32_t device = kFirst) {
+    recorder_->OnExchangeEnd(device, {outcome, std::move(reason), 2ms}, Later());
+  }
+  std::vector<std::string> Lines() const { return Texts(recorder_->Recorded()); }
+  static std::vector<std::string> Texts(const std::vector<TraceRecord>& records) {
+    std::vector<std::string> lines;
+    for (const TraceRecord& record : records) lines.push_back(ToText(record));
+    return lines;
+  }
+  /// All characters received, as shown.
+  std::string ReceivedText() const {
+    std::string text;
+    for (const TraceRecord& record : recorder_->Recorded()) {
+      if (record.kind == TraceRecord::Kind::received) text += record.text;
+    }
+    return text;
+  }
+
+  /// Of the last exchange.
+  std::string LastReceivedText() const {
+    std::string text;
+    const auto records = recorder_->Recorded();
+    for (auto it = records.rbegin(); it->kind != TraceRecord::Kind::sent; ++it) {
+      if (it->kind == TraceRecord::Kind::received) text.insert(0, it->text);
+    }
+    return text;
+  }
+
+  static constexpr std::uint32_t kFirst = 5;  // index of the line's first device in the store
+  config::Line line_;
+  Now now_{Instant() + 1h, WallTime(3h)};
+  std::vector<Recording> saved_;
+  std::optional<LineRecorder> recorder_;
+};
+
+TEST_F(LineRecorderTest, KeepsAnExchangeAsItWas) {
+  Send("?A1\r");
+  Receive("!A1=");
+  Receive("7\xFF\r");
+  End(Outcome::corrupt, "checksum");
+  EXPECT_THAT(Lines(), ElementsAre("03:00:00.001000 a > 3F 41 31 0D | ?A1.",
+                                   "03:00:00.002000 a < 21 41 31 3D | !A1=",
+                                   "03:00:00.003000 a < 37 FF 0D | 7..",
+                                   "03:00:00.004000 a = corrupt, 2.0 ms: checksum"));
+}
+
+TEST_F(LineRecorderTest, StrayBytesAndThePortAreNobodys) {
+  Send("?A1\r", kFirst + 1);
+  End(Outcome::no_reply, {}, kFirst + 1);
+  Receive("!");
+  recorder_->OnDeviceState(kFirst + 1, DeviceState::offline, "no_reply", Later());
+  recorder_->OnPort("port closed: gone", Later());
+  EXPECT_THAT(Lines(),
+              ElementsAre(HasSubstr(" b > "), HasSubstr(" b = no_reply"),
+                          "03:00:00.003000 - < 21 | !", "03:00:00.004000 b # offline: no_reply",
+                          "03:00:00.005000 - # port closed: gone"));
+}
+
+TEST_F(LineRecorderTest, KeepsTheLastExchanges) {
+  for (int i = 0; i < 1000; ++i) {
+    Send("?A" + std::to_string(i) + "\r");
+    End();
+  }
+  const auto lines = Lines();
+  ASSERT_THAT(lines, SizeIs(2 * LineRecorder::kExchanges));
+  EXPECT_THAT(lines.front(), HasSubstr("?A936"));
+  EXPECT_THAT(lines[126], HasSubstr("?A999"));
+}
+
+TEST_F(LineRecorderTest, ABabblerFillsOneExchangeOnly) {
+  Send("?A1\r");
+  for (int i = 0; i < 5000; ++i) Receive("x");
+  for (int i = 0; i < 5000; ++i) recorder_->OnPort("port closed: again", Later());
+  End(Outcome::partial);
+  Receive("stray");
+  const auto lines = Lines();
+  EXPECT_LE(lines.size(), 100U);
+  EXPECT_THAT(lines.back(), HasSubstr("… 3985 more bytes"));
+  EXPECT_EQ(ReceivedText().size(), LineRecorder::kMostBytes - 4) << "the request counts as well";
+}
+
+TEST_F(LineRecorderTest, AReaderSeesEverythingFromNowOn) {
+  Send("?A1\r");
+  End();
+  auto queue = recorder_->Subscribe({});
+  Send("?A2\r");
+  for (int i = 0; i < 2000; ++i) Receive("x");
+  End();
+  const auto seen = Texts(queue->Take());
+  ASSERT_THAT(seen, SizeIs(2002));
+  EXPECT_THAT(seen.front(), HasSubstr("?A2"));
+  EXPECT_THAT(seen[2000], HasSubstr(" < 78 | x"));
+  EXPECT_THAT(seen.back(), HasSubstr("= ok"));
+}
+
+TEST_F(LineRecorderTest, AReaderThatIsGoneIsForgotten) {
+  int woken = 0;
+  auto queue = recorder_->Subscribe([&] { ++woken; });
+  Send("?A1\r");
+  EXPECT_EQ(woken, 1);
+  queue.reset();
+  Send("?A2\r");
+  End();
+  EXPECT_EQ(woken, 1);
+}
+
+// ---------------------------------------------------------------- recordings
+
+TEST_F(LineRecorderTest, ACorruptFrameIsWorthARecording) {
+  Send("?A1\r");
+  End();
+  EXPECT_THAT(saved_, IsEmpty());
+  Send("?B1\r", kFirst + 1);
+  Receive("garbage");
+  End(Outcome::corrupt, "checksum", kFirst + 1);
+  ASSERT_THAT(saved_, SizeIs(1));
+  EXPECT_EQ(saved_[0].line, &line_);
+  EXPECT_EQ(saved_[0].device, &line_.devices[1]);
+  EXPECT_EQ(saved_[0].reason, "corrupt");
+  EXPECT_EQ(saved_[0].at, now_.wall);
+  EXPECT_THAT(Texts(saved_[0].records), SizeIs(5));
+  EXPECT_THAT(Texts(saved_[0].records).back(), HasSubstr("= corrupt"));
+}
+
+TEST_F(LineRecorderTest, SoIsADeviceThatGoesOffline) {
+  Send("?A1\r");
+  End(Outcome::no_reply);
+  recorder_->OnDeviceState(kFirst, DeviceState::degraded, "no_reply", Later());
+  EXPECT_THAT(saved_, IsEmpty());
+  recorder_->OnDeviceState(kFirst, DeviceState::offline, "no_reply", Later());
+  ASSERT_THAT(saved_, SizeIs(1));
+  EXPECT_EQ(saved_[0].reason, "offline");
+  EXPECT_THAT(Texts(saved_[0].records).back(), HasSubstr("a # offline: no_reply"));
+}
+
+TEST_F(LineRecorderTest, LongTroubleGivesOneRecordingAMinute) {
+  for (int i = 0; i < 180; ++i) {
+    Send("?A1\r");
+    End(Outcome::corrupt);
+    Later(1s);
+  }
+  EXPECT_THAT(saved_, SizeIs(3));
+}
+
+TEST_F(LineRecorderTest, NobodyHasToWantRecordings) {
+  Make({});
+  Send("?A1\r");
+  End(Outcome::corrupt);
+  EXPECT_THAT(Lines(), SizeIs(2));
+}
+
+// ---------------------------------------------------------------- secrets
+
+TEST_F(LineRecorderTest, SecretsOfARequestAreMasked) {
+  auto queue = recorder_->Subscribe({});
+  SendSecret();
+  End();
+  const char* const shown =
+      "03:00:00.001000 a > 3E 31 57 56 31 36 30 3A ** ** ** 3A ** ** 0D | >1WV160:***:**.";
+  EXPECT_EQ(Lines().front(), shown);
+  EXPECT_EQ(Texts(queue->Take()).front(), shown);
+}
+
+TEST_F(LineRecorderTest, AnEchoIsMaskedHoweverItIsSplit) {
+  for (std::size_t cut = 0; cut <= kRequest.size(); ++cut) {
+    for (const bool by_bytes : {false, true}) {
+      SendSecret();
+      const std::string_view echo = kRequest;
+      if (by_bytes) {
+        for (const char c : echo) Receive(std::string_view(&c, 1));
+      } else {
+        Receive(echo.substr(0, cut));
+        Receive(echo.substr(cut));
+      }
+      Receive("<1A:65\r");
+      End();
+      EXPECT_EQ(LastReceivedText(), ">1WV160:***:**.<1A:65.") << cut;
+    }
+  }
+}
+
+TEST_F(LineRecorderTest, BytesAreShownWithTheirOwnTimesOnceTheExchangeHasEnded) {
+  auto queue = recorder_->Subscribe({});
+  SendSecret();
+  Receive("<1");
+  Receive("A:");
+  EXPECT_THAT(queue->Take(), SizeIs(1));
+  End();
+  EXPECT_THAT(Texts(queue->Take()),
+              ElementsAre("03:00:00.002000 a < 3C 31 | <1",
+                          "03:00:00.003000 a < 41 3A | A:", "03:00:00.004000 a = ok, 2.0 ms"));
+}
+
+TEST_F(LineRecorderTest, APasswordOfEqualDigitsHidesNothingElse) {
+  Request request;
+  request.bytes = ToBytes(
+      "\xC8\x01"
+      "000000ab");
+  request.expect.secrets = {{2, 8}};
+  recorder_->OnSent(kFirst, request, Later());
+  Receive(
+      "\xC8\x01"
+      "000000ab");
+  Receive(
+      "\xC8"
+      "0Vp");
+  End();
+  EXPECT_EQ(ReceivedText(), "..********.0Vp");
+}
+
+TEST_F(LineRecorderTest, ATalkativeDeviceIsMasked) {
+  SendSecret();
+  Receive("<1N: wrong password '724', not 24x7 or 72");
+  End(Outcome::refused, "the device says: wrong password '724'");
+  EXPECT_EQ(ReceivedText(), "<1N: wrong password '***', not **x7 or **");
+  for (const std::string& line : Lines()) EXPECT_THAT(line, Not(HasSubstr("724")));
+}
+
+/// One byte is another and one is lost or added: two characters of the password in their order are
+/// never shown, nor is one in its place.
+TEST_F(LineRecorderTest, ADamagedEchoIsMaskedInItsPlace) {
+  std::mt19937 random(7);
+  const auto roll = [&](std::size_t below) {
+    return std::uniform_int_distribution<std::size_t>(0, below - 1)(random);
+  };
+  for (int round = 0; round < 2000; ++round) {
+    std::string echo(kRequest);
+    echo[roll(echo.size())] ^= static_cast<char>(1 + roll(126));
+    const std::size_t at = roll(echo.size());
+    if (const std::size_t kind = roll(3); kind == 0) {
+      echo.erase(at, 1);
+    } else if (kind == 1) {
+      echo.insert(at, 1, static_cast<char>(0x80 + roll(64)));
+    }
+    SendSecret();
+    Receive(echo.substr(0, 5));
+    Receive(echo.substr(5));
+    End(Outcome::corrupt);
+    const std::string text = LastReceivedText();
+    EXPECT_THAT(text, Not(HasSubstr("72"))) << Printable(ToBytes(echo));
+    EXPECT_THAT(text, Not(HasSubstr("24"))) << Printable(ToBytes(echo));
+    EXPECT_THAT(text, Not(HasSubstr(":7"))) << Printable(ToBytes(echo));
+  }
+}
+
+TEST_F(LineRecorderTest, AnEchoThatComesAfterTheEndIsMasked) {
+  SendSecret();
+  Receive(kRequest.substr(0, 9));
+  End(Outcome::no_reply);
+  Receive(kRequest.substr(9, 1));
+  Receive(kRequest.substr(10));
+  Later(1s);
+  Send("?A1\r");
+  EXPECT_EQ(ReceivedText(), ">1WV160:***:**.");
+}
+
+TEST_F(LineRecorderTest, OneSecretByteAloneIsKnownByWhatCameBefore) {
+  SendSecret();
+  Receive(kRequest.substr(0, 10));
+  End(Outcome::no_reply);
+  Receive(kRequest.substr(10, 1));
+  Send("?A1\r");
+  EXPECT_EQ(ReceivedText(), ">1WV160:***");
+}
+
+TEST_F(LineRecorderTest, AnEchoThatComesInTheNextExchangeIsMasked) {
+  SendSecret();
+  End(Outcome::no_reply);
+  Send("?A1\r");
+  Receive(std::string(kRequest) + "!A1=7245F");
+  End();
+  EXPECT_EQ(ReceivedText(), ">1WV160:***:**.!A1=7245F") << "only the echo: digits may be chance";
+}
+
+TEST_F(LineRecorderTest, AfterAWhileNothingIsHeldBack) {
+  SendSecret();
+  End();
+  Later(SecretGuard::kLinger + 1s);
+  auto queue = recorder_->Subscribe({});
+  Receive("x");
+  EXPECT_THAT(queue->Take(), SizeIs(1));
+}
+
+TEST_F(LineRecorderTest, AHeldBackBabblerIsBounded) {
+  SendSecret();
+  for (int i = 0; i < 100'000; ++i) Receive("7");
+  Receive("24");
+  End(Outcome::partial);
+  EXPECT_LE(ReceivedText().size(), LineRecorder::kMostBytes);
+  EXPECT_THAT(Lines(), Contains(HasSubstr("… 98978 more bytes")));
+}
+
+TEST_F(LineRecorderTest, ALostPortShowsWhatWasHeldBack) {
+  SendSecret();
+  Receive(kRequest);
+  recorder_->OnPort("port closed: gone", Later());
+  EXPECT_THAT(Lines(), ElementsAre(HasSubstr(" > "), HasSubstr("| >1WV160:***:**."),
+                                   HasSubstr("port closed")));
+}
+
+TEST(LineRecorderOnALine, HearsOfEveryExchange) {
+  const config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
+  std::vector<Recording> saved;
+  LineRecorder recorder(config, 0, [&](Recording recording) { saved.push_back(recording); });
+  VirtualLine line(config, {&ToyProtocol()});
+  line.poller().Attach(recorder);
+  line.Open();
+  line.RunFor(1500ms);
+  ASSERT_EQ(recorder.Recorded().size() % 3, 1U) << "sent, received, end; and one note: online";
+  line.twin(0).manner.dead = true;
+  line.RunFor(1min);
+  ASSERT_THAT(saved, SizeIs(1));
+  EXPECT_EQ(saved[0].reason, "offline");
+  EXPECT_EQ(saved[0].records.back().text.substr(0, 7), "offline");
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,141 @@
+// The read loop and the write queue of one open stream, the same for a tty and a TCP connection.
+// Bytes come from the stream and go to its owner, and the other way round; used by the .cpp of a
+// transport only.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <asio/buffer.hpp>
+#include <asio/error.hpp>
+#include <asio/post.hpp>
+#include <asio/steady_timer.hpp>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <utility>
+
+#include "gateway/base/bytes.h"
+
+namespace baudgate {
+
+/// More unsent bytes than this, and the other side is not taking data at all.
+inline constexpr std::size_t kMostUnsent = 64 * 1024;
+/// So long without one byte taken, and it never will.
+inline constexpr std::chrono::seconds kStall{10};
+
+/// Kept alive by its own pending operations; after Stop it calls nobody, so its owner may be gone.
+template <typename Stream>
+class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
+ public:
+  using OnRead = std::function<void(View)>;
+  /// timed_out and no_buffer_space mean that the stream takes no data.
+  using OnEnd = std::function<void(const std::error_code&)>;
+
+  StreamPump(Stream stream, OnRead on_read, OnEnd on_end)
+      : stream_(std::move(stream)),
+        stall_(stream_.get_executor()),
+        on_read_(std::move(on_read)),
+        on_end_(std::move(on_end)) {}
+
+  Stream& stream() { return stream_; }
+  void Start() {
+    // Bytes are written when there is room, never left with an operation that might do so later.
+    std::error_code error;
+    stream_.non_blocking(true, error);
+    if (error) return EndSoon(error);
+    Read();
+  }
+
+  /// No callback from now on. The stream is the caller's to close.
+  void Stop() {
+    stopped_ = true;
+    stall_.cancel();
+  }
+
+  void Send(View bytes) {
+    if (stopped_ || bytes.empty()) return;
+    if (bytes.size() > kMostUnsent - queue_.size()) return EndSoon(asio::error::no_buffer_space);
+    if (queue_.empty()) ArmStall();
+    Append(queue_, bytes);
+    // Even while waiting for room: a pty that has been flushed has some, and wakes nobody.
+    Write();
+  }
+
+  /// Forgets what the stream has not taken; says whether there was anything.
+  bool DropUnsent() {
+    if (queue_.empty()) return false;
+    queue_.clear();
+    stall_.cancel();
+    return true;
+  }
+  /// How many bytes the stream has taken altogether.
+  std::uint64_t taken() const { return taken_; }
+
+  /// The end, as of an error of the stream, but not from within the caller's call.
+  void EndSoon(const std::error_code& error) {
+    asio::post(stream_.get_executor(),
+               [self = this->shared_from_this(), error] { self->End(error); });
+  }
+
+ private:
+  void Read() {
+    stream_.async_read_some(
+        asio::buffer(input_),
+        [self = this->shared_from_this()](const std::error_code& error, std::size_t count) {
+          if (self->stopped_) return;
+          if (error) return self->End(error);
+          self->on_read_(View(self->input_).first(count));
+          if (!self->stopped_) self->Read();
+        });
+  }
+
+  void Write() {
+    std::error_code error;
+    const std::size_t count = stream_.write_some(asio::buffer(queue_), error);
+    if (error && error != asio::error::would_block) return EndSoon(error);
+    taken_ += count;
+    queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(count));
+    if (queue_.empty()) {
+      stall_.cancel();
+      return;
+    }
+    if (count > 0) ArmStall();
+    AwaitRoom();
+  }
+
+  void AwaitRoom() {
+    if (std::exchange(waiting_, true)) return;
+    stream_.async_wait(Stream::wait_write,
+                       [self = this->shared_from_this()](const std::error_code& error) {
+                         self->waiting_ = false;
+                         if (self->stopped_) return;
+                         if (error) return self->End(error);
+                         if (!self->queue_.empty()) self->Write();
+                       });
+  }
+
+  void ArmStall() {
+    stall_.expires_after(kStall);
+    stall_.async_wait([self = this->shared_from_this()](const std::error_code& error) {
+      if (!error) self->End(asio::error::timed_out);
+    });
+  }
+
+  void End(const std::error_code& error) {
+    if (stopped_) return;
+    Stop();
+    on_end_(error);
+  }
+
+  Stream stream_;
+  asio::steady_timer stall_;
+  OnRead on_read_;
+  OnEnd on_end_;
+  std::array<std::uint8_t, 4096> input_{};
+  Bytes queue_;  ///< what the stream has not taken
+  std::uint64_t taken_ = 0;
+  bool waiting_ = false;  ///< for room in the stream
+  bool stopped_ = false;
+};
+
+}  // namespace baudgate
