@@ -27,7 +27,7 @@
 #include "gateway/cli/offline/simulate.h"
 #include "gateway/daemon/modules.h"
 #include "gateway/simulate/fault_text.h"
-#include "gateway/version.h"
+#include "gateway/base/version.h"
 #ifdef BAUDGATE_WITH_DDS
 #include "gateway/cli/live/watch.h"
 #endif

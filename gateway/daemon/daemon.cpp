@@ -17,7 +17,7 @@
 #include "gateway/daemon/line_runner.h"
 #include "gateway/modbus/server/modbus_server.h"
 #include "gateway/trace/recordings.h"
-#include "gateway/version.h"
+#include "gateway/base/version.h"
 #ifdef BAUDGATE_WITH_DDS
 #include "gateway/dds/publisher.h"
 #endif

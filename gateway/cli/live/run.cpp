@@ -8,7 +8,7 @@
 #include "gateway/base/log.h"
 #include "gateway/cli/offline/check.h"
 #include "gateway/daemon/daemon.h"
-#include "gateway/version.h"
+#include "gateway/base/version.h"
 
 namespace baudgate {
 
