@@ -12,12 +12,14 @@
 #include <vector>
 
 #include "gateway/base/log.h"
+#include "gateway/base/version.h"
 #include "gateway/control/control_server.h"
+#include "gateway/daemon/ageing.h"
 #include "gateway/daemon/descriptors.h"
 #include "gateway/daemon/line_runner.h"
 #include "gateway/modbus/server/modbus_server.h"
 #include "gateway/trace/recordings.h"
-#include "gateway/base/version.h"
+#include "transports/loop_thread.h"
 #ifdef BAUDGATE_WITH_DDS
 #include "gateway/dds/publisher.h"
 #endif
@@ -75,6 +77,8 @@ struct Daemon::Impl final : CommandSink, LineControl {
   std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
   std::vector<std::unique_ptr<LineRunner>> runners;
   std::vector<std::size_t> line_of;  // by device
+  LoopThread loop{"loop"};
+  Ageing ageing{loop.io(), [this](Instant now) { store.Age(now); }};
   Instant started = ReadClocks().instant;
   modbus::ModbusLimits limits;
   asio::io_context modbus_io{1};
@@ -102,6 +106,8 @@ Status Daemon::Start() {
   // of the one that runs already under the same name.
   if (Status status = impl_->StartModbus(); !status) return status;
   if (Status status = impl_->StartDds(); !status) return status;
+  impl_->ageing.Start();
+  impl_->loop.Start();
   for (const auto& runner : impl_->runners) runner->Start();
   impl_->StartControl();
   return {};
@@ -112,6 +118,7 @@ void Daemon::Stop() {
   impl_->StopModbus();
   for (const auto& runner : impl_->runners) runner->RequestStop();
   for (const auto& runner : impl_->runners) runner->Stop();
+  impl_->loop.Stop();
 #ifdef BAUDGATE_WITH_DDS
   if (impl_->dds) impl_->dds->Stop();
   impl_->dds.reset();

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/loop_thread.h"
+
+#include <pthread.h>
+#include <sys/prctl.h>
+
+#include <utility>
+
+namespace baudgate {
+
+LoopThread::LoopThread(std::string name) : name_(std::move(name)) {}
+
+void LoopThread::Start() {
+  thread_ = std::thread([this] { Run(); });
+}
+
+void LoopThread::Run() {
+  pthread_setname_np(pthread_self(), name_.substr(0, 15).c_str());
+  // The gaps between frames are a few milliseconds: the default slack of 50 us on every timer
+  // shows.
+  prctl(PR_SET_TIMERSLACK, 1UL);
+  io_.run();
+}
+
+void LoopThread::Stop() {
+  if (!thread_.joinable()) return;
+  io_.stop();
+  thread_.join();
+}
+
+}  // namespace baudgate

@@ -1,0 +1,37 @@
+// An event loop with a thread of its own: for ports whose driver may block, and for many lines that
+// never block. Everything that is made on io() runs on this thread.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/executor_work_guard.hpp>
+#include <asio/io_context.hpp>
+#include <string>
+#include <thread>
+
+namespace baudgate {
+
+class LoopThread {
+ public:
+  /// `name` as `top -H` shows it; the kernel keeps 15 bytes. Nothing runs before Start.
+  explicit LoopThread(std::string name);
+  ~LoopThread() { Stop(); }
+  LoopThread(const LoopThread&) = delete;
+  LoopThread& operator=(const LoopThread&) = delete;
+
+  /// What uses it ends before this object does, or after Stop.
+  asio::io_context& io() { return io_; }
+  void Start();
+  /// Waits for the handler that runs, from any thread but the loop's own. What is still queued
+  /// never runs.
+  void Stop();
+
+ private:
+  void Run();
+
+  const std::string name_;
+  asio::io_context io_{1};
+  asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
+  std::thread thread_;
+};
+
+}  // namespace baudgate
