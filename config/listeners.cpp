@@ -31,6 +31,9 @@ constexpr std::array<Word<Listener::Errors>, 2> kErrors = {
 constexpr std::array<Word<Listener::Broadcast>, 2> kBroadcasts = {
     {{"ignore", Listener::Broadcast::ignore}, {"pass", Listener::Broadcast::pass}}};
 
+constexpr std::array<Word<Listener::Echo>, 2> kEchoes = {
+    {{"off", Listener::Echo::off}, {"strip", Listener::Echo::strip}}};
+
 void ReadAt(const YamlNode& node, const std::string& what, Listener& listener,
             LoadContext& context) {
   const auto text = ReadText(node, what, context.problems);
@@ -157,7 +160,7 @@ void ReadFunctions(const YamlNode& node, Listener& listener, Problems& problems)
 }
 
 void ReadNetworkSide(MapReader& map, Listener& listener) {
-  for (const std::string key : {"serial", "parity", "rs485"}) {
+  for (const std::string key : {"serial", "parity", "rs485", "echo"}) {
     map.Refuse(key, key + ": only a listener at a serial port has it; write for example " +
                         "at: /dev/ttyUSB4, or remove the key");
   }
@@ -166,6 +169,19 @@ void ReadNetworkSide(MapReader& map, Listener& listener) {
   if (const auto clients = map.Get("clients")) ReadClients(*clients, listener, map.problems());
   Assign(listener.max_clients, map.Integer("max_clients", 1, kMostClients));
   Assign(listener.idle_timeout, map.Time("idle_timeout", 1s, 24h));
+}
+
+// Lines know a third word: there the gateway asks and can fail an exchange whose echo is wrong.
+void ReadEcho(MapReader& map, Listener& listener) {
+  const auto node = map.Get("echo");
+  if (!node) return;
+  if (node->kind() == YamlNode::Kind::scalar && node->text() == "verify") {
+    map.problems().Error(node->mark(),
+                         "echo: verify is for lines, where the gateway asks; a listener answers: "
+                         "write strip where its adapter hears itself, or off");
+    return;
+  }
+  Assign(listener.echo, ReadWord(*node, "echo", kEchoes, map.problems()));
 }
 
 void ReadSerialSide(MapReader& map, Listener& listener, const Catalog& catalog) {
@@ -181,6 +197,7 @@ void ReadSerialSide(MapReader& map, Listener& listener, const Catalog& catalog) 
     listener.serial = ReadSerial(*serial, listener.serial, map.problems());
   }
   ReadSerialExtras(map, listener.serial);
+  ReadEcho(map, listener);
   if (const Protocol* rtu = catalog.FindProtocol(kRtuProtocol)) {
     CheckDataBits(listener.serial, *rtu, map.MarkOf("serial"), map.problems());
   }

@@ -55,10 +55,13 @@ struct Listener {
     ignore,  ///< it is for the gateway, which has nothing to write: exception 0x02
     pass,    ///< to all slaves of every line that a route leads to; never answered
   };
+  /// Whether the adapter at the serial port gives the gateway its own replies back as requests.
+  enum class Echo : std::uint8_t { off, strip };
   std::string host = "127.0.0.1";
   std::uint16_t port = 1502;
   std::string path;       ///< of the serial port; then host and port mean nothing
   SerialSettings serial;  ///< of the serial port
+  Echo echo = Echo::off;  ///< of the serial port
   Protocol protocol = Protocol::tcp;
   std::vector<Network> allow;  ///< empty = everybody
   Permit permit = Permit::all;

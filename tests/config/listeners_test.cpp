@@ -93,6 +93,12 @@ TEST(Listeners, SerialPort) {
             Listener::Errors::exception);
 }
 
+TEST(Listeners, Echo) {
+  EXPECT_EQ(Good("at: /dev/ttyUSB4").echo, Listener::Echo::off);
+  EXPECT_EQ(Good("at: /dev/ttyUSB4, echo: off").echo, Listener::Echo::off);
+  EXPECT_EQ(Good("at: /dev/ttyUSB4, echo: strip").echo, Listener::Echo::strip);
+}
+
 TEST(Listeners, SerialPortAsTextHasTheSettingsOfTheProtocol) {
   const auto loaded = LoadModbus(std::string("modbus: { listen: [/dev/ttyUSB4] }\n") + kLine);
   ASSERT_EQ(Shown(loaded.problems), "");
@@ -181,6 +187,14 @@ TEST(Listeners, OneSentenceEach) {
       {"parity: software",
        "21: error: parity: only a listener at a serial port has it; write for example at: "
        "/dev/ttyUSB4, or remove the key"},
+      {"at: \"127.0.0.1:502\", echo: strip",
+       "42: error: echo: only a listener at a serial port has it; write for example at: "
+       "/dev/ttyUSB4, or remove the key"},
+      {"at: /dev/m, echo: verify",
+       "39: error: echo: verify is for lines, where the gateway asks; a listener answers: write "
+       "strip where its adapter hears itself, or off"},
+      {"at: /dev/m, echo: stripe",
+       "39: error: echo: 'stripe' is unknown; did you mean 'strip'? allowed: off, strip"},
       {"at: /dev/m, protocol: tcp",
        "43: error: protocol: a master at a serial port speaks rtu; write that, or remove the key"},
       {"at: /dev/m, serial: 9600",
