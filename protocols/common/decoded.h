@@ -1,0 +1,17 @@
+// What a decoder makes of the bytes or text of one value.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "gateway/base/quality.h"
+#include "gateway/base/value.h"
+
+namespace baudgate {
+
+/// A value, or the quality that says why there is none: what is no measurement never becomes a
+/// number.
+struct Decoded {
+  Value value{};
+  Quality quality = Quality::good;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,302 @@
+// Which requests read a device's points: neighbours share one, and what the device refuses is asked
+// in parts, rarely or not at all. Points come from the configuration, the news of requests from the
+// conversation; knows nothing of bytes.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <set>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "protocols/conversation.h"
+
+namespace baudgate {
+
+/// What one request reads: places `begin` up to `end` (not included) of one `key`, such as
+/// registers 200…203 of the holding table. A key without places (a command) has the one place 0.
+template <typename Key>
+struct Block {
+  Key key{};
+  std::size_t begin = 0;
+  std::size_t end = 1;
+  std::size_t items = 1;  ///< different things in it: registers 7, 8 and 20 are 3 in 14 places
+
+  std::size_t size() const { return end - begin; }
+  bool Covers(const Block& other) const {
+    return key == other.key && other.begin >= begin && other.end <= end;
+  }
+};
+
+/// What becomes of points that the device refuses to send.
+enum class WhenRefused : std::uint8_t {
+  ask_rarely,  ///< with the slow group: a channel that is enabled later comes back by itself
+  drop,        ///< not asked again until OnReconnect
+};
+
+/// What a request's fate has changed. Queries() is another one unless `nothing`.
+enum class PlanChange : std::uint8_t {
+  nothing,
+  split,      ///< it is read in two parts from now on
+  set_apart,  ///< its points are asked rarely, or not at all
+  restored,   ///< its points, so far set apart, are asked with their group again
+};
+
+/// Queries stand in this order: fast before slow before once; within a group the keys as they were
+/// added first; within a key by place. Numbers of queries hold until a call returns a change, and
+/// until Make and OnReconnect.
+template <typename Key>
+class QueryPlan {
+ public:
+  struct Rules {
+    /// Whether a request for `block` may read `next` as well: a place of the same key that begins
+    /// in the block or behind it, and is not yet wholly in it. Left out: never.
+    std::function<bool(const Block<Key>& block, const Block<Key>& next)> may_join;
+    WhenRefused refused = WhenRefused::ask_rarely;
+    /// Whether a split outlives OnReconnect.
+    bool keeps_splits = true;
+  };
+
+  explicit QueryPlan(Rules rules) : rules_(std::move(rules)) {}
+
+  /// Index `point` is read at these places. Points that are never read are not added.
+  void Add(config::Group group, std::size_t point, const Key& key, std::size_t begin = 0,
+           std::size_t end = 1);
+  /// Lays the requests out: after the last Add, and whenever may_join has changed its mind.
+  void Make();
+
+  std::span<const Query> queries() const { return queries_; }
+  /// Of queries()[query].
+  const Block<Key>& block(std::size_t query) const { return blocks_[query]; }
+  /// Whether all of the query has been answered at least once, however long ago.
+  bool IsProven(std::size_t query) const;
+
+  // What came of queries()[query]. A number that no query has changes nothing.
+
+  /// With values. The points are asked with their group again.
+  PlanChange OnAnswered(std::size_t query);
+  /// With a message that says nothing of the points ("busy"): the request is not unknown.
+  void OnHeard(std::size_t query);
+  /// The device does not have all that was asked for. What can be split is, at its widest hole,
+  /// else in its middle, so that one bad item does not cost the others. `divisible`: false when no
+  /// part of it would be answered either (an unknown function).
+  PlanChange OnRefused(std::size_t query, bool divisible = true);
+  /// Without any answer. Some devices refuse by silence, and a device that is gone is silent as
+  /// well: only while other queries are answered does the third silence of one that has not been
+  /// answered since OnReconnect count as a refusal.
+  PlanChange OnSilent(std::size_t query);
+
+  /// The device may be another one now: what was refused is asked again.
+  void OnReconnect();
+
+ private:
+  static constexpr int kSilencesOfARefusal = 3;
+
+  struct Item {
+    std::size_t point = 0;
+    config::Group group = config::Group::fast;
+    std::size_t key = 0;  // place in keys_
+    std::size_t begin = 0;
+    std::size_t end = 1;
+    std::size_t refusal = 0;  // number of the refusal that has set it apart; 0: none has
+    int silences = 0;         // in a row, while heard is false
+    bool heard = false;       // since OnReconnect
+    bool proven = false;      // answered ever
+  };
+
+  Block<Key> BlockOf(const Item& item) const { return {keys_[item.key], item.begin, item.end, 1}; }
+  config::Group GroupOf(const Item& item) const {
+    const bool rarely = item.refusal != 0 && item.group == config::Group::fast;
+    return rarely ? config::Group::slow : item.group;
+  }
+  bool Joins(const Item& first, const Block<Key>& block, const Item& next) const;
+  bool Split(std::size_t query);
+  PlanChange SetApart(std::size_t query);
+  /// Calls `change` for every item that the query reads, or would read were it of its group.
+  template <typename Change>
+  void ForItemsOf(std::size_t query, Change change);
+
+  Rules rules_;
+  std::vector<Key> keys_;
+  std::vector<Item> items_;
+  std::vector<Query> queries_;
+  std::vector<Block<Key>> blocks_;
+  std::vector<std::vector<std::size_t>> members_;       // items of each query, by place
+  std::set<std::pair<std::size_t, std::size_t>> cuts_;  // key and place: none reads across it
+  std::size_t refusals_ = 0;
+};
+
+// ---------------------------------------------------------------- layout
+
+template <typename Key>
+void QueryPlan<Key>::Add(config::Group group, std::size_t point, const Key& key, std::size_t begin,
+                         std::size_t end) {
+  const auto known = std::ranges::find(keys_, key);
+  const auto number = static_cast<std::size_t>(known - keys_.begin());
+  if (known == keys_.end()) keys_.push_back(key);
+  Item item;
+  item.point = point;
+  item.group = group;
+  item.key = number;
+  item.begin = begin;
+  item.end = end;
+  items_.push_back(item);
+}
+
+template <typename Key>
+void QueryPlan<Key>::Make() {
+  queries_.clear();
+  blocks_.clear();
+  members_.clear();
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < items_.size(); ++i) {
+    const bool dropped = items_[i].refusal != 0 && rules_.refused == WhenRefused::drop;
+    if (!dropped) order.push_back(i);
+  }
+  std::ranges::sort(order, {}, [this](std::size_t i) {
+    const Item& item = items_[i];
+    return std::tuple(-static_cast<int>(GroupOf(item)), item.key, item.refusal, item.begin,
+                      item.end, i);
+  });
+  for (const std::size_t i : order) {
+    const Item& next = items_[i];
+    if (queries_.empty() || !Joins(items_[members_.back().front()], blocks_.back(), next)) {
+      queries_.push_back({GroupOf(next), {}});
+      blocks_.push_back(BlockOf(next));
+      members_.emplace_back();
+    }
+    Block<Key>& block = blocks_.back();
+    if (next.end > block.end) {
+      block.end = next.end;
+      ++block.items;
+    }
+    queries_.back().points.push_back(next.point);
+    members_.back().push_back(i);
+  }
+}
+
+/// `first`: the item that the block begins with.
+template <typename Key>
+bool QueryPlan<Key>::Joins(const Item& first, const Block<Key>& block, const Item& next) const {
+  const bool alike =
+      GroupOf(first) == GroupOf(next) && first.key == next.key && first.refusal == next.refusal;
+  if (!alike) return false;
+  const Block<Key> place = BlockOf(next);
+  if (block.Covers(place)) return true;
+  const auto cut = cuts_.lower_bound({next.key, block.begin + 1});
+  const bool divided = cut != cuts_.end() && cut->first == next.key && cut->second <= next.begin;
+  // Points that overlap can not be parted.
+  if (divided && next.begin >= block.end) return false;
+  return rules_.may_join && rules_.may_join(block, place);
+}
+
+template <typename Key>
+bool QueryPlan<Key>::IsProven(std::size_t query) const {
+  return std::ranges::all_of(members_[query], [this](std::size_t i) { return items_[i].proven; });
+}
+
+// ---------------------------------------------------------------- what is learned
+
+template <typename Key>
+template <typename Change>
+void QueryPlan<Key>::ForItemsOf(std::size_t query, Change change) {
+  const Block<Key> block = blocks_[query];
+  for (Item& item : items_) {
+    if (block.Covers(BlockOf(item))) change(item);
+  }
+}
+
+template <typename Key>
+PlanChange QueryPlan<Key>::OnAnswered(std::size_t query) {
+  if (query >= queries_.size()) return PlanChange::nothing;
+  bool restored = false;
+  ForItemsOf(query, [&](Item& item) {
+    restored = restored || item.refusal != 0;
+    item.refusal = 0;
+    item.silences = 0;
+    item.heard = item.proven = true;
+  });
+  if (!restored) return PlanChange::nothing;
+  Make();
+  return PlanChange::restored;
+}
+
+template <typename Key>
+void QueryPlan<Key>::OnHeard(std::size_t query) {
+  if (query >= queries_.size()) return;
+  ForItemsOf(query, [](Item& item) {
+    item.silences = 0;
+    item.heard = true;
+  });
+}
+
+template <typename Key>
+PlanChange QueryPlan<Key>::OnRefused(std::size_t query, bool divisible) {
+  if (query >= queries_.size()) return PlanChange::nothing;
+  OnHeard(query);
+  if (divisible && Split(query)) return PlanChange::split;
+  return SetApart(query);
+}
+
+template <typename Key>
+PlanChange QueryPlan<Key>::OnSilent(std::size_t query) {
+  const auto heard = [](const Item& item) { return item.heard; };
+  if (query >= queries_.size() || std::ranges::none_of(items_, heard)) return PlanChange::nothing;
+  Item& first = items_[members_[query].front()];
+  if (first.heard || ++first.silences < kSilencesOfARefusal) return PlanChange::nothing;
+  first.silences = 0;
+  return Split(query) ? PlanChange::split : SetApart(query);
+}
+
+/// Where an item begins and all before it have ended.
+template <typename Key>
+bool QueryPlan<Key>::Split(std::size_t query) {
+  const Block<Key>& block = blocks_[query];
+  std::vector<std::size_t> places;
+  std::size_t widest = 0;
+  std::size_t at = 0;
+  std::size_t end = block.begin;
+  for (const std::size_t i : members_[query]) {
+    const Item& item = items_[i];
+    if (item.begin >= end && item.begin > block.begin) {
+      places.push_back(item.begin);
+      if (item.begin - end > widest) {
+        widest = item.begin - end;
+        at = item.begin;
+      }
+    }
+    end = std::max(end, item.end);
+  }
+  if (places.empty()) return false;
+  if (widest == 0) at = places[(places.size() - 1) / 2];
+  cuts_.insert({items_[members_[query].front()].key, at});
+  Make();
+  return true;
+}
+
+/// What is refused together is asked together, and never with points that the device does send.
+template <typename Key>
+PlanChange QueryPlan<Key>::SetApart(std::size_t query) {
+  if (items_[members_[query].front()].refusal != 0) return PlanChange::nothing;
+  ++refusals_;
+  ForItemsOf(query, [this](Item& item) { item.refusal = refusals_; });
+  Make();
+  return PlanChange::set_apart;
+}
+
+template <typename Key>
+void QueryPlan<Key>::OnReconnect() {
+  for (Item& item : items_) {
+    item.refusal = 0;
+    item.silences = 0;
+    item.heard = false;
+  }
+  if (!rules_.keeps_splits) cuts_.clear();
+  Make();
+}
+
+}  // namespace baudgate

@@ -1,0 +1,76 @@
+// The points of a simulated device, their addresses parsed once: what a twin looks up for every
+// request. Points come from the profile, values from and to the simulated world.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "config/model/device.h"
+#include "gateway/base/result.h"
+#include "protocols/twin.h"
+
+namespace baudgate {
+
+/// `Read` and `Written`: the protocol's parsed forms of `read` and `write`.
+template <typename Read, typename Written = Read>
+class TwinPoints {
+ public:
+  struct One {
+    std::size_t index = 0;  ///< into the device's points
+    const config::Point* point = nullptr;
+    std::optional<Read> read;      ///< nothing: can not be read
+    std::optional<Written> write;  ///< nothing: can not be written
+  };
+
+  /// The parsers take a config::Point and give a Result. A point that does not parse is not there:
+  /// the configuration's check has refused it. `device` and `values` outlive this.
+  template <typename ParseRead, typename ParseWrite>
+  TwinPoints(const config::Device& device, TwinValues& values, ParseRead parse_read,
+             ParseWrite parse_write)
+      : values_(values) {
+    for (const config::Point& point : device.points) {
+      One one{all_.size(), &point, {}, {}};
+      if (point.access != config::Access::write) one.read = Kept(parse_read(point));
+      if (point.access != config::Access::read) one.write = Kept(parse_write(point));
+      all_.push_back(std::move(one));
+    }
+  }
+
+  /// Every point of the device, by index.
+  const std::vector<One>& all() const { return all_; }
+
+  /// The first point whose parsed `read` satisfies the predicate; null: there is none.
+  template <typename Matches>
+  const One* Find(Matches matches) const {
+    for (const One& one : all_) {
+      if (one.read && matches(*one.read)) return &one;
+    }
+    return nullptr;
+  }
+  /// The same for `write`.
+  template <typename Matches>
+  const One* FindWritable(Matches matches) const {
+    for (const One& one : all_) {
+      if (one.write && matches(*one.write)) return &one;
+    }
+    return nullptr;
+  }
+
+  /// Raw, before scale and offset.
+  Value Get(const One& one, Instant now) const { return values_.Get(one.index, now); }
+  void Set(const One& one, const Value& value) { values_.Set(one.index, value); }
+
+ private:
+  template <typename T>
+  static std::optional<T> Kept(Result<T> parsed) {
+    if (!parsed) return std::nullopt;
+    return std::move(*parsed);
+  }
+
+  TwinValues& values_;
+  std::vector<One> all_;
+};
+
+}  // namespace baudgate

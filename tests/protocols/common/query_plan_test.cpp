@@ -1,0 +1,204 @@
+// How points share requests, and what refusals and silence change. Keys are letters, places
+// numbers: "fast a0..3" reads places 0 to 3 of a.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/common/query_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace baudgate {
+namespace {
+
+using config::Group;
+using Plan = QueryPlan<char>;
+
+struct Place {
+  const char* at;  // "a0", "a0..3"
+  Group group = Group::fast;
+};
+
+/// Up to five places a request, holes of up to two read along.
+Plan::Rules Near() {
+  return {.may_join = [](const Block<char>& block, const Block<char>& next) {
+    return next.begin <= block.end + 2 && next.end - block.begin <= 5;
+  }};
+}
+
+Plan MakePlan(const std::vector<Place>& places, Plan::Rules rules = Near()) {
+  Plan plan(std::move(rules));
+  for (std::size_t point = 0; point < places.size(); ++point) {
+    const std::string at = places[point].at;
+    const auto dots = at.find("..");
+    const std::size_t begin = std::stoul(at.substr(1));
+    const std::size_t last = dots == std::string::npos ? begin : std::stoul(at.substr(dots + 2));
+    plan.Add(places[point].group, point, at[0], begin, last + 1);
+  }
+  plan.Make();
+  return plan;
+}
+
+std::string Shown(const Plan& plan) {
+  std::string text;
+  for (std::size_t query = 0; query < plan.queries().size(); ++query) {
+    const Block<char>& block = plan.block(query);
+    const Group group = plan.queries()[query].group;
+    if (!text.empty()) text += ", ";
+    if (group != Group::fast) text += std::string(config::Name(group)) + " ";
+    text += block.key + std::to_string(block.begin);
+    if (block.size() > 1) text += ".." + std::to_string(block.end - 1);
+  }
+  return text;
+}
+
+TEST(QueryPlan, WhatSharesARequest) {
+  struct Case {
+    const char* what;
+    std::vector<Place> places;
+    const char* shown;
+  };
+  for (const Case& c : std::vector<Case>{
+           {"nothing", {}, ""},
+           {"neighbours, in the order of places", {{"a2"}, {"a0"}, {"a1"}}, "a0..2"},
+           {"over a small hole", {{"a0"}, {"a3"}}, "a0..3"},
+           {"not over a wide one", {{"a0"}, {"a4"}}, "a0, a4"},
+           {"up to the most", {{"a0"}, {"a1"}, {"a2"}, {"a3"}, {"a4"}, {"a5"}}, "a0..4, a5"},
+           {"the same place twice", {{"a7"}, {"a7"}}, "a7"},
+           {"a part of another", {{"a0..3"}, {"a1"}, {"a2"}}, "a0..3"},
+           {"not another key", {{"b0"}, {"a1"}}, "b0, a1"},
+           {"nor another group", {{"a0"}, {"a1", Group::slow}, {"a2"}}, "a0..2, slow a1"},
+           {"fast before slow before once",
+            {{"a0", Group::once}, {"a1", Group::slow}, {"a2"}},
+            "a2, slow a1, once a0"}}) {
+    EXPECT_EQ(Shown(MakePlan(c.places)), c.shown) << c.what;
+  }
+}
+
+TEST(QueryPlan, WithoutARuleOnlyEqualPlacesShareARequest) {
+  const Plan plan = MakePlan({{"b0"}, {"a0"}, {"b0"}, {"b1"}}, {});
+  EXPECT_EQ(Shown(plan), "b0, b1, a0") << "keys as they were added";
+  EXPECT_EQ(plan.queries()[0].points, (std::vector<std::size_t>{0, 2}));
+}
+
+TEST(QueryPlan, CountsTheDifferentItemsOfABlock) {
+  const Plan plan = MakePlan({{"a0"}, {"a0"}, {"a3"}});
+  EXPECT_EQ(plan.block(0).items, 2U);
+  EXPECT_EQ(plan.block(0).size(), 4U);
+}
+
+TEST(QueryPlan, ARefusedBlockIsSplit) {
+  struct Case {
+    std::vector<Place> places;
+    const char* shown;
+  };
+  for (const Case& c :
+       std::vector<Case>{{{{"a0"}, {"a1"}, {"a3"}, {"a4"}}, "a0..1, a3..4"},  // at the widest hole
+                         {{{"a0"}, {"a1"}, {"a2"}, {"a3"}}, "a0..1, a2..3"},  // in the middle
+                         {{{"a0"}, {"a1"}, {"a2"}}, "a0, a1..2"},
+                         {{{"a0..1"}, {"a1..2"}, {"a3"}}, "a0..2, a3"}}) {  // never through a point
+    Plan plan = MakePlan(c.places);
+    ASSERT_EQ(plan.queries().size(), 1U);
+    EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
+    EXPECT_EQ(Shown(plan), c.shown);
+  }
+}
+
+TEST(QueryPlan, SplitsGoOnUntilTheBadPointStandsAlone) {
+  Plan plan = MakePlan({{"a0"}, {"a1"}, {"a2"}, {"a3"}, {"a4"}});
+  const auto bad = [&plan] {
+    for (std::size_t query = 0; query < plan.queries().size(); ++query) {
+      if (plan.block(query).Covers({'a', 3, 4, 1})) return query;
+    }
+    return plan.queries().size();
+  };
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(plan.OnRefused(bad()), PlanChange::split);
+  EXPECT_EQ(plan.OnRefused(bad()), PlanChange::set_apart);
+  EXPECT_EQ(Shown(plan), "a0..1, a2, a4, slow a3");
+  EXPECT_EQ(plan.OnRefused(bad()), PlanChange::nothing);
+}
+
+TEST(QueryPlan, WhatIsRefusedIsAskedRarelyUntilItIsAnswered) {
+  Plan plan = MakePlan({{"a0"}, {"a9"}, {"a10", Group::slow}});
+  EXPECT_EQ(plan.OnRefused(1), PlanChange::set_apart);
+  EXPECT_EQ(Shown(plan), "a0, slow a10, slow a9") << "not together with what is answered";
+  EXPECT_EQ(plan.OnAnswered(1), PlanChange::nothing);
+  EXPECT_EQ(plan.OnAnswered(2), PlanChange::restored);
+  EXPECT_EQ(Shown(plan), "a0, a9, slow a10");
+}
+
+TEST(QueryPlan, WhatIsRefusedIsDroppedWhereTheProtocolSaysSo) {
+  Plan plan = MakePlan({{"a0"}, {"b0"}, {"b0", Group::slow}},
+                       {.may_join = {}, .refused = WhenRefused::drop});
+  EXPECT_EQ(plan.OnRefused(1), PlanChange::set_apart);
+  EXPECT_EQ(Shown(plan), "a0") << "one refusal speaks for the place in every group";
+  plan.OnReconnect();
+  EXPECT_EQ(Shown(plan), "a0, b0, slow b0");
+}
+
+TEST(QueryPlan, ABlockOfAnUnknownFunctionStaysWhole) {
+  Plan plan = MakePlan({{"a0"}, {"a1"}});
+  EXPECT_EQ(plan.OnRefused(0, false), PlanChange::set_apart);
+  EXPECT_EQ(Shown(plan), "slow a0..1");
+  plan.OnReconnect();
+  EXPECT_EQ(Shown(plan), "a0..1");
+}
+
+TEST(QueryPlan, SplitsOutliveAReconnectWhereTheProtocolSaysSo) {
+  for (const bool keeps : {true, false}) {
+    Plan::Rules rules = Near();
+    rules.keeps_splits = keeps;
+    Plan plan = MakePlan({{"a0"}, {"a1"}}, rules);
+    EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
+    plan.OnReconnect();
+    EXPECT_EQ(Shown(plan), keeps ? "a0, a1" : "a0..1");
+  }
+}
+
+TEST(QueryPlan, TheThirdSilenceIsARefusalWhileOthersAreAnswered) {
+  Plan plan = MakePlan({{"a0"}, {"b0"}});
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing) << "the device itself may be gone";
+  }
+  plan.OnAnswered(0);
+  EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(1), PlanChange::set_apart);
+  EXPECT_EQ(Shown(plan), "a0, slow b0");
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing) << "it has been answered: not unknown";
+  }
+}
+
+TEST(QueryPlan, ASilentBlockIsSplitFirst) {
+  Plan plan = MakePlan({{"a0"}, {"a1"}, {"b0"}});
+  plan.OnHeard(1);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(0), PlanChange::split);
+  EXPECT_EQ(Shown(plan), "a0, a1, b0");
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(1), PlanChange::set_apart);
+  EXPECT_EQ(Shown(plan), "a0, b0, slow a1");
+}
+
+TEST(QueryPlan, AReconnectBeginsTheSilencesAnew) {
+  Plan plan = MakePlan({{"a0"}, {"b0"}});
+  plan.OnAnswered(0);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
+  plan.OnReconnect();
+  EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing) << "not heard since";
+  EXPECT_TRUE(plan.IsProven(0)) << "but it is known to work";
+  EXPECT_FALSE(plan.IsProven(1));
+}
+
+TEST(QueryPlan, ANumberThatNoQueryHasChangesNothing) {
+  Plan plan = MakePlan({{"a0"}});
+  EXPECT_EQ(plan.OnAnswered(1), PlanChange::nothing);
+  EXPECT_EQ(plan.OnRefused(1), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
+  plan.OnHeard(1);
+  EXPECT_EQ(Shown(plan), "a0");
+}
+
+}  // namespace
+}  // namespace baudgate
