@@ -6,7 +6,7 @@
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 constexpr std::size_t kCounterLine = 11;  // '>', two of checksum, eight of data
@@ -149,4 +149,4 @@ std::optional<Reply> ParseReply(View frame, int variant) {
   return reply;
 }
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

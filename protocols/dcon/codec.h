@@ -11,7 +11,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 
 inline constexpr std::size_t kMaxFrame = 268;  ///< start 1, address 2, command 5, data 256, CHK, CR
 
@@ -54,4 +54,4 @@ std::optional<Reply> ParseReply(View frame, int variant);
 /// Whether `line`, a frame without its CR, carries the checksum that `variant` demands.
 bool ChecksumFits(std::string_view line, int variant);
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

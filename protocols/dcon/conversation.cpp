@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "protocols/dcon/protocol.h"
+#include "protocols/dcon/expect.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 /// A command that this module may not know is silent for ever, and so is a dead module. After so
@@ -306,4 +306,4 @@ std::unique_ptr<Conversation> DconBus::MakeConversation(const config::Device& de
   return std::make_unique<DconConversation>(device);
 }
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

@@ -9,12 +9,12 @@
 
 #include "protocols/conversation.h"
 #include "protocols/dcon/codec.h"
-#include "protocols/dcon/commands.h"
 #include "protocols/dcon/decode.h"
+#include "protocols/dcon/points.h"
 #include "protocols/dcon/settings.h"
 #include "protocols/protocol.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 
 class DconConversation : public Conversation {
  public:
@@ -75,4 +75,4 @@ class DconBus : public Bus {
   std::unique_ptr<Conversation> MakeConversation(const config::Device& device) override;
 };
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

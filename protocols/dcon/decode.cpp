@@ -5,7 +5,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 bool IsHex(std::string_view text) {
@@ -275,4 +275,4 @@ Field Select(const Decoded& decoded, const ReadAddress& address) {
   return field;
 }
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

@@ -9,10 +9,10 @@
 
 #include "protocols/conversation.h"
 #include "protocols/dcon/codec.h"
-#include "protocols/dcon/commands.h"
-#include "protocols/dcon/fields.h"
+#include "protocols/dcon/points.h"
+#include "protocols/dcon/values.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 
 struct Decoded {
   Outcome outcome = Outcome::ok;
@@ -36,4 +36,4 @@ int ReplyVariant(std::string_view command, const Settings& settings);
 /// The address that a reply carries: the request's own, or the new one after `%AANN...`.
 std::uint8_t ReplyAddress(const Command& request);
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

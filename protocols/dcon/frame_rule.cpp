@@ -16,7 +16,7 @@
 
 #include "protocols/dcon/codec.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 constexpr std::string_view kRequestStarts = "$#%@~^";
@@ -83,4 +83,4 @@ Cut ReplyRule(View held, const Expectation& expect, bool) {
   return Cut::Discard(cut.size, Outcome::unexpected, "not from the device that was asked");
 }
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

@@ -4,7 +4,7 @@
 
 #include "protocols/frame_rule.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 
 /// Requests: from one of $ # % @ ~ ^ to CR.
 Cut RequestRule(View held, const Expectation& expect, bool idle);
@@ -12,4 +12,4 @@ Cut RequestRule(View held, const Expectation& expect, bool idle);
 /// Replies: from one of > ! ? to CR.
 Cut ReplyRule(View held, const Expectation& expect, bool idle);
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

@@ -2,4 +2,4 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/protocol.h"
 
-extern "C" const baudgate::Protocol* baudgate_protocol() { return &baudgate::dcon::DconProtocol(); }
+extern "C" const baudgate::Protocol* baudgate_protocol() { return &baudgate::DconProtocol(); }

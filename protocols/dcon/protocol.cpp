@@ -3,16 +3,15 @@
 
 #include <algorithm>
 
-#include "gateway/base/text.h"
 #include "protocols/dcon/codec.h"
-#include "protocols/dcon/commands.h"
 #include "protocols/dcon/conversation.h"
-#include "protocols/dcon/decode.h"
+#include "protocols/dcon/expect.h"
 #include "protocols/dcon/frame_rule.h"
+#include "protocols/dcon/points.h"
 #include "protocols/dcon/settings.h"
 #include "protocols/dcon/twin.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 using config::Access;
@@ -23,46 +22,6 @@ Status CheckAddress(std::string_view address) {
   const auto parsed = ParseAddress(address);
   if (!parsed) return Error{parsed.error()};
   return {};
-}
-
-Status CheckReadType(const Point& point, const ReadAddress& read) {
-  const bool bit = read.select == ReadAddress::Select::bit;
-  if (bit != (point.type == Type::boolean)) {
-    return Error{bit ? "read '" + point.read + "' is one bit: its type is bool"
-                     : "read '" + point.read + "' is no bit; a bool needs one, as in \"$6[b0]\""};
-  }
-  if ((read.form == Form::text) != (point.type == Type::string)) {
-    return Error{"read '" + point.read +
-                 (read.form == Form::text ? "' gives text: its type is string(n)"
-                                          : "' gives a number, not text")};
-  }
-  return {};
-}
-
-Status CheckWriteType(const Point& point, const WriteAddress& write) {
-  if (point.type == Type::string) return Error{"text can not be written to a DCON output"};
-  const bool bit = write.kind == WriteAddress::Kind::bit;
-  if (bit != (point.type == Type::boolean)) {
-    return Error{bit ? "write '" + point.write + "' sets one output: its type is bool"
-                     : "write '" + point.write + "' takes a number; a bool is written by {bit}"};
-  }
-  return {};
-}
-
-Status CheckPoint(const Point& point) {
-  if (point.access != Access::write) {
-    const auto read = ParseRead(point.read);
-    if (!read) return Error{read.error()};
-    if (const Status status = CheckReadType(point, *read); !status) return status;
-  }
-  if (point.access == Access::read) return {};
-  if (point.write.empty()) {
-    return Error{
-        "a writable point needs write:, as in write: \"#13{bit}\" or \"#2{+00.000 0..10}\""};
-  }
-  const auto write = ParseWrite(point.write);
-  if (!write) return Error{write.error()};
-  return CheckWriteType(point, *write);
 }
 
 /// One text with two meanings, of which only the first would ever be seen.
@@ -107,24 +66,6 @@ config::Timing DefaultTiming(const config::SerialSettings& serial) {
   return timing;
 }
 
-/// Forms of the good reply, and of the refusal that every command may get.
-std::vector<Shape> Shapes(const Command& command, bool checksum) {
-  const std::size_t extra = checksum ? 4 : 2;  // lead, CR, checksum
-  const auto form = DefaultForm(command.text);
-  std::vector<Shape> shapes = {{'?', extra, extra + 2}};
-  if (!form) {
-    shapes.push_back({'>', extra, extra + 2});
-    shapes.push_back({'!', extra, kMaxFrame});
-    return shapes;
-  }
-  const bool several = command.text.starts_with("#") || command.text.starts_with("^");
-  const bool data = *form == Form::numbers || *form == Form::number || *form == Form::words ||
-                    *form == Form::bits;
-  if (data) shapes.push_back({'>', extra + 4, kMaxFrame});
-  if (!data || several) shapes.push_back({'!', extra + 2, kMaxFrame});
-  return shapes;
-}
-
 std::unique_ptr<Bus> MakeBus(const config::Line&) { return std::make_unique<DconBus>(); }
 
 std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values) {
@@ -132,32 +73,11 @@ std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values)
 }
 
 }  // namespace
+}  // namespace baudgate::protocols::dcon
 
-Expectation Expect(View request, const config::Options& options) {
-  const Settings settings = ReadSettings(options);
-  Expectation expect;
-  expect.max_bytes = kMaxFrame;
-  expect.checksum = settings.checksum ? kChecksum : kNoChecksum;
-  if (request.empty()) return expect;
-  const auto command = ParseRequest(request, settings.checksum);
-  if (!command) {
-    expect.repeatable = false;
-    return expect;
-  }
-  if (command->broadcast) {
-    expect.reply = Expectation::Reply::none;
-    expect.repeatable = false;
-    return expect;
-  }
-  expect.checksum = ReplyVariant(command->text, settings);
-  expect.repeatable = IsRepeatable(command->text);
-  expect.shapes = Shapes(*command, settings.checksum);
-  const auto form = DefaultForm(command->text);
-  if (form == Form::text || form == Form::readback || form == Form::hex) {
-    Append(expect.address, HexByte(ReplyAddress(*command)));
-  }
-  return expect;
-}
+namespace baudgate {
+
+using namespace protocols::dcon;  // NOLINT
 
 const Protocol& DconProtocol() {
   static const Protocol protocol = [] {
@@ -181,4 +101,4 @@ const Protocol& DconProtocol() {
   return protocol;
 }
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate

@@ -4,11 +4,8 @@
 
 #include "protocols/protocol.h"
 
-namespace baudgate::dcon {
+namespace baudgate {
 
 const Protocol& DconProtocol();
 
-/// What may answer `request` (protocols/dcon/README.md); no request: what a twin listens for.
-Expectation Expect(View request, const config::Options& options);
-
-}  // namespace baudgate::dcon
+}  // namespace baudgate

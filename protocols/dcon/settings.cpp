@@ -3,7 +3,7 @@
 
 #include "protocols/option_specs.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 constexpr OptionSpec kOptions[] = {
@@ -76,4 +76,4 @@ Settings ReadSettings(const config::Options& options) {
   return settings;
 }
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

@@ -12,7 +12,7 @@
 #include "config/model/options.h"
 #include "protocols/protocol.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 
 /// How numbers of analog modules are written: bits 1:0 of the module's format byte.
 enum class Format : std::uint8_t { engineering, percent, hex };
@@ -44,4 +44,4 @@ std::span<const OptionSpec> OptionTable();
 
 Settings ReadSettings(const config::Options& options);
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

@@ -6,9 +6,9 @@
 
 #include "gateway/base/text.h"
 #include "protocols/dcon/decode.h"
-#include "protocols/dcon/fields.h"
+#include "protocols/dcon/values.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 std::uint64_t Unsigned(const Value& value, std::uint64_t most) {
@@ -202,4 +202,4 @@ std::optional<std::string> DconTwin::AnswerWrite(const std::string& command) {
   return std::nullopt;
 }
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "protocols/dcon/codec.h"
-#include "protocols/dcon/commands.h"
+#include "protocols/dcon/points.h"
 #include "protocols/dcon/settings.h"
 #include "protocols/twin.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 
 class DconTwin : public Twin {
  public:
@@ -44,4 +44,4 @@ class DconTwin : public Twin {
   std::vector<Known> reads_;
 };
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

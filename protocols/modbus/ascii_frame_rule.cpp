@@ -16,7 +16,7 @@
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/pdu.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 bool IsHarmless(std::uint8_t byte) {
@@ -76,4 +76,4 @@ Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
   return cut;
 }
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

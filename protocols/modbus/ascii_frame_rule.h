@@ -4,10 +4,10 @@
 
 #include "protocols/frame_rule.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 
 /// Requests and, on a bus with several devices, their replies: they look alike.
 Cut AsciiRequestRule(View held, const Expectation& expect, bool idle);
 Cut AsciiReplyRule(View held, const Expectation& expect, bool idle);
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -5,7 +5,7 @@
 #include "gateway/base/text.h"
 #include "protocols/modbus/pdu.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 std::uint8_t Lrc(View bytes) { return static_cast<std::uint8_t>(0x100U - Sum8(bytes)); }
@@ -71,4 +71,4 @@ Result<std::uint8_t> ParseAddress(std::string_view text) {
   return static_cast<std::uint8_t>(*number);
 }
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -10,7 +10,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 
 enum class Framing : std::uint8_t {
   rtu,    ///< address, PDU, CRC-16 low byte first
@@ -41,4 +41,4 @@ Result<std::uint8_t> ParseAddress(std::string_view text);
 /// Decimal, or hex with 0x.
 std::optional<std::uint16_t> ParseNumber(std::string_view text);
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -8,7 +8,7 @@
 #include "protocols/modbus/expect.h"
 #include "protocols/modbus/pdu.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 /// What a loopback carries: a pattern that no address or count looks like.
@@ -216,7 +216,7 @@ void ModbusConversation::AddReadings(Exchanged& exchanged) const {
     if (!place || !block.Covers(*place)) continue;
     const std::size_t at = place->address - data->address;
     const auto words = std::span(data->words).subspan(at, place->count);
-    auto [value, quality] = modbus_master::Decode(*place, words, settings_);
+    auto [value, quality] = protocols::modbus::Decode(*place, words, settings_);
     exchanged.answer.readings.push_back({point, std::move(value), quality, {}});
     std::fill_n(used.begin() + static_cast<std::ptrdiff_t>(at), place->count, true);
   }
@@ -333,4 +333,4 @@ std::unique_ptr<Conversation> ModbusBus::MakeConversation(const config::Device& 
   return std::make_unique<ModbusConversation>(framing_, device);
 }
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

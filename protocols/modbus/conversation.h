@@ -16,7 +16,7 @@
 #include "protocols/modbus/values.h"
 #include "protocols/protocol.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 
 class ModbusConversation : public Conversation {
  public:
@@ -73,4 +73,4 @@ class ModbusBus : public Bus {
   Framing framing_;
 };
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -3,7 +3,7 @@
 
 #include "protocols/modbus/pdu.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 constexpr std::size_t kExceptionPdu = 2;
@@ -73,4 +73,4 @@ const PduCarrier& Carrier(Framing framing) {
   return framing == Framing::rtu ? kCarrier<Framing::rtu> : kCarrier<Framing::ascii>;
 }
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

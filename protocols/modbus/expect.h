@@ -6,11 +6,11 @@
 #include "protocols/modbus/codec.h"
 #include "protocols/protocol.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 
 /// Expectation::address holds the slave's number, whatever its form on the wire.
 Expectation Expect(Framing framing, View request);
 
 const PduCarrier& Carrier(Framing framing);
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

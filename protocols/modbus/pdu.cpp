@@ -6,7 +6,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 using Kind = PduLength::Kind;
@@ -311,4 +311,4 @@ Bytes Exception(std::uint8_t function, std::uint8_t code) {
   return {static_cast<std::uint8_t>(function | kExceptionBit), code};
 }
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

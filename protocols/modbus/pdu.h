@@ -12,7 +12,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 
 enum Function : std::uint8_t {
   kReadCoils = 1,
@@ -107,4 +107,4 @@ void AppendU16(Bytes& to, std::size_t value);
 /// Eight to a byte, the first in bit 0.
 Bytes PackBits(const std::vector<bool>& bits);
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

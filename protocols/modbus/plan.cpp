@@ -6,7 +6,7 @@
 
 #include "protocols/modbus/pdu.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 /// As many bits travel in the bytes of one register.
@@ -132,4 +132,4 @@ void Plan::Forget() {
   Make();
 }
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

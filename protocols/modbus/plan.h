@@ -14,10 +14,10 @@
 
 #include "config/model/point.h"
 #include "protocols/conversation.h"
-#include "protocols/modbus/place.h"
+#include "protocols/modbus/points.h"
 #include "protocols/modbus/settings.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 
 /// What one request reads.
 struct Block {
@@ -70,4 +70,4 @@ class Plan {
   std::vector<Block> blocks_;
 };
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -7,38 +7,26 @@
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/conversation.h"
 #include "protocols/modbus/expect.h"
-#include "protocols/modbus/place.h"
+#include "protocols/modbus/points.h"
 #include "protocols/modbus/rtu_frame_rule.h"
 #include "protocols/modbus/settings.h"
 #include "protocols/modbus/twin.h"
 
-namespace baudgate {
+namespace baudgate::protocols::modbus {
 namespace {
 
-using modbus_master::Framing;
-
 Status CheckAddress(std::string_view address) {
-  const auto parsed = modbus_master::ParseAddress(address);
+  const auto parsed = ParseAddress(address);
   return parsed ? Status() : Status(Error{parsed.error()});
 }
 
-Status CheckPoint(const config::Point& point) {
-  if (point.access != config::Access::write) {
-    const auto read = modbus_master::ReadPlace(point);
-    if (!read) return Error{read.error()};
-  }
-  if (point.access == config::Access::read) return {};
-  const auto write = modbus_master::WritePlace(point);
-  return write ? Status() : Status(Error{write.error()});
-}
-
 Status CheckDevice(const config::Device& device) {
-  const auto texts = modbus_master::ParseTexts(device.options.Texts("texts"));
+  const auto texts = ParseTexts(device.options.Texts("texts"));
   if (!texts) return Error{texts.error()};
   for (const config::Point& point : device.points) {
     if (point.access == config::Access::write) continue;
-    const auto place = modbus_master::ReadPlace(point);
-    if (!place || place->form != modbus_master::Form::text) continue;
+    const auto place = ReadPlace(point);
+    if (!place || place->form != Form::text) continue;
     if (texts->contains(place->texts)) continue;
     return Error{"point '" + point.name + "' reads '" + point.read + "', but 'texts' has no \"" +
                  place->texts + " CODE=TEXT\""};
@@ -48,7 +36,7 @@ Status CheckDevice(const config::Device& device) {
 
 template <Framing kFraming>
 Expectation Expect(View request, const config::Options&) {
-  return modbus_master::Expect(kFraming, request);
+  return Expect(kFraming, request);
 }
 
 /// Silence of 3.5 characters, and 1.75 ms above 19200 bit/s (MODBUS over Serial Line
@@ -60,7 +48,7 @@ config::Timing DefaultTiming(const config::SerialSettings& serial) {
   timing.quiet = serial.baud > 19200 ? Duration(1750us) : character * 7 / 2;
   timing.reply = 500ms;
   timing.gap = std::max<Duration>(20 * character, 50ms);
-  const auto longest = static_cast<int>(modbus_master::MaxFrame(kFraming));
+  const auto longest = static_cast<int>(MaxFrame(kFraming));
   timing.ceiling = *timing.reply + longest * character + 2 * *timing.gap;
   timing.drain = std::max<Duration>(20 * character, 100ms);
   return timing;
@@ -68,12 +56,12 @@ config::Timing DefaultTiming(const config::SerialSettings& serial) {
 
 template <Framing kFraming>
 std::unique_ptr<Bus> MakeBus(const config::Line&) {
-  return std::make_unique<modbus_master::ModbusBus>(kFraming);
+  return std::make_unique<ModbusBus>(kFraming);
 }
 
 template <Framing kFraming>
 std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values) {
-  return std::make_unique<modbus_master::ModbusTwin>(kFraming, device, values);
+  return std::make_unique<ModbusTwin>(kFraming, device, values);
 }
 
 config::SerialSettings Serial(int baud, int data_bits) {
@@ -92,18 +80,18 @@ Protocol Describe(std::string_view name, std::string_view title,
   return {
       .name = name,
       .title = title,
-      .options = modbus_master::OptionTable(),
-      .decoders = modbus_master::DecoderTable(),
+      .options = OptionTable(),
+      .decoders = DecoderTable(),
       .check_address = CheckAddress,
       .check_point = CheckPoint,
       .check_device = CheckDevice,
       .serial = serial,
       .data_bits = serial.data_bits,
       .timing = DefaultTiming<kFraming>,
-      .request_rule = kRtu ? modbus_master::RtuRequestRule : modbus_master::AsciiRequestRule,
-      .reply_rule = kRtu ? modbus_master::RtuReplyRule : modbus_master::AsciiReplyRule,
+      .request_rule = kRtu ? RtuRequestRule : AsciiRequestRule,
+      .reply_rule = kRtu ? RtuReplyRule : AsciiReplyRule,
       .expect = Expect<kFraming>,
-      .carrier = &modbus_master::Carrier(kFraming),
+      .carrier = &Carrier(kFraming),
       .profiles_of = kRtu ? "" : "modbus_rtu",
       .make_bus = MakeBus<kFraming>,
       .make_twin = MakeTwin<kFraming>,
@@ -111,6 +99,11 @@ Protocol Describe(std::string_view name, std::string_view title,
 }
 
 }  // namespace
+}  // namespace baudgate::protocols::modbus
+
+namespace baudgate {
+
+using namespace protocols::modbus;  // NOLINT
 
 const Protocol& ModbusRtuProtocol() {
   static const Protocol kProtocol =

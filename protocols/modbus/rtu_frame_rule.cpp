@@ -9,7 +9,7 @@
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/pdu.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 using Kind = PduLength::Kind;
@@ -218,4 +218,4 @@ Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
   return Cut::Discard(1, Outcome::corrupt, "checksum");
 }
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -4,9 +4,9 @@
 
 #include "protocols/frame_rule.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 
 Cut RtuRequestRule(View held, const Expectation& expect, bool idle);
 Cut RtuReplyRule(View held, const Expectation& expect, bool idle);
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -5,7 +5,7 @@
 #include "protocols/modbus/codec.h"
 #include "protocols/option_specs.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 using config::WordOrder;
@@ -82,4 +82,4 @@ Settings ReadSettings(const config::Options& options) {
   return settings;
 }
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -13,7 +13,7 @@
 #include "config/model/device.h"
 #include "protocols/protocol.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 
 /// Codes of a register and what they mean, by the table's name.
 using TextTables = std::map<std::string, std::map<std::uint16_t, std::string>, std::less<>>;
@@ -36,4 +36,4 @@ Result<TextTables> ParseTexts(const std::vector<std::string>& entries);
 
 std::optional<config::WordOrder> ParseOrder(std::string_view text);
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -5,7 +5,7 @@
 
 #include "protocols/modbus/pdu.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 constexpr std::size_t kLongestTitle = 64;
@@ -287,4 +287,4 @@ Bytes ModbusTwin::Identify(View pdu) const {
   return reply;
 }
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

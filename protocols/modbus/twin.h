@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "protocols/modbus/codec.h"
-#include "protocols/modbus/place.h"
+#include "protocols/modbus/points.h"
 #include "protocols/modbus/settings.h"
 #include "protocols/modbus/values.h"
 #include "protocols/twin.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 
 class ModbusTwin : public Twin {
  public:
@@ -56,4 +56,4 @@ class ModbusTwin : public Twin {
   std::vector<std::optional<Place>> writes_;  // by point; nothing: read-only
 };
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

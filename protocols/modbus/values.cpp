@@ -8,7 +8,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 using config::WordOrder;
@@ -235,4 +235,4 @@ std::optional<std::uint16_t> CodeOf(const Place& place, const Value& value,
   return std::nullopt;
 }
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -10,10 +10,10 @@
 #include "gateway/base/quality.h"
 #include "gateway/base/result.h"
 #include "gateway/base/value.h"
-#include "protocols/modbus/place.h"
+#include "protocols/modbus/points.h"
 #include "protocols/modbus/settings.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 
 using Registers = std::vector<std::uint16_t>;
 
@@ -35,4 +35,4 @@ Result<Registers> Encode(const Place& place, const Value& value, const Settings&
 std::optional<std::uint16_t> CodeOf(const Place& place, const Value& value,
                                     const Settings& settings);
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

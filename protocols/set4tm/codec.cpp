@@ -8,7 +8,7 @@
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 /// One parameter of code 08: bytes of the request's PDU, and of the reply's data (0 = it depends).
@@ -241,4 +241,4 @@ std::optional<std::size_t> LengthOfData(View pdu) {
   }
 }
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -10,7 +10,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 
 inline constexpr std::uint8_t kExtendedPrefix = 0xFC;
 inline constexpr std::uint8_t kBroadcast = 0xFE;
@@ -82,4 +82,4 @@ bool AnsweredByStatus(View pdu);
 /// Data bytes of the reply to a read; nothing when the reference does not say.
 std::optional<std::size_t> LengthOfData(View pdu);
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 template <typename T>
@@ -122,4 +122,4 @@ bool LacksRatios(Measure measure, const Scale& scale) {
   }
 }
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -1,5 +1,5 @@
 // What turns a SET-4TM's counts into physical values: its build variant and its transformer ratios.
-// Bytes come from replies to 08 12 and 08 02; the factors go to the decoders of fields.h.
+// Bytes come from replies to 08 12 and 08 02; the factors go to the decoders of points.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,7 +7,7 @@
 
 #include "gateway/base/bytes.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 
 /// Everything that an integer value may need; what is missing is not known (yet).
 struct Scale {
@@ -42,4 +42,4 @@ bool LacksVariant(Measure measure, const Scale& scale);
 /// The same of 08 02.
 bool LacksRatios(Measure measure, const Scale& scale);
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -7,10 +7,12 @@
 
 #include "gateway/base/text.h"
 #include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/expect.h"
 #include "protocols/set4tm/frame_rule.h"
 #include "protocols/set4tm/status.h"
+#include "protocols/set4tm/values.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 /// The channel lives 20 s; with less than a quarter left it is opened anew (reference, 14.5).
@@ -314,4 +316,4 @@ Then MeterConversation::OnFailure(const Task&, const Request& request, Outcome, 
   return Then::done;
 }
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

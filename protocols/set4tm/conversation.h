@@ -11,10 +11,7 @@
 #include "protocols/protocol.h"
 #include "protocols/set4tm/plan.h"
 
-namespace baudgate::set4tm {
-
-/// What may answer `request`; with no request, what requests look like (for the twin's side).
-Expectation Expect(View request, const config::Options& options);
+namespace baudgate::protocols::set4tm {
 
 std::unique_ptr<Bus> MakeBus(const config::Line& line);
 
@@ -78,4 +75,4 @@ class MeterConversation : public Conversation {
   int repeated_ = 0;
 };
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

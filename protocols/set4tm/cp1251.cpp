@@ -6,7 +6,7 @@
 #include <array>
 #include <iterator>
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 /// Code points of the bytes 80 to BF.
@@ -88,4 +88,4 @@ Bytes ToCp1251(std::string_view utf8) {
   return bytes;
 }
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -7,11 +7,11 @@
 
 #include "gateway/base/bytes.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 
 /// Up to the first zero byte, without blanks at the end; control bytes become '?'.
 std::string FromCp1251(View bytes);
 /// Characters that Windows-1251 does not have become '?'.
 Bytes ToCp1251(std::string_view utf8);
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

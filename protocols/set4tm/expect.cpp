@@ -1,10 +1,10 @@
-// What may answer a SET-4TM request, from the request's bytes alone.
 // SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/expect.h"
+
 #include "protocols/set4tm/codec.h"
-#include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/frame_rule.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 constexpr std::size_t kShortRest = 1 + kChecksumSize;
@@ -41,4 +41,4 @@ Expectation Expect(View request, const config::Options&) {
   return expect;
 }
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

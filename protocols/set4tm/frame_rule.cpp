@@ -7,7 +7,7 @@
 
 #include "protocols/set4tm/codec.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 constexpr std::size_t kStatusBody = 1;
@@ -87,4 +87,4 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   return Cut::Discard(1, Outcome::partial, "stopped mid-frame");
 }
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -5,7 +5,7 @@
 
 #include "protocols/frame_rule.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 
 /// Tags of the shapes of a reply. A short request may be answered with the extended address when
 /// the meter is set so (reference, chapter 2), so an expectation lists both forms.
@@ -14,4 +14,4 @@ enum ReplyTag : int { kShortForm = 1, kExtendedForm = 2 };
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 Cut ReplyRule(View held, const Expectation& expect, bool idle);
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

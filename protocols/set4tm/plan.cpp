@@ -8,7 +8,7 @@
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/snapshot.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 
 Plan::Plan(std::span<const config::Point> points) : points_(points) {
   fields_.reserve(points.size());
@@ -103,4 +103,4 @@ std::vector<Match> Plan::Matches(View pdu) const {
   return matches;
 }
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -11,9 +11,9 @@
 
 #include "config/model/point.h"
 #include "protocols/conversation.h"
-#include "protocols/set4tm/fields.h"
+#include "protocols/set4tm/points.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 
 /// A value that a reply holds: of a point, or with a label where no point asks for it.
 struct Match {
@@ -47,4 +47,4 @@ class Plan {
   std::vector<Bytes> pdus_;
 };
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

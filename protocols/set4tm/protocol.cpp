@@ -7,11 +7,12 @@
 #include "protocols/option_specs.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation.h"
-#include "protocols/set4tm/fields.h"
+#include "protocols/set4tm/expect.h"
 #include "protocols/set4tm/frame_rule.h"
+#include "protocols/set4tm/points.h"
 #include "protocols/set4tm/twin.h"
 
-namespace baudgate {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 constexpr double kLongNumber = 4294967295.0;
@@ -40,21 +41,12 @@ constexpr OptionSpec kOptions[] = {
 };
 
 Status CheckAddress(std::string_view address) {
-  const auto parsed = set4tm::ParseAddress(address);
+  const auto parsed = ParseAddress(address);
   return parsed ? Status() : Status(Error{parsed.error()});
 }
 
-Status CheckPoint(const config::Point& point) {
-  if (point.access != config::Access::read || !point.write.empty()) {
-    return Error{"SET-4TM points are read only"};
-  }
-  const auto field = set4tm::ParseField(point.read);
-  if (!field) return Error{field.error()};
-  return set4tm::CheckType(*field, point);
-}
-
 Status CheckDevice(const config::Device& device) {
-  const auto password = set4tm::ParsePassword(device.options.Text("password"));
+  const auto password = ParsePassword(device.options.Text("password"));
   return password ? Status() : Status(Error{password.error()});
 }
 
@@ -66,7 +58,7 @@ config::Timing DefaultTiming(const config::SerialSettings& serial) {
   timing.quiet = std::max<Duration>(4ms, 7 * character);
   timing.reply = std::max<Duration>(300ms, 200ms + 2 * *timing.quiet);
   timing.gap = std::max<Duration>(50ms, 7 * character);
-  const auto longest = static_cast<int>(set4tm::kMaxData) + 7;
+  const auto longest = static_cast<int>(kMaxData) + 7;
   timing.ceiling = *timing.reply + longest * character + 4 * *timing.gap;
   timing.drain = std::max<Duration>(150ms, *timing.quiet + 100ms);
   return timing;
@@ -82,24 +74,29 @@ config::SerialSettings FactorySettings() {
 }
 
 }  // namespace
+}  // namespace baudgate::protocols::set4tm
+
+namespace baudgate {
+
+using namespace protocols::set4tm;  // NOLINT
 
 const Protocol& Set4tmProtocol() {
   static const Protocol kProtocol = {
       .name = "set4tm",
       .title = "SET-4TM, PSCH-3/4TM, SEB-1TM electricity meters, master",
       .options = kOptions,
-      .decoders = set4tm::DecoderSpecs(),
+      .decoders = DecoderSpecs(),
       .check_address = CheckAddress,
       .check_point = CheckPoint,
       .check_device = CheckDevice,
       .serial = FactorySettings(),
       .data_bits = 8,
       .timing = DefaultTiming,
-      .request_rule = set4tm::RequestRule,
-      .reply_rule = set4tm::ReplyRule,
-      .expect = set4tm::Expect,
-      .make_bus = set4tm::MakeBus,
-      .make_twin = set4tm::MakeTwin,
+      .request_rule = RequestRule,
+      .reply_rule = ReplyRule,
+      .expect = Expect,
+      .make_bus = MakeBus,
+      .make_twin = MakeTwin,
   };
   return kProtocol;
 }

@@ -6,7 +6,7 @@
 
 #include "protocols/set4tm/codec.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 constexpr std::size_t kMaskAt = 4;
@@ -91,4 +91,4 @@ std::vector<unsigned> MaskBits(View pdu) {
   return bits;
 }
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -9,7 +9,7 @@
 
 #include "gateway/base/bytes.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 
 /// 1 + 23 * 4 data bytes fill the 96 bytes of a frame.
 inline constexpr std::size_t kMostMaskedFloats = 23;
@@ -28,4 +28,4 @@ Bytes MaskRequest(std::uint8_t id, const std::vector<unsigned>& bits);
 /// The bits that a 08 23 PDU asks for, in the order of the reply's values.
 std::vector<unsigned> MaskBits(View pdu);
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -6,7 +6,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 StatusMeaning ByCode(std::uint8_t code, bool opening) {
@@ -72,4 +72,4 @@ StatusMeaning Explain(std::uint8_t status, bool opening) {
   return meaning;
 }
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

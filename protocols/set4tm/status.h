@@ -10,7 +10,7 @@
 #include "gateway/base/quality.h"
 #include "gateway/base/time.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 
 /// Low nibbles of the status byte (reference, chapter 6).
 enum StatusCode : std::uint8_t {
@@ -38,4 +38,4 @@ struct StatusMeaning {
 /// `opening`: the status answers a request to open the channel, where 3 means the password.
 StatusMeaning Explain(std::uint8_t status, bool opening);
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -8,8 +8,9 @@
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/snapshot.h"
 #include "protocols/set4tm/status.h"
+#include "protocols/set4tm/values.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 constexpr Duration kChannelLife = 20s;
@@ -197,4 +198,4 @@ std::optional<Bytes> MeterTwin::Data(View pdu, Instant now) const {
   return own || found ? std::optional(std::move(data)) : std::nullopt;
 }
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

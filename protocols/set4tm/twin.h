@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "config/model/device.h"
-#include "protocols/set4tm/fields.h"
+#include "protocols/set4tm/points.h"
 #include "protocols/twin.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 
 std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values);
 
@@ -47,4 +47,4 @@ class MeterTwin : public Twin {
   bool clock_corrected_ = false;
 };
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -4,7 +4,7 @@
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 constexpr std::string_view kNumbered = "IOSVM";
@@ -176,4 +176,4 @@ ReceivedRequest ParseRequest(View frame) {
   return request;
 }
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

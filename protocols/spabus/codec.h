@@ -13,7 +13,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 
 inline constexpr std::uint8_t kCr = 0x0D;
 inline constexpr std::uint8_t kLf = 0x0A;
@@ -89,4 +89,4 @@ ReceivedRequest ParseRequest(View frame);
 /// Takes up to `most` digits from the front; nothing when there is none or one more follows.
 std::optional<std::uint32_t> TakeNumber(std::string_view& text, std::size_t most);
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

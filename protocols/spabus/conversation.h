@@ -9,7 +9,7 @@
 #include "protocols/protocol.h"
 #include "protocols/spabus/reply.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 
 /// Which reading of the checksum of continued replies the devices of a line use (reply.h). Shared
 /// by their conversations; each match narrows it down.
@@ -36,7 +36,4 @@ class SpaBus final : public Bus {
   std::shared_ptr<ContinuationChecksum> checksum_ = std::make_shared<ContinuationChecksum>();
 };
 
-/// What may answer `request`; of an empty request, what a twin has to expect.
-Expectation Expect(View request, const config::Options& options);
-
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

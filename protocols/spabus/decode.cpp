@@ -3,9 +3,9 @@
 
 #include "gateway/base/text.h"
 #include "protocols/spabus/nack.h"
-#include "protocols/spabus/value_text.h"
+#include "protocols/spabus/values.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 Answer Unexpected(std::string reason) {
@@ -118,4 +118,4 @@ Exchange Decode(View request, View frame, std::span<const ReadPoint> points) {
   return exchange;
 }
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -11,7 +11,7 @@
 #include "protocols/spabus/plan.h"
 #include "protocols/spabus/reply.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 
 struct Exchange {
   Answer answer;
@@ -24,4 +24,4 @@ struct Exchange {
 /// configuration.
 Exchange Decode(View request, View frame, std::span<const ReadPoint> points);
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -5,7 +5,7 @@
 
 #include "protocols/spabus/reply.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 /// How far a message could be followed from its first byte.
@@ -110,4 +110,4 @@ Cut RequestRule(View held, const Expectation& expect, bool) {
   return Cut::Frame(scan.size);
 }
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -6,7 +6,7 @@
 
 #include "protocols/frame_rule.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 
 /// Delivers `<` … CR [LF] with right syntax and a checksum that passes under expect.checksum
 /// (reply.h). The LF before `<` and echoes of requests are dropped without blame.
@@ -15,4 +15,4 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle);
 /// Delivers every `>` … CR: a slave answers a damaged request with NACK 0, so the twin judges.
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

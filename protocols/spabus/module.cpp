@@ -2,6 +2,4 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/protocol.h"
 
-extern "C" const baudgate::Protocol* baudgate_protocol() {
-  return &baudgate::spabus::SpabusProtocol();
-}
+extern "C" const baudgate::Protocol* baudgate_protocol() { return &baudgate::SpabusProtocol(); }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/nack.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 // Arcteq's table of SPA error codes; what to do is ours (README.md).
@@ -52,4 +52,4 @@ std::string Explain(int code) {
   return "NACK " + std::to_string(code) + ": " + std::string(RuleOf(code).meaning);
 }
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

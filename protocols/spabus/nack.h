@@ -8,7 +8,7 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 
 struct NackRule {
   Outcome outcome = Outcome::refused;
@@ -27,4 +27,4 @@ const NackRule& RuleOf(int code);
 /// "NACK 6: some of the data does not exist in the device; …".
 std::string Explain(int code);
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <tuple>
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 /// Whether `next` may join the block, either as its next item or as another point of its last one.
@@ -22,18 +22,6 @@ Address Block::Middle() const {
   Address middle = first;
   middle.number = first.number.value_or(0) + static_cast<std::uint32_t>(ItemCount() / 2);
   return middle;
-}
-
-std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points) {
-  std::vector<ReadPoint> readable;
-  for (std::size_t index = 0; index < points.size(); ++index) {
-    const config::Point& point = points[index];
-    if (point.access == config::Access::write) continue;
-    if (const auto address = ParseAddress(point.read)) {
-      readable.push_back({*address, index, &point});
-    }
-  }
-  return readable;
 }
 
 Plan MakePlan(std::span<const ReadPoint> points, const Learned& learned) {
@@ -58,4 +46,4 @@ Plan MakePlan(std::span<const ReadPoint> points, const Learned& learned) {
   return plan;
 }
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -12,16 +12,9 @@
 #include "config/model/point.h"
 #include "protocols/conversation.h"
 #include "protocols/spabus/codec.h"
+#include "protocols/spabus/points.h"
 
-namespace baudgate::spabus {
-
-/// A point that can be read, with its address already parsed.
-struct ReadPoint {
-  Address address;
-  std::size_t index = 0;  ///< into the device's points
-  const config::Point* point = nullptr;
-};
-std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points);
+namespace baudgate::protocols::spabus {
 
 /// What was learned of the device in this session.
 struct Learned {
@@ -46,4 +39,4 @@ struct Plan {
 };
 Plan MakePlan(std::span<const ReadPoint> points, const Learned& learned);
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -6,11 +6,13 @@
 #include "protocols/option_specs.h"
 #include "protocols/spabus/codec.h"
 #include "protocols/spabus/conversation.h"
+#include "protocols/spabus/expect.h"
 #include "protocols/spabus/frame_rule.h"
-#include "protocols/spabus/options.h"
+#include "protocols/spabus/points.h"
+#include "protocols/spabus/settings.h"
 #include "protocols/spabus/twin.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 constexpr OptionSpec kOptions[] = {
@@ -33,89 +35,9 @@ constexpr OptionSpec kOptions[] = {
                    "replies."),
 };
 
-constexpr DecoderSpec kDecoders[] = {
-    {"I1", "input data: measurements and digital inputs"},
-    {"O1", "output data: starts, trips and relay outputs"},
-    {"S1", "setting"},
-    {"V1", "variable: recorded values, counters, control parameters"},
-    {"M1", "memory data"},
-    {"14V1", "item of channel 14; channel 0 may be left out"},
-    {"C", "module status: 0 normal, 1 automatic reset, 2 event overflow, 3 both"},
-    {"F", "type designation (string)"},
-    {"T", "time within the minute, ss.sss"},
-    {"D", "date and time (string)"},
-    {"3A", "alarms of a channel (string)"},
-};
-
-/// What must not be written through a gateway, and why; nothing = it may be.
-std::string_view Forbidden(const Address& address) {
-  if (address.category != 'V') return {};
-  switch (address.number.value_or(0)) {
-    case 160:
-    case 161:
-      return "it is the password: set the option `password`, writes then use it by themselves";
-    case 165:
-      return "it sets off the self-supervision output";
-    case 167:
-      return "it formats the memory of the device";
-    case 200:
-      return "it changes the slave number and would make the device unreachable";
-    case 201:
-      return "it changes the bit rate and would make the device unreachable";
-    default:
-      return {};
-  }
-}
-
-Status CheckRead(const config::Point& point) {
-  const auto address = ParseAddress(point.read);
-  if (!address) return Error{address.error()};
-  const char category = address->category;
-  if (category == 'L' || category == 'B') {
-    return Error{"'" + point.read +
-                 "' reads events, and reading takes them out of the device; "
-                 "events are not points"};
-  }
-  const bool text = category == 'F' || category == 'D' || category == 'A';
-  if (text && point.type != config::Type::string) {
-    return Error{"'" + point.read + "' is text: use type string(16)"};
-  }
-  const std::uint32_t number = address->number.value_or(0);
-  if (category == 'V' && number >= kPasswordItems.first && number <= kPasswordItems.last) {
-    return Error{"'" + point.read + "' is the password and can not be read"};
-  }
-  return {};
-}
-
-Status CheckWrite(const config::Point& point) {
-  const std::string& text = point.write.empty() ? point.read : point.write;
-  const auto address = ParseAddress(text);
-  if (!address) return Error{address.error()};
-  constexpr std::string_view kWritable = "OSVMCTD";
-  if (kWritable.find(address->category) == std::string_view::npos) {
-    return Error{"'" + text + "' can only be read; the categories to write are O S V M C T D"};
-  }
-  const std::string_view why = Forbidden(*address);
-  if (!why.empty()) {
-    return Error{"'" + text + "' can not be written through the gateway: " + std::string(why)};
-  }
-  return {};
-}
-
 Status CheckAddress(std::string_view address) {
   const auto slave = ParseSlave(address);
   return slave ? Status() : Status(Error{slave.error()});
-}
-
-Status CheckPoint(const config::Point& point) {
-  if (point.access != config::Access::write || !point.read.empty()) {
-    if (Status read = CheckRead(point); !read) return read;
-  }
-  if (point.table == config::Table::bits && point.type != config::Type::boolean) {
-    return Error{"'" + point.name + "' stands in a bit table: use type bool"};
-  }
-  if (point.access == config::Access::read) return {};
-  return CheckWrite(point);
 }
 
 /// The spec's own chapter on delays is not public: figures of known masters, README.md says which.
@@ -145,6 +67,11 @@ config::SerialSettings DefaultSerial() {
 }
 
 }  // namespace
+}  // namespace baudgate::protocols::spabus
+
+namespace baudgate {
+
+using namespace protocols::spabus;  // NOLINT
 
 const Protocol& SpabusProtocol() {
   static const Protocol kProtocol = [] {
@@ -152,7 +79,7 @@ const Protocol& SpabusProtocol() {
     protocol.name = "spabus";
     protocol.title = "ABB SPA Bus, master";
     protocol.options = kOptions;
-    protocol.decoders = kDecoders;
+    protocol.decoders = DecoderTable();
     protocol.check_address = CheckAddress;
     protocol.check_point = CheckPoint;
     protocol.serial = DefaultSerial();
@@ -172,4 +99,4 @@ const Protocol& SpabusProtocol() {
   return kProtocol;
 }
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate

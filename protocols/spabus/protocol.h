@@ -5,8 +5,8 @@
 
 #include "protocols/protocol.h"
 
-namespace baudgate::spabus {
+namespace baudgate {
 
 const Protocol& SpabusProtocol();
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate

@@ -6,7 +6,7 @@
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 constexpr std::string_view kLineBreak = "&\r\n";
@@ -150,4 +150,4 @@ Bytes EncodeNack(unsigned slave, int code, int reading) {
   return Seal("<" + std::to_string(slave) + "N:" + std::to_string(code) + ":", reading);
 }
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -10,7 +10,7 @@
 #include "gateway/base/bytes.h"
 #include "protocols/spabus/codec.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 
 /// Bits of Expectation::checksum. The first four say what the checksum of a reply continued over
 /// several lines may cover; no public source settles it, so more than one may be accepted.
@@ -49,4 +49,4 @@ std::optional<Bytes> EncodeData(unsigned slave, std::string_view data, int readi
 Bytes EncodeAck(unsigned slave, int reading);
 Bytes EncodeNack(unsigned slave, int code, int reading);
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -2,11 +2,11 @@
 #include "protocols/spabus/twin.h"
 
 #include "gateway/base/text.h"
-#include "protocols/spabus/options.h"
 #include "protocols/spabus/reply.h"
-#include "protocols/spabus/value_text.h"
+#include "protocols/spabus/settings.h"
+#include "protocols/spabus/values.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 constexpr int kDamaged = 0;
@@ -131,4 +131,4 @@ Bytes SpaTwin::WritePassword(std::uint32_t item, const std::string& data) {
   return EncodeAck(slave_, reading_);
 }
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

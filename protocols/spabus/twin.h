@@ -11,7 +11,7 @@
 #include "protocols/spabus/plan.h"
 #include "protocols/twin.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 
 /// Silent for other slaves, broadcasts and what has no slave number. NACK 0 for a wrong checksum,
 /// 3 for what does not fit one reply, 5 for syntax, 6 for items that the profile lacks, 7 for items
@@ -39,4 +39,4 @@ class SpaTwin final : public Twin {
   bool open_ = false;
 };
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

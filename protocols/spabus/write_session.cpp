@@ -2,9 +2,9 @@
 #include "protocols/spabus/write_session.h"
 
 #include "protocols/spabus/nack.h"
-#include "protocols/spabus/value_text.h"
+#include "protocols/spabus/values.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 constexpr Address kOpenPassword{0, 'V', 160};
@@ -161,4 +161,4 @@ void WriteSession::Reset() {
   result_ = {};
 }
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -12,7 +12,7 @@
 #include "protocols/conversation.h"
 #include "protocols/spabus/codec.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 
 /// A password opens the relay for everybody on the line and a few wrong ones lock it out. So it is
 /// sent for a real write only, never again after the device has refused it, and closed with its own
@@ -62,4 +62,4 @@ class WriteSession {
   bool maybe_open_ = false;  ///< the password was sent, and no closing was answered since
 };
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -6,18 +6,7 @@
 #include "protocols/set4tm/protocol.h"
 #include "protocols/spabus/protocol.h"
 
-namespace baudgate {
-
-// Some descriptors stand in the namespace of their protocol.
-namespace dcon {}
-namespace set4tm {}
-namespace spabus {}
-
-namespace testing {
-
-using namespace dcon;    // NOLINT
-using namespace set4tm;  // NOLINT
-using namespace spabus;  // NOLINT
+namespace baudgate::testing {
 
 const config::Catalog& Shipped() {
   static const config::Catalog kCatalog = {{{"dcon", &DconProtocol()},
@@ -29,5 +18,4 @@ const config::Catalog& Shipped() {
   return kCatalog;
 }
 
-}  // namespace testing
-}  // namespace baudgate
+}  // namespace baudgate::testing

@@ -16,8 +16,8 @@ namespace baudgate::fuzz {
 namespace {
 
 const config::Catalog& TheCatalog() {
-  static const config::Catalog catalog = {{{"spabus", &spabus::SpabusProtocol()},
-                                           {"dcon", &dcon::DconProtocol()},
+  static const config::Catalog catalog = {{{"spabus", &SpabusProtocol()},
+                                           {"dcon", &DconProtocol()},
                                            {"set4tm", &Set4tmProtocol()},
                                            {"modbus_rtu", &ModbusRtuProtocol()},
                                            {"modbus_ascii", &ModbusAsciiProtocol()}},

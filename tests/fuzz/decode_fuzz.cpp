@@ -14,8 +14,8 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace baudgate;
   using namespace baudgate::fuzz;
-  static const config::Catalog catalog = {{{"spabus", &spabus::SpabusProtocol()},
-                                           {"dcon", &dcon::DconProtocol()},
+  static const config::Catalog catalog = {{{"spabus", &SpabusProtocol()},
+                                           {"dcon", &DconProtocol()},
                                            {"set4tm", &Set4tmProtocol()},
                                            {"modbus_rtu", &ModbusRtuProtocol()}},
                                           {}};

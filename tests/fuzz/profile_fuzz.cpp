@@ -17,15 +17,15 @@ namespace {
 const Protocol& ProtocolOf(std::uint8_t byte) {
   switch (byte) {
     case 'd':
-      return dcon::DconProtocol();
+      return DconProtocol();
     case 's':
-      return spabus::SpabusProtocol();
+      return SpabusProtocol();
     case 'm':
       return Set4tmProtocol();
     case 'r':
       return ModbusRtuProtocol();
     default:
-      return byte % 2 == 0 ? dcon::DconProtocol() : Set4tmProtocol();
+      return byte % 2 == 0 ? DconProtocol() : Set4tmProtocol();
   }
 }
 

@@ -7,7 +7,7 @@
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 struct Vector {
@@ -161,4 +161,4 @@ TEST(DconCodec, ChecksumIsTheSumOfAllCharacters) {
 }
 
 }  // namespace
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

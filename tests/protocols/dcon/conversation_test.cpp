@@ -6,7 +6,7 @@
 
 #include "tests/protocols/dcon/support.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 using config::Group;
@@ -248,4 +248,4 @@ TEST(DconRoundTrip, HexFormatsAndFloatingPoint) {
 }
 
 }  // namespace
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

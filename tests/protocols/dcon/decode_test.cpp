@@ -4,7 +4,7 @@
 
 #include "tests/protocols/dcon/support.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 /// `command` is asked of address 01; `reply` is the text between start and CR, no checksum.
@@ -268,4 +268,4 @@ TEST(DconDecode, NobodyAnswersABroadcast) {
 }
 
 }  // namespace
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

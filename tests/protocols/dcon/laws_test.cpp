@@ -7,8 +7,8 @@
 namespace baudgate {
 namespace {
 
-using dcon::BuildReply;
-using dcon::BuildRequest;
+using protocols::dcon::BuildReply;
+using protocols::dcon::BuildRequest;
 
 /// Noise, cut lines and foreign text; without CR, so that no whole frame stands in it.
 Bytes Garbage(std::mt19937& random, std::string_view starts) {
@@ -30,7 +30,7 @@ Bytes Garbage(std::mt19937& random, std::string_view starts) {
 
 Expectation Expecting(int variant) {
   Expectation expect;
-  expect.max_bytes = dcon::kMaxFrame;
+  expect.max_bytes = protocols::dcon::kMaxFrame;
   expect.checksum = variant;
   return expect;
 }
@@ -38,20 +38,20 @@ Expectation Expecting(int variant) {
 /// Start and text without the checksum: its digits mean the same in either case, so a flipped bit
 /// that only changes their case has done no harm.
 Bytes Meaning(View frame, int variant) {
-  const auto reply = dcon::ParseReply(frame, variant);
+  const auto reply = protocols::dcon::ParseReply(frame, variant);
   return reply ? ToBytes(std::string(1, reply->lead) + reply->body) : Bytes{};
 }
 
 Bytes RequestMeaning(View frame) {
-  const auto request = dcon::ParseRequest(frame, true);
+  const auto request = protocols::dcon::ParseRequest(frame, true);
   return request ? ToBytes(request->text + HexByte(request->address)) : Bytes{};
 }
 
 LawSubject Requests(bool checksum) {
   LawSubject subject;
   subject.name = checksum ? "RequestsWithChecksum" : "Requests";
-  subject.rule = dcon::RequestRule;
-  subject.expect = Expecting(checksum ? dcon::kChecksum : dcon::kNoChecksum);
+  subject.rule = protocols::dcon::RequestRule;
+  subject.expect = Expecting(checksum ? protocols::dcon::kChecksum : protocols::dcon::kNoChecksum);
   for (const std::string_view command :
        {"#", "#7", "$6", "$M", "@3C", "#1301", "#2+07.500", "~0"}) {
     subject.frames.push_back(BuildRequest(command, 0x4A, checksum));
@@ -63,18 +63,18 @@ LawSubject Requests(bool checksum) {
 }
 
 LawSubject Replies(std::string name, int variant) {
-  const bool checksum = variant != dcon::kNoChecksum;
+  const bool checksum = variant != protocols::dcon::kNoChecksum;
   LawSubject subject;
   subject.name = std::move(name);
-  subject.rule = dcon::ReplyRule;
+  subject.rule = protocols::dcon::ReplyRule;
   subject.expect = Expecting(variant);
   for (const std::string_view text :
        {">+100.23+34.050+124.56+07.331-101.45+1038.9-50.501+05.880", ">7FFF800000004000", "!2A1500",
         "!0B7060", "!01200600", ">-02.471", "?0A", ">"}) {
     subject.frames.push_back(BuildReply(text, checksum));
   }
-  if (variant == dcon::kChecksumEither || variant == dcon::kChecksumFront) {
-    subject.frames.push_back(dcon::BuildCounterReplyFront("0000001E"));
+  if (variant == protocols::dcon::kChecksumEither || variant == protocols::dcon::kChecksumFront) {
+    subject.frames.push_back(protocols::dcon::BuildCounterReplyFront("0000001E"));
   }
   subject.garbage = [](std::mt19937& random) { return Garbage(random, ">!?"); };
   subject.checksum = checksum;
@@ -85,33 +85,33 @@ LawSubject Replies(std::string name, int variant) {
 std::vector<LawSubject> Subjects() {
   return {Requests(false),
           Requests(true),
-          Replies("Replies", dcon::kNoChecksum),
-          Replies("RepliesWithChecksum", dcon::kChecksum),
-          Replies("RepliesWithChecksumEither", dcon::kChecksumEither),
-          Replies("RepliesWithChecksumFront", dcon::kChecksumFront)};
+          Replies("Replies", protocols::dcon::kNoChecksum),
+          Replies("RepliesWithChecksum", protocols::dcon::kChecksum),
+          Replies("RepliesWithChecksumEither", protocols::dcon::kChecksumEither),
+          Replies("RepliesWithChecksumFront", protocols::dcon::kChecksumFront)};
 }
 
 INSTANTIATE_TEST_SUITE_P(Dcon, FrameRuleLaws, ::testing::ValuesIn(Subjects()), LawSubjectName);
 
 Outcome Blame(std::string_view stream, int variant) {
   Assembler assembler;
-  assembler.Begin(dcon::ReplyRule, Expecting(variant));
+  assembler.Begin(protocols::dcon::ReplyRule, Expecting(variant));
   assembler.Feed(ToBytes(stream));
   EXPECT_FALSE(assembler.Next(true).has_value()) << stream;
   return assembler.blame();
 }
 
 TEST(DconReplyRule, BlamesChecksumCutAndNoiseApart) {
-  EXPECT_EQ(Blame(">+05.88023\r", dcon::kChecksum), Outcome::corrupt);
-  EXPECT_EQ(Blame(">+05.880", dcon::kChecksum), Outcome::partial);
-  EXPECT_EQ(Blame(std::string_view("\0\xFF\n", 3), dcon::kChecksum), Outcome::none);
-  EXPECT_EQ(Blame("05.880\r", dcon::kNoChecksum), Outcome::partial);
-  EXPECT_EQ(Blame(">+05\x80", dcon::kNoChecksum), Outcome::corrupt);
+  EXPECT_EQ(Blame(">+05.88023\r", protocols::dcon::kChecksum), Outcome::corrupt);
+  EXPECT_EQ(Blame(">+05.880", protocols::dcon::kChecksum), Outcome::partial);
+  EXPECT_EQ(Blame(std::string_view("\0\xFF\n", 3), protocols::dcon::kChecksum), Outcome::none);
+  EXPECT_EQ(Blame("05.880\r", protocols::dcon::kNoChecksum), Outcome::partial);
+  EXPECT_EQ(Blame(">+05\x80", protocols::dcon::kNoChecksum), Outcome::corrupt);
 }
 
 TEST(DconReplyRule, AnEchoOfTheRequestIsNoReply) {
   Assembler assembler;
-  assembler.Begin(dcon::ReplyRule, Expecting(dcon::kChecksum));
+  assembler.Begin(protocols::dcon::ReplyRule, Expecting(protocols::dcon::kChecksum));
   assembler.Feed(ToBytes("#0184\r>+100.23+34.050E2\r"));
   const auto frame = assembler.Next(false);
   ASSERT_TRUE(frame.has_value());
@@ -120,17 +120,17 @@ TEST(DconReplyRule, AnEchoOfTheRequestIsNoReply) {
 
 TEST(DconReplyRule, ATextMayHoldAStartCharacterWhenTheChecksumFits) {
   Assembler assembler;
-  assembler.Begin(dcon::ReplyRule, Expecting(dcon::kChecksum));
+  assembler.Begin(protocols::dcon::ReplyRule, Expecting(protocols::dcon::kChecksum));
   const Bytes name = BuildReply("!01A>B", true);
   assembler.Feed(name);
   EXPECT_EQ(assembler.Next(false), std::optional(name));
 }
 
 TEST(DconReplyRule, AfterACutReplyTheNextOneIsFound) {
-  for (const int variant : {dcon::kNoChecksum, dcon::kChecksum}) {
+  for (const int variant : {protocols::dcon::kNoChecksum, protocols::dcon::kChecksum}) {
     Assembler assembler;
-    assembler.Begin(dcon::ReplyRule, Expecting(variant));
-    const Bytes whole = BuildReply("!01200600", variant != dcon::kNoChecksum);
+    assembler.Begin(protocols::dcon::ReplyRule, Expecting(variant));
+    const Bytes whole = BuildReply("!01200600", variant != protocols::dcon::kNoChecksum);
     assembler.Feed(ToBytes(">+100.23+3"));
     assembler.Feed(whole);
     EXPECT_EQ(assembler.Next(false), std::optional(whole)) << variant;
@@ -139,10 +139,10 @@ TEST(DconReplyRule, AfterACutReplyTheNextOneIsFound) {
 
 TEST(DconReplyRule, NothingLongerThanAFrameIsHeld) {
   Assembler assembler;
-  assembler.Begin(dcon::ReplyRule, Expecting(dcon::kNoChecksum));
-  assembler.Feed(ToBytes(">" + std::string(dcon::kMaxFrame - 2, '0')));
+  assembler.Begin(protocols::dcon::ReplyRule, Expecting(protocols::dcon::kNoChecksum));
+  assembler.Feed(ToBytes(">" + std::string(protocols::dcon::kMaxFrame - 2, '0')));
   EXPECT_FALSE(assembler.Next(false).has_value());
-  EXPECT_EQ(assembler.held(), dcon::kMaxFrame - 1);
+  EXPECT_EQ(assembler.held(), protocols::dcon::kMaxFrame - 1);
   assembler.Feed(ToBytes("0"));
   EXPECT_FALSE(assembler.Next(false).has_value());
   EXPECT_EQ(assembler.held(), 0U);
@@ -151,18 +151,19 @@ TEST(DconReplyRule, NothingLongerThanAFrameIsHeld) {
 
 TEST(DconReplyRule, AnOverlongTextIsBlamedTheSameHoweverItIsCut) {
   // A start character within what a frame may hold, and one beyond that.
-  for (const std::size_t start : {std::size_t{10}, dcon::kMaxFrame - 1, dcon::kMaxFrame + 10}) {
-    std::string stream = ">" + std::string(2 * dcon::kMaxFrame, '0');
+  for (const std::size_t start :
+       {std::size_t{10}, protocols::dcon::kMaxFrame - 1, protocols::dcon::kMaxFrame + 10}) {
+    std::string stream = ">" + std::string(2 * protocols::dcon::kMaxFrame, '0');
     stream[start] = '>';
     stream[stream.size() - 5] = '>';
     Assembler bytewise;
-    bytewise.Begin(dcon::ReplyRule, Expecting(dcon::kNoChecksum));
+    bytewise.Begin(protocols::dcon::ReplyRule, Expecting(protocols::dcon::kNoChecksum));
     for (const char character : stream) {
       bytewise.Feed(ToBytes(std::string(1, character)));
       EXPECT_FALSE(bytewise.Next(false).has_value());
     }
     EXPECT_FALSE(bytewise.Next(true).has_value());
-    EXPECT_EQ(bytewise.blame(), Blame(stream, dcon::kNoChecksum)) << start;
+    EXPECT_EQ(bytewise.blame(), Blame(stream, protocols::dcon::kNoChecksum)) << start;
   }
 }
 

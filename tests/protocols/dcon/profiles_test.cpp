@@ -6,7 +6,7 @@
 #include "config/loader.h"
 #include "tests/protocols/dcon/support.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 config::Catalog Installed() {
@@ -117,4 +117,4 @@ TEST(DconProfiles, AnUnquotedHashIsExplained) {
 }
 
 }  // namespace
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/protocols/dcon/support.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 using config::Group;
@@ -150,4 +150,4 @@ TEST(DconSession, AnAnalogOutputMaySlewAndIsNotCompared) {
 }
 
 }  // namespace
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

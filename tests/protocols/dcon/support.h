@@ -16,11 +16,12 @@
 #include "gateway/line/assembler.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/conversation.h"
+#include "protocols/dcon/expect.h"
 #include "protocols/dcon/protocol.h"
 #include "protocols/dcon/twin.h"
 #include "tests/support/twin_exchange.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 
 using Settable = std::vector<std::pair<std::string, config::OptionValue>>;
 
@@ -158,4 +159,4 @@ inline Answer RoundTrip(Conversation& talk, Twin& twin, const config::Device& de
   return answer;
 }
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

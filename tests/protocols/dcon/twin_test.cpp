@@ -4,7 +4,7 @@
 
 #include "tests/protocols/dcon/support.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 using config::Type;
@@ -141,4 +141,4 @@ TEST(DconTwinTest, FaultsAndValuesBeyondTheFieldAreCodes) {
 }
 
 }  // namespace
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

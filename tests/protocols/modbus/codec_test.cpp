@@ -4,7 +4,7 @@
 #include "protocols/modbus/rtu_frame_rule.h"
 #include "tests/protocols/modbus/support.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 struct Vector {
@@ -273,4 +273,4 @@ TEST(ModbusCarrier, WhatEverySlaveAnswersIsCommon) {
 }
 
 }  // namespace
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -8,8 +8,8 @@
 namespace baudgate {
 namespace {
 
-using modbus_master::Framing;
-using modbus_master::Hex;
+using protocols::modbus::Framing;
+using protocols::modbus::Hex;
 
 Bytes Frame(Framing framing, const char* pdu) { return Wrap(framing, 20, Hex(pdu)); }
 
@@ -50,8 +50,8 @@ void SetFraming(LawSubject& subject, Framing framing) {
 LawSubject Requests(Framing framing) {
   LawSubject subject;
   subject.name = framing == Framing::rtu ? "RtuRequests" : "AsciiRequests";
-  subject.rule = modbus_master::ProtocolOf(framing).request_rule;
-  subject.expect = modbus_master::Expect(framing, {});
+  subject.rule = protocols::modbus::ProtocolOf(framing).request_rule;
+  subject.expect = protocols::modbus::Expect(framing, {});
   for (const char* pdu :
        {"0100000010", "0200050001", "0301F40001", "0400000078", "050003FF00", "0600080002",
         "080000A55A", "08000B0000", "0F0013000A02CD01", "1003E70002040005000A", "16000400F20025",
@@ -69,8 +69,8 @@ LawSubject Replies(Framing framing, const char* name, const char* request,
                    std::vector<const char*> replies) {
   LawSubject subject;
   subject.name = std::string(framing == Framing::rtu ? "Rtu" : "Ascii") + name;
-  subject.rule = modbus_master::ProtocolOf(framing).reply_rule;
-  subject.expect = modbus_master::Expect(framing, Frame(framing, request));
+  subject.rule = protocols::modbus::ProtocolOf(framing).reply_rule;
+  subject.expect = protocols::modbus::Expect(framing, Frame(framing, request));
   for (const char* reply : replies) subject.frames.push_back(Frame(framing, reply));
   SetFraming(subject, framing);
   return subject;
@@ -102,8 +102,8 @@ INSTANTIATE_TEST_SUITE_P(Modbus, FrameRuleLaws, ::testing::ValuesIn(Subjects()),
 
 struct Cutter {
   explicit Cutter(const char* request, Framing framing = Framing::rtu) {
-    assembler.Begin(modbus_master::ProtocolOf(framing).reply_rule,
-                    modbus_master::Expect(framing, Frame(framing, request)));
+    assembler.Begin(protocols::modbus::ProtocolOf(framing).reply_rule,
+                    protocols::modbus::Expect(framing, Frame(framing, request)));
   }
   std::optional<Bytes> Take(View bytes, bool idle = false) {
     assembler.Feed(bytes);

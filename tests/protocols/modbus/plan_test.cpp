@@ -4,7 +4,7 @@
 
 #include "tests/protocols/modbus/support.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 using config::Group;
@@ -126,4 +126,4 @@ TEST(ModbusPlan, ABlockOfAnUnknownFunctionStaysWhole) {
 }
 
 }  // namespace
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -6,7 +6,7 @@
 #include "config/loader.h"
 #include "tests/protocols/modbus/support.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 config::Catalog Installed() {
@@ -155,4 +155,4 @@ TEST(ModbusProfiles, AsciiUsesThoseOfRtu) {
 }
 
 }  // namespace
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

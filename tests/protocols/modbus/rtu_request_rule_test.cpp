@@ -9,7 +9,7 @@
 #include "protocols/modbus/rtu_frame_rule.h"
 #include "tests/protocols/modbus/support.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 using Frames = std::vector<Bytes>;
@@ -325,4 +325,4 @@ TEST(ModbusRtuRequestRule, ALineWithoutSilenceExecutesNothingInItsFlood) {
 }
 
 }  // namespace
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -6,7 +6,7 @@
 #include "tests/protocols/modbus/support.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 using config::Type;
@@ -233,4 +233,4 @@ TEST_F(ModbusSession, ASlaveThatRefusesAHoleIsReadAroundIt) {
 }
 
 }  // namespace
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

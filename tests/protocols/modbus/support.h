@@ -23,7 +23,7 @@
 #include "protocols/modbus/twin.h"
 #include "tests/support/twin_exchange.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 
 using Settable = std::vector<std::pair<std::string, config::OptionValue>>;
 
@@ -154,4 +154,4 @@ inline Answer RoundTrip(Conversation& talk, Twin& twin, const Task& task,
   return frame.empty() ? Answer{} : talk.OnFrame(task, *request, frame, Instant{});
 }
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

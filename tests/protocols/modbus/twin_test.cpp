@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/protocols/modbus/support.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 using config::Type;
@@ -150,4 +150,4 @@ TEST_F(ModbusTwinTest, NoRequestBreaksIt) {
 }
 
 }  // namespace
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

@@ -96,20 +96,15 @@ bool HasGoodChecksum(const Protocol& protocol, View frame) {
 const std::vector<Setup>& RealLines() {
   using config::Parity;
   static const std::vector<Setup> lines = {
-      {"Spa9600",
-       &spabus::SpabusProtocol(),
-       "spaj140c",
-       Serial(9600, 7, Parity::even),
-       {"1", "2"},
-       {}},
+      {"Spa9600", &SpabusProtocol(), "spaj140c", Serial(9600, 7, Parity::even), {"1", "2"}, {}},
       {"Dcon115200",
-       &dcon::DconProtocol(),
+       &DconProtocol(),
        "owen-mv110-8a",
        Serial(115200, 8, Parity::none),
        {"1", "2"},
        {}},
       {"Dcon9600",
-       &dcon::DconProtocol(),
+       &DconProtocol(),
        "adam-4018plus",
        Serial(9600, 8, Parity::none),
        {"1", "0x4A"},

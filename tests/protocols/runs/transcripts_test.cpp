@@ -62,8 +62,8 @@ const Protocol* ForTranscripts() {
 }
 
 const Protocol* ProtocolOf(const std::string& name) {
-  if (name == "spabus") return ForTranscripts<spabus::SpabusProtocol>();
-  if (name == "dcon") return ForTranscripts<dcon::DconProtocol>();
+  if (name == "spabus") return ForTranscripts<SpabusProtocol>();
+  if (name == "dcon") return ForTranscripts<DconProtocol>();
   return name == "set4tm" ? ForTranscripts<Set4tmProtocol>() : nullptr;
 }
 

@@ -5,7 +5,7 @@
 #include "gateway/base/checksum.h"
 #include "tests/protocols/set4tm/meter.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 TEST(Set4tmAddress, ShortExtendedAndSerial) {
@@ -169,4 +169,4 @@ TEST(Set4tmProtocolTest, DescriptorIsComplete) {
 }
 
 }  // namespace
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

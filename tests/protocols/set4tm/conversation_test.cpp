@@ -10,7 +10,7 @@
 #include "protocols/set4tm/codec.h"
 #include "tests/protocols/set4tm/meter.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 using config::Group;
@@ -358,4 +358,4 @@ TEST(Set4tmWrites, AreNotSent) {
 }
 
 }  // namespace
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

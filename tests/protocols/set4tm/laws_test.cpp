@@ -9,7 +9,7 @@
 namespace baudgate {
 namespace {
 
-using set4tm::Hex;
+using protocols::set4tm::Hex;
 
 Bytes Noise(std::mt19937& random) {
   Bytes bytes(random() % 40);
@@ -35,8 +35,8 @@ Bytes ForeignReplies(std::mt19937& random) {
 LawSubject Replies(std::string name, std::string_view request, std::vector<Bytes> frames) {
   LawSubject subject;
   subject.name = std::move(name);
-  subject.rule = set4tm::ReplyRule;
-  subject.expect = set4tm::Expect(Hex(request), set4tm::DefaultOptions());
+  subject.rule = protocols::set4tm::ReplyRule;
+  subject.expect = protocols::set4tm::Expect(Hex(request), protocols::set4tm::DefaultOptions());
   subject.frames = std::move(frames);
   subject.garbage = ForeignReplies;
   return subject;
@@ -46,8 +46,8 @@ std::vector<LawSubject> Subjects() {
   std::vector<LawSubject> subjects;
   LawSubject requests;
   requests.name = "Requests";
-  requests.rule = set4tm::RequestRule;
-  requests.expect = set4tm::Expect({}, set4tm::DefaultOptions());
+  requests.rule = protocols::set4tm::RequestRule;
+  requests.expect = protocols::set4tm::Expect({}, protocols::set4tm::DefaultOptions());
   requests.frames = {Hex("01 00 00 20"),
                      Hex("C8 01 30 30 30 30 30 30 03 D2"),
                      Hex("C8 08 1B 00 11 77 BB"),
@@ -59,69 +59,72 @@ std::vector<LawSubject> Subjects() {
   subjects.push_back(requests);
   subjects.push_back(
       Replies("OneFloat", "C8 08 1B 00 11 77 BB",
-              {Hex("C8 00 80 66 43 AE 69"), set4tm::MakeFrame(Bytes{0xC8}, Bytes{0x05}),
-               set4tm::MakeFrame(set4tm::ExtendedAddress(9020001), Hex("00 80 66 43"))}));
+              {Hex("C8 00 80 66 43 AE 69"), protocols::set4tm::MakeFrame(Bytes{0xC8}, Bytes{0x05}),
+               protocols::set4tm::MakeFrame(protocols::set4tm::ExtendedAddress(9020001),
+                                            Hex("00 80 66 43"))}));
   subjects.push_back(Replies(
       "Energy", "05 05 00 02 91 28",
       {Hex("05 00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65 67 40"), Hex("05 05 C2 E3")}));
   subjects.push_back(
       Replies("Status", "05 01 30 30 30 30 30 30 CE 1B", {Hex("05 00 02 E0"), Hex("05 04 03 23")}));
-  subjects.push_back(Replies("Extended", "FC 00 89 A2 61 08 00 8F 76",
-                             {Hex("FC 00 89 A2 61 00 89 A2 61 06 09 02 58 BB"),
-                              set4tm::MakeFrame(set4tm::ExtendedAddress(9020001), Bytes{0x05})}));
+  subjects.push_back(Replies(
+      "Extended", "FC 00 89 A2 61 08 00 8F 76",
+      {Hex("FC 00 89 A2 61 00 89 A2 61 06 09 02 58 BB"),
+       protocols::set4tm::MakeFrame(protocols::set4tm::ExtendedAddress(9020001), Bytes{0x05})}));
   Bytes snapshot(93);
   for (std::size_t i = 0; i < snapshot.size(); ++i) snapshot[i] = static_cast<std::uint8_t>(i * 7);
   subjects.push_back(Replies("Snapshot", "05 08 23 A5 00 00 00 10 00 0E 0E FF FF 3C 2C",
-                             {set4tm::MakeFrame(Bytes{5}, snapshot)}));
+                             {protocols::set4tm::MakeFrame(Bytes{5}, snapshot)}));
   return subjects;
 }
 
 INSTANTIATE_TEST_SUITE_P(Set4tm, FrameRuleLaws, ::testing::ValuesIn(Subjects()), LawSubjectName);
 
 Expectation AwaitFloat() {
-  return set4tm::Expect(Hex("C8 08 1B 00 11 77 BB"), set4tm::DefaultOptions());
+  return protocols::set4tm::Expect(Hex("C8 08 1B 00 11 77 BB"),
+                                   protocols::set4tm::DefaultOptions());
 }
 
 TEST(Set4tmReplyRule, StatusInPlaceOfDataWaitsForSilence) {
-  const Bytes status = set4tm::MakeFrame(Bytes{0xC8}, Bytes{0x05});
-  EXPECT_EQ(set4tm::ReplyRule(status, AwaitFloat(), false).kind, Cut::Kind::need_more);
-  const Cut cut = set4tm::ReplyRule(status, AwaitFloat(), true);
+  const Bytes status = protocols::set4tm::MakeFrame(Bytes{0xC8}, Bytes{0x05});
+  EXPECT_EQ(protocols::set4tm::ReplyRule(status, AwaitFloat(), false).kind, Cut::Kind::need_more);
+  const Cut cut = protocols::set4tm::ReplyRule(status, AwaitFloat(), true);
   EXPECT_EQ(cut.kind, Cut::Kind::frame);
   EXPECT_EQ(cut.size, 4U);
 }
 
 TEST(Set4tmReplyRule, StatusToAWriteIsWholeAtOnce) {
-  const Expectation expect =
-      set4tm::Expect(Hex("05 01 30 30 30 30 30 30 CE 1B"), set4tm::DefaultOptions());
-  EXPECT_EQ(set4tm::ReplyRule(Hex("05 00 02 E0"), expect, false).size, 4U);
+  const Expectation expect = protocols::set4tm::Expect(Hex("05 01 30 30 30 30 30 30 CE 1B"),
+                                                       protocols::set4tm::DefaultOptions());
+  EXPECT_EQ(protocols::set4tm::ReplyRule(Hex("05 00 02 E0"), expect, false).size, 4U);
 }
 
 TEST(Set4tmReplyRule, StatusFollowedByABreakIsNoValue) {
-  Bytes lengthened = set4tm::MakeFrame(Bytes{0xC8}, Bytes{0x05});
+  Bytes lengthened = protocols::set4tm::MakeFrame(Bytes{0xC8}, Bytes{0x05});
   lengthened.resize(7);  // zeros keep the CRC good
-  ASSERT_TRUE(set4tm::ChecksumGood(lengthened));
-  const Cut cut = set4tm::ReplyRule(lengthened, AwaitFloat(), true);
+  ASSERT_TRUE(protocols::set4tm::ChecksumGood(lengthened));
+  const Cut cut = protocols::set4tm::ReplyRule(lengthened, AwaitFloat(), true);
   EXPECT_EQ(cut.kind, Cut::Kind::discard);
   EXPECT_EQ(cut.blame, Outcome::corrupt);
 }
 
 TEST(Set4tmReplyRule, DamageIsCorruptAndACutReplyIsPartial) {
   Assembler assembler;
-  assembler.Begin(set4tm::ReplyRule, AwaitFloat());
+  assembler.Begin(protocols::set4tm::ReplyRule, AwaitFloat());
   assembler.Feed(Hex("C8 00 80 66 43 AE 68"));
   EXPECT_FALSE(assembler.Next(true));
   EXPECT_EQ(assembler.blame(), Outcome::corrupt);
-  assembler.Begin(set4tm::ReplyRule, AwaitFloat());
+  assembler.Begin(protocols::set4tm::ReplyRule, AwaitFloat());
   assembler.Feed(Hex("C8 00 80 66"));
   EXPECT_FALSE(assembler.Next(true));
   EXPECT_EQ(assembler.blame(), Outcome::partial);
 }
 
 TEST(Set4tmRequestRule, UnlistedCodesAreWholeBeforeSilence) {
-  const Bytes request = set4tm::MakeFrame(Bytes{5}, Hex("08 7F 01"));
-  const Expectation expect = set4tm::Expect({}, set4tm::DefaultOptions());
-  EXPECT_EQ(set4tm::RequestRule(request, expect, false).kind, Cut::Kind::need_more);
-  EXPECT_EQ(set4tm::RequestRule(request, expect, true).size, request.size());
+  const Bytes request = protocols::set4tm::MakeFrame(Bytes{5}, Hex("08 7F 01"));
+  const Expectation expect = protocols::set4tm::Expect({}, protocols::set4tm::DefaultOptions());
+  EXPECT_EQ(protocols::set4tm::RequestRule(request, expect, false).kind, Cut::Kind::need_more);
+  EXPECT_EQ(protocols::set4tm::RequestRule(request, expect, true).size, request.size());
 }
 
 }  // namespace

@@ -15,11 +15,12 @@
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
 #include "protocols/set4tm/conversation.h"
+#include "protocols/set4tm/expect.h"
 #include "protocols/set4tm/protocol.h"
 #include "protocols/set4tm/twin.h"
 #include "tests/support/twin_exchange.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 
 inline Bytes Hex(std::string_view text) { return *ParseHex(text); }
 
@@ -119,4 +120,4 @@ inline Wire TwinWire(Twin& twin, const Instant& now) {
   };
 }
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

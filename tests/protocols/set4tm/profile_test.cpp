@@ -9,7 +9,7 @@
 #include "protocols/set4tm/snapshot.h"
 #include "tests/protocols/set4tm/meter.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 config::Profile Load(const std::string& name) {
@@ -93,4 +93,4 @@ TEST(Set4tmProfileLayout, FastBlockIsContiguousAndTakesFewRequests) {
 }
 
 }  // namespace
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -5,7 +5,7 @@
 #include "protocols/set4tm/codec.h"
 #include "tests/protocols/set4tm/meter.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 class Set4tmTwin : public ::testing::Test {
@@ -110,4 +110,4 @@ TEST_F(Set4tmTwin, KnowsOnlyItsOwnParameters) {
 }
 
 }  // namespace
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -6,7 +6,7 @@
 #include "protocols/spabus/reply.h"
 #include "tests/protocols/spabus/support.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 std::string Text(View bytes) { return std::string(AsText(bytes)); }
@@ -217,4 +217,4 @@ TEST(SpaAddress, RefusesWithWhatWouldBeRight) {
 }
 
 }  // namespace
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

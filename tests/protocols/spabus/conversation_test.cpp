@@ -6,7 +6,7 @@
 #include "protocols/spabus/reply.h"
 #include "tests/protocols/spabus/support.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 std::vector<config::Point> Inputs() {
@@ -258,4 +258,4 @@ TEST(SpaExpectation, HidesThePassword) {
 }
 
 }  // namespace
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

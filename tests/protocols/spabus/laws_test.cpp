@@ -8,7 +8,7 @@
 namespace baudgate {
 namespace {
 
-namespace spa = spabus;
+namespace spa = protocols::spabus;
 
 Bytes WithoutLeadingLf(const std::optional<Bytes>& reply) {
   return Bytes(reply->begin() + 1, reply->end());
@@ -107,7 +107,7 @@ LawSubject Requests() {
 }
 
 std::vector<LawSubject> Subjects() {
-  using namespace spabus;  // NOLINT: the bits of the checksum
+  using namespace protocols::spabus;  // NOLINT: the bits of the checksum
   std::vector<LawSubject> subjects = {
       Reply("one_line", kCoversAll, kCoversAny),
       Reply("line_feed_covered", kCoversAll | kLineFeedCovered, kCoversAny | kLineFeedCovered),

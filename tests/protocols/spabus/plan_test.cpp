@@ -4,7 +4,7 @@
 
 #include "tests/protocols/spabus/support.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 std::vector<std::string> Asked(const std::vector<config::Point>& points,
@@ -69,4 +69,4 @@ TEST(SpaPlan, WriteOnlyPointsAreNotRead) {
 }
 
 }  // namespace
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -5,7 +5,7 @@
 #include "config/loader.h"
 #include "tests/protocols/spabus/support.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 constexpr char kProfiles[] = "config/profiles";
@@ -97,4 +97,4 @@ INSTANTIATE_TEST_SUITE_P(Shipped, SpaProfile, ::testing::Values("spaj140c", "spa
                          [](const auto& info) { return info.param; });
 
 }  // namespace
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -4,7 +4,7 @@
 
 #include "tests/protocols/spabus/support.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 const Protocol& Spa() { return SpabusProtocol(); }
@@ -108,4 +108,4 @@ TEST(SpaProtocol, DecodersAreAddressesThatParse) {
 }
 
 }  // namespace
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

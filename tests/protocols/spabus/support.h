@@ -14,10 +14,11 @@
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
+#include "protocols/spabus/expect.h"
 #include "protocols/spabus/protocol.h"
 #include "tests/support/twin_exchange.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 
 using config::Access;
 using config::Group;
@@ -132,4 +133,4 @@ inline Answer Finish(Talk& talk, const Task& task, Twin& twin) {
   return answer;
 }
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

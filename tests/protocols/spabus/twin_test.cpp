@@ -4,7 +4,7 @@
 
 #include "tests/protocols/spabus/support.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 class SpaTwinTest : public ::testing::Test {
@@ -182,4 +182,4 @@ TEST(SpaRoundTrip, ItemsThatTheDeviceLacksAreFoundWithoutLosingTheOthers) {
 }
 
 }  // namespace
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/protocols/spabus/support.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 config::Device Device(std::int64_t password) {
@@ -273,4 +273,4 @@ TEST(SpaWrite, ARefusedPasswordIsNotClosedEither) {
 }
 
 }  // namespace
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

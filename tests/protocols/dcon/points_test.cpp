@@ -1,12 +1,12 @@
 // What may stand in `read` and `write`, what is refused and why, and what may be repeated.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/dcon/commands.h"
+#include "protocols/dcon/points.h"
 
 #include <limits>
 
 #include "tests/protocols/dcon/support.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 using Select = ReadAddress::Select;
@@ -231,4 +231,4 @@ TEST(DconDescriptor, TimingCoversTheLongestFrame) {
 }
 
 }  // namespace
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

@@ -12,7 +12,7 @@
 #include "gateway/base/value.h"
 #include "protocols/dcon/settings.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 
 /// One channel. Without a good quality there is no value: a code is never a number.
 struct Field {
@@ -40,4 +40,4 @@ void AssignChannels(Fields& fields, const Settings& settings, std::size_t expect
 /// simulated value can be a code.
 std::string FormatField(const Value& value, const Settings& settings, bool hex);
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

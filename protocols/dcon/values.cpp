@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/dcon/fields.h"
+#include "protocols/dcon/values.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 constexpr std::size_t kHexWidth = 4;
@@ -226,4 +226,4 @@ std::string FormatField(const Value& value, const Settings& settings, bool hex) 
   return (std::signbit(number) ? "-" : "+") + digits;
 }
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

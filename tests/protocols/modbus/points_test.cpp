@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/protocols/modbus/support.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 using config::Type;
@@ -242,4 +242,4 @@ TEST(ModbusValues, WhatDoesNotFitIsRefused) {
 }
 
 }  // namespace
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

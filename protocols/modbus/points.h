@@ -13,7 +13,7 @@
 #include "gateway/base/result.h"
 #include "protocols/protocol.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 
 enum class Table : std::uint8_t { coils, discretes, holding, input };
 
@@ -61,6 +61,9 @@ std::uint8_t ReadFunction(Table table);
 /// The table that a reading function reads.
 std::optional<Table> TableOf(std::uint8_t function);
 
+/// Whether `read`, `write` and access fit together.
+Status CheckPoint(const config::Point& point);
+
 std::span<const DecoderSpec> DecoderTable();
 
-}  // namespace baudgate::modbus_master
+}  // namespace baudgate::protocols::modbus

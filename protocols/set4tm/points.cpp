@@ -1,13 +1,13 @@
 // The `read` grammar: parsing, printing, and which type a decoder's value has.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/fields.h"
+#include "protocols/set4tm/points.h"
 
 #include <array>
 
 #include "gateway/base/text.h"
 #include "protocols/set4tm/codec.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 enum class Kind : std::uint8_t { number, text, truth };
@@ -234,4 +234,13 @@ std::vector<Field> UsualFields(View pdu) {
   return fields;
 }
 
-}  // namespace baudgate::set4tm
+Status CheckPoint(const config::Point& point) {
+  if (point.access != config::Access::read || !point.write.empty()) {
+    return Error{"SET-4TM points are read only"};
+  }
+  const auto field = ParseField(point.read);
+  if (!field) return Error{field.error()};
+  return CheckType(*field, point);
+}
+
+}  // namespace baudgate::protocols::set4tm

@@ -11,7 +11,7 @@
 #include "gateway/base/result.h"
 #include "gateway/base/value.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 
 struct DecodedValue {
   Value value;  ///< nothing when the quality is bad
@@ -32,4 +32,4 @@ Result<std::string> EncodeValue(const Value& value, const config::Point& point);
 /// What a slave prints for a value: numbers with two to four decimals, booleans as 0 and 1.
 std::string PrintValue(const Value& value, const config::Point& point);
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

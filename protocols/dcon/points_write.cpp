@@ -1,13 +1,13 @@
-// The `write` part of commands.h: templates like "#2{+00.000 0..10}" and the text they give.
+// The `write` part of points.h: templates like "#2{+00.000 0..10}" and the text they give.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "gateway/base/text.h"
-#include "protocols/dcon/commands.h"
+#include "protocols/dcon/points.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 Error WriteError(std::string_view text, std::string_view what) {
@@ -166,4 +166,4 @@ std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view co
   return Value{*number == 1};
 }
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

@@ -13,7 +13,7 @@
 #include "protocols/protocol.h"
 #include "protocols/set4tm/constants.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 
 enum class Decoder : std::uint8_t {
   float_le,
@@ -52,23 +52,15 @@ struct Field {
 Result<Field> ParseField(std::string_view read);
 /// The form that ParseField reads: "08 1B 00 11 float_le@0".
 std::string FieldText(const Field& field);
+/// Whether `read` is a field, its value can be of the point's type, and nothing is written.
+Status CheckPoint(const config::Point& point);
 /// Whether the field's value can be a point of this type.
 Status CheckType(const Field& field, const config::Point& point);
 /// Which constants the value needs.
 Measure MeasureOf(Decoder decoder);
 std::span<const DecoderSpec> DecoderSpecs();
 
-/// A value, or the quality that says why there is none.
-struct Decoded {
-  Value value;
-  Quality quality = Quality::good;
-};
-/// Never a number for what the meter marks as missing, nor for a scale that is not known.
-Decoded DecodeField(const Field& field, View data, const Scale& scale);
-/// Writes `value` into the reply's data as the meter would; false leaves the data as it was.
-bool EncodeField(const Field& field, const Value& value, const Scale& scale, Bytes& data);
-
 /// What the data of a reply is when no point says how to read it (decode without a profile).
 std::vector<Field> UsualFields(View pdu);
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

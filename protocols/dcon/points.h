@@ -11,11 +11,12 @@
 #include <string_view>
 #include <utility>
 
+#include "config/model/point.h"
 #include "gateway/base/result.h"
 #include "gateway/base/value.h"
 #include "protocols/protocol.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 
 /// The reply grammars. One command may have several: `#AAN` alone has three.
 enum class Form : std::uint8_t {
@@ -75,6 +76,9 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value);
 /// the module would refuse gives an empty Value.
 std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view command);
 
+/// Whether `read`, `write` and type fit together.
+Status CheckPoint(const config::Point& point);
+
 std::span<const DecoderSpec> DecoderTable();
 
-}  // namespace baudgate::dcon
+}  // namespace baudgate::protocols::dcon

@@ -1,14 +1,15 @@
 // The `read` grammar and the decoders of SET-4TM, with the values of the reference's examples.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/fields.h"
+#include "protocols/set4tm/points.h"
 
 #include <cmath>
 
 #include "protocols/set4tm/cp1251.h"
 #include "protocols/set4tm/snapshot.h"
+#include "protocols/set4tm/values.h"
 #include "tests/protocols/set4tm/meter.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 const Scale kPlain = {5000, 1, 1, 1, 1};
@@ -212,4 +213,4 @@ TEST(Set4tmSnapshot, SlotsOfGroupReads) {
 }
 
 }  // namespace
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

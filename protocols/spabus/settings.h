@@ -7,7 +7,7 @@
 #include "protocols/spabus/codec.h"
 #include "protocols/spabus/reply.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 
 inline constexpr char kMaxItems[] = "max_items";
 inline constexpr char kPassword[] = "password";
@@ -32,4 +32,4 @@ inline int ChecksumBits(const config::Options& options) {
   return bits;
 }
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

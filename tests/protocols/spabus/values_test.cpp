@@ -1,13 +1,13 @@
 // What values look like on the SPA Bus, and what is never taken for a value.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/spabus/value_text.h"
+#include "protocols/spabus/values.h"
 
 #include <cmath>
 #include <limits>
 
 #include "tests/protocols/spabus/support.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 DecodedValue Decoded(const std::string& text, Type type, double scale = 1) {
@@ -101,4 +101,4 @@ TEST(SpaValue, PrintsAsARelayDoes) {
 }
 
 }  // namespace
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

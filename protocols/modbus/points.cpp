@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/modbus/place.h"
+#include "protocols/modbus/points.h"
 
 #include <algorithm>
 
@@ -8,7 +8,7 @@
 #include "protocols/modbus/pdu.h"
 #include "protocols/modbus/settings.h"
 
-namespace baudgate::modbus_master {
+namespace baudgate::protocols::modbus {
 namespace {
 
 using config::Point;
@@ -251,4 +251,14 @@ Result<Place> WritePlace(const Point& point) {
 
 std::span<const DecoderSpec> DecoderTable() { return kDecoders; }
 
-}  // namespace baudgate::modbus_master
+Status CheckPoint(const config::Point& point) {
+  if (point.access != config::Access::write) {
+    const auto read = ReadPlace(point);
+    if (!read) return Error{read.error()};
+  }
+  if (point.access == config::Access::read) return {};
+  const auto write = WritePlace(point);
+  return write ? Status() : Status(Error{write.error()});
+}
+
+}  // namespace baudgate::protocols::modbus

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/spabus/value_text.h"
+#include "protocols/spabus/values.h"
 
 #include <algorithm>
 #include <charconv>
@@ -9,7 +9,7 @@
 #include "gateway/base/text.h"
 #include "protocols/spabus/codec.h"
 
-namespace baudgate::spabus {
+namespace baudgate::protocols::spabus {
 namespace {
 
 using config::Type;
@@ -158,4 +158,4 @@ std::string PrintValue(const Value& value, const config::Point& point) {
   return FormatFixed(number, 2, 4);
 }
 
-}  // namespace baudgate::spabus
+}  // namespace baudgate::protocols::spabus

@@ -1,15 +1,14 @@
-// The decoders: data bytes of a reply to values and back. What the meter marks as missing, and what
-// can not be scaled yet, gets a quality and no value.
 // SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/values.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "gateway/base/text.h"
 #include "protocols/set4tm/cp1251.h"
-#include "protocols/set4tm/fields.h"
 
-namespace baudgate::set4tm {
+namespace baudgate::protocols::set4tm {
 namespace {
 
 constexpr std::uint32_t kNoCounts = 0xFFFFFFFF;
@@ -326,4 +325,4 @@ bool EncodeField(const Field& field, const Value& value, const Scale& scale, Byt
   return !bytes.empty() && Put(data, field.offset, bytes);
 }
 
-}  // namespace baudgate::set4tm
+}  // namespace baudgate::protocols::set4tm

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/dcon/commands.h"
+#include "protocols/dcon/points.h"
 
 #include <algorithm>
 
 #include "gateway/base/text.h"
 
-namespace baudgate::dcon {
+namespace baudgate::protocols::dcon {
 namespace {
 
 /// A command that is safe to poll; 'n' stands for one hex digit. The forms are those that a decoder
@@ -156,6 +156,30 @@ constexpr DecoderSpec kDecoders[] = {
     {"$M", "Module name (string); $F firmware, $2 type, baud rate and format."},
 };
 
+Status CheckReadType(const config::Point& point, const ReadAddress& read) {
+  const bool bit = read.select == ReadAddress::Select::bit;
+  if (bit != (point.type == config::Type::boolean)) {
+    return Error{bit ? "read '" + point.read + "' is one bit: its type is bool"
+                     : "read '" + point.read + "' is no bit; a bool needs one, as in \"$6[b0]\""};
+  }
+  if ((read.form == Form::text) != (point.type == config::Type::string)) {
+    return Error{"read '" + point.read +
+                 (read.form == Form::text ? "' gives text: its type is string(n)"
+                                          : "' gives a number, not text")};
+  }
+  return {};
+}
+
+Status CheckWriteType(const config::Point& point, const WriteAddress& write) {
+  if (point.type == config::Type::string) return Error{"text can not be written to a DCON output"};
+  const bool bit = write.kind == WriteAddress::Kind::bit;
+  if (bit != (point.type == config::Type::boolean)) {
+    return Error{bit ? "write '" + point.write + "' sets one output: its type is bool"
+                     : "write '" + point.write + "' takes a number; a bool is written by {bit}"};
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<ReadAddress> ParseRead(std::string_view text) {
@@ -248,4 +272,20 @@ bool IsRepeatable(std::string_view command) {
 
 std::span<const DecoderSpec> DecoderTable() { return kDecoders; }
 
-}  // namespace baudgate::dcon
+Status CheckPoint(const config::Point& point) {
+  if (point.access != config::Access::write) {
+    const auto read = ParseRead(point.read);
+    if (!read) return Error{read.error()};
+    if (const Status status = CheckReadType(point, *read); !status) return status;
+  }
+  if (point.access == config::Access::read) return {};
+  if (point.write.empty()) {
+    return Error{
+        "a writable point needs write:, as in write: \"#13{bit}\" or \"#2{+00.000 0..10}\""};
+  }
+  const auto write = ParseWrite(point.write);
+  if (!write) return Error{write.error()};
+  return CheckWriteType(point, *write);
+}
+
+}  // namespace baudgate::protocols::dcon

@@ -1,0 +1,13 @@
+// What may answer a SET-4TM request, from the request's bytes alone.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "config/model/options.h"
+#include "protocols/frame_rule.h"
+
+namespace baudgate::protocols::set4tm {
+
+/// An empty request: what a twin listens for.
+Expectation Expect(View request, const config::Options& options);
+
+}  // namespace baudgate::protocols::set4tm
