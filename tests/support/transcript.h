@@ -2,16 +2,26 @@
 //
 //   # comment
 //   device: address=1 checksum=true       options as key=value; address is the device's
-//   point: current_l1 I1 float32 fast     name, read ('_' for a blank), type, group (default fast)
+//   point: current_l1 I1 float32 fast     name, read, type, and where wanted: group (default fast),
+//                                         rw, w (never read), write=ADDRESS,
+//                                         scale=NUMBER
+//   point: energy "05 00 00 energy@0" float64         what holds blanks stands in double quotes
 //   > 3E 31 52 ...                        the request that the conversation must make
 //   < 0A 3C 31 ...                        the reply that it gets; several lines are one stream,
 //   +12ms                                 with a silence longer than any gap where a time stands
 //   = current_l1 0.52 good                what must have been read, all of it and in this order:
 //   = current_l2 bad: sensor failure      name, value (where there is one), quality as people read
-//   it ! corrupt                             the outcome, where it is not ok
+//                                         it
+//   ! corrupt                             the outcome, where it is not ok
+//   write: relay true                     the point is written now, with the value as users give
+//   it: > ... < ... = ... ! ...               its exchanges follow, a password and a read-back
+//   among
+//                                         them; the last one's outcome is that of the write
+//   write: relay 7                        without an exchange: nothing may be sent, and the write
+//   ! unsupported                         ends so
 //
-// The suite asks every query in turn, in the order of Queries() and round after round until the
-// file ends, following ask_again and replan. Nothing after '>' is silence.
+// Where nothing is written, every query is asked in turn, in the order of Queries() and round after
+// round until the file ends, following ask_again and replan. Nothing after '>' is silence.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

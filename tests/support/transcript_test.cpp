@@ -17,7 +17,7 @@ namespace {
 std::string FileOf(const std::string& exchanges) {
   const std::string path = ::testing::TempDir() + "toy.transcript";
   std::ofstream(path) << "# toy\ndevice: address=A wait=10ms\npoint: first 1 float64\n"
-                         "point: second S2 int16 slow\n"
+                         "point: second S2 int16 slow rw\n"
                       << exchanges;
   return path;
 }
@@ -37,6 +37,38 @@ TEST(Transcript, OutcomesOfDamageAndSilence) {
   PlayTranscript(ToyProtocol(), FileOf(Ask("?A1\r") + "! no_reply\n" + Ask("OA0\r") + "< 55\n" +
                                        "! corrupt\n" + Ask("?A1\r") + "< 21 41\n+50ms\n< 31\n" +
                                        "! corrupt\n" + Ask("OA0\r") + "< 21\n! partial\n"));
+}
+
+const std::string kThird = "point: third 3 int16 w scale=0.5\n";
+
+TEST(Transcript, WritesWithTheirSession) {
+  PlayTranscript(ToyProtocol(),
+                 FileOf(kThird + "write: second 7\n" + Ask("OA0\r") + Reply("A0") + Ask("WA2=7\r") +
+                        Reply("A2") + Ask("CA0\r") + Reply("A0") + "write: third 2.5\n" +
+                        Ask("WA3=5\r") + Reply("A3~refused") + "! refused\n" + kFirst));
+}
+
+TEST(Transcript, AWriteThatSendsNothing) {
+  const std::string file = FileOf("point: fourth E4 int16 rw\nwrite: fourth 1\n! unsupported\n");
+  PlayTranscript(ToyProtocol(), file);
+}
+
+TEST(Transcript, AWriteThatSendsWhatItMustNotFails) {
+  EXPECT_NONFATAL_FAILURE(
+      PlayTranscript(ToyProtocol(), FileOf(kThird + "write: third 1\n! unsupported\n")),
+      "nothing may be sent, but this is: 57 41 33 3D 32 0D");
+}
+
+TEST(Transcript, AWriteWithAnotherOutcomeFails) {
+  EXPECT_NONFATAL_FAILURE(PlayTranscript(ToyProtocol(), FileOf(kThird + "write: third 1\n" +
+                                                               Ask("WA3=2\r") + Reply("A3~busy"))),
+                          "busy");
+}
+
+TEST(Transcript, AWriteThatIsNotAtItsEndFails) {
+  EXPECT_NONFATAL_FAILURE(
+      PlayTranscript(ToyProtocol(), FileOf("write: second 7\n" + Ask("OA0\r") + Reply("A0"))),
+      "not at its end");
 }
 
 TEST(Transcript, AWrongValueFails) {
