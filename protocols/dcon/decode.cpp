@@ -206,8 +206,13 @@ Decoded DecodeRead(const Command& request, std::optional<Form> wanted, std::size
   switch (form) {
     case Form::numbers:
     case Form::number:
-    case Form::words:
-      return DecodeNumbers(*payload, form, channels, settings);
+    case Form::words: {
+      // The cold junction comes as a number with a sign in every data format.
+      Settings own = settings;
+      const bool signs = payload->starts_with('+') || payload->starts_with('-');
+      if (request.text == "$3" && signs) own.format = Format::engineering;
+      return DecodeNumbers(*payload, form, channels, own);
+    }
     case Form::readback: {
       // I-7021 and ADAM-4021 write their one output without a sign.
       const bool bare = !payload->empty() && HexDigit(payload->front());

@@ -2,6 +2,7 @@
 #include "protocols/spabus/values.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -87,6 +88,17 @@ Result<std::string> EncodeText(const std::string& text) {
   return text;
 }
 
+/// float32 registers carry 30.3 as 30.299999237: the shortest decimal number that is the same
+/// float32 is what was meant.
+double AsMeant(double number) {
+  std::array<char, 32> buffer{};
+  const auto [end, error] =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), static_cast<float>(number));
+  double meant = number;
+  if (error == std::errc()) std::from_chars(buffer.data(), end, meant);
+  return meant;
+}
+
 }  // namespace
 
 DecodedValue DecodeValue(std::string_view raw, const config::Point& point) {
@@ -135,8 +147,7 @@ Result<std::string> EncodeValue(const Value& value, const config::Point& point) 
   if (whole && std::trunc(number) != number) {
     return Error{ToText(value) + " is no whole number, as '" + point.name + "' needs"};
   }
-  // float32 registers carry 0.1 as 0.10000000149: six decimals give back what was meant.
-  std::string text = FormatFixed(number, 0, 6);
+  std::string text = FormatFixed(point.type == Type::float32 ? AsMeant(number) : number, 0, 6);
   if (text == "0" && number != 0) {
     return Error{ToText(value) + " is too small to be written with six decimals"};
   }

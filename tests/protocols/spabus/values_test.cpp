@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "gateway/base/text.h"
 #include "tests/protocols/spabus/support.h"
 
 namespace baudgate::protocols::spabus {
@@ -70,6 +71,16 @@ TEST(SpaValue, EncodesWithoutNeedlessDigits) {
   EXPECT_EQ(Encoded(std::int64_t{0}, Type::boolean), "0");
   EXPECT_EQ(Encoded(0.52, Type::int16, 100), "0.52");
   EXPECT_EQ(Encoded(std::string("SUB 7"), Type::string), "SUB 7");
+}
+
+/// A register that is written as 30.3 carries 30.299999237.
+TEST(SpaValue, EncodesTheDecimalsThatAFloatWasGiven) {
+  for (int hundredths = 5; hundredths <= 30000; ++hundredths) {
+    const double meant = hundredths / 100.0;
+    const auto carried = static_cast<double>(static_cast<float>(meant));
+    ASSERT_EQ(Encoded(carried, Type::float32), FormatNumber(meant));
+  }
+  EXPECT_EQ(Encoded(static_cast<double>(30.3F) / 0.1, Type::float32, 0.1), "303");
 }
 
 TEST(SpaValue, RefusesWhatDoesNotFit) {
