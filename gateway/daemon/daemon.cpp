@@ -228,7 +228,8 @@ Status Daemon::Impl::StartDds() {
   if (!config.dds.enabled) return {};
 #ifdef BAUDGATE_WITH_DDS
   auto publisher = dds::DdsPublisher::Create(
-      config, store, [](const std::string& line) { log::Warn("dds: {}", line); });
+      config, store,
+      [](log::Level level, const std::string& line) { log::Write(level, "dds: " + line); });
   if (!publisher) return Error{publisher.error()};
   dds = std::move(*publisher);
 #else

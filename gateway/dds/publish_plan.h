@@ -1,6 +1,6 @@
 // Decides what the DDS publisher sends and when: change beyond the deadband, change of quality,
-// heartbeat, pace. Pure: values and time come in as arguments; gateway/dds/publisher.cpp acts on
-// it.
+// heartbeat, pace. Pure: values and time come in as arguments; gateway/dds/sample_sender.h acts
+// on it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

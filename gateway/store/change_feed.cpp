@@ -32,11 +32,11 @@ void ChangeFeed::MarkDevice(std::uint32_t device) {
   changed_.notify_one();
 }
 
-void ChangeFeed::Drain(Duration timeout, Changes& out) {
+void ChangeFeed::Drain(Instant until, Changes& out) {
   out.points.clear();
   out.devices.clear();
   std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, timeout, [this] { return woken_ || !pending_.empty(); });
+  changed_.wait_until(lock, until, [this] { return woken_ || !pending_.empty(); });
   woken_ = false;
   std::swap(out, pending_);
   for (const PointRef& ref : out.points) point_pending_[ref.device][ref.point] = false;

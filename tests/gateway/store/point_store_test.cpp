@@ -55,7 +55,7 @@ class PointStoreTest : public ::testing::Test {
   /// Points of device 0 that the feed was told of since the last call.
   std::vector<std::uint32_t> Told() {
     Changes changes;
-    feed_->Drain(Duration::zero(), changes);
+    feed_->Drain(Instant(), changes);
     std::vector<std::uint32_t> points;
     for (const PointRef& ref : changes.points) points.push_back(ref.point);
     return points;
@@ -241,7 +241,7 @@ TEST_F(PointStoreTest, ADeviceThatReturnsWithOldValuesIsToldAsOld) {
 TEST_F(PointStoreTest, StatusChangesReachTheFeed) {
   store_.UpdateStatus(1, [](DeviceStatus& status) { ++status.exchanges; });
   Changes changes;
-  feed_->Drain(Duration::zero(), changes);
+  feed_->Drain(Instant(), changes);
   EXPECT_EQ(changes.devices, Points{1});
   store_.Read(1, [](const DeviceRecord& record) { EXPECT_EQ(record.status.exchanges, 1U); });
 }
@@ -269,7 +269,7 @@ TEST_F(PointStoreTest, NoReaderSeesHalfAnUpdate) {
       EXPECT_EQ(record.points[kFast].seq, record.points[kSlow].seq);
       EXPECT_EQ(record.points[kFast].read_at, record.points[kSlow].read_at);
     });
-    feed_->Drain(Duration::zero(), changes);
+    feed_->Drain(Instant(), changes);
     EXPECT_LE(changes.points.size(), 6U);
   }
   writer.join();

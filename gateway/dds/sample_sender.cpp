@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/sample_sender.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate::dds {
+namespace {
+
+// Loss-free even on the 208 KiB socket buffers that a kernel grants by default: 20 samples/ms.
+constexpr Duration kPaceInterval = 50us;
+constexpr std::uint32_t kPaceBurst = 100;
+// At a stop samples are keys only, and there is about a second for all of them.
+constexpr Duration kDisposeInterval = 20us;
+constexpr Duration kDisposeTime = 700ms;
+constexpr std::size_t kDueBatch = 64;
+
+// A reader that is connected in the middle of a long image gets its end before its beginning; one
+// on Fast DDS 2.9 then searches all that it holds for each sample, for ten seconds and more.
+// Subscribers that are already there find a new gateway within this time.
+constexpr std::size_t kLongImage = 1000;
+constexpr Duration kDiscoveryTime = 500ms;
+
+Instant ImageTime(std::size_t points, Instant now) {
+  return points > kLongImage ? now + kDiscoveryTime : now;
+}
+
+std::vector<std::uint32_t> FirstSlots(const PointStore& store) {
+  std::vector<std::uint32_t> first{0};
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    first.push_back(first.back() + static_cast<std::uint32_t>(store.device(device).points.size()));
+  }
+  return first;
+}
+
+std::vector<double> Deadbands(const PointStore& store) {
+  std::vector<double> deadbands;
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    for (const config::Point& point : store.device(device).points) {
+      deadbands.push_back(point.deadband);
+    }
+  }
+  return deadbands;
+}
+
+std::uint32_t Microseconds(Duration duration) {
+  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(duration / 1us, 0, UINT32_MAX));
+}
+
+}  // namespace
+
+SampleSender::SampleSender(const config::Config& config, const PointStore& store,
+                           SampleWriter& writer, Log log, Instant now)
+    : config_(config),
+      store_(store),
+      writer_(writer),
+      log_(std::move(log)),
+      first_slot_(FirstSlots(store)),
+      plan_({.heartbeat = config.dds.heartbeat}, Deadbands(store), store.device_count(),
+            ImageTime(first_slot_.back(), now)),
+      pacer_(kPaceInterval, kPaceBurst) {}
+
+void SampleSender::Add(Changes& changes) {
+  std::swap(round_.points, changes.points);
+  std::swap(round_.devices, changes.devices);
+  std::ranges::sort(round_.points, {}, &PointRef::device);
+  round_.next_point = round_.next_device = 0;
+  due_may_follow_ = true;
+}
+
+bool SampleSender::idle() const {
+  return round_.next_staged == round_.staged_count && round_.next_point == round_.points.size() &&
+         round_.next_device == round_.devices.size();
+}
+
+Instant SampleSender::Send(Instant now) {
+  if (!SendRound(now)) return pacer_.ReadyAt();
+  // What has changed meanwhile goes before the next few that are due: it does not wait for the
+  // whole start-up image.
+  if (!std::exchange(due_may_follow_, false)) return now;
+  TakeDue(now);
+  if (!SendRound(now)) return pacer_.ReadyAt();
+  return plan_.NextDue();
+}
+
+void SampleSender::TakeDue(Instant now) {
+  round_.points.clear();
+  round_.next_point = round_.next_device = 0;
+  plan_.TakeDuePoints(now, kDueBatch, due_);
+  std::ranges::sort(due_);
+  for (const std::uint32_t slot : due_) round_.points.push_back(RefOf(slot));
+  plan_.TakeDueDevices(now, kDueBatch, round_.devices);
+}
+
+/// False: the pace allows no more now.
+bool SampleSender::SendRound(Instant now) {
+  for (;;) {
+    if (round_.next_staged < round_.staged_count) {
+      if (!pacer_.Take(now)) return false;
+      SendStaged(now);
+    } else if (round_.next_point < round_.points.size()) {
+      StageNextDevice(now);
+    } else if (round_.next_device < round_.devices.size()) {
+      if (!SendDevice(round_.devices[round_.next_device], now)) return false;
+      ++round_.next_device;
+    } else {
+      return true;
+    }
+  }
+}
+
+// Under the device's lock values are only copied: a write may block for milliseconds.
+void SampleSender::StageNextDevice(Instant now) {
+  round_.staged_count = round_.next_staged = 0;
+  const auto rest = std::span(round_.points).subspan(round_.next_point);
+  const std::uint32_t device = rest.front().device;
+  const auto end =
+      std::ranges::find_if(rest, [device](const PointRef& ref) { return ref.device != device; });
+  const auto refs = rest.first(static_cast<std::size_t>(end - rest.begin()));
+  round_.next_point += refs.size();
+  const auto stage = [&, this](const DeviceRecord& record) {
+    for (const PointRef& ref : refs) {
+      const std::uint32_t slot = first_slot_[device] + ref.point;
+      const Quality quality = QualityAt(record, ref.point, now);
+      const PointState state = PointState::Of(record.points[ref.point].value, quality);
+      if (!plan_.WantsPoint(slot, state)) continue;
+      if (round_.staged_count == round_.staged.size()) round_.staged.emplace_back();
+      Staged& staged = round_.staged[round_.staged_count++];
+      staged.slot = slot;
+      staged.state = state;
+      FillPoint(record, ref.point, staged);
+    }
+  };
+  store_.Read(device, std::cref(stage));
+}
+
+void SampleSender::SendStaged(Instant now) {
+  const Staged& staged = round_.staged[round_.next_staged++];
+  const bool written = writer_.Write(staged.sample);
+  if (written) {
+    plan_.PointSent(staged.slot, staged.state, now);
+  } else {
+    plan_.PointFailed(staged.slot, now);
+  }
+  Count(written, staged.sample.device);
+}
+
+void SampleSender::FillPoint(const DeviceRecord& record, std::uint32_t point,
+                             Staged& staged) const {
+  const PointRecord& held = record.points[point];
+  const config::Point& described = record.device->points[point];
+  PointSample& sample = staged.sample;
+  sample.gateway = config_.name;
+  sample.device = record.device->name;
+  sample.point = described.name;
+  sample.value = staged.state.number;
+  const auto* text = std::get_if<std::string>(&held.value);
+  AssignBounded(sample.text, text != nullptr ? std::string_view(*text) : "", kMaxText);
+  AssignBounded(sample.unit, described.unit, kMaxUnit);
+  sample.quality = static_cast<std::uint16_t>(staged.state.quality);
+  sample.source_time_ns = held.read_at ? held.source_time.time_since_epoch().count() : 0;
+  sample.seq = held.seq;
+  sample.rtt_us = held.rtt_us;
+}
+
+/// False: the pace does not allow it now.
+bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
+  DeviceState state{};
+  bool wanted = false;
+  const auto look = [&, this](const DeviceRecord& record) {
+    state = record.status.state;
+    wanted = plan_.WantsDevice(device, state, now);
+    if (wanted) FillDevice(record);
+  };
+  store_.Read(device, std::cref(look));
+  if (!wanted) return true;
+  if (!pacer_.Take(now)) return false;
+  const bool written = writer_.Write(device_sample_);
+  if (written) {
+    plan_.DeviceSent(device, state, now);
+  } else {
+    plan_.DeviceFailed(device, now);
+  }
+  Count(written, device_sample_.device);
+  return true;
+}
+
+void SampleSender::FillDevice(const DeviceRecord& record) {
+  const DeviceStatus& status = record.status;
+  DeviceSample& sample = device_sample_;
+  sample.gateway = config_.name;
+  sample.device = record.device->name;
+  sample.line = record.line->name;
+  sample.state = static_cast<std::uint16_t>(status.state);
+  sample.last_outcome = static_cast<std::uint16_t>(status.last_outcome);
+  sample.last_ok_time_ns = status.last_ok ? status.last_ok_wall.time_since_epoch().count() : 0;
+  sample.exchanges = status.exchanges;
+  sample.ok = status.Count(Outcome::ok);
+  sample.no_reply = status.Count(Outcome::no_reply);
+  sample.corrupt = status.Count(Outcome::corrupt);
+  sample.retries = status.retries;
+  const bool measured = status.round_trips.count() > 0;
+  sample.rtt_mean_us = measured ? Microseconds(status.round_trips.mean()) : 0;
+  sample.rtt_p99_us = measured ? Microseconds(status.round_trips.Percentile(0.99)) : 0;
+}
+
+std::optional<Instant> SampleSender::End(Instant now) {
+  if (!ending_) ending_ = Ending{now + kDisposeTime, Pacer(kDisposeInterval, kPaceBurst)};
+  Ending& at = *ending_;
+  for (; at.slot < first_slot_.back(); ++at.slot) {
+    if (!plan_.WasSent(at.slot)) continue;
+    if (now >= at.deadline) return std::nullopt;
+    if (!at.pacer.Take(now)) return at.pacer.ReadyAt();
+    DisposePoint(at.slot);
+  }
+  for (; at.device < store_.device_count(); ++at.device) {
+    if (!plan_.DeviceWasSent(at.device)) continue;
+    if (now >= at.deadline) return std::nullopt;
+    if (!at.pacer.Take(now)) return at.pacer.ReadyAt();
+    DisposeDevice(at.device);
+  }
+  return std::nullopt;
+}
+
+void SampleSender::DisposePoint(std::uint32_t slot) {
+  const PointRef ref = RefOf(slot);
+  PointSample sample;
+  sample.gateway = config_.name;
+  sample.device = store_.device(ref.device).name;
+  sample.point = store_.device(ref.device).points[ref.point].name;
+  writer_.Dispose(sample);
+}
+
+void SampleSender::DisposeDevice(std::uint32_t device) {
+  DeviceSample sample;
+  sample.gateway = config_.name;
+  sample.device = store_.device(device).name;
+  writer_.Dispose(sample);
+}
+
+void SampleSender::Count(bool written, const std::string& device) {
+  if (written) {
+    ++written_;
+    if (failing_ > 0 && log_) {
+      log_(log::Level::info,
+           "samples are taken again; " + std::to_string(failing_) + " were refused and repeated");
+    }
+    failing_ = 0;
+    return;
+  }
+  ++failed_;
+  if (failing_++ == 0 && log_) {
+    log_(log::Level::warning, "a sample of device " + device + " was refused; it will be repeated");
+  }
+}
+
+PointRef SampleSender::RefOf(std::uint32_t slot) const {
+  const auto after = std::ranges::upper_bound(first_slot_, slot);
+  const auto device = static_cast<std::uint32_t>(after - first_slot_.begin()) - 1;
+  return {device, slot - first_slot_[device]};
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,110 @@
+// From the point store to samples: which points and devices are sent now, in which batches, how
+// fast, and what is told at the end. Asks gateway/dds/publish_plan.h what is worth a sample.
+// Sans-I/O: time is an argument; gateway/dds/publisher.h drives it on a thread.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/base/log.h"
+#include "gateway/dds/publish_plan.h"
+#include "gateway/dds/sample_writer.h"
+#include "gateway/dds/samples.h"
+#include "gateway/store/change_feed.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate::dds {
+
+struct DdsCounters {
+  std::uint64_t written = 0;      ///< samples
+  std::uint64_t failed = 0;       ///< samples that the library did not take; they are tried again
+  std::uint32_t subscribers = 0;  ///< readers of the points topic, now
+};
+
+class SampleSender {
+ public:
+  /// One line for people, at a change only, without the name of the output.
+  using Log = std::function<void(log::Level level, const std::string& line)>;
+
+  /// All outlive the sender. Everything is due at `now`: the start-up image. A long image waits
+  /// 500 ms, until subscribers that are already there have found the gateway.
+  SampleSender(const config::Config& config, const PointStore& store, SampleWriter& writer, Log log,
+               Instant now);
+
+  /// Takes over what has changed; also when nothing has. Only while idle, and before each Send
+  /// then.
+  void Add(Changes& changes);
+  /// Everything added has been sent; false: the pace holds some of it back.
+  bool idle() const;
+  /// Sends what was added, then at most 64 points and 64 devices that are due by themselves, as far
+  /// as the pace allows. Returns when to call it again at the latest; `now`: at once.
+  Instant Send(Instant now);
+
+  /// Tells subscribers that all points and devices ever sent are gone, as far as the pace allows.
+  /// Returns when to go on; nothing: all is told, or the 700 ms for it are over (the end of the
+  /// writer itself then tells the rest).
+  std::optional<Instant> End(Instant now);
+
+  /// From any thread.
+  DdsCounters counters() const { return {written_, failed_, writer_.subscribers()}; }
+
+ private:
+  struct Staged {
+    std::uint32_t slot = 0;
+    PointState state;
+    PointSample sample;
+  };
+  /// What is being sent: points device by device, then devices.
+  struct Round {
+    std::vector<PointRef> points;  ///< sorted by device
+    std::size_t next_point = 0;
+    std::vector<Staged> staged;  ///< of one device; its memory is kept
+    std::size_t staged_count = 0;
+    std::size_t next_staged = 0;
+    std::vector<std::uint32_t> devices;
+    std::size_t next_device = 0;
+  };
+  /// How far the end has been told.
+  struct Ending {
+    Instant deadline;
+    Pacer pacer;
+    std::uint32_t slot = 0;
+    std::uint32_t device = 0;
+  };
+
+  bool SendRound(Instant now);
+  void TakeDue(Instant now);
+  void StageNextDevice(Instant now);
+  void SendStaged(Instant now);
+  bool SendDevice(std::uint32_t device, Instant now);
+  void FillPoint(const DeviceRecord& record, std::uint32_t point, Staged& staged) const;
+  void FillDevice(const DeviceRecord& record);
+  void DisposePoint(std::uint32_t slot);
+  void DisposeDevice(std::uint32_t device);
+  void Count(bool written, const std::string& device);
+  PointRef RefOf(std::uint32_t slot) const;
+
+  const config::Config& config_;
+  const PointStore& store_;
+  SampleWriter& writer_;
+  const Log log_;
+  const std::vector<std::uint32_t> first_slot_;  ///< by device, and one more: the number of points
+  PublishPlan plan_;
+  Pacer pacer_;
+  Round round_;
+  bool due_may_follow_ = false;
+  std::vector<std::uint32_t> due_;  ///< kept to save its memory
+  DeviceSample device_sample_;      ///< so is this
+  std::optional<Ending> ending_;
+  std::uint64_t failing_ = 0;  ///< failures since the last success; the edge is logged
+  std::atomic<std::uint64_t> written_ = 0;
+  std::atomic<std::uint64_t> failed_ = 0;
+};
+
+}  // namespace baudgate::dds

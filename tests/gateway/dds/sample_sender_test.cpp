@@ -1,0 +1,260 @@
+// What of the store becomes which sample, and when: the sender under virtual time, on a writer that
+// only remembers.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/sample_sender.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/gateway/dds/fixture.h"
+#include "tests/gateway/dds/remembering_writer.h"
+
+namespace baudgate::dds {
+namespace {
+
+using ::testing::ElementsAre;
+using testing::MakeConfig;
+using ::testing::Pair;
+using testing::RememberingWriter;
+using ::testing::SizeIs;
+
+struct Sending {
+  explicit Sending(config::Config made) : config(std::move(made)), store(config) {}
+
+  void Set(std::uint32_t device, std::uint32_t point, Value value,
+           Quality quality = Quality::good) {
+    const Sample sample{point, std::move(value), quality};
+    store.Update(device, std::span(&sample, 1), now, 5ms);
+  }
+  /// What the publisher's thread does in this time.
+  void RunFor(Duration time) {
+    const Instant end = now.instant + time;
+    for (;;) {
+      Changes changes;
+      if (sender.idle()) {
+        feed->Drain(Instant(), changes);
+        sender.Add(changes);
+      }
+      const Instant next = sender.Send(now.instant);
+      if (next > end) break;
+      Pass(std::max(Duration(0), next - now.instant));
+    }
+    Pass(end - now.instant);
+  }
+  void Pass(Duration time) {
+    now.instant += time;
+    now.wall += time;
+  }
+  /// Returns how long the end took.
+  Duration End() {
+    const Instant began = now.instant;
+    while (const auto next = sender.End(now.instant)) Pass(*next - now.instant);
+    return now.instant - began;
+  }
+
+  Now now{Instant() + 1h, WallTime(77s)};
+  const config::Config config;
+  PointStore store;
+  std::shared_ptr<ChangeFeed> feed = store.Subscribe();
+  RememberingWriter writer;
+  std::vector<std::pair<log::Level, std::string>> lines;
+  SampleSender sender{
+      config, store, writer,
+      [this](log::Level level, const std::string& line) { lines.emplace_back(level, line); },
+      now.instant};
+};
+
+TEST(SampleSender, StartsWithAnImageThatWaitsForData) {
+  Sending run(MakeConfig(2, 3));
+  run.RunFor(1ms);
+  ASSERT_THAT(run.writer.points, SizeIs(6));
+  ASSERT_THAT(run.writer.devices, SizeIs(2));
+  const PointSample& sample = *run.writer.Latest("p2");
+  EXPECT_EQ(sample.gateway, "substation-7");
+  EXPECT_EQ(sample.quality, 0x20);
+  EXPECT_TRUE(std::isnan(sample.value));
+  EXPECT_EQ(sample.text, "");
+  EXPECT_EQ(sample.unit, "A");
+  EXPECT_EQ(sample.source_time_ns, 0);
+  EXPECT_EQ(sample.seq, 0U);
+  EXPECT_EQ(run.writer.devices.front().line, "bay");
+  EXPECT_EQ(run.writer.devices.front().last_ok_time_ns, 0);
+}
+
+TEST(SampleSender, ALongImageWaitsForSubscribersThatAreAlreadyThere) {
+  Sending run(MakeConfig(1, 1001));
+  run.RunFor(499ms);
+  EXPECT_THAT(run.writer.points, SizeIs(0));
+  run.RunFor(1s);
+  EXPECT_THAT(run.writer.points, SizeIs(1001));
+}
+
+TEST(SampleSender, SendsNotMoreThanSocketBuffersHold) {
+  Sending run(MakeConfig(10, 100));
+  run.RunFor(10ms);
+  EXPECT_LE(run.writer.points.size(), 300U) << "100 at once, then 20 a millisecond";
+  EXPECT_GE(run.writer.points.size(), 200U);
+  EXPECT_FALSE(run.sender.idle());
+  run.RunFor(100ms);
+  EXPECT_THAT(run.writer.points, SizeIs(1000));
+  EXPECT_TRUE(run.sender.idle());
+}
+
+TEST(SampleSender, WhatChangesDoesNotWaitForTheWholeImage) {
+  Sending run(MakeConfig(10, 100));
+  run.RunFor(5ms);
+  run.Set(9, 99, 2.5);
+  run.RunFor(8ms);
+  EXPECT_LT(run.writer.points.size(), 500U);
+  const auto sent = [](const PointSample& s) { return s.device == "feeder-9" && s.value == 2.5; };
+  EXPECT_EQ(std::ranges::count_if(run.writer.points, sent), 1);
+}
+
+TEST(SampleSender, SendsAReadingWithItsTimeAndRoundTrip) {
+  Sending run(MakeConfig(1, 2));
+  run.Set(0, 1, 2.5, Quality::uncertain_sub_normal);
+  run.RunFor(0ms);
+  const PointSample& sample = *run.writer.Latest("p1");
+  EXPECT_EQ(sample.seq, 1U);
+  EXPECT_EQ(sample.value, 2.5);
+  EXPECT_EQ(sample.quality, 0x58);
+  EXPECT_EQ(sample.rtt_us, 5000U);
+  EXPECT_EQ(sample.source_time_ns, 77'000'000'000);
+}
+
+TEST(SampleSender, SendsTextVisiblyBounded) {
+  Sending run(MakeConfig(1, 1));
+  run.Set(0, 0, std::string(200, 'x'));
+  run.RunFor(0ms);
+  const PointSample& sample = *run.writer.Latest("p0");
+  EXPECT_EQ(sample.seq, 1U);
+  EXPECT_TRUE(std::isnan(sample.value));
+  EXPECT_EQ(sample.text.size(), kMaxText);
+  EXPECT_THAT(sample.text, ::testing::EndsWith("x\u2026"));
+}
+
+TEST(SampleSender, AChangeOfQualityPassesTheDeadband) {
+  config::Config config = MakeConfig(1, 1);
+  config.lines[0].devices[0].points[0].deadband = 1000;
+  Sending run(std::move(config));
+  run.Set(0, 0, 2.5);
+  run.RunFor(0ms);
+  run.Set(0, 0, 3.5);
+  run.RunFor(0ms);
+  EXPECT_THAT(run.writer.points, SizeIs(1)) << "within the deadband";
+  run.store.SetOverride(0, Override::not_connected);
+  run.RunFor(0ms);
+  ASSERT_THAT(run.writer.points, SizeIs(2));
+  EXPECT_EQ(run.writer.points[1].quality, 0x08);
+  EXPECT_EQ(run.writer.points[1].value, 3.5);
+}
+
+TEST(SampleSender, WhatAgedIsSentWithoutAnyReading) {
+  Sending run(MakeConfig(1, 1));
+  run.Set(0, 0, 2.5);
+  run.RunFor(0ms);
+  EXPECT_EQ(run.writer.Latest("p0")->quality, 0xC0);
+  run.Pass(1h);
+  run.store.Age(run.now.instant);
+  run.RunFor(0ms);
+  EXPECT_EQ(run.writer.Latest("p0")->seq, 1U);
+  EXPECT_EQ(run.writer.Latest("p0")->quality, 0x18);
+}
+
+TEST(SampleSender, TheHeartbeatRepeatsWhatDoesNotChange) {
+  config::Config config = MakeConfig(1, 4);
+  config.dds.heartbeat = 10s;
+  Sending run(std::move(config));
+  run.RunFor(1min);
+  EXPECT_GE(run.writer.points.size(), 4U * 7);
+  EXPECT_LE(run.writer.points.size(), 4U * 9) << "three quarters of the heartbeat at the least";
+}
+
+TEST(SampleSender, DeviceStatusCarriesCountersAndState) {
+  Sending run(MakeConfig(1, 1));
+  run.store.UpdateStatus(0, [](DeviceStatus& status) {
+    status.state = DeviceState::online;
+    status.last_outcome = Outcome::corrupt;
+    status.last_ok = Instant(1s);
+    status.last_ok_wall = WallTime(77s);
+    status.exchanges = 10;
+    status.outcomes[static_cast<std::size_t>(Outcome::ok)] = 7;
+    status.outcomes[static_cast<std::size_t>(Outcome::no_reply)] = 2;
+    status.outcomes[static_cast<std::size_t>(Outcome::corrupt)] = 1;
+    status.retries = 3;
+    status.round_trips.Add(4ms);
+  });
+  run.RunFor(0ms);
+  ASSERT_THAT(run.writer.devices, SizeIs(1));
+  const DeviceSample& sample = run.writer.devices.back();
+  EXPECT_EQ(sample.state, 1);
+  EXPECT_EQ(sample.last_outcome, 4);
+  EXPECT_EQ(sample.last_ok_time_ns, 77'000'000'000);
+  EXPECT_EQ(sample.exchanges, 10U);
+  EXPECT_EQ(sample.ok, 7U);
+  EXPECT_EQ(sample.no_reply, 2U);
+  EXPECT_EQ(sample.corrupt, 1U);
+  EXPECT_EQ(sample.retries, 3U);
+  EXPECT_EQ(sample.rtt_mean_us, 4000U);
+  EXPECT_GE(sample.rtt_p99_us, 4000U);
+}
+
+TEST(SampleSender, CountersThatMoveAreSentOnceASecond) {
+  Sending run(MakeConfig(1, 1));
+  for (int i = 0; i < 100; ++i) {
+    run.store.UpdateStatus(0, [](DeviceStatus& status) { ++status.exchanges; });
+    run.RunFor(100ms);
+  }
+  EXPECT_GE(run.writer.devices.size(), 10U);
+  EXPECT_LE(run.writer.devices.size(), 11U);
+}
+
+TEST(SampleSender, RepeatsWhatWasRefusedAndSaysSoOnce) {
+  Sending run(MakeConfig(1, 20));
+  run.RunFor(10ms);
+  ASSERT_THAT(run.writer.points, SizeIs(20));
+  run.writer.refuse = true;
+  for (std::uint32_t point = 0; point < 20; ++point) run.Set(0, point, 1.0);
+  run.RunFor(10ms);
+  EXPECT_EQ(run.sender.counters().failed, 20U);
+  run.writer.refuse = false;
+  run.RunFor(2s);
+  for (int point = 0; point < 20; ++point) {
+    EXPECT_EQ(run.writer.Latest("p" + std::to_string(point))->value, 1.0);
+  }
+  EXPECT_THAT(
+      run.lines,
+      ElementsAre(
+          Pair(log::Level::warning, "a sample of device feeder-0 was refused; it will be repeated"),
+          Pair(log::Level::info, "samples are taken again; 20 were refused and repeated")));
+}
+
+TEST(SampleSender, TellsTheEndOfAllThatWasSent) {
+  Sending run(MakeConfig(2, 2));
+  run.RunFor(0ms);
+  EXPECT_EQ(run.End(), 0ms);
+  EXPECT_THAT(run.writer.disposed,
+              ::testing::UnorderedElementsAre("feeder-0.p0", "feeder-0.p1", "feeder-1.p0",
+                                              "feeder-1.p1", "feeder-0", "feeder-1"));
+}
+
+TEST(SampleSender, TellsNoEndOfWhatNobodyHasHeardOf) {
+  Sending run(MakeConfig(2, 2));
+  EXPECT_EQ(run.End(), 0ms);
+  EXPECT_THAT(run.writer.disposed, SizeIs(0));
+}
+
+TEST(SampleSender, TheEndIsPacedAndTakesNotLong) {
+  Sending run(MakeConfig(100, 1000));
+  run.RunFor(10s);
+  ASSERT_GE(run.writer.points.size(), 100'000U);
+  const Duration took = run.End();
+  EXPECT_GE(took, 700ms);
+  EXPECT_LE(took, 702ms);
+  EXPECT_GE(run.writer.disposed.size(), 34'000U) << "50 a millisecond";
+}
+
+}  // namespace
+}  // namespace baudgate::dds
