@@ -91,7 +91,11 @@ std::vector<LawSubject> Subjects() {
           Replies("RepliesWithChecksumFront", protocols::dcon::kChecksumFront)};
 }
 
-INSTANTIATE_TEST_SUITE_P(Dcon, FrameRuleLaws, ::testing::ValuesIn(Subjects()), LawSubjectName);
+using ::testing::ValuesIn;
+INSTANTIATE_TEST_SUITE_P(Dcon, FrameRuleLaws, ValuesIn(Subjects()), LawSubjectName);
+INSTANTIATE_TEST_SUITE_P(Dcon, ChecksumLaws, ValuesIn(WithChecksum(Subjects())), LawSubjectName);
+INSTANTIATE_TEST_SUITE_P(Dcon, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjects())),
+                         LawSubjectName);
 
 Outcome Blame(std::string_view stream, int variant) {
   Assembler assembler;

@@ -60,7 +60,7 @@ LawSubject Requests(Framing framing) {
   }
   SetFraming(subject, framing);
   // An RTU frame begins after silence, or behind another one: rtu_request_rule_test.cpp.
-  subject.finds_frame_after_garbage = framing == Framing::ascii;
+  subject.found_behind_garbage = framing == Framing::ascii;
   return subject;
 }
 
@@ -96,7 +96,11 @@ std::vector<LawSubject> Subjects() {
   return subjects;
 }
 
-INSTANTIATE_TEST_SUITE_P(Modbus, FrameRuleLaws, ::testing::ValuesIn(Subjects()), LawSubjectName);
+using ::testing::ValuesIn;
+INSTANTIATE_TEST_SUITE_P(Modbus, FrameRuleLaws, ValuesIn(Subjects()), LawSubjectName);
+INSTANTIATE_TEST_SUITE_P(Modbus, ChecksumLaws, ValuesIn(WithChecksum(Subjects())), LawSubjectName);
+INSTANTIATE_TEST_SUITE_P(Modbus, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjects())),
+                         LawSubjectName);
 
 // ---------------------------------------------------------------- replies
 

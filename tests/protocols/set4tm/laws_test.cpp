@@ -78,7 +78,11 @@ std::vector<LawSubject> Subjects() {
   return subjects;
 }
 
-INSTANTIATE_TEST_SUITE_P(Set4tm, FrameRuleLaws, ::testing::ValuesIn(Subjects()), LawSubjectName);
+using ::testing::ValuesIn;
+INSTANTIATE_TEST_SUITE_P(Set4tm, FrameRuleLaws, ValuesIn(Subjects()), LawSubjectName);
+INSTANTIATE_TEST_SUITE_P(Set4tm, ChecksumLaws, ValuesIn(WithChecksum(Subjects())), LawSubjectName);
+INSTANTIATE_TEST_SUITE_P(Set4tm, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjects())),
+                         LawSubjectName);
 
 Expectation AwaitFloat() {
   return protocols::set4tm::Expect(Hex("C8 08 1B 00 11 77 BB"),

@@ -125,7 +125,11 @@ std::vector<LawSubject> Subjects() {
   return subjects;
 }
 
-INSTANTIATE_TEST_SUITE_P(Spabus, FrameRuleLaws, ::testing::ValuesIn(Subjects()), LawSubjectName);
+using ::testing::ValuesIn;
+INSTANTIATE_TEST_SUITE_P(Spabus, FrameRuleLaws, ValuesIn(Subjects()), LawSubjectName);
+INSTANTIATE_TEST_SUITE_P(Spabus, ChecksumLaws, ValuesIn(WithChecksum(Subjects())), LawSubjectName);
+INSTANTIATE_TEST_SUITE_P(Spabus, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjects())),
+                         LawSubjectName);
 
 }  // namespace
 }  // namespace baudgate
