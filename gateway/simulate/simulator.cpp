@@ -34,9 +34,9 @@ TwinWire WireOf(const Protocol& protocol, const SimulatorOptions& options) {
 TwinFaults::Stranger StrangerOf(const Protocol& protocol, const config::Device& device,
                                 std::uint32_t seed, Instant now) {
   SimulatedValues values(device.points, seed);
-  auto stranger = TwinStranger::Meet(protocol, device, values, now);
+  auto stranger = TwinStranger::Create(protocol, device, values, now);
   if (!stranger) return {};
-  return [stranger = std::move(*stranger)](View request) { return stranger.Say(request); };
+  return [stranger = std::move(*stranger)](View request) { return stranger.ReplyTo(request); };
 }
 
 }  // namespace
@@ -87,8 +87,8 @@ struct Simulator::Impl : std::enable_shared_from_this<Impl> {
     descriptor.non_blocking(true, ignored);  // nobody need be reading
   }
 
-  void Inhabit(std::vector<config::Device> devices);
-  void Trouble(const std::vector<Fault>& wanted);
+  void AddTwins(std::vector<config::Device> devices);
+  void SetFaults(const std::vector<Fault>& wanted);
   void Read();
   void OnRequestBytes(View bytes);
   std::optional<Bytes> NextRequest();
@@ -96,7 +96,7 @@ struct Simulator::Impl : std::enable_shared_from_this<Impl> {
   void OnSilence();
   void OnRequest(View frame);
   Bytes Answer(View frame, Instant now);
-  void Say(Instant until, View bytes);
+  void Queue(Instant until, View bytes);
   void SendNext();
 
   const Protocol& protocol;
@@ -120,7 +120,7 @@ struct Simulator::Impl : std::enable_shared_from_this<Impl> {
   std::atomic<std::uint64_t> characters = 0;
 };
 
-void Simulator::Impl::Inhabit(std::vector<config::Device> devices) {
+void Simulator::Impl::AddTwins(std::vector<config::Device> devices) {
   std::uint32_t seed = 0;
   for (config::Device& device : devices) {
     auto inhabitant = std::make_unique<Inhabitant>();
@@ -131,7 +131,7 @@ void Simulator::Impl::Inhabit(std::vector<config::Device> devices) {
   }
 }
 
-void Simulator::Impl::Trouble(const std::vector<Fault>& wanted) {
+void Simulator::Impl::SetFaults(const std::vector<Fault>& wanted) {
   faults.reset();
   if (wanted.empty()) return;
   const Instant now = std::chrono::steady_clock::now();
@@ -205,13 +205,13 @@ void Simulator::Impl::OnRequest(View frame) {
   if (faults) {
     for (const TimedPiece& piece : faults->Deliver(frame, reply, end)) {
       Append(delivered, piece.bytes);
-      Say(end + piece.after, piece.bytes);
+      Queue(end + piece.after, piece.bytes);
     }
   } else if (!reply.empty()) {  // else what is being sent goes on
     leaving.clear();
     said_until = end;
     delivered = reply;
-    Say(end + wire.think + wire.TimeOf(reply.size()), reply);
+    Queue(end + wire.think + wire.TimeOf(reply.size()), reply);
   }
   if (observer) observer(frame, reply, delivered);
   SendNext();
@@ -236,7 +236,7 @@ Bytes Simulator::Impl::Answer(View frame, Instant now) {
 }
 
 /// `until`: when the last of `bytes` has come over the wire.
-void Simulator::Impl::Say(Instant until, View bytes) {
+void Simulator::Impl::Queue(Instant until, View bytes) {
   std::size_t most = bytes.size();
   if (wire.paced) {
     const auto fitting = static_cast<std::size_t>(kPiece / wire.serial.CharacterTime());
@@ -276,8 +276,8 @@ Result<std::unique_ptr<Simulator>> Simulator::Create(asio::io_context& io, const
   auto pty = Pty::Create(options.link);
   if (!pty) return Error{pty.error()};
   auto impl = std::make_shared<Impl>(io, protocol, options, std::move(*pty));
-  impl->Inhabit(std::move(devices));
-  impl->Trouble(options.faults);
+  impl->AddTwins(std::move(devices));
+  impl->SetFaults(options.faults);
   const config::Options& shared = impl->inhabitants.front()->device.options;
   impl->assembler.Begin(protocol.request_rule, protocol.expect({}, shared));
   impl->Read();
@@ -293,6 +293,6 @@ std::vector<FaultCount> Simulator::fault_counts() const {
   return impl_->faults ? impl_->faults->Counts() : std::vector<FaultCount>();
 }
 
-void Simulator::SetFaults(const std::vector<Fault>& faults) { impl_->Trouble(faults); }
+void Simulator::SetFaults(const std::vector<Fault>& faults) { impl_->SetFaults(faults); }
 
 }  // namespace baudgate

@@ -32,9 +32,9 @@ std::optional<Bytes> CutFrame(const Protocol& protocol, const Request& request, 
 
 }  // namespace
 
-std::optional<TwinStranger> TwinStranger::Meet(const Protocol& protocol,
-                                               const config::Device& device, TwinValues& values,
-                                               Instant now) {
+std::optional<TwinStranger> TwinStranger::Create(const Protocol& protocol,
+                                                 const config::Device& device, TwinValues& values,
+                                                 Instant now) {
   const std::unique_ptr<Twin> own = protocol.make_twin(device, values);
   for (int number = 1; number <= kAddressesToTry; ++number) {
     config::Device other = device;
@@ -85,7 +85,7 @@ bool TwinStranger::Perform(const Task& task, const Protocol& protocol, Conversat
   return false;
 }
 
-Bytes TwinStranger::Say(View request) const {
+Bytes TwinStranger::ReplyTo(View request) const {
   const auto nearest =
       std::min_element(spoken_.begin(), spoken_.end(), [&](const Spoken& a, const Spoken& b) {
         return Distance(a.request, request) < Distance(b.request, request);

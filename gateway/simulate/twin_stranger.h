@@ -19,12 +19,12 @@ class TwinStranger {
  public:
   /// At the first address of this protocol that `device` does not answer to, measuring `values`;
   /// nothing when there is none.
-  static std::optional<TwinStranger> Meet(const Protocol& protocol, const config::Device& device,
-                                          TwinValues& values, Instant now);
+  static std::optional<TwinStranger> Create(const Protocol& protocol, const config::Device& device,
+                                            TwinValues& values, Instant now);
 
   const std::string& address() const { return address_; }
   /// Its reply to the one of its own requests that is most like `request`.
-  Bytes Say(View request) const;
+  Bytes ReplyTo(View request) const;
 
  private:
   struct Spoken {

@@ -328,7 +328,7 @@ TEST(TwinStranger, IsNobodyWhereNoOtherAddressIsValid) {
   device.address = "1";
   device.options = ToyOptions();
   FixedValues values = ToyValues();
-  EXPECT_FALSE(TwinStranger::Meet(lonely, device, values, kStart));
+  EXPECT_FALSE(TwinStranger::Create(lonely, device, values, kStart));
 }
 
 /// Whatever strikes, the twin's own characters take their time, one after the other.

@@ -134,10 +134,10 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
 
   /// Another device of the kind, which measures what the neighbour measures.
   TwinFaults::Stranger MeetStranger() {
-    const auto stranger = TwinStranger::Meet(*GetParam().protocol, rig_.device(kTroubled),
-                                             rig_->twin(kNeighbour).values, rig_->now().instant);
+    const auto stranger = TwinStranger::Create(*GetParam().protocol, rig_.device(kTroubled),
+                                               rig_->twin(kNeighbour).values, rig_->now().instant);
     EXPECT_TRUE(stranger);
-    return [stranger](View request) { return stranger ? stranger->Say(request) : Bytes(); };
+    return [stranger](View request) { return stranger ? stranger->ReplyTo(request) : Bytes(); };
   }
 
   /// What it knew of sessions is gone.
