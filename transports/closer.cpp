@@ -6,24 +6,25 @@
 
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <system_error>
 #include <thread>
+
+#include "gateway/base/guarded.h"
 
 namespace baudgate {
 namespace {
 
 struct Queue {
-  std::mutex mutex;
-  std::deque<int> waiting;
-  int threads = 0;
+  Mutex mutex;
+  std::deque<int> waiting BAUDGATE_GUARDED_BY(mutex);
+  int threads BAUDGATE_GUARDED_BY(mutex) = 0;
 };
 
 void Work(const std::shared_ptr<Queue>& queue) {
   for (;;) {
     int fd = -1;
     {
-      const std::lock_guard lock(queue->mutex);
+      const MutexLock lock(queue->mutex);
       if (queue->waiting.empty()) {
         --queue->threads;
         return;
@@ -40,7 +41,7 @@ void Work(const std::shared_ptr<Queue>& queue) {
 void CloseElsewhere(int fd) {
   // Shared by all lines of the process, and owned by the threads as well: they may outlive main().
   static const std::shared_ptr<Queue> queue = std::make_shared<Queue>();
-  const std::lock_guard lock(queue->mutex);
+  const MutexLock lock(queue->mutex);
   queue->waiting.push_back(fd);
   if (queue->threads >= kMostClosers) return;
   try {

@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "gateway/base/guarded.h"
 #include "gateway/base/log_folder.h"
 #include "gateway/base/time.h"
 
@@ -22,9 +23,9 @@ namespace {
 
 constexpr auto kLookEvery = 5s;
 
-std::mutex g_mutex;  // of TheFolder
+Mutex g_mutex;
 
-Folder& TheFolder() {
+Folder& TheFolder() BAUDGATE_REQUIRES(g_mutex) {
   static Folder folder;
   return folder;
 }
@@ -70,7 +71,7 @@ using Repeats = std::vector<Folder::Repeat>;
 void PrintRepeats(Repeats (Folder::*take)(Instant)) {
   Repeats repeats;
   {
-    const std::lock_guard lock(g_mutex);
+    const MutexLock lock(g_mutex);
     repeats = (TheFolder().*take)(std::chrono::steady_clock::now());
   }
   for (const Folder::Repeat& repeat : repeats) {
@@ -102,7 +103,7 @@ class Teller {
     }
   }
 
-  std::mutex mutex_;
+  std::mutex mutex_;  // guards nothing: a wait needs one
   std::condition_variable_any wake_;
   std::jthread thread_;
 };
@@ -131,7 +132,7 @@ void TellRepeats() { PrintRepeats(&Folder::All); }
 void Write(Level level, const std::string& text) {
   bool passed = false;
   {
-    const std::lock_guard lock(g_mutex);
+    const MutexLock lock(g_mutex);
     passed = TheFolder().Pass(text, level, ReadClocks());
   }
   PrintOrHold(passed, level, text);
@@ -140,7 +141,7 @@ void Write(Level level, const std::string& text) {
 void Write(Level level, const std::string& key, const std::string& text) {
   bool passed = false;
   {
-    const std::lock_guard lock(g_mutex);
+    const MutexLock lock(g_mutex);
     passed = TheFolder().Pass(key, text, level, ReadClocks());
   }
   PrintOrHold(passed, level, text);

@@ -76,7 +76,7 @@ DdsPublisher::~DdsPublisher() { Stop(); }
 
 void DdsPublisher::Stop() {
   {
-    const std::lock_guard lock(stop_mutex_);
+    const MutexLock lock(stop_mutex_);
     stop_ = true;
   }
   stop_changed_.notify_all();
@@ -105,12 +105,13 @@ void DdsPublisher::Run() {
 }
 
 void DdsPublisher::WaitUntil(Instant when) {
-  std::unique_lock lock(stop_mutex_);
-  stop_changed_.wait_until(lock, when, [this] { return stop_; });
+  MutexLock lock(stop_mutex_);
+  while (!stop_ && lock.WaitUntil(stop_changed_, when)) {
+  }
 }
 
 bool DdsPublisher::stopping() const {
-  const std::lock_guard lock(stop_mutex_);
+  const MutexLock lock(stop_mutex_);
   return stop_;
 }
 

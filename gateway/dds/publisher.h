@@ -5,10 +5,10 @@
 
 #include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <thread>
 
 #include "config/model/config.h"
+#include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
 #include "gateway/dds/sample_sender.h"
 #include "gateway/dds/sample_writer.h"
@@ -49,9 +49,9 @@ class DdsPublisher {
   std::shared_ptr<ChangeFeed> feed_;
   SampleSender sender_;
 
-  mutable std::mutex stop_mutex_;
+  mutable Mutex stop_mutex_;
   std::condition_variable stop_changed_;
-  bool stop_ = false;
+  bool stop_ BAUDGATE_GUARDED_BY(stop_mutex_) = false;
   std::thread thread_;
 };
 

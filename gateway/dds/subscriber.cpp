@@ -13,9 +13,9 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <map>
-#include <mutex>
 #include <unordered_map>
 
+#include "gateway/base/guarded.h"
 #include "gateway/dds/types.h"
 
 namespace baudgate::dds {
@@ -60,8 +60,8 @@ class Inbox : public fast::DataReaderListener {
   using OnSample = std::function<void(const Sample&)>;
   using OnGone = std::function<void(const Sample&, Gone)>;
 
-  Inbox(std::mutex& calling, OnSample on_sample, OnGone on_gone,
-        std::function<void(int)> on_gateways, std::function<void(std::uint64_t)> on_rejected)
+  Inbox(Mutex& calling, OnSample on_sample, OnGone on_gone, std::function<void(int)> on_gateways,
+        std::function<void(std::uint64_t)> on_rejected)
       : calling_(calling),
         on_sample_(std::move(on_sample)),
         on_gone_(std::move(on_gone)),
@@ -69,7 +69,7 @@ class Inbox : public fast::DataReaderListener {
         on_rejected_(std::move(on_rejected)) {}
 
   void on_data_available(fast::DataReader* reader) override {
-    const std::lock_guard lock(calling_);
+    const MutexLock lock(calling_);
     // One at a time: a take of many reports samples that could not be decoded as if they were
     // valid.
     fast::SampleInfo info;
@@ -80,7 +80,7 @@ class Inbox : public fast::DataReaderListener {
 
   void on_subscription_matched(fast::DataReader*,
                                const fast::SubscriptionMatchedStatus& status) override {
-    const std::lock_guard lock(calling_);
+    const MutexLock lock(calling_);
     const Handle writer = HandleOf(status.last_publication_handle);
     // The first 12 bytes of a writer's handle name its participant; a large gateway has many
     // writers.
@@ -96,7 +96,7 @@ class Inbox : public fast::DataReaderListener {
   }
 
   void on_sample_rejected(fast::DataReader*, const fast::SampleRejectedStatus& status) override {
-    const std::lock_guard lock(calling_);
+    const MutexLock lock(calling_);
     if (on_rejected_) on_rejected_(status.total_count);
   }
 
@@ -106,7 +106,7 @@ class Inbox : public fast::DataReaderListener {
     Handle writer;
   };
 
-  void Take(const Sample& sample, const fast::SampleInfo& info) {
+  void Take(const Sample& sample, const fast::SampleInfo& info) BAUDGATE_REQUIRES(calling_) {
     if (info.valid_data) {
       Arrived(sample, info);
     } else if (info.instance_state != fast::ALIVE_INSTANCE_STATE) {
@@ -115,21 +115,21 @@ class Inbox : public fast::DataReaderListener {
     }
   }
 
-  void Arrived(const Sample& sample, const fast::SampleInfo& info) {
+  void Arrived(const Sample& sample, const fast::SampleInfo& info) BAUDGATE_REQUIRES(calling_) {
     Known& known = known_[HandleOf(info.instance_handle)];
     known.sample = sample;
     known.writer = HandleOf(info.publication_handle);
     if (on_sample_) on_sample_(known.sample);
   }
 
-  void Left(const Handle& instance, Gone why) {
+  void Left(const Handle& instance, Gone why) BAUDGATE_REQUIRES(calling_) {
     const auto at = known_.find(instance);
     if (at == known_.end()) return;
     if (on_gone_) on_gone_(at->second.sample, why);
     known_.erase(at);
   }
 
-  void WriterLeft(const Handle& writer) {
+  void WriterLeft(const Handle& writer) BAUDGATE_REQUIRES(calling_) {
     for (auto at = known_.begin(); at != known_.end();) {
       if (at->second.writer == writer) {
         if (on_gone_) on_gone_(at->second.sample, Gone::no_writers);
@@ -140,14 +140,14 @@ class Inbox : public fast::DataReaderListener {
     }
   }
 
-  std::mutex& calling_;
+  Mutex& calling_;
   const OnSample on_sample_;
   const OnGone on_gone_;
   const std::function<void(int)> on_gateways_;
   const std::function<void(std::uint64_t)> on_rejected_;
-  std::unordered_map<Handle, Known, HandleHash> known_;
-  Sample sample_;
-  std::map<Handle, int> gateways_;  ///< writers of each
+  std::unordered_map<Handle, Known, HandleHash> known_ BAUDGATE_GUARDED_BY(calling_);
+  Sample sample_ BAUDGATE_GUARDED_BY(calling_);
+  std::map<Handle, int> gateways_ BAUDGATE_GUARDED_BY(calling_);  ///< writers of each
 };
 
 }  // namespace
@@ -178,7 +178,7 @@ struct DdsSubscriber::Impl {
     return subscriber->create_datareader(topic, ReaderQos(max_instances), listener) != nullptr;
   }
 
-  std::mutex calling;
+  Mutex calling;
   fast::DomainParticipant* participant;
   fast::Subscriber* subscriber = nullptr;
   Inbox<PointSample> points;

@@ -11,7 +11,7 @@ ChangeFeed::ChangeFeed(std::span<const std::size_t> points_per_device)
 
 void ChangeFeed::MarkPoints(std::uint32_t device, std::span<const std::uint32_t> points) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     std::vector<bool>& pending = point_pending_[device];
     for (const std::uint32_t point : points) {
       if (pending[point]) continue;
@@ -24,7 +24,7 @@ void ChangeFeed::MarkPoints(std::uint32_t device, std::span<const std::uint32_t>
 
 void ChangeFeed::MarkDevice(std::uint32_t device) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (device_pending_[device]) return;
     device_pending_[device] = true;
     pending_.devices.push_back(device);
@@ -35,8 +35,9 @@ void ChangeFeed::MarkDevice(std::uint32_t device) {
 void ChangeFeed::Drain(Instant until, Changes& out) {
   out.points.clear();
   out.devices.clear();
-  std::unique_lock lock(mutex_);
-  changed_.wait_until(lock, until, [this] { return woken_ || !pending_.empty(); });
+  MutexLock lock(mutex_);
+  while (!woken_ && pending_.empty() && lock.WaitUntil(changed_, until)) {
+  }
   woken_ = false;
   std::swap(out, pending_);
   for (const PointRef& ref : out.points) point_pending_[ref.device][ref.point] = false;
@@ -45,7 +46,7 @@ void ChangeFeed::Drain(Instant until, Changes& out) {
 
 void ChangeFeed::Wake() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     woken_ = true;
   }
   changed_.notify_one();

@@ -7,10 +7,10 @@
 
 #include <condition_variable>
 #include <cstdint>
-#include <mutex>
 #include <span>
 #include <vector>
 
+#include "gateway/base/guarded.h"
 #include "gateway/base/time.h"
 
 namespace baudgate {
@@ -42,12 +42,12 @@ class ChangeFeed {
   void Wake();
 
  private:
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable changed_;
-  Changes pending_;
-  std::vector<std::vector<bool>> point_pending_;
-  std::vector<bool> device_pending_;
-  bool woken_ = false;
+  Changes pending_ BAUDGATE_GUARDED_BY(mutex_);
+  std::vector<std::vector<bool>> point_pending_ BAUDGATE_GUARDED_BY(mutex_);
+  std::vector<bool> device_pending_ BAUDGATE_GUARDED_BY(mutex_);
+  bool woken_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace baudgate

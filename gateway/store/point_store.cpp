@@ -79,21 +79,23 @@ std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point,
   return std::nullopt;
 }
 
-PointStore::PointStore(const config::Config& config) : config_(config) {
+PointStore::Entry::Entry(const config::Line& its_line, const config::Device& its_device)
+    : line(its_line), device(its_device) {
+  record.line = &line;
+  record.device = &device;
+  record.points.resize(device.points.size());
+  record.age_limits = AllLimits(device, Duration::zero());
+  announced.assign(device.points.size(), Quality::bad_waiting);
+  if (device.enabled) return;
+  record.override_quality = Override::out_of_service;
+  record.status.state = DeviceState::disabled;
+}
+
+PointStore::PointStore(const config::Config& config) {
   for (const config::Line& line : config.lines) {
-    lines_.push_back(std::make_unique<LineEntry>());
+    lines_.push_back(std::make_unique<LineEntry>(line));
     for (const config::Device& device : line.devices) {
-      auto entry = std::make_unique<Entry>();
-      entry->record.line = &line;
-      entry->record.device = &device;
-      entry->record.points.resize(device.points.size());
-      entry->record.age_limits = AllLimits(device, Duration::zero());
-      entry->announced.assign(device.points.size(), Quality::bad_waiting);
-      if (!device.enabled) {
-        entry->record.override_quality = Override::out_of_service;
-        entry->record.status.state = DeviceState::disabled;
-      }
-      devices_.push_back(std::move(entry));
+      devices_.push_back(std::make_unique<Entry>(line, device));
     }
   }
 }
@@ -101,7 +103,7 @@ PointStore::PointStore(const config::Config& config) : config_(config) {
 void PointStore::Read(std::uint32_t device,
                       const std::function<void(const DeviceRecord&)>& look) const {
   const Entry& entry = *devices_[device];
-  const std::lock_guard lock(entry.mutex);
+  const MutexLock lock(entry.mutex);
   look(entry.record);
 }
 
@@ -111,7 +113,7 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
   std::vector<std::uint32_t> changed;
   changed.reserve(samples.size());
   {
-    const std::lock_guard lock(entry.mutex);
+    const MutexLock lock(entry.mutex);
     ++entry.record.version;
     for (const Sample& sample : samples) {
       PointRecord& held = entry.record.points[sample.point];
@@ -135,7 +137,7 @@ void PointStore::Doubt(std::uint32_t device, std::span<const std::size_t> points
   Entry& entry = *devices_[device];
   std::vector<std::uint32_t> changed;
   {
-    const std::lock_guard lock(entry.mutex);
+    const MutexLock lock(entry.mutex);
     ++entry.record.version;
     for (const std::size_t point : points) {
       PointRecord& held = entry.record.points[point];
@@ -152,7 +154,7 @@ void PointStore::Doubt(std::uint32_t device, std::span<const std::size_t> points
 void PointStore::SetOverride(std::uint32_t device, Override why) {
   Entry& entry = *devices_[device];
   {
-    const std::lock_guard lock(entry.mutex);
+    const MutexLock lock(entry.mutex);
     if (entry.record.override_quality == why) return;
     entry.record.override_quality = why;
     ++entry.record.version;
@@ -164,16 +166,16 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
     }
     entry.next_ageing = Instant::min();
   }
-  std::vector<std::uint32_t> all(entry.record.points.size());
+  std::vector<std::uint32_t> all(entry.device.points.size());
   std::iota(all.begin(), all.end(), 0U);
   Announce(device, all);
 }
 
 void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now) {
   Entry& entry = *devices_[device];
-  const std::lock_guard lock(entry.mutex);
+  const MutexLock lock(entry.mutex);
   const auto before = entry.record.age_limits;
-  const auto after = AllLimits(*entry.record.device, cycle);
+  const auto after = AllLimits(entry.device, cycle);
   if (after == before) return;
   // What was too old stays so until it is read again.
   for (std::size_t point = 0; point < entry.record.points.size(); ++point) {
@@ -189,29 +191,33 @@ void PointStore::UpdateStatus(std::uint32_t device,
                               const std::function<void(DeviceStatus&)>& change) {
   Entry& entry = *devices_[device];
   {
-    const std::lock_guard lock(entry.mutex);
+    const MutexLock lock(entry.mutex);
     change(entry.record.status);
   }
   for (const auto& feed : feeds_) feed->MarkDevice(device);
 }
 
 std::uint32_t PointStore::LineIndex(const config::Line& line) const {
-  return static_cast<std::uint32_t>(&line - config_.lines.data());
+  const auto at = std::ranges::find_if(
+      lines_, [&line](const std::unique_ptr<LineEntry>& entry) { return &entry->line == &line; });
+  return static_cast<std::uint32_t>(at - lines_.begin());
 }
 
 LineStatus PointStore::ReadLine(std::uint32_t line) const {
-  const std::lock_guard lock(lines_[line]->mutex);
-  return lines_[line]->status;
+  const LineEntry& entry = *lines_[line];
+  const MutexLock lock(entry.mutex);
+  return entry.status;
 }
 
 void PointStore::UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change) {
-  const std::lock_guard lock(lines_[line]->mutex);
-  change(lines_[line]->status);
+  LineEntry& entry = *lines_[line];
+  const MutexLock lock(entry.mutex);
+  change(entry.status);
 }
 
 std::shared_ptr<ChangeFeed> PointStore::Subscribe() {
   std::vector<std::size_t> counts;
-  for (const auto& entry : devices_) counts.push_back(entry->record.points.size());
+  for (const auto& entry : devices_) counts.push_back(entry->device.points.size());
   feeds_.push_back(std::make_shared<ChangeFeed>(counts));
   return feeds_.back();
 }
@@ -221,7 +227,7 @@ void PointStore::Age(Instant now) {
     Entry& entry = *devices_[device];
     std::vector<std::uint32_t> aged;
     {
-      const std::lock_guard lock(entry.mutex);
+      const MutexLock lock(entry.mutex);
       if (now < entry.next_ageing) continue;
       entry.next_ageing = Instant::max();
       for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {

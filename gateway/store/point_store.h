@@ -7,13 +7,13 @@
 #include <array>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "config/model/config.h"
+#include "gateway/base/guarded.h"
 #include "gateway/base/quality.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
@@ -79,10 +79,8 @@ class PointStore {
   explicit PointStore(const config::Config& config);
 
   std::uint32_t device_count() const { return static_cast<std::uint32_t>(devices_.size()); }
-  const config::Line& line(std::uint32_t device) const { return *devices_[device]->record.line; }
-  const config::Device& device(std::uint32_t device) const {
-    return *devices_[device]->record.device;
-  }
+  const config::Line& line(std::uint32_t device) const { return devices_[device]->line; }
+  const config::Device& device(std::uint32_t device) const { return devices_[device]->device; }
 
   /// Calls `look` with the device's record under its lock. Keep it short; call nothing of the
   /// store.
@@ -101,9 +99,7 @@ class PointStore {
   void UpdateStatus(std::uint32_t device, const std::function<void(DeviceStatus&)>& change);
 
   /// Lines are numbered in the order of the file; `line` is one of the configuration's.
-  std::uint32_t line_count() const { return static_cast<std::uint32_t>(lines_.size()); }
   std::uint32_t LineIndex(const config::Line& line) const;
-  const config::Line& LineAt(std::uint32_t line) const { return config_.lines[line]; }
   LineStatus ReadLine(std::uint32_t line) const;
   /// Changes the status of a line under its lock.
   void UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change);
@@ -117,21 +113,27 @@ class PointStore {
 
  private:
   struct Entry {
-    mutable std::mutex mutex;
-    DeviceRecord record;
-    std::vector<Quality> announced;  ///< quality that the feeds were last told of
-    Instant next_ageing = Instant::max();
+    Entry(const config::Line& its_line, const config::Device& its_device);
+    const config::Line& line;
+    const config::Device& device;
+    mutable Mutex mutex;
+    DeviceRecord record BAUDGATE_GUARDED_BY(mutex);
+    /// The qualities that the feeds were last told of.
+    std::vector<Quality> announced BAUDGATE_GUARDED_BY(mutex);
+    Instant next_ageing BAUDGATE_GUARDED_BY(mutex) = Instant::max();
   };
 
   void Announce(std::uint32_t device, std::span<const std::uint32_t> points);
-  static void ScheduleAgeing(Entry& entry, std::size_t point, Instant now);
+  static void ScheduleAgeing(Entry& entry, std::size_t point, Instant now)
+      BAUDGATE_REQUIRES(entry.mutex);
 
   struct LineEntry {
-    mutable std::mutex mutex;
-    LineStatus status;
+    explicit LineEntry(const config::Line& its_line) : line(its_line) {}
+    const config::Line& line;
+    mutable Mutex mutex;
+    LineStatus status BAUDGATE_GUARDED_BY(mutex);
   };
 
-  const config::Config& config_;
   std::vector<std::unique_ptr<Entry>> devices_;
   std::vector<std::unique_ptr<LineEntry>> lines_;
   std::vector<std::shared_ptr<ChangeFeed>> feeds_;

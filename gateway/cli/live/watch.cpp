@@ -9,12 +9,12 @@
 #include <cmath>
 #include <condition_variable>
 #include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <tuple>
 #include <utility>
 
+#include "gateway/base/guarded.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/terminal/stop_signals.h"
@@ -57,8 +57,8 @@ class Mailbox {
  public:
   void Put(const dds::PointSample& sample, std::optional<dds::Gone> gone) {
     {
-      std::unique_lock lock(mutex_);
-      room_.wait(lock, [this] { return closed_ || events_.size() < kMostEvents; });
+      MutexLock lock(mutex_);
+      while (!closed_ && events_.size() >= kMostEvents) lock.Wait(room_);
       if (closed_) return;
       events_.push_back({sample, gone});
       if (events_.size() > 1) return;  // the reader has been woken already
@@ -67,23 +67,23 @@ class Mailbox {
     [[maybe_unused]] const auto written = ::write(wake_.get(), &one, sizeof one);
   }
   std::vector<Event> TakeAll() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     std::uint64_t count = 0;
     [[maybe_unused]] const auto got = ::read(wake_.get(), &count, sizeof count);
     room_.notify_all();
     return std::exchange(events_, {});
   }
   void NoteRejected(std::uint64_t samples) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     rejected_ = samples;
   }
   std::uint64_t rejected() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return rejected_;
   }
   /// Nothing waits in Put from now on.
   void Close() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     closed_ = true;
     room_.notify_all();
   }
@@ -91,11 +91,11 @@ class Mailbox {
 
  private:
   Descriptor wake_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable room_;
-  std::vector<Event> events_;
-  bool closed_ = false;
-  std::uint64_t rejected_ = 0;
+  std::vector<Event> events_ BAUDGATE_GUARDED_BY(mutex_);
+  bool closed_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::uint64_t rejected_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
 WallTime SourceTime(const dds::PointSample& sample) {

@@ -5,31 +5,32 @@
 
 #include <asio/io_context.hpp>
 #include <asio/post.hpp>
-#include <mutex>
 #include <utility>
+
+#include "gateway/base/guarded.h"
 
 namespace baudgate::modbus {
 
 class Inbox {
  public:
   void Open(asio::io_context& io) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     io_ = &io;
   }
   void Close() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     io_ = nullptr;
   }
   /// From any thread.
   template <typename Task>
   void Post(Task task) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (io_ != nullptr) asio::post(*io_, std::move(task));
   }
 
  private:
-  std::mutex mutex_;
-  asio::io_context* io_ = nullptr;
+  Mutex mutex_;
+  asio::io_context* io_ BAUDGATE_GUARDED_BY(mutex_) = nullptr;
 };
 
 }  // namespace baudgate::modbus

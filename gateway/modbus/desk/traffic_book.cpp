@@ -56,7 +56,7 @@ ClientStatus StatusOf(const ClientRecord& record, const Now& now) {
 
 }  // namespace
 
-TrafficBook::TrafficBook(const config::Modbus& modbus) {
+TrafficBook::TrafficBook(const config::Modbus& modbus) : broadcasts_(modbus.routes.size()) {
   for (const config::Route& route : modbus.routes) {
     RouteStatus& status = routes_.emplace_back();
     status.units = route.Units();
@@ -75,19 +75,19 @@ std::shared_ptr<ClientRecord> TrafficBook::Enter(const std::string& peer,
   record->listener = listener.Place();
   record->priority = priority;
   record->since = since;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   record->id = next_client_++;
   clients_.emplace(record->id, record);
   return record;
 }
 
 void TrafficBook::Leave(const ClientRecord& client) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   clients_.erase(client.id);
 }
 
 void TrafficBook::Asked(std::size_t route, std::uint8_t unit) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   RouteStatus& status = routes_[route];
   ++status.requests;
   ++status.by_unit[unit].requests;
@@ -95,7 +95,7 @@ void TrafficBook::Asked(std::size_t route, std::uint8_t unit) {
 
 void TrafficBook::Ended(std::size_t route, std::uint8_t unit, RouteEnd end,
                         const RoutedReply& reply, WallTime at) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   RouteStatus& status = routes_[route];
   Count(status, end, reply);
   Count(status.by_unit[unit], end, reply);
@@ -107,12 +107,12 @@ void TrafficBook::Ended(std::size_t route, std::uint8_t unit, RouteEnd end,
 }
 
 void TrafficBook::CameLate(std::size_t route) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   ++routes_[route].late;
 }
 
 std::size_t TrafficBook::AddMaster(const std::string& port, WallTime since) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   MasterStatus& master = masters_.emplace_back();
   master.port = port;
   master.text = "not opened yet";
@@ -121,7 +121,7 @@ std::size_t TrafficBook::AddMaster(const std::string& port, WallTime since) {
 }
 
 void TrafficBook::ShowPort(std::size_t index, bool is_open, const std::string& text, WallTime at) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   MasterStatus& master = masters_[index];
   if (master.is_open != is_open) master.since = at;
   master.is_open = is_open;
@@ -129,19 +129,19 @@ void TrafficBook::ShowPort(std::size_t index, bool is_open, const std::string& t
 }
 
 void TrafficBook::Heard(std::size_t master, WallTime at) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   ++masters_[master].frames;
   masters_[master].last_frame = at;
 }
 
 void TrafficBook::HeardDamage(std::size_t master) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   ++masters_[master].damaged;
 }
 
 TrafficStatus TrafficBook::Status(const Now& now) const {
   TrafficStatus status;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   for (const auto& [id, record] : clients_) status.clients.push_back(StatusOf(*record, now));
   status.masters = masters_;
   status.routes = routes_;

@@ -8,11 +8,11 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "config/model/outputs.h"
+#include "gateway/base/guarded.h"
 #include "gateway/base/time.h"
 #include "gateway/modbus/desk/traffic.h"
 #include "gateway/requests/routed.h"
@@ -47,7 +47,7 @@ class TrafficBook {
   explicit TrafficBook(const config::Modbus& modbus);
 
   /// The place in the book where broadcasts that no route names are counted, one per line.
-  std::size_t broadcasts() const { return routes_.size() - 1; }
+  std::size_t broadcasts() const { return broadcasts_; }
 
   std::shared_ptr<ClientRecord> Enter(const std::string& peer, const config::Listener& listener,
                                       config::Priority priority, WallTime since);
@@ -72,11 +72,13 @@ class TrafficBook {
   TrafficStatus Status(const Now& now) const;
 
  private:
-  mutable std::mutex mutex_;
-  std::map<std::uint64_t, std::shared_ptr<ClientRecord>> clients_;
-  std::uint64_t next_client_ = 1;
-  std::vector<MasterStatus> masters_;
-  std::vector<RouteStatus> routes_;  ///< as configured, then one for broadcasts
+  const std::size_t broadcasts_;
+  mutable Mutex mutex_;
+  std::map<std::uint64_t, std::shared_ptr<ClientRecord>> clients_ BAUDGATE_GUARDED_BY(mutex_);
+  std::uint64_t next_client_ BAUDGATE_GUARDED_BY(mutex_) = 1;
+  std::vector<MasterStatus> masters_ BAUDGATE_GUARDED_BY(mutex_);
+  /// As configured, then one for broadcasts.
+  std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate::modbus

@@ -25,7 +25,7 @@ constexpr std::size_t kMostExpired = 64;
 // ---------------------------------------------------------------- from any thread
 
 bool Upstream::Link::Submit(RoutedRequest request) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (!accepting_ || waiting_ >= RouteQueue::LimitFor(request, kMostWaiting)) return false;
   ++waiting_;
   incoming_.push_back(std::move(request));
@@ -37,7 +37,7 @@ bool Upstream::Link::Submit(RoutedRequest request) {
 
 void Upstream::Link::Forget(std::uint64_t client) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (!accepting_) return;
     waiting_ -= std::erase_if(
         incoming_, [client](const RoutedRequest& request) { return request.client == client; });
@@ -49,13 +49,13 @@ void Upstream::Link::Forget(std::uint64_t client) {
 // ---------------------------------------------------------------- on the server's thread
 
 void Upstream::Link::Start() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   accepting_ = true;
 }
 
 void Upstream::Link::Stop() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (!accepting_) return;
     accepting_ = false;
     for (RoutedRequest& request : incoming_) queue_.Push(std::move(request));
@@ -72,7 +72,7 @@ void Upstream::Link::Stop() {
 
 void Upstream::Link::TakeIncoming() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (!accepting_) return;
     for (RoutedRequest& request : incoming_) queue_.Push(std::move(request));
     incoming_.clear();

@@ -8,10 +8,10 @@
 #include <atomic>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
+#include "gateway/base/guarded.h"
 #include "gateway/modbus/upstream/upstream.h"
 #include "gateway/modbus/upstream/upstream_connection.h"
 #include "gateway/requests/route_queue.h"
@@ -95,9 +95,9 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   const std::function<void(std::uint8_t)> on_late_;
   const std::string name_;
 
-  std::mutex mutex_;
-  bool accepting_ = false;               // under mutex_
-  std::vector<RoutedRequest> incoming_;  // under mutex_
+  Mutex mutex_;
+  bool accepting_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::vector<RoutedRequest> incoming_ BAUDGATE_GUARDED_BY(mutex_);
 
   std::atomic<std::size_t> waiting_ = 0;  // in incoming_ and queue_
 
