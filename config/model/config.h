@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -19,5 +20,13 @@ struct Config {
   Dds dds;
   std::vector<Line> lines;
 };
+
+/// Devices are numbered through all lines, in the order of the file: the number of the first device
+/// of `lines[line]`, or the one that it would have.
+inline std::uint32_t FirstDevice(const Config& config, std::size_t line) {
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < line; ++i) first += config.lines[i].devices.size();
+  return static_cast<std::uint32_t>(first);
+}
 
 }  // namespace baudgate::config

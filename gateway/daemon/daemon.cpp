@@ -159,11 +159,10 @@ void Daemon::Impl::MakeLines() {
         folder, kVersion, [](const std::string& trouble) { log::Warn("{}", trouble); });
     sink = [this](Recording recording) { recordings->Save(std::move(recording)); };
   }
-  std::uint32_t first_device = 0;
   for (const config::Line& line : config.lines) {
+    const std::uint32_t first_device = config::FirstDevice(config, runners.size());
     line_of.insert(line_of.end(), line.devices.size(), runners.size());
     runners.push_back(std::make_unique<LineRunner>(line, first_device, find, store, sink));
-    first_device += static_cast<std::uint32_t>(line.devices.size());
   }
 }
 
@@ -249,10 +248,9 @@ modbus::GatewayFigures Daemon::Impl::Info() const {
   info.devices = store.device_count();
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     store.Read(device, [&](const DeviceRecord& record) {
-      const DeviceState state = record.status.state;
-      const bool alive = state == DeviceState::online || state == DeviceState::degraded;
       // A device keeps its state while its line is down.
-      info.devices_online += alive && record.override_quality == Override::none ? 1 : 0;
+      info.devices_online +=
+          Answers(record.status.state) && record.override_quality == Override::none ? 1 : 0;
     });
   }
   return info;

@@ -49,11 +49,6 @@ Json RoundTripsJson(const RoundTrips& trips) {
   return json;
 }
 
-std::string_view Name(LineStatus::Port port) {
-  constexpr std::string_view kNames[] = {"closed", "open", "released"};
-  return kNames[static_cast<std::size_t>(port)];
-}
-
 Json ValueJson(const Value& value) {
   if (const auto* flag = std::get_if<bool>(&value)) return *flag;
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return *whole;
@@ -156,7 +151,7 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
               const View& view) {
   const config::Line& line = config.lines[target.line];
   const LineStatus status = store.ReadLine(target.line);
-  const std::uint32_t first = FirstDevice(config, target.line);
+  const std::uint32_t first = config::FirstDevice(config, target.line);
   std::vector<DeviceRecord> records(line.devices.size());  // copies: the line must not wait
   for (std::uint32_t i = 0; i < records.size(); ++i) {
     store.Read(first + i, [&](const DeviceRecord& held) { records[i] = held; });

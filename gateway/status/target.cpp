@@ -35,17 +35,11 @@ Error NoSuchLine(const config::Config& config, std::string_view name) {
 
 }  // namespace
 
-std::uint32_t FirstDevice(const config::Config& config, std::uint32_t line) {
-  std::size_t first = 0;
-  for (std::uint32_t i = 0; i < line; ++i) first += config.lines[i].devices.size();
-  return static_cast<std::uint32_t>(first);
-}
-
 Result<Target> FindDevice(const config::Config& config, std::uint32_t line, std::string_view name) {
   const auto& devices = config.lines[line].devices;
   for (std::size_t slot = 0; slot < devices.size(); ++slot) {
     if (devices[slot].name != name) continue;
-    return Target{line, FirstDevice(config, line) + static_cast<std::uint32_t>(slot)};
+    return Target{line, config::FirstDevice(config, line) + static_cast<std::uint32_t>(slot)};
   }
   const auto names = NamesOf(devices);
   return Error{"line '" + config.lines[line].name + "' has no device " + Quoted(name) + ";" +

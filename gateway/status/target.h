@@ -22,7 +22,4 @@ Result<Target> FindTarget(const config::Config& config, std::string_view text);
 /// The device of that name on that line.
 Result<Target> FindDevice(const config::Config& config, std::uint32_t line, std::string_view name);
 
-/// Index in the point store of the line's first device.
-std::uint32_t FirstDevice(const config::Config& config, std::uint32_t line);
-
 }  // namespace baudgate::control

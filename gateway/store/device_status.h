@@ -29,6 +29,11 @@ constexpr std::string_view Name(DeviceState state) {
   return kNames[static_cast<std::size_t>(state)];
 }
 
+/// Always or mostly.
+constexpr bool Answers(DeviceState state) {
+  return state == DeviceState::online || state == DeviceState::degraded;
+}
+
 /// Round trips in buckets a quarter of an octave wide from 64 us to over a minute: bounded memory,
 /// and a percentile within 19 %.
 class RoundTrips {

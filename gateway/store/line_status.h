@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
@@ -46,5 +47,10 @@ struct LineStatus : LineCounters {
   Duration notice_bound{};  ///< an absent device that returns is noticed after at most so long;
                             ///< zero: none is absent (docs/timeouts.md has the formula)
 };
+
+constexpr std::string_view Name(LineStatus::Port port) {
+  constexpr std::string_view kNames[] = {"closed", "open", "released"};
+  return kNames[static_cast<std::size_t>(port)];
+}
 
 }  // namespace baudgate

@@ -94,10 +94,6 @@ std::string DemoYaml(const config::Catalog& catalog, const std::filesystem::path
   return yaml;
 }
 
-bool IsAlive(DeviceState state) {
-  return state == DeviceState::online || state == DeviceState::degraded;
-}
-
 /// The points of the fast groups, as they stand in the store now.
 std::vector<PointRow> Rows(const PointStore& store) {
   std::vector<PointRow> rows;
@@ -122,7 +118,7 @@ std::size_t DevicesAlive(const PointStore& store) {
   std::size_t alive = 0;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     store.Read(device,
-               [&](const DeviceRecord& record) { alive += IsAlive(record.status.state) ? 1 : 0; });
+               [&](const DeviceRecord& record) { alive += Answers(record.status.state) ? 1 : 0; });
   }
   return alive;
 }
