@@ -205,8 +205,7 @@ void LineRunner::ShowPort(LineStatus::Port port, const std::string& text, WallTi
     status.port_text = text;
     status.released_until = released_until;
   });
-  constexpr std::string_view kNames[] = {"closed", "open", "released"};
-  recorder_.OnPort(fmt::format("port {}: {}", kNames[static_cast<std::size_t>(port)], text), now);
+  recorder_.OnPort(fmt::format("port {}: {}", Name(port), text), now);
 }
 
 void LineRunner::CountErrors(Instant now) {
@@ -329,7 +328,7 @@ void LineRunner::Arm() {
 
 void LineRunner::OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                                const std::string& reason) {
-  const std::string name = NameOf(device);
+  const std::string name = recorder_.NameOf(device);
   if (to == DeviceState::online) {
     log::Info("line {}: device {}: {} (was {})", config_.name, name, Name(to), Name(from));
   } else if (to == DeviceState::disabled || from == DeviceState::disabled) {
@@ -342,11 +341,7 @@ void LineRunner::OnDeviceState(std::uint32_t device, DeviceState from, DeviceSta
 }
 
 void LineRunner::OnWarning(std::uint32_t device, const std::string& message) {
-  log::Warn("line {}: device {}: {}", config_.name, NameOf(device), message);
-}
-
-std::string LineRunner::NameOf(std::uint32_t device) const {
-  return device >= kFirstSlave ? SlaveName(device) : store_.device(device).name;
+  log::Warn("line {}: device {}: {}", config_.name, recorder_.NameOf(device), message);
 }
 
 }  // namespace baudgate

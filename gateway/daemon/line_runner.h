@@ -79,7 +79,6 @@ class LineRunner final : public RouteTarget, private TransportListener, private 
   void CountErrors(Instant now);
   void Arm();
   void CheckConnection(Duration wait);
-  std::string NameOf(std::uint32_t device) const;
 
   const config::Line& config_;
   PointStore& store_;

@@ -16,6 +16,15 @@ char Shown(std::uint8_t byte) {
   return byte >= 0x20 && byte < 0x7F ? static_cast<char>(byte) : '.';
 }
 
+/// Which bytes of the request are secret.
+std::vector<bool> MaskOf(const Request& request) {
+  std::vector<bool> mask(request.bytes.size());
+  for (const auto& [at, count] : request.expect.secrets) {
+    for (std::size_t i = at; i - at < count && i < mask.size(); ++i) mask[i] = true;
+  }
+  return mask;
+}
+
 }  // namespace
 
 LineRecorder::LineRecorder(const config::Line& line, std::uint32_t first_device, Sink sink)
@@ -44,37 +53,30 @@ void LineRecorder::Exchange::Keep(Item item, View content) {
 // ---------------------------------------------------------------- from the line
 
 void LineRecorder::OnSent(std::uint32_t device, const Request& request, Now now) {
-  const std::lock_guard lock(mutex_);
-  LetGo();
+  const MutexLock lock(mutex_);
   Begin();
   asked_ = device;
-  guard_.OnSent(request, now.instant);
-  const std::vector<bool> masked =
-      request.expect.secrets.empty() ? std::vector<bool>() : SecretGuard::MaskOf(request);
+  masks_received_ = !request.expect.secrets.empty();
+  if (masks_received_) last_secret_ = now.instant;
   AddBytes({.kind = TraceRecord::Kind::sent, .device = device, .at = now.wall}, request.bytes,
-           masked);
+           masks_received_ ? MaskOf(request) : std::vector<bool>());
 }
 
 void LineRecorder::OnReceived(View bytes, Now now) {
-  const std::lock_guard lock(mutex_);
-  if (guard_.active(now.instant)) return Hold(bytes, now);
-  LetGo();
-  AddBytes({.kind = TraceRecord::Kind::received, .device = asked_, .at = now.wall}, bytes, {});
+  const MutexLock lock(mutex_);
+  AddBytes({.kind = TraceRecord::Kind::received, .device = asked_, .at = now.wall}, bytes,
+           std::vector<bool>(masks_received_ ? bytes.size() : 0, true));
 }
 
 void LineRecorder::OnExchangeEnd(std::uint32_t device, const ExchangeEnd& end, Now now) {
   std::optional<Recording> recording;
   {
-    const std::lock_guard lock(mutex_);
-    // The reason may quote what came back.
-    const bool quotable = !guard_.active(now.instant);
-    LetGo();
-    guard_.OnExchangeEnd(now.instant);
+    const MutexLock lock(mutex_);
     asked_ = kNoDevice;
     Item item{.kind = TraceRecord::Kind::end, .outcome = end.outcome, .device = device};
     item.at = now.wall;
     item.round_trip = end.round_trip;
-    Add(item, quotable ? end.reason : std::string());
+    Add(item, IsQuotable(now) ? end.reason : std::string());
     if (end.outcome == Outcome::corrupt) recording = Save(device, "corrupt", now);
   }
   if (recording) sink_(std::move(*recording));
@@ -84,9 +86,8 @@ void LineRecorder::OnDeviceState(std::uint32_t device, DeviceState to, const std
                                  Now now) {
   std::optional<Recording> recording;
   {
-    const std::lock_guard lock(mutex_);
-    const bool quotable = !reason.empty() && !guard_.active(now.instant);
-    LetGo();
+    const MutexLock lock(mutex_);
+    const bool quotable = !reason.empty() && IsQuotable(now);
     Add({.device = device, .at = now.wall},
         std::string(Name(to)) + (quotable ? ": " + reason : std::string()));
     if (to == DeviceState::offline) recording = Save(device, "offline", now);
@@ -95,40 +96,13 @@ void LineRecorder::OnDeviceState(std::uint32_t device, DeviceState to, const std
 }
 
 void LineRecorder::OnPort(const std::string& text, Now now) {
-  const std::lock_guard lock(mutex_);
-  LetGo();
-  guard_.OnExchangeEnd(now.instant);
+  const MutexLock lock(mutex_);
   asked_ = kNoDevice;
   Add({.at = now.wall}, text);
 }
 
-// ---------------------------------------------------------------- what may hold a secret
-
-/// Held until the exchange has ended: only then is all there by which a secret is known.
-void LineRecorder::Hold(View bytes, Now now) {
-  const View kept = bytes.first(std::min(bytes.size(), kMostBytes - held_.size()));
-  not_held_ += bytes.size() - kept.size();
-  if (kept.empty()) return;
-  Item item{.kind = TraceRecord::Kind::received, .device = asked_, .at = now.wall};
-  item.begin = static_cast<std::uint16_t>(held_.size());
-  Append(held_, kept);
-  item.end = static_cast<std::uint16_t>(held_.size());
-  pieces_.push_back(item);
-}
-
-void LineRecorder::LetGo() {
-  if (held_.empty()) return;
-  const std::vector<bool> mask = guard_.Mask(held_);
-  for (const Item& piece : pieces_) {
-    AddBytes(piece, View(held_).subspan(piece.begin, piece.end - piece.begin),
-             std::vector<bool>(mask.begin() + piece.begin, mask.begin() + piece.end));
-  }
-  if (not_held_ > 0) {
-    Add({.at = pieces_.back().at}, "… " + std::to_string(not_held_) + " more bytes");
-  }
-  not_held_ = 0;
-  held_.clear();
-  pieces_.clear();
+bool LineRecorder::IsQuotable(Now now) const {
+  return !last_secret_ || now.instant - *last_secret_ > kNoReasons;
 }
 
 // ---------------------------------------------------------------- the ring
@@ -232,13 +206,13 @@ void LineRecorder::Tell(const TraceRecord& record) {
 
 std::shared_ptr<TraceQueue> LineRecorder::Subscribe(std::function<void()> wake) {
   auto queue = std::make_shared<TraceQueue>(std::move(wake));
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   readers_.push_back(queue);
   return queue;
 }
 
 std::vector<TraceRecord> LineRecorder::Recorded() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return Copy();
 }
 

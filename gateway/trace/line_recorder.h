@@ -8,13 +8,12 @@
 #include <array>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "config/model/line.h"
-#include "gateway/trace/secret_guard.h"
+#include "gateway/base/guarded.h"
 #include "gateway/trace/tap.h"
 #include "gateway/trace/trace_text.h"
 
@@ -37,6 +36,9 @@ class LineRecorder final : public Tap {
   static constexpr std::size_t kMostBytes = 1024;
   /// Pieces and notes kept of it; where bytes come in more, they are put together.
   static constexpr std::size_t kMostItems = 64;
+  /// A reason may quote what came back: none is kept for so long after a request with secrets, as
+  /// its task may go on with requests that have none.
+  static constexpr Duration kNoReasons = 5s;
   /// A line that is in trouble for long gives one recording in this time.
   static constexpr Duration kBetweenRecordings = 1min;
 
@@ -46,6 +48,8 @@ class LineRecorder final : public Tap {
   LineRecorder(const config::Line& line, std::uint32_t first_device, Sink sink);
 
   // The line's thread.
+  /// The secret bytes of `request` are masked, and with them everything received until the next
+  /// request: an echo may bring them back, whole, damaged, late or in pieces.
   void OnSent(std::uint32_t device, const Request& request, Now now) override;
   void OnReceived(View bytes, Now now) override;
   void OnExchangeEnd(std::uint32_t device, const ExchangeEnd& end, Now now) override;
@@ -55,6 +59,8 @@ class LineRecorder final : public Tap {
   void OnPort(const std::string& text, Now now);
 
   // Any thread.
+  /// What people call the device: "feeder-1", or "slave-17" of a slave that only routes reach.
+  std::string NameOf(std::uint32_t device) const;
   /// Gets every record from now on, until the caller lets go of it.
   std::shared_ptr<TraceQueue> Subscribe(std::function<void()> wake);
   std::vector<TraceRecord> Recorded() const;
@@ -82,33 +88,31 @@ class LineRecorder final : public Tap {
     void Keep(Item item, View content);
   };
 
-  Exchange& Begin();
-  Exchange& Current() { return count_ == 0 ? Begin() : ring_[newest_]; }
-  void Add(const Item& item, std::string_view text);
-  void AddBytes(const Item& item, View bytes, const std::vector<bool>& masked);
-  void Hold(View bytes, Now now);
-  void LetGo();
+  Exchange& Begin() BAUDGATE_REQUIRES(mutex_);
+  Exchange& Current() BAUDGATE_REQUIRES(mutex_) { return count_ == 0 ? Begin() : ring_[newest_]; }
+  void Add(const Item& item, std::string_view text) BAUDGATE_REQUIRES(mutex_);
+  void AddBytes(const Item& item, View bytes, const std::vector<bool>& masked)
+      BAUDGATE_REQUIRES(mutex_);
+  bool IsQuotable(Now now) const BAUDGATE_REQUIRES(mutex_);
   TraceRecord Show(const Item& item, View content, const std::vector<bool>& masked) const;
-  void Tell(const TraceRecord& record);
-  std::string NameOf(std::uint32_t device) const;
-  std::vector<TraceRecord> Copy() const;
-  std::optional<Recording> Save(std::uint32_t device, const char* reason, Now now);
+  void Tell(const TraceRecord& record) BAUDGATE_REQUIRES(mutex_);
+  std::vector<TraceRecord> Copy() const BAUDGATE_REQUIRES(mutex_);
+  std::optional<Recording> Save(std::uint32_t device, const char* reason, Now now)
+      BAUDGATE_REQUIRES(mutex_);
 
   const config::Line& line_;
   const std::uint32_t first_device_;
   const Sink sink_;
 
-  mutable std::mutex mutex_;  // of all below
-  std::array<Exchange, kExchanges> ring_;
-  std::size_t newest_ = 0;           // its place in the ring
-  std::size_t count_ = 0;            // of exchanges kept
-  std::uint32_t asked_ = kNoDevice;  // whose exchange is under way
-  SecretGuard guard_;
-  Bytes held_;                // received while secrets may come back, and not shown yet
-  std::vector<Item> pieces_;  // of held_
-  std::size_t not_held_ = 0;
-  std::optional<Instant> saved_;
-  std::vector<std::weak_ptr<TraceQueue>> readers_;
+  mutable Mutex mutex_;
+  std::array<Exchange, kExchanges> ring_ BAUDGATE_GUARDED_BY(mutex_);
+  std::size_t newest_ BAUDGATE_GUARDED_BY(mutex_) = 0;              // its place in the ring
+  std::size_t count_ BAUDGATE_GUARDED_BY(mutex_) = 0;               // of exchanges kept
+  std::uint32_t asked_ BAUDGATE_GUARDED_BY(mutex_) = kNoDevice;     // whose exchange is under way
+  bool masks_received_ BAUDGATE_GUARDED_BY(mutex_) = false;         // the last request had secrets
+  std::optional<Instant> last_secret_ BAUDGATE_GUARDED_BY(mutex_);  // when one was last sent
+  std::optional<Instant> saved_ BAUDGATE_GUARDED_BY(mutex_);        // when it last gave a recording
+  std::vector<std::weak_ptr<TraceQueue>> readers_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate

@@ -98,7 +98,7 @@ Recordings::Recordings(fs::path folder, std::string version,
 
 Recordings::~Recordings() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     stop_ = true;
   }
   wake_.notify_one();
@@ -107,7 +107,7 @@ Recordings::~Recordings() {
 
 void Recordings::Save(Recording recording) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (waiting_.size() >= kMostWaiting) return;
     waiting_.push_back(std::move(recording));
   }
@@ -116,16 +116,16 @@ void Recordings::Save(Recording recording) {
 
 void Recordings::Run() {
   pthread_setname_np(pthread_self(), "recordings");
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    wake_.wait(lock, [this] { return stop_ || !waiting_.empty(); });
-    if (waiting_.empty()) return;
-    const Recording recording = std::move(waiting_.front());
-    waiting_.pop_front();
-    lock.unlock();
-    Write(recording);
-    lock.lock();
-  }
+  while (const auto recording = Next()) Write(*recording);
+}
+
+std::optional<Recording> Recordings::Next() {
+  MutexLock lock(mutex_);
+  while (!stop_ && waiting_.empty()) lock.Wait(wake_);
+  if (waiting_.empty()) return std::nullopt;
+  Recording recording = std::move(waiting_.front());
+  waiting_.pop_front();
+  return recording;
 }
 
 void Recordings::Write(const Recording& recording) {

@@ -7,11 +7,12 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
-#include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
 #include "config/model/config.h"
+#include "gateway/base/guarded.h"
 #include "gateway/trace/line_recorder.h"
 
 namespace baudgate {
@@ -36,6 +37,8 @@ class Recordings {
 
  private:
   void Run();
+  /// Waits for the next one; nothing: all is written and the end has come.
+  std::optional<Recording> Next();
   void Write(const Recording& recording);
   void DropOldest(const std::string& line) const;
 
@@ -43,10 +46,10 @@ class Recordings {
   const std::string version_;
   const std::function<void(const std::string&)> warn_;
   bool failing_ = false;  // of the writing thread
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable wake_;
-  std::deque<Recording> waiting_;
-  bool stop_ = false;
+  std::deque<Recording> waiting_ BAUDGATE_GUARDED_BY(mutex_);
+  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };
 

@@ -46,7 +46,7 @@ std::string ToText(const TraceRecord& record) {
 void TraceQueue::Push(const TraceRecord& record) {
   bool was_empty = false;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (records_.size() >= kMostRecords) {
       ++dropped_;
       return;
@@ -58,7 +58,7 @@ void TraceQueue::Push(const TraceRecord& record) {
 }
 
 std::vector<TraceRecord> TraceQueue::Take() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   std::vector<TraceRecord> taken(std::make_move_iterator(records_.begin()),
                                  std::make_move_iterator(records_.end()));
   records_.clear();

@@ -7,11 +7,11 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "gateway/base/guarded.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 
@@ -53,9 +53,9 @@ class TraceQueue {
 
  private:
   std::function<void()> wake_;
-  std::mutex mutex_;
-  std::deque<TraceRecord> records_;
-  std::uint64_t dropped_ = 0;
+  Mutex mutex_;
+  std::deque<TraceRecord> records_ BAUDGATE_GUARDED_BY(mutex_);
+  std::uint64_t dropped_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace baudgate

@@ -244,7 +244,7 @@ TEST_F(Ports, APasswordIsInNoTrace) {
            trace.find("bay-1 < ") != std::string::npos;
   };
   ASSERT_TRUE(Eventually(has_password)) << trace;
-  EXPECT_THAT(trace, HasSubstr(" < C8 01 ** ** ** ** ** ** ** **"));
+  EXPECT_THAT(trace, HasSubstr(" < ** "));
   EXPECT_THAT(trace, Not(HasSubstr("30 30 30")));
   EXPECT_THAT(trace, Not(HasSubstr("000000 |")));
   const std::string file = Write("last.trace", trace).string();
