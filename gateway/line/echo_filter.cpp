@@ -5,8 +5,7 @@
 namespace baudgate {
 
 void EchoFilter::OnSent(View request) {
-  if (mode_ == config::Echo::off || differs_) return;
-  Append(expected_, request);
+  if (!differs_) Append(expected_, request);
 }
 
 EchoResult EchoFilter::Filter(View received) {
@@ -22,19 +21,19 @@ EchoResult EchoFilter::Filter(View received) {
     result.complete = was_pending && matched_ == expected_.size();
     if (used < received.size() && matched_ < expected_.size()) {
       differs_ = true;
-      Append(result.bytes, View(expected_).first(matched_));
+      if (!passes()) Append(result.bytes, View(expected_).first(matched_));
       matched_ = 0;
       result.collision = mode_ == config::Echo::verify;
     }
   }
-  Append(result.bytes, received.subspan(used));
+  Append(result.bytes, passes() ? received : received.subspan(used));
   return result;
 }
 
 EchoResult EchoFilter::OnExchangeEnd() {
   EchoResult result;
   if (!differs_ && matched_ < expected_.size()) {
-    Append(result.bytes, View(expected_).first(matched_));
+    if (!passes()) Append(result.bytes, View(expected_).first(matched_));
     result.collision = mode_ == config::Echo::verify;
   }
   expected_.clear();

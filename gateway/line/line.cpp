@@ -57,10 +57,11 @@ void Line::OnOpened(Instant now, bool keeps_bit_rate) {
   ended_ = now;
 }
 
-void Line::OnClosed(Instant now) {
+LineNews Line::OnClosed() {
   const State was = std::exchange(state_, State::closed);
   const bool under_way = was != State::closed && was != State::idle && was != State::drain;
-  if (under_way) client_.OnExchangeEnd({Outcome::line_down, "the port was lost", {}, 0}, now);
+  if (under_way) news_.end = {Outcome::line_down, "the port was lost", {}, 0};
+  return Told();
 }
 
 std::optional<Instant> Line::Deadline() const {
@@ -68,7 +69,7 @@ std::optional<Instant> Line::Deadline() const {
   return deadline_;
 }
 
-void Line::Start(Exchange exchange, Instant now) {
+LineNews Line::Start(Exchange exchange, Instant now) {
   exchange_ = std::move(exchange);
   early_.clear();
   assembler_.Begin(exchange_.reply_rule, exchange_.request.expect);
@@ -77,14 +78,24 @@ void Line::Start(Exchange exchange, Instant now) {
   deadline_ = last_activity_ + exchange_.times.quiet;
   limit_ = now + exchange_.times.ceiling;
   if (deadline_ <= now) BeginSending(now);
+  return Told();
 }
 
 void Line::Cancel() {
   if (state_ == State::quiet) state_ = State::idle;
 }
 
-void Line::OnBytes(View bytes, Instant now) {
-  if (bytes.empty()) return;
+LineNews Line::OnBytes(View bytes, Instant now) {
+  if (!bytes.empty()) TakeBytes(bytes, now);
+  return Told();
+}
+
+LineNews Line::OnTimer(Instant now) {
+  TakeTimer(now);
+  return Told();
+}
+
+void Line::TakeBytes(View bytes, Instant now) {
   last_activity_ = now;
   switch (state_) {
     case State::closed:
@@ -101,12 +112,12 @@ void Line::OnBytes(View bytes, Instant now) {
       deadline_ = std::max(deadline_, std::min(now + exchange_.times.drain, limit_));
       break;
     case State::settle:
-      client_.OnStrayBytes(bytes.size(), now - ended_, now);
+      TellStray(bytes.size(), now - ended_);
       break;
     case State::sending:
       if (now >= sent_until_) {  // the timer is late
         EndSending(now);
-        OnBytes(bytes, now);
+        TakeBytes(bytes, now);
       } else if (keeps_bit_rate_) {
         if (early_.size() < kKeptWhileSending) Append(early_, bytes);
       } else if (assembler_.held() < kKeptWhileSending) {
@@ -117,8 +128,8 @@ void Line::OnBytes(View bytes, Instant now) {
     case State::await_first:
     case State::receiving:
       if (now >= deadline_ + kHeldUp) {
-        OnTimer(now);
-        OnBytes(bytes, now);
+        TakeTimer(now);
+        TakeBytes(bytes, now);
       } else {
         Receive(bytes, now);
       }
@@ -126,15 +137,16 @@ void Line::OnBytes(View bytes, Instant now) {
   }
 }
 
-void Line::OnCollision(Instant now) {
+LineNews Line::OnCollision(Instant now) {
   if (state_ != State::sending && state_ != State::await_first && state_ != State::receiving) {
-    return;
+    return {};
   }
   Finish(Outcome::corrupt, "the echo differs from what was sent: a collision", now);
   deadline_ = std::max(deadline_, sent_until_ + exchange_.times.drain);
+  return Told();
 }
 
-void Line::OnTimer(Instant now) {
+void Line::TakeTimer(Instant now) {
   if (!Deadline() || now < deadline_) return;
   switch (state_) {
     case State::closed:
@@ -175,7 +187,7 @@ void Line::BeginSending(Instant now) {
   sent_until_ = now + characters * exchange_.times.character;
   deadline_ = sent_until_;
   last_activity_ = sent_until_;
-  client_.Send(exchange_.request.bytes);
+  news_.send = true;
 }
 
 void Line::EndSending(Instant now) {
@@ -191,7 +203,7 @@ void Line::EndSending(Instant now) {
 }
 
 void Line::Receive(View bytes, Instant now) {
-  DropEarly(now);
+  DropEarly();
   assembler_.Feed(bytes);
   state_ = State::receiving;
   deadline_ = std::min(now + exchange_.times.gap, limit_);
@@ -206,13 +218,12 @@ void Line::TakeFrame(bool idle, Instant now) {
     Finish(Outcome::unexpected, "two different replies came at once", now);
   } else {
     // The line still counts as receiving: what the client decides now may not start anything.
-    const Outcome outcome = client_.OnFrame(*frame, now);
+    const Outcome outcome = client_.Judge(*frame, now);
     if (!NeedsDrain(outcome)) taken_ = *frame;
     Finish(outcome, {}, now);
-    for (; copies_ > 0; --copies_) client_.OnCopy(now - sent_until_, now);
   }
   if (behind == 0) return;
-  client_.OnStrayBytes(behind, Duration::zero(), now);
+  TellStray(behind, Duration::zero());
   if (state_ == State::idle) Drain(exchange_.times.drain, now);
 }
 
@@ -220,25 +231,28 @@ void Line::TakeFrame(bool idle, Instant now) {
 bool Line::IsAlone(const Bytes& frame) {
   taken_.clear();
   behind_ = assembler_;
-  copies_ = 0;
   while (const auto second = behind_.Next(false)) {
     if (*second != frame) return false;
-    ++copies_;
   }
   return true;
 }
 
+void Line::TellStray(std::size_t count, Duration since_end) {
+  const bool under_way = state_ == State::settle || state_ == State::sending ||
+                         state_ == State::await_first || state_ == State::receiving;
+  StrayBytes& stray = under_way ? news_.stray_before : news_.stray;
+  stray.count += count;
+  stray.since_end = since_end;
+}
+
 void Line::OnStray(View bytes, Instant now) {
-  client_.OnStrayBytes(bytes.size(), now - ended_, now);
+  TellStray(bytes.size(), now - ended_);
   if (taken_.empty()) return;
   behind_.Feed(bytes);
   while (const auto second = behind_.Next(false)) {
-    if (*second == taken_) {
-      client_.OnCopy(now - sent_until_, now);
-      continue;
-    }
+    if (*second == taken_) continue;  // a copy does no harm
     taken_.clear();
-    client_.OnSecondReply(now);
+    news_.second_reply = true;
     return;
   }
 }
@@ -265,9 +279,9 @@ void Line::TakeAhead(Instant now) {
   deadline_ = std::max(deadline_, sent_until_ + silence);
 }
 
-void Line::DropEarly(Instant now) {
+void Line::DropEarly() {
   if (early_.empty()) return;
-  client_.OnStrayBytes(std::exchange(early_, {}).size(), sent_from_ - ended_, now);
+  TellStray(std::exchange(early_, {}).size(), sent_from_ - ended_);
 }
 
 void Line::OnGap(Instant now) {
@@ -311,7 +325,7 @@ void Line::Finish(Outcome outcome, std::string reason, Instant now) {
   }
   const Duration round_trip = answered ? now - sent_from_ : Duration::zero();
   const auto received = static_cast<std::size_t>(counters().in - in_before_);
-  client_.OnExchangeEnd({outcome, std::move(reason), round_trip, received}, now);
+  news_.end = {outcome, std::move(reason), round_trip, received};
 }
 
 void Line::Drain(Duration silence, Instant now) {

@@ -1,12 +1,14 @@
 // One exchange at a time on one bus: the line discipline as a state machine without sockets, clock
-// or YAML. Bytes and time come in as arguments; bytes to send, frames and outcomes go out to
-// LineClient. Driven by gateway/poll/poller.cpp; under virtual time in tests.
+// or YAML. Bytes and time come in as arguments, what they have led to comes back as LineNews; the
+// client is asked one thing only: what a frame means. Driven by gateway/poll/poller.cpp; under
+// virtual time in tests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
@@ -46,23 +48,30 @@ struct ExchangeEnd {
   std::size_t received = 0;  ///< bytes that came for it
 };
 
+/// Bytes that belong to no exchange. A device that answers later than its reply time shows itself
+/// by them.
+struct StrayBytes {
+  std::size_t count = 0;
+  Duration since_end{};  ///< from the end of the last exchange
+};
+
+/// What one input has led to. Where several fields are set, they happened in this order.
+struct LineNews {
+  bool send = false;               ///< the request is to be sent now
+  StrayBytes stray_before;         ///< in front of the end of the exchange under way
+  std::optional<ExchangeEnd> end;  ///< the line may still drain: see idle()
+  StrayBytes stray;                ///< behind that end, or while no exchange was under way
+  /// Behind the reply that was taken came another whole one, not the same: one of the two belongs
+  /// to another request.
+  bool second_reply = false;
+};
+
 class LineClient {
  public:
   virtual ~LineClient() = default;
-  virtual void Send(View bytes) = 0;
-  /// A whole frame. The outcome decides whether the line drains. Do not call the line from here.
-  virtual Outcome OnFrame(View frame, Instant now) = 0;
-  /// Behind the reply that was taken came another whole one, not the same: one of the two belongs
-  /// to another request.
-  virtual void OnSecondReply(Instant now) = 0;
-  /// The same came again, so long after the request was out.
-  virtual void OnCopy(Duration since_sent, Instant now) = 0;
-  /// The exchange is over. The line may still drain: start the next one when idle() says so.
-  virtual void OnExchangeEnd(const ExchangeEnd& end, Instant now) = 0;
-  /// Bytes that belong to no exchange, in Idle, Quiet, Settle or Drain; `since_end` is the time
-  /// since the last exchange ended. A device that answers later than its reply time shows itself
-  /// here.
-  virtual void OnStrayBytes(std::size_t count, Duration since_end, Instant now) = 0;
+  /// A whole frame came for the exchange under way. The outcome decides whether the line drains. Do
+  /// not call the line from here.
+  virtual Outcome Judge(View frame, Instant now) = 0;
 };
 
 class Line {
@@ -86,18 +95,18 @@ class Line {
   /// is found out by the first early reply that nothing follows.
   void OnOpened(Instant now, bool keeps_bit_rate = false);
   /// From anywhere; an exchange under way ends as line_down.
-  void OnClosed(Instant now);
-  void OnBytes(View bytes, Instant now);
+  LineNews OnClosed();
+  LineNews OnBytes(View bytes, Instant now);
   /// The echo of the request under way differs from it: the exchange ends as corrupt, whatever may
   /// still be answered.
-  void OnCollision(Instant now);
+  LineNews OnCollision(Instant now);
   /// When Deadline() has come. Early calls do nothing.
-  void OnTimer(Instant now);
+  LineNews OnTimer(Instant now);
 
   /// Only when idle().
-  void Start(Exchange exchange, Instant now);
-  /// Nothing of the exchange has been sent yet (state quiet): it does not take place. OnExchangeEnd
-  /// is not called.
+  LineNews Start(Exchange exchange, Instant now);
+  /// Nothing of the exchange has been sent yet (state quiet): it does not take place and has no
+  /// end.
   void Cancel();
 
   bool idle() const { return state_ == State::idle; }
@@ -108,18 +117,22 @@ class Line {
   const AssemblerCounters& counters() const { return assembler_.counters(); }
 
  private:
+  LineNews Told() { return std::exchange(news_, {}); }
+  void TakeBytes(View bytes, Instant now);
+  void TakeTimer(Instant now);
   void BeginSending(Instant now);
   void EndSending(Instant now);
   void Receive(View bytes, Instant now);
   void TakeFrame(bool idle, Instant now);
   bool IsAlone(const Bytes& frame);
+  void TellStray(std::size_t count, Duration since_end);
   void OnStray(View bytes, Instant now);
   void OnGap(Instant now);
   void FinishSilent(Instant now);
   void Finish(Outcome outcome, std::string reason, Instant now);
   bool TakeEarly(Instant now);
   void TakeAhead(Instant now);
-  void DropEarly(Instant now);
+  void DropEarly();
   void Drain(Duration silence, Instant now);
 
   LineClient& client_;
@@ -138,7 +151,7 @@ class Line {
   Assembler assembler_;
   Bytes taken_;       // the last reply
   Assembler behind_;  // what came behind it; looks for a second one
-  int copies_ = 0;    // of it, that came with it
+  LineNews news_;     // of the input that is being handled
 };
 
 }  // namespace baudgate

@@ -9,12 +9,7 @@
 #include "gateway/poll/poller_parts.h"
 
 namespace baudgate {
-namespace {
-
-/// Of time that others want, devices whose exchanges fail have no more than half.
-constexpr Duration kMostDebt = 1min;
-
-}  // namespace
+namespace {}  // namespace
 
 LineTimes TimesOf(const config::Timing& given, const Protocol& protocol,
                   const config::SerialSettings& serial) {
@@ -35,7 +30,7 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       listener_(listener),
       line_index_(store.LineIndex(line)),
       line_(*this),
-      echo_(line.echo == config::Echo::off ? config::Echo::strip : line.echo) {
+      echo_(line.echo) {
   const Protocol& own = find(line.protocol);
   if (own.carrier != nullptr) carrier_ = &own;
   std::vector<std::pair<const Protocol*, Bus*>> made;
@@ -87,7 +82,7 @@ void Poller::Advance(Now now) {
   Device* const device = work_ && !work_->sending ? work_->device : last_;
   if (open_ && !was_idle_ && device != nullptr) device->busy += passed;
   const bool failing = !was_idle_ && device != nullptr && IsDoubted(*device);
-  debt_ = std::clamp(debt_ + (failing ? passed : -passed), Duration::zero(), kMostDebt);
+  turns_.OnTime(passed, failing);
   now_ = now;
   const Duration minute = now.instant - minute_began_;
   if (minute < 1min) return;
@@ -108,7 +103,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   line_.OnOpened(now.instant, keeps_bit_rate);
   probes_ = ProbeBudget();
   write_probes_ = ProbeBudget(kWriteShare);
-  echoes_ = false;
+  echo_.OnOpened();
   for (const auto& device : devices_) {
     if (!device->in_use) continue;
     Reconnect(*device);
@@ -133,8 +128,8 @@ void Poller::Close(Now now, Override why) {
   closed_as_ = why;
   const std::string reason = WhyClosed();
   use_ = 0;
-  line_.OnClosed(now.instant);
-  echo_.OnExchangeEnd();
+  Hear(line_.OnClosed());
+  echo_.OnClosed();
   // What a serial server still owes may reach the next connection.
   if (work_ && work_->end) {
     work_->device->order->OnSilence();
@@ -157,13 +152,9 @@ void Poller::Close(Now now, Override why) {
     });
   }
   probe_ = {};
-  refresh_.clear();
+  std::vector<WriteCommand> unsent = writes_.TakeAll();
   AnswerConfirmed();
-  while (!commands_.empty()) {
-    WriteCommand command = std::move(commands_.front());
-    commands_.pop_front();
-    command.done(Outcome::line_down, reason);
-  }
+  for (const WriteCommand& command : unsent) command.done(Outcome::line_down, reason);
   for (RoutedRequest& request : routes_.TakeAll()) {
     request.done({Outcome::line_down, {}, reason});
   }
@@ -189,42 +180,33 @@ void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
 
 void Poller::OnBytes(View bytes, Now now) {
   Advance(now);
-  const EchoResult filtered = echo_.Filter(bytes);
-  WatchEcho(filtered);
-  if (config_.echo != config::Echo::off) bytes = filtered.bytes;
-  if (bytes.empty()) return;
-  counters_.bytes_in += bytes.size();
-  if (tap_ != nullptr) tap_->OnReceived(bytes, now_);
-  line_.OnBytes(bytes, now.instant);
+  const EchoWatch::Heard heard = echo_.OnReceived(bytes, work_ ? &work_->request : nullptr);
+  if (heard.echo) ++counters_.echoes;
+  if (heard.warning != nullptr) listener_.OnWarning(work_->device->index, heard.warning);
+  if (heard.collision) {
+    ++counters_.collisions;
+    Hear(line_.OnCollision(now.instant));
+  }
+  if (!heard.bytes.empty()) {
+    counters_.bytes_in += heard.bytes.size();
+    if (tap_ != nullptr) tap_->OnReceived(heard.bytes, now_);
+    Hear(line_.OnBytes(heard.bytes, now.instant));
+  }
   Settle();
 }
 
-/// A bus that echoes although nobody said so is told of; one that should, and does not echo what
-/// was sent, has had two talkers at once.
-void Poller::WatchEcho(const EchoResult& result) {
-  if (config_.echo == config::Echo::off) {
-    if (!result.complete || work_ == nullptr || work_->request.expect.mirrors) return;
-    ++counters_.echoes;
-    echoes_ = echoed_ = true;
-    if (std::exchange(told_echo_, true)) return;
-    listener_.OnWarning(work_->device->index,
-                        "the request itself came back: this bus or its adapter echoes; set "
-                        "'echo: strip' at the line");
-    return;
-  }
-  if (!result.collision) return;
-  ++counters_.collisions;
-  if (!std::exchange(told_collision_, true) && work_ != nullptr) {
-    listener_.OnWarning(work_->device->index,
-                        "the echo is missing or differs from what was sent: two talkers at once, "
-                        "or a bus that does not echo (echo: off)");
-  }
-  line_.OnCollision(now_.instant);
+/// What an input has led to, in its order; what follows from an exchange's end is for Settle.
+void Poller::Hear(LineNews news) {
+  if (news.send) Send();
+  if (news.stray_before.count > 0) OnStray(news.stray_before);
+  if (news.end) OnEnd(std::move(*news.end));
+  if (news.stray.count > 0) OnStray(news.stray);
+  if (news.second_reply) OnSecondReply();
 }
 
 void Poller::OnTimer(Now now) {
   Advance(now);
-  line_.OnTimer(now.instant);
+  Hear(line_.OnTimer(now.instant));
   Settle();
 }
 
@@ -234,8 +216,7 @@ std::optional<Instant> Poller::Deadline() const {
   const auto sooner = [&](std::optional<Instant> other) {
     if (other && (!soonest || *other < *soonest)) soonest = other;
   };
-  for (const WriteCommand& command : commands_) sooner(command.deadline);
-  for (const WriteCommand& command : confirmed_) sooner(command.deadline);
+  sooner(writes_.Deadline());
   sooner(routes_.Deadline());
   if (line_.state() == Line::State::quiet && work_) sooner(LatestStart(*work_));
   if (!line_.idle()) return soonest;
@@ -253,7 +234,7 @@ std::optional<Instant> Poller::Deadline() const {
   const auto when_clear = [&](const Device* device) {
     if (device != nullptr && device->late_until > now_.instant) sooner(device->late_until);
   };
-  for (const WriteCommand& command : commands_) when_clear(&DeviceOf(command));
+  for (const WriteCommand& command : writes_.waiting()) when_clear(&DeviceOf(command));
   for (const std::uint8_t slave : routes_.Slaves()) {
     const Device* device = FindSlave(slave);
     when_clear(device);
@@ -306,7 +287,7 @@ void Poller::Pump() {
     Exchange exchange{work_->request, work_->device->protocol->reply_rule, work_->device->times};
     exchange.times.drain += work_->device->late_drain;
     exchange.aftermath = Aftermath(*work_);
-    line_.Start(std::move(exchange), now_.instant);
+    Hear(line_.Start(std::move(exchange), now_.instant));
   }
 }
 

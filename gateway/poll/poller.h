@@ -5,7 +5,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -15,12 +14,14 @@
 
 #include "config/model/line.h"
 #include "config/model/listener.h"
-#include "gateway/line/echo_filter.h"
+#include "gateway/line/echo_watch.h"
 #include "gateway/line/line.h"
 #include "gateway/poll/answer_order.h"
 #include "gateway/poll/device_health.h"
 #include "gateway/poll/probe_budget.h"
 #include "gateway/poll/schedule.h"
+#include "gateway/poll/turns.h"
+#include "gateway/poll/write_queue.h"
 #include "gateway/requests/commands.h"
 #include "gateway/requests/route_queue.h"
 #include "gateway/requests/routed.h"
@@ -72,7 +73,7 @@ class Poller : private LineClient {
   /// Takes the command, or says no when kQueueLimit are waiting. Commands for an offline device, or
   /// on a closed line, are answered at once: nothing is sent late.
   bool Submit(WriteCommand command, Now now);
-  static constexpr std::size_t kQueueLimit = 32;
+  static constexpr std::size_t kQueueLimit = WriteQueue::kLimit;
   /// A start or stop that a client sends to a slave that does not answer is tried at a share of its
   /// own: a slave that has returned has to obey before the probes have found it.
   static constexpr double kWriteShare = 0.1;
@@ -88,7 +89,6 @@ class Poller : private LineClient {
   bool IsWriting() const;
 
   const LineCounters& counters() const { return counters_; }
-  Line::State line_state() const { return line_.state(); }
   /// What was asked since `when` has remained without an answer: a serial server may hang although
   /// its TCP lives.
   bool SilentSince(Instant when) const {
@@ -99,12 +99,12 @@ class Poller : private LineClient {
   struct Device;  // gateway/poll/poller_parts.h
   struct Work;
 
-  void Send(View bytes) override;
-  Outcome OnFrame(View frame, Instant now) override;
-  void OnExchangeEnd(const ExchangeEnd& end, Instant now) override;
-  void OnStrayBytes(std::size_t count, Duration since_end, Instant now) override;
-  void OnSecondReply(Instant now) override;
-  void OnCopy(Duration since_sent, Instant now) override;
+  Outcome Judge(View frame, Instant now) override;
+  void Hear(LineNews news);
+  void Send();
+  void OnEnd(ExchangeEnd end);
+  void OnStray(const StrayBytes& stray);
+  void OnSecondReply();
 
   void Advance(Now now);
   void Close(Now now, Override why);
@@ -113,11 +113,11 @@ class Poller : private LineClient {
   void ExpireCommands();
   void Pump();
   bool PickTask();
-  bool MayHurry() const;
   bool PickUrgent();
   bool PickWriteProbe();
   Instant NextWriteProbe(const Device& device) const;
-  bool PickInTurn();
+  bool Pick(Turns::Choice choice);
+  Turns::Waiting Waiting() const;
   Device& DeviceOf(const WriteCommand& command) const;
   bool PickCommand();
   bool PickParked();
@@ -128,7 +128,6 @@ class Poller : private LineClient {
   bool StartRouted(RouteQueue::Batch batch);
   bool MayAsk(const RoutedRequest& request) const;
   bool MayCommand(const WriteCommand& command) const;
-  bool SureFirst() const;
   bool IsGivenUp(const Device& device) const;
   void ChargeFailure(const Work& work);
   bool IsDoubted(const Device& device) const;
@@ -137,6 +136,7 @@ class Poller : private LineClient {
   void CancelQuiet();
   bool MayStillAnswer(const Work& work, const ExchangeEnd& end) const;
   Instant AnswersEnd(const Work& work) const;
+  Instant AnswerDue(const Work& work) const;
 
   void AddSlave(Device& device);
   Device& SlaveAt(std::uint8_t slave);
@@ -178,8 +178,6 @@ class Poller : private LineClient {
   void MeasureRound(const Work& work, Outcome outcome);
   void MeasureCycle();
   void AnswerConfirmed();
-  void WatchEcho(const EchoResult& result);
-  void JudgeEcho(ExchangeEnd& end);
   void CountExchange(Device& device);
   void CountMissed();
   void CountLate(Device& device, Duration since_end);
@@ -214,7 +212,9 @@ class Poller : private LineClient {
   Tap* tap_ = nullptr;
   const std::uint32_t line_index_;
   Line line_;
-  EchoFilter echo_;
+  EchoWatch echo_;
+  Turns turns_;
+  WriteQueue writes_;
   Schedule schedule_;
   ProbeBudget probes_;
   ProbeBudget write_probes_{kWriteShare};  // short writes to slaves that do not answer
@@ -226,13 +226,10 @@ class Poller : private LineClient {
   std::vector<Device*> everyone_;  // devices, then the other slaves
   std::vector<std::unique_ptr<Device>> routed_slaves_;
   RouteQueue routes_;
-  std::deque<WriteCommand> commands_;
-  std::deque<std::pair<Device*, std::size_t>> refresh_;  // queries of points just written
-  std::vector<WriteCommand> confirmed_;                  // written, and waiting for the read-back
-  std::unique_ptr<Work> work_;                           // the task under way
-  std::unique_ptr<Work> postponed_;                      // until its device is in sync again
-  AnswerOrder order_;                                    // of all requests, whoever they went to
-  Device* last_ = nullptr;                               // whose exchange ended last
+  std::unique_ptr<Work> work_;       // the task under way
+  std::unique_ptr<Work> postponed_;  // until its device is in sync again
+  AnswerOrder order_;                // of all requests, whoever they went to
+  Device* last_ = nullptr;           // whose exchange ended last
   /// The probe that the line is not idle again after.
   struct Probe {
     Device* device = nullptr;
@@ -241,29 +238,20 @@ class Poller : private LineClient {
   };
   Probe probe_;
   std::size_t probe_turn_ = 0;
-  int urgent_in_row_ = 0;        // since anything else was sent
-  std::size_t high_in_row_ = 0;  // routed requests of high priority
-  bool poll_next_ = false;       // polls and routed requests of normal priority take turns
   bool open_ = false;
   bool winding_up_ = false;
   Override closed_as_ = Override::not_connected;  // of all points while not open
-  bool told_echo_ = false;                        // the user has been warned of an unfiltered echo
-  bool echoes_ = false;                           // the bus gives requests back, unfiltered
-  bool echoed_ = false;                           // it has done so with the present one
-  bool told_collision_ = false;
   bool was_idle_ = false;  // the line, before the input that is being handled
   Instant idle_since_{};   // when it last became so
   Instant minute_began_{};
   Duration busy_before_minute_{};
   std::optional<double> use_;  // of the last full minute; nothing before there is one
   Now now_{};                  // of the input that is being handled
-  // Time that failing devices have taken and others, or nobody, have not yet had in return.
-  Duration debt_{};
-  // Queries answered since it was last certain that no reply was owed.
-  std::vector<std::pair<Device*, std::size_t>> unproven_;
+  // The last queries stored since the line last rested for one reply time: doubted when a second,
+  // different reply appears.
+  std::vector<QueryRef> unproven_;
   std::optional<Instant> silent_from_;  // nobody has answered since
   Instant last_failure_{};              // of an exchange
-  std::uint64_t sequence_ = 0;          // of writes, in the order of their arrival
   std::optional<Instant> routed_at_;    // end of the last routed exchange that was answered
   LineCounters counters_;
 };

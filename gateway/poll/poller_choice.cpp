@@ -11,12 +11,6 @@
 namespace baudgate {
 namespace {
 
-/// Writes and the reads that follow them go first, but after so many in a row a poll has its turn.
-constexpr int kUrgentInRow = 4;
-
-/// Those of transparent routes may be many and belong together: a start, its set points.
-constexpr int kRoutedWritesInRow = 16;
-
 /// Clients of transparent routes that poll do so at least this often.
 constexpr Duration kClientsReturn = 2s;
 
@@ -25,18 +19,43 @@ constexpr Duration kStillWanted = 1min;
 
 }  // namespace
 
+Turns::Waiting Poller::Waiting() const {
+  if (routes_.empty()) return {};
+  return {.short_write = routes_.HasShortWrite(),
+          .routed = true,
+          .high_clients = routes_.Clients(config::Priority::high)};
+}
+
 bool Poller::PickTask() {
-  if (MayHurry() && PickUrgent()) {
-    ++urgent_in_row_;
+  const Turns::Waiting waiting = Waiting();
+  for (const Turns::Choice choice : turns_.Order(waiting)) {
+    if (!Pick(choice)) continue;
+    turns_.OnTaken(choice, waiting);
     return true;
   }
-  if (PickInTurn() || PickUrgent()) return true;
-  urgent_in_row_ = 0;
+  turns_.OnNothing();
   return false;
 }
 
-bool Poller::MayHurry() const {
-  return urgent_in_row_ < (routes_.HasShortWrite() ? kRoutedWritesInRow : kUrgentInRow);
+bool Poller::Pick(Turns::Choice choice) {
+  using Choice = Turns::Choice;
+  switch (choice) {
+    case Choice::urgent:
+      return PickUrgent();
+    case Choice::parked:
+      return PickParked();
+    case Choice::probe:
+      return PickProbe();
+    case Choice::poll:
+      return PickPoll();
+    case Choice::routed_high:
+      return PickRouted(config::Priority::high);
+    case Choice::routed_normal:
+      return PickRouted(config::Priority::normal);
+    case Choice::routed_low:
+      return PickRouted(config::Priority::low);
+  }
+  return false;
 }
 
 bool Poller::IsUrgent(const Work& work) const {
@@ -75,33 +94,6 @@ Instant Poller::NextWriteProbe(const Device& device) const {
   return free.value_or(std::max(now_.instant, write_probes_.earned_at()));
 }
 
-/// After one exchange for each client of high priority one of the rest; of those, polls and routed
-/// requests take turns.
-bool Poller::PickInTurn() {
-  // The probe knows its share: it does not take a poll's place on a line that is never idle.
-  if (PickParked() || PickProbe()) return true;
-  if (routes_.empty()) return PickPoll();
-  using config::Priority;
-  const bool high_again = high_in_row_ < routes_.Clients(Priority::high);
-  if (high_again && PickRouted(Priority::high)) {
-    ++high_in_row_;
-    return true;
-  }
-  high_in_row_ = 0;
-  const bool poll = poll_next_ && PickPoll();
-  if (poll || PickRouted(Priority::normal)) {
-    poll_next_ = !poll;
-    return true;
-  }
-  return PickPoll() || PickRouted(Priority::high) || PickRouted(Priority::low);
-}
-
-/// Devices that answer go before those that do not, as long as these have had more than their
-/// share.
-bool Poller::SureFirst() const {
-  return debt_ > Duration::zero() && schedule_.SureDue(now_.instant);
-}
-
 bool Poller::PickParked() {
   for (const auto& device : devices_) {
     if (!device->parked || device->parked_until > now_.instant) continue;
@@ -113,7 +105,7 @@ bool Poller::PickParked() {
 }
 
 bool Poller::PickPoll() {
-  const auto pick = schedule_.Next(now_.instant, SureFirst());
+  const auto pick = schedule_.Next(now_.instant, turns_.HealthyFirst());
   if (!pick) return false;
   Device& device = *devices_[pick->device];
   BeginTask(device, {Task::Kind::poll, pick->query, kNoPoint, {}});
@@ -202,7 +194,7 @@ bool Poller::PickProbe() {
 
 /// How long the living had to wait for a probe that took the line from `from` to `to`.
 Duration Poller::Waited(Instant from, Instant to) const {
-  if (!commands_.empty() || RoutedWaits()) return to - from;
+  if (!writes_.empty() || RoutedWaits()) return to - from;
   const auto due = schedule_.NextDue();
   if (!due || *due >= to) return Duration::zero();
   return to - std::max(from, *due);

@@ -12,44 +12,27 @@ namespace baudgate {
 
 bool Poller::Submit(WriteCommand command, Now now) {
   Advance(now);
-  if (commands_.size() >= kQueueLimit) return false;
-  command.sequence = ++sequence_;
-  commands_.push_back(std::move(command));
+  if (writes_.full()) return false;
   if (open_) {
+    writes_.Push(std::move(command));
     Settle();
   } else {
-    WriteCommand refused = std::move(commands_.back());
-    commands_.pop_back();
-    refused.done(Outcome::line_down, WhyClosed());
+    command.done(Outcome::line_down, WhyClosed());
   }
   return true;
 }
 
-/// A client that reads what it has just written must not get the value from before.
 void Poller::AnswerConfirmed() {
-  // A device that does not answer the read-back at once does not hold up the answer to the write.
-  const bool first_try = work_ && work_->refresh && work_->attempts == 0;
-  const bool reading_back = !refresh_.empty() || first_try;
-  if (reading_back && open_) return;
-  for (const WriteCommand& command : std::exchange(confirmed_, {})) command.done(Outcome::ok, {});
+  const bool reading_back = work_ && work_->refresh && work_->attempts == 0;
+  for (const WriteCommand& command : writes_.TakeConfirmed(open_ && reading_back)) {
+    command.done(Outcome::ok, {});
+  }
 }
 
 void Poller::ExpireCommands() {
-  const auto expired = std::stable_partition(
-      commands_.begin(), commands_.end(),
-      [this](const WriteCommand& command) { return command.deadline > now_.instant; });
-  std::vector<WriteCommand> late(std::make_move_iterator(expired),
-                                 std::make_move_iterator(commands_.end()));
-  commands_.erase(expired, commands_.end());
-  for (std::size_t i = 0; i < confirmed_.size();) {
-    if (confirmed_[i].deadline > now_.instant) {
-      ++i;
-      continue;
-    }
-    confirmed_[i].done(Outcome::ok, {});  // the write itself was in time
-    confirmed_.erase(confirmed_.begin() + static_cast<std::ptrdiff_t>(i));
-  }
-  for (const WriteCommand& command : late) {
+  const WriteQueue::Expired expired = writes_.TakeExpired(now_.instant);
+  for (const WriteCommand& command : expired.confirmed) command.done(Outcome::ok, {});
+  for (const WriteCommand& command : expired.unsent) {
     command.done(Outcome::no_reply, "the command waited for the line beyond its deadline");
   }
 }
@@ -68,14 +51,13 @@ bool Poller::MayCommand(const WriteCommand& command) const {
 
 /// The first command whose device may be asked now; commands to one device keep their order.
 bool Poller::PickCommand() {
-  const auto next = std::ranges::find_if(commands_, [this](const WriteCommand& command) {
-    const Device& device = DeviceOf(command);
-    if (!MayCommand(command)) return false;
+  std::optional<WriteCommand> next = writes_.Take([this](const WriteCommand& waiting) {
+    const Device& device = DeviceOf(waiting);
+    if (!MayCommand(waiting)) return false;
     return device.late_until <= now_.instant || !device.in_use || device.health.absent();
   });
-  if (next == commands_.end()) return false;
-  WriteCommand command = std::move(*next);
-  commands_.erase(next);
+  if (!next) return false;
+  WriteCommand& command = *next;
   Device& device = DeviceOf(command);
   if (command.dropped && *command.dropped) {
     command.done(Outcome::no_reply, "its client has left");
@@ -94,11 +76,11 @@ bool Poller::PickCommand() {
 }
 
 bool Poller::PickRefresh() {
-  const auto next = std::ranges::find_if(
-      refresh_, [this](const auto& wanted) { return wanted.first->late_until <= now_.instant; });
-  if (next == refresh_.end()) return false;
-  const auto [device, query] = *next;
-  refresh_.erase(next);
+  const auto next = writes_.TakeReadBack(
+      [this](std::size_t device) { return devices_[device]->late_until <= now_.instant; });
+  if (!next) return false;
+  Device* const device = devices_[next->device].get();
+  const std::size_t query = next->query;
   if (!device->in_use || device->health.absent() || query >= device->conversation->Queries().size())
     return true;
   BeginTask(*device, {Task::Kind::poll, query, kNoPoint, {}});
@@ -125,9 +107,7 @@ void Poller::NextWrite() {
   for (std::size_t query = 0; query < queries.size(); ++query) {
     const auto& points = queries[query].points;
     if (std::find(points.begin(), points.end(), write.point) == points.end()) continue;
-    const std::pair wanted(&device, query);
-    const bool known = std::find(refresh_.begin(), refresh_.end(), wanted) != refresh_.end();
-    if (!known && refresh_.size() < kQueueLimit) refresh_.push_back(wanted);
+    writes_.AddReadBack({device.slot, query});
   }
   Ask();
 }

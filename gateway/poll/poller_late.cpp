@@ -14,15 +14,18 @@ constexpr int kLongestTrail = 256;  // characters
 
 }  // namespace
 
-void Poller::OnStrayBytes(std::size_t count, Duration since_end, Instant) {
+void Poller::OnStray(const StrayBytes& stray) {
+  const Duration since_end = stray.since_end;
   // A late answer, or the rest of one: this device gets a longer quarantine from now on. What comes
   // too late for any answer is noise, and what follows a damaged one belongs to it.
   const bool noise = last_ == nullptr || since_end > last_->times.ceiling;
   const bool rest = !noise && (last_->babbles || last_->cut_short);
-  if (!rest) counters_.stray_bytes += count;
+  if (!rest) counters_.stray_bytes += stray.count;
   if (noise || last_->babbles) return;
   Device& device = *last_;
-  if (std::exchange(device.awaits_late, false)) CountLate(device, since_end);
+  if (device.late_from && *device.late_from <= now_.instant) {
+    CountLate(device, now_.instant - *std::exchange(device.late_from, std::nullopt));
+  }
   const Duration needed = std::min(since_end + device.times.gap, device.times.ceiling);
   if (device.answered) {
     // A second copy of the answer, or noise behind it: not longer than an answer can be.
@@ -57,6 +60,13 @@ bool Poller::MayStillAnswer(const Work& work, const ExchangeEnd& end) const {
   return others || std::ranges::none_of(work.request.expect.shapes, [&](const Shape& shape) {
            return end.received >= shape.min_length && end.received <= shape.max_length;
          });
+}
+
+/// Until then its last request has to be answered; later is late.
+Instant Poller::AnswerDue(const Work& work) const {
+  const LineTimes& times = work.device->times;
+  const auto characters = static_cast<std::int64_t>(work.request.bytes.size());
+  return work.exchange_began + characters * times.character + times.reply;
 }
 
 /// Until then an answer to its last request may come.
@@ -135,14 +145,6 @@ void Poller::HoldBack(const Device& device) {
   for (const Device* one : everyone_) {
     if (one->IsSame(device) && one->polled()) schedule_.Hold(one->slot, device.late_until);
   }
-}
-
-void Poller::OnCopy(Duration since_sent, Instant) {
-  if (last_ == nullptr) return;
-  ChangeStatus(*last_, [](DeviceStatus& status) { ++status.copies; });
-  // The late answer to the first try was taken for that to its retry: this is the retry's own.
-  const Duration late = since_sent - last_->times.reply;
-  if (last_->retried && late > Duration::zero()) CountLate(*last_, late);
 }
 
 }  // namespace baudgate

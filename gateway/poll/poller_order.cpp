@@ -136,7 +136,7 @@ void Poller::ResumePostponed(Outcome outcome, const std::string& reason) {
   FinishTask(outcome == Outcome::ok ? Outcome::busy : outcome, reason);
 }
 
-void Poller::OnSecondReply(Instant) {
+void Poller::OnSecondReply() {
   if (last_ == nullptr) return;
   ChangeStatus(*last_, [](DeviceStatus& status) { ++status.doubled; });
   if (!std::exchange(last_->told_second, true)) {
@@ -151,13 +151,12 @@ void Poller::OnSecondReply(Instant) {
 
 /// One of the latest replies belonged to another request, nobody knows which.
 void Poller::DoubtReadings() {
-  for (const auto& read : std::exchange(unproven_, {})) {
-    Device& device = *read.first;
+  for (const QueryRef& read : std::exchange(unproven_, {})) {
+    Device& device = *devices_[read.device];
     const auto queries = device.conversation->Queries();
-    if (!device.in_use || read.second >= queries.size()) continue;
-    store_.Doubt(device.index, queries[read.second].points, now_.instant);
-    const bool known = std::find(refresh_.begin(), refresh_.end(), read) != refresh_.end();
-    if (!known && refresh_.size() < kQueueLimit) refresh_.push_back(read);
+    if (!device.in_use || read.query >= queries.size()) continue;
+    store_.Doubt(device.index, queries[read.query].points, now_.instant);
+    writes_.AddReadBack(read);
   }
 }
 

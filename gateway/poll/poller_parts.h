@@ -44,12 +44,11 @@ struct Poller::Device {
   Bytes identity;        // answered with ever since; empty: none yet
   Bytes other_identity;  // that it answered with of late, and how often in a row
   int other_seen = 0;
-  int other_probes = 0;      // answered, since that one was
-  bool awaits_late = false;  // its last exchange had no reply, and no bytes after it yet
-  bool answered = false;     // its last request had its reply: bytes after it are too many
+  int other_probes = 0;              // answered, since that one was
+  std::optional<Instant> late_from;  // bytes from here on are the late answer to its last request
+  bool answered = false;             // its last request had its reply: bytes after it are too many
   bool babbles = false;      // its last exchange was corrupt: bytes after it are the rest of that
   bool cut_short = false;    // or partial: alike
-  bool retried = false;      // its last request was sent before
   bool round_clean = true;   // nothing has failed in the fast round under way
   Duration round_wire{};     // its line time so far
   int once_repeats = 0;      // since it was reached anew: of what is read once

@@ -35,7 +35,7 @@ void Poller::Submit(RoutedRequest request, Now now) {
     request.done({Outcome::line_down, {}, WhyClosed()});
     return;
   }
-  request.sequence = ++sequence_;
+  request.sequence = writes_.NextSequence();
   routes_.Push(std::move(request));
   Settle();
 }
@@ -79,7 +79,7 @@ bool Poller::MayAsk(const RoutedRequest& request) const {
   const Device* device = FindSlave(request.slave);
   if (device != nullptr && device->late_until > now_.instant) return false;
   if (device != nullptr && device->health.absent()) return false;
-  return !IsWrite(request) || std::ranges::none_of(commands_, [&](const WriteCommand& command) {
+  return !IsWrite(request) || !writes_.HasAny([&](const WriteCommand& command) {
     const std::uint8_t slave = DeviceOf(command).slave;
     const bool same = slave != 0 && (slave == request.slave || request.slave == 0);
     return same && command.sequence < request.sequence;
@@ -105,7 +105,7 @@ void Poller::CancelQuiet() {
     return RouteQueue::IsShortWrite(request) && MayAsk(request);
   };
   const bool read = work_->routed && !work_->routed->empty() && !IsWrite(work_->routed->front());
-  if (!read || !MayHurry() || !routes_.HasAny(urgent)) return;
+  if (!read || !turns_.UrgentAllowed(routes_.HasShortWrite()) || !routes_.HasAny(urgent)) return;
   line_.Cancel();
   routes_.Return(std::move(*work_->routed));
   work_.reset();

@@ -63,15 +63,15 @@ void Poller::Ask() {
   work_->sending = true;
 }
 
-void Poller::Send(View bytes) {
+void Poller::Send() {
+  const View bytes = work_->request.bytes;
   counters_.bytes_out += bytes.size();
   echo_.OnSent(bytes);
-  if (!IsUrgent(postponed_ ? *postponed_ : *work_)) urgent_in_row_ = 0;
+  turns_.OnSent(IsUrgent(postponed_ ? *postponed_ : *work_));
   work_->heard = false;
   work_->safe = IsSafe(*work_);
   // What may be answered next is not that to an identification any more.
   if (work_->request.bytes != work_->device->identify) work_->device->other_seen = 0;
-  echoed_ = false;
   work_->sent = FingerprintOf(work_->request);
   work_->device->order->OnSent(work_->sent);
   order_.OnSent(work_->sent);
@@ -79,10 +79,10 @@ void Poller::Send(View bytes) {
   listener_.Send(bytes, work_->device->serial);
 }
 
-Outcome Poller::OnFrame(View frame, Instant now) {
+Outcome Poller::Judge(View frame, Instant now) {
   Device& device = *work_->device;
   Answer& answer = work_->answer;
-  if (echoes_ && work_->request.expect.mirrors && std::ranges::equal(frame, work_->request.bytes)) {
+  if (echo_.MayBeEcho(work_->request, frame)) {
     answer = {};
     answer.outcome = Outcome::unexpected;
     answer.reason =
@@ -115,31 +115,23 @@ Outcome Poller::OnFrame(View frame, Instant now) {
   return answer.outcome;
 }
 
-void Poller::OnExchangeEnd(const ExchangeEnd& end, Instant) {
+void Poller::OnEnd(ExchangeEnd end) {
   if (!work_) return;
   last_ = work_->device;
-  last_->awaits_late = end.outcome == Outcome::no_reply;
+  last_->late_from.reset();
+  if (end.outcome == Outcome::no_reply) last_->late_from = now_.instant;
+  // The late answer to the first try was taken for that to its retry, whose own is still to come.
+  if (ProvesLife(end.outcome) && work_->attempts > 0) last_->late_from = AnswerDue(*work_);
   last_->babbles = end.outcome == Outcome::corrupt;
   last_->cut_short = end.outcome == Outcome::partial;
-  last_->retried = work_->attempts > 0;
   last_->answered = ProvesLife(end.outcome) && !last_->unanswered;
-  work_->end = end;
-}
-
-/// In verify mode an exchange without a whole echo is no good one, and its reason says which.
-void Poller::JudgeEcho(ExchangeEnd& end) {
-  const EchoResult rest = echo_.OnExchangeEnd();
-  const bool asked = work_->request.expect.reply == Expectation::Reply::one;
-  if (!rest.collision || !asked || end.outcome == Outcome::line_down) return;
-  ++counters_.collisions;
-  end.reason = rest.bytes.empty() ? "no reply, and not even the echo of the request"
-                                  : "the echo of the request stopped in its midst";
+  work_->end = std::move(end);
 }
 
 void Poller::ConcludeExchange() {
   Work& work = *work_;
   Device& device = *work.device;
-  JudgeEcho(*work.end);
+  if (echo_.OnExchangeEnd(work.request, *work.end)) ++counters_.collisions;
   ExchangeEnd& end = *work.end;
   if (!work.answer.reason.empty()) end.reason = work.answer.reason;
   work.mute = work.request.expect.reply == Expectation::Reply::none;
@@ -165,7 +157,6 @@ void Poller::ConcludeExchange() {
     if (!(named && device.health.absent() && order_.IsInStep())) order_.OnSilence();
   }
   if (work.task.kind == Task::Kind::probe && ProvesLife(end.outcome)) device.acquainted = true;
-  if (ProvesLife(end.outcome) && !work.request.expect.mirrors && !echoed_) echoes_ = false;
   ChargeFailure(work);
   if (ProvesLife(end.outcome)) work.wire += now_.instant - work.exchange_began;
   CountExchange(device);
@@ -264,13 +255,13 @@ void Poller::EndInFailure(const ExchangeEnd& end) {
 bool Poller::HasOverstayed(const Work& work) const {
   const bool poll = work.attempts > 0 && !work.command && !work.routed && !postponed_;
   return poll && now_.instant - work.failed_at > work.device->times.reply &&
-         schedule_.SureDue(now_.instant);
+         schedule_.HealthyDue(now_.instant);
 }
 
 /// Once a whole task has failed, or several devices have fallen silent together, those that answer
 /// do not wait for retries.
 bool Poller::IsGivenUp(const Device& device) const {
-  if (!schedule_.SureDue(now_.instant)) return false;
+  if (!schedule_.HealthyDue(now_.instant)) return false;
   return device.health.failing() || std::ranges::count_if(devices_, [this](const auto& one) {
                                       return IsDoubted(*one) && !one->health.absent();
                                     }) > 2;
@@ -286,7 +277,7 @@ void Poller::ChargeFailure(const Work& work) {
   Device& device = *work.device;
   if (!device.polled() || work.mute || work.end->outcome == Outcome::line_down) return;
   const bool failed = !ProvesLife(work.end->outcome);
-  if (failed && !IsDoubted(device)) debt_ += now_.instant - work.exchange_began;
+  if (failed && !IsDoubted(device)) turns_.Charge(now_.instant - work.exchange_began);
   schedule_.Doubt(device.slot, failed);
 }
 
@@ -299,7 +290,7 @@ void Poller::Store(Device& device) {
   }
   if (samples.empty()) return;
   store_.Update(device.index, samples, now_, work_->end->round_trip);
-  const std::pair read(&device, work_->task.query);
+  const QueryRef read{device.slot, work_->task.query};
   const bool poll = work_->task.kind == Task::Kind::poll;
   const bool known = std::find(unproven_.begin(), unproven_.end(), read) != unproven_.end();
   if (!poll || known) return;
@@ -335,7 +326,7 @@ void Poller::FinishTask(Outcome outcome, const std::string& reason) {
     work_->write = done->write;
     NextWrite();
   } else if (outcome == Outcome::ok && open_) {
-    confirmed_.push_back(std::move(*done->command));  // until what it changed has been read back
+    writes_.Confirm(std::move(*done->command));  // until what it changed has been read back
   } else {
     done->command->done(outcome, reason);
   }

@@ -77,8 +77,8 @@ void Schedule::StartIfDue(Device& device, Round& round, Instant now) {
   round.cursor = 0;
 }
 
-std::optional<Schedule::Pick> Schedule::Next(Instant now, bool sure_first) {
-  const bool skip_doubted = sure_first && SureDue(now);
+std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
+  const bool skip_doubted = healthy_first && HealthyDue(now);
   Device* best_device = nullptr;
   Round* best = nullptr;
   for (Device& device : devices_) {
@@ -109,7 +109,7 @@ std::optional<Instant> Schedule::DueAt(const Device& device, const Round& round)
   return std::max(*round.due, device.hold_until);
 }
 
-bool Schedule::SureDue(Instant now) const {
+bool Schedule::HealthyDue(Instant now) const {
   return std::ranges::any_of(devices_, [now](const Device& device) {
     if (device.doubted) return false;
     return std::ranges::any_of(device.rounds, [&](const Round& round) {

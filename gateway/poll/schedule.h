@@ -19,6 +19,13 @@
 
 namespace baudgate {
 
+/// A query of a device of the line, by their numbers.
+struct QueryRef {
+  std::size_t device = 0;
+  std::size_t query = 0;
+  bool operator==(const QueryRef&) const = default;
+};
+
 class Schedule {
  public:
   struct Pick {
@@ -48,10 +55,11 @@ class Schedule {
   /// Nothing of the device is picked before `until`; its rounds wait.
   void Hold(std::size_t device, Instant until);
 
-  /// The query to send now, if one is due. `sure_first`: of a doubted device only if no other is.
-  std::optional<Pick> Next(Instant now, bool sure_first = false);
+  /// The query to send now, if one is due. `healthy_first`: of a doubted device only if no other
+  /// is.
+  std::optional<Pick> Next(Instant now, bool healthy_first = false);
   /// Whether one of a device that is not doubted is due.
-  bool SureDue(Instant now) const;
+  bool HealthyDue(Instant now) const;
   /// When Next will have something; nothing when no device is active. May lie in the past.
   std::optional<Instant> NextDue() const;
 

@@ -261,13 +261,6 @@ Sentences Diagnose(const LineStatus& line, const DeviceRecord& device, const Lin
         "repeater in between",
         Times(status.doubled)));
   }
-  if (RepliesComeTwice(status)) {
-    found.push_back(fmt::format(
-        "copies: the same reply came again {}: a repeater, a serial server's retry, two "
-        "devices with its address, or answers later than timing.reply whose retry was "
-        "answered too; look at 'baudgate trace {}'",
-        Times(status.copies), device.line->name));
-  }
   if (const double share = MissedShare(device, now, started); share >= kNotableShare) {
     found.push_back(Missed(line, device, devices, share));
   }
@@ -328,9 +321,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
     found.push_back(
         fmt::format("{} of {} bytes came when nothing was asked: {}; look at 'baudgate trace {}'",
                     status.stray_bytes, status.bytes_in,
-                    devices.copies ? "replies come twice"
-                                   : "a second master, answers that come too late, or noise",
-                    line.name));
+                    "a second master, answers that come too late or twice, or noise", line.name));
   }
   if (status.times_lost > 0) found.push_back(Lost(line, status.times_lost));
   if (devices.misses && status.use >= kFullLine) found.push_back(Full(status, devices));

@@ -43,10 +43,6 @@ std::size_t RecentFailures(const DeviceStatus& status) {
   return failures;
 }
 
-bool RepliesComeTwice(const DeviceStatus& status) {
-  return status.copies > 0 && status.copies >= kNotableShare / 10 * status.exchanges;
-}
-
 double MissedShare(const DeviceRecord& device, Now now, Instant started) {
   const double periods = Seconds(now.instant - started) / Seconds(device.device->poll);
   return periods > 0 ? std::min(device.status.missed / periods, 1.0) : 0;
@@ -62,7 +58,6 @@ LineDevices LookAt(std::span<const DeviceRecord> devices, Now now, Instant start
     const bool absent = IsAbsent(status);
     ++seen.in_use;
     seen.absent += absent ? 1 : 0;
-    if (RepliesComeTwice(status)) seen.copies = true;
     if (!absent && MissedShare(device, now, started) >= kNotableShare) seen.misses = true;
     const double waste = busy > 0 ? Wasted(status) / busy : 0;
     if (absent ? waste < kNotableWaste : !FailsOften(status)) continue;

@@ -19,7 +19,6 @@ struct LineDevices {
   std::size_t in_use = 0;
   std::size_t absent = 0;  ///< of those in use: asked and without an answer, or offline
   bool misses = false;     ///< one that answers misses poll periods
-  bool copies = false;     ///< replies of one come twice
   /// The one that wastes most: it fails often at present, or, where none does, is absent and takes
   /// a notable part of the time. Null: none does.
   const DeviceRecord* wasteful = nullptr;
@@ -34,9 +33,6 @@ bool IsAbsent(const DeviceStatus& status);
 
 /// Of the latest exchanges, those without an answer that could be read.
 std::size_t RecentFailures(const DeviceStatus& status);
-
-/// Often enough to be said.
-bool RepliesComeTwice(const DeviceStatus& status);
 
 /// The part of its poll periods that it has missed since `started`.
 double MissedShare(const DeviceRecord& device, Now now, Instant started);

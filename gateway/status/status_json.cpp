@@ -116,7 +116,6 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDe
   json["late"] = status.late;
   json["lateness_ms"] = Milliseconds(status.lateness);
   json["doubled"] = status.doubled;
-  json["copies"] = status.copies;
   json["recent"] = RecentJson(status.recent);
   json["busy_ms"] = Milliseconds(status.busy);
   json["round_trips"] = RoundTripsJson(status.round_trips);

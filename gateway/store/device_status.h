@@ -93,7 +93,6 @@ struct DeviceStatus {
   std::uint32_t late = 0;     ///< exchanges without a reply that bytes followed after their end
   Duration lateness{};        ///< how long after, the last time
   std::uint32_t doubled = 0;  ///< exchanges behind whose reply came another, different one
-  std::uint32_t copies = 0;   ///< exchanges behind whose reply came the same again
   RecentOutcomes recent;
   Duration busy{};  ///< the line time of its exchanges and of the silences after them
   RoundTrips round_trips;

@@ -102,6 +102,7 @@ bool VirtualLine::Write(std::uint32_t device, std::uint32_t point, Value value, 
 }
 
 void VirtualLine::Send(View bytes, const config::SerialSettings& serial) {
+  ++sends_;
   if (keep_sent) sent.push_back({instant_, std::string(AsText(bytes))});
   const Duration character = serial.CharacterTime();
   const Instant end = instant_ + static_cast<std::int64_t>(bytes.size()) * character;

@@ -82,6 +82,8 @@ class VirtualLine : private PollerListener {
   Duration elapsed() const { return instant_ - kStart; }
   WireTwin& twin(std::size_t device) { return *twins_[device]; }
   Poller& poller() { return *poller_; }
+  /// An exchange is under way: a request went out and has not ended.
+  bool asking() const { return sends_ > poller_->counters().exchanges; }
   PointStore& store() { return *store_; }
 
   Quality QualityOf(std::uint32_t device, std::uint32_t point) const;
@@ -125,6 +127,7 @@ class VirtualLine : private PollerListener {
   std::unique_ptr<PointStore> store_;
   std::unique_ptr<Poller> poller_;
   bool open_ = false;
+  std::uint64_t sends_ = 0;
 };
 
 inline void PrintTo(Quality quality, std::ostream* out) { *out << Name(quality); }

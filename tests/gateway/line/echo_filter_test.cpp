@@ -38,8 +38,8 @@ void Check(Echo mode, std::string_view request, std::string_view received, const
   });
 }
 
-TEST(EchoFilter, OffPassesEverything) {
-  Check(Echo::off, "#01\r", "#01\r>+1.5\r", {ToBytes("#01\r>+1.5\r"), 0, 0});
+TEST(EchoFilter, OffPassesEverythingAndTellsOfAnEcho) {
+  Check(Echo::off, "#01\r", "#01\r>+1.5\r", {ToBytes("#01\r>+1.5\r"), 1, 0});
 }
 
 TEST(EchoFilter, StripTakesTheEcho) {

@@ -11,7 +11,7 @@ TEST_P(EveryState, LossOfThePortClosesAndEndsTheExchangeOnce) {
   const State state = GetParam();
   Reach(state);
   ASSERT_EQ(line_.state(), state);
-  line_.OnClosed(At(1020ms));
+  line_.OnClosed();
   const bool under_way = state != State::closed && state != State::idle && state != State::drain;
   ASSERT_EQ(ends_.size(), under_way ? 1U : 0U);
   if (under_way) {
@@ -19,7 +19,7 @@ TEST_P(EveryState, LossOfThePortClosesAndEndsTheExchangeOnce) {
   }
   EXPECT_EQ(line_.state(), State::closed);
   EXPECT_FALSE(line_.Deadline());
-  line_.OnClosed(At(1021ms));
+  line_.OnClosed();
   line_.OnTimer(At(5s));
   line_.OnBytes(reply_, At(5s));
   EXPECT_EQ(ends_.size(), under_way ? 1U : 0U);
@@ -28,7 +28,7 @@ TEST_P(EveryState, LossOfThePortClosesAndEndsTheExchangeOnce) {
 
 TEST_P(EveryState, ReopenedLineWorks) {
   Reach(GetParam());
-  line_.OnClosed(At(1020ms));
+  line_.OnClosed();
   ends_.clear();
   line_.OnOpened(At(2s));
   Start(3s);
@@ -82,12 +82,7 @@ TEST_P(EveryState, AVeryLateTimerIsAsGoodAsOneInTime) {
 
 TEST(LineFlood, BytesDuringALongTransmissionStayBounded) {
   struct Deaf final : LineClient {
-    void Send(View) override {}
-    Outcome OnFrame(View, Instant) override { return Outcome::ok; }
-    void OnSecondReply(Instant) override {}
-    void OnCopy(Duration, Instant) override {}
-    void OnExchangeEnd(const ExchangeEnd&, Instant) override {}
-    void OnStrayBytes(std::size_t, Duration, Instant) override {}
+    Outcome Judge(View, Instant) override { return Outcome::ok; }
   } client;
   Line line(client);
   line.OnOpened(kStart);

@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "gateway/line/line.h"
@@ -22,22 +24,40 @@ inline constexpr LineTimes kTimes = {
 
 class LineTest : public ::testing::Test, protected LineClient {
  protected:
-  struct Stray {
-    std::size_t count;
-    Duration since_end;
+  /// The line; what each input has led to is kept in the fixture.
+  class Tested {
+   public:
+    explicit Tested(LineTest& test) : test_(test), line_(test) {}
+    void OnOpened(Instant now, bool keeps = false) { line_.OnOpened(now, keeps); }
+    void OnClosed() { test_.Keep(line_.OnClosed()); }
+    void OnBytes(View bytes, Instant now) { test_.Keep(line_.OnBytes(bytes, now)); }
+    void OnCollision(Instant now) { test_.Keep(line_.OnCollision(now)); }
+    void OnTimer(Instant now) { test_.Keep(line_.OnTimer(now)); }
+    void Start(Exchange exchange, Instant now) {
+      test_.request_ = std::string(AsText(exchange.request.bytes));
+      test_.Keep(line_.Start(std::move(exchange), now));
+    }
+    bool idle() const { return line_.idle(); }
+    State state() const { return line_.state(); }
+    std::optional<Instant> Deadline() const { return line_.Deadline(); }
+    const AssemblerCounters& counters() const { return line_.counters(); }
+
+   private:
+    LineTest& test_;
+    Line line_;
   };
 
-  void Send(View bytes) override { sent_.emplace_back(AsText(bytes)); }
-  Outcome OnFrame(View frame, Instant) override {
+  void Keep(const LineNews& news) {
+    if (news.send) sent_.push_back(request_);
+    if (news.stray_before.count > 0) strays_.push_back(news.stray_before);
+    if (news.end) ends_.push_back(*news.end);
+    if (news.stray.count > 0) strays_.push_back(news.stray);
+    if (news.second_reply) ++second_;
+  }
+  Outcome Judge(View frame, Instant) override {
     frames_.emplace_back(AsText(frame));
     EXPECT_FALSE(line_.idle()) << "a client could start the next exchange inside the last";
     return verdict_;
-  }
-  void OnSecondReply(Instant) override { ++second_; }
-  void OnCopy(Duration since_sent, Instant) override { copies_.push_back(since_sent); }
-  void OnExchangeEnd(const ExchangeEnd& end, Instant) override { ends_.push_back(end); }
-  void OnStrayBytes(std::size_t count, Duration since_end, Instant) override {
-    strays_.push_back({count, since_end});
   }
 
   Instant At(Duration offset) const { return kStart + offset; }
@@ -70,13 +90,13 @@ class LineTest : public ::testing::Test, protected LineClient {
   }
   Duration DeadlineIn() const { return *line_.Deadline() - kStart; }
 
-  Line line_{*this};
+  Tested line_{*this};
   Outcome verdict_ = Outcome::ok;
+  std::string request_;  // of the exchange under way
   std::vector<std::string> sent_;
   std::vector<std::string> frames_;
   std::vector<ExchangeEnd> ends_;
-  std::vector<Stray> strays_;
-  std::vector<Duration> copies_;
+  std::vector<StrayBytes> strays_;
   int second_ = 0;  // different replies behind one that was taken
   const Bytes reply_ = ToyReply("A1=5");
 };

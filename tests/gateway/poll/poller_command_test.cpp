@@ -159,7 +159,9 @@ TEST_F(PollerCommand, OfflineDeviceAndClosedLineAnswerAtOnce) {
   line_.twin(0).manner.dead = true;
   line_.Open();
   line_.RunFor(1min);
-  ASSERT_TRUE(line_.RunUntil([&] { return line_.poller().line_state() == Line::State::idle; }, 1s));
+  ASSERT_TRUE(line_.RunUntil([&] { return line_.asking(); }, 1s));
+  ASSERT_TRUE(line_.RunUntil([&] { return !line_.asking(); }, 1s));
+  line_.RunFor(150ms);  // its drain is over, and the next probe is not due
   line_.Write(0, 0, 1.0);
   EXPECT_EQ(line_.outcomes, (Outcomes{Outcome::line_down, Outcome::no_reply}));
   EXPECT_EQ(line_.CountSent("W"), 0U);
@@ -169,7 +171,7 @@ TEST_F(PollerCommand, WaitingCommandIsAnsweredAtItsDeadlineAndNeverSent) {
   Open();
   line_.twin(0).manner.dead = true;
   line_.RunFor(510ms);  // a poll is under way, unanswered
-  ASSERT_NE(line_.poller().line_state(), Line::State::idle);
+  ASSERT_TRUE(line_.asking());
   const Instant submitted = line_.now().instant;
   line_.Write(0, 0, 1.0, 20ms);
   ASSERT_TRUE(line_.RunUntil([&] { return !line_.outcomes.empty(); }, 1s));

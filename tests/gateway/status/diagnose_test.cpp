@@ -204,16 +204,6 @@ TEST_F(DiagnoseTest, SecondRepliesAreSaidHoweverSeldom) {
                          "doubled: a second, different reply came behind one once: ")));
 }
 
-TEST_F(DiagnoseTest, CopiesAreSaidFromOneInAThousand) {
-  device().copies = 1;
-  EXPECT_THAT(Say(), ElementsAre("copies: the same reply came again once: a repeater, a serial "
-                                 "server's retry, two devices with its address, or answers later "
-                                 "than timing.reply whose retry was answered too; look at "
-                                 "'baudgate trace bay-1'"));
-  Ended(Outcome::ok, 1);
-  EXPECT_THAT(Say(), IsEmpty());
-}
-
 TEST_F(DiagnoseTest, MissedPeriods) {
   device().missed = 100;  // of the 10,800 in three hours: not one in a hundred
   EXPECT_THAT(Say(), IsEmpty());
@@ -402,14 +392,6 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
   line_ = well;
   for (const auto& row : rows) row.trouble(line_);
   EXPECT_THAT(SayOfLine(), ElementsAreArray(all));
-}
-
-TEST_F(DiagnoseTest, WhereRepliesComeTwiceTheirCopiesAreTheStrayBytes) {
-  line_.bytes_in = 1000;
-  line_.stray_bytes = 60;
-  device().copies = 30;
-  EXPECT_THAT(SayOfLine(), ElementsAre("60 of 1000 bytes came when nothing was asked: replies come "
-                                       "twice; look at 'baudgate trace bay-1'"));
 }
 
 TEST_F(DiagnoseTest, AConnectionHasNoPlug) {

@@ -153,13 +153,9 @@ TEST_F(StatusTest, JsonHasEveryCounterUnderItsUsualName) {
 }
 
 TEST_F(StatusTest, JsonHasWhatADeviceTookAndHowItIsNow) {
-  store_.UpdateStatus(0, [](DeviceStatus& status) {
-    status.busy = 1500ms;
-    status.copies = 3;
-  });
+  store_.UpdateStatus(0, [](DeviceStatus& status) { status.busy = 1500ms; });
   const Json device = Status()["lines"][0]["devices"][0];
   EXPECT_EQ(device["busy_ms"], 1500);
-  EXPECT_EQ(device["copies"], 3);
   EXPECT_EQ(device["recent"],
             Json::parse(R"({"exchanges":64,"ok":64,"no_reply":0,"partial":0,"corrupt":0,
               "unexpected":0,"busy":0,"refused":0,"unsupported":0,"line_down":0})"));

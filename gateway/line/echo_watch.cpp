@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/line/echo_watch.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate {
+
+void EchoWatch::OnSent(View request) {
+  filter_.OnSent(request);
+  echoed_ = false;
+}
+
+EchoWatch::Heard EchoWatch::OnReceived(View bytes, const Request* asked) {
+  EchoResult result = filter_.Filter(bytes);
+  Heard heard;
+  heard.bytes = std::move(result.bytes);
+  if (mode_ == config::Echo::off) {
+    // What equals its request may as well be the reply.
+    heard.echo = result.complete && asked != nullptr && !asked->expect.mirrors;
+    if (!heard.echo) return heard;
+    echoes_ = echoed_ = true;
+    if (!std::exchange(told_echo_, true)) {
+      heard.warning =
+          "the request itself came back: this bus or its adapter echoes; set 'echo: strip' at the "
+          "line";
+    }
+    return heard;
+  }
+  heard.collision = result.collision;
+  if (heard.collision && asked != nullptr && !std::exchange(told_collision_, true)) {
+    heard.warning =
+        "the echo is missing or differs from what was sent: two talkers at once, or a bus that "
+        "does not echo (echo: off)";
+  }
+  return heard;
+}
+
+bool EchoWatch::MayBeEcho(const Request& request, View frame) const {
+  return echoes_ && request.expect.mirrors && std::ranges::equal(frame, request.bytes);
+}
+
+bool EchoWatch::OnExchangeEnd(const Request& request, ExchangeEnd& end) {
+  const EchoResult rest = filter_.OnExchangeEnd();
+  if (ProvesLife(end.outcome) && !request.expect.mirrors && !echoed_) echoes_ = false;
+  const bool asked = request.expect.reply == Expectation::Reply::one;
+  if (!rest.collision || !asked || end.outcome == Outcome::line_down) return false;
+  end.reason = rest.bytes.empty() ? "no reply, and not even the echo of the request"
+                                  : "the echo of the request stopped in its midst";
+  return true;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,47 @@
+// What of the bytes that come from a bus is our own request coming back, and whether that is as the
+// configuration says. Asked by gateway/poll/poller.cpp before the bytes go to gateway/line/line.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "config/model/line.h"
+#include "gateway/base/bytes.h"
+#include "gateway/line/echo_filter.h"
+#include "gateway/line/line.h"
+#include "protocols/conversation.h"
+
+namespace baudgate {
+
+class EchoWatch {
+ public:
+  struct Heard {
+    Bytes bytes;                    ///< what is not echo; with `off`, all that came
+    bool echo = false;              ///< `off`: the request under way has come back whole
+    bool collision = false;         ///< `verify`: the echo differs from what was sent
+    const char* warning = nullptr;  ///< what the user should know, each thing once
+  };
+
+  explicit EchoWatch(config::Echo mode) : mode_(mode), filter_(mode) {}
+
+  void OnOpened() { echoes_ = false; }
+  void OnClosed() { filter_.OnExchangeEnd(); }
+  /// Before the bytes go to the port: an echo may be back before sending returns.
+  void OnSent(View request);
+  /// `asked`: the request under way; null when there is none.
+  Heard OnReceived(View bytes, const Request* asked);
+  /// The frame equals its request, the protocol confirms writes in that way, and this bus was seen
+  /// to echo: nobody need have answered.
+  bool MayBeEcho(const Request& request, View frame) const;
+  /// The exchange of `request` is over; its reason is set where its echo explains it. True:
+  /// `verify` has missed the echo.
+  bool OnExchangeEnd(const Request& request, ExchangeEnd& end);
+
+ private:
+  config::Echo mode_;
+  EchoFilter filter_;
+  bool echoes_ = false;  // `off`, and yet requests have come back since the last reply without one
+  bool echoed_ = false;  // the present request has
+  bool told_echo_ = false;
+  bool told_collision_ = false;
+};
+
+}  // namespace baudgate

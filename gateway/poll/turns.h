@@ -1,0 +1,70 @@
+// Who goes first on a line, so that nobody starves: writes before reads, clients of high priority
+// before others, devices that answer before those that fail; each with a limit.
+// gateway/poll/poller_choice.cpp asks for the order and takes the first that has something to send.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+class Turns {
+ public:
+  enum class Choice : std::uint8_t {
+    urgent,       ///< short routed writes, writes to points, and the reads that follow them
+    parked,       ///< a poll that its device asked to wait with
+    probe,        ///< keeps to a budget of its own, so that it may stand before the polls
+    poll,         ///< what the schedule has
+    routed_high,  ///< requests of transparent routes, by priority
+    routed_normal,
+    routed_low,
+  };
+
+  struct Waiting {
+    bool short_write = false;      ///< of a route
+    bool routed = false;           ///< anything of a route
+    std::size_t high_clients = 0;  ///< that wait with requests of high priority
+  };
+
+  /// Urgent ones in a row, after which anything else has its turn.
+  static constexpr int kUrgentInRow = 4;
+  /// Short writes of routes may be many and belong together: a start, its set points.
+  static constexpr int kRoutedWritesInRow = 16;
+  /// Of time that others want, devices whose exchanges fail have no more than half; what they took
+  /// too much is remembered up to this.
+  static constexpr Duration kMostDebt = std::chrono::minutes(1);
+
+  /// Whether something urgent may go before everything else.
+  bool UrgentAllowed(bool short_write) const {
+    return urgent_in_row_ < (short_write ? kRoutedWritesInRow : kUrgentInRow);
+  }
+  /// In this order; a choice may stand twice.
+  std::vector<Choice> Order(const Waiting& waiting) const;
+  /// The first of them that had something.
+  void OnTaken(Choice choice, const Waiting& waiting);
+  /// None of them had.
+  void OnNothing();
+  /// A request went out.
+  void OnSent(bool urgent) {
+    if (!urgent) urgent_in_row_ = 0;
+  }
+
+  /// Time has passed; `failing`: the line was busy with a device whose last exchange failed.
+  void OnTime(Duration passed, bool failing);
+  /// So much of the line a device has taken in vain before anybody knew that it fails.
+  void Charge(Duration lost) { debt_ += lost; }
+  /// Devices that answer go first: the others have had more than their share.
+  bool HealthyFirst() const { return debt_ > Duration::zero(); }
+
+ private:
+  int urgent_in_row_ = 0;        // since anything else was sent
+  std::size_t high_in_row_ = 0;  // routed requests of high priority
+  bool poll_next_ = false;       // polls and routed requests of normal priority take turns
+  Duration debt_{};  // line time that failing devices took and the others have not yet got back
+};
+
+}  // namespace baudgate

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/write_queue.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace baudgate {
+namespace {
+
+/// Those of `commands` whose deadline has come, taken out of it.
+template <typename Commands>
+std::vector<WriteCommand> TakeLate(Commands& commands, Instant now) {
+  const auto late =
+      std::stable_partition(commands.begin(), commands.end(),
+                            [now](const WriteCommand& command) { return command.deadline > now; });
+  std::vector<WriteCommand> taken(std::make_move_iterator(late),
+                                  std::make_move_iterator(commands.end()));
+  commands.erase(late, commands.end());
+  return taken;
+}
+
+}  // namespace
+
+void WriteQueue::Push(WriteCommand command) {
+  command.sequence = NextSequence();
+  waiting_.push_back(std::move(command));
+}
+
+std::optional<WriteCommand> WriteQueue::Take(const MayGo& may_go) {
+  const auto next = std::ranges::find_if(waiting_, may_go);
+  if (next == waiting_.end()) return std::nullopt;
+  WriteCommand command = std::move(*next);
+  waiting_.erase(next);
+  return command;
+}
+
+bool WriteQueue::HasAny(const MayGo& may_go) const { return std::ranges::any_of(waiting_, may_go); }
+
+void WriteQueue::AddReadBack(QueryRef query) {
+  const bool known = std::ranges::find(read_backs_, query) != read_backs_.end();
+  if (!known && read_backs_.size() < kLimit) read_backs_.push_back(query);
+}
+
+std::optional<QueryRef> WriteQueue::TakeReadBack(const MayRead& may_read) {
+  const auto next = std::ranges::find_if(
+      read_backs_, [&may_read](const QueryRef& query) { return may_read(query.device); });
+  if (next == read_backs_.end()) return std::nullopt;
+  const QueryRef query = *next;
+  read_backs_.erase(next);
+  return query;
+}
+
+std::vector<WriteCommand> WriteQueue::TakeConfirmed(bool reading_back) {
+  if (reading_back || !read_backs_.empty()) return {};
+  return std::exchange(confirmed_, {});
+}
+
+WriteQueue::Expired WriteQueue::TakeExpired(Instant now) {
+  return {TakeLate(waiting_, now), TakeLate(confirmed_, now)};
+}
+
+std::vector<WriteCommand> WriteQueue::TakeAll() {
+  read_backs_.clear();
+  std::vector<WriteCommand> all(std::make_move_iterator(waiting_.begin()),
+                                std::make_move_iterator(waiting_.end()));
+  waiting_.clear();
+  return all;
+}
+
+std::optional<Instant> WriteQueue::Deadline() const {
+  std::optional<Instant> soonest;
+  const auto sooner = [&soonest](const WriteCommand& command) {
+    soonest = std::min(soonest.value_or(command.deadline), command.deadline);
+  };
+  std::ranges::for_each(waiting_, sooner);
+  std::ranges::for_each(confirmed_, sooner);
+  return soonest;
+}
+
+}  // namespace baudgate
