@@ -13,8 +13,8 @@ void AnswerOrder::OnAnswer(Fingerprint probe, bool looks_like_probe) {
     if ((SentBefore(lag) == probe) == looks_like_probe) consistent |= 1U << lag;
   }
   possible_ &= consistent;
-  // Damage that nobody saw may have ruled out the truth. Behind a probe it does no harm to think of
-  // it again: a lag would bring the probe's answer next.
+  // A damaged frame may have ruled out lag 0 by mistake. After a probe came back as itself, lag 0
+  // is possible again; if that is wrong, the next answer shows it.
   if (looks_like_probe && SentBefore(0) == probe) possible_ |= 1U;
   // Nothing fits what was known: whatever fits this answer is possible again.
   if (possible_ == 0) possible_ = consistent != 0 ? consistent : ~1U;

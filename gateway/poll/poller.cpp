@@ -1,94 +1,44 @@
-// The poller's inputs, and how it keeps the line going: what is chosen when the line is idle is in
-// poller_choice.cpp, what then becomes of a task in poller_task.cpp.
+// The poller's inputs, and who is answered when. What becomes of the job under way is in
+// job_run.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/poller.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "gateway/poll/poller_parts.h"
-
 namespace baudgate {
-namespace {}  // namespace
+namespace {
 
-LineTimes TimesOf(const config::Timing& given, const Protocol& protocol,
-                  const config::SerialSettings& serial) {
-  const config::Timing timing = config::Resolve(given, protocol.timing(serial));
-  return {.quiet = *timing.quiet,
-          .reply = *timing.reply,
-          .gap = *timing.gap,
-          .ceiling = *timing.ceiling,
-          .drain = *timing.drain,
-          .settle = {},
-          .character = serial.CharacterTime()};
+std::string DoesNotAnswer(std::uint8_t slave) {
+  return "slave " + std::to_string(slave) + " does not answer; it is asked now and then";
 }
+
+}  // namespace
 
 Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
                PointStore& store, PollerListener& listener)
-    : config_(line),
-      store_(store),
+    : store_(store),
       listener_(listener),
-      line_index_(store.LineIndex(line)),
       line_(*this),
-      echo_(line.echo) {
-  const Protocol& own = find(line.protocol);
-  if (own.carrier != nullptr) carrier_ = &own;
-  std::vector<std::pair<const Protocol*, Bus*>> made;
-  for (std::size_t slot = 0; slot < line.devices.size(); ++slot) {
-    auto device = std::make_unique<Device>();
-    device->index = first_device + static_cast<std::uint32_t>(slot);
-    device->slot = slot;
-    device->probe_index = device->index;
-    device->config = &line.devices[slot];
-    device->protocol = &find(device->config->protocol);
-    device->serial = device->config->serial.value_or(line.serial);
-    device->times =
-        TimesOf(Merge(device->config->timing, line.timing), *device->protocol, device->serial);
-    device->retries = device->config->retries.value_or(line.retries);
-    device->in_use = device->config->enabled;
-    auto known = std::find_if(made.begin(), made.end(),
-                              [&](const auto& pair) { return pair.first == device->protocol; });
-    if (known == made.end()) {
-      buses_.push_back(device->protocol->make_bus(line));
-      known = made.insert(made.end(), {device->protocol, buses_.back().get()});
-    }
-    device->conversation = known->second->MakeConversation(*device->config);
-    schedule_.AddDevice(device->config->poll, device->config->slow);
-    devices_.push_back(std::move(device));
-    everyone_.push_back(devices_.back().get());
-    AddSlave(*devices_.back());
-    Plan(*devices_.back());
-    ShowOverride(*devices_.back());
-  }
-}
-
-Poller::~Poller() = default;
-
-/// A device that routes may reach beside the polls: one state for both.
-void Poller::AddSlave(Device& device) {
-  if (carrier_ == nullptr || device.protocol != carrier_) return;
-  const auto slave = carrier_->carrier->slave_of(device.config->address);
-  if (!slave) return;
-  device.slave = *slave;
-  slaves_.emplace(*slave, &device);
-}
+      echo_(line.echo),
+      roster_(line, first_device, find),
+      late_(roster_),
+      order_(roster_),
+      ledger_(roster_, schedule_, store, store.LineIndex(line), listener),
+      chooser_(line, roster_, schedule_, writes_, routes_, late_),
+      upkeep_(roster_, schedule_, store, late_, chooser_, ledger_) {}
 
 // ---------------------------------------------------------------- inputs
 
 void Poller::Advance(Now now) {
   was_idle_ = line_.idle();
   const Duration passed = now.instant - now_.instant;
-  if (open_ && !was_idle_) counters_.busy += passed;
-  Device* const device = work_ && !work_->sending ? work_->device : last_;
-  if (open_ && !was_idle_ && device != nullptr) device->busy += passed;
-  const bool failing = !was_idle_ && device != nullptr && IsDoubted(*device);
-  turns_.OnTime(passed, failing);
   now_ = now;
-  const Duration minute = now.instant - minute_began_;
-  if (minute < 1min) return;
-  use_ = UseSince(minute_began_);
-  minute_began_ = now.instant;
-  busy_before_minute_ = counters_.busy;
+  const Member* member = job_ && !job_->sending ? job_->member : late_.last();
+  ledger_.OnTime(now, !was_idle_, member);
+  const bool failing = !was_idle_ && member != nullptr && roster_.IsDevice(*member) &&
+                       schedule_.doubted(member->place);
+  chooser_.turns().OnTime(passed, failing);
 }
 
 void Poller::OnOpened(Now now, bool keeps_bit_rate) {
@@ -96,118 +46,106 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   Advance(now);
   open_ = true;
   winding_up_ = false;
-  use_.reset();
-  minute_began_ = idle_since_ = now.instant;
-  silent_from_.reset();
-  busy_before_minute_ = counters_.busy;
+  idle_since_ = now.instant;
+  ledger_.OnOpened();
   line_.OnOpened(now.instant, keeps_bit_rate);
-  probes_ = ProbeBudget();
-  write_probes_ = ProbeBudget(kWriteShare);
+  chooser_.probes().OnOpened();
   echo_.OnOpened();
-  for (const auto& device : devices_) {
-    if (!device->in_use) continue;
-    Reconnect(*device);
-    if (!device->health.absent()) schedule_.Restart(device->slot, now.instant);
-    ShowOverride(*device);
-  }
+  upkeep_.OnOpened(now.instant);
   Pump();
-}
-
-void Poller::OnClosed(Now now) { Close(now, Override::not_connected); }
-
-void Poller::OnReleased(Now now) { Close(now, Override::out_of_service); }
-
-std::string Poller::WhyClosed() const {
-  return closed_as_ == Override::out_of_service ? "the port is lent to another program"
-                                                : "the port is closed";
 }
 
 void Poller::Close(Now now, Override why) {
   Advance(now);
   open_ = false;
-  closed_as_ = why;
-  const std::string reason = WhyClosed();
-  use_ = 0;
+  ledger_.OnClosed(why);
+  const std::string reason = ledger_.WhyClosed();
   Hear(line_.OnClosed());
   echo_.OnClosed();
   // What a serial server still owes may reach the next connection.
-  if (work_ && work_->end) {
-    work_->device->order->OnSilence();
-    order_.OnSilence();
-    SetLate(*work_->device, now.instant + work_->device->times.ceiling);
+  if (job_ && job_->end) {
+    order_.OnClosed(*job_->member);
+    late_.OnClosed(*job_->member, now.instant);
   }
-  if (work_) FinishTask(Outcome::line_down, reason);
-  for (const auto& device : devices_) {
-    device->parked.reset();
-    schedule_.Suspend(device->slot);
-    ShowOverride(*device);
-    if (!device->in_use) continue;
-    // Behind a closed port nothing is online. The log has one line for the port, not one a device;
-    // the first answer after it opens is news again.
-    if (device->shown != DeviceState::never_seen) device->shown = DeviceState::offline;
-    store_.UpdateStatus(device->index, [&](DeviceStatus& status) {
-      status.state = device->shown;
-      status.last_outcome = Outcome::line_down;
-      status.last_reason = reason;
-    });
+  if (job_) Finish(Outcome::line_down, reason);
+  for (const auto& device : roster_.devices()) {
+    chooser_.DropParked(*device);
+    schedule_.Suspend(device->place);
   }
-  probe_ = {};
-  std::vector<WriteCommand> unsent = writes_.TakeAll();
+  chooser_.probes().OnClosed();
+  const std::vector<WriteCommand> unsent = writes_.TakeAll();
   AnswerConfirmed();
   for (const WriteCommand& command : unsent) command.done(Outcome::line_down, reason);
-  for (RoutedRequest& request : routes_.TakeAll()) {
+  for (RoutedRequest& request : routes_.queue().TakeAll()) {
     request.done({Outcome::line_down, {}, reason});
   }
-  ShowLine();
+  upkeep_.ShowLine(now.instant);
 }
 
 void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
   Advance(now);
-  Device& device = *devices_[index - devices_.front()->index];
+  Device& device = roster_.DeviceAt(index);
   if (device.in_use == in_use) return;
-  device.in_use = in_use;
-  device.parked.reset();
-  schedule_.Suspend(device.slot);
-  if (in_use) {
-    Reconnect(device);
-    if (open_ && !device.health.absent()) schedule_.Restart(device.slot, now.instant);
-  }
-  MeasureCycle();
-  ShowState(device, in_use ? "taken into use" : "taken out of use");
-  ShowOverride(device);
+  upkeep_.SetInUse(device, in_use, open_, now.instant);
   if (open_) Settle();
 }
 
 void Poller::OnBytes(View bytes, Now now) {
   Advance(now);
-  const EchoWatch::Heard heard = echo_.OnReceived(bytes, work_ ? &work_->request : nullptr);
-  if (heard.echo) ++counters_.echoes;
-  if (heard.warning != nullptr) listener_.OnWarning(work_->device->index, heard.warning);
+  const EchoWatch::Heard heard = echo_.OnReceived(bytes, job_ ? &job_->request : nullptr);
+  if (heard.echo) ledger_.OnEcho();
+  if (heard.warning != nullptr) listener_.OnWarning(job_->member->index, heard.warning);
   if (heard.collision) {
-    ++counters_.collisions;
+    ledger_.OnCollision();
     Hear(line_.OnCollision(now.instant));
   }
   if (!heard.bytes.empty()) {
-    counters_.bytes_in += heard.bytes.size();
-    if (tap_ != nullptr) tap_->OnReceived(heard.bytes, now_);
+    ledger_.OnReceived(heard.bytes);
     Hear(line_.OnBytes(heard.bytes, now.instant));
   }
   Settle();
-}
-
-/// What an input has led to, in its order; what follows from an exchange's end is for Settle.
-void Poller::Hear(LineNews news) {
-  if (news.send) Send();
-  if (news.stray_before.count > 0) OnStray(news.stray_before);
-  if (news.end) OnEnd(std::move(*news.end));
-  if (news.stray.count > 0) OnStray(news.stray);
-  if (news.second_reply) OnSecondReply();
 }
 
 void Poller::OnTimer(Now now) {
   Advance(now);
   Hear(line_.OnTimer(now.instant));
   Settle();
+}
+
+bool Poller::Submit(WriteCommand command, Now now) {
+  Advance(now);
+  if (writes_.full()) return false;
+  if (open_) {
+    writes_.Push(std::move(command));
+    Settle();
+  } else {
+    command.done(Outcome::line_down, ledger_.WhyClosed());
+  }
+  return true;
+}
+
+void Poller::Submit(RoutedRequest request, Now now) {
+  Advance(now);
+  if (!open_ || roster_.carrier() == nullptr) {
+    request.done({Outcome::line_down, {}, ledger_.WhyClosed()});
+    return;
+  }
+  request.sequence = writes_.NextSequence();
+  routes_.queue().Push(std::move(request));
+  Settle();
+}
+
+std::size_t Poller::Forget(std::uint64_t client, Now now) {
+  Advance(now);
+  std::size_t forgotten = routes_.queue().Forget(client);
+  for (Job* job = job_.get(); job != nullptr; job = job->behind.get()) {
+    auto* routed = job->As<Job::Routed>();
+    if (routed == nullptr) continue;
+    forgotten += std::erase_if(
+        routed->batch, [client](const RoutedRequest& request) { return request.client == client; });
+  }
+  if (open_) Settle();
+  return forgotten;
 }
 
 std::optional<Instant> Poller::Deadline() const {
@@ -217,45 +155,65 @@ std::optional<Instant> Poller::Deadline() const {
     if (other && (!soonest || *other < *soonest)) soonest = other;
   };
   sooner(writes_.Deadline());
-  sooner(routes_.Deadline());
-  if (line_.state() == Line::State::quiet && work_) sooner(LatestStart(*work_));
+  sooner(routes_.queue().Deadline());
+  if (line_.state() == Line::State::quiet && job_) sooner(LatestStart(*job_));
   if (!line_.idle()) return soonest;
-  if (work_) {  // waits until no late answer can meet its request
-    sooner(ClearAt(*work_));
-    sooner(LatestStart(postponed_ ? *postponed_ : *work_));
+  if (job_) {  // waits until no late answer can meet its request
+    if (job_->attempts == 0) sooner(late_.ClearAt(*job_->member, job_->asked().named()));
+    sooner(LatestStart(job_->goal()));
     return soonest;
   }
-  if (winding_up_) return soonest;
-  sooner(schedule_.NextDue());
-  sooner(NextProbe());
-  for (const auto& device : devices_) {
-    if (device->parked) sooner(device->parked_until);
-  }
-  const auto when_clear = [&](const Device* device) {
-    if (device != nullptr && device->late_until > now_.instant) sooner(device->late_until);
-  };
-  for (const WriteCommand& command : writes_.waiting()) when_clear(&DeviceOf(command));
-  for (const std::uint8_t slave : routes_.Slaves()) {
-    const Device* device = FindSlave(slave);
-    when_clear(device);
-    const bool absent = device != nullptr && device->health.absent();
-    if (absent && device->late_until <= now_.instant && routes_.HasUrgent(slave)) {
-      sooner(NextWriteProbe(*device));
-    }
-  }
+  if (!winding_up_) sooner(chooser_.NextAt(idle()));
   return soonest;
 }
 
-// ---------------------------------------------------------------- choosing the next exchange
+bool Poller::IsWriting() const {
+  return job_ && job_->As<Job::Write>() != nullptr && (job_->begun() || !job_->sending);
+}
+
+// ---------------------------------------------------------------- what the line has to say
+
+/// What an input has led to, in its order; what follows from an exchange's end is for Settle.
+void Poller::Hear(LineNews news) {
+  if (news.send) Send();
+  if (news.stray_before.count > 0) OnStray(news.stray_before);
+  if (news.end && job_) {
+    late_.OnEnd(job_->asked(), news.end->outcome, now_.instant);
+    job_->end = std::move(news.end);
+  }
+  if (news.stray.count > 0) OnStray(news.stray);
+  if (!news.second_reply || late_.last() == nullptr) return;
+  ledger_.OnSecondReply(*late_.last());
+  // One of the latest replies belonged to another request, nobody knows which.
+  for (const QueryRef& read : order_.OnSecondReply(*late_.last())) {
+    const Device& device = roster_.device(read.device);
+    const auto queries = device.conversation->Queries();
+    if (!device.in_use || read.query >= queries.size()) continue;
+    store_.Doubt(device.index, queries[read.query].points, now_.instant);
+    writes_.AddReadBack(read);
+  }
+}
+
+void Poller::OnStray(const StrayBytes& stray) {
+  const LateAnswers::Stray told = late_.OnStray(stray, now_.instant);
+  if (told.counts) ledger_.OnStray(stray.count);
+  if (told.late != nullptr) {
+    ledger_.OnLate(*told.late, told.lateness);
+    upkeep_.ShowLine(now_.instant);
+  }
+  if (told.warned != nullptr) listener_.OnWarning(told.warned->index, told.warning);
+}
 
 void Poller::Settle() {
-  if (work_ && work_->end) ConcludeExchange();
+  if (job_ && job_->end) Conclude();
   if (!was_idle_ && line_.idle()) idle_since_ = now_.instant;
-  if (line_.idle()) ChargeProbe();
+  Probes& probes = chooser_.probes();
+  if (const auto began = probes.began(); began && line_.idle()) {
+    probes.OnIdle(chooser_.Waited(*began, now_.instant), now_.instant);
+  }
   CancelQuiet();
-  ExpireCommands();
-  AnswerExpired();
-  AnswerForAbsent();
+  AnswerCommands();
+  AnswerRouted();
   AnswerConfirmed();  // before the next write is to be read back
   Pump();
   AnswerConfirmed();
@@ -263,43 +221,80 @@ void Poller::Settle() {
 
 void Poller::Pump() {
   while (open_ && line_.idle()) {
-    if (!work_ && (winding_up_ || !PickTask())) return;
-    if (!work_ || !work_->sending) continue;
-    if (postponed_ && WhyNot(*postponed_) != nullptr) work_ = std::move(postponed_);
-    if (const char* why = WhyNot(*work_)) {
+    if (!job_) {
+      if (winding_up_) return;
+      job_ = chooser_.Next(idle());
+      if (!job_) return;
+      Begin();
+      continue;
+    }
+    if (job_->behind && WhyNotSend(*job_->behind, now_.instant) != nullptr) {
+      std::unique_ptr<Job> behind = std::move(job_->behind);
+      job_ = std::move(behind);
+    }
+    if (const char* why = WhyNotSend(*job_, now_.instant)) {
       BreakOff(why);
       continue;
     }
-    if (HasOverstayed(*work_)) {
-      EndInFailure(ExchangeEnd(work_->failure));
-      continue;
-    }
-    Recognise(*work_->device, work_->request.expect.address);
-    if (NeedsSync()) {
-      Synchronize();
-      continue;
-    }
-    if (ClearAt(*work_) > now_.instant) return;
-    // What has not come for so long is not owed any more.
-    if (idle_since_ + work_->device->times.reply <= now_.instant) unproven_.clear();
-    work_->sending = false;
-    work_->exchange_began = now_.instant;
-    Exchange exchange{work_->request, work_->device->protocol->reply_rule, work_->device->times};
-    exchange.times.drain += work_->device->late_drain;
-    exchange.aftermath = Aftermath(*work_);
-    Hear(line_.Start(std::move(exchange), now_.instant));
+    order_.Recognise(*job_->member, job_->request.expect.address);
+    if (Synchronize()) continue;
+    const Instant clear = late_.ClearAt(*job_->member, job_->asked().named());
+    // A retry may be met by the answer to its first try, which is as good.
+    if (job_->attempts == 0 && clear > now_.instant) return;
+    Start();
   }
 }
 
-/// What a probe has cost is known when the line is idle again.
-void Poller::ChargeProbe() {
-  if (probe_.device == nullptr) return;
-  const Probe probe = std::exchange(probe_, {});
-  Device& device = *probe.device;
-  device.probe_wait = Waited(probe.began, now_.instant);
-  probe.budget->OnProbe(probe.began, now_.instant, *device.probe_wait);
-  if (device.probed_at) device.probe_gap = probe.began - *device.probed_at;
-  device.probed_at = probe.began;
+// ---------------------------------------------------------------- answers to those who wait
+
+void Poller::AnswerCommands() {
+  const WriteQueue::Expired expired = writes_.TakeExpired(now_.instant);
+  for (const WriteCommand& command : expired.confirmed) command.done(Outcome::ok, {});
+  for (const WriteCommand& command : expired.unsent) {
+    command.done(Outcome::no_reply, "the command waited for the line beyond its deadline");
+  }
+  const auto why_refused = [this](const WriteCommand& command) -> const char* {
+    const Device& device = roster_.DeviceAt(command.device);
+    if (command.dropped && *command.dropped) return "its client has left";
+    if (!device.in_use) return "the device is disabled";
+    return device.health.offline() ? "the device is offline" : nullptr;
+  };
+  while (const auto refused = writes_.Take([&](const WriteCommand& command) {
+    return command.writes.empty() || why_refused(command) != nullptr;
+  })) {
+    const char* why = why_refused(*refused);
+    refused->done(why != nullptr ? Outcome::no_reply : Outcome::ok, why != nullptr ? why : "");
+  }
+}
+
+void Poller::AnswerConfirmed() {
+  const bool reading_back = job_ && job_->As<Job::ReadBack>() != nullptr && job_->attempts == 0;
+  for (const WriteCommand& command : writes_.TakeConfirmed(open_ && reading_back)) {
+    command.done(Outcome::ok, {});
+  }
+}
+
+/// A slave that is offline is asked as often as its probes allow. Until it answers, writes wait for
+/// their deadlines, and reads are told at once, but for one that may be the probe right now.
+void Poller::AnswerRouted() {
+  if (routes_.queue().empty()) return;
+  for (RoutedRequest& request : routes_.queue().TakeExpired(now_.instant)) {
+    const Member* member = roster_.FindSlave(request.slave);
+    const bool offline = member != nullptr && member->health.offline();
+    request.done({Outcome::no_reply,
+                  {},
+                  offline ? DoesNotAnswer(request.slave)
+                          : "the request waited for the line beyond its deadline"});
+  }
+  for (const std::uint8_t slave : routes_.queue().Slaves()) {
+    const Member* member = roster_.FindSlave(slave);
+    if (member == nullptr || !member->health.offline()) continue;
+    const std::size_t keep = !job_ && chooser_.MayProbe(*member, idle()) ? 1 : 0;
+    for (RoutedRequest& read :
+         routes_.TakeHopeless(*member, keep, *roster_.carrier()->carrier, now_.instant)) {
+      read.done({Outcome::no_reply, {}, DoesNotAnswer(slave)});
+    }
+  }
 }
 
 }  // namespace baudgate

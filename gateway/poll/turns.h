@@ -1,6 +1,6 @@
 // Who goes first on a line, so that nobody starves: writes before reads, clients of high priority
 // before others, devices that answer before those that fail; each with a limit.
-// gateway/poll/poller_choice.cpp asks for the order and takes the first that has something to send.
+// gateway/poll/chooser.cpp asks for the order and takes the first that has something to send.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

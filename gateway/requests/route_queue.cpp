@@ -21,8 +21,8 @@ bool Meets(const SlaveSet& written, std::uint8_t slave) {
   return slave == kAllSlaves ? written.any() : written[slave] || written[kAllSlaves];
 }
 
-/// What lies before a request on the way from the oldest to it. It waits for writes to its slave:
-/// a write for everybody's, a read for those of its own client.
+/// Writes met so far while the queue is looked through from its oldest request on. A write may not
+/// overtake a write to its slave; a read may not overtake its own client's write.
 class Earlier {
  public:
   void Add(const RoutedRequest& request) {

@@ -42,8 +42,9 @@ TEST(Poller, PollsOnTheGridAndStoresGoodValues) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
   const DeviceStatus status = line.StatusOf(0);
   EXPECT_EQ(status.state, DeviceState::online);
-  EXPECT_EQ(status.exchanges, 21U) << "and the probe at the beginning";
-  EXPECT_EQ(status.Count(Outcome::ok), 21U);
+  EXPECT_GE(status.exchanges, 20U);
+  EXPECT_LE(status.exchanges, 22U) << "20 polls, and the probe that goes first";
+  EXPECT_EQ(status.Count(Outcome::ok), status.exchanges);
   EXPECT_EQ(status.missed, 0U);
   EXPECT_GT(status.round_trips.mean(), 10ms) << "4 + 9 characters at 9600 bit/s and 5 ms to think";
   EXPECT_LT(status.round_trips.mean(), 30ms);

@@ -12,8 +12,8 @@ using Choice = Turns::Choice;
 using ::testing::ElementsAre;
 
 /// What goes when everything of `has` always has something to send.
-std::vector<Choice> Play(Turns& turns, const Turns::Waiting& waiting, const std::vector<Choice>& has,
-                        std::size_t count) {
+std::vector<Choice> Play(Turns& turns, const Turns::Waiting& waiting,
+                         const std::vector<Choice>& has, std::size_t count) {
   std::vector<Choice> taken;
   while (taken.size() < count) {
     bool any = false;
@@ -40,7 +40,7 @@ TEST(Turns, AfterFourWritesInARowAPollHasItsTurn) {
 TEST(Turns, AfterSixteenShortWritesOfRoutesToo) {
   Turns turns;
   const auto taken = Play(turns, {.short_write = true, .routed = true},
-                         {Choice::urgent, Choice::routed_normal}, 18);
+                          {Choice::urgent, Choice::routed_normal}, 18);
   EXPECT_EQ(std::ranges::count(taken, Choice::urgent), 17);
   EXPECT_EQ(taken[16], Choice::routed_normal);
 }
@@ -70,7 +70,7 @@ TEST(Turns, PollsAndRoutedRequestsAlternate) {
 TEST(Turns, AfterOneForEachClientOfHighPriorityComesOneOfTheRest) {
   Turns turns;
   const auto taken = Play(turns, {.routed = true, .high_clients = 2},
-                         {Choice::poll, Choice::routed_high, Choice::routed_normal}, 6);
+                          {Choice::poll, Choice::routed_high, Choice::routed_normal}, 6);
   EXPECT_THAT(taken, ElementsAre(Choice::routed_high, Choice::routed_high, Choice::routed_normal,
                                  Choice::routed_high, Choice::routed_high, Choice::poll));
 }

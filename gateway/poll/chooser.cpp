@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/chooser.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate {
+
+Chooser::Chooser(const config::Line& line, Roster& roster, Schedule& schedule, WriteQueue& writes,
+                 RoutedSide& routes, const LateAnswers& late)
+    : line_(line),
+      roster_(roster),
+      schedule_(schedule),
+      writes_(writes),
+      routes_(routes),
+      late_(late),
+      probes_(roster, late) {}
+
+Turns::Waiting Chooser::Waiting() const {
+  const RouteQueue& queue = routes_.queue();
+  if (queue.empty()) return {};
+  return {.short_write = queue.HasShortWrite(),
+          .routed = true,
+          .high_clients = queue.Clients(config::Priority::high)};
+}
+
+std::unique_ptr<Job> Chooser::Next(const Idle& idle) {
+  const Turns::Waiting waiting = Waiting();
+  for (const Turns::Choice choice : turns_.Order(waiting)) {
+    auto job = Take(choice, idle);
+    if (!job) continue;
+    turns_.OnTaken(choice, waiting);
+    return job;
+  }
+  turns_.OnNothing();
+  return nullptr;
+}
+
+std::unique_ptr<Job> Chooser::Take(Turns::Choice choice, const Idle& idle) {
+  using Choice = Turns::Choice;
+  switch (choice) {
+    case Choice::urgent:
+      return TakeUrgent(idle);
+    case Choice::parked:
+      return TakeParked(idle.now);
+    case Choice::probe:
+      return TakeProbe(idle);
+    case Choice::poll:
+      return TakePoll(idle.now);
+    case Choice::routed_high:
+      return TakeRouted(config::Priority::high, idle.now);
+    case Choice::routed_normal:
+      return TakeRouted(config::Priority::normal, idle.now);
+    case Choice::routed_low:
+      return TakeRouted(config::Priority::low, idle.now);
+  }
+  return nullptr;
+}
+
+std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
+  std::optional<Instant> soonest;
+  const auto sooner = [&soonest](std::optional<Instant> other) {
+    if (other && (!soonest || *other < *soonest)) soonest = other;
+  };
+  const auto when_clear = [&](const Member& member) {
+    if (!late_.IsClear(member, idle.now)) sooner(late_.LateUntil(member));
+  };
+  const Probes::Facts facts = FactsOf(idle);
+  sooner(schedule_.NextDue());
+  sooner(probes_.NextAt(facts));
+  for (const Parked& parked : parked_) sooner(parked.until);
+  for (const WriteCommand& command : writes_.waiting()) {
+    when_clear(roster_.DeviceAt(command.device));
+  }
+  for (const std::uint8_t slave : routes_.queue().Slaves()) {
+    const Member* member = roster_.FindSlave(slave);
+    if (member == nullptr) continue;
+    when_clear(*member);
+    const bool tried = member->health.offline() && late_.IsClear(*member, idle.now);
+    if (tried && routes_.queue().HasUrgent(slave)) sooner(probes_.NextWriteAt(*member, facts));
+  }
+  return soonest;
+}
+
+// ---------------------------------------------------------------- urgent
+
+std::unique_ptr<Job> Chooser::TakeUrgent(const Idle& idle) {
+  if (!routes_.queue().empty()) {
+    const auto may_ask = [&](const RoutedRequest& request) { return MayAsk(request, idle.now); };
+    if (auto job = ForRoute(routes_.queue().TakeUrgent(may_ask), idle.now)) return job;
+    if (auto job = TakeWriteProbe(idle)) return job;
+  }
+  // Who has written waits for the read-back, too.
+  if (auto job = TakeReadBack(idle.now)) return job;
+  return TakeCommand(idle.now);
+}
+
+std::unique_ptr<Job> Chooser::TakeWriteProbe(const Idle& idle) {
+  const Probes::Facts facts = FactsOf(idle);
+  for (const std::uint8_t slave : routes_.queue().Slaves()) {
+    const Member* member = roster_.FindSlave(slave);
+    if (member == nullptr || !member->health.offline()) continue;
+    if (!late_.IsClear(*member, idle.now)) continue;
+    if (probes_.NextWriteAt(*member, facts) > idle.now) return nullptr;
+    const auto to_it = [slave](const RoutedRequest& request) { return request.slave == slave; };
+    auto job = ForRoute(routes_.queue().TakeUrgent(to_it), idle.now);
+    if (!job) continue;
+    job->looks = Probes::Kind::short_write;
+    return job;
+  }
+  return nullptr;
+}
+
+std::unique_ptr<Job> Chooser::TakeReadBack(Instant now) {
+  while (true) {
+    const auto next = writes_.TakeReadBack(
+        [this, now](std::size_t device) { return late_.IsClear(roster_.device(device), now); });
+    if (!next) return nullptr;
+    Device& device = roster_.device(next->device);
+    const bool known = next->query < device.conversation->Queries().size();
+    if (!known || !device.in_use || device.health.offline()) continue;
+    return std::make_unique<Job>(device, Job::ReadBack{},
+                                 Task{Task::Kind::poll, next->query, kNoPoint, {}}, now);
+  }
+}
+
+/// The first command whose device may be asked now; commands to one device keep their order, and so
+/// do writes to one slave, whichever way they came.
+std::unique_ptr<Job> Chooser::TakeCommand(Instant now) {
+  std::optional<WriteCommand> next = writes_.Take([this, now](const WriteCommand& command) {
+    const Device& device = roster_.DeviceAt(command.device);
+    const auto routed = device.slave == 0 ? std::nullopt : routes_.queue().FirstWrite(device.slave);
+    if (routed && *routed < command.sequence) return false;
+    return late_.IsClear(device, now);
+  });
+  if (!next) return nullptr;
+  Device& device = roster_.DeviceAt(next->device);
+  return std::make_unique<Job>(device, Job::Write{.command = std::move(*next)}, Task{}, now);
+}
+
+// ---------------------------------------------------------------- polls and probes
+
+std::unique_ptr<Job> Chooser::TakeParked(Instant now) {
+  const auto next =
+      std::ranges::find_if(parked_, [now](const Parked& one) { return one.until <= now; });
+  if (next == parked_.end()) return nullptr;
+  auto job = std::move(next->job);
+  parked_.erase(next);
+  return job;
+}
+
+std::unique_ptr<Job> Chooser::TakePoll(Instant now) {
+  const auto pick = schedule_.Next(now, turns_.HealthyFirst());
+  if (!pick) return nullptr;
+  return std::make_unique<Job>(roster_.device(pick->device),
+                               Job::Poll{pick->group, pick->last_of_round},
+                               Task{Task::Kind::poll, pick->query, kNoPoint, {}}, now);
+}
+
+std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
+  const Probes::Facts facts = FactsOf(idle);
+  const auto when = probes_.NextAt(facts);
+  if (!when || *when > idle.now) return nullptr;
+  Member& member = *probes_.Next(facts);
+  probes_.OnTaken(member);
+  std::unique_ptr<Job> job;
+  if (roster_.IsDevice(member) && member.in_use) {
+    job = std::make_unique<Job>(member, Job::Probe{}, Task{Task::Kind::probe, 0, kNoPoint, {}},
+                                idle.now);
+  } else {
+    // A client's request to a slave that is offline is its probe.
+    job = ForRoute(routes_.queue().TakeFor(member.slave), idle.now);
+    if (!job && routes_.MayRepeatRead(member, idle.since == idle.now, idle.now)) {
+      job = ForRoute(routes_.RepeatRead(member), idle.now);
+    }
+  }
+  if (job) job->looks = Probes::Kind::look;
+  return job;
+}
+
+void Chooser::Park(std::unique_ptr<Job> job, Instant until) {
+  parked_.push_back({std::move(job), until});
+}
+
+bool Chooser::IsParked(const Member& member) const {
+  return std::ranges::any_of(
+      parked_, [&member](const Parked& parked) { return parked.job->member == &member; });
+}
+
+void Chooser::DropParked(const Member& member) {
+  std::erase_if(parked_, [&member](const Parked& parked) { return parked.job->member == &member; });
+}
+
+Probes::Facts Chooser::FactsOf(const Idle& idle) const {
+  const bool now = routes_.ClientsAreHere(idle.now) || RoutedWaits(idle.now);
+  return {.now = idle.now,
+          .idle_since = idle.since,
+          .next_wanted = now ? idle.now : schedule_.NextDue(),
+          .clients_gone = routes_.ClientsGone(),
+          .is_looked_for = [this, idle](const Member& one) { return IsLookedFor(one, idle); },
+          .client_waits = [this](const Member& one) { return routes_.queue().HasFor(one.slave); }};
+}
+
+bool Chooser::IsLookedFor(const Member& member, const Idle& idle) const {
+  if (roster_.IsDevice(member) && member.in_use) return true;
+  if (member.slave == 0) return false;
+  return routes_.queue().HasFor(member.slave) ||
+         routes_.MayRepeatRead(member, idle.since == idle.now, idle.now);
+}
+
+bool Chooser::MayProbe(const Member& member, const Idle& idle) const {
+  const Probes::Facts facts = FactsOf(idle);
+  return probes_.NextAt(facts) == idle.now && probes_.Next(facts) == &member;
+}
+
+Duration Chooser::Waited(Instant from, Instant to) const {
+  if (!writes_.empty() || RoutedWaits(to)) return to - from;
+  const auto due = schedule_.NextDue();
+  if (!due || *due >= to) return Duration::zero();
+  return to - std::max(from, *due);
+}
+
+// ---------------------------------------------------------------- routed requests
+
+/// Somebody waits for a slave that answers.
+bool Chooser::RoutedWaits(Instant now) const {
+  return routes_.queue().HasAny([&](const RoutedRequest& request) { return MayAsk(request, now); });
+}
+
+/// Not while an answer to an earlier request may come that would pass for its own, and no write
+/// before an earlier one to a point of the same device.
+bool Chooser::MayAsk(const RoutedRequest& request, Instant now) const {
+  const Member* member = roster_.FindSlave(request.slave);
+  if (member != nullptr && (!late_.IsClear(*member, now) || member->health.offline())) return false;
+  return !IsWrite(request) || !writes_.HasAny([&](const WriteCommand& command) {
+    const std::uint8_t slave = roster_.DeviceAt(command.device).slave;
+    const bool same = slave != 0 && (slave == request.slave || request.slave == 0);
+    return same && command.sequence < request.sequence;
+  });
+}
+
+std::unique_ptr<Job> Chooser::TakeRouted(config::Priority priority, Instant now) {
+  const auto may_ask = [&](const RoutedRequest& request) { return MayAsk(request, now); };
+  return ForRoute(routes_.queue().Take(priority, may_ask), now);
+}
+
+std::unique_ptr<Job> Chooser::ForRoute(RouteQueue::Batch batch, Instant now) {
+  if (batch.empty()) return nullptr;
+  const Protocol& protocol = *roster_.carrier();
+  const RoutedRequest& first = batch.front();
+  Request request;
+  request.bytes = protocol.carrier->wrap(first.slave, first.pdu);
+  request.expect = protocol.expect(request.bytes, line_.options);
+  const bool common = protocol.carrier->is_common(first.pdu);
+  Member& slave = roster_.SlaveAt(first.slave);
+  auto job = std::make_unique<Job>(
+      slave, Job::Routed{.batch = std::move(batch), .every_slave_answers = common, .reply = {}},
+      Task{}, now);
+  job->request = std::move(request);
+  job->steps = 1;
+  job->sending = true;
+  return job;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,88 @@
+// What a line does next: asks the parts in the order of gateway/poll/turns.h and makes a job of the
+// first that has something. Asked by gateway/poll/poller.cpp whenever the line is idle.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "config/model/line.h"
+#include "gateway/poll/job.h"
+#include "gateway/poll/late_answers.h"
+#include "gateway/poll/probes.h"
+#include "gateway/poll/roster.h"
+#include "gateway/poll/routed_side.h"
+#include "gateway/poll/schedule.h"
+#include "gateway/poll/turns.h"
+#include "gateway/poll/write_queue.h"
+
+namespace baudgate {
+
+class Chooser {
+ public:
+  /// All references outlive the chooser.
+  Chooser(const config::Line& line, Roster& roster, Schedule& schedule, WriteQueue& writes,
+          RoutedSide& routes, const LateAnswers& late);
+
+  /// A moment, and since when the line has been idle: the same where an exchange has just ended.
+  struct Idle {
+    Instant now{};
+    Instant since{};
+  };
+  /// Null: nothing may be sent now. A routed job has its request; others have to be asked for it.
+  std::unique_ptr<Job> Next(const Idle& idle);
+  /// When Next may have something although nothing happens meanwhile.
+  std::optional<Instant> NextAt(const Idle& idle) const;
+
+  /// The device has asked to wait with this job.
+  void Park(std::unique_ptr<Job> job, Instant until);
+  bool IsParked(const Member& member) const;
+  void DropParked(const Member& member);
+
+  /// Whether a routed request may be sent, as far as its slave and earlier writes are concerned.
+  bool MayAsk(const RoutedRequest& request, Instant now) const;
+  /// Whether a read of a slave that is offline is its probe right now.
+  bool MayProbe(const Member& member, const Idle& idle) const;
+  /// How long others would have waited for a probe that took the line all this time.
+  Duration Waited(Instant from, Instant to) const;
+
+  Turns& turns() { return turns_; }
+  const Turns& turns() const { return turns_; }
+  Probes& probes() { return probes_; }
+  const Probes& probes() const { return probes_; }
+
+ private:
+  struct Parked {
+    std::unique_ptr<Job> job;
+    Instant until{};
+  };
+
+  Turns::Waiting Waiting() const;
+  Probes::Facts FactsOf(const Idle& idle) const;
+  bool RoutedWaits(Instant now) const;
+  bool IsLookedFor(const Member& member, const Idle& idle) const;
+
+  std::unique_ptr<Job> Take(Turns::Choice choice, const Idle& idle);
+  std::unique_ptr<Job> TakeUrgent(const Idle& idle);
+  std::unique_ptr<Job> TakeWriteProbe(const Idle& idle);
+  std::unique_ptr<Job> TakeReadBack(Instant now);
+  std::unique_ptr<Job> TakeCommand(Instant now);
+  std::unique_ptr<Job> TakeParked(Instant now);
+  std::unique_ptr<Job> TakeProbe(const Idle& idle);
+  std::unique_ptr<Job> TakePoll(Instant now);
+  std::unique_ptr<Job> TakeRouted(config::Priority priority, Instant now);
+  std::unique_ptr<Job> ForRoute(RouteQueue::Batch batch, Instant now);
+
+  const config::Line& line_;
+  Roster& roster_;
+  Schedule& schedule_;
+  WriteQueue& writes_;
+  RoutedSide& routes_;
+  const LateAnswers& late_;
+  Turns turns_;
+  Probes probes_;
+  std::vector<Parked> parked_;  // one of a device at most
+};
+
+}  // namespace baudgate

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/job.h"
+
+#include <algorithm>
+
+namespace baudgate {
+
+bool IsUrgent(const Job& job) {
+  if (job.As<Job::Write>() != nullptr || job.As<Job::ReadBack>() != nullptr) return true;
+  const auto* routed = job.As<Job::Routed>();
+  return routed != nullptr && !routed->batch.empty() &&
+         RouteQueue::IsShortWrite(routed->batch.front());
+}
+
+std::optional<Instant> LatestStart(const Job& job) {
+  if (job.request.closes) return std::nullopt;
+  if (const auto* write = job.As<Job::Write>()) return write->command.deadline;
+  const auto* routed = job.As<Job::Routed>();
+  if (routed == nullptr) return std::nullopt;
+  if (routed->batch.empty()) return Instant{};  // nobody waits any more
+  return std::ranges::max(routed->batch, {}, &RoutedRequest::deadline).deadline;
+}
+
+const char* WhyNotSend(const Job& job, Instant now) {
+  if (job.request.closes) return nullptr;
+  if (job.As<Job::Routed>() == nullptr && !job.member->in_use) return "the device is disabled";
+  const auto* write = job.As<Job::Write>();
+  const bool untouched = write != nullptr && write->next <= 1 && !job.begun();
+  if (untouched && write->command.dropped && *write->command.dropped) return "its client has left";
+  const auto latest = LatestStart(job);
+  return latest && *latest <= now ? "the command waited for the line beyond its deadline" : nullptr;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,94 @@
+// What a line does at present: one task of one device, or one routed request, from its first
+// request to its end. Made by gateway/poll/chooser.cpp, carried out by gateway/poll/job_run.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <variant>
+
+#include "gateway/base/time.h"
+#include "gateway/line/line.h"
+#include "gateway/poll/late_answers.h"
+#include "gateway/poll/probes.h"
+#include "gateway/poll/roster.h"
+#include "gateway/requests/commands.h"
+#include "gateway/requests/route_queue.h"
+#include "protocols/conversation.h"
+
+namespace baudgate {
+
+struct Job {
+  struct Poll {
+    config::Group group = config::Group::fast;
+    bool last_of_round = false;
+  };
+  struct Probe {};
+  struct ReadBack {};  ///< of a query whose points were written, or are in doubt
+  struct Write {
+    WriteCommand command;
+    std::size_t next = 0;  ///< index in command.writes of the first that has not been begun
+  };
+  struct Routed {
+    RouteQueue::Batch batch;          ///< whom the reply goes to; they may leave meanwhile
+    bool every_slave_answers = true;  ///< if only with an exception: silence tells of the slave
+    Bytes reply;
+
+    bool is_read() const { return !batch.empty() && !IsWrite(batch.front()); }
+  };
+
+  Job(Member& who, std::variant<Poll, Probe, ReadBack, Write, Routed> kind, Task what, Instant now)
+      : member(&who), kind(std::move(kind)), task(std::move(what)), began(now) {}
+
+  template <typename Kind>
+  Kind* As() {
+    return std::get_if<Kind>(&kind);
+  }
+  template <typename Kind>
+  const Kind* As() const {
+    return std::get_if<Kind>(&kind);
+  }
+  /// What is done in the end: the job behind, where this is the probe before it.
+  const Job& goal() const { return behind ? *behind : *this; }
+  /// Something of it has been sent.
+  bool begun() const { return steps > 1 || attempts > 0; }
+  bool is_probe() const { return task.kind == Task::Kind::probe; }
+
+  Asked asked() const {
+    return {.member = member,
+            .request = &request,
+            .began = exchange_began,
+            .routed = As<Routed>() != nullptr,
+            .retry = attempts > 0,
+            .probe = is_probe(),
+            .lone_probe = is_probe() && !behind};
+  }
+
+  Member* member;
+  std::variant<Poll, Probe, ReadBack, Write, Routed> kind;
+  Task task;  ///< for the conversation
+  Instant began;
+  std::optional<Probes::Kind> looks;  ///< its member is offline: which budget has allowed it
+  bool mute = false;                  ///< its end says nothing about the member
+
+  Request request;
+  bool sending = false;  ///< the request waits for the line to be idle
+  int attempts = 0;      ///< of the present request, beyond the first
+  int steps = 0;         ///< requests of the task, without repetitions
+  int parkings = 0;      ///< how often the device has asked to wait with it
+  Instant exchange_began{};
+  std::optional<ExchangeEnd> end;  ///< of the present request
+  Answer answer;                   ///< to it
+  Duration wire{};                 ///< line time of its answered exchanges
+
+  std::unique_ptr<Job> behind;  ///< goes on when this probe has shown that replies are in order
+};
+
+/// Writes, the reads behind them, and short writes of routes.
+bool IsUrgent(const Job& job);
+/// When its request may still be sent, if there is a limit to that.
+std::optional<Instant> LatestStart(const Job& job);
+/// Why its request must not be sent; null: it may.
+const char* WhyNotSend(const Job& job, Instant now);
+
+}  // namespace baudgate

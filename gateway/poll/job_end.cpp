@@ -1,0 +1,159 @@
+// The end of a job: what is repeated after a failure, who is answered, and what goes on. The table
+// of all its states is in job_run.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+
+#include "gateway/poll/poller.h"
+
+namespace baudgate {
+namespace {
+
+/// What could not be read once is tried again after the slow period, at least this often.
+constexpr Duration kLongestRepeat = 1h;
+
+/// Whether what is read once was to be read.
+bool IsOnce(const Job& job, const Device* device) {
+  if (const auto* poll = job.As<Job::Poll>()) return poll->group == config::Group::once;
+  if (device == nullptr || job.As<Job::ReadBack>() == nullptr) return false;
+  const auto queries = device->conversation->Queries();
+  return job.task.query < queries.size() && queries[job.task.query].group == config::Group::once;
+}
+
+void AnswerRoute(Job& job, Outcome outcome, const std::string& reason) {
+  Job::Routed& routed = *job.As<Job::Routed>();
+  const bool sent = job.exchange_began != Instant{};
+  bool shared = false;
+  for (RoutedRequest& request : routed.batch) {
+    RoutedReply reply{outcome, {}, reason.empty() ? std::string(Name(outcome)) : reason};
+    if (outcome == Outcome::ok || outcome == Outcome::refused) reply.pdu = routed.reply;
+    reply.sent = sent;
+    reply.shared = std::exchange(shared, true);
+    if (sent) reply.waited = job.exchange_began - request.arrived;
+    request.done(std::move(reply));
+  }
+}
+
+}  // namespace
+
+/// A routed read whose reply was damaged waits for its turn again, where that can do no harm.
+/// Silence is the client's to judge, who may have better things to ask by now. Whoever asks for
+/// what its slave does not know says nothing about the slave by it.
+void Poller::OnFailed(const ExchangeEnd& end, bool in_debt) {
+  Job& job = *job_;
+  Member& member = *job.member;
+  job.answer = {};
+  if (auto* routed = job.As<Job::Routed>()) {
+    upkeep_.HoldBack(member);
+    const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
+    if (damaged && routed->is_read() && !job.looks &&
+        routed->batch.front().tries < member.retries) {
+      ledger_.OnRetry(member);
+      for (RoutedRequest& request : routed->batch) ++request.tries;
+      routes_.queue().Return(std::move(routed->batch));
+      job_.reset();
+      return;
+    }
+    job.mute = job.mute || !routed->every_slave_answers;
+    return Finish(end.outcome, end.reason);
+  }
+  if (!MayRetry(in_debt)) return GiveUp(end);
+  const auto instead =
+      roster_.AsDevice(member)->conversation->Instead(job.request, end.outcome, now_.instant);
+  if (!instead && !job.request.expect.repeatable) return GiveUp(end);
+  if (instead) job.request = *instead;
+  ++job.attempts;
+  job.sending = true;
+  ledger_.OnRetry(member);
+}
+
+/// `in_debt`: failing devices had already had more than their share of the line. Then those that
+/// answer do not wait for repetitions of a poll; nor does a start or stop that a client sends.
+bool Poller::MayRetry(bool in_debt) const {
+  const Job& job = *job_;
+  const Member& member = *job.member;
+  const bool goes_on = job.attempts < member.retries && (!job.is_probe() || job.behind) &&
+                       member.health.state() != DeviceState::never_seen;
+  if (!goes_on) return false;
+  if (const auto* write = job.goal().As<Job::Write>()) {
+    return now_.instant < write->command.deadline;
+  }
+  const bool others = in_debt && schedule_.HealthyDue(now_.instant);
+  return !others && !routes_.queue().HasShortWrite();
+}
+
+void Poller::GiveUp(const ExchangeEnd& end) {
+  Device& device = *roster_.AsDevice(*job_->member);
+  const Then then =
+      device.conversation->OnFailure(job_->task, job_->request, end.outcome, now_.instant);
+  if (then == Then::ask_again) return Ask();
+  if (then == Then::replan) upkeep_.Plan(device);
+  upkeep_.HoldBack(device);
+  Finish(end.outcome, end.reason);
+}
+
+// ---------------------------------------------------------------- the end of the task
+
+void Poller::Finish(Outcome outcome, const std::string& reason) {
+  const std::unique_ptr<Job> done = std::move(job_);
+  Member& member = *done->member;
+  Device* const device = roster_.AsDevice(member);
+  const bool life = ProvesLife(outcome);
+  if (done->behind) {
+    // That it answers probes does not make up for polls that fail.
+    const bool news = !life || member.health.state() == DeviceState::never_seen;
+    if (news) upkeep_.OnTask(member, outcome, reason, now_.instant);
+    return Resume(std::move(done->behind), outcome, reason);
+  }
+  if (done->looks) chooser_.probes().OnEnd(member, *done->looks, done->began);
+  const auto* poll = done->As<Job::Poll>();
+  if (poll != nullptr && poll->group == config::Group::fast) {
+    ledger_.OnFastPoll(member, done->wire, life, poll->last_of_round);
+  }
+  // Many devices do not answer at all what they do not know.
+  const bool unread = !life || outcome == Outcome::busy;
+  if (unread && IsOnce(*done, device)) {
+    const Duration wait = std::min<Duration>(device->config->slow, kLongestRepeat);
+    schedule_.RepeatOnce(device->place, now_.instant + wait);
+  }
+  if (!done->mute) upkeep_.OnTask(member, outcome, reason, now_.instant);
+  if (done->As<Job::Routed>() != nullptr) return AnswerRoute(*done, outcome, reason);
+  if (auto* write = done->As<Job::Write>()) FinishWrite(*write, *device, outcome, reason);
+}
+
+/// What the probe came to is never the outcome of the task that waited for it.
+void Poller::Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string& reason) {
+  job_ = std::move(job);
+  const Member& member = *job_->member;
+  // A device that wants to be left in peace gets it: a meter counts wrong passwords.
+  const bool in_peace = schedule_.held_until(member.place) > now_.instant;
+  const bool is_write = job_->As<Job::Write>() != nullptr;
+  const bool allowed = !in_peace || (is_write && outcome == Outcome::ok);
+  if (ProvesLife(outcome) && member.in_use && order_.MayBeInStep(job_->asked()) && allowed) {
+    if (job_->As<Job::Routed>() != nullptr) return;  // its request is as it was
+    job_->steps = 0;
+    return Ask();
+  }
+  job_->mute = true;
+  if (!member.in_use) return Finish(Outcome::no_reply, "the device is disabled");
+  Finish(outcome == Outcome::ok ? Outcome::busy : outcome, reason);
+}
+
+void Poller::FinishWrite(Job::Write& write, Device& device, Outcome outcome,
+                         const std::string& reason) {
+  WriteCommand& command = write.command;
+  if (outcome != Outcome::ok || (write.next == command.writes.size() && !open_)) {
+    command.done(outcome, reason);
+  } else if (write.next == command.writes.size()) {
+    writes_.Confirm(std::move(command));
+  } else if (!device.in_use) {
+    command.done(Outcome::no_reply, "the device was disabled before all points were written");
+  } else if (command.deadline <= now_.instant) {
+    command.done(Outcome::no_reply, "the deadline passed before all points were written");
+  } else {
+    job_ = std::make_unique<Job>(device, std::move(write), Task{}, now_.instant);
+    NextWrite();
+  }
+}
+
+}  // namespace baudgate

@@ -1,0 +1,265 @@
+// A job from its first request to its end. One exchange is gateway/line/line.h's affair; here is
+// what its end leads to.
+//
+// clang-format off
+//   the job               what happens                        next
+//   chosen                it asks, or its request is ready    waiting
+//   chosen                the conversation will not ask       ended: unsupported
+//   waiting               line idle, a reply to an earlier    postponed behind a probe of its device
+//                         request could pass for its own
+//   waiting               line idle, nothing owed any more    under way (quiet, sending, receiving)
+//   waiting, quiet        its deadline came, its client left, broken off: what it has begun is closed,
+//                         or its device was disabled          else ended: no_reply
+//   quiet, a routed read  a short write came                  back in its queue
+//   under way             a good reply, a step remains        waiting, for the next request
+//   under way             a good reply, nothing remains       ended: its outcome
+//   under way             busy, of a poll                     parked, as often as there are retries
+//   under way             silence, damage, another's reply    waiting, to be repeated: see MayRetry
+//   under way             the same, of a routed read          back in its queue after damage, else
+//                                                             ended: its client judges
+//   under way             the same, no retry left             a step that closes what is open, or ended
+//   under way             the port is lost                    ended: line_down
+//   postponed             its probe was answered in order     waiting
+//   postponed             it was not                          ended: as the probe
+//   a write, ended ok     points of its command remain        chosen, with the next point
+//   a write, ended ok     none remains                        confirmed: answered after the read-back
+// clang-format on
+//
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+
+#include "gateway/poll/poller.h"
+#include "gateway/store/conversion.h"
+
+namespace baudgate {
+namespace {
+
+/// A task that needs more exchanges than this is a conversation going round in circles.
+constexpr int kMostSteps = 8;
+
+}  // namespace
+
+// ---------------------------------------------------------------- to the request
+
+void Poller::Begin() {
+  if (job_->looks) ledger_.OnProbe();
+  if (job_->As<Job::Write>() != nullptr) {
+    NextWrite();
+  } else if (job_->As<Job::Routed>() == nullptr) {
+    Ask();
+  }
+}
+
+void Poller::Ask() {
+  if (++job_->steps > kMostSteps) {
+    return Finish(Outcome::unexpected, "the conversation did not come to an end");
+  }
+  Conversation& conversation = *roster_.AsDevice(*job_->member)->conversation;
+  auto request = conversation.Ask(job_->task, now_.instant);
+  if (!request) {
+    job_->mute = true;
+    ledger_.OnUnsupported(*job_->member, request.error());
+    return Finish(Outcome::unsupported, request.error());
+  }
+  job_->request = std::move(*request);
+  job_->attempts = 0;
+  job_->sending = true;
+}
+
+/// The points of the command before the next one are written.
+void Poller::NextWrite() {
+  Job::Write& write = *job_->As<Job::Write>();
+  const Device& device = *roster_.AsDevice(*job_->member);
+  const PointWrite& point = write.command.writes[write.next++];
+  auto raw = ToRaw(device.config->points[point.point], point.value);
+  job_->task.kind = Task::Kind::write;
+  job_->task.point = point.point;
+  if (!raw) {
+    job_->mute = true;
+    return Finish(Outcome::refused, raw.error());
+  }
+  job_->task.value = std::move(*raw);
+  const auto queries = device.conversation->Queries();
+  for (std::size_t query = 0; query < queries.size(); ++query) {
+    if (std::ranges::find(queries[query].points, point.point) == queries[query].points.end()) {
+      continue;
+    }
+    writes_.AddReadBack({device.place, query});
+  }
+  Ask();
+}
+
+/// A probe goes before the first request of a task that a reply to an earlier one could be taken
+/// for, and of a device of which nobody knows what it answers.
+bool Poller::Synchronize() {
+  Job& job = *job_;
+  const bool first = job.steps == 1 && job.attempts == 0 && !job.is_probe();
+  const bool answered = job.request.expect.reply == Expectation::Reply::one;
+  if (!first || !answered || !roster_.IsDevice(*job.member) || !job.member->in_use) return false;
+  if (!order_.NeedsProbeFirst(job.asked())) return false;
+  auto probe = std::make_unique<Job>(*job.member, Job::Probe{},
+                                     Task{Task::Kind::probe, 0, kNoPoint, {}}, now_.instant);
+  probe->behind = std::move(job_);
+  job_ = std::move(probe);
+  Ask();
+  return true;
+}
+
+void Poller::Start() {
+  const Member& member = *job_->member;
+  if (idle_since_ + member.times.reply <= now_.instant) order_.OnRested();
+  job_->sending = false;
+  job_->exchange_began = now_.instant;
+  Exchange exchange{job_->request, member.protocol->reply_rule, member.times, {}};
+  exchange.times.drain += late_.ExtraDrain(member);
+  exchange.aftermath = late_.Aftermath(job_->asked(), now_.instant);
+  Hear(line_.Start(std::move(exchange), now_.instant));
+}
+
+void Poller::Send() {
+  const Request& request = job_->request;
+  echo_.OnSent(request.bytes);
+  chooser_.turns().OnSent(IsUrgent(job_->goal()));
+  order_.OnSent(job_->asked());
+  ledger_.OnSent(*job_->member, request);
+  listener_.Send(request.bytes, job_->member->serial);
+}
+
+/// A read that the line still waits with lets a short write pass, and what has become too late
+/// meanwhile is not sent any more.
+void Poller::CancelQuiet() {
+  if (line_.state() != Line::State::quiet || !job_ || job_->end) return;
+  if (const char* why = WhyNotSend(*job_, now_.instant)) {
+    line_.Cancel();
+    job_->exchange_began = {};
+    return BreakOff(why);
+  }
+  auto* routed = job_->As<Job::Routed>();
+  if (routed == nullptr || !routed->is_read()) return;
+  RouteQueue& queue = routes_.queue();
+  const auto urgent = [this](const RoutedRequest& request) {
+    return RouteQueue::IsShortWrite(request) && chooser_.MayAsk(request, now_.instant);
+  };
+  if (!chooser_.turns().UrgentAllowed(queue.HasShortWrite()) || !queue.HasAny(urgent)) return;
+  line_.Cancel();
+  queue.Return(std::move(routed->batch));
+  job_.reset();
+}
+
+/// What waits for the line is not sent. What it has begun is ended in order.
+void Poller::BreakOff(const std::string& why) {
+  Job& job = *job_;
+  job.mute = true;
+  const bool asks = job.As<Job::Routed>() == nullptr;
+  const bool closes = asks && job.begun() &&
+                      roster_.AsDevice(*job.member)
+                              ->conversation->OnFailure(job.task, job.request, Outcome::busy,
+                                                        now_.instant) == Then::ask_again;
+  if (closes) return Ask();
+  Finish(Outcome::no_reply, why);
+}
+
+// ---------------------------------------------------------------- the reply, and what it means
+
+Outcome Poller::Judge(View frame, Instant now) {
+  Job& job = *job_;
+  Answer& answer = job.answer;
+  Device* const device = roster_.AsDevice(*job.member);
+  if (echo_.MayBeEcho(job.request, frame)) {
+    answer = {};
+    answer.outcome = Outcome::unexpected;
+    answer.reason =
+        "a good reply equals its request, and this bus echoes requests: nobody need have answered; "
+        "set 'echo: strip' at the line";
+    return answer.outcome;
+  }
+  if (auto* routed = job.As<Job::Routed>()) {
+    answer = {};
+    answer.outcome = roster_.carrier()->carrier->unwrap(job.request.bytes, frame, routed->reply);
+    if (device == nullptr) return answer.outcome;
+  } else {
+    answer = device->conversation->OnFrame(job.task, job.request, frame, now);
+  }
+  if (!ProvesLife(answer.outcome) && answer.outcome != Outcome::unexpected) return answer.outcome;
+  const ReplyOrder::Verdict verdict = order_.OnReply(job.asked(), frame, answer.outcome);
+  if (verdict.proves_life_only) answer.readings.clear();
+  if (!verdict.elsewhere || answer.outcome != Outcome::ok) return answer.outcome;
+  answer = {};
+  answer.outcome = Outcome::unexpected;
+  answer.reason =
+      "the reply belongs to another request: the device, or a serial server before it, answers "
+      "late; or it was replaced by one of another kind";
+  return answer.outcome;
+}
+
+void Poller::Conclude() {
+  Job& job = *job_;
+  Member& member = *job.member;
+  const Asked asked = job.asked();
+  if (echo_.OnExchangeEnd(job.request, *job.end)) ledger_.OnCollision();
+  ExchangeEnd end = std::move(*std::exchange(job.end, std::nullopt));
+  if (!job.answer.reason.empty()) end.reason = job.answer.reason;
+  const bool answered = ProvesLife(end.outcome);
+  const bool lost = end.outcome == Outcome::line_down;
+  job.mute = job.request.expect.reply == Expectation::Reply::none;
+  if (!job.mute) member.health.OnExchange(end.outcome);
+  if (late_.Conclude(asked, end, order_.IsInStep(member), now_.instant)) upkeep_.HoldBack(member);
+  order_.OnEnd(asked, end.outcome, !lost && !job.mute);
+  const bool in_debt = chooser_.turns().HealthyFirst();  // for what failed before this
+  if (roster_.IsDevice(member) && !job.mute && !lost) {
+    // What it took in vain counts from its first failure on; Advance charges what follows.
+    if (!answered && !schedule_.doubted(member.place)) {
+      chooser_.turns().Charge(now_.instant - job.exchange_began);
+    }
+    schedule_.Doubt(member.place, !answered);
+  }
+  if (answered) job.wire += now_.instant - job.exchange_began;
+  ledger_.OnExchange(member, end, job.mute, job.is_probe() && member.health.offline());
+  upkeep_.ShowLine(now_.instant);
+  if (lost) return Finish(end.outcome, end.reason);
+  if (answered) return OnAnswered(end);
+  listener_.OnNoReply();
+  OnFailed(end, in_debt);
+}
+
+void Poller::OnAnswered(const ExchangeEnd& end) {
+  Job& job = *job_;
+  if (job.As<Job::Routed>() != nullptr) {
+    routes_.OnAnswered(now_.instant);
+    return Finish(end.outcome, {});
+  }
+  Device& device = *roster_.AsDevice(*job.member);
+  const Answer answer = std::exchange(job.answer, {});
+  Store(device, answer, end.round_trip);
+  if (answer.wait > Duration::zero()) schedule_.Hold(device.place, now_.instant + answer.wait);
+  if (answer.then == Then::ask_again) return Ask();
+  if (answer.then == Then::replan) {
+    upkeep_.Plan(device);
+    if (device.in_use) schedule_.Restart(device.place, now_.instant);
+    return Finish(end.outcome, answer.reason);
+  }
+  const bool read = job.task.kind == Task::Kind::poll;
+  const bool parks = end.outcome == Outcome::busy && read && job.parkings < device.retries &&
+                     device.in_use && !chooser_.IsParked(device);
+  if (!parks) return Finish(end.outcome, answer.reason);
+  ++job.parkings;
+  --job.steps;
+  const Instant until = now_.instant + std::max<Duration>(answer.wait, device.times.quiet);
+  schedule_.Hold(device.place, until);
+  chooser_.Park(std::move(job_), until);
+}
+
+void Poller::Store(const Device& device, const Answer& answer, Duration round_trip) {
+  std::vector<Sample> samples;
+  samples.reserve(answer.readings.size());
+  for (const Reading& reading : answer.readings) {
+    if (reading.point >= device.config->points.size()) continue;
+    samples.push_back(ToSample(device.config->points[reading.point], reading));
+  }
+  if (samples.empty()) return;
+  store_.Update(device.index, samples, now_, round_trip);
+  if (job_->task.kind == Task::Kind::poll) order_.OnStored({device.place, job_->task.query});
+}
+
+}  // namespace baudgate

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/late_answers.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate {
+namespace {
+
+/// Characters; what follows a good answer for longer is no part of it.
+constexpr int kLongestTrail = 256;
+
+/// A device that was late once is trusted again by and by: each good answer takes off this part.
+constexpr int kDecay = 64;
+constexpr Duration kForgotten = 1ms;
+
+void Decay(Duration& lateness) {
+  lateness -= lateness / kDecay;
+  if (lateness < kForgotten) lateness = {};
+}
+
+/// When its last character is through.
+Instant SentAt(const Asked& asked) {
+  const auto characters = static_cast<std::int64_t>(asked.request->bytes.size());
+  return asked.began + characters * asked.member->times.character;
+}
+
+}  // namespace
+
+LateAnswers::State& LateAnswers::Of(const Member& member) const {
+  if (states_.size() <= member.place) states_.resize(member.place + 1);
+  return states_[member.place];
+}
+
+Instant LateAnswers::LateUntil(const Member& member) const { return Of(member).late_until; }
+
+void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
+  last_ = asked.member;
+  State& state = Of(*asked.member);
+  state.late_from.reset();
+  state.end = End::silent;
+  if (outcome == Outcome::no_reply) state.late_from = now;
+  if (outcome == Outcome::corrupt) state.end = End::corrupt;
+  if (outcome == Outcome::partial) state.end = End::cut_short;
+  if (!ProvesLife(outcome)) return;
+  // The late answer to the first try was taken for that to its retry, whose own is still to come.
+  if (asked.retry) state.late_from = SentAt(asked) + asked.member->times.reply;
+  if (!state.unanswered) state.end = End::answered;
+}
+
+LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
+  Stray told;
+  // Too late for any answer: noise.
+  if (last_ == nullptr || stray.since_end > last_->times.ceiling) return told;
+  const Member& member = *last_;
+  const LineTimes& times = member.times;
+  State& state = Of(member);
+  told.counts = state.end != End::corrupt && state.end != End::cut_short;
+  if (state.end == End::corrupt) return told;
+  if (state.late_from && *state.late_from <= now) {
+    told.late = &member;
+    told.lateness = now - *std::exchange(state.late_from, std::nullopt);
+  }
+  const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
+  if (state.end == End::answered) {
+    // A second copy of the answer, or noise behind it: not longer than an answer can be.
+    const Duration longest = times.drain + kLongestTrail * times.character;
+    if (stray.since_end <= longest) state.trail = std::max(state.trail, std::min(needed, longest));
+    return told;
+  }
+  if (needed <= times.drain + state.lateness) return told;
+  state.lateness = needed - times.drain;
+  if (std::exchange(state.told_late, true)) return told;
+  told.warned = &member;
+  const auto after = FormatDuration(std::chrono::round<std::chrono::milliseconds>(stray.since_end));
+  told.warning =
+      state.end == End::cut_short
+          ? "the rest of a broken reply came " + after + " later; if this goes on, raise timing.gap"
+          : "bytes came " + after +
+                " after its exchange had ended; if this goes on, raise timing.reply";
+  return told;
+}
+
+/// Whether the awaited answer may yet come. Behind an unexpected frame it may: that was perhaps
+/// another device's late one. After a damaged reply a device is re-checked by its probe, so nothing
+/// is owed; a routed slave may still answer unless the damaged bytes were as long as its reply and
+/// nobody else's answer was due.
+bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const {
+  if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) return true;
+  const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
+  if (!damaged || roster_.IsDevice(*asked.member)) return false;
+  const bool others_due = std::ranges::any_of(roster_.everyone(), [&](const Member* other) {
+    return other != asked.member && Of(*other).late_until > asked.began;
+  });
+  return others_due || std::ranges::none_of(asked.request->expect.shapes, [&](const Shape& shape) {
+           return end.received >= shape.min_length && end.received <= shape.max_length;
+         });
+}
+
+bool LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_step, Instant now) {
+  const Member& member = *asked.member;
+  const LineTimes& times = member.times;
+  State& state = Of(member);
+  if (MayStillAnswer(asked, end)) {
+    // A reply under a wrong address is still this device's reply: the request is closed. It stays
+    // open only after silence, or where replies carry no address.
+    const bool open = end.outcome == Outcome::no_reply || !asked.named();
+    if (open && !state.unanswered) state.unanswered = asked.began;
+    // Probes of a device that is offline would cost the others this time again and again.
+    if (asked.lone_probe) return false;
+    const Instant by_end = now + times.ceiling - times.reply;
+    const Instant by_request = SentAt(asked) + times.quiet + times.ceiling;
+    SetLate(member, roster_.IsDevice(member) ? by_end : std::max(by_request, by_end));
+    return false;
+  }
+  const bool answered =
+      ProvesLife(end.outcome) && asked.request->expect.reply != Expectation::Reply::none;
+  if (!answered) return false;
+  // Answers to what a device was asked while it was offline may come yet. Unless its answers are
+  // known to be in step, the device alone waits for them, not the line.
+  const bool owed = state.unanswered && !asked.routed && member.health.offline() && !in_step;
+  SetLate(member, owed ? now + OlderAnswers(member, now) : Instant{});
+  state.unanswered.reset();
+  Decay(state.lateness);
+  Decay(state.trail);
+  return owed;
+}
+
+void LateAnswers::OnClosed(const Member& member, Instant now) {
+  SetLate(member, now + member.times.ceiling);
+}
+
+Instant LateAnswers::ClearAt(const Member& member, bool named) const {
+  Instant clear{};
+  for (const Member* other : roster_.everyone()) {
+    if (other->IsSame(member) || !named) clear = std::max(clear, Of(*other).late_until);
+  }
+  return clear;
+}
+
+Duration LateAnswers::ExtraDrain(const Member& member) const { return Of(member).lateness; }
+
+/// A routed request is sent when no earlier answer can come any more, and never repeated here. A
+/// device that is offline keeps nobody waiting who can be told from it.
+Duration LateAnswers::Aftermath(const Asked& asked, Instant now) const {
+  const bool alone = asked.named() && asked.member->health.offline();
+  return asked.routed || alone ? Of(*asked.member).trail : OlderAnswers(*asked.member, now);
+}
+
+/// If requests R1…Rn stayed unanswered and a reply comes now, it may be R1's. Those to R2…Rn still
+/// follow, the last within (now - R1 sent), and later by as much as the device was seen to be late.
+/// Wait that long, at most the ceiling.
+Duration LateAnswers::OlderAnswers(const Member& member, Instant now) const {
+  const State& state = Of(member);
+  if (!state.unanswered) return state.trail;
+  const Duration since = now - *state.unanswered + member.times.gap + state.lateness;
+  return std::min(std::max(since, state.trail), member.times.ceiling);
+}
+
+Duration LateAnswers::WorstCase(const Member& member) const {
+  const LineTimes& times = member.times;
+  return times.quiet + 32 * times.character + times.reply + times.drain + Of(member).lateness;
+}
+
+void LateAnswers::SetLate(const Member& member, Instant until) {
+  for (const Member* one : roster_.everyone()) {
+    if (one->IsSame(member)) Of(*one).late_until = until;
+  }
+}
+
+}  // namespace baudgate

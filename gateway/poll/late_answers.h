@@ -1,0 +1,102 @@
+// Until when an answer may come that nobody waits for any more, and who waits for that instead: the
+// line, or the device alone. Told by gateway/poll/job_run.cpp what has ended and what came behind;
+// numbers are in docs/timeouts.md.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/line/line.h"
+#include "gateway/poll/roster.h"
+
+namespace baudgate {
+
+/// One exchange, for the parts of the poller that learn from it.
+struct Asked {
+  const Member* member = nullptr;
+  const Request* request = nullptr;
+  Instant began{};          ///< when the line was given it
+  bool routed = false;      ///< for clients of a route: no conversation takes part
+  bool retry = false;       ///< the same request had failed before
+  bool probe = false;       ///< the task is a probe
+  bool lone_probe = false;  ///< and nothing waits behind it: a look whether the device is back
+
+  /// The reply says whose it is.
+  bool named() const { return !request->expect.address.empty(); }
+};
+
+class LateAnswers {
+ public:
+  explicit LateAnswers(const Roster& roster) : roster_(roster) {}
+
+  /// Before what came behind its end is told.
+  void OnEnd(const Asked& asked, Outcome outcome, Instant now);
+
+  struct Stray {
+    bool counts = true;              ///< among the line's stray bytes
+    const Member* late = nullptr;    ///< whose late answer it is, told once for each exchange
+    Duration lateness{};             ///< of that
+    const Member* warned = nullptr;  ///< of whom the user should know
+    std::string warning;
+  };
+  Stray OnStray(const StrayBytes& stray, Instant now);
+
+  /// What the end means for the next requests. True: the polls of all that are the same as the
+  /// member are held until LateUntil. `in_step`: its answers are known to belong to their requests.
+  bool Conclude(const Asked& asked, const ExchangeEnd& end, bool in_step, Instant now);
+  /// The port closed with an exchange under way: what a serial server still owes may reach the next
+  /// connection.
+  void OnClosed(const Member& member, Instant now);
+  /// It is offline: silent, not late. Its bytes will tell should it be late even so.
+  void OnOffline(const Member& member) { Of(member).lateness = {}; }
+
+  Instant LateUntil(const Member& member) const;
+  bool IsClear(const Member& member, Instant now) const { return LateUntil(member) <= now; }
+  /// The earliest moment at which no answer to another request can come any more that would pass
+  /// for that to a request of `member`. A reply that carries its sender's address passes for nobody
+  /// else's.
+  Instant ClearAt(const Member& member, bool named) const;
+  /// How much longer than its drain time the silence behind a failed exchange of it has to be.
+  Duration ExtraDrain(const Member& member) const;
+  /// The silence that has to follow even a good reply.
+  Duration Aftermath(const Asked& asked, Instant now) const;
+  /// The longest that an exchange of it keeps the line when it does not answer.
+  Duration WorstCase(const Member& member) const;
+  /// Whose exchange ended last.
+  const Member* last() const { return last_; }
+
+ private:
+  enum class End : std::uint8_t {
+    silent,     // or unexpected, or not at all
+    answered,   // bytes behind it are too many
+    corrupt,    // bytes behind it are the rest of that
+    cut_short,  // likewise
+  };
+  struct State {
+    Instant late_until{};               // until then an answer to a failed request may come
+    std::optional<Instant> unanswered;  // start of the first exchange since its last answer
+    std::optional<Instant> late_from;  // bytes from here on are the late answer to its last request
+    Duration lateness{};               // how much longer than its drain time its bytes were seen to
+                                       // take behind the end of an exchange that had failed
+    Duration trail{};                  // how long after good answers more bytes came
+    End end = End::silent;             // of its last exchange
+    bool told_late = false;            // the user has been warned
+  };
+
+  State& Of(const Member& member) const;
+  bool MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const;
+  Duration OlderAnswers(const Member& member, Instant now) const;
+  void SetLate(const Member& member, Instant until);
+
+  const Roster& roster_;
+  mutable std::deque<State> states_;  // by place
+  const Member* last_ = nullptr;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/ledger.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate {
+namespace {
+
+/// Line use is not worth a word before.
+constexpr Duration kShortestUse = 10s;
+
+}  // namespace
+
+Ledger::Ledger(const Roster& roster, const Schedule& schedule, PointStore& store,
+               std::uint32_t line, PollerListener& listener)
+    : roster_(roster), schedule_(schedule), store_(store), line_(line), listener_(listener) {}
+
+Ledger::State& Ledger::Of(const Member& member) {
+  if (states_.size() <= member.place) states_.resize(member.place + 1);
+  return states_[member.place];
+}
+
+/// A slave that only routes reach stands in no store.
+void Ledger::Change(const Member& member, const std::function<void(DeviceStatus&)>& change) {
+  if (roster_.IsDevice(member)) store_.UpdateStatus(member.index, change);
+}
+
+void Ledger::OnTime(Now now, bool busy, const Member* member) {
+  const Duration passed = now.instant - now_.instant;
+  if (open_ && busy) {
+    counters_.busy += passed;
+    if (member != nullptr) Of(*member).busy += passed;
+  }
+  now_ = now;
+  if (now.instant - minute_began_ < 1min) return;
+  use_ = UseSince(minute_began_);
+  minute_began_ = now.instant;
+  busy_before_minute_ = counters_.busy;
+}
+
+void Ledger::OnOpened() {
+  open_ = true;
+  use_.reset();
+  minute_began_ = now_.instant;
+  busy_before_minute_ = counters_.busy;
+  silent_from_.reset();
+}
+
+void Ledger::OnClosed(Override why) {
+  open_ = false;
+  closed_as_ = why;
+  use_ = 0;
+  const std::string reason = WhyClosed();
+  for (const auto& device : roster_.devices()) {
+    ShowOverride(*device);
+    if (!device->in_use) continue;
+    // Behind a closed port nothing is online. The log has one line for the port, not one a device;
+    // the first answer after it opens is news again.
+    State& state = Of(*device);
+    if (state.shown != DeviceState::never_seen) state.shown = DeviceState::offline;
+    Change(*device, [&](DeviceStatus& status) {
+      status.state = state.shown;
+      status.last_outcome = Outcome::line_down;
+      status.last_reason = reason;
+    });
+  }
+}
+
+std::string Ledger::WhyClosed() const {
+  return closed_as_ == Override::out_of_service ? "the port is lent to another program"
+                                                : "the port is closed";
+}
+
+void Ledger::OnSent(const Member& member, const Request& request) {
+  counters_.bytes_out += request.bytes.size();
+  if (tap_ != nullptr) tap_->OnSent(member.index, request, now_);
+}
+
+void Ledger::OnReceived(View bytes) {
+  counters_.bytes_in += bytes.size();
+  if (tap_ != nullptr) tap_->OnReceived(bytes, now_);
+}
+
+void Ledger::OnLate(const Member& member, Duration lateness) {
+  ++counters_.late;
+  Change(member, [lateness](DeviceStatus& status) {
+    ++status.late;
+    status.lateness = lateness;
+  });
+}
+
+void Ledger::OnSecondReply(const Member& member) {
+  Change(member, [](DeviceStatus& status) { ++status.doubled; });
+  if (std::exchange(Of(member).told_second, true)) return;
+  listener_.OnWarning(member.index,
+                      "a second, different reply came behind one: replies come twice, or one "
+                      "request late; what was read just before is read again");
+}
+
+void Ledger::OnRetry(const Member& member) {
+  Change(member, [](DeviceStatus& status) { ++status.retries; });
+}
+
+void Ledger::OnUnsupported(const Member& member, const std::string& reason) {
+  Change(member, [&reason](DeviceStatus& status) {
+    status.last_outcome = Outcome::unsupported;
+    status.last_reason = reason;
+  });
+}
+
+/// Of devices, too, that have not been asked for long.
+void Ledger::CountMissed() {
+  for (const auto& device : roster_.devices()) {
+    const std::uint32_t missed = schedule_.Missed(device->place, now_.instant);
+    if (std::exchange(Of(*device).missed, missed) == missed) continue;
+    Change(*device, [missed](DeviceStatus& status) { status.missed = missed; });
+  }
+}
+
+void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe) {
+  const bool answered = ProvesLife(end.outcome) && !mute;
+  CountMissed();
+  ++counters_.exchanges;
+  ++counters_.outcomes[static_cast<std::size_t>(end.outcome)];
+  if (answered) {
+    counters_.round_trips.Add(end.round_trip);
+    silent_from_.reset();
+  } else if (!ProvesLife(end.outcome) && end.outcome != Outcome::line_down) {
+    if (!silent_from_) silent_from_ = now_.instant;
+    last_failure_ = now_.instant;
+  }
+  Change(member, [&](DeviceStatus& status) {
+    ++status.exchanges;
+    ++status.outcomes[static_cast<std::size_t>(end.outcome)];
+    status.last_outcome = end.outcome;
+    if (!probe) status.recent.Add(end.outcome);
+    status.busy = Of(member).busy;
+    if (end.outcome != Outcome::ok) status.last_reason = end.reason;
+    if (!answered) return;
+    status.last_ok = now_.instant;
+    status.last_ok_wall = now_.wall;
+    status.round_trips.Add(end.round_trip);
+  });
+  if (tap_ != nullptr) tap_->OnExchangeEnd(member.index, end, now_);
+}
+
+void Ledger::OnFastPoll(const Member& member, Duration wire, bool answered, bool last_of_round) {
+  State& state = Of(member);
+  state.round_wire += wire;
+  state.round_clean = state.round_clean && answered;
+  if (!last_of_round) return;
+  const Duration took = std::exchange(state.round_wire, {});
+  if (!std::exchange(state.round_clean, true)) return;
+  state.fast_wire = took;
+  MeasureCycle();
+}
+
+void Ledger::OnPlan(const Device& device) {
+  Of(device).round_wire = {};
+  Of(device).round_clean = true;
+}
+
+void Ledger::MeasureCycle() {
+  Duration cycle{};
+  for (const auto& device : roster_.devices()) {
+    if (device->in_use && !device->health.offline()) cycle += Of(*device).fast_wire;
+  }
+  for (const auto& device : roster_.devices()) {
+    store_.SetLineCycle(device->index, cycle, now_.instant);
+  }
+}
+
+/// Its outage is no judgement of how it works when it is back.
+void Ledger::OnOffline(const Member& member) {
+  Change(member, [](DeviceStatus& status) { status.recent = {}; });
+}
+
+void Ledger::OnState(const Member& member, const std::string& reason) {
+  const DeviceState state = StateOf(member);
+  const DeviceState from = std::exchange(Of(member).shown, state);
+  ShowOverride(member);
+  if (state == from) return;
+  Change(member, [state](DeviceStatus& status) { status.state = state; });
+  listener_.OnDeviceState(member.index, from, state, reason);
+  if (tap_ != nullptr) tap_->OnDeviceState(member.index, state, reason, now_);
+}
+
+DeviceState Ledger::StateOf(const Member& member) const {
+  if (!member.in_use) return DeviceState::disabled;
+  const DeviceState state = member.health.state();
+  return open_ || state == DeviceState::never_seen ? state : DeviceState::offline;
+}
+
+Override Ledger::OverrideOf(const Member& member) const {
+  if (!member.in_use) return Override::out_of_service;
+  if (!open_) return closed_as_;
+  return member.health.state() == DeviceState::offline ? Override::offline : Override::none;
+}
+
+void Ledger::ShowOverride(const Member& member) {
+  if (roster_.IsDevice(member)) store_.SetOverride(member.index, OverrideOf(member));
+}
+
+/// What the line was busy with of the minute under way.
+double Ledger::UseSince(Instant began) const {
+  const Duration whole = now_.instant - began;
+  if (whole < kShortestUse) return 0;
+  return static_cast<double>((counters_.busy - busy_before_minute_).count()) /
+         static_cast<double>(whole.count());
+}
+
+void Ledger::ShowLine(Duration notice_bound) {
+  store_.UpdateLine(line_, [&](LineStatus& status) {
+    static_cast<LineCounters&>(status) = counters_;
+    status.use = use_ ? *use_ : UseSince(minute_began_);
+    status.notice_bound = notice_bound;
+  });
+}
+
+}  // namespace baudgate

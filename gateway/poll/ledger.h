@@ -1,0 +1,111 @@
+// The accounts of a line: what its time went to, how exchanges ended, which states devices are in.
+// Told by gateway/poll/poller.cpp; writes the point store, and tells listener and tap of states.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/poll/late_answers.h"
+#include "gateway/poll/poller_listener.h"
+#include "gateway/poll/roster.h"
+#include "gateway/poll/schedule.h"
+#include "gateway/store/line_status.h"
+#include "gateway/store/point_store.h"
+#include "gateway/trace/tap.h"
+
+namespace baudgate {
+
+class Ledger {
+ public:
+  Ledger(const Roster& roster, const Schedule& schedule, PointStore& store, std::uint32_t line,
+         PollerListener& listener);
+
+  void Attach(Tap& tap) { tap_ = &tap; }
+
+  /// Time has passed; `busy`: the line was, with `member` where that is known.
+  void OnTime(Now now, bool busy, const Member* member);
+  void OnOpened();
+  /// `why`: of all points while the port is closed.
+  void OnClosed(Override why);
+  /// "the port is closed", or why.
+  std::string WhyClosed() const;
+
+  void OnSent(const Member& member, const Request& request);
+  void OnReceived(View bytes);
+  void OnEcho() { ++counters_.echoes; }
+  void OnCollision() { ++counters_.collisions; }
+  void OnProbe() { ++counters_.probes; }
+  void OnStray(std::size_t count) { counters_.stray_bytes += count; }
+  void OnLate(const Member& member, Duration lateness);
+  void OnSecondReply(const Member& member);
+  void OnRetry(const Member& member);
+  /// The conversation would not ask.
+  void OnUnsupported(const Member& member, const std::string& reason);
+  /// `mute`: its end says nothing about the member. `probe`: whether a member is back that is
+  /// offline.
+  void OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe);
+  /// A poll of the fast group has ended after so much line time. Failures, retries and waiting say
+  /// nothing about how long a round takes: an outage must not make old values look younger.
+  void OnFastPoll(const Member& member, Duration wire, bool answered, bool last_of_round);
+  /// Its queries are others now.
+  void OnPlan(const Device& device);
+  /// Its state may have changed; `reason`: what has led to that.
+  void OnState(const Member& member, const std::string& reason);
+  /// The line time of one fast round of all devices that are polled: one of them has come or gone.
+  void MeasureCycle();
+  void OnOffline(const Member& member);
+
+  /// `notice_bound`: see LineStatus.
+  void ShowLine(Duration notice_bound);
+  void ShowOverride(const Member& member);
+
+  const LineCounters& counters() const { return counters_; }
+  /// See Poller::SilentSince.
+  bool SilentSince(Instant when) const {
+    return silent_from_ && *silent_from_ < when && last_failure_ >= when;
+  }
+
+ private:
+  struct State {
+    DeviceState shown = DeviceState::never_seen;
+    Duration busy{};           // line time that it has taken
+    std::uint32_t missed = 0;  // of its periods
+    bool round_clean = true;   // nothing has failed in the fast round under way
+    Duration round_wire{};     // its line time so far
+    Duration fast_wire{};      // of its last whole fast round
+    bool told_second = false;  // the user has been warned of a second, different reply
+  };
+
+  State& Of(const Member& member);
+  void Change(const Member& member, const std::function<void(DeviceStatus&)>& change);
+  void CountMissed();
+  double UseSince(Instant began) const;
+  DeviceState StateOf(const Member& member) const;
+  Override OverrideOf(const Member& member) const;
+
+  const Roster& roster_;
+  const Schedule& schedule_;
+  PointStore& store_;
+  const std::uint32_t line_;
+  PollerListener& listener_;
+  Tap* tap_ = nullptr;
+  std::deque<State> states_;  // by place
+  LineCounters counters_;
+  Now now_{};
+  bool open_ = false;
+  Override closed_as_ = Override::not_connected;
+  Instant minute_began_{};
+  Duration busy_before_minute_{};
+  std::optional<double> use_;           // of the last full minute; nothing before there is one
+  std::optional<Instant> silent_from_;  // nobody has answered since
+  Instant last_failure_{};              // of an exchange
+};
+
+}  // namespace baudgate

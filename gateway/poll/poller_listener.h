@@ -1,0 +1,29 @@
+// What a line's owner hears from its poller: requests to send, and news of devices. Implemented by
+// gateway/daemon/line_runner.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "config/model/serial.h"
+#include "gateway/base/bytes.h"
+#include "gateway/store/device_status.h"
+
+namespace baudgate {
+
+class PollerListener {
+ public:
+  virtual ~PollerListener() = default;
+  /// A whole request, to be sent at once with these settings of the port.
+  virtual void Send(View bytes, const config::SerialSettings& serial) = 0;
+  /// No good reply came: what of the request has not left this machine must not leave it later.
+  virtual void OnNoReply() {}
+  /// One line per change, with the reason; `device` is numbered as for gateway/trace/tap.h.
+  virtual void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
+                             const std::string& reason) = 0;
+  /// Something the user should know that is not a state: an echo suspected, a late device.
+  virtual void OnWarning(std::uint32_t device, const std::string& message) = 0;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,90 @@
+// Who can be asked on a line: the devices of the configuration, and slaves that only transparent
+// routes reach. Filled by gateway/poll/poller.cpp; the parts of the poller keep what they know of a
+// member by its place here.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/model/line.h"
+#include "gateway/base/bytes.h"
+#include "gateway/line/line.h"
+#include "gateway/poll/device_health.h"
+#include "gateway/trace/tap.h"
+#include "protocols/protocol.h"
+
+namespace baudgate {
+
+struct Member {
+  std::size_t place = 0;    // in the roster; of a device also its number in the schedule
+  std::uint32_t index = 0;  // see gateway/trace/tap.h
+  std::uint8_t slave = 0;   // its Modbus address, where routes may reach it; 0: they do not
+  bool in_use = true;
+  int retries = 0;
+  const Protocol* protocol = nullptr;
+  config::SerialSettings serial;
+  LineTimes times;
+  DeviceHealth health;
+  /// What its replies say of who they are from; empty: nothing, or not known yet.
+  Bytes sender;
+
+  /// Their replies can not be told apart: two entries of one address.
+  bool IsSame(const Member& other) const {
+    return this == &other ||
+           (!sender.empty() && sender == other.sender && protocol == other.protocol);
+  }
+};
+
+struct Device : Member {
+  const config::Device* config = nullptr;
+  std::unique_ptr<Conversation> conversation;
+};
+
+/// Has no configuration, no conversation, and no place in store and schedule.
+struct Slave : Member {};
+
+class Roster {
+ public:
+  using FindProtocol = std::function<const Protocol&(const std::string& name)>;
+
+  /// `line` outlives the roster. `first_device`: the index of line.devices[0] in the store.
+  Roster(const config::Line& line, std::uint32_t first_device, const FindProtocol& find);
+
+  const std::vector<std::unique_ptr<Device>>& devices() const { return devices_; }
+  /// Devices, then slaves, in the order of their places.
+  const std::vector<Member*>& everyone() const { return everyone_; }
+  Device& device(std::size_t place) const { return *devices_[place]; }
+  /// `index`: in the point store.
+  Device& DeviceAt(std::uint32_t index) const { return *devices_[index - devices_.front()->index]; }
+  bool IsDevice(const Member& member) const { return member.place < devices_.size(); }
+  /// Null: a slave.
+  Device* AsDevice(const Member& member) const {
+    return IsDevice(member) ? devices_[member.place].get() : nullptr;
+  }
+
+  /// Of the line, when it carries Modbus; null: no routes lead here.
+  const Protocol* carrier() const { return carrier_; }
+  /// A device of this Modbus address, or a slave that has been asked before; null: neither.
+  Member* FindSlave(std::uint8_t slave) const;
+  /// Takes it in where nobody has its address yet.
+  Member& SlaveAt(std::uint8_t slave);
+
+ private:
+  void AddDevice(const config::Device& config, const Protocol& protocol, Bus& bus);
+
+  const config::Line& line_;
+  const std::uint32_t first_device_;
+  const Protocol* carrier_ = nullptr;
+  std::vector<std::unique_ptr<Bus>> buses_;
+  std::vector<std::unique_ptr<Device>> devices_;
+  std::vector<std::unique_ptr<Slave>> slaves_;
+  std::vector<Member*> everyone_;
+  std::map<std::uint8_t, Member*> by_slave_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,57 @@
+// Requests of transparent routes on one line: those that wait, and what is known of their clients.
+// Waiting and choosing is gateway/requests/route_queue.h's affair, sending and answering that of
+// gateway/poll/job_run.cpp: no conversation takes part.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "gateway/poll/roster.h"
+#include "gateway/requests/route_queue.h"
+
+namespace baudgate {
+
+class RoutedSide {
+ public:
+  /// Clients of transparent routes that poll do so at least this often.
+  static constexpr Duration kClientsReturn = std::chrono::seconds(2);
+  /// Who has asked for a slave that is offline wants to know of its return for so long.
+  static constexpr Duration kStillWanted = std::chrono::minutes(1);
+
+  RouteQueue& queue() { return queue_; }
+  const RouteQueue& queue() const { return queue_; }
+
+  /// An exchange for a client was answered.
+  void OnAnswered(Instant now) { answered_at_ = now; }
+  /// When the clients count as gone; nothing: there were none.
+  std::optional<Instant> ClientsGone() const;
+  /// Clients do not say when they will be back: who has just been served may be at any moment.
+  bool ClientsAreHere(Instant now) const { return ClientsGone() && now < *ClientsGone(); }
+
+  /// Reads of a slave that is offline, but for the first `keep`: to be answered at once. What was
+  /// asked for is remembered for its probes.
+  std::vector<RoutedRequest> TakeHopeless(const Member& slave, std::size_t keep,
+                                          const PduCarrier& carrier, Instant now);
+  /// Whether anybody wants to know if this slave is back, who is not there with a request right
+  /// now: a client that asks its slaves one after the other waits for others then, so that its last
+  /// read is repeated in its place. For 2 s after that at once, up to 1 min only directly behind
+  /// another exchange (`behind`). Needed by
+  /// AskedInTurn.ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt.
+  bool MayRepeatRead(const Member& slave, bool behind, Instant now) const;
+  /// The read, in nobody's name.
+  RouteQueue::Batch RepeatRead(const Member& slave) const;
+
+ private:
+  struct Refused {
+    Bytes pdu;  // the last that a client has asked it for
+    Instant at{};
+  };
+
+  RouteQueue queue_;
+  std::optional<Instant> answered_at_;
+  std::map<std::uint8_t, Refused> refused_;  // by slave, while offline
+};
+
+}  // namespace baudgate

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/upkeep.h"
+
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace baudgate {
+
+Upkeep::Upkeep(Roster& roster, Schedule& schedule, PointStore& store, LateAnswers& late,
+               Chooser& chooser, Ledger& ledger)
+    : roster_(roster),
+      schedule_(schedule),
+      store_(store),
+      late_(late),
+      chooser_(chooser),
+      ledger_(ledger) {
+  for (const auto& device : roster_.devices()) {
+    schedule_.AddDevice(device->config->poll, device->config->slow);
+    Plan(*device);
+    ledger_.ShowOverride(*device);
+  }
+}
+
+void Upkeep::OnOpened(Instant now) {
+  for (const auto& device : roster_.devices()) {
+    if (!device->in_use) continue;
+    Reconnect(*device, now);
+    if (!device->health.offline()) schedule_.Restart(device->place, now);
+    ledger_.ShowOverride(*device);
+  }
+}
+
+void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now) {
+  Device* const device = roster_.AsDevice(member);
+  const bool was_offline = member.health.offline();
+  member.health.OnTask(outcome, now);
+  const bool offline = member.health.offline();
+  if (offline && !was_offline) {
+    ledger_.OnOffline(member);
+    chooser_.DropParked(member);
+    chooser_.probes().OnOffline(member);
+    late_.OnOffline(member);
+    if (device != nullptr) {
+      schedule_.Suspend(device->place);
+      Reconnect(*device, now);
+    }
+  } else if (!offline && was_offline && device != nullptr && device->in_use) {
+    schedule_.Restart(device->place, now);
+  }
+  if (offline != was_offline) {
+    ledger_.MeasureCycle();
+    ShowLine(now);
+  }
+  const std::string_view why =
+      outcome == Outcome::ok ? "some of its exchanges fail" : Name(outcome);
+  ledger_.OnState(member, reason.empty() ? std::string(why) : reason);
+}
+
+void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
+  device.in_use = in_use;
+  chooser_.DropParked(device);
+  schedule_.Suspend(device.place);
+  if (in_use) {
+    Reconnect(device, now);
+    if (open && !device.health.offline()) schedule_.Restart(device.place, now);
+  }
+  ledger_.MeasureCycle();
+  ledger_.OnState(device, in_use ? "taken into use" : "taken out of use");
+}
+
+/// Nothing that was learned of the device holds any more: it may be another one. What it has said
+/// is not good again before it says it again.
+void Upkeep::Reconnect(Device& device, Instant now) {
+  device.conversation->OnReconnect();
+  Plan(device);
+  std::vector<std::size_t> points(device.config->points.size());
+  std::iota(points.begin(), points.end(), 0U);
+  store_.Doubt(device.index, points, now);
+}
+
+void Upkeep::Plan(Device& device) {
+  std::vector<config::Group> groups;
+  for (const Query& query : device.conversation->Queries()) groups.push_back(query.group);
+  schedule_.SetQueries(device.place, std::move(groups));
+  chooser_.DropParked(device);  // its query may be another one now
+  ledger_.OnPlan(device);
+}
+
+void Upkeep::HoldBack(const Member& member) {
+  const Instant until = late_.LateUntil(member);
+  for (const auto& device : roster_.devices()) {
+    if (device->IsSame(member)) schedule_.Hold(device->place, until);
+  }
+}
+
+}  // namespace baudgate

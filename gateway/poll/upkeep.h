@@ -1,0 +1,47 @@
+// What follows when a device comes, goes, or may be another one: its plan, its schedule, its state,
+// and the doubt of what it has said. Told by gateway/poll/poller.cpp and job_run.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "gateway/base/outcome.h"
+#include "gateway/poll/chooser.h"
+#include "gateway/poll/late_answers.h"
+#include "gateway/poll/ledger.h"
+#include "gateway/poll/roster.h"
+#include "gateway/poll/schedule.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate {
+
+class Upkeep {
+ public:
+  /// All references outlive it.
+  Upkeep(Roster& roster, Schedule& schedule, PointStore& store, LateAnswers& late, Chooser& chooser,
+         Ledger& ledger);
+
+  /// The port has opened.
+  void OnOpened(Instant now);
+  /// A task has ended: a device may be offline now, or back.
+  void OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now);
+  void SetInUse(Device& device, bool in_use, bool open, Instant now);
+  /// Its conversation has other queries now.
+  void Plan(Device& device);
+  /// No request of the member, or of one that is the same on the wire, may be met by what is still
+  /// under way: their polls wait.
+  void HoldBack(const Member& member);
+  void ShowLine(Instant now) { ledger_.ShowLine(chooser_.probes().NoticeBound(now)); }
+
+ private:
+  void Reconnect(Device& device, Instant now);
+
+  Roster& roster_;
+  Schedule& schedule_;
+  PointStore& store_;
+  LateAnswers& late_;
+  Chooser& chooser_;
+  Ledger& ledger_;
+};
+
+}  // namespace baudgate

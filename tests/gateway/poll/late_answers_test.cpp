@@ -1,0 +1,140 @@
+// Until when answers may be late, and whom that keeps waiting: one exchange after the other.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/late_answers.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/gateway/poll/part_fixture.h"
+
+namespace baudgate {
+namespace {
+
+constexpr Instant kStart = Instant() + 1h;
+
+class LateAnswersTest : public ::testing::Test, protected ToyMembers {
+ protected:
+  /// An exchange of `member` that began at `began` and ended so at `ended`.
+  void Exchange(const Member& member, Duration began, Duration ended, Outcome outcome,
+                bool retry = false) {
+    asked_ = {.member = &member,
+              .request = &request_,
+              .began = kStart + began,
+              .routed = false,
+              .retry = retry,
+              .probe = false,
+              .lone_probe = false};
+    late_.OnEnd(asked_, outcome, kStart + ended);
+    late_.Conclude(asked_, {outcome, {}, {}, 0}, true, kStart + ended);
+  }
+  Duration LateUntil(const Member& member) const { return late_.LateUntil(member) - kStart; }
+  Duration AftermathAt(Duration at) const { return late_.Aftermath(asked_, kStart + at); }
+
+  LateAnswers late_{roster};
+  Request request_ = AskFor("?A1\r");
+  Asked asked_;
+};
+
+TEST_F(LateAnswersTest, AfterSilenceTheDeviceIsWaitedForUpToTheCeiling) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  EXPECT_EQ(LateUntil(a), 1000ms) << "its reply time is over already";
+  EXPECT_TRUE(late_.IsClear(b, kStart + 200ms));
+  EXPECT_EQ(late_.ClearAt(b, true), Instant{}) << "its replies carry its name";
+  EXPECT_EQ(late_.ClearAt(b, false), kStart + 1s) << "they do not: anybody's may pass for them";
+}
+
+TEST_F(LateAnswersTest, AnAnswerEndsTheWaiting) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(a, 300ms, 320ms, Outcome::ok);
+  EXPECT_TRUE(late_.IsClear(a, kStart + 320ms));
+}
+
+TEST_F(LateAnswersTest, DamageIsFoundOutByTheProbeAndOwesNothing) {
+  Exchange(a, 0ms, 50ms, Outcome::corrupt);
+  EXPECT_TRUE(late_.IsClear(a, kStart + 50ms));
+}
+
+TEST_F(LateAnswersTest, AProbeOfADeviceThatIsOfflineKeepsNobodyWaiting) {
+  asked_ = {.member = &a, .request = &request_, .began = kStart, .probe = true, .lone_probe = true};
+  late_.OnEnd(asked_, Outcome::no_reply, kStart + 200ms);
+  late_.Conclude(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
+  EXPECT_TRUE(late_.IsClear(a, kStart + 200ms));
+}
+
+TEST_F(LateAnswersTest, EntriesOfOneAddressWaitTogether) {
+  a.sender = b.sender = ToBytes("A");
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  EXPECT_EQ(LateUntil(b), 1000ms);
+}
+
+/// R1 at 0 ms and R2 at 300 ms stayed unanswered; the reply at 650 ms may be R1's, so that R2's may
+/// come for another 650 ms.
+TEST_F(LateAnswersTest, BehindAReplyTheLineWaitsForTheAnswersToOlderRequests) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
+  EXPECT_EQ(AftermathAt(650ms), 670ms) << "and a gap";
+  EXPECT_EQ(AftermathAt(5s), 1s) << "the ceiling at most";
+  Exchange(a, 600ms, 650ms, Outcome::ok, true);
+  EXPECT_EQ(AftermathAt(700ms), 0ms);
+}
+
+TEST_F(LateAnswersTest, BytesAfterSilenceAreTheLateAnswer) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  LateAnswers::Stray told = late_.OnStray({9, 120ms}, kStart + 320ms);
+  EXPECT_TRUE(told.counts);
+  EXPECT_EQ(told.late, &a);
+  EXPECT_EQ(told.lateness, 120ms);
+  EXPECT_EQ(told.warned, &a);
+  EXPECT_EQ(late_.ExtraDrain(a), 90ms) << "120 ms and a gap, less the drain";
+  told = late_.OnStray({3, 160ms}, kStart + 360ms);
+  EXPECT_EQ(told.late, nullptr) << "once for each exchange";
+  EXPECT_EQ(told.warned, nullptr) << "once for ever";
+  EXPECT_EQ(late_.ExtraDrain(a), 130ms);
+}
+
+TEST_F(LateAnswersTest, ADeviceThatAnswersInTimeIsTrustedAgain) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  late_.OnStray({9, 120ms}, kStart + 320ms);
+  for (int i = 1; i < 1000; ++i) Exchange(a, i * 1s, i * 1s + 20ms, Outcome::ok);
+  EXPECT_EQ(late_.ExtraDrain(a), 0ms);
+}
+
+TEST_F(LateAnswersTest, TheAnswerToTheFirstTryMeetsTheRetryWhoseOwnIsLate) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(a, 250ms, 300ms, Outcome::ok, true);
+  const LateAnswers::Stray told = late_.OnStray({9, 260ms}, kStart + 560ms);
+  EXPECT_EQ(told.late, &a);
+  EXPECT_GT(told.lateness, 100ms);
+  EXPECT_LT(told.lateness, 110ms) << "310 ms after its request was given to the line, less 200 ms";
+}
+
+TEST_F(LateAnswersTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswers) {
+  Exchange(a, 0ms, 20ms, Outcome::ok);
+  const LateAnswers::Stray told = late_.OnStray({4, 30ms}, kStart + 50ms);
+  EXPECT_TRUE(told.counts);
+  EXPECT_EQ(told.late, nullptr);
+  EXPECT_EQ(AftermathAt(60ms), 50ms);
+  EXPECT_EQ(late_.ExtraDrain(a), 0ms);
+}
+
+TEST_F(LateAnswersTest, WhatFollowsADamagedReplyBelongsToIt) {
+  Exchange(a, 0ms, 20ms, Outcome::corrupt);
+  const LateAnswers::Stray told = late_.OnStray({4, 30ms}, kStart + 50ms);
+  EXPECT_FALSE(told.counts);
+  EXPECT_EQ(told.warned, nullptr);
+}
+
+TEST_F(LateAnswersTest, WhatComesBehindTheCeilingIsNoise) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  const LateAnswers::Stray told = late_.OnStray({4, 1001ms}, kStart + 1201ms);
+  EXPECT_TRUE(told.counts);
+  EXPECT_EQ(told.late, nullptr);
+  EXPECT_EQ(late_.ExtraDrain(a), 0ms);
+}
+
+TEST_F(LateAnswersTest, AfterTheProgramStoppedWhatIsOwedMayReachTheNextConnection) {
+  late_.OnClosed(a, kStart);
+  EXPECT_EQ(LateUntil(a), 1s);
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,120 @@
+// The accounts of a line: what is told, and what the point store then shows.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/ledger.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/gateway/poll/part_fixture.h"
+
+namespace baudgate {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+class LedgerTest : public ::testing::Test, protected PollerListener {
+ protected:
+  LedgerTest() {
+    for (const auto& device : members_.roster.devices()) {
+      schedule_.AddDevice(device->config->poll, device->config->slow);
+    }
+    ledger_.OnTime(At(0s), false, nullptr);
+    ledger_.OnOpened();
+  }
+  static config::Config MakeConfig() {
+    config::Config config;
+    config.lines.push_back(ToyMembers().line);
+    return config;
+  }
+  void Send(View, const config::SerialSettings&) override {}
+  void OnDeviceState(std::uint32_t, DeviceState, DeviceState to, const std::string&) override {
+    states_.push_back(to);
+  }
+  void OnWarning(std::uint32_t, const std::string&) override { ++warnings_; }
+
+  static Now At(Duration at) { return {Instant() + 1h + at, WallTime(1'790'000'000s) + at}; }
+  DeviceStatus StatusOf(const Member& member) const {
+    DeviceStatus status;
+    store_.Read(member.index, [&](const DeviceRecord& record) { status = record.status; });
+    return status;
+  }
+
+  config::Config config_ = MakeConfig();
+  PointStore store_{config_};
+  ToyMembers members_;
+  Device& a_ = members_.a;
+  Schedule schedule_;
+  Ledger ledger_{members_.roster, schedule_, store_, 0, *this};
+  std::vector<DeviceState> states_;
+  int warnings_ = 0;
+};
+
+TEST_F(LedgerTest, BusyTimeIsChargedToTheLineAndToWhoTookIt) {
+  ledger_.OnTime(At(3s), true, &a_);
+  ledger_.OnTime(At(9s), false, &a_);
+  ledger_.OnTime(At(10s), true, nullptr);
+  EXPECT_EQ(ledger_.counters().busy, 4s);
+  ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, false, false);
+  EXPECT_EQ(StatusOf(a_).busy, 3s);
+}
+
+TEST_F(LedgerTest, UseIsThatOfTheLastFullMinute) {
+  const auto use = [this] {
+    ledger_.ShowLine({});
+    return store_.ReadLine(0).use;
+  };
+  ledger_.OnTime(At(6s), true, &a_);
+  EXPECT_EQ(use(), 0) << "not worth a word yet";
+  ledger_.OnTime(At(12s), false, nullptr);
+  EXPECT_DOUBLE_EQ(use(), 0.5);
+  ledger_.OnTime(At(60s), false, nullptr);
+  EXPECT_DOUBLE_EQ(use(), 0.1);
+  ledger_.OnTime(At(90s), true, nullptr);
+  EXPECT_DOUBLE_EQ(use(), 0.1);
+  ledger_.OnClosed(Override::not_connected);
+  EXPECT_EQ(use(), 0);
+}
+
+TEST_F(LedgerTest, ExchangesAreCountedForDeviceAndLine) {
+  ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, false, false);
+  ledger_.OnExchange(a_, {Outcome::no_reply, "nothing", {}, 0}, false, false);
+  const DeviceStatus status = StatusOf(a_);
+  EXPECT_EQ(status.exchanges, 2U);
+  EXPECT_EQ(status.Count(Outcome::no_reply), 1U);
+  EXPECT_EQ(status.last_reason, "nothing");
+  EXPECT_EQ(status.round_trips.count(), 1U);
+  EXPECT_EQ(ledger_.counters().exchanges, 2U);
+}
+
+TEST_F(LedgerTest, ALineIsSilentWhenWhatWasAskedSinceRemainsUnanswered) {
+  const Instant now = At(0s).instant;
+  EXPECT_FALSE(ledger_.SilentSince(now));
+  ledger_.OnExchange(a_, {Outcome::no_reply, {}, {}, 0}, false, false);
+  ledger_.OnTime(At(5s), false, nullptr);
+  ledger_.OnExchange(a_, {Outcome::no_reply, {}, {}, 0}, false, false);
+  EXPECT_TRUE(ledger_.SilentSince(now + 1s));
+  EXPECT_FALSE(ledger_.SilentSince(now + 6s)) << "nothing was asked since";
+  ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, false, false);
+  EXPECT_FALSE(ledger_.SilentSince(now + 1s));
+}
+
+TEST_F(LedgerTest, StatesAreToldOnce) {
+  a_.health.OnTask(Outcome::ok, At(0s).instant);
+  ledger_.OnState(a_, "ok");
+  ledger_.OnState(a_, "ok");
+  EXPECT_THAT(states_, ElementsAre(DeviceState::online));
+  ledger_.OnClosed(Override::not_connected);
+  EXPECT_THAT(states_, ElementsAre(DeviceState::online)) << "the port has a line in the log";
+  EXPECT_EQ(StatusOf(a_).state, DeviceState::offline);
+}
+
+TEST_F(LedgerTest, ASecondReplyIsCountedAlwaysAndWarnedOfOnce) {
+  ledger_.OnSecondReply(a_);
+  ledger_.OnSecondReply(a_);
+  EXPECT_EQ(StatusOf(a_).doubled, 2U);
+  EXPECT_EQ(warnings_, 1);
+}
+
+}  // namespace
+}  // namespace baudgate

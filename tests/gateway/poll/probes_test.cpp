@@ -1,0 +1,116 @@
+// Whose turn it is to be looked for, and when.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/probes.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/gateway/poll/part_fixture.h"
+
+namespace baudgate {
+namespace {
+
+constexpr Instant kStart = Instant() + 1h;
+
+class ProbesTest : public ::testing::Test, protected ToyMembers {
+ protected:
+  static void PutOffline(Member& member) {
+    member.health.OnTask(Outcome::no_reply, kStart);  // it has never answered
+  }
+  Probes::Facts At(Duration at) const {
+    Probes::Facts facts;
+    facts.now = facts.idle_since = kStart + at;
+    facts.next_wanted = next_wanted_;
+    facts.is_looked_for = [](const Member&) { return true; };
+    facts.client_waits = [](const Member&) { return false; };
+    return facts;
+  }
+
+  LateAnswers late_{roster};
+  Probes probes_{roster, late_};
+  std::optional<Instant> next_wanted_;
+};
+
+TEST_F(ProbesTest, NobodyIsOffline) {
+  EXPECT_EQ(probes_.Next(At(0s)), nullptr);
+  EXPECT_FALSE(probes_.NextAt(At(0s)));
+  EXPECT_EQ(probes_.NoticeBound(kStart), 0s);
+}
+
+TEST_F(ProbesTest, ThoseThatAreOfflineTakeTurns) {
+  PutOffline(a);
+  PutOffline(b);
+  EXPECT_EQ(probes_.Next(At(0s)), &a);
+  probes_.OnTaken(a);
+  EXPECT_EQ(probes_.Next(At(0s)), &b);
+  probes_.OnTaken(b);
+  EXPECT_EQ(probes_.Next(At(0s)), &a);
+}
+
+TEST_F(ProbesTest, OneNobodyLooksForIsLeftAlone) {
+  PutOffline(a);
+  PutOffline(b);
+  Probes::Facts facts = At(0s);
+  facts.is_looked_for = [this](const Member& member) { return &member == &b; };
+  EXPECT_EQ(probes_.Next(facts), &b);
+}
+
+TEST_F(ProbesTest, OneWhoseLateAnswerMayComeWaitsForThat) {
+  PutOffline(a);
+  late_.OnClosed(a, kStart);
+  EXPECT_EQ(probes_.Next(At(0s)), nullptr);
+  EXPECT_EQ(probes_.NextAt(At(0s)), kStart + 1s) << "the ceiling";
+  EXPECT_EQ(probes_.NextAt(At(1s)), kStart + 1s);
+}
+
+TEST_F(ProbesTest, WhatMadeOthersWaitIsEarnedFirst) {
+  PutOffline(a);
+  next_wanted_ = kStart;
+  ASSERT_EQ(probes_.NextAt(At(0s)), kStart) << "nothing is owed yet";
+  probes_.OnEnd(a, Probes::Kind::look, kStart);
+  EXPECT_EQ(probes_.began(), kStart);
+  probes_.OnIdle(200ms, kStart + 200ms);
+  EXPECT_FALSE(probes_.began());
+  EXPECT_FALSE(probes_.NextAt(At(9s))) << "2 % of ten seconds";
+  EXPECT_EQ(probes_.NextAt(At(10s)), kStart + 10s);
+}
+
+TEST_F(ProbesTest, ShortWritesHaveAShareOfTheirOwn) {
+  PutOffline(a);
+  next_wanted_ = kStart;
+  probes_.OnEnd(a, Probes::Kind::look, kStart);
+  probes_.OnIdle(200ms, kStart + 200ms);
+  EXPECT_EQ(probes_.NextWriteAt(a, At(1s)), kStart + 1s);
+  probes_.OnEnd(a, Probes::Kind::short_write, kStart + 1s);
+  probes_.OnIdle(200ms, kStart + 1200ms);
+  EXPECT_EQ(probes_.NextWriteAt(a, At(2s)), kStart + 3s) << "10 % of two seconds";
+}
+
+TEST_F(ProbesTest, AClientThatWaitsIsServedWhenTheShareIsEarned) {
+  PutOffline(a);
+  next_wanted_ = kStart;
+  probes_.OnEnd(a, Probes::Kind::look, kStart);
+  probes_.OnIdle(200ms, kStart + 200ms);
+  Probes::Facts facts = At(2s);
+  facts.client_waits = [](const Member&) { return true; };
+  EXPECT_EQ(probes_.NextAt(facts), kStart + 10s);
+}
+
+TEST_F(ProbesTest, AnOpenedPortOwesNothing) {
+  PutOffline(a);
+  next_wanted_ = kStart;
+  probes_.OnEnd(a, Probes::Kind::look, kStart);
+  probes_.OnIdle(200ms, kStart + 200ms);
+  probes_.OnOpened();
+  EXPECT_EQ(probes_.NextAt(At(1s)), kStart + 1s);
+}
+
+TEST_F(ProbesTest, TheBoundIsATurnOfAllAndTheLongestPeriod) {
+  PutOffline(a);
+  const Duration one = probes_.NoticeBound(kStart);
+  EXPECT_GT(one, 1s) << "b's period";
+  PutOffline(b);
+  EXPECT_GT(probes_.NoticeBound(kStart), one);
+}
+
+}  // namespace
+}  // namespace baudgate
