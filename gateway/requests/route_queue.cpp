@@ -46,13 +46,13 @@ class Earlier {
 
 bool RouteQueue::IsShortWrite(const RoutedRequest& request) {
   switch (request.pdu[0]) {
-    case 5:   // one coil
-    case 6:   // one register
-    case 22:  // bits of one register
+    case modbus::kWriteCoil:
+    case modbus::kWriteRegister:
+    case modbus::kMaskWrite:
       return true;
-    case 15:
-    case 16:  // function, start, count, byte count, values
-      return request.pdu.size() <= 6 + 2 * kShortWrite;
+    case modbus::kWriteCoils:
+    case modbus::kWriteRegisters:
+      return request.pdu.size() <= modbus::kWriteHeader + 2 * kShortWrite;
     default:
       return false;
   }

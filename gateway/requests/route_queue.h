@@ -13,15 +13,13 @@
 #include <optional>
 #include <vector>
 
+#include "gateway/base/modbus_pdu.h"
 #include "gateway/requests/routed.h"
 
 namespace baudgate {
 
-/// MODBUS Application Protocol 1.1b3, 6: functions 1 to 4 only read, whoever the slave is. What is
-/// not known to read may change the slave.
-inline bool IsWrite(const RoutedRequest& request) {
-  return request.pdu[0] < 1 || request.pdu[0] > 4;
-}
+/// What is not known to read may change the slave.
+inline bool IsWrite(const RoutedRequest& request) { return !modbus::IsRead(request.pdu[0]); }
 
 class RouteQueue {
  public:

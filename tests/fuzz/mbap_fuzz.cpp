@@ -25,12 +25,12 @@ modbus::PointDesk& TheService(FuzzSink*& sink) {
 /// Bytes of values that a checked write carries.
 std::size_t DataOf(const modbus::ModbusRequest& request) {
   switch (request.function) {
-    case modbus::Function::write_coil:
-    case modbus::Function::write_register:
+    case modbus::kWriteCoil:
+    case modbus::kWriteRegister:
       return 2;
-    case modbus::Function::write_coils:
+    case modbus::kWriteCoils:
       return (std::size_t{request.count} + 7) / 8;
-    case modbus::Function::write_registers:
+    case modbus::kWriteRegisters:
       return std::size_t{request.count} * 2;
     default:
       return 0;
@@ -39,22 +39,21 @@ std::size_t DataOf(const modbus::ModbusRequest& request) {
 
 void Answer(modbus::PointDesk& points, View frame) {
   modbus::ModbusRequest request;
-  ExceptionCode exception = service.Check(frame, request);
-  if (exception == ExceptionCode::none) {
+  ExceptionCode exception = points.Check(frame, request);
+  if (exception == modbus::kNoException) {
     Require(request.count > 0 && request.start + request.count <= 0x10000, "a checked range");
     Require(request.frame.data() == frame.data(), "a request views its frame");
     Require(request.data.size() == DataOf(request), "a write carries the values that it counts");
-    if (modbus::IsWrite(frame)) {
+    if (modbus::IsPlainWrite(modbus::FunctionOf(frame))) {
       Outcome ended = Outcome::ok;
-      exception =
-          service.Submit(request, ModbusNow() + 5s, nullptr,
-                         [&ended](Outcome outcome, const std::string&) { ended = outcome; });
-      if (exception == ExceptionCode::none) exception = modbus::PointDesk::ExceptionOf(ended);
+      exception = points.Submit(request, ModbusNow() + 5s, nullptr,
+                                [&ended](Outcome outcome, const std::string&) { ended = outcome; });
+      if (exception == modbus::kNoException) exception = modbus::PointDesk::ExceptionOf(ended);
     } else {
-      exception = service.Read(request, ModbusNow());
+      exception = points.Read(request, ModbusNow());
     }
   }
-  if (exception != ExceptionCode::none) {
+  if (exception != modbus::kNoException) {
     CheckModbusAnswer(frame, modbus::ExceptionReply(frame, exception));
     return;
   }

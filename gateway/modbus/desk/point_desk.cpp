@@ -38,7 +38,7 @@ PointDesk::PointDesk(const config::Config& config, const PointStore& store, Comm
       targets_(config.modbus, links),
       rtu_(links.rtu),
       book_(std::make_shared<TrafficBook>(config.modbus)) {
-  pieces_.reserve(kMaxReadBits);
+  pieces_.reserve(kMostBits);
   for (std::size_t id = 0; id < images_.size(); ++id) {
     const UnitMap& unit = map_.unit(static_cast<std::uint8_t>(id));
     if (unit.kind == UnitMap::Kind::device) images_[id] = std::make_unique<RegisterImage>(unit);
@@ -46,7 +46,7 @@ PointDesk::PointDesk(const config::Config& config, const PointStore& store, Comm
 }
 
 ExceptionCode PointDesk::Check(View frame, ModbusRequest& request) const {
-  if (map_.unit(UnitOf(frame)).kind == UnitMap::Kind::unmapped) return ExceptionCode::gateway_path;
+  if (map_.unit(UnitOf(frame)).kind == UnitMap::Kind::unmapped) return kNoPath;
   return ParseRequest(frame, request);
 }
 
@@ -54,7 +54,7 @@ ExceptionCode PointDesk::Read(const ModbusRequest& request, Instant now) {
   if (const auto answer = ReadImage(request, now)) return *answer;
   const UnitMap& unit = map_.unit(request.unit);
   const auto exception = PlanRead(unit, request.table(), request.start, request.count, pieces_);
-  if (exception != ExceptionCode::none) return exception;
+  if (exception != kNoException) return exception;
   return unit.kind == UnitMap::Kind::gateway ? ReadGateway(request)
                                              : ReadRecord(request, unit, now);
 }
@@ -84,7 +84,7 @@ ExceptionCode PointDesk::ReadRecord(const ModbusRequest& request, const UnitMap&
     PointDesk& points;
     const ModbusRequest& request;
     Instant now;
-    ExceptionCode exception = ExceptionCode::none;
+    ExceptionCode exception = kNoException;
   } look{*this, request, now};
   // One captured reference keeps std::function off the heap.
   store_.Read(unit.device, [&look](const DeviceRecord& record) {
@@ -98,36 +98,36 @@ ExceptionCode PointDesk::ReadRecord(const ModbusRequest& request, const UnitMap&
 }
 
 ExceptionCode PointDesk::ReadGateway(const ModbusRequest& request) {
-  if (request.table() != config::Table::registers) return ExceptionCode::illegal_address;
+  if (request.table() != config::Table::registers) return kIllegalAddress;
   const GatewayBlock block =
       GatewayBlockOf(info_ ? info_() : GatewayFigures{}, counters_.Snapshot());
   for (const Piece& piece : pieces_) FillFromBlock(block, piece, responder_.registers());
-  return ExceptionCode::none;
+  return kNoException;
 }
 
 ExceptionCode PointDesk::Submit(const ModbusRequest& request, Instant deadline,
                                 std::shared_ptr<const std::atomic<bool>> dropped, Done done) {
   const UnitMap& unit = map_.unit(request.unit);
-  if (unit.kind != UnitMap::Kind::device) return ExceptionCode::illegal_address;
+  if (unit.kind != UnitMap::Kind::device) return kIllegalAddress;
   WriteCommand command;
   const auto exception = DecodeWrites(unit, store_.device(unit.device), request, command.writes);
-  if (exception != ExceptionCode::none) return exception;
+  if (exception != kNoException) return exception;
   command.device = unit.device;
   command.deadline = deadline;
   command.dropped = std::move(dropped);
   command.done = std::move(done);
-  return sink_.Submit(std::move(command)) ? ExceptionCode::none : ExceptionCode::busy;
+  return sink_.Submit(std::move(command)) ? kNoException : kBusy;
 }
 
 ExceptionCode PointDesk::ExceptionOf(Outcome outcome) {
   switch (outcome) {
     case Outcome::ok:
-      return ExceptionCode::none;
+      return kNoException;
     case Outcome::refused:
     case Outcome::unsupported:
-      return ExceptionCode::device_failure;
+      return kDeviceFailure;
     default:
-      return ExceptionCode::gateway_target;
+      return kNoTarget;
   }
 }
 

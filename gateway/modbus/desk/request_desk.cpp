@@ -11,8 +11,7 @@ namespace {
 
 /// What a listener says in its own name when nothing better can be had; silent ones keep it.
 bool IsGatewayTrouble(ExceptionCode exception) {
-  return exception == ExceptionCode::gateway_path || exception == ExceptionCode::gateway_target ||
-         exception == ExceptionCode::busy;
+  return exception == kNoPath || exception == kNoTarget || exception == kBusy;
 }
 
 }  // namespace
@@ -32,12 +31,12 @@ void RequestDesk::Handle(View frame, Instant now) {
   ClientRecord::Add(record_->bytes_in, BytesOnWire(frame.size()));
   record_->last_request.store(now, std::memory_order_relaxed);
   const Way way = points_.WayOf(UnitOf(frame));
-  if (way.kind == Way::Kind::none) return Refuse(frame, ExceptionCode::gateway_path);
+  if (way.kind == Way::Kind::none) return Refuse(frame, kNoPath);
   if (!Permits(listener_.permit, FunctionOf(frame))) {
-    return Refuse(frame, ExceptionCode::illegal_function);
+    return Refuse(frame, kIllegalFunction);
   }
   if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);
-  if (UnitOf(frame) == 0 && IsWrite(frame)) {
+  if (UnitOf(frame) == 0 && IsPlainWrite(FunctionOf(frame))) {
     return HandleBroadcast(frame, points_.book()->broadcasts(), points_.targets().lines(), now);
   }
   HandleOwn(frame, now);
@@ -46,15 +45,15 @@ void RequestDesk::Handle(View frame, Instant now) {
 void RequestDesk::HandleOwn(View frame, Instant now) {
   ModbusRequest request;
   ExceptionCode exception = points_.Check(frame, request);
-  if (exception != ExceptionCode::none) return Refuse(frame, exception);
-  const bool write = IsWrite(frame);
+  if (exception != kNoException) return Refuse(frame, exception);
+  const bool write = IsPlainWrite(FunctionOf(frame));
   exception = write ? StartWrite(request, now) : points_.Read(request, now);
-  if (exception != ExceptionCode::none) return Refuse(frame, exception);
+  if (exception != kNoException) return Refuse(frame, exception);
   if (!write) Answer(request);
 }
 
 ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now) {
-  if (pending_.size() + broadcasts_ >= kMaxPending) return ExceptionCode::busy;
+  if (pending_.size() + broadcasts_ >= kMaxPending) return kBusy;
   const std::uint64_t number = next_number_++;
   const Instant deadline = now + points_.limits().write_deadline;
   auto done = [inbox = points_.inbox(), desk = weak_from_this(), number](Outcome outcome,
@@ -65,7 +64,7 @@ ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now)
   };
   if (!given_up_) given_up_ = std::make_shared<std::atomic<bool>>(false);
   const auto exception = points_.Submit(request, deadline, given_up_, std::move(done));
-  if (exception == ExceptionCode::none) {
+  if (exception == kNoException) {
     AddPending({number, deadline, {}, Bytes(request.frame.begin(), request.frame.end())});
   }
   return exception;
@@ -76,8 +75,8 @@ void RequestDesk::FinishWrite(std::uint64_t number, Outcome outcome) {
   if (!pending || pending->given_up) return;
   ModbusRequest request;
   ExceptionCode exception = ParseRequest(pending->frame, request);
-  if (exception == ExceptionCode::none) exception = PointDesk::ExceptionOf(outcome);
-  if (exception != ExceptionCode::none) return Refuse(pending->frame, exception);
+  if (exception == kNoException) exception = PointDesk::ExceptionOf(outcome);
+  if (exception != kNoException) return Refuse(pending->frame, exception);
   Answer(request);
 }
 
@@ -167,7 +166,7 @@ bool RequestDesk::speaks_rtu() const {
 /// On an RTU wire a write to unit 0 goes to all, wherever a route may lead it: its sender waits for
 /// no answer, and would take one for the reply to its next request.
 bool RequestDesk::IsUnawaited(View request) const {
-  return speaks_rtu() && UnitOf(request) == 0 && IsWrite(request);
+  return speaks_rtu() && UnitOf(request) == 0 && IsPlainWrite(FunctionOf(request));
 }
 
 std::size_t RequestDesk::BytesOnWire(std::size_t frame) const {

@@ -8,17 +8,11 @@
 namespace baudgate::modbus {
 namespace {
 
-constexpr std::uint8_t kException = 0x80;
-constexpr std::size_t kLongestPdu = kMaxAdu - kMbapHeader;
-
-Bytes PduOf(View frame) {
-  const View pdu = frame.subspan(kMbapHeader);
-  return Bytes(pdu.begin(), pdu.end());
-}
+Bytes CopyOf(View bytes) { return Bytes(bytes.begin(), bytes.end()); }
 
 bool IsReply(const RoutedReply& reply) {
   const bool answered = reply.outcome == Outcome::ok || reply.outcome == Outcome::refused;
-  return answered && !reply.pdu.empty() && reply.pdu.size() <= kLongestPdu;
+  return answered && !reply.pdu.empty() && reply.pdu.size() <= kMaxPdu;
 }
 
 RouteEnd EndOf(const RoutedReply& reply, bool late) {
@@ -37,12 +31,9 @@ RoutedReply Busy() {
 
 void RequestDesk::HandleRouted(View frame, std::size_t index, Instant now) {
   const config::Route& route = points_.route(index);
-  const std::uint8_t function = FunctionOf(frame);
-  if (function == 0 || function >= kException) {
-    return Refuse(frame, ExceptionCode::illegal_function);
-  }
+  if (!IsFunction(FunctionOf(frame))) return Refuse(frame, kIllegalFunction);
   const std::uint8_t slave = route.SlaveOf(UnitOf(frame));
-  if (slave == 0 && IsWrite(frame)) {
+  if (slave == 0 && IsPlainWrite(FunctionOf(frame))) {
     const RouteTargets::Line line{points_.targets().of(index), route.deadline};
     return HandleBroadcast(frame, index, std::span(&line, 1), now);
   }
@@ -54,12 +45,12 @@ void RequestDesk::HandleRouted(View frame, std::size_t index, Instant now) {
 void RequestDesk::Forward(View frame, std::size_t index, std::uint8_t slave, Instant now) {
   const config::Route& route = points_.route(index);
   RouteTarget* const target = points_.targets().of(index);
-  if (target == nullptr) return Refuse(frame, ExceptionCode::gateway_path);
+  if (target == nullptr) return Refuse(frame, kNoPath);
   const std::uint64_t number = next_number_++;
   RoutedRequest request;
   request.client = record_->id;
   request.slave = slave;
-  request.pdu = PduOf(frame);
+  request.pdu = CopyOf(PduOf(frame));
   request.priority = PriorityOf(FunctionOf(frame));
   request.arrived = now;
   request.deadline = now + route.deadline;
@@ -72,7 +63,7 @@ void RequestDesk::Forward(View frame, std::size_t index, std::uint8_t slave, Ins
   const bool room = pending_.size() + broadcasts_ < kMaxPending;
   if (!room || !target->Submit(std::move(request))) {
     points_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), ReadClocks().wall);
-    return Refuse(frame, ExceptionCode::busy);
+    return Refuse(frame, kBusy);
   }
   if (std::ranges::find(used_, target) == used_.end()) used_.push_back(target);
   AddPending(
@@ -90,7 +81,7 @@ void RequestDesk::FinishRouted(std::uint64_t number, RoutedReply reply, const No
     reply.reason = "its reply came after the deadline";
   }
   points_.book()->Ended(*pending->route, UnitOf(asked), EndOf(reply, late), reply, now.wall);
-  if (!IsReply(reply)) return Refuse(asked, ExceptionCode::gateway_target);
+  if (!IsReply(reply)) return Refuse(asked, kNoTarget);
   if (reply.outcome == Outcome::refused) {
     LiveCounters::Add(points_.counters().exceptions);
     ClientRecord::Add(record_->exceptions);
@@ -118,7 +109,7 @@ bool RequestDesk::Broadcast(View frame, std::size_t index, const RouteTargets::L
   RoutedRequest request;
   request.client = 0;
   request.slave = 0;
-  request.pdu = PduOf(frame);
+  request.pdu = CopyOf(PduOf(frame));
   request.priority = PriorityOf(FunctionOf(frame));
   request.arrived = now;
   request.deadline = now + line.deadline;

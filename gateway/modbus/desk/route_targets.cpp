@@ -13,7 +13,6 @@ namespace baudgate::modbus {
 
 RouteTargets::RouteTargets(const config::Modbus& modbus, const ModbusLinks& links)
     : modbus_(modbus), targets_(modbus.routes.size()) {
-  if (links.rtu != nullptr) checks_ = links.rtu->carrier;
   for (std::size_t i = 0; i < targets_.size(); ++i) {
     const config::Route& route = modbus.routes[i];
     if (route.line.empty() || route.line_index >= links.lines.size()) continue;
@@ -36,7 +35,7 @@ void RouteTargets::Open(asio::io_context& io, const std::shared_ptr<TrafficBook>
     if (server == nullptr) {
       auto on_late = [this, book, &route](std::uint8_t slave) { CameLate(*book, route, slave); };
       servers_.push_back(
-          std::make_unique<Upstream>(io, route.host, route.port, checks_, std::move(on_late)));
+          std::make_unique<Upstream>(io, route.host, route.port, std::move(on_late)));
       server = servers_.back().get();
       server->Start();
     }

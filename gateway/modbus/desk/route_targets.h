@@ -45,7 +45,6 @@ class RouteTargets {
   void CameLate(TrafficBook& book, const config::Route& server, std::uint8_t slave);
 
   const config::Modbus& modbus_;
-  const PduCarrier* checks_ = nullptr;  ///< replies of servers; null: unit and function only
   std::vector<std::unique_ptr<Upstream>> servers_;
   std::vector<RouteTarget*> targets_;  ///< by route
   std::vector<Line> lines_;

@@ -136,7 +136,7 @@ ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> p
     const auto place = out.subspan(piece.offset, piece.count);
     switch (piece.area) {
       case Area::value:
-        if (!FillValue(record, piece.index, now, place)) return ExceptionCode::gateway_target;
+        if (!FillValue(record, piece.index, now, place)) return kNoTarget;
         break;
       case Area::quality:
         std::ranges::fill(place,
@@ -150,7 +150,7 @@ ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> p
         break;
     }
   }
-  return ExceptionCode::none;
+  return kNoException;
 }
 
 ExceptionCode FillBits(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
@@ -159,10 +159,10 @@ ExceptionCode FillBits(const DeviceRecord& record, std::span<const Piece> pieces
     if (piece.area == Area::quality) {
       out[piece.offset] = IsGood(ShownQuality(record, piece.index, now)) ? 1 : 0;
     } else if (!FillBit(record, piece.index, now, out[piece.offset])) {
-      return ExceptionCode::gateway_target;
+      return kNoTarget;
     }
   }
-  return ExceptionCode::none;
+  return kNoException;
 }
 
 void FillFromBlock(std::span<const std::uint16_t> block, const Piece& piece,

@@ -28,7 +28,7 @@ ExceptionCode CopyFrom(const TableImage<Word>& table, const RegisterImage::Place
   out = out.first(place.count);
   if (place.area == Area::value) return table.CopyValues(place.at, out);
   table.CopyQualities(place.at, out);
-  return ExceptionCode::none;
+  return kNoException;
 }
 
 }  // namespace
@@ -80,7 +80,7 @@ void TableImage<Word>::Fill(const DeviceRecord& record, Instant now) {
     const auto shown = FillOne<Word>(record, Area::value, span, now, values);
     FillOne<Word>(record, Area::quality, span, now, std::span(qualities_).subspan(at, span.count));
     for (std::size_t i = 0; i < span.count; ++i) {
-      if (shown != ExceptionCode::none) ++withheld;
+      if (shown != kNoException) ++withheld;
       withheld_[++at] = withheld;
     }
   }
@@ -88,9 +88,9 @@ void TableImage<Word>::Fill(const DeviceRecord& record, Instant now) {
 
 template <typename Word>
 ExceptionCode TableImage<Word>::CopyValues(std::size_t at, std::span<Word> out) const {
-  if (withheld_[at] != withheld_[at + out.size()]) return ExceptionCode::gateway_target;
+  if (withheld_[at] != withheld_[at + out.size()]) return kNoTarget;
   std::copy_n(values_.data() + at, out.size(), out.data());
-  return ExceptionCode::none;
+  return kNoException;
 }
 
 template <typename Word>

@@ -83,7 +83,7 @@ class Planner {
 
   ExceptionCode Read() {
     while (at_ < end_) {
-      if (!ReadStep()) return ExceptionCode::illegal_address;
+      if (!ReadStep()) return kIllegalAddress;
     }
     return Verdict();
   }
@@ -91,16 +91,14 @@ class Planner {
   ExceptionCode Write() {
     while (at_ < end_) {
       const Span* span = finder_.Find(at_);
-      if (span == nullptr || !span->writable()) return ExceptionCode::illegal_address;
+      if (span == nullptr || !span->writable()) return kIllegalAddress;
       AddValue(*span);
     }
     return Verdict();
   }
 
  private:
-  ExceptionCode Verdict() const {
-    return cut_ ? ExceptionCode::illegal_value : ExceptionCode::none;
-  }
+  ExceptionCode Verdict() const { return cut_ ? kIllegalValue : kNoException; }
 
   bool ReadStep() {
     if (at_ >= kAgeOffset) {

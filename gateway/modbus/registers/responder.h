@@ -47,8 +47,8 @@ class Responder {
 
   int Reply(const ModbusRequest& request, int socket);
 
-  std::array<std::uint16_t, kMaxReadRegisters> registers_{};
-  std::array<std::uint8_t, kMaxReadBits> bits_{};
+  std::array<std::uint16_t, kMostRegisters> registers_{};
+  std::array<std::uint8_t, kMostBits> bits_{};
   std::unique_ptr<Library> library_;
   std::array<int, 2> pair_{-1, -1};
   Status ready_;

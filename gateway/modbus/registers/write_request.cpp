@@ -12,7 +12,7 @@ namespace baudgate::modbus {
 namespace {
 
 bool BitOf(const ModbusRequest& request, std::size_t at) {
-  if (request.function == Function::write_coil) return request.data[0] == 0xFF;
+  if (request.function == kWriteCoil) return request.data[0] == 0xFF;
   return ((request.data[at / 8] >> (at % 8)) & 1U) != 0;
 }
 
@@ -28,9 +28,9 @@ ExceptionCode DecodeWrites(const UnitMap& unit, const config::Device& device,
   std::vector<Piece> pieces;
   const config::Table table = request.table();
   const auto exception = PlanWrite(unit, table, request.start, request.count, pieces);
-  if (exception != ExceptionCode::none) return exception;
+  if (exception != kNoException) return exception;
 
-  std::array<std::uint16_t, kMaxWriteRegisters> registers{};
+  std::array<std::uint16_t, kMostWrittenRegisters> registers{};
   if (table == config::Table::registers) {
     const ByteReader data(request.data);
     for (std::size_t i = 0; i < request.count; ++i) registers[i] = data.U16Be(2 * i).value_or(0);
@@ -43,10 +43,10 @@ ExceptionCode DecodeWrites(const UnitMap& unit, const config::Device& device,
     }
     auto value = DecodeRegisters(point, device.word_order,
                                  std::span(registers).subspan(piece.offset, piece.count));
-    if (!value || !ToRaw(point, *value).ok()) return ExceptionCode::illegal_value;
+    if (!value || !ToRaw(point, *value).ok()) return kIllegalValue;
     writes.push_back({piece.index, std::move(*value)});
   }
-  return ExceptionCode::none;
+  return kNoException;
 }
 
 }  // namespace baudgate::modbus

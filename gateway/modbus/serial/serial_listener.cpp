@@ -100,7 +100,7 @@ void SerialListener::OnFrame(const Bytes& frame) {
   const Bytes adu = AduOf(++transaction_, unit, pdu);
   const bool silent = listener_.errors == config::Listener::Errors::silent;
   const bool another = silent && points_.WayOf(unit).kind == Way::Kind::none;
-  if (another || (unit == 0 && !IsWrite(adu))) return;
+  if (another || (unit == 0 && !IsPlainWrite(FunctionOf(adu)))) return;
   request_ = frame;
   if (unit != 0) awaited_ = transaction_;
   desk_->Handle(adu, last_byte_);
@@ -110,11 +110,8 @@ void SerialListener::OnFrame(const Bytes& frame) {
 /// "Busy" is said even where errors are silent, for it makes the master repeat its write at once.
 void SerialListener::OnDoubt(const Bytes& frame, std::uint8_t unit, std::uint8_t function) {
   if (awaited_ || !reply_.empty()) return;
-  constexpr std::uint8_t kException = 0x80;
-  const Bytes busy = {static_cast<std::uint8_t>(function | kException),
-                      static_cast<std::uint8_t>(ExceptionCode::busy)};
   request_ = frame;
-  reply_ = rtu_.carrier->wrap(unit, busy);
+  reply_ = rtu_.carrier->wrap(unit, Exception(function, kBusy));
   Arm();
 }
 
@@ -128,7 +125,7 @@ void SerialListener::Answer(const ModbusRequest& request, Responder& responder) 
 void SerialListener::Answer(View frame) {
   if (awaited_ != ByteReader(frame).U16Be(0)) return;
   awaited_.reset();
-  reply_ = rtu_.carrier->wrap(UnitOf(frame), frame.subspan(kMbapHeader));
+  reply_ = rtu_.carrier->wrap(UnitOf(frame), PduOf(frame));
   Arm();
 }
 

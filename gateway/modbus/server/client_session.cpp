@@ -115,7 +115,7 @@ bool ClientSession::Supersede(View frame) {
   desk_->GiveUp();
   out_.clear();
   const bool last = framing_->Peek() != ClientFraming::State::frame;
-  return last || (UnitOf(frame) == 0 && IsWrite(frame));
+  return last || (UnitOf(frame) == 0 && IsPlainWrite(FunctionOf(frame)));
 }
 
 void ClientSession::Continue() {

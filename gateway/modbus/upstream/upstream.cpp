@@ -251,8 +251,8 @@ void Upstream::Link::Break(const std::string& reason) {
 // ---------------------------------------------------------------- the outside
 
 Upstream::Upstream(asio::io_context& io, std::string host, std::uint16_t port,
-                   const PduCarrier* checks, std::function<void(std::uint8_t)> on_late)
-    : link_(std::make_shared<Link>(io, std::move(host), port, checks, std::move(on_late))) {}
+                   std::function<void(std::uint8_t)> on_late)
+    : link_(std::make_shared<Link>(io, std::move(host), port, std::move(on_late))) {}
 
 Upstream::~Upstream() { Stop(); }
 

@@ -10,7 +10,6 @@
 #include <string>
 
 #include "gateway/requests/routed.h"
-#include "protocols/protocol.h"
 
 namespace baudgate::modbus {
 
@@ -33,10 +32,9 @@ class Upstream final : public RouteTarget {
   /// is made anew. Without a sign of one unit: then it has one request at a time until it answers.
   static constexpr int kSilentDeadlines = 3;
 
-  /// `host` is a name or an address. `checks` says whether a reply fits its request, as it does for
-  /// lines; null: unit and function are compared, no more. `on_late`: a reply of this unit came
-  /// after its request's deadline and was dropped. The io_context outlives the upstream.
-  Upstream(asio::io_context& io, std::string host, std::uint16_t port, const PduCarrier* checks,
+  /// `host` is a name or an address. `on_late`: a reply of this unit came after its request's
+  /// deadline and was dropped. The io_context outlives the upstream.
+  Upstream(asio::io_context& io, std::string host, std::uint16_t port,
            std::function<void(std::uint8_t unit)> on_late);
   ~Upstream() override;
   Upstream(const Upstream&) = delete;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gateway/base/guarded.h"
+#include "gateway/base/modbus_pdu.h"
 #include "gateway/modbus/upstream/upstream.h"
 #include "gateway/modbus/upstream/upstream_connection.h"
 #include "gateway/requests/route_queue.h"
@@ -22,13 +23,12 @@ namespace baudgate::modbus {
 class Upstream::Link final : public std::enable_shared_from_this<Link>,
                              public UpstreamConnection::Owner {
  public:
-  Link(asio::io_context& io, std::string host, std::uint16_t port, const PduCarrier* checks,
+  Link(asio::io_context& io, std::string host, std::uint16_t port,
        std::function<void(std::uint8_t)> on_late)
       : io_(io),
         timer_(io),
         host_(std::move(host)),
         port_(port),
-        checks_(checks),
         on_late_(std::move(on_late)),
         name_("server " + host_ + ":" + std::to_string(port)),
         ladder_(static_cast<std::uint32_t>(std::hash<std::string>{}(name_))) {}
@@ -50,7 +50,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
 
     std::uint8_t function() const { return pdu[0]; }
     /// Functions that only read, whoever the server is.
-    bool only_reads() const { return function() >= 1 && function() <= 4; }
+    bool only_reads() const { return IsRead(function()); }
   };
 
   /// A request whose deadline has passed on the wire: its reply may still come.
@@ -83,7 +83,6 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void Pump(Instant now);
   bool HasRoom(std::uint8_t unit) const;
   RouteQueue::Batch Choose();
-  Outcome Judge(const Sent& sent, View pdu) const;
   std::uint16_t FreeId();
   void Send(Instant now, RouteQueue::Batch batch);
 
@@ -91,7 +90,6 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   asio::steady_timer timer_;  // the next deadline, whatever it is for
   const std::string host_;
   const std::uint16_t port_;
-  const PduCarrier* const checks_;
   const std::function<void(std::uint8_t)> on_late_;
   const std::string name_;
 

@@ -11,7 +11,6 @@
 namespace baudgate::modbus {
 namespace {
 
-constexpr std::uint8_t kException = 0x80;
 constexpr std::size_t kShownOfReply = 16;  // bytes, in a reason
 
 }  // namespace
@@ -67,7 +66,7 @@ void Upstream::Link::Send(Instant now, RouteQueue::Batch batch) {
     sent.deadline = std::max(sent.deadline, request.deadline);
   }
   const Status status = connection_->Send(AduOf(sent.id, sent.unit, batch[0].pdu));
-  const bool over = status.ok() && batch[0].slave == 0 && IsWrite(sent.function());
+  const bool over = status.ok() && batch[0].slave == 0 && IsPlainWrite(sent.function());
   sent.requests = std::move(batch);
   if (over) return AnswerSent(sent, Outcome::ok, {}, "");
   on_wire_.push_back(std::move(sent));
@@ -78,7 +77,7 @@ void Upstream::Link::OnFrame(View frame) {
   answered_ = true;
   silent_ = 0;
   ladder_.Reset();
-  const std::uint8_t unit = frame[kMbapHeader - 1];
+  const std::uint8_t unit = UnitOf(frame);
   ignored_[unit] = 0;
   const std::uint16_t id = *ByteReader(frame).U16Be(0);
   const auto found =
@@ -93,8 +92,8 @@ void Upstream::Link::OnFrame(View frame) {
     AnswerSent(sent, Outcome::unexpected, {}, name_ + " answered for unit " + std::to_string(unit));
     return;
   }
-  const View pdu = frame.subspan(kMbapHeader);
-  const Outcome outcome = Judge(sent, pdu);
+  const View pdu = PduOf(frame);
+  const Outcome outcome = CheckReply(sent.pdu, pdu).outcome;
   if (outcome == Outcome::unexpected) {
     AnswerSent(sent, outcome, {},
                name_ + " answered what does not fit the request: " +
@@ -102,18 +101,6 @@ void Upstream::Link::OnFrame(View frame) {
   } else {
     AnswerSent(sent, outcome, pdu, "");
   }
-}
-
-/// By the rules of lines, for which request and reply have to be frames of one slave.
-Outcome Upstream::Link::Judge(const Sent& sent, View pdu) const {
-  constexpr std::uint8_t kSlave = 1;
-  if (checks_ != nullptr) {
-    Bytes unwrapped;
-    return checks_->unwrap(checks_->wrap(kSlave, sent.pdu), checks_->wrap(kSlave, pdu), unwrapped);
-  }
-  if (pdu[0] == sent.function()) return Outcome::ok;
-  const bool exception = pdu[0] == (sent.function() | kException) && pdu.size() == 2;
-  return exception ? Outcome::refused : Outcome::unexpected;
 }
 
 }  // namespace baudgate::modbus

@@ -41,7 +41,7 @@ ClientFraming::State RtuFraming::Take(View& frame) {
 }
 
 void RtuFraming::Append(Bytes& out, View frame) const {
-  baudgate::Append(out, View(carrier_.wrap(UnitOf(frame), frame.subspan(kMbapHeader))));
+  baudgate::Append(out, View(carrier_.wrap(UnitOf(frame), PduOf(frame))));
 }
 
 std::unique_ptr<ClientFraming> MakeFraming(config::Listener::Protocol protocol,

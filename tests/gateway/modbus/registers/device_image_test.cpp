@@ -14,7 +14,7 @@ using config::Table;
 using config::Type;
 using Registers = std::vector<std::uint16_t>;
 
-constexpr auto kTarget = ExceptionCode::gateway_target;
+constexpr auto kTarget = kNoTarget;
 const Instant kStart = Instant(1000s);
 
 /// A device with a float at 0-1, an int16 at 2, a text at 3-4, and bits at 0 and 1.
@@ -48,12 +48,12 @@ class DeviceImageTest : public testing::Test {
     Registers out(count, 0xEEEE);
     std::vector<Piece> pieces;
     exception_ = PlanRead(map_->unit(1), Table::registers, start, count, pieces);
-    if (exception_ == ExceptionCode::none) {
+    if (exception_ == kNoException) {
       store_->Read(0, [&](const DeviceRecord& record) {
         exception_ = FillRegisters(record, pieces, now, out);
       });
     }
-    if (exception_ != ExceptionCode::none) out.clear();
+    if (exception_ != kNoException) out.clear();
     return out;
   }
 
@@ -61,18 +61,18 @@ class DeviceImageTest : public testing::Test {
     std::vector<std::uint8_t> out(count, 0xEE);
     std::vector<Piece> pieces;
     exception_ = PlanRead(map_->unit(1), Table::bits, start, count, pieces);
-    if (exception_ == ExceptionCode::none) {
+    if (exception_ == kNoException) {
       store_->Read(
           0, [&](const DeviceRecord& record) { exception_ = FillBits(record, pieces, now, out); });
     }
-    if (exception_ != ExceptionCode::none) return {};
+    if (exception_ != kNoException) return {};
     return {out.begin(), out.end()};
   }
 
   config::Config config_;
   std::optional<RegisterMap> map_;
   std::optional<PointStore> store_;
-  ExceptionCode exception_ = ExceptionCode::none;
+  ExceptionCode exception_ = kNoException;
 };
 
 class HoldImageTest : public DeviceImageTest {

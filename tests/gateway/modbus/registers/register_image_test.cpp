@@ -21,7 +21,7 @@ constexpr std::size_t kAll = 1000;  // asks for so much that a stale image is ma
 
 /// An answer either way: exception and words.
 struct Answer {
-  ExceptionCode exception = ExceptionCode::none;
+  ExceptionCode exception = kNoException;
   std::vector<int> words;
   bool operator==(const Answer&) const = default;
 };
@@ -84,7 +84,7 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
     std::vector<Piece> pieces;
     Answer answer;
     answer.exception = PlanRead(map_->unit(1), table, start, count, pieces);
-    if (answer.exception != ExceptionCode::none) return answer;
+    if (answer.exception != kNoException) return answer;
     store_->Read(0, [&](const DeviceRecord& record) {
       if constexpr (std::is_same_v<Word, std::uint8_t>) {
         answer.exception = FillBits(record, pieces, now, out);
@@ -92,7 +92,7 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
         answer.exception = FillRegisters(record, pieces, now, out);
       }
     });
-    if (answer.exception == ExceptionCode::none) answer.words.assign(out.begin(), out.end());
+    if (answer.exception == kNoException) answer.words.assign(out.begin(), out.end());
     return answer;
   }
 
@@ -106,14 +106,14 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
         for (std::uint16_t count = 1; count <= 12; ++count) {
           const auto place = image_->Find(table, start, count);
           const Answer direct = Direct<Word>(table, start, count, now);
-          EXPECT_EQ(place.has_value(), direct.exception == ExceptionCode::none ||
-                                           direct.exception == ExceptionCode::gateway_target)
+          EXPECT_EQ(place.has_value(),
+                    direct.exception == kNoException || direct.exception == kNoTarget)
               << start << '+' << count;
           if (!place) continue;
           ++found;
           std::vector<Word> out(count);
           Answer image{image_->Copy(*place, std::span(out)), {}};
-          if (image.exception == ExceptionCode::none) image.words.assign(out.begin(), out.end());
+          if (image.exception == kNoException) image.words.assign(out.begin(), out.end());
           EXPECT_EQ(image, direct) << start << '+' << count;
         }
       }

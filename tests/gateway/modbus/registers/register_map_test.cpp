@@ -13,9 +13,9 @@ using config::Access;
 using config::Table;
 using config::Type;
 
-constexpr auto kNone = ExceptionCode::none;
-constexpr auto kAddress = ExceptionCode::illegal_address;
-constexpr auto kValue = ExceptionCode::illegal_value;
+constexpr auto kNone = kNoException;
+constexpr auto kAddress = kIllegalAddress;
+constexpr auto kValue = kIllegalValue;
 
 class RegisterMapTest : public testing::Test {
  protected:

@@ -31,7 +31,7 @@ class WriteRequestTest : public testing::Test {
     const RegisterMap map(config_);
     const Bytes frame = Frame(1, pdu);
     ModbusRequest request;
-    EXPECT_EQ(ParseRequest(frame, request), ExceptionCode::none);
+    EXPECT_EQ(ParseRequest(frame, request), kNoException);
     writes_.clear();
     return DecodeWrites(map.unit(1), config_.lines[0].devices[0], request, writes_);
   }
@@ -42,19 +42,19 @@ class WriteRequestTest : public testing::Test {
 
 TEST_F(WriteRequestTest, WhatNoRawValueStandsForIsRefused) {
   config_.lines[0].devices[0].points[0].scale = 1e-17;
-  EXPECT_EQ(Decode("06 00 00 7F FF"), ExceptionCode::illegal_value);
-  EXPECT_EQ(Decode("06 00 00 00 01"), ExceptionCode::none);
+  EXPECT_EQ(Decode("06 00 00 7F FF"), kIllegalValue);
+  EXPECT_EQ(Decode("06 00 00 00 01"), kNoException);
 }
 
 TEST_F(WriteRequestTest, SingleRegister) {
-  ASSERT_EQ(Decode("06 00 00 FF FE"), ExceptionCode::none);
+  ASSERT_EQ(Decode("06 00 00 FF FE"), kNoException);
   ASSERT_EQ(writes_.size(), 1U);
   EXPECT_EQ(writes_[0].point, 0U);
   EXPECT_EQ(writes_[0].value, Value(std::int64_t{-2}));
 }
 
 TEST_F(WriteRequestTest, SeveralPointsInTheirOrderAndWordOrder) {
-  ASSERT_EQ(Decode("10 00 00 00 05 0A 00 07 20 00 47 F1 4F 4B 00 00"), ExceptionCode::none);
+  ASSERT_EQ(Decode("10 00 00 00 05 0A 00 07 20 00 47 F1 4F 4B 00 00"), kNoException);
   ASSERT_EQ(writes_.size(), 3U);
   EXPECT_EQ(writes_[0].value, Value(std::int64_t{7}));
   EXPECT_EQ(writes_[1].value, Value(123456.0));
@@ -62,25 +62,25 @@ TEST_F(WriteRequestTest, SeveralPointsInTheirOrderAndWordOrder) {
 }
 
 TEST_F(WriteRequestTest, HalfAValueReadOnlyAndUnmapped) {
-  EXPECT_EQ(Decode("06 00 01 00 00"), ExceptionCode::illegal_value);
-  EXPECT_EQ(Decode("10 00 00 00 02 04 00 00 00 00"), ExceptionCode::illegal_value);
-  EXPECT_EQ(Decode("06 00 09 00 00"), ExceptionCode::illegal_address);
-  EXPECT_EQ(Decode("06 00 08 00 00"), ExceptionCode::illegal_address);
-  EXPECT_EQ(Decode("06 4E 20 00 00"), ExceptionCode::illegal_address);
-  EXPECT_EQ(Decode("05 00 0A FF 00"), ExceptionCode::illegal_address);
+  EXPECT_EQ(Decode("06 00 01 00 00"), kIllegalValue);
+  EXPECT_EQ(Decode("10 00 00 00 02 04 00 00 00 00"), kIllegalValue);
+  EXPECT_EQ(Decode("06 00 09 00 00"), kIllegalAddress);
+  EXPECT_EQ(Decode("06 00 08 00 00"), kIllegalAddress);
+  EXPECT_EQ(Decode("06 4E 20 00 00"), kIllegalAddress);
+  EXPECT_EQ(Decode("05 00 0A FF 00"), kIllegalAddress);
 }
 
 TEST_F(WriteRequestTest, AFloatThatIsNoNumberIsRefused) {
-  EXPECT_EQ(Decode("10 00 01 00 02 04 00 00 7F C0"), ExceptionCode::illegal_value);
+  EXPECT_EQ(Decode("10 00 01 00 02 04 00 00 7F C0"), kIllegalValue);
 }
 
 TEST_F(WriteRequestTest, Coils) {
-  ASSERT_EQ(Decode("05 00 02 FF 00"), ExceptionCode::none);
+  ASSERT_EQ(Decode("05 00 02 FF 00"), kNoException);
   EXPECT_EQ(writes_[0].point, 6U);
   EXPECT_EQ(writes_[0].value, Value(true));
-  ASSERT_EQ(Decode("05 00 02 00 00"), ExceptionCode::none);
+  ASSERT_EQ(Decode("05 00 02 00 00"), kNoException);
   EXPECT_EQ(writes_[0].value, Value(false));
-  ASSERT_EQ(Decode("0F 00 01 00 09 02 04 01"), ExceptionCode::none);
+  ASSERT_EQ(Decode("0F 00 01 00 09 02 04 01"), kNoException);
   ASSERT_EQ(writes_.size(), 9U);
   EXPECT_EQ(writes_[0].value, Value(false));
   EXPECT_EQ(writes_[2].value, Value(std::int64_t{1})) << "a number in the bit table";

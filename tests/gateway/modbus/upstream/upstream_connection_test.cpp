@@ -115,7 +115,7 @@ TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
   tcp::acceptor closed(io_, tcp::endpoint(asio::ip::address_v4::loopback(), 0));
   const std::uint16_t port = closed.local_endpoint().port();
   closed.close();
-  Upstream upstream(io_, "127.0.0.1", port, nullptr, [](std::uint8_t) {});
+  Upstream upstream(io_, "127.0.0.1", port, [](std::uint8_t) {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({})));
   const RoutedReply first = Wait(asked_.back());
@@ -184,7 +184,7 @@ TEST_F(UpstreamConnectionTest, ADeadlineWhileConnectingIsNotExceeded) {
     crowd.emplace_back(io_).async_connect(full.local_endpoint(), [](const asio::error_code&) {});
   }
   RunReady(io_);
-  Upstream upstream(io_, "127.0.0.1", full.local_endpoint().port(), nullptr, [](std::uint8_t) {});
+  Upstream upstream(io_, "127.0.0.1", full.local_endpoint().port(), [](std::uint8_t) {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({.within = 10ms})));
   const RoutedReply& reply = Wait(asked_.back());
@@ -212,7 +212,7 @@ TEST_F(UpstreamConnectionTest, StopAnswersEveryoneAndLetsNobodyIn) {
 }
 
 TEST_F(UpstreamConnectionTest, NamesAreLookedUp) {
-  Upstream upstream(io_, "localhost", server_.port(), nullptr, [](std::uint8_t) {});
+  Upstream upstream(io_, "localhost", server_.port(), [](std::uint8_t) {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({})));
   ASSERT_TRUE(server_.Wait(1));

@@ -13,7 +13,6 @@
 
 #include "gateway/base/text.h"
 #include "gateway/modbus/upstream/upstream.h"
-#include "protocols/modbus/protocol.h"
 #include "tests/transports/far_end.h"
 
 namespace baudgate::modbus {
@@ -139,7 +138,7 @@ class UpstreamTest : public testing::Test {
   ScriptedServer server_{io_};
   std::deque<Asked> asked_;
   std::vector<std::uint8_t> late_;  // units whose replies came after their deadlines
-  Upstream upstream_{io_, "127.0.0.1", server_.port(), ModbusRtuProtocol().carrier,
+  Upstream upstream_{io_, "127.0.0.1", server_.port(),
                      [this](std::uint8_t unit) { late_.push_back(unit); }};
 };
 
