@@ -3,11 +3,13 @@
 
 #include <algorithm>
 
+#include "config/catalog/option_values.h"
+#include "config/checks/serial_checks.h"
+#include "config/model/modbus_addresses.h"
 #include "config/names.h"
-#include "config/option_table.h"
+#include "config/options.h"
 #include "config/points.h"
 #include "config/serial.h"
-#include "config/wire.h"
 #include "gateway/base/spelling.h"
 
 namespace baudgate::config {
@@ -18,28 +20,14 @@ constexpr std::size_t kMostPointsOfAll = 100'000;
 constexpr std::array<Word<OnBad>, 3> kOnBad = {
     {{"exception", OnBad::exception}, {"hold", OnBad::hold}, {"nan", OnBad::nan}}};
 
-void ReadAddress(MapReader& map, LineContext::Addresses& addresses, const Protocol* protocol,
+void ReadAddress(MapReader& map, LineAddresses& addresses, const Protocol* protocol,
                  Device& device) {
   const auto node = map.Need("address", "1");
   if (!node) return;
   const auto address = ReadText(*node, "address", map.problems());
   if (!address) return;
   device.address = *address;
-  if (!protocol) return;
-  const Status status = protocol->check_address(*address);
-  if (!status) {
-    map.problems().Error(node->mark(), "address: " + status.error());
-    return;
-  }
-  const Bytes probe = ProbeOf(*protocol, *address);
-  const auto [first, is_new] = addresses.try_emplace(
-      {protocol, probe.empty() ? ToBytes(*address) : probe}, std::pair(device.name, *address));
-  if (is_new) return;
-  const auto& [name, spelling] = first->second;
-  map.problems().Warning(
-      node->mark(), "address: " + Quoted(*address) + " is also the address of device '" + name +
-                        "' on this line" +
-                        (spelling == *address ? "" : ", which writes it " + Quoted(spelling)));
+  if (protocol) addresses.Add(device, *protocol, node->mark(), map.problems());
 }
 
 // Null when the device names none, or one that can not be found.
@@ -83,7 +71,7 @@ void ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device&
 }
 
 void ReadModbusSide(MapReader& map, const Profile& profile, Device& device, LoadContext& context) {
-  device.unit = map.Integer<std::uint8_t>("unit", 1, 247);
+  device.unit = map.Integer<std::uint8_t>("unit", 1, kLastSlave);
   if (device.unit) context.uniques.Unit(*device.unit, device.name, map.MarkOf("unit"));
   Assign(device.on_bad, map.OneOf("on_bad", kOnBad));
   Assign(device.word_order, profile.word_order);
@@ -171,12 +159,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   ReadPoints(map, raw, protocol, device, context);
   if (raw) BlameProfile(map, *raw, context);
   map.Finish();
-  CheckDevice(device, map);
-  if (protocol && protocol->check_device) {
-    if (const Status status = protocol->check_device(device); !status) {
-      context.problems.Error(device.mark, map.what() + ": " + status.error());
-    }
-  }
+  CheckDevice(device, protocol, map.keys(), context.problems);
   return device;
 }
 

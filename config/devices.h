@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "config/checks/device_checks.h"
 #include "config/lines.h"
 
 namespace baudgate::config {
@@ -12,15 +13,11 @@ const Protocol* ReadProtocol(const YamlNode& node, LoadContext& context);
 
 /// What a device inherits from its line.
 struct LineContext {
-  /// By protocol and what is sent to the address: name and spelling of who has it.
-  using Addresses =
-      std::map<std::pair<const Protocol*, Bytes>, std::pair<std::string, std::string>>;
-
   const Line& line;
   const Pace& pace;          ///< line before gateway
   const Options& options;    ///< those of scope line that the line gives
   const Protocol* protocol;  ///< null when the line's own could not be found
-  Addresses& addresses;
+  LineAddresses& addresses;
 };
 
 Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& context);

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 
+#include "config/catalog/option_values.h"
+#include "config/checks/serial_checks.h"
 #include "config/devices.h"
+#include "config/model/network.h"
 #include "config/names.h"
-#include "config/network.h"
-#include "config/option_table.h"
+#include "config/options.h"
 #include "config/serial.h"
 #include "gateway/base/spelling.h"
 
@@ -88,7 +90,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   const auto devices = map.Get("devices");
   map.Finish();
   if (devices) {
-    LineContext::Addresses addresses;
+    LineAddresses addresses;
     for (const YamlNode& device : ReadList(*devices, "devices", kMostDevices, context.problems)) {
       line.devices.push_back(ReadDevice(device, {line, pace, given, protocol, addresses}, context));
     }

@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
-#include "config/catalog.h"
+#include "config/catalog/catalog.h"
+#include "config/checks/uniques.h"
 #include "config/model/line.h"
 #include "config/profile.h"
-#include "config/validate.h"
 #include "config/yaml/yaml_reader.h"
 
 namespace baudgate::config {

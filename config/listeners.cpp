@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "config/names.h"
-#include "config/network.h"
+#include "config/checks/listener_checks.h"
+#include "config/checks/serial_checks.h"
+#include "config/model/network.h"
 #include "config/serial.h"
 #include "gateway/base/spelling.h"
 
@@ -42,8 +43,7 @@ void ReadAt(const YamlNode& node, const std::string& what, Listener& listener,
     listener.path = *text;
     listener.protocol = Listener::Protocol::rtu;
     listener.errors = Listener::Errors::silent;
-    if (const Protocol* rtu = context.catalog.FindProtocol(kRtuProtocol))
-      listener.serial = rtu->serial;
+    if (const Protocol* rtu = context.catalog.RtuProtocol()) listener.serial = rtu->serial;
     return;
   }
   const auto at = ParseHostPort(*text);
@@ -198,7 +198,7 @@ void ReadSerialSide(MapReader& map, Listener& listener, const Catalog& catalog) 
   }
   ReadSerialExtras(map, listener.serial);
   ReadEcho(map, listener);
-  if (const Protocol* rtu = catalog.FindProtocol(kRtuProtocol)) {
+  if (const Protocol* rtu = catalog.RtuProtocol()) {
     CheckDataBits(listener.serial, *rtu, map.MarkOf("serial"), map.problems());
   }
 }

@@ -3,9 +3,10 @@
 
 #include <filesystem>
 
-#include "config/line_checks.h"
+#include "config/catalog/option_values.h"
+#include "config/checks/line_checks.h"
+#include "config/checks/route_checks.h"
 #include "config/lines.h"
-#include "config/option_table.h"
 #include "config/outputs.h"
 #include "config/profile.h"
 #include "config/yaml/yaml_reader.h"

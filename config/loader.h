@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "config/catalog.h"
+#include "config/catalog/catalog.h"
 #include "config/model/config.h"
-#include "config/yaml/problem.h"
+#include "config/model/problem.h"
 
 namespace baudgate::config {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/outputs.h"
 
+#include "config/checks/name_checks.h"
 #include "config/listeners.h"
-#include "config/names.h"
-#include "config/network.h"
+#include "config/model/network.h"
 #include "config/routes.h"
 #include "config/serial.h"
 #include "gateway/base/spelling.h"

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <map>
 
-#include "config/names.h"
+#include "config/checks/name_checks.h"
+#include "config/checks/point_checks.h"
 #include "config/point_values.h"
-#include "config/validate.h"
 #include "gateway/base/spelling.h"
 
 namespace baudgate::config {
@@ -79,7 +79,7 @@ void ReadMeaning(MapReader& map, Point& point) {
   }
 }
 
-Point BuildPoint(const RawPoint& raw, const Protocol* protocol, MapReader& map) {
+Point ReadPoint(const RawPoint& raw, MapReader& map) {
   Point point;
   point.name = raw.name;
   point.mark = raw.mark;
@@ -89,12 +89,6 @@ Point BuildPoint(const RawPoint& raw, const Protocol* protocol, MapReader& map) 
   ReadPlace(map, point);
   ReadMeaning(map, point);
   map.Finish();
-  CheckPoint(point, map);
-  const bool complete = !point.read.empty() || !point.write.empty();
-  if (!protocol || !complete) return point;
-  if (const Status status = protocol->check_point(point); !status) {
-    map.problems().Error(map.MarkOf("read"), map.what() + ": " + status.error());
-  }
   return point;
 }
 
@@ -183,7 +177,8 @@ std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw, const Protocol*
   points.reserve(raw.size());
   for (const RawPoint& one : raw) {
     MapReader map(one.keys, one.mark, "point '" + one.name + "'", problems);
-    points.push_back(BuildPoint(one, protocol, map));
+    points.push_back(ReadPoint(one, map));
+    CheckPoint(points.back(), protocol, map.keys(), problems);
     registers.Add(points.back(), map.MarkOf("modbus"));
   }
   return points;

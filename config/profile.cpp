@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/profile.h"
 
-#include "config/option_table.h"
+#include "config/options.h"
 #include "config/serial.h"
 #include "gateway/base/spelling.h"
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "config/catalog.h"
+#include "config/catalog/catalog.h"
+#include "config/model/problem.h"
 #include "config/points.h"
-#include "config/yaml/problem.h"
 
 namespace baudgate::config {
 

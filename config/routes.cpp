@@ -6,8 +6,9 @@
 #include <string_view>
 #include <tuple>
 
-#include "config/names.h"
-#include "config/network.h"
+#include "config/checks/route_checks.h"
+#include "config/model/network.h"
+#include "config/model/units.h"
 #include "gateway/base/spelling.h"
 
 namespace baudgate::config {
@@ -84,8 +85,9 @@ Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
   Assign(route.remap, map.Integer<std::uint8_t>("remap", 0, 255));
   Assign(route.deadline, map.Time("deadline", 50ms, 1min));
   map.Finish();
-  CheckTarget(map);
-  if (units_known) CheckRoute(route, map);
+  const Keys keys = map.keys();
+  CheckTarget(keys, context.problems);
+  if (units_known) CheckRoute(route, keys, context.problems);
   return route;
 }
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "config/validate.h"
+#include "config/checks/serial_checks.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -40,14 +40,6 @@ std::optional<Parity> ParityOf(char letter) {
   }
 }
 
-// A port that knows 8N1 only can carry seven bits and a parity bit, and nothing else.
-void CheckSoftwareParity(const SerialSettings& serial, const Mark& mark, Problems& problems) {
-  if (!serial.software_parity) return;
-  if (serial.data_bits == 7 && serial.parity != Parity::none && serial.stop_bits == 1) return;
-  problems.Error(mark, "parity: software parity is made inside 8N1 and needs 7E1 or 7O1, not " +
-                           serial.ToString().substr(serial.ToString().find(' ') + 1));
-}
-
 Rs485 ReadRs485(const YamlNode& node, Rs485 rs485, Problems& problems) {
   MapReader map(node, "rs485", problems);
   rs485.enabled = true;
@@ -57,13 +49,7 @@ Rs485 ReadRs485(const YamlNode& node, Rs485 rs485, Problems& problems) {
   Assign(rs485.rts_active_high, map.Flag("rts_active_high"));
   Assign(rs485.receive_while_sending, map.Flag("receive_while_sending"));
   map.Finish();
-  for (const auto& [key, delay] : {std::pair("delay_before_send", rs485.delay_before_send),
-                                   std::pair("delay_after_send", rs485.delay_after_send)}) {
-    if (delay % 1ms != Duration::zero()) {
-      problems.Error(map.MarkOf(key),
-                     std::string(key) + ": the driver knows whole milliseconds only");
-    }
-  }
+  CheckRs485(rs485, map.keys(), problems);
   return rs485;
 }
 

@@ -73,6 +73,8 @@ struct PduCarrier {
   /// Whether every slave answers this request, if only with an exception: one that is in general
   /// use and well-formed. Silence to any other says nothing about the slave.
   bool (*is_common)(View pdu) = nullptr;
+  /// Whether the frames are those of Modbus RTU: listeners with `protocol: rtu` need them.
+  bool rtu_frames = false;
 };
 
 struct Protocol {

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <string>
@@ -10,19 +9,13 @@
 #include <vector>
 
 #include "config/model/mark.h"
+#include "config/model/network.h"
 #include "config/model/serial.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::config {
 
 enum class Priority : std::uint8_t { low, normal, high };
-
-/// An address range in CIDR form; a single address is its own range.
-struct Network {
-  std::string text;                      ///< as written: "10.0.0.0/8"
-  std::array<std::uint8_t, 16> bytes{};  ///< IPv4 in the last four
-  int prefix = 128;                      ///< over all 16 bytes; IPv4 /8 is 104
-};
 
 /// What a listener's clients may ask for. Others get exception 0x01.
 enum class Permit : std::uint8_t {

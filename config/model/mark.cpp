@@ -7,4 +7,9 @@ std::string Mark::ToString() const {
   return file + ":" + std::to_string(line) + ":" + std::to_string(column);
 }
 
+const Mark& Keys::MarkOf(std::string_view key) const {
+  const auto found = values.find(key);
+  return found == values.end() ? map : found->second;
+}
+
 }  // namespace baudgate::config

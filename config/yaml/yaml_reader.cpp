@@ -241,6 +241,12 @@ Mark MapReader::MarkOf(std::string_view key) const {
   return entry ? entry->value.mark() : mark_;
 }
 
+Keys MapReader::keys() const {
+  Keys keys{mark_, {}};
+  for (const Entry& entry : entries_) keys.values.emplace(entry.key, entry.value.mark());
+  return keys;
+}
+
 std::optional<std::string> MapReader::Text(std::string_view key) {
   const auto node = Get(key);
   if (!node) return std::nullopt;

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "config/yaml/problem.h"
+#include "config/model/problem.h"
 #include "config/yaml/yaml_source.h"
 #include "gateway/base/time.h"
 
@@ -88,6 +88,8 @@ class MapReader {
   void AllowAll() { allow_all_ = true; }
   /// Where the value of `key` stands; the map itself when it is absent.
   Mark MarkOf(std::string_view key) const;
+  /// The places of all keys, for checks of what was read.
+  Keys keys() const;
 
   std::optional<std::string> Text(std::string_view key);
   /// A text that is shown to people: without control characters.

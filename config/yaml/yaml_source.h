@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "config/model/line.h"
-#include "config/yaml/problem.h"
+#include "config/model/problem.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::config {

@@ -170,7 +170,7 @@ Status Daemon::Impl::StartModbus() {
   if (!config.modbus.enabled) return {};
   modbus::ModbusLinks links;
   for (const auto& runner : runners) links.lines.push_back(runner.get());
-  links.rtu = catalog.FindProtocol("modbus_rtu");
+  links.rtu = catalog.RtuProtocol();
   modbus = std::make_unique<modbus::ModbusServer>(
       config, store, *this, [this] { return Info(); }, limits, std::move(links));
   if (Status status = modbus->Listen(modbus_io); !status) {

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "config/catalog.h"
+#include "config/catalog/catalog.h"
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 #include "gateway/requests/line_control.h"

@@ -7,10 +7,13 @@
 #include <optional>
 #include <string_view>
 
+#include "config/model/modbus_addresses.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::protocols::modbus {
+
+using config::kLastSlave;
 
 enum class Framing : std::uint8_t {
   rtu,    ///< address, PDU, CRC-16 low byte first
@@ -20,7 +23,6 @@ enum class Framing : std::uint8_t {
 inline constexpr std::size_t kRtuOverhead = 3;
 inline constexpr std::size_t kMaxRtu = 256;
 inline constexpr std::size_t kMaxAscii = 513;
-inline constexpr std::uint8_t kLastSlave = 247;
 
 /// Characters of a whole frame around so many bytes of PDU; of ASCII with its line feed.
 std::size_t FrameLength(Framing framing, std::size_t pdu);

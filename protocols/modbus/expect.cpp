@@ -40,8 +40,9 @@ std::optional<std::pair<std::uint8_t, Bytes>> UnwrapRequest(View frame) {
 }
 
 template <Framing kFraming>
-constexpr PduCarrier kCarrier = {ParseAddress, WrapPdu<kFraming>, UnwrapReply<kFraming>,
-                                 UnwrapRequest<kFraming>, IsCommon};
+constexpr PduCarrier kCarrier = {
+    ParseAddress, WrapPdu<kFraming>,       UnwrapReply<kFraming>, UnwrapRequest<kFraming>,
+    IsCommon,     kFraming == Framing::rtu};
 
 }  // namespace
 

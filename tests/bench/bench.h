@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "config/catalog.h"
+#include "config/catalog/catalog.h"
 #include "config/model/config.h"
 
 namespace baudgate::bench {

@@ -100,9 +100,10 @@ Protocol MakeFakeProtocol(std::string_view name) {
 }
 
 Protocol MakeFakeCarrier(std::string_view name) {
-  static const PduCarrier kCarrier;
+  static const PduCarrier kRtu = {.rtu_frames = true};
+  static const PduCarrier kOther;
   Protocol protocol = MakeFakeProtocol(name);
-  protocol.carrier = &kCarrier;
+  protocol.carrier = name == "modbus_rtu" ? &kRtu : &kOther;
   return protocol;
 }
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-#include "config/catalog.h"
+#include "config/catalog/catalog.h"
 #include "config/loader.h"
 
 namespace baudgate::testing {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "config/loader.h"
-#include "config/network.h"
+#include "config/model/network.h"
 #include "tests/config/fake_protocol.h"
 
 namespace baudgate::testing {
@@ -258,8 +258,8 @@ TEST(Listeners, RtuNeedsItsModule) {
                      .problems);
   };
   const std::string sentence =
-      ": error: listen: rtu needs the protocol 'modbus_rtu', which is not installed; installed: "
-      "fake, other\n";
+      ": error: listen: rtu needs a protocol that makes Modbus RTU frames, and none is "
+      "installed; installed: fake, other\n";
   EXPECT_EQ(problems("{ protocol: rtu }"), "t.yaml:1:19" + sentence);
   EXPECT_EQ(problems("{ at: /dev/m }"), "t.yaml:1:19" + sentence);
   EXPECT_EQ(problems("/dev/m"), "t.yaml:1:19" + sentence);

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "config/option_table.h"
+#include "config/catalog/option_values.h"
 #include "tests/config/fake_protocol.h"
 
 namespace baudgate::testing {

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "config/yaml/problem.h"
+#include "config/model/problem.h"
 #include "tests/config/fake_protocol.h"
 
 namespace baudgate::testing {

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "config/catalog.h"
+#include "config/catalog/catalog.h"
 #include "config/profile.h"
 #include "tests/config/fake_protocol.h"
 

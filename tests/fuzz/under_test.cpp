@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "config/option_table.h"
+#include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
 #include FUZZ_HEADER
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
 #include "gateway/store/conversion.h"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <ostream>
 
-#include "config/catalog.h"
+#include "config/catalog/catalog.h"
 #include "gateway/base/time.h"
 
 namespace baudgate {

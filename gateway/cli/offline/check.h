@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "config/catalog.h"
-#include "config/yaml/problem.h"
+#include "config/catalog/catalog.h"
+#include "config/model/problem.h"
 
 namespace baudgate {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "config/catalog.h"
+#include "config/catalog/catalog.h"
 
 namespace baudgate {
 

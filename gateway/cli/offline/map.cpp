@@ -15,8 +15,6 @@ using Json = nlohmann::ordered_json;
 using config::TextTable;
 
 constexpr int kBadConfiguration = 3;
-constexpr int kQualityOffset = 20'000;
-constexpr int kAgeOffset = 40'000;
 constexpr int kLastFiveDigitAddress = 9998;
 
 /// Everything the contract says about the place of one point.

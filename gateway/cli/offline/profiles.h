@@ -8,7 +8,7 @@
 #include <ostream>
 #include <string>
 
-#include "config/catalog.h"
+#include "config/catalog/catalog.h"
 
 namespace baudgate {
 

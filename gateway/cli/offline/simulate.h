@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "config/catalog.h"
+#include "config/catalog/catalog.h"
 #include "gateway/base/time.h"
 #include "gateway/simulate/twin_faults.h"
 

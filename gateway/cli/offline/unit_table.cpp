@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "config/line_checks.h"
+#include "config/model/units.h"
 #include "gateway/cli/terminal/text_table.h"
 
 namespace baudgate {

@@ -12,8 +12,7 @@ namespace {
 constexpr std::uint16_t kDeviceUnit = 1;  // units_[1…] are devices
 
 bool InValueArea(const Span& span) {
-  if (span.count == 0 || span.end() > kValuesEnd) return false;
-  return span.end() <= kStatusBlock || span.start >= kValuesAfterStatus;
+  return span.count > 0 && config::IsValueArea(span.start, span.end() - 1);
 }
 
 bool StartsBelow(std::uint32_t address, const Span& span) { return address < span.start; }

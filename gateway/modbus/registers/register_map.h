@@ -1,7 +1,6 @@
 // Which Modbus unit and address stands for which point: built once from the configuration.
 // Asked by point_desk.cpp and write_request.cpp before anything is read or written. The addresses
-// are a public contract: values at 0…8999 and 9100…19999, their quality 20000 and their age 40000
-// above, the status block at 9000.
+// are a public contract: config/model/modbus_addresses.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,15 +9,15 @@
 #include <vector>
 
 #include "config/model/config.h"
+#include "config/model/modbus_addresses.h"
 #include "gateway/modbus/wire/request.h"
 
 namespace baudgate::modbus {
 
-inline constexpr std::uint16_t kStatusBlock = 9000;
-inline constexpr std::uint16_t kValuesAfterStatus = 9100;
-inline constexpr std::uint16_t kValuesEnd = 20000;
-inline constexpr std::uint16_t kQualityOffset = 20000;
-inline constexpr std::uint16_t kAgeOffset = 40000;
+using config::kAgeOffset;
+using config::kQualityOffset;
+using config::kStatusBlock;
+using config::kValuesEnd;
 
 /// The addresses of one point.
 struct Span {

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/option_table.h"
+#include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
 #include "protocols/modbus/codec.h"

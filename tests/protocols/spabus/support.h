@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "config/option_table.h"
+#include "config/catalog/option_values.h"
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"

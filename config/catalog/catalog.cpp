@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/catalog.h"
+#include "config/catalog/catalog.h"
 
 #include <algorithm>
 
@@ -9,6 +9,13 @@ namespace fs = std::filesystem;
 
 const Protocol* Catalog::FindProtocol(const std::string& name) const {
   const auto found = protocols.find(name);
+  return found == protocols.end() ? nullptr : found->second;
+}
+
+const Protocol* Catalog::RtuProtocol() const {
+  const auto found = std::ranges::find_if(protocols, [](const auto& one) {
+    return one.second->carrier != nullptr && one.second->carrier->rtu_frames;
+  });
   return found == protocols.end() ? nullptr : found->second;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/line_checks.h"
+#include "config/checks/line_checks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -131,93 +131,11 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
                                   "or move points to the group slow");
 }
 
-UnitSet Covered(const Route& route) {
-  UnitSet units;
-  for (std::size_t unit = route.first; unit <= route.last; ++unit) units.set(unit);
-  return units;
-}
-
-/// "33-35 by the route in line 5, 36 by device 'feeder-1'"; empty when nothing is taken. Who writes
-/// a wide route behind single units and devices means it: as long as something remains, only ranges
-/// that overlap are named.
-std::string TakenOf(const Config& config, const std::vector<UnitSet>& reached, std::size_t index) {
-  const UnitSet wanted = Covered(config.modbus.routes[index]);
-  const bool unused = reached[index].none();
-  std::string text;
-  const auto add = [&](const UnitSet& units, const std::string& owner) {
-    if (units.none()) return;
-    text += (text.empty() ? "" : ", ") + UnitsText(units) + " by " + owner;
-  };
-  for (const Line& line : config.lines) {
-    for (const Device& device : line.devices) {
-      if (unused && device.unit && wanted[*device.unit]) {
-        add(UnitSet().set(*device.unit), "device '" + device.name + "'");
-      }
-    }
-  }
-  for (std::size_t i = 0; i < index; ++i) {
-    const bool inside = (Covered(config.modbus.routes[i]) & ~wanted).none();
-    if (inside && !unused) continue;
-    add(wanted & reached[i],
-        "the route in line " + std::to_string(config.modbus.routes[i].mark.line));
-  }
-  return text;
-}
-
-void CheckDeadline(const Route& route, const Config& config, const Catalog& catalog,
-                   Problems& problems) {
-  if (route.line.empty()) return;
-  const Line& line = config.lines[route.line_index];
-  const Protocol* protocol = catalog.FindProtocol(line.protocol);
-  if (!protocol) return;
-  const Duration reply = *Resolve(line.timing, protocol->timing(line.serial)).reply;
-  if (route.deadline >= reply) return;
-  problems.Warning(route.mark, "route for " + route.Units() + ": deadline " +
-                                   FormatDuration(route.deadline) + " is shorter than line '" +
-                                   line.name + "' waits for a reply (" + FormatDuration(reply) +
-                                   "): slow replies would come too late; lengthen it, or shorten "
-                                   "the line's timing: { reply: … }");
-}
-
 }  // namespace
 
 void CheckLine(const Line& line, const Catalog& catalog, Problems& problems) {
   CheckTimes(line, catalog, problems);
   CheckLoad(line, catalog, problems);
-}
-
-UnitSet DeviceUnits(const Config& config) {
-  UnitSet units;
-  for (const Line& line : config.lines) {
-    for (const Device& device : line.devices) {
-      if (device.unit) units.set(*device.unit);
-    }
-  }
-  return units;
-}
-
-std::vector<UnitSet> RouteUnits(const Config& config) {
-  std::vector<UnitSet> reached;
-  UnitSet taken = DeviceUnits(config);
-  for (const Route& route : config.modbus.routes) {
-    reached.push_back(Covered(route) & ~taken);
-    taken |= reached.back();
-  }
-  return reached;
-}
-
-void CheckRoutes(const Config& config, const Catalog& catalog, Problems& problems) {
-  const auto reached = RouteUnits(config);
-  for (std::size_t i = 0; i < reached.size(); ++i) {
-    const Route& route = config.modbus.routes[i];
-    CheckDeadline(route, config, catalog, problems);
-    const std::string taken = TakenOf(config, reached, i);
-    if (taken.empty()) continue;
-    problems.Warning(route.mark, "route for " + route.Units() +
-                                     (reached[i].none() ? " is never used, its units are taken: "
-                                                        : " does not get all of its units: ") +
-                                     taken);
-  }
 }
 
 }  // namespace baudgate::config

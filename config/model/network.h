@@ -3,14 +3,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
 
-#include "config/model/listener.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::config {
+
+/// An address range in CIDR form; a single address is its own range. IPv4 is held in its
+/// IPv6-mapped form (::ffff:a.b.c.d), so that one comparison serves both.
+struct Network {
+  std::string text;                      ///< as written: "10.0.0.0/8"
+  std::array<std::uint8_t, 16> bytes{};  ///< IPv4 in the last four
+  int prefix = 128;                      ///< over all 16 bytes; IPv4 /8 is 104
+};
 
 struct HostPort {
   std::string host;  ///< without the brackets of IPv6
@@ -22,8 +30,7 @@ Result<HostPort> ParseHostPort(std::string_view text);
 /// The same, but the port may be left out: "10.0.0.9", "[::1]", "::1".
 Result<HostPort> ParseServer(std::string_view text, std::uint16_t usual_port);
 
-/// "10.0.0.0/8", "10.0.0.7", "fe80::/10". IPv4 is held in its IPv6-mapped form (::ffff:a.b.c.d), so
-/// that one comparison serves both.
+/// "10.0.0.0/8", "10.0.0.7", "fe80::/10".
 Result<Network> ParseNetwork(std::string_view text);
 
 /// The shortest spelling of an IP address; any other text as it is.
@@ -31,6 +38,8 @@ std::string Canonical(const std::string& address);
 /// What comes in at a listener of this IP address: all of it for "0.0.0.0" and "::".
 Network ReachOf(const std::string& host);
 
+/// "0.0.0.0" and "::": all addresses of this machine.
+bool IsEverywhere(const std::string& host);
 bool IsIpAddress(const std::string& text);
 /// Whether every address of it is this machine's own.
 bool IsLoopback(const Network& network);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/option_table.h"
+#include "config/catalog/option_values.h"
 
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
@@ -96,30 +96,6 @@ OptionValue Empty(Kind kind) {
   return std::string();
 }
 
-std::optional<OptionValue> ReadTexts(const YamlNode& node, const std::string& name,
-                                     Problems& problems) {
-  std::vector<std::string> texts;
-  for (const YamlNode& element : ReadList(node, name, 1000, problems)) {
-    if (auto text = ReadText(element, name, problems)) texts.push_back(std::move(*text));
-  }
-  return texts;
-}
-
-std::optional<OptionValue> ReadOption(const YamlNode& node, const OptionSpec& spec,
-                                      Problems& problems) {
-  const std::string name(spec.name);
-  if (spec.kind == Kind::texts && node.kind() == YamlNode::Kind::list) {
-    return ReadTexts(node, name, problems);
-  }
-  const auto text = ReadText(node, name, problems);
-  if (!text) return std::nullopt;
-  // A text is taken as it stands, commas and all; only where a list is meant they separate.
-  auto value = ParseOption(spec, *text);
-  if (value) return std::move(*value);
-  problems.Error(node.mark(), name + ": " + value.error());
-  return std::nullopt;
-}
-
 }  // namespace
 
 Result<OptionValue> ParseOption(const OptionSpec& spec, std::string_view text) {
@@ -140,24 +116,6 @@ Result<OptionValue> ParseOption(const OptionSpec& spec, std::string_view text) {
       break;
   }
   return OptionValue(std::string(text));
-}
-
-Options ReadOptions(MapReader& map, const Protocol& protocol, OptionSpec::Scope scope) {
-  Options options;
-  for (const OptionSpec& spec : protocol.options) {
-    if (spec.scope != scope) {
-      map.Refuse(spec.name, "'" + std::string(spec.name) + "' belongs to the " +
-                                (scope == OptionSpec::Scope::line ? "devices, not to the line"
-                                                                  : "line, not to its devices"));
-      continue;
-    }
-    const auto node = map.Get(spec.name);
-    if (!node) continue;
-    if (auto value = ReadOption(*node, spec, map.problems())) {
-      options.Set(std::string(spec.name), std::move(*value));
-    }
-  }
-  return options;
 }
 
 Options DefaultOptions(const Protocol& protocol) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/network.h"
+#include "config/model/network.h"
 
 #include <arpa/inet.h>
 
@@ -111,9 +111,10 @@ std::string Canonical(const std::string& address) {
 
 Network ReachOf(const std::string& host) {
   const std::string address = Canonical(host);
-  const bool all = address == "0.0.0.0" || address == "::";
-  return ParseNetwork(all ? address + "/0" : address).value();
+  return ParseNetwork(IsEverywhere(address) ? address + "/0" : address).value();
 }
+
+bool IsEverywhere(const std::string& host) { return host == "0.0.0.0" || host == "::"; }
 
 bool IsIpAddress(const std::string& text) { return ParseAddress(text).has_value(); }
 

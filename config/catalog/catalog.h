@@ -28,6 +28,8 @@ struct Catalog {
 
   /// Null when no module of that name is installed.
   const Protocol* FindProtocol(const std::string& name) const;
+  /// Whose frames masters of RTU listeners send; null when it is not installed.
+  const Protocol* RtuProtocol() const;
   /// The folders that hold profiles of the protocol: its own, then that of Protocol::profiles_of.
   std::vector<std::string> ProfileOwners(const std::string& protocol) const;
   /// In the protocol's own folder first. Nothing when no directory has it.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/yaml/problem.h"
+#include "config/model/problem.h"
 
 #include <algorithm>
 

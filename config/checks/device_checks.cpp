@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/checks/device_checks.h"
+
+#include <algorithm>
+
+#include "config/catalog/option_values.h"
+#include "config/model/line.h"
+#include "gateway/base/spelling.h"
+
+namespace baudgate::config {
+namespace {
+
+/// "device 'feeder-1'", or "device" where it has no usable name.
+std::string Called(const Device& device) {
+  return device.name.empty() ? "device" : "device '" + device.name + "'";
+}
+
+Bytes ProbeOf(const Protocol& protocol, const std::string& address) {
+  Line line;
+  line.protocol = std::string(protocol.name);
+  line.options = DefaultOptions(protocol);
+  Device device;
+  device.protocol = line.protocol;
+  device.address = address;
+  device.options = line.options;
+  const auto conversation = protocol.make_bus(line)->MakeConversation(device);
+  const auto probe = conversation->Ask({Task::Kind::probe, 0, kNoPoint, {}}, Instant{});
+  return probe ? probe->bytes : Bytes();
+}
+
+void CheckAges(const Device& device, const Keys& keys, Problems& problems) {
+  const Duration max_age = device.max_age.value_or(3 * device.poll);
+  if (max_age < device.poll) {
+    problems.Error(keys.MarkOf("max_age"),
+                   "max_age: " + FormatDuration(max_age) + " is shorter than poll (" +
+                       FormatDuration(device.poll) + "): every value would be stale");
+  }
+  if (device.dead_age && *device.dead_age < max_age) {
+    problems.Error(keys.MarkOf("dead_age"), "dead_age: " + FormatDuration(*device.dead_age) +
+                                                " is shorter than max_age (" +
+                                                FormatDuration(max_age) + ")");
+  }
+  const bool has_slow = std::any_of(device.points.begin(), device.points.end(),
+                                    [](const Point& p) { return p.group == Group::slow; });
+  if (device.max_age && has_slow && *device.max_age < device.slow && max_age >= device.poll) {
+    problems.Warning(keys.MarkOf("max_age"),
+                     "max_age: " + FormatDuration(max_age) + " is shorter than slow (" +
+                         FormatDuration(device.slow) + "): slow points will often be uncertain");
+  }
+}
+
+}  // namespace
+
+void LineAddresses::Add(const Device& device, const Protocol& protocol, const Mark& mark,
+                        Problems& problems) {
+  const std::string& address = device.address;
+  if (const Status status = protocol.check_address(address); !status) {
+    problems.Error(mark, "address: " + status.error());
+    return;
+  }
+  const Bytes probe = ProbeOf(protocol, address);
+  const auto [first, is_new] = owners_.try_emplace(
+      {&protocol, probe.empty() ? ToBytes(address) : probe}, Owner{device.name, address});
+  if (is_new) return;
+  const auto& [name, spelling] = first->second;
+  problems.Warning(mark, "address: " + Quoted(address) + " is also the address of device '" + name +
+                             "' on this line" +
+                             (spelling == address ? "" : ", which writes it " + Quoted(spelling)));
+}
+
+void CheckDevice(const Device& device, const Protocol* protocol, const Keys& keys,
+                 Problems& problems) {
+  if (!keys.Has("profile") && !keys.Has("points")) {
+    problems.Warning(device.mark, Called(device) +
+                                      " has no points: nothing will be read from it; "
+                                      "give it a profile or points");
+  }
+  CheckAges(device, keys, problems);
+  if (!protocol || !protocol->check_device) return;
+  if (const Status status = protocol->check_device(device); !status) {
+    problems.Error(device.mark, Called(device) + ": " + status.error());
+  }
+}
+
+}  // namespace baudgate::config

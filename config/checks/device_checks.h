@@ -1,0 +1,38 @@
+// Whether a device fits its protocol, its times each other, and its address those of the others on
+// its line. Devices come from the readers or from commands; what is wrong goes to Problems.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+
+#include "config/model/device.h"
+#include "config/model/mark.h"
+#include "config/model/problem.h"
+#include "gateway/base/bytes.h"
+#include "protocols/protocol.h"
+
+namespace baudgate::config {
+
+/// The addresses of one line's devices.
+class LineAddresses {
+ public:
+  /// An error when the protocol does not take the device's address; a warning when an earlier
+  /// device of this protocol has the same one, however each writes it. `mark`: of the address.
+  void Add(const Device& device, const Protocol& protocol, const Mark& mark, Problems& problems);
+
+ private:
+  struct Owner {
+    std::string name;
+    std::string spelling;
+  };
+  std::map<std::pair<const Protocol*, Bytes>, Owner> owners_;
+};
+
+/// A device whose points, options and times are complete. `keys`: of the device, for the places of
+/// problems. Without a protocol what only it can judge is left out.
+void CheckDevice(const Device& device, const Protocol* protocol, const Keys& keys,
+                 Problems& problems);
+
+}  // namespace baudgate::config

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/checks/point_checks.h"
+
+#include <cmath>
+#include <limits>
+
+#include "config/model/modbus_addresses.h"
+#include "gateway/base/text.h"
+
+namespace baudgate::config {
+namespace {
+
+bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
+
+/// Whether a register of this type can hold the number.
+bool Fits(Type type, double number) {
+  if (type == Type::float32) return std::abs(number) <= std::numeric_limits<float>::max();
+  if (type == Type::float64) return true;
+  return number == std::trunc(number) && RangeOf(type).Contains(number);
+}
+
+void CheckOnFault(const Point& point, const Mark& mark, Problems& problems) {
+  const std::string type(Name(point.type));
+  if (point.on_fault.kind == OnFault::Kind::nan && !IsFloat(point.type)) {
+    problems.Error(mark, "on_fault: nan needs a float type, and '" + point.name + "' is " + type +
+                             "; write hold or a number");
+  }
+  if (point.on_fault.kind != OnFault::Kind::value) return;
+  const double value = point.on_fault.value;
+  if (point.type == Type::string || !Fits(point.type, value)) {
+    problems.Error(mark, "on_fault: " + FormatNumber(value) + " does not fit type " + type);
+  }
+}
+
+void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
+  const bool is_number = point.type != Type::string && point.type != Type::boolean;
+  if (point.scale == 0) {
+    problems.Error(keys.MarkOf("scale"), "scale: 0 would make every value the same");
+  }
+  if (!is_number && point.scale != 1) {
+    problems.Error(keys.MarkOf("scale"), "scale: only numbers can be scaled, and '" + point.name +
+                                             "' is " + std::string(Name(point.type)));
+  }
+  if (!is_number && point.offset != 0) {
+    problems.Error(keys.MarkOf("offset"), "offset: only numbers have one, and '" + point.name +
+                                              "' is " + std::string(Name(point.type)));
+  }
+  if (point.deadband < 0) {
+    problems.Error(keys.MarkOf("deadband"), "deadband: must not be negative");
+  }
+  if (point.type == Type::string && !point.sentinels.empty()) {
+    problems.Error(keys.MarkOf("sentinels"), "sentinels: a string has none");
+  }
+}
+
+std::string Range(int first, int last) {
+  if (first == last) return std::to_string(first);
+  return std::to_string(first) + "…" + std::to_string(last);
+}
+
+}  // namespace
+
+void CheckPoint(const Point& point, const Protocol* protocol, const Keys& keys,
+                Problems& problems) {
+  if (point.table == Table::bits && point.type != Type::boolean) {
+    problems.Error(keys.MarkOf("table"), "table: only bool points fit a bit table, and '" +
+                                             point.name + "' is " + std::string(Name(point.type)) +
+                                             "; write table: input");
+  }
+  if (!point.write.empty() && point.access == Access::read) {
+    problems.Error(keys.MarkOf("write"),
+                   "write: '" + point.name + "' is read-only; add access: rw or remove 'write'");
+  }
+  if (point.simulate && point.simulate->text && point.simulate->text->size() > point.text_length &&
+      point.text_length > 0) {
+    problems.Error(keys.MarkOf("simulate"), "simulate: the text is longer than string(" +
+                                                std::to_string(point.text_length) + ")");
+  }
+  CheckArithmetic(point, keys, problems);
+  CheckOnFault(point, keys.MarkOf("on_fault"), problems);
+  const bool complete = !point.read.empty() || !point.write.empty();
+  if (!protocol || !complete) return;
+  if (const Status status = protocol->check_point(point); !status) {
+    problems.Error(keys.MarkOf("read"), "point '" + point.name + "': " + status.error());
+  }
+}
+
+void RegisterClaims::Add(const Point& point, const Mark& mark) {
+  if (!point.modbus) return;
+  const int first = *point.modbus;
+  const int count = point.table == Table::bits ? 1 : static_cast<int>(RegisterCount(point));
+  const int last = first + count - 1;
+  const std::string kind = point.table == Table::bits ? "bit " : "register ";
+  if (!IsValueArea(first, last)) {
+    problems_.Error(mark, "modbus: " + kind + Range(first, last) + " of '" + point.name +
+                              "' is reserved; points live at 0…8999 and 9100…19999");
+    return;
+  }
+  auto& table = TableOf(point);
+  auto next = table.upper_bound(first);
+  const Taken* other = nullptr;
+  int other_first = 0;
+  if (next != table.begin() && std::prev(next)->second.last >= first) --next;
+  if (next != table.end() && next->first <= last) {
+    other = &next->second;
+    other_first = next->first;
+  }
+  if (!other) {
+    table.emplace(first, Taken{last, point.name, mark});
+    return;
+  }
+  problems_.Error(mark, "modbus: " + kind + Range(first, last) + " of '" + point.name +
+                            "' overlaps " + Range(other_first, other->last) + " of '" +
+                            other->name + "' (" + other->mark.ToString() + ")");
+}
+
+}  // namespace baudgate::config

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/checks/route_checks.h"
+
+#include <algorithm>
+
+#include "config/model/modbus_addresses.h"
+#include "config/model/network.h"
+#include "config/model/units.h"
+
+namespace baudgate::config {
+namespace {
+
+std::string Range(int first, int last) {
+  if (first == last) return std::to_string(first);
+  return std::to_string(first) + "…" + std::to_string(last);
+}
+
+/// "33-35 by the route in line 5, 36 by device 'feeder-1'"; empty when nothing is taken. Who writes
+/// a wide route behind single units and devices means it: as long as something remains, only ranges
+/// that overlap are named.
+std::string TakenOf(const Config& config, const std::vector<UnitSet>& reached, std::size_t index) {
+  const UnitSet wanted = UnitsOf(config.modbus.routes[index]);
+  const bool unused = reached[index].none();
+  std::string text;
+  const auto add = [&](const UnitSet& units, const std::string& owner) {
+    if (units.none()) return;
+    text += (text.empty() ? "" : ", ") + UnitsText(units) + " by " + owner;
+  };
+  for (const Line& line : config.lines) {
+    for (const Device& device : line.devices) {
+      if (unused && device.unit && wanted[*device.unit]) {
+        add(UnitSet().set(*device.unit), "device '" + device.name + "'");
+      }
+    }
+  }
+  for (std::size_t i = 0; i < index; ++i) {
+    const bool inside = (UnitsOf(config.modbus.routes[i]) & ~wanted).none();
+    if (inside && !unused) continue;
+    add(wanted & reached[i],
+        "the route in line " + std::to_string(config.modbus.routes[i].mark.line));
+  }
+  return text;
+}
+
+void CheckDeadline(const Route& route, const Config& config, const Catalog& catalog,
+                   Problems& problems) {
+  if (route.line.empty()) return;
+  const Line& line = config.lines[route.line_index];
+  const Protocol* protocol = catalog.FindProtocol(line.protocol);
+  if (!protocol) return;
+  const Duration reply = *Resolve(line.timing, protocol->timing(line.serial)).reply;
+  if (route.deadline >= reply) return;
+  problems.Warning(route.mark, "route for " + route.Units() + ": deadline " +
+                                   FormatDuration(route.deadline) + " is shorter than line '" +
+                                   line.name + "' waits for a reply (" + FormatDuration(reply) +
+                                   "): slow replies would come too late; lengthen it, or shorten "
+                                   "the line's timing: { reply: … }");
+}
+
+}  // namespace
+
+void CheckTarget(const Keys& route, Problems& problems) {
+  const bool line = route.Has("line");
+  if (line != route.Has("server")) return;
+  if (line) {
+    problems.Error(route.MarkOf("server"),
+                   "server: the route has a line already; remove one of the two keys");
+  } else {
+    problems.Error(route.map,
+                   "a route needs 'line' or 'server'; for example line: drive or "
+                   "server: \"10.0.0.9:502\"");
+  }
+}
+
+void CheckRoute(const Route& route, const Keys& keys, Problems& problems) {
+  const bool to_line = keys.Has("line");
+  const int most = to_line ? kLastSlave : 255;
+  if (!route.remap) {
+    if (route.last <= most) return;
+    problems.Error(keys.MarkOf("units"),
+                   "units: " + route.Units() +
+                       " goes beyond 247, the last slave of a line; end there, or say with "
+                       "remap which slave is the first, for example remap: 1");
+    return;
+  }
+  const int first = *route.remap;
+  const int last = first + route.last - route.first;
+  if (first == route.first) {
+    problems.Error(keys.MarkOf("remap"),
+                   "remap: " + std::to_string(first) + " changes nothing; remove the key");
+  } else if (first < 1 || last > most) {  // 0 would be a broadcast
+    problems.Error(keys.MarkOf("remap"),
+                   "remap: " + route.Units() + " would become " + Range(first, last) + "; " +
+                       (to_line ? "slaves of a line are 1…247" : "unit ids are 1…255"));
+  }
+}
+
+void CheckServer(const Route& route, const std::vector<Listener>& listeners, const Mark& mark,
+                 Problems& problems) {
+  const auto network = ParseNetwork(route.host);
+  const bool here = network && IsLoopback(*network);
+  for (const Listener& listener : listeners) {
+    if (listener.is_serial() || listener.port != route.port) continue;
+    if (listener.host != route.host && !(here && IsEverywhere(listener.host))) continue;
+    problems.Error(mark, "server: " + listener.Place() +
+                             " is this gateway itself: its requests would go in a circle; name the "
+                             "line, or another server");
+    return;
+  }
+}
+
+void CheckRoutes(const Config& config, const Catalog& catalog, Problems& problems) {
+  const auto reached = RouteUnits(config);
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    const Route& route = config.modbus.routes[i];
+    CheckDeadline(route, config, catalog, problems);
+    const std::string taken = TakenOf(config, reached, i);
+    if (taken.empty()) continue;
+    problems.Warning(route.mark, "route for " + route.Units() +
+                                     (reached[i].none() ? " is never used, its units are taken: "
+                                                        : " does not get all of its units: ") +
+                                     taken);
+  }
+}
+
+void CheckUse(const Config& config, Problems& problems) {
+  const auto& routes = config.modbus.routes;
+  for (const Line& line : config.lines) {
+    const bool routed = std::any_of(routes.begin(), routes.end(), [&](const Route& route) {
+      return !route.line.empty() && route.line == line.name;
+    });
+    if (routed || !line.devices.empty()) continue;
+    problems.Warning(line.mark, (line.name.empty() ? "line" : "line '" + line.name + "'") +
+                                    " has no devices, and no route leads to it: nothing is asked "
+                                    "on it");
+  }
+  if (std::any_of(routes.begin(), routes.end(), [](const Route& r) { return !r.line.empty(); })) {
+    return;
+  }
+  for (const Listener& listener : config.modbus.listen) {
+    if (listener.broadcast != Listener::Broadcast::pass) continue;
+    problems.Warning(listener.mark,
+                     "listen: broadcast: pass has no effect: no route leads to a "
+                     "line");
+  }
+}
+
+}  // namespace baudgate::config

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/checks/serial_checks.h"
+
+#include <string_view>
+#include <utility>
+
+namespace baudgate::config {
+
+void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems) {
+  if (timing.ceiling && timing.reply && *timing.ceiling < *timing.reply) {
+    problems.Error(mark, "timing: ceiling " + FormatDuration(*timing.ceiling) +
+                             " is shorter than reply " + FormatDuration(*timing.reply) +
+                             "; it covers the whole exchange");
+  }
+}
+
+void CheckSoftwareParity(const SerialSettings& serial, const Mark& mark, Problems& problems) {
+  if (!serial.software_parity) return;
+  if (serial.data_bits == 7 && serial.parity != Parity::none && serial.stop_bits == 1) return;
+  problems.Error(mark, "parity: software parity is made inside 8N1 and needs 7E1 or 7O1, not " +
+                           serial.ToString().substr(serial.ToString().find(' ') + 1));
+}
+
+void CheckRs485(const Rs485& rs485, const Keys& keys, Problems& problems) {
+  for (const auto& [key, delay] : {std::pair("delay_before_send", rs485.delay_before_send),
+                                   std::pair("delay_after_send", rs485.delay_after_send)}) {
+    if (delay % 1ms != Duration::zero()) {
+      problems.Error(keys.MarkOf(key),
+                     std::string(key) + ": the driver knows whole milliseconds only");
+    }
+  }
+}
+
+void CheckDataBits(const SerialSettings& serial, const Protocol& protocol, const Mark& mark,
+                   Problems& problems) {
+  if (serial.data_bits >= protocol.data_bits) return;
+  SerialSettings wide = serial;
+  wide.data_bits = 8;
+  problems.Error(mark, "serial: " + std::string(protocol.name) + " needs 8 data bits, and " +
+                           serial.ToString() + " has 7; write for example " + wide.ToString());
+}
+
+void CheckPortSettings(const std::string& port, const SerialSettings& serial, const Mark& mark,
+                       Problems& problems) {
+  if (!port.starts_with("tcp://")) return;
+  for (const auto& [key, used] :
+       {std::pair("rs485", serial.rs485.enabled), std::pair("rtscts", serial.rtscts)}) {
+    if (!used) continue;
+    problems.Error(mark, std::string(key) +
+                             ": a serial server (tcp://) does this by itself; set it there and "
+                             "remove the key");
+  }
+}
+
+}  // namespace baudgate::config

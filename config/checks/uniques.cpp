@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/checks/uniques.h"
+
+#include <filesystem>
+#include <string_view>
+
+#include "config/model/network.h"
+#include "gateway/base/spelling.h"
+
+namespace baudgate::config {
+namespace {
+
+constexpr std::string_view kTcp = "tcp://";
+
+/// Two spellings of one port give the same text.
+std::string RealPort(const std::string& port) {
+  if (port.starts_with(kTcp)) {
+    const auto at = ParseHostPort(port.substr(kTcp.size()));
+    if (!at) return port;
+    const std::string host = IsIpAddress(at->host) ? Canonical(at->host) : Lower(at->host);
+    return std::string(kTcp) + host + ":" + std::to_string(at->port);
+  }
+  std::error_code error;
+  const auto canonical = std::filesystem::weakly_canonical(port, error);
+  return error ? port : canonical.string();
+}
+
+}  // namespace
+
+const Uniques::Owner* Uniques::Claim(Owners& owners, const std::string& what,
+                                     const std::string& name, const Mark& mark) {
+  const auto [owner, is_new] = owners.emplace(what, Owner{name, mark});
+  return is_new ? nullptr : &owner->second;
+}
+
+void Uniques::Line(const std::string& name, const Mark& mark) {
+  if (const Owner* first = Claim(lines_, name, name, mark)) {
+    problems_.Error(mark, "line name '" + name + "' is taken; first in line " +
+                              std::to_string(first->mark.line) + " of the file");
+  }
+}
+
+void Uniques::Device(const std::string& name, const Mark& mark) {
+  if (const Owner* first = Claim(devices_, name, name, mark)) {
+    problems_.Error(mark, "device name '" + name + "' is taken; first in line " +
+                              std::to_string(first->mark.line) + " of the file");
+  }
+}
+
+void Uniques::Unit(std::uint8_t unit, const std::string& device, const Mark& mark) {
+  if (const Owner* first = Claim(units_, std::to_string(unit), device, mark)) {
+    problems_.Error(mark, "unit: " + std::to_string(unit) + " is taken by device '" + first->name +
+                              "' (line " + std::to_string(first->mark.line) + ")");
+  }
+}
+
+void Uniques::Port(const std::string& port, const std::string& line, const Mark& mark) {
+  if (const Owner* first = Claim(ports_, RealPort(port), "line '" + line + "'", mark)) {
+    problems_.Error(mark, "port: " + Quoted(port) + " is already the port of " + first->name +
+                              "; put the devices on one line");
+  }
+}
+
+void Uniques::ListenerPort(const std::string& path, const Mark& mark) {
+  if (const Owner* first = Claim(ports_, RealPort(path), "another listener", mark)) {
+    problems_.Error(mark, "listen: " + Quoted(path) + " is already the port of " + first->name +
+                              " (line " + std::to_string(first->mark.line) +
+                              "); a master needs a port of its own");
+  }
+}
+
+void Uniques::Listener(const config::Listener& listener) {
+  const Network reach = ReachOf(listener.host);
+  for (const config::Listener& first : listeners_) {
+    const Network other = ReachOf(first.host);
+    if (first.port != listener.port || !(Covers(other, reach) || Covers(reach, other))) continue;
+    const std::string line = " in line " + std::to_string(first.mark.line);
+    problems_.Error(listener.mark,
+                    "listen: " + listener.Place() +
+                        (first.Place() == listener.Place()
+                             ? " stands twice; first" + line
+                             : " and " + first.Place() + line +
+                                   " want the same port; remove one, or give it another port"));
+    return;
+  }
+  listeners_.push_back(listener);
+}
+
+}  // namespace baudgate::config

@@ -1,0 +1,46 @@
+// What may stand only once in the whole configuration: names, unit ids, ports. Told by the readers
+// as they go; who comes second is a problem that names the first.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "config/model/listener.h"
+#include "config/model/problem.h"
+
+namespace baudgate::config {
+
+/// What must be unique in the whole gateway: who came first is named when somebody comes second.
+class Uniques {
+ public:
+  explicit Uniques(Problems& problems) : problems_(problems) {}
+
+  void Line(const std::string& name, const Mark& mark);
+  void Device(const std::string& name, const Mark& mark);
+  void Unit(std::uint8_t unit, const std::string& device, const Mark& mark);
+  /// Links such as /dev/serial/by-id/… count as what they lead to.
+  void Port(const std::string& port, const std::string& line, const Mark& mark);
+  /// A serial port at which a master waits; in one table with the ports of lines.
+  void ListenerPort(const std::string& path, const Mark& mark);
+  /// No two at one port of one address; 0.0.0.0 and :: are all of them.
+  void Listener(const config::Listener& listener);
+
+ private:
+  struct Owner {
+    std::string name;
+    Mark mark;
+  };
+  using Owners = std::map<std::string, Owner>;
+  /// The first owner when there is one already.
+  static const Owner* Claim(Owners& owners, const std::string& what, const std::string& name,
+                            const Mark& mark);
+
+  Owners lines_, devices_, units_, ports_;
+  std::vector<config::Listener> listeners_;
+  Problems& problems_;
+};
+
+}  // namespace baudgate::config

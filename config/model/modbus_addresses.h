@@ -1,0 +1,30 @@
+// Which unit ids and which addresses inside a unit mean what: a public contract, docs/modbus.md.
+// The check of a configuration and the map that serves it read the same numbers here.
+//
+//   0…8999, 9100…19999   values       for example register 100
+//   9000…9099            status block of the unit
+//   N + 20000            quality of the value at N: 20100
+//   N + 40000            age of the value at N: 40100
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace baudgate::config {
+
+/// The last unit id of a device, and the last slave of a line.
+inline constexpr std::uint8_t kLastSlave = 247;
+
+inline constexpr std::uint16_t kStatusBlock = 9000;
+inline constexpr std::uint16_t kValuesAfterStatus = 9100;
+inline constexpr std::uint16_t kValuesEnd = 20000;
+inline constexpr std::uint16_t kQualityOffset = 20000;
+inline constexpr std::uint16_t kAgeOffset = 40000;
+
+/// Whether a value may take all addresses from `first` to `last`.
+constexpr bool IsValueArea(std::uint32_t first, std::uint32_t last) {
+  return first <= last &&
+         (last < kStatusBlock || (first >= kValuesAfterStatus && last < kValuesEnd));
+}
+
+}  // namespace baudgate::config
