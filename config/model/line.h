@@ -23,6 +23,9 @@ struct Line {
   Options options;
   std::vector<Device> devices;
   Mark mark;
+
+  /// Its port is a serial server elsewhere.
+  bool is_network() const { return port.starts_with("tcp://"); }
 };
 
 }  // namespace baudgate::config

@@ -127,7 +127,8 @@ bool LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_s
 }
 
 void LateAnswers::OnClosed(const Member& member, Instant now) {
-  SetLate(member, now + member.times.ceiling);
+  const LineTimes& times = member.times;
+  SetLate(member, now + (roster_.is_network() ? times.ceiling : times.reply + times.drain));
 }
 
 Instant LateAnswers::ClearAt(const Member& member, bool named) const {

@@ -62,7 +62,6 @@ void Poller::Close(Now now, Override why) {
   const std::string reason = ledger_.WhyClosed();
   Hear(line_.OnClosed());
   echo_.OnClosed();
-  // What a serial server still owes may reach the next connection.
   if (job_ && job_->end) {
     order_.OnClosed(*job_->member);
     late_.OnClosed(*job_->member, now.instant);

@@ -27,6 +27,8 @@ void Upkeep::OnOpened(Instant now) {
     if (!device->in_use) continue;
     Reconnect(*device, now);
     if (!device->health.offline()) schedule_.Restart(device->place, now);
+    // The reply to what it was asked before may still come: it waits for that, the others do not.
+    if (!late_.IsClear(*device, now)) schedule_.Hold(device->place, late_.LateUntil(*device));
     ledger_.ShowOverride(*device);
   }
 }
