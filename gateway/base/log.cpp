@@ -129,6 +129,11 @@ void SetLeast(Level least) { spdlog::default_logger()->set_level(LevelOf(least))
 
 void TellRepeats() { PrintRepeats(&Folder::All); }
 
+void ForgetRepeats() {
+  const std::lock_guard lock(g_mutex);
+  TheFolder() = Folder();
+}
+
 void Write(Level level, const std::string& text) {
   bool passed = false;
   {

@@ -95,4 +95,7 @@ class Folder {
   std::map<std::string, Seen> seen_;  // by key
 };
 
+/// As if this process had written nothing yet: for tests that count lines, whatever ran before.
+void ForgetRepeats();
+
 }  // namespace baudgate::log

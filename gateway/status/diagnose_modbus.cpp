@@ -34,11 +34,22 @@ Sentences DiagnoseMaster(const modbus::MasterStatus& master, WallTime now) {
     return {fmt::format("port closed for {}: {}; it is tried again until it works",
                         FormatAge(now - master.since), master.text)};
   }
-  if (const std::string silence = Silence(master, now); !silence.empty()) return {silence};
+  Sentences found;
+  if (master.echoes > 0) {
+    found.push_back(
+        fmt::format("the adapter has given back {} of the gateway's own replies: set echo: strip",
+                    master.echoes));
+  }
+  const std::string silence = Silence(master, now);
   const auto heard = static_cast<double>(master.frames + master.damaged);
-  if (heard == 0 || static_cast<double>(master.damaged) / heard < kNotableDamage) return {};
-  return {fmt::format("{} of {} frames were damaged and not answered: {} ({})", master.damaged,
-                      master.frames + master.damaged, kCheckWire, master.text)};
+  if (!silence.empty()) {
+    found.push_back(silence);
+  } else if (heard > 0 && static_cast<double>(master.damaged) / heard >= kNotableDamage) {
+    found.push_back(fmt::format("{} of {} frames were damaged and not answered: {} ({})",
+                                master.damaged, master.frames + master.damaged, kCheckWire,
+                                master.text));
+  }
+  return found;
 }
 
 Sentences DiagnoseRoute(const modbus::RouteStatus& route, WallTime now) {

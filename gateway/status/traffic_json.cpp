@@ -48,6 +48,7 @@ Json MasterJson(const modbus::MasterStatus& master, WallTime now) {
           {"port_since", TimeJson(master.since)},
           {"frames", master.frames},
           {"damaged", master.damaged},
+          {"echoes", master.echoes},
           {"last_frame", TimeJson(master.last_frame)},
           {"age_ms", AgeJson(master.last_frame, now)},
           {"advice", DiagnoseMaster(master, now)}};

@@ -19,12 +19,12 @@
 namespace baudgate::fuzz {
 namespace {
 
-class Gateway {
+class Gateway : private modbus::ClientSession::Owner {
  public:
   Gateway() {
     spdlog::set_level(spdlog::level::off);
     Require(clients_->Open().ok(), "there is an epoll set");
-    points_.inbox()->Open(io_);
+    points_.inbox()->Open(io_, ReadClocks);
   }
 
   void Play(Input& input) {
@@ -33,21 +33,21 @@ class Gateway {
     Require(::socketpair(AF_UNIX, kind, 0, pair.data()) == 0, "there is a socket pair");
     Configure(input.U8());
     sink_.turn = target_.turn = input.U8();
-    int closed = 0;
+    closed_ = 0;
     auto session = std::make_shared<modbus::ClientSession>(
-        pair[0], *clients_, listener_, points_, "fuzz", config::Priority::normal,
-        std::chrono::steady_clock::now(), [&closed](modbus::ClientSession&) { ++closed; });
+        pair[0], *clients_, listener_, points_, "fuzz", config::Priority::normal, ReadClocks(),
+        static_cast<modbus::ClientSession::Owner&>(*this));
     session->Start();
     Bytes sent;
     Bytes answers;
-    for (int pieces = 0; pieces < 64 && !input.empty() && closed == 0; ++pieces) {
+    for (int pieces = 0; pieces < 64 && !input.empty() && closed_ == 0; ++pieces) {
       Step(input, *session, pair[1], sent, answers);
     }
     io_.restart();
     io_.poll();
     Read(pair[1], answers);
     session->Close();
-    Require(closed == 1, "closed once");
+    Require(closed_ == 1, "closed once");
     sink_.kept.clear();
     for (const RoutedRequest& request : target_.kept) {
       Require(request.client == 0, "who has left is forgotten");
@@ -65,6 +65,9 @@ class Gateway {
   }
 
  private:
+  void OnClosed(modbus::ClientSession&) override { ++closed_; }
+  void SweepAt(Instant) override {}
+
   /// Bits 0 and 1: permission, 2: RTU frames, 3: silent, 4: broadcasts pass.
   void Configure(std::uint8_t flags) {
     constexpr std::array kPermits = {config::Permit::all, config::Permit::read,
@@ -98,7 +101,7 @@ class Gateway {
       sink_.kept.pop_front();
     }
     if ((what & 4U) != 0) target_.AnswerKept(static_cast<Outcome>((what >> 4U) % kOutcomeCount));
-    if ((what & 8U) != 0) session.Sweep(std::chrono::steady_clock::now() + 6s);
+    if ((what & 8U) != 0) session.Sweep({ReadClocks().instant + 6s, {}});
     if ((what & 1U) != 0) {
       io_.restart();
       io_.poll();
@@ -160,6 +163,7 @@ class Gateway {
     }
   }
 
+  int closed_ = 0;
   asio::io_context io_;
   std::shared_ptr<modbus::ClientPoll> clients_ = std::make_shared<modbus::ClientPoll>(io_);
   config::Listener listener_;

@@ -16,24 +16,23 @@ bool IsGatewayTrouble(ExceptionCode exception) {
 
 }  // namespace
 
-RequestDesk::RequestDesk(const asio::any_io_executor& executor, const config::Listener& listener,
-                         PointDesk& points, Wire& wire, std::string peer, config::Priority priority)
+RequestDesk::RequestDesk(const config::Listener& listener, PointDesk& points, Wire& wire,
+                         std::string peer, config::Priority priority, const Now& now)
     : listener_(listener),
       points_(points),
       wire_(wire),
       priority_(priority),
-      record_(points.book()->Enter(peer, listener, priority, ReadClocks().wall)),
-      timer_(executor) {}
+      record_(points.book()->Enter(peer, listener, priority, now.wall)) {}
 
-void RequestDesk::Handle(View frame, Instant now) {
+void RequestDesk::Handle(View frame, const Now& now) {
   LiveCounters::Add(points_.counters().requests);
   ClientRecord::Add(record_->requests);
   ClientRecord::Add(record_->bytes_in, BytesOnWire(frame.size()));
-  record_->last_request.store(now, std::memory_order_relaxed);
+  record_->last_request.store(now.instant, std::memory_order_relaxed);
   const Way way = points_.WayOf(UnitOf(frame));
-  if (way.kind == Way::Kind::none) return Refuse(frame, kNoPath);
+  if (way.kind == Way::Kind::none) return Refuse(frame, kNoPath, now.instant);
   if (!Permits(listener_.permit, FunctionOf(frame))) {
-    return Refuse(frame, kIllegalFunction);
+    return Refuse(frame, kIllegalFunction, now.instant);
   }
   if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);
   if (UnitOf(frame) == 0 && IsPlainWrite(FunctionOf(frame))) {
@@ -42,14 +41,14 @@ void RequestDesk::Handle(View frame, Instant now) {
   HandleOwn(frame, now);
 }
 
-void RequestDesk::HandleOwn(View frame, Instant now) {
+void RequestDesk::HandleOwn(View frame, const Now& now) {
   ModbusRequest request;
   ExceptionCode exception = points_.Check(frame, request);
-  if (exception != kNoException) return Refuse(frame, exception);
-  const bool write = IsPlainWrite(FunctionOf(frame));
-  exception = write ? StartWrite(request, now) : points_.Read(request, now);
-  if (exception != kNoException) return Refuse(frame, exception);
-  if (!write) Answer(request);
+  if (exception != kNoException) return Refuse(frame, exception, now.instant);
+  const bool write = IsPlainWrite(request.function);
+  exception = write ? StartWrite(request, now.instant) : points_.Read(request, now.instant);
+  if (exception != kNoException) return Refuse(frame, exception, now.instant);
+  if (!write) Answer(request, now.instant);
 }
 
 ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now) {
@@ -58,32 +57,32 @@ ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now)
   const Instant deadline = now + points_.limits().write_deadline;
   auto done = [inbox = points_.inbox(), desk = weak_from_this(), number](Outcome outcome,
                                                                          const std::string&) {
-    inbox->Post([desk, number, outcome] {
-      if (const auto self = desk.lock()) self->FinishWrite(number, outcome);
+    inbox->Post([desk, number, outcome](const Now& now) {
+      if (const auto self = desk.lock()) self->FinishWrite(number, outcome, now.instant);
     });
   };
   if (!given_up_) given_up_ = std::make_shared<std::atomic<bool>>(false);
   const auto exception = points_.Submit(request, deadline, given_up_, std::move(done));
   if (exception == kNoException) {
-    AddPending({number, deadline, {}, Bytes(request.frame.begin(), request.frame.end())});
+    AddPending({number, deadline, {}, CopyOf(request.frame.first(kMbapHeader + kWriteReply))});
   }
   return exception;
 }
 
-void RequestDesk::FinishWrite(std::uint64_t number, Outcome outcome) {
+void RequestDesk::FinishWrite(std::uint64_t number, Outcome outcome, Instant now) {
   const auto pending = TakePending(number);
   if (!pending || pending->given_up) return;
-  ModbusRequest request;
-  ExceptionCode exception = ParseRequest(pending->frame, request);
-  if (exception == kNoException) exception = PointDesk::ExceptionOf(outcome);
-  if (exception != kNoException) return Refuse(pending->frame, exception);
-  Answer(request);
+  const View asked = pending->frame;
+  const ExceptionCode exception = PointDesk::ExceptionOf(outcome);
+  if (exception != kNoException) return Refuse(asked, exception, now);
+  Answer(AduOf(TransactionOf(asked), UnitOf(asked), PduOf(asked)), now);
 }
 
-void RequestDesk::Sweep(Instant now) {
+void RequestDesk::Sweep(const Now& now) {
   std::vector<std::pair<std::uint64_t, bool>> late;
   for (const Pending& pending : pending_) {
-    if (now >= pending.Limit()) late.emplace_back(pending.number, pending.route.has_value());
+    if (now.instant >= pending.Limit())
+      late.emplace_back(pending.number, pending.route.has_value());
   }
   const auto self = shared_from_this();
   RoutedReply nothing;
@@ -92,28 +91,19 @@ void RequestDesk::Sweep(Instant now) {
   nothing.sent = true;  // for all that is known
   for (const auto& [number, routed] : late) {
     if (routed) {
-      FinishRouted(number, nothing, {now, ReadClocks().wall});
+      FinishRouted(number, nothing, now);
     } else {
-      FinishWrite(number, Outcome::no_reply);
+      FinishWrite(number, Outcome::no_reply, now.instant);
     }
   }
 }
 
-/// A timer that is early enough runs on, though its request may be answered by then: so a busy
-/// client costs one now and then.
-void RequestDesk::Arm() {
-  Instant next = Instant::max();
-  for (const Pending& pending : pending_) next = std::min(next, pending.Limit());
-  if (closed_ || next >= armed_for_) return;
-  armed_for_ = next;
-  timer_.expires_at(next);
-  timer_.async_wait([desk = weak_from_this()](const asio::error_code& error) {
-    const auto self = desk.lock();
-    if (error || !self) return;
-    self->armed_for_ = Instant::max();
-    self->Sweep(ReadClocks().instant);
-    self->Arm();
-  });
+std::optional<Instant> RequestDesk::Deadline() const {
+  std::optional<Instant> next;
+  for (const Pending& pending : pending_) {
+    next = next ? std::min(*next, pending.Limit()) : pending.Limit();
+  }
+  return next;
 }
 
 /// Targets may still hold what the sweep has answered in their place.
@@ -125,8 +115,7 @@ void RequestDesk::GiveUp() {
       std::stable_partition(pending_.begin(), pending_.end(),
                             [](const Pending& pending) { return !pending.route.has_value(); });
   std::for_each(routed, pending_.end(), [this](const Pending& pending) {
-    points_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteEnd::dropped, {},
-                          ReadClocks().wall);
+    points_.book()->Ended(*pending.route, UnitOf(pending.frame), RouteEnd::dropped, {}, {});
   });
   pending_.erase(routed, pending_.end());
   record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),
@@ -138,13 +127,12 @@ void RequestDesk::Close() {
   closed_ = true;
   GiveUp();
   pending_.clear();
-  timer_.cancel();
   points_.book()->Leave(*record_);
 }
 
 void RequestDesk::AddPending(Pending pending) {
+  wire_.SweepAt(pending.Limit());
   pending_.push_back(std::move(pending));
-  Arm();
   record_->outstanding.store(static_cast<std::uint32_t>(pending_.size()),
                              std::memory_order_relaxed);
 }
@@ -174,23 +162,23 @@ std::size_t RequestDesk::BytesOnWire(std::size_t frame) const {
   return speaks_rtu() ? frame - kMbapHeader + kRtuFrame : frame;
 }
 
-void RequestDesk::Answer(const ModbusRequest& request) {
+void RequestDesk::Answer(const ModbusRequest& request, Instant now) {
   ClientRecord::Add(record_->bytes_out, BytesOnWire(ReplySize(request)));
-  wire_.Answer(request, points_.responder());
+  wire_.Answer(request, points_.responder(), now);
 }
 
-void RequestDesk::Answer(View frame) {
+void RequestDesk::Answer(View frame, Instant now) {
   ClientRecord::Add(record_->bytes_out, BytesOnWire(frame.size()));
-  wire_.Answer(frame);
+  wire_.Answer(frame, now);
 }
 
-void RequestDesk::Refuse(View frame, ExceptionCode exception) {
+void RequestDesk::Refuse(View frame, ExceptionCode exception, Instant now) {
   const bool silent = listener_.errors == config::Listener::Errors::silent;
   const bool kept = silent && IsGatewayTrouble(exception);
-  if (kept || IsUnawaited(frame)) return wire_.AnswerNothing();
+  if (kept || IsUnawaited(frame)) return wire_.AnswerNothing(now);
   LiveCounters::Add(points_.counters().exceptions);
   ClientRecord::Add(record_->exceptions);
-  Answer(ExceptionReply(frame, exception));
+  Answer(ExceptionReply(frame, exception), now);
 }
 
 }  // namespace baudgate::modbus

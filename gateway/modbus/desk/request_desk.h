@@ -1,12 +1,10 @@
 // What one client asks and how it is answered, whatever wire it comes by: permission, cached units,
 // writes, transparent routes, exceptions, deadlines. Whole frames in their Modbus TCP form come
-// from session.cpp (sockets) and serial_listener.cpp (a serial master); answers go back to them.
-// All on the server's thread.
+// from client_session.cpp (sockets) and master_session.cpp (a serial master); answers go back to
+// them. All on the server's thread; the time is an argument.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <asio/any_io_executor.hpp>
-#include <asio/steady_timer.hpp>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -29,14 +27,16 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   /// The way back to the client. The desk may be closed from within a call.
   class Wire {
    public:
-    /// A read out of the store, or a confirmed write: the responder's private copy holds what was
-    /// asked for, during the call only.
-    virtual void Answer(const ModbusRequest& request, Responder& responder) = 0;
-    /// A whole frame in its Modbus TCP form: an exception, a routed reply.
-    virtual void Answer(View frame) = 0;
+    /// A read out of the store: the responder's private copy holds what was asked for, during the
+    /// call only.
+    virtual void Answer(const ModbusRequest& request, Responder& responder, Instant now) = 0;
+    /// A whole frame in its Modbus TCP form: a confirmed write, an exception, a routed reply.
+    virtual void Answer(View frame, Instant now) = 0;
     /// A request stays without any answer (a broadcast, a silent listener): a wire that takes one
     /// request at a time goes on.
-    virtual void AnswerNothing() = 0;
+    virtual void AnswerNothing(Instant now) = 0;
+    /// Sweep is to be called at this time, if not before. Each call is another appointment.
+    virtual void SweepAt(Instant at) = 0;
 
    protected:
     ~Wire() = default;
@@ -49,16 +49,15 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   /// other answer has its chance.
   static constexpr Duration kGrace = 20ms;
 
-  /// Listener, points and wire outlive the desk until Close. The executor is that of the server's
-  /// thread: it sweeps when a deadline has passed.
-  RequestDesk(const asio::any_io_executor& executor, const config::Listener& listener,
-              PointDesk& points, Wire& wire, std::string peer, config::Priority priority);
+  /// Listener, points and wire outlive the desk until Close.
+  RequestDesk(const config::Listener& listener, PointDesk& points, Wire& wire, std::string peer,
+              config::Priority priority, const Now& now);
 
   /// One whole frame, MBAP header included: leads to exactly one call of the wire, now or later,
   /// unless it is given up before.
-  void Handle(View frame, Instant now);
-  /// Answers requests whose deadline has passed and that nobody has answered. Comes by itself.
-  void Sweep(Instant now);
+  void Handle(View frame, const Now& now);
+  /// Answers requests whose deadline has passed and that nobody has answered.
+  void Sweep(const Now& now);
   /// The client waits for none of its requests any more: what is not on its way to a slave or
   /// device is not sent, and what was asked until now is not answered.
   void GiveUp();
@@ -66,6 +65,8 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   void Close();
 
   std::size_t outstanding() const { return pending_.size(); }
+  /// When Sweep has something to answer; nothing waits: none.
+  std::optional<Instant> Deadline() const;
   std::uint64_t id() const { return record_->id; }
 
  private:
@@ -73,7 +74,9 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   struct Pending {
     std::uint64_t number = 0;
     Instant deadline;
-    std::optional<std::size_t> route;
+    std::optional<std::size_t> route;  ///< none: a write to a device
+    /// The beginning of the request: to the function code; of a write all that its good answer
+    /// repeats of it.
     Bytes frame;
     bool given_up = false;  ///< a write to a device: it goes on, but is not answered
 
@@ -81,28 +84,27 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
     Instant Limit() const { return deadline + kGrace; }
   };
 
-  void HandleOwn(View frame, Instant now);
-  void HandleRouted(View frame, std::size_t index, Instant now);
+  void HandleOwn(View frame, const Now& now);
+  void HandleRouted(View frame, std::size_t index, const Now& now);
   ExceptionCode StartWrite(const ModbusRequest& request, Instant now);
-  void FinishWrite(std::uint64_t number, Outcome outcome);
-  void Forward(View frame, std::size_t index, std::uint8_t slave, Instant now);
+  void FinishWrite(std::uint64_t number, Outcome outcome, Instant now);
+  void Forward(View frame, std::size_t index, std::uint8_t slave, const Now& now);
   void FinishRouted(std::uint64_t number, RoutedReply reply, const Now& now);
 
   void HandleBroadcast(View frame, std::size_t index, std::span<const RouteTargets::Line> lines,
-                       Instant now);
+                       const Now& now);
   bool Broadcast(View frame, std::size_t index, const RouteTargets::Line& line, Instant now);
 
   std::optional<Pending> TakePending(std::uint64_t number);
   void AddPending(Pending pending);
-  void Arm();
   config::Priority PriorityOf(std::uint8_t function) const;
   bool speaks_rtu() const;
   bool IsUnawaited(View request) const;
   std::size_t BytesOnWire(std::size_t frame) const;
 
-  void Answer(const ModbusRequest& request);
-  void Answer(View frame);
-  void Refuse(View frame, ExceptionCode exception);
+  void Answer(const ModbusRequest& request, Instant now);
+  void Answer(View frame, Instant now);
+  void Refuse(View frame, ExceptionCode exception, Instant now);
 
   const config::Listener& listener_;
   PointDesk& points_;
@@ -112,8 +114,6 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   std::vector<Pending> pending_;
   std::vector<RouteTarget*> used_;  ///< targets that may still hold requests of this client
   std::shared_ptr<std::atomic<bool>> given_up_;  ///< of the writes since GiveUp; null: none
-  asio::steady_timer timer_;
-  Instant armed_for_ = Instant::max();  ///< the timer; max: it does not run
   std::uint64_t next_number_ = 0;
   std::size_t broadcasts_ = 0;  ///< that are under way
   bool closed_ = false;

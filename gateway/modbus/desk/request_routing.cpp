@@ -8,8 +8,6 @@
 namespace baudgate::modbus {
 namespace {
 
-Bytes CopyOf(View bytes) { return Bytes(bytes.begin(), bytes.end()); }
-
 bool IsReply(const RoutedReply& reply) {
   const bool answered = reply.outcome == Outcome::ok || reply.outcome == Outcome::refused;
   return answered && !reply.pdu.empty() && reply.pdu.size() <= kMaxPdu;
@@ -29,9 +27,9 @@ RoutedReply Busy() {
 
 }  // namespace
 
-void RequestDesk::HandleRouted(View frame, std::size_t index, Instant now) {
+void RequestDesk::HandleRouted(View frame, std::size_t index, const Now& now) {
   const config::Route& route = points_.route(index);
-  if (!IsFunction(FunctionOf(frame))) return Refuse(frame, kIllegalFunction);
+  if (!IsFunction(FunctionOf(frame))) return Refuse(frame, kIllegalFunction, now.instant);
   const std::uint8_t slave = route.SlaveOf(UnitOf(frame));
   if (slave == 0 && IsPlainWrite(FunctionOf(frame))) {
     const RouteTargets::Line line{points_.targets().of(index), route.deadline};
@@ -42,32 +40,31 @@ void RequestDesk::HandleRouted(View frame, std::size_t index, Instant now) {
   Forward(frame, index, slave, now);
 }
 
-void RequestDesk::Forward(View frame, std::size_t index, std::uint8_t slave, Instant now) {
+void RequestDesk::Forward(View frame, std::size_t index, std::uint8_t slave, const Now& now) {
   const config::Route& route = points_.route(index);
   RouteTarget* const target = points_.targets().of(index);
-  if (target == nullptr) return Refuse(frame, kNoPath);
+  if (target == nullptr) return Refuse(frame, kNoPath, now.instant);
   const std::uint64_t number = next_number_++;
   RoutedRequest request;
   request.client = record_->id;
   request.slave = slave;
   request.pdu = CopyOf(PduOf(frame));
   request.priority = PriorityOf(FunctionOf(frame));
-  request.arrived = now;
-  request.deadline = now + route.deadline;
+  request.arrived = now.instant;
+  request.deadline = now.instant + route.deadline;
   request.done = [inbox = points_.inbox(), desk = weak_from_this(), number](RoutedReply reply) {
-    inbox->Post([desk, number, reply = std::move(reply)]() mutable {
-      if (const auto self = desk.lock()) self->FinishRouted(number, std::move(reply), ReadClocks());
+    inbox->Post([desk, number, reply = std::move(reply)](const Now& now) mutable {
+      if (const auto self = desk.lock()) self->FinishRouted(number, std::move(reply), now);
     });
   };
   points_.book()->Asked(index, UnitOf(frame));
   const bool room = pending_.size() + broadcasts_ < kMaxPending;
   if (!room || !target->Submit(std::move(request))) {
-    points_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), ReadClocks().wall);
-    return Refuse(frame, kBusy);
+    points_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), now.wall);
+    return Refuse(frame, kBusy, now.instant);
   }
   if (std::ranges::find(used_, target) == used_.end()) used_.push_back(target);
-  AddPending(
-      {number, now + route.deadline, index, Bytes(frame.begin(), frame.begin() + kMbapHeader + 1)});
+  AddPending({number, now.instant + route.deadline, index, CopyOf(frame.first(kMbapHeader + 1))});
 }
 
 void RequestDesk::FinishRouted(std::uint64_t number, RoutedReply reply, const Now& now) {
@@ -81,25 +78,25 @@ void RequestDesk::FinishRouted(std::uint64_t number, RoutedReply reply, const No
     reply.reason = "its reply came after the deadline";
   }
   points_.book()->Ended(*pending->route, UnitOf(asked), EndOf(reply, late), reply, now.wall);
-  if (!IsReply(reply)) return Refuse(asked, kNoTarget);
+  if (!IsReply(reply)) return Refuse(asked, kNoTarget, now.instant);
   if (reply.outcome == Outcome::refused) {
     LiveCounters::Add(points_.counters().exceptions);
     ClientRecord::Add(record_->exceptions);
   }
-  if (IsUnawaited(asked)) return wire_.AnswerNothing();
-  Answer(AduOf(*ByteReader(asked).U16Be(0), UnitOf(asked), reply.pdu));
+  if (IsUnawaited(asked)) return wire_.AnswerNothing(now.instant);
+  Answer(AduOf(TransactionOf(asked), UnitOf(asked), reply.pdu), now.instant);
 }
 
 void RequestDesk::HandleBroadcast(View frame, std::size_t index,
-                                  std::span<const RouteTargets::Line> lines, Instant now) {
+                                  std::span<const RouteTargets::Line> lines, const Now& now) {
   if (listener_.broadcast == config::Listener::Broadcast::ignore) return HandleOwn(frame, now);
   for (const RouteTargets::Line& line : lines) {
     if (line.target == nullptr) continue;
     points_.book()->Asked(index, UnitOf(frame));
-    if (Broadcast(frame, index, line, now)) continue;
-    points_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), ReadClocks().wall);
+    if (Broadcast(frame, index, line, now.instant)) continue;
+    points_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), now.wall);
   }
-  wire_.AnswerNothing();
+  wire_.AnswerNothing(now.instant);
 }
 
 /// In nobody's name, because who broadcasts waits for nothing and may leave at once.
@@ -115,8 +112,7 @@ bool RequestDesk::Broadcast(View frame, std::size_t index, const RouteTargets::L
   request.deadline = now + line.deadline;
   request.done = [inbox = points_.inbox(), book = points_.book(), desk = weak_from_this(), index,
                   unit = UnitOf(frame), deadline = request.deadline](RoutedReply reply) {
-    inbox->Post([book, desk, index, unit, deadline, reply = std::move(reply)] {
-      const Now now = ReadClocks();
+    inbox->Post([book, desk, index, unit, deadline, reply = std::move(reply)](const Now& now) {
       const bool sent = reply.sent || reply.outcome == Outcome::ok;
       const auto unsent = EndOf(reply, now.instant >= deadline);
       book->Ended(index, unit, sent ? RouteEnd::broadcast : unsent, reply, now.wall);

@@ -36,6 +36,7 @@ struct MasterStatus {
   WallTime since{};           ///< of is_open
   std::uint64_t frames = 0;   ///< whole requests and replies, those of other slaves included
   std::uint64_t damaged = 0;  ///< what was heard and is no frame
+  std::uint64_t echoes = 0;   ///< own replies that were heard and passed over; `echo` is off
   WallTime last_frame{};      ///< the epoch: none yet
 };
 

@@ -139,6 +139,11 @@ void TrafficBook::HeardDamage(std::size_t master) {
   ++masters_[master].damaged;
 }
 
+void TrafficBook::HeardEcho(std::size_t master) {
+  const std::lock_guard lock(mutex_);
+  ++masters_[master].echoes;
+}
+
 TrafficStatus TrafficBook::Status(const Now& now) const {
   TrafficStatus status;
   const MutexLock lock(mutex_);

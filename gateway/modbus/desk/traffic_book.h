@@ -1,5 +1,5 @@
 // Keeps the counters of clients, serial masters and routes behind TrafficStatus. They are reported
-// by request_desk.cpp, serial_listener.cpp and upstream.cpp on the server's thread; server.cpp
+// by request_desk.cpp, master_session.cpp and upstream.cpp on the server's thread; server.cpp
 // hands the numbers out to any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -58,10 +58,12 @@ class TrafficBook {
   void ShowPort(std::size_t master, bool is_open, const std::string& text, WallTime at);
   void Heard(std::size_t master, WallTime at);
   void HeardDamage(std::size_t master);
+  /// One of the gateway's own replies, where `echo` is off.
+  void HeardEcho(std::size_t master);
 
   /// `route`: index in modbus.routes, or broadcasts().
   void Asked(std::size_t route, std::uint8_t unit);
-  /// `reply` may be empty where there was none.
+  /// `reply` may be empty where there was none, and `at` where the client has left.
   void Ended(std::size_t route, std::uint8_t unit, RouteEnd end, const RoutedReply& reply,
              WallTime at);
 

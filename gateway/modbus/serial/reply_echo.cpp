@@ -2,39 +2,27 @@
 #include "gateway/modbus/serial/reply_echo.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace baudgate::modbus {
 
-void ReplyEcho::OnSent(View request, View reply, Instant earliest) {
-  teaches_ = !std::ranges::equal(request, reply);
+void ReplyEcho::OnSent(View reply, Instant until) {
   filter_.OnExchangeEnd();
-  owed_.clear();
-  if (teaches_) {
-    filter_.OnSent(reply);
-  } else {
-    Append(owed_, reply);
-  }
-  earliest_ = earliest;
-  heard_ = 0;
+  filter_.OnSent(reply);
+  owed_.assign(reply.begin(), reply.end());
+  until_ = until;
 }
 
-Bytes ReplyEcho::Filter(View received, Instant now) {
-  if (heard_ == 0) began_ = now;
-  heard_ += received.size();
+Bytes ReplyEcho::Filter(View received) {
+  if (!strips_) return Bytes(received.begin(), received.end());
   EchoResult result = filter_.Filter(received);
-  if (result.complete && teaches_) echoes_ = Echoes::yes;
+  if (result.complete) owed_.clear();
   return std::move(result.bytes);
 }
 
-/// What begins too early for the master was on its way before the reply was: its echo may still
-/// come.
-ReplyEcho::Heard ReplyEcho::OnRequest(View frame) {
-  const bool early = began_ < earliest_;
-  if (teaches_ && heard_ == frame.size() && !early) echoes_ = Echoes::no;
-  if (owed_.empty() || !std::ranges::equal(owed_, frame)) return Heard::request;
-  owed_.clear();
-  if (echoes_ == Echoes::no) return Heard::request;
-  return echoes_ == Echoes::yes || early ? Heard::echo : Heard::doubt;
+bool ReplyEcho::IsEcho(View frame, Instant ended) {
+  const Bytes owed = std::exchange(owed_, {});
+  return !owed.empty() && ended <= until_ && std::ranges::equal(owed, frame);
 }
 
 }  // namespace baudgate::modbus

@@ -1,60 +1,44 @@
-// Knows our own replies in what a two-wire adapter hears, on the side of the slave: the reply to a
-// write of one register equals its request, and answering it would never end. Sans-I/O; bytes come
-// from serial_listener.cpp and go back to it.
+// Knows the gateway's own replies in what a two-wire adapter hears, on the side of the slave: the
+// reply to a write of one register equals its request, and carrying it out would never end.
+// Sans-I/O; used by master_session.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-
+#include "config/model/listener.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/line/echo_filter.h"
 
 namespace baudgate::modbus {
 
-/// Whether the adapter echoes is learned from replies that can not be requests: what comes first
-/// after them is either their echo or the master's next request. Nothing else teaches it. A time
-/// that has passed does not, for nobody knows how late adapter, driver and a busy machine are.
-///
-/// A reply that equals its request owes one echo, which is the first frame like it, whatever was
-/// heard before. That frame is
-///  * passed over where the adapter is known to echo, or when it begins before the master can have
-///    begun a request;
-///  * a request where the adapter is known not to echo;
-///  * else in doubt, and neither carried out nor passed over in silence: the answer "busy" is no
-///    request, so its own echo, or that there is none, ends the doubt. A master repeats its write;
-///    an echo can not answer, so nothing goes on for ever, even when the busy answer is lost or
-///    damaged and teaches nothing.
-/// An echo that was damaged leaves its debt: the master's same write is then passed over, or found
-/// busy, once.
+/// strip: bytes that repeat the last reply are taken out where they come first, whenever that is.
+/// off: bytes pass. Both: the first whole frame behind a reply is its echo when it equals the reply
+/// and has ended in time. So an echo behind noise is found as well.
 class ReplyEcho {
  public:
-  enum class Heard : std::uint8_t { request, echo, doubt };
+  /// An adapter, its driver and a busy machine give back what was sent within this time and the
+  /// time that it takes on the line.
+  static constexpr Duration kLatest = 50ms;
 
-  /// Another adapter, perhaps.
-  void Reset() { *this = ReplyEcho(); }
+  explicit ReplyEcho(config::Listener::Echo mode)
+      : strips_(mode == config::Listener::Echo::strip) {}
 
-  /// Before the reply goes out. `earliest`: no request of the master begins before.
-  void OnSent(View request, View reply, Instant earliest);
-  /// What is not the echo of a reply that can not be a request, in order.
-  Bytes Filter(View received, Instant now);
+  /// Before the reply goes out. `until`: when the last byte of its echo has come at the latest.
+  void OnSent(View reply, Instant until);
+  /// What is left of bytes that have come, in order.
+  Bytes Filter(View received);
   /// Bytes have arrived that look like the start of an echo.
-  bool holding() const { return filter_.holding(); }
-  /// The line has fallen silent: gives back what was held.
+  bool holding() const { return strips_ && filter_.holding(); }
+  /// The bus has fallen silent: gives back what was held.
   Bytes OnSilence() { return filter_.OnExchangeEnd().bytes; }
-  /// A whole request was among what Filter passed.
-  Heard OnRequest(View frame);
+  /// Whether a whole frame among what is left is the echo. `ended`: when its last byte came.
+  bool IsEcho(View frame, Instant ended);
 
  private:
-  enum class Echoes : std::uint8_t { unknown, yes, no };
-
+  bool strips_;
   EchoFilter filter_{config::Echo::strip};
-  Echoes echoes_ = Echoes::unknown;
-  bool teaches_ = false;  ///< the last reply can not be a request
-  Bytes owed_;            ///< the last reply, if it can, until its echo was heard
-  Instant earliest_ = Instant::min();
-  Instant began_ = Instant::min();  ///< what was heard since the last reply
-  std::size_t heard_ = 0;           ///< bytes of it
+  Bytes owed_;  ///< the last reply; empty once a frame or its whole echo has come
+  Instant until_;
 };
 
 }  // namespace baudgate::modbus

@@ -73,7 +73,7 @@ void ClientPoll::Wait() {
 
 void ClientPoll::Serve() {
   // With one client there is no question who it is.
-  if (only_ != nullptr) return only_->OnEvents(EPOLLIN);
+  if (only_ != nullptr) return only_->OnEvents(EPOLLIN, ReadClocks());
   // Alone, a client has nothing more to say before it has read its answer.
   const std::size_t worth = count_ > 1 ? 1 : 2;
   std::size_t served = 0;
@@ -92,12 +92,13 @@ std::size_t ClientPoll::ServeBatch() {
   if (count_ == 1 && events_[0].events == EPOLLIN) {
     only_ = static_cast<Client*>(events_[0].data.ptr);
   }
+  const Now now = ReadClocks();
   unserved_ = std::span(events_).first(static_cast<std::size_t>(count));
   while (!unserved_.empty()) {
     const epoll_event event = unserved_.front();
     unserved_ = unserved_.subspan(1);
     auto* const client = static_cast<Client*>(event.data.ptr);
-    if (client != nullptr) client->OnEvents(event.events);
+    if (client != nullptr) client->OnEvents(event.events, now);
   }
   return static_cast<std::size_t>(count);
 }

@@ -1,6 +1,6 @@
 // Tells clients that their sockets can be read or written, many at a time: one epoll set of their
 // own inside the server's io_context. asio alone would cost one more system call a request.
-// Sockets come from listener.cpp; session.cpp reads and writes them.
+// Sockets come from listener.cpp; client_session.cpp reads and writes them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "gateway/base/result.h"
+#include "gateway/base/time.h"
 
 namespace baudgate::modbus {
 
@@ -25,8 +26,9 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
   class Client {
    public:
     /// Some of EPOLLIN, EPOLLOUT, EPOLLERR and EPOLLHUP; the last two come unasked. Comes again
-    /// for as long as it holds. The client may remove itself and others.
-    virtual void OnEvents(std::uint32_t events) = 0;
+    /// for as long as it holds. `now` is read once for all that are ready together. The client may
+    /// remove itself and others.
+    virtual void OnEvents(std::uint32_t events, const Now& now) = 0;
 
    protected:
     ~Client() = default;
@@ -43,11 +45,10 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
   bool Change(int socket, Client& client, std::uint32_t events);
   void Remove(int socket, Client& client);
 
-  auto executor() { return set_.get_executor(); }
-  /// Runs `task` after whatever else is due.
+  /// Runs `task`, which takes a `const Now&`, after whatever else is due.
   template <typename Task>
   void Post(Task task) {
-    asio::post(set_.get_executor(), std::move(task));
+    asio::post(set_.get_executor(), [task = std::move(task)] { task(ReadClocks()); });
   }
 
  private:

@@ -23,19 +23,18 @@ constexpr Duration kLongestGap = 50ms;
 
 ClientSession::ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
                              PointDesk& points, std::string peer, config::Priority priority,
-                             Instant now, std::function<void(ClientSession&)> closed)
+                             const Now& now, Owner& owner)
     : socket_(socket),
       clients_(clients),
       listener_(listener),
       points_(points),
       peer_(std::move(peer)),
-      on_closed_(std::move(closed)),
+      owner_(owner),
       framing_(MakeFraming(listener.protocol, points.rtu())),
-      desk_(std::make_shared<RequestDesk>(clients.executor(), listener, points, *this, peer_,
-                                          priority)),
-      last_bytes_(now),
-      last_frame_(now),
-      blocked_since_(now) {}
+      desk_(std::make_shared<RequestDesk>(listener, points, *this, peer_, priority, now)),
+      last_bytes_(now.instant),
+      last_frame_(now.instant),
+      blocked_since_(now.instant) {}
 
 ClientSession::~ClientSession() { Release(); }
 
@@ -55,15 +54,15 @@ void ClientSession::Close() {
   closed_ = true;
   Release();
   desk_->Close();
-  on_closed_(*this);
+  owner_.OnClosed(*this);
 }
 
-void ClientSession::OnEvents(std::uint32_t events) {
+void ClientSession::OnEvents(std::uint32_t events, const Now& now) {
   const auto self = shared_from_this();
   // Not read to its end now, because it is paced; but whatever it says, no answer can reach it.
   if ((events & (EPOLLERR | EPOLLHUP)) != 0 && (watched_ & EPOLLIN) == 0) return Close();
-  if (!blocked_) return Receive();
-  Flush();
+  if (!blocked_) return Receive(now);
+  Flush(now.instant);
   Continue();
 }
 
@@ -73,12 +72,12 @@ void ClientSession::Watch(std::uint32_t events) {
   if (!clients_.Change(socket_, *this, events)) Close();
 }
 
-void ClientSession::Receive() {
+void ClientSession::Receive(const Now& now) {
   if (framing_->Space().empty()) return Continue();
-  if (Fill()) Turn(last_bytes_);
+  if (Fill(now.instant)) Turn(now);
 }
 
-bool ClientSession::Fill() {
+bool ClientSession::Fill(Instant now) {
   const auto space = framing_->Space();
   if (space.empty()) return false;
   const ssize_t count = ::recv(socket_, space.data(), space.size(), 0);
@@ -88,23 +87,23 @@ bool ClientSession::Fill() {
     return false;
   }
   framing_->Commit(static_cast<std::size_t>(count));
-  last_bytes_ = std::chrono::steady_clock::now();
+  last_bytes_ = now;
   return true;
 }
 
-void ClientSession::Turn(Instant now) {
+void ClientSession::Turn(const Now& now) {
   in_turn_ = true;
   auto state = ClientFraming::State::need_more;
   for (int i = 0; i < kFramesPerTurn && !closed_ && !blocked_; ++i) {
     View frame;
     state = framing_->Take(frame);
     if (state != ClientFraming::State::frame) break;
-    last_frame_ = now;
+    last_frame_ = now.instant;
     if (!framing_->one_at_a_time() || Supersede(frame)) desk_->Handle(frame, now);
   }
   in_turn_ = false;
-  if (state == ClientFraming::State::malformed) return CloseMalformed();
-  Flush();
+  if (state == ClientFraming::State::malformed) return CloseMalformed(now.instant);
+  Flush(now.instant);
   Continue();
 }
 
@@ -125,20 +124,20 @@ void ClientSession::Continue() {
   Watch(0);
   if (closed_ || turn_posted_) return;
   turn_posted_ = true;
-  clients_.Post([self = shared_from_this()] {
+  clients_.Post([self = shared_from_this()](const Now& now) {
     self->turn_posted_ = false;
-    if (!self->closed_ && !self->blocked_) self->Turn(std::chrono::steady_clock::now());
+    if (!self->closed_ && !self->blocked_) self->Turn(now);
   });
 }
 
-void ClientSession::Answer(const ModbusRequest& request, Responder& responder) {
+void ClientSession::Answer(const ModbusRequest& request, Responder& responder, Instant now) {
   const auto self = Hold();
   if (!SendAtOnce(request, responder) && !closed_) {
     Bytes frame;
     if (!responder.Append(request, frame)) return Close();
     framing_->Append(out_, frame);
   }
-  Answered();
+  Answered(now);
 }
 
 bool ClientSession::SendAtOnce(const ModbusRequest& request, Responder& responder) {
@@ -160,38 +159,39 @@ bool ClientSession::SendAtOnce(const ModbusRequest& request, Responder& responde
   return false;
 }
 
-void ClientSession::Answer(View frame) {
+void ClientSession::Answer(View frame, Instant now) {
   const auto self = Hold();
   framing_->Append(out_, frame);
-  Answered();
+  Answered(now);
 }
 
-void ClientSession::AnswerNothing() {
+void ClientSession::AnswerNothing(Instant now) {
   const auto self = Hold();
-  Answered();
+  Answered(now);
 }
 
-void ClientSession::Answered() {
+void ClientSession::Answered(Instant now) {
   if (in_turn_) return;
   // What the client has sent meanwhile may have made the answer pointless.
-  if (framing_->one_at_a_time()) Fill();
+  if (framing_->one_at_a_time()) Fill(now);
   if (closed_) return;
-  Flush();
+  Flush(now);
   Continue();
 }
 
-void ClientSession::Flush() {
+void ClientSession::Flush(Instant now) {
   if (closed_ || (!blocked_ && framing_->HoldsMore())) return;
   if (!out_.empty()) {
     const ssize_t sent = ::send(socket_, out_.data(), out_.size(), MSG_NOSIGNAL);
     if (sent < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) return Close();
     out_.erase(out_.begin(), out_.begin() + std::max<ssize_t>(sent, 0));
   }
-  if (!blocked_ && !out_.empty()) blocked_since_ = std::chrono::steady_clock::now();
+  if (!blocked_ && !out_.empty()) blocked_since_ = now;
   blocked_ = !out_.empty();
 }
 
-void ClientSession::Sweep(Instant now) {
+void ClientSession::Sweep(const Now& clocks) {
+  const Instant now = clocks.instant;
   if (blocked_ && now - blocked_since_ > points_.limits().stall) {
     return CloseStalled("it does not read its answers");
   }
@@ -202,14 +202,14 @@ void ClientSession::Sweep(Instant now) {
   const auto self = shared_from_this();
   if (!blocked_ && now - last_bytes_ >= kLongestGap) {
     framing_->Settle();
-    Flush();
+    Flush(now);
     Continue();
   }
-  desk_->Sweep(now);
+  desk_->Sweep(clocks);
 }
 
-void ClientSession::CloseMalformed() {
-  Flush();
+void ClientSession::CloseMalformed(Instant now) {
+  Flush(now);
   if (closed_) return;
   LiveCounters::Add(points_.counters().malformed);
   WarnOfClient(peer_, "closed: malformed", framing_->Defect());

@@ -1,14 +1,14 @@
 // One connected client of Modbus TCP, or of RTU over TCP: takes its requests in their order and
 // sends the answers. Bytes come from and go to its socket; what they mean is decided by
 // request_desk.h.
-// All on the server's thread. A client can delay nobody: a turn answers a few frames, answers that
-// it does not read stop its own requests, and memory is bounded.
+// All on the server's thread, which says what time it is. A client can delay nobody: a turn answers
+// a few frames, answers that it does not read stop its own requests, and memory is bounded.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -27,11 +27,22 @@ class ClientSession final : public ClientPoll::Client,
                             public RequestDesk::Wire,
                             public std::enable_shared_from_this<ClientSession> {
  public:
-  /// Owns `socket`, which is connected and non-blocking. `closed` is called once, at the end.
-  /// Clients, listener and points outlive every session that is not closed.
+  class Owner {
+   public:
+    /// Once, at the end.
+    virtual void OnClosed(ClientSession& session) = 0;
+    /// Sweep is to be called at this time, if not before.
+    virtual void SweepAt(Instant at) = 0;
+
+   protected:
+    ~Owner() = default;
+  };
+
+  /// Owns `socket`, which is connected and non-blocking. Clients, listener, points and owner
+  /// outlive every session that is not closed.
   ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
-                PointDesk& points, std::string peer, config::Priority priority, Instant now,
-                std::function<void(ClientSession&)> closed);
+                PointDesk& points, std::string peer, config::Priority priority, const Now& now,
+                Owner& owner);
   ~ClientSession();
   ClientSession(const ClientSession&) = delete;
   ClientSession& operator=(const ClientSession&) = delete;
@@ -40,35 +51,38 @@ class ClientSession final : public ClientPoll::Client,
   void Close();
   /// Closes an idle or stalled client and decides what an RTU client has left unfinished. Answers
   /// requests whose deadline has passed, if the desk has not done so.
-  void Sweep(Instant now);
+  void Sweep(const Now& now);
+  /// When Sweep has a request to answer; none waits: nothing.
+  std::optional<Instant> Deadline() const { return desk_->Deadline(); }
 
  private:
-  void OnEvents(std::uint32_t events) override;
+  void OnEvents(std::uint32_t events, const Now& now) override;
   void Watch(std::uint32_t events);
   void Release();
-  void Receive();
+  void Receive(const Now& now);
   /// Takes bytes from the socket; false when there are none.
-  bool Fill();
+  bool Fill(Instant now);
   /// Answers the frames at hand, at most a few.
-  void Turn(Instant now);
+  void Turn(const Now& now);
   /// RTU: what the client has asked before this frame is not answered any more. False when it has
   /// given up this one as well.
   bool Supersede(View frame);
   /// Waits for what comes next: room for answers, more frames at hand, or bytes from the client.
   void Continue();
-  void Answer(const ModbusRequest& request, Responder& responder) override;
-  void Answer(View frame) override;
-  void AnswerNothing() override;
+  void Answer(const ModbusRequest& request, Responder& responder, Instant now) override;
+  void Answer(View frame, Instant now) override;
+  void AnswerNothing(Instant now) override;
+  void SweepAt(Instant at) override { owner_.SweepAt(at); }
   /// False when the answer could not go out like this.
   bool SendAtOnce(const ModbusRequest& request, Responder& responder);
   /// One more request is answered.
-  void Answered();
+  void Answered(Instant now);
   /// Sends what is to be sent. An RTU answer waits here until it is certain that what has come
   /// behind its request is no new one.
-  void Flush();
+  void Flush(Instant now);
   /// Keeps the session alive through an answer that may close it; in a turn its caller does.
   std::shared_ptr<ClientSession> Hold() { return in_turn_ ? nullptr : shared_from_this(); }
-  void CloseMalformed();
+  void CloseMalformed(Instant now);
   void CloseStalled(std::string_view why);
 
   int socket_;
@@ -76,7 +90,7 @@ class ClientSession final : public ClientPoll::Client,
   const config::Listener& listener_;
   PointDesk& points_;
   std::string peer_;
-  std::function<void(ClientSession&)> on_closed_;
+  Owner& owner_;
   std::unique_ptr<ClientFraming> framing_;
   std::shared_ptr<RequestDesk> desk_;
   Bytes out_;             ///< answers that are not sent yet

@@ -79,7 +79,7 @@ Status Listener::Open() {
   if (!clients) return clients;
   port_ = acceptor_.local_endpoint(failed).port();
   Accept();
-  Sweep();
+  Sweep(ReadClocks());
   return {};
 }
 
@@ -151,13 +151,9 @@ void Listener::Welcome(tcp::socket socket) {
   LiveCounters& counters = points_.counters();
   LiveCounters::Add(counters.accepted);
   counters.clients.fetch_add(1, std::memory_order_relaxed);
-  const auto closed = [this](ClientSession& session) {
-    points_.counters().clients.fetch_sub(1, std::memory_order_relaxed);
-    sessions_.erase(&session);
-  };
   auto session =
       std::make_shared<ClientSession>(owned, *clients_, listener_, points_, name,
-                                      PriorityOf(listener_, address), ReadClocks().instant, closed);
+                                      PriorityOf(listener_, address), ReadClocks(), *this);
   sessions_.emplace(session.get(), session);
   session->Start();
 }
@@ -172,17 +168,31 @@ void Listener::Refuse(std::string_view peer, std::string_view why) {
   WarnOfClient(peer, "refused", why);
 }
 
-void Listener::Sweep() {
-  sweep_.expires_after(sweep_period_);
-  sweep_.async_wait([self = shared_from_this()](const asio::error_code&) {
-    if (self->stopped_) return;
-    const Instant now = ReadClocks().instant;
-    std::vector<std::shared_ptr<ClientSession>> sessions;
-    sessions.reserve(self->sessions_.size());
-    for (const auto& [key, session] : self->sessions_) sessions.push_back(session);
-    for (const auto& session : sessions) session->Sweep(now);
-    self->Sweep();
+void Listener::OnClosed(ClientSession& session) {
+  points_.counters().clients.fetch_sub(1, std::memory_order_relaxed);
+  sessions_.erase(&session);
+}
+
+void Listener::SweepAt(Instant at) {
+  if (at >= next_sweep_) return;
+  next_sweep_ = at;
+  sweep_.expires_at(at);
+  sweep_.async_wait([self = shared_from_this()](const asio::error_code& failed) {
+    if (!failed && !self->stopped_) self->Sweep(ReadClocks());
   });
+}
+
+void Listener::Sweep(const Now& now) {
+  std::vector<std::shared_ptr<ClientSession>> sessions;
+  sessions.reserve(sessions_.size());
+  for (const auto& [key, session] : sessions_) sessions.push_back(session);
+  next_sweep_ = Instant::max();
+  Instant next = now.instant + sweep_period_;
+  for (const auto& session : sessions) {
+    session->Sweep(now);
+    next = std::min(next, session->Deadline().value_or(next));
+  }
+  SweepAt(next);
 }
 
 }  // namespace baudgate::modbus

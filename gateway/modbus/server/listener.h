@@ -18,7 +18,7 @@
 
 namespace baudgate::modbus {
 
-class Listener : public std::enable_shared_from_this<Listener> {
+class Listener final : public std::enable_shared_from_this<Listener>, private ClientSession::Owner {
  public:
   /// Configuration and points outlive the listener until Stop.
   Listener(asio::io_context& io, const config::Listener& listener, PointDesk& points);
@@ -35,7 +35,9 @@ class Listener : public std::enable_shared_from_this<Listener> {
   std::size_t MostClients() const;
   void Refuse(std::string_view peer, std::string_view why);
   void AcceptLater(const asio::error_code& why);
-  void Sweep();
+  void OnClosed(ClientSession& session) override;
+  void SweepAt(Instant at) override;
+  void Sweep(const Now& now);
 
   asio::ip::tcp::acceptor acceptor_;
   std::shared_ptr<ClientPoll> clients_;
@@ -45,6 +47,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   PointDesk& points_;
   std::unordered_map<const ClientSession*, std::shared_ptr<ClientSession>> sessions_;
   Duration sweep_period_;
+  Instant next_sweep_ = Instant::max();
   std::uint16_t port_ = 0;
   bool stopped_ = false;
 };

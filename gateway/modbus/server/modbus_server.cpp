@@ -20,7 +20,7 @@ ModbusServer::~ModbusServer() { Stop(); }
 Status ModbusServer::Listen(asio::io_context& io) {
   if (!config_.modbus.enabled) return {};
   if (!points_->responder().ready()) return points_->responder().ready();
-  points_->inbox()->Open(io);
+  points_->inbox()->Open(io, ReadClocks);
   points_->targets().Open(io, points_->book());
   for (const config::Listener& listener : config_.modbus.listen) {
     const Status opened = Open(io, listener);

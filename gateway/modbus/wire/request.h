@@ -28,6 +28,10 @@ struct ModbusRequest : PlainRequest {
 /// The unit that a whole frame is for.
 inline std::uint8_t UnitOf(View frame) { return frame[kMbapHeader - 1]; }
 inline std::uint8_t FunctionOf(View frame) { return frame[kMbapHeader]; }
+inline std::uint16_t TransactionOf(View frame) {
+  return static_cast<std::uint16_t>(frame[0] << 8U | frame[1]);
+}
+inline Bytes CopyOf(View bytes) { return Bytes(bytes.begin(), bytes.end()); }
 inline View PduOf(View frame) { return frame.subspan(kMbapHeader); }
 /// Whether clients with this permission may ask for the function.
 bool Permits(config::Permit permit, std::uint8_t function);

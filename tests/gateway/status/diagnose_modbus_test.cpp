@@ -49,6 +49,16 @@ TEST(DiagnoseMaster, AClosedPortSaysWhyAndSinceWhen) {
                           "until it works"));
 }
 
+TEST(DiagnoseMaster, AnEchoIsSaidWhateverElseIsHeard) {
+  modbus::MasterStatus master = Open();
+  master.echoes = 7;
+  const char* kEcho = "the adapter has given back 7 of the gateway's own replies: set echo: strip";
+  EXPECT_THAT(DiagnoseMaster(master, kNow), ElementsAre(kEcho));
+  master.last_frame = kNow - 2min;
+  EXPECT_THAT(DiagnoseMaster(master, kNow),
+              ElementsAre(kEcho, "no request for 2 min: does the master still poll?"));
+}
+
 TEST(DiagnoseMaster, SilenceIsSaidByWhatWasHeardBefore) {
   modbus::MasterStatus master = Open();
   master.last_frame = kNow - 2min;

@@ -1,6 +1,5 @@
 // A request desk without sockets and threads: requests go in, answers are kept as hex, routes lead
-// to fake targets. Time is an argument; the targets' answers come in at the time that it is, which
-// is within every deadline unless now_ was set back.
+// to fake targets. The time is now_, for the targets' answers as well.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,18 +19,20 @@ namespace baudgate::modbus {
 
 class KeptWire final : public RequestDesk::Wire {
  public:
-  void Answer(const ModbusRequest& request, Responder& responder) override {
+  void Answer(const ModbusRequest& request, Responder& responder, Instant) override {
     Bytes frame;
     EXPECT_TRUE(responder.Append(request, frame));
     answers.push_back(ToHex(frame));
   }
-  void Answer(View frame) override { answers.push_back(ToHex(frame)); }
-  void AnswerNothing() override { answers.push_back("nothing"); }
+  void Answer(View frame, Instant) override { answers.push_back(ToHex(frame)); }
+  void AnswerNothing(Instant) override { answers.push_back("nothing"); }
+  void SweepAt(Instant at) override { sweeps.push_back(at); }
 
   /// The answers since the last call, in their order.
   std::vector<std::string> Take() { return std::exchange(answers, {}); }
 
   std::vector<std::string> answers;
+  std::vector<Instant> sweeps;  ///< as they were asked for
 };
 
 class WriteSink final : public CommandSink {
@@ -66,23 +67,25 @@ class DeskTest : public testing::Test {
 
   std::shared_ptr<RequestDesk> Enter(KeptWire& wire,
                                      config::Priority priority = config::Priority::normal) {
-    if (!points_) {
-      store_.emplace(config_);
-      const Sample sample{0, std::int64_t{-2}, Quality::good};
-      store_->Update(0, std::span(&sample, 1), {now_, {}}, 5ms);
-      const ModbusLinks links{{nullptr, &drive_, &pumps_}, nullptr};
-      points_.emplace(config_, *store_, sink_, std::function<GatewayFigures()>(), ModbusLimits{},
-                      links);
-      points_->inbox()->Open(io_);
-    }
-    return desks_.emplace_back(std::make_shared<RequestDesk>(
-        timers_.get_executor(), listener(), *points_, wire, "10.0.0.7:40112", priority));
+    if (!points_) MakePoints();
+    return desks_.emplace_back(std::make_shared<RequestDesk>(listener(), *points_, wire,
+                                                             "10.0.0.7:40112", priority, Clocks()));
   }
+  void MakePoints() {
+    store_.emplace(config_);
+    const Sample sample{0, std::int64_t{-2}, Quality::good};
+    store_->Update(0, std::span(&sample, 1), Clocks(), 5ms);
+    points_.emplace(config_, *store_, sink_, std::function<GatewayFigures()>(), ModbusLimits{},
+                    links_);
+    points_->inbox()->Open(io_, [this] { return Clocks(); });
+  }
+  /// Civil time is one hour ahead of the other.
+  Now Clocks() const { return {now_, WallTime(now_.time_since_epoch() + 1h)}; }
 
   /// What the wire has been told at once, and what after the targets' answers have come in.
   Answers Ask(View frame) {
     if (desks_.empty()) Enter(wire_);
-    desks_[0]->Handle(frame, now_);
+    desks_[0]->Handle(frame, Clocks());
     return Settle();
   }
   Answers Ask(std::uint8_t unit, const std::string& pdu) { return Ask(Frame(unit, pdu)); }
@@ -91,16 +94,16 @@ class DeskTest : public testing::Test {
     io_.poll();
     return wire_.Take();
   }
-  TrafficStatus Traffic() { return points_->book()->Status({now_, WallTime(1h)}); }
+  TrafficStatus Traffic() { return points_->book()->Status(Clocks()); }
 
-  Instant now_ = ReadClocks().instant;
+  Instant now_{100h};
   config::Config config_;
   std::optional<PointStore> store_;
   WriteSink sink_;
   FakeTarget drive_;
   FakeTarget pumps_;
   asio::io_context io_;
-  asio::io_context timers_;  // apart, so that a test says when they run
+  ModbusLinks links_{{nullptr, &drive_, &pumps_}, nullptr};
   KeptWire wire_;
   std::optional<PointDesk> points_;
   std::vector<std::shared_ptr<RequestDesk>> desks_;

@@ -113,7 +113,7 @@ TEST_F(DeskTest, OneClientMayHaveThirtyTwoRequestsWaiting) {
   EXPECT_THAT(Settle(), ElementsAre("00 07 00 00 00 05 14 03 02 00 00"));
   EXPECT_THAT(Ask(Frame(20, kRead, 34)), IsEmpty());
   KeptWire other;
-  Enter(other)->Handle(Frame(20, kRead, 35), now_);
+  Enter(other)->Handle(Frame(20, kRead, 35), Clocks());
   EXPECT_THAT(other.Take(), IsEmpty()) << "others have room of their own";
 }
 
@@ -209,16 +209,21 @@ TEST_F(DeskTest, TheFunctionsPriorityIsOverTheClients) {
   EXPECT_EQ(drive_.Wait(1).priority, Priority::low);
   EXPECT_EQ(drive_.Wait(2).priority, Priority::low);
   KeptWire other;
-  Enter(other, Priority::high)->Handle(Frame(20, kRead), now_);
+  Enter(other, Priority::high)->Handle(Frame(20, kRead), Clocks());
   EXPECT_EQ(drive_.Wait(3).priority, Priority::high);
 }
 
 TEST_F(DeskTest, WhatNobodyAnswersIsAnsweredSoonAfterItsDeadline) {
   Add(1, 20, 20).deadline = 2500ms;
   Ask(20, kRead);
-  desks_[0]->Sweep(now_ + 2500ms);
+  EXPECT_EQ(desks_[0]->Deadline(), now_ + 2520ms);
+  EXPECT_THAT(wire_.sweeps, ElementsAre(now_ + 2520ms));
+  now_ += 2519ms;
+  desks_[0]->Sweep(Clocks());
   EXPECT_THAT(Settle(), IsEmpty()) << "the target's own answer still has its chance";
-  desks_[0]->Sweep(now_ + 2520ms);
+  now_ += 1ms;
+  desks_[0]->Sweep(Clocks());
+  EXPECT_EQ(desks_[0]->Deadline(), std::nullopt);
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 14 83 0B"));
   drive_.Wait(0).done(GoodReply("03 02 00 07"));
   EXPECT_THAT(Settle(), IsEmpty()) << "answered once";
@@ -228,13 +233,15 @@ TEST_F(DeskTest, WhatNobodyAnswersIsAnsweredSoonAfterItsDeadline) {
 
 TEST_F(DeskTest, AWriteThatIsConfirmedAtItsDeadlineIsAnsweredSo) {
   EXPECT_THAT(Ask(1, "06 00 00 00 07"), IsEmpty());
-  const WriteCommand& write = sink_.commands.at(0);
-  desks_[0]->Sweep(write.deadline);
+  const WriteCommand write = sink_.commands.at(0);
+  now_ = write.deadline;
+  desks_[0]->Sweep(Clocks());
   EXPECT_THAT(Settle(), IsEmpty()) << "the line's own answer still has its chance";
   write.done(Outcome::ok, "");
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 06 01 06 00 00 00 07"));
   Ask(1, "06 00 00 00 07");
-  desks_[0]->Sweep(write.deadline + RequestDesk::kGrace);
+  now_ = sink_.commands.at(1).deadline + RequestDesk::kGrace;
+  desks_[0]->Sweep(Clocks());
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 01 86 0B"));
 }
 
@@ -251,23 +258,22 @@ TEST_F(DeskTest, WritesOfAClientThatLeavesOrGivesUpAreDropped) {
   EXPECT_TRUE(dropped(2));
 }
 
-TEST_F(DeskTest, NobodyHasToSweepForTheDeadline) {
+TEST_F(DeskTest, TheSoonestDeadlineIsSweptFirst) {
   Add(1, 20, 20).deadline = 1h;
   Add(2, 30, 30).deadline = 30min;
-  now_ -= 30min;
   Ask(20, kRead);
   Ask(30, kRead);
-  while (wire_.answers.empty() && timers_.run_one() > 0) {
-  }
+  now_ = desks_[0]->Deadline().value();
+  desks_[0]->Sweep(Clocks());
   EXPECT_THAT(wire_.Take(), ElementsAre("12 34 00 00 00 03 1E 83 0B"));
   EXPECT_EQ(desks_[0]->outstanding(), 1U);
 }
 
 TEST_F(DeskTest, AReplyAfterTheDeadlineIsNoReply) {
   Add(1, 20, 20).deadline = 1h;
-  now_ -= 1h;
   for (const RoutedReply& late : {GoodReply("03 02 00 07"), SlaveException("83 02")}) {
     Ask(20, kRead);
+    now_ += 1h;
     drive_.Wait(drive_.count() - 1).done(late);
     EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 14 83 0B"));
   }

@@ -1,4 +1,4 @@
-// What is echo of our own reply and what is the master's next request, by bytes and by time.
+// What is echo of the gateway's own reply, by bytes, by frames and by time.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/serial/reply_echo.h"
 
@@ -11,142 +11,79 @@
 namespace baudgate::modbus {
 namespace {
 
-constexpr Instant kSent{1s};
-constexpr Instant kEarliest = kSent + 7ms;
+using enum config::Listener::Echo;
 
-using Heard = ReplyEcho::Heard;
+constexpr Instant kUntil{1s};
+const std::string kRead = "14 03 00 C8 00 01 07 31";
+const std::string kValue = "14 03 02 09 C4 B2 44";
+const std::string kWrite = "14 06 00 08 00 02 8B 0C";
 
-class ReplyEchoTest : public testing::Test {
- protected:
-  void Reply(const std::string& request, const std::string& reply) {
-    echo_.OnSent(ParseHex(request).value(), ParseHex(reply).value(), kEarliest);
-  }
-  std::string Hear(const std::string& bytes, Instant now) {
-    return ToHex(echo_.Filter(ParseHex(bytes).value(), now));
-  }
-  /// What passes and is a whole frame.
-  Heard HearFrame(const std::string& frame, Instant now) {
-    EXPECT_EQ(Hear(frame, now), frame);
-    return echo_.OnRequest(ParseHex(frame).value());
-  }
-  void LearnThatThereIsNone() {
-    Reply(kRead, kValue);
-    EXPECT_EQ(HearFrame(kRead, kEarliest), Heard::request);
-  }
-  void LearnThatThereIsOne() {
-    Reply(kRead, kValue);
-    EXPECT_EQ(Hear(kValue, kSent + 1ms), "");
-  }
-  /// What is thought of the same bytes as the reply to a write, long after it.
-  Heard AfterAWrite() {
-    Reply(kWrite, kWrite);
-    return HearFrame(kWrite, kEarliest + 1s);
-  }
+Bytes Hex(const std::string& text) { return ParseHex(text).value(); }
 
-  const std::string kRead = "14 03 00 C8 00 01 07 31";
-  const std::string kValue = "14 03 02 09 C4 B2 44";
-  const std::string kWrite = "14 06 00 08 00 02 8B 0C";
-  const std::string kBusy = "14 86 06 32 A1";
-  ReplyEcho echo_;
-};
-
-TEST_F(ReplyEchoTest, BeforeTheFirstReplyEverythingPasses) {
-  EXPECT_EQ(HearFrame(kWrite, kSent), Heard::request);
-  EXPECT_EQ(HearFrame(kWrite, kSent), Heard::request);
+std::string Filter(ReplyEcho& echo, const std::string& bytes) {
+  return ToHex(echo.Filter(Hex(bytes)));
 }
 
-TEST_F(ReplyEchoTest, AnEchoIsTakenOutInAnyPieces) {
-  for (int cut = 1; cut < 7; ++cut) {
-    Reply(kRead, kValue);
-    const std::size_t middle = static_cast<std::size_t>(cut) * 3;
-    EXPECT_EQ(Hear(kValue.substr(0, middle), kSent + 1ms), "");
-    EXPECT_TRUE(echo_.holding());
-    EXPECT_EQ(Hear(kValue.substr(middle) + kRead, kSent + 1s), kRead);
-    EXPECT_FALSE(echo_.holding());
+TEST(ReplyEcho, BeforeTheFirstReplyEverythingPasses) {
+  for (const auto mode : {off, strip}) {
+    ReplyEcho echo(mode);
+    EXPECT_EQ(Filter(echo, kWrite), kWrite);
+    EXPECT_FALSE(echo.IsEcho(Hex(kWrite), kUntil));
   }
 }
 
-TEST_F(ReplyEchoTest, ARequestThatBeginsLikeTheReplyIsGivenBack) {
-  Reply(kRead, kValue);
-  EXPECT_EQ(Hear("14 03", kSent + 1ms), "");
-  EXPECT_EQ(Hear("00 C8 00 01 07 31", kSent + 1ms), kRead);
-  Reply(kRead, kValue);
-  EXPECT_EQ(Hear("14 03", kSent + 1ms), "");
-  EXPECT_EQ(ToHex(echo_.OnSilence()), "14 03");
+TEST(ReplyEcho, OffBytesPassAndFramesAreKnown) {
+  struct Row {
+    std::string reply, frame;
+    Instant ended;
+    bool echo;
+  };
+  for (const Row& row :
+       {Row{kWrite, kWrite, kUntil, true}, Row{kValue, kValue, kUntil, true},
+        Row{kWrite, kWrite, kUntil + 1ns, false}, Row{kWrite, kRead, kUntil, false}}) {
+    ReplyEcho echo(off);
+    echo.OnSent(Hex(row.reply), kUntil);
+    EXPECT_EQ(Filter(echo, row.frame), row.frame);
+    EXPECT_FALSE(echo.holding());
+    EXPECT_EQ(echo.IsEcho(Hex(row.frame), row.ended), row.echo) << row.frame;
+    EXPECT_FALSE(echo.IsEcho(Hex(row.reply), kUntil)) << "only the first frame can be the echo";
+  }
 }
 
-TEST_F(ReplyEchoTest, WhileUnknownOnlyWhatIsTooEarlyForTheMasterIsSurelyAnEcho) {
-  Reply(kWrite, kWrite);
-  EXPECT_EQ(HearFrame(kWrite, kEarliest - 1us), Heard::echo);
-  Reply(kWrite, kWrite);
-  EXPECT_EQ(HearFrame(kWrite, kEarliest), Heard::doubt);
-  EXPECT_EQ(AfterAWrite(), Heard::doubt) << "neither time nor the doubt itself teaches anything";
+TEST(ReplyEcho, StripTakesAnEchoOutInAnyPieces) {
+  for (std::size_t cut = 1; cut < 7; ++cut) {
+    ReplyEcho echo(strip);
+    echo.OnSent(Hex(kValue), kUntil);
+    EXPECT_EQ(Filter(echo, kValue.substr(0, 3 * cut)), "");
+    EXPECT_TRUE(echo.holding());
+    EXPECT_EQ(Filter(echo, kValue.substr(3 * cut) + kRead), kRead);
+    EXPECT_FALSE(echo.holding());
+  }
 }
 
-TEST_F(ReplyEchoTest, AnEchoThatBeganInTimeMayEndLater) {
-  Reply(kWrite, kWrite);
-  EXPECT_EQ(Hear("14 06", kEarliest - 1us), "14 06");
-  EXPECT_EQ(Hear("00 08 00 02 8B 0C", kEarliest + 10ms), "00 08 00 02 8B 0C");
-  EXPECT_EQ(echo_.OnRequest(ParseHex(kWrite).value()), Heard::echo);
+TEST(ReplyEcho, StripGivesBackWhatOnlyBeginsLikeTheReply) {
+  ReplyEcho echo(strip);
+  echo.OnSent(Hex(kValue), kUntil);
+  EXPECT_EQ(Filter(echo, "14 03"), "");
+  EXPECT_EQ(Filter(echo, "00 C8 00 01 07 31"), kRead);
+  echo.OnSent(Hex(kValue), kUntil);
+  EXPECT_EQ(Filter(echo, "14 03"), "");
+  EXPECT_EQ(ToHex(echo.OnSilence()), "14 03");
 }
 
-TEST_F(ReplyEchoTest, OneReplyOwesOneEcho) {
-  EXPECT_EQ(AfterAWrite(), Heard::doubt);
-  EXPECT_EQ(HearFrame(kWrite, kEarliest + 2s), Heard::request);
-  LearnThatThereIsOne();
-  EXPECT_EQ(AfterAWrite(), Heard::echo);
-  EXPECT_EQ(HearFrame(kWrite, kEarliest + 2s), Heard::request);
+TEST(ReplyEcho, StripOneReplyHasOneEcho) {
+  ReplyEcho echo(strip);
+  echo.OnSent(Hex(kWrite), kUntil);
+  EXPECT_EQ(Filter(echo, kWrite), "");
+  EXPECT_EQ(Filter(echo, kWrite), kWrite);
+  EXPECT_FALSE(echo.IsEcho(Hex(kWrite), kUntil)) << "the master writes the same at once";
 }
 
-TEST_F(ReplyEchoTest, TheAnswerBusyEndsTheDoubt) {
-  EXPECT_EQ(AfterAWrite(), Heard::doubt);
-  Reply(kWrite, kBusy);
-  EXPECT_EQ(Hear(kBusy, kEarliest + 1s), "");
-  EXPECT_EQ(AfterAWrite(), Heard::echo);
-  echo_.Reset();
-  EXPECT_EQ(AfterAWrite(), Heard::doubt);
-  Reply(kWrite, kBusy);
-  EXPECT_EQ(HearFrame(kWrite, kEarliest + 1s), Heard::request);
-  EXPECT_EQ(AfterAWrite(), Heard::request);
-}
-
-TEST_F(ReplyEchoTest, ADamagedEchoTeachesNothing) {
-  Reply(kWrite, kBusy);
-  EXPECT_EQ(Hear("14 86 07 32 A1", kEarliest), "14 86 07 32 A1");
-  EXPECT_EQ(HearFrame(kWrite, kEarliest + 1s), Heard::request);
-  EXPECT_EQ(AfterAWrite(), Heard::doubt);
-  Reply(kRead, kValue);
-  EXPECT_EQ(Hear("00 " + kValue, kSent + 1ms), "00 " + kValue);
-  EXPECT_EQ(HearFrame(kRead, kEarliest + 1s), Heard::request);
-  EXPECT_EQ(AfterAWrite(), Heard::doubt);
-}
-
-TEST_F(ReplyEchoTest, WhatWasOnItsWayBeforeTheReplyTeachesNothing) {
-  Reply(kRead, kValue);
-  EXPECT_EQ(HearFrame(kRead, kEarliest - 1us), Heard::request);
-  EXPECT_EQ(AfterAWrite(), Heard::doubt);
-}
-
-TEST_F(ReplyEchoTest, AnEchoMayComeBehindOtherFrames) {
-  LearnThatThereIsOne();
-  Reply(kWrite, kWrite);
-  EXPECT_EQ(HearFrame(kRead, kSent + 1ms), Heard::request);
-  EXPECT_EQ(HearFrame(kWrite, kSent + 2ms), Heard::echo);
-}
-
-TEST_F(ReplyEchoTest, WithoutEchoesAMasterMayRepeatItsWriteAtOnce) {
-  LearnThatThereIsNone();
-  Reply(kWrite, kWrite);
-  EXPECT_EQ(HearFrame(kWrite, kSent), Heard::request);
-}
-
-TEST_F(ReplyEchoTest, AnotherAdapterIsLearnedAnew) {
-  LearnThatThereIsNone();
-  EXPECT_EQ(AfterAWrite(), Heard::request);
-  LearnThatThereIsOne();
-  EXPECT_EQ(AfterAWrite(), Heard::echo);
-  echo_.Reset();
-  EXPECT_EQ(AfterAWrite(), Heard::doubt);
+TEST(ReplyEcho, StripFindsAnEchoBehindNoise) {
+  ReplyEcho echo(strip);
+  echo.OnSent(Hex(kWrite), kUntil);
+  EXPECT_EQ(Filter(echo, "FF " + kWrite), "FF " + kWrite);
+  EXPECT_TRUE(echo.IsEcho(Hex(kWrite), kUntil));
 }
 
 }  // namespace

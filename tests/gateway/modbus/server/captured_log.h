@@ -7,11 +7,16 @@
 #include <sstream>
 #include <string>
 
+#include "gateway/base/log_folder.h"
+
 namespace baudgate::modbus {
 
 class CapturedLog {
  public:
-  CapturedLog() { testing::internal::CaptureStdout(); }
+  CapturedLog() {
+    log::ForgetRepeats();
+    testing::internal::CaptureStdout();
+  }
   ~CapturedLog() {
     if (!ended_) testing::internal::GetCapturedStdout();
   }

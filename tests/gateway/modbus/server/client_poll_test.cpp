@@ -30,7 +30,7 @@ class TestClient : public ClientPoll::Client {
   void Leave() { clients_.Remove(ends_[0], *this); }
   void Watch(std::uint32_t events) { EXPECT_TRUE(clients_.Change(ends_[0], *this, events)); }
 
-  void OnEvents(std::uint32_t events) override {
+  void OnEvents(std::uint32_t events, const Now&) override {
     ++told;
     last_events = events;
     char byte = 0;
@@ -76,7 +76,7 @@ TEST_F(ClientPollTest, WhatIsNotReadIsToldAgainAndOtherWorkHasItsTurn) {
   lazy.Send();
   other.Send();
   bool ran = false;
-  clients_->Post([&] { ran = true; });
+  clients_->Post([&](const Now&) { ran = true; });
   while (lazy.told < 1000 && io_.run_one() > 0) continue;
   EXPECT_TRUE(ran);
   EXPECT_GE(other.told, 900);

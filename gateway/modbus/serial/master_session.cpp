@@ -1,0 +1,117 @@
+// Hears a serial master and keeps to the times of its bus.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/modbus/serial/master_session.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/modbus/wire/mbap.h"
+
+namespace baudgate::modbus {
+namespace {
+
+/// USB adapters hand over what they have every 16 ms at worst, in the middle of a frame, too. Most
+/// requests end by their length and do not wait for this.
+constexpr Duration kUsbGap = 20ms;
+
+}  // namespace
+
+MasterSession::MasterSession(const config::Listener& listener, PointDesk& points,
+                             const Protocol& rtu, std::size_t port, Owner& owner, const Now& now)
+    : listener_(listener),
+      points_(points),
+      rtu_(rtu),
+      port_(port),
+      owner_(owner),
+      quiet_(*rtu.timing(listener.serial).quiet),
+      gap_(std::max(quiet_, kUsbGap)),
+      desk_(std::make_shared<RequestDesk>(listener, points, *this, listener.path, listener.priority,
+                                          now)),
+      echo_(listener.echo) {
+  assembler_.Begin(rtu_.request_rule, rtu_.expect({}, {}));
+}
+
+// ---------------------------------------------------------------- requests
+
+void MasterSession::OnBytes(View bytes, const Now& now) {
+  last_byte_ = now.instant;
+  assembler_.Feed(echo_.Filter(bytes));
+  CutFrames(false, now);
+}
+
+void MasterSession::CutFrames(bool silent, const Now& now) {
+  while (const auto frame = assembler_.Next(silent)) OnFrame(*frame, now);
+  if (assembler_.held() > 0 || assembler_.blame() == Outcome::none) return;
+  points_.book()->HeardDamage(port_);
+  assembler_.Begin(rtu_.request_rule, rtu_.expect({}, {}));
+}
+
+/// A request for another slave, too, says that the master waits for us no longer. Whoever sends to
+/// all waits for nobody.
+void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
+  if (echo_.IsEcho(frame, last_byte_)) {
+    if (listener_.echo == config::Listener::Echo::off) points_.book()->HeardEcho(port_);
+    return;
+  }
+  points_.book()->Heard(port_, now.wall);
+  const auto request = rtu_.carrier->unwrap_request(frame);
+  if (!request) return;
+  const auto& [unit, pdu] = *request;
+  reply_.clear();
+  awaited_.reset();
+  desk_->GiveUp();
+  const bool silent = listener_.errors == config::Listener::Errors::silent;
+  const bool another = silent && points_.WayOf(unit).kind == Way::Kind::none;
+  if (another || (unit == 0 && !IsPlainWrite(pdu[0]))) return;
+  ++transaction_;
+  if (unit != 0) awaited_ = transaction_;
+  desk_->Handle(AduOf(transaction_, unit, pdu), {last_byte_, now.wall});
+}
+
+// ---------------------------------------------------------------- replies
+
+void MasterSession::Answer(const ModbusRequest& request, Responder& responder, Instant now) {
+  Bytes frame;
+  if (responder.Append(request, frame)) Answer(frame, now);
+}
+
+void MasterSession::Answer(View frame, Instant) {
+  if (awaited_ != TransactionOf(frame)) return;
+  awaited_.reset();
+  reply_ = rtu_.carrier->wrap(UnitOf(frame), PduOf(frame));
+  owner_.Rearm();
+}
+
+/// A reply waits for the quiet before it, and until it is certain that what has come since its
+/// request is no new one.
+std::optional<Instant> MasterSession::Deadline() const {
+  std::optional<Instant> next = desk_->Deadline();
+  const auto consider = [&next](Instant at) { next = next ? std::min(*next, at) : at; };
+  if (HoldsBytes()) {
+    consider(last_byte_ + gap_);
+  } else if (!reply_.empty()) {
+    consider(last_byte_ + quiet_);
+  }
+  return next;
+}
+
+void MasterSession::OnTime(const Now& now) {
+  if (HoldsBytes() && now.instant >= last_byte_ + gap_) {
+    assembler_.Feed(echo_.OnSilence());
+    CutFrames(true, now);
+  }
+  if (!HoldsBytes() && !reply_.empty() && now.instant >= last_byte_ + quiet_) {
+    SendReply(now.instant);
+  }
+  desk_->Sweep(now);
+}
+
+void MasterSession::SendReply(Instant now) {
+  Bytes reply = std::exchange(reply_, {});
+  const auto characters = static_cast<int>(reply.size());
+  const Duration sending = characters * listener_.serial.CharacterTime();
+  echo_.OnSent(reply, now + sending + ReplyEcho::kLatest);
+  owner_.Send(std::move(reply));
+}
+
+}  // namespace baudgate::modbus
