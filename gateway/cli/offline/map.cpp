@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/loader.h"
+#include "config/model/modbus_addresses.h"
 #include "gateway/cli/offline/check.h"
 #include "gateway/cli/terminal/text_table.h"
 
@@ -12,6 +13,8 @@ namespace baudgate {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using config::kAgeOffset;
+using config::kQualityOffset;
 using config::TextTable;
 
 constexpr int kBadConfiguration = 3;

@@ -17,6 +17,7 @@ namespace baudgate::modbus {
 using config::kAgeOffset;
 using config::kQualityOffset;
 using config::kStatusBlock;
+using config::kValuesAfterStatus;
 using config::kValuesEnd;
 
 /// The addresses of one point.
