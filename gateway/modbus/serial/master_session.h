@@ -22,7 +22,7 @@ namespace baudgate::modbus {
 
 /// The master has one request at a time: when it sends another before it was answered, it has given
 /// up, and the old answer is dropped.
-class MasterSession final : private RequestDesk::Wire {
+class MasterSession final : public RequestDesk::Wire {
  public:
   class Owner {
    public:

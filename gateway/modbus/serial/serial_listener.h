@@ -21,7 +21,7 @@ namespace baudgate::modbus {
 /// All on the server's thread. Made by make_shared.
 class SerialListener final : public std::enable_shared_from_this<SerialListener>,
                              private PortThread::Owner,
-                             private MasterSession::Owner {
+                             public MasterSession::Owner {
  public:
   /// Configuration, points and protocol outlive the listener until Stop. `rtu` has a carrier.
   SerialListener(asio::io_context& io, const config::Listener& listener, PointDesk& points,

@@ -18,7 +18,7 @@
 
 namespace baudgate::modbus {
 
-class Listener final : public std::enable_shared_from_this<Listener>, private ClientSession::Owner {
+class Listener final : public std::enable_shared_from_this<Listener>, public ClientSession::Owner {
  public:
   /// Configuration and points outlive the listener until Stop.
   Listener(asio::io_context& io, const config::Listener& listener, PointDesk& points);
