@@ -13,6 +13,7 @@
 
 #include "gateway/base/log.h"
 #include "gateway/base/spelling.h"
+#include "gateway/base/version.h"
 #include "gateway/cli/client/in_use.h"
 #include "gateway/cli/client/release.h"
 #include "gateway/cli/client/status.h"
@@ -27,7 +28,6 @@
 #include "gateway/cli/offline/simulate.h"
 #include "gateway/daemon/modules.h"
 #include "gateway/simulate/fault_text.h"
-#include "gateway/base/version.h"
 #ifdef BAUDGATE_WITH_DDS
 #include "gateway/cli/live/watch.h"
 #endif

@@ -8,7 +8,7 @@
 namespace baudgate::control {
 
 ControlSession::ControlSession(Socket socket, RequestHandler& service, const Limits& limits,
-                        std::function<void(ControlSession&)> closed)
+                               std::function<void(ControlSession&)> closed)
     : socket_(std::move(socket)),
       patience_(socket_.get_executor()),
       service_(service),

@@ -6,9 +6,9 @@
 
 #include "config/loader.h"
 #include "gateway/base/log.h"
+#include "gateway/base/version.h"
 #include "gateway/cli/offline/check.h"
 #include "gateway/daemon/daemon.h"
-#include "gateway/base/version.h"
 
 namespace baudgate {
 
