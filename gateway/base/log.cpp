@@ -130,7 +130,7 @@ void SetLeast(Level least) { spdlog::default_logger()->set_level(LevelOf(least))
 void TellRepeats() { PrintRepeats(&Folder::All); }
 
 void ForgetRepeats() {
-  const std::lock_guard lock(g_mutex);
+  const MutexLock lock(g_mutex);
   TheFolder() = Folder();
 }
 

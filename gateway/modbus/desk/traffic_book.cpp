@@ -140,7 +140,7 @@ void TrafficBook::HeardDamage(std::size_t master) {
 }
 
 void TrafficBook::HeardEcho(std::size_t master) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   ++masters_[master].echoes;
 }
 
