@@ -4,6 +4,7 @@
 #include <pthread.h>
 #include <sys/prctl.h>
 
+#include <asio/post.hpp>
 #include <utility>
 
 namespace baudgate {
@@ -22,9 +23,12 @@ void LoopThread::Run() {
   io_.run();
 }
 
-void LoopThread::Stop() {
+void LoopThread::Stop(std::function<void()> last) {
   if (!thread_.joinable()) return;
-  io_.stop();
+  asio::post(io_, [this, last = std::move(last)] {
+    if (last) last();
+    io_.stop();
+  });
   thread_.join();
 }
 

@@ -5,6 +5,7 @@
 
 #include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
+#include <functional>
 #include <string>
 #include <thread>
 
@@ -21,9 +22,9 @@ class LoopThread {
   /// What uses it ends before this object does, or after Stop.
   asio::io_context& io() { return io_; }
   void Start();
-  /// Waits for the handler that runs, from any thread but the loop's own. What is still queued
-  /// never runs.
-  void Stop();
+  /// Runs what is queued already, then `last`, then nothing any more, and waits for that; from any
+  /// thread but the loop's own.
+  void Stop(std::function<void()> last = {});
 
  private:
   void Run();

@@ -17,7 +17,23 @@
 
 namespace baudgate {
 
-class PortKeeper {
+/// What the owner of a port tells of it, so that it is opened again when that may help.
+class PortRetries {
+ public:
+  virtual ~PortRetries() = default;
+  /// A device file that opens works. A server does not: one that is taken accepts, and closes.
+  virtual void OnOpened() = 0;
+  /// The port has worked: tries begin anew at the first step, and every trouble is a new one.
+  virtual void OnWorked() = 0;
+  /// From now on the port is opened whenever that may help. Returns whether the trouble is news, so
+  /// that one trouble is one line in the log: another than the one before, and with a server, whose
+  /// refusals and losses take turns by chance, none since it last worked.
+  [[nodiscard]] virtual bool OnDown(const std::string& reason) = 0;
+  /// The port is opened no more, and the next trouble is a new one.
+  virtual void Stop() = 0;
+};
+
+class PortKeeper final : public PortRetries {
  public:
   /// `open` is called from the loop, never from within a call. The io_context outlives the keeper,
   /// which may be stopped from `open`, but not destroyed. A `tcp://` port is never absent.
@@ -25,16 +41,10 @@ class PortKeeper {
   PortKeeper(const PortKeeper&) = delete;
   PortKeeper& operator=(const PortKeeper&) = delete;
 
-  /// A device file that opens works. A server does not: one that is taken accepts, and closes.
-  void OnOpened();
-  /// The port has worked: tries begin anew at the first step, and every trouble is a new one.
-  void OnWorked() { Stop(); }
-  /// From now on `open` is called whenever that may help. Returns whether the trouble is news, so
-  /// that one trouble is one line in the log: another than the one before, and with a server, whose
-  /// refusals and losses take turns by chance, none since it last worked.
-  [[nodiscard]] bool OnDown(const std::string& reason);
-  /// `open` is called no more, and the next trouble is a new one.
-  void Stop();
+  void OnOpened() override;
+  void OnWorked() override { Stop(); }
+  [[nodiscard]] bool OnDown(const std::string& reason) override;
+  void Stop() override;
 
  private:
   void Try();

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/port_thread.h"
 
-#include <pthread.h>
-
-namespace baudgate::modbus {
+namespace baudgate {
 namespace {
 
 /// A pty may bring bytes faster than a busy server takes them. No frame survives what is dropped.
@@ -15,33 +13,25 @@ PortThread::PortThread(asio::io_context& server, const std::string& path, const 
                        Owner& owner)
     : server_(server),
       owner_(owner),
-      io_(1),
-      work_(io_.get_executor()),
-      port_(make(io_, *this)),
-      keeper_(io_, path, [this] { port_->Open(); }) {}
+      port_(make(loop_.io(), *this)),
+      keeper_(loop_.io(), path, [this] { port_->Open(); }) {}
 
 void PortThread::Start() {
   running_ = std::make_shared<char>();
-  asio::post(io_, [this] { port_->Open(); });
-  thread_ = std::thread([this] {
-    pthread_setname_np(pthread_self(), "modbus serial");
-    io_.run();
-  });
+  asio::post(loop_.io(), [this] { port_->Open(); });
+  loop_.Start();
 }
 
 void PortThread::Stop() {
-  if (!thread_.joinable()) return;
-  asio::post(io_, [this] {
+  loop_.Stop([this] {
     keeper_.Stop();
     port_->Close();
-    io_.stop();
   });
-  thread_.join();
   running_.reset();
 }
 
 void PortThread::Send(Bytes bytes) {
-  asio::post(io_, [this, bytes = std::move(bytes)] {
+  asio::post(loop_.io(), [this, bytes = std::move(bytes)] {
     if (port_->is_open()) port_->Send(bytes);
   });
 }
@@ -65,4 +55,4 @@ void PortThread::OnBytes(View bytes) {
   });
 }
 
-}  // namespace baudgate::modbus
+}  // namespace baudgate

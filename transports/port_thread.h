@@ -4,7 +4,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
 #include <asio/post.hpp>
 #include <atomic>
@@ -12,15 +11,15 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
+#include "transports/loop_thread.h"
 #include "transports/port_keeper.h"
 #include "transports/transport.h"
 
-namespace baudgate::modbus {
+namespace baudgate {
 
 /// All its functions belong to the server's thread.
 class PortThread final : private TransportListener {
@@ -66,13 +65,11 @@ class PortThread final : private TransportListener {
 
   asio::io_context& server_;
   Owner& owner_;
-  asio::io_context io_;
-  asio::executor_work_guard<asio::io_context::executor_type> work_;
+  LoopThread loop_{"modbus serial"};
   std::unique_ptr<Transport> port_;
   PortKeeper keeper_;                     // while the port is down
   std::atomic<std::size_t> unheard_ = 0;  // bytes on their way to the server's thread
   std::shared_ptr<char> running_;         // gone = stopped
-  std::thread thread_;
 };
 
-}  // namespace baudgate::modbus
+}  // namespace baudgate

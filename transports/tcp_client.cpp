@@ -60,11 +60,12 @@ std::uint64_t Queued(tcp::socket& socket, unsigned long which) {
 class TcpClient final : public Transport {
  public:
   TcpClient(std::string port, const config::SerialSettings& serial, asio::io_context& io,
-            TransportListener& listener)
+            TransportListener& listener, Names& names)
       : port_(std::move(port)),
         serial_(serial),
         io_(io),
         listener_(listener),
+        names_(names),
         parity_(serial.software_parity ? serial.parity : config::Parity::none),
         ack_timer_(io) {}
   ~TcpClient() override { Close(); }
@@ -81,10 +82,10 @@ class TcpClient final : public Transport {
  private:
   /// One Open under way. Its handlers keep it alive; without an owner they do nothing.
   struct Attempt {
-    Attempt(asio::io_context& io, TcpClient* client)
-        : owner(client), resolver(io), socket(io), deadline(io) {}
+    Attempt(asio::io_context& io, TcpClient* client) : owner(client), socket(io), deadline(io) {}
     TcpClient* owner;
-    tcp::resolver resolver;
+    Names::Ticket look_up;
+    bool looking_up = false;
     tcp::socket socket;
     asio::steady_timer deadline;
   };
@@ -106,6 +107,7 @@ class TcpClient final : public Transport {
   config::SerialSettings serial_;
   asio::io_context& io_;
   TransportListener& listener_;
+  Names& names_;
   AttemptPtr attempt_;
   std::shared_ptr<StreamPump<tcp::socket>> session_;
   SoftwareParity parity_;
@@ -132,8 +134,11 @@ void TcpClient::Begin(const AttemptPtr& attempt) {
   attempt->deadline.expires_after(kConnectTimeout);
   attempt->deadline.async_wait([attempt](const std::error_code& error) {
     if (error || attempt->owner == nullptr) return;
-    attempt->owner->Fail(attempt->owner->port_ +
-                         " does not answer; is the serial server on and reachable?");
+    const std::string& port = attempt->owner->port_;
+    attempt->owner->Fail(attempt->looking_up
+                             ? "no name server tells the address of " + port +
+                                   "; is the name server reachable?"
+                             : port + " does not answer; is the serial server on and reachable?");
   });
   std::error_code not_numeric;
   const auto ip = asio::ip::make_address(address->host, not_numeric);
@@ -145,15 +150,18 @@ void TcpClient::Begin(const AttemptPtr& attempt) {
 }
 
 void TcpClient::Resolve(const AttemptPtr& attempt, const TcpAddress& address) {
-  attempt->resolver.async_resolve(
-      address.host, std::to_string(address.port), tcp::resolver::numeric_service,
-      [attempt](const std::error_code& error, const tcp::resolver::results_type& found) {
+  attempt->looking_up = true;
+  attempt->look_up = names_.Ask(
+      address.host, io_, [attempt, port = address.port](const Result<Names::Addresses>& found) {
         if (attempt->owner == nullptr) return;
-        if (error) {
+        attempt->looking_up = false;
+        if (!found) {
           return attempt->owner->Fail("the host name of " + attempt->owner->port_ +
-                                      " is not known: " + error.message());
+                                      " is not known: " + found.error());
         }
-        attempt->owner->Connect(attempt, {found.begin(), found.end()});
+        std::vector<tcp::endpoint> endpoints;
+        for (const asio::ip::address& ip : *found) endpoints.emplace_back(ip, port);
+        attempt->owner->Connect(attempt, endpoints);
       });
 }
 
@@ -181,7 +189,7 @@ void TcpClient::OnConnected(const AttemptPtr& attempt) {
 void TcpClient::Abandon() {
   if (!attempt_) return;
   attempt_->owner = nullptr;
-  attempt_->resolver.cancel();
+  attempt_->look_up = {};
   attempt_->deadline.cancel();
   std::error_code ignored;
   attempt_->socket.close(ignored);
@@ -270,8 +278,9 @@ void TcpClient::Lose(const std::string& reason) {
 }  // namespace
 
 std::unique_ptr<Transport> MakeTcpClient(std::string port, const config::SerialSettings& serial,
-                                         asio::io_context& io, TransportListener& listener) {
-  return std::make_unique<TcpClient>(std::move(port), serial, io, listener);
+                                         asio::io_context& io, TransportListener& listener,
+                                         Names& names) {
+  return std::make_unique<TcpClient>(std::move(port), serial, io, listener, names);
 }
 
 }  // namespace baudgate

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "transports/names.h"
 #include "transports/transport.h"
 
 namespace baudgate {
@@ -12,7 +13,9 @@ namespace baudgate {
 /// `port` is "tcp://host:port"; one that can not be read fails at every Open. `listener` outlives
 /// the transport. A server whose network path died silently is noticed within about 25 s; one that
 /// answers TCP but lost its serial side is for the line to notice: Close and Open again.
+/// `names` outlives the transport.
 std::unique_ptr<Transport> MakeTcpClient(std::string port, const config::SerialSettings& serial,
-                                         asio::io_context& io, TransportListener& listener);
+                                         asio::io_context& io, TransportListener& listener,
+                                         Names& names = Names::OfProcess());
 
 }  // namespace baudgate

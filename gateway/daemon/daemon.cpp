@@ -17,6 +17,7 @@
 #include "gateway/daemon/ageing.h"
 #include "gateway/daemon/descriptors.h"
 #include "gateway/daemon/line_runner.h"
+#include "gateway/daemon/placement.h"
 #include "gateway/modbus/server/modbus_server.h"
 #include "gateway/trace/recordings.h"
 #include "transports/loop_thread.h"
@@ -74,11 +75,11 @@ struct Daemon::Impl final : CommandSink, LineControl {
   const config::Config config;
   const config::Catalog& catalog;
   PointStore store;
-  std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
+  std::unique_ptr<Recordings> recordings;          // nothing: nowhere to keep them
+  std::vector<std::unique_ptr<LoopThread>> loops;  // the shared ones first
+  std::unique_ptr<Ageing> ageing;
   std::vector<std::unique_ptr<LineRunner>> runners;
   std::vector<std::size_t> line_of;  // by device
-  LoopThread loop{"loop"};
-  Ageing ageing{loop.io(), [this](Instant now) { store.Age(now); }};
   Instant started = ReadClocks().instant;
   modbus::ModbusLimits limits;
   asio::io_context modbus_io{1};
@@ -106,8 +107,8 @@ Status Daemon::Start() {
   // of the one that runs already under the same name.
   if (Status status = impl_->StartModbus(); !status) return status;
   if (Status status = impl_->StartDds(); !status) return status;
-  impl_->ageing.Start();
-  impl_->loop.Start();
+  impl_->ageing->Start();
+  for (const auto& loop : impl_->loops) loop->Start();
   for (const auto& runner : impl_->runners) runner->Start();
   impl_->StartControl();
   return {};
@@ -118,7 +119,7 @@ void Daemon::Stop() {
   impl_->StopModbus();
   for (const auto& runner : impl_->runners) runner->RequestStop();
   for (const auto& runner : impl_->runners) runner->Stop();
-  impl_->loop.Stop();
+  for (const auto& loop : impl_->loops) loop->Stop();
 #ifdef BAUDGATE_WITH_DDS
   if (impl_->dds) impl_->dds->Stop();
   impl_->dds.reset();
@@ -159,10 +160,21 @@ void Daemon::Impl::MakeLines() {
         folder, kVersion, [](const std::string& trouble) { log::Warn("{}", trouble); });
     sink = [this](Recording recording) { recordings->Save(std::move(recording)); };
   }
+  const Placement placement = PlaceLines(config.lines, std::thread::hardware_concurrency());
+  while (loops.size() < placement.loops) {
+    loops.push_back(std::make_unique<LoopThread>(fmt::format("lines {}", loops.size() + 1)));
+  }
+  ageing = std::make_unique<Ageing>(loops.front()->io(), [this](Instant now) { store.Age(now); });
   for (const config::Line& line : config.lines) {
     const std::uint32_t first_device = config::FirstDevice(config, runners.size());
+    std::size_t loop = placement.loop_of[runners.size()];
+    if (loop == Placement::kOwn) {
+      loop = loops.size();
+      loops.push_back(std::make_unique<LoopThread>("line " + line.name));
+    }
     line_of.insert(line_of.end(), line.devices.size(), runners.size());
-    runners.push_back(std::make_unique<LineRunner>(line, first_device, find, store, sink));
+    runners.push_back(
+        std::make_unique<LineRunner>(loops[loop]->io(), line, first_device, find, store, sink));
   }
 }
 

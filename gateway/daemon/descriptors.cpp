@@ -9,10 +9,12 @@
 namespace baudgate::modbus {
 namespace {
 
-// Each with the loop of its thread and some room: a port is opened before the old one is gone.
+// Each with some room: a port is opened before the old one is gone. Serial ports have a loop of
+// their own.
 constexpr std::size_t kForGateway = 64;  // control socket and its clients, log, recordings
 constexpr std::size_t kForDds = 64;
 constexpr std::size_t kForSerialPort = 8;
+constexpr std::size_t kForNetworkPort = 2;
 constexpr std::size_t kForListener = 4;
 constexpr std::size_t kForServer = 2;
 
@@ -24,7 +26,10 @@ std::size_t RoomForClients(const DescriptorNeeds& needs, std::size_t limit) {
 
 DescriptorNeeds DescriptorNeedsOf(const config::Config& config) {
   DescriptorNeeds needs;
-  needs.others = kForGateway + config.lines.size() * kForSerialPort;
+  needs.others = kForGateway;
+  for (const config::Line& line : config.lines) {
+    needs.others += line.is_network() ? kForNetworkPort : kForSerialPort;
+  }
   if (config.dds.enabled) needs.others += kForDds;
   if (!config.modbus.enabled) return needs;
   needs.others += config.modbus.routes.size() * kForServer;

@@ -1,41 +1,37 @@
-// Runs one line for real: one thread with an asio loop that joins a transport, the clocks, the
-// flight recorder and gateway/poll/poller.h. Opening and closing a sick driver may block it, and
-// only it.
+// Runs one line for real on an event loop that it may share with other lines: joins a transport and
+// the clocks with line_driver.h, which holds the rules. On a shared loop nothing here blocks; a
+// local serial port, whose driver may, gets a loop of its own (placement.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
+#include <asio/post.hpp>
 #include <asio/steady_timer.hpp>
 #include <atomic>
+#include <future>
 #include <memory>
-#include <optional>
 #include <string>
-#include <thread>
+#include <utility>
 
-#include "config/model/line.h"
-#include "gateway/poll/poller.h"
-#include "gateway/requests/commands.h"
-#include "gateway/requests/routed.h"
-#include "gateway/store/point_store.h"
-#include "gateway/trace/line_recorder.h"
-#include "transports/port_keeper.h"
-#include "transports/transport.h"
+#include "gateway/daemon/line_driver.h"
 
 namespace baudgate {
 
-class LineRunner final : public RouteTarget, private TransportListener, private PollerListener {
+class LineRunner final : public RouteTarget, private TransportListener {
  public:
   /// All references outlive the runner. Nothing happens before Start.
-  LineRunner(const config::Line& line, std::uint32_t first_device, const Poller::FindProtocol& find,
-             PointStore& store, LineRecorder::Sink recordings = {});
-  ~LineRunner() override;
+  LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
+             const Poller::FindProtocol& find, PointStore& store,
+             LineRecorder::Sink recordings = {});
+  /// Stopped, if it was started: the loop must not have ended before.
+  ~LineRunner() override { Stop(); }
 
+  /// The loop runs, or will soon.
   void Start();
   /// Closes the port and answers what is queued, soon; from any thread. Nobody submits after it.
   void RequestStop();
-  /// The same, and waits for the end of the thread: as long as the driver needs for a call that it
-  /// is in. Any thread but the line's.
+  /// The same, and waits for the end, after which nothing of this line is left on the loop: as long
+  /// as the driver needs for a call that it is in. Any thread but the loop's.
   void Stop();
 
   /// From any thread; see CommandSink.
@@ -49,9 +45,9 @@ class LineRunner final : public RouteTarget, private TransportListener, private 
   void Release(Duration time);
   void TakeBack();
   void SetInUse(std::uint32_t device, bool in_use);
-  LineRecorder& recorder() { return recorder_; }
+  LineRecorder& recorder() { return driver_.recorder(); }
 
-  bool is_open() const { return open_.load(); }
+  bool is_open() const { return driver_.is_open(); }
 
  private:
   void OnOpened() override;
@@ -59,54 +55,27 @@ class LineRunner final : public RouteTarget, private TransportListener, private 
   void OnBytes(View bytes) override;
   void OnLost(const std::string& reason) override;
 
-  void Send(View bytes, const config::SerialSettings& serial) override;
-  void OnNoReply() override { transport_->DropUnsent(); }
-  void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
-                     const std::string& reason) override;
-  void OnWarning(std::uint32_t device, const std::string& message) override;
-
-  void Run();
-  void Open();
-  void Announce();
-  void PortWorks();
-  void Down(const std::string& reason);
-  void ClosePort();
-  void AfterTheWrite(std::function<void()> then);
-  void GoOn();
-  void Lend(Duration time);
-  void EndLoan();
-  void ShowPort(LineStatus::Port port, const std::string& text, WallTime released_until = {});
-  void CountErrors(Instant now);
+  /// Calls `call` with the time on the loop.
+  template <typename Call>
+  void Post(Call call) {
+    asio::post(io_, [this, call = std::move(call)]() mutable {
+      call(ReadClocks());
+      Arm();
+    });
+  }
   void Arm();
-  void CheckConnection(Duration wait);
 
-  const config::Line& config_;
-  PointStore& store_;
-  const std::uint32_t line_;  // in the store
-  asio::io_context io_;
-  asio::executor_work_guard<asio::io_context::executor_type> work_;
-  asio::steady_timer timer_;  // the poller's deadline
-  asio::steady_timer silence_timer_;
-  asio::steady_timer loan_timer_;
-  asio::steady_timer patience_timer_;
-  std::function<void()> after_write_;  // what waits for the end of the write under way
-  PortKeeper keeper_;                  // while the port is down
-  std::unique_ptr<Transport> transport_;
-  LineRecorder recorder_;
-  Poller poller_;
-  const config::SerialSettings* applied_ = nullptr;  // what the open port is set to
-  Instant opened_{};
-  bool heard_ = false;  // the open port: bytes have come
-  bool works_ = false;  // and it has worked
-  bool vain_ = false;   // the last connection ended before it worked: the next one is no news yet
-  std::string shown_;   // of the port, in the status
-  std::optional<Instant> lent_until_;
-  bool out_of_service_ = false;  // the points, since the port was lent
-  Instant errors_counted_{};
-  std::atomic<bool> open_ = false;
+  asio::io_context& io_;
+  asio::steady_timer timer_;
+  Instant armed_ = Instant::max();  // when the timer ends; max: it does not run
+  PortKeeper keeper_;               // while the port is down
+  const std::unique_ptr<Transport> transport_;
+  LineDriver driver_;
   std::atomic<std::size_t> queued_ = 0;  // commands handed over and not yet answered
   std::atomic<std::size_t> routed_ = 0;  // routed requests, alike
-  std::thread thread_;
+  bool started_ = false;
+  bool stopping_ = false;
+  std::shared_ptr<std::promise<void>> stopped_ = std::make_shared<std::promise<void>>();
 };
 
 }  // namespace baudgate

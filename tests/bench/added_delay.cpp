@@ -24,6 +24,7 @@
 #include "gateway/line/assembler.h"
 #include "gateway/simulate/pty.h"
 #include "tests/bench/bench.h"
+#include "transports/loop_thread.h"
 
 namespace baudgate::bench {
 namespace {
@@ -199,8 +200,9 @@ class GatewayPipeline {
     publisher_ = std::move(*publisher);
     const Protocol& protocol = *catalog.FindProtocol("dcon");
     runner_ = std::make_unique<LineRunner>(
-        config_.lines.front(), 0, [&](const std::string&) -> const Protocol& { return protocol; },
-        store_);
+        loop_.io(), config_.lines.front(), 0,
+        [&](const std::string&) -> const Protocol& { return protocol; }, store_);
+    loop_.Start();
     runner_->Start();
   }
   ~GatewayPipeline() {
@@ -230,6 +232,7 @@ class GatewayPipeline {
   config::Config config_;
   PointStore store_;
   std::unique_ptr<dds::DdsPublisher> publisher_;
+  LoopThread loop_{"line"};
   std::unique_ptr<LineRunner> runner_;
 };
 

@@ -27,6 +27,7 @@ void RunModbusRate();
 void RunAddedDelay(const config::Catalog& catalog, const std::string& self);
 void RunScale(const config::Catalog& catalog, const std::string& self);
 void RunCostPerPoint();
+void RunCrowd(const std::string& self);
 void RunDrive(const config::Catalog& catalog);
 void RunRoutes(const config::Catalog& catalog);
 
@@ -34,5 +35,7 @@ void RunRoutes(const config::Catalog& catalog);
 int BeDelaySubscriber(int argc, char** argv);
 int BeScaleTwins(const config::Catalog& catalog, int argc, char** argv);
 int BeScaleSubscriber(int argc, char** argv);
+int BeCrowdSlaves(const config::Catalog& catalog, int argc, char** argv);
+int BeCrowdGateway(const config::Catalog& catalog, int argc, char** argv);
 
 }  // namespace baudgate::bench

@@ -14,6 +14,7 @@
 #include "gateway/daemon/line_runner.h"
 #include "gateway/simulate/simulator.h"
 #include "tests/bench/bench.h"
+#include "transports/loop_thread.h"
 
 namespace baudgate::bench {
 namespace {
@@ -53,9 +54,11 @@ class Lines {
         thread_([this] { world_.run(); }) {
     std::uint32_t first = 0;
     for (const config::Line& line : config_.lines) {
+      loops_.push_back(std::make_unique<LoopThread>("line " + line.name));
+      loops_.back()->Start();
       runners_.push_back(std::make_unique<LineRunner>(
-          line, first, [this](const std::string&) -> const Protocol& { return protocol_; },
-          store_));
+          loops_.back()->io(), line, first,
+          [this](const std::string&) -> const Protocol& { return protocol_; }, store_));
       first += static_cast<std::uint32_t>(line.devices.size());
     }
   }
@@ -90,6 +93,7 @@ class Lines {
   asio::io_context world_{1};
   asio::executor_work_guard<asio::io_context::executor_type> work_{world_.get_executor()};
   std::vector<std::unique_ptr<Simulator>> twins_;
+  std::vector<std::unique_ptr<LoopThread>> loops_;
   std::vector<std::unique_ptr<LineRunner>> runners_;
   std::thread thread_;
 };

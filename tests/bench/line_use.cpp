@@ -9,6 +9,7 @@
 #include "gateway/daemon/line_runner.h"
 #include "gateway/simulate/simulator.h"
 #include "tests/bench/bench.h"
+#include "transports/loop_thread.h"
 
 namespace baudgate::bench {
 namespace {
@@ -50,7 +51,9 @@ void RunOne(const Case& one, const config::Catalog& catalog) {
 
   PointStore store(config);
   const auto find = [&](const std::string&) -> const Protocol& { return protocol; };
-  LineRunner runner(line, 0, find, store);
+  LoopThread loop("line");
+  loop.Start();
+  LineRunner runner(loop.io(), line, 0, find, store);
   runner.Start();
   std::this_thread::sleep_for(kWarmUp);
   const auto began = std::chrono::steady_clock::now();

@@ -1,5 +1,5 @@
-// The benchmarks as one command: baudgate_bench [line|dead|modbus|routes|drive|delay|scale|cost]…,
-// all without arguments.
+// The benchmarks as one command: baudgate_bench
+// [line|dead|modbus|routes|drive|delay|scale|cost|crowd]…, all without arguments.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <sys/utsname.h>
@@ -81,6 +81,10 @@ int main(int argc, char** argv) {
   if (role == "be-delay-subscriber") return bench::BeDelaySubscriber(argc - 2, argv + 2);
   if (role == "be-scale-twins") return bench::BeScaleTwins(modules.catalog, argc - 2, argv + 2);
   if (role == "be-scale-subscriber") return bench::BeScaleSubscriber(argc - 2, argv + 2);
+  if (role == "be-crowd-slaves") return bench::BeCrowdSlaves(modules.catalog, argc - 2, argv + 2);
+  if (role == "be-crowd-gateway") {
+    return bench::BeCrowdGateway(modules.catalog, argc - 2, argv + 2);
+  }
   const auto wanted = [&](std::string_view part) {
     return argc == 1 ||
            std::any_of(argv + 1, argv + argc, [&](const char* arg) { return part == arg; });
@@ -94,5 +98,6 @@ int main(int argc, char** argv) {
   if (wanted("delay")) bench::RunAddedDelay(modules.catalog, "/proc/self/exe");
   if (wanted("scale")) bench::RunScale(modules.catalog, "/proc/self/exe");
   if (wanted("cost")) bench::RunCostPerPoint();
+  if (wanted("crowd")) bench::RunCrowd("/proc/self/exe");
   return 0;
 }

@@ -101,7 +101,9 @@ SoakLine::SoakLine(const Setup& setup, bool echoes, const std::string& port,
   });
   const Protocol& protocol = *setup.protocol;
   runner_ = std::make_unique<LineRunner>(
-      line, 0, [&protocol](const std::string&) -> const Protocol& { return protocol; }, *store_);
+      loop_.io(), line, 0, [&protocol](const std::string&) -> const Protocol& { return protocol; },
+      *store_);
+  loop_.Start();
   runner_->Start();
 }
 

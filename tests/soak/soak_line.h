@@ -14,6 +14,7 @@
 #include "gateway/daemon/line_runner.h"
 #include "gateway/simulate/simulator.h"
 #include "tests/protocols/runs/rig.h"
+#include "transports/loop_thread.h"
 
 namespace baudgate {
 
@@ -72,6 +73,7 @@ class SoakLine {
   std::unique_ptr<PointStore> store_;
   std::unique_ptr<WeakChecksums> weak_;
   std::unique_ptr<Simulator> simulator_;
+  LoopThread loop_{"line"};
   std::unique_ptr<LineRunner> runner_;
   std::vector<FaultCount> struck_;
   std::uint64_t exchanges_ = 0;

@@ -11,7 +11,7 @@
 
 #include "tests/transports/far_end.h"
 
-namespace baudgate::modbus {
+namespace baudgate {
 namespace {
 
 using test::RunReady;
@@ -120,4 +120,4 @@ TEST_F(SerialThreadTest, BytesThatAreNotHeardTakeBoundedMemory) {
 }
 
 }  // namespace
-}  // namespace baudgate::modbus
+}  // namespace baudgate

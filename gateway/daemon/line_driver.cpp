@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/line_driver.h"
+
+#include <utility>
+
+#include "gateway/base/log.h"
+
+namespace baudgate {
+namespace {
+
+/// A connection behind which every device has been silent so long is made anew: a serial server may
+/// keep its TCP alive although its serial side hangs.
+constexpr Duration kSilenceLimit = 30s;
+/// Some serial servers say in words that they are in use, then close: bytes prove a connection that
+/// has lasted so long.
+constexpr Duration kGreeting = 500ms;
+/// The driver's counters cost a call into it.
+constexpr Duration kCountErrorsEvery = 1s;
+/// A write under way is ended in order before the port is given up, so that no password stays open;
+/// but not for longer.
+constexpr Duration kPatience = 1s;
+
+}  // namespace
+
+LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
+                       const Poller::FindProtocol& find, PointStore& store, Transport& port,
+                       PortRetries& retries, LineRecorder::Sink recordings)
+    : config_(line),
+      store_(store),
+      line_(store.LineIndex(line)),
+      port_(port),
+      retries_(retries),
+      recorder_(line, first_device, std::move(recordings)),
+      poller_(line, first_device, find, store, *this) {
+  poller_.Attach(recorder_);
+}
+
+void LineDriver::Start(Now now) {
+  now_ = now;
+  if (lent_until_ || stopping_) return;
+  ShowPort(LineStatus::Port::closed, "not opened yet");
+  port_.Open();
+}
+
+void LineDriver::Stop(Now now, std::function<void()> stopped) {
+  now_ = now;
+  stopping_ = true;
+  lent_until_.reset();
+  AfterTheWrite([this, stopped = std::move(stopped)] {
+    ClosePort();
+    if (open_.exchange(false)) poller_.OnClosed(now_);
+    poller_due_.reset();
+    stopped();
+  });
+}
+
+// ---------------------------------------------------------------- the port
+
+/// And nothing that would open it again.
+void LineDriver::ClosePort() {
+  check_at_.reset();
+  retries_.Stop();
+  connection_ = Connection::fresh;
+  port_.Close();
+}
+
+void LineDriver::OnOpened(Now now) {
+  now_ = now;
+  open_ = true;
+  applied_ = &config_.serial;
+  out_of_service_ = false;
+  opened_ = now.instant;
+  // Behind a useless connection the next one is news only once it works.
+  announced_ = connection_ != Connection::useless;
+  connection_ = config_.is_network() ? Connection::fresh : Connection::proven;
+  retries_.OnOpened();
+  if (announced_) Announce();
+  CountErrors();
+  if (config_.is_network()) check_at_ = now.instant + kGreeting;
+  poller_.OnOpened(now, port_.KeepsBitRate());
+  Settle();
+}
+
+void LineDriver::Announce() {
+  log::Info("line {}: open ({})", config_.name, port_.Describe());
+  ShowPort(LineStatus::Port::open, port_.Describe());
+}
+
+void LineDriver::Prove() {
+  connection_ = Connection::proven;
+  retries_.OnWorked();
+  if (!std::exchange(announced_, true)) Announce();
+}
+
+void LineDriver::OnOpenFailed(const std::string& reason, Now now) {
+  now_ = now;
+  // The time of the loan is over, but the port is not ours yet.
+  if (std::exchange(out_of_service_, false)) poller_.OnClosed(now);
+  Down(reason);
+  Settle();
+}
+
+void LineDriver::OnLost(const std::string& reason, Now now) {
+  now_ = now;
+  Lost(reason);
+  Settle();
+}
+
+void LineDriver::Lost(const std::string& reason) {
+  open_ = false;
+  check_at_.reset();
+  store_.UpdateLine(line_, [](LineStatus& status) { ++status.times_lost; });
+  poller_.OnClosed(now_);
+  if (connection_ == Connection::proven) return Down(reason);
+  connection_ = Connection::useless;
+  Down(reason +
+       ", before it had worked; is the server in use by another client, or at its connection "
+       "limit?");
+}
+
+void LineDriver::Down(const std::string& reason) {
+  if (retries_.OnDown(reason)) {
+    log::Warn("line {}: down: {}; trying again until it works", config_.name, reason);
+  }
+  if (reason != shown_) ShowPort(LineStatus::Port::closed, reason);
+}
+
+void LineDriver::ShowPort(LineStatus::Port port, const std::string& text, WallTime released_until) {
+  shown_ = text;
+  store_.UpdateLine(line_, [&](LineStatus& status) {
+    if (status.port != port || status.port_text.empty()) status.port_since = now_.wall;
+    status.port = port;
+    status.port_text = text;
+    status.released_until = released_until;
+  });
+  recorder_.OnPort(fmt::format("port {}: {}", Name(port), text), now_);
+}
+
+void LineDriver::CountErrors() {
+  errors_counted_ = now_.instant;
+  const PortCounters errors = port_.Counters();
+  store_.UpdateLine(line_, [&](LineStatus& status) {
+    status.parity_errors = errors.parity;
+    status.framing_errors = errors.framing;
+    status.overruns = errors.overrun;
+  });
+}
+
+void LineDriver::CheckConnection() {
+  // Where nobody is asked nothing comes, and where nobody answers it is not the connection's fault:
+  // one that has held for long works.
+  const bool old = now_.instant - opened_ >= kSilenceLimit;
+  const bool unproven = connection_ != Connection::proven;
+  if (unproven && (connection_ == Connection::heard || old)) Prove();
+  if (!poller_.SilentSince(now_.instant - kSilenceLimit)) {
+    check_at_ = now_.instant + kSilenceLimit / 4;
+    return;
+  }
+  port_.Close();
+  Lost("no device behind it has answered for " + FormatDuration(kSilenceLimit) +
+       "; the connection is made anew");
+}
+
+// ---------------------------------------------------------------- the port, lent
+
+void LineDriver::Release(Duration time, Now now) {
+  now_ = now;
+  if (stopping_) return;
+  AfterTheWrite([this, time] { Lend(time); });
+}
+
+void LineDriver::TakeBack(Now now) {
+  now_ = now;
+  EndLoan();
+}
+
+void LineDriver::AfterTheWrite(std::function<void()> then) {
+  after_write_ = std::move(then);
+  poller_.WindUp();
+  patience_until_ = now_.instant + kPatience;
+  Settle();
+}
+
+void LineDriver::GoOn() {
+  patience_until_.reset();
+  std::exchange(after_write_, {})();
+}
+
+void LineDriver::Lend(Duration time) {
+  lent_until_ = now_.instant + time;
+  out_of_service_ = true;
+  open_ = false;
+  ClosePort();
+  poller_.OnReleased(now_);
+  log::Info("line {}: {} is released for {}; its points are out of service", config_.name,
+            config_.port, FormatDuration(time));
+  ShowPort(LineStatus::Port::released, "released for " + FormatDuration(time), now_.wall + time);
+}
+
+void LineDriver::EndLoan() {
+  if (!lent_until_) return;
+  lent_until_.reset();
+  log::Info("line {}: takes {} back", config_.name, config_.port);
+  ShowPort(LineStatus::Port::closed, "being taken back");
+  port_.Open();
+}
+
+// ---------------------------------------------------------------- bytes, calls and time
+
+void LineDriver::OnBytes(View bytes, Now now) {
+  now_ = now;
+  if (connection_ == Connection::fresh) connection_ = Connection::heard;
+  if (connection_ == Connection::heard && now.instant - opened_ >= kGreeting) Prove();
+  poller_.OnBytes(bytes, now);
+  Settle();
+}
+
+void LineDriver::Send(View bytes, const config::SerialSettings& serial) {
+  if (&serial != applied_) {
+    const Status status = port_.Apply(serial);
+    if (!status) log::Warn("line {}: {}", config_.name, status.error());
+    applied_ = &serial;
+  }
+  port_.Send(bytes);
+  if (now_.instant - errors_counted_ >= kCountErrorsEvery) CountErrors();
+}
+
+void LineDriver::Submit(WriteCommand command, Now now) {
+  now_ = now;
+  // Whoever hands commands over keeps to Poller::kQueueLimit, so the poller never says no.
+  poller_.Submit(std::move(command), now);
+  Settle();
+}
+
+void LineDriver::Submit(RoutedRequest request, Now now) {
+  now_ = now;
+  poller_.Submit(std::move(request), now);
+  Settle();
+}
+
+std::size_t LineDriver::Forget(std::uint64_t client, Now now) {
+  now_ = now;
+  const std::size_t forgotten = poller_.Forget(client, now);
+  Settle();
+  return forgotten;
+}
+
+void LineDriver::SetInUse(std::uint32_t device, bool in_use, Now now) {
+  now_ = now;
+  poller_.SetInUse(device, in_use, now);
+  Settle();
+}
+
+void LineDriver::OnTimer(Now now) {
+  now_ = now;
+  const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
+  if (is_due(patience_until_) && poller_.IsWriting()) {
+    log::Warn(
+        "line {}: a write is broken off; what it has opened, such as a password, may stay open",
+        config_.name);
+    GoOn();
+  }
+  if (is_due(lent_until_)) EndLoan();
+  if (is_due(check_at_)) CheckConnection();
+  if (is_due(poller_due_) && is_due(poller_.Deadline())) poller_.OnTimer(now);
+  Settle();
+}
+
+/// At the end of every input.
+void LineDriver::Settle() {
+  if (after_write_ && !poller_.IsWriting()) GoOn();
+  poller_due_ = poller_.Deadline();
+}
+
+std::optional<Instant> LineDriver::Deadline() const {
+  std::optional<Instant> soonest = poller_due_;
+  for (const auto& at : {check_at_, lent_until_, patience_until_}) {
+    if (at && (!soonest || *at < *soonest)) soonest = at;
+  }
+  return soonest;
+}
+
+// ---------------------------------------------------------------- news of devices
+
+void LineDriver::OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
+                               const std::string& reason) {
+  const std::string name = recorder_.NameOf(device);
+  if (to == DeviceState::online) {
+    log::Info("line {}: device {}: {} (was {})", config_.name, name, Name(to), Name(from));
+  } else if (to == DeviceState::disabled || from == DeviceState::disabled) {
+    log::Info("line {}: device {}: {} (was {}): {}", config_.name, name, Name(to), Name(from),
+              reason);
+  } else {
+    log::Warn("line {}: device {}: {} (was {}): {}", config_.name, name, Name(to), Name(from),
+              reason);
+  }
+}
+
+void LineDriver::OnWarning(std::uint32_t device, const std::string& message) {
+  log::Warn("line {}: device {}: {}", config_.name, recorder_.NameOf(device), message);
+}
+
+}  // namespace baudgate

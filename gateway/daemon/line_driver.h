@@ -1,0 +1,113 @@
+// What one line does with its port: when a connection has proven itself or is made anew, how long
+// the port is lent, what is ended before it is given up. Joins the poller, the flight recorder and
+// the status of the line. No thread and no clock: line_runner.h brings bytes, calls and the time.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "config/model/line.h"
+#include "gateway/poll/poller.h"
+#include "gateway/requests/commands.h"
+#include "gateway/requests/routed.h"
+#include "gateway/store/point_store.h"
+#include "gateway/trace/line_recorder.h"
+#include "transports/port_keeper.h"
+#include "transports/transport.h"
+
+namespace baudgate {
+
+/// One thread at a time, but recorder() and is_open(). `now` never goes back.
+class LineDriver final : private PollerListener {
+ public:
+  /// All references outlive the driver. `port` is closed; what it tells its listener goes to the
+  /// functions of the same names here. `retries` opens the port again after OnDown.
+  LineDriver(const config::Line& line, std::uint32_t first_device, const Poller::FindProtocol& find,
+             PointStore& store, Transport& port, PortRetries& retries,
+             LineRecorder::Sink recordings);
+
+  void Start(Now now);
+  /// Closes the port, once the write under way has ended, and answers what is queued; then calls
+  /// `stopped`, within a second. Nothing opens the port after that.
+  void Stop(Now now, std::function<void()> stopped);
+
+  // From the transport.
+  void OnOpened(Now now);
+  void OnOpenFailed(const std::string& reason, Now now);
+  void OnBytes(View bytes, Now now);
+  void OnLost(const std::string& reason, Now now);
+
+  /// To be called at Deadline(); earlier does nothing.
+  void OnTimer(Now now);
+  std::optional<Instant> Deadline() const;
+
+  // See Poller.
+  void Submit(WriteCommand command, Now now);
+  void Submit(RoutedRequest request, Now now);
+  std::size_t Forget(std::uint64_t client, Now now);
+  void SetInUse(std::uint32_t device, bool in_use, Now now);
+
+  /// See LineControl; the write under way ends first.
+  void Release(Duration time, Now now);
+  void TakeBack(Now now);
+
+  LineRecorder& recorder() { return recorder_; }  // any thread may read it
+  bool is_open() const { return open_.load(); }   // from any thread
+
+ private:
+  /// The present connection, or between two the last one.
+  enum class Connection : std::uint8_t {
+    fresh,    ///< nothing has come yet
+    heard,    ///< bytes have come, which may be the greeting of a server that is in use
+    proven,   ///< it has worked; a local port does so by opening
+    useless,  ///< it ended before it was proven
+  };
+
+  void Send(View bytes, const config::SerialSettings& serial) override;
+  void OnNoReply() override { port_.DropUnsent(); }
+  void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
+                     const std::string& reason) override;
+  void OnWarning(std::uint32_t device, const std::string& message) override;
+
+  void Announce();
+  void Prove();
+  void CheckConnection();
+  void Lost(const std::string& reason);
+  void Down(const std::string& reason);
+  void ClosePort();
+  void AfterTheWrite(std::function<void()> then);
+  void GoOn();
+  void Lend(Duration time);
+  void EndLoan();
+  void ShowPort(LineStatus::Port port, const std::string& text, WallTime released_until = {});
+  void CountErrors();
+  void Settle();
+
+  const config::Line& config_;
+  PointStore& store_;
+  const std::uint32_t line_;  // in the store
+  Transport& port_;
+  PortRetries& retries_;
+  LineRecorder recorder_;
+  Poller poller_;
+  Now now_{};                                        // of the input that is being handled
+  std::optional<Instant> poller_due_;                // the poller's deadline
+  std::optional<Instant> check_at_;                  // of a network connection
+  std::optional<Instant> lent_until_;                // the port, to another program
+  std::optional<Instant> patience_until_;            // with the write under way
+  std::function<void()> after_write_;                // what waits for the end of that write
+  const config::SerialSettings* applied_ = nullptr;  // what the open port is set to
+  Connection connection_ = Connection::fresh;
+  bool announced_ = false;  // in the log: this connection
+  Instant opened_{};
+  std::string shown_;            // of the port, in the status
+  bool out_of_service_ = false;  // the points, since the port was lent
+  bool stopping_ = false;
+  Instant errors_counted_{};
+  std::atomic<bool> open_ = false;
+};
+
+}  // namespace baudgate

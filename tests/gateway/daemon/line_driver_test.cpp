@@ -1,0 +1,274 @@
+// What a line does with its port, under virtual time: connections that prove themselves or do not,
+// loans, and the write that is ended before the port goes.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/line_driver.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <deque>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/support/toy_protocol.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class FakePort final : public Transport {
+ public:
+  void Open() override { ++opens; }
+  void Close() override { open = false; }
+  bool is_open() const override { return open; }
+  void Send(View bytes) override { sent.emplace_back(bytes.begin(), bytes.end()); }
+  void DropUnsent() override {}
+  Status Apply(const config::SerialSettings&) override { return {}; }
+  std::string Describe() const override { return "fake"; }
+
+  int opens = 0;
+  bool open = false;
+  std::deque<Bytes> sent;
+};
+
+class FakeRetries final : public PortRetries {
+ public:
+  void OnOpened() override {}
+  void OnWorked() override { ++worked; }
+  bool OnDown(const std::string& reason) override {
+    downs.push_back(reason);
+    return true;
+  }
+  void Stop() override { ++stops; }
+
+  int worked = 0;
+  int stops = 0;
+  std::vector<std::string> downs;
+};
+
+class LineDriverTest : public testing::Test {
+ protected:
+  explicit LineDriverTest(const std::string& port = "tcp://server:4001") {
+    config_.lines.push_back(ToyLine({ToyDevice("a", "A", {"1"})}));
+    config_.lines[0].port = port;
+    store_ = std::make_unique<PointStore>(config_);
+    twin_ = ToyProtocol().make_twin(config_.lines[0].devices[0], values_);
+    driver_ = std::make_unique<LineDriver>(
+        config_.lines[0], 0U, [](const std::string&) -> const Protocol& { return ToyProtocol(); },
+        *store_, port_, retries_, LineRecorder::Sink());
+    driver_->Start(now_);
+  }
+
+  void Open() {
+    port_.open = true;
+    driver_->OnOpened(now_);
+  }
+  void Lose(const std::string& reason) {
+    port_.open = false;
+    driver_->OnLost(reason, now_);
+  }
+  void Say(std::string_view text) { driver_->OnBytes(ToBytes(text), now_); }
+  /// Time goes on; the device answers after 30 ms, while it does.
+  void Pass(Duration time) {
+    const Instant until = now_.instant + time;
+    for (;;) {
+      if (!port_.sent.empty()) {
+        const Bytes request = port_.sent.front();
+        port_.sent.pop_front();
+        if (!answers_) continue;
+        GoTo(now_.instant + 30ms);
+        driver_->OnBytes(twin_->Answer(request, now_.instant), now_);
+        continue;
+      }
+      const auto deadline = driver_->Deadline();
+      if (!deadline || *deadline > until) break;
+      GoTo(std::max(now_.instant, *deadline));
+      driver_->OnTimer(now_);
+    }
+    GoTo(std::max(now_.instant, until));
+  }
+  LineStatus status() { return store_->ReadLine(0); }
+  void Write() {
+    WriteCommand command;
+    command.writes = {{0, Value(5.0)}};
+    command.deadline = now_.instant + 1h;
+    command.done = [this](Outcome outcome, const std::string&) { outcomes_.push_back(outcome); };
+    driver_->Submit(std::move(command), now_);
+  }
+
+  config::Config config_;
+  std::unique_ptr<PointStore> store_;
+  FixedValues values_ = ToyValues();
+  std::unique_ptr<Twin> twin_;
+  bool answers_ = true;
+  FakePort port_;
+  FakeRetries retries_;
+  std::unique_ptr<LineDriver> driver_;
+  Now now_{Instant() + 1h, WallTime(1'790'000'000s)};
+  std::vector<Outcome> outcomes_;
+
+ private:
+  void GoTo(Instant instant) {
+    now_.wall += instant - now_.instant;
+    now_.instant = instant;
+  }
+};
+
+struct LocalPort : LineDriverTest {
+  LocalPort() : LineDriverTest("/dev/ttyUSB0") {}
+};
+
+TEST_F(LocalPort, HasWorkedOnceItOpens) {
+  EXPECT_EQ(port_.opens, 1);
+  Open();
+  EXPECT_EQ(status().port, LineStatus::Port::open);
+  EXPECT_TRUE(driver_->is_open());
+  Lose("gone");
+  EXPECT_THAT(retries_.downs, ElementsAre("gone"));
+  EXPECT_EQ(status().port_text, "gone");
+  EXPECT_EQ(status().times_lost, 1U);
+  EXPECT_FALSE(driver_->is_open());
+}
+
+TEST_F(LocalPort, IsPolledAndWritten) {
+  Open();
+  Pass(3s);
+  EXPECT_EQ(store_->ReadLine(0).outcomes[static_cast<std::size_t>(Outcome::no_reply)], 0U);
+  Write();
+  Pass(1s);
+  EXPECT_THAT(outcomes_, ElementsAre(Outcome::ok));
+}
+
+TEST_F(LocalPort, OneThatDoesNotOpenIsDown) {
+  driver_->OnOpenFailed("busy", now_);
+  EXPECT_THAT(retries_.downs, ElementsAre("busy"));
+  EXPECT_EQ(status().port, LineStatus::Port::closed);
+}
+
+TEST_F(LineDriverTest, AServerThatClosesBeforeItHasWorkedIsToldSo) {
+  Open();
+  EXPECT_EQ(status().port, LineStatus::Port::open);
+  answers_ = false;
+  Pass(100ms);
+  Say("busy, come back later\r\n");
+  Lose("closed");
+  EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("closed, before it had worked")));
+  EXPECT_EQ(retries_.worked, 0) << "a greeting proves nothing";
+}
+
+TEST_F(LineDriverTest, TheConnectionBehindAUselessOneIsNewsOnceItWorks) {
+  Open();
+  Lose("closed");
+  Pass(1s);
+  Open();
+  EXPECT_EQ(status().port, LineStatus::Port::closed) << "not shown yet";
+  Pass(2s);
+  EXPECT_EQ(retries_.worked, 1);
+  EXPECT_EQ(status().port, LineStatus::Port::open);
+  Lose("reset");
+  EXPECT_EQ(retries_.downs.back(), "reset");
+  Open();
+  EXPECT_EQ(status().port, LineStatus::Port::open) << "at once: the last one had worked";
+}
+
+TEST_F(LineDriverTest, AServerThatOnlyHoldsHasWorkedAfterHalfAMinute) {
+  Open();
+  EXPECT_EQ(retries_.worked, 0);
+  driver_->SetInUse(0, false, now_);
+  port_.sent.clear();
+  Pass(29s);
+  EXPECT_EQ(retries_.worked, 0);
+  Pass(10s);
+  EXPECT_EQ(retries_.worked, 1);
+  EXPECT_THAT(retries_.downs, IsEmpty());
+}
+
+TEST_F(LineDriverTest, AConnectionWithoutAnyAnswerIsMadeAnew) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  Pass(25s);
+  EXPECT_THAT(retries_.downs, IsEmpty());
+  Pass(2min);
+  ASSERT_EQ(retries_.downs.size(), 1U);
+  EXPECT_THAT(retries_.downs[0], HasSubstr("no device behind it has answered for 30s"));
+  EXPECT_FALSE(port_.open);
+}
+
+TEST_F(LocalPort, ThatIsLentComesBackByItself) {
+  Open();
+  Pass(2s);
+  driver_->Release(10s, now_);
+  EXPECT_FALSE(port_.open);
+  EXPECT_EQ(status().port, LineStatus::Port::released);
+  EXPECT_EQ(status().released_until, now_.wall + 10s);
+  Pass(9900ms);
+  EXPECT_EQ(port_.opens, 1);
+  Pass(200ms);
+  EXPECT_EQ(port_.opens, 2);
+  EXPECT_EQ(status().port_text, "being taken back");
+}
+
+TEST_F(LocalPort, ALoanCountsAnewAndEndsWhenItIsTakenBack) {
+  Open();
+  driver_->Release(10s, now_);
+  Pass(8s);
+  driver_->Release(10s, now_);
+  Pass(8s);
+  EXPECT_EQ(port_.opens, 1);
+  driver_->TakeBack(now_);
+  EXPECT_EQ(port_.opens, 2);
+  driver_->TakeBack(now_);
+  Pass(1min);
+  EXPECT_EQ(port_.opens, 2);
+}
+
+TEST_F(LocalPort, IsLentAfterTheWriteUnderWay) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  Write();
+  Pass(20ms);
+  driver_->Release(10s, now_);
+  EXPECT_TRUE(port_.open);
+  Pass(1s);
+  EXPECT_FALSE(port_.open) << "nobody waits longer than a second";
+  EXPECT_EQ(outcomes_.size(), 1U);
+}
+
+TEST_F(LocalPort, NothingOpensItAfterTheStop) {
+  Open();
+  driver_->Release(10s, now_);
+  int stopped = 0;
+  driver_->Stop(now_, [&] { ++stopped; });
+  EXPECT_EQ(stopped, 1);
+  driver_->TakeBack(now_);
+  driver_->Release(1s, now_);
+  Pass(1min);
+  EXPECT_EQ(port_.opens, 1);
+  EXPECT_EQ(stopped, 1);
+  EXPECT_FALSE(driver_->Deadline().has_value());
+}
+
+TEST_F(LocalPort, WhatWaitsAtTheStopIsAnswered) {
+  Open();
+  Pass(2s);
+  answers_ = false;
+  Write();
+  Write();
+  int stopped = 0;
+  driver_->Stop(now_, [&] { ++stopped; });
+  EXPECT_EQ(stopped, 0) << "a write is under way";
+  Pass(1s);
+  EXPECT_EQ(stopped, 1);
+  EXPECT_EQ(outcomes_.size(), 2U);
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/placement.h"
+
+#include <gmock/gmock.h>
+
+#include <string>
+#include <vector>
+
+namespace baudgate {
+namespace {
+
+using testing::ElementsAre;
+
+constexpr std::size_t kOwn = Placement::kOwn;
+
+std::vector<config::Line> LinesOn(const std::vector<std::string>& ports) {
+  std::vector<config::Line> lines(ports.size());
+  for (std::size_t i = 0; i < ports.size(); ++i) lines[i].port = ports[i];
+  return lines;
+}
+
+struct Row {
+  std::string port;
+  Place place;
+};
+
+TEST(Placement, FollowsTheFormOfThePort) {
+  const std::vector<Row> rows = {
+      {"tcp://moxa:4001", Place::shared_loop}, {"tcp://[::1]:4001", Place::shared_loop},
+      {"/dev/pts/7", Place::shared_loop},      {"/dev/ttyUSB0", Place::own_thread},
+      {"/dev/ttyS1", Place::own_thread},       {"/dev/serial/by-id/usb-FTDI", Place::own_thread},
+      {"/tmp/port", Place::own_thread},  // a link to anything
+      {"ttyUSB0", Place::own_thread},          {"", Place::own_thread},
+  };
+  for (const Row& row : rows) EXPECT_EQ(PlaceOf(row.port), row.place) << row.port;
+}
+
+TEST(Placement, SharedLoopsTakeLinesInTurn) {
+  const auto lines = LinesOn({"tcp://a:1", "/dev/ttyS0", "tcp://b:1", "tcp://c:1", "tcp://d:1"});
+  const Placement placement = PlaceLines(lines, 2);
+  EXPECT_EQ(placement.loops, 2U);
+  EXPECT_THAT(placement.loop_of, ElementsAre(0, kOwn, 1, 0, 1));
+}
+
+TEST(Placement, LoopsAreAsFewAsThereIsUseFor) {
+  const auto loops = [](std::size_t lines, std::size_t cores) {
+    return PlaceLines(LinesOn(std::vector<std::string>(lines, "tcp://a:1")), cores).loops;
+  };
+  EXPECT_EQ(loops(1000, 64), 4U);
+  EXPECT_EQ(loops(1000, 2), 2U);
+  EXPECT_EQ(loops(1000, 0), 1U) << "nobody knows how many cores there are";
+  EXPECT_EQ(loops(3, 8), 3U);
+  EXPECT_EQ(loops(0, 8), 1U) << "for what is not a line";
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,179 @@
+// Hosts wait in one queue for threads, which end when they find nothing to do.
+// SPDX-License-Identifier: Apache-2.0
+#include "transports/names.h"
+
+#include <netdb.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <asio/ip/tcp.hpp>
+#include <asio/post.hpp>
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+namespace baudgate {
+namespace {
+
+Result<Names::Addresses> AskSystem(const std::string& host) {
+  addrinfo hints{};
+  hints.ai_family = AF_UNSPEC;
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  const int failed = getaddrinfo(host.c_str(), nullptr, &hints, &found);
+  if (failed != 0) return Error{failed == EAI_SYSTEM ? std::strerror(errno) : gai_strerror(failed)};
+  Names::Addresses addresses;
+  for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
+    asio::ip::tcp::endpoint endpoint;
+    if (one->ai_addrlen > endpoint.capacity()) continue;
+    std::memcpy(endpoint.data(), one->ai_addr, one->ai_addrlen);
+    addresses.push_back(endpoint.address());
+  }
+  freeaddrinfo(found);
+  return addresses;
+}
+
+}  // namespace
+
+struct Names::Waiter {
+  std::mutex mutex;
+  asio::io_context* io = nullptr;  // null: waits no more
+  Done done;
+};
+
+struct Names::State {
+  struct Host {
+    std::vector<std::shared_ptr<Waiter>> waiters;
+    bool running = false;
+    bool given_up = false;  // nobody had the patience for a look-up, and none was of use since
+  };
+
+  explicit State(LookUp its_look_up) : look_up(std::move(its_look_up)) {}
+
+  bool MayBegin(const Host& host) const {
+    if (threads >= kMostAwaited + kMostHanging) return false;
+    return host.given_up ? hanging < kMostRetried : threads - hanging < kMostAwaited;
+  }
+
+  const LookUp look_up;
+  std::mutex mutex;
+  std::map<std::string, Host> hosts;
+  std::deque<std::string> queue;
+  std::size_t threads = 0;
+  std::size_t hanging = 0;  // of them, in look-ups of hosts that are given up
+
+  static void Begin(const std::shared_ptr<State>& state);
+  static void Run(const std::shared_ptr<State>& state, const std::string& name);
+  static void Drop(const std::shared_ptr<State>& state, const std::string& name,
+                   const std::shared_ptr<Waiter>& waiter);
+  static void Answer(const std::shared_ptr<Waiter>& waiter, const Result<Addresses>& found);
+};
+
+/// Under the lock: threads for what may be looked up now.
+void Names::State::Begin(const std::shared_ptr<State>& state) {
+  for (auto at = state->queue.begin(); at != state->queue.end();) {
+    Host& host = state->hosts[*at];
+    if (!state->MayBegin(host)) {
+      ++at;
+      continue;
+    }
+    try {
+      std::thread([state, name = *at] { Run(state, name); }).detach();
+    } catch (const std::system_error&) {
+      return;  // no thread to be had: the next question or answer tries again
+    }
+    ++state->threads;
+    if (host.given_up) ++state->hanging;
+    host.running = true;
+    at = state->queue.erase(at);
+  }
+}
+
+void Names::State::Run(const std::shared_ptr<State>& state, const std::string& name) {
+  const Result<Addresses> found = state->look_up(name);
+  std::vector<std::shared_ptr<Waiter>> waiters;
+  {
+    const std::lock_guard lock(state->mutex);
+    Host& host = state->hosts[name];
+    if (host.given_up) --state->hanging;
+    --state->threads;
+    host.running = false;
+    waiters.swap(host.waiters);
+    if (found && !waiters.empty()) host.given_up = false;
+    Begin(state);
+  }
+  for (const auto& waiter : waiters) Answer(waiter, found);
+}
+
+void Names::State::Answer(const std::shared_ptr<Waiter>& waiter, const Result<Addresses>& found) {
+  const std::lock_guard lock(waiter->mutex);
+  if (waiter->io == nullptr) return;
+  asio::post(*waiter->io, [waiter, found] {
+    Done done;
+    {
+      const std::lock_guard again(waiter->mutex);
+      if (std::exchange(waiter->io, nullptr) == nullptr) return;
+      done = std::move(waiter->done);
+    }
+    done(found);
+  });
+}
+
+void Names::State::Drop(const std::shared_ptr<State>& state, const std::string& name,
+                        const std::shared_ptr<Waiter>& waiter) {
+  Done dropped;  // destroyed outside the locks: it may own the ticket's owner
+  {
+    const std::lock_guard lock(waiter->mutex);
+    waiter->io = nullptr;
+    dropped.swap(waiter->done);
+  }
+  const std::lock_guard lock(state->mutex);
+  Host& host = state->hosts[name];
+  if (std::erase(host.waiters, waiter) == 0 || !host.waiters.empty()) return;
+  if (!host.running) {
+    std::erase(state->queue, name);
+  } else if (!std::exchange(host.given_up, true)) {
+    ++state->hanging;
+    Begin(state);
+  }
+}
+
+Names::Ticket& Names::Ticket::operator=(Ticket&& other) noexcept {
+  if (this != &other) {
+    Drop();
+    drop_ = std::exchange(other.drop_, nullptr);
+  }
+  return *this;
+}
+
+void Names::Ticket::Drop() {
+  if (const auto drop = std::exchange(drop_, nullptr)) drop();
+}
+
+Names::Names(LookUp look_up) : state_(std::make_shared<State>(std::move(look_up))) {}
+
+Names::Ticket Names::Ask(const std::string& host, asio::io_context& io, Done done) {
+  auto waiter = std::make_shared<Waiter>();
+  waiter->io = &io;
+  waiter->done = std::move(done);
+  Ticket ticket;
+  ticket.drop_ = [state = state_, host, waiter] { State::Drop(state, host, waiter); };
+  const std::lock_guard lock(state_->mutex);
+  State::Host& asked = state_->hosts[host];
+  asked.waiters.push_back(std::move(waiter));
+  if (!asked.running && asked.waiters.size() == 1) state_->queue.push_back(host);
+  State::Begin(state_);
+  return ticket;
+}
+
+Names& Names::OfProcess() {
+  static Names names(AskSystem);
+  return names;
+}
+
+}  // namespace baudgate

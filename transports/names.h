@@ -1,0 +1,69 @@
+// Looks up the addresses of serial servers in threads of its own: the system's look-up blocks, for
+// half a minute where a name server is dead. Asked by tcp_client.cpp; answers come on the asker's
+// loop.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <asio/ip/address.hpp>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/result.h"
+
+namespace baudgate {
+
+/// A host that is asked for by many is looked up once. Threads exist only while there is something
+/// to look up.
+class Names {
+ public:
+  using Addresses = std::vector<asio::ip::address>;
+  /// Blocks for as long as it likes, in any thread; an error is the system's own words.
+  using LookUp = std::function<Result<Addresses>(const std::string& host)>;
+  using Done = std::function<void(const Result<Addresses>&)>;
+
+  /// So many look-ups of hosts that somebody waits for run at a time; further ones queue.
+  static constexpr std::size_t kMostAwaited = 4;
+  /// A host is given up when everybody who asked has stopped waiting. So many look-ups of such
+  /// hosts may hang beside those above; their names are begun again only while fewer than
+  /// kMostRetried do.
+  static constexpr std::size_t kMostHanging = 12;
+  static constexpr std::size_t kMostRetried = 4;
+
+  /// Who holds it waits for an answer; gone = waits no more, and `done` is not called. Belongs to
+  /// the thread of the loop.
+  class Ticket {
+   public:
+    Ticket() = default;
+    Ticket(Ticket&& other) noexcept { *this = std::move(other); }
+    Ticket& operator=(Ticket&& other) noexcept;
+    ~Ticket() { Drop(); }
+
+   private:
+    friend class Names;
+    void Drop();
+    std::function<void()> drop_;
+  };
+
+  explicit Names(LookUp look_up);
+  Names(const Names&) = delete;
+  Names& operator=(const Names&) = delete;
+
+  /// `done` is called once, on the thread of `io`, never from within this call. The loop outlives
+  /// the ticket.
+  [[nodiscard]] Ticket Ask(const std::string& host, asio::io_context& io, Done done);
+
+  /// Those of the process, by the system's resolver.
+  static Names& OfProcess();
+
+ private:
+  struct Waiter;
+  struct State;
+  std::shared_ptr<State> state_;  // also the threads', which may outlive this
+};
+
+}  // namespace baudgate
