@@ -119,11 +119,9 @@ void BlameProfile(const MapReader& map, const RawProfile& raw, LoadContext& cont
 const Protocol* ReadProtocol(const YamlNode& node, LoadContext& context) {
   const auto name = ReadText(node, "protocol", context.problems);
   if (!name) return nullptr;
-  if (const Protocol* protocol = context.catalog.FindProtocol(*name)) return protocol;
-  const std::vector<std::string_view> installed = context.catalog.ProtocolNames();
-  context.problems.Error(node.mark(), "protocol: " + Quoted(*name) + " is not installed;" +
-                                          DidYouMean(*name, installed) + " installed: " +
-                                          (installed.empty() ? "none" : Join(installed)));
+  const auto protocol = context.catalog.NeedProtocol(*name);
+  if (protocol) return *protocol;
+  context.problems.Error(node.mark(), "protocol: " + protocol.error());
   return nullptr;
 }
 

@@ -32,14 +32,6 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   return config;
 }
 
-void AddSecrets(const Catalog& catalog, Problems& problems) {
-  for (const auto& [name, protocol] : catalog.protocols) {
-    for (const OptionSpec& spec : protocol->options) {
-      if (spec.secret) problems.AddSecret(spec.name);
-    }
-  }
-}
-
 // yaml-cpp throws on access as well as on parsing; this is the edge where that ends.
 template <typename Read>
 void Guarded(const std::string& file, Problems& problems, Read read) {

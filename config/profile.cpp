@@ -15,10 +15,6 @@ constexpr std::array<Word<WordOrder>, 4> kWordOrders = {{{"ABCD", WordOrder::abc
                                                          {"BADC", WordOrder::badc},
                                                          {"DCBA", WordOrder::dcba}}};
 
-bool IsPath(const std::string& profile) {
-  return profile.find('/') != std::string::npos || profile.ends_with(".yaml");
-}
-
 }  // namespace
 
 std::optional<WordOrder> ReadWordOrder(MapReader& map) {
@@ -27,7 +23,7 @@ std::optional<WordOrder> ReadWordOrder(MapReader& map) {
 
 Result<fs::path> LocateProfile(const std::string& profile, const Protocol& protocol,
                                const Catalog& catalog, const fs::path& base) {
-  if (IsPath(profile)) return base / profile;
+  if (IsProfilePath(profile)) return base / profile;
   const std::string owner(protocol.name);
   if (auto path = catalog.FindProfile(owner, profile)) return std::move(*path);
   const std::vector<ProfileFile> files = catalog.Profiles(owner);

@@ -3,13 +3,26 @@
 
 #include <algorithm>
 
+#include "gateway/base/spelling.h"
+
 namespace baudgate::config {
 
 namespace fs = std::filesystem;
 
+bool IsProfilePath(const std::string& profile) {
+  return profile.find('/') != std::string::npos || profile.ends_with(".yaml");
+}
+
 const Protocol* Catalog::FindProtocol(const std::string& name) const {
   const auto found = protocols.find(name);
   return found == protocols.end() ? nullptr : found->second;
+}
+
+Result<const Protocol*> Catalog::NeedProtocol(const std::string& name) const {
+  if (const Protocol* protocol = FindProtocol(name)) return protocol;
+  const std::vector<std::string_view> installed = ProtocolNames();
+  return Error{Quoted(name) + " is not installed;" + DidYouMean(name, installed) +
+               " installed: " + (installed.empty() ? "none" : Join(installed))};
 }
 
 const Protocol* Catalog::RtuProtocol() const {
@@ -70,6 +83,14 @@ std::vector<std::string_view> Catalog::ProtocolNames() const {
   std::vector<std::string_view> names;
   for (const auto& [name, protocol] : protocols) names.push_back(name);
   return names;
+}
+
+void AddSecrets(const Catalog& catalog, Problems& problems) {
+  for (const auto& [name, protocol] : catalog.protocols) {
+    for (const OptionSpec& spec : protocol->options) {
+      if (spec.secret) problems.AddSecret(spec.name);
+    }
+  }
 }
 
 }  // namespace baudgate::config

@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "config/model/problem.h"
+#include "gateway/base/result.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::config {
@@ -22,12 +24,17 @@ struct ProfileFile {
   std::filesystem::path path;
 };
 
+/// Whether `profile:` means a file and not a name in the catalog: "./mine.yaml", "types/mine".
+bool IsProfilePath(const std::string& profile);
+
 struct Catalog {
   std::map<std::string, const Protocol*> protocols;  ///< by name; the pointers live for ever
   std::vector<std::filesystem::path> profile_dirs;   ///< the first hit wins
 
   /// Null when no module of that name is installed.
   const Protocol* FindProtocol(const std::string& name) const;
+  /// The error says which are installed, and names near misses.
+  Result<const Protocol*> NeedProtocol(const std::string& name) const;
   /// Whose frames masters of RTU listeners send; null when it is not installed.
   const Protocol* RtuProtocol() const;
   /// The folders that hold profiles of the protocol: its own, then that of Protocol::profiles_of.
@@ -40,5 +47,8 @@ struct Catalog {
   std::vector<ProfileFile> Profiles(const std::string& protocol = {}) const;
   std::vector<std::string_view> ProtocolNames() const;
 };
+
+/// From now on no problem shows the value of an option that its protocol calls secret.
+void AddSecrets(const Catalog& catalog, Problems& problems);
 
 }  // namespace baudgate::config

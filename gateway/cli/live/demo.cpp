@@ -16,10 +16,10 @@
 #include <thread>
 #include <vector>
 
-#include "config/loader.h"
+#include "config/model/config.h"
 #include "gateway/base/log.h"
 #include "gateway/base/shown.h"
-#include "gateway/cli/offline/check.h"
+#include "gateway/cli/offline/make_line.h"
 #include "gateway/cli/terminal/live_table.h"
 #include "gateway/daemon/daemon.h"
 #include "gateway/simulate/simulator.h"
@@ -57,41 +57,48 @@ std::string DeviceName(std::string profile) {
   return profile;
 }
 
-/// Those that the gateway began with come first: the demo's unit ids stay what they were.
-std::vector<std::string> ProtocolsOf(const config::Catalog& catalog) {
-  std::vector<std::string> names;
-  for (const auto& [name, protocol] : catalog.protocols) names.push_back(name);
-  std::stable_partition(names.begin(), names.end(),
-                        [](const std::string& name) { return !name.starts_with("modbus"); });
-  return names;
+/// Those that carry no Modbus come first.
+std::vector<const Protocol*> ProtocolsOf(const config::Catalog& catalog) {
+  std::vector<const Protocol*> protocols;
+  for (const auto& [name, protocol] : catalog.protocols) protocols.push_back(protocol);
+  std::ranges::stable_partition(protocols, [](const Protocol* one) { return !one->carrier; });
+  return protocols;
 }
 
-/// One line for each protocol, with one device of each of its profiles. A second demo beside the
-/// first has a name of its own, because the name is the key of its DDS samples.
-std::string DemoYaml(const config::Catalog& catalog, const std::filesystem::path& directory,
-                     const DemoOptions& options, std::uint16_t port) {
-  const std::string name = port == options.port ? "demo" : fmt::format("demo-{}", port);
-  std::string yaml = fmt::format(
-      "gateway: {{ name: {} }}\nmodbus:\n  listen: \"127.0.0.1:{}\"\ndds: {{ domain: {} "
-      "}}\nlines:\n",
-      name, port, options.domain);
-  int unit = 1;
-  for (const std::string& protocol : ProtocolsOf(catalog)) {
-    const Protocol* descriptor = catalog.FindProtocol(protocol);
-    auto profiles = catalog.Profiles(protocol);
-    std::erase_if(profiles, [&](const auto& profile) { return profile.protocol != protocol; });
-    if (profiles.empty()) continue;
-    yaml += fmt::format(
-        "  - name: {0}\n    port: {1}/{0}\n    protocol: {0}\n    serial: {2}\n"
-        "    devices:\n",
-        protocol, directory.string(), descriptor->serial.ToString());
-    int address = 1;
-    for (const config::ProfileFile& profile : profiles) {
-      yaml += fmt::format("      - {{ name: {}, address: {}, profile: \"{}\", unit: {} }}\n",
-                          DeviceName(profile.name), address++, profile.name, unit++);
-    }
+/// One device of each of the protocol's own profiles, at the addresses from 1 on.
+WantedLine DemoLine(const Protocol& protocol, const std::filesystem::path& directory,
+                    const config::Catalog& catalog) {
+  WantedLine line;
+  line.name = line.protocol = std::string(protocol.name);
+  line.port = (directory / line.name).string();
+  for (const config::ProfileFile& profile : catalog.Profiles(line.name)) {
+    if (profile.protocol != line.name) continue;
+    line.devices.push_back({.name = DeviceName(profile.name),
+                            .profile = profile.name,
+                            .address = std::to_string(line.devices.size() + 1)});
   }
-  return yaml;
+  return line;
+}
+
+/// One line for each protocol that has profiles. A second demo beside the first has a name of its
+/// own, because the name is the key of its DDS samples.
+Result<config::Config> DemoConfig(const config::Catalog& catalog,
+                                  const std::filesystem::path& directory,
+                                  const DemoOptions& options, std::uint16_t port) {
+  config::Config config;
+  config.name = port == options.port ? "demo" : fmt::format("demo-{}", port);
+  config.modbus.listen.emplace_back().port = port;
+  config.dds.domain = options.domain;
+  std::uint8_t unit = 1;
+  for (const Protocol* protocol : ProtocolsOf(catalog)) {
+    const WantedLine wanted = DemoLine(*protocol, directory, catalog);
+    if (wanted.devices.empty()) continue;
+    auto line = MakeLine(wanted, catalog);
+    if (!line) return Error{line.error()};
+    for (config::Device& device : line->devices) device.unit = unit++;
+    config.lines.push_back(std::move(*line));
+  }
+  return config;
 }
 
 /// The points of the fast groups, as they stand in the store now.
@@ -206,18 +213,19 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
   }
   for (std::uint16_t offset = 0; offset < kPortsToTry; ++offset) {
     const auto port = static_cast<std::uint16_t>(options.port + offset);
-    const config::Loaded loaded =
-        config::LoadText(DemoYaml(catalog, scratch.path(), options, port), "demo", catalog);
-    PrintProblems(loaded.problems, err);
-    if (!loaded.ok()) return 3;
+    const auto config = DemoConfig(catalog, scratch.path(), options, port);
+    if (!config) {
+      err << "baudgate: " << config.error() << "\n";
+      return 3;
+    }
     Twins twins;
-    for (const config::Line& line : loaded.config.lines) {
+    for (const config::Line& line : config->lines) {
       if (const Status status = twins.Add(line, catalog); !status) {
         err << "baudgate: " << status.error() << "\n";
         return 4;
       }
     }
-    Daemon daemon(loaded.config, catalog);
+    Daemon daemon(*config, catalog);
     if (const Status status = daemon.Start(); !status) {
       err << "baudgate: " << status.error() << "\n";
       // Most likely the port is taken: by another demo, or by the gateway itself.

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "gateway/cli/offline/one_device.h"
+#include "gateway/cli/offline/make_line.h"
 #include "gateway/line/assembler.h"
 #include "gateway/store/conversion.h"
 
@@ -282,15 +282,17 @@ Result<std::vector<Capture>> ReadCaptures(std::istream& in) {
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err) {
   // Requests name their device; this address only has to be a valid one.
-  auto made = MakeOneDevice({options.protocol, options.profile, "1", {}, options.set}, catalog);
-  if (!made) {
-    err << "baudgate: " << made.error() << "\n";
+  const auto line =
+      MakeLine({.protocol = options.protocol,
+                .devices = {{.profile = options.profile, .address = "1", .set = options.set}}},
+               catalog);
+  if (!line) {
+    err << "baudgate: " << line.error() << "\n";
     return 3;
   }
-  const config::Line& line = made->lines.front();
-  const config::Device& device = line.devices.front();
+  const config::Device& device = line->devices.front();
   const Protocol& protocol = *catalog.FindProtocol(device.protocol);
-  const std::unique_ptr<Bus> bus = protocol.make_bus(line);
+  const std::unique_ptr<Bus> bus = protocol.make_bus(*line);
   const std::unique_ptr<Conversation> conversation = bus->MakeConversation(device);
 
   const auto captures = ReadCaptures(in);

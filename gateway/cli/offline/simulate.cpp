@@ -5,26 +5,28 @@
 #include <asio/signal_set.hpp>
 #include <csignal>
 
-#include "gateway/cli/offline/one_device.h"
+#include "gateway/cli/offline/make_line.h"
 #include "gateway/simulate/simulator.h"
 
 namespace baudgate {
 
 int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err) {
-  auto made = MakeOneDevice(
-      {options.protocol, options.profile, options.address, options.serial, options.set}, catalog);
-  if (!made) {
-    err << "baudgate: " << made.error() << "\n";
+  const auto line = MakeLine(
+      {.protocol = options.protocol,
+       .serial = options.serial,
+       .devices = {{.profile = options.profile, .address = options.address, .set = options.set}}},
+      catalog);
+  if (!line) {
+    err << "baudgate: " << line.error() << "\n";
     return 3;
   }
-  const config::Line& line = made->lines.front();
-  const config::Device& device = line.devices.front();
+  const config::Device& device = line->devices.front();
   SimulatorOptions simulator_options;
   simulator_options.link = options.pty;
   simulator_options.think_time = options.think_time;
   simulator_options.faults = options.faults;
-  if (!options.serial.empty()) simulator_options.pace = line.serial;
+  if (!options.serial.empty()) simulator_options.pace = line->serial;
 
   asio::io_context io(1);
   auto simulator =
@@ -34,7 +36,7 @@ int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, 
     return 4;
   }
   out << device.title << " at address " << device.address << " answers on " << (*simulator)->path()
-      << (options.serial.empty() ? "" : ", paced at " + line.serial.ToString()) << std::endl;
+      << (options.serial.empty() ? "" : ", paced at " + line->serial.ToString()) << std::endl;
   asio::signal_set stop(io, SIGTERM, SIGINT, SIGHUP);
   stop.async_wait([&io](const asio::error_code&, int) { io.stop(); });
   io.run();

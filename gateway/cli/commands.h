@@ -1,0 +1,31 @@
+// The subcommands of baudgate: their words and help, and which function of gateway/cli does each.
+// Words come from main.cpp; what is to be done goes back to it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string_view>
+
+#include "config/catalog/catalog.h"
+
+namespace baudgate {
+
+/// Exit codes: 0 done, 2 wrong usage, 3 bad configuration, 4 could not open what it needs.
+inline constexpr int kUsage = 2;
+
+/// What the chosen subcommand does, once all words are parsed; returns the exit code.
+using Action = std::function<int(const config::Catalog&)>;
+
+/// Each subcommand sets `action` when it is the one that is parsed; both outlive the parsing.
+void AddCommands(CLI::App& app, Action& action);
+
+/// Whether the first word looks like a subcommand and is none. Then it is said which there are:
+/// CLI11 itself only says that a subcommand is required.
+bool IsUnknownSubcommand(const CLI::App& app, std::string_view word);
+
+/// The exit code behind output of which `code` was the result. What a full disk has swallowed must
+/// not look like success; a reader that has left has seen what it wanted.
+int AfterOutput(int code);
+
+}  // namespace baudgate

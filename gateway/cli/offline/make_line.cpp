@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/offline/make_line.h"
+
+#include <algorithm>
+
+#include "config/catalog/option_values.h"
+#include "config/checks/device_checks.h"
+#include "config/checks/serial_checks.h"
+#include "config/loader.h"
+#include "config/serial.h"
+#include "gateway/base/spelling.h"
+
+namespace baudgate {
+namespace {
+
+using config::Device;
+using config::Line;
+using config::Mark;
+using config::Problems;
+
+const Mark kCommandLine = {"command line", 0, 0};
+
+Result<std::string> ProtocolOf(const WantedLine& wanted, const config::Catalog& catalog) {
+  if (!wanted.protocol.empty()) return wanted.protocol;
+  const std::string profile = wanted.devices.empty() ? "" : wanted.devices.front().profile;
+  std::string found;
+  for (const config::ProfileFile& file : catalog.Profiles()) {
+    if (file.name == profile) found = file.protocol;
+  }
+  if (!found.empty()) return found;
+  if (config::IsProfilePath(profile)) return Error{"a profile given by its path needs --protocol"};
+  return Error{"no profile named '" + profile + "'; `baudgate profiles` lists them"};
+}
+
+config::Profile ReadProfile(const std::string& name, const Protocol& protocol,
+                            const config::Catalog& catalog, Problems& problems) {
+  if (name.empty()) return {};
+  config::LoadedProfile loaded = config::LoadProfile(name, protocol, catalog);
+  for (const config::Problem& problem : loaded.problems) {
+    if (problem.warning) continue;
+    const bool in_file = problem.mark.line > 0;
+    problems.Error(kCommandLine, (in_file ? problem.mark.ToString() + ": " : "") + problem.message);
+  }
+  return std::move(loaded.profile);
+}
+
+void SetOption(const std::string& setting, const Protocol& protocol, config::Options& options,
+               Problems& problems) {
+  const auto equals = setting.find('=');
+  if (equals == std::string::npos) return problems.Error(kCommandLine, "--set: write key=value");
+  const std::string key = setting.substr(0, equals);
+  std::vector<std::string_view> names;
+  for (const OptionSpec& spec : protocol.options) {
+    if (spec.scope != OptionSpec::Scope::device) continue;
+    names.push_back(spec.name);
+    if (spec.name != key) continue;
+    auto value = config::ParseOption(spec, setting.substr(equals + 1));
+    if (!value) return problems.Error(kCommandLine, "--set: " + key + ": " + value.error());
+    return options.Set(key, std::move(*value));
+  }
+  problems.Error(kCommandLine, "--set: unknown key " + problems.ShownKey(key) + ";" +
+                                   config::DidYouMean(key, names) +
+                                   " allowed: " + (names.empty() ? "none" : config::Join(names)));
+}
+
+Device MakeDevice(const WantedDevice& wanted, const Protocol& protocol,
+                  const config::Catalog& catalog, config::LineAddresses& addresses,
+                  Problems& problems) {
+  const config::Profile profile = ReadProfile(wanted.profile, protocol, catalog, problems);
+  Device device = config::DeviceFromProfile(profile, protocol, wanted.name, wanted.address);
+  device.mark = kCommandLine;
+  for (const std::string& setting : wanted.set) {
+    SetOption(setting, protocol, device.options, problems);
+  }
+  addresses.Add(device, protocol, kCommandLine, problems);
+  CheckDevice(device, &protocol, {kCommandLine, {}}, problems);
+  return device;
+}
+
+config::SerialSettings MakeSerial(const std::string& text, const Protocol& protocol,
+                                  Problems& problems) {
+  if (text.empty()) return protocol.serial;
+  const auto serial = config::ParseSerial(text, protocol.serial);
+  if (!serial) {
+    problems.Error(kCommandLine, "serial: " + serial.error());
+    return protocol.serial;
+  }
+  CheckDataBits(*serial, protocol, kCommandLine, problems);
+  return *serial;
+}
+
+}  // namespace
+
+Result<Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog) {
+  const auto name = ProtocolOf(wanted, catalog);
+  if (!name) return Error{name.error()};
+  const auto protocol = catalog.NeedProtocol(*name);
+  if (!protocol) return Error{"protocol: " + protocol.error()};
+  Problems problems;
+  AddSecrets(catalog, problems);
+  Line line;
+  line.name = wanted.name;
+  line.port = wanted.port;
+  line.protocol = *name;
+  line.serial = MakeSerial(wanted.serial, **protocol, problems);
+  line.options = config::DefaultOptions(**protocol);
+  config::LineAddresses addresses;
+  for (const WantedDevice& device : wanted.devices) {
+    line.devices.push_back(MakeDevice(device, **protocol, catalog, addresses, problems));
+  }
+  if (!problems.has_error()) return line;
+  std::string message;
+  for (const config::Problem& problem : problems.Sorted()) {
+    if (!problem.warning) message += (message.empty() ? "" : "\n") + problem.message;
+  }
+  return Error{message};
+}
+
+}  // namespace baudgate
