@@ -26,6 +26,15 @@ std::uint16_t Crc16(View bytes) {
   return static_cast<std::uint16_t>(crc);
 }
 
+void AppendCrc16(Bytes& bytes) {
+  const std::uint16_t crc = Crc16(bytes);
+  bytes.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
+  bytes.push_back(static_cast<std::uint8_t>(crc >> 8U));
+}
+
+// The CRC of bytes with their own CRC behind them is 0, because it has no final XOR.
+bool EndsInCrc16(View frame) { return frame.size() > 2 && Crc16(frame) == 0; }
+
 std::uint8_t Sum8(View bytes) {
   unsigned sum = 0;
   for (const std::uint8_t byte : bytes) sum += byte;

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "protocols/common/probe_choice.h"
+#include "protocols/common/query_plan.h"
 #include "protocols/conversation.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/decode.h"
@@ -21,7 +23,7 @@ class DconConversation : public Conversation {
   /// `device` outlives the conversation.
   explicit DconConversation(const config::Device& device);
 
-  std::span<const Query> Queries() const override { return queries_; }
+  std::span<const Query> Queries() const override { return plan_.queries(); }
   Result<Request> Ask(const Task& task, Instant now) override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
@@ -29,14 +31,11 @@ class DconConversation : public Conversation {
   Answer Interpret(View request, View frame) override;
 
  private:
-  /// What the session knows of one query; same index as in queries_.
-  struct Plan {
+  /// One read command and the form of its reply: `#01` as joined numbers.
+  struct Read {
     std::string command;
     Form form = Form::number;
-    config::Group group = config::Group::fast;  ///< as configured
-    bool answered = false;                      ///< since the last reconnect
-    bool proven = false;                        ///< it has answered ever: good for a probe
-    int silences = 0;                           ///< in a row, while it has never answered
+    bool operator==(const Read&) const = default;
   };
   /// A write that the module has confirmed and that is now read back.
   struct ReadBack {
@@ -44,30 +43,33 @@ class DconConversation : public Conversation {
     Value value;
   };
 
-  void AddPoint(std::size_t index);
+  void PlanReads();
   Request MakeRequest(std::string_view command) const;
   Result<Request> AskWrite(const Task& task);
   std::string MakeOwnProbe() const;
-  std::string BestProbe() const;
+  std::size_t QueryOf(std::string_view command) const;
   std::string ProbeCommand() const;
   std::size_t ExpectedChannels(std::string_view command) const;
   std::optional<Form> PlannedForm(std::string_view command) const;
-  Answer Read(const Command& command, const Decoded& decoded) const;
-  Answer Settle(const Task& task, const Command& command, Answer answer);
-  Then Learn(std::string_view command, bool answered);
-  Then Demote(std::size_t query);
+  /// A request and its reply, decoded; nothing when the request is none.
+  struct Exchanged {
+    Command command;
+    DecodedReply reply;
+  };
+  std::optional<Exchanged> Decode(View request, View frame) const;
+  Answer ReadingsOf(const Exchanged& exchanged) const;
+  void AddLabels(const Exchanged& exchanged, Answer& answer) const;
+  Answer AfterRead(const Task& task, const Command& command, Answer answer);
+  Answer AfterWrite(const Task& task, Answer answer);
 
   const config::Device& device_;
   Settings settings_;
   Result<std::uint8_t> address_;
   std::vector<std::optional<ReadAddress>> reads_;  ///< by point
-  std::vector<Query> queries_;
-  std::vector<Plan> plans_;
+  QueryPlan<Read> plan_;
   std::optional<ReadBack> read_back_;
-  std::size_t failed_probes_ = 0;
-  std::string own_probe_;     ///< answered as no poll is; empty: there is none
-  bool probe_known_ = false;  ///< the module has answered it once
-  int silent_probes_ = 0;     ///< how often it was asked in vain
+  std::string own_probe_;  ///< answered as no poll is; empty: there is none
+  ProbeChoice probes_;
 };
 
 class DconBus : public Bus {

@@ -17,24 +17,24 @@ bool IsDecimal(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-Decoded Fail(Outcome outcome, std::string reason) {
-  Decoded decoded;
+DecodedReply Fail(Outcome outcome, std::string reason) {
+  DecodedReply decoded;
   decoded.outcome = outcome;
   decoded.reason = std::move(reason);
   return decoded;
 }
 
-Decoded One(Form form, Value value) {
-  Decoded decoded;
+DecodedReply One(Form form, Value value) {
+  DecodedReply decoded;
   decoded.form = form;
-  decoded.fields.push_back({.value = std::move(value)});
+  decoded.fields.push_back({{std::move(value)}, 0, {}});
   return decoded;
 }
 
 std::string Shown(View frame) { return "'" + Printable(frame) + "'"; }
 
 /// "?01" or "?": the module understood and says no.
-Decoded DecodeRefusal(const Command& request, const Reply& reply, bool read) {
+DecodedReply DecodeRefusal(const Command& request, const Reply& reply, bool read) {
   const std::string who = HexByte(request.address);
   if (!reply.body.empty() && reply.body != who) {
     return Fail(Outcome::unexpected,
@@ -51,9 +51,9 @@ Decoded DecodeRefusal(const Command& request, const Reply& reply, bool read) {
                                     "its limit");
 }
 
-Decoded DecodeWrite(const Command& request, const Reply& reply, const Settings& settings,
-                    View frame) {
-  const Decoded done;
+DecodedReply DecodeWrite(const Command& request, const Reply& reply, const Settings& settings,
+                         View frame) {
+  const DecodedReply done;
   const std::string who = HexByte(ReplyAddress(request));
   if (reply.lead == '!' && reply.body.empty()) {
     return Fail(Outcome::refused,
@@ -94,8 +94,8 @@ std::optional<std::string_view> Payload(const Reply& reply, std::uint8_t address
   return body.substr(2);
 }
 
-Decoded DecodeNumbers(std::string_view payload, Form form, std::size_t channels,
-                      const Settings& settings) {
+DecodedReply DecodeNumbers(std::string_view payload, Form form, std::size_t channels,
+                           const Settings& settings) {
   Fields cut = CutFields(payload, settings, form == Form::words);
   const bool joined = form == Form::numbers || form == Form::words;
   if (cut.outcome == Outcome::ok && cut.fields.empty()) {
@@ -107,7 +107,7 @@ Decoded DecodeNumbers(std::string_view payload, Form form, std::size_t channels,
     return Fail(Outcome::unexpected,
                 std::to_string(cut.fields.size()) + " numbers came where one was asked for");
   }
-  Decoded decoded;
+  DecodedReply decoded;
   decoded.form = form;
   decoded.outcome = cut.outcome;
   decoded.reason = std::move(cut.reason);
@@ -129,8 +129,8 @@ std::pair<std::size_t, std::size_t> DigitCount(Form form, std::string_view comma
   return {4, 4};
 }
 
-Decoded DecodeDigits(std::string_view command, std::string_view payload, Form form,
-                     const Settings& settings) {
+DecodedReply DecodeDigits(std::string_view command, std::string_view payload, Form form,
+                          const Settings& settings) {
   const std::string shown = "'" + std::string(payload) + "'";
   if (form == Form::status) {
     if (payload.size() != 6 || !payload.ends_with("00")) {
@@ -153,7 +153,7 @@ Decoded DecodeDigits(std::string_view command, std::string_view payload, Form fo
   return One(form, digital ? *number ^ settings.invert : *number);
 }
 
-Decoded DecodeText(std::string_view command, std::string_view payload) {
+DecodedReply DecodeText(std::string_view command, std::string_view payload) {
   if (command == "$2" && (payload.size() != 6 || !IsHex(payload))) {
     return Fail(Outcome::unexpected,
                 "a configuration is six hex digits, not '" + std::string(payload) + "'");
@@ -183,8 +183,8 @@ bool Addressed(Form form, const Reply& reply, const Settings& settings) {
   return true;
 }
 
-Decoded DecodeRead(const Command& request, std::optional<Form> wanted, std::size_t channels,
-                   const Reply& reply, const Settings& settings, View frame) {
+DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std::size_t channels,
+                        const Reply& reply, const Settings& settings, View frame) {
   const Form form = wanted.value_or(GuessForm(request, reply, settings));
   if (reply.ambiguous) {
     return Fail(Outcome::unexpected, "the checksum fits at both ends of " + Shown(frame) +
@@ -241,8 +241,8 @@ std::uint8_t ReplyAddress(const Command& request) {
   return moved.value_or(request.address);
 }
 
-Decoded DecodeReply(const Command& request, std::optional<Form> form, std::size_t channels,
-                    View frame, const Settings& settings) {
+DecodedReply DecodeReply(const Command& request, std::optional<Form> form, std::size_t channels,
+                         View frame, const Settings& settings) {
   const auto reply = ParseReply(frame, ReplyVariant(request.text, settings));
   if (!reply) return Fail(Outcome::corrupt, "reply " + Shown(frame) + " is no DCON frame");
   if (request.broadcast) {
@@ -254,15 +254,15 @@ Decoded DecodeReply(const Command& request, std::optional<Form> form, std::size_
   return DecodeWrite(request, *reply, settings, frame);
 }
 
-Field Select(const Decoded& decoded, const ReadAddress& address) {
+Field Select(const DecodedReply& decoded, const ReadAddress& address) {
   using Kind = ReadAddress::Select;
   if (address.select == Kind::index) {
     for (const Field& field : decoded.fields) {
       if (field.channel == address.index) return field;
     }
-    return {.quality = Quality::bad_configuration, .note = "the module has no such channel"};
+    return BadField(Quality::bad_configuration, "the module has no such channel");
   }
-  if (decoded.fields.size() != 1) return {.quality = Quality::bad, .note = "no single value"};
+  if (decoded.fields.size() != 1) return BadField(Quality::bad, "no single value");
   Field field = decoded.fields.front();
   const auto* word = std::get_if<std::uint64_t>(&field.value);
   if (word == nullptr || address.select == Kind::whole) return field;

@@ -14,7 +14,7 @@
 
 namespace baudgate::protocols::dcon {
 
-struct Decoded {
+struct DecodedReply {
   Outcome outcome = Outcome::ok;
   std::string reason;
   Form form = Form::text;
@@ -24,11 +24,11 @@ struct Decoded {
 
 /// `form`: how the points read this command; nothing = guessed from the reply's own shape.
 /// `channels`: how many values a joined reply must have, 0 = any.
-Decoded DecodeReply(const Command& request, std::optional<Form> form, std::size_t channels,
-                    View frame, const Settings& settings);
+DecodedReply DecodeReply(const Command& request, std::optional<Form> form, std::size_t channels,
+                         View frame, const Settings& settings);
 
 /// The value that `address` selects. A field that the reply does not have is bad.
-Field Select(const Decoded& decoded, const ReadAddress& address);
+Field Select(const DecodedReply& decoded, const ReadAddress& address);
 
 /// The checksum variant of the reply to `command`.
 int ReplyVariant(std::string_view command, const Settings& settings);

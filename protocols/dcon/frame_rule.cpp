@@ -14,6 +14,7 @@
 
 #include <algorithm>
 
+#include "protocols/common/frame_cuts.h"
 #include "protocols/dcon/codec.h"
 
 namespace baudgate::protocols::dcon {
@@ -24,23 +25,10 @@ constexpr std::string_view kReplyStarts = ">!?";
 
 bool IsText(std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; }
 
-/// Bytes that appear when a driver is switched on or off, and the LF that some converters add.
-bool IsHarmless(std::uint8_t byte) { return byte == 0x00 || byte == 0xFF || byte == '\n'; }
-
-/// In front of any start character: all noise of one kind.
-Cut DropNoise(View held, std::string_view starts) {
-  const bool harmless = IsHarmless(held.front());
-  std::size_t size = 1;
-  while (size < held.size() && IsHarmless(held[size]) == harmless &&
-         starts.find(static_cast<char>(held[size])) == std::string_view::npos) {
-    ++size;
-  }
-  return Cut::Discard(size, harmless ? Outcome::none : Outcome::partial, "noise before a frame");
-}
-
 Cut CutLine(View held, const Expectation& expect, std::string_view starts) {
   const std::string_view text = AsText(held);
-  if (starts.find(text.front()) == std::string_view::npos) return DropNoise(held, starts);
+  if (starts.find(text.front()) == std::string_view::npos)
+    return cut::SkipNoise(held, starts, "\n");
 
   const auto stop = std::find_if_not(held.begin(), held.end(), IsText);
   const auto length = static_cast<std::size_t>(stop - held.begin());
@@ -52,7 +40,7 @@ Cut CutLine(View held, const Expectation& expect, std::string_view starts) {
     }
   }
   if (length + 1 > expect.max_bytes) {
-    return Cut::Discard(1, Outcome::corrupt, "longer than any frame");
+    return cut::TooLong();
   }
   if (stop == held.end()) return Cut::NeedMore();
   if (*stop != '\r') return Cut::Discard(length + 1, Outcome::corrupt, "not a text character");
@@ -64,7 +52,7 @@ Cut CutLine(View held, const Expectation& expect, std::string_view starts) {
     if (at == 0) return Cut::Frame(length + 1);
     return Cut::Discard(at, Outcome::corrupt, "another frame begins");
   }
-  return Cut::Discard(length + 1, Outcome::corrupt, "checksum");
+  return cut::BadChecksum(length + 1);
 }
 
 }  // namespace
@@ -76,11 +64,11 @@ Cut RequestRule(View held, const Expectation& expect, bool) {
 // < 21 30 32 37 30 31 37 45 42 0D          !02 7017 EB CR while module 01 is asked for its name:
 //                                          passed over
 Cut ReplyRule(View held, const Expectation& expect, bool) {
-  const Cut cut = CutLine(held, expect, kReplyStarts);
-  const bool names_module = cut.kind == Cut::Kind::frame && held[0] != '>';
-  if (!names_module || expect.address.empty()) return cut;
-  if (AsText(held).substr(1).starts_with(AsText(expect.address))) return cut;
-  return Cut::Discard(cut.size, Outcome::unexpected, "not from the device that was asked");
+  const Cut line = CutLine(held, expect, kReplyStarts);
+  const bool names_module = line.kind == Cut::Kind::frame && held[0] != '>';
+  if (!names_module || expect.address.empty()) return line;
+  if (AsText(held).substr(1).starts_with(AsText(expect.address))) return line;
+  return cut::OfAnother(line.size);
 }
 
 }  // namespace baudgate::protocols::dcon

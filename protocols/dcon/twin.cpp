@@ -52,16 +52,12 @@ std::uint64_t Place(const ReadAddress& read, const Value& value) {
 }  // namespace
 
 DconTwin::DconTwin(const config::Device& device, TwinValues& values)
-    : device_(device),
-      values_(values),
-      settings_(ReadSettings(device.options)),
+    : settings_(ReadSettings(device.options)),
       address_(ParseAddress(device.address)),
-      who_(HexByte(address_ ? address_.value() : std::uint8_t{0})) {
-  for (std::size_t i = 0; i < device.points.size(); ++i) {
-    if (device.points[i].access == config::Access::write) continue;
-    if (const auto read = ParseRead(device.points[i].read)) reads_.push_back({i, *read});
-  }
-}
+      who_(HexByte(address_ ? address_.value() : std::uint8_t{0})),
+      points_(
+          device, values, [](const config::Point& point) { return ParseRead(point.read); },
+          [](const config::Point& point) { return ParseWrite(point.write); }) {}
 
 Bytes DconTwin::Answer(View request, Instant now) {
   const auto command = ParseRequest(request, settings_.checksum);
@@ -80,16 +76,20 @@ Bytes DconTwin::Answer(View request, Instant now) {
 }
 
 const DconTwin::Known* DconTwin::Find(std::string_view command) const {
-  const auto found = std::find_if(reads_.begin(), reads_.end(),
-                                  [&](const Known& k) { return k.read.command == command; });
-  return found == reads_.end() ? nullptr : &*found;
+  return points_.Find([&](const ReadAddress& read) { return read.command == command; });
+}
+
+const DconTwin::Known* DconTwin::FindChannel(std::string_view command, std::size_t channel) const {
+  return points_.Find(
+      [&](const ReadAddress& read) { return read.command == command && read.index == channel; });
 }
 
 std::size_t DconTwin::Channels(const std::string& command) const {
   if (settings_.channels != 0) return settings_.channels;
   std::size_t count = 0;
-  for (const Known& known : reads_) {
-    if (known.read.command == command) count = std::max<std::size_t>(count, known.read.index + 1);
+  for (const Known& known : points_.all()) {
+    if (!known.read || known.read->command != command) continue;
+    count = std::max<std::size_t>(count, known.read->index + 1);
   }
   return count;
 }
@@ -101,11 +101,7 @@ std::string DconTwin::Joined(Form form, const std::string& command, Instant now)
     const bool enabled = channel >= 32 || ((settings_.enabled >> channel) & 1U) != 0;
     if (!enabled && settings_.disabled == Disabled::missing) continue;
     Value value = 0.0;
-    for (const Known& known : reads_) {
-      if (known.read.command == command && known.read.index == channel) {
-        value = values_.Get(known.point, now);
-      }
-    }
+    if (const Known* known = FindChannel(command, channel)) value = points_.Get(*known, now);
     if (!enabled) value = 0.0;
     std::string field = FormatField(value, settings_, hex);
     if (!enabled && settings_.disabled == Disabled::blank) field.assign(field.size(), ' ');
@@ -117,11 +113,12 @@ std::string DconTwin::Joined(Form form, const std::string& command, Instant now)
 /// All points of the command together; `@AA` and `$AA6` show the same digital word.
 std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now) const {
   std::uint64_t word = 0;
-  for (const Known& known : reads_) {
-    const bool same =
-        known.read.command == command ||
-        (IsDigital(form) && IsDigital(known.read.form) && !known.read.command.starts_with("$L"));
-    if (same) word |= Place(known.read, values_.Get(known.point, now));
+  for (const Known& known : points_.all()) {
+    if (!known.read) continue;
+    const ReadAddress& read = *known.read;
+    const bool same = read.command == command ||
+                      (IsDigital(form) && IsDigital(read.form) && !read.command.starts_with("$L"));
+    if (same) word |= Place(read, points_.Get(known, now));
   }
   return IsDigital(form) ? (word ^ settings_.invert) & 0xFFFF : word;
 }
@@ -129,12 +126,13 @@ std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now)
 std::optional<std::string> DconTwin::AnswerRead(const std::string& command, Instant now) const {
   const Known* known = Find(command);
   if (known == nullptr) {
-    const bool digital = std::any_of(reads_.begin(), reads_.end(),
-                                     [](const Known& k) { return IsDigital(k.read.form); });
+    const bool digital =
+        points_.Find([](const ReadAddress& read) { return IsDigital(read.form); }) != nullptr;
     if (!digital || (command != "@" && command != "$6")) return std::nullopt;
   }
-  const Form form = known != nullptr ? known->read.form : DefaultForm(command).value_or(Form::bits);
-  const auto value = [&] { return values_.Get(known->point, now); };
+  const Form form =
+      known != nullptr ? known->read->form : DefaultForm(command).value_or(Form::bits);
+  const auto value = [&] { return points_.Get(*known, now); };
   switch (form) {
     case Form::numbers:
     case Form::words:
@@ -170,11 +168,7 @@ std::optional<std::string> DconTwin::AnswerChannel(const std::string& command, I
     return settings_.identify ? std::optional("?" + who_) : std::nullopt;
   }
   Value value = 0.0;
-  for (const Known& known : reads_) {
-    if (known.read.command == "#" && known.read.index == *channel) {
-      value = values_.Get(known.point, now);
-    }
-  }
+  if (const Known* known = FindChannel("#", *channel)) value = points_.Get(*known, now);
   return ">" + FormatField(value, settings_, false);
 }
 
@@ -188,15 +182,11 @@ std::optional<std::string> DconTwin::AnswerIdentity(const std::string& command) 
 }
 
 std::optional<std::string> DconTwin::AnswerWrite(const std::string& command) {
-  for (std::size_t i = 0; i < device_.points.size(); ++i) {
-    const config::Point& point = device_.points[i];
-    if (point.access == config::Access::read) continue;
-    const auto write = ParseWrite(point.write);
-    if (!write) continue;
-    const auto value = ParseWritten(*write, command);
+  for (const Known& known : points_.all()) {
+    const auto value = known.write ? ParseWritten(*known.write, command) : std::nullopt;
     if (!value) continue;
     if (!HasValue(*value)) return "?" + who_;
-    values_.Set(i, *value);
+    points_.Set(known, *value);
     return ">";
   }
   return std::nullopt;

@@ -5,8 +5,8 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
+#include "protocols/common/twin_points.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/points.h"
 #include "protocols/dcon/settings.h"
@@ -22,10 +22,7 @@ class DconTwin : public Twin {
   Bytes Answer(View request, Instant now) override;
 
  private:
-  struct Known {
-    std::size_t point = 0;
-    ReadAddress read;
-  };
+  using Known = TwinPoints<ReadAddress, WriteAddress>::One;
 
   std::optional<std::string> AnswerRead(const std::string& command, Instant now) const;
   std::optional<std::string> AnswerChannel(const std::string& command, Instant now) const;
@@ -35,13 +32,12 @@ class DconTwin : public Twin {
   std::uint64_t Word(const std::string& command, Form form, Instant now) const;
   std::size_t Channels(const std::string& command) const;
   const Known* Find(std::string_view command) const;
+  const Known* FindChannel(std::string_view command, std::size_t channel) const;
 
-  const config::Device& device_;
-  TwinValues& values_;
   Settings settings_;
   Result<std::uint8_t> address_;
   std::string who_;  ///< the address as it stands in replies
-  std::vector<Known> reads_;
+  TwinPoints<ReadAddress, WriteAddress> points_;
 };
 
 }  // namespace baudgate::protocols::dcon

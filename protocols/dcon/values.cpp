@@ -20,7 +20,11 @@ bool Contains(const std::vector<std::string>& codes, std::string_view token) {
 }
 
 Field Trouble(Quality quality, std::string_view what, std::string_view token) {
-  return {.quality = quality, .note = std::string(what) + " (" + std::string(token) + ")"};
+  return BadField(quality, std::string(what) + " (" + std::string(token) + ")");
+}
+
+Field DisabledField(std::size_t channel = 0) {
+  return BadField(Quality::bad_out_of_service, "channel disabled", static_cast<unsigned>(channel));
 }
 
 Field Above(std::string_view token) {
@@ -86,7 +90,7 @@ Fields CutNumbers(std::string_view text, const Settings& settings) {
         return Malformed(Outcome::unexpected,
                          "a blank field is not " + std::to_string(blank) + " characters wide");
       }
-      result.fields.push_back({.quality = Quality::bad_out_of_service, .note = "channel disabled"});
+      result.fields.push_back(DisabledField());
       text.remove_prefix(blank);
       continue;
     }
@@ -106,7 +110,7 @@ Fields CutNumbers(std::string_view text, const Settings& settings) {
     } else if (settings.format == Format::percent && token.substr(1) == "999.99") {
       result.fields.push_back(token[0] == '-' ? Below(token) : Above(token));
     } else if (const auto number = ParseDecimal(token)) {
-      result.fields.push_back({.value = *number});
+      result.fields.push_back({{*number}, 0, {}});
     } else {
       return Malformed(Outcome::corrupt, "'" + std::string(token) + "' is not a number");
     }
@@ -134,13 +138,13 @@ Fields CutWords(std::string_view text, const Settings& settings) {
     const std::string_view token = text.substr(0, kHexWidth);
     const auto raw = ParseInteger<std::uint16_t>(token, 16);
     if (AllAre(token, ' ')) {
-      result.fields.push_back({.quality = Quality::bad_out_of_service, .note = "channel disabled"});
+      result.fields.push_back(DisabledField());
     } else if (!raw) {
       return Malformed(Outcome::corrupt, "'" + std::string(token) + "' is not a hex word");
     } else if (auto code = ListedCode(token, settings)) {
       result.fields.push_back(std::move(*code));
     } else {
-      result.fields.push_back({.value = HexValue(*raw, settings)});
+      result.fields.push_back({{HexValue(*raw, settings)}, 0, {}});
     }
   }
   return result;
@@ -176,9 +180,7 @@ void AssignChannels(Fields& fields, const Settings& settings, std::size_t expect
     for (std::size_t i = 0; i < count; ++i) {
       fields.fields[i].channel = static_cast<unsigned>(i);
       if (Enabled(settings, i) || IsBad(fields.fields[i].quality)) continue;
-      fields.fields[i] = {.channel = static_cast<unsigned>(i),
-                          .quality = Quality::bad_out_of_service,
-                          .note = "channel disabled"};
+      fields.fields[i] = DisabledField(i);
     }
     return;
   }
@@ -196,9 +198,7 @@ void AssignChannels(Fields& fields, const Settings& settings, std::size_t expect
   for (std::size_t i = 0; i < count; ++i) fields.fields[i].channel = enabled[i];
   for (std::size_t i = 0; i < expected; ++i) {
     if (Enabled(settings, i)) continue;
-    fields.fields.push_back({.channel = static_cast<unsigned>(i),
-                             .quality = Quality::bad_out_of_service,
-                             .note = "channel disabled"});
+    fields.fields.push_back(DisabledField(i));
   }
 }
 

@@ -5,22 +5,24 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "gateway/base/outcome.h"
-#include "gateway/base/quality.h"
-#include "gateway/base/value.h"
+#include "protocols/common/decoded.h"
 #include "protocols/dcon/settings.h"
 
 namespace baudgate::protocols::dcon {
 
 /// One channel. Without a good quality there is no value: a code is never a number.
-struct Field {
+struct Field : Decoded {
   unsigned channel = 0;
-  Value value{};
-  Quality quality = Quality::good;
-  std::string note{};  ///< what a bad field means: "above range (+99999)"
+  std::string note;  ///< what a bad field means: "above range (+99999)"
 };
+
+inline Field BadField(Quality quality, std::string note, unsigned channel = 0) {
+  return {{{}, quality}, channel, std::move(note)};
+}
 
 struct Fields {
   Outcome outcome = Outcome::ok;

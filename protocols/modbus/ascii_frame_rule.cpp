@@ -13,44 +13,33 @@
 #include <algorithm>
 
 #include "gateway/base/text.h"
+#include "protocols/common/frame_cuts.h"
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/pdu.h"
 
 namespace baudgate::protocols::modbus {
 namespace {
 
-bool IsHarmless(std::uint8_t byte) {
-  return byte == 0x00 || byte == 0xFF || byte == '\r' || byte == '\n';
-}
-
-/// In front of any ':': all noise of one kind.
-Cut DropNoise(View held) {
-  const bool harmless = IsHarmless(held.front());
-  std::size_t size = 1;
-  while (size < held.size() && held[size] != ':' && IsHarmless(held[size]) == harmless) ++size;
-  return Cut::Discard(size, harmless ? Outcome::none : Outcome::partial, "noise before a frame");
-}
-
 /// A whole line with a good LRC, from ':' to CR or LF.
 Cut CutLine(View held, const Expectation& expect, bool idle) {
-  if (held.front() != ':') return DropNoise(held);
+  if (held.front() != ':') return cut::SkipNoise(held, ":", "\r\n");
   const auto stop = std::find_if_not(held.begin() + 1, held.end(), [](std::uint8_t byte) {
     return HexDigit(static_cast<char>(byte)).has_value();
   });
   const auto end = static_cast<std::size_t>(stop - held.begin());
   const bool line_feed_missing = end + 1 == held.size();
   if (end + 2 > expect.max_bytes) {
-    return Cut::Discard(1, Outcome::corrupt, "longer than any frame");
+    return cut::TooLong();
   }
   if (stop == held.end()) {
-    return idle ? Cut::Discard(end, Outcome::partial, "stopped mid-frame") : Cut::NeedMore();
+    return cut::Wait(idle, end);
   }
   if (*stop == ':') return Cut::Discard(end, Outcome::partial, "another frame begins");
   if (*stop != '\r') return Cut::Discard(end + 1, Outcome::corrupt, "not a hex digit");
   if (line_feed_missing && !idle) return Cut::NeedMore();
   const std::size_t size = !line_feed_missing && held[end + 1] == '\n' ? end + 2 : end + 1;
   if (!Unwrap(Framing::ascii, held.first(size))) {
-    return Cut::Discard(size, Outcome::corrupt, "checksum");
+    return cut::BadChecksum(size);
   }
   return Cut::Frame(size);
 }
@@ -62,18 +51,18 @@ Cut AsciiRequestRule(View held, const Expectation& expect, bool idle) {
 }
 
 Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
-  const Cut cut = CutLine(held, expect, idle);
-  if (cut.kind != Cut::Kind::frame || expect.shapes.empty()) return cut;
-  const auto adu = Unwrap(Framing::ascii, held.first(cut.size));
+  const Cut line = CutLine(held, expect, idle);
+  if (line.kind != Cut::Kind::frame || expect.shapes.empty()) return line;
+  const auto adu = Unwrap(Framing::ascii, held.first(line.size));
   if (!expect.address.empty() && adu->slave != expect.address[0]) {
-    return Cut::Discard(cut.size, Outcome::unexpected, "not from the device that was asked");
+    return cut::OfAnother(line.size);
   }
   const std::size_t length = FrameLength(Framing::ascii, adu->pdu.size());
   const bool fits = std::ranges::any_of(expect.shapes, [&](const Shape& shape) {
     return shape.tag == adu->pdu[0] && length >= shape.min_length && length <= shape.max_length;
   });
-  if (!fits) return Cut::Discard(cut.size, Outcome::partial, "not a reply to what was asked");
-  return cut;
+  if (!fits) return Cut::Discard(line.size, Outcome::partial, "not a reply to what was asked");
+  return line;
 }
 
 }  // namespace baudgate::protocols::modbus

@@ -11,7 +11,7 @@ namespace {
 std::uint8_t Lrc(View bytes) { return static_cast<std::uint8_t>(0x100U - Sum8(bytes)); }
 
 std::optional<Adu> UnwrapRtu(View frame) {
-  if (frame.size() < kRtuOverhead + 1 || frame.size() > kMaxRtu || !CrcGood(frame)) {
+  if (frame.size() < kRtuOverhead + 1 || frame.size() > kMaxRtu || !EndsInCrc16(frame)) {
     return std::nullopt;
   }
   return Adu{frame[0], Bytes(frame.begin() + 1, frame.end() - 2)};
@@ -36,15 +36,11 @@ std::size_t FrameLength(Framing framing, std::size_t pdu) {
 
 std::size_t MaxFrame(Framing framing) { return framing == Framing::rtu ? kMaxRtu : kMaxAscii; }
 
-bool CrcGood(View frame) { return frame.size() > 2 && Crc16(frame) == 0; }
-
 Bytes Wrap(Framing framing, std::uint8_t slave, View pdu) {
   Bytes bytes = {slave};
   Append(bytes, pdu);
   if (framing == Framing::rtu) {
-    const std::uint16_t crc = Crc16(bytes);
-    bytes.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
-    bytes.push_back(static_cast<std::uint8_t>(crc >> 8U));
+    AppendCrc16(bytes);
     return bytes;
   }
   bytes.push_back(Lrc(bytes));

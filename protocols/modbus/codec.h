@@ -36,7 +36,6 @@ struct Adu {
 Bytes Wrap(Framing framing, std::uint8_t slave, View pdu);
 /// Nothing unless the whole frame is one with a good check value.
 std::optional<Adu> Unwrap(Framing framing, View frame);
-bool CrcGood(View frame);
 
 /// "20" or "0x14": 1…247.
 Result<std::uint8_t> ParseAddress(std::string_view text);

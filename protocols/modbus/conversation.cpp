@@ -14,14 +14,6 @@ namespace {
 /// What a loopback carries: a pattern that no address or count looks like.
 constexpr std::uint16_t kLoopbackData = 0xA55A;
 
-/// After so many loopbacks without an answer, while reads are answered, the device does not know
-/// them.
-constexpr int kSilencesOfAnUnknownFunction = 3;
-
-/// So often a block stays without an answer, while others are answered, before the device is taken
-/// to refuse it silently.
-constexpr int kSilencesOfARefusedBlock = 3;
-
 /// How long a device that says it is busy is left in peace.
 constexpr Duration kBusyWait = 200ms;
 constexpr Duration kWorkWait = 1s;
@@ -32,7 +24,7 @@ struct Data {
   std::size_t address = 0;
   Registers words;  ///< of bit tables 0 and 1
 
-  std::size_t end() const { return address + words.size(); }
+  Block<Table> block() const { return {table, address, address + words.size(), 1}; }
 };
 
 std::optional<Data> DataOf(View request, View reply) {
@@ -50,10 +42,6 @@ std::optional<Data> DataOf(View request, View reply) {
                          : ByteReader(bytes).U16Be(2 * i).value_or(0);
   }
   return data;
-}
-
-Bytes PduOf(const Block& block) {
-  return ReadRequest(ReadFunction(block.table), block.address, block.count);
 }
 
 bool IsLoopback(View request) { return request[0] == kDiagnostics && IsMirrored(request); }
@@ -107,7 +95,9 @@ ModbusConversation::ModbusConversation(Framing framing, const config::Device& de
       device_(device),
       settings_(ReadSettings(device.options)),
       slave_(ParseAddress(device.address)),
-      plan_(device.points, settings_) {}
+      places_(ReadPlaces(device.points)),
+      plan_(MakePlan(device.points, places_, settings_)),
+      probes_(settings_.loopback ? ProbeChoice::Own::identification : ProbeChoice::Own::none) {}
 
 Request ModbusConversation::MakeRequest(View pdu) const {
   Request request;
@@ -126,18 +116,14 @@ Result<Request> ModbusConversation::Ask(const Task& task, Instant) {
     if (!pdu) return Error{pdu.error()};
     return MakeRequest(*pdu);
   }
-  const bool probe = task.kind == Task::Kind::probe;
-  if (probe && ProbesByLoopback()) return MakeRequest(LoopbackRequest(kLoopbackData));
-  const std::size_t query = probe ? 0 : task.query;
+  std::size_t query = task.query;
+  if (task.kind == Task::Kind::probe) {
+    const auto read = probes_.Next(plan_.queries().size());
+    if (!read) return MakeRequest(LoopbackRequest(kLoopbackData));
+    query = *read;
+  }
   if (query >= plan_.queries().size()) return Error{"there is no query of this number"};
-  return MakeRequest(PduOf(plan_.block(query)));
-}
-
-/// In turn with a read, as long as it is not known which of the two the device answers.
-bool ModbusConversation::ProbesByLoopback() const {
-  if (plan_.queries().empty()) return true;
-  if (!settings_.loopback || silent_loopbacks_ >= kSilencesOfAnUnknownFunction) return false;
-  return failed_probes_ % 2 == 0;
+  return MakeRequest(ReadOf(plan_.block(query)));
 }
 
 Result<Bytes> ModbusConversation::WritePdu(const Task& task) const {
@@ -205,20 +191,29 @@ ModbusConversation::Exchanged ModbusConversation::Decode(View request, View fram
   return exchanged;
 }
 
-/// Every point that stands wholly in the reply, and what no point asks for with a label.
+/// Every point that stands wholly in the reply.
 void ModbusConversation::AddReadings(Exchanged& exchanged) const {
   const auto data = DataOf(exchanged.request, exchanged.reply);
   if (!data) return;
-  const Block block{data->table, static_cast<std::uint16_t>(data->address), data->words.size()};
-  std::vector<bool> used(data->words.size(), false);
-  for (std::size_t point = 0; point < device_.points.size(); ++point) {
-    const auto& place = plan_.place(point);
-    if (!place || !block.Covers(*place)) continue;
-    const std::size_t at = place->address - data->address;
-    const auto words = std::span(data->words).subspan(at, place->count);
+  for (std::size_t point = 0; point < places_.size(); ++point) {
+    const auto& place = places_[point];
+    if (!place || !data->block().Covers(BlockOf(*place))) continue;
+    const auto words = std::span(data->words).subspan(place->address - data->address, place->count);
     auto [value, quality] = protocols::modbus::Decode(*place, words, settings_);
     exchanged.answer.readings.push_back({point, std::move(value), quality, {}});
-    std::fill_n(used.begin() + static_cast<std::ptrdiff_t>(at), place->count, true);
+  }
+}
+
+/// What the reply holds and no point asks for.
+void ModbusConversation::AddLabels(Exchanged& exchanged) const {
+  if (exchanged.answer.outcome != Outcome::ok) return;
+  const auto data = DataOf(exchanged.request, exchanged.reply);
+  if (!data) return;
+  std::vector<bool> used(data->words.size(), false);
+  for (const auto& place : places_) {
+    if (!place || !data->block().Covers(BlockOf(*place))) continue;
+    const auto at = static_cast<std::ptrdiff_t>(place->address - data->address);
+    std::fill_n(used.begin() + at, place->count, true);
   }
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (used[i]) continue;
@@ -237,22 +232,23 @@ void ModbusConversation::AddFaults(Exchanged& exchanged) const {
   const auto address = ByteReader(exchanged.request).U16Be(1);
   const auto count = ByteReader(exchanged.request).U16Be(3);
   if (!quality || !table || !address || !count) return;
-  const Block block{*table, *address, *count};
-  for (std::size_t point = 0; point < device_.points.size(); ++point) {
-    const auto& place = plan_.place(point);
-    if (!place || !block.Covers(*place)) continue;
+  const Block<Table> block{*table, *address, std::size_t{*address} + *count, 1};
+  for (std::size_t point = 0; point < places_.size(); ++point) {
+    const auto& place = places_[point];
+    if (!place || !block.Covers(BlockOf(*place))) continue;
     exchanged.answer.readings.push_back({point, {}, *quality, {}});
   }
 }
 
 Answer ModbusConversation::Interpret(View request, View frame) {
-  return Decode(request, frame).answer;
+  Exchanged exchanged = Decode(request, frame);
+  AddLabels(exchanged);
+  return std::move(exchanged.answer);
 }
 
 Answer ModbusConversation::OnFrame(const Task& task, const Request& request, View frame, Instant) {
   Exchanged exchanged = Decode(request.bytes, frame);
   Answer& answer = exchanged.answer;
-  std::erase_if(answer.readings, [](const Reading& r) { return r.point == kNoPoint; });
   if (exchanged.reply.empty() || answer.outcome == Outcome::unexpected) return answer;
   if (task.kind == Task::Kind::probe) return AfterProbe(std::move(exchanged));
   if (task.kind == Task::Kind::poll) return AfterPoll(task.query, std::move(exchanged));
@@ -265,68 +261,42 @@ Answer ModbusConversation::AfterProbe(Exchanged exchanged) {
   Answer answer = std::move(exchanged.answer);
   if (answer.outcome != Outcome::ok) answer.readings.clear();
   if (answer.outcome == Outcome::no_reply) return answer;
-  failed_probes_ = 0;
-  if (IsLoopback(exchanged.request)) {
-    silent_loopbacks_ = 0;
-    loopback_unanswered_ = false;
-    if (answer.outcome != Outcome::busy) answer = {};
-  } else if (std::exchange(loopback_unanswered_, false)) {
-    ++silent_loopbacks_;
-  }
+  const bool loopback = IsLoopback(exchanged.request);
+  probes_.OnAnswered(loopback);
+  if (loopback && answer.outcome != Outcome::busy) answer = {};
   return answer;
 }
 
 Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged) {
   Answer answer = std::move(exchanged.answer);
-  if (answer.outcome == Outcome::no_reply || query >= plan_.queries().size() ||
-      exchanged.request != PduOf(plan_.block(query))) {
-    return answer;
-  }
-  answered_.insert(KeyOf(query));
-  silences_.erase(KeyOf(query));
+  if (answer.outcome == Outcome::no_reply) return answer;
+  probes_.OnPolled();
+  PlanChange change = PlanChange::nothing;
   if (answer.outcome == Outcome::ok) {
-    if (plan_.Restore(query)) answer.then = Then::replan;
-    return answer;
+    change = plan_.OnAnswered(query);
+  } else if (answer.outcome == Outcome::unsupported) {
+    change = plan_.OnRefused(query, exchanged.exception != kIllegalFunction);
+  } else {
+    plan_.OnHeard(query);
   }
-  if (answer.outcome != Outcome::unsupported) return answer;
-  const bool no_such_place = exchanged.exception != kIllegalFunction;
-  if (no_such_place && plan_.Split(query)) {
+  if (change == PlanChange::split) {
     answer.reason += "; this block is read in two parts from now on";
     answer.readings.clear();
-    answer.then = Then::replan;
-  } else if (plan_.Demote(query)) {
-    answer.then = Then::replan;
   }
+  if (change != PlanChange::nothing) answer.then = Then::replan;
   return answer;
-}
-
-ModbusConversation::BlockKey ModbusConversation::KeyOf(std::size_t query) const {
-  const Block& block = plan_.block(query);
-  return {block.table, block.address};
 }
 
 Then ModbusConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                    Instant) {
-  if (task.kind == Task::Kind::probe) {
-    ++failed_probes_;
-    if (request.steady) loopback_unanswered_ = true;
-  }
-  const bool silent = task.kind == Task::Kind::poll && outcome == Outcome::no_reply;
-  if (!silent || task.query >= plan_.queries().size() || answered_.empty()) return Then::done;
-  const BlockKey key = KeyOf(task.query);
-  if (answered_.contains(key) || ++silences_[key] < kSilencesOfARefusedBlock) return Then::done;
-  silences_.erase(key);
-  const bool changed = plan_.Split(task.query) || plan_.Demote(task.query);
-  return changed ? Then::replan : Then::done;
+  if (task.kind == Task::Kind::probe) probes_.OnFailed(request.steady);
+  if (task.kind != Task::Kind::poll || outcome != Outcome::no_reply) return Then::done;
+  return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;
 }
 
-/// The device may be another one now; a function that it did not know gets one more try.
 void ModbusConversation::OnReconnect() {
-  silent_loopbacks_ = std::min(silent_loopbacks_, kSilencesOfAnUnknownFunction - 1);
-  loopback_unanswered_ = false;
-  answered_.clear();
-  silences_.clear();
-  plan_.Forget();
+  probes_.OnReconnect();
+  plan_.OnReconnect();
 }
 
 std::unique_ptr<Conversation> ModbusBus::MakeConversation(const config::Device& device) {

@@ -3,12 +3,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
 #include <memory>
-#include <set>
 #include <string>
-#include <utility>
+#include <vector>
 
+#include "protocols/common/probe_choice.h"
 #include "protocols/conversation.h"
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/plan.h"
@@ -41,10 +40,10 @@ class ModbusConversation : public Conversation {
 
   Exchanged Decode(View request, View frame) const;
   void AddReadings(Exchanged& exchanged) const;
+  void AddLabels(Exchanged& exchanged) const;
   void AddFaults(Exchanged& exchanged) const;
   Request MakeRequest(View pdu) const;
   Result<Bytes> WritePdu(const Task& task) const;
-  bool ProbesByLoopback() const;
   Answer AfterProbe(Exchanged exchanged);
   Answer AfterPoll(std::size_t query, Exchanged exchanged);
 
@@ -52,16 +51,9 @@ class ModbusConversation : public Conversation {
   const config::Device& device_;
   Settings settings_;
   Result<std::uint8_t> slave_;
-  Plan plan_;
-  std::size_t failed_probes_ = 0;  // in a row
-  int silent_loopbacks_ = 0;       // each while the device answered something else
-  bool loopback_unanswered_ = false;
-
-  /// Since the last reconnect: blocks that were answered, and how often others were not.
-  using BlockKey = std::pair<Table, std::uint16_t>;
-  BlockKey KeyOf(std::size_t query) const;
-  std::set<BlockKey> answered_;
-  std::map<BlockKey, int> silences_;
+  std::vector<std::optional<Place>> places_;  // by point
+  TablePlan plan_;
+  ProbeChoice probes_;
 };
 
 class ModbusBus : public Bus {

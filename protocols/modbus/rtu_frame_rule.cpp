@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "gateway/base/checksum.h"
+#include "protocols/common/frame_cuts.h"
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/pdu.h"
 
@@ -18,25 +20,13 @@ constexpr std::size_t kShortest = kRtuOverhead + 1;
 /// Of other slaves' replies to other functions only those up to this length are waited for.
 constexpr std::size_t kShortReply = 32;
 
-/// Bytes that appear when a driver is switched on or off.
-bool IsHarmless(std::uint8_t byte) { return byte == 0x00 || byte == 0xFF; }
-
-Cut Slide(View held, std::string_view why) {
-  return Cut::Discard(1, IsHarmless(held[0]) ? Outcome::none : Outcome::partial, why);
-}
-
-/// Not whole yet: more may come, unless the line is silent.
-Cut Wait(bool idle) {
-  return idle ? Cut::Discard(1, Outcome::partial, "stopped mid-frame") : Cut::NeedMore();
-}
-
 /// Only silence ends it, and then the CRC must be right over all that came.
 Cut BySilence(View held, std::size_t most, bool idle) {
-  if (held.size() > most) return Cut::Discard(1, Outcome::corrupt, "longer than any frame");
+  if (held.size() > most) return cut::TooLong();
   if (!idle) return Cut::NeedMore();
-  if (held.size() < kShortest) return Wait(idle);
-  if (CrcGood(held)) return Cut::Frame(held.size());
-  return Cut::Discard(1, Outcome::corrupt, "checksum");
+  if (held.size() < kShortest) return cut::Wait(idle);
+  if (EndsInCrc16(held)) return Cut::Frame(held.size());
+  return cut::BadChecksum();
 }
 
 struct Head {
@@ -58,7 +48,7 @@ Fit FitOf(View held, PduLength length) {
   if (length.kind == Kind::unknown) return Fit::none;
   const std::size_t size = length.size + kRtuOverhead;
   if (held.size() < size) return Fit::open;
-  return CrcGood(held.first(size)) ? Fit::whole : Fit::none;
+  return EndsInCrc16(held.first(size)) ? Fit::whole : Fit::none;
 }
 
 /// What a listener hears. More bytes change nothing but `open` and `by_silence`. A loopback is
@@ -86,9 +76,9 @@ Head LookAt(View held, bool idle) {
 
 /// Of a frame of unknown length, or 0: all of the burst, else the first length with a good CRC.
 std::size_t EndOfUnknown(View burst) {
-  if (CrcGood(burst)) return burst.size();
+  if (EndsInCrc16(burst)) return burst.size();
   std::size_t size = kShortest;
-  while (size < burst.size() && !CrcGood(burst.first(size))) ++size;
+  while (size < burst.size() && !EndsInCrc16(burst.first(size))) ++size;
   return size < burst.size() ? size : 0;
 }
 
@@ -99,7 +89,7 @@ bool IsAllFrames(View burst, bool idle) {
     if (head.kind == Head::Kind::open && !idle) return true;
     std::size_t size = head.size;
     if (head.kind == Head::Kind::by_silence) size = EndOfUnknown(burst);
-    if (size == 0 && IsHarmless(burst[0])) size = 1;
+    if (size == 0 && cut::IsHarmless(burst[0])) size = 1;
     if (size == 0) return false;
     burst = burst.subspan(size);
   }
@@ -107,7 +97,7 @@ bool IsAllFrames(View burst, bool idle) {
 }
 
 /// Can not begin a frame, or appears before one.
-bool IsNoise(std::uint8_t byte) { return IsHarmless(byte) || byte > kLastSlave; }
+bool IsNoise(std::uint8_t byte) { return cut::IsHarmless(byte) || byte > kLastSlave; }
 
 /// A burst that does not come to its end is dropped up to something in it that is no frame either:
 /// so nothing in its midst is taken for a beginning.
@@ -117,33 +107,33 @@ Cut DropFlood(View burst) {
   };
   std::size_t size = burst.size() - 1;
   while (size > 0 && !no_frame(size)) --size;
-  return Cut::Discard(size > 0 ? size : burst.size(), Outcome::corrupt, "longer than any frame");
+  return cut::TooLong(size > 0 ? size : burst.size());
 }
 
 /// What may be a whole reply of another slave: with a good CRC it is passed over whole, and the
 /// awaited one may stand behind it. Only functions whose replies have a known length, or the
 /// awaited ones, are waited for.
-Cut FromAnother(View held, const Expectation& expect, bool idle, std::string_view why) {
-  if (held[0] == 0 || held[0] > kLastSlave) return Slide(held, why);
-  const auto wait = [&] { return idle ? Slide(held, why) : Cut::NeedMore(); };
+Cut FromAnother(View held, const Expectation& expect, bool idle) {
+  constexpr std::string_view why = "not from the device that was asked";
+  if (held[0] == 0 || held[0] > kLastSlave) return cut::Slide(held, why);
+  const auto wait = [&] { return idle ? cut::Slide(held, why) : Cut::NeedMore(); };
   if (held.size() < 2) return wait();
   const bool exception = held[1] >= kExceptionBit;
-  if ((exception ? held[1] - kExceptionBit : held[1]) > kEncapsulated) return Slide(held, why);
+  if ((exception ? held[1] - kExceptionBit : held[1]) > kEncapsulated) return cut::Slide(held, why);
   PduLength length = ReplyLength(held.subspan(1));
   if (length.kind == Kind::need_more) return wait();
   if (length.kind == Kind::unknown) {
     const auto shape =
         std::ranges::find_if(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
-    if (shape == expect.shapes.end()) return Slide(held, why);
+    if (shape == expect.shapes.end()) return cut::Slide(held, why);
     length.size = shape->min_length - kRtuOverhead;
   }
   const std::size_t size = length.size + kRtuOverhead;
   const bool awaited =
       std::ranges::any_of(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
-  if (!awaited && size > kShortReply) return Slide(held, why);
+  if (!awaited && size > kShortReply) return cut::Slide(held, why);
   if (held.size() < size) return wait();
-  return CrcGood(held.first(size)) ? Cut::Discard(size, Outcome::unexpected, why)
-                                   : Slide(held, why);
+  return EndsInCrc16(held.first(size)) ? cut::OfAnother(size) : cut::Slide(held, why);
 }
 
 }  // namespace
@@ -177,12 +167,11 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
     const std::size_t size = EndOfUnknown(burst);
     if (size > 0 && IsAllFrames(burst.subspan(size), idle)) return Cut::Frame(size);
   }
-  if (IsNoise(held[0])) return Slide(held, "noise before a frame");
+  if (IsNoise(held[0])) return cut::Slide(held, "noise before a frame");
   if (!over) return Cut::NeedMore();
   if (!idle) return DropFlood(held.first(kMaxRtu));
   const bool open = head.kind == Head::Kind::open;
-  return open ? Cut::Discard(held.size(), Outcome::partial, "stopped mid-frame")
-              : Cut::Discard(held.size(), Outcome::corrupt, "checksum");
+  return open ? cut::Wait(idle, held.size()) : cut::BadChecksum(held.size());
 }
 
 // Reply:    14 | 03 02 09 C4 | B2 44                   25.00 Hz
@@ -196,26 +185,26 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
 Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
   if (expect.shapes.empty()) return BySilence(held, expect.max_bytes, idle);
   if (!expect.address.empty() && held[0] != expect.address[0]) {
-    return FromAnother(held, expect, idle, "not from the device that was asked");
+    return FromAnother(held, expect, idle);
   }
-  if (held.size() < 2) return Wait(idle);
+  if (held.size() < 2) return cut::Wait(idle);
   const auto shape =
       std::ranges::find_if(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
   if (shape == expect.shapes.end()) {
-    return Slide(held, "not a reply to what was asked");
+    return cut::Slide(held, "not a reply to what was asked");
   }
   std::size_t size = shape->max_length;
   if (shape->min_length != shape->max_length) {
     const PduLength length = ReplyLength(held.subspan(1));
-    if (length.kind == Kind::need_more) return Wait(idle);
+    if (length.kind == Kind::need_more) return cut::Wait(idle);
     if (length.kind == Kind::unknown) return BySilence(held, shape->max_length, idle);
     size = length.size + kRtuOverhead;
   } else if (HasByteCount(held[1]) && held.size() > 2 && held[2] != size - kRtuOverhead - 2) {
-    return Slide(held, "another byte count than was asked for");
+    return cut::Slide(held, "another byte count than was asked for");
   }
-  if (held.size() < size) return Wait(idle);
-  if (CrcGood(held.first(size))) return Cut::Frame(size);
-  return Cut::Discard(1, Outcome::corrupt, "checksum");
+  if (held.size() < size) return cut::Wait(idle);
+  if (EndsInCrc16(held.first(size))) return Cut::Frame(size);
+  return cut::BadChecksum();
 }
 
 }  // namespace baudgate::protocols::modbus

@@ -33,6 +33,10 @@ bool Overlap(const Place& place, std::size_t from, std::size_t to) {
   return place.address < to && place.end() > from;
 }
 
+bool IsIn(const Place& place, Table table, std::size_t address) {
+  return place.table == table && Overlap(place, address, address + 1);
+}
+
 bool SamePlace(const Place& a, const Place& b) {
   return a.table == b.table && a.address == b.address && a.count == b.count;
 }
@@ -55,19 +59,9 @@ Bytes BytesOf(const Registers& words) {
 ModbusTwin::ModbusTwin(Framing framing, const config::Device& device, TwinValues& values)
     : framing_(framing),
       device_(device),
-      values_(values),
       settings_(ReadSettings(device.options)),
-      slave_(ParseAddress(device.address)) {
-  for (const config::Point& point : device.points) {
-    const auto keep = [](Result<Place> place) {
-      return place ? std::optional(std::move(*place)) : std::nullopt;
-    };
-    const bool read = point.access != config::Access::write;
-    const bool write = point.access != config::Access::read;
-    reads_.push_back(read ? keep(ReadPlace(point)) : std::nullopt);
-    writes_.push_back(write ? keep(WritePlace(point)) : std::nullopt);
-  }
-}
+      slave_(ParseAddress(device.address)),
+      points_(device, values, ReadPlace, WritePlace) {}
 
 Bytes ModbusTwin::Answer(View request, Instant now) {
   const auto adu = Unwrap(framing_, request);
@@ -137,26 +131,23 @@ ModbusTwin::Image ModbusTwin::ImageOf(Table table, std::size_t address, std::siz
                                       Instant now) const {
   Image image{table, address, Registers(count), std::vector<bool>(count)};
   for (int layer = 0; layer <= 2; ++layer) {
-    for (std::size_t point = 0; point < reads_.size(); ++point) {
-      if (reads_[point] && Layer(reads_[point]->form) == layer) {
-        Draw(*reads_[point], point, image, now);
-      }
+    for (const auto& point : points_.all()) {
+      if (point.read && Layer(point.read->form) == layer) Draw(point, image, now);
     }
   }
   // A register that can only be written is there, and reads 0.
-  for (const auto& write : writes_) {
-    for (std::size_t i = 0; write && i < count; ++i) {
-      if (write->table == table && Overlap(*write, address + i, address + i + 1)) {
-        image.there[i] = true;
-      }
+  for (const auto& point : points_.all()) {
+    for (std::size_t i = 0; point.write && i < count; ++i) {
+      if (IsIn(*point.write, table, address + i)) image.there[i] = true;
     }
   }
   return image;
 }
 
-void ModbusTwin::Draw(const Place& place, std::size_t point, Image& image, Instant now) const {
+void ModbusTwin::Draw(const TwinPoints<Place>::One& point, Image& image, Instant now) const {
+  const Place& place = *point.read;
   if (place.table != image.table || !Overlap(place, image.address, image.end())) return;
-  const Value value = values_.Get(point, now);
+  const Value value = points_.Get(point, now);
   Registers words(place.count);
   if (place.form == Form::text) {
     words[0] = CodeOf(place, value, settings_).value_or(0);
@@ -210,21 +201,18 @@ std::uint8_t ModbusTwin::Store(Table table, std::size_t address, const Registers
   if (end > 0x10000) return kIllegalAddress;
   std::vector<bool> writable(words.size());
   for (std::size_t i = 0; i < words.size(); ++i) {
-    writable[i] = std::ranges::any_of(writes_, [&](const std::optional<Place>& place) {
-      return place && place->table == table && Overlap(*place, address + i, address + i + 1);
-    });
+    writable[i] = points_.FindWritable([&](const Place& place) {
+      return IsIn(place, table, address + i);
+    }) != nullptr;
   }
   const std::vector<bool> there = ImageOf(table, address, words.size(), now).there;
   if (!Allows(settings_.missing_zero ? there : writable)) return kIllegalAddress;
   // Taken from one image, so that no point sees half of what another has made of the write.
-  std::vector<std::pair<std::size_t, Value>> changes;
-  for (std::size_t point = 0; point < writes_.size(); ++point) {
-    const auto& own = writes_[point];
-    const bool shown = !own && reads_[point] &&
-                       std::ranges::any_of(writes_, [&](const std::optional<Place>& place) {
-                         return place && SamePlace(*place, *reads_[point]);
-                       });
-    const auto& place = shown ? reads_[point] : own;
+  std::vector<std::pair<const TwinPoints<Place>::One*, Value>> changes;
+  for (const auto& point : points_.all()) {
+    const auto is_here = [&](const Place& place) { return SamePlace(place, *point.read); };
+    const bool shown = !point.write && point.read && points_.FindWritable(is_here) != nullptr;
+    const auto& place = shown ? point.read : point.write;
     if (!place || place->table != table || !Overlap(*place, address, end)) continue;
     Image image = ImageOf(table, place->address, place->count, now);
     for (std::size_t i = 0; i < words.size(); ++i) {
@@ -232,9 +220,9 @@ std::uint8_t ModbusTwin::Store(Table table, std::size_t address, const Registers
       if (at >= image.address && at < image.end()) image.words[at - image.address] = words[i];
     }
     auto decoded = Decode(*place, image.words, settings_);
-    if (HasValue(decoded.value)) changes.emplace_back(point, std::move(decoded.value));
+    if (HasValue(decoded.value)) changes.emplace_back(&point, std::move(decoded.value));
   }
-  for (auto& [point, value] : changes) values_.Set(point, value);
+  for (const auto& [point, value] : changes) points_.Set(*point, value);
   return 0;
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "protocols/common/twin_points.h"
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/points.h"
 #include "protocols/modbus/settings.h"
@@ -41,7 +42,7 @@ class ModbusTwin : public Twin {
   Bytes Identify(View pdu) const;
 
   Image ImageOf(Table table, std::size_t address, std::size_t count, Instant now) const;
-  void Draw(const Place& place, std::size_t point, Image& image, Instant now) const;
+  void Draw(const TwinPoints<Place>::One& point, Image& image, Instant now) const;
   /// Whether the range may be read, or written.
   bool Allows(const std::vector<bool>& there) const;
   /// 0, or the exception.
@@ -49,11 +50,9 @@ class ModbusTwin : public Twin {
 
   Framing framing_;
   const config::Device& device_;
-  TwinValues& values_;
   Settings settings_;
   Result<std::uint8_t> slave_;
-  std::vector<std::optional<Place>> reads_;   // by point
-  std::vector<std::optional<Place>> writes_;  // by point; nothing: read-only
+  TwinPoints<Place> points_;
 };
 
 }  // namespace baudgate::protocols::modbus

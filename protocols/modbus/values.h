@@ -7,21 +7,15 @@
 #include <span>
 #include <vector>
 
-#include "gateway/base/quality.h"
 #include "gateway/base/result.h"
 #include "gateway/base/value.h"
+#include "protocols/common/decoded.h"
 #include "protocols/modbus/points.h"
 #include "protocols/modbus/settings.h"
 
 namespace baudgate::protocols::modbus {
 
 using Registers = std::vector<std::uint16_t>;
-
-/// A value, or the quality that says why there is none.
-struct Decoded {
-  Value value;
-  Quality quality = Quality::good;
-};
 
 /// `registers`: those of the place and no others.
 Decoded Decode(const Place& place, std::span<const std::uint16_t> registers,

@@ -157,22 +157,14 @@ Result<Bytes> ParsePassword(std::string_view text) {
 Bytes MakeFrame(View address, View pdu) {
   Bytes frame(address.begin(), address.end());
   Append(frame, pdu);
-  const std::uint16_t crc = Crc16(frame);
-  frame.push_back(static_cast<std::uint8_t>(crc & 0xFF));
-  frame.push_back(static_cast<std::uint8_t>(crc >> 8));
+  AppendCrc16(frame);
   return frame;
-}
-
-bool ChecksumGood(View frame) {
-  if (frame.size() <= kChecksumSize) return false;
-  const std::size_t length = frame.size() - kChecksumSize;
-  return ByteReader(frame).U16Le(length) == Crc16(frame.first(length));
 }
 
 std::optional<Parts> SplitFrame(View frame) {
   if (frame.empty()) return std::nullopt;
   const std::size_t head = AddressLength(frame[0]);
-  if (frame.size() < head + 1 + kChecksumSize || !ChecksumGood(frame)) return std::nullopt;
+  if (frame.size() < head + 1 + kChecksumSize || !EndsInCrc16(frame)) return std::nullopt;
   return Parts{frame.first(head), frame.subspan(head, frame.size() - head - kChecksumSize)};
 }
 

@@ -57,8 +57,6 @@ Result<Bytes> ParsePassword(std::string_view text);
 
 /// address + PDU + CRC-16, low byte first.
 Bytes MakeFrame(View address, View pdu);
-/// Whether the last two bytes are the CRC of those before.
-bool ChecksumGood(View frame);
 
 /// Views into a frame whose checksum is good.
 struct Parts {

@@ -51,7 +51,7 @@ class MeterBus : public Bus {
 std::unique_ptr<Bus> MakeBus(const config::Line&) { return std::make_unique<MeterBus>(); }
 
 MeterConversation::MeterConversation(const config::Device& device)
-    : device_(device), plan_(device.points) {
+    : device_(device), fields_(device.points), plan_(fields_.MakePlan(false)) {
   const config::Options& options = device.options;
   if (auto address = ParseAddress(device.address)) address_ = std::move(*address);
   if (auto password = ParsePassword(options.Text("password"))) password_ = std::move(*password);
@@ -68,11 +68,10 @@ MeterConversation::MeterConversation(const config::Device& device)
 
 void MeterConversation::OnReconnect() {
   learned_ = {};
-  unsupported_.clear();
   snapshot_ = device_.options.Flag("snapshot");
   open_ = verified_ = asked_variant_ = asked_ratios_ = false;
   reopened_ = repeated_ = 0;
-  plan_.Make(unsupported_, snapshot_);
+  plan_ = fields_.MakePlan(snapshot_);
 }
 
 Request MeterConversation::Make(View pdu) const {
@@ -85,7 +84,7 @@ Request MeterConversation::Make(View pdu) const {
 bool MeterConversation::NeedsConstants(const Bytes& pdu,
                                        bool (*lacks)(Measure, const Scale&)) const {
   const Scale known = scale();
-  return std::ranges::any_of(plan_.Matches(pdu), [&](const Match& match) {
+  return std::ranges::any_of(fields_.Matches(pdu), [&](const Match& match) {
     return match.point != kNoPoint && lacks(MeasureOf(match.field.decoder), known);
   });
 }
@@ -102,7 +101,7 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
   }
   if (task.query >= plan_.queries().size()) return Error{"there is no such query"};
   if (serial_ && !verified_) return Make(kAskSerial);
-  const Bytes& pdu = plan_.pdu(task.query);
+  const Bytes pdu = fields_.PduOf(plan_, task.query);
   if (!asked_variant_ && NeedsConstants(pdu, LacksVariant)) return Make(kAskVariant);
   if (!asked_ratios_ && NeedsConstants(pdu, LacksRatios)) return Make(kAskRatios);
   if (!IsSnapshot(pdu)) return Make(pdu);
@@ -176,14 +175,14 @@ void MeterConversation::ReadStatus(Reply& reply) const {
   reply.answer.outcome = meaning.outcome;
   reply.answer.reason = std::move(meaning.reason);
   if (!meaning.quality || awaited) return;
-  for (Match& match : plan_.Matches(reply.pdu)) {
+  for (Match& match : fields_.Matches(reply.pdu)) {
     reply.answer.readings.push_back({match.point, {}, *meaning.quality, std::move(match.label)});
   }
 }
 
 void MeterConversation::ReadData(Reply& reply) const {
   const Scale known = scale();
-  for (Match& match : plan_.Matches(reply.pdu)) {
+  for (Match& match : fields_.Matches(reply.pdu)) {
     Decoded decoded = DecodeField(match.field, reply.data, known);
     reply.answer.readings.push_back(
         {match.point, std::move(decoded.value), decoded.quality, std::move(match.label)});
@@ -228,7 +227,7 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
     if (!verified_) return End(Mismatch(task, reply.data));
   }
   const bool own = task.kind == Task::Kind::poll && task.query < plan_.queries().size();
-  const Bytes& wanted = own ? plan_.pdu(task.query) : kAskSerial;
+  const Bytes wanted = own ? fields_.PduOf(plan_, task.query) : kAskSerial;
   if (own && !Is(reply.pdu, wanted) && !(IsSnapshot(reply.pdu) && IsSnapshot(wanted))) {
     reply.answer.then = Then::ask_again;
     return std::move(reply.answer);
@@ -294,9 +293,10 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
   if (own && IsSnapshot(reply.pdu)) {
     // Older firmware: go back to 08 1B, the points are not to blame.
     snapshot_ = false;
+    plan_ = fields_.MakePlan(snapshot_);
     reply.answer.readings.clear();
-  } else if (own && Is(reply.pdu, plan_.pdu(task.query))) {
-    unsupported_.insert(plan_.pdu(task.query));
+  } else if (own && Is(reply.pdu, fields_.PduOf(plan_, task.query))) {
+    plan_.OnRefused(task.query);
   } else if (Is(reply.pdu, kAskVariant) || Is(reply.pdu, kAskRatios)) {
     // Only the scaled values of the query suffer; the options can give what the meter does not.
     (Is(reply.pdu, kAskVariant) ? asked_variant_ : asked_ratios_) = true;
@@ -304,7 +304,6 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
   } else {
     return End(std::move(reply.answer));
   }
-  plan_.Make(unsupported_, snapshot_);
   reply.answer.then = Then::replan;
   return End(std::move(reply.answer));
 }

@@ -5,7 +5,6 @@
 
 #include <memory>
 #include <optional>
-#include <set>
 
 #include "config/model/line.h"
 #include "protocols/protocol.h"
@@ -53,7 +52,8 @@ class MeterConversation : public Conversation {
   Scale scale() const { return Merge(configured_, learned_); }
 
   const config::Device& device_;
-  Plan plan_;
+  const PointFields fields_;
+  PduPlan plan_;
   Bytes address_;
   Bytes password_;
   std::optional<std::uint32_t> serial_;  // configured: the meter that must answer
@@ -61,7 +61,6 @@ class MeterConversation : public Conversation {
 
   // The session: gone with OnReconnect.
   Scale learned_;
-  std::set<Bytes> unsupported_;
   bool snapshot_ = false;
   bool open_ = false;
   bool verified_ = false;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "gateway/base/checksum.h"
+#include "protocols/common/frame_cuts.h"
 #include "protocols/set4tm/codec.h"
 
 namespace baudgate::protocols::set4tm {
@@ -16,7 +18,7 @@ constexpr std::size_t kStatusBody = 1;
 /// too. A status so lengthened must not be read as data.
 bool IsStatusAndZeros(View frame) {
   const std::size_t status = AddressLength(frame[0]) + kStatusBody + kChecksumSize;
-  return frame.size() > status && ChecksumGood(frame.first(status)) &&
+  return frame.size() > status && EndsInCrc16(frame.first(status)) &&
          std::ranges::all_of(frame.subspan(status), [](std::uint8_t byte) { return byte == 0; });
 }
 
@@ -24,10 +26,6 @@ bool IsStatusAndZeros(View frame) {
 bool IsFromAnother(View frame, const Expectation& expect) {
   if (frame[0] == kExtendedPrefix || expect.address.size() != 1) return false;
   return frame[0] != expect.address[0] && expect.address[0] != kCommonAddress;
-}
-
-Cut Pass(std::size_t size) {
-  return Cut::Discard(size, Outcome::unexpected, "not from the device that was asked");
 }
 
 }  // namespace
@@ -45,15 +43,15 @@ Cut RequestRule(View held, const Expectation&, bool idle) {
     if (length->known) {
       const std::size_t limit = std::min(most, held.size());
       for (std::size_t size = head + length->min + kChecksumSize; size <= limit; ++size) {
-        if (ChecksumGood(held.first(size))) return Cut::Frame(size);
+        if (EndsInCrc16(held.first(size))) return Cut::Frame(size);
       }
     } else if (idle && held.size() >= head + length->min + kChecksumSize && held.size() <= most &&
-               ChecksumGood(held)) {
+               EndsInCrc16(held)) {
       return Cut::Frame(held.size());
     }
-    if (held.size() >= most) return Cut::Discard(1, Outcome::corrupt, "checksum");
+    if (held.size() >= most) return cut::BadChecksum();
   }
-  return idle ? Cut::Discard(1, Outcome::partial, "stopped mid-frame") : Cut::NeedMore();
+  return cut::Wait(idle);
 }
 
 // Reply:    C8 | 00 80 66 43 | AE 69                   230.5 V
@@ -71,8 +69,8 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   if (longest == 0) return Cut::Discard(1, Outcome::corrupt, "no such reply is awaited");
   if (held.size() >= longest) {
     const View frame = held.first(longest);
-    if (!ChecksumGood(frame)) return Cut::Discard(1, Outcome::corrupt, "checksum");
-    if (IsFromAnother(frame, expect)) return Pass(longest);
+    if (!EndsInCrc16(frame)) return cut::BadChecksum();
+    if (IsFromAnother(frame, expect)) return cut::OfAnother(longest);
     if (IsStatusAndZeros(frame)) {
       return Cut::Discard(1, Outcome::corrupt, "status and zeros can not be told from data");
     }
@@ -81,10 +79,10 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   if (!idle) return Cut::NeedMore();
   for (const Shape& shape : expect.shapes) {
     const bool fits = held.size() >= shape.min_length && held.size() <= shape.max_length;
-    if (shape.tag != form || !fits || !ChecksumGood(held)) continue;
-    return IsFromAnother(held, expect) ? Pass(held.size()) : Cut::Frame(held.size());
+    if (shape.tag != form || !fits || !EndsInCrc16(held)) continue;
+    return IsFromAnother(held, expect) ? cut::OfAnother(held.size()) : Cut::Frame(held.size());
   }
-  return Cut::Discard(1, Outcome::partial, "stopped mid-frame");
+  return cut::Wait(idle);
 }
 
 }  // namespace baudgate::protocols::set4tm

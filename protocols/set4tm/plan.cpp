@@ -3,14 +3,19 @@
 #include "protocols/set4tm/plan.h"
 
 #include <algorithm>
-#include <map>
+#include <set>
 
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/snapshot.h"
 
 namespace baudgate::protocols::set4tm {
+namespace {
 
-Plan::Plan(std::span<const config::Point> points) : points_(points) {
+const Bytes kMasked = {kRead, kFloatMask};
+
+}  // namespace
+
+PointFields::PointFields(std::span<const config::Point> points) : points_(points) {
   fields_.reserve(points.size());
   for (const config::Point& point : points) {
     auto field = ParseField(point.read);
@@ -18,68 +23,59 @@ Plan::Plan(std::span<const config::Point> points) : points_(points) {
   }
 }
 
-void Plan::Make(const std::set<Bytes>& unsupported, bool snapshot) {
-  queries_.clear();
-  pdus_.clear();
+PduPlan PointFields::MakePlan(bool masked) const {
+  PduPlan plan({.may_join =
+                    [](const Block<Bytes>& block, const Block<Bytes>&) {
+                      return block.key == kMasked && block.items < kMostMaskedFloats;
+                    },
+                .refused = WhenRefused::drop,
+                .keeps_splits = false});
   std::set<std::size_t> planned;
-  if (snapshot) {
-    for (const auto group : {config::Group::fast, config::Group::slow, config::Group::once}) {
-      planned.merge(AddSnapshots(group));
+  for (const auto group : {config::Group::fast, config::Group::slow, config::Group::once}) {
+    if (!masked) break;
+    for (const std::size_t point : MaskedPoints(group)) {
+      const std::size_t bit = *BitOf(point);
+      plan.Add(group, point, kMasked, bit, bit + 1);
+      planned.insert(point);
     }
   }
   for (std::size_t point = 0; point < points_.size(); ++point) {
     if (!fields_[point] || planned.contains(point)) continue;
-    const Bytes& pdu = fields_[point]->pdu;
-    if (!unsupported.contains(pdu)) AddQuery(points_[point].group, pdu, point);
+    plan.Add(points_[point].group, point, fields_[point]->pdu);
   }
+  plan.Make();
+  return plan;
 }
 
-void Plan::AddQuery(config::Group group, Bytes pdu, std::size_t point) {
-  for (std::size_t i = 0; i < queries_.size(); ++i) {
-    if (queries_[i].group == group && pdus_[i] == pdu) {
-      queries_[i].points.push_back(point);
-      return;
-    }
+std::vector<std::size_t> PointFields::MaskedPoints(config::Group group) const {
+  std::vector<std::size_t> points;
+  std::set<unsigned> bits;
+  for (std::size_t point = 0; point < points_.size(); ++point) {
+    const auto bit = points_[point].group == group ? BitOf(point) : std::nullopt;
+    if (!bit) continue;
+    points.push_back(point);
+    bits.insert(*bit);
   }
-  queries_.push_back({group, {point}});
-  pdus_.push_back(std::move(pdu));
+  if (bits.size() < 2) points.clear();  // one value alone is cheaper as 08 1B
+  return points;
 }
 
-std::optional<unsigned> Plan::BitOf(std::size_t point) const {
+Bytes PointFields::PduOf(const PduPlan& plan, std::size_t query) const {
+  const Bytes& key = plan.block(query).key;
+  if (key != kMasked) return key;
+  std::vector<unsigned> bits;
+  for (const std::size_t point : plan.queries()[query].points) bits.push_back(*BitOf(point));
+  return MaskRequest(0, bits);
+}
+
+std::optional<unsigned> PointFields::BitOf(std::size_t point) const {
   const auto& field = fields_[point];
   if (!field || field->decoder != Decoder::float_le) return std::nullopt;
   const auto parameter = ParameterAt(field->pdu, field->offset);
   return parameter ? MaskBit(*parameter) : std::nullopt;
 }
 
-std::set<std::size_t> Plan::AddSnapshots(config::Group group) {
-  std::map<unsigned, std::vector<std::size_t>> by_bit;
-  for (std::size_t point = 0; point < points_.size(); ++point) {
-    const auto bit = points_[point].group == group ? BitOf(point) : std::nullopt;
-    if (bit) by_bit[*bit].push_back(point);
-  }
-  std::set<std::size_t> planned;
-  if (by_bit.size() < 2) return planned;  // one value alone is cheaper as 08 1B
-  std::vector<unsigned> bits;
-  Query query{group, {}};
-  const auto flush = [&] {
-    if (bits.empty()) return;
-    queries_.push_back(query);
-    pdus_.push_back(MaskRequest(0, bits));
-    bits.clear();
-    query.points.clear();
-  };
-  for (const auto& [bit, points] : by_bit) {
-    bits.push_back(bit);
-    query.points.insert(query.points.end(), points.begin(), points.end());
-    planned.insert(points.begin(), points.end());
-    if (bits.size() == kMostMaskedFloats) flush();
-  }
-  flush();
-  return planned;
-}
-
-std::vector<Match> Plan::Matches(View pdu) const {
+std::vector<Match> PointFields::Matches(View pdu) const {
   std::vector<Match> matches;
   const std::vector<unsigned> bits = MaskBits(pdu);
   for (std::size_t point = 0; point < points_.size(); ++point) {

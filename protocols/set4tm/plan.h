@@ -4,13 +4,12 @@
 #pragma once
 
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "config/model/point.h"
-#include "protocols/conversation.h"
+#include "protocols/common/query_plan.h"
 #include "protocols/set4tm/points.h"
 
 namespace baudgate::protocols::set4tm {
@@ -22,29 +21,30 @@ struct Match {
   std::string label;
 };
 
-class Plan {
+/// Keys are the PDUs of requests; that of masked reads is 08 23, and its places are mask bits.
+using PduPlan = QueryPlan<Bytes>;
+
+/// The fields of a device's points, parsed once.
+class PointFields {
  public:
-  explicit Plan(std::span<const config::Point> points);
+  /// `points` outlive it.
+  explicit PointFields(std::span<const config::Point> points);
 
-  /// Makes the queries anew, without the PDUs that the meter does not know.
-  void Make(const std::set<Bytes>& unsupported, bool snapshot);
-
-  std::span<const Query> queries() const { return queries_; }
-  /// Of queries()[query]; the id byte of a masked read is 0.
-  const Bytes& pdu(std::size_t query) const { return pdus_[query]; }
+  /// How they are read. `masked`: a group's live floats together, up to 23 in one masked read.
+  PduPlan MakePlan(bool masked) const;
+  /// The PDU of a query of such a plan; the id byte of a masked read is 0.
+  Bytes PduOf(const PduPlan& plan, std::size_t query) const;
   /// Every point whose value stands in the reply to `pdu`, with its place there.
   std::vector<Match> Matches(View pdu) const;
 
  private:
-  void AddQuery(config::Group group, Bytes pdu, std::size_t point);
-  std::set<std::size_t> AddSnapshots(config::Group group);
   /// The mask bit that can stand for the point.
   std::optional<unsigned> BitOf(std::size_t point) const;
+  /// Points of the group that masked reads serve.
+  std::vector<std::size_t> MaskedPoints(config::Group group) const;
 
   std::span<const config::Point> points_;
   std::vector<std::optional<Field>> fields_;  // by point
-  std::vector<Query> queries_;
-  std::vector<Bytes> pdus_;
 };
 
 }  // namespace baudgate::protocols::set4tm

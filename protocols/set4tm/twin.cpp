@@ -37,13 +37,14 @@ std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values)
 }
 
 MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
-    : device_(device), values_(values) {
-  for (std::size_t i = 0; i < device.points.size(); ++i) {
-    auto field = ParseField(device.points[i].read);
-    fields_.push_back(field ? std::optional(std::move(*field)) : std::nullopt);
-    if (!fields_[i] || fields_[i]->decoder != Decoder::float_le) continue;
-    if (const auto parameter = ParameterAt(fields_[i]->pdu, fields_[i]->offset)) {
-      float_points_.emplace(*parameter, i);
+    : device_(device),
+      points_(
+          device, values, [](const config::Point& point) { return ParseField(point.read); },
+          [](const config::Point&) { return Result<Field>(Error{"a meter is not written to"}); }) {
+  for (const auto& point : points_.all()) {
+    if (!point.read || point.read->decoder != Decoder::float_le) continue;
+    if (const auto parameter = ParameterAt(point.read->pdu, point.read->offset)) {
+      float_points_.emplace(*parameter, point.index);
     }
   }
   serial_ = static_cast<std::uint32_t>(device.options.Integer("serial_number"));
@@ -140,13 +141,13 @@ bool MeterTwin::Fill(View pdu, Instant now, Bytes& data) const {
   if (pdu[0] != kRead || pdu[1] == 0x0D || (pdu[1] >= 0x11 && pdu[1] != kVariant)) {
     scale = ScaleNow(now);
   }
-  for (std::size_t i = 0; i < fields_.size(); ++i) {
-    if (!fields_[i] || !std::ranges::equal(fields_[i]->pdu, pdu)) continue;
+  for (const auto& point : points_.all()) {
+    if (!point.read || !std::ranges::equal(point.read->pdu, pdu)) continue;
     found = true;
     // Who it is follows from its configuration, what it measures from the points.
-    const Decoder decoder = fields_[i]->decoder;
+    const Decoder decoder = point.read->decoder;
     if (identity && (decoder == Decoder::u32_be || decoder == Decoder::u8)) continue;
-    EncodeField(*fields_[i], values_.Get(i, now), scale, data);
+    EncodeField(*point.read, points_.Get(point, now), scale, data);
   }
   return found;
 }
@@ -162,7 +163,7 @@ Scale MeterTwin::ScaleNow(Instant now) const {
 std::optional<double> MeterTwin::FloatOf(std::uint8_t parameter, Instant now) const {
   const auto point = float_points_.find(parameter);
   if (point == float_points_.end()) return std::nullopt;
-  const double value = ToDouble(values_.Get(point->second, now));
+  const double value = ToDouble(points_.Get(points_.all()[point->second], now));
   return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/model/device.h"
+#include "protocols/common/twin_points.h"
 #include "protocols/set4tm/points.h"
 #include "protocols/twin.h"
 
@@ -37,9 +38,8 @@ class MeterTwin : public Twin {
   Scale ScaleNow(Instant now) const;
 
   const config::Device& device_;
-  TwinValues& values_;
-  std::vector<std::optional<Field>> fields_;          // by point
-  std::map<std::uint8_t, std::size_t> float_points_;  // by RWRI parameter
+  TwinPoints<Field> points_;
+  std::map<std::uint8_t, std::size_t> float_points_;  // index by RWRI parameter
   std::uint8_t short_address_ = 1;
   std::uint32_t serial_ = 0;
   Bytes password_;

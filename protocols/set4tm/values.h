@@ -2,15 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "protocols/common/decoded.h"
 #include "protocols/set4tm/points.h"
 
 namespace baudgate::protocols::set4tm {
 
-/// A value, or the quality that says why there is none.
-struct Decoded {
-  Value value;
-  Quality quality = Quality::good;
-};
 /// Never a number for what the meter marks as missing, nor for a scale that is not known.
 Decoded DecodeField(const Field& field, View data, const Scale& scale);
 /// Writes `value` into the reply's data as the meter would; false leaves the data as it was.

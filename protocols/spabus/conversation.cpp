@@ -25,13 +25,13 @@ class SpaConversation final : public Conversation {
       : device_(device),
         checksum_(std::move(checksum)),
         points_(ReadablePoints(device.points)),
-        writes_(device.options.Integer(kPassword)) {
+        writes_(device.options.Integer(kPassword)),
+        most_items_(MostItems()),
+        plan_(MakePlan(points_, most_items_)) {
     if (const auto slave = ParseSlave(device.address)) slave_ = *slave;
-    ForgetDevice();
-    plan_ = MakePlan(points_, learned_);
   }
 
-  std::span<const Query> Queries() const override { return plan_.queries; }
+  std::span<const Query> Queries() const override { return plan_.queries(); }
 
   Result<Request> Ask(const Task& task, Instant) override {
     if (slave_ == 0) return Error{"'" + device_.address + "' is not an SPA slave number"};
@@ -42,14 +42,13 @@ class SpaConversation final : public Conversation {
         return request;
       }
       case Task::Kind::poll: {
-        if (task.query >= plan_.blocks.size()) return Error{"there is no such query"};
+        if (task.query >= plan_.queries().size()) return Error{"there is no such query"};
         if (const auto leftover = writes_.Leftover(slave_)) {
           Request request = Seal(*leftover);
           request.closes = true;
           return request;
         }
-        const Block& block = plan_.blocks[task.query];
-        return Seal(ReadOf(slave_, block.first, block.last));
+        return Seal(ReadOf(slave_, plan_.block(task.query)));
       }
       case Task::Kind::write:
         return AskWrite(task);
@@ -68,8 +67,8 @@ class SpaConversation final : public Conversation {
       exchange.answer.then = Then::ask_again;
       return std::move(exchange.answer);
     }
-    if (exchange.nack && task.kind == Task::Kind::poll && LearnFromRefusal(exchange)) {
-      plan_ = MakePlan(points_, learned_);
+    const bool refused = exchange.nack && task.kind == Task::Kind::poll;
+    if (refused && LearnFromRefusal(task.query, *exchange.nack)) {
       exchange.answer.then = Then::replan;
     }
     return std::move(exchange.answer);
@@ -82,10 +81,10 @@ class SpaConversation final : public Conversation {
   }
 
   void OnReconnect() override {
-    ForgetDevice();
+    most_items_ = MostItems();
+    plan_.OnReconnect();
     writes_.Reset();
     checksum_->Forget();
-    plan_ = MakePlan(points_, learned_);
   }
 
   Answer Interpret(View request, View frame) override {
@@ -126,27 +125,22 @@ class SpaConversation final : public Conversation {
     checksum_->Confirm(MatchingReadings(frame, line_feed));
   }
 
-  /// Whether the refusal changes what will be asked, so that one item does not cost the others.
-  bool LearnFromRefusal(const Exchange& exchange) {
-    constexpr int kTooComplicated = 3;
-    const Command& command = *exchange.command;
-    const NackRule& rule = RuleOf(*exchange.nack);
-    const Address first{command.channels.first, command.category,
-                        command.numbers ? std::optional(command.numbers->first) : std::nullopt};
-    const std::size_t items = command.ItemCount();
-    if (items == 1) return rule.missing && learned_.missing.insert(first).second;
-    if (!rule.worth_splitting) return false;
-    if (*exchange.nack == kTooComplicated) {
-      learned_.max_items = std::min(learned_.max_items, items / 2);
-    } else {
-      learned_.cuts.insert(Block{first, command.numbers->last}.Middle());
-    }
-    return true;
+  std::size_t MostItems() const {
+    return static_cast<std::size_t>(device_.options.Integer(kMaxItems));
   }
 
-  void ForgetDevice() {
-    learned_ = {};
-    learned_.max_items = static_cast<std::size_t>(device_.options.Integer(kMaxItems));
+  /// Whether the refusal changes what will be asked, so that one item does not cost the others.
+  bool LearnFromRefusal(std::size_t query, int nack) {
+    constexpr int kTooComplicated = 3;
+    const NackRule& rule = RuleOf(nack);
+    const std::size_t items = plan_.block(query).size();
+    if (items == 1 ? !rule.missing : !rule.worth_splitting) return false;
+    if (items == 1 || nack != kTooComplicated) {
+      return plan_.OnRefused(query) != PlanChange::nothing;
+    }
+    most_items_ = std::min(most_items_, items / 2);
+    plan_.Make();
+    return true;
   }
 
   const config::Device& device_;
@@ -154,8 +148,8 @@ class SpaConversation final : public Conversation {
   std::vector<ReadPoint> points_;
   WriteSession writes_;
   unsigned slave_ = 0;
-  Learned learned_;
-  Plan plan_;
+  std::size_t most_items_;  ///< in one request; fewer once the device has called it too many
+  ItemPlan plan_;
 };
 
 }  // namespace

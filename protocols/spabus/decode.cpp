@@ -37,7 +37,7 @@ void AddValue(const Address& item, std::string_view text, std::span<const ReadPo
   for (const ReadPoint& candidate : points) {
     if (candidate.address != item) continue;
     known = true;
-    const DecodedValue decoded = DecodeValue(text, *candidate.point);
+    const Decoded decoded = DecodeValue(text, *candidate.point);
     readings.push_back({candidate.index, decoded.value, decoded.quality, {}});
   }
   if (!known) readings.push_back({kNoPoint, GuessValue(text), Quality::good, FormatAddress(item)});

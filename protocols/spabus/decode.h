@@ -8,7 +8,7 @@
 
 #include "protocols/conversation.h"
 #include "protocols/spabus/codec.h"
-#include "protocols/spabus/plan.h"
+#include "protocols/spabus/points.h"
 #include "protocols/spabus/reply.h"
 
 namespace baudgate::protocols::spabus {

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "protocols/common/frame_cuts.h"
 #include "protocols/spabus/reply.h"
 
 namespace baudgate::protocols::spabus {
@@ -42,13 +43,8 @@ Scan ScanText(View held, bool may_continue) {
   return {};
 }
 
-Cut SkipTo(View held, std::string_view starts) {
-  std::size_t size = 1;
-  if (held[0] == kCr || held[0] == kLf) return Cut::Discard(1, Outcome::none, "line end");
-  while (size < held.size() && starts.find(static_cast<char>(held[size])) == std::string_view::npos)
-    ++size;
-  return Cut::Discard(size, Outcome::partial, "bytes outside of a message");
-}
+/// Up to the next message, or to the line end of the one before, which is no noise.
+Cut SkipTo(View held, std::string_view starts) { return cut::SkipNoise(held, starts, "\r\n"); }
 
 /// Fibre rings bring every request back to the master.
 Cut SkipEcho(View held, bool idle) {
@@ -70,7 +66,7 @@ Cut SkipEcho(View held, bool idle) {
 // Continued         0A 3C 33 44 3A 31 2E 30 30 26 0D 0A 30 2F … 3A CC CC 0D 0A
 Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   if (held[0] == '>') return SkipEcho(held, idle);
-  if (held[0] != '<') return SkipTo(held, "<>\r\n");
+  if (held[0] != '<') return SkipTo(held, "<>");
   const Scan scan = ScanText(held, true);
   if (scan.state == Scan::State::open) return Cut::NeedMore();
   if (scan.state == Scan::State::broken) {
@@ -78,15 +74,15 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   }
   const View text = held.first(scan.size);
   if (scan.size >= expect.max_bytes) {
-    return Cut::Discard(scan.size, Outcome::corrupt, "longer than any reply");
+    return cut::TooLong(scan.size);
   }
   const auto reply = ParseReply(text);
   if (!reply) return Cut::Discard(scan.size, Outcome::corrupt, "syntax");
   if (!ChecksumPasses(text, expect.checksum)) {
-    return Cut::Discard(scan.size, Outcome::corrupt, "checksum");
+    return cut::BadChecksum(scan.size);
   }
   if (!expect.address.empty() && std::to_string(reply->slave) != AsText(expect.address)) {
-    return Cut::Discard(scan.size, Outcome::unexpected, "not from the device that was asked");
+    return cut::OfAnother(scan.size);
   }
   // The LF belongs to the frame, or it would be a stray byte of the next exchange; a slave that
   // leaves it out is understood as well.
@@ -98,14 +94,14 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
 // Five inputs       3E 32 52 49 31 2F 35 3A 30 36 0D                  >2RI1/5:06
 // Write             3E 31 57 56 31 36 30 3A 31 3A 30 38 0D            >1WV160:1:08
 Cut RequestRule(View held, const Expectation& expect, bool) {
-  if (held[0] != '>') return SkipTo(held, ">\r\n");
+  if (held[0] != '>') return SkipTo(held, ">");
   const Scan scan = ScanText(held, false);
   if (scan.state == Scan::State::open) return Cut::NeedMore();
   if (scan.state == Scan::State::broken) {
     return Cut::Discard(scan.size, Outcome::corrupt, scan.why);
   }
   if (scan.size > expect.max_bytes) {
-    return Cut::Discard(scan.size, Outcome::corrupt, "longer than any request");
+    return cut::TooLong(scan.size);
   }
   return Cut::Frame(scan.size);
 }

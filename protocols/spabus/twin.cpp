@@ -26,7 +26,7 @@ int OwnReading(const config::Options& options) {
 }
 
 /// Whether a decoded value fits the integer or bool that the item is.
-bool Fits(const DecodedValue& decoded, const config::Point& point) {
+bool Fits(const Decoded& decoded, const config::Point& point) {
   return decoded.quality == Quality::good && EncodeValue(decoded.value, point).ok();
 }
 
@@ -34,8 +34,11 @@ bool Fits(const DecodedValue& decoded, const config::Point& point) {
 
 SpaTwin::SpaTwin(const config::Device& device, TwinValues& values)
     : device_(device),
-      values_(values),
-      readable_(ReadablePoints(device.points)),
+      points_(
+          device, values, [](const config::Point& point) { return ParseAddress(point.read); },
+          [](const config::Point& point) {
+            return ParseAddress(point.write.empty() ? point.read : point.write);
+          }),
       reading_(OwnReading(device.options)),
       password_(device.options.Integer(kPassword)) {
   if (const auto slave = ParseSlave(device.address)) slave_ = *slave;
@@ -73,11 +76,8 @@ Bytes SpaTwin::Read(const Command& command, Instant now) {
 }
 
 Result<std::string> SpaTwin::Text(const Address& item, Instant now) const {
-  for (const ReadPoint& candidate : readable_) {
-    if (candidate.address == item) {
-      return PrintValue(values_.Get(candidate.index, now), *candidate.point);
-    }
-  }
+  const auto* known = points_.Find([&item](const Address& address) { return address == item; });
+  if (known != nullptr) return PrintValue(points_.Get(*known, now), *known->point);
   if (item == Address{0, 'F', std::nullopt}) {
     config::Point type;
     type.type = config::Type::string;
@@ -96,20 +96,14 @@ Bytes SpaTwin::Write(const Command& command) {
                            *item.number <= kPasswordItems.last;
   if (is_password) return WritePassword(*item.number, command.data);
 
-  bool known = false;
-  for (std::size_t index = 0; index < device_.points.size(); ++index) {
-    const config::Point& point = device_.points[index];
-    const auto address = ParseAddress(point.write.empty() ? point.read : point.write);
-    if (!address || *address != item) continue;
-    known = true;
-    if (point.access == config::Access::read) continue;
-    if (password_ != 0 && !open_) return Nack(kNotNow);
-    const DecodedValue decoded = DecodeValue(command.data, point);
-    if (!Fits(decoded, point)) return Nack(kBadValue);
-    values_.Set(index, decoded.value);
-    return EncodeAck(slave_, reading_);
-  }
-  return Nack(known ? kNotNow : kMissing);
+  const auto is_item = [&item](const Address& address) { return address == item; };
+  const auto* known = points_.FindWritable(is_item);
+  if (known == nullptr) return Nack(points_.Find(is_item) != nullptr ? kNotNow : kMissing);
+  if (password_ != 0 && !open_) return Nack(kNotNow);
+  const Decoded decoded = DecodeValue(command.data, *known->point);
+  if (!Fits(decoded, *known->point)) return Nack(kBadValue);
+  points_.Set(*known, decoded.value);
+  return EncodeAck(slave_, reading_);
 }
 
 Bytes SpaTwin::WritePassword(std::uint32_t item, const std::string& data) {

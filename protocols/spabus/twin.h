@@ -7,8 +7,8 @@
 #include <string>
 
 #include "config/model/device.h"
+#include "protocols/common/twin_points.h"
 #include "protocols/spabus/codec.h"
-#include "protocols/spabus/plan.h"
 #include "protocols/twin.h"
 
 namespace baudgate::protocols::spabus {
@@ -31,8 +31,7 @@ class SpaTwin final : public Twin {
   Result<std::string> Text(const Address& item, Instant now) const;
 
   const config::Device& device_;
-  TwinValues& values_;
-  std::vector<ReadPoint> readable_;
+  TwinPoints<Address> points_;
   unsigned slave_ = 0;
   int reading_ = 0;  ///< how its checksums are computed (reply.h)
   std::int64_t password_ = 0;

@@ -101,7 +101,7 @@ double AsMeant(double number) {
 
 }  // namespace
 
-DecodedValue DecodeValue(std::string_view raw, const config::Point& point) {
+Decoded DecodeValue(std::string_view raw, const config::Point& point) {
   const std::string_view text = Trim(raw);
   if (point.type == Type::string) return {Value(std::string(text)), Quality::good};
   if (text.empty()) return {{}, Quality::bad_sensor_failure};

@@ -7,20 +7,15 @@
 #include <string_view>
 
 #include "config/model/point.h"
-#include "gateway/base/quality.h"
 #include "gateway/base/result.h"
 #include "gateway/base/value.h"
+#include "protocols/common/decoded.h"
 
 namespace baudgate::protocols::spabus {
 
-struct DecodedValue {
-  Value value;  ///< nothing when the quality is bad
-  Quality quality = Quality::good;
-};
-
 /// A text that is not of the point's type never becomes a number: empty text is a sensor failure,
 /// anything else says that the profile is wrong.
-DecodedValue DecodeValue(std::string_view text, const config::Point& point);
+Decoded DecodeValue(std::string_view text, const config::Point& point);
 
 /// As DecodeValue where no point says what is expected: number if it reads as one, else text.
 Value GuessValue(std::string_view text);

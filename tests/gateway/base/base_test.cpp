@@ -110,6 +110,13 @@ TEST(Checksums, Vectors) {
   const Bytes digits = ToBytes("123456789");
   EXPECT_EQ(Crc16(digits), 0x4B37);
   EXPECT_EQ(Crc16({}), 0xFFFF);
+  Bytes frame = {0xC8, 0x08, 0x1B, 0x00, 0x11};
+  AppendCrc16(frame);
+  EXPECT_EQ(ToHex(frame), "C8 08 1B 00 11 77 BB");
+  EXPECT_TRUE(EndsInCrc16(frame));
+  ++frame[3];
+  EXPECT_FALSE(EndsInCrc16(frame));
+  EXPECT_FALSE(EndsInCrc16(Bytes{0xFF, 0xFF})) << "a CRC over nothing";
   EXPECT_EQ(Sum8(digits), 0xDD);
   EXPECT_EQ(Xor8(digits), 0x31);
   EXPECT_EQ(Sum8(Bytes{0xFF, 0x02}), 0x01);

@@ -8,9 +8,9 @@ namespace baudgate::protocols::dcon {
 namespace {
 
 /// `command` is asked of address 01; `reply` is the text between start and CR, no checksum.
-Decoded Decode(std::string_view command, std::string_view reply, std::size_t channels = 0,
-               const Settable& options = {}, std::optional<Form> form = std::nullopt,
-               std::uint8_t address = 1) {
+DecodedReply Decode(std::string_view command, std::string_view reply, std::size_t channels = 0,
+                    const Settable& options = {}, std::optional<Form> form = std::nullopt,
+                    std::uint8_t address = 1) {
   Settings settings = ReadSettings(MakeOptions(options));
   Command request;
   request.address = address;
@@ -18,14 +18,14 @@ Decoded Decode(std::string_view command, std::string_view reply, std::size_t cha
   return DecodeReply(request, form, channels, BuildReply(reply, settings.checksum), settings);
 }
 
-std::vector<double> Numbers(const Decoded& decoded) {
+std::vector<double> Numbers(const DecodedReply& decoded) {
   std::vector<double> numbers;
   for (const Field& field : decoded.fields) numbers.push_back(ToDouble(field.value));
   return numbers;
 }
 
 TEST(DconDecode, EightNumbers) {
-  const Decoded decoded =
+  const DecodedReply decoded =
       Decode("#", ">+100.23+34.050+124.56+07.331-101.45+1038.9-50.501+05.880", 8);
   EXPECT_EQ(decoded.outcome, Outcome::ok) << decoded.reason;
   EXPECT_EQ(Numbers(decoded),
@@ -34,7 +34,7 @@ TEST(DconDecode, EightNumbers) {
 
 TEST(DconDecode, NumbersOfAnyWidthOnlyWhereConfigured) {
   EXPECT_EQ(Decode("#", ">+1.2-33.44+555.666", 3).outcome, Outcome::unexpected);
-  const Decoded decoded = Decode("#", ">+1.2-33.44+555.666", 3, {{"width", std::int64_t{0}}});
+  const DecodedReply decoded = Decode("#", ">+1.2-33.44+555.666", 3, {{"width", std::int64_t{0}}});
   EXPECT_EQ(Numbers(decoded), (std::vector<double>{1.2, -33.44, 555.666}));
 }
 
@@ -48,7 +48,7 @@ TEST(DconDecode, AnotherCountIsNotBelieved) {
 
 /// The module's checksum is on and ours is off: two digits more, and no number may come of them.
 TEST(DconDecode, AnUnexpectedChecksumMakesNoNumber) {
-  const Decoded decoded = Decode("#0", ">-02.47197");
+  const DecodedReply decoded = Decode("#0", ">-02.47197");
   EXPECT_EQ(decoded.outcome, Outcome::unexpected);
   EXPECT_NE(decoded.reason.find("checksum"), std::string::npos);
   EXPECT_TRUE(decoded.fields.empty());
@@ -87,7 +87,7 @@ TEST(DconDecode, CodesAreNeverNumbers) {
   };
   for (const CodeCase& code : kCodes) {
     SCOPED_TRACE(code.token);
-    const Decoded decoded = Decode("#", ">+01.000" + std::string(code.token) + "-02.000", 3);
+    const DecodedReply decoded = Decode("#", ">+01.000" + std::string(code.token) + "-02.000", 3);
     ASSERT_EQ(decoded.outcome, Outcome::ok) << decoded.reason;
     ASSERT_EQ(decoded.fields.size(), 3U);
     EXPECT_FALSE(HasValue(decoded.fields[1].value));
@@ -103,14 +103,14 @@ TEST(DconDecode, NumbersThatLookLikeCodes) {
   EXPECT_EQ(Decode("#", ">+99.999+9.9999-00.000", 3).fields[1].value, Value{9.9999});
   EXPECT_EQ(ToDouble(Decode("#", ">+99.999+9.9999-00.000", 3).fields[2].value), 0.0);
   EXPECT_EQ(Decode("#0", ">+999.99").fields[0].value, Value{999.99});
-  const Decoded percent = Decode("#0", ">+999.99", 0, {{"format", std::string("percent")}});
+  const DecodedReply percent = Decode("#0", ">+999.99", 0, {{"format", std::string("percent")}});
   EXPECT_EQ(percent.fields[0].quality, Quality::bad_sensor_failure);
 }
 
 TEST(DconDecode, TextThatIsNoNumber) {
   for (const std::string_view bad : {">05.8800", "> +05.880", ">+0A.000", ">+1..000", ">+......",
                                      ">+", ">++05.88", ">+05,880", ">+1E0000", ">+05.880 "}) {
-    const Decoded decoded = Decode("#0", bad);
+    const DecodedReply decoded = Decode("#0", bad);
     EXPECT_TRUE(decoded.outcome == Outcome::corrupt || decoded.outcome == Outcome::unexpected)
         << bad;
     EXPECT_TRUE(decoded.fields.empty()) << bad;
@@ -120,7 +120,7 @@ TEST(DconDecode, TextThatIsNoNumber) {
 
 TEST(DconDecode, DisabledChannels) {
   const Settable missing = {{"enable_mask", std::int64_t{0b101}}};
-  const Decoded two = Decode("#", ">+01.000+03.000", 3, missing);
+  const DecodedReply two = Decode("#", ">+01.000+03.000", 3, missing);
   ASSERT_EQ(two.outcome, Outcome::ok) << two.reason;
   EXPECT_EQ(Select(two, {"#", Form::numbers, ReadAddress::Select::index, 0}).value, Value{1.0});
   EXPECT_EQ(Select(two, {"#", Form::numbers, ReadAddress::Select::index, 2}).value, Value{3.0});
@@ -131,7 +131,7 @@ TEST(DconDecode, DisabledChannels) {
   Settable zero = missing;
   zero.emplace_back("disabled", std::string("zero"));
   EXPECT_EQ(Decode("#", ">+01.000+03.000", 3, zero).outcome, Outcome::unexpected);
-  const Decoded three = Decode("#", ">+01.000+00.000+03.000", 3, zero);
+  const DecodedReply three = Decode("#", ">+01.000+00.000+03.000", 3, zero);
   EXPECT_EQ(three.fields[1].quality, Quality::bad_out_of_service);
   EXPECT_FALSE(HasValue(three.fields[1].value));
   EXPECT_EQ(three.fields[2].value, Value{3.0});
@@ -142,10 +142,10 @@ TEST(DconDecode, HexWords) {
   const std::string_view eight = ">7FFF8000000040000000000000000000";
   EXPECT_EQ(Numbers(Decode("#", eight, 8, volts)),
             (std::vector<double>{10, -10, 0, 5, 0, 0, 0, 0}));
-  const Decoded raw = Decode("$A", ">7FFF8000", 2);
+  const DecodedReply raw = Decode("$A", ">7FFF8000", 2);
   EXPECT_EQ(raw.fields[0].value, Value{std::int64_t{32767}});
   EXPECT_EQ(raw.fields[1].value, Value{std::int64_t{-32768}});
-  const Decoded unipolar =
+  const DecodedReply unipolar =
       Decode("$A", ">FFFF0000", 2, {{"hex_unsigned", true}, {"full_scale", 20.0}});
   EXPECT_EQ(Numbers(unipolar), (std::vector<double>{20, 0}));
   const Settable codes = {{"over", std::vector<std::string>{"7FFF"}}};
@@ -155,7 +155,7 @@ TEST(DconDecode, HexWords) {
 
 TEST(DconDecode, DigitalWords) {
   EXPECT_EQ(Decode("@", ">0F00").fields[0].value, Value{std::uint64_t{0x0F00}});
-  const Decoded status = Decode("$6", "!2A1500");
+  const DecodedReply status = Decode("$6", "!2A1500");
   ASSERT_EQ(status.outcome, Outcome::ok) << status.reason;
   EXPECT_EQ(status.form, Form::status);
   const auto pick = [&](ReadAddress::Select select, unsigned bit) {
@@ -200,7 +200,7 @@ TEST(DconDecode, CounterWithChecksumInFront) {
   for (unsigned count = 0; count < 0x10000; ++count) {
     const std::string data = "0000" + HexByte(static_cast<std::uint8_t>(count >> 8U)) +
                              HexByte(static_cast<std::uint8_t>(count));
-    const Decoded decoded =
+    const DecodedReply decoded =
         DecodeReply(request, Form::counter, 0, BuildCounterReplyFront(data), settings);
     if (decoded.outcome == Outcome::ok) {
       ASSERT_EQ(decoded.fields[0].value, Value{std::uint64_t{count}});
@@ -263,7 +263,7 @@ TEST(DconDecode, NobodyAnswersABroadcast) {
   Command all;
   all.broadcast = true;
   all.text = "#";
-  const Decoded decoded = DecodeReply(all, {}, 0, ToBytes(">\r"), ReadSettings(MakeOptions()));
+  const DecodedReply decoded = DecodeReply(all, {}, 0, ToBytes(">\r"), ReadSettings(MakeOptions()));
   EXPECT_EQ(decoded.outcome, Outcome::unexpected);
 }
 

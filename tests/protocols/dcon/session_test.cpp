@@ -71,7 +71,7 @@ TEST(DconSession, AProbeThatFailsGivesWayToOtherCommands) {
     talk.OnReconnect();
   }
   EXPECT_EQ(asked,
-            (std::vector<std::string>{"$013\r", "#011\r", "$013\r", "$013\r", "$013\r", "$013\r"}))
+            (std::vector<std::string>{"$013\r", "#011\r", "$013\r", "$013\r", "$013\r", "#011\r"}))
       << "never the command that may reset a counter";
   EXPECT_EQ(Exchange(talk, Probe(), ">+01.000\r").outcome, Outcome::ok);
   EXPECT_EQ(Asked(talk, Probe()), "$013\r");

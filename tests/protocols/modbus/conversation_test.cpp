@@ -22,8 +22,8 @@ config::Device Inverter(const Settable& options = {}) {
 TEST(ModbusConversation, ReadsABlock) {
   const config::Device device = Inverter();
   ModbusConversation talk(Framing::rtu, device);
-  EXPECT_EQ(Asked(talk, Poll(1)), "03 00 C8 00 02");
-  const Answer answer = Exchange(talk, Poll(1), "03 04 09C4 00CA");
+  EXPECT_EQ(Asked(talk, Poll(0)), "03 00 C8 00 02");
+  const Answer answer = Exchange(talk, Poll(0), "03 04 09C4 00CA");
   EXPECT_EQ(answer.outcome, Outcome::ok);
   ASSERT_EQ(answer.readings.size(), 2U);
   EXPECT_EQ(answer.readings[0].point, 0U);
@@ -46,9 +46,9 @@ TEST(ModbusConversation, ReadsBits) {
 TEST(ModbusConversation, RepliesThatDoNotFitGiveNothing) {
   const config::Device device = Inverter();
   ModbusConversation talk(Framing::rtu, device);
-  const Request request = *talk.Ask(Poll(1), Instant{});
+  const Request request = *talk.Ask(Poll(0), Instant{});
   const auto answer = [&](std::uint8_t slave, const char* pdu) {
-    return talk.OnFrame(Poll(1), request, Wrap(Framing::rtu, slave, Hex(pdu)), Instant{});
+    return talk.OnFrame(Poll(0), request, Wrap(Framing::rtu, slave, Hex(pdu)), Instant{});
   };
   for (const auto& [slave, pdu] :
        {std::pair{21, "0304 09C4 00CA"}, std::pair{20, "0302 09C4"}, std::pair{20, "0404 09C400CA"},
@@ -58,12 +58,12 @@ TEST(ModbusConversation, RepliesThatDoNotFitGiveNothing) {
     EXPECT_TRUE(got.readings.empty());
     EXPECT_FALSE(got.reason.empty());
   }
-  EXPECT_EQ(talk.OnFrame(Poll(1), request, Hex("140304"), Instant{}).outcome, Outcome::corrupt);
+  EXPECT_EQ(talk.OnFrame(Poll(0), request, Hex("140304"), Instant{}).outcome, Outcome::corrupt);
   // The frame rule keeps them from the conversation, and the right one behind them comes through.
   Bytes wire = Wrap(Framing::rtu, 21, Hex("0304 1111 1111"));
   Append(wire, Wrap(Framing::rtu, 20, Hex("0302 2222")));
   Append(wire, Wrap(Framing::rtu, 20, Hex("0304 09C4 00CA")));
-  EXPECT_EQ(ExchangeBytes(talk, Poll(1), wire).outcome, Outcome::ok);
+  EXPECT_EQ(ExchangeBytes(talk, Poll(0), wire).outcome, Outcome::ok);
 }
 
 TEST(ModbusConversation, ExceptionsOfReads) {
@@ -115,10 +115,10 @@ TEST(ModbusConversation, ABlockThatIsRefusedIsReadInParts) {
   ASSERT_EQ(answer.readings.size(), 1U);
   EXPECT_EQ(answer.readings[0].point, 2U);
   EXPECT_EQ(answer.readings[0].quality, Quality::bad_configuration);
-  EXPECT_EQ(talk.Queries()[0].group, Group::slow);
-  EXPECT_EQ(Asked(talk, Poll(0)), "03 00 05 00 01");
-  EXPECT_EQ(Exchange(talk, Poll(0), "8302").then, Then::done);
-  EXPECT_EQ(Exchange(talk, Poll(0), "03 02 0007").then, Then::replan) << "it is there now";
+  EXPECT_EQ(talk.Queries()[2].group, Group::slow);
+  EXPECT_EQ(Asked(talk, Poll(2)), "03 00 05 00 01");
+  EXPECT_EQ(Exchange(talk, Poll(2), "8302").then, Then::done);
+  EXPECT_EQ(Exchange(talk, Poll(2), "03 02 0007").then, Then::replan) << "it is there now";
   EXPECT_EQ(talk.Queries()[2].group, Group::fast);
   talk.OnReconnect();
   EXPECT_EQ(talk.Queries().size(), 3U) << "splits are remembered";
@@ -139,10 +139,10 @@ TEST(ModbusConversation, ABlockThatIsNeverAnsweredIsTakenForRefused) {
   EXPECT_EQ(Exchange(talk, Poll(2), "03 02 0001").outcome, Outcome::ok);
   for (int i = 0; i < 2; ++i) EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
   EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::replan);
-  EXPECT_EQ(Asked(talk, Poll(0)), "03 00 64 00 01");
-  EXPECT_EQ(talk.Queries()[0].group, Group::slow);
-  for (int i = 0; i < 9; ++i) EXPECT_EQ(Exchange(talk, Poll(2), "").then, Then::done);
-  EXPECT_EQ(Exchange(talk, Poll(0), "03 02 0001").then, Then::replan) << "it answers after all";
+  EXPECT_EQ(Asked(talk, Poll(2)), "03 00 64 00 01");
+  EXPECT_EQ(talk.Queries()[2].group, Group::slow);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
+  EXPECT_EQ(Exchange(talk, Poll(2), "03 02 0001").then, Then::replan) << "it answers after all";
 }
 
 TEST(ModbusConversation, Writes) {
@@ -247,6 +247,19 @@ TEST(ModbusProbe, AGatewayThatAnswersForADeadDeviceProvesNothing) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
   ModbusConversation talk(Framing::rtu, device);
   EXPECT_EQ(Exchange(talk, Probe(), "880B").outcome, Outcome::no_reply);
+}
+
+TEST(ModbusProbe, ABlockThatIsNeverAnsweredDoesNotHideTheDevice) {
+  const config::Device device =
+      MakeDevice({ReadPoint("a", "holding 0"), ReadPoint("b", "holding 100")});
+  ModbusConversation talk(Framing::rtu, device);
+  std::vector<std::string> asked;
+  for (int i = 0; i < 4; ++i) {
+    asked.push_back(Asked(talk, Probe()));
+    Exchange(talk, Probe(), "");
+  }
+  EXPECT_EQ(asked,
+            (std::vector<std::string>{kLoopback, "03 00 64 00 01", kLoopback, "03 00 00 00 01"}));
 }
 
 // ---------------------------------------------------------------- decode

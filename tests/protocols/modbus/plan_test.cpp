@@ -11,15 +11,19 @@ using config::Group;
 using config::Type;
 
 /// "fast holding 0+3 slow coil 5+1": group, table, address and count of each request.
-std::string Shown(const Plan& plan) {
+std::string Shown(const TablePlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.queries().size(); ++i) {
-    const Block& block = plan.block(i);
+    const Block<Table>& block = plan.block(i);
     text += (text.empty() ? "" : " ") + std::string(config::Name(plan.queries()[i].group)) + " " +
-            std::string(Name(block.table)) + " " + std::to_string(block.address) + "+" +
-            std::to_string(block.count);
+            std::string(Name(block.key)) + " " + std::to_string(block.begin) + "+" +
+            std::to_string(block.size());
   }
   return text;
+}
+
+TablePlan Plan(const std::vector<config::Point>& points, const Settings& settings = {}) {
+  return MakePlan(points, ReadPlaces(points), settings);
 }
 
 std::vector<config::Point> Points(const std::vector<std::string>& reads, Type type = Type::uint16) {
@@ -60,44 +64,32 @@ TEST(ModbusPlan, GroupsAreApartAndWritePointsAreNotRead) {
   auto points = Points({"holding 0", "holding 1", "holding 2"});
   points[1].group = Group::slow;
   points.push_back(WritePoint("w", "", "holding 3"));
-  EXPECT_EQ(Shown(Plan(points, {})), "slow holding 1+1 fast holding 0+3");
+  EXPECT_EQ(Shown(Plan(points, {})), "fast holding 0+3 slow holding 1+1");
 }
 
 TEST(ModbusPlan, PointsOfOneRegisterShareIt) {
   auto points = Points({"holding 8[b0]", "holding 8[b15]"}, Type::boolean);
   points.push_back(ReadPoint("word", "holding 8"));
   points.push_back(ReadPoint("wide", "holding 7", Type::uint32));
-  const Plan plan(points, {});
+  const TablePlan plan = Plan(points);
   EXPECT_EQ(Shown(plan), "fast holding 7+2");
   EXPECT_EQ(plan.queries()[0].points.size(), 4U);
 }
 
-TEST(ModbusPlan, ARefusedBlockIsSplitAtItsWidestHole) {
-  const auto points = Points({"holding 0", "holding 1", "holding 5", "holding 8"});
-  Plan plan(points, {});
+TEST(ModbusPlan, ARefusedBlockIsSplitAndStaysSo) {
+  TablePlan plan = Plan(Points({"holding 0", "holding 1", "holding 5", "holding 8"}));
   ASSERT_EQ(Shown(plan), "fast holding 0+9");
-  EXPECT_TRUE(plan.Split(0));
+  EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
   EXPECT_EQ(Shown(plan), "fast holding 0+2 fast holding 5+4");
-  EXPECT_TRUE(plan.Split(1));
-  EXPECT_EQ(Shown(plan), "fast holding 0+2 fast holding 5+1 fast holding 8+1");
-  EXPECT_FALSE(plan.Split(1)) << "a single point";
-  plan.Forget();
-  EXPECT_EQ(Shown(plan), "fast holding 0+2 fast holding 5+1 fast holding 8+1") << "for good";
-}
-
-TEST(ModbusPlan, WithoutAHoleItIsSplitInTheMiddle) {
-  const auto points = Points({"holding 0", "holding 1", "holding 2", "holding 3"});
-  Plan plan(points, {});
-  EXPECT_TRUE(plan.Split(0));
-  EXPECT_EQ(Shown(plan), "fast holding 0+2 fast holding 2+2");
+  plan.OnReconnect();
+  EXPECT_EQ(Shown(plan), "fast holding 0+2 fast holding 5+4");
 }
 
 TEST(ModbusPlan, OverlappingPointsAreNotParted) {
   auto points = Points({"holding 8[b0]", "holding 8[b1]"}, Type::boolean);
   points.push_back(ReadPoint("word", "holding 8"));
-  Plan plan(points, {});
-  EXPECT_FALSE(plan.Split(0));
-  EXPECT_TRUE(plan.Demote(0));
+  TablePlan plan = Plan(points);
+  EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
   EXPECT_EQ(Shown(plan), "slow holding 8+1");
   EXPECT_EQ(plan.queries()[0].points.size(), 3U);
 }
@@ -105,24 +97,15 @@ TEST(ModbusPlan, OverlappingPointsAreNotParted) {
 TEST(ModbusPlan, WhatIsRefusedIsAskedRarelyAndApart) {
   auto points = Points({"holding 0", "holding 1", "holding 2"});
   points[2].group = Group::slow;
-  Plan plan(points, {});
-  ASSERT_TRUE(plan.Split(1));
-  ASSERT_EQ(Shown(plan), "slow holding 2+1 fast holding 0+1 fast holding 1+1");
-  EXPECT_TRUE(plan.Demote(2));
-  EXPECT_EQ(Shown(plan), "slow holding 2+1 slow holding 1+1 fast holding 0+1");
-  EXPECT_FALSE(plan.Demote(1)) << "no news";
-  EXPECT_FALSE(plan.Restore(2)) << "never demoted";
-  EXPECT_TRUE(plan.Restore(1)) << "new firmware knows it";
-  EXPECT_EQ(Shown(plan), "slow holding 2+1 fast holding 0+1 fast holding 1+1");
-}
-
-TEST(ModbusPlan, ABlockOfAnUnknownFunctionStaysWhole) {
-  const auto points = Points({"input 0", "input 1", "input 2"});
-  Plan plan(points, {});
-  EXPECT_TRUE(plan.Demote(0));
-  EXPECT_EQ(Shown(plan), "slow input 0+3");
-  plan.Forget();
-  EXPECT_EQ(Shown(plan), "fast input 0+3");
+  TablePlan plan = Plan(points);
+  ASSERT_EQ(plan.OnRefused(0), PlanChange::split);
+  ASSERT_EQ(Shown(plan), "fast holding 0+1 fast holding 1+1 slow holding 2+1");
+  EXPECT_EQ(plan.OnRefused(1), PlanChange::set_apart);
+  EXPECT_EQ(Shown(plan), "fast holding 0+1 slow holding 2+1 slow holding 1+1");
+  EXPECT_EQ(plan.OnRefused(2), PlanChange::nothing);
+  EXPECT_EQ(plan.OnAnswered(1), PlanChange::nothing);
+  EXPECT_EQ(plan.OnAnswered(2), PlanChange::restored) << "new firmware knows it";
+  EXPECT_EQ(Shown(plan), "fast holding 0+1 fast holding 1+1 slow holding 2+1");
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ TEST(Set4tmPassword, TextOrHex) {
 TEST(Set4tmChecksum, IsCrc16LowByteFirst) {
   EXPECT_EQ(Crc16(ToBytes("123456789")), 0x4B37);
   EXPECT_EQ(MakeFrame(Hex("00"), Hex("00")), Hex("00 00 01 B0"));
-  EXPECT_FALSE(ChecksumGood(Hex("00 00 B0 01")));
+  EXPECT_FALSE(EndsInCrc16(Hex("00 00 B0 01")));
   EXPECT_FALSE(SplitFrame(Hex("FC 00 01 B0")));
   EXPECT_FALSE(SplitFrame(Bytes()));
 }

@@ -106,7 +106,7 @@ TEST(Set4tmReplyRule, StatusToAWriteIsWholeAtOnce) {
 TEST(Set4tmReplyRule, StatusFollowedByABreakIsNoValue) {
   Bytes lengthened = protocols::set4tm::MakeFrame(Bytes{0xC8}, Bytes{0x05});
   lengthened.resize(7);  // zeros keep the CRC good
-  ASSERT_TRUE(protocols::set4tm::ChecksumGood(lengthened));
+  ASSERT_TRUE(EndsInCrc16(lengthened));
   const Cut cut = protocols::set4tm::ReplyRule(lengthened, AwaitFloat(), true);
   EXPECT_EQ(cut.kind, Cut::Kind::discard);
   EXPECT_EQ(cut.blame, Outcome::corrupt);

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/conversation.h"
 
+#include "protocols/spabus/expect.h"
 #include "protocols/spabus/reply.h"
 #include "tests/protocols/spabus/support.h"
 

@@ -7,17 +7,23 @@
 namespace baudgate::protocols::spabus {
 namespace {
 
-std::vector<std::string> Asked(const std::vector<config::Point>& points,
-                               const Learned& learned = {}) {
+std::string Shown(const Block<Row>& block) {
+  const Command command = ReadOf(1, block);
+  const auto number = command.numbers ? std::optional(command.numbers->first) : std::nullopt;
+  std::string text = FormatAddress({command.channels.first, command.category, number});
+  if (command.ItemCount() > 1) text += "/" + std::to_string(command.numbers->last);
+  return text;
+}
+
+std::vector<std::string> Asked(const ItemPlan& plan) {
   std::vector<std::string> asked;
-  const Plan plan = MakePlan(ReadablePoints(points), learned);
-  EXPECT_EQ(plan.queries.size(), plan.blocks.size());
-  for (const Block& block : plan.blocks) {
-    std::string text = FormatAddress(block.first);
-    if (block.ItemCount() > 1) text += "/" + std::to_string(block.last);
-    asked.push_back(text);
-  }
+  for (std::size_t i = 0; i < plan.queries().size(); ++i) asked.push_back(Shown(plan.block(i)));
   return asked;
+}
+
+std::vector<std::string> Asked(const std::vector<config::Point>& points,
+                               std::size_t most_items = 8) {
+  return Asked(MakePlan(ReadablePoints(points), most_items));
 }
 
 using Texts = std::vector<std::string>;
@@ -27,7 +33,7 @@ TEST(SpaPlan, NeighboursShareARequest) {
   EXPECT_EQ(Asked({MakePoint("I1"), MakePoint("I3")}), (Texts{"I1", "I3"})) << "no gap is filled";
   EXPECT_EQ(Asked({MakePoint("I1"), MakePoint("O2")}), (Texts{"I1", "O2"}));
   EXPECT_EQ(Asked({MakePoint("I1"), MakePoint("1I2")}), (Texts{"I1", "1I2"}));
-  EXPECT_EQ(Asked({MakePoint("F"), MakePoint("C")}), (Texts{"C", "F"}));
+  EXPECT_EQ(Asked({MakePoint("F"), MakePoint("C")}), (Texts{"F", "C"}));
 }
 
 TEST(SpaPlan, GroupsStayApartAndFastOnesComeFirst) {
@@ -39,29 +45,33 @@ TEST(SpaPlan, GroupsStayApartAndFastOnesComeFirst) {
 TEST(SpaPlan, SameItemTwiceIsAskedOnce) {
   const std::vector<config::Point> points = {MakePoint("V6"), MakePoint("V6"), MakePoint("V7"),
                                              MakePoint("C"), MakePoint("C")};
-  EXPECT_EQ(Asked(points), (Texts{"C", "V6/7"}));
-  const Plan plan = MakePlan(ReadablePoints(points), {});
-  EXPECT_EQ(plan.queries[0].points, (std::vector<std::size_t>{3, 4}));
-  EXPECT_EQ(plan.queries[1].points, (std::vector<std::size_t>{0, 1, 2}));
+  const std::size_t most = 8;
+  const ItemPlan plan = MakePlan(ReadablePoints(points), most);
+  EXPECT_EQ(Asked(plan), (Texts{"V6/7", "C"}));
+  EXPECT_EQ(plan.queries()[0].points, (std::vector<std::size_t>{0, 1, 2}));
+  EXPECT_EQ(plan.queries()[1].points, (std::vector<std::size_t>{3, 4}));
 }
 
 TEST(SpaPlan, KeepsWithinTheMostItems) {
   std::vector<config::Point> points;
   for (int i = 1; i <= 13; ++i) points.push_back(MakePoint("O" + std::to_string(i)));
   EXPECT_EQ(Asked(points), (Texts{"O1/8", "O9/13"}));
-  Learned learned;
-  learned.max_items = 5;
-  EXPECT_EQ(Asked(points, learned), (Texts{"O1/5", "O6/10", "O11/13"}));
+  EXPECT_EQ(Asked(points, 5), (Texts{"O1/5", "O6/10", "O11/13"}));
 }
 
-TEST(SpaPlan, CutsAndMissingItemsDivideABlock) {
+TEST(SpaPlan, SplitsAndMissingItemsDivideABlock) {
   std::vector<config::Point> points;
   for (int i = 1; i <= 6; ++i) points.push_back(MakePoint("O" + std::to_string(i)));
-  Learned learned;
-  learned.cuts.insert({0, 'O', 4});
-  EXPECT_EQ(Asked(points, learned), (Texts{"O1/3", "O4/6"}));
-  learned.missing.insert({0, 'O', 2});
-  EXPECT_EQ(Asked(points, learned), (Texts{"O1", "O3", "O4/6"}));
+  const std::size_t most = 8;
+  ItemPlan plan = MakePlan(ReadablePoints(points), most);
+  EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
+  EXPECT_EQ(Asked(plan), (Texts{"O1/3", "O4/6"}));
+  EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
+  EXPECT_EQ(Asked(plan), (Texts{"O1", "O2/3", "O4/6"}));
+  EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
+  EXPECT_EQ(Asked(plan), (Texts{"O2/3", "O4/6"})) << "what is missing is not asked for";
+  plan.OnReconnect();
+  EXPECT_EQ(Asked(plan), (Texts{"O1/6"})) << "it may be another relay now";
 }
 
 TEST(SpaPlan, WriteOnlyPointsAreNotRead) {

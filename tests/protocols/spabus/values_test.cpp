@@ -11,23 +11,23 @@
 namespace baudgate::protocols::spabus {
 namespace {
 
-DecodedValue Decoded(const std::string& text, Type type, double scale = 1) {
+Decoded DecodedAs(const std::string& text, Type type, double scale = 1) {
   config::Point point = MakePoint("V1", type);
   point.scale = scale;
   return DecodeValue(text, point);
 }
 
 TEST(SpaValue, DecodesByTypeOfThePoint) {
-  EXPECT_EQ(Decoded("0.52", Type::float32).value, Value(0.52));
-  EXPECT_EQ(Decoded(" -0.5", Type::float32).value, Value(-0.5));
-  EXPECT_EQ(Decoded("+85", Type::uint16).value, Value(std::int64_t{85}));
-  EXPECT_EQ(Decoded("085.00", Type::uint16).value, Value(std::int64_t{85}));
-  EXPECT_EQ(Decoded("18446744073709551615", Type::uint64).value,
+  EXPECT_EQ(DecodedAs("0.52", Type::float32).value, Value(0.52));
+  EXPECT_EQ(DecodedAs(" -0.5", Type::float32).value, Value(-0.5));
+  EXPECT_EQ(DecodedAs("+85", Type::uint16).value, Value(std::int64_t{85}));
+  EXPECT_EQ(DecodedAs("085.00", Type::uint16).value, Value(std::int64_t{85}));
+  EXPECT_EQ(DecodedAs("18446744073709551615", Type::uint64).value,
             Value(std::numeric_limits<std::uint64_t>::max()));
-  EXPECT_EQ(Decoded("1", Type::boolean).value, Value(true));
-  EXPECT_EQ(Decoded("0", Type::boolean).value, Value(false));
-  EXPECT_EQ(Decoded(" SPAJ 142C ", Type::string).value, Value(std::string("SPAJ 142C")));
-  EXPECT_EQ(Decoded("0.52", Type::int16, 100).value, Value(0.52)) << "the scale makes it whole";
+  EXPECT_EQ(DecodedAs("1", Type::boolean).value, Value(true));
+  EXPECT_EQ(DecodedAs("0", Type::boolean).value, Value(false));
+  EXPECT_EQ(DecodedAs(" SPAJ 142C ", Type::string).value, Value(std::string("SPAJ 142C")));
+  EXPECT_EQ(DecodedAs("0.52", Type::int16, 100).value, Value(0.52)) << "the scale makes it whole";
 }
 
 TEST(SpaValue, NeverMakesANumberOfAnythingElse) {
@@ -44,12 +44,12 @@ TEST(SpaValue, NeverMakesANumberOfAnythingElse) {
                                                  {"--", Type::float32},
                                                  {"1-2", Type::float32},
                                                  {"1 2", Type::float32}}) {
-    const DecodedValue decoded = Decoded(text, type);
+    const Decoded decoded = DecodedAs(text, type);
     EXPECT_FALSE(HasValue(decoded.value)) << text;
     EXPECT_EQ(decoded.quality, Quality::bad_configuration) << text;
   }
-  EXPECT_EQ(Decoded("", Type::float32).quality, Quality::bad_sensor_failure);
-  EXPECT_FALSE(HasValue(Decoded("  ", Type::float32).value));
+  EXPECT_EQ(DecodedAs("", Type::float32).quality, Quality::bad_sensor_failure);
+  EXPECT_FALSE(HasValue(DecodedAs("  ", Type::float32).value));
 }
 
 std::string Encoded(const Value& value, Type type, double scale = 1) {
