@@ -1,6 +1,17 @@
-// Cuts RTU frames by their known length and CRC; the silence of 3.5 characters that ends them on
-// the wire does not survive USB adapters and serial servers, so only functions of unknown length
-// wait for it.
+// Cuts RTU frames by their known length and CRC.
+//
+//   > 14 | 03 01 F4 00 01 | C6 C1                read holding 500 of slave 20
+//   < 14 | 03 02 00 4B | F5 B0                   its value: 004B
+//   > 14 | 06 00 08 00 02 | 8B 0C                write holding 8; the reply is the same
+//   > 14 | 10 03 E7 00 78 F0 ... 240 bytes ... | CRC    write 120 registers, 249 bytes
+//   < 14 | 83 02 | D1 35                         exception: illegal data address
+//
+// A listener also hears the replies of other slaves, and passes them over. One may hold a request:
+//
+//   < 4D | 03 08 01 06 04 D2 10 E1 E5 4B | BF 4D data that are a write to slave 1
+//
+// The silence of 3.5 characters that ends frames on the wire does not survive USB adapters and
+// serial servers, so only functions of unknown length wait for it.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/rtu_frame_rule.h"
 
@@ -114,37 +125,31 @@ Cut DropFlood(View burst) {
 /// awaited one may stand behind it. Only functions whose replies have a known length, or the
 /// awaited ones, are waited for.
 Cut FromAnother(View held, const Expectation& expect, bool idle) {
-  constexpr std::string_view why = "not from the device that was asked";
-  if (held[0] == 0 || held[0] > kLastSlave) return cut::Slide(held, why);
-  const auto wait = [&] { return idle ? cut::Slide(held, why) : Cut::NeedMore(); };
+  constexpr std::string_view kWhy = "not from the device that was asked";
+  if (held[0] == 0 || held[0] > kLastSlave) return cut::Slide(held, kWhy);
+  const auto wait = [&] { return idle ? cut::Slide(held, kWhy) : Cut::NeedMore(); };
   if (held.size() < 2) return wait();
   const bool exception = held[1] >= kExceptionBit;
-  if ((exception ? held[1] - kExceptionBit : held[1]) > kEncapsulated) return cut::Slide(held, why);
+  if ((exception ? held[1] - kExceptionBit : held[1]) > kEncapsulated)
+    return cut::Slide(held, kWhy);
   PduLength length = ReplyLength(held.subspan(1));
   if (length.kind == Kind::need_more) return wait();
   if (length.kind == Kind::unknown) {
     const auto shape =
         std::ranges::find_if(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
-    if (shape == expect.shapes.end()) return cut::Slide(held, why);
+    if (shape == expect.shapes.end()) return cut::Slide(held, kWhy);
     length.size = shape->min_length - kRtuOverhead;
   }
   const std::size_t size = length.size + kRtuOverhead;
   const bool awaited =
       std::ranges::any_of(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
-  if (!awaited && size > kShortReply) return cut::Slide(held, why);
+  if (!awaited && size > kShortReply) return cut::Slide(held, kWhy);
   if (held.size() < size) return wait();
-  return EndsInCrc16(held.first(size)) ? cut::OfAnother(size) : cut::Slide(held, why);
+  return EndsInCrc16(held.first(size)) ? cut::OfAnother(size) : cut::Slide(held, kWhy);
 }
 
 }  // namespace
 
-// Request:  14 | 03 01 F4 00 01 | C6 C1                read holding 500 of slave 20
-//           14 | 06 00 08 00 02 | 8B 0C                write holding 8
-//           14 | 10 03 E7 00 78 F0 … 240 bytes … | CRC write 120 registers, 249 bytes
-// Heard on the bus between two requests, and passed over:
-//           14 | 03 02 09 C4 | B2 44                   the reply of a slave
-//           14 | 83 02 | D1 35                         its exception
-//           4D | 03 08 01 06 04 D2 10 E1 E5 4B | BF 4D a reply whose data are a write to slave 1
 // A byte count is believed only when it agrees with the quantity before it. The reply to a write of
 // one register equals its request, and one that holds 17 to 24 bits is as long as a request and has
 // its CRC: a listener takes them for requests to a slave that it is not.
@@ -174,11 +179,6 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
   return open ? cut::Wait(idle, held.size()) : cut::BadChecksum(held.size());
 }
 
-// Reply:    14 | 03 02 09 C4 | B2 44                   25.00 Hz
-//           14 | 03 02 00 CA | 35 D0                   2.02 A
-//           14 | 03 02 00 4B | F5 B0                   status word 004B
-//           14 | 06 00 08 00 02 | 8B 0C                the write is repeated
-//           14 | 83 02 | D1 35                         exception: illegal data address
 // The request says who answers, with which function, and how long the answer is: a good one or an
 // exception. After damage the rule slides by one. A whole reply of another slave is a frame as
 // well.

@@ -1,5 +1,12 @@
-// Where SET-4TM requests and replies begin and end: by known length and CRC, since the silence that
-// ends a frame (8 ms at 9600) does not survive USB adapters and serial servers.
+// Cuts SET-4TM requests and replies by their known length and CRC.
+//
+//   > C8 | 08 1B 00 11 | 77 BB                   address 200: voltage of phase 1 as a float
+//   < C8 | 00 80 66 43 | AE 69                   230.5 V
+//   < C8 | 05 | CRC                              status 5 in its place: channel not open
+//   > FC 00 89 A2 61 | 08 00 | 8F 76             extended address 9020001: serial number
+//   < FC 00 89 A2 61 | 00 89 A2 61 06 09 02 | 58 BB
+//
+// The silence that ends a frame (8 ms at 9600) does not survive USB adapters and serial servers.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/frame_rule.h"
 
@@ -30,8 +37,6 @@ bool IsFromAnother(View frame, const Expectation& expect) {
 
 }  // namespace
 
-// Request:  C8 | 08 1B 00 11 | 77 BB                   address 200: voltage of phase 1 as a float
-//           FC 00 89 A2 61 | 08 00 | 8F 76             extended address 9020001: serial number
 // The code (and its parameter) gives the length; a few parameters take an optional byte, then the
 // shorter form with a good CRC wins. Codes that are not listed are whole only before silence.
 Cut RequestRule(View held, const Expectation&, bool idle) {
@@ -54,9 +59,6 @@ Cut RequestRule(View held, const Expectation&, bool idle) {
   return cut::Wait(idle);
 }
 
-// Reply:    C8 | 00 80 66 43 | AE 69                   230.5 V
-//           C8 | 05 | CRC                              status 5 in its place: channel not open
-//           FC 00 89 A2 61 | 00 89 A2 61 06 09 02 | 58 BB
 // A reply repeats nothing of its request. The longest expected length with a good CRC is whole at
 // once; a shorter shape (the status where data is awaited) only when silence follows, because the
 // first bytes of data may have a good CRC by chance.

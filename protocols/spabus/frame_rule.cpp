@@ -1,3 +1,14 @@
+// Cuts SPA messages from `>` or `<` to CR.
+//
+//   > 3E 31 52 46 3A 32 31 0D                        >1RF:21           what is slave 1?
+//   < 0A 3C 31 44 3A 30 2E 35 32 2F 31 3A 36 30 0D 0A
+//                                                    <1D:0.52/1:60     two values
+//   < 0A 3C 31 41 3A 37 36 0D 0A                     <1A:76            a write is acknowledged
+//   < 0A 3C 31 4E 3A 35 3A 37 36 0D 0A               <1N:5:76          refused, code 5
+//   < 0A 3C 33 44 3A 31 2E 30 30 26 0D 0A 30 2F ... 3A CC CC 0D 0A     continued behind & CR LF
+//
+// `<` and `>` never stand inside a message: one that appears cuts off what came before it. Fibre
+// rings bring every request back to the master.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/frame_rule.h"
 
@@ -16,8 +27,7 @@ struct Scan {
   std::string_view why;
 };
 
-/// Follows text from its start character to the CR that ends it. `<` and `>` never stand inside a
-/// message, so what comes before one of them is cut off and nothing behind it can be lost.
+/// Follows text from its start character to the CR that ends it.
 Scan ScanText(View held, bool may_continue) {
   std::size_t line_start = 0;
   std::size_t lines = 1;
@@ -46,7 +56,7 @@ Scan ScanText(View held, bool may_continue) {
 /// Up to the next message, or to the line end of the one before, which is no noise.
 Cut SkipTo(View held, std::string_view starts) { return cut::SkipNoise(held, starts, "\r\n"); }
 
-/// Fibre rings bring every request back to the master.
+/// What a fibre ring brings back.
 Cut SkipEcho(View held, bool idle) {
   constexpr std::string_view kWhy = "echo of a request";
   const Scan scan = ScanText(held, false);
@@ -56,14 +66,7 @@ Cut SkipEcho(View held, bool idle) {
 
 }  // namespace
 
-// One line          LF < 1  D  :  0  .  5  2  /  1  :  C  C  CR LF
-//                   0A 3C 31 44 3A 30 2E 35 32 2F 31 3A 36 30 0D 0A
-// Acknowledge       0A 3C 31 41 3A 37 36 0D 0A                        <1A:76
-// NACK 5            0A 3C 31 4E 3A 35 3A 37 36 0D 0A                  <1N:5:76
-// Of another slave  0A 3C 32 44 3A 30 3A 37 41 0D 0A                  <2D:0:7A while slave 1 is
-// asked:
-//                                                                     passed over
-// Continued         0A 3C 33 44 3A 31 2E 30 30 26 0D 0A 30 2F … 3A CC CC 0D 0A
+// < 3C 32 44 3A 30 3A 37 41 0D 0A: <2D:0:7A while slave 1 is asked is passed over.
 Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   if (held[0] == '>') return SkipEcho(held, idle);
   if (held[0] != '<') return SkipTo(held, "<>");
@@ -90,9 +93,6 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   return Cut::Frame(held[scan.size] == kLf ? scan.size + 1 : scan.size);
 }
 
-// Identification    3E 31 52 46 3A 32 31 0D                           >1RF:21
-// Five inputs       3E 32 52 49 31 2F 35 3A 30 36 0D                  >2RI1/5:06
-// Write             3E 31 57 56 31 36 30 3A 31 3A 30 38 0D            >1WV160:1:08
 Cut RequestRule(View held, const Expectation& expect, bool) {
   if (held[0] != '>') return SkipTo(held, ">");
   const Scan scan = ScanText(held, false);
