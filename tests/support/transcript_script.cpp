@@ -6,7 +6,7 @@
 #include <fstream>
 #include <utility>
 
-#include "config/option_table.h"
+#include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
 #include "gateway/store/conversion.h"
 
