@@ -1,6 +1,14 @@
-// The contract of conversations: what one device is asked, and what its answers mean.
-// One object per device, made by the protocol's Bus; driven by gateway/poll/poller.h on the line's
-// thread. A conversation has no threads, no sockets, no clock of its own and writes no log.
+// The contract of conversations. A conversation knows one device: which requests read its points,
+// what to send for a write, and what the replies mean. gateway/poll/poller.h drives it, one
+// exchange after another, on the thread of its line. It has no thread, socket or clock of its own
+// and writes no log. docs: protocols/README.md, "Conversations".
+//
+// A poll of one query, in calls:
+//   Queries()                → {{fast, {0, 1}}, {slow, {2}}}    points 0 and 1 share one request
+//   Ask({poll, query 0})     → Request "01 03 00 00 00 02 C4 0B"
+//   OnFrame(…, "01 03 04 …") → Answer {ok, readings {0: 235, 1: 17}}
+// When no good frame came, the poller repeats the request. When that has failed as well, it calls
+// OnFailure in place of OnFrame.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,92 +30,107 @@
 
 namespace baudgate {
 
+/// In place of an index into a device's points: none of them.
 inline constexpr std::size_t kNoPoint = std::numeric_limits<std::size_t>::max();
 
-/// Points of one group that one request reads together.
+/// A task has at most so many exchanges. One that asks for more is ended as unexpected.
+inline constexpr int kMostSteps = 8;
+
+/// Points that one request reads together.
 struct Query {
-  config::Group group = config::Group::fast;
-  std::vector<std::size_t> points;  ///< indices into the device's points
+  config::Group group = config::Group::fast;  ///< of all its points: how often it is asked
+  std::vector<std::size_t> points{};          ///< indices into the device's points
 };
 
-/// What the line is asked to do for a device until it is done: one exchange, or several.
+/// What the gateway wants of a device. Mostly one exchange; several where a session has to be
+/// opened first, or a password closed behind a write.
 struct Task {
   enum class Kind : std::uint8_t {
     poll,   ///< read Queries()[query]
-    probe,  ///< is it there: one cheap exchange
-    write,  ///< write `value` to `point`, then leave the device as it was found
+    probe,  ///< find out with one short exchange whether the device is there
+    write,  ///< write `value` to `point`, and leave the device as it was found
   };
   Kind kind = Kind::poll;
-  std::size_t query = 0;
-  std::size_t point = kNoPoint;
-  Value value;  ///< raw: scale and offset are already taken out
+  std::size_t query = 0;         ///< of a poll: less than Queries().size()
+  std::size_t point = kNoPoint;  ///< of a write: a point that may be written
+  Value value{};                 ///< of a write: raw, scale and offset are already taken out
 };
 
 struct Request {
-  Bytes bytes;  ///< the whole frame, checksum included
-  Expectation expect;
-  /// Of a probe: the device answers it with the same frame every time, and nothing else with that
-  /// frame (an identification). Shows whether answers still belong to what is asked.
+  Bytes bytes{};  ///< the whole frame, checksum included
+  Expectation expect{};
+  /// Of a probe: the device answers with the same bytes every time, and answers nothing else with
+  /// them: its name or serial number, not a measurement. The poller uses such replies to find out
+  /// whether replies still come in the order of the requests.
   bool steady = false;
-  /// Ends what earlier requests of the device have begun, such as an open password: sent whatever
-  /// has become of the task, its deadline and its client.
+  /// Ends what an earlier request has begun, as "close the password" does. It is sent even if the
+  /// client has gone or the time for its task is over.
   bool closes = false;
 };
 
-/// A value out of a reply, before scale, offset and sentinels.
+/// One value out of a reply, still raw: the gateway applies scale, offset and sentinels.
 struct Reading {
-  std::size_t point = kNoPoint;
-  Value value;  ///< nothing when the quality alone is news
+  std::size_t point = kNoPoint;  ///< index into the device's points
+  Value value{};                 ///< nothing: only the quality is known
   Quality quality = Quality::good;
-  std::string label;  ///< the protocol's own address, only where no point matches (decode)
+  std::string
+      label{};  ///< where no point fits (`baudgate decode`): the item in the protocol's words
 };
 
+/// How a task goes on after an exchange.
 enum class Then : std::uint8_t {
-  done,       ///< the task has ended
-  ask_again,  ///< call Ask again for the same task: a step of it remains
-  replan,     ///< Queries() has changed; the task has ended
+  done,       ///< it has ended
+  ask_again,  ///< call Ask once more with the same task: the next exchange
+  replan,     ///< it has ended, and Queries() are others now
 };
 
-/// What a frame meant. Of a task of several exchanges the last answer speaks for all: its outcome
-/// is the outcome of the task, whatever the closing exchange itself came to.
+/// What a reply means. The outcome of a task is the outcome of its last Answer. So when a write was
+/// refused and a closing exchange follows it, the Answer to the closing exchange says refused
+/// again.
 struct Answer {
   Outcome outcome = Outcome::ok;
-  std::string reason;  ///< one sentence for the log when the outcome is not ok
-  std::vector<Reading> readings;
+  std::string reason{};  ///< one sentence for the log; empty when ok
+  std::vector<Reading> readings{};
   Then then = Then::done;
-  Duration wait{};  ///< leave the device in peace so long before it is asked again
+  Duration wait{};  ///< the device wants to be left alone so long: "busy, ask me in 2 s"
 };
 
+/// The engine keeps these promises: the device's address, options and points have passed the checks
+/// of the Protocol; indices in a Task are valid; OnFrame and OnFailure follow the Ask or Instead
+/// that gave their request; a frame is one that the reply rule took for whole.
 class Conversation {
  public:
   virtual ~Conversation() = default;
 
-  /// How the device's points are read, in the order of asking. Stable until an Answer or OnFailure
-  /// says replan, and until OnReconnect.
+  /// The requests that read all readable points, in the order in which to ask. The same until an
+  /// Answer or OnFailure says replan, or OnReconnect is called.
   virtual std::span<const Query> Queries() const = 0;
 
-  /// The request to send now for `task`: the task's own, or one that the session needs first (open
-  /// a channel, a password). An error ends the task as unsupported with that reason.
+  /// The next request for `task`. That may be one which the task itself does not name, such as a
+  /// login; then the Answer to it says ask_again. An error, one sentence, ends the task as
+  /// unsupported: the value does not fit what is written.
   virtual Result<Request> Ask(const Task& task, Instant now) = 0;
 
-  /// A whole frame came for `request`. Check address, function and length first: a frame that does
-  /// not fit the request is `unexpected` and gives no readings. At most 8 steps make a task.
+  /// A whole frame came in answer to `request`. Check first that it answers it: address, function,
+  /// length. One that does not is `unexpected` and gives no readings.
   virtual Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) = 0;
 
-  /// The exchange failed for good (retries are used up, it must not be repeated; busy: its time was
-  /// over before it was sent). ask_again: a step remains even so, for example closing a password
-  /// that may be open.
+  /// `request` has failed, and is not repeated any more. The outcome is why: no_reply, partial,
+  /// corrupt, unexpected; line_down: the port is gone; busy: the task's time was over before the
+  /// request was sent. ask_again: another exchange is needed all the same, to close what is open.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }
 
-  /// What to send in place of a failed request that must not be repeated (SPA: L, then B).
+  /// What to send in place of a failed request that is not repeatable. Example: the SPA command L
+  /// takes events out of the device; B gives the last answer to L once more. Nothing: the exchange
+  /// has failed.
   virtual std::optional<Request> Instead(const Request&, Outcome, Instant) { return std::nullopt; }
 
-  /// The port was opened anew, or the device has just gone silent: sessions are lost, and what was
-  /// learned of the device has to be proven again (it may be replaced). Queries() may change.
+  /// The port was opened again, or the device has stopped answering. Another device may hang there
+  /// now: forget open sessions and what was learned, such as "does not know command 5".
   virtual void OnReconnect() {}
 
-  /// The meaning of one captured exchange, for `baudgate decode`: the same checks and the same
-  /// readings as OnFrame. Values that match no point carry a label instead.
+  /// For `baudgate decode`: what a recorded reply to a recorded request means. The same checks and
+  /// readings as in OnFrame, but no task and no memory. What fits no point gets a label.
   virtual Answer Interpret(View request, View frame) = 0;
 };
 

@@ -1,5 +1,6 @@
-// The contract of frame rules: where a protocol's messages begin and end in a stream of bytes.
-// A rule is a stateless, pure function; gateway/line/assembler.h does the buffering around it.
+// The contract of frame rules. Bytes come from a serial line in pieces of any size; a frame rule
+// says where a message begins and where it ends. gateway/line/assembler.h keeps the bytes and calls
+// it. docs: protocols/README.md, "Frame rules".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,40 +14,53 @@
 
 namespace baudgate {
 
-/// One form that a reply may have. What `tag` means is the protocol's own affair (a reply type, a
-/// leading character); lengths are those of the whole frame.
+/// One form that a reply may have. A request often has two: the value, or a refusal.
 struct Shape {
-  int tag = 0;
-  std::size_t min_length = 0;
+  int tag = 0;  ///< a number of the protocol's own: its frame rule tells by it which form this is
+  std::size_t min_length = 0;  ///< of the whole frame, bytes
   std::size_t max_length = 0;
 };
 
-/// What may answer one request: a pure function of the request's bytes and the device's options.
-/// With no request (see Protocol::expect) it describes requests, for twins and listening sides.
+/// What may answer one request. A pure function of the request's bytes and the device's options
+/// (Protocol::expect). For no request it describes requests, for whoever listens for them.
 struct Expectation {
-  enum class Reply : std::uint8_t { none, one } reply = Reply::one;
-  std::vector<Shape> shapes;    ///< empty = whatever the rule takes for whole
-  std::size_t max_bytes = 256;  ///< a frame is never longer; bounds every buffer
-  int checksum = 0;             ///< the protocol's own variant number
-  /// As it stands at the head of the reply. Empty: the reply can not be told from another device's,
-  /// and the poller waits longer after a lost one.
-  Bytes address;
-  bool repeatable = true;  ///< may be sent again after a failure
-  bool mirrors = false;    ///< a good reply equals its request, so that an echo looks like one
-  /// Bytes of the request that no log may show: offset and count. Check values over a secret are
-  /// secret as well.
-  std::vector<std::pair<std::size_t, std::size_t>> secrets;
+  enum class Reply : std::uint8_t {
+    none,  ///< a broadcast: the exchange is over once the request is sent
+    one,
+  } reply = Reply::one;
+  std::vector<Shape> shapes{};  ///< empty: every frame that the rule takes for whole
+  std::size_t max_bytes = 256;  ///< no frame is longer; no more bytes are ever kept
+  int checksum = 0;  ///< which kind of checksum, where a protocol has several; its own numbers
+  /// The bytes by which a reply names its device, as they stand in the frame. Empty: replies name
+  /// nobody, so that a late one could be taken for another device's. The line then stays silent
+  /// longer after a lost reply.
+  Bytes address{};
+  /// After a failure the same request may be sent once more: it reads, or it sets something to a
+  /// value. False where a second request does harm: a counter that counts requests, an event that
+  /// is read out of the device.
+  bool repeatable = true;
+  /// A good reply has the same bytes as its request, as that to a Modbus write. On a line that
+  /// echoes what is sent, the echo then looks like the reply.
+  bool mirrors = false;
+  /// Bytes of the request that no log may show, each as offset and count: passwords, and the check
+  /// value over one.
+  std::vector<std::pair<std::size_t, std::size_t>> secrets{};
 };
 
-/// A rule's answer about the bytes held so far. Never more than `held.size()` bytes are consumed.
+/// What a frame rule says to the bytes that have been kept so far.
 struct Cut {
-  enum class Kind : std::uint8_t { need_more, frame, discard };
+  enum class Kind : std::uint8_t {
+    need_more,  ///< they may become a frame: nothing is taken yet
+    frame,      ///< the first `size` bytes are a whole frame
+    discard,    ///< the first `size` bytes are none, and are dropped
+  };
   Kind kind = Kind::need_more;
-  std::size_t size = 0;  ///< of the frame, or how many bytes to discard (at least 1)
-  /// Of a discard: corrupt, partial, none for harmless noise; unexpected for a whole frame that is
-  /// not the awaited one, which may stand behind it.
+  std::size_t size = 0;  ///< 1 to all bytes kept; 0 only with need_more
+  /// Of a discard, what the bytes were: corrupt, partial (a frame that broke off), none (noise that
+  /// does no harm, such as 00 when a driver is switched on), or unexpected (a whole frame that
+  /// answers another request).
   Outcome blame = Outcome::none;
-  std::string_view why;  ///< of a discard, static text: "checksum", "noise before frame"
+  std::string_view why{};  ///< of a discard, for the log: "checksum". Static text
 
   static constexpr Cut NeedMore() { return {}; }
   static constexpr Cut Frame(std::size_t size) { return {Kind::frame, size, Outcome::none, {}}; }
@@ -55,14 +69,20 @@ struct Cut {
   }
 };
 
-/// `held` is never empty. `idle`: the line has fallen silent, nothing more will come for now; a
-/// rule that answers need_more even so leaves its bytes to be dropped as partial.
+/// Looks at the front of `held`, the bytes kept, of which there is at least one. It is called again
+/// with what is left until it says need_more. `idle`: the line is silent, so nothing more will come
+/// for these bytes; need_more then means that they are dropped as partial.
 ///
-/// Laws, held by tests/laws: any fragmentation gives the same frames; after garbage a good frame is
-/// delivered; every answer but need_more consumes; the same slice gets the same answer. After
-/// damage discard one byte and look again, unless the boundary can not be forged: a length that has
-/// not been verified is never trusted. Only who carries out what he hears between others looks
-/// again at the next silence: what lies inside damage may be anything (rtu_frame_rule.cpp).
+/// A frame rule is a pure function. tests/laws/frame_rule_laws.h holds every rule to these laws:
+/// 1. The same bytes give the same frames, however they are cut into pieces.
+/// 2. A good frame behind garbage is found. After damage a rule therefore discards one byte and
+///    looks again. It never skips as many bytes as a length field says: the length may be damaged,
+///    and the next good frame would be lost with it.
+/// 3. Every answer but need_more takes at least one byte.
+///
+/// One exception from 2: a listener that carries out requests heard on a shared bus drops a damaged
+/// burst whole, because bytes inside it may look like a valid request
+/// (protocols/modbus/rtu_frame_rule.cpp).
 using FrameRule = Cut (*)(View held, const Expectation& expect, bool idle);
 
 }  // namespace baudgate

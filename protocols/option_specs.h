@@ -1,13 +1,34 @@
-// Rows of a protocol's option table, one function a kind. A help text is one sentence.
+// The keys that a protocol adds to devices in the configuration, such as `checksum: true`: one row
+// for each, made by the functions below. The configuration reads and checks them by these rows;
+// protocols/common/settings.h puts them into a struct of the protocol.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 
-#include "protocols/protocol.h"
+namespace baudgate {
 
-namespace baudgate::option {
+struct OptionSpec {
+  enum class Kind : std::uint8_t { flag, integer, real, text, duration, choice, texts };
+  enum class Scope : std::uint8_t {
+    device,  ///< stands at devices and in profiles; at a line it holds for all its devices
+    line,    ///< stands at lines only
+  };
+  std::string_view name{};
+  Kind kind = Kind::text;
+  std::string_view fallback{};  ///< as the user would write it; of texts: separated by commas
+  std::string_view help{};      ///< one sentence
+  Scope scope = Scope::device;
+  double minimum = 0;  ///< of integer and real; no bounds where minimum = maximum
+  double maximum = 0;
+  std::string_view choices{};  ///< of choice, separated by commas
+  bool secret = false;         ///< the value is never shown, in no log and by no command
+};
 
+namespace option {
+
+/// true or false.
 constexpr OptionSpec Flag(std::string_view name, std::string_view fallback, std::string_view help) {
   OptionSpec spec;
   spec.name = name;
@@ -17,7 +38,7 @@ constexpr OptionSpec Flag(std::string_view name, std::string_view fallback, std:
   return spec;
 }
 
-/// Numbers without a range: `low` and `high` 0.
+/// A whole number from `low` to `high`, both allowed; 0 and 0: any number.
 constexpr OptionSpec Integer(std::string_view name, std::string_view fallback, double low,
                              double high, std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
@@ -27,6 +48,7 @@ constexpr OptionSpec Integer(std::string_view name, std::string_view fallback, d
   return spec;
 }
 
+/// A decimal number; bounds as for Integer.
 constexpr OptionSpec Real(std::string_view name, std::string_view fallback, double low, double high,
                           std::string_view help) {
   OptionSpec spec = Integer(name, fallback, low, high, help);
@@ -34,13 +56,21 @@ constexpr OptionSpec Real(std::string_view name, std::string_view fallback, doub
   return spec;
 }
 
+/// "50ms", "2s".
+constexpr OptionSpec Time(std::string_view name, std::string_view fallback, std::string_view help) {
+  OptionSpec spec = Flag(name, fallback, help);
+  spec.kind = OptionSpec::Kind::duration;
+  return spec;
+}
+
+/// Any text.
 constexpr OptionSpec Text(std::string_view name, std::string_view fallback, std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
   spec.kind = OptionSpec::Kind::text;
   return spec;
 }
 
-/// A list; `fallback` separated by commas.
+/// A list of texts; `fallback` separated by commas.
 constexpr OptionSpec Texts(std::string_view name, std::string_view fallback,
                            std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
@@ -48,7 +78,7 @@ constexpr OptionSpec Texts(std::string_view name, std::string_view fallback,
   return spec;
 }
 
-/// `choices` separated by commas.
+/// One word of several; `choices` separated by commas: "auto,a,b".
 constexpr OptionSpec Choice(std::string_view name, std::string_view fallback,
                             std::string_view choices, std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
@@ -57,10 +87,11 @@ constexpr OptionSpec Choice(std::string_view name, std::string_view fallback,
   return spec;
 }
 
-/// Never shown in logs, `check` or `map`.
+/// The same option, never shown: Secret(Text("password", …)).
 constexpr OptionSpec Secret(OptionSpec spec) {
   spec.secret = true;
   return spec;
 }
 
-}  // namespace baudgate::option
+}  // namespace option
+}  // namespace baudgate

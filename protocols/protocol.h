@@ -1,8 +1,11 @@
-// The contract of protocol plugins: one loadable module per protocol, one C symbol that returns its
-// descriptor. docs: protocols/README.md, "How to add a protocol".
+// The contract of protocol plugins. A protocol is one folder of protocols/ and one loadable module;
+// the module hands out one Protocol, a table of texts, data and functions. Read this file first,
+// then frame_rule.h, conversation.h and twin.h. docs: protocols/README.md walks through a whole
+// one.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -11,112 +14,134 @@
 #include <string_view>
 #include <utility>
 
-#include "config/model/line.h"
+#include "config/model/device.h"
+#include "config/model/options.h"
+#include "config/model/point.h"
+#include "config/model/serial.h"
+#include "config/model/timing.h"
 #include "gateway/base/result.h"
 #include "protocols/conversation.h"
 #include "protocols/frame_rule.h"
+#include "protocols/option_specs.h"
 #include "protocols/twin.h"
 
 namespace baudgate {
 
-/// Raised whenever a struct or class of this header, or one it includes, changes.
-inline constexpr std::uint32_t kProtocolInterfaceVersion = 4;
-
-#define BAUDGATE_STRING_(x) #x
-#define BAUDGATE_STRING(x) BAUDGATE_STRING_(x)
-/// Compiler and standard library ABI that a module must share with the daemon.
-#define BAUDGATE_ABI_TAG \
-  "gcc" BAUDGATE_STRING(__GNUC__) "-cxxabi" BAUDGATE_STRING(__GXX_ABI_VERSION)
-
-/// One key that a protocol adds to devices or lines in the configuration.
-struct OptionSpec {
-  enum class Kind : std::uint8_t { flag, integer, real, text, duration, choice, texts };
-  enum class Scope : std::uint8_t { device, line };
-  std::string_view name;
-  Kind kind = Kind::text;
-  std::string_view fallback;  ///< as the user would write it; texts: separated by commas
-  std::string_view help;      ///< one sentence
-  Scope scope = Scope::device;
-  double minimum = 0;  ///< of integer and real, when minimum < maximum
-  double maximum = 0;
-  std::string_view choices = {};  ///< of choice, separated by commas
-  bool secret = false;            ///< never shown in logs, `check` or `map`
-};
-
-/// A way to read a point, for `baudgate protocols NAME` and for messages.
+/// A way to read a point, for `baudgate protocols NAME`.
 struct DecoderSpec {
-  std::string_view form;  ///< "I1", "float_le@0"
-  std::string_view help;
+  std::string_view form{};  ///< "I1", "float_le@0"
+  std::string_view help{};
 };
 
-/// One per line and protocol: what the devices of a line share, and the maker of conversations.
+/// The times of a protocol as data (docs/timeouts.md): how long its devices take, whatever the bit
+/// rate.
+struct TimingRule {
+  /// The longer one of `least`, and of `characters` character times and `plus` together.
+  /// {.least = 5ms, .characters = 7} at 9600 bit/s, 11 bits: 8.02 ms; at 115200: 5 ms.
+  struct Span {
+    Duration least{};
+    double characters = 0;
+    Duration plus{};
+
+    constexpr Duration At(Duration character) const {
+      const auto run = static_cast<double>(character.count()) * characters;
+      return std::max(least, Duration(static_cast<Duration::rep>(run)) + plus);
+    }
+  };
+  Span quiet{};               ///< silence on the line before a request
+  Span reply{};               ///< from the end of the request to the first byte of the reply
+  Span gap{};                 ///< the longest silence inside a frame
+  Span drain{};               ///< silence after which nothing of an old reply comes any more
+  std::size_t longest = 256;  ///< characters of the longest reply
+  int gaps = 2;               ///< so many pauses may be in it
+  Span longest_time{};        ///< no reply takes longer than this; zero: no such bound
+
+  /// All five times of a line with these settings. Its ceiling is the time for the longest reply.
+  config::Timing operator()(const config::SerialSettings& serial) const {
+    const Duration character = serial.CharacterTime();
+    Duration whole = character * static_cast<Duration::rep>(longest);
+    const Duration bound = longest_time.At(character);
+    if (bound > Duration::zero()) whole = std::min(whole, bound);
+    config::Timing timing;
+    timing.quiet = quiet.At(character);
+    timing.reply = reply.At(character);
+    timing.gap = gap.At(character);
+    timing.drain = drain.At(character);
+    timing.ceiling = *timing.reply + whole + gaps * *timing.gap;
+    return timing;
+  }
+};
+
+/// What devices of one line have to share, such as a checksum variant that is learned from the
+/// replies of all. A protocol derives its own; most have none.
 class Bus {
  public:
   virtual ~Bus() = default;
-  /// `device` outlives the conversation.
-  virtual std::unique_ptr<Conversation> MakeConversation(const config::Device& device) = 0;
 };
 
-/// For protocols that carry Modbus PDUs (function code and data): what transparent routes need.
-/// Pure functions.
+/// For protocols that carry Modbus PDUs (a function code and its data): what the gateway needs to
+/// pass requests of its clients on to slaves as they are. Pure functions.
 struct PduCarrier {
   /// The slave that a device's `address` means, 1…247.
   Result<std::uint8_t> (*slave_of)(std::string_view address) = nullptr;
   /// The whole frame for one slave, or for all (0). `pdu` has 1…253 bytes.
   Bytes (*wrap)(std::uint8_t slave, View pdu) = nullptr;
-  /// What a whole reply frame says to `request` (made by wrap): ok with the reply's PDU; refused
-  /// with the PDU of the slave's exception; unexpected, without one, when address, function, length
-  /// or what a reply repeats of its request do not fit.
+  /// What the whole reply frame means for `request`, a frame made by wrap:
+  /// ok, `pdu` is the reply; refused, `pdu` is the slave's exception; unexpected, `pdu` is empty:
+  /// address, function, length or the repeated part do not fit the request.
   Outcome (*unwrap)(View request, View frame, Bytes& pdu) = nullptr;
-  /// The request inside a whole frame that a master sent: slave and PDU. Nothing when it is none.
+  /// Slave and PDU of a whole request frame that some master has sent. Nothing: it is none.
   std::optional<std::pair<std::uint8_t, Bytes>> (*unwrap_request)(View frame) = nullptr;
-  /// Whether every slave answers this request, if only with an exception: one that is in general
-  /// use and well-formed. Silence to any other says nothing about the slave.
+  /// Every slave answers this PDU, if only with an exception. Silence to any other PDU does not
+  /// mean that the slave is absent: it may be one that ignores functions which it does not know.
   bool (*is_common)(View pdu) = nullptr;
-  /// Whether the frames are those of Modbus RTU: listeners with `protocol: rtu` need them.
+  /// The frames are those of Modbus RTU. Masters that ask the gateway itself speak it: those at serial
+  /// listeners, and TCP clients of listeners with `protocol: rtu`. True for one installed protocol.
   bool rtu_frames = false;
 };
 
 struct Protocol {
-  std::uint32_t interface_version = kProtocolInterfaceVersion;  // first: read before all else
-  const char* abi_tag = BAUDGATE_ABI_TAG;
-  std::string_view name;   ///< "spabus": in the configuration and as the module's file name
-  std::string_view title;  ///< "ABB SPA Bus, master"
-  std::span<const OptionSpec> options;
-  std::span<const DecoderSpec> decoders;
+  std::string_view name{};   ///< "spabus": in configurations, and the name of the module's file
+  std::string_view title{};  ///< "ABB SPA Bus, master"
+  std::span<const OptionSpec> options{};
+  std::span<const DecoderSpec> decoders{};
 
-  /// An error says what is wrong and what would be right.
-  Status (*check_address)(std::string_view address) = nullptr;
-  /// Whether `point.read`, `point.write`, type and table fit together.
+  /// One spelling for all spellings of an address: "0x4A" and "74" give "74". Devices of a line
+  /// with the same canonical address are the same device. An error says what is wrong and what
+  /// would be right.
+  Result<std::string> (*canonical_address)(std::string_view address) = nullptr;
+  /// Whether `read`, `write`, type, access and table of a point fit together. An error as above.
   Status (*check_point)(const config::Point& point) = nullptr;
-  /// What only the whole device shows: options that contradict each other, a malformed password.
-  /// May be left out.
+  /// What can be seen of the whole device only: options that contradict each other, a password of
+  /// the wrong length. Null: nothing.
   Status (*check_device)(const config::Device& device) = nullptr;
 
   /// Used where a line's configuration gives no serial settings.
-  config::SerialSettings serial;
-  /// The fewest that its characters need: 7 or 8.
-  int data_bits = 7;
-  /// All six times for a line of these settings; every field is set.
-  config::Timing (*timing)(const config::SerialSettings& serial) = nullptr;
+  config::SerialSettings serial{};
+  int data_bits = 7;  ///< the fewest that its characters need: 7 or 8
+  TimingRule timing{};
 
-  FrameRule request_rule = nullptr;
-  FrameRule reply_rule = nullptr;
-  /// What may answer `request`; an empty request asks for the Expectation that goes with
-  /// request_rule. Pure.
+  FrameRule request_rule = nullptr;  ///< cuts requests: for twins, and for masters that are heard
+  FrameRule reply_rule = nullptr;    ///< cuts replies
+  /// What may answer `request`; of an empty request: what requests look like. Pure.
   Expectation (*expect)(View request, const config::Options& options) = nullptr;
 
-  /// Null where the protocol does not carry Modbus.
-  const PduCarrier* carrier = nullptr;
-  /// The protocol whose profiles serve this one as well; empty: none does.
-  std::string_view profiles_of = {};
+  const PduCarrier* carrier = nullptr;  ///< null: does not carry Modbus PDUs
+  /// The protocol whose profiles serve this one as well: "modbus_rtu" of modbus_ascii. Empty: none.
+  std::string_view profiles_of{};
 
-  std::unique_ptr<Bus> (*make_bus)(const config::Line& line) = nullptr;
+  /// Called once for each line, where devices of a line share something; else null.
+  std::unique_ptr<Bus> (*make_bus)() = nullptr;
+  /// `device` and `bus` outlive the conversation. `bus` is what make_bus gave; null without it.
+  std::unique_ptr<Conversation> (*make_conversation)(const config::Device& device,
+                                                     Bus* bus) = nullptr;
   /// `device` and `values` outlive the twin.
   std::unique_ptr<Twin> (*make_twin)(const config::Device& device, TwinValues& values) = nullptr;
 };
 
-}  // namespace baudgate
+/// What make_conversation wants for the devices of one line.
+inline std::unique_ptr<Bus> MakeBus(const Protocol& protocol) {
+  return protocol.make_bus == nullptr ? nullptr : protocol.make_bus();
+}
 
-/// What every module exports. The daemon never unloads a module, so the descriptor lives for ever.
-extern "C" const baudgate::Protocol* baudgate_protocol();
+}  // namespace baudgate

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "config/catalog/option_values.h"
-#include "config/model/line.h"
 #include "gateway/base/spelling.h"
 
 namespace baudgate::config {
@@ -13,19 +11,6 @@ namespace {
 /// "device 'feeder-1'", or "device" where it has no usable name.
 std::string Called(const Device& device) {
   return device.name.empty() ? "device" : "device '" + device.name + "'";
-}
-
-Bytes ProbeOf(const Protocol& protocol, const std::string& address) {
-  Line line;
-  line.protocol = std::string(protocol.name);
-  line.options = DefaultOptions(protocol);
-  Device device;
-  device.protocol = line.protocol;
-  device.address = address;
-  device.options = line.options;
-  const auto conversation = protocol.make_bus(line)->MakeConversation(device);
-  const auto probe = conversation->Ask({Task::Kind::probe, 0, kNoPoint, {}}, Instant{});
-  return probe ? probe->bytes : Bytes();
 }
 
 void CheckAges(const Device& device, const Keys& keys, Problems& problems) {
@@ -54,13 +39,13 @@ void CheckAges(const Device& device, const Keys& keys, Problems& problems) {
 void LineAddresses::Add(const Device& device, const Protocol& protocol, const Mark& mark,
                         Problems& problems) {
   const std::string& address = device.address;
-  if (const Status status = protocol.check_address(address); !status) {
-    problems.Error(mark, "address: " + status.error());
+  const Result<std::string> canonical = protocol.canonical_address(address);
+  if (!canonical) {
+    problems.Error(mark, "address: " + canonical.error());
     return;
   }
-  const Bytes probe = ProbeOf(protocol, address);
-  const auto [first, is_new] = owners_.try_emplace(
-      {&protocol, probe.empty() ? ToBytes(address) : probe}, Owner{device.name, address});
+  const auto [first, is_new] =
+      owners_.try_emplace({&protocol, *canonical}, Owner{device.name, address});
   if (is_new) return;
   const auto& [name, spelling] = first->second;
   problems.Warning(mark, "address: " + Quoted(address) + " is also the address of device '" + name +

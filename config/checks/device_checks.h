@@ -10,7 +10,6 @@
 #include "config/model/device.h"
 #include "config/model/mark.h"
 #include "config/model/problem.h"
-#include "gateway/base/bytes.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::config {
@@ -27,7 +26,7 @@ class LineAddresses {
     std::string name;
     std::string spelling;
   };
-  std::map<std::pair<const Protocol*, Bytes>, Owner> owners_;
+  std::map<std::pair<const Protocol*, std::string>, Owner> owners_;
 };
 
 /// A device whose points, options and times are complete. `keys`: of the device, for the places of

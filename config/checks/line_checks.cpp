@@ -82,10 +82,10 @@ std::size_t ShortestReply(const Expectation& expect) {
   return shortest;
 }
 
-Round FastRound(const Line& line, const Device& device, const Protocol& protocol, Bus& bus) {
+Round FastRound(const Line& line, const Device& device, const Protocol& protocol, Bus* bus) {
   const SerialSettings serial = SerialOf(line, device);
   const Timing times = Resolve(Merge(device.timing, line.timing), protocol.timing(serial));
-  const auto conversation = bus.MakeConversation(device);
+  const auto conversation = protocol.make_conversation(device, bus);
   const auto queries = conversation->Queries();
   Round round;
   for (std::size_t i = 0; i < queries.size(); ++i) {
@@ -112,8 +112,8 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
     const Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (!protocol || !device.enabled) continue;
     auto& bus = buses[protocol];
-    if (!bus) bus = protocol->make_bus(line);
-    const Round round = FastRound(line, device, *protocol, *bus);
+    if (!bus) bus = MakeBus(*protocol);
+    const Round round = FastRound(line, device, *protocol, bus.get());
     use += static_cast<double>(round.time.count()) / static_cast<double>(device.poll.count());
     if (round.time <= device.poll) continue;
     told = true;

@@ -27,7 +27,7 @@ struct SerialSettings {
   bool software_parity = false;  ///< the port does 8N1 only: parity is made and checked here
   bool rtscts = false;
   bool low_latency = true;  ///< ask the driver to deliver bytes at once
-  Rs485 rs485;
+  Rs485 rs485{};
 
   /// Start, data, parity and stop bits of one character.
   int BitsPerCharacter() const {

@@ -5,11 +5,10 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 
 #include "gateway/base/text.h"
-#include "protocols/protocol.h"
+#include "protocols/abi.h"
 
 namespace baudgate {
 namespace {
@@ -35,22 +34,24 @@ std::vector<fs::path> Roots(const char* installed) {
   return roots;
 }
 
+template <typename Function>
+Function Find(void* handle, const char* symbol) {
+  return reinterpret_cast<Function>(dlsym(handle, symbol));
+}
+
 Result<const Protocol*> LoadModule(const fs::path& path) {
   void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) return Error{std::string("cannot load module: ") + dlerror()};
-  using Entry = const Protocol* (*)();
-  const auto entry = reinterpret_cast<Entry>(dlsym(handle, "baudgate_protocol"));
+  const auto entry = Find<const Protocol* (*)()>(handle, "baudgate_protocol");
   if (entry == nullptr) return Error{path.string() + " is not a protocol module of baudgate"};
-  const Protocol* protocol = entry();
-  if (protocol == nullptr || protocol->interface_version != kProtocolInterfaceVersion) {
-    return Error{path.string() + " was built for another plugin interface than version " +
-                 std::to_string(kProtocolInterfaceVersion) + "; install the matching module"};
+  // Older modules have no tag. Nothing of a module is touched before its tag is known to be ours.
+  const auto tag = Find<const char* (*)()>(handle, "baudgate_protocol_abi");
+  const std::string theirs = tag == nullptr ? "an older plugin contract" : tag();
+  if (theirs != abi::kTag) {
+    return Error{path.string() + " was built for " + theirs + ", this daemon for " + abi::kTag +
+                 "; build the module together with the daemon, or install those of one release"};
   }
-  if (std::strcmp(protocol->abi_tag, BAUDGATE_ABI_TAG) != 0) {
-    return Error{path.string() + " was built with " + protocol->abi_tag + ", this daemon with " +
-                 BAUDGATE_ABI_TAG + "; rebuild the module with the daemon's compiler"};
-  }
-  return protocol;
+  return entry();
 }
 
 }  // namespace

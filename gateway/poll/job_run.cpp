@@ -36,7 +36,6 @@ namespace baudgate {
 namespace {
 
 /// A task that needs more exchanges than this is a conversation going round in circles.
-constexpr int kMostSteps = 8;
 
 }  // namespace
 

@@ -35,14 +35,14 @@ Roster::Roster(const config::Line& line, std::uint32_t first_device, const FindP
     const Protocol& protocol = find(config.protocol);
     auto known = std::ranges::find(made, &protocol, [](const auto& pair) { return pair.first; });
     if (known == made.end()) {
-      buses_.push_back(protocol.make_bus(line));
+      buses_.push_back(MakeBus(protocol));
       known = made.insert(made.end(), {&protocol, buses_.back().get()});
     }
-    AddDevice(config, protocol, *known->second);
+    AddDevice(config, protocol, known->second);
   }
 }
 
-void Roster::AddDevice(const config::Device& config, const Protocol& protocol, Bus& bus) {
+void Roster::AddDevice(const config::Device& config, const Protocol& protocol, Bus* bus) {
   auto device = std::make_unique<Device>();
   device->place = devices_.size();
   device->index = first_device_ + static_cast<std::uint32_t>(device->place);
@@ -52,7 +52,7 @@ void Roster::AddDevice(const config::Device& config, const Protocol& protocol, B
   device->times = TimesOf(Merge(config.timing, line_.timing), protocol, device->serial);
   device->retries = config.retries.value_or(line_.retries);
   device->in_use = config.enabled;
-  device->conversation = bus.MakeConversation(config);
+  device->conversation = protocol.make_conversation(config, bus);
   if (carrier_ == &protocol) {
     // A device that routes reach beside its polls: one member for both.
     if (const auto slave = carrier_->carrier->slave_of(config.address)) {

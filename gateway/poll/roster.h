@@ -77,7 +77,7 @@ class Roster {
   Member& SlaveAt(std::uint8_t slave);
 
  private:
-  void AddDevice(const config::Device& config, const Protocol& protocol, Bus& bus);
+  void AddDevice(const config::Device& config, const Protocol& protocol, Bus* bus);
 
   const config::Line& line_;
   const std::uint32_t first_device_;

@@ -10,7 +10,6 @@ namespace baudgate {
 namespace {
 
 constexpr int kAddressesToTry = 1000;
-constexpr int kMostSteps = 8;  // of one task, as in gateway/poll/poller_task.cpp
 constexpr int kMostPlans = 4;  // a conversation may learn and plan anew so often
 
 /// Requests of one length are told by their bytes, others by their lengths first.
@@ -39,7 +38,7 @@ std::optional<TwinStranger> TwinStranger::Create(const Protocol& protocol,
   for (int number = 1; number <= kAddressesToTry; ++number) {
     config::Device other = device;
     other.address = std::to_string(number);
-    if (!protocol.check_address(other.address)) continue;
+    if (!protocol.canonical_address(other.address)) continue;
     TwinStranger stranger(other.address);
     stranger.Converse(protocol, other, values, now);
     if (stranger.spoken_.empty()) continue;
@@ -51,14 +50,9 @@ std::optional<TwinStranger> TwinStranger::Create(const Protocol& protocol,
 
 void TwinStranger::Converse(const Protocol& protocol, const config::Device& device,
                             TwinValues& values, Instant now) {
-  config::Line line;
-  line.protocol = device.protocol;
-  line.serial = protocol.serial;
-  line.options = device.options;
-  line.devices = {device};
-  const std::unique_ptr<Bus> bus = protocol.make_bus(line);
-  const auto conversation = bus->MakeConversation(line.devices.front());
-  const auto twin = protocol.make_twin(line.devices.front(), values);
+  const std::unique_ptr<Bus> bus = MakeBus(protocol);
+  const auto conversation = protocol.make_conversation(device, bus.get());
+  const auto twin = protocol.make_twin(device, values);
   Perform({Task::Kind::probe, 0, kNoPoint, {}}, protocol, *conversation, *twin, now);
   for (int plan = 0; plan < kMostPlans; ++plan) {
     bool replan = false;

@@ -282,8 +282,4 @@ void DconConversation::OnReconnect() {
   plan_.OnReconnect();
 }
 
-std::unique_ptr<Conversation> DconBus::MakeConversation(const config::Device& device) {
-  return std::make_unique<DconConversation>(device);
-}
-
 }  // namespace baudgate::protocols::dcon

@@ -72,9 +72,4 @@ class DconConversation : public Conversation {
   ProbeChoice probes_;
 };
 
-class DconBus : public Bus {
- public:
-  std::unique_ptr<Conversation> MakeConversation(const config::Device& device) override;
-};
-
 }  // namespace baudgate::protocols::dcon

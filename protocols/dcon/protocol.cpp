@@ -18,10 +18,10 @@ using config::Access;
 using config::Point;
 using config::Type;
 
-Status CheckAddress(std::string_view address) {
+Result<std::string> CanonicalAddress(std::string_view address) {
   const auto parsed = ParseAddress(address);
   if (!parsed) return Error{parsed.error()};
-  return {};
+  return std::to_string(*parsed);
 }
 
 /// One text with two meanings, of which only the first would ever be seen.
@@ -54,19 +54,15 @@ Status CheckDevice(const config::Device& device) {
   return {};
 }
 
-config::Timing DefaultTiming(const config::SerialSettings& serial) {
-  const Duration character = serial.CharacterTime();
-  config::Timing timing;
-  timing.quiet = 5ms;
-  timing.reply = 300ms;
-  timing.gap = std::max<Duration>(20 * character, 50ms);
-  // The longest frame that there is, with a pause in it.
-  timing.ceiling = *timing.reply + static_cast<int>(kMaxFrame) * character + 2 * *timing.gap;
-  timing.drain = std::max<Duration>(20 * character, 100ms);
-  return timing;
-}
+constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
+                                .reply = {.least = 300ms},
+                                .gap = {.least = 50ms, .characters = 20},
+                                .drain = {.least = 100ms, .characters = 20},
+                                .longest = kMaxFrame};
 
-std::unique_ptr<Bus> MakeBus(const config::Line&) { return std::make_unique<DconBus>(); }
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device, Bus*) {
+  return std::make_unique<DconConversation>(device);
+}
 
 std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values) {
   return std::make_unique<DconTwin>(device, values);
@@ -80,25 +76,23 @@ namespace baudgate {
 using namespace protocols::dcon;  // NOLINT
 
 const Protocol& DconProtocol() {
-  static const Protocol protocol = [] {
-    Protocol p;
-    p.name = "dcon";
-    p.title = "DCON (ICP DAS, Advantech ADAM ASCII, OWEN), master";
-    p.options = OptionTable();
-    p.decoders = DecoderTable();
-    p.check_address = CheckAddress;
-    p.check_point = CheckPoint;
-    p.check_device = CheckDevice;
-    p.serial = {};  // 9600 8N1, the factory setting of most modules
-    p.timing = DefaultTiming;
-    p.request_rule = RequestRule;
-    p.reply_rule = ReplyRule;
-    p.expect = Expect;
-    p.make_bus = MakeBus;
-    p.make_twin = MakeTwin;
-    return p;
-  }();
-  return protocol;
+  static const Protocol kProtocol = {
+      .name = "dcon",
+      .title = "DCON (ICP DAS, Advantech ADAM ASCII, OWEN), master",
+      .options = OptionTable(),
+      .decoders = DecoderTable(),
+      .canonical_address = CanonicalAddress,
+      .check_point = CheckPoint,
+      .check_device = CheckDevice,
+      .serial = {},  // 9600 8N1, the factory setting of most modules
+      .timing = kTiming,
+      .request_rule = RequestRule,
+      .reply_rule = ReplyRule,
+      .expect = Expect,
+      .make_conversation = MakeConversation,
+      .make_twin = MakeTwin,
+  };
+  return kProtocol;
 }
 
 }  // namespace baudgate

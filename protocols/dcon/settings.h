@@ -14,6 +14,8 @@
 
 namespace baudgate::protocols::dcon {
 
+// The enumerators of choices stand in the order of their words in the table.
+
 /// How numbers of analog modules are written: bits 1:0 of the module's format byte.
 enum class Format : std::uint8_t { engineering, percent, hex };
 /// What stands in a joined reply for a channel that is disabled in the module.

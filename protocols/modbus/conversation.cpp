@@ -97,7 +97,7 @@ ModbusConversation::ModbusConversation(Framing framing, const config::Device& de
       slave_(ParseAddress(device.address)),
       places_(ReadPlaces(device.points)),
       plan_(MakePlan(device.points, places_, settings_)),
-      probes_(settings_.loopback ? ProbeChoice::Own::identification : ProbeChoice::Own::none) {}
+      probes_(settings_.probe_by_read ? ProbeChoice::Own::none : ProbeChoice::Own::identification) {}
 
 Request ModbusConversation::MakeRequest(View pdu) const {
   Request request;
@@ -297,10 +297,6 @@ Then ModbusConversation::OnFailure(const Task& task, const Request& request, Out
 void ModbusConversation::OnReconnect() {
   probes_.OnReconnect();
   plan_.OnReconnect();
-}
-
-std::unique_ptr<Conversation> ModbusBus::MakeConversation(const config::Device& device) {
-  return std::make_unique<ModbusConversation>(framing_, device);
 }
 
 }  // namespace baudgate::protocols::modbus

@@ -56,13 +56,4 @@ class ModbusConversation : public Conversation {
   ProbeChoice probes_;
 };
 
-class ModbusBus : public Bus {
- public:
-  explicit ModbusBus(Framing framing) : framing_(framing) {}
-  std::unique_ptr<Conversation> MakeConversation(const config::Device& device) override;
-
- private:
-  Framing framing_;
-};
-
 }  // namespace baudgate::protocols::modbus

@@ -15,9 +15,10 @@
 namespace baudgate::protocols::modbus {
 namespace {
 
-Status CheckAddress(std::string_view address) {
+Result<std::string> CanonicalAddress(std::string_view address) {
   const auto parsed = ParseAddress(address);
-  return parsed ? Status() : Status(Error{parsed.error()});
+  if (!parsed) return Error{parsed.error()};
+  return std::to_string(*parsed);
 }
 
 Status CheckDevice(const config::Device& device) {
@@ -41,22 +42,17 @@ Expectation Expect(View request, const config::Options&) {
 
 /// Silence of 3.5 characters, and 1.75 ms above 19200 bit/s (MODBUS over Serial Line
 /// V1.02, 2.5.1.1). The gap covers what adapters and serial servers add.
-template <Framing kFraming>
-config::Timing DefaultTiming(const config::SerialSettings& serial) {
-  const Duration character = serial.CharacterTime();
-  config::Timing timing;
-  timing.quiet = serial.baud > 19200 ? Duration(1750us) : character * 7 / 2;
-  timing.reply = 500ms;
-  timing.gap = std::max<Duration>(20 * character, 50ms);
-  const auto longest = static_cast<int>(MaxFrame(kFraming));
-  timing.ceiling = *timing.reply + longest * character + 2 * *timing.gap;
-  timing.drain = std::max<Duration>(20 * character, 100ms);
-  return timing;
+TimingRule Times(std::size_t longest) {
+  return {.quiet = {.least = 1750us, .characters = 3.5},
+          .reply = {.least = 500ms},
+          .gap = {.least = 50ms, .characters = 20},
+          .drain = {.least = 100ms, .characters = 20},
+          .longest = longest};
 }
 
 template <Framing kFraming>
-std::unique_ptr<Bus> MakeBus(const config::Line&) {
-  return std::make_unique<ModbusBus>(kFraming);
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device, Bus*) {
+  return std::make_unique<ModbusConversation>(kFraming, device);
 }
 
 template <Framing kFraming>
@@ -64,13 +60,8 @@ std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values)
   return std::make_unique<ModbusTwin>(kFraming, device, values);
 }
 
-config::SerialSettings Serial(int baud, int data_bits) {
-  config::SerialSettings serial;
-  serial.baud = baud;
-  serial.data_bits = data_bits;
-  serial.parity = config::Parity::even;
-  serial.stop_bits = 1;
-  return serial;
+constexpr config::SerialSettings Serial(int baud, int data_bits) {
+  return {.baud = baud, .data_bits = data_bits, .parity = config::Parity::even};
 }
 
 template <Framing kFraming>
@@ -82,18 +73,18 @@ Protocol Describe(std::string_view name, std::string_view title,
       .title = title,
       .options = OptionTable(),
       .decoders = DecoderTable(),
-      .check_address = CheckAddress,
+      .canonical_address = CanonicalAddress,
       .check_point = CheckPoint,
       .check_device = CheckDevice,
       .serial = serial,
       .data_bits = serial.data_bits,
-      .timing = DefaultTiming<kFraming>,
+      .timing = Times(MaxFrame(kFraming)),
       .request_rule = kRtu ? RtuRequestRule : AsciiRequestRule,
       .reply_rule = kRtu ? RtuReplyRule : AsciiReplyRule,
       .expect = Expect<kFraming>,
       .carrier = &Carrier(kFraming),
       .profiles_of = kRtu ? "" : "modbus_rtu",
-      .make_bus = MakeBus<kFraming>,
+      .make_conversation = MakeConversation<kFraming>,
       .make_twin = MakeTwin<kFraming>,
   };
 }

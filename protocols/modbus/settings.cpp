@@ -2,42 +2,43 @@
 #include "protocols/modbus/settings.h"
 
 #include "gateway/base/text.h"
+#include "protocols/common/settings.h"
 #include "protocols/modbus/codec.h"
-#include "protocols/option_specs.h"
 
 namespace baudgate::protocols::modbus {
 namespace {
 
 using config::WordOrder;
 
-constexpr OptionSpec kOptions[] = {
-    option::Choice(
+constexpr auto kTable = SettingsTable(
+    Bind<&Settings::order>(option::Choice(
         "order", "ABCD", "ABCD,CDAB,BADC,DCBA",
         "Order of the bytes in the device's numbers of two and four registers; word_order is "
-        "that of the gateway's own registers."),
-    option::Integer(
+        "that of the gateway's own registers.")),
+    Bind<&Settings::block>(option::Integer(
         "block", "120", 1, 125,
-        "Most registers in one request; bits: sixteen for each. A point is never split."),
-    option::Integer(
+        "Most registers in one request; bits: sixteen for each. A point is never split.")),
+    Bind<&Settings::hole>(option::Integer(
         "hole", "8", 0, 124,
         "Most registers between two points that are read along with them; bits: sixteen for "
-        "each."),
-    option::Choice(
+        "each.")),
+    Bind<&Settings::write_multiple>(option::Choice(
         "write_function", "auto", "auto,multiple",
         "auto writes one register with function 06 and one coil with 05; multiple always with "
-        "16 and 15."),
-    option::Choice("probe", "loopback", "loopback,read",
-                   "How a silent device is looked for: loopback (function 08), or the first read."),
-    option::Choice(
+        "16 and 15.")),
+    Bind<&Settings::probe_by_read>(option::Choice(
+        "probe", "loopback", "loopback,read",
+        "How a silent device is looked for: loopback (function 08), or the first read.")),
+    Bind<&Settings::missing_zero>(option::Choice(
         "missing", "exception", "exception,zero",
         "Of a simulated device: registers without a point answer exception 02, or read 0 "
-        "beside others."),
-    option::Texts("texts", "", "Meanings of codes for text(NAME), each as \"NAME CODE=TEXT\"."),
-};
+        "beside others.")),
+    Bind<&Settings::texts, ParseTexts>(option::Texts(
+        "texts", "", "Meanings of codes for text(NAME), each as \"NAME CODE=TEXT\".")));
 
 }  // namespace
 
-std::span<const OptionSpec> OptionTable() { return kOptions; }
+std::span<const OptionSpec> OptionTable() { return kTable.specs(); }
 
 std::optional<WordOrder> ParseOrder(std::string_view text) {
   for (const WordOrder order :
@@ -70,16 +71,6 @@ Result<TextTables> ParseTexts(const std::vector<std::string>& entries) {
   return tables;
 }
 
-Settings ReadSettings(const config::Options& options) {
-  Settings settings;
-  settings.order = ParseOrder(options.Text("order")).value_or(WordOrder::abcd);
-  settings.block = static_cast<std::size_t>(options.Integer("block"));
-  settings.hole = static_cast<std::size_t>(options.Integer("hole"));
-  settings.write_multiple = options.Text("write_function") == "multiple";
-  settings.loopback = options.Text("probe") == "loopback";
-  settings.missing_zero = options.Text("missing") == "zero";
-  if (auto texts = ParseTexts(options.Texts("texts"))) settings.texts = std::move(*texts);
-  return settings;
-}
+Settings ReadSettings(const config::Options& options) { return kTable.Read(options); }
 
 }  // namespace baudgate::protocols::modbus

@@ -143,6 +143,13 @@ Result<Bytes> ParseAddress(std::string_view text) {
   return Bytes{static_cast<std::uint8_t>(*number)};
 }
 
+std::string FormatAddress(View address) {
+  if (address.size() == 1) return std::to_string(address[0]);
+  std::uint32_t number = 0;
+  for (const std::uint8_t byte : address.subspan(1)) number = number << 8U | byte;
+  return "sn:" + std::to_string(number);
+}
+
 Result<Bytes> ParsePassword(std::string_view text) {
   constexpr std::string_view kHex = "hex:";
   if (text.starts_with(kHex)) {

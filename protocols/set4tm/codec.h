@@ -48,6 +48,8 @@ enum Parameter : std::uint8_t {
 
 /// The address bytes of "200" (C8), "9020001" or "sn:9020001" (FC 00 89 A2 61).
 Result<Bytes> ParseAddress(std::string_view text);
+/// The reverse: "200", "sn:9020001".
+std::string FormatAddress(View address);
 Bytes ExtendedAddress(std::uint32_t number);
 /// Of an address that begins with `first`: 1, or 5 behind the prefix FC.
 constexpr std::size_t AddressLength(std::uint8_t first) { return first == kExtendedPrefix ? 5 : 1; }

@@ -24,10 +24,6 @@ const Bytes kAskSerial = {kRead, kSerialNumber};
 const Bytes kAskVariant = {kRead, kVariant};
 const Bytes kAskRatios = {kRead, kRatios};
 
-std::optional<double> Given(double value) {
-  return value > 0 ? std::optional(value) : std::nullopt;
-}
-
 bool Is(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
 
 bool IsSnapshot(View pdu) { return pdu.size() > 2 && pdu[0] == kRead && pdu[1] == kFloatMask; }
@@ -39,36 +35,20 @@ Answer AskAgain() {
   return answer;
 }
 
-class MeterBus : public Bus {
- public:
-  std::unique_ptr<Conversation> MakeConversation(const config::Device& device) override {
-    return std::make_unique<MeterConversation>(device);
-  }
-};
-
 }  // namespace
 
-std::unique_ptr<Bus> MakeBus(const config::Line&) { return std::make_unique<MeterBus>(); }
-
 MeterConversation::MeterConversation(const config::Device& device)
-    : device_(device), fields_(device.points), plan_(fields_.MakePlan(false)) {
-  const config::Options& options = device.options;
-  if (auto address = ParseAddress(device.address)) address_ = std::move(*address);
-  if (auto password = ParsePassword(options.Text("password"))) password_ = std::move(*password);
-  if (const auto serial = options.Integer("serial_number"); serial > 0) {
-    serial_ = static_cast<std::uint32_t>(serial);
-  }
-  configured_.meter_constant = Given(static_cast<double>(options.Integer("meter_constant")));
-  configured_.voltage_ratio = Given(options.Real("voltage_ratio"));
-  configured_.current_ratio = Given(options.Real("current_ratio"));
-  configured_.power_coefficient = Given(options.Real("power_coefficient"));
-  configured_.current_coefficient = Given(options.Real("current_coefficient"));
+    : device_(device),
+      settings_(ReadSettings(device.options)),
+      fields_(device.points),
+      plan_(fields_.MakePlan(false)),
+      address_(ParseAddress(device.address).value()) {
   OnReconnect();
 }
 
 void MeterConversation::OnReconnect() {
   learned_ = {};
-  snapshot_ = device_.options.Flag("snapshot");
+  snapshot_ = settings_.snapshot;
   open_ = verified_ = asked_variant_ = asked_ratios_ = false;
   reopened_ = repeated_ = 0;
   plan_ = fields_.MakePlan(snapshot_);
@@ -91,16 +71,15 @@ bool MeterConversation::NeedsConstants(const Bytes& pdu,
 
 Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
   if (address_.empty()) return Error{ParseAddress(device_.address).error()};
-  if (password_.empty()) return Error{ParsePassword(device_.options.Text("password")).error()};
   if (task.kind == Task::Kind::write) return Error{"SET-4TM meters are read only here"};
   // Opening proves presence too: a link test (00) equals its own echo.
   if (task.kind == Task::Kind::probe || !open_ || now - last_good_ > kChannelTrust) {
     Bytes open = {kOpenChannel};
-    Append(open, password_);
+    Append(open, settings_.password);
     return Make(open);
   }
   if (task.query >= plan_.queries().size()) return Error{"there is no such query"};
-  if (serial_ && !verified_) return Make(kAskSerial);
+  if (settings_.serial_number && !verified_) return Make(kAskSerial);
   const Bytes pdu = fields_.PduOf(plan_, task.query);
   if (!asked_variant_ && NeedsConstants(pdu, LacksVariant)) return Make(kAskVariant);
   if (!asked_ratios_ && NeedsConstants(pdu, LacksRatios)) return Make(kAskRatios);
@@ -115,7 +94,8 @@ bool MeterConversation::Accepts(View asked, View answering) const {
   if (std::ranges::equal(asked, answering)) return true;
   if (asked.size() != 1) return false;
   if (answering.size() == 1) return asked[0] == kCommonAddress;
-  return serial_ && std::ranges::equal(answering, ExtendedAddress(*serial_));
+  return settings_.serial_number &&
+         std::ranges::equal(answering, ExtendedAddress(*settings_.serial_number));
 }
 
 MeterConversation::Reply MeterConversation::Decode(View request, View frame) const {
@@ -222,8 +202,8 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   if (reply.status) return AfterStatus(task, std::move(reply), now);
   last_good_ = now;
   Learn(reply.pdu, reply.data);
-  if (serial_ && Is(reply.pdu, kAskSerial)) {
-    verified_ = ByteReader(reply.data).U32Be(0) == *serial_;
+  if (settings_.serial_number && Is(reply.pdu, kAskSerial)) {
+    verified_ = ByteReader(reply.data).U32Be(0) == *settings_.serial_number;
     if (!verified_) return End(Mismatch(task, reply.data));
   }
   const bool own = task.kind == Task::Kind::poll && task.query < plan_.queries().size();
@@ -240,7 +220,7 @@ Answer MeterConversation::Mismatch(const Task& task, View data) const {
   answer.outcome = Outcome::refused;
   answer.wait = 1min;
   answer.reason = "meter " + std::to_string(ByteReader(data).U32Be(0).value_or(0)) +
-                  " answers in place of " + std::to_string(serial_.value_or(0)) +
+                  " answers in place of " + std::to_string(settings_.serial_number.value_or(0)) +
                   "; correct `serial_number` or the address";
   if (task.kind == Task::Kind::poll && task.query < plan_.queries().size()) {
     for (const std::size_t point : plan_.queries()[task.query].points) {

@@ -6,13 +6,11 @@
 #include <memory>
 #include <optional>
 
-#include "config/model/line.h"
 #include "protocols/protocol.h"
 #include "protocols/set4tm/plan.h"
+#include "protocols/set4tm/settings.h"
 
 namespace baudgate::protocols::set4tm {
-
-std::unique_ptr<Bus> MakeBus(const config::Line& line);
 
 class MeterConversation : public Conversation {
  public:
@@ -49,15 +47,13 @@ class MeterConversation : public Conversation {
   Answer AfterClosed(Answer answer);
   Answer Mismatch(const Task& task, View data) const;
   Answer End(Answer answer);
-  Scale scale() const { return Merge(configured_, learned_); }
+  Scale scale() const { return Merge(settings_.scale(), learned_); }
 
   const config::Device& device_;
+  const Settings settings_;
   const PointFields fields_;
   PduPlan plan_;
   Bytes address_;
-  Bytes password_;
-  std::optional<std::uint32_t> serial_;  // configured: the meter that must answer
-  Scale configured_;
 
   // The session: gone with OnReconnect.
   Scale learned_;

@@ -4,73 +4,40 @@
 
 #include <algorithm>
 
-#include "protocols/option_specs.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/expect.h"
 #include "protocols/set4tm/frame_rule.h"
 #include "protocols/set4tm/points.h"
+#include "protocols/set4tm/settings.h"
 #include "protocols/set4tm/twin.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
 
-constexpr double kLongNumber = 4294967295.0;
-
-constexpr OptionSpec kOptions[] = {
-    option::Secret(
-        option::Text("password", "000000",
-                     "Password of the channel: 6 ASCII characters, or hex:01 02 03 04 05 06.")),
-    option::Integer("serial_number", "0", 0, kLongNumber,
-                    "The meter that must answer: checked after every reconnect, and accepted as "
-                    "extended address of replies; 0: not checked."),
-    option::Integer("meter_constant", "0", 0, 1'000'000,
-                    "Impulses per kWh (A) for energy; 0: ask the meter."),
-    option::Real("voltage_ratio", "0", 0, 100'000,
-                 "Voltage transformer ratio (Kn) in place of the meter's, for energy and integer "
-                 "values; 0: ask the meter."),
-    option::Real("current_ratio", "0", 0, 100'000,
-                 "Current transformer ratio (Kt) in place of the meter's, for energy and integer "
-                 "values; 0: ask the meter."),
-    option::Real("power_coefficient", "0", 0, 1000,
-                 "Coefficient Kc of integer powers; 0: by the meter's build variant."),
-    option::Real("current_coefficient", "0", 0, 1000,
-                 "Coefficient Ci of integer currents; 0: by the meter's build variant."),
-    option::Flag("snapshot", "false",
-                 "Read float values together by mask (08 23); falls back to 08 1B on status 01."),
-};
-
-Status CheckAddress(std::string_view address) {
+Result<std::string> CanonicalAddress(std::string_view address) {
   const auto parsed = ParseAddress(address);
-  return parsed ? Status() : Status(Error{parsed.error()});
+  if (!parsed) return Error{parsed.error()};
+  return FormatAddress(*parsed);
 }
 
-Status CheckDevice(const config::Device& device) {
-  const auto password = ParsePassword(device.options.Text("password"));
-  return password ? Status() : Status(Error{password.error()});
-}
+Status CheckDevice(const config::Device& device) { return CheckSettings(device.options); }
 
 /// Reference, chapter 4: silence of 7 characters ends a frame (8 ms at 9600); the meter answers
 /// within 100 ms behind it. The gap covers what adapters and serial servers add.
-config::Timing DefaultTiming(const config::SerialSettings& serial) {
-  const Duration character = serial.CharacterTime();
-  config::Timing timing;
-  timing.quiet = std::max<Duration>(4ms, 7 * character);
-  timing.reply = std::max<Duration>(300ms, 200ms + 2 * *timing.quiet);
-  timing.gap = std::max<Duration>(50ms, 7 * character);
-  const auto longest = static_cast<int>(kMaxData) + 7;
-  timing.ceiling = *timing.reply + longest * character + 4 * *timing.gap;
-  timing.drain = std::max<Duration>(150ms, *timing.quiet + 100ms);
-  return timing;
+constexpr TimingRule kTiming = {.quiet = {.least = 4ms, .characters = 7},
+                                .reply = {.least = 300ms, .characters = 14, .plus = 200ms},
+                                .gap = {.least = 50ms, .characters = 7},
+                                .drain = {.least = 150ms, .characters = 7, .plus = 100ms},
+                                .longest = kMaxData + 7,
+                                .gaps = 4};
+
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device, Bus*) {
+  return std::make_unique<MeterConversation>(device);
 }
 
-config::SerialSettings FactorySettings() {
-  config::SerialSettings serial;
-  serial.baud = 9600;
-  serial.data_bits = 8;
-  serial.parity = config::Parity::odd;
-  serial.stop_bits = 1;
-  return serial;
+std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values) {
+  return std::make_unique<MeterTwin>(device, values);
 }
 
 }  // namespace
@@ -84,18 +51,18 @@ const Protocol& Set4tmProtocol() {
   static const Protocol kProtocol = {
       .name = "set4tm",
       .title = "SET-4TM, PSCH-3/4TM, SEB-1TM electricity meters, master",
-      .options = kOptions,
+      .options = OptionTable(),
       .decoders = DecoderSpecs(),
-      .check_address = CheckAddress,
+      .canonical_address = CanonicalAddress,
       .check_point = CheckPoint,
       .check_device = CheckDevice,
-      .serial = FactorySettings(),
+      .serial = {.baud = 9600, .data_bits = 8, .parity = config::Parity::odd},
       .data_bits = 8,
-      .timing = DefaultTiming,
+      .timing = kTiming,
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
       .expect = Expect,
-      .make_bus = MakeBus,
+      .make_conversation = MakeConversation,
       .make_twin = MakeTwin,
   };
   return kProtocol;

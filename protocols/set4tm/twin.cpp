@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/settings.h"
 #include "protocols/set4tm/snapshot.h"
 #include "protocols/set4tm/status.h"
 #include "protocols/set4tm/values.h"
@@ -32,10 +33,6 @@ void AppendFloat(Bytes& data, const std::optional<double>& value) {
 
 }  // namespace
 
-std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values) {
-  return std::make_unique<MeterTwin>(device, values);
-}
-
 MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
     : device_(device),
       points_(
@@ -47,7 +44,8 @@ MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
       float_points_.emplace(*parameter, point.index);
     }
   }
-  serial_ = static_cast<std::uint32_t>(device.options.Integer("serial_number"));
+  const Settings settings = ReadSettings(device.options);
+  serial_ = settings.serial_number.value_or(0);
   if (const auto address = ParseAddress(device.address)) {
     const auto number = ByteReader(*address).U32Be(1);
     if (number && serial_ == 0) serial_ = *number;
@@ -55,7 +53,7 @@ MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
     short_address_ = number ? static_cast<std::uint8_t>(1 + *number % 239) : (*address)[0];
   }
   if (serial_ == 0) serial_ = kDefaultSerial;
-  if (auto password = ParsePassword(device.options.Text("password"))) password_ = *password;
+  password_ = settings.password;
 }
 
 bool MeterTwin::Hears(View address) const {

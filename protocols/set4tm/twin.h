@@ -15,8 +15,6 @@
 
 namespace baudgate::protocols::set4tm {
 
-std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values);
-
 class MeterTwin : public Twin {
  public:
   /// `device` and `values` outlive the twin.

@@ -21,12 +21,13 @@ constexpr int kDoubtsBeforeForgetting = 3;
 
 class SpaConversation final : public Conversation {
  public:
-  SpaConversation(const config::Device& device, std::shared_ptr<ContinuationChecksum> checksum)
+  SpaConversation(const config::Device& device, ContinuationChecksum& checksum)
       : device_(device),
-        checksum_(std::move(checksum)),
+        checksum_(checksum),
         points_(ReadablePoints(device.points)),
-        writes_(device.options.Integer(kPassword)),
-        most_items_(MostItems()),
+        settings_(ReadSettings(device.options)),
+        writes_(settings_.password),
+        most_items_(settings_.max_items),
         plan_(MakePlan(points_, most_items_)) {
     if (const auto slave = ParseSlave(device.address)) slave_ = *slave;
   }
@@ -75,16 +76,16 @@ class SpaConversation final : public Conversation {
   }
 
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant) override {
-    if (outcome == Outcome::corrupt) checksum_->Doubt();
+    if (outcome == Outcome::corrupt) checksum_.Doubt();
     if (task.kind == Task::Kind::write) return writes_.OnFailure(outcome);
     return request.closes && outcome != Outcome::line_down ? Then::ask_again : Then::done;
   }
 
   void OnReconnect() override {
-    most_items_ = MostItems();
+    most_items_ = settings_.max_items;
     plan_.OnReconnect();
     writes_.Reset();
-    checksum_->Forget();
+    checksum_.Forget();
   }
 
   Answer Interpret(View request, View frame) override {
@@ -94,15 +95,15 @@ class SpaConversation final : public Conversation {
  private:
   Request Seal(const Command& command) const {
     Request request;
-    request.bytes = Encode(command, device_.options.Flag(kSendWildcard));
+    request.bytes = Encode(command, settings_.send_wildcard);
     request.expect = Expect(request.bytes, device_.options);
-    request.expect.checksum &= ~kCoversAny | checksum_->accepted() | PinnedReading();
+    request.expect.checksum &= ~kCoversAny | checksum_.accepted() | PinnedReading();
     return request;
   }
 
   /// The reading that the user chose; 0 = to be learned.
   int PinnedReading() const {
-    const int chosen = ChecksumBits(device_.options) & kCoversAny;
+    const int chosen = ChecksumBits(settings_) & kCoversAny;
     return chosen == kCoversAny ? 0 : chosen;
   }
 
@@ -122,11 +123,7 @@ class SpaConversation final : public Conversation {
     const auto reply = ParseReply(frame);
     if (!reply || !reply->continued || reply->wildcard) return;
     const bool line_feed = (request.expect.checksum & kLineFeedCovered) != 0;
-    checksum_->Confirm(MatchingReadings(frame, line_feed));
-  }
-
-  std::size_t MostItems() const {
-    return static_cast<std::size_t>(device_.options.Integer(kMaxItems));
+    checksum_.Confirm(MatchingReadings(frame, line_feed));
   }
 
   /// Whether the refusal changes what will be asked, so that one item does not cost the others.
@@ -144,8 +141,9 @@ class SpaConversation final : public Conversation {
   }
 
   const config::Device& device_;
-  std::shared_ptr<ContinuationChecksum> checksum_;
+  ContinuationChecksum& checksum_;
   std::vector<ReadPoint> points_;
+  const Settings settings_;
   WriteSession writes_;
   unsigned slave_ = 0;
   std::size_t most_items_;  ///< in one request; fewer once the device has called it too many
@@ -169,8 +167,8 @@ void ContinuationChecksum::Forget() {
   doubts_ = 0;
 }
 
-std::unique_ptr<Conversation> SpaBus::MakeConversation(const config::Device& device) {
-  return std::make_unique<SpaConversation>(device, checksum_);
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device, SpaBus& bus) {
+  return std::make_unique<SpaConversation>(device, bus.checksum);
 }
 
 }  // namespace baudgate::protocols::spabus

@@ -28,12 +28,12 @@ class ContinuationChecksum {
   int doubts_ = 0;
 };
 
-class SpaBus final : public Bus {
- public:
-  std::unique_ptr<Conversation> MakeConversation(const config::Device& device) override;
-
- private:
-  std::shared_ptr<ContinuationChecksum> checksum_ = std::make_shared<ContinuationChecksum>();
+/// What the devices of a line share.
+struct SpaBus final : Bus {
+  ContinuationChecksum checksum;
 };
+
+/// `device` and `bus` outlive the conversation.
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device, SpaBus& bus);
 
 }  // namespace baudgate::protocols::spabus

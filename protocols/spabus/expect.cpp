@@ -26,7 +26,7 @@ std::size_t LongestReply(const Command& command) {
 
 Expectation Expect(View request, const config::Options& options) {
   Expectation expect;
-  expect.checksum = ChecksumBits(options);
+  expect.checksum = ChecksumBits(ReadSettings(options));
   if (request.empty()) {
     expect.max_bytes = kMaxLine + 1;
     return expect;

@@ -1,35 +1,38 @@
-// The options of an SPA Bus device by name, and what they make of a reply's checksum.
-// Values come from the configuration; conversation, twin and frame rules read them.
+// The options of an SPA Bus device: their table for users, and the same as a struct for the code.
+// They come from the configuration and go to conversation, twin and frame rules.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
 #include "config/model/options.h"
+#include "protocols/option_specs.h"
 #include "protocols/spabus/codec.h"
-#include "protocols/spabus/reply.h"
 
 namespace baudgate::protocols::spabus {
-
-inline constexpr char kMaxItems[] = "max_items";
-inline constexpr char kPassword[] = "password";
-inline constexpr char kSendWildcard[] = "send_xx";
-inline constexpr char kAcceptWildcard[] = "accept_xx";
-inline constexpr char kLineFeedInChecksum[] = "lf_in_checksum";
-inline constexpr char kContinuation[] = "continuation_checksum";
 
 /// V160 opens and V161 closes or changes the password.
 inline constexpr Range kPasswordItems{160, 161};
 
+/// What the checksum of a reply in several lines covers (reply.h), in the order of the words in the
+/// table.
+enum class Continuation : std::uint8_t { learned, all, no_line_ends, characters, last_line };
+
+struct Settings {
+  std::size_t max_items = 8;  ///< in one request
+  std::int64_t password = 0;  ///< 0: the device needs none
+  bool send_wildcard = false;
+  bool accept_wildcard = true;
+  bool line_feed_in_checksum = false;
+  Continuation continuation = Continuation::learned;
+};
+
+std::span<const OptionSpec> OptionTable();
+Settings ReadSettings(const config::Options& options);
+
 /// As Expectation::checksum wants it.
-inline int ChecksumBits(const config::Options& options) {
-  const std::string& chosen = options.Text(kContinuation);
-  int bits = kCoversAny;
-  if (chosen == "a") bits = kCoversAll;
-  if (chosen == "b") bits = kCoversNoLineEnds;
-  if (chosen == "c") bits = kCoversCharacters;
-  if (chosen == "d") bits = kCoversLastLine;
-  if (options.Flag(kLineFeedInChecksum)) bits |= kLineFeedCovered;
-  if (options.Flag(kAcceptWildcard)) bits |= kWildcardAccepted;
-  return bits;
-}
+int ChecksumBits(const Settings& settings);
 
 }  // namespace baudgate::protocols::spabus

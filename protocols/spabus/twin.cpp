@@ -20,7 +20,7 @@ constexpr std::size_t kMostItems = 500;
 
 /// The one reading of the continued checksum that this device uses.
 int OwnReading(const config::Options& options) {
-  const int bits = ChecksumBits(options);
+  const int bits = ChecksumBits(ReadSettings(options));
   const int chosen = bits & kCoversAny;
   return (chosen == kCoversAny ? kCoversAll : chosen) | (bits & kLineFeedCovered);
 }
@@ -40,7 +40,7 @@ SpaTwin::SpaTwin(const config::Device& device, TwinValues& values)
             return ParseAddress(point.write.empty() ? point.read : point.write);
           }),
       reading_(OwnReading(device.options)),
-      password_(device.options.Integer(kPassword)) {
+      password_(ReadSettings(device.options).password) {
   if (const auto slave = ParseSlave(device.address)) slave_ = *slave;
 }
 

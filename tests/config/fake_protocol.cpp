@@ -26,9 +26,9 @@ constexpr OptionSpec kOptions[] = {
 
 constexpr DecoderSpec kDecoders[] = {{"A1", "the first value"}};
 
-Status CheckAddress(std::string_view address) {
+Result<std::string> CanonicalAddress(std::string_view address) {
   const auto number = ParseInteger<int>(address);
-  if (number && *number >= 1 && *number <= 99) return {};
+  if (number && *number >= 1 && *number <= 99) return std::to_string(*number);
   return Error{"'" + std::string(address) + "' is no address; allowed: 1…99"};
 }
 
@@ -68,16 +68,13 @@ class FakeConversation : public Conversation {
   std::vector<Query> queries_;
 };
 
-class FakeBus : public Bus {
- public:
-  std::unique_ptr<Conversation> MakeConversation(const config::Device& device) override {
-    return std::make_unique<FakeConversation>(device);
-  }
-};
-
-config::Timing Times(const config::SerialSettings&) {
-  return {.quiet = 5ms, .reply = 500ms, .gap = 25ms, .ceiling = 2s, .drain = 100ms};
-}
+constexpr TimingRule kTimes = {.quiet = {.least = 5ms},
+                               .reply = {.least = 500ms},
+                               .gap = {.least = 25ms},
+                               .drain = {.least = 100ms},
+                               .longest = 1'000'000,
+                               .gaps = 0,
+                               .longest_time = {.least = 1500ms}};
 
 }  // namespace
 
@@ -87,14 +84,15 @@ Protocol MakeFakeProtocol(std::string_view name) {
   protocol.title = "Fake, for tests";
   protocol.options = kOptions;
   protocol.decoders = kDecoders;
-  protocol.check_address = CheckAddress;
+  protocol.canonical_address = CanonicalAddress;
   protocol.check_point = CheckPoint;
   protocol.check_device = CheckDevice;
   protocol.serial.baud = 19200;
   protocol.serial.parity = config::Parity::even;
-  protocol.timing = Times;
-  protocol.make_bus = [](const config::Line&) -> std::unique_ptr<Bus> {
-    return std::make_unique<FakeBus>();
+  protocol.timing = kTimes;
+  protocol.make_conversation = [](const config::Device& device,
+                                  Bus*) -> std::unique_ptr<Conversation> {
+    return std::make_unique<FakeConversation>(device);
   };
   return protocol;
 }

@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/config/shipped.h"
 
-#include "protocols/dcon/protocol.h"
-#include "protocols/modbus/protocol.h"
-#include "protocols/set4tm/protocol.h"
-#include "protocols/spabus/protocol.h"
+#include "protocols/all_protocols.h"
 
 namespace baudgate::testing {
 
 const config::Catalog& Shipped() {
-  static const config::Catalog kCatalog = {{{"dcon", &DconProtocol()},
-                                            {"modbus_ascii", &ModbusAsciiProtocol()},
-                                            {"modbus_rtu", &ModbusRtuProtocol()},
-                                            {"set4tm", &Set4tmProtocol()},
-                                            {"spabus", &SpabusProtocol()}},
-                                           {"config/profiles"}};
+  static const config::Catalog kCatalog = [] {
+    config::Catalog catalog;
+    for (const Protocol* protocol : AllProtocols()) {
+      catalog.protocols.emplace(protocol->name, protocol);
+    }
+    catalog.profile_dirs = {"config/profiles"};
+    return catalog;
+  }();
   return kCatalog;
 }
 

@@ -6,22 +6,19 @@
 
 #include "config/loader.h"
 #include "gateway/modbus/registers/register_map.h"
-#include "protocols/dcon/protocol.h"
-#include "protocols/modbus/protocol.h"
-#include "protocols/set4tm/protocol.h"
-#include "protocols/spabus/protocol.h"
+#include "protocols/all_protocols.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace baudgate::fuzz {
 namespace {
 
 const config::Catalog& TheCatalog() {
-  static const config::Catalog catalog = {{{"spabus", &SpabusProtocol()},
-                                           {"dcon", &DconProtocol()},
-                                           {"set4tm", &Set4tmProtocol()},
-                                           {"modbus_rtu", &ModbusRtuProtocol()},
-                                           {"modbus_ascii", &ModbusAsciiProtocol()}},
-                                          {FUZZ_SOURCE_DIR "/tests/fuzz/profiles"}};
+  static const config::Catalog catalog = [] {
+    config::Catalog all;
+    for (const Protocol* protocol : AllProtocols()) all.protocols.emplace(protocol->name, protocol);
+    all.profile_dirs = {FUZZ_SOURCE_DIR "/tests/fuzz/profiles"};
+    return all;
+  }();
   return catalog;
 }
 
@@ -37,13 +34,14 @@ void CheckProblems(const std::vector<config::Problem>& problems) {
 void CheckDevice(const config::Device& device, const config::Line& line) {
   const Protocol* protocol = TheCatalog().FindProtocol(device.protocol);
   Require(protocol != nullptr, "a device has a protocol");
-  Require(!device.name.empty() && protocol->check_address(device.address).ok(),
+  Require(!device.name.empty() && protocol->canonical_address(device.address).ok(),
           "a device has a name and an address");
   Require(device.poll > Duration::zero() && device.slow > Duration::zero(), "periods are positive");
   for (const config::Point& point : device.points) {
     Require(protocol->check_point(point).ok(), "the protocol takes its points");
   }
-  const auto conversation = protocol->make_bus(line)->MakeConversation(device);
+  const auto bus = MakeBus(*protocol);
+  const auto conversation = protocol->make_conversation(device, bus.get());
   for (std::size_t query = 0; query < conversation->Queries().size(); ++query) {
     Task task;
     task.query = query;

@@ -15,7 +15,6 @@
 namespace baudgate::fuzz {
 namespace {
 
-constexpr int kMostSteps = 8;  // of one task, as the poller counts
 constexpr int kMostTasks = 8;  // of one input
 
 double NumberOf(std::uint8_t choice) {
@@ -58,8 +57,8 @@ class Session {
         input_(input),
         world_(device, input.U8()),
         twin_(UnderTest().make_twin(device, world_)),
-        bus_(UnderTest().make_bus(line_)),
-        conversation_(bus_->MakeConversation(device)) {}
+        bus_(MakeBus(UnderTest())),
+        conversation_(UnderTest().make_conversation(device, bus_.get())) {}
 
   void Run() {
     CheckQueries();
@@ -180,7 +179,6 @@ class Session {
   const config::Device& device_;
   Input& input_;
   World world_;
-  config::Line line_;
   std::unique_ptr<Twin> twin_;
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<Conversation> conversation_;

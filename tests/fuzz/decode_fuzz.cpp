@@ -5,24 +5,20 @@
 #include <sstream>
 
 #include "gateway/cli/offline/decode.h"
-#include "protocols/dcon/protocol.h"
-#include "protocols/modbus/protocol.h"
-#include "protocols/set4tm/protocol.h"
-#include "protocols/spabus/protocol.h"
+#include "protocols/all_protocols.h"
 #include "tests/fuzz/fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace baudgate;
   using namespace baudgate::fuzz;
-  static const config::Catalog catalog = {{{"spabus", &SpabusProtocol()},
-                                           {"dcon", &DconProtocol()},
-                                           {"set4tm", &Set4tmProtocol()},
-                                           {"modbus_rtu", &ModbusRtuProtocol()}},
-                                          {}};
-  static const char* const protocols[] = {"spabus", "dcon", "set4tm", "modbus_rtu"};
+  static const config::Catalog catalog = [] {
+    config::Catalog all;
+    for (const Protocol* protocol : AllProtocols()) all.protocols.emplace(protocol->name, protocol);
+    return all;
+  }();
   Input input(data, size);
   DecodeOptions options;
-  options.protocol = protocols[input.Below(std::size(protocols))];
+  options.protocol = AllProtocols()[input.Below(AllProtocols().size())]->name;
   std::istringstream in{std::string(AsText(input.Rest()))};
   std::ostringstream out;
   std::ostringstream err;

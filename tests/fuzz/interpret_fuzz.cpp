@@ -41,9 +41,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (UnderTest().name == "spabus" && !request.empty() && request.back() == '\n') {
     request.pop_back();  // requests end in CR
   }
-  config::Line line;
-  const auto bus = UnderTest().make_bus(line);
-  const auto conversation = bus->MakeConversation(device);
+  const auto bus = MakeBus(UnderTest());
+  const auto conversation = UnderTest().make_conversation(device, bus.get());
   Interpret(*conversation, device, request, TakeStream(UnderTest(), input));
   return 0;
 }

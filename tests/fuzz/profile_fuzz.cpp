@@ -1,32 +1,22 @@
 // Any text as a device profile, of each protocol in turn.
-// Input: one byte for the protocol ('d', 's', 'm', 'r'; others: by its number), then the YAML text.
+// Input: one byte for the protocol ('d', 's', 'm', 'r'; others: by number), then the YAML text.
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
 #include "config/points.h"
 #include "config/profile.h"
-#include "protocols/dcon/protocol.h"
-#include "protocols/modbus/protocol.h"
-#include "protocols/set4tm/protocol.h"
-#include "protocols/spabus/protocol.h"
+#include "protocols/all_protocols.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace baudgate::fuzz {
 namespace {
 
+/// The first whose name has the letter; for other bytes by number.
 const Protocol& ProtocolOf(std::uint8_t byte) {
-  switch (byte) {
-    case 'd':
-      return DconProtocol();
-    case 's':
-      return SpabusProtocol();
-    case 'm':
-      return Set4tmProtocol();
-    case 'r':
-      return ModbusRtuProtocol();
-    default:
-      return byte % 2 == 0 ? DconProtocol() : Set4tmProtocol();
+  for (const Protocol* protocol : AllProtocols()) {
+    if (protocol->name.find(static_cast<char>(byte)) != std::string_view::npos) return *protocol;
   }
+  return *AllProtocols()[byte % AllProtocols().size()];
 }
 
 }  // namespace

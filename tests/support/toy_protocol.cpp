@@ -217,13 +217,6 @@ class ToyConversation final : public Conversation {
   bool failed_write_ = false;
 };
 
-class ToyBus final : public Bus {
- public:
-  std::unique_ptr<Conversation> MakeConversation(const config::Device& device) override {
-    return std::make_unique<ToyConversation>(device);
-  }
-};
-
 class ToyTwin final : public Twin {
  public:
   ToyTwin(const config::Device& device, TwinValues& values) : device_(device), values_(values) {}
@@ -252,9 +245,14 @@ class ToyTwin final : public Twin {
   TwinValues& values_;
 };
 
-config::Timing ToyTiming(const config::SerialSettings&) {
-  return {.quiet = 5ms, .reply = 200ms, .gap = 20ms, .ceiling = 1s, .drain = 50ms};
-}
+/// A ceiling of 1 s at every bit rate.
+constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
+                                .reply = {.least = 200ms},
+                                .gap = {.least = 20ms},
+                                .drain = {.least = 50ms},
+                                .longest = 1'000'000,
+                                .gaps = 0,
+                                .longest_time = {.least = 800ms}};
 
 }  // namespace
 
@@ -281,14 +279,16 @@ const Protocol& ToyProtocol() {
     p.name = "toy";
     p.title = "Toy";
     p.options = kOptions;
-    p.check_address = [](std::string_view) { return Status(); };
+    p.canonical_address = [](std::string_view address) {
+      return Result<std::string>(std::string(address));
+    };
     p.check_point = [](const config::Point&) { return Status(); };
-    p.timing = ToyTiming;
+    p.timing = kTiming;
     p.request_rule = ToyRequestRule;
     p.reply_rule = ToyReplyRule;
     p.expect = ToyExpect;
-    p.make_bus = [](const config::Line&) -> std::unique_ptr<Bus> {
-      return std::make_unique<ToyBus>();
+    p.make_conversation = [](const config::Device& device, Bus*) -> std::unique_ptr<Conversation> {
+      return std::make_unique<ToyConversation>(device);
     };
     p.make_twin = [](const config::Device& device, TwinValues& values) -> std::unique_ptr<Twin> {
       return std::make_unique<ToyTwin>(device, values);

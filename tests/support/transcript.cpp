@@ -20,7 +20,6 @@ using Piece = TranscriptPiece;
 using Step = TranscriptStep;
 using Script = TranscriptScript;
 
-constexpr int kMostSteps = 8;
 
 /// What a line does with the reply, without its clock.
 Answer Carry(const Protocol& protocol, Conversation& conversation, const Task& task,
@@ -61,8 +60,8 @@ class Player {
       : protocol_(protocol), path_(path), script_(std::move(script)) {}
 
   void Play() {
-    const auto bus = protocol_.make_bus(script_.line);
-    const auto conversation = bus->MakeConversation(script_.device);
+    const auto bus = MakeBus(protocol_);
+    const auto conversation = protocol_.make_conversation(script_.device, bus.get());
     std::size_t query = 0;
     while (next_ < script_.steps.size() && !::testing::Test::HasFailure()) {
       const Step& step = script_.steps[next_];

@@ -292,8 +292,8 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
   }
   const config::Device& device = line->devices.front();
   const Protocol& protocol = *catalog.FindProtocol(device.protocol);
-  const std::unique_ptr<Bus> bus = protocol.make_bus(*line);
-  const std::unique_ptr<Conversation> conversation = bus->MakeConversation(device);
+  const std::unique_ptr<Bus> bus = MakeBus(protocol);
+  const std::unique_ptr<Conversation> conversation = protocol.make_conversation(device, bus.get());
 
   const auto captures = ReadCaptures(in);
   if (!captures) {

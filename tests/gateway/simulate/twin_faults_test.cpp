@@ -321,8 +321,8 @@ TEST(TwinFaults, AStrangerAnswersInItsPlace) {
 
 TEST(TwinStranger, IsNobodyWhereNoOtherAddressIsValid) {
   Protocol lonely = ToyProtocol();
-  lonely.check_address = [](std::string_view address) {
-    return address == "1" ? Status() : Status(Error{"there is only one"});
+  lonely.canonical_address = [](std::string_view address) {
+    return address == "1" ? Result<std::string>("1") : Error{"there is only one"};
   };
   config::Device device;
   device.address = "1";

@@ -206,7 +206,6 @@ TEST(DconPoint, WritablePointsNeedAnOutput) {
 
 TEST(DconDescriptor, DecodersAndOptionsAreDescribed) {
   const Protocol& protocol = DconProtocol();
-  EXPECT_EQ(protocol.interface_version, kProtocolInterfaceVersion);
   EXPECT_EQ(protocol.name, "dcon");
   for (const DecoderSpec& decoder : protocol.decoders) {
     EXPECT_TRUE(ParseRead(decoder.form)) << decoder.form;

@@ -144,7 +144,7 @@ inline std::string Asked(Conversation& talk, const Task& task) {
 inline Answer RoundTrip(Conversation& talk, Twin& twin, const config::Device& device,
                         const Task& task) {
   Answer answer;
-  for (int step = 0; step < 8; ++step) {
+  for (int step = 0; step < kMostSteps; ++step) {
     const auto request = talk.Ask(task, Instant{});
     EXPECT_TRUE(request) << (request ? "" : request.error());
     if (!request) return answer;

@@ -164,8 +164,8 @@ TEST(Set4tmProtocolTest, DescriptorIsComplete) {
   for (const OptionSpec& option : protocol.options)
     secret |= option.name == "password" && option.secret;
   EXPECT_TRUE(secret);
-  EXPECT_TRUE(protocol.check_address("200"));
-  EXPECT_FALSE(protocol.check_address("254"));
+  EXPECT_TRUE(protocol.canonical_address("200"));
+  EXPECT_FALSE(protocol.canonical_address("254"));
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ struct Talk {
 
   /// Carries the task to its end; every request goes to `wire`, silence ends it.
   Answer Run(const Task& task, const Wire& wire) {
-    for (int step = 0; step < 8; ++step) {
+    for (int step = 0; step < kMostSteps; ++step) {
       const auto request = conversation.Ask(task, now);
       if (!request) return Ended(Outcome::unsupported, request.error());
       asked.push_back(request->bytes);
@@ -78,7 +78,7 @@ struct Talk {
       Answer answer = conversation.OnFrame(task, *request, frame, now);
       if (answer.then != Then::ask_again) return answer;
     }
-    ADD_FAILURE() << "more than 8 steps";
+    ADD_FAILURE() << "more steps than a task may have";
     return Ended(Outcome::unexpected, "endless");
   }
 

@@ -11,14 +11,14 @@ const Protocol& Spa() { return SpabusProtocol(); }
 
 TEST(SpaProtocol, TakesSlaveNumbers) {
   for (const char* address : {"1", "30", "254", "899", "901", "999"}) {
-    EXPECT_TRUE(Spa().check_address(address)) << address;
+    EXPECT_TRUE(Spa().canonical_address(address)) << address;
   }
   for (const char* address : {"0", "900", "1000", "-1", "", "x", "1 ", "0x10", "00001"}) {
-    const Status status = Spa().check_address(address);
+    const Status status = Spa().canonical_address(address);
     ASSERT_FALSE(status) << address;
     EXPECT_NE(status.error().find("1 to 899"), std::string::npos) << status.error();
   }
-  EXPECT_NE(Spa().check_address("900").error().find("broadcast"), std::string::npos);
+  EXPECT_NE(Spa().canonical_address("900").error().find("broadcast"), std::string::npos);
 }
 
 Status Check(const std::string& read, Type type, Access access = Access::read,

@@ -72,8 +72,8 @@ inline Bytes Sealed(const std::string& covered, const std::string& checksum) {
 class Talk {
  public:
   explicit Talk(config::Device device) : device_(std::move(device)) {
-    bus_ = SpabusProtocol().make_bus({});
-    talk_ = bus_->MakeConversation(device_);
+    bus_ = MakeBus(SpabusProtocol());
+    talk_ = SpabusProtocol().make_conversation(device_, bus_.get());
   }
 
   Conversation* operator->() { return talk_.get(); }
@@ -127,7 +127,7 @@ inline Answer Exchange(Talk& talk, const Task& task, Twin& twin) {
 /// Follows ask_again to the end of the task.
 inline Answer Finish(Talk& talk, const Task& task, Twin& twin) {
   Answer answer = Exchange(talk, task, twin);
-  for (int step = 1; answer.then == Then::ask_again && step < 8; ++step) {
+  for (int step = 1; answer.then == Then::ask_again && step < kMostSteps; ++step) {
     answer = Exchange(talk, task, twin);
   }
   return answer;

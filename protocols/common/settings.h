@@ -1,0 +1,166 @@
+// A device's options in a struct of its protocol. One table says for each option its key, kind,
+// default and help, for users, and the member that it fills, for the code:
+//
+//   struct Settings { bool checksum; std::size_t width; Format format; };
+//   constexpr auto kTable = SettingsTable(
+//       Bind<&Settings::checksum>(option::Flag("checksum", "false", "…")),
+//       Bind<&Settings::width>(option::Integer("width", "7", 0, 32, "…")),
+//       Bind<&Settings::format>(option::Choice("format", "hex", "decimal,hex", "…")));
+//
+// kTable.specs() goes into the Protocol; kTable.Read(device.options) gives the Settings.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "config/model/options.h"
+#include "gateway/base/result.h"
+#include "gateway/base/time.h"
+#include "protocols/option_specs.h"
+
+namespace baudgate {
+namespace settings {
+
+/// 0 for the first word of `choices`: "auto,a,b".
+constexpr std::size_t IndexOf(std::string_view word, std::string_view choices) {
+  std::size_t index = 0;
+  for (std::size_t at = 0; at < choices.size(); ++index) {
+    const std::size_t end = std::min(choices.find(',', at), choices.size());
+    if (choices.substr(at, end - at) == word) return index;
+    at = end + 1;
+  }
+  return 0;
+}
+
+template <typename T>
+inline constexpr bool kIsOptional = false;
+template <typename T>
+inline constexpr bool kIsOptional<std::optional<T>> = true;
+
+/// The value of one option as a member of type T takes it.
+template <typename T>
+T Get(const config::Options& options, const OptionSpec& spec) {
+  const std::string name(spec.name);
+  if constexpr (kIsOptional<T>) {
+    const auto number = Get<typename T::value_type>(options, spec);
+    return number == 0 ? T() : T(number);
+  } else if constexpr (std::is_enum_v<T>) {
+    return static_cast<T>(IndexOf(options.Text(name), spec.choices));
+  } else if constexpr (std::is_same_v<T, bool>) {
+    return spec.kind == OptionSpec::Kind::choice ? IndexOf(options.Text(name), spec.choices) != 0
+                                                 : options.Flag(name);
+  } else if constexpr (std::is_same_v<T, Duration>) {
+    return options.Time(name);
+  } else if constexpr (std::is_floating_point_v<T>) {
+    return spec.kind == OptionSpec::Kind::real ? options.Real(name)
+                                               : static_cast<T>(options.Integer(name));
+  } else if constexpr (std::is_integral_v<T>) {
+    return static_cast<T>(options.Integer(name));
+  } else if constexpr (std::is_same_v<T, std::string>) {
+    return options.Text(name);
+  } else {
+    return options.Texts(name);
+  }
+}
+
+template <typename Settings>
+using Reader = Status (*)(const config::Options&, const OptionSpec&, Settings&);
+
+template <typename Settings>
+struct Row {
+  OptionSpec spec;
+  Reader<Settings> read = nullptr;
+};
+
+template <typename T>
+struct Member;
+template <typename Settings, typename T>
+struct Member<T Settings::*> {
+  using Of = Settings;
+  using Type = T;
+};
+
+}  // namespace settings
+
+/// An option and the member that it fills. Numbers, durations and texts fill members of their kind.
+/// An optional number stays empty for 0. A choice fills an enum, its first word
+/// is enumerator 0; one of two words may fill a bool, which the second makes true.
+template <auto kMember>
+constexpr auto Bind(const OptionSpec& spec) {
+  using Settings = typename settings::Member<decltype(kMember)>::Of;
+  using Type = typename settings::Member<decltype(kMember)>::Type;
+  return settings::Row<Settings>{
+      spec, [](const config::Options& options, const OptionSpec& row, Settings& settings) {
+        settings.*kMember = settings::Get<Type>(options, row);
+        return Status();
+      }};
+}
+
+/// The same with a function that makes the member out of the text or texts of the option:
+/// Result<Type> kParse(const std::string&), or of const std::vector<std::string>&. What it refuses
+/// leaves the member as it is, and Check says why.
+template <auto kMember, auto kParse>
+constexpr auto Bind(const OptionSpec& spec) {
+  using Settings = typename settings::Member<decltype(kMember)>::Of;
+  return settings::Row<Settings>{
+      spec, [](const config::Options& options, const OptionSpec& row, Settings& settings) {
+        const auto parse = [&] {
+          const std::string name(row.name);
+          if constexpr (std::is_invocable_v<decltype(kParse), const std::string&>) {
+            return kParse(options.Text(name));
+          } else {
+            return kParse(options.Texts(name));
+          }
+        };
+        auto parsed = parse();
+        if (!parsed) return Status(Error{parsed.error()});
+        settings.*kMember = std::move(*parsed);
+        return Status();
+      }};
+}
+
+template <typename Settings, std::size_t kCount>
+class SettingsTable {
+ public:
+  template <typename... Rows>
+  constexpr explicit SettingsTable(const settings::Row<Settings>& first, const Rows&... rest)
+      : specs_{first.spec, rest.spec...}, readers_{first.read, rest.read...} {}
+
+  constexpr std::span<const OptionSpec> specs() const { return specs_; }
+
+  /// `options` has all options of the table.
+  Settings Read(const config::Options& options) const {
+    Settings settings{};
+    for (std::size_t i = 0; i < kCount; ++i) {
+      (void)readers_[i](options, specs_[i], settings);
+    }
+    return settings;
+  }
+
+  /// The first text that its function refuses.
+  Status Check(const config::Options& options) const {
+    Settings settings{};
+    for (std::size_t i = 0; i < kCount; ++i) {
+      if (Status status = readers_[i](options, specs_[i], settings); !status) return status;
+    }
+    return {};
+  }
+
+ private:
+  std::array<OptionSpec, kCount> specs_;
+  std::array<settings::Reader<Settings>, kCount> readers_;
+};
+
+template <typename Settings, typename... Rows>
+SettingsTable(const settings::Row<Settings>&, const Rows&...)
+    -> SettingsTable<Settings, 1 + sizeof...(Rows)>;
+
+}  // namespace baudgate

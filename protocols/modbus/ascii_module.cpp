@@ -1,7 +1,0 @@
-// The one symbol of the loadable module: hands the descriptor in protocol.cpp to the daemon.
-// SPDX-License-Identifier: Apache-2.0
-#include "protocols/modbus/protocol.h"
-
-extern "C" const baudgate::Protocol* baudgate_protocol() {
-  return &baudgate::ModbusAsciiProtocol();
-}

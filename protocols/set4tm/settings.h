@@ -1,0 +1,36 @@
+// The options of a SET-4TM meter: their table for users, and the same as a struct for the code.
+// They come from the configuration and go to the conversation and the twin.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "config/model/options.h"
+#include "gateway/base/bytes.h"
+#include "protocols/option_specs.h"
+#include "protocols/set4tm/constants.h"
+
+namespace baudgate::protocols::set4tm {
+
+struct Settings {
+  Bytes password;                              ///< six bytes
+  std::optional<std::uint32_t> serial_number;  ///< the meter that must answer
+  std::optional<double> meter_constant;
+  std::optional<double> voltage_ratio;
+  std::optional<double> current_ratio;
+  std::optional<double> power_coefficient;
+  std::optional<double> current_coefficient;
+  bool snapshot = false;
+
+  /// What need not be asked of the meter.
+  Scale scale() const;
+};
+
+std::span<const OptionSpec> OptionTable();
+Settings ReadSettings(const config::Options& options);
+/// Whether the password is one.
+Status CheckSettings(const config::Options& options);
+
+}  // namespace baudgate::protocols::set4tm

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/spabus/settings.h"
+
+#include "protocols/common/settings.h"
+#include "protocols/spabus/reply.h"
+
+namespace baudgate::protocols::spabus {
+namespace {
+
+constexpr auto kTable = SettingsTable(
+    Bind<&Settings::max_items>(option::Integer(
+        "max_items", "8", 1, 64,
+        "Most items that one request reads together; 1 for devices that refuse ranges.")),
+    Bind<&Settings::password>(option::Secret(
+        option::Integer("password", "0", 0, 999,
+                        "Opened (V160) before and closed (V161) after each write; 0: "
+                        "the device needs none."))),
+    Bind<&Settings::send_wildcard>(option::Flag(
+        "send_xx", "false", "Send XX in place of the checksum: the device then checks nothing.")),
+    Bind<&Settings::accept_wildcard>(option::Flag(
+        "accept_xx", "true",
+        "Accept replies that carry XX in place of a checksum; false is safer where the "
+        "device never sends it.")),
+    Bind<&Settings::line_feed_in_checksum>(option::Flag(
+        "lf_in_checksum", "false",
+        "The device counts the line feed before '<' into the checksum of its replies.")),
+    Bind<&Settings::continuation>(option::Choice(
+        "continuation_checksum", "auto", "auto,a,b,c,d",
+        "What the checksum of a reply in several lines covers: a everything, b without "
+        "CR and LF, c also without &, d the last line only; auto learns it from the "
+        "replies.")));
+
+int Covered(Continuation continuation) {
+  switch (continuation) {
+    case Continuation::all:
+      return kCoversAll;
+    case Continuation::no_line_ends:
+      return kCoversNoLineEnds;
+    case Continuation::characters:
+      return kCoversCharacters;
+    case Continuation::last_line:
+      return kCoversLastLine;
+    case Continuation::learned:
+      break;
+  }
+  return kCoversAny;
+}
+
+}  // namespace
+
+std::span<const OptionSpec> OptionTable() { return kTable.specs(); }
+
+Settings ReadSettings(const config::Options& options) { return kTable.Read(options); }
+
+int ChecksumBits(const Settings& settings) {
+  int bits = Covered(settings.continuation);
+  if (settings.line_feed_in_checksum) bits |= kLineFeedCovered;
+  if (settings.accept_wildcard) bits |= kWildcardAccepted;
+  return bits;
+}
+
+}  // namespace baudgate::protocols::spabus

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/modules.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "protocols/abi.h"
+
+namespace baudgate {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+TEST(Modules, OfAnotherContractAreRefusedWithoutACallIntoThem) {
+  ASSERT_EQ(setenv("BAUDGATE_MODULES", ODD_MODULES, 1), 0);
+  const Modules modules = LoadModules();
+  unsetenv("BAUDGATE_MODULES");
+  EXPECT_FALSE(modules.catalog.protocols.contains("other"));
+  EXPECT_THAT(modules.refused,
+              Contains(AllOf(HasSubstr("/other.so was built for gcc0-cxxabi0 contract 0, "),
+                             HasSubstr("this daemon for " + std::string(abi::kTag)),
+                             HasSubstr("install those of one release"))));
+  EXPECT_THAT(modules.refused,
+              Contains(HasSubstr("/older.so was built for an older plugin contract")));
+  EXPECT_THAT(modules.refused,
+              Contains(HasSubstr("/stranger.so is not a protocol module of baudgate")));
+}
+
+}  // namespace
+}  // namespace baudgate
