@@ -1,0 +1,27 @@
+// What a device of the example is asked, and what its replies mean.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "config/model/device.h"
+#include "protocols/conversation.h"
+
+namespace baudgate::protocols::example {
+
+class ExampleConversation final : public Conversation {
+ public:
+  explicit ExampleConversation(const config::Device& device);
+
+  std::span<const Query> Queries() const override { return queries_; }
+  Result<Request> Ask(const Task& task, Instant now) override;
+  Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
+  Answer Interpret(View request, View frame) override;
+
+ private:
+  const config::Device& device_;
+  const char address_;
+  std::vector<Query> queries_;  ///< one for each point
+};
+
+}  // namespace baudgate::protocols::example

@@ -1,0 +1,12 @@
+// Where requests and replies of the example begin and end.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "protocols/frame_rule.h"
+
+namespace baudgate::protocols::example {
+
+Cut RequestRule(View held, const Expectation& expect, bool idle);
+Cut ReplyRule(View held, const Expectation& expect, bool idle);
+
+}  // namespace baudgate::protocols::example

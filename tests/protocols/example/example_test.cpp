@@ -1,0 +1,101 @@
+// The protocol of the guide: its codec, its checks, and its conversation with its own twin.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "protocols/example/codec.h"
+#include "protocols/example/protocol.h"
+#include "tests/support/twin_exchange.h"
+
+namespace baudgate {
+namespace {
+
+config::Point Item(const char* read) {
+  config::Point point;
+  point.name = "item";
+  point.read = read;
+  point.access = config::Access::read_write;
+  return point;
+}
+
+class Example : public ::testing::Test {
+ protected:
+  Example() {
+    device_.address = "A";
+    device_.points = {Item("7"), Item("12")};
+    values_.Set(0, 5.0);
+    values_.Set(1, -0.25);
+    twin_ = ExampleProtocol().make_twin(device_, values_);
+    conversation_ = ExampleProtocol().make_conversation(device_, nullptr);
+  }
+
+  /// One exchange with the twin, through both frame rules.
+  Answer Run(const Task& task) {
+    const auto request = conversation_->Ask(task, {});
+    EXPECT_TRUE(request);
+    const Bytes heard =
+        CutFrame(ExampleProtocol().request_rule, ExampleProtocol().expect({}, {}), request->bytes);
+    const Bytes reply =
+        CutFrame(ExampleProtocol().reply_rule, request->expect, twin_->Answer(heard, {}));
+    EXPECT_FALSE(reply.empty()) << Printable(request->bytes);
+    return conversation_->OnFrame(task, *request, reply, {});
+  }
+  Answer Poll(std::size_t query) { return Run({Task::Kind::poll, query, kNoPoint, {}}); }
+
+  config::Device device_;
+  FixedValues values_;
+  std::unique_ptr<Twin> twin_;
+  std::unique_ptr<Conversation> conversation_;
+};
+
+TEST_F(Example, ReadsEveryPoint) {
+  ASSERT_EQ(conversation_->Queries().size(), 2U);
+  const Answer first = Poll(0);
+  ASSERT_EQ(first.readings.size(), 1U);
+  EXPECT_EQ(first.readings[0].point, 0U);
+  EXPECT_EQ(first.readings[0].value, Value(5.0));
+  EXPECT_EQ(Poll(1).readings.at(0).value, Value(-0.25));
+}
+
+TEST_F(Example, WritesAndReadsBack) {
+  EXPECT_EQ(Run({Task::Kind::write, 0, 1, 2.5}).outcome, Outcome::ok);
+  EXPECT_EQ(Poll(1).readings.at(0).value, Value(2.5));
+}
+
+TEST_F(Example, IsProbedByItsType) {
+  const auto request = conversation_->Ask({Task::Kind::probe, 0, kNoPoint, {}}, {});
+  EXPECT_EQ(AsText(request->bytes), "?A0\r");
+  EXPECT_TRUE(request->steady);
+  EXPECT_EQ(Run({Task::Kind::probe, 0, kNoPoint, {}}).outcome, Outcome::ok);
+}
+
+TEST_F(Example, AReplyToAnotherRequestGivesNoReadings) {
+  for (const char* reply : {"B7", "A8"}) {
+    const Bytes frame = protocols::example::EncodeReply(
+        {'!', reply[0], static_cast<unsigned>(reply[1] - '0'), "=5"});
+    const Answer answer = conversation_->Interpret(ToBytes("?A7\r"), frame);
+    EXPECT_EQ(answer.outcome, Outcome::unexpected) << reply;
+    EXPECT_TRUE(answer.readings.empty());
+  }
+}
+
+TEST_F(Example, WhatTheDeviceDoesNotKnowIsRefused) {
+  const Bytes reply = twin_->Answer(ToBytes("?A99\r"), {});
+  EXPECT_EQ(AsText(reply).substr(0, 5), "!A99~");
+  EXPECT_EQ(conversation_->Interpret(ToBytes("?A99\r"), reply).outcome, Outcome::unsupported);
+  EXPECT_TRUE(twin_->Answer(ToBytes("?B7\r"), {}).empty()) << "another device is asked";
+}
+
+TEST_F(Example, RepliesAreAsTheGuideWritesThem) {
+  EXPECT_EQ(AsText(twin_->Answer(ToBytes("?A7\r"), {})), "!A7=5*0B\r");
+  EXPECT_EQ(AsText(protocols::example::EncodeReply({'!', 'A', 7, "~"})), "!A7~*17\r");
+}
+
+TEST_F(Example, ChecksAddressesAndPoints) {
+  EXPECT_TRUE(ExampleProtocol().canonical_address("Q"));
+  EXPECT_FALSE(ExampleProtocol().canonical_address("a"));
+  EXPECT_TRUE(ExampleProtocol().check_point(Item("999")));
+  EXPECT_FALSE(ExampleProtocol().check_point(Item("0")));
+}
+
+}  // namespace
+}  // namespace baudgate
