@@ -87,7 +87,7 @@ void PrintOne(const Protocol& protocol, std::ostream& out) {
     }
     table.PrintAligned(out, "  ");
   }
-  if (protocol.timing) PrintTimes(protocol, out);
+  PrintTimes(protocol, out);
 }
 
 Json ToJson(const Protocol& protocol) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include "gateway/base/text.h"
 #include "protocols/example/codec.h"
 #include "protocols/example/protocol.h"
 #include "tests/support/twin_exchange.h"
