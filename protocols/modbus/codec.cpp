@@ -37,7 +37,9 @@ std::size_t FrameLength(Framing framing, std::size_t pdu) {
 std::size_t MaxFrame(Framing framing) { return framing == Framing::rtu ? kMaxRtu : kMaxAscii; }
 
 Bytes Wrap(Framing framing, std::uint8_t slave, View pdu) {
-  Bytes bytes = {slave};
+  Bytes bytes;
+  bytes.reserve(pdu.size() + 3);
+  bytes.push_back(slave);
   Append(bytes, pdu);
   if (framing == Framing::rtu) {
     AppendCrc16(bytes);

@@ -31,7 +31,7 @@ void CheckProblems(const std::vector<config::Problem>& problems) {
   }
 }
 
-void CheckDevice(const config::Device& device, const config::Line& line) {
+void CheckDevice(const config::Device& device) {
   const Protocol* protocol = TheCatalog().FindProtocol(device.protocol);
   Require(protocol != nullptr, "a device has a protocol");
   Require(!device.name.empty() && protocol->canonical_address(device.address).ok(),
@@ -83,7 +83,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   CheckSame(loaded.config, again.config);
   for (const config::Line& line : loaded.config.lines) {
     Require(!line.port.empty() && line.serial.baud > 0, "a line has a port and a speed");
-    for (const config::Device& device : line.devices) CheckDevice(device, line);
+    for (const config::Device& device : line.devices) CheckDevice(device);
   }
   for (const config::Route& route : loaded.config.modbus.routes) {
     Require(route.first <= route.last, "a route has units");

@@ -16,10 +16,10 @@ using modbus::MbapAssembler;
 
 modbus::PointDesk& TheService(FuzzSink*& sink) {
   static FuzzSink the_sink;
-  static modbus::PointDesk service(ModbusConfig(), FilledStore(), the_sink, {}, {});
-  Require(service.responder().ready().ok(), "libmodbus is there");
+  static modbus::PointDesk points(ModbusConfig(), FilledStore(), the_sink, {}, {});
+  Require(points.responder().ready().ok(), "libmodbus is there");
   sink = &the_sink;
-  return service;
+  return points;
 }
 
 /// Bytes of values that a checked write carries.
@@ -58,7 +58,7 @@ void Answer(modbus::PointDesk& points, View frame) {
     return;
   }
   Bytes answer;
-  Require(service.responder().Append(request, answer), "libmodbus answers what was checked");
+  Require(points.responder().Append(request, answer), "libmodbus answers what was checked");
   CheckModbusAnswer(frame, answer);
 }
 
@@ -91,7 +91,7 @@ void Receive(Input& input) {
       Require(frame.size() >= 8 && frame.size() <= modbus::kMaxAdu, "a frame has its length");
       // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
       const Bytes copy(frame.begin(), frame.end());
-      Answer(service, copy);
+      Answer(points, copy);
     }
     Require(!assembler.Space().empty(), "there is room for what is missing");
   }
