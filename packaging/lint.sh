@@ -5,6 +5,8 @@
 #   packaging/lint.sh [BUILD_FOLDER] --changed [COMMIT]   only what differs from COMMIT (main)
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. packaging/prepare.sh
+install_packages "${lint_packages[@]}"
 build=build/release
 if [ $# -gt 0 ] && [ "$1" != --changed ]; then build=$1; shift; fi
 if [ ! -f "$build/compile_commands.json" ]; then

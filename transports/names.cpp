@@ -12,10 +12,11 @@
 #include <cstring>
 #include <deque>
 #include <map>
-#include <mutex>
 #include <system_error>
 #include <thread>
 #include <utility>
+
+#include "gateway/base/guarded.h"
 
 namespace baudgate {
 namespace {
@@ -41,9 +42,10 @@ Result<Names::Addresses> AskSystem(const std::string& host) {
 }  // namespace
 
 struct Names::Waiter {
-  std::mutex mutex;
-  asio::io_context* io = nullptr;  // null: waits no more
-  Done done;
+  Waiter(asio::io_context& its_io, Done its_done) : io(&its_io), done(std::move(its_done)) {}
+  Mutex mutex;
+  asio::io_context* io BAUDGATE_GUARDED_BY(mutex);  // null: waits no more
+  Done done BAUDGATE_GUARDED_BY(mutex);
 };
 
 struct Names::State {
@@ -55,26 +57,27 @@ struct Names::State {
 
   explicit State(LookUp its_look_up) : look_up(std::move(its_look_up)) {}
 
-  bool MayBegin(const Host& host) const {
+  bool MayBegin(const Host& host) const BAUDGATE_REQUIRES(mutex) {
     if (threads >= kMostAwaited + kMostHanging) return false;
     return host.given_up ? hanging < kMostRetried : threads - hanging < kMostAwaited;
   }
 
   const LookUp look_up;
-  std::mutex mutex;
-  std::map<std::string, Host> hosts;
-  std::deque<std::string> queue;
-  std::size_t threads = 0;
-  std::size_t hanging = 0;  // of them, in look-ups of hosts that are given up
+  Mutex mutex;
+  std::map<std::string, Host> hosts BAUDGATE_GUARDED_BY(mutex);
+  std::deque<std::string> queue BAUDGATE_GUARDED_BY(mutex);
+  std::size_t threads BAUDGATE_GUARDED_BY(mutex) = 0;
+  // Of them, in look-ups of hosts that are given up.
+  std::size_t hanging BAUDGATE_GUARDED_BY(mutex) = 0;
 
-  static void Begin(const std::shared_ptr<State>& state);
+  static void Begin(const std::shared_ptr<State>& state) BAUDGATE_REQUIRES(state->mutex);
   static void Run(const std::shared_ptr<State>& state, const std::string& name);
   static void Drop(const std::shared_ptr<State>& state, const std::string& name,
                    const std::shared_ptr<Waiter>& waiter);
   static void Answer(const std::shared_ptr<Waiter>& waiter, const Result<Addresses>& found);
 };
 
-/// Under the lock: threads for what may be looked up now.
+/// Threads for what may be looked up now.
 void Names::State::Begin(const std::shared_ptr<State>& state) {
   for (auto at = state->queue.begin(); at != state->queue.end();) {
     Host& host = state->hosts[*at];
@@ -98,7 +101,7 @@ void Names::State::Run(const std::shared_ptr<State>& state, const std::string& n
   const Result<Addresses> found = state->look_up(name);
   std::vector<std::shared_ptr<Waiter>> waiters;
   {
-    const std::lock_guard lock(state->mutex);
+    const MutexLock lock(state->mutex);
     Host& host = state->hosts[name];
     if (host.given_up) --state->hanging;
     --state->threads;
@@ -111,12 +114,12 @@ void Names::State::Run(const std::shared_ptr<State>& state, const std::string& n
 }
 
 void Names::State::Answer(const std::shared_ptr<Waiter>& waiter, const Result<Addresses>& found) {
-  const std::lock_guard lock(waiter->mutex);
+  const MutexLock lock(waiter->mutex);
   if (waiter->io == nullptr) return;
   asio::post(*waiter->io, [waiter, found] {
     Done done;
     {
-      const std::lock_guard again(waiter->mutex);
+      const MutexLock again(waiter->mutex);
       if (std::exchange(waiter->io, nullptr) == nullptr) return;
       done = std::move(waiter->done);
     }
@@ -128,11 +131,11 @@ void Names::State::Drop(const std::shared_ptr<State>& state, const std::string& 
                         const std::shared_ptr<Waiter>& waiter) {
   Done dropped;  // destroyed outside the locks: it may own the ticket's owner
   {
-    const std::lock_guard lock(waiter->mutex);
+    const MutexLock lock(waiter->mutex);
     waiter->io = nullptr;
     dropped.swap(waiter->done);
   }
-  const std::lock_guard lock(state->mutex);
+  const MutexLock lock(state->mutex);
   Host& host = state->hosts[name];
   if (std::erase(host.waiters, waiter) == 0 || !host.waiters.empty()) return;
   if (!host.running) {
@@ -158,12 +161,10 @@ void Names::Ticket::Drop() {
 Names::Names(LookUp look_up) : state_(std::make_shared<State>(std::move(look_up))) {}
 
 Names::Ticket Names::Ask(const std::string& host, asio::io_context& io, Done done) {
-  auto waiter = std::make_shared<Waiter>();
-  waiter->io = &io;
-  waiter->done = std::move(done);
+  auto waiter = std::make_shared<Waiter>(io, std::move(done));
   Ticket ticket;
   ticket.drop_ = [state = state_, host, waiter] { State::Drop(state, host, waiter); };
-  const std::lock_guard lock(state_->mutex);
+  const MutexLock lock(state_->mutex);
   State::Host& asked = state_->hosts[host];
   asked.waiters.push_back(std::move(waiter));
   if (!asked.running && asked.waiters.size() == 1) state_->queue.push_back(host);

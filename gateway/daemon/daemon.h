@@ -23,7 +23,7 @@ class Daemon {
   /// serial port that is absent is not.
   Status Start();
   /// Closes the lines, disposes what was published and releases every port; within two seconds,
-  /// unless a driver or a look-up of a name keeps one longer.
+  /// unless a driver keeps one longer.
   void Stop();
 
   const config::Config& config() const;

@@ -79,7 +79,10 @@ bool Poller::MayRetry(bool in_debt) const {
     return now_.instant < write->command.deadline;
   }
   const bool others = in_debt && schedule_.HealthyDue(now_.instant);
-  return !others && !routes_.queue().HasShortWrite();
+  // What must not be repeated is followed by the request that makes it good, or its answer is lost:
+  // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.
+  const bool start_waits = routes_.queue().HasShortWrite() && job.request.expect.repeatable;
+  return !others && !start_waits;
 }
 
 void Poller::GiveUp(const ExchangeEnd& end) {

@@ -33,13 +33,14 @@ void UpstreamConnection::Open(const std::string& host, std::uint16_t port) {
   asio::error_code not_numeric;
   const auto address = asio::ip::make_address(host, not_numeric);
   if (!not_numeric) return Connect({tcp::endpoint(address, port)});
-  resolver_.async_resolve(host, std::to_string(port), tcp::resolver::numeric_service,
-                          [self = shared_from_this()](const asio::error_code& error,
-                                                      const tcp::resolver::results_type& found) {
-                            if (self->owner_ == nullptr) return;
-                            if (!error) return self->Connect({found.begin(), found.end()});
-                            self->owner_->OnBroken("is not known by that name: " + error.message());
-                          });
+  look_up_ = Names::OfProcess().Ask(
+      host, io_, [self = shared_from_this(), port](const Result<Names::Addresses>& found) {
+        if (self->owner_ == nullptr) return;
+        if (!found) return self->owner_->OnBroken("is not known by that name: " + found.error());
+        std::vector<tcp::endpoint> endpoints;
+        for (const asio::ip::address& ip : *found) endpoints.emplace_back(ip, port);
+        self->Connect(endpoints);
+      });
 }
 
 void UpstreamConnection::Connect(const std::vector<tcp::endpoint>& endpoints) {
@@ -74,7 +75,7 @@ Status UpstreamConnection::Send(View frame) {
 
 void UpstreamConnection::Close() {
   owner_ = nullptr;
-  resolver_.cancel();
+  look_up_ = {};
   asio::error_code ignored;
   // A reset, so that neither kernel keeps requests that somebody has been told are lost.
   socket_.set_option(asio::socket_base::linger(true, 0), ignored);

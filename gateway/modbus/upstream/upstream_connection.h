@@ -14,6 +14,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 #include "gateway/modbus/wire/mbap.h"
+#include "transports/names.h"
 
 namespace baudgate::modbus {
 
@@ -35,8 +36,7 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
   };
 
   /// The owner outlives the connection until Close.
-  UpstreamConnection(asio::io_context& io, Owner& owner)
-      : resolver_(io), socket_(io), owner_(&owner) {}
+  UpstreamConnection(asio::io_context& io, Owner& owner) : io_(io), socket_(io), owner_(&owner) {}
 
   /// Once. Takes as long as it takes; Close ends it.
   void Open(const std::string& host, std::uint16_t port);
@@ -57,7 +57,8 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
   void Read();
   void TakeFrames();
 
-  asio::ip::tcp::resolver resolver_;
+  asio::io_context& io_;
+  Names::Ticket look_up_;
   asio::ip::tcp::socket socket_;
   Owner* owner_;  // null: closed
   bool connected_ = false;

@@ -249,7 +249,7 @@ TEST_F(PollerCommand, WhoseClientHasLeftIsNotBegun) {
   *left = true;
   line_.RunFor(1s);
   EXPECT_EQ(line_.CountSent("W"), 2U) << "what was begun is ended";
-  EXPECT_EQ(line_.outcomes, (Outcomes{Outcome::ok, Outcome::no_reply}));
+  EXPECT_EQ(line_.outcomes, (Outcomes{Outcome::no_reply, Outcome::ok}));
 }
 
 TEST_F(PollerCommand, AWriteUnderWayMayEndBeforeThePortIsLent) {
