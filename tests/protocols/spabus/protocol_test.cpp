@@ -14,7 +14,7 @@ TEST(SpaProtocol, TakesSlaveNumbers) {
     EXPECT_TRUE(Spa().canonical_address(address)) << address;
   }
   for (const char* address : {"0", "900", "1000", "-1", "", "x", "1 ", "0x10", "00001"}) {
-    const Status status = Spa().canonical_address(address);
+    const auto status = Spa().canonical_address(address);
     ASSERT_FALSE(status) << address;
     EXPECT_NE(status.error().find("1 to 899"), std::string::npos) << status.error();
   }
