@@ -131,9 +131,16 @@ TEST_F(LateAnswersTest, WhatComesBehindTheCeilingIsNoise) {
   EXPECT_EQ(late_.ExtraDrain(a), 0ms);
 }
 
-TEST_F(LateAnswersTest, AfterTheProgramStoppedWhatIsOwedMayReachTheNextConnection) {
+TEST_F(LateAnswersTest, WhatAServerStillOwesMayReachTheNextConnectionUpToTheCeiling) {
   late_.OnClosed(a, kStart);
   EXPECT_EQ(LateUntil(a), 1s);
+}
+
+TEST(LateAnswersAtALocalPort, WhatIsOwedComesWithinTheReplyTimeAndItsDrain) {
+  const ToyMembers members("/dev/ttyS1");
+  LateAnswers late(members.roster);
+  late.OnClosed(members.a, kStart);
+  EXPECT_EQ(late.LateUntil(members.a), kStart + 250ms);
 }
 
 }  // namespace

@@ -10,8 +10,11 @@
 
 namespace baudgate {
 
-/// Toy times: reply 200 ms, gap 20 ms, ceiling 1 s, drain 50 ms; 8N1 at 9600 bit/s.
+/// Toy times: reply 200 ms, gap 20 ms, ceiling 1 s, drain 50 ms; 8N1 at 9600 bit/s. Behind a serial
+/// server, unless the test says otherwise.
 struct ToyMembers {
+  explicit ToyMembers(const std::string& port = "tcp://server:4001") { line.port = port; }
+
   config::Line line = ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1"})});
   Roster roster{line, 0, [](const std::string&) -> const Protocol& { return ToyProtocol(); }};
   Device& a = roster.device(0);
