@@ -27,7 +27,7 @@ TEST(Ageing, TellsTheFeedsOfAValueThatNobodyReadsAgain) {
   long_ago.instant -= 1h;
   store.Update(0, samples, long_ago, 1ms);
   Changes changes;
-  feed->Drain(Duration{}, changes);
+  feed->Drain(Instant{}, changes);
   ASSERT_EQ(changes.points.size(), 1U);
 
   asio::io_context io;
@@ -39,7 +39,7 @@ TEST(Ageing, TellsTheFeedsOfAValueThatNobodyReadsAgain) {
   ageing.Start();
   io.run();
   EXPECT_EQ(told, 2) << "again and again";
-  feed->Drain(Duration{}, changes);
+  feed->Drain(Instant{}, changes);
   ASSERT_EQ(changes.points.size(), 1U);
   EXPECT_EQ(changes.points[0].device, 0U);
 }
