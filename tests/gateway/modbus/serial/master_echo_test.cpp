@@ -91,9 +91,9 @@ TEST_F(MasterEchoTest, OffTheEchoOfAnExceptionIsNeitherRequestNorDamage) {
   BeginWith(config::Listener::Echo::off);
   Say(1, "03 10 00 00 01");
   Pass(session_->Deadline().value() - now_.instant);
+  EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Rtu(1, "83 02"))));
   Say(1, "83 02");
   ExpectSilence();
-  EXPECT_EQ(Master().echoes, 1U);
   EXPECT_EQ(Master().frames, 1U);
   EXPECT_EQ(Master().damaged, 0U);
 }
