@@ -63,8 +63,8 @@ Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::OnFrame,
         &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
         &Conversation::Interpret>
 ListOf(Conversation*);
-Methods<&Twin::Answer> ListOf(Twin*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
+Methods<&Twin::Answer> ListOf(Twin*);
 Methods<> ListOf(Bus*);
 
 Types<config::OptionValue> ListOf(config::Options*);
