@@ -205,7 +205,8 @@ void Poller::Conclude() {
   if (!job.mute) member.health.OnExchange(end.outcome);
   if (late_.Conclude(asked, end, order_.IsInStep(member), now_.instant)) upkeep_.HoldBack(member);
   order_.OnEnd(asked, end.outcome, !lost && !job.mute);
-  const bool in_debt = chooser_.turns().HealthyFirst();  // for what failed before this
+  // For what failed before this. Some lost replies are made up for: FaultyRun.OneLostReplyInEight….
+  const bool in_debt = chooser_.turns().OwesMoreThan(4 * late_.WorstCase(*job_->member));
   if (roster_.IsDevice(member) && !job.mute && !lost) {
     // What it took in vain counts from its first failure on; Advance charges what follows.
     if (!answered && !schedule_.doubted(member.place)) {

@@ -321,7 +321,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
     found.push_back(
         fmt::format("{} of {} bytes came when nothing was asked: {}; look at 'baudgate trace {}'",
                     status.stray_bytes, status.bytes_in,
-                    "a second master, answers that come too late or twice, or noise", line.name));
+                    "a second master, answers that come too late, or noise", line.name));
   }
   if (status.times_lost > 0) found.push_back(Lost(line, status.times_lost));
   if (devices.misses && status.use >= kFullLine) found.push_back(Full(status, devices));

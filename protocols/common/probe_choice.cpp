@@ -12,7 +12,7 @@ constexpr int kSilencesOfAnUnknownRequest = 3;
 }  // namespace
 
 bool ProbeChoice::GivenUp() const {
-  return own_ == Own::none || silences_ >= kSilencesOfAnUnknownRequest;
+  return own_ == Own::none || (!own_answered_ && silences_ >= kSilencesOfAnUnknownRequest);
 }
 
 std::optional<std::size_t> ProbeChoice::Next(std::size_t reads, std::size_t best) const {
@@ -22,7 +22,8 @@ std::optional<std::size_t> ProbeChoice::Next(std::size_t reads, std::size_t best
 }
 
 void ProbeChoice::OnAnswered(bool own) {
-  failed_ = 0;
+  // Of a device that knows its own, the answer to a read may belong to an earlier request.
+  if (own || !own_answered_) failed_ = 0;
   if (own) {
     silences_ = 0;
     own_unanswered_ = false;

@@ -14,7 +14,8 @@ namespace baudgate {
 ///     identification, silence; read 2, silence; identification, silence; read 3, answer; …
 ///
 /// and once three identifications in a row were followed by an answered read, the device is taken
-/// not to know it: then reads alone.
+/// not to know it: then reads alone. One that has ever answered it knows it: a server that is one
+/// reply behind may answer reads and not this.
 class ProbeChoice {
  public:
   enum class Own {
@@ -44,7 +45,7 @@ class ProbeChoice {
   bool GivenUp() const;
 
   Own own_;
-  std::size_t failed_ = 0;       // probes in a row
+  std::size_t failed_ = 0;       // probes since its own, or a poll, was answered
   bool own_unanswered_ = false;  // the last one of its own, and nothing was answered since
   int silences_ = 0;             // of its own in a row, each followed by an answered read
   bool own_answered_ = false;    // ever
