@@ -95,8 +95,9 @@ struct PduCarrier {
   /// Every slave answers this PDU, if only with an exception. Silence to any other PDU does not
   /// mean that the slave is absent: it may be one that ignores functions which it does not know.
   bool (*is_common)(View pdu) = nullptr;
-  /// The frames are those of Modbus RTU. Masters that ask the gateway itself speak it: those at serial
-  /// listeners, and TCP clients of listeners with `protocol: rtu`. True for one installed protocol.
+  /// The frames are those of Modbus RTU. Masters that ask the gateway itself speak it: those at
+  /// serial listeners, and TCP clients of listeners with `protocol: rtu`. True for one installed
+  /// protocol.
   bool rtu_frames = false;
 };
 

@@ -50,9 +50,9 @@ class LateAnswers {
   /// What the end means for the next requests. True: the polls of all that are the same as the
   /// member are held until LateUntil. `in_step`: its answers are known to belong to their requests.
   bool Conclude(const Asked& asked, const ExchangeEnd& end, bool in_step, Instant now);
-  /// The port closed with an exchange under way, whose reply may reach the next opening of the port:
-  /// from the device within its reply time; from a serial server, which keeps what comes,
-  /// as late as a reply can be.
+  /// The port closed with an exchange under way, whose reply may reach the next opening of the
+  /// port: from the device within its reply time; from a serial server, which keeps what comes, as
+  /// late as a reply can be.
   void OnClosed(const Member& member, Instant now);
   /// It is offline: silent, not late. Its bytes will tell should it be late even so.
   void OnOffline(const Member& member) { Of(member).lateness = {}; }

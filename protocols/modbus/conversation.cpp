@@ -97,7 +97,8 @@ ModbusConversation::ModbusConversation(Framing framing, const config::Device& de
       slave_(ParseAddress(device.address)),
       places_(ReadPlaces(device.points)),
       plan_(MakePlan(device.points, places_, settings_)),
-      probes_(settings_.probe_by_read ? ProbeChoice::Own::none : ProbeChoice::Own::identification) {}
+      probes_(settings_.probe_by_read ? ProbeChoice::Own::none : ProbeChoice::Own::identification) {
+}
 
 Request ModbusConversation::MakeRequest(View pdu) const {
   Request request;

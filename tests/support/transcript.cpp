@@ -20,7 +20,6 @@ using Piece = TranscriptPiece;
 using Step = TranscriptStep;
 using Script = TranscriptScript;
 
-
 /// What a line does with the reply, without its clock.
 Answer Carry(const Protocol& protocol, Conversation& conversation, const Task& task,
              const Request& request, const Step& step, Instant now) {
