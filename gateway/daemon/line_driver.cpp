@@ -152,7 +152,7 @@ void LineDriver::CheckConnection() {
   const bool old = now_.instant - opened_ >= kSilenceLimit;
   const bool unproven = connection_ != Connection::proven;
   if (unproven && (connection_ == Connection::heard || old)) Prove();
-  if (!poller_.SilentSince(now_.instant - kSilenceLimit)) {
+  if (!poller_.ledger().SilentSince(now_.instant - kSilenceLimit)) {
     check_at_ = now_.instant + kSilenceLimit / 4;
     return;
   }
@@ -191,7 +191,7 @@ void LineDriver::Lend(Duration time) {
   out_of_service_ = true;
   open_ = false;
   ClosePort();
-  poller_.OnReleased(now_);
+  poller_.OnClosed(now_, Override::out_of_service);
   log::Info("line {}: {} is released for {}; its points are out of service", config_.name,
             config_.port, FormatDuration(time));
   ShowPort(LineStatus::Port::released, "released for " + FormatDuration(time), now_.wall + time);

@@ -30,6 +30,8 @@ class DeviceHealth {
   DeviceState state() const;
   /// Asked by probes only: it went offline, or it has not answered even once.
   bool offline() const { return offline_ || (!seen_ && failed_tasks_ > 0); }
+  /// Its last task failed.
+  bool failing() const { return failed_tasks_ > 0; }
 
  private:
   std::uint32_t failures_ = 0;  // one bit per exchange, the latest lowest

@@ -39,7 +39,7 @@ void AnswerRoute(Job& job, Outcome outcome, const std::string& reason) {
 /// A routed read whose reply was damaged waits for its turn again, where that can do no harm.
 /// Silence is the client's to judge, who may have better things to ask by now. Whoever asks for
 /// what its slave does not know says nothing about the slave by it.
-void Poller::OnFailed(const ExchangeEnd& end, bool in_debt) {
+void Poller::OnFailed(const ExchangeEnd& end) {
   Job& job = *job_;
   Member& member = *job.member;
   job.answer = {};
@@ -57,7 +57,7 @@ void Poller::OnFailed(const ExchangeEnd& end, bool in_debt) {
     job.mute = job.mute || !routed->every_slave_answers;
     return Finish(end.outcome, end.reason);
   }
-  if (!MayRetry(in_debt)) return GiveUp(end);
+  if (!chooser_.MayRepeat(job, now_.instant)) return GiveUp(end);
   const auto instead =
       roster_.AsDevice(member)->conversation->Instead(job.request, end.outcome, now_.instant);
   if (!instead && !job.request.expect.repeatable) return GiveUp(end);
@@ -65,24 +65,6 @@ void Poller::OnFailed(const ExchangeEnd& end, bool in_debt) {
   ++job.attempts;
   job.sending = true;
   ledger_.OnRetry(member);
-}
-
-/// `in_debt`: failing devices had already had more than their share of the line. Then those that
-/// answer do not wait for repetitions of a poll; nor does a start or stop that a client sends.
-bool Poller::MayRetry(bool in_debt) const {
-  const Job& job = *job_;
-  const Member& member = *job.member;
-  const bool goes_on = job.attempts < member.retries && (!job.is_probe() || job.behind) &&
-                       member.health.state() != DeviceState::never_seen;
-  if (!goes_on) return false;
-  if (const auto* write = job.goal().As<Job::Write>()) {
-    return now_.instant < write->command.deadline;
-  }
-  const bool others = in_debt && schedule_.HealthyDue(now_.instant);
-  // What must not be repeated is followed by the request that makes it good, or its answer is lost:
-  // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.
-  const bool start_waits = routes_.queue().HasShortWrite() && job.request.expect.repeatable;
-  return !others && !start_waits;
 }
 
 void Poller::GiveUp(const ExchangeEnd& end) {

@@ -14,7 +14,7 @@
 //   under way             a good reply, a step remains        waiting, for the next request
 //   under way             a good reply, nothing remains       ended: its outcome
 //   under way             busy, of a poll                     parked, as often as there are retries
-//   under way             silence, damage, another's reply    waiting, to be repeated: see MayRetry
+//   under way             silence, damage, another's reply    waiting, to be repeated: Chooser::MayRepeat
 //   under way             the same, of a routed read          back in its queue after damage, else
 //                                                             ended: its client judges
 //   under way             the same, no retry left             a step that closes what is open, or ended
@@ -33,22 +33,8 @@
 #include "gateway/store/conversion.h"
 
 namespace baudgate {
-namespace {
-
-/// A task that needs more exchanges than this is a conversation going round in circles.
-
-}  // namespace
 
 // ---------------------------------------------------------------- to the request
-
-void Poller::Begin() {
-  if (job_->looks) ledger_.OnProbe();
-  if (job_->As<Job::Write>() != nullptr) {
-    NextWrite();
-  } else if (job_->As<Job::Routed>() == nullptr) {
-    Ask();
-  }
-}
 
 void Poller::Ask() {
   if (++job_->steps > kMostSteps) {
@@ -205,8 +191,6 @@ void Poller::Conclude() {
   if (!job.mute) member.health.OnExchange(end.outcome);
   if (late_.Conclude(asked, end, order_.IsInStep(member), now_.instant)) upkeep_.HoldBack(member);
   order_.OnEnd(asked, end.outcome, !lost && !job.mute);
-  // For what failed before this. Some lost replies are made up for: FaultyRun.OneLostReplyInEight….
-  const bool in_debt = chooser_.turns().OwesMoreThan(4 * late_.WorstCase(*job_->member));
   if (roster_.IsDevice(member) && !job.mute && !lost) {
     // What it took in vain counts from its first failure on; Advance charges what follows.
     if (!answered && !schedule_.doubted(member.place)) {
@@ -220,7 +204,7 @@ void Poller::Conclude() {
   if (lost) return Finish(end.outcome, end.reason);
   if (answered) return OnAnswered(end);
   listener_.OnNoReply();
-  OnFailed(end, in_debt);
+  OnFailed(end);
 }
 
 void Poller::OnAnswered(const ExchangeEnd& end) {

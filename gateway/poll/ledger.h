@@ -67,7 +67,8 @@ class Ledger {
   void ShowOverride(const Member& member);
 
   const LineCounters& counters() const { return counters_; }
-  /// See Poller::SilentSince.
+  /// What was asked since `when` has remained without an answer: a serial server may hang although
+  /// its TCP lives.
   bool SilentSince(Instant when) const {
     return silent_from_ && *silent_from_ < when && last_failure_ >= when;
   }

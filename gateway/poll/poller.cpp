@@ -55,7 +55,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   Pump();
 }
 
-void Poller::Close(Now now, Override why) {
+void Poller::OnClosed(Now now, Override why) {
   Advance(now);
   open_ = false;
   ledger_.OnClosed(why);
@@ -224,7 +224,12 @@ void Poller::Pump() {
       if (winding_up_) return;
       job_ = chooser_.Next(idle());
       if (!job_) return;
-      Begin();
+      if (job_->looks) ledger_.OnProbe();
+      if (job_->As<Job::Write>() != nullptr) {
+        NextWrite();
+      } else if (job_->As<Job::Routed>() == nullptr) {
+        Ask();
+      }
       continue;
     }
     if (job_->behind && WhyNotSend(*job_->behind, now_.instant) != nullptr) {

@@ -42,9 +42,8 @@ class Poller : private LineClient {
 
   /// `keeps_bit_rate`: see Line::OnOpened.
   void OnOpened(Now now, bool keeps_bit_rate = false);
-  void OnClosed(Now now) { Close(now, Override::not_connected); }
-  /// The port was closed because it has been lent to another program: points are out of service.
-  void OnReleased(Now now) { Close(now, Override::out_of_service); }
+  /// `why` is shown with all points: out_of_service when the port has been lent to another program.
+  void OnClosed(Now now, Override why = Override::not_connected);
   /// `device` is an index in the point store. Not in use: not asked, its points out of service.
   void SetInUse(std::uint32_t device, bool in_use, Now now);
   void OnBytes(View bytes, Now now);
@@ -65,15 +64,11 @@ class Poller : private LineClient {
   void WindUp() { winding_up_ = true; }
   bool IsWriting() const;
 
-  const LineCounters& counters() const { return ledger_.counters(); }
-  /// What was asked since `when` has remained without an answer: a serial server may hang although
-  /// its TCP lives.
-  bool SilentSince(Instant when) const { return ledger_.SilentSince(when); }
+  const Ledger& ledger() const { return ledger_; }
 
  private:
   // poller.cpp: inputs, and answers to those who wait
   void Advance(Now now);
-  void Close(Now now, Override why);
   void Hear(LineNews news);
   void OnStray(const StrayBytes& stray);
   void Settle();
@@ -84,7 +79,6 @@ class Poller : private LineClient {
   Chooser::Idle idle() const { return {now_.instant, idle_since_}; }
 
   // job_run.cpp: the job under way
-  void Begin();
   void Ask();
   void NextWrite();
   bool Synchronize();
@@ -98,8 +92,7 @@ class Poller : private LineClient {
   void BreakOff(const std::string& why);
 
   // job_end.cpp: how it ends
-  void OnFailed(const ExchangeEnd& end, bool in_debt);
-  bool MayRetry(bool in_debt) const;
+  void OnFailed(const ExchangeEnd& end);
   void GiveUp(const ExchangeEnd& end);
   void Finish(Outcome outcome, const std::string& reason);
   void Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string& reason);

@@ -119,6 +119,12 @@ bool Schedule::HealthyDue(Instant now) const {
   });
 }
 
+bool Schedule::AnotherDoubted(std::size_t device) const {
+  return std::ranges::any_of(devices_, [one = &devices_[device]](const Device& other) {
+    return &other != one && other.doubted && !other.suspended;
+  });
+}
+
 std::optional<Instant> Schedule::NextDue() const {
   std::optional<Instant> soonest;
   for (const Device& device : devices_) {

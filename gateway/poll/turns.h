@@ -59,8 +59,6 @@ class Turns {
   void Charge(Duration lost) { debt_ += lost; }
   /// Devices that answer go first: the others have had more than their share.
   bool HealthyFirst() const { return debt_ > Duration::zero(); }
-  /// More than one failed exchange is still to be given back.
-  bool OwesMoreThan(Duration exchange) const { return debt_ > exchange; }
 
  private:
   int urgent_in_row_ = 0;        // since anything else was sent

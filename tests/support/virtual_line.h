@@ -83,7 +83,7 @@ class VirtualLine : private PollerListener {
   WireTwin& twin(std::size_t device) { return *twins_[device]; }
   Poller& poller() { return *poller_; }
   /// An exchange is under way: a request went out and has not ended.
-  bool asking() const { return sends_ > poller_->counters().exchanges; }
+  bool asking() const { return sends_ > poller_->ledger().counters().exchanges; }
   PointStore& store() { return *store_; }
 
   Quality QualityOf(std::uint32_t device, std::uint32_t point) const;

@@ -299,7 +299,8 @@ TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
   line.Ask("lost", kRead);
   line.RunFor(60s);
   EXPECT_EQ(line.Of("lost").outcome, Outcome::no_reply);
-  EXPECT_FALSE(line.poller().SilentSince(line.now().instant - 30s)) << "nothing was asked since";
+  EXPECT_FALSE(line.poller().ledger().SilentSince(line.now().instant - 30s))
+      << "nothing was asked since";
 }
 
 // Two entries of one slave, such as two profiles. Every fifth reply is late, and a reply to a read

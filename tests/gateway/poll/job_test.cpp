@@ -1,0 +1,104 @@
+// What a job says of itself: how urgent it is, and until when it may be sent.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/job.h"
+
+#include <gtest/gtest.h>
+
+#include "gateway/base/text.h"
+#include "tests/gateway/poll/part_fixture.h"
+
+namespace baudgate {
+namespace {
+
+constexpr Instant kNow = Instant() + 1h;
+
+class JobTest : public ::testing::Test, protected ToyMembers {
+ protected:
+  template <typename Kind>
+  Job Make(Kind kind) {
+    return Job(a, std::move(kind), Task{}, kNow);
+  }
+  static Job::Write WriteUntil(Instant deadline) {
+    Job::Write write;
+    write.command.writes.push_back({0, 1.0});
+    write.command.deadline = deadline;
+    return write;
+  }
+  static RoutedRequest Routed(const std::string& pdu, Instant deadline) {
+    RoutedRequest request;
+    request.pdu = ParseHex(pdu).value();
+    request.deadline = deadline;
+    return request;
+  }
+  static Job::Routed RoutedJob(RouteQueue::Batch batch) {
+    return {.batch = std::move(batch), .every_slave_answers = true, .reply = {}};
+  }
+};
+
+TEST_F(JobTest, WritesTheirReadBacksAndShortRoutedWritesAreUrgent) {
+  EXPECT_TRUE(IsUrgent(Make(WriteUntil(kNow))));
+  EXPECT_TRUE(IsUrgent(Make(Job::ReadBack{})));
+  EXPECT_TRUE(IsUrgent(Make(RoutedJob({Routed("06 00 08 00 00", kNow)}))));
+  EXPECT_FALSE(IsUrgent(Make(RoutedJob({Routed("03 00 00 00 01", kNow)}))));
+  EXPECT_FALSE(IsUrgent(Make(RoutedJob({}))));
+  EXPECT_FALSE(IsUrgent(Make(Job::Poll{})));
+  EXPECT_FALSE(IsUrgent(Make(Job::Probe{})));
+}
+
+TEST_F(JobTest, APollMayBeSentAtAnyTime) {
+  const Job job = Make(Job::Poll{});
+  EXPECT_FALSE(LatestStart(job));
+  EXPECT_EQ(WhyNotSend(job, kNow + 1h), nullptr);
+}
+
+TEST_F(JobTest, AWriteIsNotSentFromItsDeadlineOn) {
+  const Job job = Make(WriteUntil(kNow));
+  EXPECT_EQ(WhyNotSend(job, kNow - 1ns), nullptr);
+  EXPECT_NE(WhyNotSend(job, kNow), nullptr);
+}
+
+TEST_F(JobTest, OneExchangeServesWhoWaitsLongestForIt) {
+  const Job job =
+      Make(RoutedJob({Routed("03 00 00 00 01", kNow + 1s), Routed("03 00 00 00 01", kNow + 3s)}));
+  EXPECT_EQ(LatestStart(job), kNow + 3s);
+}
+
+TEST_F(JobTest, WhatNobodyWaitsForIsNotSent) {
+  EXPECT_NE(WhyNotSend(Make(RoutedJob({})), kNow), nullptr);
+}
+
+TEST_F(JobTest, WhatEndsWhatWasBegunIsSentInAnyCase) {
+  Job job = Make(WriteUntil(kNow));
+  job.request.closes = true;
+  EXPECT_EQ(WhyNotSend(job, kNow + 1h), nullptr);
+}
+
+TEST_F(JobTest, ADisabledDeviceIsAskedByRoutesOnly) {
+  a.in_use = false;
+  EXPECT_STREQ(WhyNotSend(Make(Job::Poll{}), kNow), "the device is disabled");
+  EXPECT_EQ(WhyNotSend(Make(RoutedJob({Routed("03 00 00 00 01", kNow + 1s)})), kNow), nullptr);
+}
+
+TEST_F(JobTest, AWriteWhoseClientHasLeftIsNotBegunButEnded) {
+  Job::Write write = WriteUntil(kNow + 1s);
+  write.command.dropped = std::make_shared<std::atomic<bool>>(true);
+  Job job = Make(std::move(write));
+  job.steps = 1;
+  EXPECT_STREQ(WhyNotSend(job, kNow), "its client has left");
+  job.attempts = 1;
+  EXPECT_EQ(WhyNotSend(job, kNow), nullptr) << "it has been sent";
+}
+
+TEST_F(JobTest, TheGoalOfAProbeIsWhatWaitsBehindIt) {
+  Job probe = Make(Job::Probe{});
+  EXPECT_EQ(&probe.goal(), &probe);
+  probe.task.kind = Task::Kind::probe;
+  EXPECT_TRUE(probe.asked().lone_probe);
+  probe.behind = std::make_unique<Job>(Make(WriteUntil(kNow)));
+  EXPECT_NE(probe.goal().As<Job::Write>(), nullptr);
+  EXPECT_TRUE(probe.asked().probe);
+  EXPECT_FALSE(probe.asked().lone_probe);
+}
+
+}  // namespace
+}  // namespace baudgate
