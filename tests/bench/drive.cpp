@@ -19,6 +19,7 @@
 #include "gateway/simulate/pty.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/rtu_slave.h"
+#include "tests/support/raw_client.h"
 
 namespace baudgate::bench {
 namespace {
@@ -259,7 +260,7 @@ class Plc {
     pollfd ready[] = {{client_.socket(), POLLIN, 0}, {watch_.socket(), POLLIN, 0}};
     while (poll(ready, 2, 1) > 0) {
       const bool watched = (ready[1].revents & POLLIN) != 0;
-      const Bytes reply = (watched ? watch_ : client_).Receive();
+      const Bytes reply = (watched ? watch_ : client_).ReceiveFrame();
       const Instant now = Clock::now();
       if (reply.size() < 9) std::exit(4);
       const auto found = sent_.find(static_cast<std::uint16_t>(reply[0] << 8 | reply[1]));

@@ -17,6 +17,7 @@
 #include "gateway/simulate/simulator.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/rtu_slave.h"
+#include "tests/support/raw_client.h"
 
 namespace baudgate::bench {
 namespace {
@@ -60,7 +61,7 @@ struct Gateway {
     RawClient client(port);
     for (int i = 0; i < 100; ++i) {
       client.Send(ReadAdu(1, kFrequency));
-      const Bytes reply = client.Receive();
+      const Bytes reply = client.ReceiveFrame();
       if (reply.size() == 11) return;
       std::this_thread::sleep_for(20ms);
     }
@@ -82,7 +83,7 @@ std::vector<double> TimeClient(const RawClient& client, int count, Duration paus
   for (int i = 0; i < count; ++i) {
     const auto began = Clock::now();
     client.Send(ReadAdu(static_cast<std::uint16_t>(i), kFrequency));
-    if (client.Receive().size() != 11) std::exit(4);
+    if (client.ReceiveFrame().size() != 11) std::exit(4);
     times.push_back(Microseconds(Clock::now() - began));
     if (pause > Duration::zero()) std::this_thread::sleep_for(pause);
   }
@@ -119,13 +120,13 @@ double Rate(std::uint16_t port, int clients) {
     if (poll(ready.data(), ready.size(), 1000) <= 0) std::exit(4);
     for (std::size_t i = 0; i < all.size(); ++i) {
       if ((ready[i].revents & POLLIN) == 0) continue;
-      if (all[i].Receive().size() != 11) std::exit(4);
+      if (all[i].ReceiveFrame().size() != 11) std::exit(4);
       ++answered;
       all[i].Send(ReadAdu(1, address++));
     }
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - began).count();
-  for (const RawClient& client : all) client.Receive();
+  for (const RawClient& client : all) client.ReceiveFrame();
   return static_cast<double>(answered) / seconds;
 }
 
@@ -253,14 +254,14 @@ std::vector<std::uint64_t> Share(const std::vector<std::uint16_t>& ports,
     if (poll(ready.data(), ready.size(), 1000) <= 0) std::exit(4);
     for (std::size_t i = 0; i < all.size(); ++i) {
       if ((ready[i].revents & POLLIN) == 0) continue;
-      if (all[i].Receive().size() != 11) std::exit(4);
+      if (all[i].ReceiveFrame().size() != 11) std::exit(4);
       if (watched == i && answered[i] == 0) std::ranges::fill(answered, 0);
       ++answered[i];
       if (watched == i) until_watched = answered;
       all[i].Send(ReadAdu(1, address++));
     }
   }
-  for (const RawClient& client : all) client.Receive();
+  for (const RawClient& client : all) client.ReceiveFrame();
   return watched ? until_watched : answered;
 }
 

@@ -193,34 +193,4 @@ void BareGateway::Run() {
   close(set);
 }
 
-// ---------------------------------------------------------------- a client
-
-RawClient::RawClient(std::uint16_t port)
-    : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  if (connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) std::exit(4);
-  const int on = 1;
-  setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-}
-
-RawClient::RawClient(RawClient&& other) noexcept : socket_(std::exchange(other.socket_, -1)) {}
-
-RawClient::~RawClient() {
-  if (socket_ >= 0) close(socket_);
-}
-
-void RawClient::Send(const Bytes& frame) const { WriteWhole(socket_, frame); }
-
-Bytes RawClient::Receive() const {
-  Bytes frame(6);
-  if (!ReadWhole(socket_, frame.data(), frame.size())) return {};
-  const std::size_t rest = static_cast<std::size_t>(frame[4]) << 8U | frame[5];
-  frame.resize(6 + rest);
-  if (!ReadWhole(socket_, frame.data() + 6, rest)) return {};
-  return frame;
-}
-
 }  // namespace baudgate::bench

@@ -59,21 +59,4 @@ class BareGateway {
   std::thread thread_;
 };
 
-/// A blocking Modbus TCP client without Nagle.
-class RawClient {
- public:
-  explicit RawClient(std::uint16_t port);
-  ~RawClient();
-  RawClient(RawClient&& other) noexcept;
-  RawClient(const RawClient&) = delete;
-
-  int socket() const { return socket_; }
-  void Send(const Bytes& frame) const;
-  /// The next whole frame; empty after a second of silence.
-  Bytes Receive() const;
-
- private:
-  int socket_ = -1;
-};
-
 }  // namespace baudgate::bench

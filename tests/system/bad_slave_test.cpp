@@ -8,7 +8,7 @@
 #include <atomic>
 #include <numeric>
 
-#include "tests/system/raw_client.h"
+#include "tests/system/messages.h"
 #include "tests/system/route_station.h"
 #include "tests/system/rtu_slave.h"
 
@@ -60,15 +60,15 @@ TEST_F(BadSlave, ThatIsLateDoesNotAnswerTheNextRequest) {
   const auto daemon = StartGateway(OneLine("timing: { reply: 300ms, ceiling: 1200ms }"));
   RawClient client(port());
   RawClient other(port());
-  client.Send(ReadRequest(9, kUnit, 9));
-  ASSERT_THAT(RegistersIn(client.Receive().value()), ElementsAre(1009)) << "it is known";
+  Send(client, ReadRequest(9, kUnit, 9));
+  ASSERT_THAT(RegistersIn(Receive(client).value()), ElementsAre(1009)) << "it is known";
   for (std::uint16_t address = 10; address < 13; ++address) {
-    client.Send(ReadRequest(address, kUnit, address));
+    Send(client, ReadRequest(address, kUnit, address));
   }
-  other.Send(ReadRequest(13, kUnit, 13));
-  EXPECT_THAT(RegistersIn(other.Receive().value()), ElementsAre(1013));
+  Send(other, ReadRequest(13, kUnit, 13));
+  EXPECT_THAT(RegistersIn(Receive(other).value()), ElementsAre(1013));
   for (int i = 0; i < 3; ++i) {
-    const Message message = client.Receive().value();
+    const Message message = Receive(client).value();
     if (message.transaction == 10) {
       EXPECT_EQ(ExceptionIn(message), kNotAnswering);
     } else {
@@ -137,8 +137,8 @@ TEST_F(BadSlave, ThatVanishesInABlockReturnsWithoutAnythingStale) {
     });
     ASSERT_TRUE(slave.connected());
     ASSERT_TRUE(Eventually([&] { return client.Holding(kUnit, 5, 1).ok(); }));
-    cut.Send(ReadRequest(1, kUnit, 999, 120));
-    cut.Send(WriteRequest(2, kUnit, 8, 2));
+    Send(cut, ReadRequest(1, kUnit, 999, 120));
+    Send(cut, WriteRequest(2, kUnit, 8, 2));
     ASSERT_TRUE(Eventually([&] { return slave.heard().size() > 1; }));
     // The pty goes with the slave.
   }
@@ -150,7 +150,7 @@ TEST_F(BadSlave, ThatVanishesInABlockReturnsWithoutAnythingStale) {
   ASSERT_TRUE(Eventually([&] { return client.Holding(kUnit, 5, 1).ok(); }));
   EXPECT_EQ(client.Holding(kUnit, 999, 120).values, Values(7000, 999, 120));
   for (const Bytes& request : back.heard()) EXPECT_EQ(request[1], 3) << "a write was sent late";
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(ExceptionIn(cut.Receive().value()), kNotAnswering);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(ExceptionIn(Receive(cut).value()), kNotAnswering);
 }
 
 TEST_F(BadSlave, TwinThatIsKilledAndStartedAgainIsAskedAgain) {
@@ -166,11 +166,11 @@ TEST_F(BadSlave, TwinThatIsKilledAndStartedAgainIsAskedAgain) {
   EXPECT_EQ(client.Holding(kUnit, 13, 1).values[0], 1234);
   RawClient asking(port());
   for (std::uint16_t i = 1; i <= 8; ++i) {
-    asking.Send(ReadRequest(i, kUnit, static_cast<std::uint16_t>(995 + i), 120));
+    Send(asking, ReadRequest(i, kUnit, static_cast<std::uint16_t>(995 + i), 120));
   }
   twin->Signal(SIGKILL);
   twin->WaitForEnd();
-  for (int i = 0; i < 8; ++i) ASSERT_TRUE(asking.Receive()) << "every request has its answer";
+  for (int i = 0; i < 8; ++i) ASSERT_TRUE(Receive(asking)) << "every request has its answer";
   EXPECT_TRUE(Eventually([&] { return client.Holding(kUnit, 13, 1).exception == kNotAnswering; }));
   twin = start();
   ASSERT_TRUE(Eventually([&] { return client.Holding(kUnit, 13, 1).ok(); }));

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "gateway/base/text.h"
+#include "tests/support/raw_client.h"
 #include "tests/system/bad_cable.h"
 #include "tests/system/three_devices.h"
 
@@ -132,20 +133,20 @@ TEST_F(Damage, ByHostileClientsDoesNotReachAGoodOne) {
 
   std::mt19937 random(4);
   const std::vector<Bytes> frames = HostileFrames();
-  std::deque<HostileClient> crowd;
+  std::deque<RawClient> crowd;
   std::size_t sent = 0;
   std::size_t thrown_out = 0;
   for (int round = 0; round < 300; ++round) {
     crowd.emplace_back(port());
     if (crowd.size() > 50) crowd.pop_front();
-    for (HostileClient& hostile : crowd) {
+    for (const RawClient& hostile : crowd) {
       if (!hostile.connected()) continue;
       Bytes bytes = frames[random() % frames.size()];
       if (random() % 4 == 0) {
         bytes.resize(1 + random() % 300);
         for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
       }
-      hostile.Send(bytes) ? ++sent : ++thrown_out;
+      hostile.SendSome(bytes) ? ++sent : ++thrown_out;
     }
     // The good client has one connection all the time, and all of its answers are whole and true.
     const Registers answer = client.Input(kModuleUnit, 0, 16);
@@ -163,10 +164,10 @@ TEST_F(Damage, OfAFloodThatIsNeverReadDelaysNobody) {
   ASSERT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
   Bytes flood;
   for (int i = 0; i < 200; ++i) Append(flood, *ParseHex("00 01 00 00 00 06 0B 04 00 00 00 10"));
-  std::deque<HostileClient> crowd;
+  std::deque<RawClient> crowd;
   for (int i = 0; i < 10; ++i) crowd.emplace_back(port());
   for (int round = 0; round < 1000; ++round) {
-    for (HostileClient& hostile : crowd) hostile.Send(flood);
+    for (const RawClient& hostile : crowd) hostile.SendSome(flood);
     ASSERT_EQ(client.Float(kModuleUnit, 0), 100.25F) << "round " << round;
   }
 }

@@ -2,11 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/modbus_client.h"
 
-#include <arpa/inet.h>
 #include <modbus/modbus.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <bit>
 #include <cerrno>
@@ -103,27 +99,6 @@ std::optional<std::uint16_t> ModbusClient::Register(int unit, int address) {
   const Registers answer = Input(unit, address, 1);
   if (!answer.ok()) return std::nullopt;
   return answer.values[0];
-}
-
-HostileClient::HostileClient(std::uint16_t port)
-    : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  if (::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    ::close(socket_);
-    socket_ = -1;
-  }
-}
-
-HostileClient::~HostileClient() {
-  if (socket_ >= 0) ::close(socket_);
-}
-
-bool HostileClient::Send(View bytes) {
-  if (::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) return true;
-  return errno == EAGAIN || errno == EWOULDBLOCK;
 }
 
 }  // namespace baudgate::system_test

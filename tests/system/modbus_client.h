@@ -1,13 +1,10 @@
-// A Modbus TCP client on libmodbus that connects again by itself, and one that sends what it likes.
+// A Modbus TCP client on libmodbus that connects again by itself.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
-
-#include "gateway/base/bytes.h"
 
 struct _modbus;
 
@@ -52,22 +49,6 @@ class ModbusClient {
 
   _modbus* context_;
   bool connected_ = false;
-};
-
-/// A client that does not keep to Modbus and never waits for anything.
-class HostileClient {
- public:
-  explicit HostileClient(std::uint16_t port);
-  ~HostileClient();
-  HostileClient(const HostileClient&) = delete;
-  HostileClient& operator=(const HostileClient&) = delete;
-
-  bool connected() const { return socket_ >= 0; }
-  /// As much as fits now; false when the server has closed.
-  bool Send(View bytes);
-
- private:
-  int socket_;
 };
 
 }  // namespace baudgate::system_test

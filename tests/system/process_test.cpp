@@ -6,6 +6,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "tests/support/raw_client.h"
 #include "tests/system/station.h"
 
 namespace baudgate::system_test {
@@ -25,7 +26,7 @@ class Process : public Station {
   std::string Yaml() const {
     return Head() + Line("io", "dcon", "address: 1, profile: module, unit: 1, poll: 100ms");
   }
-  bool PortRefuses() const { return !HostileClient(port()).connected(); }
+  bool PortRefuses() const { return !RawClient(port()).connected(); }
 
   ModbusClient client{port()};
 };

@@ -7,8 +7,8 @@
 #include <set>
 #include <thread>
 
+#include "tests/system/messages.h"
 #include "tests/system/null_modem.h"
-#include "tests/system/raw_client.h"
 #include "tests/system/route_station.h"
 #include "tests/system/rtu_slave.h"
 
@@ -66,12 +66,12 @@ TEST_F(Routes, ThatAreFullSaySo) {
   RawClient greedy(port());
   ASSERT_TRUE(greedy.connected());
   constexpr std::uint16_t kRequests = 60;
-  for (std::uint16_t i = 1; i <= kRequests; ++i) greedy.Send(WriteRequest(i, kUnit, i, i));
+  for (std::uint16_t i = 1; i <= kRequests; ++i) Send(greedy, WriteRequest(i, kUnit, i, i));
   std::set<std::uint16_t> answered;
   int busy = 0;
   int silent = 0;
   for (int i = 0; i < kRequests; ++i) {
-    const auto message = greedy.Receive();
+    const auto message = Receive(greedy);
     ASSERT_TRUE(message) << "answer " << i;
     EXPECT_TRUE(answered.insert(message->transaction).second) << message->transaction;
     busy += ExceptionIn(*message) == kBusy ? 1 : 0;
@@ -93,16 +93,16 @@ TEST_F(Routes, ThatAreFullForEverybodySaySoToEverybody) {
                                         BareLine("drive", "timing: { reply: 500ms }")));
   constexpr std::uint16_t kEach = 32;  // each client may have so many
   constexpr int kClients = 72;         // but the line takes those of 64
-  std::vector<std::unique_ptr<RawClient>> clients(kClients);
-  for (auto& client : clients) {
-    client = std::make_unique<RawClient>(port());
-    for (std::uint16_t i = 0; i < kEach; ++i) client->Send(WriteRequest(i, kUnit, i, i));
+  std::vector<RawClient> clients;
+  while (std::ssize(clients) < kClients) {
+    const RawClient& client = clients.emplace_back(port());
+    for (std::uint16_t i = 0; i < kEach; ++i) Send(client, WriteRequest(i, kUnit, i, i));
   }
   int busy = 0;
   int silent = 0;
   for (auto& client : clients) {
     for (std::uint16_t i = 0; i < kEach; ++i) {
-      const auto message = client->Receive();
+      const auto message = Receive(client);
       ASSERT_TRUE(message);
       busy += ExceptionIn(*message) == kBusy ? 1 : 0;
       silent += ExceptionIn(*message) == kNotAnswering ? 1 : 0;
@@ -119,20 +119,20 @@ TEST_F(Routes, ThatAreFullStillTakeAStop) {
                                         BareLine("drive", "timing: { reply: 500ms }")));
   constexpr std::uint16_t kEach = 32;
   constexpr int kClients = 72;
-  std::vector<std::unique_ptr<RawClient>> clients(kClients);
-  for (auto& client : clients) {
-    client = std::make_unique<RawClient>(port());
-    for (std::uint16_t i = 0; i < kEach; ++i) client->Send({i, kUnit, {0x64, 0x00}});
+  std::vector<RawClient> clients;
+  while (std::ssize(clients) < kClients) {
+    const RawClient& client = clients.emplace_back(port());
+    for (std::uint16_t i = 0; i < kEach; ++i) Send(client, {i, kUnit, {0x64, 0x00}});
   }
-  ASSERT_TRUE(clients.back()->Receive()) << "its last were refused";
+  ASSERT_TRUE(Receive(clients.back())) << "its last were refused";
   RawClient hand(port());
-  hand.Send(WriteRequest(1, kUnit, 8, 0));
-  hand.Send({2, kUnit, {0x64, 0x00}});
-  const auto refused = hand.Receive();
+  Send(hand, WriteRequest(1, kUnit, 8, 0));
+  Send(hand, {2, kUnit, {0x64, 0x00}});
+  const auto refused = Receive(hand);
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->transaction, 2);
   EXPECT_EQ(ExceptionIn(*refused), kBusy) << "it was full";
-  const auto stop = hand.Receive();
+  const auto stop = Receive(hand);
   ASSERT_TRUE(stop);
   EXPECT_EQ(ExceptionIn(*stop), kNotAnswering);
 }
@@ -148,10 +148,10 @@ TEST_F(Routes, OfASilentListenerLeaveTheirClientsToTheirTimeouts) {
   EXPECT_EQ(unanswered.code, 1);
   EXPECT_THAT(unanswered.errors, HasSubstr("Connection timed out"));
   RawClient client(quiet);
-  client.Send(ReadRequest(1, kUnit, 0));
-  client.Send(ReadRequest(2, 99, 0));
-  client.Send({3, 0, {4, 0x23, 0x28, 0, 1}});
-  const auto only = client.Receive();
+  Send(client, ReadRequest(1, kUnit, 0));
+  Send(client, ReadRequest(2, 99, 0));
+  Send(client, {3, 0, {4, 0x23, 0x28, 0, 1}});
+  const auto only = Receive(client);
   ASSERT_TRUE(only);
   EXPECT_EQ(only->transaction, 3) << "the gateway's own block: neither 0x0B nor 0x0A before it";
   EXPECT_EQ(ModbusClient(port()).Holding(kUnit, 0, 1).exception, kNotAnswering)
@@ -180,11 +180,11 @@ TEST_F(Routes, KeepTheNumbersOfRequestsThatWaitTogether) {
   constexpr std::uint16_t kRequests = 30;
   for (std::uint16_t i = 0; i < kRequests; ++i) {
     const auto unit = static_cast<std::uint8_t>(kUnit + i % 3);
-    client.Send(ReadRequest(static_cast<std::uint16_t>(0xFFF0 + i), unit, i, i % 2 == 0 ? 1 : 2));
+    Send(client, ReadRequest(static_cast<std::uint16_t>(0xFFF0 + i), unit, i, i % 2 == 0 ? 1 : 2));
   }
   std::set<std::uint16_t> answered;
   for (int i = 0; i < kRequests; ++i) {
-    const auto message = client.Receive();
+    const auto message = Receive(client);
     ASSERT_TRUE(message) << "answer " << i;
     const auto number = static_cast<std::uint16_t>(message->transaction - 0xFFF0);
     EXPECT_TRUE(answered.insert(number).second) << number;
@@ -212,8 +212,8 @@ TEST_F(Routes, ServeSixtyFourClientsThatConnectForEachMessage) {
       for (std::uint16_t round = 0; round < kRounds; ++round) {
         RawClient client(port());
         const auto address = static_cast<std::uint16_t>(i + 100 * round);
-        client.Send(ReadRequest(address, kUnit, address));
-        const auto message = client.Receive();
+        Send(client, ReadRequest(address, kUnit, address));
+        const auto message = Receive(client);
         if (!message || message->transaction != address) continue;
         good += RegistersIn(*message) == std::vector{static_cast<std::uint16_t>(1000 + address)};
       }
@@ -306,13 +306,13 @@ TEST_F(Routes, AreCountedAsTheTrafficWas) {
   RawClient client(port());
   constexpr std::uint64_t kReads = 5;
   for (std::uint16_t i = 0; i < kReads; ++i) {
-    client.Send(ReadRequest(i, kUnit, i));
-    ASSERT_TRUE(client.Receive());
+    Send(client, ReadRequest(i, kUnit, i));
+    ASSERT_TRUE(Receive(client));
   }
-  client.Send(ReadRequest(10, kUnit, 1000));
-  EXPECT_EQ(ExceptionIn(client.Receive().value()), kIllegalAddress);
-  client.Send(ReadRequest(11, 21, 0));
-  EXPECT_EQ(ExceptionIn(client.Receive().value()), kNotAnswering);
+  Send(client, ReadRequest(10, kUnit, 1000));
+  EXPECT_EQ(ExceptionIn(Receive(client).value()), kIllegalAddress);
+  Send(client, ReadRequest(11, 21, 0));
+  EXPECT_EQ(ExceptionIn(Receive(client).value()), kNotAnswering);
 
   const Json status = Status();
   const Json route = status["modbus"]["routes"][0];

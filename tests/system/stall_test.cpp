@@ -9,7 +9,7 @@
 
 #include <array>
 
-#include "tests/system/raw_client.h"
+#include "tests/system/messages.h"
 #include "tests/system/route_station.h"
 #include "tests/system/rtu_slave.h"
 
@@ -105,8 +105,8 @@ TEST_F(Stall, OfASerialServerDeliversNothingThatWasGivenUp) {
   // Until the server's kernel has no more room: a slave each, as silent ones are not asked again.
   std::uint8_t last = 0;
   while (!lost() && last < kAfter - 1) {
-    client.Send(Write(++last));
-    EXPECT_NE(ExceptionIn(client.Receive().value()), 0);
+    Send(client, Write(++last));
+    EXPECT_NE(ExceptionIn(Receive(client).value()), 0);
   }
   ASSERT_TRUE(Eventually(lost)) << daemon->Errors();
 
@@ -118,8 +118,8 @@ TEST_F(Stall, OfASerialServerDeliversNothingThatWasGivenUp) {
   const int next = server.Accept();
   ASSERT_GE(next, 0);
   EXPECT_TRUE(Eventually([&] {
-    client.Send(Write(kAfter));
-    client.Receive();
+    Send(client, Write(kAfter));
+    Receive(client);
     return StalledServer::IsReady(next, 0ms);
   }));
   EXPECT_THAT(UnitsIn(StalledServer::ReadAll(next, kFrame)), AllOf(Not(IsEmpty()), Each(kAfter)));

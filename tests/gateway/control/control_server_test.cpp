@@ -32,13 +32,14 @@ TEST_F(ControlTest, RequestsAreAnsweredOneAfterTheOther) {
   StartServer();
   ASSERT_TRUE(listening_) << listening_.error();
   RawClient client = Connect();
-  EXPECT_THAT(client.Ask(kStatus), StartsWith(R"({"gateway":"substation-7","version":"1.2.3")"));
-  EXPECT_THAT(client.Ask(R"({"command":"disable","target":"io.ai-1"})"), HasSubstr(R"("ok":true)"));
+  EXPECT_THAT(Ask(client, kStatus), StartsWith(R"({"gateway":"substation-7","version":"1.2.3")"));
+  EXPECT_THAT(Ask(client, R"({"command":"disable","target":"io.ai-1"})"),
+              HasSubstr(R"("ok":true)"));
   client.Send(std::string(kStatus) + "\n" + kStatus + "\n{\"comm");
-  EXPECT_TRUE(client.Line());
-  EXPECT_TRUE(client.Line());
+  EXPECT_TRUE(client.ReceiveLine());
+  EXPECT_TRUE(client.ReceiveLine());
   client.Send("and\":\"status\"}\n");
-  EXPECT_THAT(client.Line().value_or(""), HasSubstr("substation-7"));
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("substation-7"));
   EXPECT_THAT(lines_.calls(), ElementsAre("do not use 2"));
 }
 
@@ -61,7 +62,7 @@ TEST_F(ControlTest, ASocketOfADeadProcessIsReplaced) {
   ASSERT_FALSE(Connect().connected());
   StartServer();
   ASSERT_TRUE(listening_) << listening_.error();
-  EXPECT_THAT(Connect().Ask(kStatus), HasSubstr("substation-7"));
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
 }
 
 TEST_F(ControlTest, ALivingSocketAndOtherFilesAreLeftAlone) {
@@ -72,7 +73,7 @@ TEST_F(ControlTest, ALivingSocketAndOtherFilesAreLeftAlone) {
   ASSERT_FALSE(taken);
   EXPECT_THAT(taken.error(), HasSubstr("another process answers there"));
   second.Stop();
-  EXPECT_THAT(Connect().Ask(kStatus), HasSubstr("1.2.3")) << "the first still owns the file";
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("1.2.3")) << "the first still owns the file";
 
   config_.socket = (directory_ / "notes.txt").string();
   std::ofstream(config_.socket) << "precious";
@@ -101,7 +102,7 @@ TEST_F(ControlTest, WithoutAPathTheFirstPlaceThatCanBeHadIsTaken) {
   ASSERT_TRUE(listening_) << listening_.error();
   // Where the service is installed, and the test may write there, it is the first.
   EXPECT_THAT(server_->path(), AnyOf(places[0], places[1]));
-  EXPECT_THAT(RawClient(server_->path()).Ask(kStatus), HasSubstr("substation-7"));
+  EXPECT_THAT(Ask(RawClient(server_->path()), kStatus), HasSubstr("substation-7"));
 }
 
 TEST_F(ControlTest, ADirectoryThatOthersMayWriteToIsRefused) {
@@ -118,52 +119,52 @@ TEST_F(ControlTest, ADirectoryThatOthersMayWriteToIsRefused) {
 TEST_F(ControlTest, ATraceStreamsWhatComes) {
   StartServer();
   RawClient client = Connect();
-  EXPECT_EQ(client.Ask(kTrace), R"({"ok":true,"line":"bay-1"})");
+  EXPECT_EQ(Ask(client, kTrace), R"({"ok":true,"line":"bay-1"})");
   ASSERT_TRUE(lines_.WaitForTraces(0, 1));
   lines_.Push(0, Sent("feeder-1"));
-  EXPECT_THAT(client.Line().value_or(""), HasSubstr("feeder-1 > 3E 31 | >1"));
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("feeder-1 > 3E 31 | >1"));
   lines_.Push(0, Sent("feeder-2"));
   lines_.Push(0, Sent("feeder-1", "41"));
-  EXPECT_THAT(client.Line().value_or(""), HasSubstr("feeder-2 > 3E 31"));
-  EXPECT_THAT(client.Line().value_or(""), HasSubstr("feeder-1 > 41"));
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("feeder-2 > 3E 31"));
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("feeder-1 > 41"));
   EXPECT_FALSE(lines_.Push(1, Sent("ai-1"))) << "nobody follows the other line";
 }
 
 TEST_F(ControlTest, ATraceOfOneDeviceLeavesTheOthersOut) {
   StartServer();
   RawClient client = Connect();
-  client.Ask(R"({"command":"trace","target":"bay-1","device":"feeder-2"})");
+  Ask(client, R"({"command":"trace","target":"bay-1","device":"feeder-2"})");
   ASSERT_TRUE(lines_.WaitForTraces(0, 1));
   lines_.Push(0, Sent("feeder-1"));
   TraceRecord note;
   note.text = "records were dropped";
   lines_.Push(0, note);
   lines_.Push(0, Sent("feeder-2"));
-  EXPECT_THAT(client.Line().value_or(""), HasSubstr("records were dropped"));
-  EXPECT_THAT(client.Line().value_or(""), HasSubstr("feeder-2 >"));
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("records were dropped"));
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("feeder-2 >"));
 }
 
 TEST_F(ControlTest, AClientThatLeavesEndsItsTrace) {
   StartServer();
   RawClient leaving = Connect();
   RawClient staying = Connect();
-  leaving.Ask(kTrace);
-  staying.Ask(kTrace);
+  Ask(leaving, kTrace);
+  Ask(staying, kTrace);
   ASSERT_TRUE(lines_.WaitForTraces(0, 2));
   leaving.Close();
   ASSERT_TRUE(lines_.WaitForTraces(0, 1));
   lines_.Push(0, Sent("feeder-1"));
-  EXPECT_THAT(staying.Line().value_or(""), HasSubstr("feeder-1"));
+  EXPECT_THAT(staying.ReceiveLine().value_or(""), HasSubstr("feeder-1"));
 }
 
 TEST_F(ControlTest, AStoppingGatewaySaysSoToTraces) {
   StartServer();
   RawClient client = Connect();
-  client.Ask(kTrace);
+  Ask(client, kTrace);
   ASSERT_TRUE(lines_.WaitForTraces(0, 1));
   StopServer();
-  EXPECT_EQ(client.Line().value_or(""), R"({"end":"the gateway is stopping"})");
-  EXPECT_TRUE(client.Ends());
+  EXPECT_EQ(client.ReceiveLine().value_or(""), R"({"end":"the gateway is stopping"})");
+  EXPECT_TRUE(client.IsClosed());
   EXPECT_FALSE(lines_.Push(0, Sent("feeder-1"))) << "the queue was not given back";
 }
 

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/gateway/control/fixture.h"
 
-#include <poll.h>
 #include <stdlib.h>
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <unistd.h>
 
 #include <asio/post.hpp>
 #include <utility>
@@ -77,63 +73,6 @@ bool FakeLines::WaitForTraces(std::uint32_t line, std::size_t count) {
     std::this_thread::yield();
   }
   return true;
-}
-
-// ---------------------------------------------------------------- raw client
-
-RawClient::RawClient(const std::string& path)
-    : descriptor_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  path.copy(address.sun_path, sizeof address.sun_path - 1);
-  if (::connect(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    Close();
-  }
-}
-
-void RawClient::Close() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-  descriptor_ = -1;
-}
-
-std::size_t RawClient::Send(const std::string& text) const {
-  std::size_t sent = 0;
-  while (sent < text.size()) {
-    const auto count = ::send(descriptor_, text.data() + sent, text.size() - sent, MSG_NOSIGNAL);
-    if (count <= 0) break;
-    sent += static_cast<std::size_t>(count);
-  }
-  return sent;
-}
-
-std::optional<std::string> RawClient::Line() {
-  for (;;) {
-    if (const auto end = buffer_.find('\n'); end != std::string::npos) {
-      std::string line = buffer_.substr(0, end);
-      buffer_.erase(0, end + 1);
-      return line;
-    }
-    pollfd waited{descriptor_, POLLIN, 0};
-    if (::poll(&waited, 1, kPatienceMs) <= 0) return std::nullopt;
-    char chunk[65536];
-    const auto count = ::recv(descriptor_, chunk, sizeof chunk, 0);
-    if (count <= 0) return std::nullopt;
-    buffer_.append(chunk, static_cast<std::size_t>(count));
-  }
-}
-
-std::string RawClient::Ask(const std::string& request) {
-  Send(request + "\n");
-  return Line().value_or("(no answer)");
-}
-
-bool RawClient::Ends() {
-  for (;;) {
-    pollfd waited{descriptor_, POLLIN, 0};
-    if (::poll(&waited, 1, kPatienceMs) <= 0) return false;
-    char chunk[65536];
-    if (::recv(descriptor_, chunk, sizeof chunk, 0) <= 0) return true;
-  }
 }
 
 // ---------------------------------------------------------------- fixture

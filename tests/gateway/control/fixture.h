@@ -18,6 +18,7 @@
 
 #include "gateway/control/control_server.h"
 #include "tests/gateway/status/two_lines.h"
+#include "tests/support/raw_client.h"
 
 namespace baudgate::control {
 
@@ -49,27 +50,11 @@ class FakeLines final : public LineControl {
   std::map<std::uint32_t, std::vector<std::weak_ptr<TraceQueue>>> traces_;
 };
 
-/// A blocking client that knows nothing but bytes.
-class RawClient {
- public:
-  explicit RawClient(const std::string& path);
-  RawClient(RawClient&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-  ~RawClient() { Close(); }
-
-  bool connected() const { return descriptor_ >= 0; }
-  void Close();
-  /// How much of it was taken before the other side closed.
-  std::size_t Send(const std::string& text) const;
-  /// One line without its end; nothing when the connection has ended, or nothing came for long.
-  std::optional<std::string> Line();
-  std::string Ask(const std::string& request);
-  /// The server has closed the connection; bytes before the end are passed over.
-  bool Ends();
-
- private:
-  int descriptor_;
-  std::string buffer_;
-};
+/// Sends one line and gives the next that comes.
+inline std::string Ask(const RawClient& client, const std::string& request) {
+  client.Send(request + "\n");
+  return client.ReceiveLine().value_or("(no answer)");
+}
 
 /// XDG_RUNTIME_DIR for the length of a test.
 class RuntimeDirectory {

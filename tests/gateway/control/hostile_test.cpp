@@ -27,10 +27,10 @@ TEST_F(ControlTest, GarbageGetsAnErrorAndTheClientMayTryAgain) {
                                  std::string(4000, '['),
                                  R"({"command":"statsu"})"};
   for (const std::string& request : garbage) {
-    EXPECT_THAT(client.Ask(request), StartsWith(R"({"error":"usage","message":")")) << request;
+    EXPECT_THAT(Ask(client, request), StartsWith(R"({"error":"usage","message":")")) << request;
   }
-  EXPECT_THAT(client.Ask(R"({"command":"statsu"})"), HasSubstr("did you mean 'status'?"));
-  EXPECT_THAT(client.Ask(kStatus), HasSubstr("substation-7"));
+  EXPECT_THAT(Ask(client, R"({"command":"statsu"})"), HasSubstr("did you mean 'status'?"));
+  EXPECT_THAT(Ask(client, kStatus), HasSubstr("substation-7"));
 }
 
 TEST_F(ControlTest, ALineOfAMegabyteIsNotTaken) {
@@ -38,9 +38,9 @@ TEST_F(ControlTest, ALineOfAMegabyteIsNotTaken) {
   RawClient client = Connect();
   const std::string request(1U << 20U, 'x');
   EXPECT_LT(client.Send(request), request.size());
-  EXPECT_THAT(client.Line().value_or(""), HasSubstr("longer than 4096 bytes"));
-  EXPECT_TRUE(client.Ends());
-  EXPECT_THAT(Connect().Ask(kStatus), HasSubstr("substation-7"));
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("longer than 4096 bytes"));
+  EXPECT_TRUE(client.IsClosed());
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
 }
 
 TEST_F(ControlTest, ALineOfExactlyTheLimitIsTaken) {
@@ -48,8 +48,8 @@ TEST_F(ControlTest, ALineOfExactlyTheLimitIsTaken) {
   std::string request = kStatus;
   request.resize(4096, ' ');
   RawClient client = Connect();
-  EXPECT_THAT(client.Ask(request), HasSubstr("substation-7"));
-  EXPECT_THAT(client.Ask(request + " "), HasSubstr("longer than"));
+  EXPECT_THAT(Ask(client, request), HasSubstr("substation-7"));
+  EXPECT_THAT(Ask(client, request + " "), HasSubstr("longer than"));
 }
 
 TEST_F(ControlTest, HalfALineDoesNotHoldAPlaceForEver) {
@@ -58,8 +58,8 @@ TEST_F(ControlTest, HalfALineDoesNotHoldAPlaceForEver) {
   RawClient half = Connect();
   half.Send("{\"comm");
   RawClient silent = Connect();
-  EXPECT_TRUE(half.Ends());
-  EXPECT_TRUE(silent.Ends());
+  EXPECT_TRUE(half.IsClosed());
+  EXPECT_TRUE(silent.IsClosed());
 }
 
 TEST_F(ControlTest, TheSeventeenthClientIsRefusedUntilOneLeaves) {
@@ -67,17 +67,18 @@ TEST_F(ControlTest, TheSeventeenthClientIsRefusedUntilOneLeaves) {
   std::vector<RawClient> clients;
   for (int i = 0; i < 16; ++i) {
     clients.push_back(Connect());
-    ASSERT_THAT(clients.back().Ask(kStatus), HasSubstr("substation-7")) << "client " << i;
+    ASSERT_THAT(Ask(clients.back(), kStatus), HasSubstr("substation-7")) << "client " << i;
   }
   RawClient refused = Connect();
-  EXPECT_THAT(refused.Line().value_or(""), StartsWith(R"({"error":"busy","message":"16 clients)"));
-  EXPECT_TRUE(refused.Ends());
+  EXPECT_THAT(refused.ReceiveLine().value_or(""),
+              StartsWith(R"({"error":"busy","message":"16 clients)"));
+  EXPECT_TRUE(refused.IsClosed());
 
-  clients.front().Ask(kTrace);
+  Ask(clients.front(), kTrace);
   ASSERT_TRUE(lines_.WaitForTraces(0, 1));
   clients.front().Close();
   ASSERT_TRUE(lines_.WaitForTraces(0, 0));
-  EXPECT_THAT(Connect().Ask(kStatus), HasSubstr("substation-7"));
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
 }
 
 /// So many points that an answer does not fit into the buffers of a socket.
@@ -101,16 +102,16 @@ TEST_F(WideDeviceTest, AReaderThatStopsIsDroppedAndOthersAreServed) {
   StartServer();
   RawClient slow = Connect();
   slow.Send("{\"command\":\"status\",\"target\":\"bay-1.feeder-1\"}\n");
-  EXPECT_THAT(Connect().Ask(R"({"command":"status","target":"io"})"), HasSubstr("substation-7"));
+  EXPECT_THAT(Ask(Connect(), R"({"command":"status","target":"io"})"), HasSubstr("substation-7"));
   // One that came later is dropped for its silence: so the slow one has been as well.
   RawClient silent = Connect();
-  ASSERT_TRUE(silent.Ends());
-  EXPECT_FALSE(slow.Line()) << "the whole answer was kept for it";
+  ASSERT_TRUE(silent.IsClosed());
+  EXPECT_FALSE(slow.ReceiveLine()) << "the whole answer was kept for it";
 }
 
 TEST_F(WideDeviceTest, AReaderGetsALongAnswerWhole) {
   StartServer();
-  const std::string answer = Connect().Ask(R"({"command":"status","target":"bay-1.feeder-1"})");
+  const std::string answer = Ask(Connect(), R"({"command":"status","target":"bay-1.feeder-1"})");
   EXPECT_GT(answer.size(), 1'000'000U);
   EXPECT_THAT(answer, HasSubstr("point_with_a_long_name_19999"));
 }
@@ -118,7 +119,7 @@ TEST_F(WideDeviceTest, AReaderGetsALongAnswerWhole) {
 TEST_F(ControlTest, ATraceThatIsNotReadLosesRecordsAndSaysSo) {
   StartServer();
   RawClient client = Connect();
-  client.Ask(kTrace);
+  Ask(client, kTrace);
   ASSERT_TRUE(lines_.WaitForTraces(0, 1));
   TraceRecord record;
   record.kind = TraceRecord::Kind::received;
@@ -134,7 +135,7 @@ TEST_F(ControlTest, ATraceThatIsNotReadLosesRecordsAndSaysSo) {
   do {
     // The note stands where records are missing; the last one finds room again by and by.
     lines_.Push(0, last);
-    line = client.Line().value_or("the last");
+    line = client.ReceiveLine().value_or("the last");
     ++received;
     noted = noted || line.find("dropped") != std::string::npos;
   } while (line.find("the last") == std::string::npos);

@@ -1,12 +1,8 @@
-// A Modbus server on loopback with a store, a scripted command sink and raw clients, for the tests.
+// A Modbus server on loopback with a store and a scripted command sink, for the tests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
@@ -16,11 +12,11 @@
 #include <optional>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "gateway/modbus/server/modbus_server.h"
 #include "tests/gateway/modbus/registers/points.h"
+#include "tests/support/raw_client.h"
 
 namespace baudgate::modbus {
 
@@ -63,85 +59,12 @@ class ScriptedSink : public CommandSink {
   std::vector<WriteCommand> commands_;
 };
 
-/// A client that sends what it likes. Receiving gives up after a while, so that no test hangs.
-class RawClient {
- public:
-  explicit RawClient(std::uint16_t port, int receive_buffer = 0)
-      : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
-    const timeval patience{20, 0};
-    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    if (receive_buffer > 0) {
-      ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
-    }
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    connected_ =
-        ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  }
-  RawClient(RawClient&& other) noexcept
-      : socket_(std::exchange(other.socket_, -1)), connected_(other.connected_) {}
-  ~RawClient() { Close(); }
-
-  void Close() {
-    if (socket_ >= 0) ::close(std::exchange(socket_, -1));
-  }
-  bool connected() const { return connected_; }
-
-  /// False once the server has closed.
-  bool Send(View bytes) const {
-    return ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
-           static_cast<ssize_t>(bytes.size());
-  }
-  /// False when the connection is gone or the bytes do not fit into its buffers now.
-  bool SendSome(View bytes) const {
-    return ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT) > 0;
-  }
-
-  /// Hex of exactly one answer; empty when the server has closed.
-  std::string Receive() const {
-    Bytes frame(6);
-    if (!ReceiveExactly(frame, 0)) return {};
-    const std::size_t length = *ByteReader(frame).U16Be(4);
-    frame.resize(6 + length);
-    return ReceiveExactly(frame, 6) ? ToHex(frame) : std::string();
-  }
-  /// Hex of the next `count` bytes; empty when the server has closed.
-  std::string ReceiveBytes(std::size_t count) const {
-    Bytes bytes(count);
-    return ReceiveExactly(bytes, 0) ? ToHex(bytes) : std::string();
-  }
-  /// The PDU of the answer to one request.
-  std::string Ask(std::uint8_t unit, const std::string& pdu) const {
-    Send(Frame(unit, pdu));
-    const std::string answer = Receive();
-    constexpr std::size_t kHeaderText = 7 * 3;
-    return answer.size() > kHeaderText ? answer.substr(kHeaderText) : answer;
-  }
-  /// Waits until the server closes, reading what still comes.
-  bool IsClosed() const {
-    char bytes[4096];
-    ssize_t count = 0;
-    do {
-      count = ::recv(socket_, bytes, sizeof bytes, 0);
-    } while (count > 0);
-    return count == 0 || errno == ECONNRESET;
-  }
-
- private:
-  bool ReceiveExactly(Bytes& into, std::size_t from) const {
-    while (from < into.size()) {
-      const ssize_t count = ::recv(socket_, into.data() + from, into.size() - from, 0);
-      if (count <= 0) return false;
-      from += static_cast<std::size_t>(count);
-    }
-    return true;
-  }
-
-  int socket_;
-  bool connected_ = false;
-};
+/// The PDU of the answer to one request; empty when the server has closed.
+inline std::string Ask(const RawClient& client, std::uint8_t unit, const std::string& pdu) {
+  client.Send(Frame(unit, pdu));
+  const Bytes answer = client.ReceiveFrame();
+  return answer.size() > kMbapHeader ? ToHex(View(answer).subspan(kMbapHeader)) : ToHex(answer);
+}
 
 /// Unit 1: int16 at 0 (rw), float at 1-2 (rw), int16 at 3, never read; coils 0 (rw) and 1.
 class ServerTest : public testing::Test {

@@ -21,10 +21,10 @@ TEST_F(RouteTest, CachedUnitsAndRoutesLiveOnOneListener) {
   drive_.answer = Count;
   StartServer();
   const RawClient client = Connect();
-  EXPECT_EQ(client.Ask(20, kRead), "03 02 01 F4");
-  EXPECT_EQ(client.Ask(1, "03 00 00 00 01"), "03 02 FF FE");
-  EXPECT_EQ(client.Ask(20, "03 00 00 00 7D").size(), 2U + 125 * 2 * 3 + 3);
-  EXPECT_EQ(client.Ask(99, kRead), "83 0A");
+  EXPECT_EQ(Ask(client, 20, kRead), "03 02 01 F4");
+  EXPECT_EQ(Ask(client, 1, "03 00 00 00 01"), "03 02 FF FE");
+  EXPECT_EQ(Ask(client, 20, "03 00 00 00 7D").size(), 2U + 125 * 2 * 3 + 3);
+  EXPECT_EQ(Ask(client, 99, kRead), "83 0A");
 }
 
 TEST_F(RouteTest, RepliesComeInTheOrderOfCompletion) {
@@ -33,10 +33,12 @@ TEST_F(RouteTest, RepliesComeInTheOrderOfCompletion) {
   const RawClient client = Connect();
   for (std::uint16_t i = 0; i < 32; ++i) client.Send(Frame(20, kRead, i));
   client.Send(Frame(1, "03 00 00 00 01", 99));
-  EXPECT_EQ(client.Receive(), "00 63 00 00 00 05 01 03 02 FF FE") << "cached units do not wait";
+  EXPECT_EQ(ToHex(client.ReceiveFrame()), "00 63 00 00 00 05 01 03 02 FF FE")
+      << "cached units do not wait";
   for (std::uint8_t i = 32; i-- > 0;) {
     drive_.Wait(i).done(GoodReply(Bytes{3, 2, 0, i}));
-    ASSERT_EQ(client.Receive(), "00 " + HexByte(i) + " 00 00 00 05 14 03 02 00 " + HexByte(i));
+    ASSERT_EQ(ToHex(client.ReceiveFrame()),
+              "00 " + HexByte(i) + " 00 00 00 05 14 03 02 00 " + HexByte(i));
   }
 }
 
@@ -51,7 +53,7 @@ TEST_F(RouteTest, TheLongestAduPassesBothWaysInEveryCut) {
   for (std::size_t cut = 1; cut < frame.size(); cut += 7) {
     client.Send(View(frame).first(cut));
     client.Send(View(frame).subspan(cut));
-    ASSERT_EQ(client.Receive(), ToHex(frame));
+    ASSERT_EQ(ToHex(client.ReceiveFrame()), ToHex(frame));
   }
 }
 
@@ -63,7 +65,7 @@ TEST_F(RouteTest, ASilentListenerAnswersTheNextRequest) {
   const RawClient client = Connect();
   client.Send(Frame(20, kRead, 1));
   client.Send(Frame(99, kRead, 2));
-  EXPECT_EQ(client.Ask(1, "03 00 00 00 01"), "03 02 FF FE");
+  EXPECT_EQ(Ask(client, 1, "03 00 00 00 01"), "03 02 FF FE");
 }
 
 TEST_F(RouteTest, AClientThatLeavesIsForgotten) {
@@ -76,7 +78,7 @@ TEST_F(RouteTest, AClientThatLeavesIsForgotten) {
   client.Close();
   EXPECT_EQ(drive_.WaitForgotten(0), request.client);
   request.done(GoodReply("03 02 00 00"));
-  EXPECT_EQ(Connect().Ask(1, "03 00 00 00 01"), "03 02 FF FE");
+  EXPECT_EQ(Ask(Connect(), 1, "03 00 00 00 01"), "03 02 FF FE");
   EXPECT_EQ(server_->Traffic().routes[0].dropped, 1U);
 }
 
@@ -102,8 +104,8 @@ TEST_F(RouteTest, PriorityFollowsTheClientsAddress) {
   Add(1, 20, 20);
   drive_.answer = Count;
   StartServer();
-  RawClient(server_->port(0)).Ask(20, kRead);
-  RawClient(server_->port(1)).Ask(20, kRead);
+  Ask(RawClient(server_->port(0)), 20, kRead);
+  Ask(RawClient(server_->port(1)), 20, kRead);
   EXPECT_EQ(drive_.Wait(0).priority, config::Priority::high) << "the first that fits";
   EXPECT_EQ(drive_.Wait(1).priority, config::Priority::low);
 }
@@ -120,7 +122,7 @@ TEST_F(RouteTest, SixtyFourClientsThatConnectForEveryMessage) {
     clients.emplace_back([&, i] {
       for (int message = 0; message < kMessages; ++message) {
         const auto at = HexByte(static_cast<std::uint8_t>(i));
-        if (Connect().Ask(20, "03 00 " + at + " 00 01") == "03 02 00 " + at) ++good;
+        if (Ask(Connect(), 20, "03 00 " + at + " 00 01") == "03 02 00 " + at) ++good;
       }
     });
   }
@@ -220,10 +222,10 @@ TEST_F(RouteTest, ARouteLeadsToAServerElsewhere) {
   std::thread thread([&io] { io.run(); });
   {
     const RawClient client(front.port());
-    EXPECT_EQ(client.Ask(50, "03 00 00 00 03"), "03 06 FF FE 47 F1 20 00");
-    EXPECT_EQ(client.Ask(60, "01 00 00 00 02"), "01 01 01");
-    EXPECT_EQ(client.Ask(60, "03 00 09 00 01"), "83 02");
-    EXPECT_EQ(client.Ask(51, "03 00 00 00 01"), "83 0A");
+    EXPECT_EQ(Ask(client, 50, "03 00 00 00 03"), "03 06 FF FE 47 F1 20 00");
+    EXPECT_EQ(Ask(client, 60, "01 00 00 00 02"), "01 01 01");
+    EXPECT_EQ(Ask(client, 60, "03 00 09 00 01"), "83 02");
+    EXPECT_EQ(Ask(client, 51, "03 00 00 00 01"), "83 0A");
   }
   EXPECT_EQ(server_->counters().accepted, 1U) << "one connection for both routes";
   io.stop();

@@ -18,7 +18,7 @@ class RtuOverTcpTest : public RouteTest {
   /// Receives as many bytes as the reply with this PDU has.
   static void ExpectReply(const RawClient& client, std::uint8_t slave, const std::string& pdu) {
     const Bytes expected = Rtu(slave, pdu);
-    EXPECT_EQ(client.ReceiveBytes(expected.size()), ToHex(expected));
+    EXPECT_EQ(ToHex(client.Receive(expected.size())), ToHex(expected));
   }
 };
 
@@ -39,7 +39,7 @@ TEST_F(RtuOverTcpTest, CachedUnitsRoutesAndExceptions) {
   client.Send(Rtu(99, kRead));
   ExpectReply(client, 99, "83 0A");
   client.Send(Rtu(20, "03 00 00 00 7D"));
-  EXPECT_EQ(client.ReceiveBytes(255).size(), 255 * 3U - 1);
+  EXPECT_EQ(ToHex(client.Receive(255)).size(), 255 * 3U - 1);
 }
 
 TEST_F(RtuOverTcpTest, EveryCutOfARequest) {

@@ -11,29 +11,29 @@ namespace {
 TEST_F(ServerTest, RegistersAndBitsInBothTables) {
   StartServer();
   const RawClient client = Connect();
-  EXPECT_EQ(client.Ask(1, "03 00 00 00 03"), "03 06 FF FE 47 F1 20 00");
-  EXPECT_EQ(client.Ask(1, "04 00 00 00 03"), "04 06 FF FE 47 F1 20 00");
-  EXPECT_EQ(client.Ask(1, "01 00 00 00 02"), "01 01 01");
-  EXPECT_EQ(client.Ask(1, "02 00 00 00 02"), "02 01 01");
-  EXPECT_EQ(client.Ask(1, "03 4E 20 00 04"), "03 08 00 C0 00 C0 00 C0 00 20");
-  EXPECT_EQ(client.Ask(1, "02 4E 20 00 02"), "02 01 03");
-  EXPECT_EQ(client.Ask(1, "04 9C 43 00 01"), "04 02 FF FF");
+  EXPECT_EQ(Ask(client, 1, "03 00 00 00 03"), "03 06 FF FE 47 F1 20 00");
+  EXPECT_EQ(Ask(client, 1, "04 00 00 00 03"), "04 06 FF FE 47 F1 20 00");
+  EXPECT_EQ(Ask(client, 1, "01 00 00 00 02"), "01 01 01");
+  EXPECT_EQ(Ask(client, 1, "02 00 00 00 02"), "02 01 01");
+  EXPECT_EQ(Ask(client, 1, "03 4E 20 00 04"), "03 08 00 C0 00 C0 00 C0 00 20");
+  EXPECT_EQ(Ask(client, 1, "02 4E 20 00 02"), "02 01 03");
+  EXPECT_EQ(Ask(client, 1, "04 9C 43 00 01"), "04 02 FF FF");
 }
 
 TEST_F(ServerTest, EveryException) {
   listener().permit = config::Permit::all;
   StartServer();
   const RawClient client = Connect();
-  EXPECT_EQ(client.Ask(1, "07"), "87 01");
-  EXPECT_EQ(client.Ask(1, "17 00 00 00 01 00 00 00 01 02 00 00"), "97 01");
-  EXPECT_EQ(client.Ask(1, "03 00 04 00 01"), "83 02");
-  EXPECT_EQ(client.Ask(1, "06 00 03 00 00"), "86 02");
-  EXPECT_EQ(client.Ask(1, "03 00 00 00 00"), "83 03");
-  EXPECT_EQ(client.Ask(1, "03 00 00 00 7E"), "83 03");
-  EXPECT_EQ(client.Ask(1, "03 00 00 00 02"), "83 03");
-  EXPECT_EQ(client.Ask(2, "03 00 00 00 01"), "83 0A");
-  EXPECT_EQ(client.Ask(2, "07"), "87 0A");
-  EXPECT_EQ(client.Ask(1, "03 00 03 00 01"), "83 0B");
+  EXPECT_EQ(Ask(client, 1, "07"), "87 01");
+  EXPECT_EQ(Ask(client, 1, "17 00 00 00 01 00 00 00 01 02 00 00"), "97 01");
+  EXPECT_EQ(Ask(client, 1, "03 00 04 00 01"), "83 02");
+  EXPECT_EQ(Ask(client, 1, "06 00 03 00 00"), "86 02");
+  EXPECT_EQ(Ask(client, 1, "03 00 00 00 00"), "83 03");
+  EXPECT_EQ(Ask(client, 1, "03 00 00 00 7E"), "83 03");
+  EXPECT_EQ(Ask(client, 1, "03 00 00 00 02"), "83 03");
+  EXPECT_EQ(Ask(client, 2, "03 00 00 00 01"), "83 0A");
+  EXPECT_EQ(Ask(client, 2, "07"), "87 0A");
+  EXPECT_EQ(Ask(client, 1, "03 00 03 00 01"), "83 0B");
   const ModbusCounters counters = server_->counters();
   EXPECT_EQ(counters.requests, 10U);
   EXPECT_EQ(counters.exceptions, 10U);
@@ -45,33 +45,33 @@ TEST_F(ServerTest, WritingCanBeDeniedPerListener) {
   sink_.answer = Outcome::ok;
   StartServer();
   const RawClient reader(server_->port(0));
-  EXPECT_EQ(reader.Ask(1, "06 00 00 00 01"), "86 01");
-  EXPECT_EQ(reader.Ask(1, "05 00 00 FF 00"), "85 01");
-  EXPECT_EQ(reader.Ask(1, "0F 00 00 00 01 01 01"), "8F 01");
-  EXPECT_EQ(reader.Ask(1, "10 00 00 00 01 02 00 01"), "90 01");
-  EXPECT_EQ(reader.Ask(1, "03 00 00 00 01"), "03 02 FF FE");
+  EXPECT_EQ(Ask(reader, 1, "06 00 00 00 01"), "86 01");
+  EXPECT_EQ(Ask(reader, 1, "05 00 00 FF 00"), "85 01");
+  EXPECT_EQ(Ask(reader, 1, "0F 00 00 00 01 01 01"), "8F 01");
+  EXPECT_EQ(Ask(reader, 1, "10 00 00 00 01 02 00 01"), "90 01");
+  EXPECT_EQ(Ask(reader, 1, "03 00 00 00 01"), "03 02 FF FE");
   const RawClient writer(server_->port(1));
-  EXPECT_EQ(writer.Ask(1, "06 00 00 00 01"), "06 00 00 00 01");
+  EXPECT_EQ(Ask(writer, 1, "06 00 00 00 01"), "06 00 00 00 01");
 }
 
 TEST_F(ServerTest, StatusOfADeviceAndOfTheGateway) {
   StartServer();
   store_->UpdateStatus(0, [](DeviceStatus& status) { status.state = DeviceState::online; });
   const RawClient client = Connect();
-  EXPECT_EQ(client.Ask(1, "04 23 28 00 02"), "04 04 00 01 00 00");
+  EXPECT_EQ(Ask(client, 1, "04 23 28 00 02"), "04 04 00 01 00 00");
   const char* kGateway = "03 10 00 64 00 01 00 00 00 5A 00 01 00 01 00 01 00 01";
-  EXPECT_EQ(client.Ask(255, "03 23 28 00 08"), kGateway);
-  EXPECT_EQ(client.Ask(0, "03 23 28 00 08"), kGateway);
-  EXPECT_EQ(client.Ask(255, "03 00 00 00 01"), "83 02");
-  EXPECT_EQ(client.Ask(0, "01 00 00 00 01"), "81 02");
-  EXPECT_EQ(client.Ask(0, "06 23 28 00 01"), "86 02");
+  EXPECT_EQ(Ask(client, 255, "03 23 28 00 08"), kGateway);
+  EXPECT_EQ(Ask(client, 0, "03 23 28 00 08"), kGateway);
+  EXPECT_EQ(Ask(client, 255, "03 00 00 00 01"), "83 02");
+  EXPECT_EQ(Ask(client, 0, "01 00 00 00 01"), "81 02");
+  EXPECT_EQ(Ask(client, 0, "06 23 28 00 01"), "86 02");
 }
 
 TEST_F(ServerTest, TransactionAndUnitAreEchoed) {
   StartServer();
   const RawClient client = Connect();
   client.Send(Frame(1, "03 00 00 00 01", 0xBEEF));
-  EXPECT_EQ(client.Receive(), "BE EF 00 00 00 05 01 03 02 FF FE");
+  EXPECT_EQ(ToHex(client.ReceiveFrame()), "BE EF 00 00 00 05 01 03 02 FF FE");
 }
 
 TEST_F(ServerTest, EveryCutOfARequestAndADribble) {
@@ -81,10 +81,10 @@ TEST_F(ServerTest, EveryCutOfARequestAndADribble) {
   for (std::size_t cut = 1; cut < request.size(); ++cut) {
     client.Send(View(request).first(cut));
     client.Send(View(request).subspan(cut));
-    ASSERT_EQ(client.Receive(), "12 34 00 00 00 05 01 03 02 FF FE") << "cut at " << cut;
+    ASSERT_EQ(ToHex(client.ReceiveFrame()), "12 34 00 00 00 05 01 03 02 FF FE") << "cut at " << cut;
   }
   for (const std::uint8_t byte : request) client.Send(View(&byte, 1));
-  EXPECT_EQ(client.Receive(), "12 34 00 00 00 05 01 03 02 FF FE");
+  EXPECT_EQ(ToHex(client.ReceiveFrame()), "12 34 00 00 00 05 01 03 02 FF FE");
 }
 
 TEST_F(ServerTest, PipelinedRequestsAreAllAnsweredInOrder) {
@@ -95,12 +95,12 @@ TEST_F(ServerTest, PipelinedRequestsAreAllAnsweredInOrder) {
   for (std::uint16_t i = 0; i < kRequests; ++i) {
     Append(stream, View(Frame(1, i % 3 == 0 ? "07" : "03 00 00 00 01", i)));
   }
-  ASSERT_TRUE(client.Send(stream));
+  ASSERT_EQ(client.Send(stream), stream.size());
   for (std::uint16_t i = 0; i < kRequests; ++i) {
     const std::string tail = i % 3 == 0 ? " 00 00 00 03 01 87 01" : " 00 00 00 05 01 03 02 FF FE";
     const auto high = static_cast<std::uint8_t>(i >> 8);
     const auto low = static_cast<std::uint8_t>(i);
-    ASSERT_EQ(client.Receive(), HexByte(high) + " " + HexByte(low) + tail);
+    ASSERT_EQ(ToHex(client.ReceiveFrame()), HexByte(high) + " " + HexByte(low) + tail);
   }
 }
 
@@ -109,11 +109,11 @@ TEST_F(ServerTest, GarbageClosesTheConnectionAfterTheGoodFrames) {
   for (const char* garbage : {"00 01 12 34", "00 01 00 00 00 00", "00 01 00 00 00 01 01",
                               "00 01 00 00 00 FF", "47 45 54 20 2F 20 48 54 54 50"}) {
     const RawClient client = Connect();
-    ASSERT_EQ(client.Ask(1, "03 00 00 00 01"), "03 02 FF FE");
+    ASSERT_EQ(Ask(client, 1, "03 00 00 00 01"), "03 02 FF FE");
     client.Send(ParseHex(garbage).value());
     EXPECT_TRUE(client.IsClosed()) << garbage;
   }
-  EXPECT_EQ(Connect().Ask(1, "03 00 00 00 01"), "03 02 FF FE");
+  EXPECT_EQ(Ask(Connect(), 1, "03 00 00 00 01"), "03 02 FF FE");
   EXPECT_EQ(server_->counters().malformed, 5U);
 }
 
@@ -146,7 +146,7 @@ TEST_F(ServerTest, StopClosesClientsAndPorts) {
   StartServer();
   const std::uint16_t port = server_->port();
   const RawClient client = Connect();
-  ASSERT_EQ(client.Ask(1, "03 00 00 00 01"), "03 02 FF FE");
+  ASSERT_EQ(Ask(client, 1, "03 00 00 00 01"), "03 02 FF FE");
   StopServer();
   EXPECT_TRUE(client.IsClosed());
   EXPECT_FALSE(RawClient(port).connected());

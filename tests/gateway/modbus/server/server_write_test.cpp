@@ -11,17 +11,17 @@ TEST_F(ServerTest, ConfirmedWritesAreEchoed) {
   sink_.answer = Outcome::ok;
   StartServer();
   const RawClient client = Connect();
-  EXPECT_EQ(client.Ask(1, "06 00 00 00 2A"), "06 00 00 00 2A");
-  EXPECT_EQ(client.Ask(1, "10 00 01 00 02 04 47 F1 20 00"), "10 00 01 00 02");
-  EXPECT_EQ(client.Ask(1, "05 00 00 FF 00"), "05 00 00 FF 00");
-  EXPECT_EQ(client.Ask(1, "05 00 00 00 00"), "05 00 00 00 00");
-  EXPECT_EQ(client.Ask(1, "0F 00 00 00 01 01 01"), "0F 00 00 00 01");
+  EXPECT_EQ(Ask(client, 1, "06 00 00 00 2A"), "06 00 00 00 2A");
+  EXPECT_EQ(Ask(client, 1, "10 00 01 00 02 04 47 F1 20 00"), "10 00 01 00 02");
+  EXPECT_EQ(Ask(client, 1, "05 00 00 FF 00"), "05 00 00 FF 00");
+  EXPECT_EQ(Ask(client, 1, "05 00 00 00 00"), "05 00 00 00 00");
+  EXPECT_EQ(Ask(client, 1, "0F 00 00 00 01 01 01"), "0F 00 00 00 01");
   const WriteCommand command = sink_.Wait(1);
   EXPECT_EQ(command.device, 0U);
   ASSERT_EQ(command.writes.size(), 1U);
   EXPECT_EQ(command.writes[0].point, 1U);
   EXPECT_EQ(command.writes[0].value, Value(123456.0));
-  EXPECT_EQ(client.Ask(1, "03 00 00 00 01"), "03 02 FF FE") << "only a reading changes the store";
+  EXPECT_EQ(Ask(client, 1, "03 00 00 00 01"), "03 02 FF FE") << "only a reading changes the store";
 }
 
 struct Ending {
@@ -34,7 +34,7 @@ class WriteEndings : public ServerTest, public testing::WithParamInterface<Endin
 TEST_P(WriteEndings, AreAnsweredAsTheContractSays) {
   sink_.answer = GetParam().outcome;
   StartServer();
-  EXPECT_EQ(Connect().Ask(1, "06 00 00 00 01"), GetParam().answer);
+  EXPECT_EQ(Ask(Connect(), 1, "06 00 00 00 01"), GetParam().answer);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -48,18 +48,18 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_F(ServerTest, AFullQueueIsBusy) {
   sink_.full = true;
   StartServer();
-  EXPECT_EQ(Connect().Ask(1, "06 00 00 00 01"), "86 06");
+  EXPECT_EQ(Ask(Connect(), 1, "06 00 00 00 01"), "86 06");
 }
 
 TEST_F(ServerTest, RefusedWritesNeverReachTheSink) {
   sink_.answer = Outcome::ok;
   StartServer();
   const RawClient client = Connect();
-  EXPECT_EQ(client.Ask(1, "06 00 03 00 01"), "86 02");
-  EXPECT_EQ(client.Ask(1, "06 00 01 00 01"), "86 03");
-  EXPECT_EQ(client.Ask(1, "05 00 01 FF 00"), "85 02");
-  EXPECT_EQ(client.Ask(1, "10 00 00 00 02 04 00 00"), "90 03") << "data cut short";
-  EXPECT_EQ(client.Ask(1, "06 00 00 00 05"), "06 00 00 00 05");
+  EXPECT_EQ(Ask(client, 1, "06 00 03 00 01"), "86 02");
+  EXPECT_EQ(Ask(client, 1, "06 00 01 00 01"), "86 03");
+  EXPECT_EQ(Ask(client, 1, "05 00 01 FF 00"), "85 02");
+  EXPECT_EQ(Ask(client, 1, "10 00 00 00 02 04 00 00"), "90 03") << "data cut short";
+  EXPECT_EQ(Ask(client, 1, "06 00 00 00 05"), "06 00 00 00 05");
   EXPECT_EQ(sink_.Wait(0).writes[0].value, Value(std::int64_t{5})) << "the first to arrive";
 }
 
@@ -68,28 +68,28 @@ TEST_F(ServerTest, LaterRequestsDoNotWaitForAWrite) {
   const RawClient client = Connect();
   client.Send(Frame(1, "06 00 00 00 01", 1));
   client.Send(Frame(1, "03 00 00 00 01", 2));
-  EXPECT_EQ(client.Receive(), "00 02 00 00 00 05 01 03 02 FF FE");
+  EXPECT_EQ(ToHex(client.ReceiveFrame()), "00 02 00 00 00 05 01 03 02 FF FE");
   sink_.Wait(0).done(Outcome::ok, "");
-  EXPECT_EQ(client.Receive(), "00 01 00 00 00 06 01 06 00 00 00 01");
+  EXPECT_EQ(ToHex(client.ReceiveFrame()), "00 01 00 00 00 06 01 06 00 00 00 01");
 }
 
 TEST_F(ServerTest, AWriteIsAnsweredAtItsDeadlineAndOnlyOnce) {
   StartServer({.write_deadline = 20ms, .stall = 10s});
   const RawClient client = Connect();
   const Instant before = ReadClocks().instant;
-  EXPECT_EQ(client.Ask(1, "06 00 00 00 01"), "86 0B");
+  EXPECT_EQ(Ask(client, 1, "06 00 00 00 01"), "86 0B");
   EXPECT_GE(ReadClocks().instant, before + 20ms);
   const WriteCommand command = sink_.Wait(0);
   EXPECT_GE(command.deadline, before + 20ms);
   command.done(Outcome::ok, "");
-  EXPECT_EQ(client.Ask(1, "03 00 00 00 01"), "03 02 FF FE") << "no late answer in between";
+  EXPECT_EQ(Ask(client, 1, "03 00 00 00 01"), "03 02 FF FE") << "no late answer in between";
 }
 
 TEST_F(ServerTest, OneClientMayNotFillTheQueue) {
   StartServer();
   const RawClient client = Connect();
   for (std::uint16_t i = 0; i < 33; ++i) client.Send(Frame(1, "06 00 00 00 01", i));
-  EXPECT_EQ(client.Receive(), "00 20 00 00 00 03 01 86 06");
+  EXPECT_EQ(ToHex(client.ReceiveFrame()), "00 20 00 00 00 03 01 86 06");
 }
 
 TEST_F(ServerTest, TheClientMayBeGoneWhenTheDeviceConfirms) {
@@ -101,7 +101,7 @@ TEST_F(ServerTest, TheClientMayBeGoneWhenTheDeviceConfirms) {
   client.Send(ParseHex("00 01 12 34").value());
   ASSERT_TRUE(client.IsClosed());
   command.done(Outcome::ok, "");
-  EXPECT_EQ(Connect().Ask(1, "03 00 00 00 01"), "03 02 FF FE");
+  EXPECT_EQ(Ask(Connect(), 1, "03 00 00 00 01"), "03 02 FF FE");
 }
 
 TEST_F(ServerTest, TheServerMayBeGoneWhenTheDeviceConfirms) {

@@ -1,15 +1,13 @@
-// A Modbus TCP client that sends and receives whole frames as they are, as many at once as it
-// likes.
+// Frames of Modbus TCP, as many at once as a test likes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "gateway/base/bytes.h"
-#include "tests/system/child.h"
+#include "tests/support/raw_client.h"
 
 namespace baudgate::system_test {
 
@@ -20,23 +18,9 @@ struct Message {
   Bytes pdu;
 };
 
-class RawClient {
- public:
-  explicit RawClient(std::uint16_t port);
-  ~RawClient();
-  RawClient(const RawClient&) = delete;
-  RawClient& operator=(const RawClient&) = delete;
-
-  bool connected() const { return socket_ >= 0; }
-  void Send(const Message& message);
-  void SendBytes(View bytes);
-  /// The next frame; nothing when it does not come within `limit`, or the server closes.
-  std::optional<Message> Receive(Duration limit = kPatience);
-
- private:
-  int socket_;
-  Bytes held_;
-};
+void Send(const RawClient& client, const Message& message);
+/// The next frame; nothing when it does not come, or the server closes.
+std::optional<Message> Receive(const RawClient& client);
 
 /// A read of holding registers.
 Message ReadRequest(std::uint16_t transaction, std::uint8_t unit, std::uint16_t address,
