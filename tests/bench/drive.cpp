@@ -17,8 +17,8 @@
 #include "gateway/base/text.h"
 #include "gateway/daemon/daemon.h"
 #include "gateway/simulate/pty.h"
+#include "tests/bench/bare_gateway.h"
 #include "tests/bench/bench.h"
-#include "tests/bench/rtu_slave.h"
 #include "tests/support/raw_client.h"
 
 namespace baudgate::bench {

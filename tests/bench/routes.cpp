@@ -15,8 +15,8 @@
 
 #include "gateway/daemon/daemon.h"
 #include "gateway/simulate/simulator.h"
+#include "tests/bench/bare_gateway.h"
 #include "tests/bench/bench.h"
-#include "tests/bench/rtu_slave.h"
 #include "tests/support/raw_client.h"
 
 namespace baudgate::bench {
@@ -131,9 +131,9 @@ double Rate(std::uint16_t port, int clients) {
 }
 
 void MeasureRoundTrip(const config::Catalog& catalog) {
-  InstantSlave direct_slave;
-  InstantSlave routed_slave;
-  InstantSlave bare_slave;
+  ScriptedSlave direct_slave({}, InstantAnswer);
+  ScriptedSlave routed_slave({}, InstantAnswer);
+  ScriptedSlave bare_slave({}, InstantAnswer);
   const int tty = OpenRaw(direct_slave.path());
   const BareGateway bare(bare_slave.path());
   const Gateway gateway(routed_slave.path(), "921600 8N1", ", timing: { quiet: 0ms }", catalog);
@@ -266,7 +266,7 @@ std::vector<std::uint64_t> Share(const std::vector<std::uint16_t>& ports,
 }
 
 void MeasureFairness(const config::Catalog& catalog) {
-  const InstantSlave slave;
+  const ScriptedSlave slave({}, InstantAnswer);
   // A request takes a millisecond of the line, so that the line is what clients wait for.
   const Gateway gateway(slave.path(), "115200 8N1", ", timing: { quiet: 1ms }", catalog);
   fmt::print(

@@ -8,9 +8,9 @@
 #include <atomic>
 #include <numeric>
 
+#include "tests/support/rtu_slave.h"
 #include "tests/system/messages.h"
 #include "tests/system/route_station.h"
-#include "tests/system/rtu_slave.h"
 
 namespace baudgate::system_test {
 namespace {

@@ -7,10 +7,11 @@
 #include <set>
 #include <thread>
 
+#include "tests/support/rtu_slave.h"
+#include "tests/system/libmodbus_slave.h"
 #include "tests/system/messages.h"
 #include "tests/system/null_modem.h"
 #include "tests/system/route_station.h"
-#include "tests/system/rtu_slave.h"
 
 namespace baudgate::system_test {
 namespace {

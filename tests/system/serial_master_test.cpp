@@ -3,9 +3,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include "tests/system/libmodbus_slave.h"
 #include "tests/system/null_modem.h"
 #include "tests/system/route_station.h"
-#include "tests/system/rtu_slave.h"
 
 namespace baudgate::system_test {
 namespace {

@@ -7,9 +7,9 @@
 #include <array>
 #include <numeric>
 
+#include "tests/system/libmodbus_slave.h"
 #include "tests/system/null_modem.h"
 #include "tests/system/route_station.h"
-#include "tests/system/rtu_slave.h"
 
 namespace baudgate::system_test {
 namespace {

@@ -11,7 +11,6 @@
 
 #include "tests/system/messages.h"
 #include "tests/system/route_station.h"
-#include "tests/system/rtu_slave.h"
 
 namespace baudgate::system_test {
 namespace {

@@ -1,5 +1,5 @@
-// An RTU slave at the far end of a pty that answers at once, as bare as can be, and a bare master
-// on the same pty: the limits of the route benchmarks.
+// The limits of the route benchmarks: a slave that answers at once, and a bare master and gateway
+// before it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,29 +7,15 @@
 #include <cstdint>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "gateway/base/bytes.h"
-#include "gateway/simulate/pty.h"
+#include "tests/support/rtu_slave.h"
 
 namespace baudgate::bench {
 
-/// Slave 20: answers a read of one register with 0x09C4, whatever its address.
-class InstantSlave {
- public:
-  InstantSlave();
-  ~InstantSlave();
-
-  const std::string& path() const { return pty_.path(); }
-  std::uint64_t answered() const { return answered_; }
-
- private:
-  void Run();
-
-  Pty pty_;
-  std::atomic<bool> stop_ = false;
-  std::atomic<std::uint64_t> answered_ = 0;
-  std::thread thread_;
-};
+/// Answers a read of one register with 0x09C4, whatever its address.
+std::vector<Piece> InstantAnswer(View request);
 
 /// Read of one register at `address` of slave 20, as RTU frame.
 Bytes ReadFrame(std::uint16_t address);

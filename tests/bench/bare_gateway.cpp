@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/bench/rtu_slave.h"
+#include "tests/bench/bare_gateway.h"
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -14,7 +14,6 @@
 #include <array>
 #include <cstdlib>
 #include <deque>
-#include <utility>
 
 #include "gateway/base/checksum.h"
 
@@ -22,16 +21,9 @@ namespace baudgate::bench {
 namespace {
 
 constexpr std::uint8_t kSlave = 20;
-constexpr std::size_t kRequestSize = 8;  // of a read
-constexpr std::size_t kReplySize = 7;    // of one register
-constexpr std::size_t kAduSize = 12;     // of a read
-constexpr int kPatience = 1000;          // ms
-
-void AppendCrc(Bytes& frame) {
-  const std::uint16_t crc = Crc16(frame);
-  frame.push_back(static_cast<std::uint8_t>(crc));
-  frame.push_back(static_cast<std::uint8_t>(crc >> 8));
-}
+constexpr std::size_t kReplySize = 7;  // of one register
+constexpr std::size_t kAduSize = 12;   // of a read
+constexpr int kPatience = 1000;        // ms
 
 void WriteWhole(int descriptor, View bytes) {
   while (!bytes.empty()) {
@@ -50,36 +42,13 @@ void Watch(int set, int descriptor) {
 
 }  // namespace
 
-InstantSlave::InstantSlave() : pty_(std::move(*Pty::Create())), thread_([this] { Run(); }) {}
-
-InstantSlave::~InstantSlave() {
-  stop_ = true;
-  thread_.join();
-}
-
-void InstantSlave::Run() {
-  Bytes reply = {kSlave, 0x03, 0x02, 0x09, 0xC4};
-  AppendCrc(reply);
-  std::array<std::uint8_t, 512> buffer;
-  std::size_t held = 0;
-  while (!stop_) {
-    pollfd ready{pty_.master(), POLLIN, 0};
-    if (poll(&ready, 1, 100) <= 0) continue;
-    const ssize_t count = read(pty_.master(), buffer.data(), buffer.size());
-    if (count <= 0) continue;
-    for (held += static_cast<std::size_t>(count); held >= kRequestSize; held -= kRequestSize) {
-      WriteWhole(pty_.master(), reply);
-      ++answered_;
-    }
-  }
+std::vector<Piece> InstantAnswer(View request) {
+  return {{{}, RtuFrame(request[0], Bytes{0x03, 0x02, 0x09, 0xC4})}};
 }
 
 Bytes ReadFrame(std::uint16_t address) {
-  Bytes frame = {
-      kSlave, 0x03, static_cast<std::uint8_t>(address >> 8), static_cast<std::uint8_t>(address),
-      0x00,   0x01};
-  AppendCrc(frame);
-  return frame;
+  return RtuFrame(kSlave, Bytes{0x03, static_cast<std::uint8_t>(address >> 8),
+                                static_cast<std::uint8_t>(address), 0x00, 0x01});
 }
 
 Bytes ReadAdu(std::uint16_t transaction, std::uint16_t address) {
@@ -119,8 +88,6 @@ bool ReadWhole(int descriptor, std::uint8_t* to, std::size_t count) {
   return true;
 }
 
-// ---------------------------------------------------------------- the bare gateway
-
 BareGateway::BareGateway(const std::string& tty)
     : tty_(OpenRaw(tty)), listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
   sockaddr_in address{};
@@ -155,7 +122,7 @@ void BareGateway::Run() {
   const auto start = [&] {
     const auto& adu = queue.front().adu;
     Bytes frame(adu.begin() + 6, adu.end());
-    AppendCrc(frame);
+    AppendCrc16(frame);
     WriteWhole(tty_, frame);
   };
   std::array<epoll_event, 64> events;
