@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "protocols/protocol.h"
-#include "tests/support/twin_exchange.h"
+#include "tests/support/fixed_values.h"
 
 namespace baudgate {
 

@@ -16,9 +16,9 @@ constexpr std::string_view kEight = ">+100.23+34.050+124.56+07.331-101.45+1038.9
 
 TEST(DconPlan, OneRequestForAllValuesOfACommand) {
   const config::Device device = EightInputs();
-  DconConversation talk(device);
-  ASSERT_EQ(talk.Queries().size(), 1U);
-  EXPECT_EQ(talk.Queries()[0].points.size(), 8U);
+  Talk talk(DconProtocol(), device);
+  ASSERT_EQ(talk->Queries().size(), 1U);
+  EXPECT_EQ(talk->Queries()[0].points.size(), 8U);
   EXPECT_EQ(Asked(talk, Poll(0)), "#0184\r");
   EXPECT_TRUE(Asked(talk, Poll(1)).starts_with("error"));
 }
@@ -29,18 +29,18 @@ TEST(DconPlan, CommandsAndGroupsApart) {
        ReadPoint("d", "$M", Type::string, Group::once),
        ReadPoint("e", "#[2]", Type::float32, Group::slow), WritePoint("f", "", "#2{+00.000}")},
       {}, "0x4A");
-  DconConversation talk(device);
-  ASSERT_EQ(talk.Queries().size(), 4U);
-  EXPECT_EQ(talk.Queries()[0].points, (std::vector<std::size_t>{0, 2}));
-  EXPECT_EQ(talk.Queries()[2].group, Group::slow);
-  EXPECT_EQ(talk.Queries()[3].group, Group::once);
+  Talk talk(DconProtocol(), device);
+  ASSERT_EQ(talk->Queries().size(), 4U);
+  EXPECT_EQ(talk->Queries()[0].points, (std::vector<std::size_t>{0, 2}));
+  EXPECT_EQ(talk->Queries()[2].group, Group::slow);
+  EXPECT_EQ(talk->Queries()[3].group, Group::once);
   EXPECT_EQ(Asked(talk, Poll(1)), "#4A3\r");
   EXPECT_EQ(Asked(talk, Poll(3)), "$4AM\r");
 }
 
 TEST(DconConversation, EightValues) {
   const config::Device device = EightInputs();
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   const Answer answer = Exchange(talk, Poll(0), kEight);
   ASSERT_EQ(answer.outcome, Outcome::ok) << answer.reason;
   ASSERT_EQ(answer.readings.size(), 8U);
@@ -52,7 +52,7 @@ TEST(DconConversation, EightValues) {
 
 TEST(DconConversation, ASensorInTroubleCostsNoOther) {
   const config::Device device = MakeDevice({ReadPoint("a", "#[0]"), ReadPoint("b", "#[1]")});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   const Answer answer = Exchange(talk, Poll(0), ">+99999+34.050\r");
   ASSERT_EQ(answer.outcome, Outcome::ok);
   EXPECT_FALSE(HasValue(answer.readings[0].value));
@@ -64,7 +64,7 @@ TEST(DconConversation, ASensorInTroubleCostsNoOther) {
 
 TEST(DconConversation, DamageAndForeignRepliesGiveNoReading) {
   const config::Device device = EightInputs();
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   struct Case {
     std::string_view wire;
     Outcome outcome;
@@ -87,8 +87,8 @@ TEST(DconConversation, DamageAndForeignRepliesGiveNoReading) {
 
 TEST(DconConversation, AnotherModulesNameIsPassedOver) {
   const config::Device device = MakeDevice({}, {{"checksum", true}});
-  DconConversation talk(device);
-  const auto request = talk.Ask({Task::Kind::probe, 0, kNoPoint, {}}, {});
+  Talk talk(DconProtocol(), device);
+  const auto request = talk->Ask({Task::Kind::probe, 0, kNoPoint, {}}, {});
   ASSERT_TRUE(request);
   Assembler assembler;
   assembler.Begin(DconProtocol().reply_rule, request->expect);
@@ -101,33 +101,33 @@ TEST(DconConversation, AnotherModulesNameIsPassedOver) {
 
 TEST(DconConversation, AModuleWithoutANameIsProbedAsItIsNotPolled) {
   const config::Device device = EightInputs({{"identify", false}});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   const Task probe{Task::Kind::probe, 0, kNoPoint, {}};
-  const auto asked = [&] { return std::string(AsText(talk.Ask(probe, {})->bytes)).substr(0, 4); };
+  const auto asked = [&] { return std::string(AsText(talk->Ask(probe, {})->bytes)).substr(0, 4); };
   EXPECT_EQ(asked(), "#010");
   // The reply to a poll is none to the probe, nor the other way round.
   const Bytes all = BuildReply(">+1.0000+2.0000+3.0000+4.0000+5.0000+6.0000+7.0000+8.0000", true);
-  const auto request = talk.Ask(probe, {});
-  EXPECT_EQ(talk.OnFrame(probe, *request, all, {}).outcome, Outcome::unexpected);
+  const auto request = talk->Ask(probe, {});
+  EXPECT_EQ(talk->OnFrame(probe, *request, all, {}).outcome, Outcome::unexpected);
   const Bytes one = BuildReply(">+1.0000", true);
-  const auto poll = talk.Ask(Poll(0), {});
-  EXPECT_EQ(talk.OnFrame(Poll(0), *poll, one, {}).outcome, Outcome::unexpected);
-  EXPECT_EQ(talk.OnFrame(probe, *request, one, {}).outcome, Outcome::ok);
+  const auto poll = talk->Ask(Poll(0), {});
+  EXPECT_EQ(talk->OnFrame(Poll(0), *poll, one, {}).outcome, Outcome::unexpected);
+  EXPECT_EQ(talk->OnFrame(probe, *request, one, {}).outcome, Outcome::ok);
   // One that has answered it once is asked nothing else.
-  talk.OnFailure(probe, *request, Outcome::no_reply, {});
+  talk->OnFailure(probe, *request, Outcome::no_reply, {});
   EXPECT_EQ(asked(), "#010");
 }
 
 TEST(DconConversation, AModuleThatKnowsNoSingleChannelIsProbedWithItsPoll) {
   const config::Device device = EightInputs({{"identify", false}});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   const Task probe{Task::Kind::probe, 0, kNoPoint, {}};
   const Bytes all = BuildReply(">+1.0000+2.0000+3.0000+4.0000+5.0000+6.0000+7.0000+8.0000", true);
-  const auto asked = [&] { return std::string(AsText(talk.Ask(probe, {})->bytes)).substr(0, 4); };
+  const auto asked = [&] { return std::string(AsText(talk->Ask(probe, {})->bytes)).substr(0, 4); };
   for (int round = 0; round < 3; ++round) {
     EXPECT_EQ(asked(), "#010");
-    talk.OnFailure(probe, *talk.Ask(probe, {}), Outcome::no_reply, {});
-    EXPECT_EQ(talk.OnFrame(probe, *talk.Ask(probe, {}), all, {}).outcome, Outcome::ok);
+    talk->OnFailure(probe, *talk->Ask(probe, {}), Outcome::no_reply, {});
+    EXPECT_EQ(talk->OnFrame(probe, *talk->Ask(probe, {}), all, {}).outcome, Outcome::ok);
   }
   EXPECT_EQ(asked().substr(0, 3), "#01");
   EXPECT_NE(asked(), "#010");
@@ -136,7 +136,7 @@ TEST(DconConversation, AModuleThatKnowsNoSingleChannelIsProbedWithItsPoll) {
 TEST(DconConversation, TwoDecodersOfOneCommandAreNotBothBelieved) {
   const config::Device device =
       MakeDevice({ReadPoint("a", "#0 counter", Type::uint32), ReadPoint("b", "#0")});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   const Answer answer = Exchange(talk, Poll(0), ">0001E240\r");
   ASSERT_EQ(answer.readings.size(), 2U);
   EXPECT_EQ(answer.readings[0].value, Value{std::uint64_t{123456}});
@@ -145,26 +145,26 @@ TEST(DconConversation, TwoDecodersOfOneCommandAreNotBothBelieved) {
 
 TEST(DconInterpret, WithoutPointsValuesCarryLabels) {
   const config::Device device = MakeDevice({}, {{"checksum", true}});
-  DconConversation talk(device);
-  const Answer two = talk.Interpret(ToBytes("#0184\r"), ToBytes(">+100.23+34.050E2\r"));
+  Talk talk(DconProtocol(), device);
+  const Answer two = talk->Interpret(ToBytes("#0184\r"), ToBytes(">+100.23+34.050E2\r"));
   ASSERT_EQ(two.outcome, Outcome::ok) << two.reason;
   ASSERT_EQ(two.readings.size(), 2U);
   EXPECT_EQ(two.readings[0].point, kNoPoint);
   EXPECT_EQ(two.readings[0].label, "#[0]");
   EXPECT_EQ(two.readings[1].label, "#[1]");
   EXPECT_EQ(two.readings[1].value, Value{34.05});
-  const Answer name = talk.Interpret(ToBytes("$0BME3\r"), ToBytes("!0B706060\r"));
+  const Answer name = talk->Interpret(ToBytes("$0BME3\r"), ToBytes("!0B706060\r"));
   EXPECT_EQ(name.readings[0].label, "$M");
   EXPECT_EQ(name.readings[0].value, Value{std::string("7060")});
-  EXPECT_EQ(talk.Interpret(ToBytes("#0A130159\r"), ToBytes("!21\r")).outcome, Outcome::refused);
-  EXPECT_EQ(talk.Interpret(ToBytes("#01\r"), ToBytes(">\r")).outcome, Outcome::corrupt);
+  EXPECT_EQ(talk->Interpret(ToBytes("#0A130159\r"), ToBytes("!21\r")).outcome, Outcome::refused);
+  EXPECT_EQ(talk->Interpret(ToBytes("#01\r"), ToBytes(">\r")).outcome, Outcome::corrupt);
 }
 
 TEST(DconInterpret, PointsWhereTheyMatchLabelsElsewhere) {
   const config::Device device =
       MakeDevice({ReadPoint("b", "#[1]")}, {{"channels", std::int64_t{2}}});
-  DconConversation talk(device);
-  const Answer answer = talk.Interpret(ToBytes("#01\r"), ToBytes(">+100.23+34.050\r"));
+  Talk talk(DconProtocol(), device);
+  const Answer answer = talk->Interpret(ToBytes("#01\r"), ToBytes(">+100.23+34.050\r"));
   ASSERT_EQ(answer.readings.size(), 2U);
   EXPECT_EQ(answer.readings[0].point, 0U);
   EXPECT_EQ(answer.readings[0].value, Value{34.05});
@@ -208,10 +208,10 @@ TEST(DconRoundTrip, EveryFormAgainstTheTwin) {
         {0, 5.25}, {1, -1038.9}, {2, std::uint64_t{0xFFFFFFFF}}, {3, 65535.0}, {4, true}, {5, 0x55},
         {6, 7.5},  {7, 0x81},    {8, std::string("7017")},       {9, 24.5}};
     DconTwin twin(device, values);
-    DconConversation talk(device);
+    Talk talk(DconProtocol(), device);
     std::size_t seen = 0;
-    for (std::size_t q = 0; q < talk.Queries().size(); ++q) {
-      const Answer answer = RoundTrip(talk, twin, device, Poll(q));
+    for (std::size_t q = 0; q < talk->Queries().size(); ++q) {
+      const Answer answer = talk.Run(Poll(q), twin);
       EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
       for (const Reading& reading : answer.readings) {
         ++seen;
@@ -240,8 +240,8 @@ TEST(DconRoundTrip, HexFormatsAndFloatingPoint) {
     for (std::size_t i = 0; i < 8; ++i)
       values.values[i] = std::pow(3.0, static_cast<double>(i) - 1);
     DconTwin twin(device, values);
-    DconConversation talk(device);
-    const Answer answer = RoundTrip(talk, twin, device, Poll(0));
+    Talk talk(DconProtocol(), device);
+    const Answer answer = talk.Run(Poll(0), twin);
     ASSERT_EQ(answer.outcome, Outcome::ok) << answer.reason;
     ASSERT_EQ(answer.readings.size(), 8U);
     for (const Reading& reading : answer.readings) {

@@ -44,17 +44,17 @@ class DconProfile : public ::testing::TestWithParam<std::string> {
       EXPECT_FALSE(device.points[i].description.empty()) << device.points[i].name;
     }
     DconTwin twin(device, values);
-    DconConversation talk(device);
+    Talk talk(DconProtocol(), device);
     std::vector<bool> seen(device.points.size(), false);
-    for (std::size_t query = 0; query < talk.Queries().size(); ++query) {
-      const Answer answer = RoundTrip(talk, twin, device, Poll(query));
+    for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
+      const Answer answer = talk.Run(Poll(query), twin);
       EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
       for (const Reading& reading : answer.readings) Check(device, values, reading, seen);
     }
     EXPECT_EQ(std::count(seen.begin(), seen.end(), false), 0);
     for (std::size_t i = 0; i < device.points.size(); ++i) {
       if (device.points[i].access == config::Access::read) continue;
-      const Answer answer = RoundTrip(talk, twin, device, Write(i, 1.0));
+      const Answer answer = talk.Run(Write(i, 1.0), twin);
       EXPECT_EQ(answer.outcome, Outcome::ok) << device.points[i].name << ": " << answer.reason;
       EXPECT_EQ(ToDouble(values.values[i]), 1.0);
     }

@@ -9,11 +9,9 @@ namespace {
 using config::Group;
 using config::Type;
 
-Task Probe() { return {.kind = Task::Kind::probe, .query = 0, .point = kNoPoint, .value = {}}; }
-
 TEST(DconSession, ARefusedCommandCostsNoOther) {
   const config::Device device = MakeDevice({ReadPoint("a", "#0"), ReadPoint("b", "#9")});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   EXPECT_EQ(Exchange(talk, Poll(0), ">+05.880\r").outcome, Outcome::ok);
   const Answer refused = Exchange(talk, Poll(1), "?01\r");
   EXPECT_EQ(refused.outcome, Outcome::unsupported);
@@ -22,17 +20,17 @@ TEST(DconSession, ARefusedCommandCostsNoOther) {
   EXPECT_EQ(refused.readings[0].quality, Quality::bad_configuration);
   EXPECT_FALSE(HasValue(refused.readings[0].value));
   EXPECT_EQ(refused.then, Then::replan);
-  EXPECT_EQ(talk.Queries()[0].group, Group::fast);
-  EXPECT_EQ(talk.Queries()[1].group, Group::slow);
+  EXPECT_EQ(talk->Queries()[0].group, Group::fast);
+  EXPECT_EQ(talk->Queries()[1].group, Group::slow);
   EXPECT_EQ(Exchange(talk, Poll(1), "?01\r").then, Then::done);
 
   EXPECT_EQ(Exchange(talk, Poll(1), ">+01.000\r").then, Then::replan) << "it answers again";
-  EXPECT_EQ(talk.Queries()[1].group, Group::fast);
+  EXPECT_EQ(talk->Queries()[1].group, Group::fast);
 }
 
 TEST(DconSession, ACommandThatIsNeverAnsweredIsAskedRarely) {
   const config::Device device = MakeDevice({ReadPoint("a", "#0"), ReadPoint("b", "$3")});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done) << "the module itself may be away";
   }
@@ -40,35 +38,35 @@ TEST(DconSession, ACommandThatIsNeverAnsweredIsAskedRarely) {
   EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
   EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
   EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::replan);
-  EXPECT_EQ(talk.Queries()[1].group, Group::slow);
+  EXPECT_EQ(talk->Queries()[1].group, Group::slow);
   for (int i = 0; i < 9; ++i) EXPECT_EQ(Exchange(talk, Poll(0), "").then, Then::done);
-  EXPECT_EQ(talk.Queries()[0].group, Group::fast) << "it has answered: the module is away";
-  talk.OnReconnect();
-  EXPECT_EQ(talk.Queries()[1].group, Group::fast);
+  EXPECT_EQ(talk->Queries()[0].group, Group::fast) << "it has answered: the module is away";
+  talk->OnReconnect();
+  EXPECT_EQ(talk->Queries()[1].group, Group::fast);
 }
 
 TEST(DconSession, ProbesWithTheCheapestCommandThatWorks) {
   const config::Device device = MakeDevice(
       {ReadPoint("a", "#[0]"), ReadPoint("b", "#[1]"), ReadPoint("c", "#1"), ReadPoint("d", "$3")});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   EXPECT_EQ(Asked(talk, Probe()), "#01\r") << "nothing is known: the first query";
   Exchange(talk, Poll(0), ">+05.880+05.880\r");
   EXPECT_EQ(Asked(talk, Probe()), "#01\r");
   Exchange(talk, Poll(1), ">+05.880\r");
   EXPECT_EQ(Asked(talk, Probe()), "#011\r");
-  talk.OnReconnect();
+  talk->OnReconnect();
   EXPECT_EQ(Asked(talk, Probe()), "#011\r");
 }
 
 TEST(DconSession, AProbeThatFailsGivesWayToOtherCommands) {
   const config::Device device =
       MakeDevice({ReadPoint("a", "$3"), ReadPoint("b", "#1"), ReadPoint("c", "$60 commanded")});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   std::vector<std::string> asked;
   for (int i = 0; i < 6; ++i) {
     asked.push_back(Asked(talk, Probe()));
     Exchange(talk, Probe(), "");
-    talk.OnReconnect();
+    talk->OnReconnect();
   }
   EXPECT_EQ(asked,
             (std::vector<std::string>{"$013\r", "#011\r", "$013\r", "$013\r", "$013\r", "#011\r"}))
@@ -79,18 +77,18 @@ TEST(DconSession, AProbeThatFailsGivesWayToOtherCommands) {
 
 TEST(DconSession, ProbesByNameWhereTheModuleHasOne) {
   const config::Device named = MakeDevice({ReadPoint("a", "#[0]")}, {{"identify", true}});
-  DconConversation talk(named);
+  Talk talk(DconProtocol(), named);
   EXPECT_EQ(Asked(talk, Probe()), "$01M\r");
   EXPECT_EQ(Exchange(talk, Probe(), "!017017\r").outcome, Outcome::ok);
   const config::Device no_reads = MakeDevice({WritePoint("a", "", "#0{+00.000}")});
-  DconConversation writer(no_reads);
+  Talk writer(DconProtocol(), no_reads);
   EXPECT_EQ(Asked(writer, Probe()), "$01M\r");
 }
 
 TEST(DconSession, AWriteIsReadBack) {
   const config::Device device =
       MakeDevice({WritePoint("relay", "$6[b8]", "#10{bit}", Type::boolean)});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   const Task on = Write(0, true);
   EXPECT_EQ(Asked(talk, on), "#011001\r");
   const Answer confirmed = Exchange(talk, on, ">\r");
@@ -108,7 +106,7 @@ TEST(DconSession, AWriteIsReadBack) {
 TEST(DconSession, AnOutputThatDoesNotFollowIsNoSuccess) {
   const config::Device device =
       MakeDevice({WritePoint("relay", "$6[b8]", "#10{bit}", Type::boolean)});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   Exchange(talk, Write(0, true), ">\r");
   const Answer seen = Exchange(talk, Write(0, true), "!000000\r");
   EXPECT_EQ(seen.outcome, Outcome::refused);
@@ -118,7 +116,7 @@ TEST(DconSession, AnOutputThatDoesNotFollowIsNoSuccess) {
 TEST(DconSession, AReadBackNeverReplacesAnotherWrite) {
   const config::Device device =
       MakeDevice({WritePoint("relay", "$6[b8]", "#10{bit}", Type::boolean)});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   Exchange(talk, Write(0, true), ">\r");
   EXPECT_EQ(Asked(talk, Write(0, false)), "#011000\r");
   Exchange(talk, Write(0, true), ">\r");
@@ -131,7 +129,7 @@ TEST(DconSession, AReadBackNeverReplacesAnotherWrite) {
 
 TEST(DconSession, WritesThatTheModuleOrTheGatewayRefuses) {
   const config::Device device = MakeDevice({WritePoint("volts", "$80", "#0{+00.000 0..10}")});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   EXPECT_EQ(Exchange(talk, Write(0, 5.0), "!\r").outcome, Outcome::refused);
   EXPECT_EQ(Exchange(talk, Write(0, 5.0), "?\r").outcome, Outcome::refused);
   EXPECT_EQ(Exchange(talk, Write(0, 5.0), "?01\r").outcome, Outcome::refused);
@@ -143,7 +141,7 @@ TEST(DconSession, WritesThatTheModuleOrTheGatewayRefuses) {
 
 TEST(DconSession, AnAnalogOutputMaySlewAndIsNotCompared) {
   const config::Device device = MakeDevice({WritePoint("volts", "$80", "#0{+00.000 0..10}")});
-  DconConversation talk(device);
+  Talk talk(DconProtocol(), device);
   const Answer confirmed = Exchange(talk, Write(0, 5.0), ">\r");
   EXPECT_EQ(confirmed.outcome, Outcome::ok);
   EXPECT_EQ(confirmed.then, Then::done);

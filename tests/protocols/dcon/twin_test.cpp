@@ -10,7 +10,7 @@ namespace {
 using config::Type;
 
 std::string Say(Twin& twin, const config::Device& device, std::string_view request) {
-  const Bytes reply = AskTwin(twin, device, ToBytes(request));
+  const Bytes reply = AskTwin(DconProtocol(), twin, device.options, ToBytes(request));
   return std::string(AsText(reply));
 }
 
@@ -67,8 +67,8 @@ TEST(DconTwinTest, DigitalOutputsFollowWrites) {
   EXPECT_EQ(Say(twin, device, "#011501\r"), "") << "no such output";
   EXPECT_EQ(values.values[2], Value{true});
 
-  DconConversation talk(device);
-  const Answer answer = RoundTrip(talk, twin, device, Write(0, true));
+  Talk talk(DconProtocol(), device);
+  const Answer answer = talk.Run(Write(0, true), twin);
   EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
   EXPECT_EQ(Say(twin, device, "$016\r"), "!050100\r");
 }
@@ -80,8 +80,8 @@ TEST(DconTwinTest, InvertedInputsRoundTrip) {
   values.values[0] = true;
   DconTwin twin(device, values);
   EXPECT_EQ(Say(twin, device, "@01\r"), ">000E\r");
-  DconConversation talk(device);
-  EXPECT_EQ(RoundTrip(talk, twin, device, Poll(0)).readings[0].value, Value{true});
+  Talk talk(DconProtocol(), device);
+  EXPECT_EQ(talk.Run(Poll(0), twin).readings[0].value, Value{true});
 }
 
 TEST(DconTwinTest, AnalogOutputsFollowWritesWithinRange) {
@@ -104,8 +104,8 @@ TEST(DconTwinTest, CounterWithChecksumInFront) {
   values.values[0] = std::uint64_t{30};
   DconTwin twin(device, values);
   EXPECT_EQ(Say(twin, device, "#010B4\r"), ">D40000001E\r");
-  DconConversation talk(device);
-  EXPECT_EQ(RoundTrip(talk, twin, device, Poll(0)).readings[0].value, Value{std::uint64_t{30}});
+  Talk talk(DconProtocol(), device);
+  EXPECT_EQ(talk.Run(Poll(0), twin).readings[0].value, Value{std::uint64_t{30}});
 }
 
 TEST(DconTwinTest, DisabledChannelsInEveryManner) {
@@ -115,8 +115,8 @@ TEST(DconTwinTest, DisabledChannelsInEveryManner) {
     FixedValues values;
     for (std::size_t i = 0; i < 8; ++i) values.values[i] = static_cast<double>(i);
     DconTwin twin(device, values);
-    DconConversation talk(device);
-    const Answer answer = RoundTrip(talk, twin, device, Poll(0));
+    Talk talk(DconProtocol(), device);
+    const Answer answer = talk.Run(Poll(0), twin);
     ASSERT_EQ(answer.outcome, Outcome::ok) << manner << ": " << answer.reason;
     ASSERT_EQ(answer.readings.size(), 8U);
     for (const Reading& reading : answer.readings) {
@@ -133,8 +133,8 @@ TEST(DconTwinTest, FaultsAndValuesBeyondTheFieldAreCodes) {
   FixedValues values;
   values.values = {{0, std::string("+99999")}, {1, 123456.0}, {2, -1e9}, {3, Value{}}};
   DconTwin twin(device, values);
-  DconConversation talk(device);
-  for (const Reading& reading : RoundTrip(talk, twin, device, Poll(0)).readings) {
+  Talk talk(DconProtocol(), device);
+  for (const Reading& reading : talk.Run(Poll(0), twin).readings) {
     EXPECT_EQ(reading.quality, Quality::bad_sensor_failure);
     EXPECT_FALSE(HasValue(reading.value));
   }

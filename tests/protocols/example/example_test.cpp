@@ -5,7 +5,7 @@
 #include "gateway/base/text.h"
 #include "protocols/example/codec.h"
 #include "protocols/example/protocol.h"
-#include "tests/support/twin_exchange.h"
+#include "tests/support/talk.h"
 
 namespace baudgate {
 namespace {
@@ -18,62 +18,49 @@ config::Point Item(const char* read) {
   return point;
 }
 
+config::Device Device() { return DeviceOf(ExampleProtocol(), "A", {Item("7"), Item("12")}); }
+
 class Example : public ::testing::Test {
  protected:
   Example() {
-    device_.address = "A";
-    device_.points = {Item("7"), Item("12")};
     values_.Set(0, 5.0);
     values_.Set(1, -0.25);
-    twin_ = ExampleProtocol().make_twin(device_, values_);
-    conversation_ = ExampleProtocol().make_conversation(device_, nullptr);
   }
 
-  /// One exchange with the twin, through both frame rules.
-  Answer Run(const Task& task) {
-    const auto request = conversation_->Ask(task, {});
-    EXPECT_TRUE(request);
-    const Bytes heard =
-        CutFrame(ExampleProtocol().request_rule, ExampleProtocol().expect({}, {}), request->bytes);
-    const Bytes reply =
-        CutFrame(ExampleProtocol().reply_rule, request->expect, twin_->Answer(heard, {}));
-    EXPECT_FALSE(reply.empty()) << Printable(request->bytes);
-    return conversation_->OnFrame(task, *request, reply, {});
-  }
-  Answer Poll(std::size_t query) { return Run({Task::Kind::poll, query, kNoPoint, {}}); }
+  Answer Run(const Task& task) { return talk_.Run(task, *twin_); }
 
-  config::Device device_;
+  const config::Device device_ = Device();
   FixedValues values_;
-  std::unique_ptr<Twin> twin_;
-  std::unique_ptr<Conversation> conversation_;
+  std::unique_ptr<Twin> twin_ = ExampleProtocol().make_twin(device_, values_);
+  Talk talk_{ExampleProtocol(), device_};
 };
 
 TEST_F(Example, ReadsEveryPoint) {
-  ASSERT_EQ(conversation_->Queries().size(), 2U);
-  const Answer first = Poll(0);
+  ASSERT_EQ(talk_->Queries().size(), 2U);
+  const Answer first = Run(Poll(0));
   ASSERT_EQ(first.readings.size(), 1U);
   EXPECT_EQ(first.readings[0].point, 0U);
   EXPECT_EQ(first.readings[0].value, Value(5.0));
-  EXPECT_EQ(Poll(1).readings.at(0).value, Value(-0.25));
+  EXPECT_EQ(Run(Poll(1)).readings.at(0).value, Value(-0.25));
 }
 
 TEST_F(Example, WritesAndReadsBack) {
-  EXPECT_EQ(Run({Task::Kind::write, 0, 1, 2.5}).outcome, Outcome::ok);
-  EXPECT_EQ(Poll(1).readings.at(0).value, Value(2.5));
+  EXPECT_EQ(Run(Write(1, 2.5)).outcome, Outcome::ok);
+  EXPECT_EQ(Run(Poll(1)).readings.at(0).value, Value(2.5));
 }
 
 TEST_F(Example, IsProbedByItsType) {
-  const auto request = conversation_->Ask({Task::Kind::probe, 0, kNoPoint, {}}, {});
+  const auto request = talk_.Ask(Probe());
   EXPECT_EQ(AsText(request->bytes), "?A0\r");
   EXPECT_TRUE(request->steady);
-  EXPECT_EQ(Run({Task::Kind::probe, 0, kNoPoint, {}}).outcome, Outcome::ok);
+  EXPECT_EQ(Run(Probe()).outcome, Outcome::ok);
 }
 
 TEST_F(Example, AReplyToAnotherRequestGivesNoReadings) {
   for (const char* reply : {"B7", "A8"}) {
     const Bytes frame = protocols::example::EncodeReply(
         {'!', reply[0], static_cast<unsigned>(reply[1] - '0'), "=5"});
-    const Answer answer = conversation_->Interpret(ToBytes("?A7\r"), frame);
+    const Answer answer = talk_->Interpret(ToBytes("?A7\r"), frame);
     EXPECT_EQ(answer.outcome, Outcome::unexpected) << reply;
     EXPECT_TRUE(answer.readings.empty());
   }
@@ -82,7 +69,7 @@ TEST_F(Example, AReplyToAnotherRequestGivesNoReadings) {
 TEST_F(Example, WhatTheDeviceDoesNotKnowIsRefused) {
   const Bytes reply = twin_->Answer(ToBytes("?A99\r"), {});
   EXPECT_EQ(AsText(reply).substr(0, 5), "!A99~");
-  EXPECT_EQ(conversation_->Interpret(ToBytes("?A99\r"), reply).outcome, Outcome::unsupported);
+  EXPECT_EQ(talk_->Interpret(ToBytes("?A99\r"), reply).outcome, Outcome::unsupported);
   EXPECT_TRUE(twin_->Answer(ToBytes("?B7\r"), {}).empty()) << "another device is asked";
 }
 

@@ -21,7 +21,7 @@ config::Device Inverter(const Settable& options = {}) {
 
 TEST(ModbusConversation, ReadsABlock) {
   const config::Device device = Inverter();
-  ModbusConversation talk(Framing::rtu, device);
+  Talk talk(ModbusRtuProtocol(), device);
   EXPECT_EQ(Asked(talk, Poll(0)), "03 00 C8 00 02");
   const Answer answer = Exchange(talk, Poll(0), "03 04 09C4 00CA");
   EXPECT_EQ(answer.outcome, Outcome::ok);
@@ -34,10 +34,9 @@ TEST(ModbusConversation, ReadsABlock) {
 TEST(ModbusConversation, ReadsBits) {
   const config::Device device = MakeDevice(
       {ReadPoint("a", "discrete 10", Type::boolean), ReadPoint("b", "discrete 19", Type::boolean)});
-  ModbusConversation talk(Framing::ascii, device);
-  EXPECT_EQ(Asked(talk, Poll(0), Framing::ascii), "02 00 0A 00 0A");
-  const Answer answer =
-      ExchangeBytes(talk, Poll(0), Wrap(Framing::ascii, 20, Hex("02 02 0002")), Framing::ascii);
+  Talk talk(ModbusAsciiProtocol(), device);
+  EXPECT_EQ(Asked(talk, Poll(0)), "02 00 0A 00 0A");
+  const Answer answer = Exchange(talk, Poll(0), "02 02 0002");
   ASSERT_EQ(answer.readings.size(), 2U) << answer.reason;
   EXPECT_EQ(answer.readings[0].value, Value(false));
   EXPECT_EQ(answer.readings[1].value, Value(true));
@@ -45,10 +44,10 @@ TEST(ModbusConversation, ReadsBits) {
 
 TEST(ModbusConversation, RepliesThatDoNotFitGiveNothing) {
   const config::Device device = Inverter();
-  ModbusConversation talk(Framing::rtu, device);
-  const Request request = *talk.Ask(Poll(0), Instant{});
+  Talk talk(ModbusRtuProtocol(), device);
+  const Request request = *talk->Ask(Poll(0), Instant{});
   const auto answer = [&](std::uint8_t slave, const char* pdu) {
-    return talk.OnFrame(Poll(0), request, Wrap(Framing::rtu, slave, Hex(pdu)), Instant{});
+    return talk->OnFrame(Poll(0), request, Wrap(Framing::rtu, slave, Hex(pdu)), Instant{});
   };
   for (const auto& [slave, pdu] :
        {std::pair{21, "0304 09C4 00CA"}, std::pair{20, "0302 09C4"}, std::pair{20, "0404 09C400CA"},
@@ -58,12 +57,12 @@ TEST(ModbusConversation, RepliesThatDoNotFitGiveNothing) {
     EXPECT_TRUE(got.readings.empty());
     EXPECT_FALSE(got.reason.empty());
   }
-  EXPECT_EQ(talk.OnFrame(Poll(0), request, Hex("140304"), Instant{}).outcome, Outcome::corrupt);
+  EXPECT_EQ(talk->OnFrame(Poll(0), request, Hex("140304"), Instant{}).outcome, Outcome::corrupt);
   // The frame rule keeps them from the conversation, and the right one behind them comes through.
   Bytes wire = Wrap(Framing::rtu, 21, Hex("0304 1111 1111"));
   Append(wire, Wrap(Framing::rtu, 20, Hex("0302 2222")));
   Append(wire, Wrap(Framing::rtu, 20, Hex("0304 09C4 00CA")));
-  EXPECT_EQ(ExchangeBytes(talk, Poll(0), wire).outcome, Outcome::ok);
+  EXPECT_EQ(talk.Exchange(Poll(0), wire).outcome, Outcome::ok);
 }
 
 TEST(ModbusConversation, ExceptionsOfReads) {
@@ -85,7 +84,7 @@ TEST(ModbusConversation, ExceptionsOfReads) {
                           Case{"830B", Outcome::no_reply, std::nullopt, 0ms},
                           Case{"8363", Outcome::refused, std::nullopt, 0ms}}) {
     const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
-    ModbusConversation talk(Framing::rtu, device);
+    Talk talk(ModbusRtuProtocol(), device);
     const Answer answer = Exchange(talk, Poll(0), one.pdu);
     EXPECT_EQ(answer.outcome, one.outcome) << one.pdu;
     EXPECT_EQ(answer.wait, one.wait) << one.pdu;
@@ -100,7 +99,7 @@ TEST(ModbusConversation, ExceptionsOfReads) {
 TEST(ModbusConversation, ABlockThatIsRefusedIsReadInParts) {
   const config::Device device = MakeDevice(
       {ReadPoint("a", "holding 0"), ReadPoint("b", "holding 4"), ReadPoint("c", "holding 5")});
-  ModbusConversation talk(Framing::rtu, device);
+  Talk talk(ModbusRtuProtocol(), device);
   ASSERT_EQ(Asked(talk, Poll(0)), "03 00 00 00 06");
   Answer answer = Exchange(talk, Poll(0), "8302");
   EXPECT_EQ(answer.then, Then::replan);
@@ -109,25 +108,25 @@ TEST(ModbusConversation, ABlockThatIsRefusedIsReadInParts) {
   EXPECT_EQ(Asked(talk, Poll(1)), "03 00 04 00 02");
   EXPECT_EQ(Exchange(talk, Poll(0), "03 02 0001").outcome, Outcome::ok);
   EXPECT_EQ(Exchange(talk, Poll(1), "8303").then, Then::replan);
-  ASSERT_EQ(talk.Queries().size(), 3U);
+  ASSERT_EQ(talk->Queries().size(), 3U);
   answer = Exchange(talk, Poll(2), "8302");
   EXPECT_EQ(answer.then, Then::replan);
   ASSERT_EQ(answer.readings.size(), 1U);
   EXPECT_EQ(answer.readings[0].point, 2U);
   EXPECT_EQ(answer.readings[0].quality, Quality::bad_configuration);
-  EXPECT_EQ(talk.Queries()[2].group, Group::slow);
+  EXPECT_EQ(talk->Queries()[2].group, Group::slow);
   EXPECT_EQ(Asked(talk, Poll(2)), "03 00 05 00 01");
   EXPECT_EQ(Exchange(talk, Poll(2), "8302").then, Then::done);
   EXPECT_EQ(Exchange(talk, Poll(2), "03 02 0007").then, Then::replan) << "it is there now";
-  EXPECT_EQ(talk.Queries()[2].group, Group::fast);
-  talk.OnReconnect();
-  EXPECT_EQ(talk.Queries().size(), 3U) << "splits are remembered";
+  EXPECT_EQ(talk->Queries()[2].group, Group::fast);
+  talk->OnReconnect();
+  EXPECT_EQ(talk->Queries().size(), 3U) << "splits are remembered";
 }
 
 TEST(ModbusConversation, ABlockThatIsNeverAnsweredIsTakenForRefused) {
   const config::Device device = MakeDevice(
       {ReadPoint("a", "holding 0"), ReadPoint("b", "holding 100"), ReadPoint("c", "holding 103")});
-  ModbusConversation talk(Framing::rtu, device);
+  Talk talk(ModbusRtuProtocol(), device);
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done) << "the device itself may be away";
   }
@@ -135,19 +134,19 @@ TEST(ModbusConversation, ABlockThatIsNeverAnsweredIsTakenForRefused) {
   EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
   EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
   EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::replan);
-  ASSERT_EQ(talk.Queries().size(), 3U);
+  ASSERT_EQ(talk->Queries().size(), 3U);
   EXPECT_EQ(Exchange(talk, Poll(2), "03 02 0001").outcome, Outcome::ok);
   for (int i = 0; i < 2; ++i) EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
   EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::replan);
   EXPECT_EQ(Asked(talk, Poll(2)), "03 00 64 00 01");
-  EXPECT_EQ(talk.Queries()[2].group, Group::slow);
+  EXPECT_EQ(talk->Queries()[2].group, Group::slow);
   for (int i = 0; i < 9; ++i) EXPECT_EQ(Exchange(talk, Poll(1), "").then, Then::done);
   EXPECT_EQ(Exchange(talk, Poll(2), "03 02 0001").then, Then::replan) << "it answers after all";
 }
 
 TEST(ModbusConversation, Writes) {
   const config::Device device = Inverter();
-  ModbusConversation talk(Framing::rtu, device);
+  Talk talk(ModbusRtuProtocol(), device);
   EXPECT_EQ(Asked(talk, Write(2, 2500.2)), "06 01 2C 09 C4");
   EXPECT_EQ(Asked(talk, Write(3, std::uint64_t{2})), "06 00 08 00 02");
   EXPECT_EQ(Asked(talk, Write(4, true)), "16 01 36 FF F7 00 08");
@@ -158,21 +157,21 @@ TEST(ModbusConversation, Writes) {
             std::string::npos);
   EXPECT_NE(Asked(talk, Write(4, 2.0)).find("neither 0 nor 1"), std::string::npos);
   EXPECT_TRUE(Asked(talk, Write(99, 2.0)).starts_with("error"));
-  EXPECT_FALSE(talk.Ask(Write(3, std::uint64_t{2}), Instant{})->expect.repeatable);
+  EXPECT_FALSE(talk->Ask(Write(3, std::uint64_t{2}), Instant{})->expect.repeatable);
 
   const config::Device other = Inverter({{"write_function", std::string("multiple")}});
-  ModbusConversation multiple(Framing::rtu, other);
+  Talk multiple(ModbusRtuProtocol(), other);
   EXPECT_EQ(Asked(multiple, Write(3, std::uint64_t{2})), "10 00 08 00 01 02 00 02");
   EXPECT_EQ(Asked(multiple, Write(5, true)), "0F 00 04 00 01 01 01");
 }
 
 TEST(ModbusConversation, AWriteIsConfirmedByWhatItRepeats) {
   const config::Device device = Inverter();
-  ModbusConversation talk(Framing::rtu, device);
+  Talk talk(ModbusRtuProtocol(), device);
   const Task task = Write(3, std::uint64_t{2});
-  const Request request = *talk.Ask(task, Instant{});
+  const Request request = *talk->Ask(task, Instant{});
   const auto outcome = [&](const char* pdu) {
-    return talk.OnFrame(task, request, Wrap(Framing::rtu, 20, Hex(pdu)), Instant{}).outcome;
+    return talk->OnFrame(task, request, Wrap(Framing::rtu, 20, Hex(pdu)), Instant{}).outcome;
   };
   EXPECT_EQ(outcome("0600080002"), Outcome::ok);
   EXPECT_EQ(outcome("0600080000"), Outcome::unexpected);
@@ -190,8 +189,8 @@ constexpr const char* kLoopback = "08 00 00 A5 5A";
 
 TEST(ModbusProbe, IsALoopbackThatIsAlwaysTheSame) {
   const config::Device device = Inverter();
-  ModbusConversation talk(Framing::rtu, device);
-  const auto request = talk.Ask(Probe(), Instant{});
+  Talk talk(ModbusRtuProtocol(), device);
+  const auto request = talk->Ask(Probe(), Instant{});
   ASSERT_TRUE(request);
   EXPECT_TRUE(request->steady);
   EXPECT_TRUE(request->expect.mirrors);
@@ -204,22 +203,22 @@ TEST(ModbusProbe, IsALoopbackThatIsAlwaysTheSame) {
 
 TEST(ModbusProbe, ADeviceThatIsSilentToItIsFoundByARead) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
-  ModbusConversation talk(Framing::rtu, device);
+  Talk talk(ModbusRtuProtocol(), device);
   for (int round = 0; round < 3; ++round) {
     EXPECT_EQ(Asked(talk, Probe()), kLoopback) << round;
     EXPECT_EQ(Exchange(talk, Probe(), "").outcome, Outcome::no_reply);
     EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01");
-    EXPECT_FALSE(talk.Ask(Probe(), Instant{})->steady);
+    EXPECT_FALSE(talk->Ask(Probe(), Instant{})->steady);
     EXPECT_EQ(Exchange(talk, Probe(), "03 02 0001").outcome, Outcome::ok);
   }
   EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01") << "it does not know the loopback";
-  talk.OnReconnect();
+  talk->OnReconnect();
   EXPECT_EQ(Asked(talk, Probe()), kLoopback) << "it may be another device now";
 }
 
 TEST(ModbusProbe, AnAbsentDeviceIsLookedForBothWaysInTurn) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
-  ModbusConversation talk(Framing::rtu, device);
+  Talk talk(ModbusRtuProtocol(), device);
   for (int round = 0; round < 5; ++round) {
     EXPECT_EQ(Asked(talk, Probe()), kLoopback);
     Exchange(talk, Probe(), "");
@@ -231,7 +230,7 @@ TEST(ModbusProbe, AnAbsentDeviceIsLookedForBothWaysInTurn) {
 TEST(ModbusProbe, ByReadAloneWhereTheUserSaysSo) {
   const config::Device device =
       MakeDevice({ReadPoint("a", "holding 5")}, {{"probe", std::string("read")}});
-  ModbusConversation talk(Framing::rtu, device);
+  Talk talk(ModbusRtuProtocol(), device);
   EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01");
   const Answer answer = Exchange(talk, Probe(), "8302");
   EXPECT_EQ(answer.outcome, Outcome::unsupported) << "alive";
@@ -240,19 +239,20 @@ TEST(ModbusProbe, ByReadAloneWhereTheUserSaysSo) {
   EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01");
   const config::Device writer =
       MakeDevice({WritePoint("a", "", "holding 5")}, {{"probe", std::string("read")}});
-  EXPECT_EQ(Asked(*std::make_unique<ModbusConversation>(Framing::rtu, writer), Probe()), kLoopback);
+  Talk silent(ModbusRtuProtocol(), writer);
+  EXPECT_EQ(Asked(silent, Probe()), kLoopback);
 }
 
 TEST(ModbusProbe, AGatewayThatAnswersForADeadDeviceProvesNothing) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
-  ModbusConversation talk(Framing::rtu, device);
+  Talk talk(ModbusRtuProtocol(), device);
   EXPECT_EQ(Exchange(talk, Probe(), "880B").outcome, Outcome::no_reply);
 }
 
 TEST(ModbusProbe, ABlockThatIsNeverAnsweredDoesNotHideTheDevice) {
   const config::Device device =
       MakeDevice({ReadPoint("a", "holding 0"), ReadPoint("b", "holding 100")});
-  ModbusConversation talk(Framing::rtu, device);
+  Talk talk(ModbusRtuProtocol(), device);
   std::vector<std::string> asked;
   for (int i = 0; i < 4; ++i) {
     asked.push_back(Asked(talk, Probe()));
@@ -266,39 +266,40 @@ TEST(ModbusProbe, ABlockThatIsNeverAnsweredDoesNotHideTheDevice) {
 
 TEST(ModbusDecode, PointsAndRegistersWithoutAPoint) {
   const config::Device device = Inverter();
-  ModbusConversation talk(Framing::rtu, device);
+  Talk talk(ModbusRtuProtocol(), device);
   const Bytes request = Wrap(Framing::rtu, 20, Hex("0300C80003"));
-  const Answer answer = talk.Interpret(request, Wrap(Framing::rtu, 20, Hex("0306 09C4 00CA 0007")));
+  const Answer answer =
+      talk->Interpret(request, Wrap(Framing::rtu, 20, Hex("0306 09C4 00CA 0007")));
   EXPECT_EQ(answer.outcome, Outcome::ok);
   ASSERT_EQ(answer.readings.size(), 3U);
   EXPECT_EQ(answer.readings[1].point, 1U);
   EXPECT_EQ(answer.readings[2].point, kNoPoint);
   EXPECT_EQ(answer.readings[2].label, "holding 202");
   EXPECT_EQ(answer.readings[2].value, Value(std::uint64_t{7}));
-  const Answer coils = talk.Interpret(Wrap(Framing::rtu, 20, Hex("0100000003")),
-                                      Wrap(Framing::rtu, 20, Hex("010105")));
+  const Answer coils = talk->Interpret(Wrap(Framing::rtu, 20, Hex("0100000003")),
+                                       Wrap(Framing::rtu, 20, Hex("010105")));
   ASSERT_EQ(coils.readings.size(), 3U);
   EXPECT_EQ(coils.readings[2].label, "coil 2");
   EXPECT_EQ(coils.readings[2].value, Value(true));
-  const Answer both = talk.Interpret(Wrap(Framing::rtu, 20, Hex("1700C80001000A0001020005")),
-                                     Wrap(Framing::rtu, 20, Hex("170209C4")));
+  const Answer both = talk->Interpret(Wrap(Framing::rtu, 20, Hex("1700C80001000A0001020005")),
+                                      Wrap(Framing::rtu, 20, Hex("170209C4")));
   ASSERT_EQ(both.readings.size(), 1U);
   EXPECT_EQ(both.readings[0].point, 0U);
 }
 
 TEST(ModbusDecode, AnySlaveAndWhatIsNoFrame) {
   const config::Device device = Inverter();
-  ModbusConversation talk(Framing::rtu, device);
-  EXPECT_EQ(talk.Interpret(Wrap(Framing::rtu, 7, Hex("0600080002")),
-                           Wrap(Framing::rtu, 7, Hex("0600080002")))
+  Talk talk(ModbusRtuProtocol(), device);
+  EXPECT_EQ(talk->Interpret(Wrap(Framing::rtu, 7, Hex("0600080002")),
+                            Wrap(Framing::rtu, 7, Hex("0600080002")))
                 .outcome,
             Outcome::ok);
-  EXPECT_EQ(talk.Interpret(Hex("140300"), Hex("1403021234")).outcome, Outcome::corrupt);
-  EXPECT_EQ(talk.Interpret(Wrap(Framing::rtu, 0, Hex("0600080002")),
-                           Wrap(Framing::rtu, 0, Hex("0600080002")))
+  EXPECT_EQ(talk->Interpret(Hex("140300"), Hex("1403021234")).outcome, Outcome::corrupt);
+  EXPECT_EQ(talk->Interpret(Wrap(Framing::rtu, 0, Hex("0600080002")),
+                            Wrap(Framing::rtu, 0, Hex("0600080002")))
                 .outcome,
             Outcome::unexpected);
-  EXPECT_EQ(talk.Interpret({}, {}).outcome, Outcome::corrupt);
+  EXPECT_EQ(talk->Interpret({}, {}).outcome, Outcome::corrupt);
 }
 
 TEST(ModbusTiming, SilenceOfThreeAndAHalfCharacters) {

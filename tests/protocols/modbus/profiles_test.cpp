@@ -48,10 +48,10 @@ TEST_P(ModbusProfile, EveryPointIsGoodAgainstTheTwin) {
     EXPECT_FALSE(device.points[i].description.empty()) << device.points[i].name;
   }
   ModbusTwin twin(framing, device, values);
-  ModbusConversation talk(framing, device);
+  Talk talk(ProtocolOf(framing), device);
   std::vector<bool> seen(device.points.size(), false);
-  for (std::size_t query = 0; query < talk.Queries().size(); ++query) {
-    const Answer answer = RoundTrip(talk, twin, Poll(query), framing);
+  for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
+    const Answer answer = talk.Run(Poll(query), twin);
     EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
     for (const Reading& reading : answer.readings) {
       const config::Point& point = device.points[reading.point];
@@ -69,7 +69,7 @@ TEST_P(ModbusProfile, EveryPointIsGoodAgainstTheTwin) {
     const bool read = device.points[i].access != config::Access::write;
     EXPECT_EQ(seen[i], read) << device.points[i].name;
     if (device.points[i].access == config::Access::read) continue;
-    const Answer answer = RoundTrip(talk, twin, Write(i, 1.0), framing);
+    const Answer answer = talk.Run(Write(i, 1.0), twin);
     EXPECT_EQ(answer.outcome, Outcome::ok) << device.points[i].name << ": " << answer.reason;
     EXPECT_EQ(ToDouble(values.values[i]), 1.0);
   }
@@ -95,10 +95,10 @@ TEST(ModbusProfiles, TheInverterIsReadInFewRequests) {
   const config::Loaded loaded = Load("mitsubishi-fr-d700", Framing::rtu);
   ASSERT_TRUE(loaded.ok());
   const config::Device& device = loaded.config.lines[0].devices[0];
-  ModbusConversation talk(Framing::rtu, device);
+  Talk talk(ModbusRtuProtocol(), device);
   std::vector<std::string> fast;
-  for (std::size_t i = 0; i < talk.Queries().size(); ++i) {
-    if (talk.Queries()[i].group == config::Group::fast) fast.push_back(Asked(talk, Poll(i)));
+  for (std::size_t i = 0; i < talk->Queries().size(); ++i) {
+    if (talk->Queries()[i].group == config::Group::fast) fast.push_back(Asked(talk, Poll(i)));
   }
   EXPECT_EQ(fast, (std::vector<std::string>{"03 00 08 00 06", "03 00 C8 00 02", "03 01 F4 00 01"}));
   // The frames of the installation: faults by name, a set frequency, start and stop.
@@ -106,20 +106,21 @@ TEST(ModbusProfiles, TheInverterIsReadInFewRequests) {
     const auto found = std::ranges::find(device.points, name, &config::Point::name);
     return static_cast<std::size_t>(found - device.points.begin());
   };
-  const Answer fault = talk.Interpret(Hex("14 03 01 F4 00 01 C6 C1"), Hex("14 03 02 00 31 74 53"));
+  const Answer fault = talk->Interpret(Hex("14 03 01 F4 00 01 C6 C1"), Hex("14 03 02 00 31 74 53"));
   ASSERT_EQ(fault.readings.size(), 2U);
   EXPECT_EQ(fault.readings[0].value, Value(std::uint64_t{49}));
   EXPECT_EQ(fault.readings[1].point, index("fault_text"));
   EXPECT_EQ(fault.readings[1].value, Value(std::string("E.THM motor overload, thermal")));
-  EXPECT_EQ(ToHex(talk.Ask(Write(index("set_frequency"), 2500.0), Instant{})->bytes),
+  EXPECT_EQ(ToHex(talk->Ask(Write(index("set_frequency"), 2500.0), Instant{})->bytes),
             "14 06 00 0D 09 C4 1D 0F");
-  EXPECT_EQ(ToHex(talk.Ask(Write(index("status_word"), std::uint64_t{2}), Instant{})->bytes),
+  EXPECT_EQ(ToHex(talk->Ask(Write(index("status_word"), std::uint64_t{2}), Instant{})->bytes),
             "14 06 00 08 00 02 8B 0C");
-  EXPECT_EQ(ToHex(talk.Ask(Write(index("status_word"), std::uint64_t{0}), Instant{})->bytes),
+  EXPECT_EQ(ToHex(talk->Ask(Write(index("status_word"), std::uint64_t{0}), Instant{})->bytes),
             "14 06 00 08 00 00 0A CD");
-  EXPECT_EQ(ToHex(talk.Ask(Write(index("fault_code"), std::uint64_t{0}), Instant{})->bytes),
+  EXPECT_EQ(ToHex(talk->Ask(Write(index("fault_code"), std::uint64_t{0}), Instant{})->bytes),
             "14 06 01 F4 00 00 CB 01");
-  const Answer status = talk.Interpret(Hex("14 03 00 08 00 01 07 0D"), Hex("14 03 02 00 4B F5 B0"));
+  const Answer status =
+      talk->Interpret(Hex("14 03 00 08 00 01 07 0D"), Hex("14 03 02 00 4B F5 B0"));
   std::vector<std::string> set;
   for (const Reading& reading : status.readings) {
     if (reading.value == Value(true)) set.push_back(device.points[reading.point].name);
@@ -132,13 +133,13 @@ TEST(ModbusProfiles, TheMeterIsAdaptedByOptions) {
   const config::Loaded loaded = Load("generic-meter", Framing::rtu, ", order: CDAB, hole: 0");
   ASSERT_TRUE(loaded.ok());
   const config::Device& device = loaded.config.lines[0].devices[0];
-  ModbusConversation talk(Framing::rtu, device);
-  const Answer answer = talk.Interpret(Wrap(Framing::rtu, 20, Hex("0400000002")),
-                                       Wrap(Framing::rtu, 20, Hex("0404 8000 4366")));
+  Talk talk(ModbusRtuProtocol(), device);
+  const Answer answer = talk->Interpret(Wrap(Framing::rtu, 20, Hex("0400000002")),
+                                        Wrap(Framing::rtu, 20, Hex("0404 8000 4366")));
   ASSERT_EQ(answer.readings.size(), 1U);
   EXPECT_EQ(answer.readings[0].value, Value(230.5));
-  for (std::size_t i = 0; i < talk.Queries().size(); ++i) {
-    const auto request = talk.Ask(Poll(i), Instant{});
+  for (std::size_t i = 0; i < talk->Queries().size(); ++i) {
+    const auto request = talk->Ask(Poll(i), Instant{});
     EXPECT_LE(ByteReader(request->bytes).U16Be(4).value(), 80U);
   }
 }

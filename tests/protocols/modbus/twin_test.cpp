@@ -105,7 +105,7 @@ TEST_F(ModbusTwinTest, LoopbackAndIdentification) {
   EXPECT_EQ(Ask("0800000102030405"), "08 00 00 01 02 03 04 05");
   const Bytes identity = AskTwin(*twin_, Hex("2B0E0100"));
   EXPECT_NE(AsText(identity).find("baudgate"), std::string_view::npos);
-  EXPECT_NE(AsText(identity).find("Test Slave"), std::string_view::npos);
+  EXPECT_NE(AsText(identity).find("Test Device"), std::string_view::npos);
   const auto length = ReplyLength(identity);
   EXPECT_EQ(length.kind, PduLength::Kind::exact);
   EXPECT_EQ(length.size, identity.size());

@@ -3,7 +3,7 @@
 #include "protocols/set4tm/codec.h"
 
 #include "gateway/base/checksum.h"
-#include "tests/protocols/set4tm/meter.h"
+#include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {

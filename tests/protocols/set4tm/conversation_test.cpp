@@ -8,12 +8,13 @@
 #include <random>
 
 #include "protocols/set4tm/codec.h"
-#include "tests/protocols/set4tm/meter.h"
+#include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
 
 using config::Group;
+using config::Type;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -35,18 +36,20 @@ config::Device OneFloat() { return MakeDevice("200", {MakePoint(kOneFloat)}); }
 
 /// A meter whose channel is open already.
 Talk OpenTalk(const config::Device& device) {
-  Talk talk(device);
-  talk.Run({.kind = Task::Kind::probe, .query = 0, .point = kNoPoint, .value = {}}, Script({"00"}));
+  Talk talk(Set4tmProtocol(), device);
+  talk.Run(Probe(), Script({"00"}));
   talk.asked.clear();
   return talk;
 }
 
 TEST(Set4tmPlan, PointsOfOnePduShareAnExchange) {
-  const Talk talk(MakeDevice(
-      "1", {MakePoint("08 1B 02 00 float_le@0"), MakePoint("05 00 00 energy@0", Group::slow),
-            MakePoint("08 1B 02 00 float_le@4"), MakePoint("08 1B 02 04 float_le@0"),
-            MakePoint("08 1B 02 00 float_le@8", Group::slow)}));
-  const auto queries = talk.conversation.Queries();
+  const Talk talk(
+      Set4tmProtocol(),
+      MakeDevice("1",
+                 {MakePoint("08 1B 02 00 float_le@0"), MakePoint("05 00 00 energy@0", Group::slow),
+                  MakePoint("08 1B 02 00 float_le@4"), MakePoint("08 1B 02 04 float_le@0"),
+                  MakePoint("08 1B 02 00 float_le@8", Group::slow)}));
+  const auto queries = talk->Queries();
   ASSERT_EQ(queries.size(), 4U);
   EXPECT_THAT(queries[0].points, ElementsAre(0, 2));
   EXPECT_THAT(queries[1].points, ElementsAre(3));
@@ -56,8 +59,8 @@ TEST(Set4tmPlan, PointsOfOnePduShareAnExchange) {
 }
 
 TEST(Set4tmSession, OpensTheChannelFirstAndOnlyOnce) {
-  Talk talk(OneFloat());
-  const Answer answer = talk.Poll(0, Script({"00", "00 80 66 43"}));
+  Talk talk(Set4tmProtocol(), OneFloat());
+  const Answer answer = talk.Run(Poll(0), Script({"00", "00 80 66 43"}));
   EXPECT_EQ(answer.outcome, Outcome::ok);
   ASSERT_EQ(answer.readings.size(), 1U);
   EXPECT_EQ(std::get<double>(answer.readings[0].value), 230.5);
@@ -65,27 +68,27 @@ TEST(Set4tmSession, OpensTheChannelFirstAndOnlyOnce) {
   EXPECT_EQ(ToHex(talk.asked.at(1)), "C8 08 1B 00 11 77 BB");
   talk.asked.clear();
   talk.now += 14s;
-  talk.Poll(0, Script({"00 80 66 43"}));
-  EXPECT_THAT(talk.TakeAsked(), ElementsAre("08 1B 00 11"));
+  talk.Run(Poll(0), Script({"00 80 66 43"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("08 1B 00 11"));
   talk.now += 16s;
-  talk.Poll(0, Script({"00", "00 80 66 43"}));
-  EXPECT_THAT(talk.TakeAsked(), ElementsAre("01", "08 1B 00 11"));
+  talk.Run(Poll(0), Script({"00", "00 80 66 43"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("01", "08 1B 00 11"));
 }
 
 TEST(Set4tmSession, ReopensOnceOnAClosedChannel) {
   Talk talk = OpenTalk(OneFloat());
-  Answer answer = talk.Poll(0, Script({"05", "00", "00 80 66 43"}));
+  Answer answer = talk.Run(Poll(0), Script({"05", "00", "00 80 66 43"}));
   EXPECT_EQ(answer.outcome, Outcome::ok);
-  EXPECT_THAT(talk.TakeAsked(), ElementsAre("08 1B 00 11", "01", "08 1B 00 11"));
-  answer = talk.Poll(0, Script({"05", "00", "05"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("08 1B 00 11", "01", "08 1B 00 11"));
+  answer = talk.Run(Poll(0), Script({"05", "00", "05"}));
   EXPECT_EQ(answer.outcome, Outcome::refused);
   EXPECT_THAT(answer.reason, HasSubstr("channel not open"));
-  EXPECT_EQ(talk.TakeAsked().size(), 3U);
+  EXPECT_EQ(TakeAsked(talk).size(), 3U);
 }
 
 TEST(Set4tmSession, WrongPasswordBacksOffForMinutes) {
-  Talk talk(OneFloat());
-  const Answer answer = talk.Poll(0, Script({"03"}));
+  Talk talk(Set4tmProtocol(), OneFloat());
+  const Answer answer = talk.Run(Poll(0), Script({"03"}));
   EXPECT_EQ(answer.outcome, Outcome::refused);
   EXPECT_THAT(answer.reason, HasSubstr("password"));
   EXPECT_GE(answer.wait, 1min);
@@ -95,10 +98,10 @@ TEST(Set4tmSession, WrongPasswordBacksOffForMinutes) {
 }
 
 TEST(Set4tmSession, ProbeIsAnOpenAndNoEcho) {
-  Talk talk(OneFloat());
-  const Task probe = {.kind = Task::Kind::probe, .query = 0, .point = kNoPoint, .value = {}};
+  Talk talk(Set4tmProtocol(), OneFloat());
+  const Task probe = Probe();
   EXPECT_EQ(talk.Run(probe, Script({"00"})).outcome, Outcome::ok);
-  EXPECT_THAT(talk.TakeAsked(), ElementsAre("01"));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("01"));
   const Answer echo =
       talk.Run(probe, [](View request) { return Bytes(request.begin(), request.end()); });
   EXPECT_NE(echo.outcome, Outcome::ok);
@@ -107,24 +110,24 @@ TEST(Set4tmSession, ProbeIsAnOpenAndNoEcho) {
 TEST(Set4tmSession, AnEchoedFloatReadIsNoValue) {
   Talk talk = OpenTalk(OneFloat());
   const Answer answer =
-      talk.Poll(0, [](View request) { return Bytes(request.begin(), request.end()); });
+      talk.Run(Poll(0), [](View request) { return Bytes(request.begin(), request.end()); });
   EXPECT_EQ(answer.outcome, Outcome::unexpected);
   EXPECT_THAT(answer.reason, HasSubstr("echo"));
   EXPECT_TRUE(answer.readings.empty());
 }
 
 TEST(Set4tmSession, ReconnectForgetsChannelAndConstants) {
-  Talk talk(MakeDevice("5", {MakePoint("05 00 02 energy@0", Group::slow)}));
+  Talk talk(Set4tmProtocol(), MakeDevice("5", {MakePoint("05 00 02 energy@0", Group::slow)}));
   const std::vector<std::string> replies = {"00", "10 40 80", "00 01 00 01 00 00 00 00 00 00",
                                             "00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65"};
-  const Answer answer = talk.Poll(0, Script(replies));
-  EXPECT_THAT(talk.TakeAsked(), ElementsAre("01", "08 12", "08 02", "05 00 02"));
+  const Answer answer = talk.Run(Poll(0), Script(replies));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("01", "08 12", "08 02", "05 00 02"));
   EXPECT_EQ(std::get<double>(answer.readings.at(0).value), 1.0001);
-  talk.Poll(0, Script({replies[3]}));
-  EXPECT_THAT(talk.TakeAsked(), ElementsAre("05 00 02"));
-  talk.conversation.OnReconnect();
-  talk.Poll(0, Script(replies));
-  EXPECT_THAT(talk.TakeAsked(), ElementsAre("01", "08 12", "08 02", "05 00 02"));
+  talk.Run(Poll(0), Script({replies[3]}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("05 00 02"));
+  talk->OnReconnect();
+  talk.Run(Poll(0), Script(replies));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("01", "08 12", "08 02", "05 00 02"));
 }
 
 TEST(Set4tmEnergy, OptionsTakeThePlaceOfTheMetersConstants) {
@@ -133,16 +136,18 @@ TEST(Set4tmEnergy, OptionsTakeThePlaceOfTheMetersConstants) {
   device.options.Set("voltage_ratio", 100.0);
   device.options.Set("current_ratio", 20.0);
   Talk talk = OpenTalk(device);
-  const Answer answer = talk.Poll(0, Script({"00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65"}));
-  EXPECT_THAT(talk.TakeAsked(), ElementsAre("05 00 02"));
+  const Answer answer =
+      talk.Run(Poll(0), Script({"00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("05 00 02"));
   EXPECT_DOUBLE_EQ(std::get<double>(answer.readings.at(0).value), 2000.2);
 }
 
 TEST(Set4tmEnergy, WithoutTheVariantOnlyTheRawCountIsServed) {
   Talk talk = OpenTalk(MakeDevice("5", {MakePoint("05 00 02 energy@0", Group::slow),
                                         MakePoint("05 00 02 counts@0", Group::slow)}));
-  const Answer answer = talk.Poll(0, Script({"01", "00 01 00 01 00 00 00 00 00 00",
-                                             "00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65"}));
+  const Answer answer =
+      talk.Run(Poll(0), Script({"01", "00 01 00 01 00 00 00 00 00 00",
+                                "00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65"}));
   ASSERT_EQ(answer.readings.size(), 2U);
   EXPECT_FALSE(HasValue(answer.readings[0].value));
   EXPECT_EQ(answer.readings[0].quality, Quality::bad_configuration);
@@ -152,16 +157,16 @@ TEST(Set4tmEnergy, WithoutTheVariantOnlyTheRawCountIsServed) {
 TEST(Set4tmStatus, UnsupportedPointIsNotAskedAgain) {
   Talk talk =
       OpenTalk(MakeDevice("1", {MakePoint("08 1B 02 E0 float_le@0"), MakePoint(kOneFloat)}));
-  const Answer answer = talk.Poll(0, Script({"01"}));
+  const Answer answer = talk.Run(Poll(0), Script({"01"}));
   EXPECT_EQ(answer.outcome, Outcome::unsupported);
   EXPECT_EQ(answer.then, Then::replan);
   ASSERT_EQ(answer.readings.size(), 1U);
   EXPECT_EQ(answer.readings[0].point, 0U);
   EXPECT_EQ(answer.readings[0].quality, Quality::bad_configuration);
-  ASSERT_EQ(talk.conversation.Queries().size(), 1U);
-  EXPECT_THAT(talk.conversation.Queries()[0].points, ElementsAre(1));
-  talk.conversation.OnReconnect();
-  EXPECT_EQ(talk.conversation.Queries().size(), 2U);
+  ASSERT_EQ(talk->Queries().size(), 1U);
+  EXPECT_THAT(talk->Queries()[0].points, ElementsAre(1));
+  talk->OnReconnect();
+  EXPECT_EQ(talk->Queries().size(), 2U);
 }
 
 TEST(Set4tmStatus, EachCodeHasItsOutcomeAndPatience) {
@@ -177,7 +182,7 @@ TEST(Set4tmStatus, EachCodeHasItsOutcomeAndPatience) {
                        {"00", Outcome::unexpected, 0s}};
   for (const Row& row : kRows) {
     Talk talk = OpenTalk(OneFloat());
-    const Answer answer = talk.Poll(0, Script({row.body}));
+    const Answer answer = talk.Run(Poll(0), Script({row.body}));
     EXPECT_EQ(answer.outcome, row.outcome) << row.body;
     EXPECT_EQ(answer.wait, row.wait) << row.body;
     EXPECT_EQ(answer.then, Then::done) << row.body;
@@ -188,17 +193,17 @@ TEST(Set4tmStatus, EachCodeHasItsOutcomeAndPatience) {
 
 TEST(Set4tmStatus, NotReadyKeepsTheLastValueAsUncertain) {
   Talk talk = OpenTalk(OneFloat());
-  const Answer answer = talk.Poll(0, Script({"07"}));
+  const Answer answer = talk.Run(Poll(0), Script({"07"}));
   ASSERT_EQ(answer.readings.size(), 1U);
   EXPECT_EQ(answer.readings[0].quality, Quality::uncertain_last_usable);
 }
 
 TEST(Set4tmStatus, RepeatsOnceWhenAsked) {
   Talk talk = OpenTalk(OneFloat());
-  EXPECT_EQ(talk.Poll(0, Script({"06", "00 80 66 43"})).outcome, Outcome::ok);
-  EXPECT_EQ(talk.TakeAsked().size(), 2U);
-  EXPECT_EQ(talk.Poll(0, Script({"06", "06"})).outcome, Outcome::busy);
-  EXPECT_EQ(talk.TakeAsked().size(), 2U);
+  EXPECT_EQ(talk.Run(Poll(0), Script({"06", "00 80 66 43"})).outcome, Outcome::ok);
+  EXPECT_EQ(TakeAsked(talk).size(), 2U);
+  EXPECT_EQ(talk.Run(Poll(0), Script({"06", "06"})).outcome, Outcome::busy);
+  EXPECT_EQ(TakeAsked(talk).size(), 2U);
 }
 
 TEST(Set4tmAddressing, RepliesOfOtherMetersAreUnexpected) {
@@ -223,15 +228,15 @@ TEST(Set4tmAddressing, ASwappedMeterServesNoValues) {
   config::Device device = OneFloat();
   device.options.Set("serial_number", std::int64_t{9020002});
   Talk talk = OpenTalk(device);
-  const Answer answer = talk.Poll(0, Script({"00 89 A2 61 06 09 02"}));
+  const Answer answer = talk.Run(Poll(0), Script({"00 89 A2 61 06 09 02"}));
   EXPECT_EQ(answer.outcome, Outcome::refused);
   EXPECT_THAT(answer.reason, HasSubstr("9020001"));
   ASSERT_EQ(answer.readings.size(), 1U);
   EXPECT_EQ(answer.readings[0].quality, Quality::bad_configuration);
   // The right one is asked once.
-  talk.Poll(0, Script({"00 89 A2 62 06 09 02", "00 80 66 43"}));
-  talk.Poll(0, Script({"00 80 66 43"}));
-  EXPECT_THAT(talk.TakeAsked(), ElementsAre("08 00", "08 00", "08 1B 00 11", "08 1B 00 11"));
+  talk.Run(Poll(0), Script({"00 89 A2 62 06 09 02", "00 80 66 43"}));
+  talk.Run(Poll(0), Script({"00 80 66 43"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("08 00", "08 00", "08 1B 00 11", "08 1B 00 11"));
 }
 
 TEST(Set4tmFrames, WrongDataLengthIsUnexpected) {
@@ -256,10 +261,10 @@ config::Device Snapshot() {
 
 TEST(Set4tmSnapshotRead, MergesFloatsOfDifferentRequests) {
   Talk talk = OpenTalk(Snapshot());
-  ASSERT_EQ(talk.conversation.Queries().size(), 2U);
-  EXPECT_THAT(talk.conversation.Queries()[0].points, ElementsAre(0, 1, 2));
-  const Answer answer = talk.Poll(0, Script({"01 00 50 5A 44 C2 F5 D6 41 07 00 80 7F"}));
-  EXPECT_THAT(talk.TakeAsked(), ElementsAre("08 23 01 00 00 00 00 00 02 00 00 03"));
+  ASSERT_EQ(talk->Queries().size(), 2U);
+  EXPECT_THAT(talk->Queries()[0].points, ElementsAre(0, 1, 2));
+  const Answer answer = talk.Run(Poll(0), Script({"01 00 50 5A 44 C2 F5 D6 41 07 00 80 7F"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("08 23 01 00 00 00 00 00 02 00 00 03"));
   ASSERT_EQ(answer.readings.size(), 3U);
   EXPECT_EQ(std::get<double>(answer.readings[0].value), 873.25);
   EXPECT_NEAR(std::get<double>(answer.readings[1].value), 26.87, 0.001);
@@ -268,19 +273,19 @@ TEST(Set4tmSnapshotRead, MergesFloatsOfDifferentRequests) {
 
 TEST(Set4tmSnapshotRead, AnotherIdIsALateReply) {
   Talk talk = OpenTalk(Snapshot());
-  const Answer answer = talk.Poll(0, Script({"77 00 50 5A 44 C2 F5 D6 41 60 E5 A0 40"}));
+  const Answer answer = talk.Run(Poll(0), Script({"77 00 50 5A 44 C2 F5 D6 41 60 E5 A0 40"}));
   EXPECT_EQ(answer.outcome, Outcome::unexpected);
   EXPECT_TRUE(answer.readings.empty());
 }
 
 TEST(Set4tmSnapshotRead, FallsBackToGroupReads) {
   Talk talk = OpenTalk(Snapshot());
-  const Answer answer = talk.Poll(0, Script({"01"}));
+  const Answer answer = talk.Run(Poll(0), Script({"01"}));
   EXPECT_EQ(answer.then, Then::replan);
   EXPECT_TRUE(answer.readings.empty());
-  EXPECT_EQ(talk.conversation.Queries().size(), 3U);
-  talk.Poll(0, Script({std::string("00 00 80 3F 00 00 80 3F 00 00 80 3F 00 00 80 3F")}));
-  EXPECT_THAT(talk.TakeAsked(), ElementsAre("08 23 01 00 00 00 00 00 02 00 00 03", "08 1B 02 00"));
+  EXPECT_EQ(talk->Queries().size(), 3U);
+  talk.Run(Poll(0), Script({std::string("00 00 80 3F 00 00 80 3F 00 00 80 3F 00 00 80 3F")}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("08 23 01 00 00 00 00 00 02 00 00 03", "08 1B 02 00"));
 }
 
 TEST(Set4tmSnapshotRead, NeverAsksForMoreThan23Values) {
@@ -314,10 +319,15 @@ TEST(Set4tmDecode, RandomRepliesGiveFiniteValuesOrNone) {
   std::mt19937 random(42);
   std::vector<config::Point> points;
   for (const char* read : {"08 1B 02 00 float_le@12", "05 00 00 energy@0", "05 00 00 counts@12",
-                           "04 00 time@0", "08 00 date@4", "08 03 version@0", "08 0A alarm@0",
-                           "08 0A flag@40", "08 0B text_cp1251(16)@0", "08 11 00 power_be@0",
-                           "08 04 bcd(7)@0", "08 0E time_min@0", "08 01 i8@1"}) {
+                           "08 11 00 power_be@0", "08 04 bcd(7)@0", "08 01 i8@1"}) {
     points.push_back(MakePoint(read));
+  }
+  for (const char* read : {"04 00 time@0", "08 00 date@4", "08 03 version@0",
+                           "08 0B text_cp1251(16)@0", "08 0E time_min@0"}) {
+    points.push_back(MakePoint(read, Group::fast, Type::string));
+  }
+  for (const char* read : {"08 0A alarm@0", "08 0A flag@40"}) {
+    points.push_back(MakePoint(read, Group::fast, Type::boolean));
   }
   config::Device device = MakeDevice("5", points);
   MeterConversation conversation(device);
@@ -352,9 +362,8 @@ TEST(Set4tmDecode, LearnsConstantsFromTheCapture) {
 }
 
 TEST(Set4tmWrites, AreNotSent) {
-  Talk talk(OneFloat());
-  const Task write = {.kind = Task::Kind::write, .query = 0, .point = 0, .value = 1.0};
-  EXPECT_EQ(talk.Run(write, Script({"00"})).outcome, Outcome::unsupported);
+  Talk talk(Set4tmProtocol(), OneFloat());
+  EXPECT_EQ(talk.Run(Write(0, 1.0), Script({"00"})).outcome, Outcome::unsupported);
   EXPECT_TRUE(talk.asked.empty());
 }
 

@@ -4,7 +4,7 @@
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/frame_rule.h"
 #include "tests/laws/frame_rule_laws.h"
-#include "tests/protocols/set4tm/meter.h"
+#include "tests/protocols/set4tm/support.h"
 
 namespace baudgate {
 namespace {

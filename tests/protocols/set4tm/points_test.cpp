@@ -7,7 +7,7 @@
 #include "protocols/set4tm/cp1251.h"
 #include "protocols/set4tm/snapshot.h"
 #include "protocols/set4tm/values.h"
-#include "tests/protocols/set4tm/meter.h"
+#include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "config/loader.h"
 #include "protocols/set4tm/snapshot.h"
-#include "tests/protocols/set4tm/meter.h"
+#include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
@@ -45,12 +45,11 @@ TEST_P(Set4tmProfile, ComesBackFromTheTwinPointByPoint) {
   device.options.Set("snapshot", GetParam().second);
   FixedValues values = Simulated(device.points);
   MeterTwin twin(device, values);
-  Talk talk(device);
-  const Wire wire = TwinWire(twin, talk.now);
+  Talk talk(Set4tmProtocol(), device);
   std::vector<bool> seen(device.points.size());
-  for (std::size_t query = 0; query < talk.conversation.Queries().size(); ++query) {
-    const Answer answer = talk.Poll(query, wire);
-    ASSERT_EQ(answer.outcome, Outcome::ok) << answer.reason << talk.TakeAsked().back();
+  for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
+    const Answer answer = talk.Run(Poll(query), twin);
+    ASSERT_EQ(answer.outcome, Outcome::ok) << answer.reason << TakeAsked(talk).back();
     for (const Reading& reading : answer.readings) {
       const config::Point& point = device.points.at(reading.point);
       seen[reading.point] = true;

@@ -3,17 +3,21 @@
 #include "protocols/set4tm/twin.h"
 
 #include "protocols/set4tm/codec.h"
-#include "tests/protocols/set4tm/meter.h"
+#include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
+
+using config::Group;
+using config::Type;
 
 class Set4tmTwin : public ::testing::Test {
  protected:
   Set4tmTwin()
       : device_(
             MakeDevice("5", {MakePoint("08 1B 02 10 float_le@4"), MakePoint("05 00 00 energy@0"),
-                             MakePoint("04 00 time@0"), MakePoint("08 0A flag@40"),
+                             MakePoint("04 00 time@0", Group::fast, Type::string),
+                             MakePoint("08 0A flag@40", Group::fast, Type::boolean),
                              MakePoint("08 02 u16_be@0"), MakePoint("08 02 u16_be@2")})) {
     device_.options.Set("serial_number", std::int64_t{9020001});
     values_.Set(0, 230.5);

@@ -18,7 +18,7 @@ std::vector<config::Point> Inputs() {
 std::vector<std::string> AllRequests(Talk& talk) {
   std::vector<std::string> requests;
   for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
-    const std::string asked = talk.Ask(Talk::Poll(query));
+    const std::string asked = Asked(talk, Poll(query));
     requests.push_back(asked.substr(0, asked.rfind(':') + 1));
   }
   return requests;
@@ -27,10 +27,10 @@ std::vector<std::string> AllRequests(Talk& talk) {
 using Texts = std::vector<std::string>;
 
 TEST(SpaConversation, ReadsARangeInOneExchange) {
-  Talk talk(MakeDevice(Inputs(), "2"));
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs(), "2"));
   ASSERT_EQ(talk->Queries().size(), 1U);
-  EXPECT_EQ(talk.Ask(Talk::Poll(0)), ">2RI1/5:06");
-  const Answer answer = talk.Hear(Talk::Poll(0), "<2D:0.52/0.49/0.51/0.00/0:");
+  EXPECT_EQ(Asked(talk, Poll(0)), ">2RI1/5:06");
+  const Answer answer = Hear(talk, Poll(0), "<2D:0.52/0.49/0.51/0.00/0:");
   EXPECT_EQ(answer.outcome, Outcome::ok);
   ASSERT_EQ(answer.readings.size(), 5U);
   EXPECT_EQ(answer.readings[0].point, 0U);
@@ -42,28 +42,28 @@ TEST(SpaConversation, ReadsARangeInOneExchange) {
 TEST(SpaConversation, SendsTheWildcardWhenTold) {
   config::Device device = MakeDevice(Inputs());
   device.options.Set("send_xx", true);
-  Talk talk(std::move(device));
-  EXPECT_EQ(talk.Ask(Talk::Poll(0)), ">1RI1/5:XX");
+  Talk talk(SpabusProtocol(), std::move(device));
+  EXPECT_EQ(Asked(talk, Poll(0)), ">1RI1/5:XX");
 }
 
 TEST(SpaConversation, ProbesWithTheIdentification) {
-  Talk talk(MakeDevice(Inputs()));
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   const Task probe{Task::Kind::probe, 0, kNoPoint, {}};
-  EXPECT_EQ(talk.Ask(probe), ">1RF:21");
-  const Answer answer = talk.Hear(probe, "<1D: SPAJ 142C:");
+  EXPECT_EQ(Asked(talk, probe), ">1RF:21");
+  const Answer answer = Hear(talk, probe, "<1D: SPAJ 142C:");
   EXPECT_EQ(answer.outcome, Outcome::ok);
-  EXPECT_EQ(talk.Hear(probe, "<1N:6:").then, Then::done) << "F is no point: nothing to plan anew";
+  EXPECT_EQ(Hear(talk, probe, "<1N:6:").then, Then::done) << "F is no point: nothing to plan anew";
 }
 
 TEST(SpaConversation, WrongShapesAreUnexpectedAndGiveNoReading) {
-  Talk talk(MakeDevice(Inputs()));
-  talk.Ask(Talk::Poll(0));
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
+  Asked(talk, Poll(0));
   for (const char* reply : {"<1D:0.52/0.49/0.51/0.00:",      // one value too few
                             "<1D:0.52/0.49/0.51/0.00/0/1:",  // one too many
                             "<1D::",                         // none
                             "<1A:",                          // an acknowledge
                             "<1N::"}) {                      // a refusal without its code
-    const Answer answer = talk.Hear(Talk::Poll(0), reply);
+    const Answer answer = Hear(talk, Poll(0), reply);
     EXPECT_EQ(answer.outcome, Outcome::unexpected) << reply;
     EXPECT_TRUE(answer.readings.empty()) << reply;
     EXPECT_FALSE(answer.reason.empty()) << reply;
@@ -71,8 +71,8 @@ TEST(SpaConversation, WrongShapesAreUnexpectedAndGiveNoReading) {
 }
 
 TEST(SpaConversation, TheReplyOfAnotherSlaveIsPassedOver) {
-  Talk talk(MakeDevice(Inputs()));
-  talk.Ask(Talk::Poll(0));
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
+  Asked(talk, Poll(0));
   Assembler assembler;
   assembler.Begin(SpabusProtocol().reply_rule, talk.request().expect);
   assembler.Feed(ReplyText("<2D:0.52/0.49/0.51/0.00/0:"));
@@ -84,9 +84,9 @@ TEST(SpaConversation, TheReplyOfAnotherSlaveIsPassedOver) {
 }
 
 TEST(SpaConversation, OneBadValueDoesNotCostTheOthers) {
-  Talk talk(MakeDevice(Inputs()));
-  talk.Ask(Talk::Poll(0));
-  const Answer answer = talk.Hear(Talk::Poll(0), "<1D:0.52//0.51/***/2:");
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
+  Asked(talk, Poll(0));
+  const Answer answer = Hear(talk, Poll(0), "<1D:0.52//0.51/***/2:");
   EXPECT_EQ(answer.outcome, Outcome::ok);
   ASSERT_EQ(answer.readings.size(), 5U);
   EXPECT_EQ(answer.readings[0].quality, Quality::good);
@@ -104,9 +104,9 @@ TEST(SpaConversation, RefusalsMapToOutcomes) {
                                            {6, Outcome::unsupported}, {7, Outcome::refused},
                                            {8, Outcome::refused},     {9, Outcome::refused}};
   for (const auto& [code, outcome] : expected) {
-    Talk talk(MakeDevice({MakePoint("I1")}));
-    talk.Ask(Talk::Poll(0));
-    const Answer answer = talk.Hear(Talk::Poll(0), "<1N:" + std::to_string(code) + ":");
+    Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1")}));
+    Asked(talk, Poll(0));
+    const Answer answer = Hear(talk, Poll(0), "<1N:" + std::to_string(code) + ":");
     EXPECT_EQ(answer.outcome, outcome) << code;
     EXPECT_TRUE(answer.reason.starts_with("NACK " + std::to_string(code) + ": "));
     EXPECT_EQ(answer.wait > Duration::zero(), outcome == Outcome::busy) << code;
@@ -114,17 +114,17 @@ TEST(SpaConversation, RefusalsMapToOutcomes) {
 }
 
 TEST(SpaConversation, TooComplicatedMeansFewerItemsForAll) {
-  Talk talk(MakeDevice(Inputs()));
-  talk.Ask(Talk::Poll(0));
-  EXPECT_EQ(talk.Hear(Talk::Poll(0), "<1N:3:").then, Then::replan);
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
+  Asked(talk, Poll(0));
+  EXPECT_EQ(Hear(talk, Poll(0), "<1N:3:").then, Then::replan);
   EXPECT_EQ(AllRequests(talk), (Texts{">1RI1/2:", ">1RI3/4:", ">1RI5:"}));
-  talk.Ask(Talk::Poll(0));
-  EXPECT_EQ(talk.Hear(Talk::Poll(0), "<1N:3:").then, Then::replan);
+  Asked(talk, Poll(0));
+  EXPECT_EQ(Hear(talk, Poll(0), "<1N:3:").then, Then::replan);
   EXPECT_EQ(AllRequests(talk).size(), 5U);
 }
 
 TEST(SpaConversation, FindsTheMissingItemAndKeepsTheOthers) {
-  Talk talk(MakeDevice(Inputs()));
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   // The device lacks I4: halves are tried until it stands alone.
   std::vector<Reading> bad;
   for (int round = 0; round < 10; ++round) {
@@ -132,8 +132,8 @@ TEST(SpaConversation, FindsTheMissingItemAndKeepsTheOthers) {
     for (std::size_t query = 0; query < talk->Queries().size() && !refused; ++query) {
       const auto& points = talk->Queries()[query].points;
       if (std::find(points.begin(), points.end(), 3U) == points.end()) continue;
-      talk.Ask(Talk::Poll(query));
-      const Answer answer = talk.Hear(Talk::Poll(query), "<1N:6:");
+      Asked(talk, Poll(query));
+      const Answer answer = Hear(talk, Poll(query), "<1N:6:");
       EXPECT_EQ(answer.then, Then::replan);
       bad.insert(bad.end(), answer.readings.begin(), answer.readings.end());
       refused = true;
@@ -151,26 +151,26 @@ TEST(SpaConversation, FindsTheMissingItemAndKeepsTheOthers) {
 }
 
 TEST(SpaConversation, ABusyDeviceChangesNoPlan) {
-  Talk talk(MakeDevice(Inputs()));
-  talk.Ask(Talk::Poll(0));
-  EXPECT_EQ(talk.Hear(Talk::Poll(0), "<1N:1:").then, Then::done);
-  EXPECT_EQ(talk.Hear(Talk::Poll(0), "<1N:9:").then, Then::done);
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
+  Asked(talk, Poll(0));
+  EXPECT_EQ(Hear(talk, Poll(0), "<1N:1:").then, Then::done);
+  EXPECT_EQ(Hear(talk, Poll(0), "<1N:9:").then, Then::done);
   EXPECT_EQ(AllRequests(talk), (Texts{">1RI1/5:"}));
 }
 
 TEST(SpaConversation, LearnsTheReadingOfContinuedReplies) {
-  Talk talk(MakeDevice(Inputs(), "3"));
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs(), "3"));
   const std::string covered = "<3D:1.00/2.00/3.0&\r\n0/4.00/1:";
   std::uint8_t sum = 0;
   for (const char c : covered) {
     if (c != '\r' && c != '\n') sum ^= static_cast<std::uint8_t>(c);
   }
-  talk.Ask(Talk::Poll(0));
+  Asked(talk, Poll(0));
   EXPECT_EQ(talk.request().expect.checksum & kCoversAny, kCoversAny);
-  const Answer answer = talk.Hear(Talk::Poll(0), View(Sealed(covered, HexByte(sum))));
+  const Answer answer = talk.Reply(Poll(0), Sealed(covered, HexByte(sum)));
   ASSERT_EQ(answer.readings.size(), 5U);
   EXPECT_EQ(answer.readings[2].value, Value(3.0)) << "a value cut in the middle is joined";
-  talk.Ask(Talk::Poll(0));
+  Asked(talk, Poll(0));
   EXPECT_EQ(talk.request().expect.checksum & kCoversAny, kCoversNoLineEnds);
 }
 
@@ -192,13 +192,13 @@ TEST(SpaConversation, DoubtsWhatItLearnedAfterRepeatedDamage) {
 TEST(SpaConversation, AChosenReadingIsNeverLearnedAway) {
   config::Device device = MakeDevice(Inputs(), "3");
   device.options.Set("continuation_checksum", std::string("d"));
-  Talk talk(std::move(device));
-  talk.Ask(Talk::Poll(0));
+  Talk talk(SpabusProtocol(), std::move(device));
+  Asked(talk, Poll(0));
   EXPECT_EQ(talk.request().expect.checksum & kCoversAny, kCoversLastLine);
 }
 
 TEST(SpaConversation, InterpretSaysWhatOnFrameSays) {
-  Talk talk(MakeDevice(Inputs(), "2"));
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs(), "2"));
   const Answer answer =
       talk->Interpret(ToBytes(">2RI1/5:06\r"), ReplyText("<2D:0.52/0.49/0.51/0.00/0:"));
   ASSERT_EQ(answer.readings.size(), 5U);
@@ -210,7 +210,7 @@ TEST(SpaConversation, InterpretSaysWhatOnFrameSays) {
 }
 
 TEST(SpaConversation, InterpretLabelsWhatNoPointKnows) {
-  Talk talk(MakeDevice({}, "1"));
+  Talk talk(SpabusProtocol(), MakeDevice({}, "1"));
   const auto labels = [&](const std::string& request, const std::string& reply) {
     std::string text;
     for (const Reading& r : talk->Interpret(ToBytes(request), ReplyText(reply)).readings) {
@@ -228,13 +228,13 @@ TEST(SpaConversation, InterpretLabelsWhatNoPointKnows) {
 }
 
 TEST(SpaConversation, AHugeRangeInACaptureCostsNothing) {
-  Talk talk(MakeDevice({}, "1"));
+  Talk talk(SpabusProtocol(), MakeDevice({}, "1"));
   const Answer answer = talk->Interpret(ToBytes(">1R0/999V0/999999:XX\r"), ReplyText("<1D:1:"));
   EXPECT_EQ(answer.outcome, Outcome::unexpected);
 }
 
 Expectation Expected(const std::string& request) {
-  return Expect(ToBytes(request), config::DefaultOptions(SpabusProtocol()));
+  return Expect(ToBytes(request), OptionsOf(SpabusProtocol()));
 }
 
 TEST(SpaExpectation, FollowsFromTheRequest) {

@@ -55,10 +55,10 @@ TEST_P(SpaProfile, EveryPointComesBackFromItsTwin) {
   FixedValues values;
   for (std::size_t i = 0; i < device.points.size(); ++i) values.Set(i, Simulated(device.points[i]));
   const auto twin = SpabusProtocol().make_twin(device, values);
-  Talk talk(device);
+  Talk talk(SpabusProtocol(), device);
   std::set<std::size_t> seen;
   for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
-    const Answer answer = Exchange(talk, Talk::Poll(query), *twin);
+    const Answer answer = talk.Exchange(Poll(query), *twin);
     EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
     for (const Reading& reading : answer.readings) {
       ASSERT_LT(reading.point, device.points.size());
@@ -80,12 +80,12 @@ TEST_P(SpaProfile, WritablePointsTakeTheirSimulatedValue) {
   config::Device device = MakeDevice(profile.points);
   FixedValues values;
   const auto twin = SpabusProtocol().make_twin(device, values);
-  Talk talk(device);
+  Talk talk(SpabusProtocol(), device);
   std::size_t written = 0;
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     const config::Point& point = device.points[i];
     if (point.access == Access::read) continue;
-    const Answer answer = Finish(talk, Talk::Write(i, Simulated(point)), *twin);
+    const Answer answer = talk.Run(Write(i, Simulated(point)), *twin);
     EXPECT_EQ(answer.outcome, Outcome::ok) << point.name << ": " << answer.reason;
     EXPECT_DOUBLE_EQ(ToDouble(values.Get(i, {})), point.simulate->low) << point.name;
     ++written;

@@ -114,10 +114,10 @@ TEST(SpaRoundTrip, ContinuedRepliesInEveryReading) {
       FixedValues values;
       config::Device device = Talkative(reading, values);
       device.options.Set("lf_in_checksum", line_feed);
-      Talk talk(device);
+      Talk talk(SpabusProtocol(), device);
       const auto twin = SpabusProtocol().make_twin(device, values);
       ASSERT_EQ(talk->Queries().size(), 1U);
-      const Answer answer = Exchange(talk, Talk::Poll(0), *twin);
+      const Answer answer = talk.Exchange(Poll(0), *twin);
       EXPECT_EQ(answer.outcome, Outcome::ok) << reading;
       ASSERT_EQ(answer.readings.size(), 20U) << reading;
       EXPECT_EQ(answer.readings[9].value, Value(std::string(30, 'k')));
@@ -131,9 +131,9 @@ TEST(SpaRoundTrip, GuardedWriteEndsWithThePasswordClosed) {
   device.options.Set("password", std::int64_t{12});
   FixedValues values;
   const auto twin = SpabusProtocol().make_twin(device, values);
-  Talk talk(device);
-  const Task write = Talk::Write(0, Value(std::int64_t{1}));
-  EXPECT_EQ(Finish(talk, write, *twin).outcome, Outcome::ok);
+  Talk talk(SpabusProtocol(), device);
+  const Task write = Write(0, Value(std::int64_t{1}));
+  EXPECT_EQ(talk.Run(write, *twin).outcome, Outcome::ok);
   EXPECT_EQ(values.Get(0, {}), Value(std::int64_t{1}));
   EXPECT_EQ(AsText(twin->Answer(ToBytes(">1WV150:0:XX\r"), {})).substr(0, 7), "\n<1N:7:");
 }
@@ -146,10 +146,10 @@ TEST(SpaRoundTrip, AWrongPasswordIsTriedOnce) {
   mistaken.options.Set("password", std::int64_t{13});
   FixedValues values;
   const auto twin = SpabusProtocol().make_twin(relay, values);
-  Talk talk(mistaken);
-  const Task write = Talk::Write(0, Value(std::int64_t{1}));
-  EXPECT_EQ(Finish(talk, write, *twin).outcome, Outcome::refused);
-  EXPECT_TRUE(talk.Ask(write).starts_with("error"));
+  Talk talk(SpabusProtocol(), mistaken);
+  const Task write = Write(0, Value(std::int64_t{1}));
+  EXPECT_EQ(talk.Run(write, *twin).outcome, Outcome::refused);
+  EXPECT_TRUE(Asked(talk, write).starts_with("error"));
   EXPECT_FALSE(HasValue(values.Get(0, {})));
 }
 
@@ -165,12 +165,12 @@ TEST(SpaRoundTrip, ItemsThatTheDeviceLacksAreFoundWithoutLosingTheOthers) {
   }
   const config::Device relay = MakeDevice(std::move(present));
   const auto twin = SpabusProtocol().make_twin(relay, values);
-  Talk talk(MakeDevice(std::move(wanted)));
+  Talk talk(SpabusProtocol(), MakeDevice(std::move(wanted)));
   std::map<std::size_t, Quality> seen;
   std::size_t exchanges = 0;
   for (std::size_t query = 0; query < talk->Queries().size();) {
     ASSERT_LT(++exchanges, 60U) << "the plan does not settle";
-    const Answer answer = Exchange(talk, Talk::Poll(query), *twin);
+    const Answer answer = talk.Exchange(Poll(query), *twin);
     for (const Reading& reading : answer.readings) seen[reading.point] = reading.quality;
     query = answer.then == Then::replan ? 0 : query + 1;
   }

@@ -12,15 +12,15 @@ config::Device Device(std::int64_t password) {
   return device;
 }
 
-const Task kWrite = Talk::Write(0, Value(std::int64_t{1}));
+const Task kWrite = Write(0, Value(std::int64_t{1}));
 
 std::string Body(const std::string& request) { return request.substr(0, request.rfind(':')); }
 
 TEST(SpaWrite, WithoutPasswordIsOneExchange) {
-  Talk talk(Device(0));
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV150:1");
+  Talk talk(SpabusProtocol(), Device(0));
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV150:1");
   EXPECT_FALSE(talk.request().expect.repeatable);
-  const Answer answer = talk.Hear(kWrite, "<1A:");
+  const Answer answer = Hear(talk, kWrite, "<1A:");
   EXPECT_EQ(answer.outcome, Outcome::ok);
   EXPECT_EQ(answer.then, Then::done);
 }
@@ -28,168 +28,168 @@ TEST(SpaWrite, WithoutPasswordIsOneExchange) {
 TEST(SpaWrite, UsesTheWriteAddressWhereItDiffers) {
   config::Device device = Device(0);
   device.points[0].write = "S1";
-  Talk talk(std::move(device));
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WS1:1");
+  Talk talk(SpabusProtocol(), std::move(device));
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WS1:1");
 }
 
 TEST(SpaWrite, RefusalNamesCodeAndMeaning) {
-  Talk talk(Device(0));
-  talk.Ask(kWrite);
-  const Answer answer = talk.Hear(kWrite, "<1N:8:");
+  Talk talk(SpabusProtocol(), Device(0));
+  Asked(talk, kWrite);
+  const Answer answer = Hear(talk, kWrite, "<1N:8:");
   EXPECT_EQ(answer.outcome, Outcome::refused);
   EXPECT_NE(answer.reason.find("NACK 8"), std::string::npos);
-  talk.Ask(kWrite);
-  EXPECT_EQ(talk.Hear(kWrite, "<1D:1:").outcome, Outcome::unexpected);
+  Asked(talk, kWrite);
+  EXPECT_EQ(Hear(talk, kWrite, "<1D:1:").outcome, Outcome::unexpected);
 }
 
 TEST(SpaWrite, BadValuesAndReadOnlyPointsNeverReachTheWire) {
-  Talk talk(Device(345));
-  EXPECT_TRUE(talk.Ask(Talk::Write(0, Value(std::int64_t{70000}))).starts_with("error"));
-  EXPECT_TRUE(talk.Ask(Talk::Write(0, Value(0.5))).starts_with("error"));
-  EXPECT_TRUE(talk.Ask(Talk::Write(1, Value(0.5))).starts_with("error: 'p_I1' is read-only"));
-  EXPECT_TRUE(talk.Ask(Talk::Write(7, Value(0.5))).starts_with("error"));
+  Talk talk(SpabusProtocol(), Device(345));
+  EXPECT_TRUE(Asked(talk, Write(0, Value(std::int64_t{70000}))).starts_with("error"));
+  EXPECT_TRUE(Asked(talk, Write(0, Value(0.5))).starts_with("error"));
+  EXPECT_TRUE(Asked(talk, Write(1, Value(0.5))).starts_with("error: 'p_I1' is read-only"));
+  EXPECT_TRUE(Asked(talk, Write(7, Value(0.5))).starts_with("error"));
 }
 
 TEST(SpaWrite, OpensWritesAndClosesWithTheSameValue) {
-  Talk talk(Device(345));
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV160:345");
+  Talk talk(SpabusProtocol(), Device(345));
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV160:345");
   EXPECT_FALSE(talk.request().expect.secrets.empty());
-  EXPECT_EQ(talk.Hear(kWrite, "<1A:").then, Then::ask_again);
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV150:1");
-  EXPECT_EQ(talk.Hear(kWrite, "<1A:").then, Then::ask_again);
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV161:345");
-  const Answer answer = talk.Hear(kWrite, "<1A:");
+  EXPECT_EQ(Hear(talk, kWrite, "<1A:").then, Then::ask_again);
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV150:1");
+  EXPECT_EQ(Hear(talk, kWrite, "<1A:").then, Then::ask_again);
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV161:345");
+  const Answer answer = Hear(talk, kWrite, "<1A:");
   EXPECT_EQ(answer.outcome, Outcome::ok);
   EXPECT_EQ(answer.then, Then::done);
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV160:345") << "the next write starts from the beginning";
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV160:345") << "the next write starts from the beginning";
 }
 
 TEST(SpaWrite, ClosesAfterTheDeviceRefusedTheValue) {
-  Talk talk(Device(345));
-  talk.Ask(kWrite);
-  talk.Hear(kWrite, "<1A:");
-  talk.Ask(kWrite);
-  EXPECT_EQ(talk.Hear(kWrite, "<1N:8:").then, Then::ask_again);
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV161:345");
-  const Answer answer = talk.Hear(kWrite, "<1A:");
+  Talk talk(SpabusProtocol(), Device(345));
+  Asked(talk, kWrite);
+  Hear(talk, kWrite, "<1A:");
+  Asked(talk, kWrite);
+  EXPECT_EQ(Hear(talk, kWrite, "<1N:8:").then, Then::ask_again);
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV161:345");
+  const Answer answer = Hear(talk, kWrite, "<1A:");
   EXPECT_EQ(answer.outcome, Outcome::refused) << "the last answer tells how the write ended";
   EXPECT_EQ(answer.then, Then::done);
 }
 
 TEST(SpaWrite, ClosesAfterSilence) {
   for (const int step : {0, 1}) {
-    Talk talk(Device(345));
-    talk.Ask(kWrite);
+    Talk talk(SpabusProtocol(), Device(345));
+    Asked(talk, kWrite);
     if (step == 1) {
-      talk.Hear(kWrite, "<1A:");
-      talk.Ask(kWrite);
+      Hear(talk, kWrite, "<1A:");
+      Asked(talk, kWrite);
     }
     EXPECT_EQ(talk.Fail(kWrite, Outcome::no_reply), Then::ask_again) << step;
-    EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV161:345") << step;
-    const Answer answer = talk.Hear(kWrite, "<1A:");
+    EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV161:345") << step;
+    const Answer answer = Hear(talk, kWrite, "<1A:");
     EXPECT_EQ(answer.outcome, Outcome::no_reply) << "unconfirmed is not written";
     EXPECT_EQ(talk.Fail(kWrite, answer.outcome), Then::done);
   }
 }
 
 TEST(SpaWrite, ClosesWhenItsTimeWasOverBeforeTheValueWasSent) {
-  Talk talk(Device(345));
-  talk.Ask(kWrite);
-  talk.Hear(kWrite, "<1A:");
-  talk.Ask(kWrite);
+  Talk talk(SpabusProtocol(), Device(345));
+  Asked(talk, kWrite);
+  Hear(talk, kWrite, "<1A:");
+  Asked(talk, kWrite);
   EXPECT_EQ(talk.Fail(kWrite, Outcome::busy), Then::ask_again);
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV161:345");
-  const Answer answer = talk.Hear(kWrite, "<1A:");
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV161:345");
+  const Answer answer = Hear(talk, kWrite, "<1A:");
   EXPECT_EQ(answer.outcome, Outcome::busy) << "an answer, and no reason to wait for another";
   EXPECT_NE(answer.reason.find("before it was sent"), std::string::npos);
 }
 
 TEST(SpaWrite, ClosesAfterAStrangersAnswer) {
-  Talk talk(Device(345));
-  talk.Ask(kWrite);
+  Talk talk(SpabusProtocol(), Device(345));
+  Asked(talk, kWrite);
   EXPECT_EQ(talk.Fail(kWrite, Outcome::unexpected), Then::ask_again);
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV161:345");
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV161:345");
 }
 
 TEST(SpaWrite, ClosesOnceMoreWhenTheClosingIsLost) {
-  Talk talk(Device(345));
+  Talk talk(SpabusProtocol(), Device(345));
   for (int step = 0; step < 2; ++step) {
-    talk.Ask(kWrite);
-    talk.Hear(kWrite, "<1A:");
+    Asked(talk, kWrite);
+    Hear(talk, kWrite, "<1A:");
   }
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV161:345");
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV161:345");
   EXPECT_EQ(talk.Fail(kWrite, Outcome::no_reply), Then::ask_again);
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV161:345");
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV161:345");
   EXPECT_EQ(talk.Fail(kWrite, Outcome::no_reply), Then::done);
 }
 
 TEST(SpaWrite, ARefusedPasswordIsNeverSentAgain) {
-  Talk talk(Device(345));
-  talk.Ask(kWrite);
-  const Answer answer = talk.Hear(kWrite, "<1N:7:");
+  Talk talk(SpabusProtocol(), Device(345));
+  Asked(talk, kWrite);
+  const Answer answer = Hear(talk, kWrite, "<1N:7:");
   EXPECT_EQ(answer.outcome, Outcome::refused);
   EXPECT_EQ(answer.then, Then::done);
   for (int attempt = 0; attempt < 3; ++attempt) {
-    EXPECT_TRUE(talk.Ask(kWrite).starts_with("error: the device refused the password"));
+    EXPECT_TRUE(Asked(talk, kWrite).starts_with("error: the device refused the password"));
   }
   talk->OnReconnect();
-  EXPECT_TRUE(talk.Ask(kWrite).starts_with("error: the device refused the password"));
+  EXPECT_TRUE(Asked(talk, kWrite).starts_with("error: the device refused the password"));
 }
 
 TEST(SpaWrite, ABusyOrDisturbedDeviceHasNotRefusedThePassword) {
   for (const char* reply : {"<1N:0:", "<1N:1:", "<1N:2:"}) {
-    Talk talk(Device(345));
-    talk.Ask(kWrite);
-    const Answer answer = talk.Hear(kWrite, reply);
+    Talk talk(SpabusProtocol(), Device(345));
+    Asked(talk, kWrite);
+    const Answer answer = Hear(talk, kWrite, reply);
     EXPECT_EQ(answer.then, Then::done);
     EXPECT_EQ(talk.Fail(kWrite, answer.outcome), Then::done);
-    EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV160:345") << reply;
+    EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV160:345") << reply;
   }
 }
 
 TEST(SpaWrite, ADamagedWriteStillGetsBothClosings) {
-  Talk talk(Device(345));
-  talk.Ask(kWrite);
-  talk.Hear(kWrite, "<1A:");
-  talk.Ask(kWrite);
-  const Answer damaged = talk.Hear(kWrite, "<1N:0:");
+  Talk talk(SpabusProtocol(), Device(345));
+  Asked(talk, kWrite);
+  Hear(talk, kWrite, "<1A:");
+  Asked(talk, kWrite);
+  const Answer damaged = Hear(talk, kWrite, "<1N:0:");
   EXPECT_EQ(talk.Fail(kWrite, damaged.outcome), Then::ask_again);
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV161:345");
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV161:345");
   EXPECT_EQ(talk.Fail(kWrite, Outcome::no_reply), Then::ask_again);
-  EXPECT_EQ(Body(talk.Ask(kWrite)), ">1WV161:345");
-  const Answer closed = talk.Hear(kWrite, "<1A:");
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV161:345");
+  const Answer closed = Hear(talk, kWrite, "<1A:");
   EXPECT_EQ(closed.outcome, Outcome::corrupt);
   EXPECT_EQ(closed.then, Then::done);
 }
 
 TEST(SpaWrite, NothingIsSentAfterTheLineWentDown) {
-  Talk talk(Device(345));
-  talk.Ask(kWrite);
+  Talk talk(SpabusProtocol(), Device(345));
+  Asked(talk, kWrite);
   EXPECT_EQ(talk.Fail(kWrite, Outcome::line_down), Then::done);
 }
 
 TEST(SpaWrite, OnlyTheClosingHasToBeSentWhateverHappens) {
-  Talk talk(Device(345));
+  Talk talk(SpabusProtocol(), Device(345));
   for (const bool closes : {false, false, true}) {
-    const std::string asked = talk.Ask(kWrite);
+    const std::string asked = Asked(talk, kWrite);
     EXPECT_EQ(talk.request().closes, closes) << asked;
-    talk.Hear(kWrite, "<1A:");
+    Hear(talk, kWrite, "<1A:");
   }
-  Talk open(Device(0));
-  open.Ask(kWrite);
+  Talk open(SpabusProtocol(), Device(0));
+  Asked(open, kWrite);
   EXPECT_FALSE(open.request().closes);
 }
 
 // ---------------------------------------------------------------- left open
 
-const Task kPoll = Talk::Poll(0);
+const Task kPoll = Poll(0);
 
 /// A relay that asks for a password, behind a line that is lost after so many steps of a write.
 struct Interrupted {
   explicit Interrupted(int steps) {
     values.fallback = std::int64_t{0};
-    for (int step = 0; step < steps; ++step) Exchange(talk, kWrite, *twin);
-    talk.Ask(kWrite);
+    for (int step = 0; step < steps; ++step) talk.Exchange(kWrite, *twin);
+    Asked(talk, kWrite);
     talk.Fail(kWrite, Outcome::line_down);
     talk->OnReconnect();
   }
@@ -201,30 +201,30 @@ struct Interrupted {
   config::Device device = Device(345);
   FixedValues values;
   std::unique_ptr<Twin> twin = SpabusProtocol().make_twin(device, values);
-  Talk talk{device};
+  Talk talk{SpabusProtocol(), device};
 };
 
 TEST(SpaWrite, APasswordLeftOpenIsClosedBeforeTheFirstPoll) {
   for (const int steps : {1, 2}) {
     Interrupted relay(steps);
     ASSERT_TRUE(relay.is_open()) << steps;
-    const Answer closed = Exchange(relay.talk, kPoll, *relay.twin);
+    const Answer closed = relay.talk.Exchange(kPoll, *relay.twin);
     EXPECT_TRUE(relay.talk.request().closes);
     EXPECT_EQ(closed.then, Then::ask_again);
     EXPECT_TRUE(closed.readings.empty());
     EXPECT_FALSE(relay.is_open()) << steps;
-    const Answer read = Exchange(relay.talk, kPoll, *relay.twin);
+    const Answer read = relay.talk.Exchange(kPoll, *relay.twin);
     EXPECT_EQ(read.outcome, Outcome::ok);
     EXPECT_EQ(read.readings.size(), 1U);
-    EXPECT_EQ(Body(relay.talk.Ask(kPoll)).find("V161"), std::string::npos) << "once";
+    EXPECT_EQ(Body(Asked(relay.talk, kPoll)).find("V161"), std::string::npos) << "once";
   }
 }
 
 TEST(SpaWrite, ARefusedClosingMeansThatNothingIsOpen) {
   Interrupted relay(0);
   ASSERT_FALSE(relay.is_open()) << "the password was sent and did not arrive";
-  EXPECT_EQ(Exchange(relay.talk, kPoll, *relay.twin).then, Then::ask_again);
-  EXPECT_EQ(Exchange(relay.talk, kPoll, *relay.twin).readings.size(), 1U);
+  EXPECT_EQ(relay.talk.Exchange(kPoll, *relay.twin).then, Then::ask_again);
+  EXPECT_EQ(relay.talk.Exchange(kPoll, *relay.twin).readings.size(), 1U);
   EXPECT_FALSE(relay.talk.request().closes);
   EXPECT_EQ(relay.talk->Queries().size(), 2U) << "V161 was not taken for a point";
 }
@@ -232,44 +232,44 @@ TEST(SpaWrite, ARefusedClosingMeansThatNothingIsOpen) {
 TEST(SpaWrite, AnUnansweredClosingDoesNotKeepThePollsAway) {
   Interrupted relay(1);
   for (const bool closes : {true, true, false, false}) {
-    relay.talk.Ask(kPoll);
+    Asked(relay.talk, kPoll);
     EXPECT_EQ(relay.talk.request().closes, closes);
     const Then then = relay.talk.Fail(kPoll, Outcome::no_reply);
     EXPECT_EQ(then, closes ? Then::ask_again : Then::done);
   }
   relay.talk->OnReconnect();
-  Finish(relay.talk, kPoll, *relay.twin);
+  relay.talk.Run(kPoll, *relay.twin);
   EXPECT_FALSE(relay.is_open()) << "it has come back";
 }
 
 TEST(SpaWrite, ProbesAndTheNextWriteGoAheadOfTheClosing) {
   Interrupted relay(1);
   const Task probe{Task::Kind::probe, 0, kNoPoint, {}};
-  EXPECT_TRUE(relay.talk.Ask(probe).starts_with(">1RF:"));
-  EXPECT_EQ(Finish(relay.talk, kWrite, *relay.twin).outcome, Outcome::ok);
+  EXPECT_TRUE(Asked(relay.talk, probe).starts_with(">1RF:"));
+  EXPECT_EQ(relay.talk.Run(kWrite, *relay.twin).outcome, Outcome::ok);
   EXPECT_FALSE(relay.is_open());
-  relay.talk.Ask(kPoll);
+  Asked(relay.talk, kPoll);
   EXPECT_FALSE(relay.talk.request().closes);
 }
 
 TEST(SpaWrite, LostClosingsAreMadeUpForByTheNextPoll) {
-  Talk talk(Device(345));
-  talk.Ask(kWrite);
+  Talk talk(SpabusProtocol(), Device(345));
+  Asked(talk, kWrite);
   for (int closing = 0; closing < 2; ++closing) {
     talk.Fail(kWrite, Outcome::no_reply);
-    talk.Ask(kWrite);
+    Asked(talk, kWrite);
   }
   EXPECT_EQ(talk.Fail(kWrite, Outcome::no_reply), Then::done);
-  EXPECT_EQ(Body(talk.Ask(kPoll)), ">1WV161:345");
-  EXPECT_EQ(talk.Hear(kPoll, "<1A:").then, Then::ask_again);
-  EXPECT_EQ(Body(talk.Ask(kPoll)).substr(0, 3), ">1R");
+  EXPECT_EQ(Body(Asked(talk, kPoll)), ">1WV161:345");
+  EXPECT_EQ(Hear(talk, kPoll, "<1A:").then, Then::ask_again);
+  EXPECT_EQ(Body(Asked(talk, kPoll)).substr(0, 3), ">1R");
 }
 
 TEST(SpaWrite, ARefusedPasswordIsNotClosedEither) {
-  Talk talk(Device(345));
-  talk.Ask(kWrite);
-  talk.Hear(kWrite, "<1N:7:");
-  EXPECT_EQ(Body(talk.Ask(kPoll)).substr(0, 3), ">1R");
+  Talk talk(SpabusProtocol(), Device(345));
+  Asked(talk, kWrite);
+  Hear(talk, kWrite, "<1N:7:");
+  EXPECT_EQ(Body(Asked(talk, kPoll)).substr(0, 3), ">1R");
 }
 
 }  // namespace

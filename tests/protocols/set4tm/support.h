@@ -1,0 +1,43 @@
+// SET-4TM meters in tests, and PDUs in hex.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/text.h"
+#include "gateway/line/assembler.h"
+#include "protocols/set4tm/conversation.h"
+#include "protocols/set4tm/expect.h"
+#include "protocols/set4tm/protocol.h"
+#include "protocols/set4tm/twin.h"
+#include "tests/support/talk.h"
+
+namespace baudgate::protocols::set4tm {
+
+inline Bytes Hex(std::string_view text) { return *ParseHex(text); }
+
+inline config::Options DefaultOptions() { return OptionsOf(Set4tmProtocol()); }
+
+inline config::Point MakePoint(const std::string& read, config::Group group = config::Group::fast,
+                               config::Type type = config::Type::float64) {
+  return ReadPoint("p", read, type, group);
+}
+
+inline config::Device MakeDevice(const std::string& address, std::vector<config::Point> points) {
+  return DeviceOf(Set4tmProtocol(), address, std::move(points));
+}
+
+/// The PDUs asked since the last call, in hex; a password shows as "01".
+inline std::vector<std::string> TakeAsked(Talk& talk) {
+  std::vector<std::string> pdus;
+  for (const Bytes& frame : std::exchange(talk.asked, {})) {
+    const std::size_t head = frame[0] == 0xFC ? 5 : 1;
+    const bool open = frame[head] == 0x01;
+    pdus.push_back(open ? "01" : ToHex(View(frame).subspan(head, frame.size() - head - 2)));
+  }
+  return pdus;
+}
+
+}  // namespace baudgate::protocols::set4tm
