@@ -50,11 +50,11 @@ void WeakChecksums::OnDelivery(View request, View reply, View delivered) {
                     std::equal(request.begin(), request.end(), delivered.begin());
   if (echo) delivered = delivered.subspan(request.size());
   Assembler assembler;
-  assembler.Begin(protocol_.reply_rule, protocol_.expect(request, options_));
+  assembler.Begin(setup_.protocol->reply_rule, setup_.protocol->expect(request, options_));
   assembler.Feed(delivered);
   auto frame = assembler.Next(false);
   if (!frame) frame = assembler.Next(true);
-  if (!frame || !HasGoodChecksum(protocol_, *frame)) return;
+  if (!frame || !setup_.good_checksum(*frame)) return;
   if (std::search(reply.begin(), reply.end(), frame->begin(), frame->end()) != reply.end()) return;
   const std::lock_guard lock(mutex_);
   deliveries_.push_back(std::chrono::steady_clock::now());
@@ -86,7 +86,7 @@ SoakLine::SoakLine(const Setup& setup, bool echoes, const std::string& port,
   }
   LearnTruth(setup);
   store_ = std::make_unique<PointStore>(config_);
-  weak_ = std::make_unique<WeakChecksums>(*setup.protocol, line.devices.front().options);
+  weak_ = std::make_unique<WeakChecksums>(setup_, line.devices.front().options);
   SimulatorOptions options;
   options.link = port;
   options.pace = line.serial;

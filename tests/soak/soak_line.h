@@ -21,8 +21,8 @@ namespace baudgate {
 /// Remembers when frames left a twin that are damaged although their check value is good.
 class WeakChecksums {
  public:
-  WeakChecksums(const Protocol& protocol, const config::Options& options)
-      : protocol_(protocol), options_(options) {}
+  WeakChecksums(const Setup& setup, const config::Options& options)
+      : setup_(setup), options_(options) {}
 
   void OnDelivery(View request, View reply, View delivered);
   /// Whether such a frame can have been read by an exchange that ended at `read_at`.
@@ -30,7 +30,7 @@ class WeakChecksums {
   std::size_t count() const;
 
  private:
-  const Protocol& protocol_;
+  const Setup& setup_;
   const config::Options& options_;
   mutable std::mutex mutex_;
   std::vector<Instant> deliveries_;

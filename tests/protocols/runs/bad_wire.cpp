@@ -37,7 +37,7 @@ bool BadWire::IsBeyondDetection(std::uint32_t device) {
   assembler.Feed(latest.arrived);
   auto frame = assembler.Next(false);
   if (!frame) frame = assembler.Next(true);
-  if (!frame || !HasGoodChecksum(protocol, *frame)) return false;
+  if (!frame || !rig_.setup().good_checksum(*frame)) return false;
   ++undetected_;
   return true;
 }

@@ -65,15 +65,15 @@ INSTANTIATE_TEST_SUITE_P(Real, DamagedRun, ::testing::ValuesIn(DamagedLines()), 
 
 /// The check values of the test itself: without them no excuse is worth anything.
 TEST(DamageOracle, KnowsGoodCheckValuesFromBadOnes) {
-  const auto& spa = *RealLine("Spa9600").protocol;
-  EXPECT_TRUE(HasGoodChecksum(spa, ToBytes("<1D:SPCJ 4D29:18\r\n")));
-  EXPECT_FALSE(HasGoodChecksum(spa, ToBytes("<1D:SPCJ 4D28:18\r\n")));
-  const auto& dcon = *RealLine("Dcon9600").protocol;
-  EXPECT_TRUE(HasGoodChecksum(dcon, ToBytes(">+100.23+34.050E2\r")));
-  EXPECT_FALSE(HasGoodChecksum(dcon, ToBytes(">+100.23+34.051E2\r")));
-  const auto& meter = *RealLine("Set4tm9600").protocol;
-  EXPECT_TRUE(HasGoodChecksum(meter, *ParseHex("C8 00 80 66 43 AE 69")));
-  EXPECT_FALSE(HasGoodChecksum(meter, *ParseHex("C8 00 80 67 43 AE 69")));
+  const auto spa = RealLine("Spa9600").good_checksum;
+  EXPECT_TRUE(spa(ToBytes("<1D:SPCJ 4D29:18\r\n")));
+  EXPECT_FALSE(spa(ToBytes("<1D:SPCJ 4D28:18\r\n")));
+  const auto dcon = RealLine("Dcon9600").good_checksum;
+  EXPECT_TRUE(dcon(ToBytes(">+100.23+34.050E2\r")));
+  EXPECT_FALSE(dcon(ToBytes(">+100.23+34.051E2\r")));
+  const auto meter = RealLine("Set4tm9600").good_checksum;
+  EXPECT_TRUE(meter(*ParseHex("C8 00 80 66 43 AE 69")));
+  EXPECT_FALSE(meter(*ParseHex("C8 00 80 67 43 AE 69")));
 }
 
 TEST(DamageOracle, SeesAWrongValue) {

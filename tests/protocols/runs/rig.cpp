@@ -53,7 +53,8 @@ bool Matches(const config::Point& point, const Value& shown, const Value& raw) {
   return std::abs(ToDouble(shown) - expected) <= std::abs(expected) * 1e-4 + step;
 }
 
-bool SpaChecksum(std::string_view text) {
+bool SpaGood(View frame) {
+  const std::string_view text = AsText(frame);
   const auto start = text.find('<');
   const auto colon = text.rfind(':');
   if (start == std::string_view::npos || colon == std::string_view::npos) return false;
@@ -63,7 +64,7 @@ bool SpaChecksum(std::string_view text) {
   return sent == HexByte(sum) || sent == "XX";
 }
 
-bool DconChecksum(View frame) {
+bool DconGood(View frame) {
   const std::string_view text = AsText(frame);
   return text.size() > 3 && text.back() == '\r' &&
          text.substr(text.size() - 3, 2) == HexByte(Sum8(frame.first(frame.size() - 3)));
@@ -75,7 +76,8 @@ bool CrcGood(View frame) {
   return ByteReader(frame).U16Le(body) == Crc16(frame.first(body));
 }
 
-bool LrcGood(std::string_view text) {
+bool LrcGood(View frame) {
+  const std::string_view text = AsText(frame);
   const auto start = text.rfind(':');
   if (start == std::string_view::npos || !text.ends_with("\r\n")) return false;
   const auto bytes = ParseHex(text.substr(start + 1, text.size() - start - 3));
@@ -87,48 +89,54 @@ bool Fast(config::Group group) { return group == config::Group::fast; }
 
 }  // namespace
 
-bool HasGoodChecksum(const Protocol& protocol, View frame) {
-  if (protocol.name == "spabus") return SpaChecksum(AsText(frame));
-  if (protocol.name == "dcon") return DconChecksum(frame);
-  return protocol.name == "modbus_ascii" ? LrcGood(AsText(frame)) : CrcGood(frame);
-}
-
 const std::vector<Setup>& RealLines() {
   using config::Parity;
   static const std::vector<Setup> lines = {
-      {"Spa9600", &SpabusProtocol(), "spaj140c", Serial(9600, 7, Parity::even), {"1", "2"}, {}},
+      {"Spa9600",
+       &SpabusProtocol(),
+       SpaGood,
+       "spaj140c",
+       Serial(9600, 7, Parity::even),
+       {"1", "2"},
+       {}},
       {"Dcon115200",
        &DconProtocol(),
+       DconGood,
        "owen-mv110-8a",
        Serial(115200, 8, Parity::none),
        {"1", "2"},
        {}},
       {"Dcon9600",
        &DconProtocol(),
+       DconGood,
        "adam-4018plus",
        Serial(9600, 8, Parity::none),
        {"1", "0x4A"},
        {{"checksum", true}}},
       {"Set4tm9600",
        &Set4tmProtocol(),
+       CrcGood,
        "set-4tm.03m",
        Serial(9600, 8, Parity::odd),
        {"200", "5"},
        {}},
       {"Set4tmSnapshot",
        &Set4tmProtocol(),
+       CrcGood,
        "set-4tm.03m",
        Serial(9600, 8, Parity::odd),
        {"200", "sn:9020077"},
        {{"snapshot", true}}},
       {"ModbusRtu19200",
        &ModbusRtuProtocol(),
+       CrcGood,
        "generic-meter",
        Serial(19200, 8, Parity::even),
        {"20", "0x15"},
        {}},
       {"ModbusAscii9600",
        &ModbusAsciiProtocol(),
+       LrcGood,
        "generic-meter",
        Serial(9600, 7, Parity::even),
        {"1", "2"},

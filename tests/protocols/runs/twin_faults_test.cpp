@@ -319,7 +319,7 @@ TEST_P(MisbehavingTwin, ItsStrangerSpeaksTheProtocol) {
     if (reply.empty()) continue;
     ++own;
     const Bytes foreign = stranger(request);
-    EXPECT_TRUE(HasGoodChecksum(*GetParam().protocol, foreign)) << AsText(foreign);
+    EXPECT_TRUE(GetParam().good_checksum(foreign)) << AsText(foreign);
     EXPECT_TRUE(foreign != reply || !CarriesAddress(request)) << AsText(foreign);
   }
   EXPECT_GT(own, 0U);
