@@ -98,30 +98,6 @@ TEST_F(MasterEchoTest, OffTheEchoOfAnExceptionIsNeitherRequestNorDamage) {
   EXPECT_EQ(Master().damaged, 0U);
 }
 
-TEST_F(MasterEchoTest, OffADamagedEchoIsDamage) {
-  BeginWith(config::Listener::Echo::off);
-  WriteOnce();
-  Bytes echo = Rtu(1, kWrite);
-  echo[5] ^= 0x10;
-  Hear(echo);
-  ExpectSilence();
-  EXPECT_EQ(commands(), 1U);
-  EXPECT_EQ(Master().echoes, 0U);
-  EXPECT_EQ(Master().damaged, 1U);
-  WriteOnce();
-}
-
-TEST_F(MasterEchoTest, OffAnEchoBehindNoiseIsFound) {
-  BeginWith(config::Listener::Echo::off);
-  WriteOnce();
-  Bytes bytes = ParseHex("FF 00").value();
-  Append(bytes, View(Rtu(1, kWrite)));
-  Hear(bytes);
-  ExpectSilence();
-  EXPECT_EQ(commands(), 1U);
-  EXPECT_EQ(Master().echoes, 1U);
-}
-
 TEST_F(MasterEchoTest, OffOnlyTheFirstFrameBehindAReplyIsItsEcho) {
   BeginWith(config::Listener::Echo::off);
   WriteOnce();
@@ -170,27 +146,43 @@ TEST_F(MasterEchoTest, StripABusWithoutEchoWorks) {
   EXPECT_EQ(target_.requests.size(), 1U);
 }
 
-TEST_F(MasterEchoTest, StripADamagedEchoIsDamageAndTheNextWriteIsTheMasters) {
-  BeginWith(config::Listener::Echo::strip);
+/// What `off` and `strip` have in common.
+class EveryMasterEchoTest : public MasterEchoTest,
+                            public testing::WithParamInterface<config::Listener::Echo> {
+ protected:
+  bool Off() const { return GetParam() == config::Listener::Echo::off; }
+};
+
+TEST_P(EveryMasterEchoTest, ADamagedEchoIsDamageAndTheNextWriteIsTheMasters) {
+  BeginWith(GetParam());
   WriteOnce();
   Bytes echo = Rtu(1, kWrite);
   echo[5] ^= 0x10;
   Hear(echo);
   ExpectSilence();
   EXPECT_EQ(commands(), 1U);
+  EXPECT_EQ(Master().echoes, 0U);
   EXPECT_EQ(Master().damaged, 1U);
   WriteOnce();
 }
 
-TEST_F(MasterEchoTest, StripAnEchoBehindNoiseIsFound) {
-  BeginWith(config::Listener::Echo::strip);
+TEST_P(EveryMasterEchoTest, AnEchoBehindNoiseIsFound) {
+  BeginWith(GetParam());
   WriteOnce();
   Bytes bytes = ParseHex("FF 00").value();
   Append(bytes, View(Rtu(1, kWrite)));
   Hear(bytes);
   ExpectSilence();
   EXPECT_EQ(commands(), 1U);
+  EXPECT_EQ(Master().echoes, Off() ? 1U : 0U) << "with strip it is as it should be";
 }
+
+INSTANTIATE_TEST_SUITE_P(Echo, EveryMasterEchoTest,
+                         testing::Values(config::Listener::Echo::off,
+                                         config::Listener::Echo::strip),
+                         [](const auto& info) {
+                           return info.param == config::Listener::Echo::off ? "Off" : "Strip";
+                         });
 
 }  // namespace
 }  // namespace baudgate::modbus
