@@ -85,9 +85,11 @@ class LateAnswers {
     std::optional<Instant> late_from;  // bytes from here on are the late answer to its last request
     Duration lateness{};               // how much longer than its drain time its bytes were seen to
                                        // take behind the end of an exchange that had failed
-    Duration trail{};                  // how long after good answers more bytes came
-    End end = End::silent;             // of its last exchange
-    bool told_late = false;            // the user has been warned
+    // How long after good answers more bytes came; not part of lateness, which lengthens what is
+    // waited behind failures only. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
+    Duration trail{};
+    End end = End::silent;   // of its last exchange
+    bool told_late = false;  // the user has been warned
   };
 
   State& Of(const Member& member) const;
