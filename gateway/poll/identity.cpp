@@ -6,10 +6,13 @@
 namespace baudgate {
 namespace {
 
-/// A device that has been replaced by one of another kind is believed after so many probes.
+/// A device that has been replaced by one of another kind is believed after so many probes. Needed
+/// by ReplacedDevice.IsBelievedAfterAWhile: it was swapped within a second, and never was offline.
 constexpr int kProbesOfAnother = 16;
 
-/// So many answered probes of another kind, and none to the identification, end it.
+/// So many answered probes of another kind, and none to the identification, end it. Needed by
+/// MisbehavingTwin.AWrongAddressIsUnexpectedWhereTheReplyCarriesOne/Dcon9600: what identified the
+/// device is refused for ever afterwards.
 constexpr int kOtherProbes = 3;
 
 /// A line feed behind the carriage return may be missing, or come with the next bytes.
