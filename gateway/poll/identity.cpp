@@ -7,7 +7,7 @@ namespace baudgate {
 namespace {
 
 /// A device that has been replaced by one of another kind is believed after so many probes. Needed
-/// by ReplacedDevice.IsBelievedAfterAWhile: it was swapped within a second, and never was offline.
+/// by ReplacedDevice.IsBelievedAfterAWhile: a relay whose successor says that it is another type.
 constexpr int kProbesOfAnother = 16;
 
 /// So many answered probes of another kind, and none to the identification, end it. Needed by
