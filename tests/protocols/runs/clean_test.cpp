@@ -53,7 +53,8 @@ TEST_P(CleanRun, TheLineIsNeverIdleWhereMoreIsWantedThanItCarries) {
   rig.Watch();
   const Duration busy = rig->poller().ledger().counters().busy;
   rig->RunFor(30s);
-  const double share = std::chrono::duration<double>(rig->poller().ledger().counters().busy - busy) / 30s;
+  const double share =
+      std::chrono::duration<double>(rig->poller().ledger().counters().busy - busy) / 30s;
   EXPECT_GT(share, 0.99);
   EXPECT_TRUE(rig.AllGood()) << "the slow group has its turn";
   EXPECT_EQ(rig->StatusOf(0).retries, 0U);
