@@ -64,7 +64,7 @@ Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::OnFrame,
         &Conversation::Interpret>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
-Methods<&Twin::Answer> ListOf(Twin*);
+Methods<&Twin::Answer, &Twin::ReplyAs> ListOf(Twin*);
 Methods<> ListOf(Bus*);
 
 Types<config::OptionValue> ListOf(config::Options*);

@@ -4,6 +4,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string_view>
+
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
@@ -29,6 +31,10 @@ class Twin {
   /// Empty: the device is silent, as real ones are when the request names another device or has a
   /// wrong checksum.
   virtual Bytes Answer(View request, Instant now) = 0;
+  /// From now on replies carry `address`, a valid one, in place of the device's own; requests to
+  /// its own are answered as before. Address 7, ReplyAs("9"): "?7A1" is answered by "!9…". Where
+  /// replies of the protocol carry no address, nothing changes. For the fault wrong_address.
+  virtual void ReplyAs(std::string_view address) = 0;
 };
 
 }  // namespace baudgate

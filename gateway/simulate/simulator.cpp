@@ -10,11 +10,11 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include "gateway/line/assembler.h"
 #include "gateway/simulate/pty.h"
-#include "gateway/simulate/twin_stranger.h"
 
 namespace baudgate {
 namespace {
@@ -30,16 +30,50 @@ TwinWire WireOf(const Protocol& protocol, const SimulatorOptions& options) {
   return {options.pace.value_or(protocol.serial), options.pace.has_value(), options.think_time};
 }
 
-/// Another device of the kind of `device`, for the fault wrong_address.
-TwinFaults::Stranger StrangerOf(const Protocol& protocol, const config::Device& device,
-                                std::uint32_t seed, Instant now) {
-  SimulatedValues values(device.points, seed);
-  auto stranger = TwinStranger::Create(protocol, device, values, now);
-  if (!stranger) return {};
-  return [stranger = std::move(*stranger)](View request) { return stranger.ReplyTo(request); };
+struct Inhabitant {
+  config::Device device;
+  std::unique_ptr<SimulatedValues> values;
+  std::unique_ptr<Twin> twin;
+};
+using Inhabitants = std::vector<std::unique_ptr<Inhabitant>>;
+
+/// `seed`: of the first; each of the others has the next one.
+Inhabitants MakeTwins(const Protocol& protocol, std::vector<config::Device> devices,
+                      std::uint32_t seed) {
+  Inhabitants inhabitants;
+  for (config::Device& device : devices) {
+    auto inhabitant = std::make_unique<Inhabitant>();
+    inhabitant->device = std::move(device);
+    inhabitant->values = std::make_unique<SimulatedValues>(inhabitant->device.points, seed++);
+    inhabitant->twin = protocol.make_twin(inhabitant->device, *inhabitant->values);
+    inhabitants.push_back(std::move(inhabitant));
+  }
+  return inhabitants;
+}
+
+/// Of the first one that does not keep silent.
+Bytes AnswerOf(const Inhabitants& inhabitants, View request, Instant now) {
+  for (const auto& inhabitant : inhabitants) {
+    Bytes reply = inhabitant->twin->Answer(request, now);
+    if (!reply.empty()) return reply;
+  }
+  return {};
 }
 
 }  // namespace
+
+std::optional<std::string> FreeAddress(const Protocol& protocol,
+                                       std::span<const config::Device> devices) {
+  std::set<std::string> taken;
+  for (const config::Device& device : devices) {
+    taken.insert(protocol.canonical_address(device.address).value());
+  }
+  for (std::size_t number = 1; number <= devices.size() + 1; ++number) {
+    const auto address = protocol.canonical_address(std::to_string(number));
+    if (address && !taken.contains(*address)) return *address;
+  }
+  return std::nullopt;
+}
 
 SimulatedValues::SimulatedValues(const std::vector<config::Point>& points, std::uint32_t seed)
     : points_(points), seed_(seed), written_(points.size()) {}
@@ -68,27 +102,22 @@ void SimulatedValues::Set(std::size_t point, const Value& value) { written_[poin
 
 /// Handlers that are due already run after the simulator is gone: they hold it weakly.
 struct Simulator::Impl : std::enable_shared_from_this<Impl> {
-  struct Inhabitant {
-    config::Device device;
-    std::unique_ptr<SimulatedValues> values;
-    std::unique_ptr<Twin> twin;
-  };
-
   Impl(asio::io_context& io, const Protocol& its_protocol, const SimulatorOptions& its_options,
-       Pty its_pty)
+       Pty its_pty, std::vector<config::Device> devices)
       : protocol(its_protocol),
         wire(WireOf(its_protocol, its_options)),
         pty(std::move(its_pty)),
         descriptor(io, pty.TakeMaster()),
         timer(io),
         silence(io),
-        observer(its_options.observer) {
+        observer(its_options.observer),
+        inhabitants(MakeTwins(protocol, std::move(devices), 0)) {
     asio::error_code ignored;
     descriptor.non_blocking(true, ignored);  // nobody need be reading
   }
 
-  void AddTwins(std::vector<config::Device> devices);
   void SetFaults(const std::vector<Fault>& wanted);
+  Inhabitants MakeStrangers() const;
   void Read();
   void OnRequestBytes(View bytes);
   std::optional<Bytes> NextRequest();
@@ -106,7 +135,8 @@ struct Simulator::Impl : std::enable_shared_from_this<Impl> {
   asio::steady_timer timer;
   asio::steady_timer silence;  // while part of a request is held
   std::function<void(View, View, View)> observer;
-  std::vector<std::unique_ptr<Inhabitant>> inhabitants;
+  Inhabitants inhabitants;
+  Inhabitants strangers;  // who answer in place of the inhabitants, for the fault wrong_address
   std::optional<TwinFaults> faults;
   bool was_dead = false;
   Assembler assembler;
@@ -120,28 +150,28 @@ struct Simulator::Impl : std::enable_shared_from_this<Impl> {
   std::atomic<std::uint64_t> characters = 0;
 };
 
-void Simulator::Impl::AddTwins(std::vector<config::Device> devices) {
-  std::uint32_t seed = 0;
-  for (config::Device& device : devices) {
-    auto inhabitant = std::make_unique<Inhabitant>();
-    inhabitant->device = std::move(device);
-    inhabitant->values = std::make_unique<SimulatedValues>(inhabitant->device.points, seed++);
-    inhabitant->twin = protocol.make_twin(inhabitant->device, *inhabitant->values);
-    inhabitants.push_back(std::move(inhabitant));
-  }
-}
-
 void Simulator::Impl::SetFaults(const std::vector<Fault>& wanted) {
   faults.reset();
+  strangers.clear();
   if (wanted.empty()) return;
-  const Instant now = std::chrono::steady_clock::now();
   const bool foreign = std::any_of(wanted.begin(), wanted.end(), [](const Fault& fault) {
     return fault.kind == Fault::Kind::wrong_address;
   });
-  const auto seed = static_cast<std::uint32_t>(inhabitants.size());
-  faults.emplace(wanted, wire, now,
-                 foreign ? StrangerOf(protocol, inhabitants.front()->device, seed, now)
-                         : TwinFaults::Stranger());
+  if (foreign) strangers = MakeStrangers();
+  faults.emplace(wanted, wire, std::chrono::steady_clock::now(),
+                 [this](View request, Instant now) { return AnswerOf(strangers, request, now); });
+}
+
+/// Devices like the inhabitants, with values of their own, that reply under one other address.
+Inhabitants Simulator::Impl::MakeStrangers() const {
+  std::vector<config::Device> devices;
+  for (const auto& inhabitant : inhabitants) devices.push_back(inhabitant->device);
+  const auto address = FreeAddress(protocol, devices);
+  if (!address) return {};
+  const auto seed = static_cast<std::uint32_t>(devices.size());
+  Inhabitants made = MakeTwins(protocol, std::move(devices), seed);
+  for (const auto& stranger : made) stranger->twin->ReplyAs(*address);
+  return made;
 }
 
 void Simulator::Impl::Read() {
@@ -228,11 +258,7 @@ Bytes Simulator::Impl::Answer(View frame, Instant now) {
     leaving.clear();
     return {};
   }
-  for (const auto& inhabitant : inhabitants) {
-    Bytes reply = inhabitant->twin->Answer(frame, now);
-    if (!reply.empty()) return reply;
-  }
-  return {};
+  return AnswerOf(inhabitants, frame, now);
 }
 
 /// `until`: when the last of `bytes` has come over the wire.
@@ -275,8 +301,7 @@ Result<std::unique_ptr<Simulator>> Simulator::Create(asio::io_context& io, const
                                                      const SimulatorOptions& options) {
   auto pty = Pty::Create(options.link);
   if (!pty) return Error{pty.error()};
-  auto impl = std::make_shared<Impl>(io, protocol, options, std::move(*pty));
-  impl->AddTwins(std::move(devices));
+  auto impl = std::make_shared<Impl>(io, protocol, options, std::move(*pty), std::move(devices));
   impl->SetFaults(options.faults);
   const config::Options& shared = impl->inhabitants.front()->device.options;
   impl->assembler.Begin(protocol.request_rule, protocol.expect({}, shared));

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,11 @@ class SimulatedValues final : public TwinValues {
   std::uint32_t seed_;
   std::vector<Value> written_;
 };
+
+/// The lowest number that is an address of this protocol and none of `devices`'. Devices 1 and
+/// 2: 3. Nothing where addresses are no numbers.
+std::optional<std::string> FreeAddress(const Protocol& protocol,
+                                       std::span<const config::Device> devices);
 
 struct SimulatorOptions {
   std::string link;  ///< where the pty is linked; empty: its own name only

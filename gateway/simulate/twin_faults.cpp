@@ -72,8 +72,9 @@ std::vector<TimedPiece> TwinFaults::Deliver(View request, Bytes reply, Instant e
   Speech speech;
   if (dead) held_.clear();
   if (answers) speech = TakeHeld();
-  Utterance said{request, {}, {}, {}};
+  Utterance said{request, {}, {}, {}, {}};
   if (answers) said.speech.push_back({{}, std::move(reply)});
+  if (answers && stranger_) said.foreign = stranger_(request, end_of_request);
   for (std::size_t kind = 0; kind < kFaultKinds; ++kind) {
     for (Active& active : faults_) {
       if (static_cast<std::size_t>(active.fault.kind) != kind) continue;
@@ -103,12 +104,10 @@ bool TwinFaults::Apply(Active& active, Utterance& said) {
   switch (fault.kind) {
     case Fault::Kind::death:
       return true;
-    case Fault::Kind::wrong_address: {
-      Bytes foreign = stranger_ ? stranger_(said.request) : Bytes();
-      if (foreign.empty()) return false;
-      speech.assign(1, {{}, std::move(foreign)});
+    case Fault::Kind::wrong_address:
+      if (said.foreign.empty()) return false;
+      speech.assign(1, {{}, said.foreign});
       return true;
-    }
     case Fault::Kind::loss:
       return !std::exchange(speech, {}).empty();
     case Fault::Kind::bits:

@@ -76,8 +76,9 @@ struct FaultCount {
 
 class TwinFaults {
  public:
-  /// What another device of the same kind says when it is asked the like of `request`.
-  using Stranger = std::function<Bytes(View request)>;
+  /// What another device says that takes `request` for one of its own, and replies under its own
+  /// address. It hears every request that the twin answers, and so keeps its sessions.
+  using Stranger = std::function<Bytes(View request, Instant now)>;
 
   /// Without a stranger wrong_address never strikes. Schedules count from `start`.
   TwinFaults(std::vector<Fault> faults, const TwinWire& wire, Instant start,
@@ -115,6 +116,7 @@ class TwinFaults {
   struct Utterance {
     View request;
     Speech speech;
+    Bytes foreign;  // what the stranger says
     Bytes echo;
     Duration delay{};
   };

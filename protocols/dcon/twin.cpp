@@ -53,15 +53,17 @@ std::uint64_t Place(const ReadAddress& read, const Value& value) {
 
 DconTwin::DconTwin(const config::Device& device, TwinValues& values)
     : settings_(ReadSettings(device.options)),
-      address_(ParseAddress(device.address)),
-      who_(HexByte(address_ ? address_.value() : std::uint8_t{0})),
+      address_(ParseAddress(device.address).value()),
+      who_(HexByte(address_)),
       points_(
           device, values, [](const config::Point& point) { return ParseRead(point.read); },
           [](const config::Point& point) { return ParseWrite(point.write); }) {}
 
+void DconTwin::ReplyAs(std::string_view address) { who_ = HexByte(ParseAddress(address).value()); }
+
 Bytes DconTwin::Answer(View request, Instant now) {
   const auto command = ParseRequest(request, settings_.checksum);
-  if (!command || command->broadcast || !address_ || command->address != *address_) return {};
+  if (!command || command->broadcast || command->address != address_) return {};
   std::optional<std::string> reply = AnswerRead(command->text, now);
   if (!reply) reply = AnswerChannel(command->text, now);
   if (!reply) reply = AnswerIdentity(command->text);

@@ -20,6 +20,7 @@ class DconTwin : public Twin {
   DconTwin(const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
+  void ReplyAs(std::string_view address) override;
 
  private:
   using Known = TwinPoints<ReadAddress, WriteAddress>::One;
@@ -35,7 +36,7 @@ class DconTwin : public Twin {
   const Known* FindChannel(std::string_view command, std::size_t channel) const;
 
   Settings settings_;
-  Result<std::uint8_t> address_;
+  std::uint8_t address_;
   std::string who_;  ///< the address as it stands in replies
   TwinPoints<ReadAddress, WriteAddress> points_;
 };

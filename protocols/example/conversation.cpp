@@ -24,8 +24,7 @@ Result<Request> ExampleConversation::Ask(const Task& task, Instant) {
     message = {'W', address_, ParseItem(device_.points[task.point]).value(),
                EncodeValue(task.value)};
   }
-  Request request;
-  request.bytes = EncodeRequest(message);
+  Request request{.bytes = EncodeRequest(message)};
   request.expect = Expect(request.bytes, device_.options);
   request.steady = task.kind == Task::Kind::probe;  // the type of a device never changes
   return request;

@@ -6,8 +6,7 @@
 namespace baudgate::protocols::example {
 
 Expectation Expect(View request, const config::Options&) {
-  Expectation expect;
-  expect.max_bytes = kMaxFrame;
+  Expectation expect{.max_bytes = kMaxFrame};
   if (const auto message = Decode(request)) {
     expect.address = {static_cast<std::uint8_t>(message->device)};
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/example/twin.h"
 
-#include "protocols/example/codec.h"
 #include "protocols/example/points.h"
 #include "protocols/example/values.h"
 
@@ -14,7 +13,7 @@ ExampleTwin::ExampleTwin(const config::Device& device, TwinValues& values)
 Bytes ExampleTwin::Answer(View request, Instant now) {
   const auto asked = Decode(request);
   if (!asked || asked->device != address_) return {};
-  Message reply{'!', address_, asked->item, "~"};
+  Message reply{'!', reply_as_, asked->item, "~"};
   const auto is_asked = [&](unsigned item) { return item == asked->item; };
   if (asked->item == 0) {
     reply.content = "=1";  // its type

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "protocols/common/twin_points.h"
+#include "protocols/example/codec.h"
 
 namespace baudgate::protocols::example {
 
@@ -11,9 +12,11 @@ class ExampleTwin final : public Twin {
   ExampleTwin(const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
+  void ReplyAs(std::string_view address) override { reply_as_ = ParseAddress(address).value(); }
 
  private:
   const char address_;
+  char reply_as_ = address_;
   TwinPoints<unsigned> points_;  ///< by item
 };
 

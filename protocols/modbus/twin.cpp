@@ -60,16 +60,19 @@ ModbusTwin::ModbusTwin(Framing framing, const config::Device& device, TwinValues
     : framing_(framing),
       device_(device),
       settings_(ReadSettings(device.options)),
-      slave_(ParseAddress(device.address)),
+      slave_(ParseAddress(device.address).value()),
+      reply_as_(slave_),
       points_(device, values, ReadPlace, WritePlace) {}
+
+void ModbusTwin::ReplyAs(std::string_view address) { reply_as_ = ParseAddress(address).value(); }
 
 Bytes ModbusTwin::Answer(View request, Instant now) {
   const auto adu = Unwrap(framing_, request);
-  const bool mine = adu && slave_ && (adu->slave == *slave_ || adu->slave == 0);
+  const bool mine = adu && (adu->slave == slave_ || adu->slave == 0);
   if (!mine || adu->pdu[0] == 0 || adu->pdu[0] >= kExceptionBit) return {};
   const Bytes reply = AnswerPdu(adu->pdu, now);
   if (adu->slave == 0) return {};
-  return Wrap(framing_, *slave_, reply);
+  return Wrap(framing_, reply_as_, reply);
 }
 
 Bytes ModbusTwin::AnswerPdu(View pdu, Instant now) {

@@ -22,6 +22,7 @@ class ModbusTwin : public Twin {
   ModbusTwin(Framing framing, const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
+  void ReplyAs(std::string_view address) override;
 
  private:
   /// Registers or bits (0 and 1) of one table, as they stand now.
@@ -51,7 +52,8 @@ class ModbusTwin : public Twin {
   Framing framing_;
   const config::Device& device_;
   Settings settings_;
-  Result<std::uint8_t> slave_;
+  std::uint8_t slave_;
+  std::uint8_t reply_as_;
   TwinPoints<Place> points_;
 };
 

@@ -46,22 +46,22 @@ MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
   }
   const Settings settings = ReadSettings(device.options);
   serial_ = settings.serial_number.value_or(0);
-  if (const auto address = ParseAddress(device.address)) {
-    const auto number = ByteReader(*address).U32Be(1);
-    if (number && serial_ == 0) serial_ = *number;
-    // A meter that is configured by its extended address has a short one as well.
-    short_address_ = number ? static_cast<std::uint8_t>(1 + *number % 239) : (*address)[0];
-  }
+  const Bytes address = ParseAddress(device.address).value();
+  const auto number = ByteReader(address).U32Be(1);
+  if (number && serial_ == 0) serial_ = *number;
+  // A meter that is configured by its extended address has a short one as well.
+  short_address_ = number ? static_cast<std::uint8_t>(1 + *number % 239) : address[0];
   if (serial_ == 0) serial_ = kDefaultSerial;
   password_ = settings.password;
 }
 
 bool MeterTwin::Hears(View address) const {
   if (address.size() == 1) return address[0] == short_address_ || address[0] == kCommonAddress;
-  const auto own = ParseAddress(device_.address);
   return std::ranges::equal(address, ExtendedAddress(serial_)) ||
-         (own && std::ranges::equal(address, *own));
+         std::ranges::equal(address, ParseAddress(device_.address).value());
 }
+
+void MeterTwin::ReplyAs(std::string_view address) { reply_as_ = ParseAddress(address).value(); }
 
 Bytes MeterTwin::Answer(View request, Instant now) {
   const auto parts = SplitFrame(request);
@@ -71,7 +71,8 @@ Bytes MeterTwin::Answer(View request, Instant now) {
   const bool common = parts->address[0] == kCommonAddress && short_address_ != kCommonAddress;
   if (common && parts->body[0] == kWrite) return {};
   const Bytes own = {short_address_};
-  return MakeFrame(parts->address.size() > 1 ? parts->address : View(own), Serve(parts->body, now));
+  const View asked = parts->address.size() > 1 ? parts->address : View(own);
+  return MakeFrame(reply_as_.empty() ? asked : View(reply_as_), Serve(parts->body, now));
 }
 
 Bytes MeterTwin::Serve(View pdu, Instant now) {

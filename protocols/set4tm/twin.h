@@ -21,6 +21,7 @@ class MeterTwin : public Twin {
   MeterTwin(const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
+  void ReplyAs(std::string_view address) override;
 
  private:
   bool Hears(View address) const;
@@ -38,7 +39,8 @@ class MeterTwin : public Twin {
   const config::Device& device_;
   TwinPoints<Field> points_;
   std::map<std::uint8_t, std::size_t> float_points_;  // index by RWRI parameter
-  std::uint8_t short_address_ = 1;
+  std::uint8_t short_address_;
+  Bytes reply_as_;  ///< empty: the address by which it was asked, the short one for 0
   std::uint32_t serial_ = 0;
   Bytes password_;
   std::optional<Instant> last_correct_;  // of an open channel

@@ -39,24 +39,26 @@ SpaTwin::SpaTwin(const config::Device& device, TwinValues& values)
           [](const config::Point& point) {
             return ParseAddress(point.write.empty() ? point.read : point.write);
           }),
+      slave_(ParseSlave(device.address).value()),
+      reply_as_(slave_),
       reading_(OwnReading(device.options)),
-      password_(ReadSettings(device.options).password) {
-  if (const auto slave = ParseSlave(device.address)) slave_ = *slave;
-}
+      password_(ReadSettings(device.options).password) {}
+
+void SpaTwin::ReplyAs(std::string_view address) { reply_as_ = ParseSlave(address).value(); }
 
 Bytes SpaTwin::Answer(View request, Instant now) {
   const ReceivedRequest received = ParseRequest(request);
-  if (!received.slave || *received.slave != slave_ || slave_ == 0) return {};
+  if (!received.slave || *received.slave != slave_) return {};
   if (!received.intact) return Nack(kDamaged);
   if (!received.command) return Nack(kSyntax);
   return received.command->write ? Write(*received.command) : Read(*received.command, now);
 }
 
-Bytes SpaTwin::Nack(int code) const { return EncodeNack(slave_, code, reading_); }
+Bytes SpaTwin::Nack(int code) const { return EncodeNack(reply_as_, code, reading_); }
 
 Bytes SpaTwin::Read(const Command& command, Instant now) {
   if (command.category == 'L' || command.category == 'B') {
-    return *EncodeData(slave_, {}, reading_);  // no event is waiting
+    return *EncodeData(reply_as_, {}, reading_);  // no event is waiting
   }
   if (command.ItemCount() > kMostItems) return Nack(kTooComplicated);
   std::string data;
@@ -71,7 +73,7 @@ Bytes SpaTwin::Read(const Command& command, Instant now) {
       data += *text;
     }
   }
-  auto reply = EncodeData(slave_, data, reading_);
+  auto reply = EncodeData(reply_as_, data, reading_);
   return reply ? std::move(*reply) : Nack(kTooComplicated);
 }
 
@@ -103,14 +105,14 @@ Bytes SpaTwin::Write(const Command& command) {
   const Decoded decoded = DecodeValue(command.data, *known->point);
   if (!Fits(decoded, *known->point)) return Nack(kBadValue);
   points_.Set(*known, decoded.value);
-  return EncodeAck(slave_, reading_);
+  return EncodeAck(reply_as_, reading_);
 }
 
 Bytes SpaTwin::WritePassword(std::uint32_t item, const std::string& data) {
   const auto number = ParseInteger<std::int64_t>(data);
   if (!number || *number < 0 || *number > 999) return Nack(kBadValue);
   const bool opening = item == kPasswordItems.first;
-  if (password_ == 0) return EncodeAck(slave_, reading_);  // this device asks for none
+  if (password_ == 0) return EncodeAck(reply_as_, reading_);  // this device asks for none
   if (opening) {
     if (*number != password_) return Nack(kNotNow);
     open_ = true;
@@ -122,7 +124,7 @@ Bytes SpaTwin::WritePassword(std::uint32_t item, const std::string& data) {
       password_ = *number;  // while it is open, another value becomes the new password
     }
   }
-  return EncodeAck(slave_, reading_);
+  return EncodeAck(reply_as_, reading_);
 }
 
 }  // namespace baudgate::protocols::spabus

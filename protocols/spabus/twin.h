@@ -21,6 +21,7 @@ class SpaTwin final : public Twin {
   SpaTwin(const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
+  void ReplyAs(std::string_view address) override;
 
  private:
   Bytes Read(const Command& command, Instant now);
@@ -32,7 +33,8 @@ class SpaTwin final : public Twin {
 
   const config::Device& device_;
   TwinPoints<Address> points_;
-  unsigned slave_ = 0;
+  unsigned slave_;
+  unsigned reply_as_;
   int reading_ = 0;  ///< how its checksums are computed (reply.h)
   std::int64_t password_ = 0;
   bool open_ = false;

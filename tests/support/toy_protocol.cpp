@@ -219,13 +219,16 @@ class ToyConversation final : public Conversation {
 
 class ToyTwin final : public Twin {
  public:
-  ToyTwin(const config::Device& device, TwinValues& values) : device_(device), values_(values) {}
+  ToyTwin(const config::Device& device, TwinValues& values)
+      : device_(device), values_(values), reply_as_(device.address) {}
+
+  void ReplyAs(std::string_view address) override { reply_as_ = address; }
 
   Bytes Answer(View request, Instant now) override {
     if (request.size() < 4 || AsText(request).substr(1, 1) != device_.address) return {};
     const char kind = static_cast<char>(request[0]);
     const auto asked = Read(AsText(request.first(request.size() - 1)).substr(1));
-    const std::string tag = device_.address + asked->number;
+    const std::string tag = reply_as_ + asked->number;
     if (kind == 'P' || kind == 'O' || kind == 'C') return ToyReply(tag);
     for (std::size_t i = 0; i < device_.points.size(); ++i) {
       std::string_view read = device_.points[i].read;
@@ -243,6 +246,7 @@ class ToyTwin final : public Twin {
  private:
   const config::Device& device_;
   TwinValues& values_;
+  std::string reply_as_;
 };
 
 /// A ceiling of 1 s at every bit rate.

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "gateway/simulate/fault_text.h"
-#include "gateway/simulate/twin_stranger.h"
+#include "gateway/simulate/simulator.h"
 #include "tests/support/toy_protocol.h"
 
 namespace baudgate {
@@ -305,7 +305,7 @@ TEST(TwinFaults, ADeadDeviceSaysNothingAndForgets) {
 }
 
 TEST(TwinFaults, AStrangerAnswersInItsPlace) {
-  const auto stranger = [](View request) {
+  const auto stranger = [](View request, Instant) {
     return request.size() == kRequest.size() ? ToBytes("foreign") : Bytes();
   };
   TwinFaults faults = Make({"wrong_address"}, Wire(), stranger);
@@ -319,16 +319,31 @@ TEST(TwinFaults, AStrangerAnswersInItsPlace) {
   EXPECT_EQ(alone.Counts()[0].struck, 0U);
 }
 
-TEST(TwinStranger, IsNobodyWhereNoOtherAddressIsValid) {
+/// "0x1" is 1 in another spelling.
+TEST(FreeAddress, IsTheLowestThatNobodyHas) {
+  Protocol numbers = ToyProtocol();
+  numbers.canonical_address = [](std::string_view address) -> Result<std::string> {
+    if (address == "0x1") return std::string("1");
+    return std::string(address);
+  };
+  const auto free = [&](const std::vector<std::string>& addresses) {
+    std::vector<config::Device> devices(addresses.size());
+    for (std::size_t i = 0; i < devices.size(); ++i) devices[i].address = addresses[i];
+    return FreeAddress(numbers, devices).value_or("none");
+  };
+  EXPECT_EQ(free({"7"}), "1");
+  EXPECT_EQ(free({"0x1", "3"}), "2");
+  EXPECT_EQ(free({"2", "1", "3"}), "4");
+}
+
+TEST(FreeAddress, IsNoneWhereNoOtherIsValid) {
   Protocol lonely = ToyProtocol();
   lonely.canonical_address = [](std::string_view address) {
     return address == "1" ? Result<std::string>("1") : Error{"there is only one"};
   };
   config::Device device;
   device.address = "1";
-  device.options = ToyOptions();
-  FixedValues values = ToyValues();
-  EXPECT_FALSE(TwinStranger::Create(lonely, device, values, kStart));
+  EXPECT_FALSE(FreeAddress(lonely, std::span(&device, 1)));
 }
 
 /// Whatever strikes, the twin's own characters take their time, one after the other.

@@ -47,6 +47,19 @@ TEST(DconTwinTest, NamesItselfAndRefusesWhereItIsThatKind) {
   EXPECT_EQ(Say(twin, device, "$01Z\r"), "");
 }
 
+TEST(DconTwinTest, RepliesUnderAnotherAddressWhereItsRepliesCarryOne) {
+  const config::Device device = MakeDevice({ReadPoint("a", "#[0]")}, {{"identify", true}});
+  FixedValues values;
+  values.values = {{0, 1.5}};
+  DconTwin twin(device, values);
+  const std::string data = Say(twin, device, "#010\r");
+  twin.ReplyAs("31");
+  EXPECT_EQ(Say(twin, device, "$01M\r"), "!1FTWIN\r");
+  EXPECT_EQ(Say(twin, device, "#019\r"), "?1F\r");
+  EXPECT_EQ(Say(twin, device, "#010\r"), data) << "data carry no address";
+  EXPECT_EQ(Say(twin, device, "$1FM\r"), "") << "it is still called 01";
+}
+
 TEST(DconTwinTest, DigitalOutputsFollowWrites) {
   std::vector<config::Point> points;
   for (int i = 0; i < 4; ++i) {

@@ -52,6 +52,20 @@ TEST_F(ModbusTwinTest, Reads) {
   EXPECT_EQ(Ask("0400000002"), "04 04 43 66 80 00");
 }
 
+TEST_F(ModbusTwinTest, RepliesUnderAnotherSlaveWhenToldSo) {
+  Make();
+  twin_->ReplyAs("0x15");
+  const auto reply_to = [&](std::uint8_t slave) {
+    return twin_->Answer(Wrap(Framing::rtu, slave, Hex("0300C80001")), {});
+  };
+  EXPECT_EQ(reply_to(20), Wrap(Framing::rtu, 21, Hex("030209C4")));
+  EXPECT_TRUE(reply_to(21).empty()) << "it is still called 20";
+  ModbusTwin ascii(Framing::ascii, device_, values_);
+  ascii.ReplyAs("21");
+  EXPECT_EQ(ascii.Answer(Wrap(Framing::ascii, 20, Hex("0300C80001")), {}),
+            Wrap(Framing::ascii, 21, Hex("030209C4")));
+}
+
 TEST_F(ModbusTwinTest, RefusesAsTheSpecificationSays) {
   Make();
   EXPECT_EQ(Ask("0300C80002"), "83 02") << "201 is missing";

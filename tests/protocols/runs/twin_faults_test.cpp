@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "gateway/simulate/fault_text.h"
-#include "gateway/simulate/twin_stranger.h"
+#include "gateway/simulate/simulator.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {
@@ -117,6 +117,7 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
 
   Rig rig_;
   std::optional<TwinFaults> faults_;
+  std::unique_ptr<Twin> stranger_;
   Tally own_;
   Tally neighbour_;
   DeviceState end_state_ = DeviceState::never_seen;
@@ -134,10 +135,11 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
 
   /// Another device of the kind, which measures what the neighbour measures.
   TwinFaults::Stranger MeetStranger() {
-    const auto stranger = TwinStranger::Create(*GetParam().protocol, rig_.device(kTroubled),
-                                               rig_->twin(kNeighbour).values, rig_->now().instant);
-    EXPECT_TRUE(stranger);
-    return [stranger](View request) { return stranger ? stranger->ReplyTo(request) : Bytes(); };
+    const Protocol& protocol = *GetParam().protocol;
+    const config::Device devices[] = {rig_.device(kTroubled), rig_.device(kNeighbour)};
+    stranger_ = protocol.make_twin(rig_.device(kTroubled), rig_->twin(kNeighbour).values);
+    stranger_->ReplyAs(FreeAddress(protocol, devices).value());
+    return [this](View request, Instant now) { return stranger_->Answer(request, now); };
   }
 
   /// What it knew of sessions is gone.
@@ -318,7 +320,7 @@ TEST_P(MisbehavingTwin, ItsStrangerSpeaksTheProtocol) {
     const Bytes reply = rig_->twin(kTroubled).twin->Answer(request, rig_->now().instant);
     if (reply.empty()) continue;
     ++own;
-    const Bytes foreign = stranger(request);
+    const Bytes foreign = stranger(request, rig_->now().instant);
     EXPECT_TRUE(GetParam().good_checksum(foreign)) << AsText(foreign);
     EXPECT_TRUE(foreign != reply || !CarriesAddress(request)) << AsText(foreign);
   }

@@ -54,6 +54,15 @@ TEST_F(Set4tmTwin, IsSilentToDamageAndToOthers) {
   EXPECT_EQ(Ask("05", "00"), Frame("05", "00"));
 }
 
+TEST_F(Set4tmTwin, RepliesUnderAnotherAddressWhenToldSo) {
+  twin_.ReplyAs("6");
+  EXPECT_EQ(Ask("05", "00"), Frame("06", "00"));
+  EXPECT_EQ(Ask("FC 00 89 A2 61", "00"), Frame("06", "00"));
+  EXPECT_EQ(Ask("06", "00"), "") << "it is still called 5";
+  twin_.ReplyAs("sn:1");
+  EXPECT_EQ(Ask("05", "00"), Frame("FC 00 00 00 01", "00"));
+}
+
 TEST_F(Set4tmTwin, ChannelNeedsThePasswordAndLives20Seconds) {
   EXPECT_EQ(Ask("05", "08 00"), "05 05 C2 E3");
   EXPECT_EQ(Ask("05", "01 30 30 30 30 30 31"), Frame("05", "03"));

@@ -55,6 +55,14 @@ TEST_F(SpaTwinTest, KeepsSilentWhereARelayDoes) {
   EXPECT_EQ(Say(">RF:XX"), "");
 }
 
+TEST_F(SpaTwinTest, RepliesUnderAnotherNumberWhenToldSo) {
+  Say("");
+  twin_->ReplyAs("17");
+  EXPECT_EQ(Heard(">1RO1:XX"), "<17D:1:");
+  EXPECT_EQ(Heard(">1RZ1:XX"), "<17N:5:");
+  EXPECT_EQ(Heard(">17RO1:XX"), "") << "it is still called 1";
+}
+
 TEST_F(SpaTwinTest, RefusesWithTheCodesOfTheProtocol) {
   EXPECT_EQ(Heard(">1RF:22"), "<1N:0:");
   EXPECT_EQ(Heard(">1RZ1:XX"), "<1N:5:");
