@@ -56,15 +56,10 @@ void Poller::Ask() {
 void Poller::NextWrite() {
   Job::Write& write = *job_->As<Job::Write>();
   const Device& device = *roster_.AsDevice(*job_->member);
-  const PointWrite& point = write.command.writes[write.next++];
-  auto raw = ToRaw(device.config->points[point.point], point.value);
+  PointWrite& point = write.command.writes[write.next++];
   job_->task.kind = Task::Kind::write;
   job_->task.point = point.point;
-  if (!raw) {
-    job_->mute = true;
-    return Finish(Outcome::refused, raw.error());
-  }
-  job_->task.value = std::move(*raw);
+  job_->task.value = std::move(point.raw);
   const auto queries = device.conversation->Queries();
   for (std::size_t query = 0; query < queries.size(); ++query) {
     if (std::ranges::find(queries[query].points, point.point) == queries[query].points.end()) {

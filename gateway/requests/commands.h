@@ -1,5 +1,8 @@
 // The one way from an output back to a line: a write that waits in the line's queue until the
-// device has confirmed it, refused it, or its deadline has passed.
+// device has confirmed it, refused it, or its deadline has passed. Who makes a command has
+// converted and checked its values: a client's registers "00 19" of a point with scale 0.1 are 25,
+// which is 250 for the device (gateway/modbus/registers/write_request.h). From here on nothing
+// converts them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +21,7 @@ namespace baudgate {
 
 struct PointWrite {
   std::uint32_t point = 0;  ///< index in the device's points
-  Value value;              ///< as users see it: scale and offset applied
+  Value raw;                ///< as the conversation sends it: made by ToRaw, and so in range
 };
 
 /// Several points are written in their order; the first that fails ends the command.

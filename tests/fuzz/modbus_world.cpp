@@ -123,7 +123,7 @@ bool FuzzSink::Submit(WriteCommand command) {
   for (const PointWrite& write : command.writes) {
     Require(write.point < points.size(), "a write is for a point of the device");
     Require(points[write.point].access != Access::read, "what is read-only is not written");
-    Require(HasValue(write.value), "a write has a value");
+    Require(HasValue(write.raw), "a write has a value");
   }
   switch (turn++ % 4) {
     case 0:

@@ -92,10 +92,10 @@ void VirtualLine::Inject(Bytes bytes, Duration after) {
   arriving_.emplace(instant_ + after, std::move(bytes));
 }
 
-bool VirtualLine::Write(std::uint32_t device, std::uint32_t point, Value value, Duration within) {
+bool VirtualLine::Write(std::uint32_t device, std::uint32_t point, Value raw, Duration within) {
   WriteCommand command;
   command.device = device;
-  command.writes.push_back({point, std::move(value)});
+  command.writes.push_back({point, std::move(raw)});
   command.deadline = instant_ + within;
   command.done = [this](Outcome outcome, const std::string&) { outcomes.push_back(outcome); };
   return Submit(std::move(command));

@@ -74,7 +74,7 @@ class VirtualLine : private PollerListener {
   /// Bytes that arrive `after` from now, whoever sent them.
   void Inject(Bytes bytes, Duration after = {});
   /// A write of one point through the command queue; its answer goes to `outcomes`.
-  bool Write(std::uint32_t device, std::uint32_t point, Value value, Duration within = 1h);
+  bool Write(std::uint32_t device, std::uint32_t point, Value raw, Duration within = 1h);
   bool Submit(WriteCommand command) { return poller_->Submit(std::move(command), now()); }
   void Submit(RoutedRequest request) { poller_->Submit(std::move(request), now()); }
 

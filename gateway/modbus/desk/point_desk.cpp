@@ -109,10 +109,11 @@ ExceptionCode PointDesk::Submit(const ModbusRequest& request, Instant deadline,
                                 std::shared_ptr<const std::atomic<bool>> dropped, Done done) {
   const UnitMap& unit = map_.unit(request.unit);
   if (unit.kind != UnitMap::Kind::device) return kIllegalAddress;
+  Writes converted = ConvertWrites(unit, store_.device(unit.device), request);
+  if (converted.exception != kNoException) return converted.exception;
   WriteCommand command;
-  const auto exception = DecodeWrites(unit, store_.device(unit.device), request, command.writes);
-  if (exception != kNoException) return exception;
   command.device = unit.device;
+  command.writes = std::move(converted.writes);
   command.deadline = deadline;
   command.dropped = std::move(dropped);
   command.done = std::move(done);

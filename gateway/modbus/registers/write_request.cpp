@@ -1,4 +1,4 @@
-// Decodes FC 5, 6, 15 and 16 into points and values.
+// FC 5, 6, 15 and 16 become points and raw values.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/registers/write_request.h"
 
@@ -23,30 +23,32 @@ Value BitValue(const config::Point& point, bool bit) {
 
 }  // namespace
 
-ExceptionCode DecodeWrites(const UnitMap& unit, const config::Device& device,
-                           const ModbusRequest& request, std::vector<PointWrite>& writes) {
+Writes ConvertWrites(const UnitMap& unit, const config::Device& device,
+                     const ModbusRequest& request) {
   std::vector<Piece> pieces;
   const config::Table table = request.table();
   const auto exception = PlanWrite(unit, table, request.start, request.count, pieces);
-  if (exception != kNoException) return exception;
+  if (exception != kNoException) return {exception, {}};
 
   std::array<std::uint16_t, kMostWrittenRegisters> registers{};
   if (table == config::Table::registers) {
     const ByteReader data(request.data);
     for (std::size_t i = 0; i < request.count; ++i) registers[i] = data.U16Be(2 * i).value_or(0);
   }
+  Writes converted;
   for (const Piece& piece : pieces) {
     const config::Point& point = device.points[piece.index];
-    if (table == config::Table::bits) {
-      writes.push_back({piece.index, BitValue(point, BitOf(request, piece.offset))});
-      continue;
-    }
-    auto value = DecodeRegisters(point, device.word_order,
-                                 std::span(registers).subspan(piece.offset, piece.count));
-    if (!value || !ToRaw(point, *value).ok()) return kIllegalValue;
-    writes.push_back({piece.index, std::move(*value)});
+    const Value value =
+        table == config::Table::bits
+            ? BitValue(point, BitOf(request, piece.offset))
+            : DecodeRegisters(point, device.word_order,
+                              std::span(registers).subspan(piece.offset, piece.count))
+                  .value_or(Value());
+    auto raw = ToRaw(point, value);  // which takes no value for an error
+    if (!raw) return {kIllegalValue, {}};
+    converted.writes.push_back({piece.index, std::move(*raw)});
   }
-  return kNoException;
+  return converted;
 }
 
 }  // namespace baudgate::modbus

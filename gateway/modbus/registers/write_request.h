@@ -1,5 +1,7 @@
-// Turns a checked write request into the values that a device is to be given; pure.
-// Requests come from request.h, the values go to the device's line through point_desk.cpp.
+// The one conversion and the one check of a write: registers (value_registers.h) → value → raw
+// value (ToRaw of gateway/store/conversion.h), which point_desk.cpp puts into the queue of the
+// device's line. What is refused here is answered at once, and nothing of the request is sent.
+// Pure.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,9 +14,14 @@
 
 namespace baudgate::modbus {
 
+struct Writes {
+  ExceptionCode exception = kNoException;
+  std::vector<PointWrite> writes;  ///< empty where there is an exception
+};
+
 /// illegal_address: not mapped or read-only. illegal_value: part of a value, or a number that the
-/// type does not allow.
-ExceptionCode DecodeWrites(const UnitMap& unit, const config::Device& device,
-                           const ModbusRequest& request, std::vector<PointWrite>& writes);
+/// type or the device can not hold.
+Writes ConvertWrites(const UnitMap& unit, const config::Device& device,
+                     const ModbusRequest& request);
 
 }  // namespace baudgate::modbus

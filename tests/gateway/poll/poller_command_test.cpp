@@ -119,14 +119,6 @@ TEST_F(PollerCommand, TheSessionIsClosedAfterAFailedWriteAndTheFailureReported) 
   EXPECT_EQ(line_.outcomes, Outcomes{Outcome::refused});
 }
 
-TEST_F(PollerCommand, AValueThatDoesNotFitIsRefusedWithoutAWord) {
-  Open();
-  line_.Write(0, 0, std::numeric_limits<double>::quiet_NaN());
-  line_.RunFor(100ms);
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::refused});
-  EXPECT_EQ(line_.CountSent("W"), 0U);
-}
-
 TEST_F(PollerCommand, WhatCanNotBeAskedIsUnsupported) {
   Open();
   line_.Write(0, 3, 1.0);

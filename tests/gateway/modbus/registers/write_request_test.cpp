@@ -1,4 +1,4 @@
-// From write requests to points and values.
+// From write requests to points and raw values.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/registers/write_request.h"
 
@@ -32,8 +32,9 @@ class WriteRequestTest : public testing::Test {
     const Bytes frame = Frame(1, pdu);
     ModbusRequest request;
     EXPECT_EQ(ParseRequest(frame, request), kNoException);
-    writes_.clear();
-    return DecodeWrites(map.unit(1), config_.lines[0].devices[0], request, writes_);
+    Writes converted = ConvertWrites(map.unit(1), config_.lines[0].devices[0], request);
+    writes_ = std::move(converted.writes);
+    return converted.exception;
   }
 
   config::Config config_;
@@ -46,19 +47,35 @@ TEST_F(WriteRequestTest, WhatNoRawValueStandsForIsRefused) {
   EXPECT_EQ(Decode("06 00 00 00 01"), kNoException);
 }
 
+TEST_F(WriteRequestTest, ScaleAndOffsetAreTakenOut) {
+  config_.lines[0].devices[0].points[0].scale = 0.1;
+  config_.lines[0].devices[0].points[0].offset = -5;
+  ASSERT_EQ(Decode("06 00 00 00 19"), kNoException);
+  EXPECT_EQ(writes_.at(0).raw, Value(std::int64_t{300}));
+}
+
+/// The first value is good, and is not written either.
+TEST_F(WriteRequestTest, OneBadValueRefusesAll) {
+  EXPECT_EQ(Decode("10 00 00 00 03 06 00 07 00 00 7F C0"), kIllegalValue);
+  EXPECT_TRUE(writes_.empty());
+  config_.lines[0].devices[0].points[7].scale = 1e-30;
+  EXPECT_EQ(Decode("0F 00 01 00 09 02 04 01"), kIllegalValue);
+  EXPECT_TRUE(writes_.empty());
+}
+
 TEST_F(WriteRequestTest, SingleRegister) {
   ASSERT_EQ(Decode("06 00 00 FF FE"), kNoException);
   ASSERT_EQ(writes_.size(), 1U);
   EXPECT_EQ(writes_[0].point, 0U);
-  EXPECT_EQ(writes_[0].value, Value(std::int64_t{-2}));
+  EXPECT_EQ(writes_[0].raw, Value(std::int64_t{-2}));
 }
 
 TEST_F(WriteRequestTest, SeveralPointsInTheirOrderAndWordOrder) {
   ASSERT_EQ(Decode("10 00 00 00 05 0A 00 07 20 00 47 F1 4F 4B 00 00"), kNoException);
   ASSERT_EQ(writes_.size(), 3U);
-  EXPECT_EQ(writes_[0].value, Value(std::int64_t{7}));
-  EXPECT_EQ(writes_[1].value, Value(123456.0));
-  EXPECT_EQ(writes_[2].value, Value(std::string("OK")));
+  EXPECT_EQ(writes_[0].raw, Value(std::int64_t{7}));
+  EXPECT_EQ(writes_[1].raw, Value(123456.0));
+  EXPECT_EQ(writes_[2].raw, Value(std::string("OK")));
 }
 
 TEST_F(WriteRequestTest, HalfAValueReadOnlyAndUnmapped) {
@@ -77,14 +94,14 @@ TEST_F(WriteRequestTest, AFloatThatIsNoNumberIsRefused) {
 TEST_F(WriteRequestTest, Coils) {
   ASSERT_EQ(Decode("05 00 02 FF 00"), kNoException);
   EXPECT_EQ(writes_[0].point, 6U);
-  EXPECT_EQ(writes_[0].value, Value(true));
+  EXPECT_EQ(writes_[0].raw, Value(true));
   ASSERT_EQ(Decode("05 00 02 00 00"), kNoException);
-  EXPECT_EQ(writes_[0].value, Value(false));
+  EXPECT_EQ(writes_[0].raw, Value(false));
   ASSERT_EQ(Decode("0F 00 01 00 09 02 04 01"), kNoException);
   ASSERT_EQ(writes_.size(), 9U);
-  EXPECT_EQ(writes_[0].value, Value(false));
-  EXPECT_EQ(writes_[2].value, Value(std::int64_t{1})) << "a number in the bit table";
-  EXPECT_EQ(writes_[8].value, Value(true));
+  EXPECT_EQ(writes_[0].raw, Value(false));
+  EXPECT_EQ(writes_[2].raw, Value(std::int64_t{1})) << "a number in the bit table";
+  EXPECT_EQ(writes_[8].raw, Value(true));
 }
 
 }  // namespace
