@@ -60,7 +60,7 @@ std::uint64_t Queued(tcp::socket& socket, unsigned long which) {
 class TcpClient final : public Transport {
  public:
   TcpClient(std::string port, const config::SerialSettings& serial, asio::io_context& io,
-            TransportListener& listener, Names& names)
+            TransportListener& listener, HostNames& names)
       : port_(std::move(port)),
         serial_(serial),
         io_(io),
@@ -84,7 +84,7 @@ class TcpClient final : public Transport {
   struct Attempt {
     Attempt(asio::io_context& io, TcpClient* client) : owner(client), socket(io), deadline(io) {}
     TcpClient* owner;
-    Names::Ticket look_up;
+    HostNames::Ticket look_up;
     bool looking_up = false;
     tcp::socket socket;
     asio::steady_timer deadline;
@@ -107,7 +107,7 @@ class TcpClient final : public Transport {
   config::SerialSettings serial_;
   asio::io_context& io_;
   TransportListener& listener_;
-  Names& names_;
+  HostNames& names_;
   AttemptPtr attempt_;
   std::shared_ptr<StreamPump<tcp::socket>> session_;
   SoftwareParity parity_;
@@ -152,7 +152,7 @@ void TcpClient::Begin(const AttemptPtr& attempt) {
 void TcpClient::Resolve(const AttemptPtr& attempt, const TcpAddress& address) {
   attempt->looking_up = true;
   attempt->look_up = names_.Ask(
-      address.host, io_, [attempt, port = address.port](const Result<Names::Addresses>& found) {
+      address.host, io_, [attempt, port = address.port](const Result<HostNames::Addresses>& found) {
         if (attempt->owner == nullptr) return;
         attempt->looking_up = false;
         if (!found) {
@@ -279,7 +279,7 @@ void TcpClient::Lose(const std::string& reason) {
 
 std::unique_ptr<Transport> MakeTcpClient(std::string port, const config::SerialSettings& serial,
                                          asio::io_context& io, TransportListener& listener,
-                                         Names& names) {
+                                         HostNames& names) {
   return std::make_unique<TcpClient>(std::move(port), serial, io, listener, names);
 }
 

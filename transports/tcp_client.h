@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "transports/names.h"
+#include "transports/host_names.h"
 #include "transports/transport.h"
 
 namespace baudgate {
@@ -16,6 +16,6 @@ namespace baudgate {
 /// `names` outlives the transport.
 std::unique_ptr<Transport> MakeTcpClient(std::string port, const config::SerialSettings& serial,
                                          asio::io_context& io, TransportListener& listener,
-                                         Names& names = Names::OfProcess());
+                                         HostNames& names = HostNames::OfProcess());
 
 }  // namespace baudgate

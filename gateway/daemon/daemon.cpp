@@ -14,7 +14,7 @@
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
 #include "gateway/control/control_server.h"
-#include "gateway/daemon/ageing.h"
+#include "gateway/daemon/age_timer.h"
 #include "gateway/daemon/descriptors.h"
 #include "gateway/daemon/line_runner.h"
 #include "gateway/daemon/placement.h"
@@ -77,7 +77,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
   PointStore store;
   std::unique_ptr<Recordings> recordings;          // nothing: nowhere to keep them
   std::vector<std::unique_ptr<LoopThread>> loops;  // the shared ones first
-  std::unique_ptr<Ageing> ageing;
+  std::unique_ptr<AgeTimer> ageing;
   std::vector<std::unique_ptr<LineRunner>> runners;
   std::vector<std::size_t> line_of;  // by device
   Instant started = ReadClocks().instant;
@@ -164,7 +164,7 @@ void Daemon::Impl::MakeLines() {
   while (loops.size() < placement.loops) {
     loops.push_back(std::make_unique<LoopThread>(fmt::format("lines {}", loops.size() + 1)));
   }
-  ageing = std::make_unique<Ageing>(loops.front()->io(), [this](Instant now) { store.Age(now); });
+  ageing = std::make_unique<AgeTimer>(loops.front()->io(), [this](Instant now) { store.Age(now); });
   for (const config::Line& line : config.lines) {
     const std::uint32_t first_device = config::FirstDevice(config, runners.size());
     std::size_t loop = placement.loop_of[runners.size()];

@@ -5,86 +5,12 @@
 #include <numeric>
 
 namespace baudgate {
-namespace {
-
-/// A point that is read once only does not age.
-AgeLimits LimitsOf(const config::Device& device, config::Group group, Duration line_cycle) {
-  if (group == config::Group::once) return {};
-  const Duration period = group == config::Group::fast ? device.poll : device.slow;
-  AgeLimits limits;
-  limits.max_age = std::max(device.max_age.value_or(3 * period), 2 * line_cycle);
-  limits.dead_age = std::max(device.dead_age.value_or(3 * limits.max_age), limits.max_age);
-  return limits;
-}
-
-/// By config::Group.
-std::array<AgeLimits, 3> AllLimits(const config::Device& device, Duration line_cycle) {
-  std::array<AgeLimits, 3> limits;
-  for (const config::Group group :
-       {config::Group::once, config::Group::slow, config::Group::fast}) {
-    limits[static_cast<std::size_t>(group)] = LimitsOf(device, group, line_cycle);
-  }
-  return limits;
-}
-
-const AgeLimits& LimitsAt(const DeviceRecord& record, std::size_t point) {
-  return record.age_limits[static_cast<std::size_t>(record.device->points[point].group)];
-}
-
-/// What the last reading said, made worse by doubt and age.
-Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now) {
-  const PointRecord& held = record.points[point];
-  if (!held.read_at) return Quality::bad_waiting;
-  const Quality known = std::min(held.reported, held.at_best);  // worse ones are smaller
-  if (IsBad(known)) return known;
-  const AgeLimits& limits = LimitsAt(record, point);
-  const Duration age = now - *held.read_at;
-  if (age > limits.dead_age) return Quality::bad_communication;
-  if (age > limits.max_age) return Quality::uncertain_last_usable;
-  return known;
-}
-
-}  // namespace
-
-Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now) {
-  switch (record.override_quality) {
-    case Override::out_of_service:
-      return Quality::bad_out_of_service;
-    case Override::not_connected:
-      return Quality::bad_not_connected;
-    case Override::offline:
-      return Quality::bad_communication;
-    case Override::none:
-      break;
-  }
-  return AgedQuality(record, point, now);
-}
-
-std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now) {
-  const auto& read_at = record.points[point].read_at;
-  if (!read_at) return std::nullopt;
-  return now - *read_at;
-}
-
-std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point, Instant now) {
-  if (record.override_quality != Override::none) return std::nullopt;
-  const PointRecord& held = record.points[point];
-  if (!held.read_at || IsBad(std::min(held.reported, held.at_best))) return std::nullopt;
-  const AgeLimits& limits = LimitsAt(record, point);
-  for (const Duration limit : {limits.max_age, limits.dead_age}) {
-    if (limit == Duration::max()) continue;
-    const Instant due = *held.read_at + limit + 1ns;
-    if (due > now) return due;
-  }
-  return std::nullopt;
-}
-
 PointStore::Entry::Entry(const config::Line& its_line, const config::Device& its_device)
     : line(its_line), device(its_device) {
   record.line = &line;
   record.device = &device;
   record.points.resize(device.points.size());
-  record.age_limits = AllLimits(device, Duration::zero());
+  record.age_limits = LimitsOf(device, Duration::zero());
   announced.assign(device.points.size(), Quality::bad_waiting);
   if (device.enabled) return;
   record.override_quality = Override::out_of_service;
@@ -175,7 +101,7 @@ void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now)
   Entry& entry = *devices_[device];
   const MutexLock lock(entry.mutex);
   const auto before = entry.record.age_limits;
-  const auto after = AllLimits(entry.device, cycle);
+  const auto after = LimitsOf(entry.device, cycle);
   if (after == before) return;
   // What was too old stays so until it is read again.
   for (std::size_t point = 0; point < entry.record.points.size(); ++point) {

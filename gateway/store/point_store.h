@@ -17,7 +17,9 @@
 #include "gateway/base/quality.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
+#include "gateway/store/ageing.h"
 #include "gateway/store/change_feed.h"
+#include "gateway/store/device_record.h"
 #include "gateway/store/device_status.h"
 #include "gateway/store/line_status.h"
 
@@ -30,48 +32,6 @@ struct Sample {
   Value value;
   Quality quality = Quality::good;
 };
-
-struct PointRecord {
-  Value value;                              ///< the last that was not bad; nothing before it
-  Quality reported = Quality::bad_waiting;  ///< as the last reading said, before age and state
-  Quality at_best = Quality::good;          ///< until the next reading: it was doubted or too old
-  std::optional<Instant> read_at;           ///< end of the reply, monotonic
-  WallTime source_time{};                   ///< end of the reply, civil
-  std::uint64_t seq = 0;                    ///< counts the readings of this point
-  std::uint32_t rtt_us = 0;                 ///< round trip of the exchange that read it
-};
-
-/// From which ages values of one group are doubted and given up.
-struct AgeLimits {
-  Duration max_age = Duration::max();
-  Duration dead_age = Duration::max();
-
-  bool operator==(const AgeLimits&) const = default;
-};
-
-/// Why all values of a device are out of order, whatever their age; none = they are not.
-enum class Override : std::uint8_t { none, out_of_service, not_connected, offline };
-
-struct DeviceRecord {
-  const config::Line* line = nullptr;
-  const config::Device* device = nullptr;
-  std::vector<PointRecord> points;  ///< as device->points
-  DeviceStatus status;
-  Override override_quality = Override::none;
-  std::array<AgeLimits, 3> age_limits;  ///< by config::Group
-  /// Raised with every reading, override and age limit: while it stays, only age changes a quality.
-  std::uint64_t version = 0;
-};
-
-/// Design section 5, in its order of precedence: out of service, line down, device offline, never
-/// read, reported trouble, then age.
-Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now);
-
-/// Since the reading; nothing before the first.
-std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now);
-
-/// When mere age changes the point's quality next, seen from `now`; nothing when it never does.
-std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point, Instant now);
 
 class PointStore {
  public:

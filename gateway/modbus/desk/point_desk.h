@@ -18,7 +18,7 @@
 #include "gateway/modbus/desk/route_table.h"
 #include "gateway/modbus/desk/route_targets.h"
 #include "gateway/modbus/desk/traffic_book.h"
-#include "gateway/modbus/registers/device_image.h"
+#include "gateway/modbus/registers/register_contents.h"
 #include "gateway/modbus/registers/register_image.h"
 #include "gateway/modbus/registers/register_map.h"
 #include "gateway/modbus/registers/responder.h"

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/modbus/desk/permission.h"
+
 namespace baudgate::modbus {
 namespace {
 

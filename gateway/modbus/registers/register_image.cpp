@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "gateway/modbus/registers/device_image.h"
+#include "gateway/modbus/registers/register_contents.h"
 
 namespace baudgate::modbus {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "gateway/modbus/registers/device_image.h"
+#include "gateway/modbus/registers/register_contents.h"
 
 namespace baudgate::modbus {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "gateway/base/log.h"
-#include "gateway/modbus/server/access.h"
+#include "gateway/modbus/server/admission.h"
 #include "gateway/modbus/server/client_log.h"
 
 namespace baudgate::modbus {

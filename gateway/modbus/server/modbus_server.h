@@ -15,7 +15,7 @@
 #include "gateway/modbus/desk/links.h"
 #include "gateway/modbus/desk/point_desk.h"
 #include "gateway/modbus/desk/traffic.h"
-#include "gateway/modbus/registers/device_image.h"
+#include "gateway/modbus/registers/register_contents.h"
 #include "gateway/requests/commands.h"
 #include "gateway/store/point_store.h"
 

@@ -33,8 +33,8 @@ void UpstreamConnection::Open(const std::string& host, std::uint16_t port) {
   asio::error_code not_numeric;
   const auto address = asio::ip::make_address(host, not_numeric);
   if (!not_numeric) return Connect({tcp::endpoint(address, port)});
-  look_up_ = Names::OfProcess().Ask(
-      host, io_, [self = shared_from_this(), port](const Result<Names::Addresses>& found) {
+  look_up_ = HostNames::OfProcess().Ask(
+      host, io_, [self = shared_from_this(), port](const Result<HostNames::Addresses>& found) {
         if (self->owner_ == nullptr) return;
         if (!found) return self->owner_->OnBroken("is not known by that name: " + found.error());
         std::vector<tcp::endpoint> endpoints;

@@ -14,7 +14,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 #include "gateway/modbus/wire/mbap.h"
-#include "transports/names.h"
+#include "transports/host_names.h"
 
 namespace baudgate::modbus {
 
@@ -58,7 +58,7 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
   void TakeFrames();
 
   asio::io_context& io_;
-  Names::Ticket look_up_;
+  HostNames::Ticket look_up_;
   asio::ip::tcp::socket socket_;
   Owner* owner_;  // null: closed
   bool connected_ = false;

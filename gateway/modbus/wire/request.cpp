@@ -3,18 +3,6 @@
 
 namespace baudgate::modbus {
 
-bool Permits(config::Permit permit, std::uint8_t function) {
-  switch (permit) {
-    case config::Permit::read:
-      return IsRead(function);
-    case config::Permit::data:
-      return IsRead(function) || IsPlainWrite(function);
-    case config::Permit::all:
-      return true;
-  }
-  return false;
-}
-
 ExceptionCode ParseRequest(View frame, ModbusRequest& request) {
   request.frame = frame;
   request.unit = UnitOf(frame);

@@ -7,7 +7,6 @@
 #include <array>
 #include <cstdint>
 
-#include "config/model/listener.h"
 #include "config/model/point.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/modbus_pdu.h"
@@ -33,8 +32,6 @@ inline std::uint16_t TransactionOf(View frame) {
 }
 inline Bytes CopyOf(View bytes) { return Bytes(bytes.begin(), bytes.end()); }
 inline View PduOf(View frame) { return frame.subspan(kMbapHeader); }
-/// Whether clients with this permission may ask for the function.
-bool Permits(config::Permit permit, std::uint8_t function);
 
 /// Fills `request` from a whole frame (MbapAssembler::Take), or says with which exception to
 /// answer it.

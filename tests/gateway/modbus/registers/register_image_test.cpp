@@ -6,7 +6,7 @@
 
 #include <limits>
 
-#include "gateway/modbus/registers/device_image.h"
+#include "gateway/modbus/registers/register_contents.h"
 #include "tests/gateway/modbus/registers/points.h"
 
 namespace baudgate::modbus {

@@ -96,19 +96,6 @@ TEST(Request, SizesOfReplies) {
   }
 }
 
-TEST(Request, PermissionsByFunction) {
-  const auto allowed = [](config::Permit permit) {
-    std::string codes;
-    for (int code = 0; code < 256; ++code) {
-      if (Permits(permit, static_cast<std::uint8_t>(code))) codes += std::to_string(code) + " ";
-    }
-    return codes;
-  };
-  EXPECT_EQ(allowed(config::Permit::read), "1 2 3 4 ");
-  EXPECT_EQ(allowed(config::Permit::data), "1 2 3 4 5 6 15 16 ");
-  EXPECT_TRUE(Permits(config::Permit::all, 100));
-}
-
 TEST(Request, ExceptionReplyKeepsTransactionAndUnit) {
   const auto reply = ExceptionReply(Frame(9, "03 00 00 00 01", 0xABCD), kBusy);
   EXPECT_EQ(ToHex(reply), "AB CD 00 00 00 03 09 83 06");

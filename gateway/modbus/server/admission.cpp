@@ -1,6 +1,6 @@
 // Compares a peer with the networks of a listener.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/modbus/server/access.h"
+#include "gateway/modbus/server/admission.h"
 
 #include <algorithm>
 

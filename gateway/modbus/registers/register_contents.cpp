@@ -1,6 +1,6 @@
 // Fills registers and bits from a device's record.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/modbus/registers/device_image.h"
+#include "gateway/modbus/registers/register_contents.h"
 
 #include <algorithm>
 #include <limits>

@@ -19,7 +19,7 @@ namespace baudgate {
 
 /// A host that is asked for by many is looked up once. Threads exist only while there is something
 /// to look up.
-class Names {
+class HostNames {
  public:
   using Addresses = std::vector<asio::ip::address>;
   /// Blocks for as long as it likes, in any thread; an error is the system's own words.
@@ -44,21 +44,21 @@ class Names {
     ~Ticket() { Drop(); }
 
    private:
-    friend class Names;
+    friend class HostNames;
     void Drop();
     std::function<void()> drop_;
   };
 
-  explicit Names(LookUp look_up);
-  Names(const Names&) = delete;
-  Names& operator=(const Names&) = delete;
+  explicit HostNames(LookUp look_up);
+  HostNames(const HostNames&) = delete;
+  HostNames& operator=(const HostNames&) = delete;
 
   /// `done` is called once, on the thread of `io`, never from within this call. The loop outlives
   /// the ticket.
   [[nodiscard]] Ticket Ask(const std::string& host, asio::io_context& io, Done done);
 
   /// Those of the process, by the system's resolver.
-  static Names& OfProcess();
+  static HostNames& OfProcess();
 
  private:
   struct Waiter;

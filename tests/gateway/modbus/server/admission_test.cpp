@@ -1,6 +1,6 @@
 // The allow list of a listener.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/modbus/server/access.h"
+#include "gateway/modbus/server/admission.h"
 
 #include <gtest/gtest.h>
 

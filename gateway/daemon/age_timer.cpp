@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/ageing.h"
+#include "gateway/daemon/age_timer.h"
 
 #include <asio/post.hpp>
 #include <utility>
 
 namespace baudgate {
 
-Ageing::Ageing(asio::io_context& io, std::function<void(Instant)> age)
+AgeTimer::AgeTimer(asio::io_context& io, std::function<void(Instant)> age)
     : timer_(io), age_(std::move(age)) {}
 
-void Ageing::Start() {
+void AgeTimer::Start() {
   asio::post(timer_.get_executor(), [this] { Tick(); });
 }
 
-void Ageing::Tick() {
+void AgeTimer::Tick() {
   const Instant now = ReadClocks().instant;
   age_(now);
   timer_.expires_at(now + kInterval);

@@ -1,6 +1,6 @@
 // That values age without any output that asks for it.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/ageing.h"
+#include "gateway/daemon/age_timer.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ config::Config OnePoint() {
   return config;
 }
 
-TEST(Ageing, TellsTheFeedsOfAValueThatNobodyReadsAgain) {
+TEST(AgeTimer, TellsTheFeedsOfAValueThatNobodyReadsAgain) {
   const config::Config config = OnePoint();
   PointStore store(config);
   const auto feed = store.Subscribe();
@@ -32,7 +32,7 @@ TEST(Ageing, TellsTheFeedsOfAValueThatNobodyReadsAgain) {
 
   asio::io_context io;
   int told = 0;
-  Ageing ageing(io, [&](Instant now) {
+  AgeTimer ageing(io, [&](Instant now) {
     store.Age(now);
     if (++told == 2) io.stop();
   });

@@ -1,6 +1,6 @@
 // Look-ups that hang, and who does not wait for them.
 // SPDX-License-Identifier: Apache-2.0
-#include "transports/names.h"
+#include "transports/host_names.h"
 
 #include <gtest/gtest.h>
 
@@ -36,8 +36,9 @@ class NamesTest : public testing::Test {
     server_->revive.set_value();
   }
   void Ask(const std::string& host) {
-    tickets_.push_back(names_.Ask(
-        host, io_, [this](const Result<Names::Addresses>& found) { answers_ += found ? 1 : 100; }));
+    tickets_.push_back(names_.Ask(host, io_, [this](const Result<HostNames::Addresses>& found) {
+      answers_ += found ? 1 : 100;
+    }));
   }
   bool WaitFor(const std::function<bool()>& condition) { return test::RunUntil(io_, condition); }
   bool WaitForAsked(int dead) {
@@ -51,7 +52,7 @@ class NamesTest : public testing::Test {
   asio::io_context io_;
   asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
   std::shared_ptr<NameServer> server_ = std::make_shared<NameServer>();
-  Names names_{[server = server_](const std::string& host) -> Result<Names::Addresses> {
+  HostNames names_{[server = server_](const std::string& host) -> Result<HostNames::Addresses> {
     ++server->asked;
     if (host.starts_with("dead")) {
       ++server->asked_dead;
@@ -59,10 +60,10 @@ class NamesTest : public testing::Test {
       return Error{"no answer"};
     }
     if (host == "unknown") return Error{"not known"};
-    return Names::Addresses{asio::ip::address_v4::loopback()};
+    return HostNames::Addresses{asio::ip::address_v4::loopback()};
   }};
   int answers_ = 0;
-  std::vector<Names::Ticket> tickets_;
+  std::vector<HostNames::Ticket> tickets_;
 };
 
 TEST_F(NamesTest, AnAnswerComesOnTheAskersLoop) {
@@ -92,9 +93,9 @@ TEST_F(NamesTest, AHostIsLookedUpOnceForAllWhoAsk) {
 
 /// Lines give a server up after 5 s; until then these look-ups take all places.
 TEST_F(NamesTest, GivenUpHostsMakeRoom) {
-  for (std::size_t i = 0; i < Names::kMostAwaited; ++i) Ask("dead" + std::to_string(i));
-  ASSERT_TRUE(WaitForAsked(Names::kMostAwaited));
-  std::vector<Names::Ticket> impatient;
+  for (std::size_t i = 0; i < HostNames::kMostAwaited; ++i) Ask("dead" + std::to_string(i));
+  ASSERT_TRUE(WaitForAsked(HostNames::kMostAwaited));
+  std::vector<HostNames::Ticket> impatient;
   impatient.swap(tickets_);
   Ask("server");
   test::RunReady(io_);
@@ -105,11 +106,11 @@ TEST_F(NamesTest, GivenUpHostsMakeRoom) {
 
 /// Threads are bounded however many hosts hang: 16, of which 12 are given up.
 TEST_F(NamesTest, HostsThatHangTakeBoundedThreads) {
-  constexpr std::size_t kMost = Names::kMostAwaited + Names::kMostHanging;
+  constexpr std::size_t kMost = HostNames::kMostAwaited + HostNames::kMostHanging;
   for (std::size_t i = 0; i < kMost; ++i) {
     Ask("dead" + std::to_string(i));
     ASSERT_TRUE(WaitForAsked(static_cast<int>(i + 1)));
-    if (i < Names::kMostHanging) tickets_.clear();
+    if (i < HostNames::kMostHanging) tickets_.clear();
   }
   Ask("server");
   test::RunReady(io_);

@@ -1,6 +1,6 @@
 // Hosts wait in one queue for threads, which end when they find nothing to do.
 // SPDX-License-Identifier: Apache-2.0
-#include "transports/names.h"
+#include "transports/host_names.h"
 
 #include <netdb.h>
 #include <sys/socket.h>
@@ -21,14 +21,14 @@
 namespace baudgate {
 namespace {
 
-Result<Names::Addresses> AskSystem(const std::string& host) {
+Result<HostNames::Addresses> AskSystem(const std::string& host) {
   addrinfo hints{};
   hints.ai_family = AF_UNSPEC;
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
   const int failed = getaddrinfo(host.c_str(), nullptr, &hints, &found);
   if (failed != 0) return Error{failed == EAI_SYSTEM ? std::strerror(errno) : gai_strerror(failed)};
-  Names::Addresses addresses;
+  HostNames::Addresses addresses;
   for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
     asio::ip::tcp::endpoint endpoint;
     if (one->ai_addrlen > endpoint.capacity()) continue;
@@ -41,14 +41,14 @@ Result<Names::Addresses> AskSystem(const std::string& host) {
 
 }  // namespace
 
-struct Names::Waiter {
+struct HostNames::Waiter {
   Waiter(asio::io_context& its_io, Done its_done) : io(&its_io), done(std::move(its_done)) {}
   Mutex mutex;
   asio::io_context* io BAUDGATE_GUARDED_BY(mutex);  // null: waits no more
   Done done BAUDGATE_GUARDED_BY(mutex);
 };
 
-struct Names::State {
+struct HostNames::State {
   struct Host {
     std::vector<std::shared_ptr<Waiter>> waiters;
     bool running = false;
@@ -78,7 +78,7 @@ struct Names::State {
 };
 
 /// Threads for what may be looked up now.
-void Names::State::Begin(const std::shared_ptr<State>& state) {
+void HostNames::State::Begin(const std::shared_ptr<State>& state) {
   for (auto at = state->queue.begin(); at != state->queue.end();) {
     Host& host = state->hosts[*at];
     if (!state->MayBegin(host)) {
@@ -97,7 +97,7 @@ void Names::State::Begin(const std::shared_ptr<State>& state) {
   }
 }
 
-void Names::State::Run(const std::shared_ptr<State>& state, const std::string& name) {
+void HostNames::State::Run(const std::shared_ptr<State>& state, const std::string& name) {
   const Result<Addresses> found = state->look_up(name);
   std::vector<std::shared_ptr<Waiter>> waiters;
   {
@@ -113,7 +113,8 @@ void Names::State::Run(const std::shared_ptr<State>& state, const std::string& n
   for (const auto& waiter : waiters) Answer(waiter, found);
 }
 
-void Names::State::Answer(const std::shared_ptr<Waiter>& waiter, const Result<Addresses>& found) {
+void HostNames::State::Answer(const std::shared_ptr<Waiter>& waiter,
+                              const Result<Addresses>& found) {
   const MutexLock lock(waiter->mutex);
   if (waiter->io == nullptr) return;
   asio::post(*waiter->io, [waiter, found] {
@@ -127,8 +128,8 @@ void Names::State::Answer(const std::shared_ptr<Waiter>& waiter, const Result<Ad
   });
 }
 
-void Names::State::Drop(const std::shared_ptr<State>& state, const std::string& name,
-                        const std::shared_ptr<Waiter>& waiter) {
+void HostNames::State::Drop(const std::shared_ptr<State>& state, const std::string& name,
+                            const std::shared_ptr<Waiter>& waiter) {
   Done dropped;  // destroyed outside the locks: it may own the ticket's owner
   {
     const MutexLock lock(waiter->mutex);
@@ -146,7 +147,7 @@ void Names::State::Drop(const std::shared_ptr<State>& state, const std::string& 
   }
 }
 
-Names::Ticket& Names::Ticket::operator=(Ticket&& other) noexcept {
+HostNames::Ticket& HostNames::Ticket::operator=(Ticket&& other) noexcept {
   if (this != &other) {
     Drop();
     drop_ = std::exchange(other.drop_, nullptr);
@@ -154,13 +155,13 @@ Names::Ticket& Names::Ticket::operator=(Ticket&& other) noexcept {
   return *this;
 }
 
-void Names::Ticket::Drop() {
+void HostNames::Ticket::Drop() {
   if (const auto drop = std::exchange(drop_, nullptr)) drop();
 }
 
-Names::Names(LookUp look_up) : state_(std::make_shared<State>(std::move(look_up))) {}
+HostNames::HostNames(LookUp look_up) : state_(std::make_shared<State>(std::move(look_up))) {}
 
-Names::Ticket Names::Ask(const std::string& host, asio::io_context& io, Done done) {
+HostNames::Ticket HostNames::Ask(const std::string& host, asio::io_context& io, Done done) {
   auto waiter = std::make_shared<Waiter>(io, std::move(done));
   Ticket ticket;
   ticket.drop_ = [state = state_, host, waiter] { State::Drop(state, host, waiter); };
@@ -172,8 +173,8 @@ Names::Ticket Names::Ask(const std::string& host, asio::io_context& io, Done don
   return ticket;
 }
 
-Names& Names::OfProcess() {
-  static Names names(AskSystem);
+HostNames& HostNames::OfProcess() {
+  static HostNames names(AskSystem);
   return names;
 }
 

@@ -1,6 +1,6 @@
 // What a device's record looks like in registers and bits, good, bad, aged and never read.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/modbus/registers/device_image.h"
+#include "gateway/modbus/registers/register_contents.h"
 
 #include <gtest/gtest.h>
 
@@ -18,9 +18,9 @@ constexpr auto kTarget = kNoTarget;
 const Instant kStart = Instant(1000s);
 
 /// A device with a float at 0-1, an int16 at 2, a text at 3-4, and bits at 0 and 1.
-class DeviceImageTest : public testing::Test {
+class RegisterContentsTest : public testing::Test {
  protected:
-  explicit DeviceImageTest(OnBad on_bad = OnBad::exception)
+  explicit RegisterContentsTest(OnBad on_bad = OnBad::exception)
       : config_(MakeConfig(
             {MakeDevice(1, {MakePoint(Type::float32, 0), MakePoint(Type::int16, 2), MakeText(4, 3),
                             MakePoint(Type::boolean, 0), MakePoint(Type::boolean, 1)})})) {
@@ -75,23 +75,23 @@ class DeviceImageTest : public testing::Test {
   ExceptionCode exception_ = kNoException;
 };
 
-class HoldImageTest : public DeviceImageTest {
+class HoldContentsTest : public RegisterContentsTest {
  protected:
-  HoldImageTest() : DeviceImageTest(OnBad::hold) {}
+  HoldContentsTest() : RegisterContentsTest(OnBad::hold) {}
 };
 
-class NanImageTest : public DeviceImageTest {
+class NanImageTest : public RegisterContentsTest {
  protected:
-  NanImageTest() : DeviceImageTest(OnBad::nan) {}
+  NanImageTest() : RegisterContentsTest(OnBad::nan) {}
 };
 
-TEST_F(DeviceImageTest, GoodValuesStandSideBySide) {
+TEST_F(RegisterContentsTest, GoodValuesStandSideBySide) {
   UpdateAll();
   EXPECT_EQ(Read(0, 5), (Registers{0x47F1, 0x2000, 0xFFFB, 0x4F4B, 0}));
   EXPECT_EQ(ReadBits(0, 2), (std::vector{1, 0}));
 }
 
-TEST_F(DeviceImageTest, NeverReadIsAnExceptionButItsQualityAndAgeAreNot) {
+TEST_F(RegisterContentsTest, NeverReadIsAnExceptionButItsQualityAndAgeAreNot) {
   Update(1, std::int64_t{7});
   EXPECT_EQ(Read(2, 1), Registers{7});
   Read(0, 3);
@@ -103,7 +103,7 @@ TEST_F(DeviceImageTest, NeverReadIsAnExceptionButItsQualityAndAgeAreNot) {
   EXPECT_EQ(ReadBits(20000, 2), (std::vector{0, 0}));
 }
 
-TEST_F(DeviceImageTest, AgeingIsUncertainFirstAndThenAnException) {
+TEST_F(RegisterContentsTest, AgeingIsUncertainFirstAndThenAnException) {
   UpdateAll();
   EXPECT_EQ(Read(2, 1, kStart + 4s), Registers{0xFFFB});
   EXPECT_EQ(Read(20002, 1, kStart + 4s), Registers{0x44});
@@ -117,7 +117,7 @@ TEST_F(DeviceImageTest, AgeingIsUncertainFirstAndThenAnException) {
   EXPECT_EQ(Read(40002, 1, kStart - 1s), Registers{0}) << "read between clock and lock";
 }
 
-TEST_F(DeviceImageTest, EveryOverrideIsAnException) {
+TEST_F(RegisterContentsTest, EveryOverrideIsAnException) {
   UpdateAll();
   const std::pair<Override, std::uint16_t> cases[] = {
       {Override::out_of_service, 0x1C}, {Override::not_connected, 0x08}, {Override::offline, 0x18}};
@@ -129,7 +129,7 @@ TEST_F(DeviceImageTest, EveryOverrideIsAnException) {
   }
 }
 
-TEST_F(DeviceImageTest, FaultsOfOneChannelLeaveTheOthersReadable) {
+TEST_F(RegisterContentsTest, FaultsOfOneChannelLeaveTheOthersReadable) {
   UpdateAll();
   Update(0, Value(), Quality::bad_sensor_failure);
   Update(1, Value(), Quality::bad_device_failure);
@@ -140,12 +140,12 @@ TEST_F(DeviceImageTest, FaultsOfOneChannelLeaveTheOthersReadable) {
   EXPECT_EQ(ReadBits(20000, 2), (std::vector{0, 1}));
 }
 
-TEST_F(DeviceImageTest, AFaultBeforeTheFirstValueShowsNoNumberThatLooksReal) {
+TEST_F(RegisterContentsTest, AFaultBeforeTheFirstValueShowsNoNumberThatLooksReal) {
   Update(1, Value(), Quality::bad_sensor_failure);
   EXPECT_EQ(Read(2, 1), Registers{0x8000});
 }
 
-TEST_F(DeviceImageTest, OnFaultMayNameAValue) {
+TEST_F(RegisterContentsTest, OnFaultMayNameAValue) {
   point(0).on_fault = point(1).on_fault = {config::OnFault::Kind::value, -999};
   point(3).on_fault = {config::OnFault::Kind::value, 1};
   UpdateAll();
@@ -157,20 +157,20 @@ TEST_F(DeviceImageTest, OnFaultMayNameAValue) {
   EXPECT_EQ(ReadBits(0, 1), std::vector{1});
 }
 
-TEST_F(DeviceImageTest, ASubstituteThatDoesNotFitIsNoValue) {
+TEST_F(RegisterContentsTest, ASubstituteThatDoesNotFitIsNoValue) {
   point(1).on_fault = {config::OnFault::Kind::value, 99999};
   Update(1, Value(), Quality::bad_sensor_failure);
   EXPECT_EQ(Read(2, 1), Registers{0x8000});
 }
 
-TEST_F(DeviceImageTest, AGoodValueThatDoesNotFitIsAFaultAndSaysSo) {
+TEST_F(RegisterContentsTest, AGoodValueThatDoesNotFitIsAFaultAndSaysSo) {
   UpdateAll();
   Update(1, std::int64_t{40000});
   EXPECT_EQ(Read(1 + 1, 1), Registers{0x8000});
   EXPECT_EQ(Read(20002, 1), Registers{0x04});
 }
 
-TEST_F(HoldImageTest, TheLastValueStaysWhateverTheTrouble) {
+TEST_F(HoldContentsTest, TheLastValueStaysWhateverTheTrouble) {
   UpdateAll();
   store_->SetOverride(0, Override::offline);
   EXPECT_EQ(Read(0, 3), (Registers{0x47F1, 0x2000, 0xFFFB}));
@@ -178,7 +178,7 @@ TEST_F(HoldImageTest, TheLastValueStaysWhateverTheTrouble) {
   EXPECT_EQ(Read(20000, 1), Registers{0x18});
 }
 
-TEST_F(HoldImageTest, NothingToHoldIsAnException) {
+TEST_F(HoldContentsTest, NothingToHoldIsAnException) {
   Read(0, 2);
   EXPECT_EQ(exception_, kTarget);
 }
@@ -194,7 +194,7 @@ TEST_F(NanImageTest, FloatsAndTextsHaveOneIntegersHaveNot) {
   EXPECT_EQ(exception_, kTarget);
 }
 
-TEST_F(DeviceImageTest, StatusBlockIsServedWhateverTheDeviceDoes) {
+TEST_F(RegisterContentsTest, StatusBlockIsServedWhateverTheDeviceDoes) {
   EXPECT_EQ(Read(9000, 4), (Registers{0, 0, 0xFFFF, 0xFFFF}));
   store_->UpdateStatus(0, [](DeviceStatus& status) {
     status.state = DeviceState::degraded;

@@ -12,13 +12,13 @@
 namespace baudgate {
 
 /// All on the loop's thread, but Start before it runs. The loop stops before this goes.
-class Ageing {
+class AgeTimer {
  public:
   /// An edge from good to uncertain is told at most this late.
   static constexpr Duration kInterval = 200ms;
 
   /// `age` is PointStore::Age.
-  Ageing(asio::io_context& io, std::function<void(Instant now)> age);
+  AgeTimer(asio::io_context& io, std::function<void(Instant now)> age);
   void Start();
 
  private:
