@@ -96,8 +96,10 @@ struct Answer {
 };
 
 /// The engine keeps these promises: the device's address, options and points have passed the checks
-/// of the Protocol; indices in a Task are valid; OnFrame and OnFailure follow the Ask or Instead
-/// that gave their request; a frame is one that the reply rule took for whole.
+/// of the Protocol; indices in a Task are valid at Ask and OnFrame; OnFrame and OnFailure follow
+/// the Ask or Instead that gave their request; a frame is one that the reply rule took for whole.
+/// If OnReconnect has left fewer queries while a reply was awaited, Interpret is called in place of
+/// OnFrame; OnFailure may then name a query that is gone.
 class Conversation {
  public:
   virtual ~Conversation() = default;

@@ -1,5 +1,5 @@
 // What a device answers to the request that identifies it, and whether it is still the one that
-// did. Used by gateway/poll/reply_order.cpp.
+// did. Used by gateway/poll/whose_reply.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

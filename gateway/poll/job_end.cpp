@@ -114,7 +114,7 @@ void Poller::Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string
   const bool in_peace = schedule_.held_until(member.place) > now_.instant;
   const bool is_write = job_->As<Job::Write>() != nullptr;
   const bool allowed = !in_peace || (is_write && outcome == Outcome::ok);
-  if (ProvesLife(outcome) && member.in_use && order_.MayBeInStep(job_->asked()) && allowed) {
+  if (ProvesLife(outcome) && member.in_use && whose_reply_.MayBeInStep(job_->asked()) && allowed) {
     if (job_->As<Job::Routed>() != nullptr) return;  // its request is as it was
     job_->steps = 0;
     return Ask();

@@ -33,6 +33,15 @@
 #include "gateway/store/conversion.h"
 
 namespace baudgate {
+namespace {
+
+/// False: its device has fewer queries since it began. Example: a poll of query 7 waits behind a
+/// probe, and what the probe is answered leaves 5 queries.
+bool IsPlanned(const Task& task, const Conversation& conversation) {
+  return task.kind != Task::Kind::poll || task.query < conversation.Queries().size();
+}
+
+}  // namespace
 
 // ---------------------------------------------------------------- to the request
 
@@ -41,6 +50,10 @@ void Poller::Ask() {
     return Finish(Outcome::unexpected, "the conversation did not come to an end");
   }
   Conversation& conversation = *roster_.AsDevice(*job_->member)->conversation;
+  if (!IsPlanned(job_->task, conversation)) {
+    job_->mute = true;
+    return Finish(Outcome::busy, "its query is not planned any more");
+  }
   auto request = conversation.Ask(job_->task, now_.instant);
   if (!request) {
     job_->mute = true;
@@ -77,7 +90,7 @@ bool Poller::Synchronize() {
   const bool first = job.steps == 1 && job.attempts == 0 && !job.is_probe();
   const bool answered = job.request.expect.reply == Expectation::Reply::one;
   if (!first || !answered || !roster_.IsDevice(*job.member) || !job.member->in_use) return false;
-  if (!order_.NeedsProbeFirst(job.asked())) return false;
+  if (!whose_reply_.NeedsProbeFirst(job.asked())) return false;
   auto probe = std::make_unique<Job>(*job.member, Job::Probe{},
                                      Task{Task::Kind::probe, 0, kNoPoint, {}}, now_.instant);
   probe->behind = std::move(job_);
@@ -88,7 +101,7 @@ bool Poller::Synchronize() {
 
 void Poller::Start() {
   const Member& member = *job_->member;
-  if (idle_since_ + member.times.reply <= now_.instant) order_.OnRested();
+  if (idle_since_ + member.times.reply <= now_.instant) whose_reply_.OnRested();
   job_->sending = false;
   job_->exchange_began = now_.instant;
   Exchange exchange{job_->request, member.protocol->reply_rule, member.times, {}};
@@ -101,7 +114,7 @@ void Poller::Send() {
   const Request& request = job_->request;
   echo_.OnSent(request.bytes);
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
-  order_.OnSent(job_->asked());
+  whose_reply_.OnSent(job_->asked());
   ledger_.OnSent(*job_->member, request);
   listener_.Send(request.bytes, job_->member->serial);
 }
@@ -158,11 +171,13 @@ Outcome Poller::Judge(View frame, Instant now) {
     answer = {};
     answer.outcome = roster_.carrier()->carrier->unwrap(job.request.bytes, frame, routed->reply);
     if (device == nullptr) return answer.outcome;
-  } else {
+  } else if (IsPlanned(job.task, *device->conversation)) {
     answer = device->conversation->OnFrame(job.task, job.request, frame, now);
+  } else {
+    answer = device->conversation->Interpret(job.request.bytes, frame);
   }
   if (!ProvesLife(answer.outcome) && answer.outcome != Outcome::unexpected) return answer.outcome;
-  const ReplyOrder::Verdict verdict = order_.OnReply(job.asked(), frame, answer.outcome);
+  const WhoseReply::Verdict verdict = whose_reply_.OnReply(job.asked(), frame, answer.outcome);
   if (verdict.proves_life_only) answer.readings.clear();
   if (!verdict.elsewhere || answer.outcome != Outcome::ok) return answer.outcome;
   answer = {};
@@ -184,8 +199,9 @@ void Poller::Conclude() {
   const bool lost = end.outcome == Outcome::line_down;
   job.mute = job.request.expect.reply == Expectation::Reply::none;
   if (!job.mute) member.health.OnExchange(end.outcome);
-  if (late_.Conclude(asked, end, order_.IsInStep(member), now_.instant)) upkeep_.HoldBack(member);
-  order_.OnEnd(asked, end.outcome, !lost && !job.mute);
+  if (late_.Conclude(asked, end, whose_reply_.IsInStep(member), now_.instant))
+    upkeep_.HoldBack(member);
+  whose_reply_.OnEnd(asked, end.outcome, !lost && !job.mute);
   if (roster_.IsDevice(member) && !job.mute && !lost) {
     // What it took in vain counts from its first failure on; Advance charges what follows.
     if (!answered && !schedule_.doubted(member.place)) {
@@ -238,7 +254,7 @@ void Poller::Store(const Device& device, const Answer& answer, Duration round_tr
   }
   if (samples.empty()) return;
   store_.Update(device.index, samples, now_, round_trip);
-  if (job_->task.kind == Task::Kind::poll) order_.OnStored({device.place, job_->task.query});
+  if (job_->task.kind == Task::Kind::poll) whose_reply_.OnStored({device.place, job_->task.query});
 }
 
 }  // namespace baudgate

@@ -23,7 +23,7 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       echo_(line.echo),
       roster_(line, first_device, find),
       late_(roster_),
-      order_(roster_),
+      whose_reply_(roster_),
       ledger_(roster_, schedule_, store, store.LineIndex(line), listener),
       chooser_(line, roster_, schedule_, writes_, routes_, late_),
       upkeep_(roster_, schedule_, store, late_, chooser_, ledger_) {}
@@ -63,7 +63,7 @@ void Poller::OnClosed(Now now, Override why) {
   Hear(line_.OnClosed());
   echo_.OnClosed();
   if (job_ && job_->end) {
-    order_.OnClosed(*job_->member);
+    whose_reply_.OnClosed(*job_->member);
     late_.OnClosed(*job_->member, now.instant);
   }
   if (job_) Finish(Outcome::line_down, reason);
@@ -184,7 +184,7 @@ void Poller::Hear(LineNews news) {
   if (!news.second_reply || late_.last() == nullptr) return;
   ledger_.OnSecondReply(*late_.last());
   // One of the latest replies belonged to another request, nobody knows which.
-  for (const QueryRef& read : order_.OnSecondReply(*late_.last())) {
+  for (const QueryRef& read : whose_reply_.OnSecondReply(*late_.last())) {
     const Device& device = roster_.device(read.device);
     const auto queries = device.conversation->Queries();
     if (!device.in_use || read.query >= queries.size()) continue;
@@ -240,7 +240,7 @@ void Poller::Pump() {
       BreakOff(why);
       continue;
     }
-    order_.Recognise(*job_->member, job_->request.expect.address);
+    whose_reply_.Recognise(*job_->member, job_->request.expect.address);
     if (Synchronize()) continue;
     const Instant clear = late_.ClearAt(*job_->member, job_->asked().named());
     // A retry may be met by the answer to its first try, which is as good.

@@ -16,11 +16,11 @@
 #include "gateway/poll/late_answers.h"
 #include "gateway/poll/ledger.h"
 #include "gateway/poll/poller_listener.h"
-#include "gateway/poll/reply_order.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/routed_side.h"
 #include "gateway/poll/schedule.h"
 #include "gateway/poll/upkeep.h"
+#include "gateway/poll/whose_reply.h"
 #include "gateway/poll/write_queue.h"
 #include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
@@ -107,7 +107,7 @@ class Poller : private LineClient {
   WriteQueue writes_;
   RoutedSide routes_;
   LateAnswers late_;
-  ReplyOrder order_;
+  WhoseReply whose_reply_;
   Ledger ledger_;
   Chooser chooser_;
   Upkeep upkeep_;

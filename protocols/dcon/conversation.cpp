@@ -34,7 +34,7 @@ std::size_t Cost(Form form, std::size_t points) {
 DconConversation::DconConversation(const config::Device& device)
     : device_(device),
       settings_(ReadSettings(device.options)),
-      address_(ParseAddress(device.address)),
+      address_(ParseAddress(device.address).value()),
       plan_({}),
       probes_(ProbeChoice::Own::none) {
   PlanReads();
@@ -59,13 +59,12 @@ void DconConversation::PlanReads() {
 
 Request DconConversation::MakeRequest(std::string_view command) const {
   Request request;
-  request.bytes = BuildRequest(command, address_.value(), settings_.checksum);
+  request.bytes = BuildRequest(command, address_, settings_.checksum);
   request.expect = Expect(request.bytes, device_.options);
   return request;
 }
 
 Result<Request> DconConversation::Ask(const Task& task, Instant) {
-  if (!address_) return Error{address_.error()};
   if (task.kind == Task::Kind::write) return AskWrite(task);
   read_back_.reset();
   if (task.kind == Task::Kind::probe) {
@@ -74,12 +73,10 @@ Result<Request> DconConversation::Ask(const Task& task, Instant) {
     request.steady = command == kIdentify;
     return request;
   }
-  if (task.query >= plan_.queries().size()) return Error{"there is no query of this number"};
   return MakeRequest(plan_.block(task.query).key.command);
 }
 
 Result<Request> DconConversation::AskWrite(const Task& task) {
-  if (task.point >= device_.points.size()) return Error{"there is no point of this number"};
   if (read_back_ && read_back_->point == task.point && read_back_->value == task.value) {
     return MakeRequest(reads_[task.point]->command);
   }
@@ -256,7 +253,7 @@ Answer DconConversation::AfterWrite(const Task& task, Answer answer) {
   }
   // A bare '>' proves only that some module took something. An analog output may slew, so only a
   // digital one can be compared.
-  const auto& read = task.point < reads_.size() ? reads_[task.point] : std::nullopt;
+  const auto& read = reads_[task.point];
   if (answer.outcome == Outcome::ok && IsDigital(read)) {
     read_back_ = ReadBack{task.point, task.value};
     answer.then = Then::ask_again;

@@ -64,7 +64,7 @@ class DconConversation : public Conversation {
 
   const config::Device& device_;
   Settings settings_;
-  Result<std::uint8_t> address_;
+  std::uint8_t address_;
   std::vector<std::optional<ReadAddress>> reads_;  ///< by point
   QueryPlan<Read> plan_;
   std::optional<ReadBack> read_back_;

@@ -94,7 +94,7 @@ ModbusConversation::ModbusConversation(Framing framing, const config::Device& de
     : framing_(framing),
       device_(device),
       settings_(ReadSettings(device.options)),
-      slave_(ParseAddress(device.address)),
+      slave_(ParseAddress(device.address).value()),
       places_(ReadPlaces(device.points)),
       plan_(MakePlan(device.points, places_, settings_)),
       probes_(settings_.probe_by_read ? ProbeChoice::Own::none : ProbeChoice::Own::identification) {
@@ -102,7 +102,7 @@ ModbusConversation::ModbusConversation(Framing framing, const config::Device& de
 
 Request ModbusConversation::MakeRequest(View pdu) const {
   Request request;
-  request.bytes = Wrap(framing_, slave_.value(), pdu);
+  request.bytes = Wrap(framing_, slave_, pdu);
   request.expect = Expect(framing_, request.bytes);
   request.steady = IsLoopback(pdu);
   return request;
@@ -111,7 +111,6 @@ Request ModbusConversation::MakeRequest(View pdu) const {
 // ---------------------------------------------------------------- asking
 
 Result<Request> ModbusConversation::Ask(const Task& task, Instant) {
-  if (!slave_) return Error{slave_.error()};
   if (task.kind == Task::Kind::write) {
     const auto pdu = WritePdu(task);
     if (!pdu) return Error{pdu.error()};
@@ -123,12 +122,10 @@ Result<Request> ModbusConversation::Ask(const Task& task, Instant) {
     if (!read) return MakeRequest(LoopbackRequest(kLoopbackData));
     query = *read;
   }
-  if (query >= plan_.queries().size()) return Error{"there is no query of this number"};
   return MakeRequest(ReadOf(plan_.block(query)));
 }
 
 Result<Bytes> ModbusConversation::WritePdu(const Task& task) const {
-  if (task.point >= device_.points.size()) return Error{"there is no point of this number"};
   const config::Point& point = device_.points[task.point];
   const auto place = WritePlace(point);
   if (!place) return Error{"point " + point.name + ": " + place.error()};

@@ -50,7 +50,7 @@ class ModbusConversation : public Conversation {
   const Framing framing_;
   const config::Device& device_;
   Settings settings_;
-  Result<std::uint8_t> slave_;
+  std::uint8_t slave_;
   std::vector<std::optional<Place>> places_;  // by point
   TablePlan plan_;
   ProbeChoice probes_;

@@ -70,7 +70,6 @@ bool MeterConversation::NeedsConstants(const Bytes& pdu,
 }
 
 Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
-  if (address_.empty()) return Error{ParseAddress(device_.address).error()};
   if (task.kind == Task::Kind::write) return Error{"SET-4TM meters are read only here"};
   // Opening proves presence too: a link test (00) equals its own echo.
   if (task.kind == Task::Kind::probe || !open_ || now - last_good_ > kChannelTrust) {
@@ -78,7 +77,6 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
     Append(open, settings_.password);
     return Make(open);
   }
-  if (task.query >= plan_.queries().size()) return Error{"there is no such query"};
   if (settings_.serial_number && !verified_) return Make(kAskSerial);
   const Bytes pdu = fields_.PduOf(plan_, task.query);
   if (!asked_variant_ && NeedsConstants(pdu, LacksVariant)) return Make(kAskVariant);
@@ -206,7 +204,7 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
     verified_ = ByteReader(reply.data).U32Be(0) == *settings_.serial_number;
     if (!verified_) return End(Mismatch(task, reply.data));
   }
-  const bool own = task.kind == Task::Kind::poll && task.query < plan_.queries().size();
+  const bool own = task.kind == Task::Kind::poll;
   const Bytes wanted = own ? fields_.PduOf(plan_, task.query) : kAskSerial;
   if (own && !Is(reply.pdu, wanted) && !(IsSnapshot(reply.pdu) && IsSnapshot(wanted))) {
     reply.answer.then = Then::ask_again;
@@ -222,7 +220,7 @@ Answer MeterConversation::Mismatch(const Task& task, View data) const {
   answer.reason = "meter " + std::to_string(ByteReader(data).U32Be(0).value_or(0)) +
                   " answers in place of " + std::to_string(settings_.serial_number.value_or(0)) +
                   "; correct `serial_number` or the address";
-  if (task.kind == Task::Kind::poll && task.query < plan_.queries().size()) {
+  if (task.kind == Task::Kind::poll) {
     for (const std::size_t point : plan_.queries()[task.query].points) {
       answer.readings.push_back({point, {}, Quality::bad_configuration, {}});
     }
@@ -269,7 +267,7 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
       return End(std::move(reply.answer));
   }
   last_good_ = now;
-  const bool own = task.kind == Task::Kind::poll && task.query < plan_.queries().size();
+  const bool own = task.kind == Task::Kind::poll;
   if (own && IsSnapshot(reply.pdu)) {
     // Older firmware: go back to 08 1B, the points are not to blame.
     snapshot_ = false;

@@ -27,15 +27,13 @@ class SpaConversation final : public Conversation {
         points_(ReadablePoints(device.points)),
         settings_(ReadSettings(device.options)),
         writes_(settings_.password),
+        slave_(ParseSlave(device.address).value()),
         most_items_(settings_.max_items),
-        plan_(MakePlan(points_, most_items_)) {
-    if (const auto slave = ParseSlave(device.address)) slave_ = *slave;
-  }
+        plan_(MakePlan(points_, most_items_)) {}
 
   std::span<const Query> Queries() const override { return plan_.queries(); }
 
   Result<Request> Ask(const Task& task, Instant) override {
-    if (slave_ == 0) return Error{"'" + device_.address + "' is not an SPA slave number"};
     switch (task.kind) {
       case Task::Kind::probe: {
         Request request = Seal(ReadOf(slave_, kIdentification, 0));
@@ -43,7 +41,6 @@ class SpaConversation final : public Conversation {
         return request;
       }
       case Task::Kind::poll: {
-        if (task.query >= plan_.queries().size()) return Error{"there is no such query"};
         if (const auto leftover = writes_.Leftover(slave_)) {
           Request request = Seal(*leftover);
           request.closes = true;
@@ -108,7 +105,6 @@ class SpaConversation final : public Conversation {
   }
 
   Result<Request> AskWrite(const Task& task) {
-    if (task.point >= device_.points.size()) return Error{"there is no such point"};
     const config::Point& point = device_.points[task.point];
     if (point.access == config::Access::read) return Error{"'" + point.name + "' is read-only"};
     auto command = writes_.Next(slave_, task, point);
@@ -145,7 +141,7 @@ class SpaConversation final : public Conversation {
   std::vector<ReadPoint> points_;
   const Settings settings_;
   WriteSession writes_;
-  unsigned slave_ = 0;
+  const unsigned slave_;
   std::size_t most_items_;  ///< in one request; fewer once the device has called it too many
   ItemPlan plan_;
 };

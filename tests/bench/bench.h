@@ -3,11 +3,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "config/catalog/catalog.h"
 #include "config/model/config.h"
+#include "gateway/store/point_store.h"
 
 namespace baudgate::bench {
 
@@ -18,6 +20,14 @@ double Percentile(std::vector<double> values, double share);
 std::string Scratch();
 /// The configuration, or the end of the program with its problems.
 config::Config Load(const std::string& yaml, const config::Catalog& catalog);
+/// Of all devices, since the start.
+struct Totals {
+  std::uint64_t exchanges = 0;
+  std::uint64_t failed = 0;
+  std::uint64_t missed = 0;    ///< periods
+  std::uint64_t readings = 0;  ///< of points
+};
+Totals Sum(const PointStore& store);
 /// "reached" or "MISSED", for the column behind a figure.
 const char* Verdict(bool reached);
 

@@ -154,24 +154,6 @@ void Await(const std::string& path) {
   while (!fs::exists(path)) std::this_thread::sleep_for(std::chrono::milliseconds(20));
 }
 
-struct Totals {
-  std::uint64_t exchanges = 0;
-  std::uint64_t failed = 0;
-  std::uint64_t missed = 0;
-};
-
-Totals Sum(const PointStore& store) {
-  Totals totals;
-  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    store.Read(device, [&](const DeviceRecord& record) {
-      totals.exchanges += record.status.exchanges;
-      totals.failed += record.status.exchanges - record.status.Count(Outcome::ok);
-      totals.missed += record.status.missed;
-    });
-  }
-  return totals;
-}
-
 /// Of another process: what /proc tells of it.
 struct Process {
   pid_t id = 0;

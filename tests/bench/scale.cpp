@@ -84,26 +84,6 @@ double ResidentMib() {
   return 0;
 }
 
-struct Totals {
-  std::uint64_t exchanges = 0;
-  std::uint64_t failed = 0;
-  std::uint64_t missed = 0;
-  std::uint64_t readings = 0;
-};
-
-Totals Sum(const PointStore& store) {
-  Totals totals;
-  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    store.Read(device, [&](const DeviceRecord& record) {
-      totals.exchanges += record.status.exchanges;
-      totals.failed += record.status.exchanges - record.status.Count(Outcome::ok);
-      totals.missed += record.status.missed;
-      for (const PointRecord& point : record.points) totals.readings += point.seq;
-    });
-  }
-  return totals;
-}
-
 }  // namespace
 
 int BeScaleTwins(const config::Catalog& catalog, int argc, char** argv) {

@@ -67,10 +67,9 @@ class ToyConversation final : public Conversation {
 
   Result<Request> Ask(const Task& task, Instant) override {
     if (task.kind == Task::Kind::probe) return Make("P0");
-    const std::size_t point = PointOf(task);
-    if (point == kNoPoint) return Error{"no such query"};
-    const auto [how, number] = Split(device_.points[point].read);
     const bool write = task.kind == Task::Kind::write;
+    const std::size_t point = write ? task.point : queries_.at(task.query).points.front();
+    const auto [how, number] = Split(device_.points[point].read);
     if (how == 'E') return Error{"this point can not be asked"};
     if (how == 'S' && closing_) {
       Request request = Make("C0");

@@ -229,6 +229,21 @@ TEST(Poller, ReplanDropsWhatTheDeviceDoesNotKnow) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
+/// The toy throws when it is asked for a query that it does not have.
+TEST(Poller, APollWhoseQueryWentWithTheProbeBeforeItIsNotAsked) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
+                   {&ToyProtocol()});
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (AsText(request) != "PA0\r") return std::nullopt;
+    return ToyReply("A0~replan");
+  };
+  line.Open();
+  line.RunFor(10s);
+  EXPECT_GE(line.CountSent("PA0"), 1U);
+  EXPECT_EQ(line.CountSent("?A1"), 0U);
+  EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+}
+
 TEST(Poller, ReplanAfterAFailureIsHeard) {
   config::Device device = ToyDevice("a", "A", {"2", "L1"});
   VirtualLine line(ToyLine({device}), {&ToyProtocol()});

@@ -82,7 +82,7 @@ TEST_F(Example, ATwinThatRepliesAsAnotherIsNotBelieved) {
   twin_->ReplyAs("B");
   EXPECT_EQ(AsText(twin_->Answer(ToBytes("?A7\r"), {})).substr(0, 5), "!B7=5");
   EXPECT_TRUE(twin_->Answer(ToBytes("?B7\r"), {}).empty()) << "it is still called A";
-  EXPECT_EQ(Poll(0).outcome, Outcome::unexpected);
+  EXPECT_EQ(Run(Poll(0)).outcome, Outcome::unexpected);
 }
 
 TEST_F(Example, ChecksAddressesAndPoints) {

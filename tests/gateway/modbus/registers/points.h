@@ -51,16 +51,7 @@ inline config::Config MakeConfig(std::vector<config::Device> devices) {
 /// A whole frame: MBAP header with transaction 0x1234, the unit, and the PDU as hex.
 inline Bytes Frame(std::uint8_t unit, const std::string& pdu_hex,
                    std::uint16_t transaction = 0x1234) {
-  const Bytes pdu = ParseHex(pdu_hex).value();
-  const std::size_t length = pdu.size() + 1;
-  Bytes frame(kMbapHeader + pdu.size());
-  frame[0] = static_cast<std::uint8_t>(transaction >> 8);
-  frame[1] = static_cast<std::uint8_t>(transaction);
-  frame[4] = static_cast<std::uint8_t>(length >> 8);
-  frame[5] = static_cast<std::uint8_t>(length);
-  frame[6] = unit;
-  std::ranges::copy(pdu, frame.begin() + kMbapHeader);
-  return frame;
+  return AduOf(transaction, unit, ParseHex(pdu_hex).value());
 }
 
 }  // namespace baudgate::modbus

@@ -17,9 +17,9 @@
 
 namespace baudgate {
 
-class ReplyOrder {
+class WhoseReply {
  public:
-  explicit ReplyOrder(const Roster& roster) : roster_(roster) {}
+  explicit WhoseReply(const Roster& roster) : roster_(roster) {}
 
   /// The name that its replies carry, known from its first request on. Entries of one name are one
   /// device on the wire, and have one order.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/poll/reply_order.h"
+#include "gateway/poll/whose_reply.h"
 
 #include <algorithm>
 #include <functional>
@@ -14,17 +14,17 @@ constexpr std::size_t kMostUnproven = 8;
 
 }  // namespace
 
-ReplyOrder::State& ReplyOrder::Of(const Member& member) const {
+WhoseReply::State& WhoseReply::Of(const Member& member) const {
   if (states_.size() <= member.place) states_.resize(member.place + 1);
   return states_[member.place];
 }
 
-AnswerOrder& ReplyOrder::OrderOf(const Member& member) const {
+AnswerOrder& WhoseReply::OrderOf(const Member& member) const {
   State& own = Of(member);
   return own.first == kSelf ? own.order : states_[own.first].order;
 }
 
-void ReplyOrder::Recognise(Member& member, const Bytes& sender) {
+void WhoseReply::Recognise(Member& member, const Bytes& sender) {
   if (!member.sender.empty() || sender.empty()) return;
   member.sender = sender;
   for (const Member* other : roster_.everyone()) {
@@ -36,35 +36,35 @@ void ReplyOrder::Recognise(Member& member, const Bytes& sender) {
 }
 
 /// A reply that carries its sender's address is none of those that a serial server owes to others.
-bool ReplyOrder::MayBeInStep(const Asked& asked) const {
+bool WhoseReply::MayBeInStep(const Asked& asked) const {
   return OrderOf(*asked.member).MayBeInStep() && (asked.named() || order_.MayBeInStep());
 }
 
-bool ReplyOrder::IsSafe(const Asked& asked) const {
+bool WhoseReply::IsSafe(const Asked& asked) const {
   const AnswerOrder::Fingerprint fingerprint = FingerprintOf(asked);
   return OrderOf(*asked.member).IsSafe(fingerprint) &&
          (asked.named() || order_.IsSafe(fingerprint));
 }
 
-AnswerOrder::Fingerprint ReplyOrder::ProbeOf(const Member& member) const {
+AnswerOrder::Fingerprint WhoseReply::ProbeOf(const Member& member) const {
   const State& state = Of(member);
   if (!state.identity.known()) return AnswerOrder::kNamelessProbe;
   const std::size_t first = state.first == kSelf ? member.place : state.first;
   return AnswerOrder::Probe(first);
 }
 
-AnswerOrder::Fingerprint ReplyOrder::FingerprintOf(const Asked& asked) const {
+AnswerOrder::Fingerprint WhoseReply::FingerprintOf(const Asked& asked) const {
   const Identity& identity = Of(*asked.member).identity;
   const bool probe = identity.known() ? identity.IsAskedBy(*asked.request) : asked.probe;
   if (probe) return ProbeOf(*asked.member);
   return std::hash<std::string_view>{}(AsText(asked.request->bytes)) << 1U;
 }
 
-bool ReplyOrder::NeedsProbeFirst(const Asked& asked) const {
+bool WhoseReply::NeedsProbeFirst(const Asked& asked) const {
   return !Of(*asked.member).answered_probe || !MayBeInStep(asked) || !IsSafe(asked);
 }
 
-void ReplyOrder::OnSent(const Asked& asked) {
+void WhoseReply::OnSent(const Asked& asked) {
   heard_ = false;
   safe_ = IsSafe(asked);
   Of(*asked.member).identity.OnSent(*asked.request);
@@ -75,7 +75,7 @@ void ReplyOrder::OnSent(const Asked& asked) {
 
 /// An identification is the same frame every time and no answer to anything else. Where the
 /// protocol has none, the form of an answer tells a probe from other requests.
-bool ReplyOrder::LooksLikeProbe(const Asked& asked, View frame, Outcome outcome) {
+bool WhoseReply::LooksLikeProbe(const Asked& asked, View frame, Outcome outcome) {
   Identity& identity = Of(*asked.member).identity;
   const bool certain = IsInStep(*asked.member) && order_.IsInStep();
   if (!identity.known() && certain && asked.request->steady && outcome == Outcome::ok) {
@@ -89,7 +89,7 @@ bool ReplyOrder::LooksLikeProbe(const Asked& asked, View frame, Outcome outcome)
   return asked.probe == ProvesLife(outcome);
 }
 
-ReplyOrder::Verdict ReplyOrder::OnReply(const Asked& asked, View frame, Outcome outcome) {
+WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome outcome) {
   heard_ = true;
   // The first answer to a probe tells the name that makes it the device's own.
   const auto probe = AnswerOrder::IsProbe(sent_) ? sent_ : ProbeOf(*asked.member);
@@ -100,7 +100,7 @@ ReplyOrder::Verdict ReplyOrder::OnReply(const Asked& asked, View frame, Outcome 
   return {.elsewhere = !MayBeInStep(asked), .proves_life_only = !safe_ && asked.probe};
 }
 
-void ReplyOrder::OnEnd(const Asked& asked, Outcome outcome, bool silent) {
+void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent) {
   const Member& member = *asked.member;
   // After damage, and after others' replies, an answer may still come.
   if (!heard_ && silent) {
@@ -113,18 +113,18 @@ void ReplyOrder::OnEnd(const Asked& asked, Outcome outcome, bool silent) {
   if (asked.probe && ProvesLife(outcome)) Of(member).answered_probe = true;
 }
 
-void ReplyOrder::OnClosed(const Member& member) {
+void WhoseReply::OnClosed(const Member& member) {
   OrderOf(member).OnSilence();
   order_.OnSilence();
 }
 
-void ReplyOrder::OnStored(QueryRef query) {
+void WhoseReply::OnStored(QueryRef query) {
   if (std::ranges::find(unproven_, query) != unproven_.end()) return;
   if (unproven_.size() == kMostUnproven) unproven_.erase(unproven_.begin());
   unproven_.push_back(query);
 }
 
-std::vector<QueryRef> ReplyOrder::OnSecondReply(const Member& member) {
+std::vector<QueryRef> WhoseReply::OnSecondReply(const Member& member) {
   OrderOf(member).OnSilence();
   order_.OnSilence();
   return std::exchange(unproven_, {});
