@@ -12,8 +12,7 @@ namespace baudgate {
 
 class ProbeBudget {
  public:
-  /// 2 % are promised; what it costs to turn to an absent device and back is not counted.
-  static constexpr double kShare = 0.018;
+  static constexpr double kShare = 0.02;
   /// Between two probes of a line, whatever else: a dead line is not hammered.
   static constexpr Duration kPause = 250ms;
 
