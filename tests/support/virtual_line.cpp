@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "gateway/poll/poller.h"
+
 namespace baudgate {
 namespace {
 
@@ -40,6 +42,14 @@ VirtualLine::VirtualLine(config::Line line, std::vector<const Protocol*> protoco
   PollerListener& listener = *this;
   poller_ = std::make_unique<Poller>(config_.lines[0], 0U, find, *store_, listener);
 }
+
+VirtualLine::~VirtualLine() = default;
+
+bool VirtualLine::Submit(WriteCommand command) {
+  return poller_->Submit(std::move(command), now());
+}
+void VirtualLine::Submit(RoutedRequest request) { poller_->Submit(std::move(request), now()); }
+bool VirtualLine::asking() const { return sends_ > poller_->ledger().counters().exchanges; }
 
 void VirtualLine::Open() {
   open_ = true;

@@ -17,11 +17,17 @@
 #include <string>
 #include <vector>
 
-#include "gateway/poll/poller.h"
+#include "config/model/config.h"
+#include "gateway/poll/poller_listener.h"
+#include "gateway/requests/commands.h"
+#include "gateway/requests/routed.h"
 #include "gateway/simulate/twin_faults.h"
+#include "gateway/store/point_store.h"
 #include "tests/support/toy_protocol.h"
 
 namespace baudgate {
+
+class Poller;
 
 /// How a device behaves on the wire, whatever it has to say. May change at any time.
 struct Manner {
@@ -65,6 +71,7 @@ class VirtualLine : private PollerListener {
   /// `others`: devices on the wire that the line does not know of; their twins come last.
   VirtualLine(config::Line line, std::vector<const Protocol*> protocols,
               std::vector<config::Device> others = {});
+  ~VirtualLine() override;
 
   void Open();
   void Close();
@@ -75,15 +82,15 @@ class VirtualLine : private PollerListener {
   void Inject(Bytes bytes, Duration after = {});
   /// A write of one point through the command queue; its answer goes to `outcomes`.
   bool Write(std::uint32_t device, std::uint32_t point, Value raw, Duration within = 1h);
-  bool Submit(WriteCommand command) { return poller_->Submit(std::move(command), now()); }
-  void Submit(RoutedRequest request) { poller_->Submit(std::move(request), now()); }
+  bool Submit(WriteCommand command);
+  void Submit(RoutedRequest request);
 
   Now now() const { return {instant_, WallTime(1'790'000'000s) + (instant_ - kStart)}; }
   Duration elapsed() const { return instant_ - kStart; }
   WireTwin& twin(std::size_t device) { return *twins_[device]; }
   Poller& poller() { return *poller_; }
   /// An exchange is under way: a request went out and has not ended.
-  bool asking() const { return sends_ > poller_->ledger().counters().exchanges; }
+  bool asking() const;
   PointStore& store() { return *store_; }
 
   Quality QualityOf(std::uint32_t device, std::uint32_t point) const;

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <memory>
 
+#include "gateway/poll/poller.h"
 #include "tests/support/virtual_line.h"
 
 namespace baudgate {

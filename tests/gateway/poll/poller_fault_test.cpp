@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "gateway/poll/poller.h"
 #include "tests/support/virtual_line.h"
 
 namespace baudgate {

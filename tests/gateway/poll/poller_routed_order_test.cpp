@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "gateway/poll/poller.h"
 #include "tests/gateway/poll/routed_line.h"
 
 namespace baudgate {

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "gateway/base/text.h"
+#include "gateway/poll/poller.h"
 #include "tests/gateway/poll/routed_line.h"
 
 namespace baudgate {

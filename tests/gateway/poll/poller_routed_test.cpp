@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "gateway/poll/poller.h"
 #include "tests/gateway/poll/routed_line.h"
 
 namespace baudgate {

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include "gateway/poll/poller.h"
 #include "tests/support/virtual_line.h"
 
 namespace baudgate {

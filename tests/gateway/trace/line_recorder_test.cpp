@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "gateway/base/text.h"
+#include "gateway/poll/poller.h"
 #include "tests/support/virtual_line.h"
 
 namespace baudgate {

@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "gateway/poll/poller.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {

@@ -9,6 +9,7 @@
 #include <array>
 #include <optional>
 
+#include "gateway/poll/poller.h"
 #include "gateway/simulate/fault_text.h"
 #include "gateway/simulate/simulator.h"
 #include "tests/protocols/runs/rig.h"
