@@ -91,7 +91,7 @@ void RegisterClaims::Add(const Point& point, const Mark& mark) {
   const int count = point.table == Table::bits ? 1 : static_cast<int>(RegisterCount(point));
   const int last = first + count - 1;
   const std::string kind = point.table == Table::bits ? "bit " : "register ";
-  if (!IsValueArea(first, last)) {
+  if (!IsValueArea(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last))) {
     problems_.Error(mark, "modbus: " + kind + Range(first, last) + " of '" + point.name +
                               "' is reserved; points live at 0…8999 and 9100…19999");
     return;
