@@ -25,8 +25,8 @@ namespace baudgate::abi {
 /// A struct with this many fields.
 template <std::size_t kCount>
 struct Fields {};
-/// An interface: its virtual functions, in their order. tests/protocols/abi_test.cpp compares this
-/// list with the header.
+/// An interface: its virtual functions, in their order. tests/protocols/contract/abi_test.cpp
+/// compares this list with the header.
 template <auto... kMethods>
 struct Methods {};
 /// Of its template arguments alone: std::vector<T>, std::optional<T>.

@@ -44,10 +44,12 @@ std::string Scratch() {
 
 config::Config Load(const std::string& yaml, const config::Catalog& catalog) {
   config::Loaded loaded = config::LoadText(yaml, "bench", catalog);
-  for (const config::Problem& problem : loaded.problems) {
-    fmt::print(stderr, "{}\n", ToString(problem));
+  if (!loaded.ok()) {
+    for (const config::Problem& problem : loaded.problems) {
+      fmt::print(stderr, "{}\n", ToString(problem));
+    }
+    std::exit(3);
   }
-  if (!loaded.ok()) std::exit(3);
   return std::move(loaded.config);
 }
 
