@@ -175,6 +175,7 @@ Outcome Poller::Judge(View frame, Instant now) {
     answer = device->conversation->OnFrame(job.task, job.request, frame, now);
   } else {
     answer = device->conversation->Interpret(job.request.bytes, frame);
+    answer.readings.clear();  // who answered has not been checked
   }
   if (!ProvesLife(answer.outcome) && answer.outcome != Outcome::unexpected) return answer.outcome;
   const WhoseReply::Verdict verdict = whose_reply_.OnReply(job.asked(), frame, answer.outcome);

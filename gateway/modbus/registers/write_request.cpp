@@ -44,7 +44,7 @@ Writes ConvertWrites(const UnitMap& unit, const config::Device& device,
             : DecodeRegisters(point, device.word_order,
                               std::span(registers).subspan(piece.offset, piece.count))
                   .value_or(Value());
-    auto raw = ToRaw(point, value);  // which takes no value for an error
+    auto raw = ToRaw(point, value);  // an error where the registers hold no value
     if (!raw) return {kIllegalValue, {}};
     converted.writes.push_back({piece.index, std::move(*raw)});
   }

@@ -22,11 +22,6 @@ class LedgerTest : public ::testing::Test, protected PollerListener {
     ledger_.OnTime(At(0s), false, nullptr);
     ledger_.OnOpened();
   }
-  static config::Config MakeConfig() {
-    config::Config config;
-    config.lines.push_back(ToyMembers().line);
-    return config;
-  }
   void Send(View, const config::SerialSettings&) override {}
   void OnDeviceState(std::uint32_t, DeviceState, DeviceState to, const std::string&) override {
     states_.push_back(to);
@@ -40,7 +35,7 @@ class LedgerTest : public ::testing::Test, protected PollerListener {
     return status;
   }
 
-  config::Config config_ = MakeConfig();
+  config::Config config_ = ToyConfig();
   PointStore store_{config_};
   ToyMembers members_;
   Device& a_ = members_.a;

@@ -21,6 +21,13 @@ struct ToyMembers {
   Device& b = roster.device(1);
 };
 
+/// For a point store of the same line.
+inline config::Config ToyConfig() {
+  config::Config config;
+  config.lines.push_back(ToyMembers().line);
+  return config;
+}
+
 /// The request of an exchange; named: its reply says whose it is.
 inline Request AskFor(std::string_view bytes, bool named = true) {
   Request request;

@@ -13,11 +13,6 @@ constexpr Instant kStart = Instant() + 1h;
 
 class UpkeepTest : public ::testing::Test, protected ToyMembers, protected PollerListener {
  protected:
-  static config::Config MakeConfig() {
-    config::Config config;
-    config.lines.push_back(ToyMembers().line);
-    return config;
-  }
   void Send(View, const config::SerialSettings&) override {}
   void OnDeviceState(std::uint32_t, DeviceState, DeviceState to, const std::string&) override {
     state_ = to;
@@ -57,7 +52,7 @@ class UpkeepTest : public ::testing::Test, protected ToyMembers, protected Polle
     return due;
   }
 
-  config::Config config_ = MakeConfig();
+  config::Config config_ = ToyConfig();
   PointStore store_{config_};
   Schedule schedule_;
   WriteQueue writes_;
