@@ -129,8 +129,9 @@ Place Source::At(const YAML::Mark& mark) const {
   return {mark.line + 1, column + 1};
 }
 
-YamlNode::YamlNode(YAML::Node node, std::shared_ptr<const Source> source, std::optional<Place> key)
-    : node_(std::move(node)), source_(std::move(source)) {
+YamlNode::YamlNode(const YAML::Node& node, std::shared_ptr<const Source> source,
+                   std::optional<Place> key)
+    : node_(node), source_(std::move(source)) {
   place_ = key && node_.IsNull() ? *key : source_->At(node_.Mark());
 }
 

@@ -48,7 +48,8 @@ class YamlNode {
  public:
   enum class Kind { null, scalar, list, map };
 
-  YamlNode(YAML::Node node, std::shared_ptr<const Source> source, std::optional<Place> key = {});
+  YamlNode(const YAML::Node& node, std::shared_ptr<const Source> source,
+           std::optional<Place> key = {});
   YamlNode(const YamlNode&) = default;
   YamlNode& operator=(const YamlNode& other);
 

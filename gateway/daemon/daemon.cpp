@@ -49,7 +49,8 @@ struct Daemon::Impl final : CommandSink, LineControl {
       : config(std::move(its_config)), catalog(its_catalog), store(config) {}
 
   bool Submit(WriteCommand command) override {
-    return runners[line_of[command.device]]->Submit(std::move(command));
+    LineRunner& runner = *runners[line_of[command.device]];
+    return runner.Submit(std::move(command));
   }
 
   void Release(std::uint32_t line, Duration time) override { runners[line]->Release(time); }

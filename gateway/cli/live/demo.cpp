@@ -61,7 +61,8 @@ std::string DeviceName(std::string profile) {
 std::vector<const Protocol*> ProtocolsOf(const config::Catalog& catalog) {
   std::vector<const Protocol*> protocols;
   for (const auto& [name, protocol] : catalog.protocols) protocols.push_back(protocol);
-  std::ranges::stable_partition(protocols, [](const Protocol* one) { return !one->carrier; });
+  std::stable_partition(protocols.begin(), protocols.end(),
+                        [](const Protocol* one) { return !one->carrier; });
   return protocols;
 }
 

@@ -19,7 +19,7 @@ bool IsGatewayTrouble(ExceptionCode exception) {
 }  // namespace
 
 RequestDesk::RequestDesk(const config::Listener& listener, PointDesk& points, Wire& wire,
-                         std::string peer, config::Priority priority, const Now& now)
+                         const std::string& peer, config::Priority priority, const Now& now)
     : listener_(listener),
       points_(points),
       wire_(wire),

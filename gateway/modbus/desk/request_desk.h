@@ -50,8 +50,8 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   static constexpr Duration kGrace = 20ms;
 
   /// Listener, points and wire outlive the desk until Close.
-  RequestDesk(const config::Listener& listener, PointDesk& points, Wire& wire, std::string peer,
-              config::Priority priority, const Now& now);
+  RequestDesk(const config::Listener& listener, PointDesk& points, Wire& wire,
+              const std::string& peer, config::Priority priority, const Now& now);
 
   /// One whole frame, MBAP header included: leads to exactly one call of the wire, now or later,
   /// unless it is given up before.

@@ -11,7 +11,7 @@ namespace baudgate::modbus {
 
 ModbusServer::ModbusServer(const config::Config& config, const PointStore& store, CommandSink& sink,
                            std::function<GatewayFigures()> info, ModbusLimits limits,
-                           ModbusLinks links)
+                           const ModbusLinks& links)
     : config_(config),
       points_(std::make_unique<PointDesk>(config, store, sink, std::move(info), limits, links)) {}
 

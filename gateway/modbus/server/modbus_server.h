@@ -30,7 +30,7 @@ class ModbusServer final : public TrafficSource {
   /// gateway's own block, on the server's thread.
   ModbusServer(const config::Config& config, const PointStore& store, CommandSink& sink,
                std::function<GatewayFigures()> info, ModbusLimits limits = {},
-               ModbusLinks links = {});
+               const ModbusLinks& links = {});
   ~ModbusServer() override;
   ModbusServer(const ModbusServer&) = delete;
   ModbusServer& operator=(const ModbusServer&) = delete;
