@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "tests/support/virtual_line.h"
+#include "tests/gateway/poll/poller_fixture.h"
 
 namespace baudgate {
 namespace {
@@ -143,6 +143,41 @@ TEST(PollerDead, NoneIsNoBound) {
   line->Open();
   line->RunFor(1min);
   EXPECT_EQ(line->store().ReadLine(0).notice_bound, 0s);
+}
+
+TEST(Poller, ADeadDeviceCostsTheLivingNextToNothing) {
+  const auto answered_in_a_minute = [](bool dead_neighbours) {
+    std::vector<config::Device> devices = {Polled(ToyDevice("a", "A", {"1", "2"}), 50ms)};
+    for (const char* name : {"b", "c", "d"}) {
+      devices.push_back(Polled(ToyDevice(name, std::string(1, char(name[0] - 32)), {"1"}), 50ms));
+    }
+    VirtualLine line(ToyLine(devices), {&ToyProtocol()});
+    if (!dead_neighbours) {
+      VirtualLine alone(ToyLine({devices[0]}), {&ToyProtocol()});
+      alone.Open();
+      alone.RunFor(60s);
+      return alone.twin(0).answered;
+    }
+    for (std::size_t i = 1; i < 4; ++i) line.twin(i).manner.dead = true;
+    line.Open();
+    line.RunFor(60s);
+    return line.twin(0).answered;
+  };
+  const std::size_t alone = answered_in_a_minute(false);
+  const std::size_t among_dead = answered_in_a_minute(true);
+  EXPECT_GE(among_dead * 100, alone * 95) << among_dead << " of " << alone;
+}
+
+TEST(Poller, AReturnIsNoticedOnALineThatIsNeverIdle) {
+  VirtualLine line(ToyLine({Polled(ToyDevice("a", "A", {"1", "2", "3"}), 10ms),
+                            Polled(ToyDevice("b", "B", {"1"}), 10ms)}),
+                   {&ToyProtocol()});
+  line.twin(1).manner.dead = true;
+  line.Open();
+  line.RunFor(60s);
+  ASSERT_EQ(line.StatusOf(1).state, DeviceState::offline);
+  line.twin(1).manner.dead = false;
+  EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(1, 0) == Quality::good; }, 30s));
 }
 
 }  // namespace

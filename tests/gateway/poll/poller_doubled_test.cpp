@@ -1,0 +1,66 @@
+// Replies that come twice, under virtual time: the second may pass for the answer to the next
+// request.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/gateway/poll/truth.h"
+
+namespace baudgate {
+namespace {
+
+TEST(PollerFaults, DoubledRepliesDoNoHarm) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2"})}), {&ToyProtocol()});
+  SetTruth(line, 1, 2);
+  line.always = [&] { ExpectOnlyTruth(line, 1, 2); };
+  line.twin(0).manner.copies = 2;  // glued
+  line.Open();
+  line.RunFor(10s);
+  EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
+}
+
+/// A copy that comes after the next request has been sent passes for its answer. The true one comes
+/// behind it: then what was read last is doubted at once, and read again.
+class SecondReply : public ::testing::TestWithParam<std::size_t> {};
+
+TEST_P(SecondReply, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {
+  const std::size_t last = GetParam() - 1;
+  std::vector<std::string> reads;
+  for (std::size_t i = 1; i <= GetParam(); ++i) reads.push_back("U" + std::to_string(i));
+  const std::string doubled_one = "UA" + std::to_string(last) + "\r";
+  VirtualLine line(ToyLine({ToyDevice("a", "A", reads)}), {&ToyProtocol()});
+  SetTruth(line, 1, GetParam());
+  bool doubled = false;
+  const auto pieces = [&](View request, Bytes reply, Instant) {
+    const Duration whole = static_cast<std::int64_t>(reply.size()) * 1042us;
+    std::vector<TimedPiece> said = {{5ms + whole, reply}};
+    if (doubled && AsText(request) == doubled_one) said.push_back({25ms + whole, reply});
+    return said;
+  };
+  line.Open();
+  line.RunFor(2500ms);
+  line.twin(0).manner.deliver = pieces;
+  doubled = true;
+  bool wrong = false;
+  const auto is_wrong = [&] {
+    return line.ValueOf(0, static_cast<std::uint32_t>(last)) != Value(TruthOf(0, last));
+  };
+  line.always = [&] { wrong = wrong || is_wrong(); };
+  line.RunFor(1s);
+  ASSERT_TRUE(wrong) << "else this test shows nothing";
+  doubled = false;
+  line.always = {};
+  ASSERT_FALSE(line.warnings.empty());
+  EXPECT_NE(line.warnings.back().find("second, different reply"), std::string::npos);
+  EXPECT_GE(line.StatusOf(0).doubled, 1U);
+  EXPECT_TRUE(line.RunUntil([&] { return !is_wrong(); }, 300ms))
+      << "without waiting for its period";
+  EXPECT_EQ(line.QualityOf(0, static_cast<std::uint32_t>(last)), Quality::good);
+}
+
+INSTANTIATE_TEST_SUITE_P(Points, SecondReply, ::testing::Values(2, 12));
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,27 @@
+// Toy devices of several tests of the poller: with a poll period, or with a word in place of
+// values.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+
+inline config::Device Polled(config::Device device, Duration poll) {
+  device.poll = poll;
+  return device;
+}
+
+/// Says `word` in place of any value.
+inline void Say(VirtualLine::WireTwin& twin, const std::string& word) {
+  twin.manner.instead = [word](View request) -> std::optional<Bytes> {
+    const std::string_view text = AsText(request);
+    if (text[0] != '?') return std::nullopt;
+    return ToyReply(std::string(text.substr(1, text.size() - 2)) + "~" + word);
+  };
+}
+
+}  // namespace baudgate

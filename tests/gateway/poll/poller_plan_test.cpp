@@ -1,0 +1,64 @@
+// Plans of a device that change or can not be carried out, under virtual time.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+namespace {
+
+TEST(Poller, ReplanDropsWhatTheDeviceDoesNotKnow) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"})}), {&ToyProtocol()});
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (AsText(request) != "?A1\r") return std::nullopt;
+    return ToyReply("A1~replan");
+  };
+  line.Open();
+  line.RunFor(10s - 1ms);
+  EXPECT_EQ(line.CountSent("?A1"), 1U);
+  EXPECT_EQ(line.CountSent("?A2"), 10U);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_waiting);
+  EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
+}
+
+/// The toy throws when it is asked for a query that it does not have.
+TEST(Poller, APollWhoseQueryWentWithTheProbeBeforeItIsNotAsked) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
+                   {&ToyProtocol()});
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (AsText(request) != "PA0\r") return std::nullopt;
+    return ToyReply("A0~replan");
+  };
+  line.Open();
+  line.RunFor(10s);
+  EXPECT_GE(line.CountSent("PA0"), 1U);
+  EXPECT_EQ(line.CountSent("?A1"), 0U);
+  EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+}
+
+TEST(Poller, ReplanAfterAFailureIsHeard) {
+  config::Device device = ToyDevice("a", "A", {"2", "L1"});
+  VirtualLine line(ToyLine({device}), {&ToyProtocol()});
+  line.twin(0).manner.distort = [](Bytes reply) {
+    return AsText(reply).starts_with("!A1") ? Bytes() : reply;
+  };
+  line.Open();
+  line.RunFor(20s - 1ms);
+  EXPECT_EQ(line.CountSent("LA1"), 1U) << "given up by the conversation after L and B failed";
+  EXPECT_GE(line.CountSent("?A2"), 19U);
+  EXPECT_EQ(line.StatusOf(0).last_outcome, Outcome::ok) << "the old plan would ask for nothing";
+}
+
+TEST(Poller, APointThatCanNotBeAskedHarmsNobodyAndProvesNothing) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"E1"}), ToyDevice("b", "B", {"1"})}),
+                   {&ToyProtocol()});
+  line.twin(0).manner.dead = true;
+  line.Open();
+  line.RunFor(10s);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::never_seen) << "nothing was heard of it";
+  EXPECT_EQ(line.StatusOf(0).last_outcome, Outcome::unsupported);
+  EXPECT_EQ(line.CountSent("?B1"), 11U);
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,61 @@
+// A port that closes, is lost at any moment and opens again, under virtual time.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "gateway/poll/poller.h"
+#include "tests/gateway/poll/poller_fixture.h"
+
+namespace baudgate {
+namespace {
+
+TEST(Poller, NothingIsOnlineBehindAClosedPort) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(3s);
+  ASSERT_EQ(line.StatusOf(0).state, DeviceState::online);
+  line.Close();
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::offline);
+  EXPECT_EQ(line.StatusOf(0).last_outcome, Outcome::line_down);
+  line.Open();
+  line.RunFor(3s);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+}
+
+/// The port goes away at every millisecond of a second's work, in whatever state that is.
+TEST(Poller, PortLostAtAnyMomentAndReopened) {
+  for (Duration lost = 0ms; lost < 700ms; lost += 7ms) {
+    config::Device slow = ToyDevice("c", "C", {"1"});
+    VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "S2"}), ToyDevice("b", "B", {"L1"}), slow}),
+                     {&ToyProtocol()});
+    line.twin(1).manner.dead = true;
+    Say(line.twin(2), "busy");
+    line.Open();
+    line.RunFor(2s);
+    line.Write(0, 0, 5.0);
+    line.RunFor(lost);
+    line.Close();
+    EXPECT_FALSE(line.poller().Deadline());
+    EXPECT_EQ(line.outcomes.size(), 1U) << "answered exactly once, at the latest now";
+    EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_not_connected);
+    const std::size_t sent = line.sent.size();
+    line.RunFor(10s);
+    EXPECT_EQ(line.sent.size(), sent) << "nothing is sent into a closed port";
+    line.Open();
+    line.RunFor(2s);
+    EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+    EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
+    EXPECT_EQ(line.outcomes.size(), 1U);
+  }
+}
+
+TEST(Poller, OpeningTwiceIsOpeningAnew) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(3ms);
+  line.Open();
+  line.RunFor(5s);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
+}  // namespace
+}  // namespace baudgate

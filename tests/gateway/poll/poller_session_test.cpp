@@ -1,0 +1,43 @@
+// Devices that are read in a session only, under virtual time.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "tests/gateway/poll/poller_fixture.h"
+
+namespace baudgate {
+namespace {
+
+TEST(Poller, SessionIsOpenedFirstAndAgainAfterTheDeviceForgotIt) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1"})}), {&ToyProtocol()});
+  line.twin(0).values.Set(0, 8.0);
+  line.Open();
+  line.RunFor(2500ms);
+  EXPECT_EQ(line.CountSent("OA"), 1U);
+  EXPECT_EQ(line.CountSent("?A1"), 3U);
+  bool closed = true;
+  line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+    if (request[0] != '?' || !std::exchange(closed, false)) return std::nullopt;
+    return ToyReply("A1~closed");
+  };
+  line.RunFor(1s);
+  EXPECT_EQ(line.CountSent("OA"), 2U);
+  EXPECT_EQ(line.CountSent("?A1"), 5U) << "within the same period";
+  EXPECT_EQ(line.ValueOf(0, 0), Value(8.0));
+}
+
+TEST(Poller, AConversationThatGoesRoundInCirclesIsEnded) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1"}), ToyDevice("b", "B", {"1"})}),
+                   {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  Say(line.twin(0), "closed");
+  const std::size_t before = line.CountSent("?A1") + line.CountSent("OA");
+  line.RunFor(1s);
+  EXPECT_LE(line.CountSent("?A1") + line.CountSent("OA") - before, 8U) << "8 steps make a task";
+  EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+}
+
+}  // namespace
+}  // namespace baudgate
