@@ -1,13 +1,15 @@
-// SET-4TM meters in tests, and PDUs in hex.
+// SET-4TM meters in tests, what they answer, and PDUs in hex.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
+#include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/expect.h"
 #include "protocols/set4tm/protocol.h"
@@ -38,6 +40,30 @@ inline std::vector<std::string> TakeAsked(Talk& talk) {
     pdus.push_back(open ? "01" : ToHex(View(frame).subspan(head, frame.size() - head - 2)));
   }
   return pdus;
+}
+
+inline constexpr const char* kOneFloat = "08 1B 00 11 float_le@0";
+
+/// A wire that gives these reply bodies, one for each request, to the address that was asked.
+inline Wire Script(std::vector<std::string> bodies) {
+  auto rest = std::make_shared<std::vector<std::string>>(std::move(bodies));
+  return [rest](View request) {
+    if (rest->empty()) return Bytes();
+    const Bytes body = Hex(rest->front());
+    rest->erase(rest->begin());
+    const auto parts = SplitFrame(request);
+    return body.empty() ? Bytes() : MakeFrame(parts->address, body);
+  };
+}
+
+inline config::Device OneFloat() { return MakeDevice("200", {MakePoint(kOneFloat)}); }
+
+/// A meter whose channel is open already.
+inline Talk OpenTalk(const config::Device& device) {
+  Talk talk(Set4tmProtocol(), device);
+  talk.Run(Probe(), Script({"00"}));
+  talk.asked.clear();
+  return talk;
 }
 
 }  // namespace baudgate::protocols::set4tm

@@ -1,0 +1,84 @@
+// What is said of a line: its port, its bytes, and devices that share a trouble.
+// SPDX-License-Identifier: Apache-2.0
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/gateway/status/diagnose_fixture.h"
+
+namespace baudgate::control {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
+using ::testing::IsEmpty;
+
+TEST_F(DiagnoseTest, BehindAClosedPortTheLineSpeaks) {
+  device().state = DeviceState::offline;
+  line_.port = LineStatus::Port::closed;
+  line_.port_text = "/dev/ttyUSB0: No such file or directory";
+  line_.port_since = kNow.wall - 3min;
+  EXPECT_THAT(Say(), IsEmpty());
+  EXPECT_THAT(SayOfLine(), ElementsAre("port closed for 3 min: /dev/ttyUSB0: No such file or "
+                                       "directory; it is tried again until it works"));
+  line_.port = LineStatus::Port::released;
+  line_.released_until = kNow.wall + 10min;
+  EXPECT_THAT(Say(), IsEmpty());
+  EXPECT_THAT(SayOfLine(), ElementsAre("released: the port is lent until 14:23:20 UTC; 'baudgate "
+                                       "release bay-1 --end' takes it back"));
+}
+
+TEST_F(DiagnoseTest, TroubleOfALine) {
+  const struct {
+    std::function<void(LineStatus&)> trouble;
+    std::string sentence;
+  } rows[] = {
+      {[](LineStatus& line) { line.echoes = 12; },
+       "the request itself came back 12 times: set 'echo: strip' at the line"},
+      {[](LineStatus& line) { line.collisions = 1; },
+       "the echo was missing or different once: two talkers at once, or a bus that does not echo "
+       "(set 'echo: off')"},
+      {[](LineStatus& line) { line.parity_errors = 34, line.framing_errors = 3; },
+       "34 parity and 3 framing errors since the port was opened: bit rate, parity or data bits "
+       "differ (9600 7E1), or noise"},
+      {[](LineStatus& line) { line.overruns = 5; },
+       "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
+       "(rtscts)"},
+      {[](LineStatus& line) { line.bytes_in = 1000, line.stray_bytes = 60; },
+       "60 of 1000 bytes came when nothing was asked: a second master, answers that come too late, "
+       "or noise; look at 'baudgate trace bay-1'"},
+      {[](LineStatus& line) { line.times_lost = 2; },
+       "the open port was lost 2 times: loose plug, hub or power; the log has the times"},
+  };
+  const LineStatus well = line_;
+  std::vector<std::string> all;
+  for (const auto& row : rows) {
+    line_ = well;
+    row.trouble(line_);
+    EXPECT_THAT(SayOfLine(), ElementsAre(row.sentence));
+    all.push_back(row.sentence);
+  }
+  line_ = well;
+  for (const auto& row : rows) row.trouble(line_);
+  EXPECT_THAT(SayOfLine(), ElementsAreArray(all));
+}
+
+TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
+  config_.lines[0].port = "tcp://10.0.0.9:4001";
+  line_.times_lost = 6;
+  EXPECT_THAT(SayOfLine(), ElementsAre("the connection was lost 6 times: look at the serial server "
+                                       "(in use by another client, its connection limit, an "
+                                       "inactivity time, its power) and at the network"));
+}
+
+TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
+  EXPECT_THAT(SayOfLine({.in_use = 3, .absent = 3}),
+              ElementsAre("none of its 3 devices answers: look at what they share: port, bit rate "
+                          "and parity (9600 7E1), A and B swapped, power of the bus"));
+  EXPECT_THAT(SayOfLine({.in_use = 3, .absent = 2}), IsEmpty());
+  EXPECT_THAT(SayOfLine({.in_use = 1, .absent = 1}), IsEmpty())
+      << "one device alone has a sentence of its own";
+}
+
+}  // namespace
+}  // namespace baudgate::control

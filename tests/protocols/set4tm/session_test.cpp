@@ -1,0 +1,88 @@
+// The channel of a SET-4TM meter: opened first, opened again, and what is forgotten with it.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include "protocols/set4tm/conversation.h"
+#include "tests/protocols/set4tm/support.h"
+
+namespace baudgate::protocols::set4tm {
+namespace {
+
+using config::Group;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+TEST(Set4tmSession, OpensTheChannelFirstAndOnlyOnce) {
+  Talk talk(Set4tmProtocol(), OneFloat());
+  const Answer answer = talk.Run(Poll(0), Script({"00", "00 80 66 43"}));
+  EXPECT_EQ(answer.outcome, Outcome::ok);
+  ASSERT_EQ(answer.readings.size(), 1U);
+  EXPECT_EQ(std::get<double>(answer.readings[0].value), 230.5);
+  EXPECT_EQ(ToHex(talk.asked.at(0)), "C8 01 30 30 30 30 30 30 03 D2");
+  EXPECT_EQ(ToHex(talk.asked.at(1)), "C8 08 1B 00 11 77 BB");
+  talk.asked.clear();
+  talk.now += 14s;
+  talk.Run(Poll(0), Script({"00 80 66 43"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("08 1B 00 11"));
+  talk.now += 16s;
+  talk.Run(Poll(0), Script({"00", "00 80 66 43"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("01", "08 1B 00 11"));
+}
+
+TEST(Set4tmSession, ReopensOnceOnAClosedChannel) {
+  Talk talk = OpenTalk(OneFloat());
+  Answer answer = talk.Run(Poll(0), Script({"05", "00", "00 80 66 43"}));
+  EXPECT_EQ(answer.outcome, Outcome::ok);
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("08 1B 00 11", "01", "08 1B 00 11"));
+  answer = talk.Run(Poll(0), Script({"05", "00", "05"}));
+  EXPECT_EQ(answer.outcome, Outcome::refused);
+  EXPECT_THAT(answer.reason, HasSubstr("channel not open"));
+  EXPECT_EQ(TakeAsked(talk).size(), 3U);
+}
+
+TEST(Set4tmSession, WrongPasswordBacksOffForMinutes) {
+  Talk talk(Set4tmProtocol(), OneFloat());
+  const Answer answer = talk.Run(Poll(0), Script({"03"}));
+  EXPECT_EQ(answer.outcome, Outcome::refused);
+  EXPECT_THAT(answer.reason, HasSubstr("password"));
+  EXPECT_GE(answer.wait, 1min);
+  ASSERT_EQ(answer.readings.size(), 1U);
+  EXPECT_EQ(answer.readings[0].quality, Quality::bad_configuration);
+  EXPECT_FALSE(HasValue(answer.readings[0].value));
+}
+
+TEST(Set4tmSession, ProbeIsAnOpenAndNoEcho) {
+  Talk talk(Set4tmProtocol(), OneFloat());
+  const Task probe = Probe();
+  EXPECT_EQ(talk.Run(probe, Script({"00"})).outcome, Outcome::ok);
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("01"));
+  const Answer echo =
+      talk.Run(probe, [](View request) { return Bytes(request.begin(), request.end()); });
+  EXPECT_NE(echo.outcome, Outcome::ok);
+}
+
+TEST(Set4tmSession, AnEchoedFloatReadIsNoValue) {
+  Talk talk = OpenTalk(OneFloat());
+  const Answer answer =
+      talk.Run(Poll(0), [](View request) { return Bytes(request.begin(), request.end()); });
+  EXPECT_EQ(answer.outcome, Outcome::unexpected);
+  EXPECT_THAT(answer.reason, HasSubstr("echo"));
+  EXPECT_TRUE(answer.readings.empty());
+}
+
+TEST(Set4tmSession, ReconnectForgetsChannelAndConstants) {
+  Talk talk(Set4tmProtocol(), MakeDevice("5", {MakePoint("05 00 02 energy@0", Group::slow)}));
+  const std::vector<std::string> replies = {"00", "10 40 80", "00 01 00 01 00 00 00 00 00 00",
+                                            "00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65"};
+  const Answer answer = talk.Run(Poll(0), Script(replies));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("01", "08 12", "08 02", "05 00 02"));
+  EXPECT_EQ(std::get<double>(answer.readings.at(0).value), 1.0001);
+  talk.Run(Poll(0), Script({replies[3]}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("05 00 02"));
+  talk->OnReconnect();
+  talk.Run(Poll(0), Script(replies));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("01", "08 12", "08 02", "05 00 02"));
+}
+
+}  // namespace
+}  // namespace baudgate::protocols::set4tm
