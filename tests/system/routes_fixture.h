@@ -1,0 +1,25 @@
+// Unit 20 behind the line "drive", and what its slave says.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "tests/support/rtu_slave.h"
+#include "tests/system/route_station.h"
+
+namespace baudgate::system_test {
+
+inline constexpr int kUnit = 20;
+inline constexpr const char* kRoute = "{ units: 20, line: drive }";
+
+class Routes : public RouteStation {
+ protected:
+  /// Register N of every slave holds 1000 + N; writes are confirmed.
+  static std::vector<Piece> Answer(View request) {
+    if (request[1] == 6) return {{0ms, Bytes(request.begin(), request.end())}};
+    return {{0ms, RegistersReply(request, 1000)}};
+  }
+  static std::vector<Piece> Nothing(View) { return {}; }
+};
+
+}  // namespace baudgate::system_test
