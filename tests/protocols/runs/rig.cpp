@@ -7,6 +7,7 @@
 #include "config/loader.h"
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
+#include "gateway/line/assembler.h"
 #include "protocols/dcon/protocol.h"
 #include "protocols/modbus/protocol.h"
 #include "protocols/set4tm/protocol.h"
@@ -148,6 +149,24 @@ const std::vector<Setup>& RealLines() {
 const Setup& RealLine(const std::string& name) {
   return *std::find_if(RealLines().begin(), RealLines().end(),
                        [&](const Setup& setup) { return setup.name == name; });
+}
+
+Heard Hear(const Protocol& protocol, const config::Options& options, View request, View bytes) {
+  Assembler assembler;
+  assembler.Begin(protocol.reply_rule, protocol.expect(request, options));
+  assembler.Feed(bytes);
+  Heard heard;
+  heard.frame = assembler.Next(false);
+  if (!heard.frame) heard.frame = assembler.Next(true);
+  heard.blame = assembler.blame();
+  return heard;
+}
+
+bool EchoHides(const Protocol& protocol, const config::Options& options, View request, View reply) {
+  Bytes both(request.begin(), request.end());
+  Append(both, reply);
+  return Hear(protocol, options, request, both).frame !=
+         Hear(protocol, options, request, reply).frame;
 }
 
 config::Line LineOf(const Setup& setup) {

@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -37,6 +38,16 @@ inline std::string SetupName(const ::testing::TestParamInfo<Setup>& info) {
 /// reference gives, with two devices of one kind.
 const std::vector<Setup>& RealLines();
 const Setup& RealLine(const std::string& name);
+
+/// What the reply rule makes of `bytes` that come after `request`, and silence behind them.
+struct Heard {
+  std::optional<Bytes> frame;  ///< the first whole one
+  Outcome blame = Outcome::none;
+};
+Heard Hear(const Protocol& protocol, const config::Options& options, View request, View bytes);
+
+/// An echo in front of `reply` hides it: bytes of the request are taken for the reply's.
+bool EchoHides(const Protocol& protocol, const config::Options& options, View request, View reply);
 
 /// The devices of `setup`, every point of the profile in them.
 config::Line LineOf(const Setup& setup);
