@@ -197,7 +197,8 @@ void TcpClient::Abandon() {
 }
 
 void TcpClient::Fail(const std::string& reason) {
-  const std::string copy = reason;  // may live in the attempt that goes now
+  // It may live in the attempt that goes now.
+  const std::string copy = reason;  // NOLINT(performance-unnecessary-copy-initialization)
   Abandon();
   listener_.OnOpenFailed(copy);
 }
