@@ -4,8 +4,6 @@
 #include <bit>
 #include <optional>
 
-#include "gateway/line/assembler.h"
-
 namespace baudgate {
 
 BadWire::BadWire(Rig& rig, unsigned seed, WireFaults faults)
@@ -30,13 +28,9 @@ void BadWire::End() {
 bool BadWire::IsBeyondDetection(std::uint32_t device) {
   const Latest& latest = latest_[device];
   if (!latest.damaged) return false;
-  Assembler assembler;
-  const Protocol& protocol = *rig_.setup().protocol;
-  assembler.Begin(protocol.reply_rule,
-                  protocol.expect(latest.request, rig_.device(device).options));
-  assembler.Feed(latest.arrived);
-  auto frame = assembler.Next(false);
-  if (!frame) frame = assembler.Next(true);
+  const auto frame =
+      Hear(*rig_.setup().protocol, rig_.device(device).options, latest.request, latest.arrived)
+          .frame;
   if (!frame || !rig_.setup().good_checksum(*frame)) return false;
   ++undetected_;
   return true;
