@@ -181,6 +181,14 @@ PduLength ReplyLength(View head) {
   }
 }
 
+bool IsReplyForm(View pdu) {
+  const bool registers = HasByteCount(pdu[0]) && !IsAboutBits(pdu[0]);
+  if (registers && pdu.size() % 2 != 0) return false;
+  const PduLength length = ReplyLength(pdu);
+  if (length.kind == PduLength::Kind::unknown) return !HasByteCount(pdu[0]);
+  return length.kind == PduLength::Kind::exact && length.size == pdu.size();
+}
+
 std::optional<std::size_t> AwaitedLength(View request) {
   if (request.empty()) return std::nullopt;
   const auto count = CountAt(request, 3);

@@ -102,6 +102,9 @@ struct PduLength {
 PduLength RequestLength(View head);
 /// Of a reply that says itself how long it is, whatever was asked. `head` is not empty.
 PduLength ReplyLength(View head);
+/// It is as long as its function and byte count say, and registers have two bytes each. Most
+/// requests, which an echo brings back, are no replies by that.
+bool IsReplyForm(View pdu);
 /// Of the good reply to `request`; nothing: only silence ends it, or no such reply can be.
 std::optional<std::size_t> AwaitedLength(View request);
 /// Whether the reply to this function code has its byte count in its second byte.

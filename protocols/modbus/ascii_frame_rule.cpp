@@ -61,7 +61,8 @@ Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
   const bool fits = std::ranges::any_of(expect.shapes, [&](const Shape& shape) {
     return shape.tag == adu->pdu[0] && length >= shape.min_length && length <= shape.max_length;
   });
-  if (!fits) return Cut::Discard(line.size, Outcome::partial, "not a reply to what was asked");
+  if (fits || IsReplyForm(adu->pdu)) return line;
+  return Cut::Discard(line.size, Outcome::partial, "not a reply to what was asked");
   return line;
 }
 

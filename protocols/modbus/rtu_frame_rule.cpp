@@ -28,6 +28,8 @@ namespace {
 using Kind = PduLength::Kind;
 
 constexpr std::size_t kShortest = kRtuOverhead + 1;
+/// A loopback has one or more words of data; nearly all have one.
+constexpr PduLength kUsualLoopback = {Kind::exact, 5};
 /// Of other slaves' replies to other functions only those up to this length are waited for.
 constexpr std::size_t kShortReply = 32;
 
@@ -65,7 +67,6 @@ Fit FitOf(View held, PduLength length) {
 /// What a listener hears. More bytes change nothing but `open` and `by_silence`. A loopback is
 /// taken as soon as it is one of two bytes of data, as nearly all are.
 Head LookAt(View held, bool idle) {
-  constexpr PduLength kUsualLoopback = {Kind::exact, 5};
   if (held[0] > kLastSlave) return {};
   if (held.size() < 2) return {Head::Kind::open};
   const View pdu = held.subspan(1);
@@ -121,31 +122,34 @@ Cut DropFlood(View burst) {
   return cut::TooLong(size > 0 ? size : burst.size());
 }
 
-/// What may be a whole reply of another slave: with a good CRC it is passed over whole, and the
-/// awaited one may stand behind it. Only functions whose replies have a known length, or the
-/// awaited ones, are waited for.
-Cut FromAnother(View held, const Expectation& expect, bool idle) {
-  constexpr std::string_view kWhy = "not from the device that was asked";
-  if (held[0] == 0 || held[0] > kLastSlave) return cut::Slide(held, kWhy);
-  const auto wait = [&] { return idle ? cut::Slide(held, kWhy) : Cut::NeedMore(); };
+/// What may be a whole reply, but to another request: of another slave, or one that comes late. It
+/// is waited for if its length is known, or its function is the awaited one; of another slave also
+/// only if it is short.
+Cut AnotherReply(View held, const Expectation& expect, bool another_slave, std::string_view why,
+                 bool idle) {
+  if (held[0] == 0 || held[0] > kLastSlave) return cut::Slide(held, why);
+  const auto wait = [&] { return idle ? cut::Slide(held, why) : Cut::NeedMore(); };
   if (held.size() < 2) return wait();
   const bool exception = held[1] >= kExceptionBit;
-  if ((exception ? held[1] - kExceptionBit : held[1]) > kEncapsulated)
-    return cut::Slide(held, kWhy);
-  PduLength length = ReplyLength(held.subspan(1));
+  if ((exception ? held[1] - kExceptionBit : held[1]) > kEncapsulated) {
+    return cut::Slide(held, why);
+  }
+  const auto awaited =
+      std::ranges::find_if(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
+  PduLength length = held[1] == kDiagnostics ? kUsualLoopback : ReplyLength(held.subspan(1));
   if (length.kind == Kind::need_more) return wait();
   if (length.kind == Kind::unknown) {
-    const auto shape =
-        std::ranges::find_if(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
-    if (shape == expect.shapes.end()) return cut::Slide(held, kWhy);
-    length.size = shape->min_length - kRtuOverhead;
+    if (awaited == expect.shapes.end()) return cut::Slide(held, why);
+    length.size = awaited->min_length - kRtuOverhead;
   }
   const std::size_t size = length.size + kRtuOverhead;
-  const bool awaited =
-      std::ranges::any_of(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
-  if (!awaited && size > kShortReply) return cut::Slide(held, kWhy);
+  const bool too_long = another_slave && awaited == expect.shapes.end() && size > kShortReply;
+  if (too_long || size > expect.max_bytes) return cut::Slide(held, why);
   if (held.size() < size) return wait();
-  return EndsInCrc16(held.first(size)) ? cut::OfAnother(size) : cut::Slide(held, kWhy);
+  if (!EndsInCrc16(held.first(size))) return cut::Slide(held, why);
+  if (another_slave) return cut::OfAnother(size);
+  const View pdu = held.subspan(1, size - kRtuOverhead);
+  return IsReplyForm(pdu) ? Cut::Frame(size) : cut::Slide(held, why);
 }
 
 }  // namespace
@@ -180,18 +184,18 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
 }
 
 // The request says who answers, with which function, and how long the answer is: a good one or an
-// exception. After damage the rule slides by one. A whole reply of another slave is a frame as
-// well.
+// exception. After damage the rule slides by one. A whole reply of another slave is passed over
+// whole; one of this slave to another request is a frame, for the conversation to tell.
 Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
   if (expect.shapes.empty()) return BySilence(held, expect.max_bytes, idle);
   if (!expect.address.empty() && held[0] != expect.address[0]) {
-    return FromAnother(held, expect, idle);
+    return AnotherReply(held, expect, true, "not from the device that was asked", idle);
   }
   if (held.size() < 2) return cut::Wait(idle);
   const auto shape =
       std::ranges::find_if(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
   if (shape == expect.shapes.end()) {
-    return cut::Slide(held, "not a reply to what was asked");
+    return AnotherReply(held, expect, false, "not a reply to what was asked", idle);
   }
   std::size_t size = shape->max_length;
   if (shape->min_length != shape->max_length) {
@@ -200,7 +204,7 @@ Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
     if (length.kind == Kind::unknown) return BySilence(held, shape->max_length, idle);
     size = length.size + kRtuOverhead;
   } else if (HasByteCount(held[1]) && held.size() > 2 && held[2] != size - kRtuOverhead - 2) {
-    return cut::Slide(held, "another byte count than was asked for");
+    return AnotherReply(held, expect, false, "another byte count than was asked for", idle);
   }
   if (held.size() < size) return cut::Wait(idle);
   if (EndsInCrc16(held.first(size))) return Cut::Frame(size);

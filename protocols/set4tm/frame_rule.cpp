@@ -60,8 +60,9 @@ Cut RequestRule(View held, const Expectation&, bool idle) {
 }
 
 // A reply repeats nothing of its request. The longest expected length with a good CRC is whole at
-// once; a shorter shape (the status where data is awaited) only when silence follows, because the
-// first bytes of data may have a good CRC by chance.
+// once. Anything else only when silence follows, because the first bytes of data may have a good
+// CRC by chance: the status where data is awaited, or a late reply to another request, which the
+// conversation tells by its length.
 Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   const int form = held[0] == kExtendedPrefix ? kExtendedForm : kShortForm;
   std::size_t longest = 0;
@@ -69,22 +70,19 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
     if (shape.tag == form) longest = std::max(longest, shape.max_length);
   }
   if (longest == 0) return Cut::Discard(1, Outcome::corrupt, "no such reply is awaited");
-  if (held.size() >= longest) {
-    const View frame = held.first(longest);
-    if (!EndsInCrc16(frame)) return cut::BadChecksum();
-    if (IsFromAnother(frame, expect)) return cut::OfAnother(longest);
-    if (IsStatusAndZeros(frame)) {
-      return Cut::Discard(1, Outcome::corrupt, "status and zeros can not be told from data");
-    }
-    return Cut::Frame(longest);
+  const bool another = IsFromAnother(held, expect);
+  const auto whole = [another](std::size_t size) {
+    return another ? cut::OfAnother(size) : Cut::Frame(size);
+  };
+  if (held.size() >= longest && EndsInCrc16(held.first(longest))) {
+    if (!IsStatusAndZeros(held.first(longest))) return whole(longest);
+    return Cut::Discard(1, Outcome::corrupt, "status and zeros can not be told from data");
   }
+  if (another && held.size() >= longest) return cut::BadChecksum();
   if (!idle) return Cut::NeedMore();
-  for (const Shape& shape : expect.shapes) {
-    const bool fits = held.size() >= shape.min_length && held.size() <= shape.max_length;
-    if (shape.tag != form || !fits || !EndsInCrc16(held)) continue;
-    return IsFromAnother(held, expect) ? cut::OfAnother(held.size()) : Cut::Frame(held.size());
-  }
-  return cut::Wait(idle);
+  const std::size_t shortest = AddressLength(held[0]) + kStatusBody + kChecksumSize;
+  if (held.size() >= shortest && EndsInCrc16(held)) return whole(held.size());
+  return held.size() >= longest ? cut::BadChecksum() : cut::Wait(idle);
 }
 
 }  // namespace baudgate::protocols::set4tm

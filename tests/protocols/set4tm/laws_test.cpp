@@ -112,6 +112,18 @@ TEST(Set4tmReplyRule, StatusFollowedByABreakIsNoValue) {
   EXPECT_EQ(cut.blame, Outcome::corrupt);
 }
 
+/// A meter that answers late: what it says is for the conversation to tell.
+TEST(Set4tmReplyRule, AReplyOfAnotherLengthIsAFrameBeforeSilence) {
+  for (const char* body : {"12 34", "00 89 A2 61 06 09 02", "00 00 27 11 00 00 00 00"}) {
+    const Bytes reply = protocols::set4tm::MakeFrame(Bytes{0xC8}, Hex(body));
+    Assembler assembler;
+    assembler.Begin(protocols::set4tm::ReplyRule, AwaitFloat());
+    assembler.Feed(reply);
+    EXPECT_FALSE(assembler.Next(false)) << body;
+    EXPECT_EQ(assembler.Next(true), std::optional(reply)) << body;
+  }
+}
+
 TEST(Set4tmReplyRule, DamageIsCorruptAndACutReplyIsPartial) {
   Assembler assembler;
   assembler.Begin(protocols::set4tm::ReplyRule, AwaitFloat());
