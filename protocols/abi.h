@@ -43,13 +43,13 @@ Fields<9> ListOf(OptionSpec*);
 Fields<2> ListOf(DecoderSpec*);
 Fields<2> ListOf(Query*);
 Fields<4> ListOf(Task*);
-Fields<4> ListOf(Request*);
+Fields<5> ListOf(Request*);
 Fields<4> ListOf(Reading*);
 Fields<5> ListOf(Answer*);
 Fields<3> ListOf(Shape*);
 Fields<8> ListOf(Expectation*);
 Fields<4> ListOf(Cut*);
-Fields<19> ListOf(config::Device*);
+Fields<20> ListOf(config::Device*);
 Fields<18> ListOf(config::Point*);
 Fields<2> ListOf(config::Sentinel*);
 Fields<2> ListOf(config::OnFault*);
@@ -61,7 +61,7 @@ Fields<5> ListOf(config::Rs485*);
 
 Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::OnFrame,
         &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
-        &Conversation::Interpret>
+        &Conversation::Check, &Conversation::Interpret>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
 Methods<&Twin::Answer, &Twin::ReplyAs> ListOf(Twin*);
@@ -130,12 +130,12 @@ auto Split(T& s, Fields<18>) {
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r)>();
 }
 template <typename T>
-auto Split(T& s, Fields<19>) {
-  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t] = s;
+auto Split(T& s, Fields<20>) {
+  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u] = s;
   return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
                decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
-               decltype(t)>();
+               decltype(t), decltype(u)>();
 }
 // clang-format on
 

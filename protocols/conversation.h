@@ -60,9 +60,12 @@ struct Request {
   Bytes bytes{};  ///< the whole frame, checksum included
   Expectation expect{};
   /// Of a probe: the device answers with the same bytes every time, and answers nothing else with
-  /// them: its name or serial number, not a measurement. The poller uses such replies to find out
-  /// whether replies still come in the order of the requests.
+  /// them: its name or serial number, not a measurement. Other bytes are another device's. The
+  /// poller uses such replies to find out whether replies still come in the order of the requests.
   bool steady = false;
+  /// Of a probe: its reply can be told from those to all polls of the device, by its length or
+  /// form, but not from one time to the next. Example: three registers, where polls read two.
+  bool distinct = false;
   /// Ends what an earlier request has begun, as "close the password" does. It is sent even if the
   /// client has gone or the time for its task is over.
   bool closes = false;
@@ -113,8 +116,7 @@ class Conversation {
   /// unsupported: the value does not fit what is written.
   virtual Result<Request> Ask(const Task& task, Instant now) = 0;
 
-  /// A whole frame came in answer to `request`. Check first that it answers it: address, function,
-  /// length. One that does not is `unexpected` and gives no readings.
+  /// A whole frame came that answers `request`, as Check has said: an ok reply, or a refusal.
   virtual Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) = 0;
 
   /// `request` has failed, and is not repeated any more. The outcome is why: no_reply, partial,
@@ -130,6 +132,10 @@ class Conversation {
   /// The port was opened again, or the device has stopped answering. Another device may hang there
   /// now: forget open sessions and what was learned, such as "does not know command 5".
   virtual void OnReconnect() {}
+
+  /// What the outcome of OnFrame would be: a first look that remembers nothing. The poller calls it
+  /// before OnFrame, and for requests that were sent earlier, to find out whose reply this is.
+  virtual Outcome Check(View request, View frame) const = 0;
 
   /// For `baudgate decode`: what a recorded reply to a recorded request means. The same checks and
   /// readings as in OnFrame, but no task and no memory. What fits no point gets a label.

@@ -30,6 +30,9 @@ struct Device {
   std::string title;                 ///< the profile's `device:`
   std::optional<std::uint8_t> unit;  ///< Modbus unit id 1…247; nothing = not on Modbus
   bool enabled = true;
+  /// After so much silence that none can be owed by time, replies are taken to be in order: for a
+  /// device that nothing it answers proves the order of (gateway/poll/whose_reply.h).
+  bool trust_order = false;
   Duration poll = std::chrono::seconds(1);  ///< period of the fast group
   Duration slow = std::chrono::minutes(1);  ///< period of the slow group
   std::optional<Duration> max_age;          ///< nothing: 3 x the point's period

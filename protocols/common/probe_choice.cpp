@@ -22,8 +22,9 @@ std::optional<std::size_t> ProbeChoice::Next(std::size_t reads, std::size_t best
 }
 
 void ProbeChoice::OnAnswered(bool own) {
-  // Of a device that knows its own, the answer to a read may belong to an earlier request.
-  if (own || !own_answered_) failed_ = 0;
+  // Of a device that knows its own, the answer to a read may belong to an earlier request: its own
+  // is next.
+  failed_ = own || !own_answered_ ? 0 : failed_ + 1;
   if (own) {
     silences_ = 0;
     own_unanswered_ = false;
@@ -33,12 +34,14 @@ void ProbeChoice::OnAnswered(bool own) {
   }
 }
 
-void ProbeChoice::OnFailed(bool own) {
+bool ProbeChoice::OnFailed(bool own) {
   ++failed_;
   if (own) own_unanswered_ = true;
+  return own && polled_ && !own_answered_ && failed_ == 1;
 }
 
 void ProbeChoice::OnReconnect() {
+  polled_ = false;
   own_unanswered_ = false;
   silences_ = std::min(silences_, kSilencesOfAnUnknownRequest - 1);
 }

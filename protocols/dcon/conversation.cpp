@@ -71,6 +71,7 @@ Result<Request> DconConversation::Ask(const Task& task, Instant) {
     const std::string command = ProbeCommand();
     Request request = MakeRequest(command);
     request.steady = command == kIdentify;
+    request.distinct = command == own_probe_;
     return request;
   }
   return MakeRequest(plan_.block(task.query).key.command);
@@ -200,6 +201,11 @@ void DconConversation::AddLabels(const Exchanged& exchanged, Answer& answer) con
   }
 }
 
+Outcome DconConversation::Check(View request, View frame) const {
+  const auto exchanged = Decode(request, frame);
+  return exchanged ? exchanged->reply.outcome : Outcome::corrupt;
+}
+
 Answer DconConversation::Interpret(View request, View frame) {
   const auto exchanged = Decode(request, frame);
   if (!exchanged) {
@@ -267,7 +273,7 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
   const bool silent = outcome == Outcome::no_reply;
   if (task.kind == Task::Kind::probe) {
     const bool own = !own_probe_.empty() && request.bytes == MakeRequest(own_probe_).bytes;
-    probes_.OnFailed(own && silent);
+    return probes_.OnFailed(own && silent) ? Then::ask_again : Then::done;
   }
   if (task.kind != Task::Kind::poll || !silent) return Then::done;
   return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;

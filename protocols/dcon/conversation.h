@@ -28,6 +28,7 @@ class DconConversation : public Conversation {
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
+  Outcome Check(View request, View frame) const override;
   Answer Interpret(View request, View frame) override;
 
  private:

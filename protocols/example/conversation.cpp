@@ -34,16 +34,22 @@ Answer ExampleConversation::OnFrame(const Task&, const Request& request, View fr
   return Interpret(request.bytes, frame);
 }
 
-Answer ExampleConversation::Interpret(View request, View frame) {
+Outcome ExampleConversation::Check(View request, View frame) const {
   const auto asked = Decode(request);
   const auto reply = Decode(frame);
   if (!asked || !reply || asked->device != reply->device || asked->item != reply->item) {
-    return {.outcome = Outcome::unexpected, .reason = "a reply to another request"};
+    return Outcome::unexpected;
   }
-  if (reply->content == "~") {
-    const Outcome no = asked->kind == 'W' ? Outcome::refused : Outcome::unsupported;
-    return {.outcome = no, .reason = "refuses item " + std::to_string(asked->item)};
-  }
+  if (reply->content != "~") return Outcome::ok;
+  return asked->kind == 'W' ? Outcome::refused : Outcome::unsupported;
+}
+
+Answer ExampleConversation::Interpret(View request, View frame) {
+  const Outcome outcome = Check(request, frame);
+  if (outcome == Outcome::unexpected) return {outcome, "a reply to another request"};
+  const auto asked = Decode(request);
+  const auto reply = Decode(frame);
+  if (outcome != Outcome::ok) return {outcome, "refuses item " + std::to_string(asked->item)};
   Answer answer;
   if (asked->kind == 'W' || asked->item == 0) return answer;
   const auto [value, quality] = DecodeValue(reply->content);

@@ -16,6 +16,7 @@ class ExampleConversation final : public Conversation {
   std::span<const Query> Queries() const override { return queries_; }
   Result<Request> Ask(const Task& task, Instant now) override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
+  Outcome Check(View request, View frame) const override;
   Answer Interpret(View request, View frame) override;
 
  private:

@@ -97,8 +97,8 @@ ModbusConversation::ModbusConversation(Framing framing, const config::Device& de
       slave_(ParseAddress(device.address).value()),
       places_(ReadPlaces(device.points)),
       plan_(MakePlan(device.points, places_, settings_)),
-      probes_(settings_.probe_by_read ? ProbeChoice::Own::none : ProbeChoice::Own::identification) {
-}
+      probes_(settings_.probe_by_loopback ? ProbeChoice::Own::identification
+                                          : ProbeChoice::Own::none) {}
 
 Request ModbusConversation::MakeRequest(View pdu) const {
   Request request;
@@ -116,13 +116,14 @@ Result<Request> ModbusConversation::Ask(const Task& task, Instant) {
     if (!pdu) return Error{pdu.error()};
     return MakeRequest(*pdu);
   }
-  std::size_t query = task.query;
-  if (task.kind == Task::Kind::probe) {
-    const auto read = probes_.Next(plan_.queries().size());
-    if (!read) return MakeRequest(LoopbackRequest(kLoopbackData));
-    query = *read;
-  }
-  return MakeRequest(ReadOf(plan_.block(query)));
+  if (task.kind == Task::Kind::poll) return MakeRequest(ReadOf(plan_.block(task.query)));
+  const std::size_t polls = plan_.queries().size();
+  const auto read = polls == 0 ? std::nullopt : probes_.Next(polls + 1, polls);
+  if (!read) return MakeRequest(LoopbackRequest(kLoopbackData));
+  if (*read < polls) return MakeRequest(ReadOf(plan_.block(*read)));
+  Request request = MakeRequest(ReadOf(DistinctRead(plan_)));
+  request.distinct = true;
+  return request;
 }
 
 Result<Bytes> ModbusConversation::WritePdu(const Task& task) const {
@@ -238,6 +239,10 @@ void ModbusConversation::AddFaults(Exchanged& exchanged) const {
   }
 }
 
+Outcome ModbusConversation::Check(View request, View frame) const {
+  return Decode(request, frame).answer.outcome;
+}
+
 Answer ModbusConversation::Interpret(View request, View frame) {
   Exchanged exchanged = Decode(request, frame);
   AddLabels(exchanged);
@@ -253,15 +258,18 @@ Answer ModbusConversation::OnFrame(const Task& task, const Request& request, Vie
   return answer;
 }
 
-/// Any answer to a loopback proves life, and it is the same frame every time: a device that does
-/// not know the function says so.
+/// To its own probe a device may say that it does not know the function, or has no such registers:
+/// it is there.
 Answer ModbusConversation::AfterProbe(Exchanged exchanged) {
   Answer answer = std::move(exchanged.answer);
-  if (answer.outcome != Outcome::ok) answer.readings.clear();
+  const bool ok = answer.outcome == Outcome::ok;
+  if (!ok) answer.readings.clear();
   if (answer.outcome == Outcome::no_reply) return answer;
   const bool loopback = IsLoopback(exchanged.request);
   probes_.OnAnswered(loopback);
-  if (loopback && answer.outcome != Outcome::busy) answer = {};
+  const bool own =
+      loopback || (!plan_.queries().empty() && exchanged.request == ReadOf(DistinctRead(plan_)));
+  if (own && !ok && answer.outcome != Outcome::busy) answer = {};
   return answer;
 }
 
@@ -287,7 +295,9 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged) {
 
 Then ModbusConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                    Instant) {
-  if (task.kind == Task::Kind::probe) probes_.OnFailed(request.steady);
+  if (task.kind == Task::Kind::probe) {
+    return probes_.OnFailed(request.steady) ? Then::ask_again : Then::done;
+  }
   if (task.kind != Task::Kind::poll || outcome != Outcome::no_reply) return Then::done;
   return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;
 }

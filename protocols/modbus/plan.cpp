@@ -51,6 +51,23 @@ TablePlan MakePlan(std::span<const config::Point> points,
   return plan;
 }
 
+Block<Table> DistinctRead(const TablePlan& plan) {
+  const Block<Table>& first = plan.block(0);
+  const std::size_t unit = IsBits(first.key) ? 8 : 1;  // what makes a reply longer
+  const auto units = [unit](std::size_t size) { return (size + unit - 1) / unit; };
+  const auto is_polled = [&](std::size_t wanted) {
+    for (std::size_t query = 0; query < plan.queries().size(); ++query) {
+      const Block<Table>& block = plan.block(query);
+      if (block.key == first.key && units(block.size()) == wanted) return true;
+    }
+    return false;
+  };
+  std::size_t count = 1;
+  while (is_polled(count)) ++count;
+  const std::size_t begin = std::min(first.begin, std::size_t{0x10000} - count * unit);
+  return {first.key, begin, begin + count * unit, 1};
+}
+
 Bytes ReadOf(const Block<Table>& block) {
   return ReadRequest(ReadFunction(block.key), static_cast<std::uint16_t>(block.begin),
                      block.size());

@@ -29,6 +29,10 @@ std::vector<std::optional<Place>> ReadPlaces(std::span<const config::Point> poin
 TablePlan MakePlan(std::span<const config::Point> points,
                    std::span<const std::optional<Place>> places, const Settings& settings);
 
+/// Reads as many registers, or bytes of bits, as no query does: the shortest such read from where
+/// the first query begins. There is a query.
+Block<Table> DistinctRead(const TablePlan& plan);
+
 /// The PDU that reads the block: 03 00 C8 00 02.
 Bytes ReadOf(const Block<Table>& block);
 

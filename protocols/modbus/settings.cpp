@@ -26,9 +26,10 @@ constexpr auto kTable = SettingsTable(
         "write_function", "auto", "auto,multiple",
         "auto writes one register with function 06 and one coil with 05; multiple always with "
         "16 and 15.")),
-    Bind<&Settings::probe_by_read>(option::Choice(
-        "probe", "loopback", "loopback,read",
-        "How a silent device is looked for: loopback (function 08), or the first read.")),
+    Bind<&Settings::probe_by_loopback>(option::Choice(
+        "probe", "read", "read,loopback",
+        "What proves whose reply it is, and finds a silent device: a read of a length that no "
+        "poll has, or loopback (function 08), which many devices do not know.")),
     Bind<&Settings::missing_zero>(option::Choice(
         "missing", "exception", "exception,zero",
         "Of a simulated device: registers without a point answer exception 02, or read 0 "

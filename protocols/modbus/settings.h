@@ -23,8 +23,8 @@ struct Settings {
   std::size_t block = 120;  ///< most registers in one request; bits: 16 for each
   std::size_t hole = 8;     ///< most registers read along between two points; bits alike
   bool write_multiple = false;
-  bool probe_by_read = false;  ///< else with function 08
-  bool missing_zero = false;   ///< twin: registers between points read 0
+  bool probe_by_loopback = false;  ///< else by a read
+  bool missing_zero = false;       ///< twin: registers between points read 0
   TextTables texts;
 };
 

@@ -75,7 +75,9 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
   if (task.kind == Task::Kind::probe || !open_ || now - last_good_ > kChannelTrust) {
     Bytes open = {kOpenChannel};
     Append(open, settings_.password);
-    return Make(open);
+    Request request = Make(open);
+    request.distinct = true;  // answered by a status; "00" answers nothing else
+    return request;
   }
   if (settings_.serial_number && !verified_) return Make(kAskSerial);
   const Bytes pdu = fields_.PduOf(plan_, task.query);
@@ -182,6 +184,17 @@ void MeterConversation::Learn(View pdu, View data) {
   }
 }
 
+/// CRC-16 has no final XOR: before a zero, C8 03 09 30 C8 (two bytes of data) is a good frame of
+/// three as well, C8 03 09 30 C8 00. Whether one follows is not known here, so it may answer
+/// either.
+Outcome MeterConversation::Check(View request, View frame) const {
+  const Outcome outcome = Decode(request, frame).answer.outcome;
+  if (outcome != Outcome::unexpected) return outcome;
+  Bytes longer(frame.begin(), frame.end());
+  longer.push_back(0);
+  return Decode(request, longer).answer.outcome;
+}
+
 Answer MeterConversation::Interpret(View request, View frame) {
   Reply reply = Decode(request, frame);
   if (!reply.data.empty()) Learn(reply.pdu, reply.data);
@@ -202,7 +215,7 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   Learn(reply.pdu, reply.data);
   if (settings_.serial_number && Is(reply.pdu, kAskSerial)) {
     verified_ = ByteReader(reply.data).U32Be(0) == *settings_.serial_number;
-    if (!verified_) return End(Mismatch(task, reply.data));
+    if (!verified_) return End(Mismatch(reply.data));
   }
   const bool own = task.kind == Task::Kind::poll;
   const Bytes wanted = own ? fields_.PduOf(plan_, task.query) : kAskSerial;
@@ -213,17 +226,15 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   return End(std::move(reply.answer));
 }
 
-Answer MeterConversation::Mismatch(const Task& task, View data) const {
+Answer MeterConversation::Mismatch(View data) const {
   Answer answer;
   answer.outcome = Outcome::refused;
   answer.wait = 1min;
   answer.reason = "meter " + std::to_string(ByteReader(data).U32Be(0).value_or(0)) +
                   " answers in place of " + std::to_string(settings_.serial_number.value_or(0)) +
                   "; correct `serial_number` or the address";
-  if (task.kind == Task::Kind::poll) {
-    for (const std::size_t point : plan_.queries()[task.query].points) {
-      answer.readings.push_back({point, {}, Quality::bad_configuration, {}});
-    }
+  for (std::size_t point = 0; point < device_.points.size(); ++point) {
+    answer.readings.push_back({point, {}, Quality::bad_configuration, {}});
   }
   return answer;
 }
@@ -239,6 +250,7 @@ Answer MeterConversation::AfterOpen(const Task& task, Reply reply, Instant now) 
     return End(std::move(reply.answer));
   }
   last_good_ = now;
+  verified_ = false;  // another meter may have taken the address
   if (task.kind == Task::Kind::probe) return End(std::move(reply.answer));
   reply.answer.then = Then::ask_again;
   return std::move(reply.answer);
@@ -289,6 +301,7 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
 Then MeterConversation::OnFailure(const Task&, const Request& request, Outcome, Instant) {
   const auto asked = SplitFrame(request.bytes);
   if (asked && asked->body[0] == kOpenChannel) open_ = false;
+  verified_ = false;
   reopened_ = repeated_ = 0;
   return Then::done;
 }

@@ -22,6 +22,7 @@ class MeterConversation : public Conversation {
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
+  Outcome Check(View request, View frame) const override;
   Answer Interpret(View request, View frame) override;
 
  private:
@@ -45,7 +46,7 @@ class MeterConversation : public Conversation {
   Answer AfterStatus(const Task& task, Reply reply, Instant now);
   Answer AfterOpen(const Task& task, Reply reply, Instant now);
   Answer AfterClosed(Answer answer);
-  Answer Mismatch(const Task& task, View data) const;
+  Answer Mismatch(View data) const;
   Answer End(Answer answer);
   Scale scale() const { return Merge(settings_.scale(), learned_); }
 

@@ -85,6 +85,10 @@ class SpaConversation final : public Conversation {
     checksum_.Forget();
   }
 
+  Outcome Check(View request, View frame) const override {
+    return Decode(request, frame, points_).answer.outcome;
+  }
+
   Answer Interpret(View request, View frame) override {
     return Decode(request, frame, points_).answer;
   }

@@ -66,7 +66,11 @@ class ToyConversation final : public Conversation {
   std::span<const Query> Queries() const override { return queries_; }
 
   Result<Request> Ask(const Task& task, Instant) override {
-    if (task.kind == Task::Kind::probe) return Make("P0");
+    if (task.kind == Task::Kind::probe) {
+      Request request = Make("P0");
+      request.steady = true;
+      return request;
+    }
     const bool write = task.kind == Task::Kind::write;
     const std::size_t point = write ? task.point : queries_.at(task.query).points.front();
     const auto [how, number] = Split(device_.points[point].read);
@@ -88,7 +92,7 @@ class ToyConversation final : public Conversation {
     const auto got = Read(AsText(frame.subspan(1, frame.size() - 5)));
     const auto asked = Read(AsText(request.bytes).substr(1));
     const char kind = static_cast<char>(request.bytes[0]);
-    if (kind != 'U' && (got->address != asked->address || got->number != asked->number)) {
+    if (Check(request.bytes, frame) == Outcome::unexpected) {
       answer.outcome = Outcome::unexpected;
       answer.reason = "an answer to another request";
       return answer;
@@ -101,6 +105,21 @@ class ToyConversation final : public Conversation {
     }
     if (rest.starts_with("~")) return OnWord(task, rest.substr(1));
     return OnContent(task, kind, rest);
+  }
+
+  /// Untagged replies answer any untagged read.
+  Outcome Check(View request, View frame) const override {
+    const auto got = Read(AsText(frame.subspan(1, frame.size() - 5)));
+    const auto asked = Read(AsText(request).substr(1));
+    const bool fits = request[0] == 'U'
+                          ? got->address == 0
+                          : got->address == asked->address && got->number == asked->number;
+    if (!fits) return Outcome::unexpected;
+    if (got->rest == "~busy") return Outcome::busy;
+    if (got->rest == "~refused") return Outcome::refused;
+    const bool words = got->rest.starts_with("~") && got->rest != "~closed" &&
+                       got->rest != "~fault" && got->rest != "~nan";
+    return words ? Outcome::unsupported : Outcome::ok;
   }
 
   Then OnFailure(const Task& task, const Request& request, Outcome, Instant) override {

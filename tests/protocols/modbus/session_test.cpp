@@ -219,7 +219,7 @@ TEST_F(ModbusSession, AWriteIsNeverRepeated) {
 }
 
 TEST_F(ModbusSession, ASlaveThatRefusesAHoleIsReadAroundIt) {
-  Make({{"hole", std::int64_t{120}}});
+  Make({{"hole", std::int64_t{120}}, {"probe", std::string("loopback")}});
   EXPECT_TRUE(Becomes(0, 10s)) << "0 and 100 in one block are refused, and read in two";
   line_->sent.clear();
   line_->RunFor(1min);

@@ -48,6 +48,19 @@ TEST(Set4tmAddressing, RepliesOfOtherMetersAreUnexpected) {
   EXPECT_EQ(poll("9020001", 0, Hex("07")), Outcome::unexpected);
 }
 
+/// C8 03 09 30 C8 and a zero: two bytes of data, or three: C8 00 is the CRC of 03 09 30 too.
+TEST(Set4tmCheck, AFrameBeforeAZeroMayAnswerWhoAwaitsOneByteMore) {
+  const config::Device device = MakeDevice("200", {MakePoint("08 05 u8@1")});
+  const MeterConversation conversation(device);
+  const Bytes two = Hex("C8 03 09 30 C8");
+  const auto check = [&](const char* pdu) {
+    return conversation.Check(MakeFrame(Bytes{0xC8}, Hex(pdu)), two);
+  };
+  EXPECT_EQ(check("08 01"), Outcome::ok);
+  EXPECT_EQ(check("08 03"), Outcome::ok) << "the software's version has three";
+  EXPECT_EQ(check("08 00"), Outcome::unexpected) << "the serial number has seven";
+}
+
 TEST(Set4tmAddressing, ASwappedMeterServesNoValues) {
   config::Device device = OneFloat();
   device.options.Set("serial_number", std::int64_t{9020002});
