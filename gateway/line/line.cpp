@@ -199,7 +199,7 @@ void Line::EndSending(Instant now) {
   state_ = State::await_first;
   deadline_ = sent_until_ + exchange_.times.reply;
   limit_ = sent_until_ + exchange_.times.ceiling;
-  if (assembler_.held() > 0) Receive({}, now);
+  if (counters().in > in_before_) Receive({}, now);
 }
 
 void Line::Receive(View bytes, Instant now) {
@@ -216,6 +216,7 @@ void Line::TakeFrame(bool idle, Instant now) {
   const std::size_t behind = assembler_.held();
   if (!IsAlone(*frame)) {
     Finish(Outcome::unexpected, "two different replies came at once", now);
+    news_.second_reply = true;
   } else {
     // The line still counts as receiving: what the client decides now may not start anything.
     const Outcome outcome = client_.Judge(*frame, now);
@@ -259,7 +260,9 @@ void Line::OnStray(View bytes, Instant now) {
 
 /// Nothing else has come: a port that forwards as fast as it can has brought the reply early.
 bool Line::TakeEarly(Instant now) {
-  if (early_.empty() || exchange_.request.expect.mirrors) return false;  // that would be its echo
+  // What mirrors its request would be the echo; what has waited came nobody knows when.
+  const bool held_up = now >= deadline_ + kHeldUp;
+  if (early_.empty() || held_up || exchange_.request.expect.mirrors) return false;
   assembler_.Feed(std::exchange(early_, {}));
   state_ = State::receiving;
   TakeFrame(true, now);
@@ -293,7 +296,7 @@ void Line::OnGap(Instant now) {
   if (state_ != State::receiving) return;
   // Noise and other devices' replies do not keep the awaited one from coming.
   const Outcome blame = assembler_.blame();
-  const bool harmless = blame == Outcome::none || blame == Outcome::unexpected;
+  const bool harmless = blame == Outcome::none || (blame == Outcome::unexpected && !exchange_.lags);
   if (harmless && now < sent_until_ + exchange_.times.reply) {
     state_ = State::await_first;
     deadline_ = sent_until_ + exchange_.times.reply;

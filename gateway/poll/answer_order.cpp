@@ -2,29 +2,61 @@
 #include "gateway/poll/answer_order.h"
 
 namespace baudgate {
+namespace {
 
-void AnswerOrder::OnSent(Fingerprint request) { sent_[++count_ % sent_.size()] = request; }
+constexpr std::uint32_t Bit(std::size_t number) { return std::uint32_t{1} << number; }
 
-void AnswerOrder::OnSilence() { possible_ |= possible_ << 1U; }
+}  // namespace
 
-void AnswerOrder::OnAnswer(Fingerprint probe, bool looks_like_probe) {
-  std::uint32_t consistent = 0;
-  for (std::size_t lag = 0; lag <= kMostLag; ++lag) {
-    if ((SentBefore(lag) == probe) == looks_like_probe) consistent |= 1U << lag;
-  }
-  possible_ &= consistent;
-  // A damaged frame may have ruled out lag 0 by mistake. After a probe came back as itself, lag 0
-  // is possible again; if that is wrong, the next answer shows it.
-  if (looks_like_probe && SentBefore(0) == probe) possible_ |= 1U;
-  // Nothing fits what was known: whatever fits this answer is possible again.
-  if (possible_ == 0) possible_ = consistent != 0 ? consistent : ~1U;
+void AnswerOrder::OnSent(const SentRequest& request) {
+  sent_[++count_ % sent_.size()] = request;
+  answered_ <<= 1U;
+  if (Owed() > kMostOwed) answered_ = (answered_ & (Bit(kMostOwed) - 1)) | Bit(kMostOwed);
 }
 
-bool AnswerOrder::IsSafe(Fingerprint request) const {
-  for (std::size_t lag = 1; lag <= kMostLag; ++lag) {
-    if ((possible_ & (1U << lag)) == 0) continue;
-    const Fingerprint answered = SentBefore(lag - 1);
-    if (!IsProbe(answered) && answered != request) return false;
+bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
+  if (fits && Owed() == 1) {
+    answered_ = 1;
+    return true;
+  }
+  std::uint32_t fitting = fits ? 1 : 0;
+  for (std::size_t lag = 1; lag <= kMostOwed; ++lag) {
+    if (may_answer(SentBefore(lag))) fitting |= Bit(lag);
+  }
+  // Behind the one that was answered before; where that can not be, any.
+  const std::uint32_t owed = fitting & (Bit(Owed()) - 1);
+  if (fitting != 0) answered_ = owed != 0 ? owed : fitting;
+  return fitting != 0;
+}
+
+bool AnswerOrder::MayBeEarlier(const MayAnswer& may_answer) const {
+  for (std::size_t lag = 1; lag <= kMostOwed; ++lag) {
+    if (may_answer(SentBefore(lag))) return true;
+  }
+  return false;
+}
+
+void AnswerOrder::OnCopy() {
+  if (Owed() < kMostOwed) answered_ |= answered_ << 1U;
+}
+
+bool AnswerOrder::IsSafe() const {
+  for (std::size_t lag = 0; lag < Owed(); ++lag) {
+    if (!SentBefore(lag).proof) return false;
+  }
+  return true;
+}
+
+bool AnswerOrder::IsAnswerTo(const Bytes& request) const {
+  for (std::size_t lag = 0; lag <= Owed(); ++lag) {
+    if ((answered_ & Bit(lag)) != 0 && SentBefore(lag).bytes != request) return false;
+  }
+  return true;
+}
+
+bool AnswerOrder::IsOfLatest() const {
+  for (std::size_t lag = 1; lag <= Owed(); ++lag) {
+    if (SentBefore(lag).bytes != SentBefore(0).bytes) return false;
   }
   return true;
 }

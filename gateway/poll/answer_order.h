@@ -1,51 +1,79 @@
-// To which of the latest requests an answer may belong. Replies of these protocols carry no number:
-// a device (or a serial server before it) that once owes an answer may from then on answer every
-// request with the reply to an earlier one, each good in itself. This keeps the lags that are
-// possible, from what was answered and what was not, and says whether a request may be sent so that
-// a shifted answer can not pass for its own. One for each device, which may lag by itself, and one
-// for the line, because a serial server before it delays whatever comes. Knows requests by
-// fingerprint only; gateway/poll/poller.cpp asks.
+// Which of the latest requests was answered last, as far as anybody can know. Replies of these
+// protocols carry no number, but they come in the order of their requests, each once:
+//
+//   ?A1   no reply        it is lost, or still owed
+//   ?A2   a reply         to ?A2, or to ?A1 while that to ?A2 is still owed
+//   ?A2   a reply         whichever was answered before, this one is to a ?A2
+//
+// One for each device, which may lag by itself, and one for the line, because a serial server
+// before it delays whatever comes. Asked by gateway/poll/whose_reply.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
 
 namespace baudgate {
 
+struct SentRequest {
+  std::size_t place = kNobody;  ///< in the roster: whom it went to
+  Bytes bytes;
+  Instant at{};
+  bool proof = false;  ///< its reply can be told from those to all polls of the device
+
+  static constexpr std::size_t kNobody = ~std::size_t{0};
+};
+
 class AnswerOrder {
  public:
-  using Fingerprint = std::size_t;
-  /// Of a device's probe: its answer looks like no other. Odd; those of other requests are even.
-  static constexpr Fingerprint Probe(std::size_t device) { return 2 * device + 1; }
-  /// Of all devices whose probes are answered alike.
-  static constexpr Fingerprint kNamelessProbe = ~Fingerprint{0};
-  static constexpr bool IsProbe(Fingerprint request) { return (request & 1U) != 0; }
+  /// Of so many requests the replies may be owed; older ones are given up.
+  static constexpr std::size_t kMostOwed = 16;
 
-  void OnSent(Fingerprint request);
-  /// The latest request had no answer: it may still come.
-  void OnSilence();
-  /// The latest request was answered: with the answer to this probe of its device, or with another.
-  void OnAnswer(Fingerprint probe, bool looks_like_probe);
+  void OnSent(const SentRequest& request);
+  /// Whether a reply may be that to a request.
+  using MayAnswer = std::function<bool(const SentRequest&)>;
+  /// A reply came to the latest request. `fits`: it may be its own. False: to none of those that
+  /// are remembered, and nothing has changed.
+  bool OnAnswer(bool fits, const MayAnswer& may_answer);
+  /// A reply came to a request that is not remembered any more.
+  void OnForgotten() { answered_ = std::uint32_t{1} << kMostOwed; }
+  /// Whether an earlier request may be answered so, whatever is thought to be owed.
+  bool MayBeEarlier(const MayAnswer& may_answer) const;
+  /// A reply has come twice: one more than was thought may be owed.
+  void OnCopy();
+  /// Nothing is owed.
+  void Reset() { answered_ = 1; }
 
-  /// Whether the latest answer may be that to the latest request.
-  bool MayBeInStep() const { return (possible_ & 1U) != 0; }
-  /// Nothing else is possible.
-  bool IsInStep() const { return possible_ == 1; }
-  /// Whether a shifted answer to `request`, sent next, would be found out or be the same request's.
-  bool IsSafe(Fingerprint request) const;
+  /// So many of the latest requests may yet be answered.
+  std::size_t Owed() const { return static_cast<std::size_t>(std::bit_width(answered_)) - 1; }
+  /// Nothing is owed: the latest request was answered last.
+  bool IsInStep() const { return answered_ == 1; }
+  bool MayBeInStep() const { return (answered_ & 1U) != 0; }
+  /// Whether a reply that is owed would be found out, whatever is sent next: all of them answer
+  /// proofs.
+  bool IsSafe() const;
+  /// Whether the latest reply answers this request, or an earlier one of the same bytes.
+  bool IsAnswerTo(const Bytes& request) const;
+  /// Whether all requests that the latest reply may belong to are the latest one and those before
+  /// it of the same bytes, without another between.
+  bool IsOfLatest() const;
+  /// How much earlier than the latest request the oldest was sent that the reply may belong to.
+  Duration Older() const { return SentBefore(0).at - SentBefore(Owed()).at; }
 
  private:
-  static constexpr std::size_t kMostLag = 31;
-
-  Fingerprint SentBefore(std::size_t requests) const {
+  const SentRequest& SentBefore(std::size_t requests) const {
     return sent_[(count_ - requests) % sent_.size()];
   }
 
-  std::array<Fingerprint, kMostLag + 1> sent_{};
-  std::size_t count_ = kMostLag;  // of requests; the latest is sent_[count_ % size]
-  std::uint32_t possible_ = 1;    // bit n: answers may lag n requests behind
+  std::array<SentRequest, kMostOwed + 1> sent_{};
+  std::size_t count_ = kMostOwed;  // of requests; the latest is sent_[count_ % size]
+  std::uint32_t answered_ = 1;     // bit n: the one n before the latest may be the last answered
 };
 
 }  // namespace baudgate

@@ -220,14 +220,14 @@ Duration Chooser::Waited(Instant from, Instant to) const {
   return to - std::max(from, *due);
 }
 
-bool Chooser::MayRepeat(const Job& job, Instant now) const {
+bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   const Member& member = *job.member;
-  const bool goes_on = job.attempts < member.retries && (!job.is_probe() || job.behind) &&
-                       member.health.state() != DeviceState::never_seen;
-  if (!goes_on) return false;
+  const bool looked_for = job.is_probe() && !job.behind;
+  const bool once = looked_for || member.health.state() == DeviceState::never_seen;
+  if (job.attempts >= (once ? 0 : member.retries) + more) return false;
   if (const auto* write = job.goal().As<Job::Write>()) return now < write->command.deadline;
   const bool fails = member.health.failing() || schedule_.AnotherDoubted(member.place);
-  if (fails && schedule_.HealthyDue(now)) return false;
+  if (fails && more == 0 && schedule_.HealthyDue(now)) return false;
   // What must not be repeated is followed by the request that makes it good, or its answer is lost:
   // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.
   return !(routes_.queue().HasShortWrite() && job.request.expect.repeatable);

@@ -40,13 +40,17 @@ class Chooser {
   bool IsParked(const Member& member) const;
   void DropParked(const Member& member);
 
+  /// What this query reads is in doubt.
+  void ReadSoon(QueryRef query) { writes_.AddReadBack(query); }
+
   /// Whether a routed request may be sent, as far as its slave and earlier writes are concerned.
   bool MayAsk(const RoutedRequest& request, Instant now) const;
   /// Whether the request of this job, which has failed, may be sent again now. A lost reply is made
   /// up for at once. But while a device that answers is due, nothing is repeated to one that has
   /// failed a whole task, nor while another fails too: a stub of the bus may be cut. A start or
   /// stop that a client sends does not wait for repetitions either.
-  bool MayRepeat(const Job& job, Instant now) const;
+  /// `more`: so many repetitions beyond the usual, because other replies may come before its own.
+  bool MayRepeat(const Job& job, int more, Instant now) const;
   /// Whether a read of a slave that is offline is its probe right now.
   bool MayProbe(const Member& member, const Idle& idle) const;
   /// How long others would have waited for a probe that took the line all this time.

@@ -12,6 +12,7 @@
 #include "gateway/poll/late_answers.h"
 #include "gateway/poll/probes.h"
 #include "gateway/poll/roster.h"
+#include "gateway/poll/whose_reply.h"
 #include "gateway/requests/commands.h"
 #include "gateway/requests/route_queue.h"
 #include "protocols/conversation.h"
@@ -59,6 +60,7 @@ struct Job {
             .request = &request,
             .began = exchange_began,
             .routed = As<Routed>() != nullptr,
+            .first = steps == 1 && attempts == 0 && !is_probe(),
             .retry = attempts > 0,
             .probe = is_probe(),
             .lone_probe = is_probe() && !behind};
@@ -79,10 +81,17 @@ struct Job {
   Instant exchange_began{};
   std::optional<ExchangeEnd> end;  ///< of the present request
   Answer answer;                   ///< to it
+  WhoseReply::Verdict verdict;     ///< on that
+  Now answered{};                  ///< when that came
+  Duration round_trip{};           ///< of it
   Duration wire{};                 ///< line time of its answered exchanges
 
   std::unique_ptr<Job> behind;  ///< goes on when this probe has shown that replies are in order
 };
+
+/// Beyond retries. A server that answers three requests late gives the fourth try its own reply, a
+/// fifth what was lost.
+inline constexpr int kMostTriesMore = 4;
 
 /// Writes, the reads behind them, and short writes of routes.
 bool IsUrgent(const Job& job);

@@ -57,7 +57,10 @@ void Poller::OnFailed(const ExchangeEnd& end) {
     job.mute = job.mute || !routed->every_slave_answers;
     return Finish(end.outcome, end.reason);
   }
-  if (!chooser_.MayRepeat(job, now_.instant)) return GiveUp(end);
+  // Another request's reply has come, so that the next one is nearer to its own.
+  const bool nearer = end.outcome == Outcome::unexpected;
+  const int more = nearer ? std::min(whose_reply_.Owed(job.asked()), kMostTriesMore) : 0;
+  if (!chooser_.MayRepeat(job, more, now_.instant)) return GiveUp(end);
   const auto instead =
       roster_.AsDevice(member)->conversation->Instead(job.request, end.outcome, now_.instant);
   if (!instead && !job.request.expect.repeatable) return GiveUp(end);
@@ -115,7 +118,8 @@ void Poller::Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string
   const bool is_write = job_->As<Job::Write>() != nullptr;
   const bool allowed = !in_peace || (is_write && outcome == Outcome::ok);
   if (ProvesLife(outcome) && member.in_use && whose_reply_.MayBeInStep(job_->asked()) && allowed) {
-    if (job_->As<Job::Routed>() != nullptr) return;  // its request is as it was
+    if (job_->As<Job::Routed>() != nullptr) return;           // its request is as it was
+    if (!job_->answer.readings.empty()) return TakeAnswer();  // only its proof was awaited
     job_->steps = 0;
     return Ask();
   }
@@ -127,6 +131,12 @@ void Poller::Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string
 void Poller::FinishWrite(Job::Write& write, Device& device, Outcome outcome,
                          const std::string& reason) {
   WriteCommand& command = write.command;
+  // Until it has been read back nobody knows what the point is now.
+  const bool may_be_done = outcome == Outcome::ok || !ProvesLife(outcome);
+  if (may_be_done && write.next > 0) {
+    const std::size_t point = command.writes[write.next - 1].point;
+    store_.Doubt(device.index, {&point, 1}, now_.instant);
+  }
   if (outcome != Outcome::ok || (write.next == command.writes.size() && !open_)) {
     command.done(outcome, reason);
   } else if (write.next == command.writes.size()) {

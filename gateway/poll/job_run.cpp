@@ -41,6 +41,14 @@ bool IsPlanned(const Task& task, const Conversation& conversation) {
   return task.kind != Task::Kind::poll || task.query < conversation.Queries().size();
 }
 
+/// Somebody else may have answered the repetition. Its readings wait until a device that tells its
+/// name has told it.
+bool AwaitsName(const Job& job, const WhoseReply& whose_reply) {
+  const bool reads = job.task.kind == Task::Kind::poll && job.answer.then == Then::done;
+  const bool repeated = job.attempts > 0 && !job.answer.readings.empty();
+  return reads && repeated && whose_reply.HasName(*job.member);
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------- to the request
@@ -83,30 +91,31 @@ void Poller::NextWrite() {
   Ask();
 }
 
-/// A probe goes before the first request of a task that a reply to an earlier one could be taken
-/// for, and of a device of which nobody knows what it answers.
-bool Poller::Synchronize() {
-  Job& job = *job_;
-  const bool first = job.steps == 1 && job.attempts == 0 && !job.is_probe();
-  const bool answered = job.request.expect.reply == Expectation::Reply::one;
-  if (!first || !answered || !roster_.IsDevice(*job.member) || !job.member->in_use) return false;
-  if (!whose_reply_.NeedsProbeFirst(job.asked())) return false;
-  auto probe = std::make_unique<Job>(*job.member, Job::Probe{},
+void Poller::PutProbeFirst() {
+  auto probe = std::make_unique<Job>(*job_->member, Job::Probe{},
                                      Task{Task::Kind::probe, 0, kNoPoint, {}}, now_.instant);
   probe->behind = std::move(job_);
   job_ = std::move(probe);
   Ask();
-  return true;
 }
 
 void Poller::Start() {
   const Member& member = *job_->member;
   if (idle_since_ + member.times.reply <= now_.instant) whose_reply_.OnRested();
+  const Device* const device = roster_.AsDevice(member);
+  if (device != nullptr && device->config->trust_order && job_->attempts == 0 &&
+      whose_reply_.IsUnprovable(member)) {
+    whose_reply_.OnTrusted(member);
+  }
   job_->sending = false;
+  job_->verdict = {};
   job_->exchange_began = now_.instant;
-  Exchange exchange{job_->request, member.protocol->reply_rule, member.times, {}};
+  Exchange exchange{job_->request, member.protocol->reply_rule, member.times, {}, {}};
+  exchange.lags = whose_reply_.Lags(member);
   exchange.times.drain += late_.ExtraDrain(member);
   exchange.aftermath = late_.Aftermath(job_->asked(), now_.instant);
+  // Its own comes with the next request; a longer silence shows nothing.
+  if (exchange.lags) exchange.aftermath = std::min(exchange.aftermath, member.times.drain);
   Hear(line_.Start(std::move(exchange), now_.instant));
 }
 
@@ -114,7 +123,7 @@ void Poller::Send() {
   const Request& request = job_->request;
   echo_.OnSent(request.bytes);
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
-  whose_reply_.OnSent(job_->asked());
+  whose_reply_.OnSent(job_->asked(), now_.instant);
   ledger_.OnSent(*job_->member, request);
   listener_.Send(request.bytes, job_->member->serial);
 }
@@ -155,37 +164,45 @@ void Poller::BreakOff(const std::string& why) {
 
 // ---------------------------------------------------------------- the reply, and what it means
 
+/// The conversation hears of a reply when it is certain whose it is.
 Outcome Poller::Judge(View frame, Instant now) {
   Job& job = *job_;
   Answer& answer = job.answer;
-  Device* const device = roster_.AsDevice(*job.member);
+  answer = {};
   if (echo_.MayBeEcho(job.request, frame)) {
-    answer = {};
-    answer.outcome = Outcome::unexpected;
     answer.reason =
         "a good reply equals its request, and this bus echoes requests: nobody need have answered; "
         "set 'echo: strip' at the line";
-    return answer.outcome;
+    return answer.outcome = Outcome::unexpected;
   }
-  if (auto* routed = job.As<Job::Routed>()) {
-    answer = {};
-    answer.outcome = roster_.carrier()->carrier->unwrap(job.request.bytes, frame, routed->reply);
-    if (device == nullptr) return answer.outcome;
-  } else if (IsPlanned(job.task, *device->conversation)) {
-    answer = device->conversation->OnFrame(job.task, job.request, frame, now);
-  } else {
-    answer = device->conversation->Interpret(job.request.bytes, frame);
-    answer.readings.clear();  // who answered has not been checked
+  Device* const device = roster_.AsDevice(*job.member);
+  auto* const routed = job.As<Job::Routed>();
+  const Outcome outcome = routed != nullptr ? roster_.carrier()->carrier->unwrap(
+                                                  job.request.bytes, frame, routed->reply)
+                                            : device->conversation->Check(job.request.bytes, frame);
+  if (device == nullptr) return answer.outcome = outcome;
+  if (ProvesLife(outcome) || outcome == Outcome::unexpected) {
+    job.verdict = whose_reply_.OnReply(job.asked(), frame, outcome);
   }
-  if (!ProvesLife(answer.outcome) && answer.outcome != Outcome::unexpected) return answer.outcome;
-  const WhoseReply::Verdict verdict = whose_reply_.OnReply(job.asked(), frame, answer.outcome);
-  if (verdict.proves_life_only) answer.readings.clear();
-  if (!verdict.elsewhere || answer.outcome != Outcome::ok) return answer.outcome;
-  answer = {};
-  answer.outcome = Outcome::unexpected;
-  answer.reason =
-      "the reply belongs to another request: the device, or a serial server before it, answers "
-      "late; or it was replaced by one of another kind";
+  if (!ProvesLife(outcome)) {
+    if (routed == nullptr) {
+      answer.reason = device->conversation->Interpret(job.request.bytes, frame).reason;
+    }
+    return answer.outcome = outcome;
+  }
+  const bool asks = routed == nullptr && !job.is_probe();
+  if (job.verdict.elsewhere || (asks && !job.verdict.proven)) {
+    answer.reason =
+        "the reply belongs to another request, or may: the device, or a serial server before it, "
+        "answers late";
+    return answer.outcome = Outcome::unexpected;
+  }
+  if (routed != nullptr) return answer.outcome = outcome;
+  const bool planned = IsPlanned(job.task, *device->conversation);
+  answer = planned ? device->conversation->OnFrame(job.task, job.request, frame, now)
+                   : device->conversation->Interpret(job.request.bytes, frame);
+  // What a probe reads may be nobody's, and what is not planned any more has not been checked.
+  if (!planned || !job.verdict.proven) answer.readings.clear();
   return answer.outcome;
 }
 
@@ -200,9 +217,10 @@ void Poller::Conclude() {
   const bool lost = end.outcome == Outcome::line_down;
   job.mute = job.request.expect.reply == Expectation::Reply::none;
   if (!job.mute) member.health.OnExchange(end.outcome);
-  if (late_.Conclude(asked, end, whose_reply_.IsInStep(member), now_.instant))
-    upkeep_.HoldBack(member);
-  whose_reply_.OnEnd(asked, end.outcome, !lost && !job.mute);
+  const bool by_count = whose_reply_.Lags(member);  // and no silence helps
+  late_.Conclude(asked, end, by_count || whose_reply_.IsInStep(member), now_.instant);
+  if (answered && !late_.IsClear(member, now_.instant)) upkeep_.HoldBack(member);
+  whose_reply_.OnEnd(asked, end.outcome, !lost && !job.mute, now_.instant);
   if (roster_.IsDevice(member) && !job.mute && !lost) {
     // What it took in vain counts from its first failure on; Advance charges what follows.
     if (!answered && !schedule_.doubted(member.place)) {
@@ -210,6 +228,7 @@ void Poller::Conclude() {
     }
     schedule_.Doubt(member.place, !answered);
   }
+  if (job.verdict.shifted) upkeep_.DoubtLatest(now_.instant);
   if (answered) job.wire += now_.instant - job.exchange_began;
   ledger_.OnExchange(member, end, job.mute, job.is_probe() && member.health.offline());
   upkeep_.ShowLine(now_.instant);
@@ -219,6 +238,8 @@ void Poller::Conclude() {
   OnFailed(end);
 }
 
+/// A probe is repeated until its reply can not be that to the probe of an earlier task: behind a
+/// server that lags the same tasks look alike again and again, but for one probe more.
 void Poller::OnAnswered(const ExchangeEnd& end) {
   Job& job = *job_;
   if (job.As<Job::Routed>() != nullptr) {
@@ -226,19 +247,37 @@ void Poller::OnAnswered(const ExchangeEnd& end) {
     return Finish(end.outcome, {});
   }
   Device& device = *roster_.AsDevice(*job.member);
+  job.answered = now_;
+  job.round_trip = end.round_trip;
+  if (job.verdict.replaced) {
+    upkeep_.OnReplaced(device, now_);
+    if (job.behind) job.behind->answer = {};
+  }
+  if (AwaitsName(job, whose_reply_)) return PutProbeFirst();
+  const bool again = job.behind && !whose_reply_.IsOfLatest(job.asked()) &&
+                     chooser_.MayRepeat(job, AnswerOrder::kMostOwed, now_.instant);
+  if (!again) return TakeAnswer();
+  ++job.attempts;
+  job.sending = true;
+}
+
+void Poller::TakeAnswer() {
+  Job& job = *job_;
+  Device& device = *roster_.AsDevice(*job.member);
+  const Outcome outcome = job.answer.outcome;
   const Answer answer = std::exchange(job.answer, {});
-  Store(device, answer, end.round_trip);
+  Store(device, answer);
   if (answer.wait > Duration::zero()) schedule_.Hold(device.place, now_.instant + answer.wait);
   if (answer.then == Then::ask_again) return Ask();
   if (answer.then == Then::replan) {
     upkeep_.Plan(device);
     if (device.in_use) schedule_.Restart(device.place, now_.instant);
-    return Finish(end.outcome, answer.reason);
+    return Finish(outcome, answer.reason);
   }
   const bool read = job.task.kind == Task::Kind::poll;
-  const bool parks = end.outcome == Outcome::busy && read && job.parkings < device.retries &&
+  const bool parks = outcome == Outcome::busy && read && job.parkings < device.retries &&
                      device.in_use && !chooser_.IsParked(device);
-  if (!parks) return Finish(end.outcome, answer.reason);
+  if (!parks) return Finish(outcome, answer.reason);
   ++job.parkings;
   --job.steps;
   const Instant until = now_.instant + std::max<Duration>(answer.wait, device.times.quiet);
@@ -246,7 +285,9 @@ void Poller::OnAnswered(const ExchangeEnd& end) {
   chooser_.Park(std::move(job_), until);
 }
 
-void Poller::Store(const Device& device, const Answer& answer, Duration round_trip) {
+/// A reply that may be an earlier one's to the same request is as old as that.
+void Poller::Store(const Device& device, const Answer& answer) {
+  const Duration older = job_->verdict.older;
   std::vector<Sample> samples;
   samples.reserve(answer.readings.size());
   for (const Reading& reading : answer.readings) {
@@ -254,7 +295,8 @@ void Poller::Store(const Device& device, const Answer& answer, Duration round_tr
     samples.push_back(ToSample(device.config->points[reading.point], reading));
   }
   if (samples.empty()) return;
-  store_.Update(device.index, samples, now_, round_trip);
+  const Now at{job_->answered.instant - older, job_->answered.wall - older};
+  store_.Update(device.index, samples, at, job_->round_trip);
   if (job_->task.kind == Task::Kind::poll) whose_reply_.OnStored({device.place, job_->task.query});
 }
 

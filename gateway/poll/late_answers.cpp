@@ -97,7 +97,7 @@ bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) con
          });
 }
 
-bool LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_step, Instant now) {
+void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_step, Instant now) {
   const Member& member = *asked.member;
   const LineTimes& times = member.times;
   State& state = Of(member);
@@ -107,23 +107,21 @@ bool LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_s
     const bool open = end.outcome == Outcome::no_reply || !asked.named();
     if (open && !state.unanswered) state.unanswered = asked.began;
     // Probes of a device that is offline would cost the others this time again and again.
-    if (asked.lone_probe) return false;
+    if (asked.lone_probe && asked.named()) return;
     const Instant by_end = now + times.ceiling - times.reply;
     const Instant by_request = SentAt(asked) + times.quiet + times.ceiling;
     SetLate(member, roster_.IsDevice(member) ? by_end : std::max(by_request, by_end));
-    return false;
+    return;
   }
   const bool answered =
       ProvesLife(end.outcome) && asked.request->expect.reply != Expectation::Reply::none;
-  if (!answered) return false;
-  // Answers to what a device was asked while it was offline may come yet. Unless its answers are
-  // known to be in step, the device alone waits for them, not the line.
-  const bool owed = state.unanswered && !asked.routed && member.health.offline() && !in_step;
-  SetLate(member, owed ? now + OlderAnswers(member, now) : Instant{});
+  if (!answered) return;
+  // Where replies name nobody, another device's could be meant by one that is owed.
+  const bool owed = state.unanswered && !in_step && !asked.named();
+  SetLate(member, owed ? SentAt(asked) + times.ceiling : Instant{});
   state.unanswered.reset();
   Decay(state.lateness);
   Decay(state.trail);
-  return owed;
 }
 
 void LateAnswers::OnClosed(const Member& member, Instant now) {
@@ -131,31 +129,27 @@ void LateAnswers::OnClosed(const Member& member, Instant now) {
   SetLate(member, now + (roster_.is_network() ? times.ceiling : times.reply + times.drain));
 }
 
-Instant LateAnswers::ClearAt(const Member& member, bool named) const {
+Instant LateAnswers::ClearAt(const Asked& asked) const {
   Instant clear{};
   for (const Member* other : roster_.everyone()) {
-    if (other->IsSame(member) || !named) clear = std::max(clear, Of(*other).late_until);
+    if (other->IsSame(*asked.member) || !asked.named()) {
+      clear = std::max(clear, Of(*other).late_until);
+    }
   }
   return clear;
 }
 
 Duration LateAnswers::ExtraDrain(const Member& member) const { return Of(member).lateness; }
 
-/// A routed request is sent when no earlier answer can come any more, and never repeated here. A
-/// device that is offline keeps nobody waiting who can be told from it.
+/// If requests R1...Rn stayed unanswered and a reply to another try comes now, it may be R1's.
+/// Those to R2...Rn still follow, the last within (now - R1 sent), and later by as much as the
+/// device was seen to be late. Wait that long, at most the ceiling.
 Duration LateAnswers::Aftermath(const Asked& asked, Instant now) const {
-  const bool alone = asked.named() && asked.member->health.offline();
-  return asked.routed || alone ? Of(*asked.member).trail : OlderAnswers(*asked.member, now);
-}
-
-/// If requests R1…Rn stayed unanswered and a reply comes now, it may be R1's. Those to R2…Rn still
-/// follow, the last within (now - R1 sent), and later by as much as the device was seen to be late.
-/// Wait that long, at most the ceiling.
-Duration LateAnswers::OlderAnswers(const Member& member, Instant now) const {
-  const State& state = Of(member);
-  if (!state.unanswered) return state.trail;
-  const Duration since = now - *state.unanswered + member.times.gap + state.lateness;
-  return std::min(std::max(since, state.trail), member.times.ceiling);
+  const State& state = Of(*asked.member);
+  if (!asked.retry || !state.unanswered) return state.trail;
+  const LineTimes& times = asked.member->times;
+  const Duration since = now - *state.unanswered + times.gap + state.lateness;
+  return std::min(std::max(since, state.trail), times.ceiling);
 }
 
 Duration LateAnswers::WorstCase(const Member& member) const {

@@ -14,23 +14,10 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/line/line.h"
+#include "gateway/poll/asked.h"
 #include "gateway/poll/roster.h"
 
 namespace baudgate {
-
-/// One exchange, for the parts of the poller that learn from it.
-struct Asked {
-  const Member* member = nullptr;
-  const Request* request = nullptr;
-  Instant began{};          ///< when the line was given it
-  bool routed = false;      ///< for clients of a route: no conversation takes part
-  bool retry = false;       ///< the same request had failed before
-  bool probe = false;       ///< the task is a probe
-  bool lone_probe = false;  ///< and nothing waits behind it: a look whether the device is back
-
-  /// The reply says whose it is.
-  bool named() const { return !request->expect.address.empty(); }
-};
 
 class LateAnswers {
  public:
@@ -48,9 +35,9 @@ class LateAnswers {
   };
   Stray OnStray(const StrayBytes& stray, Instant now);
 
-  /// What the end means for the next requests. True: the polls of all that are the same as the
-  /// member are held until LateUntil. `in_step`: its answers are known to belong to their requests.
-  bool Conclude(const Asked& asked, const ExchangeEnd& end, bool in_step, Instant now);
+  /// What the end means for the next requests. `in_step`: its replies are proven to belong to their
+  /// requests, so that it owes none.
+  void Conclude(const Asked& asked, const ExchangeEnd& end, bool in_step, Instant now);
   /// The port closed with an exchange under way, whose reply may reach the next opening of the
   /// port: from the device within its reply time; from a serial server, which keeps what comes, as
   /// late as a reply can be.
@@ -61,9 +48,8 @@ class LateAnswers {
   Instant LateUntil(const Member& member) const;
   bool IsClear(const Member& member, Instant now) const { return LateUntil(member) <= now; }
   /// The earliest moment at which no answer to another request can come any more that would pass
-  /// for that to a request of `member`. A reply that carries its sender's address passes for nobody
-  /// else's.
-  Instant ClearAt(const Member& member, bool named) const;
+  /// for that to this one. A reply that carries its sender's address passes for nobody else's.
+  Instant ClearAt(const Asked& asked) const;
   /// How much longer than its drain time the silence behind a failed exchange of it has to be.
   Duration ExtraDrain(const Member& member) const;
   /// The silence that has to follow even a good reply.
@@ -95,7 +81,6 @@ class LateAnswers {
 
   State& Of(const Member& member) const;
   bool MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const;
-  Duration OlderAnswers(const Member& member, Instant now) const;
   void SetLate(const Member& member, Instant until);
 
   const Roster& roster_;

@@ -171,6 +171,13 @@ void Ledger::MeasureCycle() {
   }
 }
 
+void Ledger::OnReplaced(const Member& member) {
+  listener_.OnWarning(
+      member.index,
+      "it identifies itself otherwise than before: another device answers here, and "
+      "everything is read anew");
+}
+
 /// Its outage is no judgement of how it works when it is back.
 void Ledger::OnOffline(const Member& member) {
   Change(member, [](DeviceStatus& status) { status.recent = {}; });

@@ -61,6 +61,8 @@ class Ledger {
   /// The line time of one fast round of all devices that are polled: one of them has come or gone.
   void MeasureCycle();
   void OnOffline(const Member& member);
+  /// Another device answers in its place.
+  void OnReplaced(const Member& member);
 
   /// `notice_bound`: see LineStatus.
   void ShowLine(Duration notice_bound);

@@ -26,7 +26,7 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       whose_reply_(roster_),
       ledger_(roster_, schedule_, store, store.LineIndex(line), listener),
       chooser_(line, roster_, schedule_, writes_, routes_, late_),
-      upkeep_(roster_, schedule_, store, late_, chooser_, ledger_) {}
+      upkeep_(roster_, schedule_, store, late_, whose_reply_, chooser_, ledger_) {}
 
 // ---------------------------------------------------------------- inputs
 
@@ -62,10 +62,7 @@ void Poller::OnClosed(Now now, Override why) {
   const std::string reason = ledger_.WhyClosed();
   Hear(line_.OnClosed());
   echo_.OnClosed();
-  if (job_ && job_->end) {
-    whose_reply_.OnClosed(*job_->member);
-    late_.OnClosed(*job_->member, now.instant);
-  }
+  if (job_ && job_->end) late_.OnClosed(*job_->member, now.instant);
   if (job_) Finish(Outcome::line_down, reason);
   for (const auto& device : roster_.devices()) {
     chooser_.DropParked(*device);
@@ -158,7 +155,7 @@ std::optional<Instant> Poller::Deadline() const {
   if (line_.state() == Line::State::quiet && job_) sooner(LatestStart(*job_));
   if (!line_.idle()) return soonest;
   if (job_) {  // waits until no late answer can meet its request
-    if (job_->attempts == 0) sooner(late_.ClearAt(*job_->member, job_->asked().named()));
+    if (job_->attempts == 0) sooner(late_.ClearAt(job_->asked()));
     sooner(LatestStart(job_->goal()));
     return soonest;
   }
@@ -183,14 +180,8 @@ void Poller::Hear(LineNews news) {
   if (news.stray.count > 0) OnStray(news.stray);
   if (!news.second_reply || late_.last() == nullptr) return;
   ledger_.OnSecondReply(*late_.last());
-  // One of the latest replies belonged to another request, nobody knows which.
-  for (const QueryRef& read : whose_reply_.OnSecondReply(*late_.last())) {
-    const Device& device = roster_.device(read.device);
-    const auto queries = device.conversation->Queries();
-    if (!device.in_use || read.query >= queries.size()) continue;
-    store_.Doubt(device.index, queries[read.query].points, now_.instant);
-    writes_.AddReadBack(read);
-  }
+  whose_reply_.OnSecondReply(*late_.last());
+  upkeep_.DoubtLatest(now_.instant);
 }
 
 void Poller::OnStray(const StrayBytes& stray) {
@@ -241,10 +232,12 @@ void Poller::Pump() {
       continue;
     }
     whose_reply_.Recognise(*job_->member, job_->request.expect.address);
-    if (Synchronize()) continue;
-    const Instant clear = late_.ClearAt(*job_->member, job_->asked().named());
+    if (whose_reply_.NeedsProbeFirst(job_->asked(), now_.instant)) {
+      PutProbeFirst();
+      continue;
+    }
     // A retry may be met by the answer to its first try, which is as good.
-    if (job_->attempts == 0 && clear > now_.instant) return;
+    if (job_->attempts == 0 && late_.ClearAt(job_->asked()) > now_.instant) return;
     Start();
   }
 }

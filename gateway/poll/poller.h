@@ -81,13 +81,14 @@ class Poller : private LineClient {
   // job_run.cpp: the job under way
   void Ask();
   void NextWrite();
-  bool Synchronize();
+  void PutProbeFirst();
   void Start();
   void Send();
   Outcome Judge(View frame, Instant now) override;
   void Conclude();
-  void Store(const Device& device, const Answer& answer, Duration round_trip);
+  void Store(const Device& device, const Answer& answer);
   void OnAnswered(const ExchangeEnd& end);
+  void TakeAnswer();
   void CancelQuiet();
   void BreakOff(const std::string& why);
 

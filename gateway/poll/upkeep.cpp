@@ -8,11 +8,12 @@
 namespace baudgate {
 
 Upkeep::Upkeep(Roster& roster, Schedule& schedule, PointStore& store, LateAnswers& late,
-               Chooser& chooser, Ledger& ledger)
+               WhoseReply& whose_reply, Chooser& chooser, Ledger& ledger)
     : roster_(roster),
       schedule_(schedule),
       store_(store),
       late_(late),
+      whose_reply_(whose_reply),
       chooser_(chooser),
       ledger_(ledger) {
   for (const auto& device : roster_.devices()) {
@@ -49,13 +50,16 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
     }
   } else if (!offline && was_offline && device != nullptr && device->in_use) {
     schedule_.Restart(device->place, now);
+  } else if (!offline && device != nullptr && outcome == Outcome::no_reply) {
+    DoubtOnce(*device, now);
   }
   if (offline != was_offline) {
     ledger_.MeasureCycle();
     ShowLine(now);
   }
-  const std::string_view why =
-      outcome == Outcome::ok ? "some of its exchanges fail" : Name(outcome);
+  const bool degraded = member.health.state() == DeviceState::degraded;
+  const std::string_view good = degraded ? "some of its exchanges fail" : "it answers";
+  const std::string_view why = outcome == Outcome::ok ? good : Name(outcome);
   ledger_.OnState(member, reason.empty() ? std::string(why) : reason);
 }
 
@@ -71,10 +75,44 @@ void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
   ledger_.OnState(device, in_use ? "taken into use" : "taken out of use");
 }
 
+void Upkeep::OnReplaced(Device& device, Now now) {
+  device.conversation->OnReconnect();
+  Plan(device);
+  std::vector<Sample> unknown;
+  for (std::size_t point = 0; point < device.config->points.size(); ++point) {
+    unknown.push_back({static_cast<std::uint32_t>(point), {}, Quality::bad_waiting});
+  }
+  store_.Update(device.index, unknown, now, {});
+  schedule_.Restart(device.place, now.instant);
+  ledger_.OnReplaced(device);
+}
+
+void Upkeep::DoubtLatest(Instant now) {
+  for (const QueryRef& read : whose_reply_.TakeUnproven()) {
+    const Device& device = roster_.device(read.device);
+    const auto queries = device.conversation->Queries();
+    if (!device.in_use || read.query >= queries.size()) continue;
+    store_.Doubt(device.index, queries[read.query].points, now);
+    chooser_.ReadSoon(read);
+  }
+}
+
+/// It has been away: if another one is there now, what is read once is not good any more.
+void Upkeep::DoubtOnce(Device& device, Instant now) {
+  std::vector<std::size_t> points;
+  for (std::size_t point = 0; point < device.config->points.size(); ++point) {
+    if (device.config->points[point].group == config::Group::once) points.push_back(point);
+  }
+  if (points.empty()) return;
+  store_.Doubt(device.index, points, now);
+  schedule_.RepeatOnce(device.place, now);
+}
+
 /// Nothing that was learned of the device holds any more: it may be another one. What it has said
 /// is not good again before it says it again.
 void Upkeep::Reconnect(Device& device, Instant now) {
   device.conversation->OnReconnect();
+  whose_reply_.OnReconnect(device);
   Plan(device);
   std::vector<std::size_t> points(device.config->points.size());
   std::iota(points.begin(), points.end(), 0U);

@@ -11,6 +11,7 @@
 #include "gateway/poll/ledger.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/schedule.h"
+#include "gateway/poll/whose_reply.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate {
@@ -18,13 +19,17 @@ namespace baudgate {
 class Upkeep {
  public:
   /// All references outlive it.
-  Upkeep(Roster& roster, Schedule& schedule, PointStore& store, LateAnswers& late, Chooser& chooser,
-         Ledger& ledger);
+  Upkeep(Roster& roster, Schedule& schedule, PointStore& store, LateAnswers& late,
+         WhoseReply& whose_reply, Chooser& chooser, Ledger& ledger);
 
   /// The port has opened.
   void OnOpened(Instant now);
   /// A task has ended: a device may be offline now, or back.
   void OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now);
+  /// Another device answers in its place: nothing that the old one has said holds.
+  void OnReplaced(Device& device, Now now);
+  /// One of the latest replies belonged to another request, nobody knows which.
+  void DoubtLatest(Instant now);
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
   /// Its conversation has other queries now.
   void Plan(Device& device);
@@ -35,11 +40,13 @@ class Upkeep {
 
  private:
   void Reconnect(Device& device, Instant now);
+  void DoubtOnce(Device& device, Instant now);
 
   Roster& roster_;
   Schedule& schedule_;
   PointStore& store_;
   LateAnswers& late_;
+  WhoseReply& whose_reply_;
   Chooser& chooser_;
   Ledger& ledger_;
 };

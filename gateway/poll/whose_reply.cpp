@@ -2,15 +2,15 @@
 #include "gateway/poll/whose_reply.h"
 
 #include <algorithm>
-#include <functional>
-#include <string_view>
 #include <utility>
 
 namespace baudgate {
 namespace {
 
-/// A second reply shows itself behind the exchange that it spoilt, or a few later.
-constexpr std::size_t kMostUnproven = 8;
+bool IsProof(const Request& request) { return request.steady || request.distinct; }
+
+/// "No", "not now": the device is there, but any request may be answered so.
+bool IsRefusal(Outcome outcome) { return ProvesLife(outcome) && outcome != Outcome::ok; }
 
 }  // namespace
 
@@ -37,97 +37,119 @@ void WhoseReply::Recognise(Member& member, const Bytes& sender) {
 
 /// A reply that carries its sender's address is none of those that a serial server owes to others.
 bool WhoseReply::MayBeInStep(const Asked& asked) const {
-  return OrderOf(*asked.member).MayBeInStep() && (asked.named() || order_.MayBeInStep());
+  return OrderOf(*asked.member).MayBeInStep() && (asked.named() || line_.MayBeInStep());
 }
 
 bool WhoseReply::IsSafe(const Asked& asked) const {
-  const AnswerOrder::Fingerprint fingerprint = FingerprintOf(asked);
-  return OrderOf(*asked.member).IsSafe(fingerprint) &&
-         (asked.named() || order_.IsSafe(fingerprint));
+  if (IsProof(*asked.request)) return true;
+  return OrderOf(*asked.member).IsSafe() && (asked.named() || line_.IsSafe());
 }
 
-AnswerOrder::Fingerprint WhoseReply::ProbeOf(const Member& member) const {
+bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
+  const Member& member = *asked.member;
+  const bool answered = asked.request->expect.reply == Expectation::Reply::one;
+  if (!asked.first || !answered || !member.in_use || !roster_.IsDevice(member)) return false;
   const State& state = Of(member);
-  if (!state.identity.known()) return AnswerOrder::kNamelessProbe;
-  const std::size_t first = state.first == kSelf ? member.place : state.first;
-  return AnswerOrder::Probe(first);
+  if (!state.answered_probe || now - state.proven_at > kProofHolds) return true;
+  if (IsSafe(asked) || IsUnprovable(member)) return false;
+  // Who lags no more than he is known to answers the same request often enough in a row.
+  return Owed(asked) > state.behind;
 }
 
-AnswerOrder::Fingerprint WhoseReply::FingerprintOf(const Asked& asked) const {
+void WhoseReply::OnTrusted(const Member& member) {
+  OrderOf(member).Reset();
+  line_.Reset();
+}
+
+void WhoseReply::OnSent(const Asked& asked, Instant now) {
+  const SentRequest sent{asked.member->place, asked.request->bytes, now, IsProof(*asked.request)};
+  OrderOf(*asked.member).OnSent(sent);
+  line_.OnSent(sent);
+}
+
+/// The conversation has taken the reply for one to this request. An identification has to be the
+/// one that is known.
+bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
+  if (!ProvesLife(outcome)) return false;
   const Identity& identity = Of(*asked.member).identity;
-  const bool probe = identity.known() ? identity.IsAskedBy(*asked.request) : asked.probe;
-  if (probe) return ProbeOf(*asked.member);
-  return std::hash<std::string_view>{}(AsText(asked.request->bytes)) << 1U;
+  return !identity.IsAskedBy(asked.request->bytes) || identity.Is(frame) ||
+         (identity.names() && IsRefusal(outcome));
 }
 
-bool WhoseReply::NeedsProbeFirst(const Asked& asked) const {
-  return !Of(*asked.member).answered_probe || !MayBeInStep(asked) || !IsSafe(asked);
-}
-
-void WhoseReply::OnSent(const Asked& asked) {
-  heard_ = false;
-  safe_ = IsSafe(asked);
-  Of(*asked.member).identity.OnSent(*asked.request);
-  sent_ = FingerprintOf(asked);
-  OrderOf(*asked.member).OnSent(sent_);
-  order_.OnSent(sent_);
-}
-
-/// An identification is the same frame every time and no answer to anything else. Where the
-/// protocol has none, the form of an answer tells a probe from other requests.
-bool WhoseReply::LooksLikeProbe(const Asked& asked, View frame, Outcome outcome) {
-  Identity& identity = Of(*asked.member).identity;
-  const bool certain = IsInStep(*asked.member) && order_.IsInStep();
-  if (!identity.known() && certain && asked.request->steady && outcome == Outcome::ok) {
-    identity.Learn(*asked.request, frame);
+/// Example: "<1D:SPAJ 140C:5E" answers ">1RF:CC", if that is what relay 1 is, and no other request.
+/// Two Modbus registers answer every read of two registers.
+bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const {
+  if (sent.place == SentRequest::kNobody) return false;
+  const Member& asked = *roster_.everyone()[sent.place];
+  const Identity& identity = Of(asked).identity;
+  if (identity.IsAskedBy(sent.bytes)) {
+    return identity.Is(frame) || (identity.names() && IsRefusal(outcome));
   }
-  // What may be replies to earlier requests says nothing about who answers.
-  if (asked.probe && ProvesLife(outcome) && MayBeInStep(asked)) {
-    identity.OnProbeAnswered(*asked.request);
-  }
-  if (identity.known()) return identity.Matches(*asked.request, frame, outcome);
-  return asked.probe == ProvesLife(outcome);
+  if (identity.names() && identity.Is(frame)) return false;
+  // Of what routes ask nobody here knows the form.
+  const Device* const device = roster_.AsDevice(asked);
+  return device == nullptr || ProvesLife(device->conversation->Check(sent.bytes, frame));
 }
 
 WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome outcome) {
-  heard_ = true;
-  // The first answer to a probe tells the name that makes it the device's own.
-  const auto probe = AnswerOrder::IsProbe(sent_) ? sent_ : ProbeOf(*asked.member);
-  const bool looks_like_probe = LooksLikeProbe(asked, frame, outcome);
-  OrderOf(*asked.member).OnAnswer(probe, looks_like_probe);
-  order_.OnAnswer(probe, looks_like_probe);
-  // A device that does not tell its name is probed with a read: that proves life, not the value.
-  return {.elsewhere = !MayBeInStep(asked), .proves_life_only = !safe_ && asked.probe};
-}
-
-void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent) {
-  const Member& member = *asked.member;
-  // After damage, and after others' replies, an answer may still come.
-  if (!heard_ && silent) {
-    OrderOf(member).OnSilence();
-    // A device that is offline was asked for its identification only. A late reply to that is
-    // recognised, so the order of the whole line is not in doubt.
-    const bool identified = Of(member).identity.known() && sent_ == ProbeOf(member);
-    if (!(identified && member.health.offline() && order_.IsInStep())) order_.OnSilence();
+  const Request& request = *asked.request;
+  const auto may_answer = [&](const SentRequest& sent) { return MayAnswer(sent, frame, outcome); };
+  const bool proof = IsProof(request);
+  State& state = Of(*asked.member);
+  AnswerOrder& order = OrderOf(*asked.member);
+  Verdict verdict;
+  if (asked.probe && ProvesLife(outcome)) state.proofless = proof ? 0 : state.proofless + 1;
+  if (request.steady && ProvesLife(outcome) && !Fits(asked, frame, outcome)) {
+    // Nothing that was asked is answered so: somebody else identifies himself.
+    verdict.replaced = !order.MayBeEarlier(may_answer);
+    if (verdict.replaced) state.identity.Learn(request.bytes, frame, outcome);
+  } else if (state.identity.known() && state.proofless >= kProbesWithoutProof) {
+    verdict.replaced = true;
+    state.identity = {};
   }
-  if (asked.probe && ProvesLife(outcome)) Of(member).answered_probe = true;
+  const bool fits = Fits(asked, frame, outcome);
+  verdict.shifted = !fits && order.Owed() == 1 && (asked.named() || line_.Owed() == 1);
+  const bool own = order.OnAnswer(fits, may_answer);
+  const bool known = line_.OnAnswer(fits, may_answer);
+  if (!known) line_.OnForgotten();
+  if (!own && !known) order.OnForgotten();
+  const bool names = request.steady && ProvesLife(outcome) && outcome != Outcome::busy;
+  if (names && !state.identity.known() && order.IsAnswerTo(request.bytes)) {
+    state.identity.Learn(request.bytes, frame, outcome);
+  }
+  verdict.elsewhere = !MayBeInStep(asked);
+  verdict.proven =
+      order.IsAnswerTo(request.bytes) && (asked.named() || line_.IsAnswerTo(request.bytes));
+  if (verdict.proven) state.behind = proof ? Owed(asked) : std::min(state.behind, Owed(asked));
+  // Who has a name is read when he has told it.
+  if (asked.probe && !proof && state.identity.known()) verdict.proven = false;
+  verdict.older = asked.named() ? order.Older() : std::max(order.Older(), line_.Older());
+  return verdict;
 }
 
-void WhoseReply::OnClosed(const Member& member) {
-  OrderOf(member).OnSilence();
-  order_.OnSilence();
+void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now) {
+  // After damage, and after others' replies, an answer may still come.
+  State& state = Of(*asked.member);
+  if (silent && outcome == Outcome::no_reply) state.answered_probe = false;  // another may come now
+  if (!asked.probe || !ProvesLife(outcome)) return;
+  state.proven_at = now;
+  state.answered_probe = IsProof(*asked.request) || !state.identity.known();
+}
+
+void WhoseReply::OnReconnect(const Member& member) {
+  Of(member).answered_probe = false;
+  Of(member).proofless = 0;
+  Of(member).behind = 0;
 }
 
 void WhoseReply::OnStored(QueryRef query) {
   if (std::ranges::find(unproven_, query) != unproven_.end()) return;
-  if (unproven_.size() == kMostUnproven) unproven_.erase(unproven_.begin());
   unproven_.push_back(query);
 }
 
-std::vector<QueryRef> WhoseReply::OnSecondReply(const Member& member) {
-  OrderOf(member).OnSilence();
-  order_.OnSilence();
-  return std::exchange(unproven_, {});
+void WhoseReply::OnSecondReply(const Member& member) {
+  OrderOf(member).OnCopy();
+  line_.OnCopy();
 }
 
 }  // namespace baudgate

@@ -1,17 +1,21 @@
-// To which request a reply belongs, as far as anybody can know; when a probe has to go first so
-// that a reply to an earlier request is found out; and which readings are in doubt when one was
-// taken for another's. Told by gateway/poll/job_run.cpp of every request and reply of the line.
+// Whose reply is it? A reading is good only if no reply that may still be owed could pass for its
+// own. This keeps what may be owed: by a device, and by a serial server that may shift the whole
+// line. After silence, damage, a second reply or a port that was closed nothing is proven; a proof
+// (conversation.h: `steady`, `distinct`) then goes first, whose reply can be told from others. Told
+// by gateway/poll/job_run.cpp of every request and reply of the line; docs/timeouts.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <deque>
+#include <utility>
 #include <vector>
 
 #include "gateway/base/outcome.h"
 #include "gateway/poll/answer_order.h"
+#include "gateway/poll/asked.h"
 #include "gateway/poll/identity.h"
-#include "gateway/poll/late_answers.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/schedule.h"
 
@@ -24,33 +28,61 @@ class WhoseReply {
   /// The name that its replies carry, known from its first request on. Entries of one name are one
   /// device on the wire, and have one order.
   void Recognise(Member& member, const Bytes& sender);
-  /// The first request of a task of a device, no probe and to be answered: a reply to an earlier
-  /// request could pass for its own, or nobody knows yet who answers.
-  bool NeedsProbeFirst(const Asked& asked) const;
-  /// All answers that are possible belong to the requests that they follow.
+  /// Before the first request of a task of a device: a reply to an earlier request could pass for
+  /// its own, or nobody knows who answers.
+  bool NeedsProbeFirst(const Asked& asked, Instant now) const;
+  /// Whatever came in place of its reply would be found out.
+  bool IsSafe(const Asked& asked) const;
+  /// The latest reply may belong to this, the latest request.
   bool MayBeInStep(const Asked& asked) const;
+  /// The latest reply belongs to this request or its repetitions, and to no earlier task's.
+  bool IsOfLatest(const Asked& asked) const {
+    return OrderOf(*asked.member).IsOfLatest() && (asked.named() || line_.IsOfLatest());
+  }
+  /// So many replies may come before its own.
+  int Owed(const Asked& asked) const {
+    const std::size_t own = OrderOf(*asked.member).Owed();
+    return static_cast<int>(asked.named() ? own : std::max(own, line_.Owed()));
+  }
+  /// Its latest probe was answered with the reply to an earlier one, or may have been.
+  bool Lags(const Member& member) const { return Of(member).behind > 0; }
+  /// It tells its name: another device in its place would be found out.
+  bool HasName(const Member& member) const { return Of(member).identity.names(); }
+  /// Nothing is owed by it.
   bool IsInStep(const Member& member) const { return OrderOf(member).IsInStep(); }
+  /// It answers probes, and none of them is a proof: after a disturbance nothing shows whose its
+  /// replies are.
+  bool IsUnprovable(const Member& member) const {
+    return Of(member).proofless >= kProbesWithoutProof;
+  }
 
-  void OnSent(const Asked& asked);
+  /// So long nothing was asked that nothing can be owed, unless by count; of a device whose order
+  /// nothing proves its user says that this does not happen.
+  void OnTrusted(const Member& member);
+  void OnSent(const Asked& asked, Instant now);
 
   struct Verdict {
-    bool elsewhere = false;         ///< it belongs to an earlier request
-    bool proves_life_only = false;  ///< it may, and would pass: its values are nobody's
+    bool elsewhere = false;  ///< it belongs to another request
+    bool proven = true;      ///< it belongs to this one, or to an earlier one of the same bytes
+    Duration older{};        ///< of such: how much earlier that was sent, at most
+    bool replaced = false;   ///< another device answers in its place
+    bool shifted = false;    ///< nothing was owed, and it is not its own: one before it was a copy
   };
   /// A reply of the device itself came, good or not what was asked for.
   Verdict OnReply(const Asked& asked, View frame, Outcome outcome);
   /// The exchange is over. `silent`: an answer was due and the port stayed open.
-  void OnEnd(const Asked& asked, Outcome outcome, bool silent);
-  /// The port closed with an exchange of it under way.
-  void OnClosed(const Member& member);
+  void OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now);
+  /// Another device may hang there now, or another master may have asked it.
+  void OnReconnect(const Member& member);
 
   /// Readings of this query were stored.
   void OnStored(QueryRef query);
   /// The line has rested for a reply time: what has not come by now is not owed any more.
   void OnRested() { unproven_.clear(); }
-  /// Behind its reply came a second, different one: one of the two belongs elsewhere. Gives the
-  /// queries whose readings are in doubt now.
-  std::vector<QueryRef> OnSecondReply(const Member& member);
+  /// Behind its reply came a second, different one: one of the two belongs elsewhere.
+  void OnSecondReply(const Member& member);
+  /// The queries whose readings are in doubt then, or behind a reply that shows a shift.
+  std::vector<QueryRef> TakeUnproven() { return std::exchange(unproven_, {}); }
 
  private:
   struct State {
@@ -58,23 +90,25 @@ class WhoseReply {
     std::size_t first = kSelf;  // place of the first entry of the same name, whose order counts
     Identity identity;
     bool answered_probe = false;
+    int behind = 0;       // so many replies were owed when it was last known best
+    Instant proven_at{};  // when a probe was answered last
+    int proofless = 0;    // answered probes in a row that were no proofs
   };
+  /// A device that is silent to its identification is found out within fewer (probe_choice.h).
+  static constexpr int kProbesWithoutProof = 8;
+  /// How long a proof holds. Who is one reply ahead because one came twice shows it by nothing
+  /// else, nor does another device that has taken the place unnoticed.
+  static constexpr Duration kProofHolds = 1min;
   static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);
 
   State& Of(const Member& member) const;
   AnswerOrder& OrderOf(const Member& member) const;
-  bool IsSafe(const Asked& asked) const;
-  AnswerOrder::Fingerprint ProbeOf(const Member& member) const;
-  AnswerOrder::Fingerprint FingerprintOf(const Asked& asked) const;
-  bool LooksLikeProbe(const Asked& asked, View frame, Outcome outcome);
+  bool Fits(const Asked& asked, View frame, Outcome outcome) const;
+  bool MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const;
 
   const Roster& roster_;
   mutable std::deque<State> states_;  // by place
-  AnswerOrder order_;                 // of all requests, whoever they went to
-  // Of the request under way:
-  AnswerOrder::Fingerprint sent_ = 0;
-  bool safe_ = true;    // no reply to an earlier one can pass for its own
-  bool heard_ = false;  // a reply of the device itself came
+  AnswerOrder line_;                  // of all requests, whoever they went to
   // The last queries stored since the line last rested for one reply time.
   std::vector<QueryRef> unproven_;
 };

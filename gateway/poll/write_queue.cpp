@@ -39,7 +39,7 @@ bool WriteQueue::HasAny(const MayGo& may_go) const { return std::ranges::any_of(
 
 void WriteQueue::AddReadBack(QueryRef query) {
   const bool known = std::ranges::find(read_backs_, query) != read_backs_.end();
-  if (!known && read_backs_.size() < kLimit) read_backs_.push_back(query);
+  if (!known) read_backs_.push_back(query);
 }
 
 std::optional<QueryRef> WriteQueue::TakeReadBack(const MayRead& may_read) {

@@ -70,6 +70,17 @@ TEST_F(LineTest, APortThatOnlyClaimsToKeepItsBitRateIsFoundOut) {
   EXPECT_EQ(frames_.size(), 2U) << "from now on at once";
 }
 
+/// The program was stopped meanwhile: nobody knows how old the reply is.
+TEST_F(LineTest, AnEarlyReplyThatHasWaitedIsNoReply) {
+  line_.OnOpened(At(0ms), true);
+  Start(1s);
+  line_.OnBytes(reply_, At(1002ms));
+  line_.OnTimer(At(5s));
+  line_.OnTimer(At(5s));
+  EXPECT_TRUE(frames_.empty());
+  EXPECT_EQ(ends_.back().outcome, Outcome::no_reply);
+}
+
 TEST_F(LineTest, EarlyNoiseAloneIsNoReply) {
   line_.OnOpened(At(0ms), true);
   Start(1s);

@@ -66,8 +66,9 @@ class LineTest : public ::testing::Test, protected LineClient {
     Exchange exchange;
     exchange.request.bytes = ToBytes(request);
     exchange.request.expect = ToyProtocol().expect(exchange.request.bytes, {});
-    exchange.reply_rule = ToyProtocol().reply_rule;
+    exchange.reply_rule = rule_;
     exchange.times = kTimes;
+    exchange.lags = lags_;
     line_.Start(std::move(exchange), At(at));
   }
   /// An exchange that stands in `state` when this returns. The request leaves at 1 s, its
@@ -92,6 +93,8 @@ class LineTest : public ::testing::Test, protected LineClient {
 
   Tested line_{*this};
   Outcome verdict_ = Outcome::ok;
+  FrameRule rule_ = ToyProtocol().reply_rule;
+  bool lags_ = false;
   std::string request_;  // of the exchange under way
   std::vector<std::string> sent_;
   std::vector<std::string> frames_;

@@ -127,6 +127,21 @@ TEST_F(LineTest, OutcomesOfAWholeFrameDecideAboutTheDrain) {
   EXPECT_EQ(line_.state(), State::drain);
 }
 
+/// Another device's reply: this one's may still come, unless it is known to lag by requests.
+TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
+  rule_ = [](View held, const Expectation&, bool) {
+    return Cut::Discard(held.size(), Outcome::unexpected, "not from the device that was asked");
+  };
+  for (const bool lags : {false, true}) {
+    lags_ = lags;
+    Reach(State::await_first);
+    line_.OnBytes(ToyReply("B1=5"), At(1015ms));
+    line_.OnTimer(At(1025ms));
+    EXPECT_EQ(line_.state(), lags ? State::drain : State::await_first);
+    line_.OnClosed();
+  }
+}
+
 TEST_F(LineTest, ReceivingGapIsPartial) {
   Reach(State::receiving);
   line_.OnTimer(At(1020ms));

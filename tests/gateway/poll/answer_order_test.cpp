@@ -1,4 +1,5 @@
-// Which request an answer may belong to, against a device of known lag.
+// Which request a reply may belong to, against a device of known lag. Requests are single letters;
+// 'P' is a proof, and replies are told apart only from its own: "a" may answer any other.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/answer_order.h"
 
@@ -9,76 +10,171 @@
 namespace baudgate {
 namespace {
 
-constexpr AnswerOrder::Fingerprint kProbe = AnswerOrder::Probe(0);
-constexpr AnswerOrder::Fingerprint kA = 100;
-constexpr AnswerOrder::Fingerprint kB = 102;
+constexpr Instant kStart = Instant() + 1h;
 
-void Answered(AnswerOrder& order, AnswerOrder::Fingerprint request) {
-  order.OnSent(request);
-  order.OnAnswer(kProbe, request == kProbe);
-}
+class Order {
+ public:
+  /// Nothing comes.
+  void Send(char request) {
+    order.OnSent({0, {static_cast<std::uint8_t>(request)}, kStart + ++sent_ * 1s, request == 'P'});
+    latest_ = request;
+  }
+  /// `to`: the request that it really answers.
+  void Reply(char to) {
+    known = order.OnAnswer((to == 'P') == (latest_ == 'P'), [to](const SentRequest& sent) {
+      return sent.place != SentRequest::kNobody && (to == 'P') == sent.proof;
+    });
+  }
+  void Answered(char request) {
+    Send(request);
+    Reply(request);
+  }
+  bool IsOnly(char request) const { return order.IsAnswerTo({static_cast<std::uint8_t>(request)}); }
+
+  AnswerOrder order;
+  bool known = false;  ///< what the last reply belongs to
+
+ private:
+  int sent_ = 0;
+  char latest_ = 0;
+};
 
 TEST(AnswerOrderTest, WhileAllIsAnsweredEverythingIsSafe) {
-  AnswerOrder order;
-  EXPECT_TRUE(order.IsSafe(kA));
-  Answered(order, kA);
-  EXPECT_TRUE(order.IsSafe(kB));
+  Order order;
+  EXPECT_TRUE(order.order.IsSafe());
+  order.Answered('a');
+  EXPECT_TRUE(order.order.IsSafe());
+  EXPECT_EQ(order.order.Older(), 0s);
 }
 
-TEST(AnswerOrderTest, AfterSilenceOnlyTheSameRequestAndTheProbeAreSafe) {
-  AnswerOrder order;
-  order.OnSent(kA);
-  order.OnSilence();
-  EXPECT_TRUE(order.IsSafe(kA));
-  EXPECT_FALSE(order.IsSafe(kB));
-  Answered(order, kA);
-  EXPECT_FALSE(order.IsSafe(kB)) << "that was the answer to the first, perhaps";
-  Answered(order, kProbe);
-  EXPECT_TRUE(order.IsSafe(kB)) << "a lag would have answered the probe with A";
+TEST(AnswerOrderTest, AfterSilenceNothingIsUntilAProofWasAnswered) {
+  Order order;
+  order.Send('a');
+  EXPECT_FALSE(order.order.IsSafe());
+  order.Answered('a');
+  EXPECT_FALSE(order.order.IsSafe()) << "that was the reply to the first, perhaps";
+  order.Answered('P');
+  EXPECT_TRUE(order.order.IsInStep()) << "a lag would have answered the proof otherwise";
 }
 
-TEST(AnswerOrderTest, AnAnswerThatCanNotBeItsOwnIsKnown) {
-  AnswerOrder order;
-  order.OnSent(kA);
-  order.OnSilence();
-  Answered(order, kA);
-  order.OnSent(kProbe);
-  order.OnAnswer(kProbe, false);
-  EXPECT_FALSE(order.MayBeInStep());
+TEST(AnswerOrderTest, AReplyToTheSameRequestIsAsOldAsTheOldestThatItMayBelongTo) {
+  Order order;
+  order.Answered('b');
+  order.Send('a');
+  order.Send('a');
+  order.Answered('a');
+  EXPECT_TRUE(order.IsOnly('a'));
+  EXPECT_EQ(order.order.Older(), 2s);
+  order.Answered('b');
+  EXPECT_FALSE(order.IsOnly('b')) << "it may be that to a";
 }
 
-TEST(AnswerOrderTest, ADeviceThatWasOnlyProbedMayBeAskedAnything) {
-  AnswerOrder order;
-  for (int i = 0; i < 100; ++i) {
-    order.OnSent(kProbe);
-    order.OnSilence();
+TEST(AnswerOrderTest, AReplyThatCanNotBeItsOwnIsKnown) {
+  Order order;
+  order.Send('a');
+  order.Answered('a');
+  order.Send('P');
+  order.Reply('a');
+  EXPECT_FALSE(order.order.MayBeInStep());
+  order.Answered('P');
+  EXPECT_TRUE(order.order.MayBeInStep());
+}
+
+TEST(AnswerOrderTest, ADeviceThatWasOnlyProvedMayBeAskedAnything) {
+  Order order;
+  for (int i = 0; i < 100; ++i) order.Send('P');
+  order.Answered('P');
+  EXPECT_TRUE(order.order.IsSafe());
+  order.Answered('a');
+  EXPECT_TRUE(order.order.IsInStep()) << "no lag answers the first read behind so many proofs";
+}
+
+TEST(AnswerOrderTest, WhatFitsNothingIsSomebodyElsesOrForgotten) {
+  Order order;
+  order.Answered('a');
+  order.Send('a');
+  order.Reply('P');  // no P was sent
+  EXPECT_FALSE(order.known);
+  EXPECT_EQ(order.order.Owed(), 1U) << "that to a is owed as before";
+  order.order.OnForgotten();
+  EXPECT_EQ(order.order.Owed(), AnswerOrder::kMostOwed);
+  order.Answered('P');
+  EXPECT_TRUE(order.order.IsInStep());
+}
+
+/// P a P a …, each answered one request late: three requests late would look the same.
+TEST(AnswerOrderTest, MoreProofsTellTheLagWhereTasksLookAlike) {
+  Order order;
+  for (int i = 0; i < 3; ++i) {
+    order.Send('P');
+    order.Send('a');
   }
-  Answered(order, kProbe);
-  EXPECT_TRUE(order.IsSafe(kA));
-  Answered(order, kA);
-  EXPECT_TRUE(order.IsSafe(kB)) << "no lag answers the first read behind so many probes";
+  for (int i = 0; i < 2; ++i) {
+    order.Send('P');
+    order.Reply('a');
+    order.Send('a');
+    order.Reply('P');
+  }
+  order.Send('P');
+  order.Reply('a');
+  order.Answered('P');
+  EXPECT_FALSE(order.order.IsOfLatest()) << "it may be that to an earlier P";
+  for (int i = 0; i < 3; ++i) order.Answered('P');
+  EXPECT_TRUE(order.order.IsOfLatest());
+}
+
+TEST(AnswerOrderTest, ARequestThatIsAskedOftenEnoughIsAnsweredInTheEnd) {
+  Order order;
+  order.Send('b');
+  order.Send('b');  // two replies are owed
+  order.Answered('a');
+  EXPECT_FALSE(order.IsOnly('a'));
+  order.Answered('a');
+  EXPECT_FALSE(order.IsOnly('a'));
+  order.Answered('a');
+  EXPECT_TRUE(order.IsOnly('a')) << "the third is that to the first a at the least";
+  EXPECT_EQ(order.order.Older(), 2s);
+}
+
+/// The device knows no P: it is not owed, and what was owed before it comes.
+TEST(AnswerOrderTest, WhatIsNeverAnsweredShiftsNothing) {
+  Order order;
+  order.Send('a');
+  for (int i = 0; i < 3; ++i) order.Send('P');
+  order.Send('b');
+  order.Reply('a');
+  EXPECT_FALSE(order.IsOnly('b'));
+  order.Send('b');
+  order.Reply('b');
+  EXPECT_TRUE(order.IsOnly('b'));
+  EXPECT_EQ(order.order.Older(), 1s);
+}
+
+TEST(AnswerOrderTest, ACopyMayTakeThePlaceOfTheNextReply) {
+  Order order;
+  order.Answered('b');
+  order.Answered('a');
+  order.order.OnCopy();
+  EXPECT_FALSE(order.order.IsSafe());
 }
 
 /// A device that answers every request with the reply to the one `lag` before it. Whatever is sent
-/// as the order allows, no answer to B is taken for one to A.
+/// as the order allows, no reply to b is taken for one to a.
 TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
   for (std::size_t lag = 0; lag < 12; ++lag) {
-    AnswerOrder order;
-    std::deque<AnswerOrder::Fingerprint> owed;
+    Order order;
+    std::deque<char> owed;
     int accepted = 0;
     for (int i = 0; i < 2000; ++i) {
-      const AnswerOrder::Fingerprint wanted = i / 3 % 2 == 0 ? kA : kB;
-      const AnswerOrder::Fingerprint sent = order.IsSafe(wanted) ? wanted : kProbe;
-      order.OnSent(sent);
+      const char sent = !order.order.IsSafe() ? 'P' : i / 3 % 2 == 0 ? 'a' : 'b';
+      order.Send(sent);
       owed.push_back(sent);
-      if (owed.size() <= lag) {
-        order.OnSilence();
-        continue;
-      }
-      const AnswerOrder::Fingerprint answer = owed.front();
+      if (owed.size() <= lag) continue;
+      const char answer = owed.front();
       owed.pop_front();
-      order.OnAnswer(kProbe, answer == kProbe);
-      if (answer == kProbe || sent == kProbe || !order.MayBeInStep()) continue;
+      order.Reply(answer);
+      if (answer == 'P' || sent == 'P' || !order.order.MayBeInStep()) continue;
+      if (!order.IsOnly(sent)) continue;
       ++accepted;
       ASSERT_EQ(answer, sent) << "lag " << lag << ", request " << i;
     }

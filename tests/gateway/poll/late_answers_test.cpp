@@ -27,7 +27,10 @@ class LateAnswersTest : public ::testing::Test, protected ToyMembers {
     late_.Conclude(asked_, {outcome, {}, {}, 0}, true, kStart + ended);
   }
   Duration LateUntil(const Member& member) const { return late_.LateUntil(member) - kStart; }
-  Duration AftermathAt(Duration at) const { return late_.Aftermath(asked_, kStart + at); }
+  Asked Next(const Member& member, bool named) {
+    request_ = AskFor("?A1\r", named);
+    return {.member = &member, .request = &request_};
+  }
 
   LateAnswers late_{roster};
   Request request_ = AskFor("?A1\r");
@@ -38,8 +41,9 @@ TEST_F(LateAnswersTest, AfterSilenceTheDeviceIsWaitedForUpToTheCeiling) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   EXPECT_EQ(LateUntil(a), 1000ms) << "its reply time is over already";
   EXPECT_TRUE(late_.IsClear(b, kStart + 200ms));
-  EXPECT_EQ(late_.ClearAt(b, true), Instant{}) << "its replies carry its name";
-  EXPECT_EQ(late_.ClearAt(b, false), kStart + 1s) << "they do not: anybody's may pass for them";
+  EXPECT_EQ(late_.ClearAt(Next(b, true)), Instant{}) << "its replies carry its name";
+  EXPECT_EQ(late_.ClearAt(Next(b, false)), kStart + 1s) << "anybody's may pass for them";
+  EXPECT_EQ(late_.ClearAt(Next(a, true)), kStart + 1s);
 }
 
 TEST_F(LateAnswersTest, AnAnswerEndsTheWaiting) {
@@ -68,13 +72,29 @@ TEST_F(LateAnswersTest, EntriesOfOneAddressWaitTogether) {
 
 /// R1 at 0 ms and R2 at 300 ms stayed unanswered; the reply at 650 ms may be R1's, so that R2's may
 /// come for another 650 ms.
-TEST_F(LateAnswersTest, BehindAReplyTheLineWaitsForTheAnswersToOlderRequests) {
+TEST_F(LateAnswersTest, BehindARepetitionTheLineWaitsForTheAnswersToOlderRequests) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms) << "a probe says that it is in order";
   Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
-  EXPECT_EQ(AftermathAt(650ms), 670ms) << "and a gap";
-  EXPECT_EQ(AftermathAt(5s), 1s) << "the ceiling at most";
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 670ms) << "and a gap";
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 5s), 1s) << "the ceiling at most";
   Exchange(a, 600ms, 650ms, Outcome::ok, true);
-  EXPECT_EQ(AftermathAt(700ms), 0ms);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 700ms), 0ms);
+}
+
+TEST_F(LateAnswersTest, WhereRepliesNameNobodyNoAnswerIsTakenToBeInTime) {
+  request_ = AskFor("UA1\r", false);
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  asked_.began = kStart + 250ms;
+  late_.Conclude(asked_, {Outcome::ok, {}, {}, 0}, false, kStart + 300ms);
+  EXPECT_GT(LateUntil(a), 1250ms) << "the ceiling behind the repetition";
+  EXPECT_LT(LateUntil(a), 1260ms);
+}
+
+TEST_F(LateAnswersTest, WhoseOrderIsProvenOwesNothing) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  late_.Conclude(asked_, {Outcome::ok, {}, {}, 0}, true, kStart + 250ms);
+  EXPECT_TRUE(late_.IsClear(a, kStart + 250ms));
 }
 
 TEST_F(LateAnswersTest, BytesAfterSilenceAreTheLateAnswer) {
@@ -112,7 +132,7 @@ TEST_F(LateAnswersTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswe
   const LateAnswers::Stray told = late_.OnStray({4, 30ms}, kStart + 50ms);
   EXPECT_TRUE(told.counts);
   EXPECT_EQ(told.late, nullptr);
-  EXPECT_EQ(AftermathAt(60ms), 50ms);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 60ms), 50ms);
   EXPECT_EQ(late_.ExtraDrain(a), 0ms);
 }
 

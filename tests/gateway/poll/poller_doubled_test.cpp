@@ -55,7 +55,7 @@ TEST_P(SecondReply, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {
   ASSERT_FALSE(line.warnings.empty());
   EXPECT_NE(line.warnings.back().find("second, different reply"), std::string::npos);
   EXPECT_GE(line.StatusOf(0).doubled, 1U);
-  EXPECT_TRUE(line.RunUntil([&] { return !is_wrong(); }, 300ms))
+  EXPECT_TRUE(line.RunUntil([&] { return !is_wrong(); }, 600ms))
       << "without waiting for its period";
   EXPECT_EQ(line.QualityOf(0, static_cast<std::uint32_t>(last)), Quality::good);
 }

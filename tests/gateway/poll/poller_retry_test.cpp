@@ -61,7 +61,7 @@ TEST(PollerRetries, TheConversationPutsAnotherRequestInItsPlace) {
   line.twin(0).values.Set(0, 6.0);
   line.RunFor(1s);
   EXPECT_EQ(line.CountSent("LA1") - before, 1U);
-  EXPECT_EQ(line.CountSent("BA1"), 1U);
+  EXPECT_EQ(line.CountSent("BA1"), 2U) << "the first answer may be the late one to L";
   EXPECT_EQ(line.ValueOf(0, 0), Value(6.0)) << "what L destroyed, B repeats";
   EXPECT_EQ(line.StatusOf(0).Count(Outcome::corrupt), 1U);
 }

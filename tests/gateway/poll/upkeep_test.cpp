@@ -58,9 +58,10 @@ class UpkeepTest : public ::testing::Test, protected ToyMembers, protected Polle
   WriteQueue writes_;
   RoutedSide routes_;
   LateAnswers late_{roster};
+  WhoseReply whose_reply_{roster};
   Ledger ledger_{roster, schedule_, store_, 0, *this};
   Chooser chooser_{line, roster, schedule_, writes_, routes_, late_};
-  Upkeep upkeep_{roster, schedule_, store_, late_, chooser_, ledger_};
+  Upkeep upkeep_{roster, schedule_, store_, late_, whose_reply_, chooser_, ledger_};
   DeviceState state_ = DeviceState::never_seen;
 };
 

@@ -1,0 +1,25 @@
+// One exchange, for the parts of the poller that learn from it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "gateway/base/time.h"
+#include "gateway/poll/roster.h"
+#include "protocols/conversation.h"
+
+namespace baudgate {
+
+struct Asked {
+  const Member* member = nullptr;
+  const Request* request = nullptr;
+  Instant began{};          ///< when the line was given it
+  bool routed = false;      ///< for clients of a route: no conversation takes part
+  bool first = false;       ///< of its task, which is no probe; not a repetition
+  bool retry = false;       ///< the same request had failed before
+  bool probe = false;       ///< the task is a probe
+  bool lone_probe = false;  ///< and nothing waits behind it: a look whether the device is back
+
+  /// The reply says whose it is.
+  bool named() const { return !request->expect.address.empty(); }
+};
+
+}  // namespace baudgate
