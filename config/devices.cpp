@@ -140,6 +140,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   if (protocol) device.protocol = std::string(protocol->name);
   ReadAddress(map, of.addresses, protocol, device);
   Assign(device.enabled, map.Flag("enabled"));
+  Assign(device.trust_order, map.Flag("trust_order"));
   if (const auto serial = map.Get("serial")) {
     device.serial = ReadSerial(*serial, of.line.serial, context.problems);
     CheckPortSettings(of.line.port, *device.serial, serial->mark(), context.problems);

@@ -131,11 +131,36 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
                                   "or move points to the group slow");
 }
 
+/// Whether it is probed with something that only this is answered so.
+bool HasProof(const Device& device, const Protocol& protocol, Bus* bus) {
+  const auto conversation = protocol.make_conversation(device, bus);
+  const auto probe = conversation->Ask({Task::Kind::probe, 0, kNoPoint, {}}, Instant{});
+  return !probe || probe->steady || probe->distinct;
+}
+
+void CheckOrder(const Line& line, const Catalog& catalog, Problems& problems) {
+  std::map<const Protocol*, std::unique_ptr<Bus>> buses;
+  for (const Device& device : line.devices) {
+    const Protocol* protocol = catalog.FindProtocol(device.protocol);
+    if (!protocol || !device.enabled || device.trust_order) continue;
+    auto& bus = buses[protocol];
+    if (!bus) bus = MakeBus(*protocol);
+    if (HasProof(device, *protocol, bus.get())) continue;
+    problems.Warning(device.mark,
+                     "device '" + device.name +
+                         "': none of its replies proves to which request it belongs, so after one "
+                         "lost reply its values stay uncertain until the port is opened again; let "
+                         "it be identified, or set trust_order: true where no serial server or "
+                         "radio can hold replies back");
+  }
+}
+
 }  // namespace
 
 void CheckLine(const Line& line, const Catalog& catalog, Problems& problems) {
   CheckTimes(line, catalog, problems);
   CheckLoad(line, catalog, problems);
+  CheckOrder(line, catalog, problems);
 }
 
 }  // namespace baudgate::config

@@ -44,7 +44,10 @@ TEST(DeviceChecks, DconFindsAPointBeyondTheChannels) {
       ProblemsOf("dcon", "channels: 3, points: [{ name: third, read: \"#[2]\", type: float32 }]"),
       "");
   EXPECT_EQ(
-      ProblemsOf("dcon", "channels: 2, points: [{ name: other, read: \"#2\", type: float32 }]"), "")
+      ProblemsOf(
+          "dcon",
+          "identify: true, channels: 2, points: [{ name: other, read: \"#2\", type: float32 }]"),
+      "")
       << "one channel by its own command";
 }
 
@@ -111,6 +114,24 @@ TEST(DeviceChecks, BinaryProtocolsNeedEightDataBits) {
   EXPECT_EQ(Shown(listener.problems),
             "t.yaml:1:41: error: serial: modbus_rtu needs 8 data bits, and 9600 7E1 has 7; write "
             "for example 9600 8E1\n");
+}
+
+/// "#2" is answered by one number, and so is every other read of it.
+TEST(CheckOrder, NamesADeviceOfWhichNothingProvesWhoseReplyItIs) {
+  const std::string points = "points: [{ name: one, read: \"#2\", type: float32 }]";
+  EXPECT_EQ(
+      ProblemsOf("dcon", points),
+      "t.yaml:3:3: warning: device 'd': none of its replies proves to which request it belongs, "
+      "so after one lost reply its values stay uncertain until the port is opened again; let it "
+      "be identified, or set trust_order: true where no serial server or radio can hold replies "
+      "back\n");
+  EXPECT_EQ(ProblemsOf("dcon", "trust_order: true, " + points), "");
+  EXPECT_EQ(ProblemsOf("dcon", "identify: true, " + points), "");
+  EXPECT_EQ(
+      ProblemsOf("dcon", "channels: 2, points: [{ name: one, read: \"#[1]\", type: float32 }]"), "")
+      << "one channel of two is its probe";
+  EXPECT_EQ(ProblemsOf("modbus_rtu", "points: [{ name: one, read: \"holding 5\", type: uint16 }]"),
+            "");
 }
 
 }  // namespace

@@ -14,8 +14,9 @@ struct Case {
 };
 
 constexpr const char* kDeviceKeys =
-    "allowed: name, protocol, address, enabled, serial, profile, poll, slow, retries, timing, "
-    "max_age, dead_age, unit, on_bad, word_order, checksum, width, ratio, mode, password, pin, "
+    "allowed: name, protocol, address, enabled, trust_order, serial, profile, poll, slow, retries, "
+    "timing, max_age, dead_age, unit, on_bad, word_order, checksum, width, ratio, mode, password, "
+    "pin, "
     "pause, tags, points\n";
 
 std::string ProblemsOfLine(const std::string& keys) {
