@@ -2,6 +2,7 @@
 # Runs that are too long for every change.
 # usage: packaging/soak.sh                  all of these, one after the other
 #        packaging/soak.sh virtual [HOURS]  damage, deaths and echo for 24 hours of virtual time
+#        packaging/soak.sh lag [MILLIONS]   a lagging server, 1000 million exchanges in virtual time: hours
 #        packaging/soak.sh ptys [MINUTES]   all faults for 10 real minutes on ptys, AddressSanitizer
 #        packaging/soak.sh fuzz [RUNS]      every fuzz target, 10,000,000 executions each: some hours
 # An existing build of the targets is taken from $BAUDGATE_FUZZ_BUILD.
@@ -20,6 +21,16 @@ soak_virtual() {
   build release runs_test
   say "$hours hours of virtual time"
   BAUDGATE_SOAK_HOURS=$hours build/release/tests/runs_test --gtest_filter='*Soak*'
+}
+
+# A line for each kind of line: exchanges, readings judged, and under which faults one was wrong.
+soak_lag() {
+  local millions=${1:-1000}
+  whole "$millions"
+  install_packages
+  build release runs_test
+  say "$millions million exchanges behind a lagging server"
+  BAUDGATE_LAG_EXCHANGES=${millions}000000 build/release/tests/runs_test --gtest_filter='*RandomLag*'
 }
 
 # A line for each protocol, and one about the heap.
@@ -47,6 +58,7 @@ usage() {
 # One function for each part: soak_PART.
 if [ $# = 0 ]; then
   soak_virtual
+  soak_lag
   soak_ptys
   soak_fuzz
   exit

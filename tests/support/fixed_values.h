@@ -10,12 +10,17 @@ namespace baudgate {
 
 struct FixedValues final : TwinValues {
   std::map<std::size_t, Value> values;
-  Value fallback;  ///< of points without one
-  Value Get(std::size_t point, Instant) const override {
+  Value fallback;                 ///< of points without one
+  TwinValues* instead = nullptr;  ///< who answers in place of all this
+  Value Get(std::size_t point, Instant now) const override {
+    if (instead != nullptr) return instead->Get(point, now);
     const auto found = values.find(point);
     return found == values.end() ? fallback : found->second;
   }
-  void Set(std::size_t point, const Value& value) override { values[point] = value; }
+  void Set(std::size_t point, const Value& value) override {
+    if (instead != nullptr) return instead->Set(point, value);
+    values[point] = value;
+  }
 };
 
 }  // namespace baudgate

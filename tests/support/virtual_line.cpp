@@ -53,7 +53,7 @@ bool VirtualLine::asking() const { return sends_ > poller_->ledger().counters().
 
 void VirtualLine::Open() {
   open_ = true;
-  poller_->OnOpened(now(), true);
+  poller_->OnOpened(now(), keeps_bit_rate);
 }
 
 void VirtualLine::Close() {
@@ -98,6 +98,18 @@ void VirtualLine::Step(Instant until) {
   }
 }
 
+void VirtualLine::Stop(Duration time, bool timers_first) {
+  instant_ += time;
+  Bytes held;
+  while (!arriving_.empty() && arriving_.begin()->first <= instant_) {
+    Append(held, arriving_.begin()->second);
+    arriving_.erase(arriving_.begin());
+  }
+  if (timers_first) poller_->OnTimer(now());
+  if (open_ && !held.empty()) poller_->OnBytes(held, now());
+  if (always) always();
+}
+
 void VirtualLine::Inject(Bytes bytes, Duration after) {
   arriving_.emplace(instant_ + after, std::move(bytes));
 }
@@ -120,11 +132,17 @@ void VirtualLine::Send(View bytes, const config::SerialSettings& serial) {
     Instant at = instant_;
     for (const std::uint8_t byte : echo(bytes)) arriving_.emplace(at += character, Bytes{byte});
   }
+  Bytes said;  // to the server
   for (const auto& twin : twins_) {
     const Manner& manner = twin->manner;
     if (manner.dead) continue;
     Bytes reply = twin->twin->Answer(bytes, end);
     if (!reply.empty()) ++twin->answered;
+    if (server) {
+      if (!reply.empty() && manner.instead) reply = manner.instead(bytes).value_or(reply);
+      Append(said, reply);
+      continue;
+    }
     if (manner.deliver) {
       for (const TimedPiece& piece : manner.deliver(bytes, std::move(reply), end))
         Deliver(piece, manner.fragment, end, character);
@@ -139,6 +157,10 @@ void VirtualLine::Send(View bytes, const config::SerialSettings& serial) {
     Bytes whole;
     for (int i = 0; i < manner.copies; ++i) Append(whole, reply);
     Deliver(manner, std::move(whole), end + manner.think, character);
+  }
+  if (!server) return;
+  for (const TimedPiece& piece : server(bytes, std::move(said), end)) {
+    Deliver(piece, 0, end, character);
   }
 }
 

@@ -76,6 +76,9 @@ class VirtualLine : private PollerListener {
   void Open();
   void Close();
   void RunFor(Duration time);
+  /// The program is stopped for so long, as by SIGSTOP: what arrives meanwhile comes in one piece
+  /// when it goes on, before its timers or behind them.
+  void Stop(Duration time, bool timers_first = false);
   /// Until `done` is true, at most for `limit`; says whether it became true.
   bool RunUntil(const std::function<bool()>& done, Duration limit);
   /// Bytes that arrive `after` from now, whoever sent them.
@@ -100,7 +103,8 @@ class VirtualLine : private PollerListener {
   /// Requests that began with `start`.
   std::size_t CountSent(std::string_view start) const;
 
-  bool keep_sent = true;  ///< cleared by runs that are too long for it
+  bool keep_sent = true;       ///< cleared by runs that are too long for it
+  bool keeps_bit_rate = true;  ///< false: a pty or a network. Before Open
   std::vector<Sent> sent;
   std::vector<StateChange> states;
   std::vector<std::string> warnings;
@@ -108,6 +112,10 @@ class VirtualLine : private PollerListener {
   /// What the bus gives back of a request while it is sent, character by character; nothing: this
   /// bus does not echo.
   std::function<Bytes(View request)> echo;
+  /// What a serial server before all devices makes of a request and of what they say to it, empty
+  /// where they are silent: what arrives, and when. In place of all manners but `dead` and
+  /// `instead`.
+  std::function<std::vector<TimedPiece>(View request, Bytes reply, Instant end_of_request)> server;
   /// Looks at the line after every event, for what must hold at any time.
   std::function<void()> always;
 

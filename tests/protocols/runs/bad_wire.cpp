@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/protocols/runs/bad_wire.h"
 
+#include <algorithm>
 #include <bit>
 #include <optional>
 
 namespace baudgate {
 
 BadWire::BadWire(Rig& rig, unsigned seed, WireFaults faults)
-    : rig_(rig), faults_(faults), random_(seed), latest_(rig.devices()) {
+    : rig_(rig), faults_(faults), random_(seed), latest_(rig.devices(), std::deque<Latest>(1)) {
   for (std::uint32_t device = 0; device < rig.devices(); ++device) {
     Manner& manner = rig->twin(device).manner;
     manner.instead = [this, device](View request) -> std::optional<Bytes> {
-      latest_[device].request.assign(request.begin(), request.end());
+      latest_[device].push_back({Bytes(request.begin(), request.end()), {}, false});
+      if (latest_[device].size() > kRemembered) latest_[device].pop_front();
       return std::nullopt;
     };
     manner.distort = [this, device](Bytes reply) { return Carry(device, std::move(reply)); };
@@ -26,19 +28,23 @@ void BadWire::End() {
 }
 
 bool BadWire::IsBeyondDetection(std::uint32_t device) {
-  const Latest& latest = latest_[device];
-  if (!latest.damaged) return false;
-  const auto frame =
-      Hear(*rig_.setup().protocol, rig_.device(device).options, latest.request, latest.arrived)
-          .frame;
-  if (!frame || !rig_.setup().good_checksum(*frame)) return false;
+  const auto beyond = [&](const Latest& latest) { return IsBeyondDetection(device, latest); };
+  if (std::ranges::none_of(latest_[device], beyond)) return false;
   ++undetected_;
   return true;
 }
 
+bool BadWire::IsBeyondDetection(std::uint32_t device, const Latest& latest) const {
+  if (!latest.damaged) return false;
+  const auto frame =
+      Hear(*rig_.setup().protocol, rig_.device(device).options, latest.request, latest.arrived)
+          .frame;
+  return frame && rig_.setup().good_checksum(*frame);
+}
+
 Bytes BadWire::Carry(std::uint32_t device, Bytes reply) {
   ++replies_;
-  Latest& latest = latest_[device];
+  Latest& latest = Newest(device);
   const bool lost = OneIn(faults_.lost_one_in);
   if (lost) ++lost_;
   latest.arrived = reply;

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <random>
 #include <vector>
 
@@ -18,14 +19,15 @@ struct WireFaults {
   unsigned lost_one_in = 0;
 };
 
-/// Remembers of the latest reply of each device what came out of it.
+/// Remembers of the latest replies of each device what came out of them: the readings of one may
+/// wait until the next has proven who answers.
 class BadWire {
  public:
   BadWire(Rig& rig, unsigned seed, WireFaults faults = {});
   void End();
 
-  /// The latest reply of the device was damaged, and the frame that the plugin takes out of what is
-  /// left carries a good check value.
+  /// One of the latest replies of the device was damaged, and the frame that the plugin takes out
+  /// of what is left carries a good check value.
   bool IsBeyondDetection(std::uint32_t device);
 
   std::size_t replies() const { return replies_; }
@@ -49,7 +51,11 @@ class BadWire {
   Rig& rig_;
   WireFaults faults_;
   std::mt19937 random_;
-  std::vector<Latest> latest_;
+  std::vector<std::deque<Latest>> latest_;  // by device, the newest behind
+  static constexpr std::size_t kRemembered = 6;
+  bool IsBeyondDetection(std::uint32_t device, const Latest& latest) const;
+  Latest& Newest(std::uint32_t device) { return latest_[device].back(); }
+
   std::size_t replies_ = 0;
   std::size_t damaged_ = 0;
   std::size_t lost_ = 0;

@@ -311,6 +311,7 @@ TEST(LateSingleChannels, UntaggedNumbersAreNeverMixedUp) {
   for (int step = 1; step <= 20; ++step) {
     Rig rig(SingleChannels(), [](config::Line& line) {
       for (config::Device& device : line.devices) {
+        device.trust_order = true;
         for (std::size_t i = 0; i < device.points.size(); ++i)
           device.points[i].read = "#" + std::to_string(i);
       }

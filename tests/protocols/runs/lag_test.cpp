@@ -1,0 +1,258 @@
+// Random runs behind a lagging server: every line, with one query, two of one form, or many;
+// devices that answer the request for their name, refuse it, or are silent to it; every fault alone
+// and mixed, devices that are replaced, writes, a program that is stopped. The judge of
+// birth_oracle.h finds no wrong value good; and how much is good at all is measured beside it.
+//
+//   BAUDGATE_LAG_EXCHANGES=1000000000 runs_test --gtest_filter='*RandomLag*'     a long run
+//   BAUDGATE_LAG_SEED=17 runs_test --gtest_filter='*RandomLag*/Spa9600OneAnswered'     one run
+//   again
+//
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+#include <string_view>
+
+#include "tests/protocols/runs/lag_rig.h"
+
+namespace baudgate {
+namespace {
+
+constexpr std::size_t kExchanges = 1'000'000;  // of all lines together
+constexpr int kToldFailures = 3;               // of one line
+
+std::size_t Number(const char* variable, std::size_t otherwise) {
+  const char* text = std::getenv(variable);
+  return text == nullptr ? otherwise : static_cast<std::size_t>(std::atoll(text));
+}
+
+// ---------------------------------------------------------------- faults
+
+enum class Trouble : std::uint8_t {
+  lost,
+  late,       ///< within the ceiling
+  very_late,  ///< beyond it
+  growing,
+  held,  ///< a few requests behind, then in step again
+  one_behind,
+  two_behind,
+  three_behind,
+  copied,
+  copied_later,
+  copied_in_place,
+  cut,
+  damaged,
+  mixed,
+};
+constexpr std::size_t kTroubles = 14;
+
+std::string_view Name(Trouble trouble) {
+  constexpr std::string_view kNames[kTroubles] = {
+      "lost",    "late",         "very late",       "growing",
+      "held",    "one behind",   "two behind",      "three behind",
+      "copied",  "copied later", "copied in place", "cut",
+      "damaged", "mixed"};
+  return kNames[static_cast<std::size_t>(trouble)];
+}
+
+bool IsCopied(Trouble trouble) {
+  return trouble >= Trouble::copied && trouble <= Trouble::copied_in_place;
+}
+
+/// What a line without any proof of order can not find out (docs/timeouts.md, "The limit").
+bool IsBeyondProof(Trouble trouble) {
+  return (trouble >= Trouble::very_late && trouble <= Trouble::three_behind) ||
+         trouble == Trouble::mixed;
+}
+
+/// A copy that is taken for the next answer pushes all answers one request back, until one of them
+/// comes while nothing is asked, at the end of a round of polls, or the next probe is due: after a
+/// minute (docs/timeouts.md, "The limit"). Nobody can know it before.
+constexpr Duration kUntilTheNextProbe = 65s;
+
+/// `ceiling`: of an answer that begins now; longer by the time of its characters.
+ServerFaults FaultsOf(Trouble trouble, Duration ceiling) {
+  switch (trouble) {
+    case Trouble::lost:
+      return {.drop = 8};
+    case Trouble::late:
+      return {.delay = 6, .longest_delay = ceiling};
+    case Trouble::very_late:
+      return {.delay = 8, .longest_delay = 3 * ceiling};
+    case Trouble::growing:
+      return {.delay = 3, .longest_delay = ceiling, .growing = true};
+    case Trouble::held:
+      return {.hold = 20};
+    case Trouble::one_behind:
+      return {.behind = 1};
+    case Trouble::two_behind:
+      return {.behind = 2};
+    case Trouble::three_behind:
+      return {.behind = 3};
+    case Trouble::copied:
+      return {.copy = 5};
+    case Trouble::copied_later:
+      return {.copy = 5, .copy_comes = ServerFaults::Copy::after_a_pause};
+    case Trouble::copied_in_place:
+      return {.copy = 5, .copy_comes = ServerFaults::Copy::in_place};
+    case Trouble::cut:
+      return {.cut = 6};
+    case Trouble::damaged:
+      return {.damage = 4};
+    case Trouble::mixed:
+      return {
+          .drop = 40, .delay = 30, .longest_delay = ceiling, .hold = 80, .cut = 50, .damage = 50};
+  }
+  return {};
+}
+
+// ---------------------------------------------------------------- runs
+
+/// One run: half a minute in order, a few minutes of trouble, half a minute in order again.
+class RandomRun {
+ public:
+  RandomRun(const LagCase& which, unsigned seed)
+      : rig(which, seed),
+        which_(which),
+        random_(seed),
+        trouble_(static_cast<Trouble>(seed % kTroubles)),
+        stops_(random_() % 4 == 0),
+        replaces_(random_() % 3 == 0) {
+    if (!which.CanProve() && IsBeyondProof(trouble_)) trouble_ = Trouble::lost;
+    if (IsCopied(trouble_)) {
+      rig.oracle().grace = kUntilTheNextProbe;
+      replaces_ = false;  // who it was is copied as well
+      stops_ = false;     // nothing is found out meanwhile
+    }
+    if (random_() % 2 == 0) rig.silent_after_write = 1400ms;
+  }
+
+  void Run() {
+    rig.Open();
+    Live(10 + random_() % 20);
+    constexpr int kLongestReply = 150;  // characters
+    rig.server().faults =
+        FaultsOf(trouble_, rig.ceiling() - kLongestReply * which_.setup.serial.CharacterTime());
+    const std::size_t troubled = 60 + random_() % 120;
+    const std::size_t replaced = random_() % troubled;
+    Live(replaced);
+    if (replaces_) {
+      const Duration off = 500ms + std::chrono::milliseconds(random_() % 4000);
+      rig.Replace(static_cast<std::uint32_t>(random_() % rig.devices()), off, random_() % 2 == 0);
+    }
+    Live(troubled - replaced);
+    rig.server().faults = {};
+    Live(30);
+  }
+
+  std::string Told() const {
+    std::string told(Name(trouble_));
+    if (replaces_) told += ", a device replaced";
+    if (stops_) told += ", the program stopped now and then";
+    return told;
+  }
+  Trouble trouble() const { return trouble_; }
+
+  LagRig rig;
+
+ private:
+  /// So many seconds, more or less.
+  void Live(std::size_t seconds) {
+    for (std::size_t i = 0; i < seconds; ++i) {
+      rig.RunFor(std::chrono::milliseconds(500 + random_() % 1000));
+      if (random_() % 10 == 0) rig.Write(static_cast<std::uint32_t>(random_() % rig.devices()));
+      if (!stops_ || random_() % 8 != 0) continue;
+      const Duration stop = std::chrono::milliseconds(50 + random_() % 5000);
+      rig->Stop(stop, random_() % 2 == 0);
+    }
+  }
+
+  LagCase which_;
+  std::mt19937 random_;
+  Trouble trouble_;
+  bool stops_;
+  bool replaces_;
+};
+
+class RandomLag : public ::testing::TestWithParam<LagCase> {};
+
+TEST_P(RandomLag, NothingWrongIsEverGood) {
+  const std::size_t one = Number("BAUDGATE_LAG_SEED", 0);
+  const std::size_t exchanges = Number("BAUDGATE_LAG_EXCHANGES", kExchanges) / LagCases().size();
+  std::size_t done = 0;
+  std::size_t judged = 0;
+  std::size_t excused = 0;
+  std::size_t runs = 0;
+  std::size_t wrong_runs[kTroubles] = {};
+  int failures = 0;
+  for (std::size_t seed = one == 0 ? 1 : one; done < exchanges; ++seed) {
+    RandomRun run(GetParam(), static_cast<unsigned>(seed));
+    run.Run();
+    ++runs;
+    done += run.rig.requests();
+    judged += run.rig.oracle().judged();
+    excused += run.rig.oracle().excused();
+    if (run.rig.oracle().wrong() > 0) {
+      ++wrong_runs[static_cast<std::size_t>(run.trouble())];
+      if (++failures <= kToldFailures) {
+        ADD_FAILURE() << GetParam().name() << ", seed " << seed << " (" << run.Told()
+                      << "): " << run.rig.oracle().wrong() << " wrong readings were good; "
+                      << run.rig.oracle().what();
+      }
+    }
+    if (one != 0) break;
+  }
+  EXPECT_EQ(failures, 0);
+  std::string where;
+  for (std::size_t i = 0; i < kTroubles; ++i) {
+    if (wrong_runs[i] == 0) continue;
+    where += where.empty() ? "; wrong: " : ", ";
+    where += std::string(Name(static_cast<Trouble>(i))) + " " + std::to_string(wrong_runs[i]);
+  }
+  std::printf("%s: %zu runs, %zu exchanges, %zu good readings judged, %zu excused%s\n",
+              GetParam().name().c_str(), runs, done, judged, excused, where.c_str());
+}
+
+INSTANTIATE_TEST_SUITE_P(Lines, RandomLag, ::testing::ValuesIn(LagCases()), LagCaseName);
+
+// ---------------------------------------------------------------- availability
+
+/// The share of readings that are good while the server has these faults.
+double ShareOfGood(const LagCase& which, const ServerFaults& faults, Duration time) {
+  LagRig rig(which, 1);
+  rig.Open();
+  rig.RunFor(20s);
+  rig.server().faults = faults;
+  rig.oracle().RestartAvailability();
+  rig.RunFor(time);
+  return rig.oracle().Availability();
+}
+
+class LagAvailability : public ::testing::TestWithParam<LagCase> {};
+
+/// A rule that makes everything uncertain is no rule.
+TEST_P(LagAvailability, MostIsGood) {
+  constexpr double kToday = 1.0;  // undisturbed, before there was a rule for order
+  const double undisturbed = ShareOfGood(GetParam(), {}, 10min);
+  const double lost = ShareOfGood(GetParam(), {.drop = 100}, 30min);
+  std::array<double, 3> behind{};
+  for (std::size_t i = 0; i < behind.size(); ++i)
+    behind[i] = ShareOfGood(GetParam(), {.behind = i + 1}, 10min);
+  std::printf(
+      "%-28s undisturbed %6.2f %%  1 in 100 lost %6.2f %%  behind by 1, 2, 3: %6.2f %6.2f %6.2f "
+      "%%\n",
+      GetParam().name().c_str(), 100 * undisturbed, 100 * lost, 100 * behind[0], 100 * behind[1],
+      100 * behind[2]);
+  EXPECT_GE(undisturbed, 0.999 * kToday);
+  EXPECT_GE(lost, 0.95 * kToday);
+  if (GetParam().proof != Proof::answered) return;  // nothing is promised
+  for (const double share : behind) EXPECT_GE(share, 0.5 * kToday);
+}
+
+INSTANTIATE_TEST_SUITE_P(Lines, LagAvailability, ::testing::ValuesIn(LagCases()), LagCaseName);
+
+}  // namespace
+}  // namespace baudgate
