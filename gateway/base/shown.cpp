@@ -18,6 +18,10 @@ std::string WithUnit(double amount, std::string_view unit) {
 
 }  // namespace
 
+std::string Plural(std::uint64_t count, std::string_view word) {
+  return std::to_string(count) + " " + std::string(word) + (count == 1 ? "" : "s");
+}
+
 std::string Harmless(std::string_view text) {
   std::string safe(text);
   for (char& c : safe) {

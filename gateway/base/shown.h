@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -13,6 +14,8 @@ namespace baudgate {
 std::string FormatValue(double value);
 /// "0.3 s", "12 s", "5 min", "3 h", "2 d".
 std::string FormatAge(Duration age);
+/// "1 line", "2 lines".
+std::string Plural(std::uint64_t count, std::string_view word);
 /// Control characters become '?'.
 std::string Harmless(std::string_view text);
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gateway/base/log.h"
+#include "gateway/base/shown.h"
 #include "gateway/base/version.h"
 #include "gateway/control/control_server.h"
 #include "gateway/daemon/age_timer.h"
@@ -147,8 +148,8 @@ std::string Daemon::Summary() const {
 #ifdef BAUDGATE_WITH_DDS
   if (impl_->dds) text += fmt::format("DDS domain {}, ", impl_->config.dds.domain);
 #endif
-  return text + fmt::format("{} lines, {} devices", impl_->config.lines.size(),
-                            impl_->store.device_count());
+  return text + fmt::format("{}, {}", Plural(impl_->config.lines.size(), "line"),
+                            Plural(impl_->store.device_count(), "device"));
 }
 
 void Daemon::Impl::MakeLines() {

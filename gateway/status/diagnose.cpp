@@ -92,8 +92,9 @@ std::string Absence(const LineStatus& line, const DeviceRecord& record, Now now)
     text = fmt::format("offline for {}: {}", FormatAge(now.instant - *status.last_ok), because);
   } else {
     const bool nothing = status.Count(Outcome::no_reply) == status.exchanges;
-    text = fmt::format("has never answered: {}; {} in {} exchanges", because,
-                       nothing ? "not a byte came" : "nothing good came", status.exchanges);
+    text = fmt::format("has never answered: {}; {} in {}", because,
+                       nothing ? "not a byte came" : "nothing good came",
+                       Plural(status.exchanges, "exchange"));
   }
   return text + "; " + Noticed(line) + "; " + RemedyOfAbsence(record);
 }

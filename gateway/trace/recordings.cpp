@@ -70,7 +70,7 @@ std::string Contents(const Recording& recording, const std::string& version,
       "# baudgate {}: the last exchanges of a line, saved at {}\n"
       "# line {}, port {} {}, protocol {}\n"
       "# reason: device {}, {}\n"
-      "# replay: {}   (with --set for its options)\n"
+      "# replay, with --set for each option of the device: {}\n"
       "# time (UTC), device, > sent, < received, = outcome and round trip, # note; ** is secret\n",
       version, FormatWallTime(recording.at), recording.line->name, recording.line->port,
       recording.line->serial.ToString(), protocol, recording.name, recording.reason,

@@ -224,11 +224,11 @@ std::string OneLine(const Json& status, const TableView& view) {
                                Number(line, "late"), Number(line, "echoes"),
                                Number(line, "collisions"), Number(line, "parity_errors"),
                                Number(line, "framing_errors"), Number(line, "overruns"))},
-       {"absent",
-        line.at("notice_bound_ms").is_null()
-            ? "no device"
-            : fmt::format("probed {} times; a return is noticed within {}", Number(line, "probes"),
-                          Milliseconds(line.at("notice_bound_ms")))}});
+       {"absent", line.at("notice_bound_ms").is_null()
+                      ? "no device"
+                      : fmt::format("probed {}; a return is noticed within {}",
+                                    Plural(line.at("probes").get<std::uint64_t>(), "time"),
+                                    Milliseconds(line.at("notice_bound_ms")))}});
   text += "\n" + Chart(line.at("round_trips"));
   if (!line.at("devices").empty()) text += "\n" + DeviceTable(lines, view);
   return text + RenderTraffic(status.at("modbus"), view) + Advice(status);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/loader.h"
+#include "gateway/base/shown.h"
 #include "gateway/cli/offline/unit_table.h"
 #include "gateway/cli/terminal/text_table.h"
 
@@ -16,10 +17,6 @@ using config::TextTable;
 
 constexpr int kUsable = 0;
 constexpr int kBadConfiguration = 3;
-
-std::string Plural(std::size_t count, const std::string& word) {
-  return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
-}
 
 std::size_t ServedPoints(const config::Device& device) {
   if (!device.unit) return 0;
