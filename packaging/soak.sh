@@ -3,7 +3,7 @@
 # usage: packaging/soak.sh                  all of these, one after the other
 #        packaging/soak.sh virtual [HOURS]  damage, deaths and echo for 24 hours of virtual time
 #        packaging/soak.sh lag [MILLIONS]   a lagging server, 1000 million exchanges in virtual time: hours
-#        packaging/soak.sh ptys [MINUTES]   all faults for 10 real minutes on ptys, AddressSanitizer
+#        packaging/soak.sh ptys [MINUTES]   10 real minutes each on ptys: all faults; a lagging server. AddressSanitizer
 #        packaging/soak.sh fuzz [RUNS]      every fuzz target, 10,000,000 executions each: some hours
 # An existing build of the targets is taken from $BAUDGATE_FUZZ_BUILD.
 set -euo pipefail
@@ -33,14 +33,18 @@ soak_lag() {
   BAUDGATE_LAG_EXCHANGES=${millions}000000 build/release/tests/runs_test --gtest_filter='*RandomLag*'
 }
 
-# A line for each protocol, and one about the heap.
+# A line for each protocol, and one about the heap; then a line for each kind of line behind a
+# lagging server.
 soak_ptys() {
   local minutes=${1:-10}
   whole "$minutes"
   install_packages
-  build asan baudgate_pty_soak
-  say "$minutes minutes on ptys"
-  BAUDGATE_SOAK_SECONDS=$((minutes * 60)) build/asan/tests/baudgate_pty_soak
+  build asan baudgate_pty_soak baudgate_pty_lag
+  local program
+  for program in baudgate_pty_soak baudgate_pty_lag; do
+    say "$minutes minutes on ptys: $program"
+    BAUDGATE_SOAK_SECONDS=$((minutes * 60)) "build/asan/tests/$program"
+  done
 }
 
 # A line for each target; on a finding the path of the input that shows it, and a failure at the end.

@@ -26,21 +26,22 @@ Duration PeriodOf(const config::Device& device, std::size_t point) {
 
 }  // namespace
 
-BirthOracle::BirthOracle(VirtualLine& line, const BirthCode& code,
+BirthOracle::BirthOracle(const PointStore& store, std::function<Instant()> clock,
+                         const BirthCode& code,
                          const std::vector<std::unique_ptr<BirthValues>>& values)
-    : line_(line), code_(code), values_(values), next_sample_(line.now().instant) {
-  for (std::uint32_t device = 0; device < line.store().device_count(); ++device) {
+    : store_(store), clock_(std::move(clock)), code_(code), values_(values) {
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     states_.emplace_back();
     states_.back().twins = {device};
     states_.back().foreign = {false};
-    states_.back().points.resize(line.store().device(device).points.size());
+    states_.back().points.resize(store.device(device).points.size());
   }
 }
 
 void BirthOracle::Look() {
   Sample();
   for (std::uint32_t device = 0; device < states_.size(); ++device) {
-    line_.store().Read(device, [&](const DeviceRecord& record) { LookAt(device, record); });
+    store_.Read(device, [&](const DeviceRecord& record) { LookAt(device, record); });
   }
 }
 
@@ -48,7 +49,7 @@ void BirthOracle::LookAt(std::uint32_t device, const DeviceRecord& record) {
   DeviceState& state = states_[device];
   if (grace > Duration::zero()) Settle(device, record);
   if (std::exchange(state.version, record.version) == record.version) return;
-  const Instant now = line_.now().instant;
+  const Instant now = clock_();
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     PointState& point = state.points[i];
     point.good = IsGood(QualityAt(record, i, now));
@@ -66,7 +67,7 @@ void BirthOracle::Judge(std::uint32_t device, std::size_t i, const DeviceRecord&
   if (point.judged == held.seq && point.must_be_newer == Instant()) return;
   std::optional<Birth> birth;
   for (const std::size_t twin : state.twins) {
-    auto one = values_[twin]->Find(i, config, value, line_.now().instant);
+    auto one = values_[twin]->Find(i, config, value, clock_());
     if (one && (!birth || one->to > birth->to)) birth = one;
   }
   const bool again = std::exchange(point.judged, held.seq) == held.seq;
@@ -100,7 +101,7 @@ std::string BirthOracle::Whose(std::uint32_t device, const BirthCode::Origin& or
                                std::size_t i, const DeviceRecord& record) const {
   const Instant stamp = *record.points[i].read_at;
   const config::Point& config = record.device->points[i];
-  const auto birth = values_[origin.twin]->Find(origin.point, config, value, line_.now().instant);
+  const auto birth = values_[origin.twin]->Find(origin.point, config, value, clock_());
   if (!birth) return "nobody's value";
   const std::vector<std::size_t>& twins = states_[device].twins;
   const bool here = std::ranges::find(twins, origin.twin) != twins.end();
@@ -135,7 +136,7 @@ void BirthOracle::Blame(std::uint32_t device, std::size_t i, std::uint64_t readi
   }
   if (grace > Duration::zero()) {
     point.pending = reading;
-    point.pending_until = line_.now().instant + grace;
+    point.pending_until = clock_() + grace;
     point.pending_what = std::move(what);
     return;
   }
@@ -145,7 +146,7 @@ void BirthOracle::Blame(std::uint32_t device, std::size_t i, std::uint64_t readi
 
 /// Wrong readings that were good for longer than their grace.
 void BirthOracle::Settle(std::uint32_t device, const DeviceRecord& record) {
-  const Instant now = line_.now().instant;
+  const Instant now = clock_();
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     PointState& point = states_[device].points[i];
     if (point.pending == 0) continue;
@@ -164,19 +165,20 @@ void BirthOracle::Settle(std::uint32_t device, const DeviceRecord& record) {
 std::string BirthOracle::Shown(std::uint32_t device, std::size_t i,
                                const DeviceRecord& record) const {
   const PointRecord& held = record.points[i];
-  return "after " + Seconds(line_.elapsed()) + " " + record.device->name + " " +
+  return "after " + Seconds(clock_() - begin_) + " " + record.device->name + " " +
          record.device->points[i].name + " shows " + ToText(held.value) + " (good, aged " +
-         Seconds(line_.now().instant - *held.read_at) + ", device " + std::to_string(device) + ")";
+         Seconds(clock_() - *held.read_at) + ", device " + std::to_string(device) + ")";
 }
 
 void BirthOracle::Replace(std::uint32_t device, std::size_t twin, bool foreign) {
   states_[device].twins.push_back(twin);
   states_[device].foreign.push_back(foreign);
+  states_[device].no_mixture = false;
 }
 
 void BirthOracle::Confirm(std::uint32_t device, std::uint32_t i, double value) {
-  const config::Point& config = line_.store().device(device).points[i];
-  const Instant now = line_.now().instant;
+  const config::Point& config = store_.device(device).points[i];
+  const Instant now = clock_();
   for (const std::size_t twin : states_[device].twins) {
     const auto birth = values_[twin]->Find(i, config, value, now);
     if (!birth) continue;
@@ -186,10 +188,10 @@ void BirthOracle::Confirm(std::uint32_t device, std::uint32_t i, double value) {
 }
 
 void BirthOracle::Sample() {
-  const Instant now = line_.now().instant;
+  const Instant now = clock_();
   for (; next_sample_ <= now; next_sample_ += kSampling) {
     for (std::uint32_t device = 0; device < states_.size(); ++device) {
-      line_.store().Read(device, [&](const DeviceRecord& record) {
+      store_.Read(device, [&](const DeviceRecord& record) {
         for (std::size_t i = 0; i < record.points.size(); ++i) {
           ++samples_;
           if (IsGood(QualityAt(record, i, next_sample_))) ++good_samples_;
@@ -204,7 +206,7 @@ double BirthOracle::Availability() const {
 }
 
 void BirthOracle::RestartAvailability() {
-  next_sample_ = line_.now().instant;
+  next_sample_ = clock_();
   samples_ = good_samples_ = 0;
 }
 

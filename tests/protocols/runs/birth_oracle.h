@@ -6,21 +6,22 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "gateway/store/point_store.h"
 #include "tests/protocols/runs/birth_values.h"
-#include "tests/support/virtual_line.h"
 
 namespace baudgate {
 
 class BirthOracle {
  public:
   /// `values`: of every twin of the line; device n of the line is twin n at first.
-  BirthOracle(VirtualLine& line, const BirthCode& code,
+  BirthOracle(const PointStore& store, std::function<Instant()> clock, const BirthCode& code,
               const std::vector<std::unique_ptr<BirthValues>>& values);
 
-  /// After every event.
+  /// After every event, or as often as can be.
   void Look();
 
   /// From now on the twin answers at the device's address. `foreign`: it is another than the
@@ -75,7 +76,8 @@ class BirthOracle {
   std::string Shown(std::uint32_t device, std::size_t point, const DeviceRecord& record) const;
   void Sample();
 
-  VirtualLine& line_;
+  const PointStore& store_;
+  std::function<Instant()> clock_;
   const BirthCode& code_;
   const std::vector<std::unique_ptr<BirthValues>>& values_;
   std::vector<DeviceState> states_;
@@ -83,7 +85,8 @@ class BirthOracle {
   std::size_t wrong_ = 0;
   std::size_t excused_ = 0;
   std::string what_;
-  Instant next_sample_{};
+  Instant begin_ = clock_();
+  Instant next_sample_ = begin_;
   std::size_t samples_ = 0;
   std::size_t good_samples_ = 0;
 };

@@ -17,6 +17,7 @@
 #include <string_view>
 
 #include "tests/protocols/runs/lag_rig.h"
+#include "tests/protocols/runs/lag_troubles.h"
 
 namespace baudgate {
 namespace {
@@ -29,94 +30,18 @@ std::size_t Number(const char* variable, std::size_t otherwise) {
   return text == nullptr ? otherwise : static_cast<std::size_t>(std::atoll(text));
 }
 
-// ---------------------------------------------------------------- faults
-
-enum class Trouble : std::uint8_t {
-  lost,
-  late,       ///< within the ceiling
-  very_late,  ///< beyond it
-  growing,
-  held,  ///< a few requests behind, then in step again
-  one_behind,
-  two_behind,
-  three_behind,
-  copied,
-  copied_later,
-  copied_in_place,
-  cut,
-  damaged,
-  mixed,
-};
-constexpr std::size_t kTroubles = 14;
-
-std::string_view Name(Trouble trouble) {
-  constexpr std::string_view kNames[kTroubles] = {
-      "lost",    "late",         "very late",       "growing",
-      "held",    "one behind",   "two behind",      "three behind",
-      "copied",  "copied later", "copied in place", "cut",
-      "damaged", "mixed"};
-  return kNames[static_cast<std::size_t>(trouble)];
-}
-
-bool IsCopied(Trouble trouble) {
-  return trouble >= Trouble::copied && trouble <= Trouble::copied_in_place;
-}
-
-/// What a line without any proof of order can not find out (docs/timeouts.md, "The limit").
-bool IsBeyondProof(Trouble trouble) {
-  return (trouble >= Trouble::very_late && trouble <= Trouble::three_behind) ||
-         trouble == Trouble::mixed;
-}
+// ---------------------------------------------------------------- runs
 
 /// A copy that is taken for the next answer pushes all answers one request back, until one of them
 /// comes while nothing is asked, at the end of a round of polls, or the next probe is due: after a
 /// minute (docs/timeouts.md, "The limit"). Nobody can know it before.
 constexpr Duration kUntilTheNextProbe = 65s;
 
-/// `ceiling`: of an answer that begins now; longer by the time of its characters.
-ServerFaults FaultsOf(Trouble trouble, Duration ceiling) {
-  switch (trouble) {
-    case Trouble::lost:
-      return {.drop = 8};
-    case Trouble::late:
-      return {.delay = 6, .longest_delay = ceiling};
-    case Trouble::very_late:
-      return {.delay = 8, .longest_delay = 3 * ceiling};
-    case Trouble::growing:
-      return {.delay = 3, .longest_delay = ceiling, .growing = true};
-    case Trouble::held:
-      return {.hold = 20};
-    case Trouble::one_behind:
-      return {.behind = 1};
-    case Trouble::two_behind:
-      return {.behind = 2};
-    case Trouble::three_behind:
-      return {.behind = 3};
-    case Trouble::copied:
-      return {.copy = 5};
-    case Trouble::copied_later:
-      return {.copy = 5, .copy_comes = ServerFaults::Copy::after_a_pause};
-    case Trouble::copied_in_place:
-      return {.copy = 5, .copy_comes = ServerFaults::Copy::in_place};
-    case Trouble::cut:
-      return {.cut = 6};
-    case Trouble::damaged:
-      return {.damage = 4};
-    case Trouble::mixed:
-      return {
-          .drop = 40, .delay = 30, .longest_delay = ceiling, .hold = 80, .cut = 50, .damage = 50};
-  }
-  return {};
-}
-
-// ---------------------------------------------------------------- runs
-
 /// One run: half a minute in order, a few minutes of trouble, half a minute in order again.
 class RandomRun {
  public:
   RandomRun(const LagCase& which, unsigned seed)
       : rig(which, seed),
-        which_(which),
         random_(seed),
         trouble_(static_cast<Trouble>(seed % kTroubles)),
         stops_(random_() % 4 == 0),
@@ -133,9 +58,7 @@ class RandomRun {
   void Run() {
     rig.Open();
     Live(10 + random_() % 20);
-    constexpr int kLongestReply = 150;  // characters
-    rig.server().faults =
-        FaultsOf(trouble_, rig.ceiling() - kLongestReply * which_.setup.serial.CharacterTime());
+    rig.Suffer(trouble_);
     const std::size_t troubled = 60 + random_() % 120;
     const std::size_t replaced = random_() % troubled;
     Live(replaced);
@@ -170,7 +93,6 @@ class RandomRun {
     }
   }
 
-  LagCase which_;
   std::mt19937 random_;
   Trouble trouble_;
   bool stops_;

@@ -1,0 +1,61 @@
+// The far end of a real pty: cuts requests out of what a master sends, and writes what is said to
+// them when it is due. One thread, that of the io_context.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <asio/io_context.hpp>
+#include <asio/posix/stream_descriptor.hpp>
+#include <asio/steady_timer.hpp>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/line/assembler.h"
+#include "gateway/simulate/pty.h"
+#include "gateway/simulate/twin_faults.h"
+#include "protocols/protocol.h"
+
+namespace baudgate {
+
+class LagPort {
+ public:
+  using OnRequest = std::function<std::vector<TimedPiece>(View request, Instant end_of_request)>;
+
+  /// `path`: where a line's port finds it. All but `on_request` outlives this, which ends after the
+  /// last run of `io`.
+  LagPort(asio::io_context& io, const Protocol& protocol, const config::Options& options,
+          const TwinWire& wire, const std::string& path, OnRequest on_request);
+
+  /// The latest requests and replies, each with the time before now: who reads of a wrong value
+  /// wants to know what came.
+  std::string Latest() const;
+
+ private:
+  struct Passed {
+    Instant at;
+    bool is_request = false;
+    Bytes bytes;
+  };
+
+  void Read();
+  void Take(View bytes);
+  std::optional<Bytes> NextRequest();
+  void SendNext();
+  void Keep(bool is_request, View bytes);
+
+  TwinWire wire_;
+  Pty pty_;
+  asio::posix::stream_descriptor descriptor_;
+  asio::steady_timer timer_;
+  OnRequest on_request_;
+  Assembler assembler_;
+  std::array<std::uint8_t, 1024> buffer_{};
+  std::multimap<Instant, Bytes> leaving_;
+  std::deque<Passed> passed_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,76 @@
+// A real line on a pty behind a lagging server: the daemon's own runner on one side; twins whose
+// values say whose they are and when they were measured on the other (lag_stage.h). Quiet and
+// troubled times change by chance.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "gateway/daemon/line_runner.h"
+#include "tests/protocols/runs/lag_stage.h"
+#include "tests/soak/lag_port.h"
+#include "transports/loop_thread.h"
+
+namespace baudgate {
+
+class LagSoakLine final : public LagStage {
+ public:
+  /// The twins run on `world`, in the thread that calls everything here; the line in its own.
+  LagSoakLine(const LagCase& which, unsigned seed, const std::string& path,
+              asio::io_context& world);
+  ~LagSoakLine() override { runner_->Stop(); }
+
+  /// Quiet and trouble take turns from now on, each for about so long.
+  void BeginTroubles(Duration turn);
+  void EndTroubles();
+  /// Some device is not the one that the configuration demands, or is being replaced.
+  bool IsReplacing() const;
+  /// As often as can be: judges the store and does what is due. Says of the first wrong reading
+  /// what came over the wire.
+  void Look();
+  void PrintSummary();
+
+ private:
+  /// How much was good in the turns that have ended.
+  struct Share {
+    double good = 0;  ///< seconds
+    double all = 0;
+    std::string Text() const;
+  };
+
+  Instant NowOnStage() const override;
+  bool Submit(WriteCommand command) override;
+  std::vector<TimedPiece> OnRequest(View request, Instant end);
+  void MakeTwins();
+  void EndTurn();
+  void NextTurn();
+  void DoSomething();
+  std::size_t OneOf(std::size_t count) { return random_() % count; }
+
+  const unsigned seed_;
+  std::mt19937 random_;
+  asio::io_context& world_;
+  config::Config config_;
+  PointStore store_;
+  std::vector<std::unique_ptr<Twin>> twins_;
+  LagPort port_;
+  LoopThread loop_{"line"};
+  std::unique_ptr<LineRunner> runner_;
+
+  Duration turn_{};
+  Instant turn_began_{};
+  Instant turn_ends_ = Instant::max();
+  Instant next_deed_ = Instant::max();
+  Instant next_replacement_{};
+  bool troubled_ = false;
+  std::string trouble_ = "quiet";
+  Share quiet_share_;
+  Share troubled_share_;
+  bool told_ = false;
+};
+
+}  // namespace baudgate
