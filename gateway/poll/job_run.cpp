@@ -41,12 +41,9 @@ bool IsPlanned(const Task& task, const Conversation& conversation) {
   return task.kind != Task::Kind::poll || task.query < conversation.Queries().size();
 }
 
-/// Somebody else may have answered the repetition. Its readings wait until a device that tells its
-/// name has told it.
-bool AwaitsName(const Job& job, const WhoseReply& whose_reply) {
-  const bool reads = job.task.kind == Task::Kind::poll && job.answer.then == Then::done;
-  const bool repeated = job.attempts > 0 && !job.answer.readings.empty();
-  return reads && repeated && whose_reply.HasName(*job.member);
+bool IsReading(const Job& job) {
+  return job.task.kind == Task::Kind::poll && job.answer.then == Then::done &&
+         !job.answer.readings.empty();
 }
 
 }  // namespace
@@ -103,10 +100,8 @@ void Poller::Start() {
   const Member& member = *job_->member;
   if (idle_since_ + member.times.reply <= now_.instant) whose_reply_.OnRested();
   const Device* const device = roster_.AsDevice(member);
-  if (device != nullptr && device->config->trust_order && job_->attempts == 0 &&
-      whose_reply_.IsUnprovable(member)) {
-    whose_reply_.OnTrusted(member);
-  }
+  const bool trusted = device != nullptr && device->config->trust_order;
+  if (trusted && job_->attempts == 0) whose_reply_.OnTrusted(member);
   job_->sending = false;
   job_->verdict = {};
   job_->exchange_began = now_.instant;
@@ -238,8 +233,10 @@ void Poller::Conclude() {
   OnFailed(end);
 }
 
-/// A probe is repeated until its reply can not be that to the probe of an earlier task: behind a
-/// server that lags the same tasks look alike again and again, but for one probe more.
+/// A read is repeated while its reply may be that to one of long ago, and a probe until its reply
+/// can not be that to the probe of an earlier task: behind a server that lags, tasks look alike but
+/// for one probe more. Somebody else may have answered a repetition: its readings wait until a
+/// device that tells its name has told it.
 void Poller::OnAnswered(const ExchangeEnd& end) {
   Job& job = *job_;
   if (job.As<Job::Routed>() != nullptr) {
@@ -253,12 +250,19 @@ void Poller::OnAnswered(const ExchangeEnd& end) {
     upkeep_.OnReplaced(device, now_);
     if (job.behind) job.behind->answer = {};
   }
-  if (AwaitsName(job, whose_reply_)) return PutProbeFirst();
-  const bool again = job.behind && !whose_reply_.IsOfLatest(job.asked()) &&
+  const bool reads = IsReading(job) && job.request.expect.repeatable;
+  const bool late = whose_reply_.Lags(*job.member) && job.verdict.older > job.member->times.ceiling;
+  const bool old = reads && late && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
+  const bool alike = job.behind && !whose_reply_.IsOfLatest(job.asked()) &&
                      chooser_.MayRepeat(job, AnswerOrder::kMostOwed, now_.instant);
-  if (!again) return TakeAnswer();
-  ++job.attempts;
-  job.sending = true;
+  if (old || alike) {
+    ++job.attempts;
+    job.sending = true;
+  } else if (IsReading(job) && job.attempts > 0 && whose_reply_.HasName(*job.member)) {
+    PutProbeFirst();
+  } else {
+    TakeAnswer();
+  }
 }
 
 void Poller::TakeAnswer() {

@@ -174,6 +174,22 @@ TEST_P(LagAvailability, MostIsGood) {
   for (const double share : behind) EXPECT_GE(share, 0.5 * kToday);
 }
 
+/// Minutes behind, and then in step again: half a minute later all is as it was.
+TEST_P(LagAvailability, AllIsGoodAgainBehindAServerInStep) {
+  for (const std::size_t behind : {1U, 2U, 3U}) {
+    LagRig rig(GetParam(), 1);
+    rig.Open();
+    rig.RunFor(20s);
+    rig.server().faults = {.behind = behind};
+    rig.RunFor(3min);
+    rig.server().faults = {};
+    rig.RunFor(30s);
+    rig.oracle().RestartAvailability();
+    rig.RunFor(30s);
+    EXPECT_GE(rig.oracle().Availability(), 0.99) << behind << " behind";
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Lines, LagAvailability, ::testing::ValuesIn(LagCases()), LagCaseName);
 
 }  // namespace
