@@ -326,9 +326,11 @@ void Line::Finish(Outcome outcome, std::string reason, Instant now) {
   } else {
     state_ = State::idle;
   }
-  const Duration round_trip = answered ? now - sent_from_ : Duration::zero();
   const auto received = static_cast<std::size_t>(counters().in - in_before_);
-  news_.end = {outcome, std::move(reason), round_trip, received};
+  news_.end = {outcome, std::move(reason), {}, received};
+  if (!answered) return;
+  news_.end->round_trip = last_activity_ - sent_from_;
+  news_.end->since_reply = now - last_activity_;
 }
 
 void Line::Drain(Duration silence, Instant now) {

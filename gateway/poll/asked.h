@@ -12,7 +12,6 @@ struct Asked {
   const Member* member = nullptr;
   const Request* request = nullptr;
   Instant began{};          ///< when the line was given it
-  bool routed = false;      ///< for clients of a route: no conversation takes part
   bool first = false;       ///< of its task, which is no probe; not a repetition
   bool retry = false;       ///< the same request had failed before
   bool probe = false;       ///< the task is a probe

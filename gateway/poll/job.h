@@ -59,7 +59,6 @@ struct Job {
     return {.member = member,
             .request = &request,
             .began = exchange_began,
-            .routed = As<Routed>() != nullptr,
             .first = steps == 1 && attempts == 0 && !is_probe(),
             .retry = attempts > 0,
             .probe = is_probe(),

@@ -244,7 +244,7 @@ void Poller::OnAnswered(const ExchangeEnd& end) {
     return Finish(end.outcome, {});
   }
   Device& device = *roster_.AsDevice(*job.member);
-  job.answered = now_;
+  job.answered = {now_.instant - end.since_reply, now_.wall - end.since_reply};
   job.round_trip = end.round_trip;
   if (job.verdict.replaced) {
     upkeep_.OnReplaced(device, now_);

@@ -31,8 +31,6 @@ class WhoseReply {
   /// Before the first request of a task of a device: a reply to an earlier request could pass for
   /// its own, or nobody knows who answers.
   bool NeedsProbeFirst(const Asked& asked, Instant now) const;
-  /// Whatever came in place of its reply would be found out.
-  bool IsSafe(const Asked& asked) const;
   /// The latest reply may belong to this, the latest request.
   bool MayBeInStep(const Asked& asked) const;
   /// The latest reply belongs to this request or its repetitions, and to no earlier task's.
@@ -103,6 +101,8 @@ class WhoseReply {
 
   State& Of(const Member& member) const;
   AnswerOrder& OrderOf(const Member& member) const;
+  /// Whatever came in place of its reply would be found out.
+  bool IsSafe(const Asked& asked) const;
   bool Fits(const Asked& asked, View frame, Outcome outcome) const;
   bool MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const;
 

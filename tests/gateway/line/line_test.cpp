@@ -142,6 +142,20 @@ TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
   }
 }
 
+/// The program was stopped meanwhile: the reply is as old as its last byte.
+TEST_F(LineTest, AReplyThatSilenceEndsHasTheTimeOfItsLastByte) {
+  rule_ = [](View held, const Expectation&, bool idle) {
+    return idle ? Cut::Frame(held.size()) : Cut::NeedMore();
+  };
+  Reach(State::await_first);
+  line_.OnBytes(reply_, At(1015ms));
+  line_.OnTimer(At(5s));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::ok);
+  EXPECT_EQ(ends_[0].round_trip, 15ms);
+  EXPECT_EQ(ends_[0].since_reply, 3985ms);
+}
+
 TEST_F(LineTest, ReceivingGapIsPartial) {
   Reach(State::receiving);
   line_.OnTimer(At(1020ms));

@@ -19,7 +19,6 @@ class LateAnswersTest : public ::testing::Test, protected ToyMembers {
     asked_ = {.member = &member,
               .request = &request_,
               .began = kStart + began,
-              .routed = false,
               .retry = retry,
               .probe = false,
               .lone_probe = false};
