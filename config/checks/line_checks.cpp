@@ -146,12 +146,14 @@ void CheckOrder(const Line& line, const Catalog& catalog, Problems& problems) {
     auto& bus = buses[protocol];
     if (!bus) bus = MakeBus(*protocol);
     if (HasProof(device, *protocol, bus.get())) continue;
-    problems.Warning(device.mark,
-                     "device '" + device.name +
-                         "': none of its replies proves to which request it belongs, so after one "
-                         "lost reply its values stay uncertain until the port is opened again; let "
-                         "it be identified, or set trust_order: true where no serial server or "
-                         "radio can hold replies back");
+    problems.Warning(
+        device.mark,
+        "device '" + device.name +
+            "': none of its replies proves to which request it belongs, so after one "
+            "lost reply its values flicker and its line has less time for others; " +
+            (device.options.Has("identify") ? "set identify: true if it tells its name, "
+                                            : "let it be identified, ") +
+            "or trust_order: true where no serial server or radio can hold replies back");
   }
 }
 

@@ -37,11 +37,10 @@ void ProbeChoice::OnAnswered(bool own) {
 bool ProbeChoice::OnFailed(bool own) {
   ++failed_;
   if (own) own_unanswered_ = true;
-  return own && polled_ && !own_answered_ && failed_ == 1;
+  return own && !own_answered_ && failed_ == 1;
 }
 
 void ProbeChoice::OnReconnect() {
-  polled_ = false;
   own_unanswered_ = false;
   silences_ = std::min(silences_, kSilencesOfAnUnknownRequest - 1);
 }

@@ -34,14 +34,11 @@ class ProbeChoice {
 
   /// A probe was answered; `own`: the device's own.
   void OnAnswered(bool own);
-  /// A probe failed. True: the device answers polls and has never answered its own, so that another
-  /// probe is worth sending at once.
+  /// A probe failed. True: the device may be one that does not know its own, so that another probe
+  /// is worth sending at once.
   bool OnFailed(bool own);
   /// A poll was answered.
-  void OnPolled() {
-    failed_ = 0;
-    polled_ = true;
-  }
+  void OnPolled() { failed_ = 0; }
   /// It may be another device now: an identification that was given up gets one more try.
   void OnReconnect();
 
@@ -53,7 +50,6 @@ class ProbeChoice {
   bool own_unanswered_ = false;  // the last one of its own, and nothing was answered since
   int silences_ = 0;             // of its own in a row, each followed by an answered read
   bool own_answered_ = false;    // ever
-  bool polled_ = false;          // a poll was answered since OnReconnect
 };
 
 }  // namespace baudgate

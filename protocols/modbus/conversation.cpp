@@ -98,7 +98,7 @@ ModbusConversation::ModbusConversation(Framing framing, const config::Device& de
       places_(ReadPlaces(device.points)),
       plan_(MakePlan(device.points, places_, settings_)),
       probes_(settings_.probe_by_loopback ? ProbeChoice::Own::identification
-                                          : ProbeChoice::Own::none) {}
+                                          : ProbeChoice::Own::read) {}
 
 Request ModbusConversation::MakeRequest(View pdu) const {
   Request request;
@@ -117,13 +117,16 @@ Result<Request> ModbusConversation::Ask(const Task& task, Instant) {
     return MakeRequest(*pdu);
   }
   if (task.kind == Task::Kind::poll) return MakeRequest(ReadOf(plan_.block(task.query)));
-  const std::size_t polls = plan_.queries().size();
-  const auto read = polls == 0 ? std::nullopt : probes_.Next(polls + 1, polls);
-  if (!read) return MakeRequest(LoopbackRequest(kLoopbackData));
-  if (*read < polls) return MakeRequest(ReadOf(plan_.block(*read)));
-  Request request = MakeRequest(ReadOf(DistinctRead(plan_)));
-  request.distinct = true;
+  const auto read = probes_.Next(plan_.queries().size());
+  if (read) return MakeRequest(ReadOf(plan_.block(*read)));
+  Request request = MakeRequest(OwnProbe());
+  request.distinct = !request.steady;
   return request;
+}
+
+Bytes ModbusConversation::OwnProbe() const {
+  const bool loopback = settings_.probe_by_loopback || plan_.queries().empty();
+  return loopback ? LoopbackRequest(kLoopbackData) : ReadOf(DistinctRead(plan_));
 }
 
 Result<Bytes> ModbusConversation::WritePdu(const Task& task) const {
@@ -265,10 +268,8 @@ Answer ModbusConversation::AfterProbe(Exchanged exchanged) {
   const bool ok = answer.outcome == Outcome::ok;
   if (!ok) answer.readings.clear();
   if (answer.outcome == Outcome::no_reply) return answer;
-  const bool loopback = IsLoopback(exchanged.request);
-  probes_.OnAnswered(loopback);
-  const bool own =
-      loopback || (!plan_.queries().empty() && exchanged.request == ReadOf(DistinctRead(plan_)));
+  const bool own = exchanged.request == OwnProbe();
+  probes_.OnAnswered(own);
   if (own && !ok && answer.outcome != Outcome::busy) answer = {};
   return answer;
 }
@@ -296,7 +297,8 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged) {
 Then ModbusConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                    Instant) {
   if (task.kind == Task::Kind::probe) {
-    return probes_.OnFailed(request.steady) ? Then::ask_again : Then::done;
+    const bool own = request.steady || request.distinct;
+    return probes_.OnFailed(own) ? Then::ask_again : Then::done;
   }
   if (task.kind != Task::Kind::poll || outcome != Outcome::no_reply) return Then::done;
   return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;

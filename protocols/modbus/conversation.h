@@ -44,6 +44,7 @@ class ModbusConversation : public Conversation {
   void AddLabels(Exchanged& exchanged) const;
   void AddFaults(Exchanged& exchanged) const;
   Request MakeRequest(View pdu) const;
+  Bytes OwnProbe() const;  ///< a loopback, or a read that no poll makes
   Result<Bytes> WritePdu(const Task& task) const;
   Answer AfterProbe(Exchanged exchanged);
   Answer AfterPoll(std::size_t query, Exchanged exchanged);

@@ -86,7 +86,12 @@ class SpaConversation final : public Conversation {
   }
 
   Outcome Check(View request, View frame) const override {
-    return Decode(request, frame, points_).answer.outcome;
+    const Answer answer = Decode(request, frame, points_).answer;
+    const auto is_odd = [](const Reading& reading) {
+      return reading.quality == Quality::bad_configuration;  // a text in place of a number
+    };
+    const bool odd = answer.outcome == Outcome::ok && std::ranges::any_of(answer.readings, is_odd);
+    return odd ? Outcome::unexpected : answer.outcome;
   }
 
   Answer Interpret(View request, View frame) override {

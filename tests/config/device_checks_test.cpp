@@ -121,10 +121,11 @@ TEST(CheckOrder, NamesADeviceOfWhichNothingProvesWhoseReplyItIs) {
   const std::string points = "points: [{ name: one, read: \"#2\", type: float32 }]";
   EXPECT_EQ(
       ProblemsOf("dcon", points),
-      "t.yaml:3:3: warning: device 'd': none of its replies proves to which request it belongs, "
-      "so after one lost reply its values stay uncertain until the port is opened again; let it "
-      "be identified, or set trust_order: true where no serial server or radio can hold replies "
-      "back\n");
+      "t.yaml:3:3: warning: device 'd': none of its replies proves to which request it belongs, so "
+      "after one lost reply its values flicker and its line has less time for others; set "
+      "identify: "
+      "true if it tells its name, or trust_order: true where no serial server or radio can hold "
+      "replies back\n");
   EXPECT_EQ(ProblemsOf("dcon", "trust_order: true, " + points), "");
   EXPECT_EQ(ProblemsOf("dcon", "identify: true, " + points), "");
   EXPECT_EQ(

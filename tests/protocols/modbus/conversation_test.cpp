@@ -230,12 +230,26 @@ TEST(ModbusProbe, ADeviceThatIsSilentToALoopbackIsFoundByARead) {
   for (int round = 0; round < 3; ++round) {
     EXPECT_EQ(Asked(talk, Probe()), kLoopback) << round;
     EXPECT_EQ(Exchange(talk, Probe(), "").outcome, Outcome::no_reply);
-    EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 02");
-    EXPECT_EQ(Exchange(talk, Probe(), "03 04 0001 0002").outcome, Outcome::ok);
+    EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01");
+    EXPECT_FALSE(talk->Ask(Probe(), Instant{})->distinct);
+    EXPECT_EQ(Exchange(talk, Probe(), "03 02 0001").outcome, Outcome::ok);
   }
-  EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 02") << "it does not know the loopback";
+  EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01") << "it does not know the loopback";
   talk->OnReconnect();
   EXPECT_EQ(Asked(talk, Probe()), kLoopback) << "it may be another device now";
+}
+
+/// A slave that is silent to all but what is polled.
+TEST(ModbusProbe, ADeviceThatIsSilentToItsProbeIsFoundByAPoll) {
+  const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
+  Talk talk(ModbusRtuProtocol(), device);
+  for (int round = 0; round < 3; ++round) {
+    EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 02") << round;
+    EXPECT_EQ(Exchange(talk, Probe(), "").outcome, Outcome::no_reply);
+    EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01");
+    EXPECT_EQ(Exchange(talk, Probe(), "03 02 0001").outcome, Outcome::ok);
+  }
+  EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01");
 }
 
 TEST(ModbusProbe, AGatewayThatAnswersForADeadDeviceProvesNothing) {
@@ -254,7 +268,7 @@ TEST(ModbusProbe, ABlockThatIsNeverAnsweredDoesNotHideTheDevice) {
     Exchange(talk, Probe(), "");
   }
   EXPECT_EQ(asked, (std::vector<std::string>{"03 00 00 00 02", "03 00 64 00 01", "03 00 00 00 02",
-                                             "03 00 00 00 02"}));
+                                             "03 00 00 00 01"}));
 }
 
 // ---------------------------------------------------------------- decode

@@ -70,6 +70,17 @@ TEST(SpaConversation, WrongShapesAreUnexpectedAndGiveNoReading) {
   }
 }
 
+/// "<1D:SPAJ 140 C:" answers RF. For a number it is taken only where nothing else is owed.
+TEST(SpaConversation, ATextInPlaceOfANumberMayAnswerAnotherRequest) {
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs(), "2"));
+  const Bytes request = talk->Ask(Poll(0), Instant{})->bytes;
+  const Bytes numbers = ReplyText("<2D:0.52/0.49/0.51/0.00/0:");
+  const Bytes texts = ReplyText("<2D:0.52/SPAJ/0.51/0.00/0:");
+  EXPECT_EQ(talk->Check(request, numbers), Outcome::ok);
+  EXPECT_EQ(talk->Check(request, texts), Outcome::unexpected);
+  EXPECT_EQ(talk->Interpret(request, texts).outcome, Outcome::ok) << "a row of a profile is wrong";
+}
+
 TEST(SpaConversation, TheReplyOfAnotherSlaveIsPassedOver) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   Asked(talk, Poll(0));
