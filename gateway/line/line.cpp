@@ -320,7 +320,10 @@ void Line::Finish(Outcome outcome, std::string reason, Instant now) {
   if (outcome == Outcome::no_reply) {
     Drain(exchange_.times.drain, now);
   } else if (NeedsDrain(outcome)) {
-    Drain(std::max(exchange_.times.drain, exchange_.aftermath), now);
+    // Nobody takes a reply that names its device for his own.
+    const bool named = !exchange_.request.expect.address.empty();
+    Drain(named ? exchange_.times.drain : std::max(exchange_.times.drain, exchange_.aftermath),
+          now);
   } else if (exchange_.aftermath > Duration::zero()) {
     Drain(exchange_.aftermath, now);
   } else {

@@ -4,14 +4,13 @@
 namespace baudgate {
 namespace {
 
-constexpr std::uint32_t Bit(std::size_t number) { return std::uint32_t{1} << number; }
+constexpr std::uint64_t Bit(std::size_t number) { return std::uint64_t{1} << number; }
 
 }  // namespace
 
 void AnswerOrder::OnSent(const SentRequest& request) {
   sent_[++count_ % sent_.size()] = request;
-  answered_ <<= 1U;
-  if (Owed() > kMostOwed) answered_ = (answered_ & (Bit(kMostOwed) - 1)) | Bit(kMostOwed);
+  answered_ = (answered_ << 1U) | (answered_ & Bit(kMostOwed));  // that one, or an older one
 }
 
 bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
@@ -19,12 +18,12 @@ bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
     answered_ = 1;
     return true;
   }
-  std::uint32_t fitting = fits ? 1 : 0;
+  std::uint64_t fitting = fits ? 1 : 0;
   for (std::size_t lag = 1; lag <= kMostOwed; ++lag) {
     if (may_answer(SentBefore(lag))) fitting |= Bit(lag);
   }
   // Behind the one that was answered before; where that can not be, any.
-  const std::uint32_t owed = fitting & (Bit(Owed()) - 1);
+  const std::uint64_t owed = fitting & (Bit(Owed()) - 1);
   if (fitting != 0) answered_ = owed != 0 ? owed : fitting;
   return fitting != 0;
 }

@@ -33,7 +33,7 @@ struct SentRequest {
 class AnswerOrder {
  public:
   /// Of so many requests the replies may be owed; older ones are given up.
-  static constexpr std::size_t kMostOwed = 16;
+  static constexpr std::size_t kMostOwed = 63;
 
   void OnSent(const SentRequest& request);
   /// Whether a reply may be that to a request.
@@ -42,7 +42,7 @@ class AnswerOrder {
   /// are remembered, and nothing has changed.
   bool OnAnswer(bool fits, const MayAnswer& may_answer);
   /// A reply came to a request that is not remembered any more.
-  void OnForgotten() { answered_ = std::uint32_t{1} << kMostOwed; }
+  void OnForgotten() { answered_ = std::uint64_t{1} << kMostOwed; }
   /// Whether an earlier request may be answered so, whatever is thought to be owed.
   bool MayBeEarlier(const MayAnswer& may_answer) const;
   /// A reply has come twice: one more than was thought may be owed.
@@ -73,7 +73,7 @@ class AnswerOrder {
 
   std::array<SentRequest, kMostOwed + 1> sent_{};
   std::size_t count_ = kMostOwed;  // of requests; the latest is sent_[count_ % size]
-  std::uint32_t answered_ = 1;     // bit n: the one n before the latest may be the last answered
+  std::uint64_t answered_ = 1;     // bit n: the one n before the latest may be the last answered
 };
 
 }  // namespace baudgate

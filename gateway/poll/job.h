@@ -91,6 +91,8 @@ struct Job {
 /// Beyond retries. A server that answers three requests late gives the fourth try its own reply, a
 /// fifth what was lost.
 inline constexpr int kMostTriesMore = 4;
+/// To find out how far it is behind.
+inline constexpr int kMostProbesMore = 16;
 
 /// Writes, the reads behind them, and short writes of routes.
 bool IsUrgent(const Job& job);

@@ -172,16 +172,22 @@ Outcome Poller::Judge(View frame, Instant now) {
   }
   Device* const device = roster_.AsDevice(*job.member);
   auto* const routed = job.As<Job::Routed>();
-  const Outcome outcome = routed != nullptr ? roster_.carrier()->carrier->unwrap(
-                                                  job.request.bytes, frame, routed->reply)
-                                            : device->conversation->Check(job.request.bytes, frame);
+  Outcome outcome = routed != nullptr ? roster_.carrier()->carrier->unwrap(job.request.bytes, frame,
+                                                                           routed->reply)
+                                      : device->conversation->Check(job.request.bytes, frame);
   if (device == nullptr) return answer.outcome = outcome;
+  // A form that was not asked for, as where a profile is wrong, and yet its own.
+  if (routed == nullptr && outcome == Outcome::unexpected && whose_reply_.MayBeOdd(job.asked())) {
+    outcome = device->conversation->Interpret(job.request.bytes, frame).outcome;
+  }
   if (ProvesLife(outcome) || outcome == Outcome::unexpected) {
     job.verdict = whose_reply_.OnReply(job.asked(), frame, outcome);
   }
   if (!ProvesLife(outcome)) {
     if (routed == nullptr) {
       answer.reason = device->conversation->Interpret(job.request.bytes, frame).reason;
+      if (answer.reason.empty())
+        answer.reason = "not the form that was asked for; does the profile fit?";
     }
     return answer.outcome = outcome;
   }
@@ -254,7 +260,7 @@ void Poller::OnAnswered(const ExchangeEnd& end) {
   const bool late = whose_reply_.Lags(*job.member) && job.verdict.older > job.member->times.ceiling;
   const bool old = reads && late && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
   const bool alike = job.behind && !whose_reply_.IsOfLatest(job.asked()) &&
-                     chooser_.MayRepeat(job, AnswerOrder::kMostOwed, now_.instant);
+                     chooser_.MayRepeat(job, kMostProbesMore, now_.instant);
   if (old || alike) {
     ++job.attempts;
     job.sending = true;

@@ -89,12 +89,16 @@ void Upkeep::OnReplaced(Device& device, Now now) {
 
 void Upkeep::DoubtLatest(Instant now) {
   for (const QueryRef& read : whose_reply_.TakeUnproven()) {
-    const Device& device = roster_.device(read.device);
-    const auto queries = device.conversation->Queries();
-    if (!device.in_use || read.query >= queries.size()) continue;
-    store_.Doubt(device.index, queries[read.query].points, now);
-    chooser_.ReadSoon(read);
+    if (Doubt(read, now)) chooser_.ReadSoon(read);
   }
+}
+
+bool Upkeep::Doubt(const QueryRef& read, Instant now) {
+  const Device& device = roster_.device(read.device);
+  const auto queries = device.conversation->Queries();
+  if (!device.in_use || read.query >= queries.size()) return false;
+  store_.Doubt(device.index, queries[read.query].points, now);
+  return true;
 }
 
 /// It has been away: if another one is there now, what is read once is not good any more.

@@ -30,6 +30,8 @@ class Upkeep {
   void OnReplaced(Device& device, Now now);
   /// One of the latest replies belonged to another request, nobody knows which.
   void DoubtLatest(Instant now);
+  /// What this query reads is uncertain until it is read again. False: there is no such query now.
+  bool Doubt(const QueryRef& read, Instant now);
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
   /// Its conversation has other queries now.
   void Plan(Device& device);

@@ -121,6 +121,7 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
   verdict.proven =
       order.IsAnswerTo(request.bytes) && (asked.named() || line_.IsAnswerTo(request.bytes));
   if (verdict.proven) state.behind = proof ? Owed(asked) : std::min(state.behind, Owed(asked));
+  if (!asked.probe && fits && order.IsInStep()) state.read = true;
   // Who has a name is read when he has told it.
   if (asked.probe && !proof && state.identity.known()) verdict.proven = false;
   verdict.older = asked.named() ? order.Older() : std::max(order.Older(), line_.Older());
@@ -140,6 +141,7 @@ void WhoseReply::OnReconnect(const Member& member) {
   Of(member).answered_probe = false;
   Of(member).proofless = 0;
   Of(member).behind = 0;
+  Of(member).read = false;
 }
 
 void WhoseReply::OnStored(QueryRef query) {

@@ -42,6 +42,8 @@ class WhoseReply {
     const std::size_t own = OrderOf(*asked.member).Owed();
     return static_cast<int>(asked.named() ? own : std::max(own, line_.Owed()));
   }
+  /// Nothing but its own reply can come: a reply of an odd form is its own as well.
+  bool MayBeOdd(const Asked& asked) const { return Of(*asked.member).read && Owed(asked) == 1; }
   /// Its latest probe was answered with the reply to an earlier one, or may have been.
   bool Lags(const Member& member) const { return Of(member).behind > 0; }
   /// It tells its name: another device in its place would be found out.
@@ -88,6 +90,7 @@ class WhoseReply {
     std::size_t first = kSelf;  // place of the first entry of the same name, whose order counts
     Identity identity;
     bool answered_probe = false;
+    bool read = false;    // a poll was answered in step, as it was asked, since OnReconnect
     int behind = 0;       // so many replies were owed when it was last known best
     Instant proven_at{};  // when a probe was answered last
     int proofless = 0;    // answered probes in a row that were no proofs

@@ -244,6 +244,19 @@ TEST_F(WhoseReplyTest, WhatWasReadBeforeTheLineRestedIsNotInDoubt) {
   EXPECT_THAT(order_.TakeUnproven(), ElementsAre(QueryRef{0, 1}));
 }
 
+/// A text in place of a number may be another request's, unless nothing else is owed.
+TEST_F(WhoseReplyTest, AnOddFormIsBelievedOnlyOfWhoWasReadInStep) {
+  Reply(a, name_, "A0");
+  Send(Of(a, one_));
+  EXPECT_FALSE(order_.MayBeOdd(Of(a, one_))) << "it was never read";
+  Reply(a, name_, "A0");
+  Reply(a, one_, "=1");
+  Send(Of(a, one_));
+  EXPECT_TRUE(order_.MayBeOdd(Of(a, one_)));
+  Send(Of(a, one_));
+  EXPECT_FALSE(order_.MayBeOdd(Of(a, one_))) << "one reply is owed";
+}
+
 TEST_F(WhoseReplyTest, AfterAReconnectItIsAskedWhoItIs) {
   Reply(a, name_, "A0");
   Reply(a, one_, "=1");
