@@ -134,9 +134,9 @@ class Conversation {
   virtual void OnReconnect() {}
 
   /// What the outcome of OnFrame would be: a first look that remembers nothing. The poller calls it
-  /// before OnFrame, and for requests that were sent earlier, to find out whose reply this is. It may
-  /// be stricter than OnFrame, and say unexpected of a text where a number was asked for: such a reply
-  /// is taken only where nothing else is owed.
+  /// before OnFrame, and for requests that were sent earlier, to find out whose reply this is. It
+  /// may be stricter, and say unexpected of a text where a number was asked for: such a reply is
+  /// taken only where nothing else is owed.
   virtual Outcome Check(View request, View frame) const = 0;
 
   /// For `baudgate decode`: what a recorded reply to a recorded request means. The same checks and
