@@ -39,8 +39,8 @@ struct Exchange {
   /// Silence that even a good reply is followed by, because replies to earlier attempts may still
   /// be under way: the one that came may be theirs, and the rest must not meet another request.
   Duration aftermath{};
-  /// The device is known to answer one request late: another's reply ends the exchange, for its own
-  /// comes behind the next request and not before.
+  /// The device is known to be some requests behind: another's reply ends the exchange, for its own
+  /// comes behind a later request and not before.
   bool lags = false;
 };
 

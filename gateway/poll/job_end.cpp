@@ -105,8 +105,9 @@ void Poller::Finish(Outcome outcome, const std::string& reason) {
     schedule_.RepeatOnce(device->place, now_.instant + wait);
   }
   // What else stands in the register that was written is not known either.
-  if (!life && done->As<Job::ReadBack>() != nullptr)
+  if (!life && done->As<Job::ReadBack>() != nullptr) {
     upkeep_.Doubt({device->place, done->task.query}, now_.instant);
+  }
   if (!done->mute) upkeep_.OnTask(member, outcome, reason, now_.instant);
   if (done->As<Job::Routed>() != nullptr) return AnswerRoute(*done, outcome, reason);
   if (auto* write = done->As<Job::Write>()) FinishWrite(*write, *device, outcome, reason);

@@ -186,8 +186,9 @@ Outcome Poller::Judge(View frame, Instant now) {
   if (!ProvesLife(outcome)) {
     if (routed == nullptr) {
       answer.reason = device->conversation->Interpret(job.request.bytes, frame).reason;
-      if (answer.reason.empty())
+      if (answer.reason.empty()) {
         answer.reason = "not the form that was asked for; does the profile fit?";
+      }
     }
     return answer.outcome = outcome;
   }
