@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/answer_order.h"
 
+#include <utility>
+#include <vector>
+
 namespace baudgate {
 namespace {
 
@@ -13,15 +16,45 @@ void AnswerOrder::OnSent(const SentRequest& request) {
   answered_ = (answered_ << 1U) | (answered_ & Bit(kMostOwed));  // that one, or an older one
 }
 
+void AnswerOrder::OnStranger(Instant now) {
+  for (std::size_t i = 0; i < kMostOfStrangers; ++i) {
+    OnSent({SentRequest::kStranger, {}, now, false});
+    answered_ |= 1;
+  }
+}
+
+/// a ? ? b, where one of "?" or a was answered last: of a b, a was.
+void AnswerOrder::ForgetStrangers() {
+  std::vector<SentRequest> ours;  // the latest first
+  std::uint64_t answered = 0;
+  for (std::size_t lag = 0; lag <= kMostOwed; ++lag) {
+    if ((answered_ & Bit(lag)) != 0) answered |= Bit(ours.size());
+    if (SentBefore(lag).place != SentRequest::kStranger) ours.push_back(SentBefore(lag));
+  }
+  for (std::size_t lag = 0; lag < ours.size(); ++lag) {
+    sent_[(count_ - lag) % sent_.size()] = std::move(ours[lag]);
+  }
+  answered_ = answered;
+}
+
+/// The earlier requests that may be answered so. What strangers sent is so only while it is owed:
+/// any reply could be one to them.
+std::uint64_t AnswerOrder::Fitting(const MayAnswer& may_answer) const {
+  std::uint64_t fitting = 0;
+  for (std::size_t lag = 1; lag <= kMostOwed; ++lag) {
+    const SentRequest& sent = SentBefore(lag);
+    const bool strange = sent.place == SentRequest::kStranger;
+    if (strange ? lag < Owed() : may_answer(sent)) fitting |= Bit(lag);
+  }
+  return fitting;
+}
+
 bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
   if (fits && Owed() == 1) {
     answered_ = 1;
     return true;
   }
-  std::uint64_t fitting = fits ? 1 : 0;
-  for (std::size_t lag = 1; lag <= kMostOwed; ++lag) {
-    if (may_answer(SentBefore(lag))) fitting |= Bit(lag);
-  }
+  const std::uint64_t fitting = Fitting(may_answer) | (fits ? 1 : 0);
   // Behind the one that was answered before; where that can not be, any.
   const std::uint64_t owed = fitting & (Bit(Owed()) - 1);
   if (fitting != 0) answered_ = owed != 0 ? owed : fitting;
@@ -29,10 +62,7 @@ bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
 }
 
 bool AnswerOrder::MayBeEarlier(const MayAnswer& may_answer) const {
-  for (std::size_t lag = 1; lag <= kMostOwed; ++lag) {
-    if (may_answer(SentBefore(lag))) return true;
-  }
-  return false;
+  return Fitting(may_answer) != 0;
 }
 
 void AnswerOrder::OnCopy() {

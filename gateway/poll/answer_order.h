@@ -27,7 +27,8 @@ struct SentRequest {
   Instant at{};
   bool proof = false;  ///< its reply can be told from those to all polls of the device
 
-  static constexpr std::size_t kNobody = ~std::size_t{0};
+  static constexpr std::size_t kNobody = ~std::size_t{0};  ///< none was sent
+  static constexpr std::size_t kStranger = kNobody - 1;    ///< another master's: none knows what
 };
 
 class AnswerOrder {
@@ -36,6 +37,10 @@ class AnswerOrder {
   static constexpr std::size_t kMostOwed = 63;
 
   void OnSent(const SentRequest& request);
+  /// Up to three replies may be owed to requests of somebody else, so any that come.
+  void OnStranger(Instant now);
+  /// No stranger has asked.
+  void ForgetStrangers();
   /// Whether a reply may be that to a request.
   using MayAnswer = std::function<bool(const SentRequest&)>;
   /// A reply came to the latest request. `fits`: it may be its own. False: to none of those that
@@ -67,6 +72,9 @@ class AnswerOrder {
   Duration Older() const { return SentBefore(0).at - SentBefore(Owed()).at; }
 
  private:
+  static constexpr std::size_t kMostOfStrangers = 3;
+
+  std::uint64_t Fitting(const MayAnswer& may_answer) const;
   const SentRequest& SentBefore(std::size_t requests) const {
     return sent_[(count_ - requests) % sent_.size()];
   }

@@ -260,7 +260,8 @@ void Poller::OnAnswered(const ExchangeEnd& end) {
   const bool reads = IsReading(job) && job.request.expect.repeatable;
   const bool late = whose_reply_.Lags(*job.member) && job.verdict.older > job.member->times.ceiling;
   const bool old = reads && late && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
-  const bool alike = job.behind && !whose_reply_.IsOfLatest(job.asked()) &&
+  const bool peace = job.answer.outcome == Outcome::busy || job.answer.wait > Duration::zero();
+  const bool alike = job.behind && !peace && !whose_reply_.IsOfLatest(job.asked()) &&
                      chooser_.MayRepeat(job, kMostProbesMore, now_.instant);
   if (old || alike) {
     ++job.attempts;

@@ -27,6 +27,7 @@ void Upkeep::OnOpened(Instant now) {
   for (const auto& device : roster_.devices()) {
     if (!device->in_use) continue;
     Reconnect(*device, now);
+    whose_reply_.OnOpened(*device, now);
     if (!device->health.offline()) schedule_.Restart(device->place, now);
     // The reply to what it was asked before may still come: it waits for that, the others do not.
     if (!late_.IsClear(*device, now)) schedule_.Hold(device->place, late_.LateUntil(*device));

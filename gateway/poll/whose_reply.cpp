@@ -109,6 +109,7 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
   }
   const bool fits = Fits(asked, frame, outcome);
   verdict.shifted = !fits && order.Owed() == 1 && (asked.named() || line_.Owed() == 1);
+  if (asked.probe && ProvesLife(outcome) && !proof) order.ForgetStrangers();  // who could tell?
   const bool own = order.OnAnswer(fits, may_answer);
   const bool known = line_.OnAnswer(fits, may_answer);
   if (!known) line_.OnForgotten();
@@ -116,6 +117,11 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
   const bool names = request.steady && ProvesLife(outcome) && outcome != Outcome::busy;
   if (names && !state.identity.known() && order.IsAnswerTo(request.bytes)) {
     state.identity.Learn(request.bytes, frame, outcome);
+  }
+  // As many proofs in a row as could be owed to strangers: that came was a reply to one of them.
+  if (state.strangers && proof && outcome == Outcome::ok && order.IsOfLatest()) {
+    order.Reset();
+    state.strangers = false;
   }
   verdict.elsewhere = !MayBeInStep(asked);
   verdict.proven =
@@ -135,6 +141,11 @@ void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant
   if (!asked.probe || !ProvesLife(outcome)) return;
   state.proven_at = now;
   state.answered_probe = IsProof(*asked.request) || !state.identity.known();
+}
+
+void WhoseReply::OnOpened(const Member& member, Instant now) {
+  OrderOf(member).OnStranger(now);
+  Of(member).strangers = true;
 }
 
 void WhoseReply::OnReconnect(const Member& member) {

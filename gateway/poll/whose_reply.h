@@ -72,7 +72,10 @@ class WhoseReply {
   Verdict OnReply(const Asked& asked, View frame, Outcome outcome);
   /// The exchange is over. `silent`: an answer was due and the port stayed open.
   void OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now);
-  /// Another device may hang there now, or another master may have asked it.
+  /// Another master may have asked it: this program before its last start, or to whom the port was
+  /// lent. Behind a server that lags, replies to that still come.
+  void OnOpened(const Member& member, Instant now);
+  /// Another device may hang there now.
   void OnReconnect(const Member& member);
 
   /// Readings of this query were stored.
@@ -90,10 +93,11 @@ class WhoseReply {
     std::size_t first = kSelf;  // place of the first entry of the same name, whose order counts
     Identity identity;
     bool answered_probe = false;
-    bool read = false;    // a poll was answered in step, as it was asked, since OnReconnect
-    int behind = 0;       // so many replies were owed when it was last known best
-    Instant proven_at{};  // when a probe was answered last
-    int proofless = 0;    // answered probes in a row that were no proofs
+    bool strangers = false;  // their replies may be owed by it, since OnOpened
+    bool read = false;       // a poll was answered in step, as it was asked, since OnReconnect
+    int behind = 0;          // so many replies were owed when it was last known best
+    Instant proven_at{};     // when a probe was answered last
+    int proofless = 0;       // answered probes in a row that were no proofs
   };
   /// A device that is silent to its identification is found out within fewer (probe_choice.h).
   static constexpr int kProbesWithoutProof = 8;

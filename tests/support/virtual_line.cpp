@@ -26,21 +26,27 @@ config::Config ConfigOf(config::Line line) {
 
 VirtualLine::VirtualLine(config::Line line, std::vector<const Protocol*> protocols,
                          std::vector<config::Device> others)
-    : config_(ConfigOf(std::move(line))), others_(std::move(others)) {
-  const auto find = [protocols](const std::string& name) -> const Protocol& {
-    return **std::find_if(protocols.begin(), protocols.end(),
-                          [&](const Protocol* protocol) { return protocol->name == name; });
-  };
+    : config_(ConfigOf(std::move(line))),
+      find_([protocols](const std::string& name) -> const Protocol& {
+        return **std::find_if(protocols.begin(), protocols.end(),
+                              [&](const Protocol* protocol) { return protocol->name == name; });
+      }),
+      others_(std::move(others)) {
   const auto add_twin = [&](const config::Device& device) {
     auto twin = std::make_unique<WireTwin>();
-    twin->twin = find(device.protocol).make_twin(device, twin->values);
+    twin->twin = find_(device.protocol).make_twin(device, twin->values);
     twins_.push_back(std::move(twin));
   };
   for (const config::Device& device : config_.lines[0].devices) add_twin(device);
   for (const config::Device& device : others_) add_twin(device);
   store_ = std::make_unique<PointStore>(config_);
+  MakePoller();
+}
+
+void VirtualLine::MakePoller() {
   PollerListener& listener = *this;
-  poller_ = std::make_unique<Poller>(config_.lines[0], 0U, find, *store_, listener);
+  poller_ = std::make_unique<Poller>(config_.lines[0], 0U, find_, *store_, listener);
+  sends_ = 0;
 }
 
 VirtualLine::~VirtualLine() = default;
@@ -60,6 +66,12 @@ void VirtualLine::Close() {
   open_ = false;
   arriving_.clear();
   poller_->OnClosed(now());
+}
+
+void VirtualLine::Restart() {
+  Close();
+  MakePoller();
+  Open();
 }
 
 void VirtualLine::RunFor(Duration time) {

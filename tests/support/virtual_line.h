@@ -75,6 +75,9 @@ class VirtualLine : private PollerListener {
 
   void Open();
   void Close();
+  /// The program ends and is started again, while whatever is before the devices goes on. What the
+  /// store holds stays: who judges it sees one history.
+  void Restart();
   void RunFor(Duration time);
   /// The program is stopped for so long, as by SIGSTOP: what arrives meanwhile comes in one piece
   /// when it goes on, before its timers or behind them.
@@ -134,7 +137,10 @@ class VirtualLine : private PollerListener {
   void Deliver(const TimedPiece& piece, std::size_t fragment, Instant end_of_request,
                Duration character);
 
+  void MakePoller();
+
   config::Config config_;
+  const std::function<const Protocol&(const std::string& name)> find_;
   std::vector<config::Device> others_;
   Instant instant_ = kStart;
   std::vector<std::unique_ptr<WireTwin>> twins_;

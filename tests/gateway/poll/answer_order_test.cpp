@@ -184,5 +184,32 @@ TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
   }
 }
 
+/// Three are owed at most: from the fourth reply on what comes answers a request of ours.
+TEST(AnswerOrderTest, StrangersAreOwedThreeReplies) {
+  Order order;
+  order.order.OnStranger(kStart);
+  for (int reply = 0; reply < 3; ++reply) {
+    order.Answered('P');
+    EXPECT_FALSE(order.IsOnly('P')) << reply;
+  }
+  order.Answered('P');
+  EXPECT_TRUE(order.IsOnly('P'));
+  order.Answered('a');
+  EXPECT_TRUE(order.order.IsInStep());
+}
+
+TEST(AnswerOrderTest, WhatIsForgottenOfStrangersLeavesOnlyOurs) {
+  Order order;
+  order.Send('a');
+  order.order.OnStranger(kStart);
+  order.Send('b');
+  order.order.ForgetStrangers();
+  EXPECT_EQ(order.order.Owed(), 2U) << "those to a and b";
+  Order other;
+  other.order.OnStranger(kStart);
+  other.order.ForgetStrangers();
+  EXPECT_TRUE(other.order.IsInStep());
+}
+
 }  // namespace
 }  // namespace baudgate

@@ -65,7 +65,7 @@ TEST_P(EchoModes, AnEchoIsTakenOutAndNotCountedAsReceived) {
   EXPECT_EQ(line.ValueOf(0, 0), Value(42.0));
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
   EXPECT_EQ(status.bytes_in,
-            ToyReply("A0").size() + (status.exchanges - 1) * ToyReply("A1=42").size());
+            4 * ToyReply("A0").size() + (status.exchanges - 4) * ToyReply("A1=42").size());
   EXPECT_EQ(status.collisions, 0U);
   EXPECT_TRUE(line.warnings.empty());
 }

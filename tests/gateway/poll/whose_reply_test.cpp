@@ -244,6 +244,35 @@ TEST_F(WhoseReplyTest, WhatWasReadBeforeTheLineRestedIsNotInDoubt) {
   EXPECT_THAT(order_.TakeUnproven(), ElementsAre(QueryRef{0, 1}));
 }
 
+/// PA0 is asked until none of three replies that strangers left can be among what came.
+TEST_F(WhoseReplyTest, WhatIsOwedToStrangersIsWaitedForWithProofs) {
+  order_.OnOpened(a, kStart);
+  for (int asked = 0; asked < 3; ++asked) {
+    Reply(a, name_, "A0");
+    EXPECT_FALSE(order_.IsOfLatest(Of(a, name_))) << asked;
+  }
+  Reply(a, name_, "A0");
+  EXPECT_TRUE(order_.IsOfLatest(Of(a, name_)));
+  EXPECT_TRUE(order_.IsInStep(a)) << "a refusal of the first poll is its own";
+}
+
+TEST_F(WhoseReplyTest, AReplyToAStrangerIsNotLearnedAsTheName) {
+  order_.OnOpened(a, kStart);
+  Reply(a, name_, "A0=17");
+  Reply(a, name_, "A0");
+  Reply(a, name_, "A0");
+  Reply(a, name_, "A0");
+  EXPECT_TRUE(order_.HasName(a));
+  EXPECT_FALSE(Reply(a, name_, "A0").replaced);
+}
+
+/// What is owed to strangers can be any reply, and nothing tells these from its own.
+TEST_F(WhoseReplyTest, WhoHasNoProofIsBelievedFromItsFirstReplyOn) {
+  order_.OnOpened(a, kStart);
+  ProbeWithARead(1);
+  EXPECT_TRUE(Reply(a, one_, "=1").proven);
+}
+
 /// A text in place of a number may be another request's, unless nothing else is owed.
 TEST_F(WhoseReplyTest, AnOddFormIsBelievedOnlyOfWhoWasReadInStep) {
   Reply(a, name_, "A0");

@@ -254,5 +254,51 @@ TEST_P(EarlyDamage, IsCorruptAndNoSilence) {
 
 INSTANTIATE_TEST_SUITE_P(OrderCases, EarlyDamage, ::testing::ValuesIn(RealLines()), SetupName);
 
+// ---------------------------------------------------------------- owed to somebody else
+
+struct BehindBefore {
+  LagCase which;
+  std::size_t behind;
+};
+
+void PrintTo(const BehindBefore& before, std::ostream* out) {
+  *out << before.which.name() << ", " << before.behind << " behind";
+}
+
+class Predecessor : public ::testing::TestWithParam<BehindBefore> {};
+
+/// A server that is behind goes on while the program is started again: what it owes answers
+/// requests of which nobody knows any more.
+TEST_P(Predecessor, LeavesNoReplyThatIsBelieved) {
+  const BehindBefore& before = GetParam();
+  LagRig rig(before.which, 1, [](config::Line& line) {
+    line.devices.resize(1);
+    line.devices[0].poll = 1s;
+  });
+  rig.Open();
+  rig.server().faults.behind = before.behind;
+  for (int start = 0; start < 5; ++start) {
+    rig.RunFor(20s + start * 300ms);
+    rig.line().Restart();
+  }
+  rig.RunFor(2min);
+  EXPECT_EQ(rig.oracle().wrong(), 0U) << rig.oracle().what();
+}
+
+std::vector<BehindBefore> Predecessors() {
+  std::vector<BehindBefore> all;
+  for (const LagCase& which : LagCases()) {
+    if (!which.CanProve()) continue;
+    for (const std::size_t behind : {1U, 2U, 3U}) all.push_back({which, behind});
+  }
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(OrderCases, Predecessor, ::testing::ValuesIn(Predecessors()),
+                         [](const auto& info) {
+                           return info.param.which.name() + std::to_string(info.param.behind) +
+                                  "Behind";
+                         });
+
 }  // namespace
 }  // namespace baudgate
