@@ -131,6 +131,7 @@ std::unique_ptr<Job> Chooser::TakeCommand(Instant now) {
     const Device& device = roster_.DeviceAt(command.device);
     const auto routed = device.slave == 0 ? std::nullopt : routes_.queue().FirstWrite(device.slave);
     if (routed && *routed < command.sequence) return false;
+    if (schedule_.GoesFirst(device.place, now)) return false;
     return late_.IsClear(device, now);
   });
   if (!next) return nullptr;
@@ -245,7 +246,10 @@ bool Chooser::RoutedWaits(Instant now) const {
 bool Chooser::MayAsk(const RoutedRequest& request, Instant now) const {
   const Member* member = roster_.FindSlave(request.slave);
   if (member != nullptr && (!late_.IsClear(*member, now) || member->health.offline())) return false;
-  return !IsWrite(request) || !writes_.HasAny([&](const WriteCommand& command) {
+  if (!IsWrite(request)) return true;
+  const Device* device = member == nullptr ? nullptr : roster_.AsDevice(*member);
+  if (device != nullptr && schedule_.GoesFirst(device->place, now)) return false;
+  return !writes_.HasAny([&](const WriteCommand& command) {
     const std::uint8_t slave = roster_.DeviceAt(command.device).slave;
     const bool same = slave != 0 && (slave == request.slave || request.slave == 0);
     return same && command.sequence < request.sequence;

@@ -108,8 +108,11 @@ void Poller::Finish(Outcome outcome, const std::string& reason) {
   if (!life && done->As<Job::ReadBack>() != nullptr) {
     upkeep_.Doubt({device->place, done->task.query}, now_.instant);
   }
+  const auto* routed = done->As<Job::Routed>();
+  const bool writes = routed != nullptr ? !routed->is_read() : done->As<Job::Write>() != nullptr;
+  if (writes && !life && device != nullptr) schedule_.GoFirst(device->place);
   if (!done->mute) upkeep_.OnTask(member, outcome, reason, now_.instant);
-  if (done->As<Job::Routed>() != nullptr) return AnswerRoute(*done, outcome, reason);
+  if (routed != nullptr) return AnswerRoute(*done, outcome, reason);
   if (auto* write = done->As<Job::Write>()) FinishWrite(*write, *device, outcome, reason);
 }
 

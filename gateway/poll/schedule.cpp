@@ -49,6 +49,16 @@ void Schedule::Hold(std::size_t index, Instant until) {
   devices_[index].hold_until = std::max(devices_[index].hold_until, until);
 }
 
+void Schedule::GoFirst(std::size_t index) {
+  Device& device = devices_[index];
+  device.go_first = 0;
+  for (const Round& round : device.rounds) device.go_first += round.queries.size();
+}
+
+bool Schedule::GoesFirst(std::size_t index, Instant now) const {
+  return devices_[index].go_first > 0 && IsDue(devices_[index], now);
+}
+
 std::uint32_t Schedule::Passed(const Round& round, Instant now) {
   if (!round.due || *round.due > now || round.period == Duration::zero()) return 0;
   return static_cast<std::uint32_t>((now - *round.due) / round.period);
@@ -99,6 +109,7 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
   pick.query = best->queries[best->cursor++];
   pick.last_of_round = !best->active();
   best->turn = ++turn_;
+  if (best_device->go_first > 0) --best_device->go_first;
   return pick;
 }
 
@@ -109,14 +120,16 @@ std::optional<Instant> Schedule::DueAt(const Device& device, const Round& round)
   return std::max(*round.due, device.hold_until);
 }
 
-bool Schedule::HealthyDue(Instant now) const {
-  return std::ranges::any_of(devices_, [now](const Device& device) {
-    if (device.doubted) return false;
-    return std::ranges::any_of(device.rounds, [&](const Round& round) {
-      const auto due = DueAt(device, round);
-      return due && *due <= now;
-    });
+bool Schedule::IsDue(const Device& device, Instant now) {
+  return std::ranges::any_of(device.rounds, [&](const Round& round) {
+    const auto due = DueAt(device, round);
+    return due && *due <= now;
   });
+}
+
+bool Schedule::HealthyDue(Instant now) const {
+  return std::ranges::any_of(
+      devices_, [now](const Device& device) { return !device.doubted && IsDue(device, now); });
 }
 
 bool Schedule::AnotherDoubted(std::size_t device) const {

@@ -57,6 +57,12 @@ class Schedule {
   /// Nothing of the device is picked before `until`; its rounds wait.
   void Hold(std::size_t device, Instant until);
 
+  /// A write to it has failed, and the next waits: a round of its polls goes between, or who writes
+  /// without a pause would have the device alone.
+  void GoFirst(std::size_t device);
+  /// Its polls do, and one is due.
+  bool GoesFirst(std::size_t device, Instant now) const;
+
   /// The query to send now, if one is due. `healthy_first`: of a doubted device only if no other
   /// is.
   std::optional<Pick> Next(Instant now, bool healthy_first = false);
@@ -86,12 +92,14 @@ class Schedule {
     Instant hold_until{};
     bool suspended = true;
     bool doubted = false;
+    std::size_t go_first = 0;  // so many polls before the next write
     std::uint32_t missed = 0;
   };
 
   static std::uint32_t Passed(const Round& round, Instant now);
   static void StartIfDue(Device& device, Round& round, Instant now);
   static std::optional<Instant> DueAt(const Device& device, const Round& round);
+  static bool IsDue(const Device& device, Instant now);
 
   std::vector<Device> devices_;
   std::uint64_t turn_ = 0;

@@ -291,6 +291,29 @@ TEST_F(PollerCommand, AnEndlessStreamOfWritesDoesNotStarvePolls) {
   EXPECT_EQ(line_.QualityOf(0, 1), Quality::good);
 }
 
+/// Another device is polled between two writes to this one.
+TEST(PollerCommands, AnEndlessStreamOfWritesThatADeviceIgnoresDoesNotStarveItsPolls) {
+  config::Device device = ToyDevice("a", "A", {"1", "2", "3", "4"});
+  VirtualLine line(ToyLine({device, ToyDevice("b", "B", {"1", "2"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[0] != 'W') return std::nullopt;
+    return Bytes();
+  };
+  line.always = [&] {
+    while (line.Write(0, 3, 1.0)) {
+    }
+  };
+  for (int second = 0; second < 30; ++second) {
+    line.RunFor(1s);
+    for (std::uint32_t point = 0; point < 3; ++point) {
+      EXPECT_EQ(line.QualityOf(0, point), Quality::good) << second << " " << point;
+    }
+  }
+  EXPECT_GE(line.CountSent("WA4"), 15U);
+}
+
 TEST_F(PollerCommand, DoneMaySubmitTheNext) {
   Open();
   int left = 3;

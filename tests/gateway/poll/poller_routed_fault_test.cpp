@@ -248,6 +248,29 @@ TEST(PollerRoutedFaults, WritesToAnAbsentSlaveLeaveTheOthersTheirTime) {
   EXPECT_GT(clients.answered(0) - alone, alone * 4 / 5) << "a tenth for writes, and the probes";
 }
 
+TEST(PollerRoutedFaults, WritesThatASlaveIgnoresDoNotStarveItsPolls) {
+  config::Device device = Polled("20", 4, 500ms);  // four requests
+  device.points[1].read = "holding 1000";
+  device.points[2].read = "holding 2000";
+  device.points[3].read = "holding 3000";
+  RoutedLine line(DriveLine({device, Polled("21", 4, 500ms)}), {});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[1] != 0x06) return std::nullopt;
+    return Bytes();
+  };
+  BusyClients clients(line);
+  clients.Add(kStart, 20);
+  for (int second = 0; second < 30; ++second) {
+    line.RunFor(1s);
+    for (std::uint32_t point = 0; point < device.points.size(); ++point) {
+      EXPECT_EQ(line.QualityOf(0, point), Quality::good) << second << " " << point;
+    }
+  }
+  EXPECT_GE(clients.failed(0), 15);
+}
+
 TEST(PollerRoutedFaults, ReadsOfAnAbsentSlaveAreToldAtOnceAndCostTheOthersNothing) {
   RoutedLine line;
   BusyClients clients(line);

@@ -143,6 +143,24 @@ TEST(Schedule, SuspendedDeviceIsSilentAndRestartsWithAWholeRound) {
   EXPECT_EQ(schedule.Missed(0, kStart), 0U) << "periods while offline were not missed by the line";
 }
 
+TEST(Schedule, ARoundGoesBeforeTheNextWriteWhereItIsDue) {
+  Schedule schedule;
+  const std::size_t device = schedule.AddDevice(1s, 1h);
+  schedule.SetQueries(device, {Group::fast, Group::fast});
+  schedule.Restart(device, Instant());
+  EXPECT_FALSE(schedule.GoesFirst(device, Instant())) << "no write has failed";
+  schedule.GoFirst(device);
+  EXPECT_TRUE(schedule.GoesFirst(device, Instant()));
+  schedule.Next(Instant());
+  EXPECT_TRUE(schedule.GoesFirst(device, Instant())) << "one of two queries";
+  schedule.Next(Instant());
+  EXPECT_FALSE(schedule.GoesFirst(device, Instant() + 1s)) << "the next round does not";
+  schedule.GoFirst(device);
+  EXPECT_FALSE(schedule.GoesFirst(device, Instant() + 500ms)) << "none is due";
+  schedule.Hold(device, Instant() + 5s);
+  EXPECT_FALSE(schedule.GoesFirst(device, Instant() + 1s)) << "it waits, the write need not";
+}
+
 TEST(Schedule, HeldDeviceWaitsAndOthersGoOn) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
