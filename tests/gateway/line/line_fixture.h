@@ -69,6 +69,8 @@ class LineTest : public ::testing::Test, protected LineClient {
     exchange.reply_rule = rule_;
     exchange.times = kTimes;
     exchange.lags = lags_;
+    exchange.aftermath = aftermath_;
+    if (!named_) exchange.request.expect.address.clear();
     line_.Start(std::move(exchange), At(at));
   }
   /// An exchange that stands in `state` when this returns. The request leaves at 1 s, its
@@ -95,6 +97,8 @@ class LineTest : public ::testing::Test, protected LineClient {
   Outcome verdict_ = Outcome::ok;
   FrameRule rule_ = ToyProtocol().reply_rule;
   bool lags_ = false;
+  bool named_ = true;  // the reply names its device
+  Duration aftermath_{};
   std::string request_;  // of the exchange under way
   std::vector<std::string> sent_;
   std::vector<std::string> frames_;

@@ -127,6 +127,20 @@ TEST_F(LineTest, OutcomesOfAWholeFrameDecideAboutTheDrain) {
   EXPECT_EQ(line_.state(), State::drain);
 }
 
+/// Example: 1D… that comes late from relay 1 is never taken for an answer of relay 2.
+TEST_F(LineTest, BehindAFailureTheAftermathIsOnlyForThoseWhoseRepliesNameNobody) {
+  aftermath_ = 200ms;
+  for (const bool named : {false, true}) {
+    named_ = named;
+    Reach(State::await_first);
+    verdict_ = Outcome::unexpected;
+    line_.OnBytes(reply_, At(1015ms));
+    EXPECT_EQ(line_.state(), State::drain);
+    EXPECT_EQ(DeadlineIn(), 1015ms + (named ? kTimes.drain : aftermath_));
+    line_.OnClosed();
+  }
+}
+
 /// Another device's reply: this one's may still come, unless it is known to lag by requests.
 TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
   rule_ = [](View held, const Expectation&, bool) {

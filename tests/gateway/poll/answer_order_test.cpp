@@ -184,6 +184,15 @@ TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
   }
 }
 
+/// What is older than the oldest that is remembered may be owed as well.
+TEST(AnswerOrderTest, WhoOwesMoreThanIsRememberedIsNotInStepByWaiting) {
+  Order order;
+  for (std::size_t request = 0; request < 2 * AnswerOrder::kMostOwed; ++request) order.Send('a');
+  EXPECT_EQ(order.order.Owed(), AnswerOrder::kMostOwed);
+  order.Answered('b');
+  EXPECT_FALSE(order.IsOnly('b'));
+}
+
 /// Three are owed at most: from the fourth reply on what comes answers a request of ours.
 TEST(AnswerOrderTest, StrangersAreOwedThreeReplies) {
   Order order;

@@ -271,6 +271,23 @@ TEST(PollerRoutedFaults, WritesThatASlaveIgnoresDoNotStarveItsPolls) {
   EXPECT_GE(clients.failed(0), 15);
 }
 
+/// Two points in one register block: what the write did to the other nobody knows.
+TEST(PollerReadBack, WhatItsRequestReadsIsUncertainWhenItFails) {
+  RoutedLine line(DriveLine({Polled("20", 2, 10s)}), {});
+  line.Open();
+  line.RunFor(11s);
+  ASSERT_EQ(line.QualityOf(0, 1), Quality::good);
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[1] == 0x06 || request[1] == 0x10) return std::nullopt;
+    return Bytes();
+  };
+  ASSERT_TRUE(line.Write(0, 0, std::uint64_t{7}));
+  line.RunFor(5s);
+  EXPECT_EQ(line.outcomes, std::vector{Outcome::ok});
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::uncertain_last_usable);
+  EXPECT_EQ(line.QualityOf(0, 1), Quality::uncertain_last_usable);
+}
+
 TEST(PollerRoutedFaults, ReadsOfAnAbsentSlaveAreToldAtOnceAndCostTheOthersNothing) {
   RoutedLine line;
   BusyClients clients(line);
