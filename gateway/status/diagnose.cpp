@@ -135,8 +135,9 @@ Sentences Failures(const DeviceRecord& record) {
       "answers stop half-way: raise its timing.gap if a radio or a serial server is in between, "
       "else check wiring");
   say(Outcome::unexpected, kNotableShare,
-      "frames of another address or shape: a second master, two devices with one address, or "
-      "answers that come too late; look at 'baudgate trace " +
+      "frames of another address or shape, or that may belong to another request: a second master, "
+      "two devices with one address, answers that come too late, or one that was lost of a device "
+      "without a name (see trust_order); look at 'baudgate trace " +
           record.line->name + "'");
   // Late answers are no_reply too, and have a sentence of their own.
   if (!IsLate(status)) {
