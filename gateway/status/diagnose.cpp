@@ -136,8 +136,8 @@ Sentences Failures(const DeviceRecord& record) {
       "else check wiring");
   say(Outcome::unexpected, kNotableShare,
       "frames of another address or shape, or that may belong to another request: a second master, "
-      "two devices with one address, answers that come too late, or one that was lost of a device "
-      "without a name (see trust_order); look at 'baudgate trace " +
+      "two devices with one address, answers that come too late, or a lost one where nothing tells "
+      "answers apart (see trust_order); look at 'baudgate trace " +
           record.line->name + "'");
   // Late answers are no_reply too, and have a sentence of their own.
   if (!IsLate(status)) {

@@ -37,9 +37,11 @@ TEST_F(DiagnoseTest, FailuresNowAndThen) {
        "partial in 3 of its last 64 exchanges: answers stop half-way: raise its timing.gap if a "
        "radio or a serial server is in between, else check wiring"},
       {Outcome::unexpected, 2, "",
-       "unexpected in 2 of its last 64 exchanges: frames of another address or shape: a second "
-       "master, two devices with one address, or answers that come too late; look at 'baudgate "
-       "trace bay-1'"},
+       "unexpected in 2 of its last 64 exchanges: frames of another address or shape, or that may "
+       "belong to another request: a second master, two devices with one address, answers that "
+       "come "
+       "too late, or a lost one where nothing tells answers apart (see trust_order); look at "
+       "'baudgate trace bay-1'"},
       {Outcome::no_reply, 2, "",
        "no_reply in 2 of its last 64 exchanges: it was off for a moment or misses requests: noise, "
        "or it is asked faster than it can (raise its poll or timing.quiet)"},
