@@ -23,6 +23,7 @@
 #include "gateway/trace/recordings.h"
 #include "transports/loop_thread.h"
 #ifdef BAUDGATE_WITH_DDS
+#include "gateway/dds/fast/fast_writer.h"
 #include "gateway/dds/publisher.h"
 #endif
 
@@ -240,8 +241,10 @@ void Daemon::Impl::StopControl() {
 Status Daemon::Impl::StartDds() {
   if (!config.dds.enabled) return {};
 #ifdef BAUDGATE_WITH_DDS
+  auto writer = dds::CreateFastWriter(config, store);
+  if (!writer) return Error{writer.error()};
   auto publisher = dds::DdsPublisher::Create(
-      config, store,
+      config, store, std::move(*writer),
       [](log::Level level, const std::string& line) { log::Write(level, "dds: " + line); });
   if (!publisher) return Error{publisher.error()};
   dds = std::move(*publisher);

@@ -2,11 +2,8 @@
 #include "gateway/dds/cdr.h"
 
 #include <fastcdr/Cdr.h>
-#include <fastrtps/utils/md5.h>
 
-#include <algorithm>
 #include <exception>
-#include <initializer_list>
 
 namespace baudgate::dds {
 namespace {
@@ -76,29 +73,6 @@ bool DecodeAny(View bytes, Sample& sample) {
   }
 }
 
-KeyHash HashTexts(std::initializer_list<std::string_view> texts) {
-  std::array<std::uint8_t, 3 * (4 + kMaxKey + 1 + 3)> key{};
-  std::size_t used = 0;
-  for (const std::string_view whole : texts) {
-    const std::string_view text = whole.substr(0, kMaxKey);
-    used = (used + 3) / 4 * 4;
-    const auto length = static_cast<std::uint32_t>(text.size() + 1);
-    for (const unsigned shift : {24U, 16U, 8U, 0U}) {
-      key[used++] = static_cast<std::uint8_t>(length >> shift);
-    }
-    std::copy(text.begin(), text.end(), key.begin() + static_cast<std::ptrdiff_t>(used));
-    used += text.size();
-    key[used++] = 0;
-  }
-  ::MD5 md5;
-  md5.init();
-  md5.update(key.data(), static_cast<unsigned int>(used));
-  md5.finalize();
-  KeyHash hash;
-  std::copy(std::begin(md5.digest), std::end(md5.digest), hash.begin());
-  return hash;
-}
-
 }  // namespace
 
 std::size_t Encode(const PointSample& sample, std::span<std::uint8_t> to) {
@@ -109,10 +83,5 @@ std::size_t Encode(const DeviceSample& sample, std::span<std::uint8_t> to) {
 }
 bool Decode(View bytes, PointSample& sample) { return DecodeAny(bytes, sample); }
 bool Decode(View bytes, DeviceSample& sample) { return DecodeAny(bytes, sample); }
-
-KeyHash HashKey(const PointSample& sample) {
-  return HashTexts({sample.gateway, sample.device, sample.point});
-}
-KeyHash HashKey(const DeviceSample& sample) { return HashTexts({sample.gateway, sample.device}); }
 
 }  // namespace baudgate::dds

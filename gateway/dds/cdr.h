@@ -1,9 +1,8 @@
 // The wire form of the samples (XCDR1, as any vendor's compiler makes it from baudgate.idl), both
-// ways, and their key hashes. Bytes come from and go to Fast DDS payloads (gateway/dds/types.cpp).
+// ways. Bytes come from and go to Fast DDS payloads (gateway/dds/fast/types.cpp).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -26,10 +25,5 @@ std::size_t Encode(const DeviceSample& sample, std::span<std::uint8_t> to);
 /// whatever the bytes. `sample` is then unspecified.
 bool Decode(View bytes, PointSample& sample);
 bool Decode(View bytes, DeviceSample& sample);
-
-/// RTPS 9.6.3.8: MD5 of the key fields in big-endian CDR, as the key may be longer than 16 bytes.
-using KeyHash = std::array<std::uint8_t, 16>;
-KeyHash HashKey(const PointSample& sample);
-KeyHash HashKey(const DeviceSample& sample);
 
 }  // namespace baudgate::dds

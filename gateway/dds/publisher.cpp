@@ -36,29 +36,12 @@ Status CheckKeys(const config::Config& config) {
   return {};
 }
 
-std::size_t CountPoints(const PointStore& store) {
-  std::size_t points = 0;
-  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    points += store.device(device).points.size();
-  }
-  return points;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<DdsPublisher>> DdsPublisher::Create(const config::Config& config,
-                                                           PointStore& store, Log log) {
-  if (const Status status = CheckKeys(config); !status) return Error{status.error()};
-  const ParticipantOptions options{config.dds.domain, config.dds.interfaces,
-                                   config.dds.shared_memory};
-  auto writer = CreateFastWriter(options, CountPoints(store), store.device_count());
-  if (!writer) return Error{writer.error()};
-  return Create(config, store, std::move(log), std::move(*writer));
-}
-
-Result<std::unique_ptr<DdsPublisher>> DdsPublisher::Create(const config::Config& config,
-                                                           PointStore& store, Log log,
-                                                           std::unique_ptr<SampleWriter> writer) {
+                                                           PointStore& store,
+                                                           std::unique_ptr<SampleWriter> writer,
+                                                           Log log) {
   if (const Status status = CheckKeys(config); !status) return Error{status.error()};
   std::unique_ptr<DdsPublisher> publisher(
       new DdsPublisher(config, store, std::move(log), std::move(writer)));

@@ -22,14 +22,12 @@ class DdsPublisher {
   /// Called on the publisher's thread.
   using Log = SampleSender::Log;
 
-  /// Starts publishing. `config` and `store` outlive it; call before the lines start.
-  /// The error says what in `dds:` or which name to change.
+  /// Starts publishing to `writer`. `config` and `store` outlive it; call before the lines start.
+  /// The error says which name to change.
   static Result<std::unique_ptr<DdsPublisher>> Create(const config::Config& config,
-                                                      PointStore& store, Log log = {});
-  /// The same with another place for the samples to go.
-  static Result<std::unique_ptr<DdsPublisher>> Create(const config::Config& config,
-                                                      PointStore& store, Log log,
-                                                      std::unique_ptr<SampleWriter> writer);
+                                                      PointStore& store,
+                                                      std::unique_ptr<SampleWriter> writer,
+                                                      Log log = {});
   ~DdsPublisher();
 
   /// Tells subscribers that all points are gone and ends; within about a second. Idempotent.

@@ -3,11 +3,8 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 
-#include "gateway/base/result.h"
 #include "gateway/base/time.h"
-#include "gateway/dds/participant.h"
 #include "gateway/dds/samples.h"
 
 namespace baudgate::dds {
@@ -28,9 +25,5 @@ class SampleWriter {
   /// Readers of the points topic that are connected now.
   virtual std::uint32_t subscribers() const = 0;
 };
-
-/// Writers of both topics in a participant of their own, which ends with the object.
-Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
-                                                       std::size_t points, std::size_t devices);
 
 }  // namespace baudgate::dds

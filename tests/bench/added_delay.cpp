@@ -18,9 +18,10 @@
 
 #include "gateway/base/text.h"
 #include "gateway/daemon/line_runner.h"
+#include "gateway/dds/fast/fast_writer.h"
+#include "gateway/dds/fast/subscriber.h"
 #include "gateway/dds/publisher.h"
 #include "gateway/dds/sample_writer.h"
-#include "gateway/dds/subscriber.h"
 #include "gateway/line/assembler.h"
 #include "gateway/simulate/pty.h"
 #include "tests/bench/bench.h"
@@ -195,7 +196,9 @@ class GatewayPipeline {
                      kGateway, kDomain, pty_.slave_path()),
                  catalog)),
         store_(config_) {
-    auto publisher = dds::DdsPublisher::Create(config_, store_);
+    auto writer = dds::CreateFastWriter(config_, store_);
+    if (!writer) std::exit(4);
+    auto publisher = dds::DdsPublisher::Create(config_, store_, std::move(*writer));
     if (!publisher) std::exit(4);
     publisher_ = std::move(*publisher);
     const Protocol& protocol = *catalog.FindProtocol("dcon");

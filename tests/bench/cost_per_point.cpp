@@ -66,7 +66,7 @@ double RunOne(std::size_t points) {
   PointStore store(config);
   std::atomic<std::uint64_t> written = 0;
   auto publisher =
-      dds::DdsPublisher::Create(config, store, {}, std::make_unique<CountingWriter>(written));
+      dds::DdsPublisher::Create(config, store, std::make_unique<CountingWriter>(written));
   if (!publisher) std::exit(4);
   while (written < points)
     std::this_thread::yield();  // the start-up image is paced and not meant here

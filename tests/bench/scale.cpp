@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "gateway/daemon/daemon.h"
-#include "gateway/dds/subscriber.h"
+#include "gateway/dds/fast/subscriber.h"
 #include "gateway/simulate/simulator.h"
 #include "tests/bench/bench.h"
 

@@ -18,7 +18,7 @@
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/terminal/stop_signals.h"
-#include "gateway/dds/subscriber.h"
+#include "gateway/dds/fast/subscriber.h"
 
 namespace baudgate {
 namespace {

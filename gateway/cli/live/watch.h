@@ -1,5 +1,5 @@
 // `baudgate watch`: shows what gateways publish on DDS, as a live table, plain lines or JSON lines.
-// Samples come from gateway/dds/subscriber.h; the text goes to a stream.
+// Samples come from gateway/dds/fast/subscriber.h; the text goes to a stream.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

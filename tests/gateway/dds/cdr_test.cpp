@@ -90,14 +90,6 @@ TEST(Cdr, DecodesBothByteOrders) {
   EXPECT_EQ(status, ADevice());
 }
 
-TEST(Cdr, HashesKeysAsEveryVendorDoes) {
-  EXPECT_EQ(ToHex(HashKey(APoint())), "DE 56 C3 97 F6 81 9A 85 FD B6 E3 03 A4 F1 59 7F");
-  EXPECT_EQ(ToHex(HashKey(ADevice())), "85 15 01 FE B4 1F 4A E8 6E 90 8F F1 06 94 FA 6B");
-  PointSample other = APoint();
-  other.value = 7;
-  EXPECT_EQ(HashKey(other), HashKey(APoint()));
-}
-
 TEST(Cdr, RoundTripsNaNAndLimits) {
   PointSample sample = APoint();
   sample.value = std::numeric_limits<double>::quiet_NaN();

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <condition_variable>
@@ -14,7 +15,9 @@
 #include <vector>
 
 #include "config/model/config.h"
-#include "gateway/dds/subscriber.h"
+#include "gateway/dds/fast/fast_writer.h"
+#include "gateway/dds/fast/subscriber.h"
+#include "gateway/dds/publisher.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate::dds::testing {
@@ -102,6 +105,16 @@ class Heard {
 
 inline SubscriberOptions TestSubscriber() {
   return {.participant = {.domain = TestDomain(), .interfaces = {"127.0.0.1"}}};
+}
+
+/// A publisher on Fast DDS; null and a failure of the test when there can be none.
+inline std::unique_ptr<DdsPublisher> Publish(const config::Config& config, PointStore& store) {
+  auto writer = CreateFastWriter(config, store);
+  EXPECT_TRUE(writer.ok()) << writer.error();
+  if (!writer.ok()) return nullptr;
+  auto publisher = DdsPublisher::Create(config, store, std::move(*writer));
+  EXPECT_TRUE(publisher.ok()) << publisher.error();
+  return publisher.ok() ? std::move(*publisher) : nullptr;
 }
 
 }  // namespace baudgate::dds::testing

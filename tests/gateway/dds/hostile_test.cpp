@@ -18,8 +18,10 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "gateway/dds/cdr.h"
+#include "gateway/dds/fast/key_hash.h"
+#include "gateway/dds/fast/participant.h"
+#include "gateway/dds/fast/subscriber.h"
 #include "gateway/dds/publisher.h"
-#include "gateway/dds/subscriber.h"
 #include "tests/gateway/dds/fixture.h"
 
 namespace baudgate::dds {
@@ -28,6 +30,7 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 using testing::Heard;
 using testing::MakeConfig;
+using testing::Publish;
 using testing::Set;
 using testing::TestDomain;
 using testing::TestSubscriber;
@@ -161,8 +164,8 @@ TEST(Hostile, BrokenDatagramsEndNothing) {
   Heard heard;
   auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
   ASSERT_TRUE(subscriber.ok());
-  auto publisher = DdsPublisher::Create(config, store);
-  ASSERT_TRUE(publisher.ok());
+  const auto publisher = Publish(config, store);
+  ASSERT_NE(publisher, nullptr);
   ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 5; }));
 
   Datagrams datagrams;

@@ -1,11 +1,12 @@
 // Publisher and subscriber over loopback with the real Fast DDS: images, late joiners, ends.
 // SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "gateway/dds/fast/subscriber.h"
 #include "gateway/dds/publisher.h"
-#include "gateway/dds/subscriber.h"
 #include "tests/gateway/dds/fixture.h"
 
 namespace baudgate::dds {
@@ -13,14 +14,9 @@ namespace {
 
 using testing::Heard;
 using testing::MakeConfig;
+using testing::Publish;
 using testing::Set;
 using testing::TestSubscriber;
-
-std::unique_ptr<DdsPublisher> Publish(const config::Config& config, PointStore& store) {
-  auto publisher = DdsPublisher::Create(config, store);
-  EXPECT_TRUE(publisher.ok()) << publisher.error();
-  return publisher.ok() ? std::move(*publisher) : nullptr;
-}
 
 std::unique_ptr<DdsSubscriber> Subscribe(Heard& heard) {
   auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
@@ -167,6 +163,15 @@ TEST(Loopback, TheReaderSaysWhatItHadNoRoomFor) {
   const auto publisher = Publish(config, store);
   ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 10; }));
   EXPECT_TRUE(heard.WaitFor([&] { return heard.rejected == 20; })) << heard.rejected;
+}
+
+TEST(Loopback, AnAddressThatIsNotOursIsRefused) {
+  config::Config config = MakeConfig(1, 1);
+  config.dds.interfaces = {"192.0.2.1"};
+  const PointStore store(config);
+  const auto writer = CreateFastWriter(config, store);
+  ASSERT_FALSE(writer.ok());
+  EXPECT_THAT(writer.error(), ::testing::HasSubstr("192.0.2.1"));
 }
 
 }  // namespace

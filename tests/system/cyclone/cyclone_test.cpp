@@ -17,6 +17,7 @@ namespace baudgate::dds {
 namespace {
 
 using testing::MakeConfig;
+using testing::Publish;
 using testing::Set;
 using testing::TestDomain;
 
@@ -58,8 +59,8 @@ TEST(Cyclone, EveryPointArrivesAsWritten) {
       Set(store, device, point, device * 1000 + point + 0.25, Quality::uncertain_sub_normal);
     }
   }
-  auto publisher = DdsPublisher::Create(config, store);
-  ASSERT_TRUE(publisher.ok()) << publisher.error();
+  auto publisher = Publish(config, store);
+  ASSERT_NE(publisher, nullptr);
 
   CycloneSubscriber subscriber("--count 1000");
   std::map<std::string, std::string> heard;
@@ -85,8 +86,8 @@ TEST(Cyclone, EveryPointArrivesAsWritten) {
 TEST(Cyclone, TheEndOfAGatewayIsSeen) {
   const config::Config config = MakeConfig(2, 20);
   PointStore store(config);
-  auto publisher = DdsPublisher::Create(config, store);
-  ASSERT_TRUE(publisher.ok()) << publisher.error();
+  auto publisher = Publish(config, store);
+  ASSERT_NE(publisher, nullptr);
 
   CycloneSubscriber subscriber("--count 40 --gone");
   int arrived = 0;
@@ -95,8 +96,8 @@ TEST(Cyclone, TheEndOfAGatewayIsSeen) {
     if (line->starts_with("gone ")) {
       ++left;
     } else if (++arrived == 40) {
-      (*publisher)->Stop();
-      publisher->reset();
+      publisher->Stop();
+      publisher.reset();
     }
   }
   EXPECT_EQ(subscriber.Wait(), 0);

@@ -72,9 +72,8 @@ class WatchTest : public ::testing::Test {
   void SetUp() override {
     dds::testing::Set(store_, 0, 0, 2.5);
     dds::testing::Set(store_, 0, 1, std::string("SPCJ\x1b 4D29"));
-    auto publisher = dds::DdsPublisher::Create(config_, store_);
-    ASSERT_TRUE(publisher.ok()) << publisher.error();
-    publisher_ = std::move(*publisher);
+    publisher_ = dds::testing::Publish(config_, store_);
+    ASSERT_NE(publisher_, nullptr);
   }
 
   const config::Config config_ = dds::testing::MakeConfig(2, 3);

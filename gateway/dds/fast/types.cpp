@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/dds/types.h"
+#include "gateway/dds/fast/types.h"
 
 #include <algorithm>
 #include <fastdds/dds/topic/TopicDataType.hpp>
 
 #include "gateway/dds/cdr.h"
+#include "gateway/dds/fast/key_hash.h"
 
 namespace baudgate::dds {
 namespace {

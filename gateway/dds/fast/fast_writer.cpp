@@ -1,5 +1,6 @@
-// The SampleWriter on Fast DDS: samples come from the publisher and go to all subscribers.
 // SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/fast/fast_writer.h"
+
 #include <algorithm>
 #include <atomic>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -13,8 +14,8 @@
 #include <string_view>
 #include <vector>
 
-#include "gateway/dds/sample_writer.h"
-#include "gateway/dds/types.h"
+#include "gateway/dds/fast/participant.h"
+#include "gateway/dds/fast/types.h"
 
 namespace baudgate::dds {
 namespace {
@@ -197,6 +198,16 @@ Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions&
     return Error{"dds: no writer for " + std::to_string(points) + " points could be made"};
   }
   return std::unique_ptr<SampleWriter>(std::move(writer));
+}
+
+Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& config,
+                                                       const PointStore& store) {
+  std::size_t points = 0;
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    points += store.device(device).points.size();
+  }
+  return CreateFastWriter({config.dds.domain, config.dds.interfaces, config.dds.shared_memory},
+                          points, store.device_count());
 }
 
 }  // namespace baudgate::dds

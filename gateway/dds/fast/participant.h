@@ -3,22 +3,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "gateway/base/result.h"
+#include "gateway/dds/participant_options.h"
 
 namespace eprosima::fastdds::dds {
 class DomainParticipant;
 }
 
 namespace baudgate::dds {
-
-struct ParticipantOptions {
-  int domain = 0;                       ///< 0…232
-  std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0 = all
-  bool shared_memory = false;           ///< between processes of one user only
-};
 
 /// The error names what to change. No XML profile file is ever read.
 Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/dds/participant.h"
+#include "gateway/dds/fast/participant.h"
 
 #include <arpa/inet.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "gateway/base/result.h"
-#include "gateway/dds/participant.h"
+#include "gateway/dds/participant_options.h"
 #include "gateway/dds/samples.h"
 
 namespace baudgate::dds {

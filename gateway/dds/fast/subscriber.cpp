@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/dds/subscriber.h"
+#include "gateway/dds/fast/subscriber.h"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,8 @@
 #include <unordered_map>
 
 #include "gateway/base/guarded.h"
-#include "gateway/dds/types.h"
+#include "gateway/dds/fast/participant.h"
+#include "gateway/dds/fast/types.h"
 
 namespace baudgate::dds {
 namespace {

@@ -1,0 +1,24 @@
+// The SampleWriter on Fast DDS, in a participant of its own.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "config/model/config.h"
+#include "gateway/base/result.h"
+#include "gateway/dds/participant_options.h"
+#include "gateway/dds/sample_writer.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate::dds {
+
+/// Writers of both topics, with room for this many instances; participant and writers end with the
+/// object. The error says what in `dds:` to change.
+Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
+                                                       std::size_t points, std::size_t devices);
+/// For all points and devices of `store`, as `config.dds` has it.
+Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& config,
+                                                       const PointStore& store);
+
+}  // namespace baudgate::dds

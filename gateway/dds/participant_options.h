@@ -1,0 +1,17 @@
+// In which DDS domain and on which interfaces a gateway or a subscriber takes part. Comes from
+// `dds:` of the configuration or from the command line, goes to gateway/dds/fast/participant.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace baudgate::dds {
+
+struct ParticipantOptions {
+  int domain = 0;                       ///< 0…232
+  std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0 = all
+  bool shared_memory = false;           ///< between processes of one user only
+};
+
+}  // namespace baudgate::dds

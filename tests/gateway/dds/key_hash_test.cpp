@@ -1,0 +1,24 @@
+// Key hashes against those that were computed apart from this code.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/fast/key_hash.h"
+
+#include <gtest/gtest.h>
+
+#include "gateway/base/text.h"
+
+namespace baudgate::dds {
+namespace {
+
+TEST(KeyHash, IsWhatEveryVendorComputes) {
+  PointSample point;
+  point.gateway = "sub-7", point.device = "feeder-1", point.point = "current_l1";
+  EXPECT_EQ(ToHex(HashKey(point)), "DE 56 C3 97 F6 81 9A 85 FD B6 E3 03 A4 F1 59 7F");
+  point.value = 7;  // no part of the key
+  EXPECT_EQ(ToHex(HashKey(point)), "DE 56 C3 97 F6 81 9A 85 FD B6 E3 03 A4 F1 59 7F");
+  DeviceSample device;
+  device.gateway = "sub-7", device.device = "feeder-1";
+  EXPECT_EQ(ToHex(HashKey(device)), "85 15 01 FE B4 1F 4A E8 6E 90 8F F1 06 94 FA 6B");
+}
+
+}  // namespace
+}  // namespace baudgate::dds
