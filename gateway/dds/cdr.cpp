@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/cdr.h"
 
-#include <fastcdr/Cdr.h>
-
-#include <exception>
+#include <bit>
+#include <type_traits>
 
 namespace baudgate::dds {
 namespace {
-
-using eprosima::fastcdr::Cdr;
-using eprosima::fastcdr::FastBuffer;
 
 bool Fits(const std::string& text, std::size_t bound) {
   return text.size() <= bound && text.find('\0') == std::string::npos;
@@ -42,35 +38,102 @@ void ForEachField(Sample& s, Op op) {
   op(s.rtt_mean_us), op(s.rtt_p99_us);
 }
 
+// Representation identifier (CDR_BE 00 00, CDR_LE 00 01) and two bytes of options.
+constexpr std::size_t kEncapsulation = 4;
+
+/// A number stands at a multiple of its size, counted from the end of the encapsulation.
+std::size_t Aligned(std::size_t at, std::size_t size) {
+  return kEncapsulation + (at - kEncapsulation + size - 1) / size * size;
+}
+
+class Writer {
+ public:
+  explicit Writer(std::span<std::uint8_t> to) : to_(to) {
+    for (const int byte : {0, 1, 0, 0}) PutByte(static_cast<std::uint8_t>(byte));
+  }
+  void Put(const std::string& text) {
+    Put(static_cast<std::uint32_t>(text.size() + 1));
+    for (const char c : text) PutByte(static_cast<std::uint8_t>(c));
+    PutByte(0);
+  }
+  void Put(double value) { Put(std::bit_cast<std::uint64_t>(value)); }
+  template <typename T>
+  requires std::is_integral_v<T>
+  void Put(T value) {
+    const auto bits = static_cast<std::make_unsigned_t<T>>(value);
+    for (const std::size_t from = Aligned(at_, sizeof(T)); at_ < from;) PutByte(0);
+    for (std::size_t i = 0; i < sizeof(T); ++i) PutByte(static_cast<std::uint8_t>(bits >> (8 * i)));
+  }
+  /// Bytes used; 0: there was no room for all.
+  std::size_t size() const { return at_ <= to_.size() ? at_ : 0; }
+
+ private:
+  void PutByte(std::uint8_t byte) {
+    if (at_ < to_.size()) to_[at_] = byte;
+    ++at_;
+  }
+
+  std::span<std::uint8_t> to_;
+  std::size_t at_ = 0;
+};
+
+class Reader {
+ public:
+  explicit Reader(View bytes) : bytes_(bytes), good_(bytes.size() >= kEncapsulation) {
+    // What else there is (parameter lists) is not ours.
+    good_ = good_ && bytes[0] == 0 && bytes[1] <= 1;
+    little_ = good_ && bytes[1] == 1;
+  }
+  void Get(std::string& text) {
+    std::uint32_t length = 0;
+    Get(length);
+    if (!good_ || length > bytes_.size() - at_) return Fail();
+    text.assign(AsText(bytes_.subspan(at_, length)));
+    if (!text.empty() && text.back() == '\0') text.pop_back();
+    at_ += length;
+  }
+  void Get(double& value) {
+    std::uint64_t bits = 0;
+    Get(bits);
+    value = std::bit_cast<double>(bits);
+  }
+  template <typename T>
+  requires std::is_integral_v<T>
+  void Get(T& value) {
+    const std::size_t from = Aligned(at_, sizeof(T));
+    if (!good_ || from > bytes_.size() || sizeof(T) > bytes_.size() - from) return Fail();
+    std::make_unsigned_t<T> bits = 0;
+    for (std::size_t i = 0; i < sizeof(T); ++i) {
+      const std::uint64_t byte = bytes_[from + i];
+      bits = static_cast<decltype(bits)>(bits | byte << (8 * (little_ ? i : sizeof(T) - 1 - i)));
+    }
+    value = static_cast<T>(bits);
+    at_ = from + sizeof(T);
+  }
+  bool good() const { return good_; }
+
+ private:
+  void Fail() { good_ = false; }
+
+  View bytes_;
+  std::size_t at_ = kEncapsulation;
+  bool good_ = false;
+  bool little_ = false;
+};
+
 template <typename Sample>
 std::size_t EncodeAny(const Sample& sample, std::span<std::uint8_t> to) {
   if (!InBounds(sample)) return 0;
-  try {
-    FastBuffer buffer(reinterpret_cast<char*>(to.data()), to.size());
-    Cdr cdr(buffer, Cdr::LITTLE_ENDIANNESS, Cdr::DDS_CDR);
-    cdr.serialize_encapsulation();
-    ForEachField(sample, [&cdr](const auto& field) { cdr << field; });
-    return cdr.getSerializedDataLength();
-  } catch (const std::exception&) {
-    return 0;
-  }
+  Writer writer(to);
+  ForEachField(sample, [&writer](const auto& field) { writer.Put(field); });
+  return writer.size();
 }
 
 template <typename Sample>
 bool DecodeAny(View bytes, Sample& sample) {
-  // CDR_BE 00 00 and CDR_LE 00 01 only; what else fastcdr knows (parameter lists) is not ours.
-  if (bytes.size() < 4 || bytes[0] != 0 || bytes[1] > 1) return false;
-  try {
-    // fastcdr takes no const buffer; reading leaves it alone.
-    auto* data = reinterpret_cast<char*>(const_cast<std::uint8_t*>(bytes.data()));
-    FastBuffer buffer(data, bytes.size());
-    Cdr cdr(buffer, Cdr::LITTLE_ENDIANNESS, Cdr::DDS_CDR);
-    cdr.read_encapsulation();
-    ForEachField(sample, [&cdr](auto& field) { cdr >> field; });
-    return InBounds(sample);
-  } catch (const std::exception&) {
-    return false;
-  }
+  Reader reader(bytes);
+  ForEachField(sample, [&reader](auto& field) { reader.Get(field); });
+  return reader.good() && InBounds(sample);
 }
 
 }  // namespace

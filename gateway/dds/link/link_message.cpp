@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/link/link_message.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include "gateway/base/shown.h"
+#include "gateway/dds/cdr.h"
+
+namespace baudgate::dds {
+namespace {
+
+constexpr std::size_t kMostInterfaces = 64;
+constexpr std::size_t kMaxAddress = 45;  // of an IPv6 address as text
+constexpr std::size_t kMaxSentence = 1000;
+constexpr std::uint32_t kMostInstances = 10'000'000;
+constexpr int kLastDomain = 232;
+
+static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 8 <=
+              kMaxLinkMessage);
+static_assert(kLinkHeaderBytes + kPointSampleMaxBytes <= kMaxLinkMessage);
+
+void PutHeader(LinkKind kind, std::size_t body, std::span<std::uint8_t> to) {
+  to[0] = static_cast<std::uint8_t>(kind);
+  to[1] = kLinkVersion;
+  to[2] = static_cast<std::uint8_t>(body & 0xFFU);
+  to[3] = static_cast<std::uint8_t>(body >> 8);
+}
+
+Bytes Packet(LinkKind kind, View body) {
+  Bytes packet(kLinkHeaderBytes);
+  PutHeader(kind, body.size(), packet);
+  Append(packet, body);
+  return packet;
+}
+
+template <typename T>
+void Put(Bytes& to, T value) {
+  for (std::size_t i = 0; i < sizeof(T); ++i) {
+    to.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+  }
+}
+
+void PutText(Bytes& to, std::string_view text) {
+  to.push_back(static_cast<std::uint8_t>(text.size()));
+  Append(to, text);
+}
+
+/// Takes fields off the front; once something was missing, everything is.
+class Fields {
+ public:
+  explicit Fields(View rest) : rest_(rest) {}
+
+  template <typename T>
+  T Number() {
+    T value = 0;
+    if (!Has(sizeof(T))) return value;
+    for (std::size_t i = 0; i < sizeof(T); ++i) value |= static_cast<T>(T{rest_[i]} << (8 * i));
+    rest_ = rest_.subspan(sizeof(T));
+    return value;
+  }
+  std::string Text(std::size_t bound) {
+    const auto length = Number<std::uint8_t>();
+    if (length > bound || !Has(length)) {
+      good_ = false;
+      return {};
+    }
+    std::string text(AsText(rest_.first(length)));
+    rest_ = rest_.subspan(length);
+    return text;
+  }
+  /// All was there, and nothing is left.
+  bool AllTaken() const { return good_ && rest_.empty(); }
+
+ private:
+  bool Has(std::size_t count) {
+    good_ = good_ && rest_.size() >= count;
+    return good_;
+  }
+
+  View rest_;
+  bool good_ = true;
+};
+
+template <typename Sample>
+std::size_t EncodeAny(LinkKind kind, const Sample& sample, std::span<std::uint8_t> to) {
+  if (to.size() < kMaxLinkMessage) return 0;
+  const std::size_t body = Encode(sample, to.subspan(kLinkHeaderBytes));
+  if (body == 0) return 0;
+  PutHeader(kind, body, to);
+  return kLinkHeaderBytes + body;
+}
+
+bool IsKind(std::uint8_t byte) { return (byte >= 1 && byte <= 6) || (byte >= 64 && byte <= 66); }
+
+}  // namespace
+
+Bytes EncodeOpen(const LinkOpen& open) {
+  Bytes body;
+  PutText(body, open.gateway.substr(0, kMaxKey));
+  Put(body, static_cast<std::uint32_t>(open.participant.domain));
+  body.push_back(open.participant.shared_memory ? 1 : 0);
+  const std::size_t count = std::min(open.participant.interfaces.size(), kMostInterfaces);
+  body.push_back(static_cast<std::uint8_t>(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    PutText(body, open.participant.interfaces[i].substr(0, kMaxAddress));
+  }
+  Put(body, open.points);
+  Put(body, open.devices);
+  return Packet(LinkKind::open, body);
+}
+
+Bytes EncodeFailed(const std::string& sentence) {
+  return Packet(LinkKind::failed, ToBytes(sentence.substr(0, kMaxSentence)));
+}
+
+Bytes EncodeCounts(const LinkCounts& counts) {
+  Bytes body;
+  Put(body, counts.subscribers);
+  Put(body, counts.written);
+  Put(body, counts.refused);
+  return Packet(LinkKind::counts, body);
+}
+
+Bytes EncodeBare(LinkKind kind) { return Packet(kind, {}); }
+
+std::size_t EncodeSample(LinkKind kind, const PointSample& sample, std::span<std::uint8_t> to) {
+  return EncodeAny(kind, sample, to);
+}
+std::size_t EncodeSample(LinkKind kind, const DeviceSample& sample, std::span<std::uint8_t> to) {
+  return EncodeAny(kind, sample, to);
+}
+
+Result<LinkMessage> ParseLink(View packet) {
+  if (packet.size() < kLinkHeaderBytes) {
+    return Error{"a message of " + std::to_string(packet.size()) + " bytes"};
+  }
+  if (packet.size() > kMaxLinkMessage) return Error{"a message that is too long"};
+  if (packet[1] != kLinkVersion) {
+    return Error{"a message of version " + std::to_string(packet[1]) + ", not " +
+                 std::to_string(kLinkVersion) +
+                 "; baudgate and baudgate-dds must be of one release"};
+  }
+  if (!IsKind(packet[0])) return Error{"a message of unknown kind " + std::to_string(packet[0])};
+  const std::size_t body = packet[2] + 256U * packet[3];
+  if (body != packet.size() - kLinkHeaderBytes) {
+    return Error{"a message of " + std::to_string(packet.size() - kLinkHeaderBytes) +
+                 " bytes that says it has " + std::to_string(body)};
+  }
+  return LinkMessage{static_cast<LinkKind>(packet[0]), packet.subspan(kLinkHeaderBytes)};
+}
+
+Result<LinkOpen> DecodeOpen(View body) {
+  const Error damaged{"a damaged request to open"};
+  Fields fields(body);
+  LinkOpen open;
+  open.gateway = fields.Text(kMaxKey);
+  const auto domain = fields.Number<std::uint32_t>();
+  const auto shared_memory = fields.Number<std::uint8_t>();
+  const auto count = fields.Number<std::uint8_t>();
+  if (count > kMostInterfaces) return damaged;
+  for (std::size_t i = 0; i < count; ++i) {
+    open.participant.interfaces.push_back(fields.Text(kMaxAddress));
+  }
+  open.points = fields.Number<std::uint32_t>();
+  open.devices = fields.Number<std::uint32_t>();
+  if (!fields.AllTaken() || domain > kLastDomain || shared_memory > 1 ||
+      open.points > kMostInstances || open.devices > kMostInstances) {
+    return damaged;
+  }
+  open.participant.domain = static_cast<int>(domain);
+  open.participant.shared_memory = shared_memory == 1;
+  return open;
+}
+
+Result<LinkCounts> DecodeCounts(View body) {
+  Fields fields(body);
+  LinkCounts counts;
+  counts.subscribers = fields.Number<std::uint32_t>();
+  counts.written = fields.Number<std::uint64_t>();
+  counts.refused = fields.Number<std::uint64_t>();
+  if (!fields.AllTaken()) return Error{"damaged counts"};
+  return counts;
+}
+
+std::string DecodeFailed(View body) {
+  return Harmless(std::string(AsText(body.first(std::min(body.size(), kMaxSentence)))));
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,82 @@
+// The messages between the daemon and the DDS process (baudgate-dds), one in each packet of a
+// SOCK_SEQPACKET socket: pure encoding and checked decoding. gateway/dds/link/link_writer.h and
+// link_server.h carry them.
+// SPDX-License-Identifier: Apache-2.0
+//
+//   02 01 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
+//   kind point, version 1, 92 bytes follow | the sample as in gateway/dds/cdr.h
+//
+// All numbers are little-endian.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/result.h"
+#include "gateway/dds/participant_options.h"
+#include "gateway/dds/samples.h"
+
+namespace baudgate::dds {
+
+inline constexpr std::uint8_t kLinkVersion = 1;
+inline constexpr std::size_t kLinkHeaderBytes = 4;
+/// No message is longer; a packet that is longer is refused.
+inline constexpr std::size_t kMaxLinkMessage = 4096;
+
+enum class LinkKind : std::uint8_t {
+  // From the daemon.
+  open = 1,         ///< first, once: what to take part in, and how much to make room for
+  point = 2,        ///< a sample to publish
+  device = 3,       ///< likewise
+  point_gone = 4,   ///< there is no such point any more; only the key matters
+  device_gone = 5,  ///< likewise
+  end = 6,          ///< wait until subscribers have everything, then leave
+  // From the process.
+  opened = 64,  ///< the answer to open: samples may come
+  failed = 65,  ///< the other answer: a sentence that says what to change
+  counts = 66,  ///< at a change, and once a second as a sign of life
+};
+
+struct LinkOpen {
+  std::string gateway;  ///< its name, for the process' own log
+  ParticipantOptions participant;
+  std::uint32_t points = 0;
+  std::uint32_t devices = 0;
+};
+
+/// Since the process has opened.
+struct LinkCounts {
+  std::uint32_t subscribers = 0;  ///< readers of the points topic, now
+  std::uint64_t written = 0;      ///< samples
+  std::uint64_t refused = 0;      ///< samples that the library did not take
+
+  bool operator==(const LinkCounts&) const = default;
+};
+
+/// Each gives a whole packet.
+Bytes EncodeOpen(const LinkOpen& open);
+Bytes EncodeFailed(const std::string& sentence);  ///< what is longer than 1,000 bytes is cut
+Bytes EncodeCounts(const LinkCounts& counts);
+Bytes EncodeBare(LinkKind kind);  ///< end, opened
+/// Writes a packet into `to`, without allocating; 0 when the sample is beyond its bounds or `to` is
+/// shorter than kMaxLinkMessage.
+std::size_t EncodeSample(LinkKind kind, const PointSample& sample, std::span<std::uint8_t> to);
+std::size_t EncodeSample(LinkKind kind, const DeviceSample& sample, std::span<std::uint8_t> to);
+
+struct LinkMessage {
+  LinkKind kind{};
+  View body;  ///< within the packet
+};
+
+/// The error says in words what is wrong with the packet: too short, another version, an unknown
+/// kind, a length that is not the packet's.
+Result<LinkMessage> ParseLink(View packet);
+
+/// Bodies. Everything is checked against its bounds, and nothing may stand behind it.
+Result<LinkOpen> DecodeOpen(View body);
+Result<LinkCounts> DecodeCounts(View body);
+std::string DecodeFailed(View body);  ///< printable, at most 1,000 bytes
+
+}  // namespace baudgate::dds

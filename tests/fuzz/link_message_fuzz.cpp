@@ -1,0 +1,74 @@
+// What the daemon and the DDS process read from each other: any packet is refused with a reason, or
+// means the same after it has been written anew.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/cdr.h"
+#include "gateway/dds/link/link_message.h"
+#include "tests/fuzz/fuzz.h"
+
+namespace baudgate::fuzz {
+namespace {
+
+using namespace dds;
+
+bool Same(View a, View b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); }
+
+template <typename Sample>
+void CheckSample(const LinkMessage& message) {
+  Sample sample;
+  if (!Decode(message.body, sample)) return;
+  Bytes packet(kMaxLinkMessage);
+  packet.resize(EncodeSample(message.kind, sample, packet));
+  const auto again = ParseLink(packet);
+  Require(again.ok() && again->kind == message.kind, "a sample that was read can be sent on");
+  Sample back;
+  Require(Decode(again->body, back), "what was sent on can be read");
+  // Not the samples themselves: NaN is not equal to NaN.
+  Bytes second(kMaxLinkMessage);
+  second.resize(EncodeSample(message.kind, back, second));
+  Require(Same(packet, second), "and says the same");
+}
+
+void Check(View packet) {
+  const auto message = ParseLink(packet);
+  if (!message.ok()) {
+    Require(!message.error().empty(), "a refused packet has a reason");
+    return;
+  }
+  Require(message->body.size() + kLinkHeaderBytes == packet.size(), "the length is the packet's");
+  switch (message->kind) {
+    case LinkKind::open: {
+      const auto open = DecodeOpen(message->body);
+      if (open.ok()) Require(Same(EncodeOpen(*open), packet), "open has one form");
+      break;
+    }
+    case LinkKind::counts: {
+      const auto counts = DecodeCounts(message->body);
+      if (counts.ok()) Require(Same(EncodeCounts(*counts), packet), "counts have one form");
+      break;
+    }
+    case LinkKind::failed:
+      Require(DecodeFailed(message->body).size() <= 1000, "a sentence is bounded");
+      break;
+    case LinkKind::point:
+    case LinkKind::point_gone:
+      CheckSample<PointSample>(*message);
+      break;
+    case LinkKind::device:
+    case LinkKind::device_gone:
+      CheckSample<DeviceSample>(*message);
+      break;
+    case LinkKind::end:
+    case LinkKind::opened:
+      break;
+  }
+}
+
+}  // namespace
+}  // namespace baudgate::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
+  const baudgate::Bytes packet(data, data + size);
+  baudgate::fuzz::Check(packet);
+  return 0;
+}

@@ -1,0 +1,171 @@
+// The messages of the link: bytes computed apart from this code, both ways, and every kind of
+// damage, which must be named and refused.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/link/link_message.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/base/text.h"
+#include "gateway/dds/cdr.h"
+
+namespace baudgate::dds {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+LinkOpen AnOpen() {
+  return {.gateway = "sub-7",
+          .participant = {.domain = 7, .interfaces = {"127.0.0.1", "::1"}, .shared_memory = true},
+          .points = 5000,
+          .devices = 31};
+}
+
+constexpr char kOpen[] =
+    "01 01 22 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
+    "88 13 00 00 1F 00 00 00";
+constexpr char kCounts[] =
+    "42 01 14 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00";
+
+TEST(LinkMessage, OpenBothWays) {
+  const Bytes packet = EncodeOpen(AnOpen());
+  EXPECT_EQ(ToHex(packet), kOpen);
+  const auto message = ParseLink(packet);
+  ASSERT_TRUE(message.ok()) << message.error();
+  EXPECT_EQ(message->kind, LinkKind::open);
+  const auto open = DecodeOpen(message->body);
+  ASSERT_TRUE(open.ok());
+  EXPECT_EQ(open->gateway, "sub-7");
+  EXPECT_EQ(open->participant.domain, 7);
+  EXPECT_EQ(open->participant.interfaces, AnOpen().participant.interfaces);
+  EXPECT_TRUE(open->participant.shared_memory);
+  EXPECT_EQ(open->points, 5000U);
+  EXPECT_EQ(open->devices, 31U);
+}
+
+TEST(LinkMessage, CountsBothWays) {
+  const LinkCounts counts{.subscribers = 3, .written = 1234, .refused = 1ULL << 32};
+  EXPECT_EQ(ToHex(EncodeCounts(counts)), kCounts);
+  const auto back = DecodeCounts(ParseLink(*ParseHex(kCounts))->body);
+  ASSERT_TRUE(back.ok());
+  EXPECT_EQ(*back, counts);
+}
+
+TEST(LinkMessage, SamplesBothWays) {
+  PointSample point;
+  point.gateway = "g", point.device = "d", point.point = "p", point.value = 2.5, point.seq = 9;
+  Bytes packet(kMaxLinkMessage);
+  packet.resize(EncodeSample(LinkKind::point, point, packet));
+  EXPECT_EQ(ToHex(View(packet).first(8)), "02 01 48 00 00 01 00 00");
+  PointSample back;
+  ASSERT_TRUE(Decode(ParseLink(packet)->body, back));
+  EXPECT_EQ(back, point);
+
+  DeviceSample device;
+  device.gateway = "g", device.device = "d", device.line = "l", device.exchanges = 7;
+  packet.resize(kMaxLinkMessage);
+  packet.resize(EncodeSample(LinkKind::device_gone, device, packet));
+  const auto message = ParseLink(packet);
+  ASSERT_TRUE(message.ok());
+  EXPECT_EQ(message->kind, LinkKind::device_gone);
+  DeviceSample device_back;
+  ASSERT_TRUE(Decode(message->body, device_back));
+  EXPECT_EQ(device_back, device);
+}
+
+TEST(LinkMessage, WhatIsBeyondItsBoundsIsNotEncoded) {
+  PointSample point;
+  point.point = std::string(kMaxKey + 1, 'p');
+  Bytes packet(kMaxLinkMessage);
+  EXPECT_EQ(EncodeSample(LinkKind::point, point, packet), 0U);
+  Bytes small(kMaxLinkMessage - 1);
+  EXPECT_EQ(EncodeSample(LinkKind::point, PointSample(), small), 0U);
+}
+
+TEST(LinkMessage, TheLargestOpenFits) {
+  LinkOpen open = AnOpen();
+  open.gateway = std::string(kMaxKey, 'g');
+  open.participant.interfaces.assign(64, std::string(45, '1'));
+  const Bytes packet = EncodeOpen(open);
+  EXPECT_LE(packet.size(), kMaxLinkMessage);
+  const auto back = DecodeOpen(ParseLink(packet)->body);
+  ASSERT_TRUE(back.ok());
+  EXPECT_THAT(back->participant.interfaces, SizeIs(64));
+}
+
+TEST(LinkMessage, AFailureIsCutAndMadeHarmless) {
+  const Bytes packet = EncodeFailed("no\nsuch " + std::string(2000, 'x'));
+  const std::string sentence = DecodeFailed(ParseLink(packet)->body);
+  EXPECT_THAT(sentence, SizeIs(1000));
+  EXPECT_THAT(sentence, HasSubstr("no?such"));
+}
+
+/// Each prefix in memory of its own, so that a sanitizer sees the first read beyond the end.
+TEST(LinkMessage, EveryTruncationIsRefused) {
+  Bytes sample(kMaxLinkMessage);
+  sample.resize(EncodeSample(LinkKind::point, PointSample(), sample));
+  for (const Bytes& whole : {*ParseHex(kOpen), *ParseHex(kCounts), EncodeFailed("why"), sample}) {
+    ASSERT_TRUE(ParseLink(whole).ok());
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+      const Bytes part(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+      EXPECT_FALSE(ParseLink(part).ok()) << size;
+    }
+  }
+  const auto body_of = [](const char* hex, std::size_t size) {
+    const Bytes whole = *ParseHex(hex);
+    const auto body = View(whole).subspan(kLinkHeaderBytes).first(size);
+    return Bytes(body.begin(), body.end());
+  };
+  for (std::size_t size = 0; size < 0x22; ++size) {
+    EXPECT_FALSE(DecodeOpen(body_of(kOpen, size)).ok()) << size;
+  }
+  for (std::size_t size = 0; size < 0x14; ++size) {
+    EXPECT_FALSE(DecodeCounts(body_of(kCounts, size)).ok()) << size;
+  }
+}
+
+struct Wrong {
+  const char* bytes;
+  const char* words;
+};
+
+TEST(LinkMessage, WhatIsWrongIsNamed) {
+  for (const Wrong& wrong : {
+           Wrong{"", "0 bytes"},
+           Wrong{"06 01 00", "3 bytes"},
+           Wrong{"06 02 00 00", "version 2, not 1"},
+           Wrong{"00 01 00 00", "unknown kind 0"},
+           Wrong{"07 01 00 00", "unknown kind 7"},
+           Wrong{"43 01 00 00", "unknown kind 67"},
+           Wrong{"06 01 01 00", "0 bytes that says it has 1"},
+           Wrong{"06 01 00 01 00", "1 bytes that says it has 256"},
+       }) {
+    const auto message = ParseLink(*ParseHex(wrong.bytes));
+    ASSERT_FALSE(message.ok()) << wrong.bytes;
+    EXPECT_THAT(message.error(), HasSubstr(wrong.words));
+  }
+  EXPECT_THAT(ParseLink(Bytes(kMaxLinkMessage + 1, 1)).error(), HasSubstr("too long"));
+}
+
+TEST(LinkMessage, AnOpenBeyondItsBoundsIsRefused) {
+  struct Change {
+    std::size_t at;
+    std::uint8_t byte;
+  };
+  const Bytes whole = *ParseHex(kOpen);
+  const Bytes body(whole.begin() + kLinkHeaderBytes, whole.end());
+  ASSERT_TRUE(DecodeOpen(body).ok());
+  for (const Change& change : {Change{0, 65}, Change{6, 233}, Change{10, 2}, Change{11, 65},
+                               Change{12, 46}, Change{29, 0xFF}, Change{33, 0xFF}}) {
+    Bytes changed = body;
+    changed[change.at] = change.byte;
+    EXPECT_FALSE(DecodeOpen(changed).ok()) << change.at;
+  }
+  Bytes longer = body;
+  longer.push_back(0);
+  EXPECT_FALSE(DecodeOpen(longer).ok());
+}
+
+}  // namespace
+}  // namespace baudgate::dds
