@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/outputs.h"
 
+#include <array>
+
 #include "config/checks/name_checks.h"
 #include "config/listeners.h"
 #include "config/model/network.h"
@@ -16,6 +18,8 @@ constexpr std::size_t kMostRoutes = 256;
 constexpr std::size_t kMostInterfaces = 64;
 constexpr std::size_t kLongestSocketPath = 107;  // what sockaddr_un takes, without the last zero
 constexpr int kLastDomain = 232;                 // beyond, DDS would compute ports above 65535
+constexpr std::array<Word<Dds::Process>, 2> kProcesses = {
+    {{"own", Dds::Process::own}, {"inside", Dds::Process::inside}}};
 
 // The daemon has no working directory of its own choosing. Empty when the key is absent or wrong.
 std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::string& example) {
@@ -89,6 +93,7 @@ Dds ReadDds(const YamlNode& node, Problems& problems) {
   Dds dds;
   MapReader map(node, "dds", problems);
   Assign(dds.enabled, map.Flag("enabled"));
+  Assign(dds.process, map.OneOf("process", kProcesses));
   Assign(dds.domain, map.Integer("domain", 0, kLastDomain));
   Assign(dds.shared_memory, map.Flag("shared_memory"));
   Assign(dds.heartbeat, map.Time("heartbeat", 100ms, 1h));

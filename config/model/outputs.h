@@ -19,10 +19,16 @@ struct Modbus {
 };
 
 struct Dds {
+  /// In which process the DDS library runs.
+  enum class Process {
+    own,     ///< baudgate-dds: what ends it does not end the gateway
+    inside,  ///< the gateway's
+  };
   bool enabled = true;
   int domain = 0;  ///< 0…232
   std::vector<std::string> interfaces = {"127.0.0.1"};
   bool shared_memory = false;
+  Process process = Process::own;
   Duration heartbeat = std::chrono::seconds(10);  ///< every point is published at least so often
 };
 

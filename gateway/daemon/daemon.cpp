@@ -23,8 +23,7 @@
 #include "gateway/trace/recordings.h"
 #include "transports/loop_thread.h"
 #ifdef BAUDGATE_WITH_DDS
-#include "gateway/dds/fast/fast_writer.h"
-#include "gateway/dds/publisher.h"
+#include "gateway/daemon/dds_output.h"
 #endif
 
 namespace baudgate {
@@ -92,7 +91,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
   std::unique_ptr<control::ControlServer> control;
   std::thread control_thread;
 #ifdef BAUDGATE_WITH_DDS
-  std::unique_ptr<dds::DdsPublisher> dds;
+  std::unique_ptr<DdsOutput> dds;
 #endif
 };
 
@@ -241,13 +240,9 @@ void Daemon::Impl::StopControl() {
 Status Daemon::Impl::StartDds() {
   if (!config.dds.enabled) return {};
 #ifdef BAUDGATE_WITH_DDS
-  auto writer = dds::CreateFastWriter(config, store);
-  if (!writer) return Error{writer.error()};
-  auto publisher = dds::DdsPublisher::Create(
-      config, store, std::move(*writer),
-      [](log::Level level, const std::string& line) { log::Write(level, "dds: " + line); });
-  if (!publisher) return Error{publisher.error()};
-  dds = std::move(*publisher);
+  auto output = DdsOutput::Start(config, store);
+  if (!output) return Error{output.error()};
+  dds = std::move(*output);
 #else
   log::Warn("dds: this build has no DDS; set dds.enabled to false to silence this line");
 #endif

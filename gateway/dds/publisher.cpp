@@ -40,22 +40,33 @@ Status CheckKeys(const config::Config& config) {
 
 Result<std::unique_ptr<DdsPublisher>> DdsPublisher::Create(const config::Config& config,
                                                            PointStore& store,
-                                                           std::unique_ptr<SampleWriter> writer,
+                                                           std::shared_ptr<SampleWriter> writer,
                                                            Log log) {
   if (const Status status = CheckKeys(config); !status) return Error{status.error()};
   std::unique_ptr<DdsPublisher> publisher(
       new DdsPublisher(config, store, std::move(log), std::move(writer)));
+  publisher->writer_->OnSession([raw = publisher.get()] {
+    {
+      const MutexLock lock(raw->stop_mutex_);
+      raw->session_changed_ = true;
+    }
+    raw->stop_changed_.notify_all();
+    raw->feed_->Wake();
+  });
   publisher->thread_ = std::thread([raw = publisher.get()] { raw->Run(); });
   return publisher;
 }
 
 DdsPublisher::DdsPublisher(const config::Config& config, PointStore& store, Log log,
-                           std::unique_ptr<SampleWriter> writer)
+                           std::shared_ptr<SampleWriter> writer)
     : writer_(std::move(writer)),
       feed_(store.Subscribe()),
       sender_(config, store, *writer_, std::move(log), ReadClocks().instant) {}
 
-DdsPublisher::~DdsPublisher() { Stop(); }
+DdsPublisher::~DdsPublisher() {
+  Stop();
+  writer_->OnSession({});  // it may outlive this
+}
 
 void DdsPublisher::Stop() {
   {
@@ -71,7 +82,14 @@ void DdsPublisher::Run() {
   Pacer wakes(kWakeInterval, kWakeBurst);
   Changes changes;
   Instant next_sending{};
+  std::uint64_t session = 0;  // whom the sender sends to
   while (!stopping()) {
+    const std::uint64_t current = AwaitSession();
+    if (current == 0) break;
+    if (std::exchange(session, current) != current) {
+      sender_.StartAnew(ReadClocks().instant);
+      next_sending = {};
+    }
     const bool takes_changes = sender_.idle();
     if (takes_changes) {
       feed_->Drain(next_sending, changes);
@@ -83,13 +101,26 @@ void DdsPublisher::Run() {
     next_sending = sender_.Send(now);
     if (takes_changes && !wakes.Take(now)) WaitUntil(now + kWakeInterval);
   }
+  if (writer_->session() != session) return;  // nobody is there who has anything
   while (const auto next = sender_.End(ReadClocks().instant)) std::this_thread::sleep_until(*next);
   writer_->WaitAcknowledged(kAcknowledgeTime);
 }
 
+/// Waits until somebody takes samples; 0: Stop was called.
+std::uint64_t DdsPublisher::AwaitSession() {
+  MutexLock lock(stop_mutex_);
+  for (;;) {
+    session_changed_ = false;
+    const std::uint64_t session = writer_->session();
+    if (stop_) return 0;
+    if (session != 0) return session;
+    while (!stop_ && !session_changed_) lock.Wait(stop_changed_);
+  }
+}
+
 void DdsPublisher::WaitUntil(Instant when) {
   MutexLock lock(stop_mutex_);
-  while (!stop_ && lock.WaitUntil(stop_changed_, when)) {
+  while (!stop_ && !session_changed_ && lock.WaitUntil(stop_changed_, when)) {
   }
 }
 

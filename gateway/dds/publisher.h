@@ -22,11 +22,12 @@ class DdsPublisher {
   /// Called on the publisher's thread.
   using Log = SampleSender::Log;
 
-  /// Starts publishing to `writer`. `config` and `store` outlive it; call before the lines start.
+  /// Starts publishing to `writer`: everything to each that takes samples there, then what changes.
+  /// `config` and `store` outlive it; call before the lines start.
   /// The error says which name to change.
   static Result<std::unique_ptr<DdsPublisher>> Create(const config::Config& config,
                                                       PointStore& store,
-                                                      std::unique_ptr<SampleWriter> writer,
+                                                      std::shared_ptr<SampleWriter> writer,
                                                       Log log = {});
   ~DdsPublisher();
 
@@ -37,19 +38,21 @@ class DdsPublisher {
 
  private:
   DdsPublisher(const config::Config& config, PointStore& store, Log log,
-               std::unique_ptr<SampleWriter> writer);
+               std::shared_ptr<SampleWriter> writer);
 
   void Run();
+  std::uint64_t AwaitSession();
   void WaitUntil(Instant when);
   bool stopping() const;
 
-  std::unique_ptr<SampleWriter> writer_;
+  std::shared_ptr<SampleWriter> writer_;
   std::shared_ptr<ChangeFeed> feed_;
   SampleSender sender_;
 
   mutable Mutex stop_mutex_;
   std::condition_variable stop_changed_;
   bool stop_ BAUDGATE_GUARDED_BY(stop_mutex_) = false;
+  bool session_changed_ BAUDGATE_GUARDED_BY(stop_mutex_) = false;
   std::thread thread_;
 };
 

@@ -14,6 +14,9 @@ constexpr std::uint32_t kPaceBurst = 100;
 constexpr Duration kDisposeInterval = 20us;
 constexpr Duration kDisposeTime = 700ms;
 constexpr std::size_t kDueBatch = 64;
+// A writer that wants a sample later is asked again after 1, 2, 4, 8, 10, 10 … ms.
+constexpr Duration kShortestHold = 1ms;
+constexpr Duration kLongestHold = 10ms;
 
 // A reader that is connected in the middle of a long image gets its end before its beginning; one
 // on Fast DDS 2.9 then searches all that it holds for each sample, for ten seconds and more.
@@ -56,9 +59,21 @@ SampleSender::SampleSender(const config::Config& config, const PointStore& store
       writer_(writer),
       log_(std::move(log)),
       first_slot_(FirstSlots(store)),
-      plan_({.heartbeat = config.dds.heartbeat}, Deadbands(store), store.device_count(),
-            ImageTime(first_slot_.back(), now)),
+      plan_(NewPlan(now)),
       pacer_(kPaceInterval, kPaceBurst) {}
+
+PublishPlan SampleSender::NewPlan(Instant now) const {
+  return {{.heartbeat = config_.dds.heartbeat},
+          Deadbands(store_),
+          store_.device_count(),
+          ImageTime(first_slot_.back(), now)};
+}
+
+void SampleSender::StartAnew(Instant now) {
+  plan_ = NewPlan(now);
+  round_ = {};
+  held_until_ = {};
+}
 
 void SampleSender::Add(Changes& changes) {
   std::swap(round_.points, changes.points);
@@ -74,12 +89,12 @@ bool SampleSender::idle() const {
 }
 
 Instant SampleSender::Send(Instant now) {
-  if (!SendRound(now)) return pacer_.ReadyAt();
+  if (!SendRound(now)) return GoOnAt();
   // What has changed meanwhile goes before the next few that are due: it does not wait for the
   // whole start-up image.
   if (!std::exchange(due_may_follow_, false)) return now;
   TakeDue(now);
-  if (!SendRound(now)) return pacer_.ReadyAt();
+  if (!SendRound(now)) return GoOnAt();
   return plan_.NextDue();
 }
 
@@ -92,12 +107,26 @@ void SampleSender::TakeDue(Instant now) {
   plan_.TakeDueDevices(now, kDueBatch, round_.devices);
 }
 
-/// False: the pace allows no more now.
+bool SampleSender::MaySend(Instant now) { return now >= held_until_ && pacer_.Take(now); }
+
+Instant SampleSender::GoOnAt() const { return std::max(held_until_, pacer_.ReadyAt()); }
+
+/// False: the writer wants the same sample later, so it has not been sent.
+bool SampleSender::Keep(Sent sent, Instant now) {
+  if (sent != Sent::later) {
+    hold_ = {};
+    return true;
+  }
+  hold_ = std::clamp(2 * hold_, kShortestHold, kLongestHold);
+  held_until_ = now + hold_;
+  return false;
+}
+
+/// False: the pace or the writer allows no more now.
 bool SampleSender::SendRound(Instant now) {
   for (;;) {
     if (round_.next_staged < round_.staged_count) {
-      if (!pacer_.Take(now)) return false;
-      SendStaged(now);
+      if (!SendStaged(now)) return false;
     } else if (round_.next_point < round_.points.size()) {
       StageNextDevice(now);
     } else if (round_.next_device < round_.devices.size()) {
@@ -134,15 +163,32 @@ void SampleSender::StageNextDevice(Instant now) {
   store_.Read(device, std::cref(stage));
 }
 
-void SampleSender::SendStaged(Instant now) {
-  const Staged& staged = round_.staged[round_.next_staged++];
-  const bool written = writer_.Write(staged.sample);
-  if (written) {
+bool SampleSender::SendStaged(Instant now) {
+  if (!MaySend(now)) return false;
+  const Staged& staged = round_.staged[round_.next_staged];
+  const Sent sent = writer_.Write(staged.sample);
+  if (!Keep(sent, now)) {
+    Unstage();
+    return false;
+  }
+  ++round_.next_staged;
+  if (sent == Sent::yes) {
     plan_.PointSent(staged.slot, staged.state, now);
   } else {
     plan_.PointFailed(staged.slot, now);
   }
-  Count(written, staged.sample.device);
+  Count(sent, staged.sample.device);
+  return true;
+}
+
+/// What is sent later is read from the store again then: the latest value wins.
+void SampleSender::Unstage() {
+  const std::size_t left = round_.staged_count - round_.next_staged;
+  round_.next_point -= left;
+  for (std::size_t i = 0; i < left; ++i) {
+    round_.points[round_.next_point + i] = RefOf(round_.staged[round_.next_staged + i].slot);
+  }
+  round_.staged_count = round_.next_staged = 0;
 }
 
 void SampleSender::FillPoint(const DeviceRecord& record, std::uint32_t point,
@@ -163,7 +209,7 @@ void SampleSender::FillPoint(const DeviceRecord& record, std::uint32_t point,
   sample.rtt_us = held.rtt_us;
 }
 
-/// False: the pace does not allow it now.
+/// False: the pace or the writer does not allow it now.
 bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
   DeviceState state{};
   bool wanted = false;
@@ -174,14 +220,15 @@ bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
   };
   store_.Read(device, std::cref(look));
   if (!wanted) return true;
-  if (!pacer_.Take(now)) return false;
-  const bool written = writer_.Write(device_sample_);
-  if (written) {
+  if (!MaySend(now)) return false;
+  const Sent sent = writer_.Write(device_sample_);
+  if (!Keep(sent, now)) return false;
+  if (sent == Sent::yes) {
     plan_.DeviceSent(device, state, now);
   } else {
     plan_.DeviceFailed(device, now);
   }
-  Count(written, device_sample_.device);
+  Count(sent, device_sample_.device);
   return true;
 }
 
@@ -211,35 +258,35 @@ std::optional<Instant> SampleSender::End(Instant now) {
     if (!plan_.WasSent(at.slot)) continue;
     if (now >= at.deadline) return std::nullopt;
     if (!at.pacer.Take(now)) return at.pacer.ReadyAt();
-    DisposePoint(at.slot);
+    if (DisposePoint(at.slot) == Sent::later) return now + kLongestHold;
   }
   for (; at.device < store_.device_count(); ++at.device) {
     if (!plan_.DeviceWasSent(at.device)) continue;
     if (now >= at.deadline) return std::nullopt;
     if (!at.pacer.Take(now)) return at.pacer.ReadyAt();
-    DisposeDevice(at.device);
+    if (DisposeDevice(at.device) == Sent::later) return now + kLongestHold;
   }
   return std::nullopt;
 }
 
-void SampleSender::DisposePoint(std::uint32_t slot) {
+Sent SampleSender::DisposePoint(std::uint32_t slot) {
   const PointRef ref = RefOf(slot);
   PointSample sample;
   sample.gateway = config_.name;
   sample.device = store_.device(ref.device).name;
   sample.point = store_.device(ref.device).points[ref.point].name;
-  writer_.Dispose(sample);
+  return writer_.Dispose(sample);
 }
 
-void SampleSender::DisposeDevice(std::uint32_t device) {
+Sent SampleSender::DisposeDevice(std::uint32_t device) {
   DeviceSample sample;
   sample.gateway = config_.name;
   sample.device = store_.device(device).name;
-  writer_.Dispose(sample);
+  return writer_.Dispose(sample);
 }
 
-void SampleSender::Count(bool written, const std::string& device) {
-  if (written) {
+void SampleSender::Count(Sent sent, const std::string& device) {
+  if (sent == Sent::yes) {
     ++written_;
     if (failing_ > 0 && log_) {
       log_(log::Level::info,

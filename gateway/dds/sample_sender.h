@@ -32,10 +32,15 @@ class SampleSender {
   /// One line for people, at a change only, without the name of the output.
   using Log = std::function<void(log::Level level, const std::string& line)>;
 
-  /// All outlive the sender. Everything is due at `now`: the start-up image. A long image waits
-  /// 500 ms, until subscribers that are already there have found the gateway.
+  /// All outlive the sender; it is asked to Send only while the writer has a session. Everything is
+  /// due at `now`: the start-up image. A long image waits 500 ms, until subscribers that are
+  /// already there have found the gateway.
   SampleSender(const config::Config& config, const PointStore& store, SampleWriter& writer, Log log,
                Instant now);
+
+  /// Whoever takes the samples knows nothing yet: forgets what was sent, and everything is due at
+  /// `now` again.
+  void StartAnew(Instant now);
 
   /// Takes over what has changed; also when nothing has. Only while idle, and before each Send
   /// then.
@@ -78,16 +83,21 @@ class SampleSender {
     std::uint32_t device = 0;
   };
 
+  PublishPlan NewPlan(Instant now) const;
   bool SendRound(Instant now);
+  bool MaySend(Instant now);
+  bool Keep(Sent sent, Instant now);
+  Instant GoOnAt() const;
   void TakeDue(Instant now);
   void StageNextDevice(Instant now);
-  void SendStaged(Instant now);
+  bool SendStaged(Instant now);
+  void Unstage();
   bool SendDevice(std::uint32_t device, Instant now);
   void FillPoint(const DeviceRecord& record, std::uint32_t point, Staged& staged) const;
   void FillDevice(const DeviceRecord& record);
-  void DisposePoint(std::uint32_t slot);
-  void DisposeDevice(std::uint32_t device);
-  void Count(bool written, const std::string& device);
+  Sent DisposePoint(std::uint32_t slot);
+  Sent DisposeDevice(std::uint32_t device);
+  void Count(Sent sent, const std::string& device);
   PointRef RefOf(std::uint32_t slot) const;
 
   const config::Config& config_;
@@ -97,6 +107,8 @@ class SampleSender {
   const std::vector<std::uint32_t> first_slot_;  ///< by device, and one more: the number of points
   PublishPlan plan_;
   Pacer pacer_;
+  Instant held_until_{};  ///< the writer said `later`
+  Duration hold_{};       ///< how long that time; doubles while it says so
   Round round_;
   bool due_may_follow_ = false;
   std::vector<std::uint32_t> due_;  ///< kept to save its memory

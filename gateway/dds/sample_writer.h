@@ -1,29 +1,43 @@
-// Where the publisher's samples go: the seam between the publisher and the DDS library.
+// Where the publisher's samples go: the seam between the publisher and the DDS library, which may
+// be in this process or in another one.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "gateway/base/time.h"
 #include "gateway/dds/samples.h"
 
 namespace baudgate::dds {
 
-/// Used by one thread, save for subscribers().
+/// What became of a sample.
+enum class Sent : std::uint8_t {
+  yes,
+  refused,  ///< the library did not take it: try it again in a while
+  later,    ///< there is no room or nobody now: nothing is lost when it is tried again in a moment
+};
+
+/// Used by one thread, save for subscribers() and session().
 class SampleWriter {
  public:
   virtual ~SampleWriter() = default;
 
-  /// False when the library did not take the sample.
-  virtual bool Write(const PointSample& sample) = 0;
-  virtual bool Write(const DeviceSample& sample) = 0;
+  virtual Sent Write(const PointSample& sample) = 0;
+  virtual Sent Write(const DeviceSample& sample) = 0;
   /// Tells subscribers that there is no such point or device any more; only the key matters.
-  virtual bool Dispose(const PointSample& sample) = 0;
-  virtual bool Dispose(const DeviceSample& sample) = 0;
-  /// Waits until all subscribers have everything; false after `most`.
+  virtual Sent Dispose(const PointSample& sample) = 0;
+  virtual Sent Dispose(const DeviceSample& sample) = 0;
+  /// The last call: waits until all subscribers have everything; false after `most`.
   virtual bool WaitAcknowledged(Duration most) = 0;
   /// Readers of the points topic that are connected now.
   virtual std::uint32_t subscribers() const = 0;
+
+  /// Numbers those who took samples one after the other: whoever has another number knows nothing
+  /// of what was sent before. 0: nobody is there.
+  virtual std::uint64_t session() const { return 1; }
+  /// Before the first sample: `changed` is called, from any thread, whenever session() changes.
+  virtual void OnSession([[maybe_unused]] std::function<void()> changed) {}
 };
 
 }  // namespace baudgate::dds

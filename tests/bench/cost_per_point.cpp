@@ -22,13 +22,13 @@ constexpr double kWanted = 1.5;  // dearest to cheapest
 class CountingWriter final : public dds::SampleWriter {
  public:
   explicit CountingWriter(std::atomic<std::uint64_t>& written) : written_(written) {}
-  bool Write(const dds::PointSample&) override {
+  dds::Sent Write(const dds::PointSample&) override {
     ++written_;
-    return true;
+    return dds::Sent::yes;
   }
-  bool Write(const dds::DeviceSample&) override { return true; }
-  bool Dispose(const dds::PointSample&) override { return true; }
-  bool Dispose(const dds::DeviceSample&) override { return true; }
+  dds::Sent Write(const dds::DeviceSample&) override { return dds::Sent::yes; }
+  dds::Sent Dispose(const dds::PointSample&) override { return dds::Sent::yes; }
+  dds::Sent Dispose(const dds::DeviceSample&) override { return dds::Sent::yes; }
   bool WaitAcknowledged(Duration) override { return true; }
   std::uint32_t subscribers() const override { return 1; }
 

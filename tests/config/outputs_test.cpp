@@ -69,12 +69,14 @@ TEST(Outputs, SwitchedOff) {
 TEST(Outputs, DdsKeys) {
   const auto dds = Good(
                        "dds: { domain: 7, interfaces: [10.0.0.1, \"::1\"], shared_memory: true, "
-                       "heartbeat: 2s }")
+                       "heartbeat: 2s, process: inside }")
                        .dds;
   EXPECT_EQ(dds.domain, 7);
   EXPECT_EQ(dds.interfaces, (std::vector<std::string>{"10.0.0.1", "::1"}));
   EXPECT_TRUE(dds.shared_memory);
   EXPECT_EQ(dds.heartbeat, 2s);
+  EXPECT_EQ(dds.process, config::Dds::Process::inside);
+  EXPECT_EQ(Good("dds: { domain: 1 }").dds.process, config::Dds::Process::own);
 }
 
 TEST(Outputs, OneSentenceEach) {

@@ -72,6 +72,10 @@ fast::DataWriterQos WriterQos(std::size_t room) {
   return qos;
 }
 
+Sent Said(const ReturnCode_t& code) {
+  return code == ReturnCode_t::RETCODE_OK ? Sent::yes : Sent::refused;
+}
+
 class MatchCounter : public fast::DataWriterListener {
  public:
   void on_publication_matched(fast::DataWriter*,
@@ -105,22 +109,20 @@ class TopicWriters {
 
   // The library takes no const samples; it only reads them.
   template <typename Sample>
-  bool Write(const Sample& sample) {
+  Sent Write(const Sample& sample) {
     try {
-      return Of(sample).write(const_cast<Sample*>(&sample), fast::HANDLE_NIL) ==
-             ReturnCode_t::RETCODE_OK;
+      return Said(Of(sample).write(const_cast<Sample*>(&sample), fast::HANDLE_NIL));
     } catch (const std::exception&) {
-      return false;
+      return Sent::refused;
     }
   }
 
   template <typename Sample>
-  bool Dispose(const Sample& sample) {
+  Sent Dispose(const Sample& sample) {
     try {
-      return Of(sample).dispose(const_cast<Sample*>(&sample), fast::HANDLE_NIL) ==
-             ReturnCode_t::RETCODE_OK;
+      return Said(Of(sample).dispose(const_cast<Sample*>(&sample), fast::HANDLE_NIL));
     } catch (const std::exception&) {
-      return false;
+      return Sent::refused;
     }
   }
 
@@ -168,10 +170,10 @@ class FastWriter : public SampleWriter {
                          nullptr);
   }
 
-  bool Write(const PointSample& sample) override { return points_.Write(sample); }
-  bool Write(const DeviceSample& sample) override { return devices_.Write(sample); }
-  bool Dispose(const PointSample& sample) override { return points_.Dispose(sample); }
-  bool Dispose(const DeviceSample& sample) override { return devices_.Dispose(sample); }
+  Sent Write(const PointSample& sample) override { return points_.Write(sample); }
+  Sent Write(const DeviceSample& sample) override { return devices_.Write(sample); }
+  Sent Dispose(const PointSample& sample) override { return points_.Dispose(sample); }
+  Sent Dispose(const DeviceSample& sample) override { return devices_.Dispose(sample); }
 
   bool WaitAcknowledged(Duration most) override {
     const Instant deadline = std::chrono::steady_clock::now() + most;

@@ -118,7 +118,7 @@ TEST(Loopback, AWriterThatLeavesWithoutAWordIsReportedAsSuch) {
   ASSERT_TRUE(writer.ok()) << writer.error();
   PointSample sample;
   sample.gateway = "g", sample.device = "d", sample.point = "p";
-  ASSERT_TRUE((*writer)->Write(sample));
+  ASSERT_EQ((*writer)->Write(sample), Sent::yes);
   ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 1; }));
   writer->reset();
   ASSERT_TRUE(heard.WaitFor([&] { return heard.gone.size() == 1; }));

@@ -6,7 +6,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <condition_variable>
 #include <future>
+#include <mutex>
 
 #include "tests/gateway/dds/fixture.h"
 #include "tests/gateway/dds/remembering_writer.h"
@@ -18,38 +21,38 @@ using testing::MakeConfig;
 using testing::RememberingWriter;
 
 /// Lets the test wait until a value has been sent, and outlives the publisher that owns the writer.
-struct Sent {
+struct Told {
   std::promise<void> value;
   std::vector<std::string> disposed;
 };
 
 class TellingWriter : public RememberingWriter {
  public:
-  explicit TellingWriter(Sent& sent) : sent_(sent) {}
-  ~TellingWriter() override { sent_.disposed = disposed; }
-  bool Write(const PointSample& sample) override {
-    if (sample.value == 2.5) sent_.value.set_value();
+  explicit TellingWriter(Told& told) : told_(told) {}
+  ~TellingWriter() override { told_.disposed = disposed; }
+  Sent Write(const PointSample& sample) override {
+    if (sample.value == 2.5) told_.value.set_value();
     return RememberingWriter::Write(sample);
   }
   using RememberingWriter::Write;
 
  private:
-  Sent& sent_;
+  Told& told_;
 };
 
 TEST(Publisher, SendsOnItsThreadUntilItIsStopped) {
   const config::Config config = MakeConfig(2, 2);
   PointStore store(config);
-  Sent sent;
+  Told told;
   auto publisher =
-      std::move(*DdsPublisher::Create(config, store, std::make_unique<TellingWriter>(sent)));
+      std::move(*DdsPublisher::Create(config, store, std::make_unique<TellingWriter>(told)));
   testing::Set(store, 1, 1, 2.5);
-  sent.value.get_future().wait();
+  told.value.get_future().wait();
   publisher->Stop();
   publisher->Stop();
   EXPECT_GE(publisher->counters().written, 1U);
   publisher.reset();
-  EXPECT_THAT(sent.disposed, ::testing::Contains("feeder-1.p1"));
+  EXPECT_THAT(told.disposed, ::testing::Contains("feeder-1.p1"));
 }
 
 TEST(Publisher, RefusesNamesThatAreNoKeys) {
@@ -59,6 +62,62 @@ TEST(Publisher, RefusesNamesThatAreNoKeys) {
   const auto publisher = DdsPublisher::Create(config, store, std::make_unique<RememberingWriter>());
   ASSERT_FALSE(publisher.ok());
   EXPECT_THAT(publisher.error(), ::testing::HasSubstr("longer than 64"));
+}
+
+/// One with listeners that come and go.
+class ChangingWriter : public RememberingWriter {
+ public:
+  Sent Write(const PointSample& sample) override {
+    const std::lock_guard lock(mutex_);
+    got_.emplace_back(session_, sample.value);
+    changed_.notify_all();
+    return Sent::yes;
+  }
+  using RememberingWriter::Write;
+  std::uint64_t session() const override {
+    const std::lock_guard lock(mutex_);
+    return session_;
+  }
+  void OnSession(std::function<void()> changed) override { changed_session_ = std::move(changed); }
+
+  void SetSession(std::uint64_t session) {
+    {
+      const std::lock_guard lock(mutex_);
+      session_ = session;
+    }
+    changed_session_();
+  }
+  void WaitFor(std::pair<std::uint64_t, double> wanted) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return std::find(got_.begin(), got_.end(), wanted) != got_.end(); });
+  }
+  std::vector<std::pair<std::uint64_t, double>> got() {
+    const std::lock_guard lock(mutex_);
+    return got_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::uint64_t session_ = 0;
+  std::vector<std::pair<std::uint64_t, double>> got_;
+  std::function<void()> changed_session_;
+};
+
+TEST(Publisher, SendsEverythingToWhoeverComesAndNothingToNobody) {
+  const config::Config config = MakeConfig(1, 1);
+  PointStore store(config);
+  auto writer = std::make_shared<ChangingWriter>();
+  auto publisher = std::move(*DdsPublisher::Create(config, store, writer));
+  testing::Set(store, 0, 0, 1.5);
+  writer->SetSession(3);
+  writer->WaitFor({3, 1.5});
+  writer->SetSession(0);
+  testing::Set(store, 0, 0, 2.5);
+  writer->SetSession(4);
+  writer->WaitFor({4, 2.5});
+  publisher->Stop();
+  for (const auto& [session, value] : writer->got()) EXPECT_NE(session, 0U) << value;
 }
 
 }  // namespace

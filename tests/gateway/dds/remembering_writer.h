@@ -12,12 +12,12 @@ namespace baudgate::dds::testing {
 
 class RememberingWriter : public SampleWriter {
  public:
-  bool Write(const PointSample& sample) override { return Keep(points, sample); }
-  bool Write(const DeviceSample& sample) override { return Keep(devices, sample); }
-  bool Dispose(const PointSample& sample) override {
+  Sent Write(const PointSample& sample) override { return Keep(points, sample); }
+  Sent Write(const DeviceSample& sample) override { return Keep(devices, sample); }
+  Sent Dispose(const PointSample& sample) override {
     return Keep(disposed, sample.device + "." + sample.point);
   }
-  bool Dispose(const DeviceSample& sample) override { return Keep(disposed, sample.device); }
+  Sent Dispose(const DeviceSample& sample) override { return Keep(disposed, sample.device); }
   bool WaitAcknowledged(Duration) override { return true; }
   std::uint32_t subscribers() const override { return 0; }
 
@@ -31,13 +31,15 @@ class RememberingWriter : public SampleWriter {
   std::vector<PointSample> points;
   std::vector<DeviceSample> devices;
   std::vector<std::string> disposed;
-  bool refuse = false;
+  int asked = 0;            ///< how often anything was given to it
+  Sent answer = Sent::yes;  ///< to every sample; only with `yes` it is kept
 
  private:
   template <typename T>
-  bool Keep(std::vector<T>& list, const T& entry) {
-    if (!refuse) list.push_back(entry);
-    return !refuse;
+  Sent Keep(std::vector<T>& list, const T& entry) {
+    ++asked;
+    if (answer == Sent::yes) list.push_back(entry);
+    return answer;
   }
 };
 

@@ -215,11 +215,11 @@ TEST(SampleSender, RepeatsWhatWasRefusedAndSaysSoOnce) {
   Sending run(MakeConfig(1, 20));
   run.RunFor(10ms);
   ASSERT_THAT(run.writer.points, SizeIs(20));
-  run.writer.refuse = true;
+  run.writer.answer = Sent::refused;
   for (std::uint32_t point = 0; point < 20; ++point) run.Set(0, point, 1.0);
   run.RunFor(10ms);
   EXPECT_EQ(run.sender.counters().failed, 20U);
-  run.writer.refuse = false;
+  run.writer.answer = Sent::yes;
   run.RunFor(2s);
   for (int point = 0; point < 20; ++point) {
     EXPECT_EQ(run.writer.Latest("p" + std::to_string(point))->value, 1.0);
@@ -254,6 +254,56 @@ TEST(SampleSender, TheEndIsPacedAndTakesNotLong) {
   EXPECT_GE(took, 700ms);
   EXPECT_LE(took, 702ms);
   EXPECT_GE(run.writer.disposed.size(), 34'000U) << "50 a millisecond";
+}
+
+TEST(SampleSender, KeepsWhatTheWriterWantsLaterAndSendsTheLatest) {
+  Sending run(MakeConfig(2, 2));
+  run.RunFor(1ms);
+  run.writer.points.clear();
+  run.writer.answer = Sent::later;
+  for (int i = 1; i <= 50; ++i) {
+    run.Set(1, 1, i + 0.5);
+    run.RunFor(100ms);
+  }
+  run.writer.answer = Sent::yes;
+  run.RunFor(20ms);
+  ASSERT_NE(run.writer.Latest("p1"), nullptr);
+  EXPECT_EQ(run.writer.Latest("p1")->value, 50.5);
+  EXPECT_EQ(run.writer.Latest("p1")->seq, 50U);
+  EXPECT_LE(run.writer.points.size(), 4U);  // not fifty: nothing is queued
+  EXPECT_EQ(run.sender.counters().failed, 0U);
+  EXPECT_THAT(run.lines, SizeIs(0));
+}
+
+TEST(SampleSender, AsksAWriterWithoutRoomAHundredTimesASecondAtMost) {
+  Sending run(MakeConfig(1, 5));
+  run.writer.answer = Sent::later;
+  const int before = run.writer.asked;
+  run.RunFor(10s);
+  EXPECT_LE(run.writer.asked - before, 1010);
+  EXPECT_GE(run.writer.asked - before, 900);
+}
+
+TEST(SampleSender, WhoeverComesNextGetsEverythingAndSeqGoesOn) {
+  Sending run(MakeConfig(2, 3));
+  run.RunFor(1ms);
+  run.Set(0, 0, 1.5);
+  run.Set(0, 0, 2.5);
+  run.RunFor(1s);
+  run.writer.points.clear();
+  run.writer.devices.clear();
+  run.sender.StartAnew(run.now.instant);
+  run.RunFor(1ms);
+  EXPECT_THAT(run.writer.points, SizeIs(6));
+  EXPECT_THAT(run.writer.devices, SizeIs(2));
+  EXPECT_EQ(run.writer.points.front().seq, 2U);
+}
+
+TEST(SampleSender, AnEndThatNobodyTakesIsGivenUp) {
+  Sending run(MakeConfig(2, 3));
+  run.RunFor(1ms);
+  run.writer.answer = Sent::later;
+  EXPECT_LE(run.End(), 720ms);
 }
 
 }  // namespace

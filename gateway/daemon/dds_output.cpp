@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/dds_output.h"
+
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <utility>
+
+#include "gateway/base/log.h"
+#include "gateway/base/time.h"
+#include "gateway/daemon/modules.h"
+#include "gateway/dds/inside_module.h"
+
+namespace baudgate {
+namespace {
+
+/// systemd starts baudgate-dds, which connects to this path; see packaging/baudgate-dds.service.
+constexpr char kSocketVariable[] = "BAUDGATE_DDS_SOCKET";
+constexpr char kInsideModule[] = "baudgate-dds-inside.so";
+
+void Log(log::Level level, const std::string& line) { log::Write(level, "dds: " + line); }
+
+dds::LinkOpen OpenFor(const config::Config& config, const PointStore& store) {
+  dds::LinkOpen open;
+  open.gateway = config.name;
+  open.participant = {config.dds.domain, config.dds.interfaces, config.dds.shared_memory};
+  open.devices = store.device_count();
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    open.points += static_cast<std::uint32_t>(store.device(device).points.size());
+  }
+  return open;
+}
+
+Result<void*> LoadInside() {
+  std::string tried;
+  for (const std::filesystem::path& root : ModuleRoots()) {
+    const std::filesystem::path path = root / kInsideModule;
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) {
+      tried += (tried.empty() ? "" : ", ") + root.string();
+      continue;
+    }
+    void* handle = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (handle == nullptr) return Error{std::string("dds: ") + ::dlerror()};
+    return handle;
+  }
+  return Error{std::string("dds: process: inside needs ") + kInsideModule + ", which is not in " +
+               tried + "; install it, or write process: own"};
+}
+
+Result<std::shared_ptr<dds::SampleWriter>> MakeInsideWriter(const dds::LinkOpen& open) {
+  const auto handle = LoadInside();
+  if (!handle) return Error{handle.error()};
+  const auto tag = reinterpret_cast<decltype(&baudgate_dds_inside_tag)>(
+      ::dlsym(*handle, "baudgate_dds_inside_tag"));
+  const auto make =
+      reinterpret_cast<decltype(&baudgate_dds_inside)>(::dlsym(*handle, "baudgate_dds_inside"));
+  if (tag == nullptr || make == nullptr || dds::InsideTag() != tag()) {
+    return Error{std::string("dds: ") + kInsideModule + " is not " + dds::InsideTag() +
+                 "; install the one of this release"};
+  }
+  std::string error;
+  dds::SampleWriter* writer = make(open.participant, open.points, open.devices, error);
+  if (writer == nullptr) return Error{error};
+  return std::shared_ptr<dds::SampleWriter>(writer);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config,
+                                                    PointStore& store) {
+  std::unique_ptr<DdsOutput> output(new DdsOutput);
+  std::shared_ptr<dds::SampleWriter> writer;
+  const dds::LinkOpen open = OpenFor(config, store);
+  if (config.dds.process == config::Dds::Process::inside) {
+    auto inside = MakeInsideWriter(open);
+    if (!inside) return Error{inside.error()};
+    writer = std::move(*inside);
+  } else {
+    dds::ProcessLinkOptions options;
+    options.open = open;
+    if (const char* socket = std::getenv(kSocketVariable)) options.socket = socket;
+    auto link = dds::ProcessLink::Create(std::move(options), Log);
+    if (!link) return Error{link.error()};
+    output->link_ = std::move(*link);
+    writer = output->link_->writer();
+  }
+  auto publisher = dds::DdsPublisher::Create(config, store, std::move(writer), Log);
+  if (!publisher) return Error{publisher.error()};
+  output->publisher_ = std::move(*publisher);
+  return output;
+}
+
+DdsOutput::~DdsOutput() { Stop(); }
+
+void DdsOutput::Stop() {
+  if (publisher_) publisher_->Stop();
+  if (link_) link_->Stop();
+}
+
+dds::LinkState DdsOutput::state() const {
+  if (link_) return link_->state();
+  const dds::DdsCounters counters = publisher_->counters();
+  dds::LinkState state;
+  state.phase = dds::LinkState::Phase::up;
+  state.heard = ReadClocks().instant;
+  state.subscribers = counters.subscribers;
+  state.written = counters.written;
+  state.refused = counters.failed;
+  return state;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/link/link_keeper.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace baudgate::dds {
+namespace {
+
+constexpr std::array<Duration, 6> kLadder{100ms, 500ms, 1s, 2s, 5s, 10s};
+constexpr Duration kLongLife = 1min;
+
+}  // namespace
+
+LinkKeeper::Wish LinkKeeper::Look(Instant now) {
+  using Phase = LinkState::Phase;
+  if (state_.phase == Phase::waiting) {
+    const bool due = first_ || (state_.next_start && now >= *state_.next_start);
+    return starts_ && due ? Wish::start : Wish::nothing;
+  }
+  if (now - state_.heard >= kGivenUp) return Wish::give_up;
+  if (now - state_.heard >= kSilent) state_.phase = Phase::silent;
+  return Wish::nothing;
+}
+
+Instant LinkKeeper::NextLook() const {
+  using Phase = LinkState::Phase;
+  if (state_.phase == Phase::silent) return state_.heard + kGivenUp;
+  if (state_.phase != Phase::waiting) return state_.heard + kSilent;
+  if (!starts_) return Instant::max();
+  return first_ ? Instant() : state_.next_start.value_or(Instant::max());
+}
+
+void LinkKeeper::Started(Instant now) {
+  first_ = opened_ = false;
+  started_ = now;
+  state_.phase = LinkState::Phase::starting;
+  state_.heard = now;
+  state_.next_start.reset();
+}
+
+void LinkKeeper::Opened(Instant now) {
+  opened_ = true;
+  state_.phase = LinkState::Phase::up;
+  state_.heard = now;
+}
+
+void LinkKeeper::Counted(const LinkCounts& counts, Instant now) {
+  state_.heard = now;
+  state_.phase = opened_ ? LinkState::Phase::up : LinkState::Phase::starting;
+  state_.subscribers = counts.subscribers;
+  state_.written = before_.written + counts.written;
+  state_.refused = before_.refused + counts.refused;
+}
+
+void LinkKeeper::Ended(std::string reason, Instant now) {
+  first_ = false;
+  if (opened_) ++state_.times_lost;
+  if (opened_ && now - started_ >= kLongLife) rung_ = 0;
+  if (starts_) state_.next_start = now + kLadder[rung_];
+  rung_ = std::min(rung_ + 1, kLadder.size() - 1);
+  opened_ = false;
+  state_.phase = LinkState::Phase::waiting;
+  state_.reason = std::move(reason);
+  state_.subscribers = 0;
+  before_ = {0, state_.written, state_.refused};
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/link/link_server.h"
+
+#include <utility>
+
+#include "gateway/dds/cdr.h"
+
+namespace baudgate::dds {
+namespace {
+
+constexpr Duration kSignOfLife = 1s;
+constexpr Duration kAtMostEvery = 100ms;  // counts that change all the time
+constexpr Duration kAcknowledgeTime = 250ms;
+
+}  // namespace
+
+Status LinkServer::Take(View packet) {
+  const auto message = ParseLink(packet);
+  if (!message) return Error{"the daemon sent " + message.error()};
+  if (message->kind == LinkKind::open) return Open(message->body);
+  if (!writer_) return Error{"the daemon sent something before its request to open"};
+  switch (message->kind) {
+    case LinkKind::point:
+    case LinkKind::point_gone:
+      return Publish(message->kind, message->body, point_);
+    case LinkKind::device:
+    case LinkKind::device_gone:
+      return Publish(message->kind, message->body, device_);
+    case LinkKind::end:
+      writer_->WaitAcknowledged(kAcknowledgeTime);
+      writer_.reset();
+      ended_ = true;
+      return {};
+    default:
+      return Error{"the daemon sent a message that is not its to send"};
+  }
+}
+
+Status LinkServer::Open(View body) {
+  if (writer_) return Error{"the daemon asked twice to open"};
+  const auto open = DecodeOpen(body);
+  if (!open) return Error{"the daemon sent " + open.error()};
+  auto writer = make_(*open);
+  if (!writer) {
+    answer_ = EncodeFailed(writer.error());
+    return {};
+  }
+  writer_ = std::move(*writer);
+  answer_ = EncodeBare(LinkKind::opened);
+  return {};
+}
+
+template <typename Sample>
+Status LinkServer::Publish(LinkKind kind, View body, Sample& sample) {
+  if (!Decode(body, sample)) return Error{"the daemon sent a damaged sample"};
+  const bool gone = kind == LinkKind::point_gone || kind == LinkKind::device_gone;
+  const Sent sent = gone ? writer_->Dispose(sample) : writer_->Write(sample);
+  ++(sent == Sent::yes ? counts_.written : counts_.refused);
+  return {};
+}
+
+std::optional<Bytes> LinkServer::Answer(Instant now) {
+  if (answer_) {
+    told_at_ = now;
+    return std::exchange(answer_, std::nullopt);
+  }
+  if (!writer_ || now < NextAnswer()) return std::nullopt;
+  told_ = Counts();
+  told_at_ = now;
+  return EncodeCounts(told_);
+}
+
+Instant LinkServer::NextAnswer() const {
+  if (answer_) return Instant();
+  const LinkCounts now = Counts();
+  const bool changed = now.subscribers != told_.subscribers || now.refused != told_.refused;
+  return told_at_ + (changed ? kAtMostEvery : kSignOfLife);
+}
+
+LinkCounts LinkServer::Counts() const {
+  LinkCounts counts = counts_;
+  if (writer_) counts.subscribers = writer_->subscribers();
+  return counts;
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,48 @@
+// The DDS process' side of the link: what each message makes it do, and what it answers. Knows
+// neither sockets nor Fast DDS; gateway/dds/process/serve.h joins them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "gateway/base/result.h"
+#include "gateway/base/time.h"
+#include "gateway/dds/link/link_message.h"
+#include "gateway/dds/sample_writer.h"
+
+namespace baudgate::dds {
+
+class LinkServer {
+ public:
+  using MakeWriter = std::function<Result<std::unique_ptr<SampleWriter>>(const LinkOpen& open)>;
+  explicit LinkServer(MakeWriter make) : make_(std::move(make)) {}
+
+  /// Nothing: go on. An error: the link is to be closed; its sentence says why.
+  Status Take(View packet);
+  /// The packet that is due to the daemon now, if any: the answer to open, then counts.
+  std::optional<Bytes> Answer(Instant now);
+  Instant NextAnswer() const;
+  /// The daemon said that this is the end, and subscribers have been waited for.
+  bool ended() const { return ended_; }
+
+ private:
+  Status Open(View body);
+  template <typename Sample>
+  Status Publish(LinkKind kind, View body, Sample& sample);
+  LinkCounts Counts() const;
+
+  const MakeWriter make_;
+  std::unique_ptr<SampleWriter> writer_;
+  PointSample point_;  ///< kept to save its memory
+  DeviceSample device_;
+  std::optional<Bytes> answer_;  ///< to open
+  LinkCounts counts_;
+  LinkCounts told_;
+  Instant told_at_{};
+  bool ended_ = false;
+};
+
+}  // namespace baudgate::dds

@@ -1,0 +1,30 @@
+// How it stands with the process that speaks DDS: what `baudgate status` shows of it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::dds {
+
+struct LinkState {
+  enum class Phase : std::uint8_t {
+    starting,  ///< it runs, and has not said yet that samples may come
+    up,
+    silent,   ///< it runs and has not been heard of for two seconds
+    waiting,  ///< there is none
+  };
+  Phase phase = Phase::waiting;
+  Instant heard{};                      ///< the last sign of life
+  std::string reason;                   ///< why there is none: "it was ended by signal 6"
+  std::optional<Instant> next_start{};  ///< of `waiting`; nothing: it comes when somebody starts it
+  std::uint32_t times_lost = 0;         ///< how often one that was there was lost
+  std::uint32_t subscribers = 0;        ///< readers of the points topic, now
+  std::uint64_t written = 0;            ///< samples, by all processes so far
+  std::uint64_t refused = 0;            ///< samples that the library did not take, likewise
+};
+
+}  // namespace baudgate::dds

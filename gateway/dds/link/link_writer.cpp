@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/link/link_writer.h"
+
+#include <utility>
+
+#include "gateway/dds/link/packet_socket.h"
+
+namespace baudgate::dds {
+namespace {
+
+constexpr Duration kGoodbye = 250ms;  // participant and writers of the process take leave
+constexpr Duration kRoomPause = 5ms;  // until a full socket is tried again
+
+}  // namespace
+
+template <typename Sample>
+Sent LinkWriter::Put(LinkKind kind, const Sample& sample) {
+  const MutexLock lock(mutex_);
+  if (socket_ < 0) return Sent::later;
+  const std::size_t size = EncodeSample(kind, sample, packet_);
+  return size == 0 ? Sent::refused : SendHeld(size);
+}
+
+Sent LinkWriter::SendHeld(std::size_t size) {
+  switch (SendPacket(socket_, View(packet_).first(size))) {
+    case PacketSent::yes:
+      return Sent::yes;
+    case PacketSent::full:
+    case PacketSent::closed:  // whoever reads the socket sees that, too, and detaches
+      break;
+  }
+  return Sent::later;
+}
+
+bool LinkWriter::WaitAcknowledged(Duration most) {
+  MutexLock lock(mutex_);
+  ending_ = true;
+  if (socket_ < 0) return false;
+  Instant now = std::chrono::steady_clock::now();
+  const Instant until = now + most + kGoodbye;
+  bool told = false;
+  while (socket_ >= 0) {
+    told = told || SendPacket(socket_, EncodeBare(LinkKind::end)) == PacketSent::yes;
+    if (now >= until) return false;
+    lock.WaitUntil(detached_, told ? until : now + kRoomPause);
+    now = std::chrono::steady_clock::now();
+  }
+  return told;
+}
+
+std::uint32_t LinkWriter::subscribers() const {
+  const MutexLock lock(mutex_);
+  return subscribers_;
+}
+
+std::uint64_t LinkWriter::session() const {
+  const MutexLock lock(mutex_);
+  return socket_ < 0 ? 0 : sessions_;
+}
+
+void LinkWriter::OnSession(std::function<void()> changed) {
+  const MutexLock lock(telling_);
+  on_session_ = std::move(changed);
+}
+
+void LinkWriter::Attach(int socket) {
+  {
+    const MutexLock lock(mutex_);
+    socket_ = socket;
+    ++sessions_;
+  }
+  TellSession();
+}
+
+void LinkWriter::Detach() {
+  {
+    const MutexLock lock(mutex_);
+    socket_ = -1;
+    subscribers_ = 0;
+  }
+  detached_.notify_all();
+  TellSession();
+}
+
+void LinkWriter::SetSubscribers(std::uint32_t subscribers) {
+  const MutexLock lock(mutex_);
+  subscribers_ = subscribers;
+}
+
+bool LinkWriter::ending() const {
+  const MutexLock lock(mutex_);
+  return ending_;
+}
+
+void LinkWriter::TellSession() const {
+  const MutexLock lock(telling_);
+  if (on_session_) on_session_();
+}
+
+}  // namespace baudgate::dds

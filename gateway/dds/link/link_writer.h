@@ -1,0 +1,55 @@
+// The SampleWriter that sends samples to the process that speaks DDS. It never waits and keeps
+// nothing: what does not fit into the socket now is wanted later.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <functional>
+
+#include "gateway/base/guarded.h"
+#include "gateway/dds/link/link_message.h"
+#include "gateway/dds/sample_writer.h"
+
+namespace baudgate::dds {
+
+/// The publisher's thread writes; gateway/dds/link/process_link.h attaches and detaches processes
+/// from its own.
+class LinkWriter : public SampleWriter {
+ public:
+  Sent Write(const PointSample& sample) override { return Put(LinkKind::point, sample); }
+  Sent Write(const DeviceSample& sample) override { return Put(LinkKind::device, sample); }
+  Sent Dispose(const PointSample& sample) override { return Put(LinkKind::point_gone, sample); }
+  Sent Dispose(const DeviceSample& sample) override { return Put(LinkKind::device_gone, sample); }
+  /// Tells the process that this is the end, and waits until it has left: as long again as it needs
+  /// for its own goodbye.
+  bool WaitAcknowledged(Duration most) override;
+  std::uint32_t subscribers() const override;
+  std::uint64_t session() const override;
+  void OnSession(std::function<void()> changed) override;
+
+  /// Samples go to this socket from now on, which stays open until Detach.
+  void Attach(int socket);
+  void Detach();
+  void SetSubscribers(std::uint32_t subscribers);
+  /// The end has been told.
+  bool ending() const;
+
+ private:
+  template <typename Sample>
+  Sent Put(LinkKind kind, const Sample& sample);
+  Sent SendHeld(std::size_t size) BAUDGATE_REQUIRES(mutex_);
+  void TellSession() const;
+
+  mutable Mutex mutex_;
+  std::condition_variable detached_;
+  int socket_ BAUDGATE_GUARDED_BY(mutex_) = -1;
+  std::uint64_t sessions_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  std::uint32_t subscribers_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  bool ending_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::array<std::uint8_t, kMaxLinkMessage> packet_ BAUDGATE_GUARDED_BY(mutex_){};
+  mutable Mutex telling_;
+  std::function<void()> on_session_ BAUDGATE_GUARDED_BY(telling_);
+};
+
+}  // namespace baudgate::dds

@@ -1,0 +1,25 @@
+// What the DDS process gives up at its start, before any other thread and any call of the library:
+// a datagram that takes it over must not get far. Under systemd its unit does the same and more.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+
+#include "gateway/base/result.h"
+
+namespace baudgate::dds {
+
+/// Dies with `parent`. False: it is dead already.
+bool DieWith(pid_t parent);
+
+/// Address space in bytes; no core files.
+Status LimitMemory(std::uint64_t bytes);
+
+/// From now on: no new programs, no tracing of others, no signals to others, no mounts, no local
+/// sockets, no new namespaces, no kernel modules, nor what else exploits like. Such calls fail with
+/// EPERM.
+Status DenyCalls();
+
+}  // namespace baudgate::dds

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/process/serve.h"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::dds {
+namespace {
+
+constexpr Duration kLook = 100ms;  // how late a change of the number of subscribers may be told
+constexpr int kMostPacketsAtOnce = 256;
+
+}  // namespace
+
+Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, int stop,
+                       const std::function<void()>& alive) {
+  const auto buffer = std::make_unique<PacketBuffer>();
+  std::array<pollfd, 2> waited{{{link.get(), POLLIN, 0}, {stop, POLLIN, 0}}};
+  Instant next_alive{};
+  for (;;) {
+    for (int i = 0; i < kMostPacketsAtOnce; ++i) {
+      const ReceivedPacket received = ReceivePacket(link.get(), *buffer);
+      if (received.got == PacketGot::nothing_yet) break;
+      if (received.got == PacketGot::closed) return ServeEnd::closed;
+      if (const Status status = server.Take(received.packet); !status) return Error{status.error()};
+      if (server.ended()) return ServeEnd::ended;
+    }
+    const Instant now = ReadClocks().instant;
+    if (const auto answer = server.Answer(now)) {
+      // A daemon that does not read this second reads the next counts.
+      if (SendPacket(link.get(), *answer) == PacketSent::closed) return ServeEnd::closed;
+    }
+    if (now >= next_alive) {
+      next_alive = now + 1s;
+      alive();
+    }
+    ::poll(waited.data(), waited.size(), static_cast<int>(kLook / 1ms));
+    if ((waited[1].revents & POLLIN) != 0) return ServeEnd::stopped;
+  }
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,25 @@
+// The loop of the DDS process: packets from the daemon's socket to gateway/dds/link/link_server.h,
+// answers back, and a sign of life to systemd.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+
+#include "gateway/base/result.h"
+#include "gateway/dds/link/link_server.h"
+#include "gateway/dds/link/packet_socket.h"
+
+namespace baudgate::dds {
+
+enum class ServeEnd {
+  closed,   ///< the daemon is gone
+  ended,    ///< in order
+  stopped,  ///< `stop` became readable
+};
+
+/// Until the link ends; the error is what was wrong with it. `alive` is called at least once a
+/// second, by the thread that reads the link.
+Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, int stop,
+                       const std::function<void()>& alive);
+
+}  // namespace baudgate::dds

@@ -1,0 +1,39 @@
+// What another process may write into our log.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/link/bounded_lines.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace baudgate::dds {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+constexpr Instant kBegin = Instant() + 1h;
+
+TEST(BoundedLines, WholeLinesOnlyAndPrintable) {
+  BoundedLines lines;
+  EXPECT_THAT(lines.Add("ab", kBegin), IsEmpty());
+  EXPECT_THAT(lines.Add("c\n\nd\x1b[2J\nrest", kBegin), ElementsAre("abc", "d?[2J"));
+}
+
+TEST(BoundedLines, ALongLineIsCut) {
+  BoundedLines lines;
+  EXPECT_THAT(lines.Add(std::string(100'000, 'x') + "\n", kBegin),
+              ElementsAre(std::string(BoundedLines::kLongest, 'x')));
+}
+
+TEST(BoundedLines, AFloodIsCounted) {
+  BoundedLines lines;
+  std::string flood;
+  for (int i = 0; i < 1000; ++i) flood += "line\n";
+  EXPECT_THAT(lines.Add(flood, kBegin), SizeIs(BoundedLines::kMost));
+  EXPECT_THAT(lines.Add("next\n", kBegin + BoundedLines::kPeriod),
+              ElementsAre("980 lines were left out", "next"));
+}
+
+}  // namespace
+}  // namespace baudgate::dds

@@ -1,0 +1,136 @@
+// When the process is started, shown as silent, given up and started again, under virtual time.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/link/link_keeper.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace baudgate::dds {
+namespace {
+
+using ::testing::ElementsAre;
+using Phase = LinkState::Phase;
+using Wish = LinkKeeper::Wish;
+
+constexpr Instant kBegin = Instant() + 1h;
+
+/// Waits for the wish to start; returns how long that took.
+Duration UntilStart(LinkKeeper& keeper, Instant& now) {
+  const Instant from = now;
+  while (keeper.Look(now) != Wish::start) now = std::max(now, keeper.NextLook());
+  return now - from;
+}
+
+TEST(LinkKeeper, StartsAtOnceAndIsUpWhenOpened) {
+  LinkKeeper keeper(true);
+  EXPECT_EQ(keeper.Look(kBegin), Wish::start);
+  keeper.Started(kBegin);
+  EXPECT_EQ(keeper.state().phase, Phase::starting);
+  EXPECT_EQ(keeper.Look(kBegin), Wish::nothing);
+  keeper.Opened(kBegin + 20ms);
+  EXPECT_EQ(keeper.state().phase, Phase::up);
+}
+
+TEST(LinkKeeper, WaitsLongerAfterEachEndAndBeginsAnewAfterAMinuteOfLife) {
+  LinkKeeper keeper(true);
+  Instant now = kBegin;
+  UntilStart(keeper, now);
+  std::vector<Duration> waits;
+  for (int i = 0; i < 8; ++i) {
+    keeper.Started(now);
+    keeper.Opened(now);
+    keeper.Ended("was ended by signal 6", now);
+    waits.push_back(UntilStart(keeper, now));
+  }
+  EXPECT_THAT(waits, ElementsAre(100ms, 500ms, 1s, 2s, 5s, 10s, 10s, 10s));
+  EXPECT_EQ(keeper.state().times_lost, 8U);
+
+  keeper.Started(now);
+  keeper.Opened(now);
+  now += 1min;
+  keeper.Counted({}, now);
+  keeper.Ended("was ended by signal 6", now);
+  EXPECT_EQ(UntilStart(keeper, now), 100ms);
+}
+
+TEST(LinkKeeper, OneThatNeverOpensIsNotLostButWaitedFor) {
+  LinkKeeper keeper(true);
+  Instant now = kBegin;
+  for (int i = 0; i < 3; ++i) {
+    UntilStart(keeper, now);
+    keeper.Ended("can not be started: there is no such file", now);
+  }
+  EXPECT_EQ(keeper.state().phase, Phase::waiting);
+  EXPECT_EQ(keeper.state().reason, "can not be started: there is no such file");
+  EXPECT_EQ(keeper.state().next_start, now + 1s);
+  EXPECT_EQ(keeper.state().times_lost, 0U);
+}
+
+TEST(LinkKeeper, SilenceIsShownAfterTwoSecondsAndEndedAfterTen) {
+  LinkKeeper keeper(true);
+  keeper.Look(kBegin);
+  keeper.Started(kBegin);
+  keeper.Opened(kBegin);
+  keeper.Counted({.subscribers = 3, .written = 10, .refused = 0}, kBegin + 1s);
+  EXPECT_EQ(keeper.NextLook(), kBegin + 3s);
+  EXPECT_EQ(keeper.Look(kBegin + 3s - 1ns), Wish::nothing);
+  EXPECT_EQ(keeper.state().phase, Phase::up);
+  EXPECT_EQ(keeper.Look(kBegin + 3s), Wish::nothing);
+  EXPECT_EQ(keeper.state().phase, Phase::silent);
+  EXPECT_EQ(keeper.state().subscribers, 3U);
+  EXPECT_EQ(keeper.NextLook(), kBegin + 11s);
+  EXPECT_EQ(keeper.Look(kBegin + 11s - 1ns), Wish::nothing);
+  EXPECT_EQ(keeper.Look(kBegin + 11s), Wish::give_up);
+}
+
+TEST(LinkKeeper, OneThatReadsAgainIsUpAgain) {
+  LinkKeeper keeper(true);
+  keeper.Look(kBegin);
+  keeper.Started(kBegin);
+  keeper.Opened(kBegin);
+  keeper.Look(kBegin + 5s);
+  ASSERT_EQ(keeper.state().phase, Phase::silent);
+  keeper.Counted({}, kBegin + 6s);
+  EXPECT_EQ(keeper.state().phase, Phase::up);
+  EXPECT_EQ(keeper.Look(kBegin + 7s), Wish::nothing);
+}
+
+TEST(LinkKeeper, OneThatNeverSaysAWordIsGivenUp) {
+  LinkKeeper keeper(true);
+  keeper.Look(kBegin);
+  keeper.Started(kBegin);
+  EXPECT_EQ(keeper.Look(kBegin + 10s), Wish::give_up);
+}
+
+TEST(LinkKeeper, CountsGoOnOverProcesses) {
+  LinkKeeper keeper(true);
+  keeper.Look(kBegin);
+  keeper.Started(kBegin);
+  keeper.Opened(kBegin);
+  keeper.Counted({.subscribers = 2, .written = 100, .refused = 1}, kBegin);
+  keeper.Ended("was ended by signal 9", kBegin);
+  EXPECT_EQ(keeper.state().subscribers, 0U);
+  keeper.Started(kBegin + 1s);
+  keeper.Opened(kBegin + 1s);
+  keeper.Counted({.subscribers = 1, .written = 20, .refused = 2}, kBegin + 1s);
+  EXPECT_EQ(keeper.state().subscribers, 1U);
+  EXPECT_EQ(keeper.state().written, 120U);
+  EXPECT_EQ(keeper.state().refused, 3U);
+}
+
+TEST(LinkKeeper, OneThatSomebodyElseStartsIsAwaited) {
+  LinkKeeper keeper(false);
+  EXPECT_EQ(keeper.Look(kBegin), Wish::nothing);
+  EXPECT_EQ(keeper.NextLook(), Instant::max());
+  keeper.Started(kBegin);
+  keeper.Opened(kBegin);
+  keeper.Ended("closed the link", kBegin + 1s);
+  EXPECT_EQ(keeper.Look(kBegin + 1h), Wish::nothing);
+  EXPECT_EQ(keeper.state().next_start, std::nullopt);
+  EXPECT_EQ(keeper.state().times_lost, 1U);
+}
+
+}  // namespace
+}  // namespace baudgate::dds

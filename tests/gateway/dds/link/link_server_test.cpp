@@ -1,0 +1,116 @@
+// The DDS process' side of the link, message by message, with a writer that only remembers.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/link/link_server.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/base/text.h"
+#include "tests/gateway/dds/remembering_writer.h"
+
+namespace baudgate::dds {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::RememberingWriter;
+using ::testing::SizeIs;
+
+constexpr Instant kBegin = Instant() + 1h;
+
+class LinkServerTest : public ::testing::Test {
+ protected:
+  Status Take(const Bytes& packet) { return server_.Take(packet); }
+  template <typename Sample>
+  Status Take(LinkKind kind, const Sample& sample) {
+    Bytes packet(kMaxLinkMessage);
+    packet.resize(EncodeSample(kind, sample, packet));
+    return server_.Take(packet);
+  }
+  void Open() {
+    ASSERT_TRUE(Take(EncodeOpen({.gateway = "g", .participant = {}, .points = 5, .devices = 2})));
+    ASSERT_EQ(*server_.Answer(kBegin), EncodeBare(LinkKind::opened));
+  }
+  static PointSample Point(const std::string& name) {
+    PointSample sample;
+    sample.gateway = "g", sample.device = "d", sample.point = name;
+    return sample;
+  }
+
+  RememberingWriter* writer_ = nullptr;
+  std::string refusal_;
+  LinkOpen asked_;
+  LinkServer server_{[this](const LinkOpen& open) -> Result<std::unique_ptr<SampleWriter>> {
+    asked_ = open;
+    if (!refusal_.empty()) return Error{refusal_};
+    auto writer = std::make_unique<RememberingWriter>();
+    writer_ = writer.get();
+    return std::unique_ptr<SampleWriter>(std::move(writer));
+  }};
+};
+
+TEST_F(LinkServerTest, OpensOnceAndPublishes) {
+  EXPECT_EQ(server_.Answer(kBegin), std::nullopt);
+  Open();
+  EXPECT_EQ(asked_.points, 5U);
+  ASSERT_TRUE(Take(LinkKind::point, Point("p")));
+  DeviceSample device;
+  device.device = "d";
+  ASSERT_TRUE(Take(LinkKind::device, device));
+  ASSERT_TRUE(Take(LinkKind::point_gone, Point("p")));
+  ASSERT_TRUE(Take(LinkKind::device_gone, device));
+  EXPECT_THAT(writer_->points, ElementsAre(Point("p")));
+  EXPECT_THAT(writer_->devices, SizeIs(1));
+  EXPECT_THAT(writer_->disposed, ElementsAre("d.p", "d"));
+  EXPECT_THAT(Take(EncodeOpen({})).error(), HasSubstr("twice"));
+}
+
+TEST_F(LinkServerTest, SaysWhyItCanNotOpenAndMayBeAskedAgain) {
+  refusal_ = "dds: interface 192.0.2.1 is not an IPv4 address of this machine";
+  ASSERT_TRUE(Take(EncodeOpen({})));
+  const auto answer = server_.Answer(kBegin);
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(*answer, EncodeFailed(refusal_));
+  EXPECT_EQ(server_.Answer(kBegin + 5s), std::nullopt);
+  refusal_.clear();
+  Open();
+}
+
+TEST_F(LinkServerTest, CountsAreASignOfLifeOnceASecond) {
+  Open();
+  EXPECT_EQ(server_.Answer(kBegin + 999ms), std::nullopt);
+  ASSERT_TRUE(Take(LinkKind::point, Point("p")));
+  EXPECT_EQ(server_.NextAnswer(), kBegin + 1s);
+  const auto answer = server_.Answer(kBegin + 1s);
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(*answer, EncodeCounts({.subscribers = 0, .written = 1, .refused = 0}));
+  EXPECT_EQ(server_.Answer(kBegin + 1s), std::nullopt);
+  EXPECT_TRUE(server_.Answer(kBegin + 2s));
+}
+
+TEST_F(LinkServerTest, ARefusedSampleIsToldSoon) {
+  Open();
+  writer_->answer = Sent::refused;
+  ASSERT_TRUE(Take(LinkKind::point, Point("p")));
+  EXPECT_EQ(server_.NextAnswer(), kBegin + 100ms);
+  EXPECT_EQ(*server_.Answer(kBegin + 100ms),
+            EncodeCounts({.subscribers = 0, .written = 0, .refused = 1}));
+}
+
+TEST_F(LinkServerTest, TheEndIsTheEnd) {
+  Open();
+  ASSERT_TRUE(Take(EncodeBare(LinkKind::end)));
+  EXPECT_TRUE(server_.ended());
+}
+
+TEST_F(LinkServerTest, WhatIsWrongClosesTheLink) {
+  EXPECT_THAT(Take(LinkKind::point, Point("p")).error(), HasSubstr("before its request to open"));
+  EXPECT_THAT(Take(*ParseHex("01 02 00 00")).error(), HasSubstr("version 2"));
+  EXPECT_THAT(Take(*ParseHex("01 01 01 00 00")).error(), HasSubstr("damaged request"));
+  Open();
+  EXPECT_THAT(Take(EncodeBare(LinkKind::opened)).error(), HasSubstr("not its to send"));
+  EXPECT_THAT(Take(*ParseHex("02 01 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
+}
+
+}  // namespace
+}  // namespace baudgate::dds
