@@ -1,0 +1,147 @@
+// The process that speaks DDS is killed and stopped beside a Modbus client and polled lines: reads
+// stay right, and subscribers have everything again soon after.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/system/three_devices.h"
+
+namespace baudgate::system_test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Json = nlohmann::json;
+
+class DdsProcess : public ThreeDevices {
+ protected:
+  /// The daemon's child; 0 while there is none.
+  pid_t Process() const {
+    const std::string task = "/proc/" + std::to_string(daemon->id()) + "/task";
+    std::error_code error;
+    for (const auto& thread : fs::directory_iterator(task, error)) {
+      std::ifstream children(thread.path() / "children");
+      if (pid_t child = 0; children >> child) return child;
+    }
+    return 0;
+  }
+
+  /// Every device's value read over Modbus for as long as `until` is not met.
+  template <typename Condition>
+  ::testing::AssertionResult ReadsAreRightUntil(Condition until) {
+    bool right = true;
+    int reads = 0;
+    const bool met = Eventually([&] {
+      right = right && client.Float(kRelayUnit, 0) == 1.25F &&
+              client.Float(kModuleUnit, 0) == 100.25F && client.Float(kMeterUnit, 0) == -61234.5F;
+      ++reads;
+      return !right || until();
+    });
+    if (right && met) return ::testing::AssertionSuccess();
+    return ::testing::AssertionFailure() << (right ? "it did not come about" : "a read was wrong")
+                                         << " after " << reads << " rounds\n"
+                                         << daemon->Errors();
+  }
+
+  /// seq of the point at a new subscriber; nothing when the image is not whole.
+  std::optional<std::uint64_t> SeqOf(const std::string& device, const std::string& point) const {
+    const Finished watch = Command({"watch", "--domain", std::to_string(domain()), "--gateway",
+                                    gateway(), "--json", "--once"});
+    std::istringstream stream(watch.output);
+    std::optional<std::uint64_t> seq;
+    std::size_t points = 0;
+    for (std::string line; std::getline(stream, line);) {
+      const Json sample = Json::parse(line, nullptr, false);
+      if (!sample.is_object()) continue;
+      ++points;
+      if (sample["device"] == device && sample["point"] == point && sample["quality"] == 0xC0) {
+        seq = sample["seq"].get<std::uint64_t>();
+      }
+    }
+    return points == points_ ? seq : std::nullopt;
+  }
+
+  void Begin() {
+    StartAll(true);
+    const Finished map = Command({"map", "--json", "-c", (directory() / "baudgate.yaml").string()});
+    points_ = Json::parse(map.output)["points"].size();
+    ASSERT_TRUE(EventuallyLogged(*daemon, "dds: the process takes samples"));
+  }
+
+  std::size_t points_ = 0;
+};
+
+TEST_F(DdsProcess, KilledItComesBackWithEverything) {
+  Begin();
+  std::optional<std::uint64_t> before;
+  ASSERT_TRUE(Eventually([&] { return (before = SeqOf("io-1", "input_1")).has_value(); }));
+  pid_t process = Process();
+  for (const int signal : {SIGKILL, SIGSEGV, SIGABRT}) {
+    ::kill(process, signal);
+    EXPECT_TRUE(ReadsAreRightUntil([&] {
+      const pid_t now = Process();
+      return now != 0 && now != process;
+    }));
+    process = Process();
+    std::optional<std::uint64_t> after;
+    EXPECT_TRUE(Eventually([&] { return (after = SeqOf("io-1", "input_1")).has_value(); }));
+    EXPECT_GT(after, before) << "seq goes on";
+    before = after;
+  }
+  EXPECT_THAT(daemon->Errors(),
+              HasSubstr("dds: the process was ended by signal 9; it is started "));
+  EXPECT_THAT(daemon->Errors(), HasSubstr("dds: the process was ended by signal 11; it is "));
+  daemon->Signal(SIGTERM);
+  EXPECT_EQ(daemon->WaitForEnd(10s), 0);
+  EXPECT_FALSE(fs::exists("/proc/" + std::to_string(process)));
+}
+
+TEST_F(DdsProcess, StoppedItIsAStateAndNobodyWaits) {
+  Begin();
+  const pid_t process = Process();
+  ::kill(process, SIGSTOP);
+  EXPECT_TRUE(ReadsAreRightUntil([&] {
+    return daemon->Errors().find("dds: the process does not read") != std::string::npos;
+  }));
+  EXPECT_EQ(Process(), process);
+  // Nobody lets it go on: after ten seconds without a sign of life it is replaced.
+  EXPECT_TRUE(ReadsAreRightUntil([&] { return Process() != 0 && Process() != process; }));
+  EXPECT_THAT(daemon->Errors(), HasSubstr("dds: the process did not read for 10s; it is started"));
+  EXPECT_TRUE(Eventually([&] { return SeqOf("relay-1", "current_l3").has_value(); }));
+}
+
+TEST_F(DdsProcess, AStoppedOneDoesNotHoldUpTheEnd) {
+  Begin();
+  const pid_t process = Process();
+  ::kill(process, SIGSTOP);
+  daemon->Signal(SIGTERM);
+  EXPECT_EQ(daemon->WaitForEnd(5s), 0);
+  EXPECT_FALSE(fs::exists("/proc/" + std::to_string(process)));
+}
+
+TEST_F(DdsProcess, ItDoesNotOutliveTheDaemon) {
+  Begin();
+  const pid_t process = Process();
+  daemon->Signal(SIGKILL);
+  EXPECT_TRUE(Eventually([&] { return ::kill(process, 0) != 0; }));
+}
+
+TEST_F(DdsProcess, InsideThereIsNone) {
+  StartTwins();
+  std::string yaml = Yaml(true);
+  const std::string enabled = "dds: { enabled: true,";
+  yaml.replace(yaml.find(enabled), enabled.size(), enabled + " process: inside,");
+  daemon = StartDaemon(yaml);
+  const Finished map = Command({"map", "--json", "-c", (directory() / "baudgate.yaml").string()});
+  points_ = Json::parse(map.output)["points"].size();
+  EXPECT_TRUE(Eventually([&] { return SeqOf("relay-1", "current_l3").has_value(); }));
+  EXPECT_EQ(Process(), 0);
+}
+
+}  // namespace
+}  // namespace baudgate::system_test
