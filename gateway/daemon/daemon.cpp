@@ -70,6 +70,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
   Status StartModbus();
   Status StartDds();
   void StopModbus();
+  control::GatewayInfo GatewayForStatus() const;
   void StartControl();
   void StopControl();
   modbus::GatewayFigures Info() const;
@@ -208,10 +209,18 @@ void Daemon::Impl::StopModbus() {
   modbus_thread.join();
 }
 
+control::GatewayInfo Daemon::Impl::GatewayForStatus() const {
+  control::GatewayInfo info{kVersion, started, modbus.get()};
+#ifdef BAUDGATE_WITH_DDS
+  if (dds) info.dds = [this] { return dds->state(); };
+#endif
+  return info;
+}
+
 /// A gateway that can not be asked still polls.
 void Daemon::Impl::StartControl() {
-  control = std::make_unique<control::ControlServer>(
-      config, store, *this, control::GatewayInfo{kVersion, started, modbus.get()}, control_io);
+  control = std::make_unique<control::ControlServer>(config, store, *this, GatewayForStatus(),
+                                                     control_io);
   if (const Status status = control->Listen(); !status) {
     control.reset();
     log::Warn(

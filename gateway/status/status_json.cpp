@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "gateway/status/dds_json.h"
 #include "gateway/status/diagnose.h"
 #include "gateway/status/json_time.h"
 #include "gateway/status/traffic_json.h"
@@ -196,6 +197,7 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
   const auto traffic = info.traffic ? info.traffic->Traffic() : modbus::TrafficStatus{};
   json["modbus"] =
       TrafficJson(traffic, target ? config.lines[target->line].name : std::string(), now.wall);
+  json["dds"] = info.dds ? DdsJson(config.dds.domain, info.dds(), now.instant) : Json(nullptr);
   return json;
 }
 

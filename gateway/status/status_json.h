@@ -3,10 +3,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
+#include "gateway/dds/link/link_state.h"
 #include "gateway/modbus/desk/traffic.h"
 #include "gateway/status/target.h"
 #include "gateway/store/point_store.h"
@@ -19,6 +21,7 @@ struct GatewayInfo {
   std::string version;
   Instant started{};                               ///< when the lines began to poll
   const modbus::TrafficSource* traffic = nullptr;  ///< null: no Modbus server
+  std::function<dds::LinkState()> dds{};           ///< empty: DDS is off
 };
 
 /// Everything; or one line; or one device, and then with its values.

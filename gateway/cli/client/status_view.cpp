@@ -161,6 +161,13 @@ std::string DeviceTable(const Json& lines, const TableView& view) {
   return RenderTable(kColumns, rows, view);
 }
 
+/// Null: DDS is off, or the gateway is older than this field.
+const Json& DdsOf(const Json& status) {
+  static const Json none;
+  const auto found = status.find("dds");
+  return found == status.end() ? none : *found;
+}
+
 /// "bay-1: …", "bay-1.feeder-2: …" and "route 20 to line bay-1: …", one a line, after an empty
 /// line.
 std::string Advice(const Json& status) {
@@ -182,7 +189,19 @@ std::string Advice(const Json& status) {
   for (const Json& route : modbus.at("routes")) {
     add("route " + Text(route, "units") + " to " + Text(route, "target"), route);
   }
+  if (const Json& dds = DdsOf(status); !dds.is_null()) add("DDS", dds);
   return "\n" + (text.empty() ? "all is well\n" : text);
+}
+
+/// "DDS domain 0: 3 subscribers, 1234 samples"; nothing while something is wrong, which the advice
+/// tells.
+std::string DdsLine(const Json& status) {
+  const Json& dds = DdsOf(status);
+  if (dds.is_null() || !dds.at("advice").empty()) return {};
+  return fmt::format("\nDDS domain {}: {}, {}{}\n", Number(dds, "domain"),
+                     Plural(Number(dds, "subscribers"), "subscriber"),
+                     Plural(Number(dds, "samples"), "sample"),
+                     Text(dds, "state") == "starting" ? ", the process is starting" : "");
 }
 
 std::string Overview(const Json& status, const TableView& view) {
@@ -197,7 +216,7 @@ std::string Overview(const Json& status, const TableView& view) {
                      Text(status, "gateway"), Text(status, "version"),
                      Milliseconds(status.at("uptime_ms")), lines.size(), devices, alive) +
          LineTable(lines, view) + (devices == 0 ? "" : "\n" + DeviceTable(lines, view)) +
-         RenderTraffic(status.at("modbus"), view) + Advice(status);
+         RenderTraffic(status.at("modbus"), view) + DdsLine(status) + Advice(status);
 }
 
 std::string PortText(const Json& line) {

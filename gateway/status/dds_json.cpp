@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/status/dds_json.h"
+
+#include <algorithm>
+#include <string>
+
+#include "gateway/base/shown.h"
+
+namespace baudgate::control {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Phase = dds::LinkState::Phase;
+
+const char* Name(Phase phase) {
+  switch (phase) {
+    case Phase::starting:
+      return "starting";
+    case Phase::up:
+      return "up";
+    case Phase::silent:
+      return "silent";
+    case Phase::waiting:
+      break;
+  }
+  return "waiting";
+}
+
+/// What is wrong; empty: nothing.
+std::string Diagnose(const dds::LinkState& state, Instant now) {
+  const std::string times =
+      state.times_lost > 1 ? " (lost " + Plural(state.times_lost, "time") + ")" : "";
+  if (state.phase == Phase::silent) {
+    return "the process does not read since " + FormatAge(now - state.heard) + times;
+  }
+  if (state.phase != Phase::waiting) return {};
+  if (state.reason.empty()) return "the process has not connected yet";
+  std::string text = "the process " + state.reason;
+  if (state.next_start) {
+    text += "; it is started again in " + FormatAge(std::max(Duration(0), *state.next_start - now));
+  }
+  return text + times;
+}
+
+}  // namespace
+
+Json DdsJson(int domain, const dds::LinkState& state, Instant now) {
+  Json json;
+  json["domain"] = domain;
+  json["state"] = Name(state.phase);
+  json["subscribers"] = state.subscribers;
+  json["samples"] = state.written;
+  json["refused"] = state.refused;
+  json["times_lost"] = state.times_lost;
+  json["last_end"] = state.reason.empty() ? Json(nullptr) : Json(state.reason);
+  json["heard_ms"] =
+      state.phase == Phase::waiting ? Json(nullptr) : Json((now - state.heard) / 1ms);
+  json["next_start_ms"] =
+      state.next_start ? Json(std::max(Duration(0), *state.next_start - now) / 1ms) : Json(nullptr);
+  const std::string trouble = Diagnose(state, now);
+  json["advice"] = trouble.empty() ? Json::array() : Json::array({trouble});
+  return json;
+}
+
+}  // namespace baudgate::control
