@@ -11,6 +11,7 @@ namespace baudgate::system_test {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class Installed : public Station {
@@ -37,6 +38,16 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
   }
 #ifdef CYCLONE_SUBSCRIBER
   EXPECT_TRUE(fs::is_regular_file(data / "idl/baudgate.idl"));
+  EXPECT_TRUE(fs::is_regular_file(At(INSTALLED_BINARIES "/baudgate-dds")));
+  EXPECT_TRUE(fs::is_regular_file(modules / "baudgate-dds-inside.so"));
+  const std::string dds_unit =
+      ReadWholeFile(At(INSTALL_PREFIX "/lib/systemd/system/baudgate-dds.service"));
+  EXPECT_THAT(dds_unit, HasSubstr("\nExecStart=" INSTALLED_BINARIES
+                                  "/baudgate-dds --socket /run/baudgate/dds.sock\n"));
+  EXPECT_THAT(dds_unit, HasSubstr("\nUser=baudgate-dds\n"));
+  EXPECT_THAT(dds_unit, HasSubstr("\nPartOf=baudgate.service\n"));
+  EXPECT_THAT(dds_unit, HasSubstr("\nBefore=baudgate.service\n"))
+      << "or it stops before the gateway's last words";
 #endif
 
   const std::string unit = ReadWholeFile(At(INSTALL_PREFIX "/lib/systemd/system/baudgate.service"));
@@ -48,9 +59,10 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
   EXPECT_THAT(unit.substr(0, unit.find("[Service]")), HasSubstr("\nStartLimitIntervalSec=0\n"))
       << "or systemd gives up for ever after five attempts";
   EXPECT_THAT(unit, HasSubstr("\nLimitNOFILE=65536\n"));
+  EXPECT_THAT(unit, HasSubstr("\nEnvironment=BAUDGATE_DDS_SOCKET=/run/baudgate/dds.sock\n"));
   EXPECT_THAT(unit, HasSubstr("\nAmbientCapabilities=CAP_NET_BIND_SERVICE\n"));
   EXPECT_THAT(ReadWholeFile(At(INSTALL_PREFIX "/lib/sysusers.d/baudgate.conf")),
-              HasSubstr("\nu baudgate - "));
+              AllOf(HasSubstr("\nu baudgate - "), HasSubstr("\nu baudgate-dds - ")));
 
   // The program alone, told where its parts are because the root is not "/".
   const Finished protocols = RunToEnd({At(INSTALLED_BINARIES "/baudgate").string(), "protocols"},
