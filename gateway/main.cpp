@@ -3,6 +3,7 @@
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
 #include "gateway/cli/commands.h"
+#include "gateway/cli/terminal/output.h"
 #include "gateway/daemon/modules.h"
 
 int main(int argc, char** argv) {

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/commands.h"
 
-#include <poll.h>
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
@@ -23,6 +20,8 @@
 #include "gateway/cli/offline/profiles.h"
 #include "gateway/cli/offline/protocols.h"
 #include "gateway/cli/offline/simulate.h"
+#include "gateway/cli/terminal/output.h"
+#include "gateway/cli/terminal/words.h"
 #include "gateway/simulate/fault_text.h"
 #ifdef BAUDGATE_WITH_DDS
 #include "gateway/cli/live/watch.h"
@@ -32,7 +31,6 @@ namespace baudgate {
 namespace {
 
 constexpr int kCannotOpen = 4;
-constexpr double kMostSeconds = 1e9;
 
 /// Reads "250ms" into a Duration.
 CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration& target,
@@ -45,19 +43,6 @@ CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration& targe
         target = *duration;
       },
       help);
-}
-
-/// Reads "30" or "0.5" into a Duration.
-CLI::Option* AddSeconds(CLI::App& app, std::optional<Duration>& target) {
-  return app.add_option_function<double>(
-      "--seconds",
-      [&target](const double& seconds) {
-        if (!(seconds > 0 && seconds <= kMostSeconds)) {
-          throw CLI::ValidationError("--seconds", "write a number above 0, for example 30");
-        }
-        target = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
-      },
-      "End after this time");
 }
 
 void AddRun(CLI::App& app, Action& action) {
@@ -98,22 +83,12 @@ void AddMap(CLI::App& app, Action& action) {
 
 void AddWatch([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action& action) {
 #ifdef BAUDGATE_WITH_DDS
+  // Its words are those of baudgate-dds, which reads them.
   auto* command = app.add_subcommand("watch", "Show what gateways publish on DDS");
-  auto options = std::make_shared<WatchOptions>();
-  command->add_option("--domain", options->domain, "DDS domain")->check(CLI::Range(0, 232));
-  command->add_option("--interface", options->interfaces, "Addresses to listen on")
-      ->capture_default_str();
-  command->add_flag("--once", options->once, "Print the values once, then end");
-  command->add_flag("--json", options->json, "One JSON object a line for each sample");
-  AddSeconds(*command, options->seconds);
-  command->add_option("--gateway", options->gateway, "Only this gateway");
-  command->add_option("--device", options->device, "Only this device");
-  command->add_option("--point", options->point, "Only this point");
-  command->callback([options, &action] {
-    action = [=](const auto&) {
-      options->terminal = TerminalView(1);
-      return RunWatch(*options, std::cout, std::cerr);
-    };
+  command->set_help_flag();
+  command->prefix_command();
+  command->callback([command, &action] {
+    action = [words = command->remaining()](const auto&) { return RunWatch(words, std::cerr); };
   });
 #endif
 }
@@ -292,14 +267,6 @@ bool IsUnknownSubcommand(const CLI::App& app, std::string_view word) {
   std::cerr << config::Quoted(word) << " is no subcommand;" << config::DidYouMean(word, known)
             << " there are: " << config::Join(known) << '\n';
   return true;
-}
-
-int AfterOutput(int code) {
-  if (std::cout.flush() || code != 0) return code;
-  pollfd output{STDOUT_FILENO, 0, 0};
-  if (::poll(&output, 1, 0) == 1 && (output.revents & (POLLERR | POLLHUP)) != 0) return code;
-  std::cerr << "baudgate: standard output can not be written; is the disk full?\n";
-  return kCannotOpen;
 }
 
 }  // namespace baudgate

@@ -24,8 +24,4 @@ void AddCommands(CLI::App& app, Action& action);
 /// CLI11 itself only says that a subcommand is required.
 bool IsUnknownSubcommand(const CLI::App& app, std::string_view word);
 
-/// The exit code behind output of which `code` was the result. What a full disk has swallowed must
-/// not look like success; a reader that has left has seen what it wanted.
-int AfterOutput(int code);
-
 }  // namespace baudgate

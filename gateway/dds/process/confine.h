@@ -11,6 +11,13 @@
 
 namespace baudgate::dds {
 
+/// A sanitizer needs the address space and the calls that are taken away here.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
 /// Dies with `parent`. False: it is dead already.
 bool DieWith(pid_t parent);
 

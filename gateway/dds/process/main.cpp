@@ -9,13 +9,20 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
+#include <iostream>
 #include <string>
+#include <string_view>
 
+#include "gateway/base/time.h"
 #include "gateway/base/version.h"
+#include "gateway/cli/terminal/output.h"
 #include "gateway/dds/fast/fast_writer.h"
 #include "gateway/dds/process/confine.h"
 #include "gateway/dds/process/serve.h"
+#include "gateway/dds/watch/guarded.h"
+#include "gateway/dds/watch/watch_words.h"
 
 namespace {
 
@@ -25,6 +32,7 @@ using namespace baudgate::dds;
 constexpr int kDone = 0;
 constexpr int kFailed = 4;
 constexpr int kUsage = 2;
+constexpr std::uint64_t kMostWatchMemory = 2ULL << 30;
 constexpr int kMostArenas = 2;  // of 64 MiB address space each: one a thread would use up the limit
 constexpr auto kConnectAgain = 500ms;
 
@@ -58,13 +66,19 @@ Result<ServeEnd> ServeOne(const Descriptor& link, const Descriptor& stop) {
   return Serve(link, server, stop.get(), [] { sd_notify(0, "WATCHDOG=1"); });
 }
 
+/// 0: as much memory as there is.
+Status Confine(std::uint64_t memory) {
+  if (kSanitized) return {};
+  if (memory != 0) {
+    if (Status status = LimitMemory(memory); !status) return status;
+  }
+  return DenyCalls();
+}
+
 /// As a child of the daemon: one link, and what is wrong ends the process.
 int ServeParent(const Options& options, const Descriptor& stop) {
   if (options.parent != 0 && !DieWith(options.parent)) return kDone;
-  if (options.memory != 0) {
-    if (const Status status = LimitMemory(options.memory); !status) Say(status.error());
-  }
-  if (const Status status = DenyCalls(); !status) {
+  if (const Status status = Confine(options.memory); !status) {
     Say(status.error());
     return kFailed;
   }
@@ -96,26 +110,50 @@ int ServeSocket(const Options& options, const Descriptor& stop) {
   }
 }
 
+/// A datagram that ends the library does not end the watching. At a full disk the child knows.
+int Watch(WatchOptions& options) {
+  constexpr Duration kLadder[] = {100ms, 500ms, 1s, 2s, 5s, 10s};
+  options.terminal = TerminalView(STDOUT_FILENO);
+  const Instant begun = ReadClocks().instant;
+  const auto run = [&options, begun] {
+    if (options.seconds) {
+      *options.seconds = std::max(Duration(1ms), *options.seconds - (ReadClocks().instant - begun));
+    }
+    if (const Status status = Confine(kMostWatchMemory); !status) {
+      Say(status.error());
+      return kFailed;
+    }
+    return AfterOutput(RunWatch(options, std::cout, std::cerr));
+  };
+  return RunGuarded(run, kLadder, std::cerr);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("baudgate-dds: speaks DDS for baudgate, in a process of its own", "baudgate-dds");
+  // `baudgate watch` is this program under that name.
+  const bool as_baudgate = argc > 0 && std::string_view(argv[0]) == "baudgate";
+  CLI::App app("baudgate-dds: speaks DDS for baudgate, in a process of its own",
+               as_baudgate ? "baudgate" : "baudgate-dds");
   app.set_version_flag("--version", std::string("baudgate-dds ") + kVersion);
   Options options;
   auto* link = app.add_option("--link", options.link, "Descriptor of the link to the daemon");
   app.add_option("--parent", options.parent, "End with this process")->needs(link);
   app.add_option("--memory", options.memory, "Most address space in bytes")->needs(link);
   app.add_option("--socket", options.socket, "Path of the daemon's socket")->excludes(link);
+  WatchOptions watch;
+  const auto* watches = AddWatch(app, watch);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kUsage;
+    return app.exit(error) == 0 ? AfterOutput(kDone) : kUsage;
   }
+  ::mallopt(M_ARENA_MAX, kMostArenas);
+  if (watches->parsed()) return Watch(watch);
   if (options.link < 0 && options.socket.empty()) {
     Say("the daemon starts this process; by hand only --socket PATH makes sense");
     return kUsage;
   }
-  ::mallopt(M_ARENA_MAX, kMostArenas);
   const Descriptor stop = StopSignals();
   return options.socket.empty() ? ServeParent(options, stop) : ServeSocket(options, stop);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/live/watch.h"
+#include "gateway/dds/watch/watch.h"
 
 #include <poll.h>
 #include <sys/eventfd.h>

@@ -1,7 +1,7 @@
 // `baudgate watch` against a publisher in this process: image, JSON lines, filters, silence,
 // signals.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/cli/live/watch.h"
+#include "gateway/dds/watch/watch.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/terminal/output.h"
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <iostream>
+
+namespace baudgate {
+namespace {
+
+constexpr int kCannotOpen = 4;
+
+}  // namespace
+
+int AfterOutput(int code) {
+  if (std::cout.flush() || code != 0) return code;
+  pollfd output{STDOUT_FILENO, 0, 0};
+  if (::poll(&output, 1, 0) == 1 && (output.revents & (POLLERR | POLLHUP)) != 0) return code;
+  std::cerr << "baudgate: standard output can not be written; is the disk full?\n";
+  return kCannotOpen;
+}
+
+}  // namespace baudgate

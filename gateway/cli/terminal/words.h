@@ -1,0 +1,26 @@
+// Options that several commands have, so that they are written alike everywhere.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+/// Reads "30" or "0.5" into a Duration.
+inline CLI::Option* AddSeconds(CLI::App& app, std::optional<Duration>& target) {
+  constexpr double kMostSeconds = 1e9;
+  return app.add_option_function<double>(
+      "--seconds",
+      [&target](const double& seconds) {
+        if (!(seconds > 0 && seconds <= kMostSeconds)) {
+          throw CLI::ValidationError("--seconds", "write a number above 0, for example 30");
+        }
+        target = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
+      },
+      "End after this time");
+}
+
+}  // namespace baudgate

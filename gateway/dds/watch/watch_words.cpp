@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/watch/watch_words.h"
+
+#include "gateway/cli/terminal/words.h"
+
+namespace baudgate {
+
+CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
+  auto* command = app.add_subcommand("watch", "Show what gateways publish on DDS");
+  command->add_option("--domain", options.domain, "DDS domain")->check(CLI::Range(0, 232));
+  command->add_option("--interface", options.interfaces, "Addresses to listen on")
+      ->capture_default_str();
+  command->add_flag("--once", options.once, "Print the values once, then end");
+  command->add_flag("--json", options.json, "One JSON object a line for each sample");
+  AddSeconds(*command, options.seconds);
+  command->add_option("--gateway", options.gateway, "Only this gateway");
+  command->add_option("--device", options.device, "Only this device");
+  command->add_option("--point", options.point, "Only this point");
+  return command;
+}
+
+}  // namespace baudgate
