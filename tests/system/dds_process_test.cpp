@@ -2,12 +2,18 @@
 // stay right, and subscribers have everything again soon after.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
+#include <netinet/in.h>
 #include <signal.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "gateway/base/bytes.h"
+#include "gateway/base/text.h"
 #include "tests/system/three_devices.h"
 
 namespace baudgate::system_test {
@@ -122,6 +128,45 @@ TEST_F(DdsProcess, AStoppedOneDoesNotHoldUpTheEnd) {
   daemon->Signal(SIGTERM);
   EXPECT_EQ(daemon->WaitForEnd(5s), 0);
   EXPECT_FALSE(fs::exists("/proc/" + std::to_string(process)));
+}
+
+/// CVE-2023-50716: a fragment with inline QoS and no payload, which ends Fast DDS 2.9.1 with
+/// "free(): invalid pointer". To all participants of the domain on this machine.
+void SendHostileDatagram(int domain) {
+  const Bytes datagram = *ParseHex(
+      "52 54 50 53 02 03 01 0F 00 01 02 03 04 05 06 07 08 09 0A 0B "  // RTPS, the maker's vendor id
+      "16 03 24 00 00 00 1C 00 00 01 00 C7 00 01 00 C2 00 00 00 00 01 00 00 00 "
+      "01 00 00 00 01 00 40 00 40 00 00 00 01 00 00 00");
+  const int sender = ::socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  for (int participant = 0; participant < 10; ++participant) {
+    to.sin_port = htons(static_cast<std::uint16_t>(7400 + 250 * domain + 10 + 2 * participant));
+    ::sendto(sender, datagram.data(), datagram.size(), 0, reinterpret_cast<const sockaddr*>(&to),
+             sizeof to);
+  }
+  ::close(sender);
+}
+
+TEST_F(DdsProcess, ADatagramThatEndsTheLibraryEndsNeitherGatewayNorWatch) {
+  Begin();
+  const auto watch =
+      Start({"watch", "--domain", std::to_string(domain()), "--gateway", gateway(), "--json"});
+  const auto samples = [&] {
+    const std::string text = watch->Output();
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  ASSERT_TRUE(Eventually([&] { return samples() > 0; }));
+  for (int i = 0; i < 3; ++i) {
+    SendHostileDatagram(domain());
+    const auto before = samples();
+    EXPECT_TRUE(ReadsAreRightUntil([&] { return samples() > before; }));
+  }
+  EXPECT_TRUE(watch->Running());
+  EXPECT_TRUE(Eventually([&] { return SeqOf("relay-1", "current_l3").has_value(); }));
+  watch->Signal(SIGTERM);
+  EXPECT_EQ(watch->WaitForEnd(), 0);
 }
 
 TEST_F(DdsProcess, ItDoesNotOutliveTheDaemon) {
