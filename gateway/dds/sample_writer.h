@@ -37,7 +37,7 @@ class SampleWriter {
   /// of what was sent before. 0: nobody is there.
   virtual std::uint64_t session() const { return 1; }
   /// Before the first sample: `changed` is called, from any thread, whenever session() changes.
-  virtual void OnSession([[maybe_unused]] std::function<void()> changed) {}
+  virtual void OnSession([[maybe_unused]] const std::function<void()>& changed) {}
 };
 
 }  // namespace baudgate::dds

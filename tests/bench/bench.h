@@ -43,6 +43,7 @@ void RunRoutes(const config::Catalog& catalog);
 
 // Other processes of the same program: `self ROLE ARGS…`.
 int BeDelaySubscriber(int argc, char** argv);
+int BeDelayRelay(int argc, char** argv);
 int BeScaleTwins(const config::Catalog& catalog, int argc, char** argv);
 int BeScaleSubscriber(int argc, char** argv);
 int BeCrowdSlaves(const config::Catalog& catalog, int argc, char** argv);

@@ -94,6 +94,7 @@ int main(int argc, char** argv) {
   const Modules modules = LoadModules();
   const std::string_view role = argc > 1 ? argv[1] : "";
   if (role == "be-delay-subscriber") return bench::BeDelaySubscriber(argc - 2, argv + 2);
+  if (role == "be-delay-relay") return bench::BeDelayRelay(argc - 2, argv + 2);
   if (role == "be-scale-twins") return bench::BeScaleTwins(modules.catalog, argc - 2, argv + 2);
   if (role == "be-scale-subscriber") return bench::BeScaleSubscriber(argc - 2, argv + 2);
   if (role == "be-crowd-slaves") return bench::BeCrowdSlaves(modules.catalog, argc - 2, argv + 2);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/link/link_writer.h"
 
-#include <utility>
-
 #include "gateway/dds/link/packet_socket.h"
 
 namespace baudgate::dds {
@@ -58,9 +56,9 @@ std::uint64_t LinkWriter::session() const {
   return socket_ < 0 ? 0 : sessions_;
 }
 
-void LinkWriter::OnSession(std::function<void()> changed) {
+void LinkWriter::OnSession(const std::function<void()>& changed) {
   const MutexLock lock(telling_);
-  on_session_ = std::move(changed);
+  on_session_ = changed;
 }
 
 void LinkWriter::Attach(int socket) {

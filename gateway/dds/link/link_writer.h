@@ -26,7 +26,7 @@ class LinkWriter : public SampleWriter {
   bool WaitAcknowledged(Duration most) override;
   std::uint32_t subscribers() const override;
   std::uint64_t session() const override;
-  void OnSession(std::function<void()> changed) override;
+  void OnSession(const std::function<void()>& changed) override;
 
   /// Samples go to this socket from now on, which stays open until Detach.
   void Attach(int socket);

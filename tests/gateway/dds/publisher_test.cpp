@@ -78,7 +78,7 @@ class ChangingWriter : public RememberingWriter {
     const std::lock_guard lock(mutex_);
     return session_;
   }
-  void OnSession(std::function<void()> changed) override { changed_session_ = std::move(changed); }
+  void OnSession(const std::function<void()>& changed) override { changed_session_ = changed; }
 
   void SetSession(std::uint64_t session) {
     {
