@@ -176,6 +176,38 @@ TEST_F(DdsProcess, ItDoesNotOutliveTheDaemon) {
   EXPECT_TRUE(Eventually([&] { return ::kill(process, 0) != 0; }));
 }
 
+/// As systemd does it: somebody else starts the process, which finds the gateway's socket.
+TEST_F(DdsProcess, StartedBySomebodyElseItComesToTheSocket) {
+  const std::string socket = (directory() / "dds.sock").string();
+  const std::string program = fs::path(BAUDGATE_BINARY).parent_path() / "baudgate-dds";
+  const auto start = [&] {
+    return std::make_unique<Child>(std::vector<std::string>{program, "--socket", socket},
+                                   directory());
+  };
+  auto process = start();  // before the gateway: it waits
+  ASSERT_TRUE(EventuallyLogged(*process, "waits for the gateway"));
+  StartTwins();
+  const auto file = Write("baudgate.yaml", Yaml(true));
+  daemon = Start({"run", "-c", file.string()}, {{"BAUDGATE_DDS_SOCKET", socket}});
+  const Finished map = Command({"map", "--json", "-c", file.string()});
+  points_ = Json::parse(map.output)["points"].size();
+  EXPECT_TRUE(Eventually([&] { return SeqOf("io-1", "input_1").has_value(); }));
+  EXPECT_EQ(Process(), 0) << "the gateway has started one itself";
+
+  process->Signal(SIGKILL);
+  ASSERT_TRUE(process->WaitForEnd());
+  EXPECT_TRUE(EventuallyLogged(*daemon, "dds: the process closed the link"));
+  process = start();
+  EXPECT_TRUE(Eventually([&] { return SeqOf("io-1", "input_1").has_value(); }));
+
+  daemon->Signal(SIGTERM);
+  EXPECT_EQ(daemon->WaitForEnd(10s), 0);
+  EXPECT_FALSE(fs::exists(socket));
+  EXPECT_TRUE(process->Running()) << "it waits for the next gateway";
+  process->Signal(SIGTERM);
+  EXPECT_EQ(process->WaitForEnd(), 0);
+}
+
 TEST_F(DdsProcess, InsideThereIsNone) {
   StartTwins();
   std::string yaml = Yaml(true);
