@@ -1,0 +1,81 @@
+// Looks at each datagram before the DDS library does: Fast DDS 2.9 has faults that one datagram of
+// anybody who reaches the port can use. Bytes come from gateway/dds/fast/checked_transport.h.
+// Pure: no socket, no clock, no Fast DDS; memory is fixed. Source: DDSI-RTPS 2.3,
+// chapters 8.3, 9.4.
+//
+//   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | submessages: id, flags, length (2), …
+//
+// A right peer is never refused: what the standard tells receivers to skip passes when its length
+// fits (8.3.4.1).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
+#include "gateway/dds/fast/participant_table.h"
+#include "gateway/dds/fast/refusal.h"
+#include "gateway/dds/fast/sequence_window.h"
+
+namespace baudgate::dds {
+
+struct Sender {
+  std::uint32_t address = 0;  ///< IPv4, host order
+  std::uint16_t port = 0;
+};
+
+/// Eight bytes to be overwritten before the datagram is passed on.
+struct Edit {
+  std::size_t at = 0;
+  std::array<std::uint8_t, 8> bytes{};
+};
+
+struct Verdict {
+  Refusal reason = Refusal::none;
+  /// How many bytes to pass on: a vendor's submessages at the end are left off. Fast DDS 2.9 ends
+  /// each of its datagrams with one (0x80, statistics), and one that was made up ends the process.
+  std::size_t length = 0;
+  /// Leases longer than `longest_lease`, shortened: the library keeps a silent participant as long
+  /// as it announces, and sends to it all the time.
+  std::array<Edit, 4> edits{};
+  std::size_t edit_count = 0;
+
+  bool passes() const { return reason == Refusal::none; }
+};
+
+struct CheckOptions {
+  bool security = false;  ///< let DDS Security through
+  ParticipantLimits participants{};
+  WindowLimits window{};
+};
+
+class DatagramCheck {
+ public:
+  explicit DatagramCheck(const CheckOptions& options);
+
+  Verdict Check(View datagram, Sender sender, Instant now);
+
+  /// Participants that the library may know.
+  std::size_t participants() const { return participants_.size(); }
+
+ private:
+  struct Submessage;
+  struct Walk;
+
+  Refusal CheckSubmessage(const Submessage& submessage, Walk& walk);
+  Refusal CheckData(const Submessage& submessage, Walk& walk);
+  Refusal CheckPayload(const Submessage& submessage, std::size_t at, std::uint32_t reader,
+                       std::uint32_t writer, std::uint32_t status, Walk& walk);
+  Refusal CheckHeartbeat(const Submessage& submessage, Walk& walk);
+  Refusal CheckGap(const Submessage& submessage, Walk& walk);
+  Refusal Admit(const struct Parameters& announced, std::size_t list_at, bool little, bool gone,
+                Walk& walk);
+  bool Advance(const Walk& walk, std::uint32_t writer, std::int64_t to, std::int64_t skipped);
+
+  bool security_;
+  ParticipantTable participants_;
+  SequenceWindow window_;
+};
+
+}  // namespace baudgate::dds

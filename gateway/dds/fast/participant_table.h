@@ -1,0 +1,63 @@
+// Who is in the domain, as far as there is room: which announced participants the DDS library gets
+// to know. Pure and of fixed size; gateway/dds/fast/datagram_check.h asks it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "gateway/base/time.h"
+#include "gateway/dds/fast/refusal.h"
+#include "gateway/dds/fast/rtps_fields.h"
+
+namespace baudgate::dds {
+
+struct ParticipantLimits {
+  std::size_t participants = 256;
+  /// Of one IPv4 address: RTPS has ports for 120 participants of a machine (RTPS 2.3, 9.6.1.1).
+  std::size_t of_address = 128;
+  /// A participant that is silent for so long gives its place back, whatever lease it announces.
+  Duration longest_lease = 60s;
+  /// New participants, after a burst of as many as there is room for.
+  Duration new_interval = 20ms;
+  Duration new_interval_of_address = 125ms;
+};
+
+class ParticipantTable {
+ public:
+  explicit ParticipantTable(const ParticipantLimits& limits);
+
+  /// Anything came from it.
+  void Heard(const GuidPrefix& prefix, Instant now);
+  /// It announces itself, or a discovery server does so for it.
+  Refusal Announce(const GuidPrefix& prefix, std::uint32_t address, Duration lease, Instant now);
+  void Left(const GuidPrefix& prefix);
+
+  std::size_t size() const { return participants_.size(); }
+  const ParticipantLimits& limits() const { return limits_; }
+
+ private:
+  struct Participant {
+    GuidPrefix prefix{};
+    std::uint32_t address = 0;
+    Duration lease{};
+    Instant heard{};
+  };
+  /// New participants that an address has announced: the bucket of 128 is full again then.
+  struct Source {
+    std::uint32_t address = 0;
+    Instant full_at{};
+  };
+
+  Participant* Find(const GuidPrefix& prefix);
+  void ForgetSilent(Instant now);
+  Source& SourceOf(std::uint32_t address);
+
+  ParticipantLimits limits_;
+  std::vector<Participant> participants_;
+  std::vector<Source> sources_;
+  std::size_t last_found_ = 0;
+  Instant full_at_{};
+};
+
+}  // namespace baudgate::dds

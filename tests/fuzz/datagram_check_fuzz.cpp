@@ -1,0 +1,58 @@
+// What the DDS library is shielded from: any bytes as datagrams, one check for all of an input.
+// Input: a byte of options, then datagrams: a length (2, big-endian), a byte of the sender's
+// address and of the time that has passed, and as many bytes.
+#include "gateway/dds/fast/datagram_check.h"
+#include "tests/fuzz/fuzz.h"
+
+namespace baudgate::fuzz {
+namespace {
+
+using namespace dds;
+
+void CheckOne(DatagramCheck& check, const Bytes& datagram, Sender sender, Instant now) {
+  const Verdict verdict = check.Check(datagram, sender, now);
+  Require(check.participants() <= 4, "there are never more participants than places");
+  if (!verdict.passes()) {
+    Require(!Words(verdict.reason).empty(), "a refusal has words");
+    return;
+  }
+  Require(verdict.length >= 20 && verdict.length <= datagram.size(), "a header at least");
+  Require(verdict.edit_count <= verdict.edits.size(), "edits have room");
+  Bytes passed(datagram.begin(), datagram.begin() + static_cast<std::ptrdiff_t>(verdict.length));
+  for (std::size_t i = 0; i < verdict.edit_count; ++i) {
+    const Edit& edit = verdict.edits[i];
+    Require(edit.at + edit.bytes.size() <= passed.size(), "an edit lies inside");
+    std::copy(edit.bytes.begin(), edit.bytes.end(),
+              passed.begin() + static_cast<std::ptrdiff_t>(edit.at));
+  }
+  // Another check knows nothing of what the first one has let in before.
+  constexpr std::int64_t kAny = std::int64_t{1} << 62;
+  constexpr WindowLimits kEndless{.burst = kAny, .each_second = 1, .first_of_samples = kAny};
+  DatagramCheck fresh{CheckOptions{.security = true, .participants = {}, .window = kEndless}};
+  const Verdict again = fresh.Check(passed, sender, now);
+  Require(again.passes(), again.passes() ? "" : Words(again.reason));
+  Require(again.length == passed.size(), "nothing more is left off");
+  Require(again.edit_count == 0, "nothing more is changed");
+}
+
+}  // namespace
+}  // namespace baudgate::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace baudgate::fuzz;
+  Input input(data, size);
+  const bool security = (input.U8() & 1) != 0;
+  baudgate::dds::DatagramCheck check{baudgate::dds::CheckOptions{
+      .security = security, .participants = {.participants = 4, .of_address = 3}, .window = {}}};
+  baudgate::Instant now = baudgate::Instant(std::chrono::hours(1));
+  while (!input.empty()) {
+    const std::size_t high = input.U8();
+    const std::size_t length = high << 8 | input.U8();
+    const baudgate::dds::Sender sender{.address = input.U8(), .port = 7400};
+    now += std::chrono::milliseconds(input.U8());
+    const baudgate::View piece = input.Take(length);
+    // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
+    CheckOne(check, baudgate::Bytes(piece.begin(), piece.end()), sender, now);
+  }
+  return 0;
+}
