@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@ struct ParticipantOptions {
   int domain = 0;                       ///< 0…232
   std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0 = all
   bool shared_memory = false;           ///< between processes of one user only
+  std::size_t participants = 256;       ///< others in the domain; those beyond are not let in
 };
 
 }  // namespace baudgate::dds

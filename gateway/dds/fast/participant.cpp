@@ -17,6 +17,7 @@
 #include <mutex>
 
 #include "gateway/base/time.h"
+#include "gateway/dds/fast/checked_transport.h"
 
 namespace baudgate::dds {
 namespace {
@@ -91,6 +92,13 @@ Status Check(const ParticipantOptions& options) {
   return {};
 }
 
+std::shared_ptr<DatagramGate> GateFor(const ParticipantOptions& options) {
+  CheckOptions check;
+  check.participants.participants = options.participants;
+  return std::make_shared<DatagramGate>(
+      check, [](const std::string& line) { std::fprintf(stderr, "dds: %s\n", line.c_str()); });
+}
+
 fast::DomainParticipantQos QosFor(const ParticipantOptions& options) {
   fast::DomainParticipantQos qos;
   qos.name("baudgate");
@@ -100,7 +108,8 @@ fast::DomainParticipantQos QosFor(const ParticipantOptions& options) {
   // Smaller buffers lose the image of some thousand points to a joining subscriber.
   udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
   if (!MeansAll(options.interfaces)) udp->interfaceWhiteList = options.interfaces;
-  transport.user_transports.push_back(udp);
+  transport.user_transports.push_back(
+      std::make_shared<CheckedTransportDescriptor>(udp, GateFor(options)));
   if (options.shared_memory) {
     auto memory = std::make_shared<rtps::SharedMemTransportDescriptor>();
     memory->segment_size(8U << 20);
@@ -128,6 +137,14 @@ Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& opt
   } catch (const std::exception& failure) {
     return Error{std::string("dds: ") + failure.what()};
   }
+}
+
+DatagramCounters DatagramsOf(const fast::DomainParticipant& participant) {
+  for (const auto& transport : participant.get_qos().transport().user_transports) {
+    const auto checked = std::dynamic_pointer_cast<CheckedTransportDescriptor>(transport);
+    if (checked) return checked->gate->counters();
+  }
+  return {};
 }
 
 void DeleteParticipant(fast::DomainParticipant* participant) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "gateway/base/result.h"
+#include "gateway/dds/fast/datagram_gate.h"
 #include "gateway/dds/participant_options.h"
 
 namespace eprosima::fastdds::dds {
@@ -15,6 +16,9 @@ namespace baudgate::dds {
 /// The error names what to change. No XML profile file is ever read.
 Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
     const ParticipantOptions& options);
+
+/// What was let in by UDP and what was not. From any thread.
+DatagramCounters DatagramsOf(const eprosima::fastdds::dds::DomainParticipant& participant);
 
 /// With all that it contains.
 void DeleteParticipant(eprosima::fastdds::dds::DomainParticipant* participant);

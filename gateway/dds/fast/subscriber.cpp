@@ -189,6 +189,8 @@ struct DdsSubscriber::Impl {
 DdsSubscriber::DdsSubscriber(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 DdsSubscriber::~DdsSubscriber() = default;
 
+DatagramCounters DdsSubscriber::datagrams() const { return DatagramsOf(*impl_->participant); }
+
 Result<std::unique_ptr<DdsSubscriber>> DdsSubscriber::Create(const SubscriberOptions& options,
                                                              SubscriberCallbacks callbacks) {
   auto participant = CreateParticipant(options.participant);

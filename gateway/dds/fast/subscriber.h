@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "gateway/base/result.h"
+#include "gateway/dds/fast/datagram_gate.h"
 #include "gateway/dds/participant_options.h"
 #include "gateway/dds/samples.h"
 
@@ -41,6 +42,9 @@ class DdsSubscriber {
   static Result<std::unique_ptr<DdsSubscriber>> Create(const SubscriberOptions& options,
                                                        SubscriberCallbacks callbacks);
   ~DdsSubscriber();  ///< no callback runs after it
+
+  /// From any thread.
+  DatagramCounters datagrams() const;
 
  private:
   struct Impl;

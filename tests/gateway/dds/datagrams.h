@@ -2,6 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <fstream>
 #include <map>
 #include <string>
@@ -91,5 +96,29 @@ inline Bytes Gap(std::uint16_t number, std::string_view reader_writer, std::uint
   Append(bytes, View(Submessage(0x08, 0, body)));
   return bytes;
 }
+
+/// Datagrams to the port of discovery of each participant of this machine: Fast DDS gives every
+/// participant that a process makes the next number, and it the port 10 + 2 x number.
+class DatagramSender {
+ public:
+  explicit DatagramSender(int domain) : base_(7400 + 250 * domain) {}
+  ~DatagramSender() { ::close(socket_); }
+  void Send(const Bytes& bytes) {
+    for (int offset = 10; offset < 150; offset += 2) {
+      sockaddr_in to{};
+      to.sin_family = AF_INET;
+      to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+      to.sin_port = htons(static_cast<std::uint16_t>(base_ + offset));
+      // Nobody listens on some of them; what counts is what the others do with it.
+      [[maybe_unused]] const auto sent =
+          ::sendto(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL,
+                   reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    }
+  }
+
+ private:
+  const int base_;
+  int socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+};
 
 }  // namespace baudgate::dds::testing

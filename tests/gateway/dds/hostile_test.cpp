@@ -1,10 +1,7 @@
 // What a faulty or hostile peer can send: samples that break the contract, and datagrams that break
 // RTPS. Nothing of it may end the process, and good samples must keep coming.
 // SPDX-License-Identifier: Apache-2.0
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -22,15 +19,18 @@
 #include "gateway/dds/fast/participant.h"
 #include "gateway/dds/fast/subscriber.h"
 #include "gateway/dds/publisher.h"
+#include "tests/gateway/dds/datagrams.h"
 #include "tests/gateway/dds/fixture.h"
 
 namespace baudgate::dds {
 namespace {
 
 namespace fast = eprosima::fastdds::dds;
+using testing::DatagramSender;
 using testing::Heard;
 using testing::MakeConfig;
 using testing::Publish;
+using testing::Rtps;
 using testing::Set;
 using testing::TestDomain;
 using testing::TestSubscriber;
@@ -129,35 +129,6 @@ TEST(Hostile, BrokenSamplesAreSkippedAndGoodOnesArrive) {
   EXPECT_EQ(heard.samples, 2U);
 }
 
-/// Datagrams to every port that a participant of the domain may listen on.
-class Datagrams {
- public:
-  ~Datagrams() { ::close(socket_); }
-  void Send(const Bytes& bytes) {
-    const int base = 7400 + 250 * TestDomain();
-    for (const int offset : {0, 1, 10, 11, 12, 13, 14, 15}) {
-      sockaddr_in to{};
-      to.sin_family = AF_INET;
-      to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-      to.sin_port = htons(static_cast<std::uint16_t>(base + offset));
-      // Nobody listens on some of them; what counts is what the others do with it.
-      [[maybe_unused]] const auto sent =
-          ::sendto(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL,
-                   reinterpret_cast<const sockaddr*>(&to), sizeof to);
-    }
-  }
-
- private:
-  int socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-};
-
-/// RTPS 2.2 header with a vendor and a GUID prefix, then `rest`.
-Bytes Rtps(std::string_view rest_hex) {
-  Bytes bytes = *ParseHex("52 54 50 53 02 02 01 0F 01 0F AA BB CC DD 00 00 01 00 00 00");
-  Append(bytes, View(*ParseHex(rest_hex)));
-  return bytes;
-}
-
 TEST(Hostile, BrokenDatagramsEndNothing) {
   const config::Config config = MakeConfig(1, 5);
   PointStore store(config);
@@ -168,7 +139,7 @@ TEST(Hostile, BrokenDatagramsEndNothing) {
   ASSERT_NE(publisher, nullptr);
   ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 5; }));
 
-  Datagrams datagrams;
+  DatagramSender datagrams(TestDomain());
   for (const char* rest : {
            "",                         // a header alone
            "15 05",                    // half a DATA submessage

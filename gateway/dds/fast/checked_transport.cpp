@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/fast/checked_transport.h"
+
+#include <fastdds/rtps/network/SenderResource.h>
+
+#include <utility>
+
+namespace baudgate::dds {
+namespace {
+
+namespace rtps = eprosima::fastdds::rtps;
+using eprosima::fastrtps::rtps::Locator_t;
+using eprosima::fastrtps::rtps::LocatorsIterator;
+using eprosima::fastrtps::rtps::octet;
+using eprosima::fastrtps::rtps::SenderResource;
+
+/// An IPv4 address stands in the last four bytes.
+Sender SenderOf(const Locator_t& remote) {
+  Sender sender;
+  for (std::size_t i = 12; i < 16; ++i) sender.address = sender.address << 8 | remote.address[i];
+  sender.port = static_cast<std::uint16_t>(remote.port);
+  return sender;
+}
+
+}  // namespace
+
+CheckedTransportDescriptor::CheckedTransportDescriptor(
+    std::shared_ptr<rtps::TransportDescriptorInterface> below,
+    std::shared_ptr<DatagramGate> gate_of_all)
+    : ChainingTransportDescriptor(std::move(below)), gate(std::move(gate_of_all)) {}
+
+rtps::TransportInterface* CheckedTransportDescriptor::create_transport() const {
+  return new CheckedTransport(*this);
+}
+
+CheckedTransport::CheckedTransport(const CheckedTransportDescriptor& descriptor)
+    : ChainingTransport(descriptor), descriptor_(descriptor) {}
+
+rtps::TransportDescriptorInterface* CheckedTransport::get_configuration() { return &descriptor_; }
+
+bool CheckedTransport::send(SenderResource* below, const octet* bytes, std::uint32_t size,
+                            LocatorsIterator* to, LocatorsIterator* to_end,
+                            const std::chrono::steady_clock::time_point& timeout) {
+  return below->send(bytes, size, to, to_end, timeout);
+}
+
+void CheckedTransport::receive(rtps::TransportReceiverInterface* next, const octet* bytes,
+                               std::uint32_t size, const Locator_t& local,
+                               const Locator_t& remote) {
+  // The buffer is the receiving thread's own; the library writes into it as well.
+  const std::span datagram(const_cast<octet*>(bytes), size);
+  const auto passed =
+      descriptor_.gate->LetIn(datagram, SenderOf(remote), std::chrono::steady_clock::now());
+  if (passed.empty()) return;
+  next->OnDataReceived(passed.data(), static_cast<std::uint32_t>(passed.size()), local, remote);
+}
+
+}  // namespace baudgate::dds

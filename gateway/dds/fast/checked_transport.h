@@ -1,0 +1,47 @@
+// A transport of Fast DDS that hands on only what gateway/dds/fast/datagram_gate.h lets in. What is
+// sent goes through untouched.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
+
+#include <memory>
+
+#include "gateway/dds/fast/datagram_gate.h"
+
+namespace baudgate::dds {
+
+struct CheckedTransportDescriptor : eprosima::fastdds::rtps::ChainingTransportDescriptor {
+  /// `below` is complete: its limits are taken over here.
+  CheckedTransportDescriptor(
+      std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> below,
+      std::shared_ptr<DatagramGate> gate_of_all);
+
+  eprosima::fastdds::rtps::TransportInterface* create_transport() const override;
+
+  std::shared_ptr<DatagramGate> gate;
+};
+
+class CheckedTransport : public eprosima::fastdds::rtps::ChainingTransport {
+ public:
+  explicit CheckedTransport(const CheckedTransportDescriptor& descriptor);
+
+  eprosima::fastdds::rtps::TransportDescriptorInterface* get_configuration() override;
+
+  bool send(eprosima::fastrtps::rtps::SenderResource* below,
+            const eprosima::fastrtps::rtps::octet* bytes, std::uint32_t size,
+            eprosima::fastrtps::rtps::LocatorsIterator* to,
+            eprosima::fastrtps::rtps::LocatorsIterator* to_end,
+            const std::chrono::steady_clock::time_point& timeout) override;
+
+  void receive(eprosima::fastdds::rtps::TransportReceiverInterface* next,
+               const eprosima::fastrtps::rtps::octet* bytes, std::uint32_t size,
+               const eprosima::fastrtps::rtps::Locator_t& local,
+               const eprosima::fastrtps::rtps::Locator_t& remote) override;
+
+ private:
+  CheckedTransportDescriptor descriptor_;
+};
+
+}  // namespace baudgate::dds

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/fast/datagram_gate.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace baudgate::dds {
+namespace {
+
+constexpr Duration kSilence = 10s;
+
+std::string Line(Refusal reason, Sender sender, std::uint64_t folded) {
+  std::string line = "refused " + std::string(Words(reason)) + " from ";
+  for (int shift = 24; shift >= 0; shift -= 8) {
+    line += std::to_string((sender.address >> shift) & 0xFF);
+    if (shift > 0) line += '.';
+  }
+  return line + ':' + std::to_string(sender.port) + " (" + std::to_string(folded) + " more before)";
+}
+
+}  // namespace
+
+std::uint64_t DatagramCounters::AllRefused() const {
+  return std::accumulate(refused.begin(), refused.end(), std::uint64_t{0});
+}
+
+DatagramGate::DatagramGate(const CheckOptions& options, Tell tell)
+    : tell_(std::move(tell)), check_(options) {}
+
+std::span<std::uint8_t> DatagramGate::LetIn(std::span<std::uint8_t> datagram, Sender sender,
+                                            Instant now) {
+  const MutexLock lock(mutex_);
+  const Verdict verdict = check_.Check(datagram, sender, now);
+  if (!verdict.passes()) {
+    ++counters_.refused[static_cast<std::size_t>(verdict.reason)];
+    Fold(verdict.reason, sender, now);
+    return {};
+  }
+  ++counters_.passed;
+  for (std::size_t i = 0; i < verdict.edit_count; ++i) {
+    std::ranges::copy(verdict.edits[i].bytes, datagram.subspan(verdict.edits[i].at).begin());
+  }
+  return datagram.first(verdict.length);
+}
+
+DatagramCounters DatagramGate::counters() const {
+  const MutexLock lock(mutex_);
+  DatagramCounters counters = counters_;
+  counters.participants = check_.participants();
+  return counters;
+}
+
+void DatagramGate::Fold(Refusal reason, Sender sender, Instant now) {
+  if (now < silent_until_) {
+    ++folded_;
+    return;
+  }
+  silent_until_ = now + kSilence;
+  if (tell_) tell_(Line(reason, sender, folded_));
+  folded_ = 0;
+}
+
+}  // namespace baudgate::dds
