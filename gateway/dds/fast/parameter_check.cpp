@@ -104,11 +104,13 @@ bool ContentFits(std::uint16_t id, const RtpsFields& fields) {
       content.Sequence(1);
       return content.fits();
     case kProperties:
-      // 59 00 08 00 FF FF FF FF …: 4294967295 properties in 8 bytes (CVE-2025-62599, -62602)
+      // 59 00 08 00 FF FF FF FF …: 4294967295 properties in 8 bytes
       content.Sequence(2);
       return content.fits();
     case kIdentityToken:
     case kPermissionsToken:
+      // 01 10 14 00 … 00 00 00 10 00 00 00 10: 268435456 properties in a token took Fast DDS 2.9.1
+      // 1.8 GB within seconds
       content.Counted();
       content.Sequence(2);
       if (content.more()) content.Sequence(2);
@@ -151,7 +153,7 @@ Refusal CheckParameters(View list, bool little, bool security, Parameters& found
       return Refusal::none;
     }
     const auto value = fields.Slice(at, *length);
-    // 00 80 FF FF: 65535 bytes, and the datagram ends (CVE-2024-30258 began like this)
+    // 00 80 FF FF: 65535 bytes, and the datagram ends
     if (!value || Padded(*length) > fields.size() - at) return Refusal::parameters;
     if (!security && *id >= kIdentityToken && *id <= kLastSecurity) return Refusal::security;
     if (IsLocator(*id) && ++locators > kMostLocators) return Refusal::parameters;

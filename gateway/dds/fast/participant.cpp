@@ -27,6 +27,8 @@ namespace rtps = eprosima::fastdds::rtps;
 
 constexpr int kLastDomain = 232;  // ports of higher domains lie beyond 65535
 constexpr std::uint32_t kSocketBuffer = 4U << 20;
+// Readers, and writers, of one participant that are remembered, whatever their topic.
+constexpr std::size_t kMostEndpoints = 256;
 
 // What the library has to say, to standard error: its default is standard output, where it would
 // stand between the JSON lines. Folded, as a hostile packet can make it complain without end.
@@ -116,6 +118,10 @@ fast::DomainParticipantQos QosFor(const ParticipantOptions& options) {
     memory->port_queue_capacity(8192);
     transport.user_transports.push_back(memory);
   }
+  // The library's own limits, should the check ever let more in: our participant is one as well.
+  auto& places = qos.allocation();
+  places.participants.maximum = options.participants + 1;
+  places.readers.maximum = places.writers.maximum = kMostEndpoints;
   // A crash is noticed after 3 s in place of 20 s.
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = {3, 0};
