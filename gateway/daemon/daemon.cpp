@@ -106,7 +106,7 @@ Daemon::~Daemon() { Stop(); }
 Status Daemon::Start() {
   impl_->limits = LimitsOf(impl_->config);
   impl_->MakeLines();
-  // The port first: a gateway that is started twice must not publish, and then dispose, the points
+  // The port first: a gateway that is started twice must not publish, and then end, the points
   // of the one that runs already under the same name.
   if (Status status = impl_->StartModbus(); !status) return status;
   if (Status status = impl_->StartDds(); !status) return status;

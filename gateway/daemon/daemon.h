@@ -22,7 +22,7 @@ class Daemon {
   /// Opens the outputs, then starts the lines. A port of the network that is taken is an error; a
   /// serial port that is absent is not.
   Status Start();
-  /// Closes the lines, disposes what was published and releases every port; within two seconds,
+  /// Closes the lines, says so of what was published and releases every port; within two seconds,
   /// unless a driver keeps one longer.
   void Stop();
 

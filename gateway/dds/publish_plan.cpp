@@ -62,7 +62,7 @@ bool PublishPlan::WantsDevice(std::uint32_t device, DeviceState state, Instant n
 }
 
 void PublishPlan::DeviceSent(std::uint32_t device, DeviceState state, Instant now) {
-  devices_[device] = {now, state, false, true};
+  devices_[device] = {now, state, false};
   due_devices_.Set(device, now + Period(device));
 }
 

@@ -49,7 +49,6 @@ class PublishPlan {
   /// A device has changed: send its status? When not yet, it becomes due by itself later.
   bool WantsDevice(std::uint32_t device, DeviceState state, Instant now);
   void DeviceSent(std::uint32_t device, DeviceState state, Instant now);
-  bool DeviceWasSent(std::uint32_t device) const { return devices_[device].was_sent; }
   void DeviceFailed(std::uint32_t device, Instant now);
 
   /// At most `most` points whose heartbeat (or first sending, or retry) is due; WantsPoint says yes
@@ -70,7 +69,6 @@ class PublishPlan {
     Instant sent_at = Instant::min();
     DeviceState sent = DeviceState::never_seen;
     bool forced = true;
-    bool was_sent = false;
   };
 
   Duration Period(std::uint32_t slot) const;

@@ -10,9 +10,9 @@ namespace {
 // Loss-free even on the 208 KiB socket buffers that a kernel grants by default: 20 samples/ms.
 constexpr Duration kPaceInterval = 50us;
 constexpr std::uint32_t kPaceBurst = 100;
-// At a stop samples are keys only, and there is about a second for all of them.
-constexpr Duration kDisposeInterval = 20us;
-constexpr Duration kDisposeTime = 700ms;
+// At a stop there is about a second for all samples.
+constexpr Duration kEndInterval = 20us;
+constexpr Duration kEndTime = 700ms;
 constexpr std::size_t kDueBatch = 64;
 // A writer that wants a sample later is asked again after 1, 2, 4, 8, 10, 10 … ms.
 constexpr Duration kShortestHold = 1ms;
@@ -252,37 +252,27 @@ void SampleSender::FillDevice(const DeviceRecord& record) {
 }
 
 std::optional<Instant> SampleSender::End(Instant now) {
-  if (!ending_) ending_ = Ending{now + kDisposeTime, Pacer(kDisposeInterval, kPaceBurst)};
+  if (!ending_) ending_ = Ending{now + kEndTime, Pacer(kEndInterval, kPaceBurst)};
   Ending& at = *ending_;
   for (; at.slot < first_slot_.back(); ++at.slot) {
     if (!plan_.WasSent(at.slot)) continue;
     if (now >= at.deadline) return std::nullopt;
     if (!at.pacer.Take(now)) return at.pacer.ReadyAt();
-    if (DisposePoint(at.slot) == Sent::later) return now + kLongestHold;
-  }
-  for (; at.device < store_.device_count(); ++at.device) {
-    if (!plan_.DeviceWasSent(at.device)) continue;
-    if (now >= at.deadline) return std::nullopt;
-    if (!at.pacer.Take(now)) return at.pacer.ReadyAt();
-    if (DisposeDevice(at.device) == Sent::later) return now + kLongestHold;
+    if (EndPoint(at.slot) == Sent::later) return now + kLongestHold;
   }
   return std::nullopt;
 }
 
-Sent SampleSender::DisposePoint(std::uint32_t slot) {
+/// Its last value, which nobody reads any more.
+Sent SampleSender::EndPoint(std::uint32_t slot) {
   const PointRef ref = RefOf(slot);
-  PointSample sample;
-  sample.gateway = config_.name;
-  sample.device = store_.device(ref.device).name;
-  sample.point = store_.device(ref.device).points[ref.point].name;
-  return writer_.Dispose(sample);
-}
-
-Sent SampleSender::DisposeDevice(std::uint32_t device) {
-  DeviceSample sample;
-  sample.gateway = config_.name;
-  sample.device = store_.device(device).name;
-  return writer_.Dispose(sample);
+  Staged last;
+  const auto look = [&, this](const DeviceRecord& record) {
+    last.state = PointState::Of(record.points[ref.point].value, Quality::bad_not_connected);
+    FillPoint(record, ref.point, last);
+  };
+  store_.Read(ref.device, std::cref(look));
+  return writer_.Write(last.sample);
 }
 
 void SampleSender::Count(Sent sent, const std::string& device) {

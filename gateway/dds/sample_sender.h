@@ -51,9 +51,9 @@ class SampleSender {
   /// as the pace allows. Returns when to call it again at the latest; `now`: at once.
   Instant Send(Instant now);
 
-  /// Tells subscribers that all points and devices ever sent are gone, as far as the pace allows.
-  /// Returns when to go on; nothing: all is told, or the 700 ms for it are over (the end of the
-  /// writer itself then tells the rest).
+  /// Tells subscribers that nobody reads the points any more: each that was ever sent goes out once
+  /// more with its last value, not connected, as far as the pace allows. Returns when to go on;
+  /// nothing: all is told, or the 700 ms for it are over (the end of the writer tells the rest).
   std::optional<Instant> End(Instant now);
 
   /// From any thread.
@@ -80,7 +80,6 @@ class SampleSender {
     Instant deadline;
     Pacer pacer;
     std::uint32_t slot = 0;
-    std::uint32_t device = 0;
   };
 
   PublishPlan NewPlan(Instant now) const;
@@ -95,8 +94,7 @@ class SampleSender {
   bool SendDevice(std::uint32_t device, Instant now);
   void FillPoint(const DeviceRecord& record, std::uint32_t point, Staged& staged) const;
   void FillDevice(const DeviceRecord& record);
-  Sent DisposePoint(std::uint32_t slot);
-  Sent DisposeDevice(std::uint32_t device);
+  Sent EndPoint(std::uint32_t slot);
   void Count(Sent sent, const std::string& device);
   PointRef RefOf(std::uint32_t slot) const;
 

@@ -25,9 +25,6 @@ class SampleWriter {
 
   virtual Sent Write(const PointSample& sample) = 0;
   virtual Sent Write(const DeviceSample& sample) = 0;
-  /// Tells subscribers that there is no such point or device any more; only the key matters.
-  virtual Sent Dispose(const PointSample& sample) = 0;
-  virtual Sent Dispose(const DeviceSample& sample) = 0;
   /// The last call: waits until all subscribers have everything; false after `most`.
   virtual bool WaitAcknowledged(Duration most) = 0;
   /// Readers of the points topic that are connected now.

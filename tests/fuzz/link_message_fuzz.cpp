@@ -50,11 +50,9 @@ void Check(View packet) {
       Require(DecodeFailed(message->body).size() <= 1000, "a sentence is bounded");
       break;
     case LinkKind::point:
-    case LinkKind::point_gone:
       CheckSample<PointSample>(*message);
       break;
     case LinkKind::device:
-    case LinkKind::device_gone:
       CheckSample<DeviceSample>(*message);
       break;
     case LinkKind::end:

@@ -113,9 +113,10 @@ TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
   EXPECT_EQ(cyclone->WaitForEnd(40s), 0) << cyclone->Errors();
   EXPECT_THAT(cyclone->Output(), HasSubstr("gone meter-1 frequency\n"));
+  EXPECT_THAT(cyclone->Output(), HasSubstr("meter-1 frequency 50.03125 8 Hz\n"));
   EXPECT_TRUE(Eventually([&] {
     for (const auto& [key, sample] : Parse(watch->Output())) {
-      if (sample.value("gone", "") != "disposed") return false;
+      if (sample.value("gone", "") != "no_writers") return false;
     }
     return true;
   })) << watch->Output();

@@ -117,15 +117,6 @@ class TopicWriters {
     }
   }
 
-  template <typename Sample>
-  Sent Dispose(const Sample& sample) {
-    try {
-      return Said(Of(sample).dispose(const_cast<Sample*>(&sample), fast::HANDLE_NIL));
-    } catch (const std::exception&) {
-      return Sent::refused;
-    }
-  }
-
   bool WaitAcknowledged(Instant deadline) {
     for (fast::DataWriter* writer : writers_) {
       const Duration left = std::max(Duration(0), deadline - std::chrono::steady_clock::now());
@@ -172,8 +163,6 @@ class FastWriter : public SampleWriter {
 
   Sent Write(const PointSample& sample) override { return points_.Write(sample); }
   Sent Write(const DeviceSample& sample) override { return devices_.Write(sample); }
-  Sent Dispose(const PointSample& sample) override { return points_.Dispose(sample); }
-  Sent Dispose(const DeviceSample& sample) override { return devices_.Dispose(sample); }
 
   bool WaitAcknowledged(Duration most) override {
     const Instant deadline = std::chrono::steady_clock::now() + most;

@@ -15,8 +15,10 @@ namespace baudgate::dds {
 
 /// Why there will be no more samples of a point or device.
 enum class Gone : std::uint8_t {
-  disposed,    ///< its gateway stopped in an orderly way
-  no_writers,  ///< its gateway has not been heard of for the lease (3 s), or left without a word
+  disposed,  ///< somebody said so; gateways do not
+  /// Its gateway has left, or has not been heard of for the lease (3 s). When it stopped in an
+  /// orderly way, its last samples are not connected (0x08).
+  no_writers,
 };
 
 struct SubscriberOptions {

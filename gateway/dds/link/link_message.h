@@ -27,12 +27,10 @@ inline constexpr std::size_t kMaxLinkMessage = 4096;
 
 enum class LinkKind : std::uint8_t {
   // From the daemon.
-  open = 1,         ///< first, once: what to take part in, and how much to make room for
-  point = 2,        ///< a sample to publish
-  device = 3,       ///< likewise
-  point_gone = 4,   ///< there is no such point any more; only the key matters
-  device_gone = 5,  ///< likewise
-  end = 6,          ///< wait until subscribers have everything, then leave
+  open = 1,    ///< first, once: what to take part in, and how much to make room for
+  point = 2,   ///< a sample to publish
+  device = 3,  ///< likewise
+  end = 4,     ///< wait until subscribers have everything, then leave
   // From the process.
   opened = 64,  ///< the answer to open: samples may come
   failed = 65,  ///< the other answer: a sentence that says what to change

@@ -21,11 +21,9 @@ Status LinkServer::Take(View packet) {
   if (!writer_) return Error{"the daemon sent something before its request to open"};
   switch (message->kind) {
     case LinkKind::point:
-    case LinkKind::point_gone:
-      return Publish(message->kind, message->body, point_);
+      return Publish(message->body, point_);
     case LinkKind::device:
-    case LinkKind::device_gone:
-      return Publish(message->kind, message->body, device_);
+      return Publish(message->body, device_);
     case LinkKind::end:
       writer_->WaitAcknowledged(kAcknowledgeTime);
       writer_.reset();
@@ -51,10 +49,9 @@ Status LinkServer::Open(View body) {
 }
 
 template <typename Sample>
-Status LinkServer::Publish(LinkKind kind, View body, Sample& sample) {
+Status LinkServer::Publish(View body, Sample& sample) {
   if (!Decode(body, sample)) return Error{"the daemon sent a damaged sample"};
-  const bool gone = kind == LinkKind::point_gone || kind == LinkKind::device_gone;
-  const Sent sent = gone ? writer_->Dispose(sample) : writer_->Write(sample);
+  const Sent sent = writer_->Write(sample);
   ++(sent == Sent::yes ? counts_.written : counts_.refused);
   return {};
 }

@@ -31,7 +31,7 @@ class LinkServer {
  private:
   Status Open(View body);
   template <typename Sample>
-  Status Publish(LinkKind kind, View body, Sample& sample);
+  Status Publish(View body, Sample& sample);
   LinkCounts Counts() const;
 
   const MakeWriter make_;

@@ -19,8 +19,6 @@ class LinkWriter : public SampleWriter {
  public:
   Sent Write(const PointSample& sample) override { return Put(LinkKind::point, sample); }
   Sent Write(const DeviceSample& sample) override { return Put(LinkKind::device, sample); }
-  Sent Dispose(const PointSample& sample) override { return Put(LinkKind::point_gone, sample); }
-  Sent Dispose(const DeviceSample& sample) override { return Put(LinkKind::device_gone, sample); }
   /// Tells the process that this is the end, and waits until it has left: as long again as it needs
   /// for its own goodbye.
   bool WaitAcknowledged(Duration most) override;

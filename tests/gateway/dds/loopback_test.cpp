@@ -95,20 +95,31 @@ TEST(Loopback, ALateJoinerGetsTheLatestOfAll) {
   EXPECT_EQ(heard.points[Heard::Key("feeder-3", "p99")].value, 7.0);
 }
 
-TEST(Loopback, AnOrderlyStopDisposesEverything) {
+TEST(Loopback, AtAnOrderlyStopTheLastSamplesAreNotConnected) {
   const config::Config config = MakeConfig(2, 50);
   PointStore store(config);
+  Set(store, 1, 7, 7.5);
   Heard heard;
-  const auto subscriber = Subscribe(heard);
+  std::map<Heard::Key, PointSample> last;
+  SubscriberCallbacks callbacks = heard.Callbacks();
+  callbacks.on_point_gone = [&, note = callbacks.on_point_gone](const PointSample& s, Gone why) {
+    last[{s.device, s.point}] = s;
+    note(s, why);
+  };
+  auto subscriber = DdsSubscriber::Create(TestSubscriber(), callbacks);
+  ASSERT_TRUE(subscriber.ok()) << subscriber.error();
   auto publisher = Publish(config, store);
   ASSERT_TRUE(
       heard.WaitFor([&] { return heard.points.size() == 100 && heard.devices.size() == 2; }));
   publisher.reset();
   ASSERT_TRUE(
       heard.WaitFor([&] { return heard.gone.size() == 100 && heard.devices_gone.size() == 2; }));
-  for (const auto& [key, why] : heard.gone) EXPECT_EQ(why, Gone::disposed) << key.second;
-  for (const auto& [key, why] : heard.devices_gone) EXPECT_EQ(why, Gone::disposed) << key;
   EXPECT_TRUE(heard.WaitFor([&] { return heard.gateways == 0; }));
+  subscriber->reset();
+  ASSERT_EQ(last.size(), 100U);
+  for (const auto& [key, sample] : last) EXPECT_EQ(sample.quality, 0x08) << key.second;
+  EXPECT_EQ(last[Heard::Key("feeder-1", "p7")].value, 7.5);
+  for (const auto& [key, why] : heard.gone) EXPECT_EQ(why, Gone::no_writers) << key.second;
 }
 
 TEST(Loopback, AWriterThatLeavesWithoutAWordIsReportedAsSuch) {

@@ -14,10 +14,6 @@ class RememberingWriter : public SampleWriter {
  public:
   Sent Write(const PointSample& sample) override { return Keep(points, sample); }
   Sent Write(const DeviceSample& sample) override { return Keep(devices, sample); }
-  Sent Dispose(const PointSample& sample) override {
-    return Keep(disposed, sample.device + "." + sample.point);
-  }
-  Sent Dispose(const DeviceSample& sample) override { return Keep(disposed, sample.device); }
   bool WaitAcknowledged(Duration) override { return true; }
   std::uint32_t subscribers() const override { return 0; }
 
@@ -30,7 +26,6 @@ class RememberingWriter : public SampleWriter {
 
   std::vector<PointSample> points;
   std::vector<DeviceSample> devices;
-  std::vector<std::string> disposed;
   int asked = 0;            ///< how often anything was given to it
   Sent answer = Sent::yes;  ///< to every sample; only with `yes` it is kept
 

@@ -231,29 +231,38 @@ TEST(SampleSender, RepeatsWhatWasRefusedAndSaysSoOnce) {
           Pair(log::Level::info, "samples are taken again; 20 were refused and repeated")));
 }
 
-TEST(SampleSender, TellsTheEndOfAllThatWasSent) {
+TEST(SampleSender, TheLastSampleKeepsTheValueAndIsNotConnected) {
   Sending run(MakeConfig(2, 2));
   run.RunFor(0ms);
+  run.Set(1, 0, 2.5);
+  run.RunFor(10ms);
+  run.writer.points.clear();
   EXPECT_EQ(run.End(), 0ms);
-  EXPECT_THAT(run.writer.disposed,
-              ::testing::UnorderedElementsAre("feeder-0.p0", "feeder-0.p1", "feeder-1.p0",
-                                              "feeder-1.p1", "feeder-0", "feeder-1"));
+  ASSERT_THAT(run.writer.points, SizeIs(4));
+  for (const PointSample& sample : run.writer.points) EXPECT_EQ(sample.quality, 0x08);
+  const PointSample& last = run.writer.points[2];
+  EXPECT_EQ(last.device + "." + last.point, "feeder-1.p0");
+  EXPECT_EQ(last.value, 2.5);
+  EXPECT_EQ(last.unit, "A");
+  EXPECT_EQ(last.seq, 1U) << "it is no new reading";
+  EXPECT_GT(last.source_time_ns, 0);
 }
 
 TEST(SampleSender, TellsNoEndOfWhatNobodyHasHeardOf) {
   Sending run(MakeConfig(2, 2));
   EXPECT_EQ(run.End(), 0ms);
-  EXPECT_THAT(run.writer.disposed, SizeIs(0));
+  EXPECT_THAT(run.writer.points, SizeIs(0));
 }
 
 TEST(SampleSender, TheEndIsPacedAndTakesNotLong) {
   Sending run(MakeConfig(100, 1000));
   run.RunFor(10s);
   ASSERT_GE(run.writer.points.size(), 100'000U);
+  run.writer.points.clear();
   const Duration took = run.End();
   EXPECT_GE(took, 700ms);
   EXPECT_LE(took, 702ms);
-  EXPECT_GE(run.writer.disposed.size(), 34'000U) << "50 a millisecond";
+  EXPECT_GE(run.writer.points.size(), 34'000U) << "50 a millisecond";
 }
 
 TEST(SampleSender, KeepsWhatTheWriterWantsLaterAndSendsTheLatest) {

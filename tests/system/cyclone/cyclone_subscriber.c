@@ -11,7 +11,6 @@
 
 #include "baudgate.h"
 #include "dds/dds.h"
-#include "dds/ddsrt/log.h"
 
 #define BATCH 256
 #define MOST_INSTANCES 100000
@@ -120,13 +119,6 @@ static bool listen_until_done(dds_entity_t reader, dds_entity_t waitset,
   return false;
 }
 
-// Cyclone can not read the key of a dispose by Fast DDS 2.9, which sends the key's MD5 alone, and
-// complains once for each point; it learns of the end when the writer leaves.
-static void discard(void* argument, const dds_log_data_t* line) {
-  (void)argument;
-  (void)line;
-}
-
 int main(int argc, char** argv) {
   struct options options = {0, 1, 20, false};
   if (!parse(argc, argv, &options)) {
@@ -134,7 +126,6 @@ int main(int argc, char** argv) {
     return 2;
   }
   setenv("CYCLONEDDS_URI", kConfiguration, 1);
-  dds_set_log_sink(discard, NULL);
   dds_entity_t participant = dds_create_participant((dds_domainid_t)options.domain, NULL, NULL);
   if (participant < 0) {
     fprintf(stderr, "cyclone_subscriber: %s\n", dds_strretcode(-participant));

@@ -91,10 +91,13 @@ TEST(Cyclone, TheEndOfAGatewayIsSeen) {
 
   CycloneSubscriber subscriber("--count 40 --gone");
   int arrived = 0;
+  int last = 0;
   int left = 0;
   while (const auto line = subscriber.Line()) {
     if (line->starts_with("gone ")) {
       ++left;
+    } else if (line->ends_with(" 8 A")) {
+      ++last;
     } else if (++arrived == 40) {
       publisher->Stop();
       publisher.reset();
@@ -102,6 +105,7 @@ TEST(Cyclone, TheEndOfAGatewayIsSeen) {
   }
   EXPECT_EQ(subscriber.Wait(), 0);
   EXPECT_EQ(arrived, 40);
+  EXPECT_EQ(last, 40) << "not connected";
   EXPECT_EQ(left, 40);
 }
 

@@ -65,10 +65,10 @@ TEST(LinkMessage, SamplesBothWays) {
   DeviceSample device;
   device.gateway = "g", device.device = "d", device.line = "l", device.exchanges = 7;
   packet.resize(kMaxLinkMessage);
-  packet.resize(EncodeSample(LinkKind::device_gone, device, packet));
+  packet.resize(EncodeSample(LinkKind::device, device, packet));
   const auto message = ParseLink(packet);
   ASSERT_TRUE(message.ok());
-  EXPECT_EQ(message->kind, LinkKind::device_gone);
+  EXPECT_EQ(message->kind, LinkKind::device);
   DeviceSample device_back;
   ASSERT_TRUE(Decode(message->body, device_back));
   EXPECT_EQ(device_back, device);

@@ -57,11 +57,8 @@ TEST_F(LinkServerTest, OpensOnceAndPublishes) {
   DeviceSample device;
   device.device = "d";
   ASSERT_TRUE(Take(LinkKind::device, device));
-  ASSERT_TRUE(Take(LinkKind::point_gone, Point("p")));
-  ASSERT_TRUE(Take(LinkKind::device_gone, device));
   EXPECT_THAT(writer_->points, ElementsAre(Point("p")));
   EXPECT_THAT(writer_->devices, SizeIs(1));
-  EXPECT_THAT(writer_->disposed, ElementsAre("d.p", "d"));
   EXPECT_THAT(Take(EncodeOpen({})).error(), HasSubstr("twice"));
 }
 
