@@ -27,8 +27,6 @@ class CountingWriter final : public dds::SampleWriter {
     return dds::Sent::yes;
   }
   dds::Sent Write(const dds::DeviceSample&) override { return dds::Sent::yes; }
-  dds::Sent Dispose(const dds::PointSample&) override { return dds::Sent::yes; }
-  dds::Sent Dispose(const dds::DeviceSample&) override { return dds::Sent::yes; }
   bool WaitAcknowledged(Duration) override { return true; }
   std::uint32_t subscribers() const override { return 1; }
 
