@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/log/Log.hpp>
 #include <memory>
 #include <mutex>
@@ -131,12 +132,14 @@ fast::DomainParticipantQos QosFor(const ParticipantOptions& options) {
 
 }  // namespace
 
-Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& options) {
+Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& options,
+                                                   fast::DomainParticipantListener* listener) {
   PrepareProcessOnce();
   if (const Status status = Check(options); !status) return Error{status.error()};
   try {
     auto* participant = fast::DomainParticipantFactory::get_instance()->create_participant(
-        static_cast<fast::DomainId_t>(options.domain), QosFor(options));
+        static_cast<fast::DomainId_t>(options.domain), QosFor(options), listener,
+        fast::StatusMask::none());
     if (participant != nullptr) return participant;
     return Error{"dds: no participant could be made in domain " + std::to_string(options.domain) +
                  "; are UDP ports from " + std::to_string(7400 + 250 * options.domain) + " free?"};

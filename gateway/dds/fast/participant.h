@@ -9,13 +9,16 @@
 
 namespace eprosima::fastdds::dds {
 class DomainParticipant;
-}
+class DomainParticipantListener;
+}  // namespace eprosima::fastdds::dds
 
 namespace baudgate::dds {
 
-/// The error names what to change. No XML profile file is ever read.
+/// The error names what to change. No XML profile file is ever read. `listener` hears of what is
+/// discovered from the first moment on, and outlives the participant.
 Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
-    const ParticipantOptions& options);
+    const ParticipantOptions& options,
+    eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr);
 
 /// What was let in by UDP and what was not. From any thread.
 DatagramCounters DatagramsOf(const eprosima::fastdds::dds::DomainParticipant& participant);

@@ -6,6 +6,7 @@
 
 #include "gateway/dds/cdr.h"
 #include "gateway/dds/fast/key_hash.h"
+#include "gateway/dds/fast/type_objects.h"
 
 namespace baudgate::dds {
 namespace {
@@ -19,13 +20,13 @@ using eprosima::fastrtps::rtps::SerializedPayload_t;
 template <typename Sample, std::size_t kMaxBytes>
 class SampleType : public TopicDataType {
  public:
-  explicit SampleType(const char* name) {
+  SampleType(const char* name, const TypeDescription& description) {
     setName(name);
     m_typeSize = static_cast<std::uint32_t>(kMaxBytes);
     m_isGetKeyDefined = true;
-    // Announced type information makes Cyclone DDS drop the endpoint.
+    DescribeType(description);
     auto_fill_type_information(false);
-    auto_fill_type_object(false);
+    auto_fill_type_object(true);
   }
 
   bool serialize(void* data, SerializedPayload_t* payload) override {
@@ -57,11 +58,12 @@ class SampleType : public TopicDataType {
 }  // namespace
 
 TopicDataType* NewPointType() {
-  return new SampleType<PointSample, kPointSampleMaxBytes>("baudgate::v1::PointSample");
+  return new SampleType<PointSample, kPointSampleMaxBytes>("baudgate::v1::PointSample", kPointType);
 }
 
 TopicDataType* NewDeviceType() {
-  return new SampleType<DeviceSample, kDeviceSampleMaxBytes>("baudgate::v1::DeviceStatus");
+  return new SampleType<DeviceSample, kDeviceSampleMaxBytes>("baudgate::v1::DeviceStatus",
+                                                             kDeviceType);
 }
 
 }  // namespace baudgate::dds

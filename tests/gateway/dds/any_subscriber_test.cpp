@@ -1,0 +1,97 @@
+// A generic reader over loopback: it knows no type of ours but what discovery tells.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/fast/any_subscriber.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/dds/type_fields.h"
+#include "tests/gateway/dds/fixture.h"
+
+namespace baudgate::dds {
+namespace {
+
+using testing::MakeConfig;
+using testing::Publish;
+using testing::Set;
+using testing::TestSubscriber;
+
+class Collected {
+ public:
+  AnyCallbacks Callbacks() {
+    return {.on_sample =
+                [this](const AnySample& sample) {
+                  const std::scoped_lock lock(mutex_);
+                  latest_[sample.topic] = sample;
+                  changed_.notify_all();
+                },
+            .on_topic = {}};
+  }
+  /// The latest sample of the topic in which the field reads so; without fields after 20 s.
+  AnySample WaitFor(const std::string& topic, const std::string& field, const std::string& text) {
+    std::unique_lock lock(mutex_);
+    const bool came = changed_.wait_for(lock, std::chrono::seconds(20), [&] {
+      return std::ranges::any_of(latest_[topic].fields, [&](const AnyField& one) {
+        return one.name == field && one.text == text;
+      });
+    });
+    return came ? latest_[topic] : AnySample{};
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<std::string, AnySample> latest_;
+};
+
+std::vector<std::string> NamesOf(const AnySample& sample) {
+  std::vector<std::string> names;
+  for (const AnyField& field : sample.fields) names.push_back(field.name);
+  return names;
+}
+
+std::vector<std::string> NamesOf(const TypeDescription& type) {
+  std::vector<std::string> names;
+  for (const TypeField& field : type.fields) names.emplace_back(field.name);
+  return names;
+}
+
+TEST(AnySubscriberTest, DecodesWhatIsAnnounced) {
+  const config::Config config = MakeConfig(1, 2);
+  PointStore store(config);
+  Collected collected;
+  const auto subscriber =
+      AnySubscriber::Create(TestSubscriber().participant, collected.Callbacks());
+  ASSERT_TRUE(subscriber.ok()) << subscriber.error();
+  const auto publisher = Publish(config, store);
+  Set(store, 0, 1, 2.5);
+  const AnySample point = collected.WaitFor(kPointTopic, "value", "2.5");
+  EXPECT_EQ(point.type, "baudgate::v1::PointSample");
+  ASSERT_EQ(NamesOf(point), NamesOf(kPointType));
+  EXPECT_EQ(point.fields[0].text, "substation-7");
+  EXPECT_TRUE(point.fields[0].quoted);
+  EXPECT_EQ(point.fields[2].text, "p1");
+  EXPECT_EQ(point.fields[6].text, "192");
+  EXPECT_FALSE(point.fields[6].quoted);
+  EXPECT_EQ(point.fields[8].text, "1");
+  const AnySample device = collected.WaitFor(kDeviceTopic, "device", "feeder-0");
+  EXPECT_EQ(NamesOf(device), NamesOf(kDeviceType));
+}
+
+TEST(AnySubscriberTest, ALateOneGetsTheLatestOfAll) {
+  const config::Config config = MakeConfig(1, 1);
+  PointStore store(config);
+  const auto publisher = Publish(config, store);
+  Set(store, 0, 0, std::string("tripped"));
+  Collected collected;
+  const auto subscriber =
+      AnySubscriber::Create(TestSubscriber().participant, collected.Callbacks());
+  ASSERT_TRUE(subscriber.ok()) << subscriber.error();
+  const AnySample point = collected.WaitFor(kPointTopic, "text", "tripped");
+  ASSERT_EQ(NamesOf(point), NamesOf(kPointType));
+  EXPECT_EQ(point.fields[3].text, "nan");
+  EXPECT_TRUE(point.fields[3].quoted) << "JSON has no such number";
+}
+
+}  // namespace
+}  // namespace baudgate::dds
