@@ -30,14 +30,17 @@ std::optional<Value> Got(DynamicData& data, MemberId id,
 
 template <typename Value>
 AnyField Number(std::optional<Value> value) {
-  if (!value) return {{}, "unreadable", true};
+  if (!value) return {{}, "unreadable", AnyField::Form::none};
   if constexpr (std::is_floating_point_v<Value>) {
-    if (!std::isfinite(*value)) return {{}, fmt::format("{}", *value), true};
+    if (!std::isfinite(*value)) return {{}, fmt::format("{}", *value), AnyField::Form::none};
   }
-  return {{}, fmt::format("{}", *value), false};
+  return {{}, fmt::format("{}", *value), AnyField::Form::number};
 }
 
-AnyField Text(std::optional<std::string> value) { return {{}, value.value_or("unreadable"), true}; }
+AnyField Text(const std::optional<std::string>& value) {
+  if (!value) return {{}, "unreadable", AnyField::Form::none};
+  return {{}, *value, AnyField::Form::text};
+}
 
 /// Nothing: it holds others.
 std::optional<AnyField> Plain(DynamicData& data, MemberId id, TypeKind kind) {
@@ -75,7 +78,7 @@ std::optional<AnyField> Plain(DynamicData& data, MemberId id, TypeKind kind) {
     case TK_ARRAY:
       return std::nullopt;
     default:  // float128, wide characters, unions, maps, bit masks
-      return AnyField{{}, "not shown", true};
+      return AnyField{{}, "not shown", AnyField::Form::none};
   }
 }
 

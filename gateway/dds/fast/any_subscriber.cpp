@@ -171,24 +171,26 @@ struct AnySubscriber::Impl final : fast::DomainParticipantListener {
     return std::nullopt;
   }
   void Open(const Topic& topic) {
-    const auto& [name, offer, type] = topic;
-    std::string why;
     if (readers.size() >= kMostTopics) {
-      why = "there are more than " + std::to_string(kMostTopics) + " topics";
-    } else {
-      const fast::TypeSupport support(new AnyType(type, offer.type));
-      fast::Topic* created = nullptr;
-      if (support.register_type(participant) == ReturnCode_t::RETCODE_OK) {
-        created = participant->create_topic(name, offer.type, fast::TOPIC_QOS_DEFAULT);
-      }
-      readers.emplace_back(name, offer.type, type, calling, callbacks);
-      const auto qos = QosFor(offer);
-      const bool made = created != nullptr &&
-                        subscriber->create_datareader(created, qos, &readers.back()) != nullptr;
-      if (!made) why = "no reader could be made";
+      return Tell(topic, "there are more than " + std::to_string(kMostTopics) + " topics");
     }
+    Tell(topic, "");
+    const fast::TypeSupport support(new AnyType(topic.type, topic.offer.type));
+    if (support.register_type(participant) != ReturnCode_t::RETCODE_OK) {
+      return Tell(topic, "its type can not be used");
+    }
+    auto* const created =
+        participant->create_topic(topic.name, topic.offer.type, fast::TOPIC_QOS_DEFAULT);
+    readers.emplace_back(topic.name, topic.offer.type, topic.type, calling, callbacks);
+    const auto qos = QosFor(topic.offer);
+    if (created == nullptr ||
+        subscriber->create_datareader(created, qos, &readers.back()) == nullptr) {
+      Tell(topic, "no reader could be made");
+    }
+  }
+  void Tell(const Topic& topic, const std::string& why) {
     const MutexLock lock(calling);
-    if (callbacks.on_topic) callbacks.on_topic(name, offer.type, why);
+    if (callbacks.on_topic) callbacks.on_topic(topic.name, topic.offer.type, why);
   }
 
   const AnyCallbacks callbacks;

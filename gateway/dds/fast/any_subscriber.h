@@ -15,8 +15,12 @@ namespace baudgate::dds {
 
 struct AnyField {
   std::string name;  ///< within others: "position.x", "samples[3]"
-  std::string text;  ///< a number as JSON has it; "nan" and the like, and texts, are quoted
-  bool quoted = false;
+  std::string text;
+  enum class Form : std::uint8_t {
+    number,  ///< finite, and written as JSON has it; booleans too
+    text,
+    none,  ///< NaN, infinite, or of a type that is not shown: for people only
+  } form = Form::number;
 };
 
 struct AnySample {

@@ -2,23 +2,23 @@
 #include "gateway/dds/watch/watch.h"
 
 #include <poll.h>
-#include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <condition_variable>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <tuple>
 #include <utility>
 
-#include "gateway/base/guarded.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/subscriber.h"
+#include "gateway/dds/watch/mailbox.h"
+#include "gateway/dds/watch/watch_any.h"
 
 namespace baudgate {
 namespace {
@@ -28,74 +28,12 @@ constexpr int kExitNotOpened = 4;
 constexpr Duration kSettled = 300ms;
 constexpr Duration kOthersOnly = 2s;
 constexpr Duration kRedraw = 500ms;
-constexpr std::size_t kMostEvents = 10'000;
 
 Instant Clock() { return std::chrono::steady_clock::now(); }
 
 struct Event {
   dds::PointSample sample;
   std::optional<dds::Gone> gone;
-};
-
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return number_; }
-
- private:
-  int number_;
-};
-
-/// Events from the library's threads to the one that prints. While that one is stuck (a pager) Put
-/// waits, and the library keeps only the latest of each point: memory stays bounded.
-class Mailbox {
- public:
-  void Put(const dds::PointSample& sample, std::optional<dds::Gone> gone) {
-    {
-      MutexLock lock(mutex_);
-      while (!closed_ && events_.size() >= kMostEvents) lock.Wait(room_);
-      if (closed_) return;
-      events_.push_back({sample, gone});
-      if (events_.size() > 1) return;  // the reader has been woken already
-    }
-    const std::uint64_t one = 1;
-    [[maybe_unused]] const auto written = ::write(wake_.get(), &one, sizeof one);
-  }
-  std::vector<Event> TakeAll() {
-    const MutexLock lock(mutex_);
-    std::uint64_t count = 0;
-    [[maybe_unused]] const auto got = ::read(wake_.get(), &count, sizeof count);
-    room_.notify_all();
-    return std::exchange(events_, {});
-  }
-  void NoteRejected(std::uint64_t samples) {
-    const MutexLock lock(mutex_);
-    rejected_ = samples;
-  }
-  std::uint64_t rejected() {
-    const MutexLock lock(mutex_);
-    return rejected_;
-  }
-  /// Nothing waits in Put from now on.
-  void Close() {
-    const MutexLock lock(mutex_);
-    closed_ = true;
-    room_.notify_all();
-  }
-  int descriptor() const { return wake_.get(); }
-
- private:
-  Descriptor wake_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
-  Mutex mutex_;
-  std::condition_variable room_;
-  std::vector<Event> events_ BAUDGATE_GUARDED_BY(mutex_);
-  bool closed_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::uint64_t rejected_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
 WallTime SourceTime(const dds::PointSample& sample) {
@@ -157,22 +95,29 @@ class Watch {
 
   int Run() {
     const StopSignals signals;  // before the library's threads, which inherit the mask
-    Mailbox mailbox;
+    Mailbox<Event> mailbox;
+    std::atomic<std::uint64_t> rejected = 0;
     auto subscriber = dds::DdsSubscriber::Create(
         {.participant = {.domain = options_.domain, .interfaces = options_.interfaces}},
-        {.on_point = [&](const dds::PointSample& s) { mailbox.Put(s, std::nullopt); },
-         .on_point_gone = [&](const dds::PointSample& s, dds::Gone g) { mailbox.Put(s, g); },
+        {.on_point =
+             [&](const dds::PointSample& s) {
+               mailbox.Put({s, std::nullopt});
+             },
+         .on_point_gone =
+             [&](const dds::PointSample& s, dds::Gone g) {
+               mailbox.Put({s, g});
+             },
          .on_device = {},
          .on_device_gone = {},
          .on_gateways = {},
-         .on_rejected = [&](std::uint64_t samples) { mailbox.NoteRejected(samples); }});
+         .on_rejected = [&](std::uint64_t samples) { rejected = samples; }});
     if (!subscriber) {
       err_ << "watch: " << subscriber.error() << '\n';
       return kExitNotOpened;
     }
     const int exit_code = Loop(signals, mailbox);
     mailbox.Close();
-    if (const auto lost = mailbox.rejected(); lost > 0) {
+    if (const std::uint64_t lost = rejected; lost > 0) {
       err_ << "watch: " << lost
            << " samples were left out: there are too many points to hold; watch "
            << "one domain with fewer gateways\n";
@@ -181,7 +126,7 @@ class Watch {
   }
 
  private:
-  int Loop(const StopSignals& signals, Mailbox& mailbox) {
+  int Loop(const StopSignals& signals, Mailbox<Event>& mailbox) {
     started_ = Clock();
     if (Live()) out_ << "\x1b[2J" << std::flush;
     for (;;) {
@@ -326,7 +271,7 @@ class Watch {
 }  // namespace
 
 int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err) {
-  return Watch(options, out, err).Run();
+  return options.any ? RunWatchAny(options, out, err) : Watch(options, out, err).Run();
 }
 
 }  // namespace baudgate

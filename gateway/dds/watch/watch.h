@@ -17,6 +17,7 @@ struct WatchOptions {
   int domain = 0;
   std::vector<std::string> interfaces = {"127.0.0.1"};
   bool once = false;                ///< print the image when it is whole, then end
+  bool any = false;                 ///< every topic whose type is announced, whoever publishes it
   bool json = false;                ///< one JSON object a line for each sample
   std::optional<Duration> seconds;  ///< end after this time; nothing: at SIGINT or SIGTERM
   std::string gateway;              ///< only of this name; empty = all

@@ -10,7 +10,9 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
   command->add_option("--domain", options.domain, "DDS domain")->check(CLI::Range(0, 232));
   command->add_option("--interface", options.interfaces, "Addresses to listen on")
       ->capture_default_str();
-  command->add_flag("--once", options.once, "Print the values once, then end");
+  auto* once = command->add_flag("--once", options.once, "Print the values once, then end");
+  command->add_flag("--any", options.any, "Every topic whose type is announced, one line a sample")
+      ->excludes(once);
   command->add_flag("--json", options.json, "One JSON object a line for each sample");
   AddSeconds(*command, options.seconds);
   command->add_option("--gateway", options.gateway, "Only this gateway");

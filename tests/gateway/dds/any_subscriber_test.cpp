@@ -22,26 +22,31 @@ class Collected {
     return {.on_sample =
                 [this](const AnySample& sample) {
                   const std::scoped_lock lock(mutex_);
-                  latest_[sample.topic] = sample;
+                  samples_.push_back(sample);
                   changed_.notify_all();
                 },
             .on_topic = {}};
   }
-  /// The latest sample of the topic in which the field reads so; without fields after 20 s.
+  /// The first sample of the topic in which the field reads so; without fields after 20 s.
   AnySample WaitFor(const std::string& topic, const std::string& field, const std::string& text) {
+    const auto is_it = [&](const AnySample& sample) {
+      return sample.topic == topic && std::ranges::any_of(sample.fields, [&](const AnyField& one) {
+               return one.name == field && one.text == text;
+             });
+    };
     std::unique_lock lock(mutex_);
-    const bool came = changed_.wait_for(lock, std::chrono::seconds(20), [&] {
-      return std::ranges::any_of(latest_[topic].fields, [&](const AnyField& one) {
-        return one.name == field && one.text == text;
-      });
+    auto found = samples_.end();
+    changed_.wait_for(lock, std::chrono::seconds(20), [&] {
+      found = std::ranges::find_if(samples_, is_it);
+      return found != samples_.end();
     });
-    return came ? latest_[topic] : AnySample{};
+    return found == samples_.end() ? AnySample{} : *found;
   }
 
  private:
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::map<std::string, AnySample> latest_;
+  std::vector<AnySample> samples_;
 };
 
 std::vector<std::string> NamesOf(const AnySample& sample) {
@@ -69,10 +74,10 @@ TEST(AnySubscriberTest, DecodesWhatIsAnnounced) {
   EXPECT_EQ(point.type, "baudgate::v1::PointSample");
   ASSERT_EQ(NamesOf(point), NamesOf(kPointType));
   EXPECT_EQ(point.fields[0].text, "substation-7");
-  EXPECT_TRUE(point.fields[0].quoted);
+  EXPECT_EQ(point.fields[0].form, AnyField::Form::text);
   EXPECT_EQ(point.fields[2].text, "p1");
   EXPECT_EQ(point.fields[6].text, "192");
-  EXPECT_FALSE(point.fields[6].quoted);
+  EXPECT_EQ(point.fields[6].form, AnyField::Form::number);
   EXPECT_EQ(point.fields[8].text, "1");
   const AnySample device = collected.WaitFor(kDeviceTopic, "device", "feeder-0");
   EXPECT_EQ(NamesOf(device), NamesOf(kDeviceType));
@@ -90,7 +95,7 @@ TEST(AnySubscriberTest, ALateOneGetsTheLatestOfAll) {
   const AnySample point = collected.WaitFor(kPointTopic, "text", "tripped");
   ASSERT_EQ(NamesOf(point), NamesOf(kPointType));
   EXPECT_EQ(point.fields[3].text, "nan");
-  EXPECT_TRUE(point.fields[3].quoted) << "JSON has no such number";
+  EXPECT_EQ(point.fields[3].form, AnyField::Form::none) << "JSON has no such number";
 }
 
 }  // namespace
