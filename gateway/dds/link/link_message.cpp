@@ -28,9 +28,9 @@ void PutHeader(LinkKind kind, std::size_t body, std::span<std::uint8_t> to) {
 }
 
 Bytes Packet(LinkKind kind, View body) {
-  Bytes packet(kLinkHeaderBytes);
+  Bytes packet(kLinkHeaderBytes + body.size());
   PutHeader(kind, body.size(), packet);
-  Append(packet, body);
+  std::ranges::copy(body, packet.begin() + kLinkHeaderBytes);
   return packet;
 }
 
