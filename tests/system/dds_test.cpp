@@ -108,6 +108,8 @@ TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   };
   ASSERT_TRUE(Eventually([&] { return heard() == points; })) << heard() << " of " << points;
   ASSERT_TRUE(Eventually([&] { return Parse(watch->Output()).size() == points; }));
+  const std::string read = "meter-1 frequency 50.03125 192 Hz\n";
+  ASSERT_TRUE(Eventually([&] { return cyclone->Output().find(read) != std::string::npos; }));
 
   daemon->Signal(SIGTERM);
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
