@@ -146,6 +146,7 @@ TEST_F(ClientTest, TraceEndsWithItsTimeOrASignal) {
   StartServer();
   EXPECT_EQ(RunTrace({.line = "bay-1", .seconds = 1ms, .socket = path()}, out_, err_), 0);
   EXPECT_THAT(err_.str(), IsEmpty());
+  ASSERT_TRUE(lines_.WaitForTraces(0, 0)) << "or the signal would come for the first one";
 
   const pthread_t here = ::pthread_self();
   std::thread stopper([&] {
