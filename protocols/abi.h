@@ -61,7 +61,7 @@ Fields<5> ListOf(config::Rs485*);
 
 Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::OnFrame,
         &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
-        &Conversation::Check, &Conversation::Interpret>
+        &Conversation::ForgetRefusals, &Conversation::Check, &Conversation::Interpret>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
 Methods<&Twin::Answer, &Twin::ReplyAs> ListOf(Twin*);

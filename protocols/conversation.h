@@ -133,6 +133,10 @@ class Conversation {
   /// now: forget open sessions and what was learned, such as "does not know command 5".
   virtual void OnReconnect() {}
 
+  /// One of the latest replies on the line was another request's: a refusal may have been, too.
+  /// What was refused is asked again. True: Queries() are others now.
+  virtual bool ForgetRefusals() { return false; }
+
   /// What the outcome of OnFrame would be: a first look that remembers nothing. The poller calls it
   /// before OnFrame, and for requests that were sent earlier, to find out whose reply this is. It
   /// may be stricter, and say unexpected of a text where a number was asked for: such a reply is

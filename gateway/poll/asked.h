@@ -8,6 +8,12 @@
 
 namespace baudgate {
 
+/// Beyond retries. A server that answers three requests late gives the fourth try its own reply, a
+/// fifth what was lost.
+inline constexpr int kMostTriesMore = 4;
+/// To find out how far it is behind.
+inline constexpr int kMostProbesMore = 16;
+
 struct Asked {
   const Member* member = nullptr;
   const Request* request = nullptr;

@@ -88,12 +88,6 @@ struct Job {
   std::unique_ptr<Job> behind;  ///< goes on when this probe has shown that replies are in order
 };
 
-/// Beyond retries. A server that answers three requests late gives the fourth try its own reply, a
-/// fifth what was lost.
-inline constexpr int kMostTriesMore = 4;
-/// To find out how far it is behind.
-inline constexpr int kMostProbesMore = 16;
-
 /// Writes, the reads behind them, and short writes of routes.
 bool IsUrgent(const Job& job);
 /// When its request may still be sent, if there is a limit to that.

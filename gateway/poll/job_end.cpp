@@ -9,9 +9,6 @@
 namespace baudgate {
 namespace {
 
-/// What could not be read once is tried again after the slow period, at least this often.
-constexpr Duration kLongestRepeat = 1h;
-
 /// Whether what is read once was to be read.
 bool IsOnce(const Job& job, const Device* device) {
   if (const auto* poll = job.As<Job::Poll>()) return poll->group == config::Group::once;
@@ -100,10 +97,7 @@ void Poller::Finish(Outcome outcome, const std::string& reason) {
   }
   // Many devices do not answer at all what they do not know.
   const bool unread = !life || outcome == Outcome::busy;
-  if (unread && IsOnce(*done, device)) {
-    const Duration wait = std::min<Duration>(device->config->slow, kLongestRepeat);
-    schedule_.RepeatOnce(device->place, now_.instant + wait);
-  }
+  if (unread && IsOnce(*done, device)) upkeep_.RepeatOnce(*device, now_.instant);
   // What else stands in the register that was written is not known either.
   if (!life && done->As<Job::ReadBack>() != nullptr) {
     upkeep_.Doubt({device->place, done->task.query}, now_.instant);

@@ -46,6 +46,15 @@ bool IsReading(const Job& job) {
          !job.answer.readings.empty();
 }
 
+/// A point that is read once is bad. Example: another meter answers, so that all points of this one
+/// are; the right one may be back tomorrow.
+bool SpoilsOnce(const Answer& answer, const config::Device& device) {
+  return std::ranges::any_of(answer.readings, [&](const Reading& reading) {
+    return reading.point < device.points.size() && !IsGood(reading.quality) &&
+           device.points[reading.point].group == config::Group::once;
+  });
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------- to the request
@@ -309,6 +318,7 @@ void Poller::Store(const Device& device, const Answer& answer) {
   if (samples.empty()) return;
   const Now at{job_->answered.instant - older, job_->answered.wall - older};
   store_.Update(device.index, samples, at, job_->round_trip);
+  if (SpoilsOnce(answer, *device.config)) upkeep_.RepeatOnce(device, now_.instant);
   if (job_->task.kind == Task::Kind::poll) whose_reply_.OnStored({device.place, job_->task.query});
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/upkeep.h"
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -89,6 +90,9 @@ void Upkeep::OnReplaced(Device& device, Now now) {
 }
 
 void Upkeep::DoubtLatest(Instant now) {
+  for (const auto& device : roster_.devices()) {
+    if (device->conversation->ForgetRefusals()) Plan(*device);
+  }
   for (const QueryRef& read : whose_reply_.TakeUnproven()) {
     if (Doubt(read, now)) chooser_.ReadSoon(read);
   }
@@ -111,6 +115,11 @@ void Upkeep::DoubtOnce(Device& device, Instant now) {
   if (points.empty()) return;
   store_.Doubt(device.index, points, now);
   schedule_.RepeatOnce(device.place, now);
+}
+
+void Upkeep::RepeatOnce(const Device& device, Instant now) {
+  constexpr Duration kLongest = 1h;
+  schedule_.RepeatOnce(device.place, now + std::min<Duration>(device.config->slow, kLongest));
 }
 
 /// Nothing that was learned of the device holds any more: it may be another one. What it has said

@@ -40,6 +40,9 @@ class Upkeep {
   void HoldBack(const Member& member);
   void ShowLine(Instant now) { ledger_.ShowLine(chooser_.probes().NoticeBound(now)); }
 
+  /// What could not be read once is tried again after the slow period, at least every hour.
+  void RepeatOnce(const Device& device, Instant now);
+
  private:
   void Reconnect(Device& device, Instant now);
   void DoubtOnce(Device& device, Instant now);

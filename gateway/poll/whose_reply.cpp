@@ -52,8 +52,9 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   const State& state = Of(member);
   if (!state.answered_probe || now - state.proven_at > kProofHolds) return true;
   if (IsSafe(asked) || IsUnprovable(member)) return false;
-  // Who lags no more than he is known to answers the same request often enough in a row.
-  return Owed(asked) > state.behind;
+  // Who lags no more than he is known to answers the same request often enough in a row, if that is
+  // not too often. More would not end: a round of 22 requests looks as if he lagged by 22.
+  return Owed(asked) > std::min(state.behind, kMostTriesMore);
 }
 
 void WhoseReply::OnTrusted(const Member& member) {

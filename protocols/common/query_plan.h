@@ -90,6 +90,8 @@ class QueryPlan {
   /// answered since OnReconnect count as a refusal.
   PlanChange OnSilent(std::size_t query);
 
+  /// What was refused is asked again. False: nothing was.
+  bool ForgetRefusals();
   /// The device may be another one now: what was refused is asked again.
   void OnReconnect();
 
@@ -286,6 +288,14 @@ PlanChange QueryPlan<Key>::SetApart(std::size_t query) {
   ForItemsOf(query, [this](Item& item) { item.refusal = refusals_; });
   Make();
   return PlanChange::set_apart;
+}
+
+template <typename Key>
+bool QueryPlan<Key>::ForgetRefusals() {
+  bool refused = false;
+  for (Item& item : items_) refused = std::exchange(item.refusal, 0) != 0 || refused;
+  if (refused) Make();
+  return refused;
 }
 
 template <typename Key>

@@ -22,6 +22,7 @@ class MeterConversation : public Conversation {
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
+  bool ForgetRefusals() override { return plan_.ForgetRefusals(); }
   Outcome Check(View request, View frame) const override;
   Answer Interpret(View request, View frame) override;
 

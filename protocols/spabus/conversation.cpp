@@ -85,6 +85,8 @@ class SpaConversation final : public Conversation {
     checksum_.Forget();
   }
 
+  bool ForgetRefusals() override { return plan_.ForgetRefusals(); }
+
   Outcome Check(View request, View frame) const override {
     const Answer answer = Decode(request, frame, points_).answer;
     const auto is_odd = [](const Reading& reading) {

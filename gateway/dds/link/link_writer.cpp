@@ -19,6 +19,9 @@ Sent LinkWriter::Put(LinkKind kind, const Sample& sample) {
   return size == 0 ? Sent::refused : SendHeld(size);
 }
 
+Sent LinkWriter::Write(const PointSample& sample) { return Put(LinkKind::point, sample); }
+Sent LinkWriter::Write(const DeviceSample& sample) { return Put(LinkKind::device, sample); }
+
 Sent LinkWriter::SendHeld(std::size_t size) {
   switch (SendPacket(socket_, View(packet_).first(size))) {
     case PacketSent::yes:

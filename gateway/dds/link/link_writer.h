@@ -17,8 +17,8 @@ namespace baudgate::dds {
 /// from its own.
 class LinkWriter : public SampleWriter {
  public:
-  Sent Write(const PointSample& sample) override { return Put(LinkKind::point, sample); }
-  Sent Write(const DeviceSample& sample) override { return Put(LinkKind::device, sample); }
+  Sent Write(const PointSample& sample) override;
+  Sent Write(const DeviceSample& sample) override;
   /// Tells the process that this is the end, and waits until it has left: as long again as it needs
   /// for its own goodbye.
   bool WaitAcknowledged(Duration most) override;

@@ -135,6 +135,15 @@ TEST(QueryPlan, WhatIsRefusedIsDroppedWhereTheProtocolSaysSo) {
   EXPECT_EQ(Shown(plan), "a0, b0, slow b0");
 }
 
+/// The refusal was a copy of another request's reply, perhaps.
+TEST(QueryPlan, WhatWasRefusedIsAskedAgainWhenThatIsInDoubt) {
+  Plan plan = MakePlan({{"a0"}, {"b0"}}, {.may_join = {}, .refused = WhenRefused::drop});
+  EXPECT_FALSE(plan.ForgetRefusals()) << "nothing was refused";
+  EXPECT_EQ(plan.OnRefused(1), PlanChange::set_apart);
+  EXPECT_TRUE(plan.ForgetRefusals());
+  EXPECT_EQ(Shown(plan), "a0, b0");
+}
+
 TEST(QueryPlan, ABlockOfAnUnknownFunctionStaysWhole) {
   Plan plan = MakePlan({{"a0"}, {"a1"}});
   EXPECT_EQ(plan.OnRefused(0, false), PlanChange::set_apart);

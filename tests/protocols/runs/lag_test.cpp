@@ -24,6 +24,7 @@ namespace {
 
 constexpr std::size_t kExchanges = 1'000'000;  // of all lines together
 constexpr int kToldFailures = 3;               // of one line
+constexpr std::size_t kRecoveries = 14;        // of each line: every trouble once
 
 std::size_t Number(const char* variable, std::size_t otherwise) {
   const char* text = std::getenv(variable);
@@ -136,6 +137,20 @@ TEST_P(RandomLag, NothingWrongIsEverGood) {
   }
   std::printf("%s: %zu runs, %zu exchanges, %zu good readings judged, %zu excused%s\n",
               GetParam().name().c_str(), runs, done, judged, excused, where.c_str());
+}
+
+/// Whatever went wrong, once it has stopped and the right devices are there, nothing stays bad.
+TEST_P(RandomLag, LeavesNothingBehindForLong) {
+  const std::size_t last = Number("BAUDGATE_LAG_RUNS", kRecoveries);
+  for (std::size_t seed = 1; seed <= last; ++seed) {
+    RandomRun run(GetParam(), static_cast<unsigned>(seed));
+    run.Run();
+    for (std::uint32_t device = 0; device < run.rig.devices(); ++device) {
+      if (run.rig.IsForeign(device)) run.rig.Replace(device, 500ms, false);
+    }
+    run.rig.RunFor(2min);
+    EXPECT_TRUE(run.rig.AllGood()) << "seed " << seed << " (" << run.Told() << ")";
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Lines, RandomLag, ::testing::ValuesIn(LagCases()), LagCaseName);
