@@ -17,6 +17,9 @@ void AnswerOrder::OnSent(const SentRequest& request) {
 }
 
 void AnswerOrder::OnStranger(Instant now) {
+  for (std::size_t lag = 0; lag < Owed(); ++lag) {
+    if (SentBefore(lag).place == SentRequest::kStranger) return;
+  }
   for (std::size_t i = 0; i < kMostOfStrangers; ++i) {
     OnSent({SentRequest::kStranger, {}, now, false});
     answered_ |= 1;

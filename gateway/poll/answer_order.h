@@ -37,7 +37,8 @@ class AnswerOrder {
   static constexpr std::size_t kMostOwed = 63;
 
   void OnSent(const SentRequest& request);
-  /// Up to three replies may be owed to requests of somebody else, so any that come.
+  /// Up to three replies may be owed to requests of somebody else, so any that come. No more than
+  /// three, however often a port is opened before anything is answered.
   void OnStranger(Instant now);
   /// No stranger has asked.
   void ForgetStrangers();

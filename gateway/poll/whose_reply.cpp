@@ -119,7 +119,8 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
   if (names && !state.identity.known() && order.IsAnswerTo(request.bytes)) {
     state.identity.Learn(request.bytes, frame, outcome);
   }
-  // As many proofs in a row as could be owed to strangers: that came was a reply to one of them.
+  // ? ? ? P P P P: of four replies three at most were to strangers, so the last was to a P. One
+  // that is owed to another P could be told.
   if (state.strangers && proof && outcome == Outcome::ok && order.IsOfLatest()) {
     order.Reset();
     state.strangers = false;

@@ -4,7 +4,6 @@
 #include <malloc.h>
 #include <poll.h>
 #include <signal.h>
-#include <sys/signalfd.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
@@ -18,6 +17,7 @@
 #include "gateway/base/time.h"
 #include "gateway/base/version.h"
 #include "gateway/cli/terminal/output.h"
+#include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/fast_writer.h"
 #include "gateway/dds/process/confine.h"
 #include "gateway/dds/process/serve.h"
@@ -47,23 +47,11 @@ void Say(const std::string& sentence) {
   std::fprintf(stderr, "baudgate-dds: %s\n", sentence.c_str());
 }
 
-/// Readable when SIGTERM or SIGINT came. Made before any other thread, which inherits the mask.
-Descriptor StopSignals() {
-  sigset_t stop;
-  sigemptyset(&stop);
-  sigaddset(&stop, SIGTERM);
-  sigaddset(&stop, SIGINT);
-  sigprocmask(SIG_BLOCK, &stop, nullptr);
-  signal(SIGPIPE, SIG_IGN);
-  signal(SIGHUP, SIG_IGN);
-  return Descriptor(::signalfd(-1, &stop, SFD_CLOEXEC | SFD_NONBLOCK));
-}
-
-Result<ServeEnd> ServeOne(const Descriptor& link, const Descriptor& stop) {
+Result<ServeEnd> ServeOne(const Descriptor& link, const StopSignals& stop) {
   LinkServer server([](const LinkOpen& open) {
     return CreateFastWriter(open.participant, open.points, open.devices);
   });
-  return Serve(link, server, stop.get(), [] { sd_notify(0, "WATCHDOG=1"); });
+  return Serve(link, server, stop.descriptor(), [] { sd_notify(0, "WATCHDOG=1"); });
 }
 
 /// 0: as much memory as there is.
@@ -76,7 +64,7 @@ Status Confine(std::uint64_t memory) {
 }
 
 /// As a child of the daemon: one link, and what is wrong ends the process.
-int ServeParent(const Options& options, const Descriptor& stop) {
+int ServeParent(const Options& options, const StopSignals& stop) {
   if (options.parent != 0 && !DieWith(options.parent)) return kDone;
   if (const Status status = Confine(options.memory); !status) {
     Say(status.error());
@@ -89,7 +77,7 @@ int ServeParent(const Options& options, const Descriptor& stop) {
 }
 
 /// As a service of its own: whoever listens at the socket, one after the other.
-int ServeSocket(const Options& options, const Descriptor& stop) {
+int ServeSocket(const Options& options, const StopSignals& stop) {
   sd_notify(0, "READY=1");
   bool told = false;
   for (;;) {
@@ -105,7 +93,7 @@ int ServeSocket(const Options& options, const Descriptor& stop) {
       Say("waits for the gateway: " + link.error());
     }
     sd_notify(0, "STATUS=waits for the gateway\nWATCHDOG=1");
-    pollfd waited{stop.get(), POLLIN, 0};
+    pollfd waited{stop.descriptor(), POLLIN, 0};
     if (::poll(&waited, 1, static_cast<int>(kConnectAgain / 1ms)) > 0) return kDone;
   }
 }
@@ -154,6 +142,8 @@ int main(int argc, char** argv) {
     Say("the daemon starts this process; by hand only --socket PATH makes sense");
     return kUsage;
   }
-  const Descriptor stop = StopSignals();
+  const StopSignals stop;  // before any other thread, which inherits the mask
+  signal(SIGPIPE, SIG_IGN);
+  signal(SIGHUP, SIG_IGN);
   return options.socket.empty() ? ServeParent(options, stop) : ServeSocket(options, stop);
 }

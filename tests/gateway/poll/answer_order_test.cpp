@@ -207,6 +207,15 @@ TEST(AnswerOrderTest, StrangersAreOwedThreeReplies) {
   EXPECT_TRUE(order.order.IsInStep());
 }
 
+/// A port that comes and goes thirty times before anybody answers.
+TEST(AnswerOrderTest, StrangersAreOwedThreeRepliesHoweverOftenTheyMayHaveAsked) {
+  Order order;
+  for (int opening = 0; opening < 30; ++opening) order.order.OnStranger(kStart);
+  EXPECT_EQ(order.order.Owed(), 3U);
+  for (int reply = 0; reply < 4; ++reply) order.Answered('P');
+  EXPECT_TRUE(order.IsOnly('P'));
+}
+
 TEST(AnswerOrderTest, WhatIsForgottenOfStrangersLeavesOnlyOurs) {
   Order order;
   order.Send('a');
