@@ -7,6 +7,9 @@
 namespace baudgate {
 namespace {
 
+/// The latest request and those before it.
+constexpr std::size_t kRemembered = AnswerOrder::kMostOwed + 1;
+
 constexpr std::uint64_t Bit(std::size_t number) { return std::uint64_t{1} << number; }
 
 }  // namespace
@@ -40,11 +43,12 @@ void AnswerOrder::ForgetStrangers() {
   answered_ = answered;
 }
 
-/// The earlier requests that may be answered so. What strangers sent is so only while it is owed:
-/// any reply could be one to them.
-std::uint64_t AnswerOrder::Fitting(const MayAnswer& may_answer) const {
+/// Which of the requests may be answered so: the one `nearest` before the latest, and on until
+/// before `end`. What strangers sent is so only while it is owed: any reply could be one to them.
+std::uint64_t AnswerOrder::Fitting(std::size_t nearest, std::size_t end,
+                                   const MayAnswer& may_answer) const {
   std::uint64_t fitting = 0;
-  for (std::size_t lag = 1; lag <= kMostOwed; ++lag) {
+  for (std::size_t lag = nearest; lag < end; ++lag) {
     const SentRequest& sent = SentBefore(lag);
     const bool strange = sent.place == SentRequest::kStranger;
     if (strange ? lag < Owed() : may_answer(sent)) fitting |= Bit(lag);
@@ -53,19 +57,15 @@ std::uint64_t AnswerOrder::Fitting(const MayAnswer& may_answer) const {
 }
 
 bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
-  if (fits && Owed() == 1) {
-    answered_ = 1;
-    return true;
-  }
-  const std::uint64_t fitting = Fitting(may_answer) | (fits ? 1 : 0);
   // Behind the one that was answered before; where that can not be, any.
-  const std::uint64_t owed = fitting & (Bit(Owed()) - 1);
-  if (fitting != 0) answered_ = owed != 0 ? owed : fitting;
+  std::uint64_t fitting = (fits ? 1 : 0) | Fitting(1, Owed(), may_answer);
+  if (fitting == 0) fitting = Fitting(Owed(), kRemembered, may_answer);
+  if (fitting != 0) answered_ = fitting;
   return fitting != 0;
 }
 
 bool AnswerOrder::MayBeEarlier(const MayAnswer& may_answer) const {
-  return Fitting(may_answer) != 0;
+  return Fitting(1, kRemembered, may_answer) != 0;
 }
 
 void AnswerOrder::OnCopy() {

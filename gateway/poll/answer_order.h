@@ -75,7 +75,7 @@ class AnswerOrder {
  private:
   static constexpr std::size_t kMostOfStrangers = 3;
 
-  std::uint64_t Fitting(const MayAnswer& may_answer) const;
+  std::uint64_t Fitting(std::size_t nearest, std::size_t end, const MayAnswer& may_answer) const;
   const SentRequest& SentBefore(std::size_t requests) const {
     return sent_[(count_ - requests) % sent_.size()];
   }

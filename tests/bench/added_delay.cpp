@@ -220,7 +220,7 @@ class DirectPipeline {
   std::thread write_thread_;
 };
 
-/// Ours: the same reply through line, store and publisher. The twin answers when it is told to.
+/// Ours: the same reply through line, store and publisher.
 class GatewayPipeline {
  public:
   GatewayPipeline(std::string_view source, const config::Catalog& catalog, bool own_process)
@@ -244,31 +244,54 @@ class GatewayPipeline {
         loop_.io(), config_.lines.front(), 0,
         [&](const std::string&) -> const Protocol& { return protocol; }, store_);
     loop_.Start();
+    twin_ = std::thread([this] { BeTwin(); });
     runner_->Start();
   }
   ~GatewayPipeline() {
     runner_->Stop();
     publisher_->Stop();
+    stop_ = true;
+    twin_.join();
   }
 
-  /// Waits for the poll, answers it with `number`, and says when.
+  /// Says when the next poll was answered with `number`.
   std::int64_t Feed(int number) {
-    char buffer[64];
-    std::string request;
-    while (request.empty() || request.back() != '\r') {
-      pollfd ready{pty_.master(), POLLIN, 0};
-      poll(&ready, 1, 1000);
-      const ssize_t count = read(pty_.master(), buffer, sizeof buffer);
-      if (count > 0) request.append(buffer, static_cast<std::size_t>(count));
-    }
-    // The reply may not come before the request is off the wire: 5 characters at 115200.
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    const std::int64_t now = NowNs();
-    WriteAll(pty_.master(), Reply(number));
-    return now;
+    std::unique_lock lock(mutex_);
+    number_ = number;
+    answered_at_ = 0;
+    answered_.wait(lock, [this] { return answered_at_ != 0; });
+    return answered_at_;
   }
 
  private:
+  /// A module that answers always, with the same number while the other pipeline is measured.
+  void BeTwin() {
+    char buffer[64];
+    std::string request;
+    while (!stop_) {
+      pollfd ready{pty_.master(), POLLIN, 0};
+      poll(&ready, 1, 100);
+      const ssize_t count = read(pty_.master(), buffer, sizeof buffer);
+      if (count > 0) request.append(buffer, static_cast<std::size_t>(count));
+      if (request.empty() || request.back() != '\r') continue;
+      // The reply may not come before the request is off the wire: 5 characters at 115200.
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      Answer(request);
+      request.clear();
+    }
+  }
+
+  void Answer(const std::string& request) {
+    if (request != "#010\r") return WriteAll(pty_.master(), "!017017\r");  // its name
+    const std::lock_guard lock(mutex_);
+    const std::int64_t now = NowNs();
+    WriteAll(pty_.master(), Reply(number_));
+    if (answered_at_ == 0) {
+      answered_at_ = now;
+      answered_.notify_all();
+    }
+  }
+
   std::shared_ptr<dds::SampleWriter> MakeWriter(bool own_process) {
     if (!own_process) {
       auto writer = dds::CreateFastWriter(config_, store_);
@@ -291,6 +314,12 @@ class GatewayPipeline {
   std::unique_ptr<dds::DdsPublisher> publisher_;
   LoopThread loop_{"line"};
   std::unique_ptr<LineRunner> runner_;
+  std::mutex mutex_;
+  std::condition_variable answered_;
+  int number_ = 0;
+  std::int64_t answered_at_ = -1;
+  std::atomic<bool> stop_ = false;
+  std::thread twin_;
 };
 
 template <typename Pipeline>
