@@ -20,6 +20,10 @@ bool InBounds(const DeviceSample& s) {
   return Fits(s.gateway, kMaxKey) && Fits(s.device, kMaxKey) && Fits(s.line, kMaxKey);
 }
 
+bool InBounds(const GatewaySample& s) {
+  return Fits(s.gateway, kMaxKey) && Fits(s.version, kMaxVersion);
+}
+
 // The order of baudgate.idl, for both directions.
 template <typename Sample, typename Op>
 requires std::is_same_v<std::remove_const_t<Sample>, PointSample>
@@ -37,6 +41,10 @@ void ForEachField(Sample& s, Op op) {
   op(s.exchanges), op(s.ok), op(s.no_reply), op(s.corrupt), op(s.retries);
   op(s.rtt_mean_us), op(s.rtt_p99_us);
 }
+
+template <typename Sample, typename Op>
+requires std::is_same_v<std::remove_const_t<Sample>, GatewaySample>
+void ForEachField(Sample& s, Op op) { op(s.gateway), op(s.start_time_ns), op(s.version); }
 
 // Representation identifier (CDR_BE 00 00, CDR_LE 00 01) and two bytes of options.
 constexpr std::size_t kEncapsulation = 4;
@@ -144,7 +152,11 @@ std::size_t Encode(const PointSample& sample, std::span<std::uint8_t> to) {
 std::size_t Encode(const DeviceSample& sample, std::span<std::uint8_t> to) {
   return EncodeAny(sample, to);
 }
+std::size_t Encode(const GatewaySample& sample, std::span<std::uint8_t> to) {
+  return EncodeAny(sample, to);
+}
 bool Decode(View bytes, PointSample& sample) { return DecodeAny(bytes, sample); }
 bool Decode(View bytes, DeviceSample& sample) { return DecodeAny(bytes, sample); }
+bool Decode(View bytes, GatewaySample& sample) { return DecodeAny(bytes, sample); }
 
 }  // namespace baudgate::dds

@@ -15,15 +15,18 @@ namespace baudgate::dds {
 /// No encoded sample is longer: encapsulation, fields at their bounds, and all padding.
 inline constexpr std::size_t kPointSampleMaxBytes = 4 + 424;
 inline constexpr std::size_t kDeviceSampleMaxBytes = 4 + 264;
+inline constexpr std::size_t kGatewaySampleMaxBytes = 4 + 120;
 
 /// Writes little-endian CDR with its encapsulation header; returns the bytes used, or 0 when a text
 /// is beyond its bound or `to` is too small.
 std::size_t Encode(const PointSample& sample, std::span<std::uint8_t> to);
 std::size_t Encode(const DeviceSample& sample, std::span<std::uint8_t> to);
+std::size_t Encode(const GatewaySample& sample, std::span<std::uint8_t> to);
 
 /// Reads either byte order. False on anything but a whole sample within its bounds; never throws,
 /// whatever the bytes. `sample` is then unspecified.
 bool Decode(View bytes, PointSample& sample);
 bool Decode(View bytes, DeviceSample& sample);
+bool Decode(View bytes, GatewaySample& sample);
 
 }  // namespace baudgate::dds

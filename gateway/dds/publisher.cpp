@@ -61,7 +61,7 @@ DdsPublisher::DdsPublisher(const config::Config& config, PointStore& store, Log 
                            std::shared_ptr<SampleWriter> writer)
     : writer_(std::move(writer)),
       feed_(store.Subscribe()),
-      sender_(config, store, *writer_, std::move(log), ReadClocks().instant) {}
+      sender_(config, store, *writer_, std::move(log), ReadClocks()) {}
 
 DdsPublisher::~DdsPublisher() {
   Stop();

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/version.h"
+
 namespace baudgate::dds {
 namespace {
 
@@ -14,6 +16,7 @@ constexpr std::uint32_t kPaceBurst = 100;
 constexpr Duration kEndInterval = 20us;
 constexpr Duration kEndTime = 700ms;
 constexpr std::size_t kDueBatch = 64;
+constexpr Duration kGatewayRetry = 1s;
 // A writer that wants a sample later is asked again after 1, 2, 4, 8, 10, 10 … ms.
 constexpr Duration kShortestHold = 1ms;
 constexpr Duration kLongestHold = 10ms;
@@ -53,14 +56,19 @@ std::uint32_t Microseconds(Duration duration) {
 }  // namespace
 
 SampleSender::SampleSender(const config::Config& config, const PointStore& store,
-                           SampleWriter& writer, Log log, Instant now)
+                           SampleWriter& writer, Log log, Now now)
     : config_(config),
       store_(store),
       writer_(writer),
       log_(std::move(log)),
       first_slot_(FirstSlots(store)),
-      plan_(NewPlan(now)),
-      pacer_(kPaceInterval, kPaceBurst) {}
+      plan_(NewPlan(now.instant)),
+      pacer_(kPaceInterval, kPaceBurst),
+      gateway_due_(now.instant) {
+  gateway_sample_.gateway = config_.name;
+  gateway_sample_.start_time_ns = now.wall.time_since_epoch().count();
+  AssignBounded(gateway_sample_.version, kVersion, kMaxVersion);
+}
 
 PublishPlan SampleSender::NewPlan(Instant now) const {
   return {{.heartbeat = config_.dds.heartbeat},
@@ -73,6 +81,7 @@ void SampleSender::StartAnew(Instant now) {
   plan_ = NewPlan(now);
   round_ = {};
   held_until_ = {};
+  gateway_due_ = now;
 }
 
 void SampleSender::Add(Changes& changes) {
@@ -89,13 +98,25 @@ bool SampleSender::idle() const {
 }
 
 Instant SampleSender::Send(Instant now) {
+  if (!SendGateway(now)) return GoOnAt();
   if (!SendRound(now)) return GoOnAt();
   // What has changed meanwhile goes before the next few that are due: it does not wait for the
   // whole start-up image.
   if (!std::exchange(due_may_follow_, false)) return now;
   TakeDue(now);
   if (!SendRound(now)) return GoOnAt();
-  return plan_.NextDue();
+  return std::min(plan_.NextDue(), gateway_due_);
+}
+
+/// False: the pace or the writer does not allow it now.
+bool SampleSender::SendGateway(Instant now) {
+  if (now < gateway_due_) return true;
+  if (!MaySend(now)) return false;
+  const Sent sent = writer_.Write(gateway_sample_);
+  if (!Keep(sent, now)) return false;
+  gateway_due_ = sent == Sent::yes ? Instant::max() : now + kGatewayRetry;
+  Count(sent, "gateway ", config_.name);
+  return true;
 }
 
 void SampleSender::TakeDue(Instant now) {
@@ -177,7 +198,7 @@ bool SampleSender::SendStaged(Instant now) {
   } else {
     plan_.PointFailed(staged.slot, now);
   }
-  Count(sent, staged.sample.device);
+  Count(sent, "device ", staged.sample.device);
   return true;
 }
 
@@ -228,7 +249,7 @@ bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
   } else {
     plan_.DeviceFailed(device, now);
   }
-  Count(sent, device_sample_.device);
+  Count(sent, "device ", device_sample_.device);
   return true;
 }
 
@@ -275,7 +296,7 @@ Sent SampleSender::EndPoint(std::uint32_t slot) {
   return writer_.Write(last.sample);
 }
 
-void SampleSender::Count(Sent sent, const std::string& device) {
+void SampleSender::Count(Sent sent, std::string_view whose, const std::string& name) {
   if (sent == Sent::yes) {
     ++written_;
     if (failing_ > 0 && log_) {
@@ -287,7 +308,8 @@ void SampleSender::Count(Sent sent, const std::string& device) {
   }
   ++failed_;
   if (failing_++ == 0 && log_) {
-    log_(log::Level::warning, "a sample of device " + device + " was refused; it will be repeated");
+    log_(log::Level::warning,
+         "a sample of " + std::string(whose) + name + " was refused; it will be repeated");
   }
 }
 

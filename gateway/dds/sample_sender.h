@@ -32,11 +32,11 @@ class SampleSender {
   /// One line for people, at a change only, without the name of the output.
   using Log = std::function<void(log::Level level, const std::string& line)>;
 
-  /// All outlive the sender; it is asked to Send only while the writer has a session. Everything is
-  /// due at `now`: the start-up image. A long image waits 500 ms, until subscribers that are
-  /// already there have found the gateway.
+  /// All outlive the sender; it is asked to Send only while the writer has a session. `now` is told
+  /// as the gateway's start. Everything is due then: the start-up image. A long image waits 500 ms,
+  /// until subscribers that are already there have found the gateway.
   SampleSender(const config::Config& config, const PointStore& store, SampleWriter& writer, Log log,
-               Instant now);
+               Now now);
 
   /// Whoever takes the samples knows nothing yet: forgets what was sent, and everything is due at
   /// `now` again.
@@ -83,6 +83,7 @@ class SampleSender {
   };
 
   PublishPlan NewPlan(Instant now) const;
+  bool SendGateway(Instant now);
   bool SendRound(Instant now);
   bool MaySend(Instant now);
   bool Keep(Sent sent, Instant now);
@@ -95,7 +96,7 @@ class SampleSender {
   void FillPoint(const DeviceRecord& record, std::uint32_t point, Staged& staged) const;
   void FillDevice(const DeviceRecord& record);
   Sent EndPoint(std::uint32_t slot);
-  void Count(Sent sent, const std::string& device);
+  void Count(Sent sent, std::string_view whose, const std::string& name);
   PointRef RefOf(std::uint32_t slot) const;
 
   const config::Config& config_;
@@ -111,6 +112,8 @@ class SampleSender {
   bool due_may_follow_ = false;
   std::vector<std::uint32_t> due_;  ///< kept to save its memory
   DeviceSample device_sample_;      ///< so is this
+  GatewaySample gateway_sample_;
+  Instant gateway_due_;  ///< Instant::max(): it has been sent
   std::optional<Ending> ending_;
   std::uint64_t failing_ = 0;  ///< failures since the last success; the edge is logged
   std::atomic<std::uint64_t> written_ = 0;

@@ -25,6 +25,7 @@ class SampleWriter {
 
   virtual Sent Write(const PointSample& sample) = 0;
   virtual Sent Write(const DeviceSample& sample) = 0;
+  virtual Sent Write(const GatewaySample& sample) = 0;
   /// The last call: waits until all subscribers have everything; false after `most`.
   virtual bool WaitAcknowledged(Duration most) = 0;
   /// Readers of the points topic that are connected now.

@@ -12,11 +12,13 @@ namespace baudgate::dds {
 
 inline constexpr char kPointTopic[] = "baudgate/points";
 inline constexpr char kDeviceTopic[] = "baudgate/devices";
+inline constexpr char kGatewayTopic[] = "baudgate/gateways";
 
 /// Bounds of baudgate.idl, in bytes.
 inline constexpr std::size_t kMaxKey = 64;
 inline constexpr std::size_t kMaxText = 128;
 inline constexpr std::size_t kMaxUnit = 16;
+inline constexpr std::size_t kMaxVersion = 32;
 
 struct PointSample {
   std::string gateway;  ///< key
@@ -49,6 +51,15 @@ struct DeviceSample {
   std::uint32_t rtt_p99_us = 0;
 
   bool operator==(const DeviceSample&) const = default;
+};
+
+/// Once from each start of a gateway, and again to each process that publishes for it.
+struct GatewaySample {
+  std::string gateway;             ///< key
+  std::int64_t start_time_ns = 0;  ///< of the gateway, not of that process: `seq` counts from here
+  std::string version;
+
+  bool operator==(const GatewaySample&) const = default;
 };
 
 /// Puts `text` into `to` so that it fits `bound` bytes: what is too long is cut at a UTF-8 boundary

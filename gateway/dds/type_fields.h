@@ -66,9 +66,16 @@ inline constexpr std::array kDevice = {
     TypeField{"rtt_p99_us", Kind::uint32},
 };
 
+inline constexpr std::array kGateway = {
+    TypeField::Key("gateway"),
+    TypeField{"start_time_ns", Kind::int64},
+    TypeField::Text("version", kMaxVersion),
+};
+
 }  // namespace type_fields
 
 inline constexpr TypeDescription kPointType = {"PointSample", type_fields::kPoint};
 inline constexpr TypeDescription kDeviceType = {"DeviceStatus", type_fields::kDevice};
+inline constexpr TypeDescription kGatewayType = {"GatewayStatus", type_fields::kGateway};
 
 }  // namespace baudgate::dds

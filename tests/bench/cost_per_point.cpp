@@ -27,6 +27,7 @@ class CountingWriter final : public dds::SampleWriter {
     return dds::Sent::yes;
   }
   dds::Sent Write(const dds::DeviceSample&) override { return dds::Sent::yes; }
+  dds::Sent Write(const dds::GatewaySample&) override { return dds::Sent::yes; }
   bool WaitAcknowledged(Duration) override { return true; }
   std::uint32_t subscribers() const override { return 1; }
 

@@ -55,6 +55,9 @@ void Check(View packet) {
     case LinkKind::device:
       CheckSample<DeviceSample>(*message);
       break;
+    case LinkKind::gateway:
+      CheckSample<GatewaySample>(*message);
+      break;
     case LinkKind::end:
     case LinkKind::opened:
       break;

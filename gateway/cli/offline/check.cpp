@@ -97,7 +97,7 @@ std::string Describe(const config::Dds& dds) {
   std::string text = "domain " + std::to_string(dds.domain) + " on " +
                      Joined(dds.interfaces, [](const std::string& address) { return address; });
   if (dds.shared_memory) text += dds.interfaces.empty() ? "shared memory" : " and shared memory";
-  return text + "; topics baudgate/points, baudgate/devices";
+  return text + "; topics baudgate/points, baudgate/devices, baudgate/gateways";
 }
 
 std::string Describe(const config::Line& line) {

@@ -50,6 +50,7 @@ std::size_t Scatter(const PointSample& sample) {
 std::size_t Scatter(const DeviceSample& sample) {
   return std::hash<std::string_view>()(sample.device);
 }
+std::size_t Scatter(const GatewaySample&) { return 0; }
 
 Duration_t Seconds(Duration duration) {
   return Duration_t(static_cast<std::int32_t>(duration / 1s),
@@ -149,6 +150,7 @@ class FastWriter : public SampleWriter {
   ~FastWriter() override {
     points_.Clear();
     devices_.Clear();
+    gateways_.Clear();
     DeleteParticipant(participant_);
   }
 
@@ -158,15 +160,18 @@ class FastWriter : public SampleWriter {
            points_.Open(*participant_, *publisher, NewPointType(), kPointTopic, points,
                         &matches_) &&
            devices_.Open(*participant_, *publisher, NewDeviceType(), kDeviceTopic, devices,
-                         nullptr);
+                         nullptr) &&
+           gateways_.Open(*participant_, *publisher, NewGatewayType(), kGatewayTopic, 1, nullptr);
   }
 
   Sent Write(const PointSample& sample) override { return points_.Write(sample); }
   Sent Write(const DeviceSample& sample) override { return devices_.Write(sample); }
+  Sent Write(const GatewaySample& sample) override { return gateways_.Write(sample); }
 
   bool WaitAcknowledged(Duration most) override {
     const Instant deadline = std::chrono::steady_clock::now() + most;
-    return points_.WaitAcknowledged(deadline) && devices_.WaitAcknowledged(deadline);
+    return points_.WaitAcknowledged(deadline) && devices_.WaitAcknowledged(deadline) &&
+           gateways_.WaitAcknowledged(deadline);
   }
 
   std::uint32_t subscribers() const override { return matches_.current(); }
@@ -176,6 +181,7 @@ class FastWriter : public SampleWriter {
   fast::DomainParticipant* participant_;
   TopicWriters points_;
   TopicWriters devices_;
+  TopicWriters gateways_;
 };
 
 }  // namespace

@@ -13,7 +13,7 @@
 
 namespace baudgate::dds {
 
-/// Writers of both topics, with room for this many instances; participant and writers end with the
+/// Writers of all topics, with room for this many instances; participant and writers end with the
 /// object. The error says what in `dds:` to change.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
                                                        std::size_t points, std::size_t devices);

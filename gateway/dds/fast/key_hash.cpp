@@ -39,5 +39,6 @@ KeyHash HashKey(const PointSample& sample) {
   return HashTexts({sample.gateway, sample.device, sample.point});
 }
 KeyHash HashKey(const DeviceSample& sample) { return HashTexts({sample.gateway, sample.device}); }
+KeyHash HashKey(const GatewaySample& sample) { return HashTexts({sample.gateway}); }
 
 }  // namespace baudgate::dds

@@ -13,5 +13,6 @@ namespace baudgate::dds {
 using KeyHash = std::array<std::uint8_t, 16>;
 KeyHash HashKey(const PointSample& sample);
 KeyHash HashKey(const DeviceSample& sample);
+KeyHash HashKey(const GatewaySample& sample);
 
 }  // namespace baudgate::dds

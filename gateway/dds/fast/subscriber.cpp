@@ -159,14 +159,17 @@ struct DdsSubscriber::Impl {
         points(calling, std::move(callbacks.on_point), std::move(callbacks.on_point_gone),
                std::move(callbacks.on_gateways), std::move(callbacks.on_rejected)),
         devices(calling, std::move(callbacks.on_device), std::move(callbacks.on_device_gone), {},
-                {}) {}
+                {}),
+        gateways(calling, std::move(callbacks.on_gateway), std::move(callbacks.on_gateway_gone), {},
+                 {}) {}
   ~Impl() { DeleteParticipant(participant); }
 
   bool Open(std::size_t max_instances) {
     subscriber = participant->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
     return subscriber != nullptr &&
            OpenReader(NewPointType(), kPointTopic, max_instances, &points) &&
-           OpenReader(NewDeviceType(), kDeviceTopic, max_instances, &devices);
+           OpenReader(NewDeviceType(), kDeviceTopic, max_instances, &devices) &&
+           OpenReader(NewGatewayType(), kGatewayTopic, max_instances, &gateways);
   }
 
   bool OpenReader(fast::TopicDataType* type, const char* topic_name, std::size_t max_instances,
@@ -184,6 +187,7 @@ struct DdsSubscriber::Impl {
   fast::Subscriber* subscriber = nullptr;
   Inbox<PointSample> points;
   Inbox<DeviceSample> devices;
+  Inbox<GatewaySample> gateways;
 };
 
 DdsSubscriber::DdsSubscriber(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -34,6 +34,9 @@ struct SubscriberCallbacks {
   std::function<void(const PointSample&, Gone)> on_point_gone;
   std::function<void(const DeviceSample&)> on_device;
   std::function<void(const DeviceSample&, Gone)> on_device_gone;
+  /// When it was started, and as what.
+  std::function<void(const GatewaySample&)> on_gateway{};
+  std::function<void(const GatewaySample&, Gone)> on_gateway_gone{};
   std::function<void(int gateways)> on_gateways;  ///< publishers of points connected now
   /// Samples of points lost so far because max_instances is too small.
   std::function<void(std::uint64_t samples)> on_rejected;

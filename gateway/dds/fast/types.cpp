@@ -66,4 +66,9 @@ TopicDataType* NewDeviceType() {
                                                              kDeviceType);
 }
 
+TopicDataType* NewGatewayType() {
+  return new SampleType<GatewaySample, kGatewaySampleMaxBytes>("baudgate::v1::GatewayStatus",
+                                                               kGatewayType);
+}
+
 }  // namespace baudgate::dds

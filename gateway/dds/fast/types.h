@@ -9,9 +9,10 @@ class TopicDataType;
 
 namespace baudgate::dds {
 
-/// Named baudgate::v1::PointSample and baudgate::v1::DeviceStatus. The caller gives them to a Fast
-/// DDS TypeSupport, which owns them. Samples pass as PointSample* and DeviceSample*.
+/// Named baudgate::v1::PointSample, DeviceStatus and GatewayStatus. The caller gives them to a Fast
+/// DDS TypeSupport, which owns them. Samples pass as PointSample*, DeviceSample*, GatewaySample*.
 eprosima::fastdds::dds::TopicDataType* NewPointType();
 eprosima::fastdds::dds::TopicDataType* NewDeviceType();
+eprosima::fastdds::dds::TopicDataType* NewGatewayType();
 
 }  // namespace baudgate::dds

@@ -91,7 +91,7 @@ std::size_t EncodeAny(LinkKind kind, const Sample& sample, std::span<std::uint8_
   return kLinkHeaderBytes + body;
 }
 
-bool IsKind(std::uint8_t byte) { return (byte >= 1 && byte <= 6) || (byte >= 64 && byte <= 66); }
+bool IsKind(std::uint8_t byte) { return (byte >= 1 && byte <= 5) || (byte >= 64 && byte <= 66); }
 
 }  // namespace
 
@@ -128,6 +128,9 @@ std::size_t EncodeSample(LinkKind kind, const PointSample& sample, std::span<std
   return EncodeAny(kind, sample, to);
 }
 std::size_t EncodeSample(LinkKind kind, const DeviceSample& sample, std::span<std::uint8_t> to) {
+  return EncodeAny(kind, sample, to);
+}
+std::size_t EncodeSample(LinkKind kind, const GatewaySample& sample, std::span<std::uint8_t> to) {
   return EncodeAny(kind, sample, to);
 }
 

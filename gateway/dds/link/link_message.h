@@ -3,8 +3,8 @@
 // link_server.h carry them.
 // SPDX-License-Identifier: Apache-2.0
 //
-//   02 01 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
-//   kind point, version 1, 92 bytes follow | the sample as in gateway/dds/cdr.h
+//   02 02 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
+//   kind point, version 2, 92 bytes follow | the sample as in gateway/dds/cdr.h
 //
 // All numbers are little-endian.
 #pragma once
@@ -20,17 +20,18 @@
 
 namespace baudgate::dds {
 
-inline constexpr std::uint8_t kLinkVersion = 1;
+inline constexpr std::uint8_t kLinkVersion = 2;
 inline constexpr std::size_t kLinkHeaderBytes = 4;
 /// No message is longer; a packet that is longer is refused.
 inline constexpr std::size_t kMaxLinkMessage = 4096;
 
 enum class LinkKind : std::uint8_t {
   // From the daemon.
-  open = 1,    ///< first, once: what to take part in, and how much to make room for
-  point = 2,   ///< a sample to publish
-  device = 3,  ///< likewise
-  end = 4,     ///< wait until subscribers have everything, then leave
+  open = 1,     ///< first, once: what to take part in, and how much to make room for
+  point = 2,    ///< a sample to publish
+  device = 3,   ///< likewise
+  gateway = 4,  ///< likewise
+  end = 5,      ///< wait until subscribers have everything, then leave
   // From the process.
   opened = 64,  ///< the answer to open: samples may come
   failed = 65,  ///< the other answer: a sentence that says what to change
@@ -62,6 +63,7 @@ Bytes EncodeBare(LinkKind kind);  ///< end, opened
 /// shorter than kMaxLinkMessage.
 std::size_t EncodeSample(LinkKind kind, const PointSample& sample, std::span<std::uint8_t> to);
 std::size_t EncodeSample(LinkKind kind, const DeviceSample& sample, std::span<std::uint8_t> to);
+std::size_t EncodeSample(LinkKind kind, const GatewaySample& sample, std::span<std::uint8_t> to);
 
 struct LinkMessage {
   LinkKind kind{};

@@ -24,6 +24,8 @@ Status LinkServer::Take(View packet) {
       return Publish(message->body, point_);
     case LinkKind::device:
       return Publish(message->body, device_);
+    case LinkKind::gateway:
+      return Publish(message->body, gateway_);
     case LinkKind::end:
       writer_->WaitAcknowledged(kAcknowledgeTime);
       writer_.reset();

@@ -38,6 +38,7 @@ class LinkServer {
   std::unique_ptr<SampleWriter> writer_;
   PointSample point_;  ///< kept to save its memory
   DeviceSample device_;
+  GatewaySample gateway_;
   std::optional<Bytes> answer_;  ///< to open
   LinkCounts counts_;
   LinkCounts told_;

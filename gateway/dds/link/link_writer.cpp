@@ -21,6 +21,7 @@ Sent LinkWriter::Put(LinkKind kind, const Sample& sample) {
 
 Sent LinkWriter::Write(const PointSample& sample) { return Put(LinkKind::point, sample); }
 Sent LinkWriter::Write(const DeviceSample& sample) { return Put(LinkKind::device, sample); }
+Sent LinkWriter::Write(const GatewaySample& sample) { return Put(LinkKind::gateway, sample); }
 
 Sent LinkWriter::SendHeld(std::size_t size) {
   switch (SendPacket(socket_, View(packet_).first(size))) {

@@ -19,6 +19,7 @@ class LinkWriter : public SampleWriter {
  public:
   Sent Write(const PointSample& sample) override;
   Sent Write(const DeviceSample& sample) override;
+  Sent Write(const GatewaySample& sample) override;
   /// Tells the process that this is the end, and waits until it has left: as long again as it needs
   /// for its own goodbye.
   bool WaitAcknowledged(Duration most) override;

@@ -81,6 +81,8 @@ TEST(AnySubscriberTest, DecodesWhatIsAnnounced) {
   EXPECT_EQ(point.fields[8].text, "1");
   const AnySample device = collected.WaitFor(kDeviceTopic, "device", "feeder-0");
   EXPECT_EQ(NamesOf(device), NamesOf(kDeviceType));
+  const AnySample gateway = collected.WaitFor(kGatewayTopic, "gateway", "substation-7");
+  EXPECT_EQ(NamesOf(gateway), NamesOf(kGatewayType));
 }
 
 TEST(AnySubscriberTest, ALateOneGetsTheLatestOfAll) {

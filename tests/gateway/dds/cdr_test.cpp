@@ -31,6 +31,9 @@ constexpr char kDeviceLe[] =
     "65 72 2D 31 00 00 00 00 06 00 00 00 62 61 79 2D 31 00 01 00 02 00 00 00 "
     "00 00 00 00 80 D6 9D F9 82 EB E9 18 64 00 00 00 5F 00 00 00 03 00 00 00 "
     "02 00 00 00 04 00 00 00 39 30 00 00 A0 5B 00 00 ";
+constexpr char kGatewayLe[] =
+    "00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 00 00 00 00 80 D6 9D F9 82 EB E9 18 "
+    "06 00 00 00 31 2E 32 2E 33 00";
 
 PointSample APoint() {
   return {.gateway = "sub-7",
@@ -61,6 +64,10 @@ DeviceSample ADevice() {
           .rtt_p99_us = 23456};
 }
 
+GatewaySample AGateway() {
+  return {.gateway = "sub-7", .start_time_ns = 1795224874250000000, .version = "1.2.3"};
+}
+
 template <typename Sample>
 Bytes Encoded(const Sample& sample) {
   Bytes bytes(512);
@@ -77,6 +84,7 @@ bool DecodesAsPoint(const Bytes& bytes) {
 TEST(Cdr, EncodesTheBytesOfTheContract) {
   EXPECT_EQ(ToHex(Encoded(APoint())), Trim(kPointLe));
   EXPECT_EQ(ToHex(Encoded(ADevice())), Trim(kDeviceLe));
+  EXPECT_EQ(ToHex(Encoded(AGateway())), kGatewayLe);
 }
 
 TEST(Cdr, DecodesBothByteOrders) {
@@ -88,6 +96,9 @@ TEST(Cdr, DecodesBothByteOrders) {
   DeviceSample status;
   ASSERT_TRUE(Decode(*ParseHex(Trim(kDeviceLe)), status));
   EXPECT_EQ(status, ADevice());
+  GatewaySample gateway;
+  ASSERT_TRUE(Decode(*ParseHex(kGatewayLe), gateway));
+  EXPECT_EQ(gateway, AGateway());
 }
 
 TEST(Cdr, RoundTripsNaNAndLimits) {
@@ -121,6 +132,10 @@ TEST(Cdr, FullTextsFitTheDeclaredSize) {
   const Bytes bytes = Encoded(status);
   ASSERT_FALSE(bytes.empty());
   EXPECT_LE(bytes.size(), kDeviceSampleMaxBytes);
+  const GatewaySample gateway{std::string(kMaxKey, 'k'), 1, std::string(kMaxVersion, 'v')};
+  const Bytes gateway_bytes = Encoded(gateway);
+  ASSERT_FALSE(gateway_bytes.empty());
+  EXPECT_LE(gateway_bytes.size(), kGatewaySampleMaxBytes);
 }
 
 TEST(Cdr, RefusesToEncodeWhatBreaksTheContract) {
@@ -133,6 +148,9 @@ TEST(Cdr, RefusesToEncodeWhatBreaksTheContract) {
   sample = APoint();
   sample.unit = std::string("A\0B", 3);
   EXPECT_TRUE(Encoded(sample).empty());
+  GatewaySample gateway = AGateway();
+  gateway.version = std::string(kMaxVersion + 1, 'v');
+  EXPECT_TRUE(Encoded(gateway).empty());
   Bytes small(Encoded(APoint()).size() - 1);
   EXPECT_EQ(Encode(APoint(), small), 0U);
 }
@@ -147,6 +165,11 @@ TEST(Cdr, RefusesEveryTruncation) {
   for (std::size_t length = 0; length < device.size(); ++length) {
     DeviceSample status;
     EXPECT_FALSE(Decode(Bytes(device.begin(), device.begin() + static_cast<long>(length)), status));
+  }
+  const Bytes gateway = Encoded(AGateway());
+  for (std::size_t length = 0; length < gateway.size(); ++length) {
+    GatewaySample read;
+    EXPECT_FALSE(Decode(Bytes(gateway.begin(), gateway.begin() + static_cast<long>(length)), read));
   }
 }
 

@@ -71,6 +71,9 @@ class Heard {
                 [this](const DeviceSample& s, Gone why) {
                   Note([&] { devices_gone[s.device] = why, devices.erase(s.device); });
                 },
+            .on_gateway = [this](const GatewaySample& s) { Note([&] { starts[s.gateway] = s; }); },
+            .on_gateway_gone = [this](const GatewaySample& s,
+                                      Gone) { Note([&] { starts.erase(s.gateway); }); },
             .on_gateways = [this](int count) { Note([&] { gateways = count; }); },
             .on_rejected = [this](std::uint64_t count) { Note([&] { rejected = count; }); }};
   }
@@ -86,6 +89,7 @@ class Heard {
   std::map<Key, Gone> gone;
   std::map<std::string, DeviceSample> devices;
   std::map<std::string, Gone> devices_gone;
+  std::map<std::string, GatewaySample> starts;  ///< by gateway
   int gateways = 0;
   std::size_t samples = 0;
   std::uint64_t rejected = 0;

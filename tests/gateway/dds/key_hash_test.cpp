@@ -18,6 +18,9 @@ TEST(KeyHash, IsWhatEveryVendorComputes) {
   DeviceSample device;
   device.gateway = "sub-7", device.device = "feeder-1";
   EXPECT_EQ(ToHex(HashKey(device)), "85 15 01 FE B4 1F 4A E8 6E 90 8F F1 06 94 FA 6B");
+  GatewaySample gateway;
+  gateway.gateway = "sub-7", gateway.start_time_ns = 7;
+  EXPECT_EQ(ToHex(HashKey(gateway)), "2C C4 20 7D 86 5D 85 C9 56 B2 53 AC 57 6B 24 86");
 }
 
 }  // namespace

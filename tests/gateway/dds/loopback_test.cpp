@@ -122,6 +122,22 @@ TEST(Loopback, AtAnOrderlyStopTheLastSamplesAreNotConnected) {
   for (const auto& [key, why] : heard.gone) EXPECT_EQ(why, Gone::no_writers) << key.second;
 }
 
+TEST(Loopback, ASubscriberIsToldWhenTheGatewayWasStarted) {
+  const config::Config config = MakeConfig(1, 1);
+  PointStore store(config);
+  const std::int64_t before = ReadClocks().wall.time_since_epoch().count();
+  auto publisher = Publish(config, store);
+  Heard heard;
+  const auto subscriber = Subscribe(heard);
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.starts.size() == 1; }));
+  const GatewaySample told = heard.starts["substation-7"];
+  EXPECT_GE(told.start_time_ns, before);
+  EXPECT_LE(told.start_time_ns, ReadClocks().wall.time_since_epoch().count());
+  EXPECT_FALSE(told.version.empty());
+  publisher.reset();
+  EXPECT_TRUE(heard.WaitFor([&] { return heard.starts.empty(); }));
+}
+
 TEST(Loopback, AWriterThatLeavesWithoutAWordIsReportedAsSuch) {
   Heard heard;
   const auto subscriber = Subscribe(heard);

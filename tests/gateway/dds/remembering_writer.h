@@ -14,6 +14,7 @@ class RememberingWriter : public SampleWriter {
  public:
   Sent Write(const PointSample& sample) override { return Keep(points, sample); }
   Sent Write(const DeviceSample& sample) override { return Keep(devices, sample); }
+  Sent Write(const GatewaySample& sample) override { return Keep(gateways, sample); }
   bool WaitAcknowledged(Duration) override { return true; }
   std::uint32_t subscribers() const override { return 0; }
 
@@ -26,6 +27,7 @@ class RememberingWriter : public SampleWriter {
 
   std::vector<PointSample> points;
   std::vector<DeviceSample> devices;
+  std::vector<GatewaySample> gateways;
   int asked = 0;            ///< how often anything was given to it
   Sent answer = Sent::yes;  ///< to every sample; only with `yes` it is kept
 

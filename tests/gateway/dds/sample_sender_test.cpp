@@ -8,6 +8,7 @@
 
 #include <cmath>
 
+#include "gateway/base/version.h"
 #include "tests/gateway/dds/fixture.h"
 #include "tests/gateway/dds/remembering_writer.h"
 
@@ -62,9 +63,34 @@ struct Sending {
   std::vector<std::pair<log::Level, std::string>> lines;
   SampleSender sender{
       config, store, writer,
-      [this](log::Level level, const std::string& line) { lines.emplace_back(level, line); },
-      now.instant};
+      [this](log::Level level, const std::string& line) { lines.emplace_back(level, line); }, now};
 };
+
+TEST(SampleSender, TellsWhenTheGatewayWasStartedOnceAndToWhoeverComesNext) {
+  Sending run(MakeConfig(1, 1));
+  run.Pass(3s);
+  run.RunFor(30s);
+  ASSERT_THAT(run.writer.gateways, SizeIs(1));
+  const GatewaySample told = run.writer.gateways.front();
+  EXPECT_EQ(told.gateway, "substation-7");
+  EXPECT_EQ(told.start_time_ns, 77'000'000'000);
+  EXPECT_EQ(told.version, kVersion);
+  run.sender.StartAnew(run.now.instant);
+  run.RunFor(30s);
+  EXPECT_THAT(run.writer.gateways, ElementsAre(told, told)) << "the start is the gateway's";
+}
+
+TEST(SampleSender, TellsTheStartLaterWhenItIsNotTaken) {
+  for (const Sent answer : {Sent::later, Sent::refused}) {
+    Sending run(MakeConfig(1, 1));
+    run.writer.answer = answer;
+    run.RunFor(5s);
+    EXPECT_THAT(run.writer.gateways, SizeIs(0));
+    run.writer.answer = Sent::yes;
+    run.RunFor(1s);
+    EXPECT_THAT(run.writer.gateways, SizeIs(1));
+  }
+}
 
 TEST(SampleSender, StartsWithAnImageThatWaitsForData) {
   Sending run(MakeConfig(2, 3));

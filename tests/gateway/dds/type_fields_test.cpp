@@ -97,8 +97,10 @@ TEST(TypeFields, AreThoseOfTheIdl) {
   const Types idl = OfIdl();
   ASSERT_EQ(idl.count("PointSample"), 1U);
   ASSERT_EQ(idl.count("DeviceStatus"), 1U);
+  ASSERT_EQ(idl.count("GatewayStatus"), 1U);
   EXPECT_EQ(Announced(kPointType), idl.at("PointSample"));
   EXPECT_EQ(Announced(kDeviceType), idl.at("DeviceStatus"));
+  EXPECT_EQ(Announced(kGatewayType), idl.at("GatewayStatus"));
 }
 
 TEST(TypeFields, TheXmlSaysWhatTheIdlSays) { EXPECT_EQ(OfXml(), OfIdl()); }

@@ -1,8 +1,9 @@
 // A subscriber on Cyclone DDS, for tests: knows baudgate only by its published IDL and topic names.
 // Samples come from any gateway of the domain over loopback and go to standard output, one a line:
 //   device point value quality unit      and when it has left:   gone device point
-// Ends with 0 when --count distinct points have arrived (with --gone: and left again), 1 when that
-// did not happen within --seconds.
+//   gateway name start_time_ns version
+// Ends with 0 when --count distinct points have arrived (with --gone: and left again) and a gateway
+// has told of itself, 1 when that did not happen within --seconds.
 // SPDX-License-Identifier: Apache-2.0
 #include <stdbool.h>
 #include <stdio.h>
@@ -60,9 +61,9 @@ static bool parse(int argc, char** argv, struct options* options) {
   return true;
 }
 
-static dds_entity_t create_reader(dds_entity_t participant) {
-  dds_entity_t topic =
-      dds_create_topic(participant, &baudgate_v1_PointSample_desc, "baudgate/points", NULL, NULL);
+static dds_entity_t create_reader(dds_entity_t participant, const dds_topic_descriptor_t* type,
+                                  const char* name) {
+  dds_entity_t topic = dds_create_topic(participant, type, name, NULL, NULL);
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
@@ -82,14 +83,25 @@ static struct seen* find(struct seen* seen, int* known, dds_instance_handle_t ha
   return &seen[(*known)++];
 }
 
+// True once a gateway has told of itself.
+static bool take_gateway(dds_entity_t reader) {
+  static baudgate_v1_GatewayStatus sample;
+  void* pointer = &sample;
+  dds_sample_info_t info;
+  if (dds_take(reader, &pointer, &info, 1, 1) != 1 || !info.valid_data) return false;
+  printf("gateway %s %lld %s\n", sample.gateway, (long long)sample.start_time_ns, sample.version);
+  return true;
+}
+
 // Reads until all of `options` has been met. Static memory: 100,000 entries are too many for a
 // stack.
-static bool listen_until_done(dds_entity_t reader, dds_entity_t waitset,
+static bool listen_until_done(dds_entity_t reader, dds_entity_t gateways, dds_entity_t waitset,
                               const struct options* options) {
   static struct seen seen[MOST_INSTANCES];
   static baudgate_v1_PointSample samples[BATCH];
   int known = 0;
   int gone = 0;
+  bool told = false;
   void* pointers[BATCH];
   dds_sample_info_t infos[BATCH];
   for (int i = 0; i < BATCH; ++i) pointers[i] = &samples[i];
@@ -112,11 +124,19 @@ static bool listen_until_done(dds_entity_t reader, dds_entity_t waitset,
         }
       }
     }
+    told = take_gateway(gateways) || told;
     fflush(stdout);
-    if (known >= options->count && (!options->until_gone || gone >= options->count)) return true;
+    if (told && known >= options->count && (!options->until_gone || gone >= options->count))
+      return true;
   }
-  fprintf(stderr, "cyclone_subscriber: %d points arrived, %d left\n", known, gone);
+  fprintf(stderr, "cyclone_subscriber: %d points arrived, %d left, gateway told: %d\n", known, gone,
+          told);
   return false;
+}
+
+static bool attach(dds_entity_t waitset, dds_entity_t reader) {
+  const dds_entity_t condition = dds_create_readcondition(reader, DDS_ANY_STATE);
+  return dds_waitset_attach(waitset, condition, 0) == DDS_RETCODE_OK;
 }
 
 int main(int argc, char** argv) {
@@ -131,11 +151,14 @@ int main(int argc, char** argv) {
     fprintf(stderr, "cyclone_subscriber: %s\n", dds_strretcode(-participant));
     return 1;
   }
-  dds_entity_t reader = create_reader(participant);
+  dds_entity_t reader =
+      create_reader(participant, &baudgate_v1_PointSample_desc, "baudgate/points");
+  dds_entity_t gateways =
+      create_reader(participant, &baudgate_v1_GatewayStatus_desc, "baudgate/gateways");
   dds_entity_t waitset = dds_create_waitset(participant);
-  dds_entity_t condition = dds_create_readcondition(reader, DDS_ANY_STATE);
-  const bool ready = reader > 0 && dds_waitset_attach(waitset, condition, 0) == DDS_RETCODE_OK;
-  const bool done = ready && listen_until_done(reader, waitset, &options);
+  const bool ready =
+      reader > 0 && gateways > 0 && attach(waitset, reader) && attach(waitset, gateways);
+  const bool done = ready && listen_until_done(reader, gateways, waitset, &options);
   dds_delete(participant);
   return done ? 0 : 1;
 }

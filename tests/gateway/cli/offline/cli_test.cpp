@@ -83,7 +83,7 @@ TEST(Check, GoodConfigurationIsSummedUp) {
               HasSubstr("modbus 0.0.0.0:502, Modbus TCP, reading only (functions 1-4), for "
                         "10.0.0.0/8\n"));
   EXPECT_THAT(ran.out, HasSubstr("line bay: /dev/l, 19200 8E1, fake, 2 devices\n"));
-  EXPECT_THAT(ran.out, HasSubstr("topics baudgate/points, baudgate/devices"));
+  EXPECT_THAT(ran.out, HasSubstr("topics baudgate/points, baudgate/devices, baudgate/gateways"));
   EXPECT_THAT(
       ran.out,
       HasSubstr("  device  address  protocol  profile  unit  points  on Modbus  poll  slow  note\n"

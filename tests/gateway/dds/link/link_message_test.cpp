@@ -23,10 +23,10 @@ LinkOpen AnOpen() {
 }
 
 constexpr char kOpen[] =
-    "01 01 22 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
+    "01 02 22 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
     "88 13 00 00 1F 00 00 00";
 constexpr char kCounts[] =
-    "42 01 14 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00";
+    "42 02 14 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00";
 
 TEST(LinkMessage, OpenBothWays) {
   const Bytes packet = EncodeOpen(AnOpen());
@@ -57,7 +57,7 @@ TEST(LinkMessage, SamplesBothWays) {
   point.gateway = "g", point.device = "d", point.point = "p", point.value = 2.5, point.seq = 9;
   Bytes packet(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::point, point, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "02 01 48 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "02 02 48 00 00 01 00 00");
   PointSample back;
   ASSERT_TRUE(Decode(ParseLink(packet)->body, back));
   EXPECT_EQ(back, point);
@@ -72,6 +72,14 @@ TEST(LinkMessage, SamplesBothWays) {
   DeviceSample device_back;
   ASSERT_TRUE(Decode(message->body, device_back));
   EXPECT_EQ(device_back, device);
+
+  const GatewaySample gateway{"g", -1, "1.2.3"};
+  packet.resize(kMaxLinkMessage);
+  packet.resize(EncodeSample(LinkKind::gateway, gateway, packet));
+  EXPECT_EQ(ToHex(View(packet).first(8)), "04 02 1E 00 00 01 00 00");
+  GatewaySample gateway_back;
+  ASSERT_TRUE(Decode(ParseLink(packet)->body, gateway_back));
+  EXPECT_EQ(gateway_back, gateway);
 }
 
 TEST(LinkMessage, WhatIsBeyondItsBoundsIsNotEncoded) {
@@ -133,13 +141,13 @@ struct Wrong {
 TEST(LinkMessage, WhatIsWrongIsNamed) {
   for (const Wrong& wrong : {
            Wrong{"", "0 bytes"},
-           Wrong{"06 01 00", "3 bytes"},
-           Wrong{"06 02 00 00", "version 2, not 1"},
-           Wrong{"00 01 00 00", "unknown kind 0"},
-           Wrong{"07 01 00 00", "unknown kind 7"},
-           Wrong{"43 01 00 00", "unknown kind 67"},
-           Wrong{"06 01 01 00", "0 bytes that says it has 1"},
-           Wrong{"06 01 00 01 00", "1 bytes that says it has 256"},
+           Wrong{"05 02 00", "3 bytes"},
+           Wrong{"05 01 00 00", "version 1, not 2"},
+           Wrong{"00 02 00 00", "unknown kind 0"},
+           Wrong{"06 02 00 00", "unknown kind 6"},
+           Wrong{"43 02 00 00", "unknown kind 67"},
+           Wrong{"05 02 01 00", "0 bytes that says it has 1"},
+           Wrong{"05 02 00 01 00", "1 bytes that says it has 256"},
        }) {
     const auto message = ParseLink(*ParseHex(wrong.bytes));
     ASSERT_FALSE(message.ok()) << wrong.bytes;

@@ -59,6 +59,9 @@ TEST_F(LinkServerTest, OpensOnceAndPublishes) {
   ASSERT_TRUE(Take(LinkKind::device, device));
   EXPECT_THAT(writer_->points, ElementsAre(Point("p")));
   EXPECT_THAT(writer_->devices, SizeIs(1));
+  const GatewaySample gateway{"g", 7, "1.2.3"};
+  ASSERT_TRUE(Take(LinkKind::gateway, gateway));
+  EXPECT_THAT(writer_->gateways, ElementsAre(gateway));
   EXPECT_THAT(Take(EncodeOpen({})).error(), HasSubstr("twice"));
 }
 
@@ -102,11 +105,19 @@ TEST_F(LinkServerTest, TheEndIsTheEnd) {
 
 TEST_F(LinkServerTest, WhatIsWrongClosesTheLink) {
   EXPECT_THAT(Take(LinkKind::point, Point("p")).error(), HasSubstr("before its request to open"));
-  EXPECT_THAT(Take(*ParseHex("01 02 00 00")).error(), HasSubstr("version 2"));
-  EXPECT_THAT(Take(*ParseHex("01 01 01 00 00")).error(), HasSubstr("damaged request"));
+  EXPECT_THAT(Take(*ParseHex("01 01 00 00")).error(), HasSubstr("version 1"));
+  EXPECT_THAT(Take(*ParseHex("01 02 01 00 00")).error(), HasSubstr("damaged request"));
   Open();
   EXPECT_THAT(Take(EncodeBare(LinkKind::opened)).error(), HasSubstr("not its to send"));
-  EXPECT_THAT(Take(*ParseHex("02 01 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
+  EXPECT_THAT(Take(*ParseHex("02 02 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
+  Bytes long_version(kMaxLinkMessage);
+  long_version.resize(
+      EncodeSample(LinkKind::gateway, GatewaySample{"g", 7, std::string(32, 'v')}, long_version));
+  ASSERT_TRUE(Take(long_version));
+  long_version[long_version.size() - 33 - 4] = 34;  // the length of the version
+  long_version[2] = static_cast<std::uint8_t>(long_version[2] + 1);
+  long_version.insert(long_version.end() - 1, 'v');
+  EXPECT_THAT(Take(long_version).error(), HasSubstr("damaged sample"));
 }
 
 }  // namespace

@@ -70,6 +70,20 @@ TEST_F(LinkWriterTest, ASampleBeyondItsBoundsIsRefused) {
   EXPECT_EQ(writer_.Write(sample), Sent::refused);
 }
 
+TEST_F(LinkWriterTest, AGatewayIsAMessageOfItsOwn) {
+  writer_.Attach(ends_.first.get());
+  const GatewaySample sample{"g", 7, "1.2.3"};
+  ASSERT_EQ(writer_.Write(sample), Sent::yes);
+  const ReceivedPacket received = ReceivePacket(ends_.second.get(), buffer_);
+  ASSERT_EQ(received.got, PacketGot::packet);
+  const auto message = ParseLink(received.packet);
+  ASSERT_TRUE(message.ok()) << message.error();
+  EXPECT_EQ(message->kind, LinkKind::gateway);
+  GatewaySample back;
+  ASSERT_TRUE(Decode(message->body, back));
+  EXPECT_EQ(back, sample);
+}
+
 TEST_F(LinkWriterTest, AClosedSocketIsNoFailureOfTheSample) {
   writer_.Attach(ends_.first.get());
   ends_.second.Close();

@@ -163,8 +163,8 @@ TEST_F(ProcessLinkAtASocket, WhatIsWrongEndsTheLinkAndTheNextOneIsWelcome) {
       {Bytes(3, 0x41), "sent a message of 3 bytes"},
       {Bytes(5000, 0x41), "sent a message that is too long"},
       {EncodeBare(LinkKind::end), "sent a message that is not its to send"},
-      {*ParseHex("42 01 01 00 00"), "sent damaged counts"},
-      {*ParseHex("40 02 00 00"), "sent a message of version 2"},
+      {*ParseHex("42 02 01 00 00"), "sent damaged counts"},
+      {*ParseHex("40 01 00 00"), "sent a message of version 1"},
       {EncodeFailed("dds: interface 192.0.2.1 is not ours"), "has not begun: dds: interface"},
   };
   for (const auto& wrong : kWrong) {
