@@ -109,6 +109,7 @@ dds::LinkState DdsOutput::state() const {
   state.subscribers = counters.subscribers;
   state.written = counters.written;
   state.refused = counters.failed;
+  state.datagrams = counters.datagrams;
   return state;
 }
 

@@ -25,6 +25,7 @@ struct DdsCounters {
   std::uint64_t written = 0;      ///< samples
   std::uint64_t failed = 0;       ///< samples that the library did not take; they are tried again
   std::uint32_t subscribers = 0;  ///< readers of the points topic, now
+  DatagramCounters datagrams;
 };
 
 class SampleSender {
@@ -57,7 +58,9 @@ class SampleSender {
   std::optional<Instant> End(Instant now);
 
   /// From any thread.
-  DdsCounters counters() const { return {written_, failed_, writer_.subscribers()}; }
+  DdsCounters counters() const {
+    return {written_, failed_, writer_.subscribers(), writer_.datagrams()};
+  }
 
  private:
   struct Staged {

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "gateway/base/time.h"
+#include "gateway/dds/datagram_counters.h"
 #include "gateway/dds/samples.h"
 
 namespace baudgate::dds {
@@ -18,7 +19,7 @@ enum class Sent : std::uint8_t {
   later,    ///< there is no room or nobody now: nothing is lost when it is tried again in a moment
 };
 
-/// Used by one thread, save for subscribers() and session().
+/// Used by one thread, save for subscribers(), datagrams() and session().
 class SampleWriter {
  public:
   virtual ~SampleWriter() = default;
@@ -30,6 +31,8 @@ class SampleWriter {
   virtual bool WaitAcknowledged(Duration most) = 0;
   /// Readers of the points topic that are connected now.
   virtual std::uint32_t subscribers() const = 0;
+  /// What the library was given of what came to its ports.
+  virtual DatagramCounters datagrams() const { return {}; }
 
   /// Numbers those who took samples one after the other: whoever has another number knows nothing
   /// of what was sent before. 0: nobody is there.

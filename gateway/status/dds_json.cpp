@@ -5,6 +5,8 @@
 #include <string>
 
 #include "gateway/base/shown.h"
+#include "gateway/dds/datagram_counters.h"
+#include "gateway/dds/refusal.h"
 
 namespace baudgate::control {
 namespace {
@@ -42,6 +44,37 @@ std::string Diagnose(const dds::LinkState& state, Instant now) {
   return text + times;
 }
 
+/// "let in 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists"; empty: none came.
+std::string DatagramText(const dds::DatagramCounters& datagrams) {
+  const std::uint64_t all = datagrams.AllRefused();
+  if (datagrams.passed == 0 && all == 0) return {};
+  std::string text = "let in " + Plural(datagrams.passed, "datagram") + ", refused ";
+  if (all == 0) return text + "none";
+  text += std::to_string(all);
+  const char* before = ": ";
+  for (std::size_t i = 0; i < dds::kRefusals; ++i) {
+    const std::uint64_t count = datagrams.refused[i];
+    if (count == 0) continue;
+    const dds::RefusalWords& says = dds::kRefusalWords[i];
+    text += before;
+    text +=
+        count == 1 ? std::string(says.words) : std::to_string(count) + " " + std::string(says.many);
+    before = ", ";
+  }
+  return text;
+}
+
+Json DatagramsJson(const dds::DatagramCounters& datagrams) {
+  Json refused = Json::object();
+  for (std::size_t i = 1; i < dds::kRefusals; ++i) {
+    refused[std::string(dds::kRefusalWords[i].name)] = datagrams.refused[i];
+  }
+  return {{"let_in", datagrams.passed},
+          {"refused", refused},
+          {"participants", datagrams.participants},
+          {"text", DatagramText(datagrams)}};
+}
+
 }  // namespace
 
 Json DdsJson(int domain, const dds::LinkState& state, Instant now) {
@@ -57,6 +90,7 @@ Json DdsJson(int domain, const dds::LinkState& state, Instant now) {
       state.phase == Phase::waiting ? Json(nullptr) : Json((now - state.heard) / 1ms);
   json["next_start_ms"] =
       state.next_start ? Json(std::max(Duration(0), *state.next_start - now) / 1ms) : Json(nullptr);
+  json["datagrams"] = DatagramsJson(state.datagrams);
   const std::string trouble = Diagnose(state, now);
   json["advice"] = trouble.empty() ? Json::array() : Json::array({trouble});
   return json;

@@ -194,14 +194,26 @@ std::string Advice(const Json& status) {
 }
 
 /// "DDS domain 0: 3 subscribers, 1234 samples"; nothing while something is wrong, which the advice
-/// tells.
+/// tells. Samples that the library did not take go again.
 std::string DdsLine(const Json& status) {
   const Json& dds = DdsOf(status);
   if (dds.is_null() || !dds.at("advice").empty()) return {};
-  return fmt::format("\nDDS domain {}: {}, {}{}\n", Number(dds, "domain"),
+  const std::uint64_t refused = Number(dds, "refused");
+  return fmt::format("\nDDS domain {}: {}, {}{}{}\n", Number(dds, "domain"),
                      Plural(Number(dds, "subscribers"), "subscriber"),
                      Plural(Number(dds, "samples"), "sample"),
+                     refused == 0 ? "" : fmt::format(", {} not taken by the library", refused),
                      Text(dds, "state") == "starting" ? ", the process is starting" : "");
+}
+
+/// "DDS let in 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists".
+std::string DatagramLine(const Json& status) {
+  const Json& dds = DdsOf(status);
+  if (dds.is_null()) return {};
+  const auto datagrams = dds.find("datagrams");  // an older gateway has none
+  if (datagrams == dds.end() || Text(*datagrams, "text").empty()) return {};
+  const char* apart = dds.at("advice").empty() ? "" : "\n";
+  return apart + ("DDS " + Harmless(Text(*datagrams, "text"))) + "\n";
 }
 
 std::string Overview(const Json& status, const TableView& view) {
@@ -216,7 +228,8 @@ std::string Overview(const Json& status, const TableView& view) {
                      Text(status, "gateway"), Text(status, "version"),
                      Milliseconds(status.at("uptime_ms")), lines.size(), devices, alive) +
          LineTable(lines, view) + (devices == 0 ? "" : "\n" + DeviceTable(lines, view)) +
-         RenderTraffic(status.at("modbus"), view) + DdsLine(status) + Advice(status);
+         RenderTraffic(status.at("modbus"), view) + DdsLine(status) + DatagramLine(status) +
+         Advice(status);
 }
 
 std::string PortText(const Json& line) {

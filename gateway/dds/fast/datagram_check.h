@@ -15,8 +15,8 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/dds/fast/participant_table.h"
-#include "gateway/dds/fast/refusal.h"
 #include "gateway/dds/fast/sequence_window.h"
+#include "gateway/dds/refusal.h"
 
 namespace baudgate::dds {
 

@@ -2,7 +2,6 @@
 #include "gateway/dds/fast/datagram_gate.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 namespace baudgate::dds {
@@ -20,10 +19,6 @@ std::string Line(Refusal reason, Sender sender, std::uint64_t folded) {
 }
 
 }  // namespace
-
-std::uint64_t DatagramCounters::AllRefused() const {
-  return std::accumulate(refused.begin(), refused.end(), std::uint64_t{0});
-}
 
 DatagramGate::DatagramGate(const CheckOptions& options, Tell tell)
     : tell_(std::move(tell)), check_(options) {}
@@ -47,7 +42,7 @@ std::span<std::uint8_t> DatagramGate::LetIn(std::span<std::uint8_t> datagram, Se
 DatagramCounters DatagramGate::counters() const {
   const MutexLock lock(mutex_);
   DatagramCounters counters = counters_;
-  counters.participants = check_.participants();
+  counters.participants = static_cast<std::uint32_t>(check_.participants());
   return counters;
 }
 

@@ -3,24 +3,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <functional>
 #include <span>
 #include <string>
 
 #include "gateway/base/guarded.h"
+#include "gateway/dds/datagram_counters.h"
 #include "gateway/dds/fast/datagram_check.h"
 
 namespace baudgate::dds {
-
-struct DatagramCounters {
-  std::uint64_t passed = 0;
-  std::array<std::uint64_t, kRefusals> refused{};  ///< by Refusal
-  std::size_t participants = 0;                    ///< that have a place now
-
-  std::uint64_t Refused(Refusal reason) const { return refused[static_cast<std::size_t>(reason)]; }
-  std::uint64_t AllRefused() const;
-};
 
 class DatagramGate {
  public:

@@ -175,6 +175,7 @@ class FastWriter : public SampleWriter {
   }
 
   std::uint32_t subscribers() const override { return matches_.current(); }
+  DatagramCounters datagrams() const override { return DatagramsOf(*participant_); }
 
  private:
   MatchCounter matches_;

@@ -6,8 +6,8 @@
 
 #include <optional>
 
-#include "gateway/dds/fast/refusal.h"
 #include "gateway/dds/fast/rtps_fields.h"
+#include "gateway/dds/refusal.h"
 
 namespace baudgate::dds {
 

@@ -52,6 +52,8 @@ void LinkKeeper::Counted(const LinkCounts& counts, Instant now) {
   state_.subscribers = counts.subscribers;
   state_.written = before_.written + counts.written;
   state_.refused = before_.refused + counts.refused;
+  state_.datagrams = counts.datagrams;
+  state_.datagrams.AddEarlier(before_.datagrams);
 }
 
 void LinkKeeper::Ended(std::string reason, Instant now) {
@@ -64,7 +66,8 @@ void LinkKeeper::Ended(std::string reason, Instant now) {
   state_.phase = LinkState::Phase::waiting;
   state_.reason = std::move(reason);
   state_.subscribers = 0;
-  before_ = {0, state_.written, state_.refused};
+  state_.datagrams.participants = 0;
+  before_ = {0, state_.written, state_.refused, state_.datagrams};
 }
 
 }  // namespace baudgate::dds

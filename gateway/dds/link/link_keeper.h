@@ -46,7 +46,7 @@ class LinkKeeper {
   bool opened_ = false;
   Instant started_{};
   std::size_t rung_ = 0;  ///< of the ladder: the next wait
-  LinkCounts before_;     ///< written and refused by processes that have ended
+  LinkCounts before_;     ///< by processes that have ended
 };
 
 }  // namespace baudgate::dds

@@ -119,6 +119,10 @@ Bytes EncodeCounts(const LinkCounts& counts) {
   Put(body, counts.subscribers);
   Put(body, counts.written);
   Put(body, counts.refused);
+  Put(body, counts.datagrams.participants);
+  Put(body, counts.datagrams.passed);
+  body.push_back(static_cast<std::uint8_t>(kRefusals));
+  for (const std::uint64_t refused : counts.datagrams.refused) Put(body, refused);
   return Packet(LinkKind::counts, body);
 }
 
@@ -182,7 +186,11 @@ Result<LinkCounts> DecodeCounts(View body) {
   counts.subscribers = fields.Number<std::uint32_t>();
   counts.written = fields.Number<std::uint64_t>();
   counts.refused = fields.Number<std::uint64_t>();
-  if (!fields.AllTaken()) return Error{"damaged counts"};
+  counts.datagrams.participants = fields.Number<std::uint32_t>();
+  counts.datagrams.passed = fields.Number<std::uint64_t>();
+  const bool same_reasons = fields.Number<std::uint8_t>() == kRefusals;
+  for (std::uint64_t& refused : counts.datagrams.refused) refused = fields.Number<std::uint64_t>();
+  if (!same_reasons || !fields.AllTaken()) return Error{"damaged counts"};
   return counts;
 }
 

@@ -15,6 +15,7 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
+#include "gateway/dds/datagram_counters.h"
 #include "gateway/dds/participant_options.h"
 #include "gateway/dds/samples.h"
 
@@ -50,6 +51,7 @@ struct LinkCounts {
   std::uint32_t subscribers = 0;  ///< readers of the points topic, now
   std::uint64_t written = 0;      ///< samples
   std::uint64_t refused = 0;      ///< samples that the library did not take
+  DatagramCounters datagrams{};
 
   bool operator==(const LinkCounts&) const = default;
 };

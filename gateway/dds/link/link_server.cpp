@@ -65,6 +65,7 @@ std::optional<Bytes> LinkServer::Answer(Instant now) {
   }
   if (!writer_ || now < NextAnswer()) return std::nullopt;
   told_ = Counts();
+  told_.datagrams = writer_->datagrams();
   told_at_ = now;
   return EncodeCounts(told_);
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "gateway/base/time.h"
+#include "gateway/dds/datagram_counters.h"
 
 namespace baudgate::dds {
 
@@ -25,6 +26,7 @@ struct LinkState {
   std::uint32_t subscribers = 0;        ///< readers of the points topic, now
   std::uint64_t written = 0;            ///< samples, by all processes so far
   std::uint64_t refused = 0;            ///< samples that the library did not take, likewise
+  DatagramCounters datagrams;           ///< likewise; its participants now
 };
 
 }  // namespace baudgate::dds

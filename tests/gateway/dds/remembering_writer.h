@@ -17,6 +17,7 @@ class RememberingWriter : public SampleWriter {
   Sent Write(const GatewaySample& sample) override { return Keep(gateways, sample); }
   bool WaitAcknowledged(Duration) override { return true; }
   std::uint32_t subscribers() const override { return 0; }
+  DatagramCounters datagrams() const override { return counted; }
 
   /// The latest sample of a point; null when there is none.
   const PointSample* Latest(const std::string& point) const {
@@ -28,6 +29,7 @@ class RememberingWriter : public SampleWriter {
   std::vector<PointSample> points;
   std::vector<DeviceSample> devices;
   std::vector<GatewaySample> gateways;
+  DatagramCounters counted;
   int asked = 0;            ///< how often anything was given to it
   Sent answer = Sent::yes;  ///< to every sample; only with `yes` it is kept
 

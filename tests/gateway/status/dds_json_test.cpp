@@ -46,9 +46,12 @@ std::string Shown(const LinkState& state, const std::string& target = {}) {
 }
 
 TEST(DdsJson, Fields) {
-  EXPECT_EQ(DdsJson(7, Up(), kNow.instant).dump(),
-            R"({"domain":7,"state":"up","subscribers":3,"samples":1234,"refused":0,)"
-            R"("times_lost":0,"last_end":null,"heard_ms":300,"next_start_ms":null,"advice":[]})");
+  EXPECT_EQ(
+      DdsJson(7, Up(), kNow.instant).dump(),
+      R"({"domain":7,"state":"up","subscribers":3,"samples":1234,"refused":0,)"
+      R"("times_lost":0,"last_end":null,"heard_ms":300,"next_start_ms":null,"datagrams":{"let_in":0,"refused":{"not_rtps":0,"length":0,"fragment":0,)"
+      R"("vendor_submessage":0,"data":0,"parameters":0,"numbers":0,"window":0,"security":0,)"
+      R"("participants":0,"address":0},"participants":0,"text":""},"advice":[]})");
   const auto lost = DdsJson(7, Lost(), kNow.instant);
   EXPECT_EQ(lost["state"], "waiting");
   EXPECT_EQ(lost["heard_ms"], nullptr);
@@ -59,6 +62,36 @@ TEST(DdsJson, Fields) {
 TEST(DdsJson, OneLineWhenAllIsWell) {
   EXPECT_THAT(Shown(Up()), HasSubstr("\nDDS domain 0: 3 subscribers, 1234 samples\n"));
   EXPECT_THAT(Shown(Up(), "bay-1"), Not(HasSubstr("DDS")));
+}
+
+LinkState Attacked(LinkState state) {
+  state.datagrams.passed = 12345;
+  state.datagrams.participants = 4;
+  state.datagrams.refused[static_cast<std::size_t>(dds::Refusal::fragment)] = 38;
+  state.datagrams.refused[static_cast<std::size_t>(dds::Refusal::parameters)] = 1;
+  return state;
+}
+
+TEST(DdsJson, WhatWasRefusedAndWhy) {
+  const auto json = DdsJson(7, Attacked(Up()), kNow.instant)["datagrams"];
+  EXPECT_EQ(json["let_in"], 12345);
+  EXPECT_EQ(json["participants"], 4);
+  EXPECT_EQ(json["refused"]["fragment"], 38);
+  EXPECT_EQ(json["refused"]["parameters"], 1);
+  EXPECT_THAT(Shown(Attacked(Up())),
+              HasSubstr(" samples\nDDS let in 12345 datagrams, refused 39: 38 fragments, a broken "
+                        "parameter list\n\n"));
+  EXPECT_THAT(Shown(Attacked(Lost())), HasSubstr("\n\nDDS let in 12345 datagrams, refused 39: "));
+  EXPECT_THAT(Shown(Up()), Not(HasSubstr("let in")));
+  LinkState peaceful = Up();
+  peaceful.datagrams.passed = 1;
+  EXPECT_THAT(Shown(peaceful), HasSubstr("\nDDS let in 1 datagram, refused none\n"));
+}
+
+TEST(DdsJson, SamplesThatTheLibraryDidNotTake) {
+  LinkState state = Up();
+  state.refused = 2;
+  EXPECT_THAT(Shown(state), HasSubstr("3 subscribers, 1234 samples, 2 not taken by the library\n"));
 }
 
 TEST(DdsJson, ASentenceWhenItIsNot) {

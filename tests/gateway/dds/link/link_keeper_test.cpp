@@ -23,6 +23,15 @@ Duration UntilStart(LinkKeeper& keeper, Instant& now) {
   return now - from;
 }
 
+/// `passed` datagrams, `fragments` refused, from as many participants as were let in.
+LinkCounts Counts(std::uint32_t subscribers, std::uint64_t written, std::uint64_t refused,
+                  std::uint32_t passed, std::uint64_t fragments) {
+  LinkCounts counts{.subscribers = subscribers, .written = written, .refused = refused};
+  counts.datagrams.passed = counts.datagrams.participants = passed;
+  counts.datagrams.refused[static_cast<std::size_t>(Refusal::fragment)] = fragments;
+  return counts;
+}
+
 TEST(LinkKeeper, StartsAtOnceAndIsUpWhenOpened) {
   LinkKeeper keeper(true);
   EXPECT_EQ(keeper.Look(kBegin), Wish::start);
@@ -73,7 +82,7 @@ TEST(LinkKeeper, SilenceIsShownAfterTwoSecondsAndEndedAfterTen) {
   keeper.Look(kBegin);
   keeper.Started(kBegin);
   keeper.Opened(kBegin);
-  keeper.Counted({.subscribers = 3, .written = 10, .refused = 0}, kBegin + 1s);
+  keeper.Counted(Counts(3, 10, 0, 0, 0), kBegin + 1s);
   EXPECT_EQ(keeper.NextLook(), kBegin + 3s);
   EXPECT_EQ(keeper.Look(kBegin + 3s - 1ns), Wish::nothing);
   EXPECT_EQ(keeper.state().phase, Phase::up);
@@ -109,15 +118,21 @@ TEST(LinkKeeper, CountsGoOnOverProcesses) {
   keeper.Look(kBegin);
   keeper.Started(kBegin);
   keeper.Opened(kBegin);
-  keeper.Counted({.subscribers = 2, .written = 100, .refused = 1}, kBegin);
+  keeper.Counted(Counts(2, 90, 0, 40, 3), kBegin);
+  keeper.Counted(Counts(2, 100, 1, 50, 4), kBegin);
   keeper.Ended("was ended by signal 9", kBegin);
   EXPECT_EQ(keeper.state().subscribers, 0U);
+  EXPECT_EQ(keeper.state().datagrams.passed, 50U);
+  EXPECT_EQ(keeper.state().datagrams.participants, 0U);
   keeper.Started(kBegin + 1s);
   keeper.Opened(kBegin + 1s);
-  keeper.Counted({.subscribers = 1, .written = 20, .refused = 2}, kBegin + 1s);
+  keeper.Counted(Counts(1, 20, 2, 7, 5), kBegin + 1s);
   EXPECT_EQ(keeper.state().subscribers, 1U);
   EXPECT_EQ(keeper.state().written, 120U);
   EXPECT_EQ(keeper.state().refused, 3U);
+  EXPECT_EQ(keeper.state().datagrams.passed, 57U);
+  EXPECT_EQ(keeper.state().datagrams.Refused(Refusal::fragment), 9U);
+  EXPECT_EQ(keeper.state().datagrams.participants, 7U);
 }
 
 TEST(LinkKeeper, OneThatSomebodyElseStartsIsAwaited) {

@@ -25,8 +25,14 @@ LinkOpen AnOpen() {
 constexpr char kOpen[] =
     "01 02 22 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
     "88 13 00 00 1F 00 00 00";
+// 3 subscribers, 1,234 samples, 2^32 refused; 7 participants, 12,345 datagrams; 12 reasons: 38
+// fragments, 2 participants too many of one address.
 constexpr char kCounts[] =
-    "42 02 14 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00";
+    "42 02 81 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 07 00 00 00 39 30 00 "
+    "00 00 00 00 00 0C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 26 "
+    "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
+    "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
+    "00 02 00 00 00 00 00 00 00";
 
 TEST(LinkMessage, OpenBothWays) {
   const Bytes packet = EncodeOpen(AnOpen());
@@ -45,7 +51,11 @@ TEST(LinkMessage, OpenBothWays) {
 }
 
 TEST(LinkMessage, CountsBothWays) {
-  const LinkCounts counts{.subscribers = 3, .written = 1234, .refused = 1ULL << 32};
+  LinkCounts counts{.subscribers = 3, .written = 1234, .refused = 1ULL << 32};
+  counts.datagrams.passed = 12345;
+  counts.datagrams.participants = 7;
+  counts.datagrams.refused[static_cast<std::size_t>(Refusal::fragment)] = 38;
+  counts.datagrams.refused[static_cast<std::size_t>(Refusal::address)] = 2;
   EXPECT_EQ(ToHex(EncodeCounts(counts)), kCounts);
   const auto back = DecodeCounts(ParseLink(*ParseHex(kCounts))->body);
   ASSERT_TRUE(back.ok());
@@ -128,7 +138,7 @@ TEST(LinkMessage, EveryTruncationIsRefused) {
   for (std::size_t size = 0; size < 0x22; ++size) {
     EXPECT_FALSE(DecodeOpen(body_of(kOpen, size)).ok()) << size;
   }
-  for (std::size_t size = 0; size < 0x14; ++size) {
+  for (std::size_t size = 0; size < 0x81; ++size) {
     EXPECT_FALSE(DecodeCounts(body_of(kCounts, size)).ok()) << size;
   }
 }
@@ -154,6 +164,16 @@ TEST(LinkMessage, WhatIsWrongIsNamed) {
     EXPECT_THAT(message.error(), HasSubstr(wrong.words));
   }
   EXPECT_THAT(ParseLink(Bytes(kMaxLinkMessage + 1, 1)).error(), HasSubstr("too long"));
+}
+
+TEST(LinkMessage, CountsOfOtherReasonsAreRefused) {
+  Bytes body = *ParseHex(kCounts);
+  body.erase(body.begin(), body.begin() + kLinkHeaderBytes);
+  ASSERT_TRUE(DecodeCounts(body).ok());
+  body[32] = 13;
+  EXPECT_FALSE(DecodeCounts(body).ok());
+  body.resize(body.size() + 8);
+  EXPECT_FALSE(DecodeCounts(body).ok());
 }
 
 TEST(LinkMessage, AnOpenBeyondItsBoundsIsRefused) {

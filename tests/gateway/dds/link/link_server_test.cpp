@@ -80,10 +80,14 @@ TEST_F(LinkServerTest, CountsAreASignOfLifeOnceASecond) {
   Open();
   EXPECT_EQ(server_.Answer(kBegin + 999ms), std::nullopt);
   ASSERT_TRUE(Take(LinkKind::point, Point("p")));
-  EXPECT_EQ(server_.NextAnswer(), kBegin + 1s);
+  writer_->counted.passed = 12345;
+  writer_->counted.refused[static_cast<std::size_t>(Refusal::fragment)] = 38;
+  EXPECT_EQ(server_.NextAnswer(), kBegin + 1s) << "datagrams come all the time";
   const auto answer = server_.Answer(kBegin + 1s);
   ASSERT_TRUE(answer);
-  EXPECT_EQ(*answer, EncodeCounts({.subscribers = 0, .written = 1, .refused = 0}));
+  EXPECT_EQ(
+      *answer,
+      EncodeCounts({.subscribers = 0, .written = 1, .refused = 0, .datagrams = writer_->counted}));
   EXPECT_EQ(server_.Answer(kBegin + 1s), std::nullopt);
   EXPECT_TRUE(server_.Answer(kBegin + 2s));
 }
