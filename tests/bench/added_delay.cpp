@@ -343,7 +343,7 @@ int BeDelaySubscriber(int, char**) {
   dds::SubscriberOptions options;
   options.participant.domain = kDomain;
   dds::SubscriberCallbacks callbacks;
-  callbacks.on_point = [](const dds::PointSample& sample) {
+  callbacks.on_point = [](const dds::PointSample& sample, const dds::Origin&) {
     const std::int64_t now = NowNs();
     if (std::isnan(sample.value)) return;
     fmt::print("{} {} {}\n", sample.gateway, std::lround(sample.value), now);

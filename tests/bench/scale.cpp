@@ -109,7 +109,7 @@ int BeScaleSubscriber(int argc, char** argv) {
   dds::SubscriberOptions options;
   options.participant.domain = kDomain;
   dds::SubscriberCallbacks callbacks;
-  callbacks.on_point = [&](const dds::PointSample&) { ++samples; };
+  callbacks.on_point = [&](const dds::PointSample&, const dds::Origin&) { ++samples; };
   const auto subscriber = dds::DdsSubscriber::Create(options, callbacks);
   if (!subscriber) return 4;
   while (true) {

@@ -10,6 +10,7 @@
 #include "gateway/dds/fast/datagram_gate.h"
 #include "gateway/dds/participant_options.h"
 #include "gateway/dds/samples.h"
+#include "gateway/dds/writer_id.h"
 
 namespace baudgate::dds {
 
@@ -26,20 +27,28 @@ struct SubscriberOptions {
   std::size_t max_instances = 100'000;  ///< points; those beyond are counted as rejected
 };
 
-/// Called one at a time, on threads of the library; what they are given lives during the call. They
-/// must not call the subscriber.
+/// Called one at a time, on a thread of the subscriber's own; what they are given lives during the
+/// call.
 struct SubscriberCallbacks {
-  std::function<void(const PointSample&)> on_point;
+  std::function<void(const PointSample&, const Origin&)> on_point;
   /// Only the key of the sample is meant; its other fields are those of the last sample.
   std::function<void(const PointSample&, Gone)> on_point_gone;
-  std::function<void(const DeviceSample&)> on_device;
+  std::function<void(const DeviceSample&, const Origin&)> on_device;
   std::function<void(const DeviceSample&, Gone)> on_device_gone;
   /// When it was started, and as what.
-  std::function<void(const GatewaySample&)> on_gateway{};
+  std::function<void(const GatewaySample&, const Origin&)> on_gateway{};
   std::function<void(const GatewaySample&, Gone)> on_gateway_gone{};
   std::function<void(int gateways)> on_gateways;  ///< publishers of points connected now
+  /// A publisher of points has left, or has not been heard of for the lease.
+  std::function<void(const PublisherId&)> on_publisher_left;
   /// Samples of points lost so far because max_instances is too small.
   std::function<void(std::uint64_t samples)> on_rejected;
+};
+
+/// Since the beginning, of all topics.
+struct SubscriberCounters {
+  std::uint64_t takes = 0;    ///< that the library was asked for samples and had some
+  std::uint64_t refused = 0;  ///< samples beyond their bounds, or in an unknown encoding
 };
 
 class DdsSubscriber {
@@ -50,6 +59,7 @@ class DdsSubscriber {
 
   /// From any thread.
   DatagramCounters datagrams() const;
+  SubscriberCounters counters() const;
 
  private:
   struct Impl;

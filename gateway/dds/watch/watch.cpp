@@ -100,7 +100,7 @@ class Watch {
     auto subscriber = dds::DdsSubscriber::Create(
         {.participant = {.domain = options_.domain, .interfaces = options_.interfaces}},
         {.on_point =
-             [&](const dds::PointSample& s) {
+             [&](const dds::PointSample& s, const dds::Origin&) {
                mailbox.Put({s, std::nullopt});
              },
          .on_point_gone =
@@ -110,6 +110,7 @@ class Watch {
          .on_device = {},
          .on_device_gone = {},
          .on_gateways = {},
+         .on_publisher_left = {},
          .on_rejected = [&](std::uint64_t samples) { rejected = samples; }});
     if (!subscriber) {
       err_ << "watch: " << subscriber.error() << '\n';

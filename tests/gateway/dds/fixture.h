@@ -59,22 +59,28 @@ class Heard {
 
   SubscriberCallbacks Callbacks() {
     return {.on_point =
-                [this](const PointSample& s) {
-                  Note([&] { points[{s.device, s.point}] = s, ++samples; });
+                [this](const PointSample& s, const Origin& origin) {
+                  Note([&] {
+                    points[{s.device, s.point}] = s, ++samples, writers.insert(origin.writer);
+                  });
                 },
             .on_point_gone =
                 [this](const PointSample& s, Gone why) {
                   Note([&] { gone[{s.device, s.point}] = why, points.erase({s.device, s.point}); });
                 },
-            .on_device = [this](const DeviceSample& s) { Note([&] { devices[s.device] = s; }); },
+            .on_device = [this](const DeviceSample& s,
+                                const Origin&) { Note([&] { devices[s.device] = s; }); },
             .on_device_gone =
                 [this](const DeviceSample& s, Gone why) {
                   Note([&] { devices_gone[s.device] = why, devices.erase(s.device); });
                 },
-            .on_gateway = [this](const GatewaySample& s) { Note([&] { starts[s.gateway] = s; }); },
+            .on_gateway = [this](const GatewaySample& s,
+                                 const Origin&) { Note([&] { starts[s.gateway] = s; }); },
             .on_gateway_gone = [this](const GatewaySample& s,
                                       Gone) { Note([&] { starts.erase(s.gateway); }); },
             .on_gateways = [this](int count) { Note([&] { gateways = count; }); },
+            .on_publisher_left =
+                [this](const PublisherId& id) { Note([&] { publishers_left.insert(id); }); },
             .on_rejected = [this](std::uint64_t count) { Note([&] { rejected = count; }); }};
   }
 
@@ -90,6 +96,8 @@ class Heard {
   std::map<std::string, DeviceSample> devices;
   std::map<std::string, Gone> devices_gone;
   std::map<std::string, GatewaySample> starts;  ///< by gateway
+  std::set<WriterId> writers;                   ///< of points
+  std::set<PublisherId> publishers_left;
   int gateways = 0;
   std::size_t samples = 0;
   std::uint64_t rejected = 0;

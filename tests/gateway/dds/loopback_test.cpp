@@ -162,12 +162,13 @@ TEST(Loopback, GatewaysOfOneDomainAreToldApart) {
   std::set<std::string> gateways;
   Heard heard;
   SubscriberCallbacks callbacks = heard.Callbacks();
-  callbacks.on_point = [&, note = callbacks.on_point](const PointSample& sample) {
+  callbacks.on_point = [&, note = callbacks.on_point](const PointSample& sample,
+                                                      const Origin& origin) {
     {
       const std::lock_guard lock(mutex);
       gateways.insert(sample.gateway);
     }
-    note(sample);
+    note(sample, origin);
   };
   auto subscriber = DdsSubscriber::Create(TestSubscriber(), callbacks);
   ASSERT_TRUE(subscriber.ok());
