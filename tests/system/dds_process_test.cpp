@@ -72,8 +72,25 @@ class DdsProcess : public ThreeDevices {
     return points == points_ ? seq : std::nullopt;
   }
 
+  /// Of the gateway, over its socket.
+  Json DdsStatus() const {
+    const Finished status = Command({"status", "--json", "--socket", socket()});
+    return Json::parse(status.output, nullptr, false).value("dds", Json());
+  }
+  std::uint64_t Fragments() const {
+    return DdsStatus().at("datagrams").at("refused").at("fragment").get<std::uint64_t>();
+  }
+  std::string socket() const { return (directory() / "gate.sock").string(); }
+  std::string YamlWithSocket() const {
+    std::string yaml = Yaml(true);
+    const std::string name = "{ name: " + gateway() + " }";
+    yaml.replace(yaml.find(name), name.size(),
+                 "{ name: " + gateway() + ", socket: " + socket() + " }");
+    return yaml;
+  }
+
   void Begin() {
-    StartAll(true);
+    StartAll(YamlWithSocket());
     const Finished map = Command({"map", "--json", "-c", (directory() / "baudgate.yaml").string()});
     points_ = Json::parse(map.output)["points"].size();
     ASSERT_TRUE(EventuallyLogged(*daemon, "dds: the process takes samples"));
@@ -164,6 +181,10 @@ TEST_F(DdsProcess, ADatagramThatEndsTheLibraryEndsNeitherGatewayNorWatch) {
     EXPECT_TRUE(ReadsAreRightUntil([&] { return samples() > before; }));
   }
   EXPECT_TRUE(watch->Running());
+  EXPECT_TRUE(Eventually([&] { return Fragments() >= 3; })) << DdsStatus();
+  ::kill(Process(), SIGKILL);
+  ASSERT_TRUE(Eventually([&] { return DdsStatus().at("times_lost") == 1; }));
+  EXPECT_GE(Fragments(), 3U) << "the next process goes on counting";
   EXPECT_TRUE(Eventually([&] { return SeqOf("relay-1", "current_l3").has_value(); }));
   watch->Signal(SIGTERM);
   EXPECT_EQ(watch->WaitForEnd(), 0);
@@ -210,7 +231,7 @@ TEST_F(DdsProcess, StartedBySomebodyElseItComesToTheSocket) {
 
 TEST_F(DdsProcess, InsideThereIsNone) {
   StartTwins();
-  std::string yaml = Yaml(true);
+  std::string yaml = YamlWithSocket();
   const std::string enabled = "dds: { enabled: true,";
   yaml.replace(yaml.find(enabled), enabled.size(), enabled + " process: inside,");
   daemon = StartDaemon(yaml);
@@ -218,6 +239,8 @@ TEST_F(DdsProcess, InsideThereIsNone) {
   points_ = Json::parse(map.output)["points"].size();
   EXPECT_TRUE(Eventually([&] { return SeqOf("relay-1", "current_l3").has_value(); }));
   EXPECT_EQ(Process(), 0);
+  SendHostileDatagram(domain());
+  EXPECT_TRUE(Eventually([&] { return Fragments() >= 1; })) << DdsStatus();
 }
 
 }  // namespace

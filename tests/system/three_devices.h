@@ -65,9 +65,10 @@ class ThreeDevices : public Station {
   }
 
   /// Twins, daemon, and every fast and slow value read once.
-  void StartAll(bool dds = false) {
+  void StartAll(bool dds = false) { StartAll(Yaml(dds)); }
+  void StartAll(const std::string& yaml) {
     StartTwins();
-    daemon = StartDaemon(Yaml(dds));
+    daemon = StartDaemon(yaml);
     ASSERT_TRUE(EventuallyFloat(client, kRelayUnit, 0, 1.25F));
     ASSERT_TRUE(EventuallyFloat(client, kRelayUnit, 200, 0.5F));
     ASSERT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
