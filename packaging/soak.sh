@@ -4,6 +4,7 @@
 #        packaging/soak.sh virtual [HOURS]  damage, deaths and echo for 24 hours of virtual time
 #        packaging/soak.sh lag [MILLIONS]   a lagging server, 1000 million exchanges in virtual time: hours
 #        packaging/soak.sh ptys [MINUTES]   10 real minutes each on ptys: all faults; a lagging server. AddressSanitizer
+#        packaging/soak.sh datagrams [MINUTES]  what DDS is let read, fuzzed for 10 minutes from its corpus
 #        packaging/soak.sh fuzz [RUNS]      every fuzz target, 10,000,000 executions each: some hours
 # An existing build of the targets is taken from $BAUDGATE_FUZZ_BUILD.
 set -euo pipefail
@@ -54,6 +55,16 @@ soak_fuzz() {
   fuzz -runs="${1:-10000000}"
 }
 
+# One line: executions, or what was found.
+soak_datagrams() {
+  local minutes=${1:-10}
+  whole "$minutes"
+  build_fuzz
+  say "fuzzing the check of datagrams for $minutes minutes"
+  tests/fuzz/run.sh "${BAUDGATE_FUZZ_BUILD:-build/fuzz}" datagram_check \
+    -max_total_time=$((minutes * 60))
+}
+
 usage() {
   sed -n '2,/^set /{/^#/s/^# //p}' "$0" >&2
   exit 2
@@ -64,6 +75,7 @@ if [ $# = 0 ]; then
   soak_virtual
   soak_lag
   soak_ptys
+  soak_datagrams
   soak_fuzz
   exit
 fi
