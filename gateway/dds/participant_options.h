@@ -14,6 +14,7 @@ struct ParticipantOptions {
   std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0 = all
   bool shared_memory = false;           ///< between processes of one user only
   std::size_t participants = 256;       ///< others in the domain; those beyond are not let in
+  bool types = false;                   ///< learn the types that others announce
 };
 
 }  // namespace baudgate::dds

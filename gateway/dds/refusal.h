@@ -23,8 +23,9 @@ enum class Refusal : std::uint8_t {
   security,           ///< DDS Security is not used here
   participants,       ///< more participants than there is room for
   address,            ///< more participants than one address may announce
+  endpoints,          ///< more readers and writers than a participant may announce
 };
-inline constexpr std::size_t kRefusals = static_cast<std::size_t>(Refusal::address) + 1;
+inline constexpr std::size_t kRefusals = static_cast<std::size_t>(Refusal::endpoints) + 1;
 
 struct RefusalWords {
   std::string_view name;   ///< "fragment", for machines
@@ -47,6 +48,7 @@ inline constexpr std::array<RefusalWords, kRefusals> kRefusalWords{{
     {"security", "DDS Security, which is not used here", "of DDS Security, which is not used here"},
     {"participants", "too many participants", "participants too many"},
     {"address", "too many participants of one address", "participants too many of one address"},
+    {"endpoints", "too many readers and writers", "of too many readers and writers"},
 }};
 static_assert(!kRefusalWords.back().many.empty(), "every reason has words");
 

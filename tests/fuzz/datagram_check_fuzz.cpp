@@ -25,6 +25,11 @@ void CheckOne(DatagramCheck& check, const Bytes& datagram, Sender sender, Instan
     std::copy(edit.bytes.begin(), edit.bytes.end(),
               passed.begin() + static_cast<std::ptrdiff_t>(edit.at));
   }
+  Require(verdict.hidden_count <= verdict.hidden.size(), "what is hidden has room");
+  for (std::size_t i = 0; i < verdict.hidden_count; ++i) {
+    Require(verdict.hidden[i] + 2U <= passed.size(), "what is hidden lies inside");
+    passed[verdict.hidden[i]] = passed[verdict.hidden[i] + 1U] = 0;
+  }
   // Another check knows nothing of what the first one has let in before.
   constexpr std::int64_t kAny = std::int64_t{1} << 62;
   constexpr WindowLimits kEndless{.burst = kAny, .each_second = 1, .first_of_samples = kAny};
@@ -32,7 +37,7 @@ void CheckOne(DatagramCheck& check, const Bytes& datagram, Sender sender, Instan
   const Verdict again = fresh.Check(passed, sender, now);
   Require(again.passes(), again.passes() ? "" : Words(again.reason));
   Require(again.length == passed.size(), "nothing more is left off");
-  Require(again.edit_count == 0, "nothing more is changed");
+  Require(again.edit_count == 0 && again.hidden_count == 0, "nothing more is changed");
 }
 
 }  // namespace

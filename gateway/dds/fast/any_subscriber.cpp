@@ -112,7 +112,8 @@ class AnyReader : public fast::DataReaderListener {
 struct AnySubscriber::Impl final : fast::DomainParticipantListener {
   explicit Impl(AnyCallbacks its_callbacks) : callbacks(std::move(its_callbacks)) {}
 
-  Status Start(const ParticipantOptions& options) {
+  Status Start(ParticipantOptions options) {
+    options.types = true;
     auto made = CreateParticipant(options, this);
     if (!made) return Error{made.error()};
     participant = *made;

@@ -7,6 +7,8 @@
 namespace baudgate::dds {
 namespace {
 
+// What a reader or writer says of itself without its type: Fast DDS needs some 500 bytes.
+constexpr std::size_t kMostOfEndpoint = 8192;
 constexpr std::size_t kMostNumbersInSet = 256;   // RTPS 2.3, 8.3.5.5
 constexpr std::uint8_t kMaker[] = {0x01, 0x0F};  // eProsima: Fast DDS
 
@@ -74,7 +76,11 @@ struct DatagramCheck::Walk {
 };
 
 DatagramCheck::DatagramCheck(const CheckOptions& options)
-    : security_(options.security), participants_(options.participants), window_(options.window) {}
+    : security_(options.security),
+      types_(options.types),
+      participants_(options.participants),
+      window_(options.window),
+      endpoints_(options.endpoints) {}
 
 Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
   Walk walk{.sender = sender, .now = now};
@@ -182,6 +188,9 @@ Refusal DatagramCheck::CheckData(const Submessage& submessage, Walk& walk) {
   // A participant that leaves is named by the hash of its key alone.
   if (*writer == kParticipantWriter && qos.status != 0 && qos.participant) {
     participants_.Left(*qos.participant);
+    endpoints_.ParticipantLeft(*qos.participant);
+  } else if (IsDiscovery(*writer) && qos.status != 0 && qos.endpoint) {
+    endpoints_.Left(*qos.endpoint);
   }
   return Refusal::none;
 }
@@ -205,8 +214,34 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
   const Refusal reason =
       CheckParameters(payload.subspan(kEncapsulation), little, security_, announced);
   if (reason != Refusal::none) return reason;
-  if (writer != kParticipantWriter && reader != kParticipantReader) return Refusal::none;
-  return Admit(announced, submessage.at + at + kEncapsulation, little, key || status != 0, walk);
+  const std::size_t list_at = submessage.at + at + kEncapsulation;
+  if (!types_ && !Hide(announced, list_at, walk.verdict)) return Refusal::parameters;
+  const bool gone = key || status != 0;
+  if (writer != kParticipantWriter && reader != kParticipantReader) {
+    return AdmitEndpoint(announced, gone, walk.now);
+  }
+  return Admit(announced, list_at, little, gone, walk);
+}
+
+/// False: there are more than can be hidden.
+bool DatagramCheck::Hide(const Parameters& announced, std::size_t list_at, Verdict& verdict) {
+  for (std::size_t i = 0; i < announced.type_count; ++i) {
+    if (verdict.hidden_count == verdict.hidden.size()) return false;
+    verdict.hidden[verdict.hidden_count++] =
+        static_cast<std::uint16_t>(list_at + announced.types[i]);
+  }
+  return true;
+}
+
+Refusal DatagramCheck::AdmitEndpoint(const Parameters& announced, bool gone, Instant now) {
+  if (!announced.endpoint) return Refusal::none;
+  if (gone) {
+    endpoints_.Left(*announced.endpoint);
+    return Refusal::none;
+  }
+  if (announced.size - announced.type_bytes > kMostOfEndpoint) return Refusal::parameters;
+  return endpoints_.Announce(*announced.endpoint, participants_, now) ? Refusal::none
+                                                                      : Refusal::endpoints;
 }
 
 Refusal DatagramCheck::Admit(const Parameters& announced, std::size_t list_at, bool little,
@@ -214,6 +249,7 @@ Refusal DatagramCheck::Admit(const Parameters& announced, std::size_t list_at, b
   if (!announced.participant) return Refusal::parameters;
   if (gone) {
     participants_.Left(*announced.participant);
+    endpoints_.ParticipantLeft(*announced.participant);
     return Refusal::none;
   }
   // Without a lease it is 100 s (RTPS 2.3, table 9.14), and 02 00 08 00 FF FF FF 7F … is for ever.

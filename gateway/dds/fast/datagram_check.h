@@ -14,6 +14,7 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
+#include "gateway/dds/fast/endpoint_table.h"
 #include "gateway/dds/fast/participant_table.h"
 #include "gateway/dds/fast/sequence_window.h"
 #include "gateway/dds/refusal.h"
@@ -40,14 +41,20 @@ struct Verdict {
   /// as it announces, and sends to it all the time.
   std::array<Edit, 4> edits{};
   std::size_t edit_count = 0;
+  /// Two bytes each to be overwritten with 0, which makes padding of a parameter: descriptions of
+  /// types, which the library takes apart and keeps although only `watch --any` needs them.
+  std::array<std::uint16_t, 256> hidden{};
+  std::size_t hidden_count = 0;
 
   bool passes() const { return reason == Refusal::none; }
 };
 
 struct CheckOptions {
   bool security = false;  ///< let DDS Security through
+  bool types = false;     ///< let descriptions of types through
   ParticipantLimits participants{};
   WindowLimits window{};
+  EndpointLimits endpoints{};
 };
 
 class DatagramCheck {
@@ -67,6 +74,8 @@ class DatagramCheck {
   Refusal CheckData(const Submessage& submessage, Walk& walk);
   Refusal CheckPayload(const Submessage& submessage, std::size_t at, std::uint32_t reader,
                        std::uint32_t writer, std::uint32_t status, Walk& walk);
+  Refusal AdmitEndpoint(const struct Parameters& announced, bool gone, Instant now);
+  static bool Hide(const struct Parameters& announced, std::size_t list_at, Verdict& verdict);
   Refusal CheckHeartbeat(const Submessage& submessage, Walk& walk);
   Refusal CheckGap(const Submessage& submessage, Walk& walk);
   Refusal Admit(const struct Parameters& announced, std::size_t list_at, bool little, bool gone,
@@ -74,8 +83,10 @@ class DatagramCheck {
   bool Advance(const Walk& walk, std::uint32_t writer, std::int64_t to, std::int64_t skipped);
 
   bool security_;
+  bool types_;
   ParticipantTable participants_;
   SequenceWindow window_;
+  EndpointTable endpoints_;
 };
 
 }  // namespace baudgate::dds

@@ -36,6 +36,9 @@ std::span<std::uint8_t> DatagramGate::LetIn(std::span<std::uint8_t> datagram, Se
   for (std::size_t i = 0; i < verdict.edit_count; ++i) {
     std::ranges::copy(verdict.edits[i].bytes, datagram.subspan(verdict.edits[i].at).begin());
   }
+  for (std::size_t i = 0; i < verdict.hidden_count; ++i) {
+    datagram[verdict.hidden[i]] = datagram[verdict.hidden[i] + 1U] = 0;
+  }
   return datagram.first(verdict.length);
 }
 

@@ -25,9 +25,12 @@ constexpr std::uint16_t kGroupGuid = 0x0052;
 constexpr std::uint16_t kProperties = 0x0059;
 constexpr std::uint16_t kEndpointGuid = 0x005A;
 constexpr std::uint16_t kEntityName = 0x0062;
+constexpr std::uint16_t kTypeId = 0x0069;
 constexpr std::uint16_t kKeyHash = 0x0070;
 constexpr std::uint16_t kStatusInfo = 0x0071;
+constexpr std::uint16_t kTypeObject = 0x0072;
 constexpr std::uint16_t kRepresentation = 0x0073;
+constexpr std::uint16_t kTypeInformation = 0x0075;
 constexpr std::uint16_t kIdentityToken = 0x1001;
 constexpr std::uint16_t kPermissionsToken = 0x1002;
 constexpr std::uint16_t kLastSecurity = 0x1006;
@@ -69,6 +72,10 @@ class Content {
 
 bool IsLocator(std::uint16_t id) {
   return (id >= kFirstLocator && id <= kLastLocator) || id == kMulticastLocator;
+}
+
+bool DescribesType(std::uint16_t id) {
+  return id == kTypeId || id == kTypeObject || id == kTypeInformation;
 }
 
 /// A size that does not depend on its content; 0: it does, or nobody reads it.
@@ -128,6 +135,9 @@ void Note(std::uint16_t id, const RtpsFields& fields, std::size_t at, Parameters
   if (id == kParticipantGuid || id == kKeyHash) {
     // The data speak for themselves; only a dispose names its participant by the key hash.
     if (id == kParticipantGuid || !found.participant) found.participant = PrefixOf(fields.From(0));
+    if (id == kKeyHash && !found.endpoint) found.endpoint = GuidOf(fields.From(0));
+  } else if (id == kEndpointGuid) {
+    found.endpoint = GuidOf(fields.From(0));
   } else if (id == kLease) {
     found.lease_at = at;
     found.lease_seconds = *fields.U32(0);
@@ -160,6 +170,11 @@ Refusal CheckParameters(View list, bool little, bool security, Parameters& found
     const RtpsFields content(*value, little);
     if (!ContentFits(*id, content)) return Refusal::parameters;
     Note(*id, content, at, found);
+    if (DescribesType(*id)) {
+      if (found.type_count == found.types.size()) return Refusal::parameters;
+      found.types[found.type_count++] = at - 4;
+      found.type_bytes += Padded(*length) + 4;
+    }
     at += Padded(*length);
   }
   return Refusal::parameters;

@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "gateway/dds/fast/rtps_fields.h"
@@ -15,8 +16,13 @@ namespace baudgate::dds {
 struct Parameters {
   std::size_t size = 0;  ///< with the sentinel
   std::optional<GuidPrefix> participant;
+  std::optional<Guid> endpoint;
   std::optional<std::size_t> lease_at;
   std::uint32_t lease_seconds = 0;
+  /// Where descriptions of types (XTypes) begin, and how long they are together.
+  std::array<std::size_t, 8> types{};
+  std::size_t type_count = 0;
+  std::size_t type_bytes = 0;
   std::uint32_t status = 0;  ///< bit 0: disposed, bit 1: unregistered
 };
 

@@ -28,8 +28,9 @@ namespace rtps = eprosima::fastdds::rtps;
 
 constexpr int kLastDomain = 232;  // ports of higher domains lie beyond 65535
 constexpr std::uint32_t kSocketBuffer = 4U << 20;
-// Readers, and writers, of one participant that are remembered, whatever their topic.
-constexpr std::size_t kMostEndpoints = 256;
+// Readers, and writers, that are remembered, whatever their topic: 32 for each participant that may
+// be there, all together.
+constexpr std::size_t kEndpointsEach = 32;
 
 // What the library has to say, to standard error: its default is standard output, where it would
 // stand between the JSON lines. Folded, as a hostile packet can make it complain without end.
@@ -98,6 +99,7 @@ Status Check(const ParticipantOptions& options) {
 std::shared_ptr<DatagramGate> GateFor(const ParticipantOptions& options) {
   CheckOptions check;
   check.participants.participants = options.participants;
+  check.types = options.types;
   return std::make_shared<DatagramGate>(
       check, [](const std::string& line) { std::fprintf(stderr, "dds: %s\n", line.c_str()); });
 }
@@ -122,7 +124,7 @@ fast::DomainParticipantQos QosFor(const ParticipantOptions& options) {
   // The library's own limits, should the check ever let more in: our participant is one as well.
   auto& places = qos.allocation();
   places.participants.maximum = options.participants + 1;
-  places.readers.maximum = places.writers.maximum = kMostEndpoints;
+  places.readers.maximum = places.writers.maximum = kEndpointsEach;
   // A crash is noticed after 3 s in place of 20 s.
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = {3, 0};

@@ -32,6 +32,7 @@ class ParticipantTable {
   /// It announces itself, or a discovery server does so for it.
   Refusal Announce(const GuidPrefix& prefix, std::uint32_t address, Duration lease, Instant now);
   void Left(const GuidPrefix& prefix);
+  bool Has(const GuidPrefix& prefix) { return Find(prefix) != nullptr; }
 
   std::size_t size() const { return participants_.size(); }
   const ParticipantLimits& limits() const { return limits_; }

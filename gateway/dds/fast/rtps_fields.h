@@ -81,4 +81,10 @@ inline GuidPrefix PrefixOf(View bytes) {
   return prefix;
 }
 
+inline Guid GuidOf(View bytes) {
+  Guid guid{};
+  std::memcpy(guid.data(), bytes.data(), std::min(bytes.size(), guid.size()));
+  return guid;
+}
+
 }  // namespace baudgate::dds

@@ -89,6 +89,59 @@ TEST(DatagramCheck, DamagedBytesAreNeverReadBeyondTheEnd) {
   }
 }
 
+TEST(DatagramCheck, HidesTypesUnlessTheyAreWanted) {
+  // DATA of discovery: 69 00 04 00 and 72 00 04 00 at 48 and 56 of the datagram.
+  const Bytes bytes = Rtps(
+      "15 05 2C 00 00 00 10 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00 00 03 00 00 "
+      "69 00 04 00 FF FF FF FF 72 00 04 00 EE EE EE EE 01 00 00 00");
+  DatagramCheck check{CheckOptions{}};
+  const Verdict verdict = check.Check(bytes, kPeer, kStart);
+  ASSERT_TRUE(verdict.passes()) << Words(verdict.reason);
+  ASSERT_EQ(verdict.hidden_count, 2U);
+  EXPECT_EQ(verdict.hidden[0], 48);
+  EXPECT_EQ(verdict.hidden[1], 56);
+  DatagramCheck wanting{CheckOptions{.types = true}};
+  EXPECT_EQ(wanting.Check(bytes, kPeer, kStart).hidden_count, 0U);
+}
+
+TEST(DatagramCheck, WhatAnEndpointSaysOfItselfIsBounded) {
+  for (const std::size_t size : {8000U, 9000U}) {
+    Bytes body = *ParseHex(
+        "00 00 10 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00 00 03 00 00 "
+        "5A 00 10 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 00 00 01 02");
+    testing::Append32(body, static_cast<std::uint32_t>(0x2C | (size + 4) << 16));
+    testing::Append32(body, static_cast<std::uint32_t>(size));
+    body.resize(body.size() + size);
+    testing::Append32(body, 1);
+    Bytes bytes = Rtps("");
+    Append(bytes, View(testing::Submessage(0x15, 0x04, body)));
+    EXPECT_EQ(Reason(bytes), size == 8000 ? Refusal::none : Refusal::parameters);
+  }
+}
+
+TEST(DatagramCheck, ReadersAndWritersOfAParticipantAreBounded) {
+  DatagramCheck check{CheckOptions{.endpoints = {.of_participant = 2}}};
+  ASSERT_TRUE(check.Check(Announcement(1), kPeer, kStart).passes());
+  Instant now = kStart;
+  const auto announce = [&](std::uint8_t entity, bool gone = false) {
+    Bytes body = *ParseHex("00 00 10 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00");
+    const Bytes header = Rtps("", 1);
+    if (gone) Append(body, View(*ParseHex("71 00 04 00 00 00 00 03 01 00 00 00")));
+    Append(body, View(*ParseHex("00 03 00 00 5A 00 10 00")));
+    Append(body, View(header).subspan(8));
+    Append(body, View(Bytes{0, 0, entity, 2, 1, 0, 0, 0}));
+    Bytes bytes = header;
+    Append(bytes, View(testing::Submessage(0x15, gone ? 0x06 : 0x04, body)));
+    return check.Check(bytes, kPeer, now += 1s).reason;
+  };
+  EXPECT_EQ(announce(1), Refusal::none);
+  EXPECT_EQ(announce(2), Refusal::none);
+  EXPECT_EQ(announce(3), Refusal::endpoints);
+  EXPECT_EQ(announce(1), Refusal::none) << "it is there already";
+  EXPECT_EQ(announce(1, true), Refusal::none);
+  EXPECT_EQ(announce(3), Refusal::none);
+}
+
 struct Row {
   const char* what;
   Refusal reason;

@@ -25,14 +25,14 @@ LinkOpen AnOpen() {
 constexpr char kOpen[] =
     "01 02 22 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
     "88 13 00 00 1F 00 00 00";
-// 3 subscribers, 1,234 samples, 2^32 refused; 7 participants, 12,345 datagrams; 12 reasons: 38
+// 3 subscribers, 1,234 samples, 2^32 refused; 7 participants, 12,345 datagrams; 13 reasons: 38
 // fragments, 2 participants too many of one address.
 constexpr char kCounts[] =
-    "42 02 81 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 07 00 00 00 39 30 00 "
-    "00 00 00 00 00 0C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 26 "
+    "42 02 89 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 07 00 00 00 39 30 00 "
+    "00 00 00 00 00 0D 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 26 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
-    "00 02 00 00 00 00 00 00 00";
+    "00 02 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00";
 
 TEST(LinkMessage, OpenBothWays) {
   const Bytes packet = EncodeOpen(AnOpen());
@@ -138,7 +138,7 @@ TEST(LinkMessage, EveryTruncationIsRefused) {
   for (std::size_t size = 0; size < 0x22; ++size) {
     EXPECT_FALSE(DecodeOpen(body_of(kOpen, size)).ok()) << size;
   }
-  for (std::size_t size = 0; size < 0x81; ++size) {
+  for (std::size_t size = 0; size < 0x89; ++size) {
     EXPECT_FALSE(DecodeCounts(body_of(kCounts, size)).ok()) << size;
   }
 }
@@ -170,7 +170,7 @@ TEST(LinkMessage, CountsOfOtherReasonsAreRefused) {
   Bytes body = *ParseHex(kCounts);
   body.erase(body.begin(), body.begin() + kLinkHeaderBytes);
   ASSERT_TRUE(DecodeCounts(body).ok());
-  body[32] = 13;
+  body[32] = 14;
   EXPECT_FALSE(DecodeCounts(body).ok());
   body.resize(body.size() + 8);
   EXPECT_FALSE(DecodeCounts(body).ok());
