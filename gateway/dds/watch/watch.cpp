@@ -6,19 +6,20 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <tuple>
 #include <utility>
+#include <variant>
 
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/subscriber.h"
 #include "gateway/dds/watch/mailbox.h"
+#include "gateway/dds/watch/publishers.h"
 #include "gateway/dds/watch/watch_any.h"
+#include "gateway/dds/watch/watch_lines.h"
 
 namespace baudgate {
 namespace {
@@ -28,65 +29,15 @@ constexpr int kExitNotOpened = 4;
 constexpr Duration kSettled = 300ms;
 constexpr Duration kOthersOnly = 2s;
 constexpr Duration kRedraw = 500ms;
+constexpr std::size_t kMostAlarms = 5;
+
+struct Started {
+  dds::GatewaySample sample;
+  dds::PublisherId publisher;
+};
+using Event = std::variant<PointEvent, Started, dds::PublisherId>;  ///< the last one has left
 
 Instant Clock() { return std::chrono::steady_clock::now(); }
-
-struct Event {
-  dds::PointSample sample;
-  std::optional<dds::Gone> gone;
-};
-
-WallTime SourceTime(const dds::PointSample& sample) {
-  return WallTime(Duration(sample.source_time_ns));
-}
-
-Quality QualityOf(const dds::PointSample& sample) {
-  return static_cast<Quality>(sample.quality & 0xFFU);
-}
-
-std::string ValueText(const dds::PointSample& sample) {
-  return sample.text.empty() ? FormatValue(sample.value) : sample.text;
-}
-
-std::string_view GoneText(dds::Gone gone) {
-  return gone == dds::Gone::disposed ? "disposed" : "no_writers";
-}
-
-std::string JsonLine(const Event& event) {
-  const dds::PointSample& sample = event.sample;
-  nlohmann::ordered_json line;
-  line["gateway"] = sample.gateway;
-  line["device"] = sample.device;
-  line["point"] = sample.point;
-  if (event.gone) {
-    line["gone"] = GoneText(*event.gone);
-  } else {
-    if (std::isfinite(sample.value)) {
-      line["value"] = sample.value;
-    } else {
-      line["value"] = nullptr;
-    }
-    if (!sample.text.empty()) line["text"] = sample.text;
-    line["unit"] = sample.unit;
-    line["quality"] = sample.quality;
-    line["quality_text"] = Name(QualityOf(sample));
-    line["source_time"] = nullptr;
-    if (sample.source_time_ns > 0) line["source_time"] = FormatWallTime(SourceTime(sample));
-    line["seq"] = sample.seq;
-    line["rtt_us"] = sample.rtt_us;
-  }
-  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
-
-std::string PlainLine(const Event& event) {
-  const dds::PointSample& sample = event.sample;
-  std::string line = sample.source_time_ns > 0 ? FormatWallTime(SourceTime(sample)) : "-";
-  line += "  " + sample.gateway + "  " + sample.device + "  " + sample.point + "  ";
-  if (event.gone) return Harmless(line + "gone (" + std::string(GoneText(*event.gone)) + ")");
-  line += ValueText(sample);
-  if (!sample.unit.empty()) line += " " + sample.unit;
-  return Harmless(line + "  " + std::string(Name(QualityOf(sample))));
-}
 
 class Watch {
  public:
@@ -100,28 +51,37 @@ class Watch {
     auto subscriber = dds::DdsSubscriber::Create(
         {.participant = {.domain = options_.domain, .interfaces = options_.interfaces}},
         {.on_point =
-             [&](const dds::PointSample& s, const dds::Origin&) {
-               mailbox.Put({s, std::nullopt});
+             [&](const dds::PointSample& sample, const dds::Origin& origin) {
+               mailbox.Put(PointEvent{sample, origin, {}});
              },
          .on_point_gone =
-             [&](const dds::PointSample& s, dds::Gone g) {
-               mailbox.Put({s, g});
+             [&](const dds::PointSample& sample, dds::Gone gone) {
+               mailbox.Put(PointEvent{sample, {}, gone});
              },
          .on_device = {},
          .on_device_gone = {},
+         .on_gateway =
+             [&](const dds::GatewaySample& sample, const dds::Origin& origin) {
+               mailbox.Put(Started{sample, origin.writer.publisher});
+             },
+         .on_gateway_gone = {},
          .on_gateways = {},
-         .on_publisher_left = {},
+         .on_publisher_left = [&](const dds::PublisherId& id) { mailbox.Put(id); },
          .on_rejected = [&](std::uint64_t samples) { rejected = samples; }});
     if (!subscriber) {
       err_ << "watch: " << subscriber.error() << '\n';
       return kExitNotOpened;
     }
+    subscriber_ = subscriber->get();
     const int exit_code = Loop(signals, mailbox);
     mailbox.Close();
     if (const std::uint64_t lost = rejected; lost > 0) {
       err_ << "watch: " << lost
            << " samples were left out: there are too many points to hold; watch "
            << "one domain with fewer gateways\n";
+    }
+    if (const std::string refused = RefusedText(); !refused.empty()) {
+      err_ << "watch: " << refused << '\n';
     }
     return exit_code;
   }
@@ -133,8 +93,12 @@ class Watch {
     for (;;) {
       pollfd waited[] = {{signals.descriptor(), POLLIN, 0}, {mailbox.descriptor(), POLLIN, 0}};
       ::poll(waited, 2, PollTime());
-      for (const Event& event : mailbox.TakeAll()) Take(event);
       const Instant now = Clock();
+      for (const Event& event : mailbox.TakeAll()) {
+        std::visit([&](const auto& it) { Take(it, now); }, event);
+      }
+      publishers_.Tick(now);
+      for (const Remark& remark : publishers_.TakeRemarks()) Tell(remark);
       if ((waited[0].revents & POLLIN) != 0) return kExitDone;
       if (options_.once) {
         if (!image_.empty() && now - last_new_ >= kSettled) return PrintImage();
@@ -158,18 +122,42 @@ class Watch {
            is(options_.point, sample.point);
   }
 
-  void Take(const Event& event) {
+  void Take(const dds::PublisherId& left, Instant) { publishers_.OnLeft(left); }
+
+  void Take(const Started& started, Instant) {
+    if (options_.gateway.empty() || options_.gateway == started.sample.gateway) {
+      publishers_.OnStart(started.sample, started.publisher);
+    }
+  }
+
+  void Take(const PointEvent& event, Instant now) {
     if (!Matches(event.sample)) {
       if (filtered_++ == 0) first_filtered_ = Clock();
       return;
     }
+    if (!event.gone) publishers_.OnSample(event.sample, event.origin, now);
     const Key key{event.sample.gateway, event.sample.device, event.sample.point};
     const bool added = image_.insert_or_assign(key, event).second;
     if (added) last_new_ = Clock();
     if (!options_.once && !Live()) Print(event);
   }
 
-  void Print(const Event& event) {
+  /// The live table has the alarms at its foot; who publishes is only news beside plain lines.
+  void Tell(const Remark& remark) {
+    if (Live()) return;
+    const bool streams_text = !options_.once && !options_.json;
+    if (remark.weight == Remark::Weight::note && !streams_text) return;
+    err_ << Harmless("watch: " + remark.text) << std::endl;
+  }
+
+  std::string RefusedText() const {
+    const std::uint64_t refused = subscriber_->counters().refused;
+    if (refused == 0) return {};
+    return std::to_string(refused) +
+           " samples were left out: longer than the contract allows, or in an unknown encoding";
+  }
+
+  void Print(const PointEvent& event) {
     out_ << (options_.json ? JsonLine(event) : PlainLine(event)) << '\n';
   }
 
@@ -212,11 +200,26 @@ class Watch {
     // The window may have been resized since.
     if (const auto current = TerminalView(STDOUT_FILENO)) view = *current;
     if (view.height > 0) --view.height;  // the cursor rests on the last line
+    const std::string foot = Foot(view);
     const std::string text = image_.empty() ? "waiting for a gateway in DDS domain " +
                                                   std::to_string(options_.domain) + " on " +
                                                   Interfaces() + " ...\n"
                                             : RenderPoints(Rows(), view);
-    out_ << OverwriteScreen(text);
+    out_ << OverwriteScreen(text + foot);
+  }
+
+  /// Takes its lines from the height of the table above.
+  std::string Foot(TableView& view) const {
+    std::vector<std::string> lines = publishers_.Alarms();
+    if (lines.size() > kMostAlarms) lines.resize(kMostAlarms);
+    if (const std::string refused = RefusedText(); !refused.empty()) lines.push_back(refused);
+    std::string text;
+    for (const std::string& line : lines) {
+      text +=
+          (view.colour ? "\x1b[31m" : "") + Harmless(line) + (view.colour ? "\x1b[0m" : "") + "\n";
+    }
+    if (view.height > 0) view.height -= std::min(lines.size(), view.height - 1);
+    return text;
   }
 
   /// Of `once`: silence lasts longer than hearing others, who show that the way is good.
@@ -261,7 +264,9 @@ class Watch {
   const WatchOptions& options_;
   std::ostream& out_;
   std::ostream& err_;
-  std::map<Key, Event> image_;
+  std::map<Key, PointEvent> image_;
+  Publishers publishers_;
+  const dds::DdsSubscriber* subscriber_ = nullptr;
   std::uint64_t filtered_ = 0;
   Instant first_filtered_{};
   Instant started_{};

@@ -16,6 +16,7 @@
 #include "gateway/dds/publisher.h"
 #include "gateway/dds/watch/watch_any.h"
 #include "tests/gateway/dds/fixture.h"
+#include "tests/gateway/dds/raw_writer.h"
 
 namespace baudgate {
 namespace {
@@ -111,6 +112,7 @@ TEST_F(WatchTest, JsonLinesAreWhole) {
   EXPECT_EQ(number["quality"], 0xC0);
   EXPECT_EQ(number["seq"], 1);
   EXPECT_FALSE(number.contains("text"));
+  EXPECT_TRUE(number["writer"].get<std::string>().starts_with("01.0f.")) << number["writer"];
   const auto text = nlohmann::json::parse(lines[1]);
   EXPECT_TRUE(text["value"].is_null());
   EXPECT_EQ(text["text"], "SPCJ\x1b 4D29");
@@ -195,6 +197,45 @@ TEST_F(WatchTest, OtherOutputsGetPlainLines) {
   EXPECT_EQ(watched.exit_code, 0);
   EXPECT_THAT(watched.out, HasSubstr("substation-7  feeder-0  p0  2.5 A  good\n"));
   EXPECT_THAT(watched.out, Not(HasSubstr("\x1b")));
+}
+
+/// Another one that publishes under the gateway's name.
+class Impostor {
+ public:
+  void Publish(const std::string& value) {
+    dds::PointSample sample;
+    sample.gateway = "substation-7", sample.device = "feeder-0", sample.point = "p0";
+    sample.text = value, sample.quality = 0xC0, sample.seq = 2;
+    ASSERT_TRUE(writer_.ok()) << writer_.error();
+    EXPECT_EQ((*writer_)->Write(sample), dds::Sent::yes);
+  }
+
+ private:
+  Result<std::unique_ptr<dds::SampleWriter>> writer_ =
+      dds::CreateFastWriter(dds::testing::TestSubscriber().participant, 1, 1);
+};
+
+TEST_F(WatchTest, TwoLiveWritersOfOnePointAreAnAlarm) {
+  Impostor impostor;
+  impostor.Publish("false");
+  WatchOptions options = Options();
+  options.terminal = TableView{.width = 0, .height = 24, .colour = true};
+  const Watched table = RunUntilSeen(options, "ALARM");
+  EXPECT_THAT(table.out, HasSubstr("feeder-0 p0 has two live writers, 01.0f."));
+}
+
+TEST_F(WatchTest, PlainLinesNameThePublisherOnce) {
+  const Watched watched = RunUntilSeen(Options(), "feeder-0  p0");
+  EXPECT_THAT(watched.err, HasSubstr("watch: gateway substation-7 is published by 01.0f."));
+}
+
+TEST_F(WatchTest, WhatCanNotBeReadIsCountedInWords) {
+  dds::testing::RawWriter writer(dds::kPointTopic, "baudgate::v1::PointSample");
+  ASSERT_TRUE(writer.Write(Bytes{0, 3, 0, 0}));
+  WatchOptions options = Options();
+  options.terminal = TableView{.width = 80, .height = 24, .colour = false};
+  const Watched watched = RunUntilSeen(options, "samples were left out");
+  EXPECT_THAT(watched.err, HasSubstr("watch: 1 samples were left out: longer"));
 }
 
 TEST_F(WatchTest, EndsCleanlyAtASignal) {

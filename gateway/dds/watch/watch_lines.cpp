@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/watch/watch_lines.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "gateway/base/shown.h"
+
+namespace baudgate {
+namespace {
+
+std::string_view GoneText(dds::Gone gone) {
+  return gone == dds::Gone::disposed ? "disposed" : "no_writers";
+}
+
+}  // namespace
+
+WallTime SourceTime(const dds::PointSample& sample) {
+  return WallTime(Duration(sample.source_time_ns));
+}
+
+Quality QualityOf(const dds::PointSample& sample) {
+  return static_cast<Quality>(sample.quality & 0xFFU);
+}
+
+std::string ValueText(const dds::PointSample& sample) {
+  return sample.text.empty() ? FormatValue(sample.value) : sample.text;
+}
+
+std::string JsonLine(const PointEvent& event) {
+  const dds::PointSample& sample = event.sample;
+  nlohmann::ordered_json line;
+  line["gateway"] = sample.gateway;
+  line["device"] = sample.device;
+  line["point"] = sample.point;
+  if (event.gone) {
+    line["gone"] = GoneText(*event.gone);
+  } else {
+    if (std::isfinite(sample.value)) {
+      line["value"] = sample.value;
+    } else {
+      line["value"] = nullptr;
+    }
+    if (!sample.text.empty()) line["text"] = sample.text;
+    line["unit"] = sample.unit;
+    line["quality"] = sample.quality;
+    line["quality_text"] = Name(QualityOf(sample));
+    line["source_time"] = nullptr;
+    if (sample.source_time_ns > 0) line["source_time"] = FormatWallTime(SourceTime(sample));
+    line["seq"] = sample.seq;
+    line["rtt_us"] = sample.rtt_us;
+    line["writer"] = Text(event.origin.writer);
+  }
+  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+std::string PlainLine(const PointEvent& event) {
+  const dds::PointSample& sample = event.sample;
+  std::string line = sample.source_time_ns > 0 ? FormatWallTime(SourceTime(sample)) : "-";
+  line += "  " + sample.gateway + "  " + sample.device + "  " + sample.point + "  ";
+  if (event.gone) return Harmless(line + "gone (" + std::string(GoneText(*event.gone)) + ")");
+  line += ValueText(sample);
+  if (!sample.unit.empty()) line += " " + sample.unit;
+  return Harmless(line + "  " + std::string(Name(QualityOf(sample))));
+}
+
+}  // namespace baudgate
