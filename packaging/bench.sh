@@ -1,15 +1,26 @@
 #!/usr/bin/env bash
 # Measures the figures of docs/performance.md on this machine, each as a ratio in one run.
-# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [harm] [image]    all without arguments; a quarter of an hour
+# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [harm] [image] [participants]    all but the last without arguments; a quarter of an hour
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
 
 install_packages
-build bench baudgate_bench baudgate_dds_bench
+build bench baudgate_bench baudgate_dds_bench baudgate baudgate-dds
 say "measuring; keep the machine quiet meanwhile"
+dds=()
+others=()
 for part in "$@"; do
-  [ "$part" != image ] || build/release/baudgate_dds_bench image
+  case $part in
+    image | participants) dds+=("$part") ;;
+    *) others+=("$part") ;;
+  esac
 done
-[ "$*" = image ] || build/release/baudgate_bench "$@"
-[ $# != 0 ] || build/release/baudgate_dds_bench image
+[ $# != 0 ] || dds=(image)
+[ $# != 0 ] && [ ${#others[@]} = 0 ] || build/release/baudgate_bench "${others[@]}"
+for part in "${dds[@]}"; do
+  case $part in
+    image) build/release/baudgate_dds_bench image ;;
+    participants) build/release/baudgate_dds_bench participants build/release/baudgate "${SUBSCRIBERS:-20}" ;;
+  esac
+done

@@ -19,7 +19,9 @@ double ProcessorOf(pid_t process);
 long ResidentOf(pid_t process);
 
 void RunImage();
+void RunParticipants(const std::string& baudgate, int count);
 
 int BeLateSubscriber(const std::vector<std::string>& words);
+int BeSubscribers(const std::vector<std::string>& words);
 
 }  // namespace baudgate::bench

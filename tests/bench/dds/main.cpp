@@ -1,4 +1,5 @@
-// What Fast DDS costs with many points and many subscribers: baudgate_dds_bench image.
+// What Fast DDS costs with many points and many subscribers: baudgate_dds_bench image, or
+// baudgate_dds_bench participants BAUDGATE COUNT.
 // SPDX-License-Identifier: Apache-2.0
 #include <signal.h>
 #include <sys/prctl.h>
@@ -63,7 +64,11 @@ int main(int argc, char** argv) {
   const std::vector<std::string> words(argv + 1, argv + argc);
   const std::string part = words.empty() ? "" : words.front();
   if (part == "be-late-subscriber") return bench::BeLateSubscriber(words);
+  if (part == "be-subscribers") return bench::BeSubscribers(words);
+  if (part == "participants" && words.size() == 3) {
+    return bench::RunParticipants(words[1], std::stoi(words[2])), 0;
+  }
   if (part == "image") return bench::RunImage(), 0;
-  std::fprintf(stderr, "usage: baudgate_dds_bench image\n");
+  std::fprintf(stderr, "usage: baudgate_dds_bench image | participants BAUDGATE COUNT\n");
   return 2;
 }
