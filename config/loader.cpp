@@ -22,7 +22,7 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   if (root.kind() != YamlNode::Kind::map) return config;
   if (const auto node = map.Get("gateway")) context.pace = ReadGateway(*node, config, problems);
   const auto modbus = map.Get("modbus");
-  if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, problems);
+  if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, context);
   if (const auto node = map.Need("lines", "[ { name: bay-1, port: /dev/ttyUSB0, … } ]")) {
     config.lines = ReadLines(*node, context);
   }

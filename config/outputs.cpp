@@ -4,6 +4,7 @@
 #include <array>
 
 #include "config/checks/name_checks.h"
+#include "config/dds_security.h"
 #include "config/listeners.h"
 #include "config/model/network.h"
 #include "config/routes.h"
@@ -89,8 +90,9 @@ Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadCont
   return modbus;
 }
 
-Dds ReadDds(const YamlNode& node, Problems& problems) {
+Dds ReadDds(const YamlNode& node, LoadContext& context) {
   Dds dds;
+  Problems& problems = context.problems;
   MapReader map(node, "dds", problems);
   Assign(dds.enabled, map.Flag("enabled"));
   Assign(dds.process, map.OneOf("process", kProcesses));
@@ -113,6 +115,9 @@ Dds ReadDds(const YamlNode& node, Problems& problems) {
                      "interfaces: the list is empty and shared_memory is off: "
                      "nobody could be reached; write [127.0.0.1]");
     }
+  }
+  if (const auto security = map.Get("security")) {
+    dds.security = ReadDdsSecurity(*security, context);
   }
   map.Finish();
   return dds;

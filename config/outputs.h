@@ -17,6 +17,6 @@ Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems);
 Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadContext& context);
 /// What applies where there is no `modbus:` at all: loopback, port 1502.
 Modbus DefaultModbus();
-Dds ReadDds(const YamlNode& node, Problems& problems);
+Dds ReadDds(const YamlNode& node, LoadContext& context);
 
 }  // namespace baudgate::config

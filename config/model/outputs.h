@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "config/model/dds_security.h"
 #include "config/model/listener.h"
 #include "config/model/route.h"
 #include "gateway/base/time.h"
@@ -30,6 +31,7 @@ struct Dds {
   bool shared_memory = false;
   Process process = Process::own;
   Duration heartbeat = std::chrono::seconds(10);  ///< every point is published at least so often
+  DdsSecurity security;
 };
 
 }  // namespace baudgate::config

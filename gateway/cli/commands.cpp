@@ -14,6 +14,7 @@
 #include "gateway/cli/client/trace.h"
 #include "gateway/cli/live/demo.h"
 #include "gateway/cli/live/run.h"
+#include "gateway/cli/offline/certs.h"
 #include "gateway/cli/offline/check.h"
 #include "gateway/cli/offline/decode.h"
 #include "gateway/cli/offline/map.h"
@@ -64,6 +65,21 @@ void AddCheck(CLI::App& app, Action& action) {
     action = [=](const auto& catalog) {
       return RunCheck(*file, catalog, std::cout, std::cerr, *json);
     };
+  });
+}
+
+void AddCerts(CLI::App& app, Action& action) {
+  auto* certs = app.add_subcommand("certs", "Make certificates");
+  certs->require_subcommand(1);
+  auto* command = certs->add_subcommand("dds", "An authority and identities for DDS Security");
+  auto options = std::make_shared<CertsOptions>();
+  command->add_option("DIR", options->directory, "Folder, made where it is missing")->required();
+  command->add_option("--gateway", options->gateways, "Name of a gateway; may be repeated")
+      ->take_all();
+  command->add_option("--subscribers", options->subscribers, "How many subscribers")
+      ->check(CLI::Range(0, 100));
+  command->callback([options, &action] {
+    action = [options](const auto&) { return RunCerts(*options, std::cout, std::cerr); };
   });
 }
 
@@ -245,6 +261,7 @@ void AddInUse(CLI::App& app, Action& action, const char* name, const char* help,
 void AddCommands(CLI::App& app, Action& action) {
   AddRun(app, action);
   AddCheck(app, action);
+  AddCerts(app, action);
   AddMap(app, action);
   AddWatch(app, action);
   AddSimulate(app, action);

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "config/model/dds_security.h"
+
 namespace baudgate::dds {
 
 struct ParticipantOptions {
@@ -15,6 +17,7 @@ struct ParticipantOptions {
   bool shared_memory = false;           ///< between processes of one user only
   std::size_t participants = 256;       ///< others in the domain; those beyond are not let in
   bool types = false;                   ///< learn the types that others announce
+  config::DdsSecurity security{};
 };
 
 }  // namespace baudgate::dds

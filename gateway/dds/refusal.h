@@ -24,8 +24,11 @@ enum class Refusal : std::uint8_t {
   participants,       ///< more participants than there is room for
   address,            ///< more participants than one address may announce
   endpoints,          ///< more readers and writers than a participant may announce
+  secured,            ///< DDS Security that is cut short or lies about a length inside
+  clear_text,         ///< not protected, where the governance protects all messages
+  handshakes,         ///< more messages of handshakes than there is time for
 };
-inline constexpr std::size_t kRefusals = static_cast<std::size_t>(Refusal::endpoints) + 1;
+inline constexpr std::size_t kRefusals = static_cast<std::size_t>(Refusal::handshakes) + 1;
 
 struct RefusalWords {
   std::string_view name;   ///< "fragment", for machines
@@ -49,6 +52,10 @@ inline constexpr std::array<RefusalWords, kRefusals> kRefusalWords{{
     {"participants", "too many participants", "participants too many"},
     {"address", "too many participants of one address", "participants too many of one address"},
     {"endpoints", "too many readers and writers", "of too many readers and writers"},
+    {"secured", "broken DDS Security", "of broken DDS Security"},
+    {"clear_text", "clear text, which the governance forbids",
+     "in clear text, which the governance forbids"},
+    {"handshakes", "too many handshakes", "of handshakes too many"},
 }};
 static_assert(!kRefusalWords.back().many.empty(), "every reason has words");
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "config/loader.h"
 #include "config/model/network.h"
 #include "tests/config/fake_protocol.h"
@@ -77,6 +79,38 @@ TEST(Outputs, DdsKeys) {
   EXPECT_EQ(dds.heartbeat, 2s);
   EXPECT_EQ(dds.process, config::Dds::Process::inside);
   EXPECT_EQ(Good("dds: { domain: 1 }").dds.process, config::Dds::Process::own);
+}
+
+TEST(Outputs, DdsSecurity) {
+  const auto here = [](const std::string& path) {
+    return (std::filesystem::current_path() / path).lexically_normal().string();
+  };
+  EXPECT_FALSE(Good("dds: { domain: 1 }").dds.security.on());
+  const auto folder = Good("dds: { security: /etc/baudgate/dds }").dds.security;
+  EXPECT_EQ(folder.ca, "/etc/baudgate/dds/ca.pem");
+  EXPECT_EQ(folder.identity, "/etc/baudgate/dds/identity.pem");
+  EXPECT_EQ(folder.key, "/etc/baudgate/dds/key.pem");
+  EXPECT_EQ(folder.governance, "/etc/baudgate/dds/governance.p7s");
+  EXPECT_EQ(folder.permissions, "/etc/baudgate/dds/permissions.p7s");
+  EXPECT_EQ(folder.signer(), folder.ca);
+  const auto files = Good(
+                         "dds: { security: { ca: c.pem, permissions_ca: /p.pem, identity: i.pem, "
+                         "key: ../k.pem, password_file: w, governance: g, permissions: p } }")
+                         .dds.security;
+  EXPECT_EQ(files.ca, here("c.pem")) << "relative to the configuration, and absolute";
+  EXPECT_EQ(files.key, here("../k.pem"));
+  EXPECT_EQ(files.password_file, here("w"));
+  EXPECT_EQ(files.signer(), "/p.pem");
+  EXPECT_EQ(Shown(LoadOutputs("dds: { security: { ca: c, identity: i, governance: g, permissions: "
+                              "p, cert: x } }")
+                      .problems),
+            "t.yaml:1:18: error: security: 'key' is missing; write for example key: "
+            "/etc/baudgate/dds/key.pem\n"
+            "t.yaml:1:70: error: security: unknown key 'cert'; allowed: ca, permissions_ca, "
+            "identity, key, password_file, governance, permissions\n");
+  EXPECT_EQ(Shown(LoadOutputs("dds: { security: /" + std::string(255, 'x') + " }").problems)
+                .substr(0, 40),
+            "t.yaml:1:18: error: security: '/xxxxxxxx");
 }
 
 TEST(Outputs, OneSentenceEach) {

@@ -9,7 +9,8 @@ namespace {
 
 using namespace dds;
 
-void CheckOne(DatagramCheck& check, const Bytes& datagram, Sender sender, Instant now) {
+void CheckOne(DatagramCheck& check, Secured security, const Bytes& datagram, Sender sender,
+              Instant now) {
   const Verdict verdict = check.Check(datagram, sender, now);
   Require(check.participants() <= 4, "there are never more participants than places");
   if (!verdict.passes()) {
@@ -33,7 +34,7 @@ void CheckOne(DatagramCheck& check, const Bytes& datagram, Sender sender, Instan
   // Another check knows nothing of what the first one has let in before.
   constexpr std::int64_t kAny = std::int64_t{1} << 62;
   constexpr WindowLimits kEndless{.burst = kAny, .each_second = 1, .first_of_samples = kAny};
-  DatagramCheck fresh{CheckOptions{.security = true, .participants = {}, .window = kEndless}};
+  DatagramCheck fresh{CheckOptions{.security = security, .participants = {}, .window = kEndless}};
   const Verdict again = fresh.Check(passed, sender, now);
   Require(again.passes(), again.passes() ? "" : Words(again.reason));
   Require(again.length == passed.size(), "nothing more is left off");
@@ -46,7 +47,9 @@ void CheckOne(DatagramCheck& check, const Bytes& datagram, Sender sender, Instan
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace baudgate::fuzz;
   Input input(data, size);
-  const bool security = (input.U8() & 1) != 0;
+  // As before of one bit; the second demands it.
+  const int options = input.U8() & 3;
+  const auto security = static_cast<baudgate::dds::Secured>(options == 3 ? 2 : options & 1);
   baudgate::dds::DatagramCheck check{baudgate::dds::CheckOptions{
       .security = security, .participants = {.participants = 4, .of_address = 3}, .window = {}}};
   baudgate::Instant now = baudgate::Instant(std::chrono::hours(1));
@@ -57,7 +60,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     now += std::chrono::milliseconds(input.U8());
     const baudgate::View piece = input.Take(length);
     // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
-    CheckOne(check, baudgate::Bytes(piece.begin(), piece.end()), sender, now);
+    CheckOne(check, security, baudgate::Bytes(piece.begin(), piece.end()), sender, now);
   }
   return 0;
 }

@@ -6,6 +6,7 @@
 
 #include "config/loader.h"
 #include "gateway/base/shown.h"
+#include "gateway/cli/offline/security_problems.h"
 #include "gateway/cli/offline/unit_table.h"
 #include "gateway/cli/terminal/text_table.h"
 
@@ -121,13 +122,14 @@ std::vector<std::string> Row(const config::Device& device) {
           device.enabled ? "" : "disabled"};
 }
 
-void PrintSummary(const config::Config& config, std::ostream& out) {
+void PrintSummary(const config::Config& config, const std::string& security, std::ostream& out) {
   out << "gateway " << config.name << '\n';
   if (!config.modbus.enabled) out << "modbus off\n";
   for (const config::Listener& listener : config.modbus.listen) {
     if (config.modbus.enabled) PrintListener(listener, out);
   }
   out << "dds " << Describe(config.dds) << '\n';
+  if (!security.empty()) out << "  security   " << security << '\n';
   for (const config::Line& line : config.lines) {
     out << '\n' << Describe(line) << '\n';
     if (line.devices.empty()) continue;
@@ -220,7 +222,9 @@ void PrintProblems(const std::vector<config::Problem>& problems, std::ostream& e
 
 int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostream& out,
              std::ostream& err, bool json) {
-  const config::Loaded loaded = config::LoadFile(file, catalog);
+  config::Loaded loaded = config::LoadFile(file, catalog);
+  std::string security;
+  if (loaded.ok()) security = CheckDdsSecurity(loaded.config, ReadClocks().wall, loaded.problems);
   if (json) {
     Json result = {{"file", file}, {"ok", loaded.ok()}, {"problems", ToJson(loaded.problems)}};
     if (loaded.ok()) result["summary"] = ToJson(loaded.config);
@@ -235,7 +239,7 @@ int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostre
     return kBadConfiguration;
   }
   PrintVerdict(file, loaded, out);
-  PrintSummary(loaded.config, out);
+  PrintSummary(loaded.config, security, out);
   return kUsable;
 }
 

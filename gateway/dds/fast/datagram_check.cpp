@@ -20,11 +20,15 @@ constexpr std::uint8_t kKey = 0x08;
 constexpr std::uint8_t kNoTimestamp = 0x02;
 
 // Encapsulations of a payload (10.5).
+constexpr std::uint16_t kCdrBig = 0x0000;
+constexpr std::uint16_t kCdrLittle = 0x0001;
 constexpr std::uint16_t kParametersBig = 0x0002;
 constexpr std::uint16_t kParametersLittle = 0x0003;
 constexpr std::size_t kEncapsulation = 4;
 
 bool IsDiscovery(std::uint32_t entity) {
+  // FF 00 03 C2 is the encrypted form of 00 00 03 C2 (DDS Security 1.1, 7.4.6).
+  if (entity >> 24 == 0xFF) entity &= 0x00FFFFFF;
   return entity == kParticipantWriter || entity == kParticipantReader ||
          entity == kPublicationsWriter || entity == kPublicationsReader ||
          entity == kSubscriptionsWriter || entity == kSubscriptionsReader;
@@ -72,6 +76,7 @@ struct DatagramCheck::Walk {
   Instant now{};
   GuidPrefix source{};
   bool by_maker = false;
+  SecuredOrder order{};
   Verdict verdict{};
 };
 
@@ -103,13 +108,16 @@ Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
     if (length > datagram.size() - at - 4) return refused(Refusal::length);
     const bool is_last = length == 0 && id != kPad && id != kInfoTimestamp;
     if (is_last) length = datagram.size() - at - 4;
-    if (id >= kFirstVendor) {
+    if (id >= kFirstVendor && !walk.order.open()) {
       // 80 01 38 00 …: statistics with a number below the one before end Fast DDS 2.9
       if (!vendors_only) walk.verdict.length = at;
       vendors_only = true;
     } else {
       if (vendors_only && walk.by_maker) return refused(Refusal::vendor_submessage);
       vendors_only = false;
+      if (security_ != Secured::off && !walk.order.Next(id, at == kRtpsHeader)) {
+        return refused(Refusal::secured);
+      }
       walk.verdict.length = datagram.size();
       const Submessage submessage{id, flags, at + 4,
                                   RtpsFields(datagram.subspan(at + 4, length), header.little()),
@@ -121,11 +129,28 @@ Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
     at += 4 + ((length + 3) & ~std::size_t{3});
     if (is_last) break;
   }
+  if (!walk.order.complete()) return refused(Refusal::secured);
   return walk.verdict;
+}
+
+/// Whether this may stand in a datagram without protection: what a participant and its handshake
+/// need before there are keys.
+bool DatagramCheck::MayBeClear(const Submessage& submessage, const Walk& walk) const {
+  if (security_ != Secured::demanded || walk.order.inside()) return true;
+  if (submessage.id != kData && submessage.id != kHeartbeat && submessage.id != kGap &&
+      submessage.id != kAckNack) {
+    return true;
+  }
+  const std::size_t at = submessage.id == kData ? 4 : 0;
+  const auto reader = submessage.body.Entity(at);
+  const auto writer = submessage.body.Entity(at + 4);
+  return reader && writer && (*writer == kParticipantWriter || *writer == kHandshakeWriter) &&
+         (*reader == 0 || *reader == kParticipantReader || *reader == kHandshakeReader);
 }
 
 Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk) {
   const RtpsFields& body = submessage.body;
+  if (!MayBeClear(submessage, walk)) return Refusal::clear_text;
   switch (submessage.id) {
     case kData:
       return CheckData(submessage, walk);
@@ -153,10 +178,9 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
       walk.source = PrefixOf(body.From(8));
       return Refusal::none;
     default:
-      if (!security_ && submessage.id >= kFirstSecured && submessage.id <= kLastSecured) {
-        return Refusal::security;
-      }
-      return Refusal::none;
+      if (submessage.id < kFirstSecured || submessage.id > kLastSecured) return Refusal::none;
+      if (security_ == Secured::off) return Refusal::security;
+      return SecuredFits(submessage.id, body) ? Refusal::none : Refusal::secured;
   }
 }
 
@@ -177,7 +201,8 @@ Refusal DatagramCheck::CheckData(const Submessage& submessage, Walk& walk) {
   if (*to_qos < 16 || at > body.size()) return Refusal::data;
   Parameters qos;
   if ((submessage.flags & kInlineQos) != 0) {
-    const Refusal reason = CheckParameters(body.From(at), body.little(), security_, qos);
+    const Refusal reason =
+        CheckParameters(body.From(at), body.little(), security_ != Secured::off, qos);
     if (reason != Refusal::none) return reason;
     at += qos.size;
   }
@@ -204,6 +229,9 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
     const bool little = (kind & 1) != 0;
     return IsLivelinessMessage(payload, little) ? Refusal::none : Refusal::parameters;
   }
+  if (security_ != Secured::off && (writer == kHandshakeWriter || reader == kHandshakeReader)) {
+    return CheckHandshake(payload, kind, walk);
+  }
   // The library asks which reader is meant, not which writer it came from.
   if (!IsDiscovery(writer) && !IsDiscovery(reader)) return Refusal::none;
   // Key-only data of 16 bytes and fewer are a bare GUID.
@@ -211,8 +239,8 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
   if (kind != kParametersBig && kind != kParametersLittle) return Refusal::parameters;
   Parameters announced;
   const bool little = kind == kParametersLittle;
-  const Refusal reason =
-      CheckParameters(payload.subspan(kEncapsulation), little, security_, announced);
+  const Refusal reason = CheckParameters(payload.subspan(kEncapsulation), little,
+                                         security_ != Secured::off, announced);
   if (reason != Refusal::none) return reason;
   const std::size_t list_at = submessage.at + at + kEncapsulation;
   if (!types_ && !Hide(announced, list_at, walk.verdict)) return Refusal::parameters;
@@ -242,6 +270,13 @@ Refusal DatagramCheck::AdmitEndpoint(const Parameters& announced, bool gone, Ins
   if (announced.size - announced.type_bytes > kMostOfEndpoint) return Refusal::parameters;
   return endpoints_.Announce(*announced.endpoint, participants_, now) ? Refusal::none
                                                                       : Refusal::endpoints;
+}
+
+Refusal DatagramCheck::CheckHandshake(View payload, std::uint16_t kind, const Walk& walk) {
+  const bool little = kind == kCdrLittle || kind == kParametersLittle;
+  if (!little && kind != kCdrBig && kind != kParametersBig) return Refusal::secured;
+  if (!IsGenericMessage(payload.subspan(kEncapsulation), little)) return Refusal::secured;
+  return handshakes_.Take(walk.sender.address, walk.now) ? Refusal::none : Refusal::handshakes;
 }
 
 Refusal DatagramCheck::Admit(const Parameters& announced, std::size_t list_at, bool little,

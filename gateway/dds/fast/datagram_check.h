@@ -16,6 +16,7 @@
 #include "gateway/base/time.h"
 #include "gateway/dds/fast/endpoint_table.h"
 #include "gateway/dds/fast/participant_table.h"
+#include "gateway/dds/fast/secured_check.h"
 #include "gateway/dds/fast/sequence_window.h"
 #include "gateway/dds/refusal.h"
 
@@ -50,8 +51,8 @@ struct Verdict {
 };
 
 struct CheckOptions {
-  bool security = false;  ///< let DDS Security through
-  bool types = false;     ///< let descriptions of types through
+  Secured security = Secured::off;
+  bool types = false;  ///< let descriptions of types through
   ParticipantLimits participants{};
   WindowLimits window{};
   EndpointLimits endpoints{};
@@ -76,17 +77,21 @@ class DatagramCheck {
                        std::uint32_t writer, std::uint32_t status, Walk& walk);
   Refusal AdmitEndpoint(const struct Parameters& announced, bool gone, Instant now);
   static bool Hide(const struct Parameters& announced, std::size_t list_at, Verdict& verdict);
+  Refusal CheckHandshake(View payload, std::uint16_t kind, const Walk& walk);
   Refusal CheckHeartbeat(const Submessage& submessage, Walk& walk);
   Refusal CheckGap(const Submessage& submessage, Walk& walk);
   Refusal Admit(const struct Parameters& announced, std::size_t list_at, bool little, bool gone,
                 Walk& walk);
   bool Advance(const Walk& walk, std::uint32_t writer, std::int64_t to, std::int64_t skipped);
 
-  bool security_;
+  bool MayBeClear(const Submessage& submessage, const Walk& walk) const;
+
+  const Secured security_;
   bool types_;
   ParticipantTable participants_;
   SequenceWindow window_;
   EndpointTable endpoints_;
+  HandshakeBudget handshakes_;
 };
 
 }  // namespace baudgate::dds

@@ -193,7 +193,10 @@ Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions&
   if (!participant) return Error{participant.error()};
   auto writer = std::make_unique<FastWriter>(*participant);
   if (!writer->Open(points, devices)) {
-    return Error{"dds: no writer for " + std::to_string(points) + " points could be made"};
+    return Error{"dds: no writer for " + std::to_string(points) + " points could be made" +
+                 (options.security.on() ? "; do " + options.security.permissions +
+                                              " let this gateway publish baudgate/*?"
+                                        : "")};
   }
   return std::unique_ptr<SampleWriter>(std::move(writer));
 }
@@ -204,8 +207,9 @@ Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& con
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     points += store.device(device).points.size();
   }
-  return CreateFastWriter({config.dds.domain, config.dds.interfaces, config.dds.shared_memory},
-                          points, store.device_count());
+  ParticipantOptions options{config.dds.domain, config.dds.interfaces, config.dds.shared_memory};
+  options.security = config.dds.security;
+  return CreateFastWriter(options, points, store.device_count());
 }
 
 }  // namespace baudgate::dds

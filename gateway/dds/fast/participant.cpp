@@ -19,6 +19,7 @@
 
 #include "gateway/base/time.h"
 #include "gateway/dds/fast/checked_transport.h"
+#include "gateway/dds/fast/participant_security.h"
 
 namespace baudgate::dds {
 namespace {
@@ -96,17 +97,20 @@ Status Check(const ParticipantOptions& options) {
   return {};
 }
 
-std::shared_ptr<DatagramGate> GateFor(const ParticipantOptions& options) {
+std::shared_ptr<DatagramGate> GateFor(const ParticipantOptions& options, Secured security) {
   CheckOptions check;
+  check.security = security;
   check.participants.participants = options.participants;
   check.types = options.types;
   return std::make_shared<DatagramGate>(
       check, [](const std::string& line) { std::fprintf(stderr, "dds: %s\n", line.c_str()); });
 }
 
-fast::DomainParticipantQos QosFor(const ParticipantOptions& options) {
+Result<fast::DomainParticipantQos> QosFor(const ParticipantOptions& options) {
   fast::DomainParticipantQos qos;
   qos.name("baudgate");
+  const auto security = AddSecurity(options.security, ReadClocks().wall, qos.properties());
+  if (!security) return Error{security.error()};
   auto& transport = qos.transport();
   transport.use_builtin_transports = false;
   auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
@@ -114,7 +118,7 @@ fast::DomainParticipantQos QosFor(const ParticipantOptions& options) {
   udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
   if (!MeansAll(options.interfaces)) udp->interfaceWhiteList = options.interfaces;
   transport.user_transports.push_back(
-      std::make_shared<CheckedTransportDescriptor>(udp, GateFor(options)));
+      std::make_shared<CheckedTransportDescriptor>(udp, GateFor(options, *security)));
   if (options.shared_memory) {
     auto memory = std::make_shared<rtps::SharedMemTransportDescriptor>();
     memory->segment_size(8U << 20);
@@ -139,10 +143,16 @@ Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& opt
   PrepareProcessOnce();
   if (const Status status = Check(options); !status) return Error{status.error()};
   try {
+    const auto qos = QosFor(options);
+    if (!qos) return Error{qos.error()};
     auto* participant = fast::DomainParticipantFactory::get_instance()->create_participant(
-        static_cast<fast::DomainId_t>(options.domain), QosFor(options), listener,
-        fast::StatusMask::none());
+        static_cast<fast::DomainId_t>(options.domain), *qos, listener, fast::StatusMask::none());
     if (participant != nullptr) return participant;
+    if (options.security.on()) {
+      return Error{"dds: security: no participant could be made in domain " +
+                   std::to_string(options.domain) + "; do " + options.security.governance +
+                   " and " + options.security.permissions + " name this domain?"};
+    }
     return Error{"dds: no participant could be made in domain " + std::to_string(options.domain) +
                  "; are UDP ports from " + std::to_string(7400 + 250 * options.domain) + " free?"};
   } catch (const std::exception& failure) {

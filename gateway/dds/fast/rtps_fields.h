@@ -42,6 +42,8 @@ inline constexpr std::uint32_t kSubscriptionsWriter = 0x000004C2;
 inline constexpr std::uint32_t kSubscriptionsReader = 0x000004C7;
 inline constexpr std::uint32_t kLivelinessWriter = 0x000200C2;
 inline constexpr std::uint32_t kLivelinessReader = 0x000200C7;
+inline constexpr std::uint32_t kHandshakeWriter = 0x000201C3;  // DDS Security 1.1, 7.4.5
+inline constexpr std::uint32_t kHandshakeReader = 0x000201C4;
 
 /// Numbers of one submessage or one encapsulated list.
 class RtpsFields {

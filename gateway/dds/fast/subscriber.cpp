@@ -100,7 +100,12 @@ Result<std::unique_ptr<DdsSubscriber>> DdsSubscriber::Create(const SubscriberOpt
   auto participant = CreateParticipant(options.participant);
   if (!participant) return Error{participant.error()};
   auto impl = std::make_unique<Impl>(*participant, std::move(callbacks));
-  if (!impl->Open(options.max_instances)) return Error{"dds: no readers could be made"};
+  if (!impl->Open(options.max_instances)) {
+    const auto& security = options.participant.security;
+    return Error{
+        std::string("dds: no readers could be made") +
+        (security.on() ? "; do " + security.permissions + " let subscribe baudgate/*?" : "")};
+  }
   return std::unique_ptr<DdsSubscriber>(new DdsSubscriber(std::move(impl)));
 }
 

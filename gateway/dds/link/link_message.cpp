@@ -2,6 +2,7 @@
 #include "gateway/dds/link/link_message.h"
 
 #include <algorithm>
+#include <array>
 #include <string_view>
 
 #include "gateway/base/shown.h"
@@ -13,10 +14,13 @@ namespace {
 constexpr std::size_t kMostInterfaces = 64;
 constexpr std::size_t kMaxAddress = 45;  // of an IPv6 address as text
 constexpr std::size_t kMaxSentence = 1000;
+constexpr std::size_t kMaxPath = 255;  // whose length is one byte
+constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
 constexpr int kLastDomain = 232;
 
-static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 8 <=
+static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 8 + 1 +
+                  kSecurityFiles * (1 + kMaxPath) <=
               kMaxLinkMessage);
 static_assert(kLinkHeaderBytes + kPointSampleMaxBytes <= kMaxLinkMessage);
 
@@ -82,6 +86,30 @@ class Fields {
   bool good_ = true;
 };
 
+/// In the order of the wire.
+template <typename Security>
+auto FilesOf(Security& security) {
+  return std::array{&security.ca,         &security.permissions_ca, &security.identity,
+                    &security.key,        &security.password_file,  &security.governance,
+                    &security.permissions};
+}
+
+/// How many files there are, and their paths: 00 for none.
+void PutSecurity(Bytes& to, const config::DdsSecurity& security) {
+  to.push_back(security.on() ? kSecurityFiles : 0);
+  if (!security.on()) return;
+  for (const std::string* file : FilesOf(security)) PutText(to, file->substr(0, kMaxPath));
+}
+
+/// False: another number of files than ours.
+bool TakeSecurity(Fields& fields, config::DdsSecurity& security) {
+  const auto count = fields.Number<std::uint8_t>();
+  if (count == 0) return true;
+  if (count != kSecurityFiles) return false;
+  for (std::string* file : FilesOf(security)) *file = fields.Text(kMaxPath);
+  return security.on();
+}
+
 template <typename Sample>
 std::size_t EncodeAny(LinkKind kind, const Sample& sample, std::span<std::uint8_t> to) {
   if (to.size() < kMaxLinkMessage) return 0;
@@ -107,6 +135,7 @@ Bytes EncodeOpen(const LinkOpen& open) {
   }
   Put(body, open.points);
   Put(body, open.devices);
+  PutSecurity(body, open.participant.security);
   return Packet(LinkKind::open, body);
 }
 
@@ -171,8 +200,9 @@ Result<LinkOpen> DecodeOpen(View body) {
   }
   open.points = fields.Number<std::uint32_t>();
   open.devices = fields.Number<std::uint32_t>();
-  if (!fields.AllTaken() || domain > kLastDomain || shared_memory > 1 ||
-      open.points > kMostInstances || open.devices > kMostInstances) {
+  if (!TakeSecurity(fields, open.participant.security) || !fields.AllTaken() ||
+      domain > kLastDomain || shared_memory > 1 || open.points > kMostInstances ||
+      open.devices > kMostInstances) {
     return damaged;
   }
   open.participant.domain = static_cast<int>(domain);

@@ -24,7 +24,7 @@ namespace baudgate::dds {
 inline constexpr std::uint8_t kLinkVersion = 2;
 inline constexpr std::size_t kLinkHeaderBytes = 4;
 /// No message is longer; a packet that is longer is refused.
-inline constexpr std::size_t kMaxLinkMessage = 4096;
+inline constexpr std::size_t kMaxLinkMessage = 8192;
 
 enum class LinkKind : std::uint8_t {
   // From the daemon.

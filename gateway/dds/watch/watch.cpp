@@ -49,7 +49,7 @@ class Watch {
     Mailbox<Event> mailbox;
     std::atomic<std::uint64_t> rejected = 0;
     auto subscriber = dds::DdsSubscriber::Create(
-        {.participant = {.domain = options_.domain, .interfaces = options_.interfaces}},
+        {.participant = ParticipantOf(options_)},
         {.on_point =
              [&](const dds::PointSample& sample, const dds::Origin& origin) {
                mailbox.Put(PointEvent{sample, origin, {}});
@@ -275,6 +275,14 @@ class Watch {
 };
 
 }  // namespace
+
+dds::ParticipantOptions ParticipantOf(const WatchOptions& options) {
+  dds::ParticipantOptions participant;
+  participant.domain = options.domain;
+  participant.interfaces = options.interfaces;
+  if (!options.security.empty()) participant.security = config::SecurityIn(options.security);
+  return participant;
+}
 
 int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err) {
   return options.any ? RunWatchAny(options, out, err) : Watch(options, out, err).Run();

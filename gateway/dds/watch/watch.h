@@ -10,12 +10,14 @@
 
 #include "gateway/base/time.h"
 #include "gateway/cli/terminal/live_table.h"
+#include "gateway/dds/fast/participant.h"
 
 namespace baudgate {
 
 struct WatchOptions {
   int domain = 0;
   std::vector<std::string> interfaces = {"127.0.0.1"};
+  std::string security;             ///< a folder as of config::SecurityIn; empty: without
   bool once = false;                ///< print the image when it is whole, then end
   bool any = false;                 ///< every topic whose type is announced, whoever publishes it
   bool json = false;                ///< one JSON object a line for each sample
@@ -27,6 +29,9 @@ struct WatchOptions {
   std::optional<TableView> terminal;
   Duration first_sample_timeout = 10s;  ///< of `once`
 };
+
+/// Where to listen, and with which files.
+dds::ParticipantOptions ParticipantOf(const WatchOptions& options);
 
 /// Ends at SIGINT and SIGTERM as well. Returns the exit code: 0, or 4 when nothing can be heard.
 int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err);

@@ -74,8 +74,7 @@ int RunWatchAny(const WatchOptions& options, std::ostream& out, std::ostream& er
     const std::string what = why.empty() ? "is read" : "is not read: " + why;
     mailbox.Put({Harmless("watch: topic " + topic + " (" + type + ") " + what), true});
   };
-  const auto subscriber = dds::AnySubscriber::Create(
-      {.domain = options.domain, .interfaces = options.interfaces}, {on_sample, on_topic});
+  const auto subscriber = dds::AnySubscriber::Create(ParticipantOf(options), {on_sample, on_topic});
   if (!subscriber) {
     err << "watch: " << subscriber.error() << '\n';
     return kExitNotOpened;

@@ -10,6 +10,8 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
   command->add_option("--domain", options.domain, "DDS domain")->check(CLI::Range(0, 232));
   command->add_option("--interface", options.interfaces, "Addresses to listen on")
       ->capture_default_str();
+  command->add_option("--security", options.security,
+                      "Folder with ca.pem, identity.pem, key.pem, governance.p7s, permissions.p7s");
   auto* once = command->add_flag("--once", options.once, "Print the values once, then end");
   command->add_flag("--any", options.any, "Every topic whose type is announced, one line a sample")
       ->excludes(once);

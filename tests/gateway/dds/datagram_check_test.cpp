@@ -258,7 +258,8 @@ TEST(DatagramCheck, NamesWhatIsWrongInDiscovery) {
 
 TEST(DatagramCheck, SecurityIsCheckedWhenItIsOn) {
   const auto reason = [](std::string_view further) {
-    DatagramCheck check{CheckOptions{.security = true, .participants = {}, .window = {}}};
+    DatagramCheck check{
+        CheckOptions{.security = Secured::allowed, .participants = {}, .window = {}}};
     return check.Check(Announcement(1, 20, further), kPeer, kStart).reason;
   };
   EXPECT_EQ(reason("01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 00 00 00 00 00"), Refusal::none);
@@ -267,6 +268,94 @@ TEST(DatagramCheck, SecurityIsCheckedWhenItIsOn) {
   EXPECT_EQ(reason("01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 00 FF FF FF FF"),
             Refusal::parameters)
       << "and binary ones";
+}
+
+constexpr char kHeader20[] = "00 00 00 02 00 00 00 01 00 00 00 02 00 00 00 03 00 00 00 04 ";
+
+TEST(DatagramCheck, SecuredSubmessagesStandInTheirOrder) {
+  const std::string header = kHeader20;
+  const std::string mac = "11 11 11 11 11 11 11 11 11 11 11 11 11 11 11 11 ";
+  const std::string srtps_prefix = "33 01 14 00 " + header;
+  const std::string prefix = "31 01 14 00 " + header;
+  const std::string body = "30 01 08 00 00 00 00 04 AA BB CC DD ";
+  const std::string srtps_postfix = "34 01 14 00 " + mac + "00 00 00 00 ";
+  const std::string postfix = "32 01 14 00 " + mac + "00 00 00 00 ";
+  const std::string heartbeat =
+      "07 01 1C 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00 00 00 00 00 01 00 00 00 01 00 "
+      "00 00 ";
+  const auto reason = [](const std::string& hex, Secured security = Secured::demanded) {
+    DatagramCheck check{CheckOptions{.security = security, .participants = {}, .window = {}}};
+    return check.Check(Rtps(hex), kPeer, kStart).reason;
+  };
+  for (const std::string& right :
+       {srtps_prefix + body + srtps_postfix, prefix + body + postfix,
+        srtps_prefix + prefix + body + postfix + srtps_postfix, prefix + heartbeat + postfix,
+        srtps_prefix + heartbeat + heartbeat + srtps_postfix,
+        prefix + body + postfix + prefix + body + postfix,
+        "0E 01 0C 00 00 00 00 00 00 00 00 00 00 00 00 00 " + prefix + body + postfix}) {
+    EXPECT_EQ(reason(right), Refusal::none) << right;
+    EXPECT_EQ(reason(right, Secured::off), Refusal::security) << right;
+  }
+  for (const std::string& wrong :
+       {srtps_prefix,
+        srtps_prefix + body,
+        body,
+        postfix,
+        srtps_postfix,
+        prefix,
+        prefix + body,
+        prefix + postfix,
+        prefix + body + body + postfix,
+        prefix + prefix + body + postfix,
+        prefix + body + heartbeat + postfix,
+        heartbeat + srtps_prefix + body + srtps_postfix,
+        srtps_prefix + srtps_prefix + body + srtps_postfix,
+        srtps_prefix + body + srtps_postfix + body,
+        srtps_prefix + prefix + srtps_postfix,
+        "33 01 10 00 " + header.substr(12) + body + srtps_postfix,
+        srtps_prefix + "30 01 08 00 00 00 00 05 AA BB CC DD " + srtps_postfix,
+        srtps_prefix + "30 01 08 00 FF FF FF FF AA BB CC DD " + srtps_postfix,
+        srtps_prefix + body + "34 01 14 00 " + mac + "00 00 00 01 ",
+        srtps_prefix + body + "34 01 14 00 " + mac + "FF FF FF FF "}) {
+    EXPECT_EQ(reason(wrong, Secured::allowed), Refusal::secured) << wrong;
+  }
+  // Fast DDS ends each datagram with statistics, protected or not.
+  const std::string statistics = "80 01 04 00 00 00 00 00 ";
+  EXPECT_EQ(reason(srtps_prefix + body + srtps_postfix + statistics), Refusal::none);
+  EXPECT_EQ(reason(srtps_prefix + heartbeat + statistics + srtps_postfix), Refusal::none);
+  EXPECT_EQ(reason(statistics + heartbeat), Refusal::vendor_submessage);
+  EXPECT_EQ(reason(heartbeat), Refusal::clear_text);
+  EXPECT_EQ(reason(heartbeat, Secured::allowed), Refusal::none);
+}
+
+/// `count` is how many tokens it claims.
+Bytes HandshakeMessage(std::string_view count) {
+  std::string hex = "00 00 10 00 00 02 01 C4 00 02 01 C3 00 00 00 00 01 00 00 00 00 01 00 00 ";
+  for (int i = 0; i < 96; ++i) hex += "00 ";
+  hex += "05 00 00 00 61 75 74 68 00 00 00 00 " + std::string(count);
+  hex +=
+      "02 00 00 00 61 00 00 00 00 00 00 00 01 00 00 00 02 00 00 00 63 00 00 00 "
+      "04 00 00 00 DE AD BE EF ";
+  Bytes bytes = Rtps("");
+  Append(bytes, View(testing::Submessage(0x15, 0x04, *ParseHex(hex))));
+  return bytes;
+}
+
+TEST(DatagramCheck, HandshakesAreBoundedInLengthAndRate) {
+  DatagramCheck check{
+      CheckOptions{.security = Secured::demanded, .participants = {}, .window = {}}};
+  EXPECT_EQ(check.Check(HandshakeMessage("02 00 00 00 "), kPeer, kStart).reason, Refusal::secured);
+  EXPECT_EQ(check.Check(HandshakeMessage("FF FF FF 0F "), kPeer, kStart).reason, Refusal::secured);
+  const Bytes right = HandshakeMessage("01 00 00 00 ");
+  int passed = 0;
+  while (passed < 1000 && check.Check(right, kPeer, kStart).passes()) ++passed;
+  EXPECT_EQ(passed, 256);
+  EXPECT_EQ(check.Check(right, kPeer, kStart).reason, Refusal::handshakes);
+  EXPECT_TRUE(check.Check(right, {kPeer.address + 1, 40000}, kStart).passes());
+  EXPECT_TRUE(check.Check(right, kPeer, kStart + 20ms).passes());
+  for (std::uint32_t i = 0; i < 1000; ++i) check.Check(right, {i, 40000}, kStart);
+  EXPECT_EQ(check.Check(right, {5000, 40000}, kStart).reason, Refusal::handshakes)
+      << "all addresses together";
 }
 
 TEST(DatagramCheck, NoWriterOfDiscoveryJumpsFar) {
@@ -297,7 +386,7 @@ TEST(DatagramCheck, ALongLeaseIsShortened) {
 
 TEST(DatagramCheck, CountsWhoIsThere) {
   DatagramCheck check{
-      CheckOptions{.security = false, .participants = {.participants = 3}, .window = {}}};
+      CheckOptions{.security = Secured::off, .participants = {.participants = 3}, .window = {}}};
   for (std::uint16_t number = 1; number <= 3; ++number) {
     EXPECT_EQ(check.Check(Announcement(number), kPeer, kStart).reason, Refusal::none);
   }

@@ -23,16 +23,17 @@ LinkOpen AnOpen() {
 }
 
 constexpr char kOpen[] =
-    "01 02 22 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
-    "88 13 00 00 1F 00 00 00";
-// 3 subscribers, 1,234 samples, 2^32 refused; 7 participants, 12,345 datagrams; 13 reasons: 38
+    "01 02 23 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
+    "88 13 00 00 1F 00 00 00 00";
+// 3 subscribers, 1,234 samples, 2^32 refused; 7 participants, 12,345 datagrams; 16 reasons: 38
 // fragments, 2 participants too many of one address.
 constexpr char kCounts[] =
-    "42 02 89 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 07 00 00 00 39 30 00 "
-    "00 00 00 00 00 0D 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 26 "
+    "42 02 A1 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 07 00 00 00 39 30 00 "
+    "00 00 00 00 00 10 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 26 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
-    "00 02 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00";
+    "00 02 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
+    "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00";
 
 TEST(LinkMessage, OpenBothWays) {
   const Bytes packet = EncodeOpen(AnOpen());
@@ -48,6 +49,38 @@ TEST(LinkMessage, OpenBothWays) {
   EXPECT_TRUE(open->participant.shared_memory);
   EXPECT_EQ(open->points, 5000U);
   EXPECT_EQ(open->devices, 31U);
+}
+
+TEST(LinkMessage, OpenWithSecurityBothWays) {
+  LinkOpen open = AnOpen();
+  open.participant.security = config::SecurityIn("/etc/d");
+  open.participant.security.permissions_ca = "/etc/p.pem";
+  open.participant.security.password_file = std::string(255, 'p');
+  const Bytes packet = EncodeOpen(open);
+  const auto back = DecodeOpen(ParseLink(packet)->body);
+  ASSERT_TRUE(back.ok()) << back.error();
+  const config::DdsSecurity& files = back->participant.security;
+  EXPECT_EQ(files.ca, "/etc/d/ca.pem");
+  EXPECT_EQ(files.permissions_ca, "/etc/p.pem");
+  EXPECT_EQ(files.identity, "/etc/d/identity.pem");
+  EXPECT_EQ(files.key, "/etc/d/key.pem");
+  EXPECT_EQ(files.password_file, std::string(255, 'p'));
+  EXPECT_EQ(files.governance, "/etc/d/governance.p7s");
+  EXPECT_EQ(files.permissions, "/etc/d/permissions.p7s");
+  const View body = ParseLink(packet)->body;
+  for (std::size_t size = 0; size < body.size(); ++size) {
+    EXPECT_FALSE(DecodeOpen(body.first(size)).ok()) << size;
+  }
+  // Never open to everybody by a damaged list: another number, or no identity.
+  Bytes six = packet;
+  six[4 + 35 - 1] = 6;
+  EXPECT_FALSE(DecodeOpen(ParseLink(six)->body).ok());
+  open.participant.security = {};
+  Bytes none = EncodeOpen(open);
+  none.back() = 7;
+  for (int i = 0; i < 7; ++i) none.push_back(0);
+  none[2] = static_cast<std::uint8_t>(none.size() - 4);
+  EXPECT_FALSE(DecodeOpen(ParseLink(none)->body).ok());
 }
 
 TEST(LinkMessage, CountsBothWays) {
