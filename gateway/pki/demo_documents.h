@@ -11,7 +11,7 @@ namespace baudgate::pki {
 
 enum class Part { publish, subscribe };
 
-/// Everything encrypted, for all domains; of topics baudgate/* alone.
+/// Everything encrypted, for the domains 0 to 230; of topics baudgate/* alone.
 std::string Governance();
 /// `name` is the CN of the identity.
 std::string Permissions(const std::string& name, Part part, WallTime from, WallTime until);

@@ -104,9 +104,8 @@ TEST(Outputs, DdsSecurity) {
   EXPECT_EQ(Shown(LoadOutputs("dds: { security: { ca: c, identity: i, governance: g, permissions: "
                               "p, cert: x } }")
                       .problems),
-            "t.yaml:1:18: error: security: 'key' is missing; write for example key: "
-            "/etc/baudgate/dds/key.pem\n"
-            "t.yaml:1:70: error: security: unknown key 'cert'; allowed: ca, permissions_ca, "
+            "t.yaml:1:18: error: security needs 'key'; for example key: /etc/baudgate/dds/key.pem\n"
+            "t.yaml:1:71: error: unknown key 'cert' in security; allowed: ca, permissions_ca, "
             "identity, key, password_file, governance, permissions\n");
   EXPECT_EQ(Shown(LoadOutputs("dds: { security: /" + std::string(255, 'x') + " }").problems)
                 .substr(0, 40),

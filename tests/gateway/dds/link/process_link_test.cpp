@@ -161,7 +161,7 @@ TEST_F(ProcessLinkAtASocket, WhatIsWrongEndsTheLinkAndTheNextOneIsWelcome) {
     const char* reason;
   } kWrong[] = {
       {Bytes(3, 0x41), "sent a message of 3 bytes"},
-      {Bytes(5000, 0x41), "sent a message that is too long"},
+      {Bytes(kMaxLinkMessage + 1, 0x41), "sent a message that is too long"},
       {EncodeBare(LinkKind::end), "sent a message that is not its to send"},
       {*ParseHex("42 02 01 00 00"), "sent damaged counts"},
       {*ParseHex("40 01 00 00"), "sent a message of version 1"},
