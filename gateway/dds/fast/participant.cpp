@@ -151,7 +151,8 @@ Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& opt
     if (options.security.on()) {
       return Error{"dds: security: no participant could be made in domain " +
                    std::to_string(options.domain) + "; do " + options.security.governance +
-                   " and " + options.security.permissions + " name this domain?"};
+                   " and " + options.security.permissions +
+                   " name this domain, and have the permissions begun, by local time?"};
     }
     return Error{"dds: no participant could be made in domain " + std::to_string(options.domain) +
                  "; are UDP ports from " + std::to_string(7400 + 250 * options.domain) + " free?"};
