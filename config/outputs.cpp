@@ -4,6 +4,7 @@
 #include <array>
 
 #include "config/checks/name_checks.h"
+#include "config/dds_peers.h"
 #include "config/dds_security.h"
 #include "config/listeners.h"
 #include "config/model/network.h"
@@ -18,7 +19,8 @@ constexpr std::size_t kMostListeners = 64;
 constexpr std::size_t kMostRoutes = 256;
 constexpr std::size_t kMostInterfaces = 64;
 constexpr std::size_t kLongestSocketPath = 107;  // what sockaddr_un takes, without the last zero
-constexpr int kLastDomain = 232;                 // beyond, DDS would compute ports above 65535
+constexpr std::size_t kLongestProfilesPath = 255;
+constexpr int kLastDomain = 232;  // beyond, DDS would compute ports above 65535
 constexpr std::array<Word<Dds::Process>, 2> kProcesses = {
     {{"own", Dds::Process::own}, {"inside", Dds::Process::inside}}};
 
@@ -118,6 +120,12 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
   }
   if (const auto security = map.Get("security")) {
     dds.security = ReadDdsSecurity(*security, context);
+  }
+  ReadDdsPeers(map, dds, problems);
+  dds.profiles = ReadAbsolutePath(map, "profiles", "/etc/baudgate/dds.xml");
+  if (dds.profiles.size() > kLongestProfilesPath) {
+    problems.Error(map.MarkOf("profiles"), "profiles: the path is too long; at most " +
+                                               std::to_string(kLongestProfilesPath) + " bytes");
   }
   map.Finish();
   return dds;

@@ -29,6 +29,8 @@ struct Dds {
   int domain = 0;  ///< 0…232
   std::vector<std::string> interfaces = {"127.0.0.1"};
   bool shared_memory = false;
+  std::vector<std::string> peers;  ///< IPv4 addresses, asked beside multicast
+  std::string profiles;            ///< absolute path of XML QoS profiles; empty: none
   Process process = Process::own;
   Duration heartbeat = std::chrono::seconds(10);  ///< every point is published at least so often
   DdsSecurity security;

@@ -25,8 +25,7 @@ void Log(log::Level level, const std::string& line) { log::Write(level, "dds: " 
 dds::LinkOpen OpenFor(const config::Config& config, const PointStore& store) {
   dds::LinkOpen open;
   open.gateway = config.name;
-  open.participant = {config.dds.domain, config.dds.interfaces, config.dds.shared_memory};
-  open.participant.security = config.dds.security;
+  open.participant = dds::ParticipantOf(config.dds);
   open.devices = store.device_count();
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     open.points += static_cast<std::uint32_t>(store.device(device).points.size());

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "config/model/dds_security.h"
+#include "config/model/outputs.h"
 
 namespace baudgate::dds {
 
@@ -17,7 +17,17 @@ struct ParticipantOptions {
   bool shared_memory = false;           ///< between processes of one user only
   std::size_t participants = 256;       ///< others in the domain; those beyond are not let in
   bool types = false;                   ///< learn the types that others announce
+
+  /// IPv4 addresses that are asked beside the multicast group.
+  std::vector<std::string> peers{};
+  std::string profiles{};  ///< path of a file with XML QoS profiles; empty: none
   config::DdsSecurity security{};
 };
+
+/// Where they are read and where they pass.
+inline constexpr std::size_t kMostPeers = 64;
+
+/// As the configuration has it.
+ParticipantOptions ParticipantOf(const config::Dds& dds);
 
 }  // namespace baudgate::dds

@@ -71,11 +71,13 @@ TEST(Outputs, SwitchedOff) {
 TEST(Outputs, DdsKeys) {
   const auto dds = Good(
                        "dds: { domain: 7, interfaces: [10.0.0.1, \"::1\"], shared_memory: true, "
-                       "heartbeat: 2s, process: inside }")
+                       "heartbeat: 2s, process: inside, peers: [10.0.0.7], profiles: /etc/d.xml }")
                        .dds;
   EXPECT_EQ(dds.domain, 7);
   EXPECT_EQ(dds.interfaces, (std::vector<std::string>{"10.0.0.1", "::1"}));
   EXPECT_TRUE(dds.shared_memory);
+  EXPECT_EQ(dds.peers, std::vector<std::string>{"10.0.0.7"});
+  EXPECT_EQ(dds.profiles, "/etc/d.xml");
   EXPECT_EQ(dds.heartbeat, 2s);
   EXPECT_EQ(dds.process, config::Dds::Process::inside);
   EXPECT_EQ(Good("dds: { domain: 1 }").dds.process, config::Dds::Process::own);
@@ -147,6 +149,15 @@ TEST(Outputs, OneSentenceEach) {
       {"dds: { interfaces: [] }",
        "20: error: interfaces: the list is empty and shared_memory is off: nobody could be "
        "reached; write [127.0.0.1]"},
+      {"dds: { peers: [plant] }",
+       "16: error: peers: 'plant' is not the IPv4 address of a machine; write for example "
+       "10.0.0.7"},
+      {"dds: { peers: [10.0.0.7] }",
+       "16: warning: peers: 10.0.0.7 is not reached from interfaces, which has only loopback; add "
+       "this machine's address in that network"},
+      {"dds: { profiles: d.xml }",
+       "18: error: profiles: 'd.xml' is not an absolute path; write for example "
+       "/etc/baudgate/dds.xml"},
       {"dds: { heartbeat: 10 }",
        "19: error: heartbeat: '10' has no unit; write for example 10ms or 10s"},
   };

@@ -98,6 +98,9 @@ std::string Describe(const config::Dds& dds) {
   std::string text = "domain " + std::to_string(dds.domain) + " on " +
                      Joined(dds.interfaces, [](const std::string& address) { return address; });
   if (dds.shared_memory) text += dds.interfaces.empty() ? "shared memory" : " and shared memory";
+  const auto same = [](const std::string& one) { return one; };
+  if (!dds.peers.empty()) text += ", peers " + Joined(dds.peers, same);
+  if (!dds.profiles.empty()) text += ", profiles of " + dds.profiles;
   return text + "; topics baudgate/points, baudgate/devices, baudgate/gateways";
 }
 

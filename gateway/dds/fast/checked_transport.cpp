@@ -41,6 +41,8 @@ rtps::TransportDescriptorInterface* CheckedTransport::get_configuration() { retu
 bool CheckedTransport::send(SenderResource* below, const octet* bytes, std::uint32_t size,
                             LocatorsIterator* to, LocatorsIterator* to_end,
                             const std::chrono::steady_clock::time_point& timeout) {
+  // The transport below counts datagrams by address, which two threads at once end in an assertion.
+  const std::lock_guard lock(sending_);
   return below->send(bytes, size, to, to_end, timeout);
 }
 

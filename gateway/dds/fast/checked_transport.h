@@ -1,5 +1,5 @@
 // A transport of Fast DDS that hands on only what gateway/dds/fast/datagram_gate.h lets in. What is
-// sent goes through untouched.
+// sent goes through untouched, one datagram at a time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,6 +7,7 @@
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 
 #include <memory>
+#include <mutex>
 
 #include "gateway/dds/fast/datagram_gate.h"
 
@@ -42,6 +43,7 @@ class CheckedTransport : public eprosima::fastdds::rtps::ChainingTransport {
 
  private:
   CheckedTransportDescriptor descriptor_;
+  std::mutex sending_;
 };
 
 }  // namespace baudgate::dds

@@ -243,7 +243,10 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
                                          security_ != Secured::off, announced);
   if (reason != Refusal::none) return reason;
   const std::size_t list_at = submessage.at + at + kEncapsulation;
-  if (!types_ && !Hide(announced, list_at, walk.verdict)) return Refusal::parameters;
+  // What is signed would not be what was signed any more.
+  if (!types_ && !walk.order.inside() && !Hide(announced, list_at, walk.verdict)) {
+    return Refusal::parameters;
+  }
   const bool gone = key || status != 0;
   if (writer != kParticipantWriter && reader != kParticipantReader) {
     return AdmitEndpoint(announced, gone, walk.now);

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "gateway/dds/fast/participant.h"
+#include "gateway/dds/fast/qos_profiles.h"
 #include "gateway/dds/fast/types.h"
 
 namespace baudgate::dds {
@@ -59,8 +60,14 @@ Duration_t Seconds(Duration duration) {
 
 // All limits together: Fast DDS takes 10 instances by default, and fewer samples than instances
 // times samples per instance make no writer at all.
-fast::DataWriterQos WriterQos(std::size_t room) {
+fast::DataWriterQos WriterQos(std::size_t room, const fast::Publisher& publisher,
+                              const char* topic) {
+  const fast::DataWriterQos fresh;
   fast::DataWriterQos qos;
+  UseProfile(publisher, topic, qos);
+  // The rest holds above what a profile has set, apart from the heartbeat.
+  qos.data_sharing() = fresh.data_sharing();
+  qos.resource_limits() = fresh.resource_limits();
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
   qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
@@ -69,7 +76,8 @@ fast::DataWriterQos WriterQos(std::size_t room) {
   qos.resource_limits().max_instances = limit;
   qos.resource_limits().max_samples = limit;
   qos.resource_limits().max_samples_per_instance = 1;
-  qos.reliable_writer_qos().times.heartbeatPeriod = Seconds(100ms);
+  auto& heartbeat = qos.reliable_writer_qos().times.heartbeatPeriod;
+  if (heartbeat == fresh.reliable_writer_qos().times.heartbeatPeriod) heartbeat = Seconds(100ms);
   return qos;
 }
 
@@ -100,8 +108,9 @@ class TopicWriters {
     auto* topic = participant.create_topic(name, support.get_type_name(), fast::TOPIC_QOS_DEFAULT);
     if (topic == nullptr) return false;
     while (writers_.size() < WritersFor(instances)) {
-      auto* writer = publisher.create_datawriter(topic, WriterQos(RoomFor(instances)),
-                                                 writers_.empty() ? listener : nullptr);
+      auto* writer =
+          publisher.create_datawriter(topic, WriterQos(RoomFor(instances), publisher, name),
+                                      writers_.empty() ? listener : nullptr);
       if (writer == nullptr) return false;
       writers_.push_back(writer);
     }
@@ -207,9 +216,7 @@ Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& con
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     points += store.device(device).points.size();
   }
-  ParticipantOptions options{config.dds.domain, config.dds.interfaces, config.dds.shared_memory};
-  options.security = config.dds.security;
-  return CreateFastWriter(options, points, store.device_count());
+  return CreateFastWriter(ParticipantOf(config.dds), points, store.device_count());
 }
 
 }  // namespace baudgate::dds

@@ -20,6 +20,9 @@
 #include "gateway/base/time.h"
 #include "gateway/dds/fast/checked_transport.h"
 #include "gateway/dds/fast/participant_security.h"
+#include "gateway/dds/fast/peers.h"
+#include "gateway/dds/fast/qos_profiles.h"
+#include "gateway/dds/fast/shared_memory_rest.h"
 
 namespace baudgate::dds {
 namespace {
@@ -58,6 +61,9 @@ void PrepareProcessOnce() {
   std::call_once(once, [] {
     // Else a DEFAULT_FASTRTPS_PROFILES.xml in the working directory is obeyed silently.
     ::setenv("SKIP_DEFAULT_XML_FILE", "1", 1);
+    // And these would stand above the configuration.
+    ::unsetenv("FASTRTPS_DEFAULT_PROFILES_FILE");
+    ::unsetenv("ROS_DISCOVERY_SERVER");
     fast::Log::ClearConsumers();
     fast::Log::RegisterConsumer(std::make_unique<FoldedLog>());
     fast::Log::SetVerbosity(fast::Log::Kind::Error);
@@ -106,17 +112,19 @@ std::shared_ptr<DatagramGate> GateFor(const ParticipantOptions& options, Secured
       check, [](const std::string& line) { std::fprintf(stderr, "dds: %s\n", line.c_str()); });
 }
 
-Result<fast::DomainParticipantQos> QosFor(const ParticipantOptions& options) {
-  fast::DomainParticipantQos qos;
-  qos.name("baudgate");
+/// Above what a profile has set.
+Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos) {
   const auto security = AddSecurity(options.security, ReadClocks().wall, qos.properties());
   if (!security) return Error{security.error()};
+  if (options.profiles.empty()) qos.name("baudgate");
   auto& transport = qos.transport();
+  transport.user_transports.clear();
   transport.use_builtin_transports = false;
   auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
   // Smaller buffers lose the image of some thousand points to a joining subscriber.
   udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
   if (!MeansAll(options.interfaces)) udp->interfaceWhiteList = options.interfaces;
+  if (!options.peers.empty()) udp->maxInitialPeersRange = kParticipantsOfPeer;
   transport.user_transports.push_back(
       std::make_shared<CheckedTransportDescriptor>(udp, GateFor(options, *security)));
   if (options.shared_memory) {
@@ -133,7 +141,8 @@ Result<fast::DomainParticipantQos> QosFor(const ParticipantOptions& options) {
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = {3, 0};
   discovery.leaseDuration_announcementperiod = {1, 300'000'000};
-  return qos;
+  AskPeers(options, qos);
+  return {};
 }
 
 }  // namespace
@@ -142,11 +151,15 @@ Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& opt
                                                    fast::DomainParticipantListener* listener) {
   PrepareProcessOnce();
   if (const Status status = Check(options); !status) return Error{status.error()};
+  if (options.shared_memory) RemoveSharedMemoryRest();
+  fast::DomainParticipantQos qos;
+  if (const Status status = LoadProfiles(options.profiles, qos); !status) {
+    return Error{status.error()};
+  }
+  if (const Status status = Settle(options, qos); !status) return Error{status.error()};
   try {
-    const auto qos = QosFor(options);
-    if (!qos) return Error{qos.error()};
     auto* participant = fast::DomainParticipantFactory::get_instance()->create_participant(
-        static_cast<fast::DomainId_t>(options.domain), *qos, listener, fast::StatusMask::none());
+        static_cast<fast::DomainId_t>(options.domain), qos, listener, fast::StatusMask::none());
     if (participant != nullptr) return participant;
     if (options.security.on()) {
       return Error{"dds: security: no participant could be made in domain " +

@@ -14,8 +14,8 @@ class DomainParticipantListener;
 
 namespace baudgate::dds {
 
-/// The error names what to change. No XML profile file is ever read. `listener` hears of what is
-/// discovered from the first moment on, and outlives the participant.
+/// The error names what to change. Of XML profiles only the file of the options is read. `listener`
+/// hears of what is discovered from the first moment on, and outlives the participant.
 Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
     const ParticipantOptions& options,
     eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr);

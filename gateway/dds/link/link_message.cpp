@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <string_view>
+#include <vector>
 
 #include "gateway/base/shown.h"
 #include "gateway/dds/cdr.h"
@@ -19,7 +20,8 @@ constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
 constexpr int kLastDomain = 232;
 
-static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 8 + 1 +
+static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 1 +
+                  kMostPeers * (1 + kMaxAddress) + 1 + kMaxPath + 8 + 1 +
                   kSecurityFiles * (1 + kMaxPath) <=
               kMaxLinkMessage);
 static_assert(kLinkHeaderBytes + kPointSampleMaxBytes <= kMaxLinkMessage);
@@ -50,6 +52,14 @@ void PutText(Bytes& to, std::string_view text) {
   Append(to, text);
 }
 
+/// At most 255 texts.
+void PutTexts(Bytes& to, const std::vector<std::string>& texts, std::size_t most,
+              std::size_t bound) {
+  const std::size_t count = std::min(texts.size(), most);
+  to.push_back(static_cast<std::uint8_t>(count));
+  for (std::size_t i = 0; i < count; ++i) PutText(to, texts[i].substr(0, bound));
+}
+
 /// Takes fields off the front; once something was missing, everything is.
 class Fields {
  public:
@@ -72,6 +82,13 @@ class Fields {
     std::string text(AsText(rest_.first(length)));
     rest_ = rest_.subspan(length);
     return text;
+  }
+  std::vector<std::string> Texts(std::size_t most, std::size_t bound) {
+    const auto count = Number<std::uint8_t>();
+    good_ = good_ && count <= most;
+    std::vector<std::string> texts;
+    for (std::size_t i = 0; good_ && i < count; ++i) texts.push_back(Text(bound));
+    return texts;
   }
   /// All was there, and nothing is left.
   bool AllTaken() const { return good_ && rest_.empty(); }
@@ -128,11 +145,9 @@ Bytes EncodeOpen(const LinkOpen& open) {
   PutText(body, open.gateway.substr(0, kMaxKey));
   Put(body, static_cast<std::uint32_t>(open.participant.domain));
   body.push_back(open.participant.shared_memory ? 1 : 0);
-  const std::size_t count = std::min(open.participant.interfaces.size(), kMostInterfaces);
-  body.push_back(static_cast<std::uint8_t>(count));
-  for (std::size_t i = 0; i < count; ++i) {
-    PutText(body, open.participant.interfaces[i].substr(0, kMaxAddress));
-  }
+  PutTexts(body, open.participant.interfaces, kMostInterfaces, kMaxAddress);
+  PutTexts(body, open.participant.peers, kMostPeers, kMaxAddress);
+  PutText(body, open.participant.profiles.substr(0, kMaxPath));
   Put(body, open.points);
   Put(body, open.devices);
   PutSecurity(body, open.participant.security);
@@ -193,11 +208,9 @@ Result<LinkOpen> DecodeOpen(View body) {
   open.gateway = fields.Text(kMaxKey);
   const auto domain = fields.Number<std::uint32_t>();
   const auto shared_memory = fields.Number<std::uint8_t>();
-  const auto count = fields.Number<std::uint8_t>();
-  if (count > kMostInterfaces) return damaged;
-  for (std::size_t i = 0; i < count; ++i) {
-    open.participant.interfaces.push_back(fields.Text(kMaxAddress));
-  }
+  open.participant.interfaces = fields.Texts(kMostInterfaces, kMaxAddress);
+  open.participant.peers = fields.Texts(kMostPeers, kMaxAddress);
+  open.participant.profiles = fields.Text(kMaxPath);
   open.points = fields.Number<std::uint32_t>();
   open.devices = fields.Number<std::uint32_t>();
   if (!TakeSecurity(fields, open.participant.security) || !fields.AllTaken() ||

@@ -281,6 +281,7 @@ dds::ParticipantOptions ParticipantOf(const WatchOptions& options) {
   participant.domain = options.domain;
   participant.interfaces = options.interfaces;
   if (!options.security.empty()) participant.security = config::SecurityIn(options.security);
+  participant.peers = options.peers;
   return participant;
 }
 

@@ -9,6 +9,7 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/cli/terminal/stop_signals.h"
+#include "gateway/dds/fast/participant.h"
 #include "gateway/dds/watch/mailbox.h"
 
 namespace baudgate {

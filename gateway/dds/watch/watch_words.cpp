@@ -2,6 +2,7 @@
 #include "gateway/dds/watch/watch_words.h"
 
 #include "gateway/cli/terminal/words.h"
+#include "gateway/dds/fast/participant.h"
 
 namespace baudgate {
 
@@ -12,6 +13,9 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
       ->capture_default_str();
   command->add_option("--security", options.security,
                       "Folder with ca.pem, identity.pem, key.pem, governance.p7s, permissions.p7s");
+  command->add_option("--peer", options.peers, "Machines that are asked beside the multicast group")
+      ->check(CLI::ValidIPV4)
+      ->expected(1, dds::kMostPeers);
   auto* once = command->add_flag("--once", options.once, "Print the values once, then end");
   command->add_flag("--any", options.any, "Every topic whose type is announced, one line a sample")
       ->excludes(once);

@@ -17,14 +17,18 @@ using ::testing::SizeIs;
 
 LinkOpen AnOpen() {
   return {.gateway = "sub-7",
-          .participant = {.domain = 7, .interfaces = {"127.0.0.1", "::1"}, .shared_memory = true},
+          .participant = {.domain = 7,
+                          .interfaces = {"127.0.0.1", "::1"},
+                          .shared_memory = true,
+                          .peers = {"10.0.0.7"},
+                          .profiles = "/x"},
           .points = 5000,
           .devices = 31};
 }
 
 constexpr char kOpen[] =
-    "01 02 23 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
-    "88 13 00 00 1F 00 00 00 00";
+    "01 02 30 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
+    "01 08 31 30 2E 30 2E 30 2E 37 02 2F 78 88 13 00 00 1F 00 00 00 00";
 // 3 subscribers, 1,234 samples, 2^32 refused; 7 participants, 12,345 datagrams; 16 reasons: 38
 // fragments, 2 participants too many of one address.
 constexpr char kCounts[] =
@@ -47,6 +51,8 @@ TEST(LinkMessage, OpenBothWays) {
   EXPECT_EQ(open->participant.domain, 7);
   EXPECT_EQ(open->participant.interfaces, AnOpen().participant.interfaces);
   EXPECT_TRUE(open->participant.shared_memory);
+  EXPECT_EQ(open->participant.peers, AnOpen().participant.peers);
+  EXPECT_EQ(open->participant.profiles, "/x");
   EXPECT_EQ(open->points, 5000U);
   EXPECT_EQ(open->devices, 31U);
 }
@@ -138,11 +144,15 @@ TEST(LinkMessage, TheLargestOpenFits) {
   LinkOpen open = AnOpen();
   open.gateway = std::string(kMaxKey, 'g');
   open.participant.interfaces.assign(64, std::string(45, '1'));
+  open.participant.peers.assign(kMostPeers, std::string(45, '2'));
+  open.participant.profiles = std::string(255, 'p');
   const Bytes packet = EncodeOpen(open);
   EXPECT_LE(packet.size(), kMaxLinkMessage);
   const auto back = DecodeOpen(ParseLink(packet)->body);
   ASSERT_TRUE(back.ok());
   EXPECT_THAT(back->participant.interfaces, SizeIs(64));
+  EXPECT_THAT(back->participant.peers, SizeIs(kMostPeers));
+  EXPECT_EQ(back->participant.profiles, open.participant.profiles);
 }
 
 TEST(LinkMessage, AFailureIsCutAndMadeHarmless) {
@@ -168,7 +178,7 @@ TEST(LinkMessage, EveryTruncationIsRefused) {
     const auto body = View(whole).subspan(kLinkHeaderBytes).first(size);
     return Bytes(body.begin(), body.end());
   };
-  for (std::size_t size = 0; size < 0x22; ++size) {
+  for (std::size_t size = 0; size < 0x39; ++size) {
     EXPECT_FALSE(DecodeOpen(body_of(kOpen, size)).ok()) << size;
   }
   for (std::size_t size = 0; size < 0x89; ++size) {
@@ -217,8 +227,9 @@ TEST(LinkMessage, AnOpenBeyondItsBoundsIsRefused) {
   const Bytes whole = *ParseHex(kOpen);
   const Bytes body(whole.begin() + kLinkHeaderBytes, whole.end());
   ASSERT_TRUE(DecodeOpen(body).ok());
-  for (const Change& change : {Change{0, 65}, Change{6, 233}, Change{10, 2}, Change{11, 65},
-                               Change{12, 46}, Change{29, 0xFF}, Change{33, 0xFF}}) {
+  for (const Change& change :
+       {Change{0, 65}, Change{6, 233}, Change{10, 2}, Change{11, 65}, Change{12, 46},
+        Change{26, 65}, Change{36, 9}, Change{52, 0xFF}, Change{56, 0xFF}}) {
     Bytes changed = body;
     changed[change.at] = change.byte;
     EXPECT_FALSE(DecodeOpen(changed).ok()) << change.at;

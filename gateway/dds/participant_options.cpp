@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/participant_options.h"
+
+namespace baudgate::dds {
+
+ParticipantOptions ParticipantOf(const config::Dds& dds) {
+  ParticipantOptions options;
+  options.domain = dds.domain;
+  options.interfaces = dds.interfaces;
+  options.shared_memory = dds.shared_memory;
+  options.peers = dds.peers;
+  options.profiles = dds.profiles;
+  options.security = dds.security;
+  return options;
+}
+
+}  // namespace baudgate::dds
