@@ -41,15 +41,14 @@ bool StartAndKill() {
   const pid_t child = ::fork();
   if (child == 0) {
     const auto writer = CreateFastWriter(Options(), 10, 1);
-    if (writer) [[maybe_unused]]
-      const auto written = ::write(ends[1], "1", 1);
-    // Longer than what makes a lock file somebody's who is about to lock it.
+    if (!writer || ::write(ends[1], "1", 1) != 1) ::_exit(1);
     for (;;) ::pause();
   }
   ::close(ends[1]);
   char byte = 0;
   const bool made = ::read(ends[0], &byte, 1) == 1;
   ::close(ends[0]);
+  // Longer than what makes a lock file somebody's who is about to lock it.
   ::usleep(static_cast<useconds_t>(kLockTaken / std::chrono::microseconds(1)));
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);
