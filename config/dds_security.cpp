@@ -12,9 +12,10 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLongestPath = 255;  // what goes to the DDS process
 
-/// Empty and a problem when it can not be a path.
-std::string Absolute(const std::string& path, const std::string& key, const Mark& mark,
-                     LoadContext& context) {
+}  // namespace
+
+std::string DdsPath(const std::string& path, const std::string& key, const Mark& mark,
+                    LoadContext& context) {
   std::error_code error;
   const std::string full = fs::absolute(context.base / path, error).lexically_normal().string();
   if (!path.empty() && !error && full.size() <= kLongestPath) return full;
@@ -23,13 +24,11 @@ std::string Absolute(const std::string& path, const std::string& key, const Mark
   return {};
 }
 
-}  // namespace
-
 DdsSecurity ReadDdsSecurity(const YamlNode& node, LoadContext& context) {
   if (node.kind() == YamlNode::Kind::scalar) {
     const auto folder = ReadText(node, "security", context.problems);
     if (!folder) return {};
-    DdsSecurity security = SecurityIn(Absolute(*folder, "security", node.mark(), context));
+    DdsSecurity security = SecurityIn(DdsPath(*folder, "security", node.mark(), context));
     security.keys.map = node.mark();
     return security;
   }
@@ -38,7 +37,7 @@ DdsSecurity ReadDdsSecurity(const YamlNode& node, LoadContext& context) {
   security.keys = map.keys();
   const auto read = [&](const char* key, std::string& to, bool needed) {
     if (needed && !map.Has(key)) map.Need(key, std::string("/etc/baudgate/dds/") + key + ".pem");
-    if (const auto path = map.Label(key)) to = Absolute(*path, key, map.MarkOf(key), context);
+    if (const auto path = map.Label(key)) to = DdsPath(*path, key, map.MarkOf(key), context);
   };
   read("ca", security.ca, true);
   read("permissions_ca", security.permissions_ca, false);

@@ -19,8 +19,7 @@ constexpr std::size_t kMostListeners = 64;
 constexpr std::size_t kMostRoutes = 256;
 constexpr std::size_t kMostInterfaces = 64;
 constexpr std::size_t kLongestSocketPath = 107;  // what sockaddr_un takes, without the last zero
-constexpr std::size_t kLongestProfilesPath = 255;
-constexpr int kLastDomain = 232;  // beyond, DDS would compute ports above 65535
+constexpr int kLastDomain = 232;                 // beyond, DDS would compute ports above 65535
 constexpr std::array<Word<Dds::Process>, 2> kProcesses = {
     {{"own", Dds::Process::own}, {"inside", Dds::Process::inside}}};
 
@@ -122,10 +121,8 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
     dds.security = ReadDdsSecurity(*security, context);
   }
   ReadDdsPeers(map, dds, problems);
-  dds.profiles = ReadAbsolutePath(map, "profiles", "/etc/baudgate/dds.xml");
-  if (dds.profiles.size() > kLongestProfilesPath) {
-    problems.Error(map.MarkOf("profiles"), "profiles: the path is too long; at most " +
-                                               std::to_string(kLongestProfilesPath) + " bytes");
+  if (const auto path = map.Label("profiles")) {
+    dds.profiles = DdsPath(*path, "profiles", map.MarkOf("profiles"), context);
   }
   map.Finish();
   return dds;
