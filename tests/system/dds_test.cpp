@@ -96,13 +96,13 @@ TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   const std::size_t points = PointCount();
   const auto watch = Start(WatchWords());
   const auto cyclone = StartCyclone(points, true);
-  // The other subscriber prints one line for each sample of each point.
+  // The other subscriber prints one line for each sample of each point, and one for the gateway.
   const auto heard = [&] {
     const std::string text = cyclone->Output();
     std::set<std::string> distinct;
     std::istringstream stream(text.substr(0, text.rfind('\n') + 1));
     for (std::string device, point, rest; stream >> device >> point; std::getline(stream, rest)) {
-      distinct.insert(device + " " + point);
+      if (device != "gateway") distinct.insert(device + " " + point);
     }
     return distinct.size();
   };

@@ -79,7 +79,7 @@ TEST(LinkMessage, OpenWithSecurityBothWays) {
   }
   // Never open to everybody by a damaged list: another number, or no identity.
   Bytes six = packet;
-  six[4 + 35 - 1] = 6;
+  six[4 + 0x30 - 1] = 6;
   EXPECT_FALSE(DecodeOpen(ParseLink(six)->body).ok());
   open.participant.security = {};
   Bytes none = EncodeOpen(open);
@@ -178,10 +178,10 @@ TEST(LinkMessage, EveryTruncationIsRefused) {
     const auto body = View(whole).subspan(kLinkHeaderBytes).first(size);
     return Bytes(body.begin(), body.end());
   };
-  for (std::size_t size = 0; size < 0x39; ++size) {
+  for (std::size_t size = 0; size < 0x30; ++size) {
     EXPECT_FALSE(DecodeOpen(body_of(kOpen, size)).ok()) << size;
   }
-  for (std::size_t size = 0; size < 0x89; ++size) {
+  for (std::size_t size = 0; size < 0xA1; ++size) {
     EXPECT_FALSE(DecodeCounts(body_of(kCounts, size)).ok()) << size;
   }
 }
@@ -229,7 +229,7 @@ TEST(LinkMessage, AnOpenBeyondItsBoundsIsRefused) {
   ASSERT_TRUE(DecodeOpen(body).ok());
   for (const Change& change :
        {Change{0, 65}, Change{6, 233}, Change{10, 2}, Change{11, 65}, Change{12, 46},
-        Change{26, 65}, Change{36, 9}, Change{52, 0xFF}, Change{56, 0xFF}}) {
+        Change{26, 65}, Change{42, 0xFF}, Change{46, 0xFF}, Change{47, 6}}) {
     Bytes changed = body;
     changed[change.at] = change.byte;
     EXPECT_FALSE(DecodeOpen(changed).ok()) << change.at;
