@@ -77,7 +77,7 @@ class Gateway {
     const std::unique_ptr<FILE, int (*)(FILE*)> status(
         popen((program_.string() + " status --json").c_str(), "r"), &pclose);
     const auto json = nlohmann::json::parse(status.get(), nullptr, false);
-    if (json.is_discarded()) return ~std::uint64_t{0};
+    if (json.is_discarded()) std::exit(4);
     for (const auto& line : json.at("lines")) {
       for (const auto& device : line.at("devices")) {
         missed += device.at("missed").get<std::uint64_t>();
