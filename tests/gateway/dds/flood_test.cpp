@@ -4,23 +4,14 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
-#include "gateway/dds/fast/subscriber.h"
-#include "tests/gateway/dds/datagrams.h"
-#include "tests/gateway/dds/fixture.h"
+#include "tests/gateway/dds/at_work.h"
 
 namespace baudgate::dds {
 namespace {
 
 using testing::Announcement;
 using testing::Append32;
-using testing::DatagramSender;
-using testing::Heard;
-using testing::MakeConfig;
-using testing::Publish;
 using testing::Rtps;
-using testing::Set;
-using testing::TestDomain;
-using testing::TestSubscriber;
 
 /// A text parameter, padded.
 void AppendText(Bytes& to, std::uint16_t id, const std::string& text) {
@@ -64,20 +55,11 @@ class Announcer {
   std::uint32_t number_ = 0;
 };
 
-class FloodTest : public ::testing::Test {
+class FloodTest : public testing::AtWork {
  protected:
   void SetUp() override {
-    auto made = DdsSubscriber::Create(TestSubscriber(), heard_.Callbacks());
-    ASSERT_TRUE(made.ok()) << made.error();
-    subscriber_ = std::move(*made);
-    publisher_ = Publish(config_, store_);
-    ASSERT_TRUE(SampleArrives());
+    AtWork::SetUp();
     Send(Announcement(1));
-  }
-  bool SampleArrives() {
-    const double value = ++value_;
-    Set(store_, 0, 0, value);
-    return heard_.WaitFor([&] { return heard_.points[{"feeder-0", "p0"}].value == value; });
   }
   DatagramCounters Counted() const { return publisher_->counters().datagrams; }
   /// Waits until the gateway has looked at it, so that none is lost.
@@ -87,14 +69,6 @@ class FloodTest : public ::testing::Test {
     attacker_.Send(datagram);
     while (seen() == before) ASSERT_TRUE(SampleArrives());
   }
-
-  const config::Config config_ = MakeConfig(1, 1);
-  PointStore store_{config_};
-  Heard heard_;
-  std::unique_ptr<DdsSubscriber> subscriber_;
-  std::unique_ptr<DdsPublisher> publisher_;
-  DatagramSender attacker_{TestDomain()};
-  double value_ = 0;
 };
 
 TEST_F(FloodTest, WritersAndReadersOfMadeUpTopics) {

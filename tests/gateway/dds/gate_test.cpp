@@ -5,44 +5,22 @@
 #include <malloc.h>
 
 #include "gateway/dds/fast/participant.h"
-#include "gateway/dds/fast/subscriber.h"
-#include "tests/gateway/dds/datagrams.h"
-#include "tests/gateway/dds/fixture.h"
+#include "tests/gateway/dds/at_work.h"
 
 namespace baudgate::dds {
 namespace {
 
 using testing::Announcement;
-using testing::DatagramSender;
 using testing::Gap;
-using testing::Heard;
 using testing::Heartbeat;
-using testing::MakeConfig;
-using testing::Publish;
 using testing::Rtps;
-using testing::Set;
-using testing::TestDomain;
-using testing::TestSubscriber;
 
 constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
 constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
 
-/// A gateway with one point and a subscriber; samples go on while something is waited for.
-class GateTest : public ::testing::Test {
+/// Samples go on while something is waited for.
+class GateTest : public testing::AtWork {
  protected:
-  void SetUp() override {
-    auto made = DdsSubscriber::Create(TestSubscriber(), heard_.Callbacks());
-    ASSERT_TRUE(made.ok()) << made.error();
-    subscriber_ = std::move(*made);
-    publisher_ = Publish(config_, store_);
-    ASSERT_TRUE(SampleArrives());
-  }
-
-  bool SampleArrives() {
-    const double value = ++value_;
-    Set(store_, 0, 0, value);
-    return heard_.WaitFor([&] { return heard_.points[{"feeder-0", "p0"}].value == value; });
-  }
   /// Each round sends a sample and waits for it.
   bool Until(const std::function<bool(const DatagramCounters&)>& holds) {
     const Instant deadline = std::chrono::steady_clock::now() + 20s;
@@ -66,14 +44,6 @@ class GateTest : public ::testing::Test {
       return now.passed + now.AllRefused() >= before.passed + before.AllRefused() + count;
     });
   }
-
-  const config::Config config_ = MakeConfig(1, 1);
-  PointStore store_{config_};
-  Heard heard_;
-  std::unique_ptr<DdsSubscriber> subscriber_;
-  std::unique_ptr<DdsPublisher> publisher_;
-  DatagramSender attacker_{TestDomain()};
-  double value_ = 0;
 };
 
 TEST_F(GateTest, AFragmentWithoutPayload) {
