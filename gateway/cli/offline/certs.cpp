@@ -50,8 +50,10 @@ int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err) 
     out << "configuration of the gateway " << name
         << ":\n  dds: { security: " << (fs::path(folder) / name).string() << " }\n";
   }
-  out << "a subscriber: baudgate watch --security " << folder << "/subscriber-1\n"
-      << "Keep " << folder << "/ca/key.pem apart: whoever has it can issue identities.\n";
+  if (demo.subscribers > 0) {
+    out << "a subscriber: baudgate watch --security " << made->back() << '\n';
+  }
+  out << "Keep " << folder << "/ca/key.pem apart: whoever has it can issue identities.\n";
   return kDone;
 }
 
