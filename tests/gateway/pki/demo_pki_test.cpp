@@ -84,6 +84,8 @@ TEST(Certs, SaysWhatToWriteAndWhatItWouldNotDo) {
   EXPECT_EQ(RunCerts({folder.path(), {"sub-7"}, 1}, out, err), 0) << err.str();
   EXPECT_THAT(out.str(), HasSubstr("dds: { security: " + folder.In("sub-7") + " }"));
   EXPECT_THAT(out.str(), HasSubstr("watch --security " + folder.In("subscriber-1")));
+  EXPECT_EQ(RunCerts({folder.path(), {}, 1}, out, err), 0) << err.str();
+  EXPECT_THAT(out.str(), HasSubstr("watch --security " + folder.In("subscriber-2")));
   EXPECT_EQ(RunCerts({folder.path(), {}, {}}, out, err), 4);
   EXPECT_THAT(err.str(), HasSubstr("has an authority; say what else it shall issue"));
   EXPECT_EQ(RunCerts({folder.path(), {"sub-7"}, 0}, out, err), 4);
