@@ -5,6 +5,7 @@
 
 #include "config/catalog/option_values.h"
 #include "config/checks/serial_checks.h"
+#include "config/identity.h"
 #include "config/model/modbus_addresses.h"
 #include "config/names.h"
 #include "config/options.h"
@@ -87,6 +88,19 @@ void ReadDeviceOptions(MapReader& map, const Protocol* protocol, const Options& 
   Override(device.options, ReadOptions(map, *protocol, OptionSpec::Scope::device));
 }
 
+/// What it may call itself, and what only others do.
+Identity IdentityOf(MapReader& map, const Profile& profile, const Protocol* protocol,
+                    LoadContext& context) {
+  Identity identity = ReadIdentity(map, profile.identity);
+  if (!protocol || identity.ignore) return identity;
+  const auto [listed, is_new] = context.listed_names.try_emplace(std::string(protocol->name));
+  if (is_new) listed->second = ListedNames(context.catalog, *protocol);
+  identity.others = listed->second;
+  for (const std::string& name : identity.names) identity.others.erase(SpokenName(name));
+  std::erase_if(identity.others, [&](const auto& other) { return other.second == profile.name; });
+  return identity;
+}
+
 void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* protocol, Device& device,
                 LoadContext& context) {
   const auto own = map.Get("points");
@@ -152,6 +166,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   const RawProfile* raw = FindProfile(map, protocol, device, context);
   const Profile profile = raw ? raw->profile : Profile();
   device.title = profile.title;
+  device.identity = IdentityOf(map, profile, protocol, context);
   ReadTimes(map, profile, of.pace, device);
   ReadModbusSide(map, profile, device, context);
   ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);

@@ -29,6 +29,8 @@ struct LoadContext {
   Uniques uniques;
   Pace pace;  ///< what the gateway says for all lines
   std::map<std::pair<std::string, std::string>, RawProfile> profiles;  ///< by protocol and path
+  /// By protocol: names of devices, and the profile that lists them.
+  std::map<std::string, std::map<std::string, std::string>> listed_names;
   std::set<std::string> bad_profiles;  ///< files whose first user has been told
   std::size_t points = 0;              ///< of all devices so far; bounds what aliases can multiply
 };

@@ -96,6 +96,7 @@ Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::
   device.protocol = std::string(protocol.name);
   device.profile = profile.name;
   device.title = profile.title;
+  device.identity.names = profile.identity;
   device.timing = profile.pace.timing;
   device.retries = profile.pace.retries;
   Assign(device.poll, profile.pace.poll);

@@ -22,7 +22,7 @@ constexpr std::array<Word<Quality>, 8> kQualities = {
      {"sub_normal", Quality::uncertain_sub_normal},
      {"uncertain", Quality::uncertain}}};
 
-constexpr std::array<Quality, 8> kByCode = {
+constexpr std::array<Quality::Code, 8> kByCode = {
     Quality::bad_configuration,     Quality::bad_not_connected,   Quality::bad_device_failure,
     Quality::bad_sensor_failure,    Quality::bad_out_of_service,  Quality::uncertain,
     Quality::uncertain_last_usable, Quality::uncertain_sub_normal};
@@ -32,8 +32,9 @@ std::optional<Quality> QualityOfCode(std::string_view text) {
   if (!text.starts_with("0x") && !text.starts_with("0X")) return std::nullopt;
   const auto code = ParseInteger<std::uint8_t>(text.substr(2), 16);
   if (!code) return std::nullopt;
-  const auto found = std::find(kByCode.begin(), kByCode.end(), static_cast<Quality>(*code));
-  return found == kByCode.end() ? std::nullopt : std::optional(*found);
+  const auto found = std::find(kByCode.begin(), kByCode.end(), static_cast<Quality::Code>(*code));
+  if (found == kByCode.end()) return std::nullopt;
+  return *found;
 }
 
 std::optional<Quality> ReadQuality(const YamlNode& node, const std::string& what,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/profile.h"
 
+#include "config/identity.h"
 #include "config/options.h"
 #include "config/serial.h"
 #include "gateway/base/spelling.h"
@@ -54,6 +55,8 @@ RawProfile ReadProfileText(const std::string& text, const std::string& file,
   if (map.Need("device", "ABB SPAJ 140 C")) Assign(profile.title, map.Label("device"));
   profile.pace = ReadPace(map);
   profile.word_order = ReadWordOrder(map);
+  if (const auto names = map.Get("identity"))
+    profile.identity = ReadIdentityNames(*names, problems);
   profile.options = ReadOptions(map, protocol, OptionSpec::Scope::device);
   if (const auto points = map.Need("points", "[ … ]")) {
     raw.points = ReadRawPoints(*points, problems);

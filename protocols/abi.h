@@ -46,10 +46,13 @@ Fields<4> ListOf(Task*);
 Fields<5> ListOf(Request*);
 Fields<4> ListOf(Reading*);
 Fields<5> ListOf(Answer*);
+Fields<2> ListOf(DeviceTrouble*);
+Fields<2> ListOf(Quality*);
 Fields<3> ListOf(Shape*);
 Fields<8> ListOf(Expectation*);
 Fields<4> ListOf(Cut*);
-Fields<20> ListOf(config::Device*);
+Fields<21> ListOf(config::Device*);
+Fields<3> ListOf(config::Identity*);
 Fields<18> ListOf(config::Point*);
 Fields<2> ListOf(config::Sentinel*);
 Fields<2> ListOf(config::OnFault*);
@@ -61,7 +64,8 @@ Fields<5> ListOf(config::Rs485*);
 
 Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::OnFrame,
         &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
-        &Conversation::ForgetRefusals, &Conversation::Check, &Conversation::Interpret>
+        &Conversation::OnEnabled, &Conversation::trouble, &Conversation::ForgetRefusals, &Conversation::Check,
+        &Conversation::Interpret>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
 Methods<&Twin::Answer, &Twin::ReplyAs> ListOf(Twin*);
@@ -130,12 +134,12 @@ auto Split(T& s, Fields<18>) {
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r)>();
 }
 template <typename T>
-auto Split(T& s, Fields<20>) {
-  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u] = s;
+auto Split(T& s, Fields<21>) {
+  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v] = s;
   return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
                decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
-               decltype(t), decltype(u)>();
+               decltype(t), decltype(u), decltype(v)>();
 }
 // clang-format on
 

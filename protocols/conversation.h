@@ -98,6 +98,15 @@ struct Answer {
   Duration wait{};  ///< the device wants to be left alone so long: "busy, ask me in 2 s"
 };
 
+/// What is wrong with a device as a whole, as it has said itself. As long as it is, no value of it
+/// is good, whatever its replies say.
+struct DeviceTrouble {
+  Reason reason = Reason::none;  ///< one that ConcernsDevice; none: its values are good
+  std::string text{};  ///< "type 0D, the profile says 08": for log and status; a remark without reason
+
+  explicit operator bool() const { return reason != Reason::none; }
+};
+
 /// The engine keeps these promises: the device's address, options and points have passed the checks
 /// of the Protocol; indices in a Task are valid at Ask and OnFrame; OnFrame and OnFailure follow
 /// the Ask or Instead that gave their request; a frame is one that the reply rule took for whole.
@@ -132,6 +141,17 @@ class Conversation {
   /// The port was opened again, or the device has stopped answering. Another device may hang there
   /// now: forget open sessions and what was learned, such as "does not know command 5".
   virtual void OnReconnect() {}
+
+  /// A person has taken the device into use: what was given up is tried again, as a password that
+  /// was refused.
+  virtual void OnEnabled() {}
+
+  /// Asked after each reply and failure. It outlives OnReconnect: what is right again has to say
+  /// so.
+  virtual const DeviceTrouble& trouble() const {
+    static const DeviceTrouble kNone;
+    return kNone;
+  }
 
   /// One of the latest replies on the line was another request's: a refusal may have been, too.
   /// What was refused is asked again. True: Queries() are others now.

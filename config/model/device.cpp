@@ -3,6 +3,14 @@
 
 namespace baudgate::config {
 
+std::string SpokenName(std::string_view name) {
+  std::string spoken;
+  for (const char c : name) {
+    if (c > ' ') spoken += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  }
+  return spoken;
+}
+
 std::string_view Name(WordOrder order) {
   switch (order) {
     case WordOrder::abcd:

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -21,6 +22,17 @@ namespace baudgate::config {
 enum class OnBad : std::uint8_t { exception, hold, nan };
 /// Order of the bytes of a 32-bit value 0xAABBCCDD in two registers; 64-bit values alike.
 enum class WordOrder : std::uint8_t { abcd, cdab, badc, dcba };
+
+/// What a device may call itself, without regard to spaces and case (SpokenName).
+struct Identity {
+  std::vector<std::string> names;  ///< of this type; empty: not known
+  std::map<std::string, std::string>
+      others;           ///< names of other types → the profile that lists them
+  bool ignore = false;  ///< it is served whatever it is
+};
+
+/// "SPAJ 140 C" as " spaj 140c" and the like are compared: "SPAJ140C".
+std::string SpokenName(std::string_view name);
 
 struct Device {
   std::string name;
@@ -42,8 +54,9 @@ struct Device {
   std::optional<int> retries;  ///< device before profile; nothing: the line's
   Timing timing;               ///< device before profile; the line's and the protocol's come below
   std::optional<SerialSettings> serial;  ///< where the bus is switched for this device
-  Options options;                       ///< the protocol's own
-  std::vector<Point> points;             ///< profile and inline points merged
+  Identity identity;
+  Options options;            ///< the protocol's own
+  std::vector<Point> points;  ///< profile and inline points merged
   Mark mark;
 };
 
@@ -54,7 +67,8 @@ struct Profile {
   std::string title;
   Pace pace;
   std::optional<WordOrder> word_order;
-  Options options;  ///< only those that the profile sets
+  std::vector<std::string> identity;  ///< what devices of this type call themselves
+  Options options;                    ///< only those that the profile sets
   std::vector<Point> points;
 };
 

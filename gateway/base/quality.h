@@ -1,65 +1,98 @@
-// How far a point's value can be trusted: OPC DA quality codes.
+// How far a point's value can be trusted: an OPC DA code, and of a bad one why it is bad. Numbers
+// are a public contract (docs/modbus.md, docs/dds.md): code in the low byte, reason in the high
+// one.
+//
+//   0x0310 = open sensor, sensor failure        0x00C0 = good
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 namespace baudgate {
 
-enum class Quality : std::uint8_t {
-  bad = 0x00,
-  bad_configuration = 0x04,
-  bad_not_connected = 0x08,
-  bad_device_failure = 0x0C,
-  bad_sensor_failure = 0x10,
-  bad_last_known = 0x14,
-  bad_communication = 0x18,
-  bad_out_of_service = 0x1C,
-  bad_waiting = 0x20,  ///< every point is born so
-  uncertain = 0x40,
-  uncertain_last_usable = 0x44,
-  uncertain_sub_normal = 0x58,
-  good = 0xC0,
+/// Why a value is not good, beyond what the code says.
+enum class Reason : std::uint8_t {
+  none = 0,
+  over_range = 1,
+  under_range = 2,
+  open_sensor = 3,
+  channel_disabled = 4,
+  not_fitted = 5,  ///< the device has no such channel or value
+  not_ready = 6,   ///< not yet, or not now
+  device_fault = 7,
+  other_module = 8,  ///< the device is not what its profile says
+  swapped = 9,       ///< another one answers in its place
+  password_refused = 10,
+  no_permission = 11,
+  sentinel = 12,      ///< a number that stands for no measurement
+  out_of_range = 13,  ///< beyond what the point's type holds
 };
 
-constexpr bool IsGood(Quality quality) { return (static_cast<unsigned>(quality) & 0xC0U) == 0xC0U; }
-constexpr bool IsUncertain(Quality quality) {
-  return (static_cast<unsigned>(quality) & 0xC0U) == 0x40U;
-}
-constexpr bool IsBad(Quality quality) { return (static_cast<unsigned>(quality) & 0xC0U) == 0; }
+/// For people: "over range", "open sensor", …; empty for none.
+std::string_view Name(Reason reason);
 
-/// For people: "good", "uncertain: last usable", "bad: communication failure", …
-constexpr std::string_view Name(Quality quality) {
-  switch (quality) {
-    case Quality::bad:
-      return "bad";
-    case Quality::bad_configuration:
-      return "bad: configuration";
-    case Quality::bad_not_connected:
-      return "bad: not connected";
-    case Quality::bad_device_failure:
-      return "bad: device failure";
-    case Quality::bad_sensor_failure:
-      return "bad: sensor failure";
-    case Quality::bad_last_known:
-      return "bad: last known";
-    case Quality::bad_communication:
-      return "bad: communication failure";
-    case Quality::bad_out_of_service:
-      return "bad: out of service";
-    case Quality::bad_waiting:
-      return "bad: waiting for initial data";
-    case Quality::uncertain:
-      return "uncertain";
-    case Quality::uncertain_last_usable:
-      return "uncertain: last usable";
-    case Quality::uncertain_sub_normal:
-      return "uncertain: sub-normal";
-    case Quality::good:
-      return "good";
-  }
-  return "bad";
+/// These concern the whole device and never one channel of it.
+constexpr bool ConcernsDevice(Reason reason) {
+  return reason == Reason::other_module || reason == Reason::swapped ||
+         reason == Reason::password_refused || reason == Reason::no_permission;
 }
+
+struct Quality {
+  enum Code : std::uint8_t {
+    bad = 0x00,
+    bad_configuration = 0x04,
+    bad_not_connected = 0x08,
+    bad_device_failure = 0x0C,
+    bad_sensor_failure = 0x10,
+    bad_last_known = 0x14,
+    bad_communication = 0x18,
+    bad_out_of_service = 0x1C,
+    bad_waiting = 0x20,  ///< every point is born so
+    uncertain = 0x40,
+    uncertain_last_usable = 0x44,
+    uncertain_sub_normal = 0x58,
+    good = 0xC0,
+  };
+
+  Code code = bad;
+  Reason reason = Reason::none;
+
+  constexpr Quality() = default;
+  constexpr Quality(Code its_code, Reason why = Reason::none) : code(its_code), reason(why) {}
+
+  constexpr std::uint16_t word() const {
+    return static_cast<std::uint16_t>(static_cast<unsigned>(reason) << 8U | code);
+  }
+  static constexpr Quality OfWord(std::uint16_t word) {
+    return {static_cast<Code>(word & 0xFFU), static_cast<Reason>(word >> 8U)};
+  }
+
+  bool operator==(const Quality&) const = default;
+  /// The code alone, whatever the reason.
+  constexpr bool operator==(Code other) const { return code == other; }
+  /// Worse.
+  constexpr bool operator<(const Quality& other) const { return code < other.code; }
+};
+
+/// Of all values of a device that a reason concerns.
+constexpr Quality QualityOfDevice(Reason reason) {
+  switch (reason) {
+    case Reason::other_module:
+      return {Quality::bad_configuration, reason};
+    case Reason::swapped:
+      return {Quality::bad_device_failure, reason};
+    default:
+      return {Quality::bad_communication, reason};
+  }
+}
+
+constexpr bool IsGood(Quality quality) { return (quality.code & 0xC0U) == 0xC0U; }
+constexpr bool IsUncertain(Quality quality) { return (quality.code & 0xC0U) == 0x40U; }
+constexpr bool IsBad(Quality quality) { return (quality.code & 0xC0U) == 0; }
+
+/// For people: "good", "uncertain: last usable", "bad: sensor failure, open sensor", …
+std::string Name(Quality quality);
 
 }  // namespace baudgate

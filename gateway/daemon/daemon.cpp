@@ -270,8 +270,7 @@ modbus::GatewayFigures Daemon::Impl::Info() const {
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     store.Read(device, [&](const DeviceRecord& record) {
       // A device keeps its state while its line is down.
-      info.devices_online +=
-          Answers(record.status.state) && record.override_quality == Override::none ? 1 : 0;
+      info.devices_online += Answers(record.status.state) && !record.override_quality ? 1 : 0;
     });
   }
   return info;

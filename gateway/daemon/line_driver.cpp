@@ -191,7 +191,7 @@ void LineDriver::Lend(Duration time) {
   out_of_service_ = true;
   open_ = false;
   ClosePort();
-  poller_.OnClosed(now_, Override::out_of_service);
+  poller_.OnClosed(now_, Quality::bad_out_of_service);
   log::Info("line {}: {} is released for {}; its points are out of service", config_.name,
             config_.port, FormatDuration(time));
   ShowPort(LineStatus::Port::released, "released for " + FormatDuration(time), now_.wall + time);

@@ -224,7 +224,7 @@ void SampleSender::FillPoint(const DeviceRecord& record, std::uint32_t point,
   const auto* text = std::get_if<std::string>(&held.value);
   AssignBounded(sample.text, text != nullptr ? std::string_view(*text) : "", kMaxText);
   AssignBounded(sample.unit, described.unit, kMaxUnit);
-  sample.quality = static_cast<std::uint16_t>(staged.state.quality);
+  sample.quality = staged.state.quality.word();
   sample.source_time_ns = held.read_at ? held.source_time.time_since_epoch().count() : 0;
   sample.seq = held.seq;
   sample.rtt_us = held.rtt_us;

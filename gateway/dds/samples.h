@@ -27,7 +27,7 @@ struct PointSample {
   double value = 0;     ///< NaN for text and before the first reading
   std::string text;     ///< empty for numbers
   std::string unit;
-  std::uint16_t quality = 0;        ///< gateway/base/quality.h
+  std::uint16_t quality = 0;        ///< a word of gateway/base/quality.h
   std::int64_t source_time_ns = 0;  ///< since 1970 UTC; 0 before the first reading
   std::uint64_t seq = 0;            ///< counts the readings of this point
   std::uint32_t rtt_us = 0;

@@ -71,6 +71,7 @@ void Poller::GiveUp(const ExchangeEnd& end) {
   Device& device = *roster_.AsDevice(*job_->member);
   const Then then =
       device.conversation->OnFailure(job_->task, job_->request, end.outcome, now_.instant);
+  upkeep_.OnHeard(device, now_.instant);
   if (then == Then::ask_again) return Ask();
   if (then == Then::replan) upkeep_.Plan(device);
   upkeep_.HoldBack(device);

@@ -287,6 +287,7 @@ void Poller::TakeAnswer() {
   Device& device = *roster_.AsDevice(*job.member);
   const Outcome outcome = job.answer.outcome;
   const Answer answer = std::exchange(job.answer, {});
+  upkeep_.OnHeard(device, now_.instant);
   Store(device, answer);
   if (answer.wait > Duration::zero()) schedule_.Hold(device.place, now_.instant + answer.wait);
   if (answer.then == Then::ask_again) return Ask();

@@ -68,8 +68,8 @@ void Ledger::OnClosed(Override why) {
 }
 
 std::string Ledger::WhyClosed() const {
-  return closed_as_ == Override::out_of_service ? "the port is lent to another program"
-                                                : "the port is closed";
+  return closed_as_ == Quality::bad_out_of_service ? "the port is lent to another program"
+                                                   : "the port is closed";
 }
 
 void Ledger::OnSent(const Member& member, const Request& request) {
@@ -171,6 +171,19 @@ void Ledger::MeasureCycle() {
   }
 }
 
+bool Ledger::OnTrouble(const Device& device) {
+  const auto& [reason, text] = device.conversation->trouble();
+  State& state = Of(device);
+  if (text == state.trouble) return false;
+  const bool over = state.in_trouble && reason == Reason::none;
+  state.in_trouble = reason != Reason::none;
+  state.trouble = text;
+  ShowOverride(device);
+  Change(device, [&text](DeviceStatus& status) { status.trouble = text; });
+  listener_.OnWarning(device.index, text.empty() ? "it is what it should be again" : text);
+  return over;
+}
+
 void Ledger::OnReplaced(const Member& member) {
   listener_.OnWarning(
       member.index,
@@ -200,9 +213,12 @@ DeviceState Ledger::StateOf(const Member& member) const {
 }
 
 Override Ledger::OverrideOf(const Member& member) const {
-  if (!member.in_use) return Override::out_of_service;
+  if (!member.in_use) return Quality::bad_out_of_service;
   if (!open_) return closed_as_;
-  return member.health.state() == DeviceState::offline ? Override::offline : Override::none;
+  if (member.health.state() == DeviceState::offline) return Quality::bad_communication;
+  const Device* const device = roster_.AsDevice(member);
+  if (device == nullptr || !device->conversation->trouble()) return std::nullopt;
+  return QualityOfDevice(device->conversation->trouble().reason);
 }
 
 void Ledger::ShowOverride(const Member& member) {

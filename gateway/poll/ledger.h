@@ -61,6 +61,8 @@ class Ledger {
   /// The line time of one fast round of all devices that are polled: one of them has come or gone.
   void MeasureCycle();
   void OnOffline(const Member& member);
+  /// What is wrong with it as a whole may be another thing than before. True: nothing is any more.
+  bool OnTrouble(const Device& device);
   /// Another device answers in its place.
   void OnReplaced(const Member& member);
 
@@ -83,6 +85,8 @@ class Ledger {
     bool round_clean = true;   // nothing has failed in the fast round under way
     Duration round_wire{};     // its line time so far
     Duration fast_wire{};      // of its last whole fast round
+    std::string trouble;       // what is wrong with it as a whole, or worth a remark
+    bool in_trouble = false;   // the former
     bool told_second = false;  // the user has been warned of a second, different reply
   };
 
@@ -103,7 +107,7 @@ class Ledger {
   LineCounters counters_;
   Now now_{};
   bool open_ = false;
-  Override closed_as_ = Override::not_connected;
+  Override closed_as_ = Quality::bad_not_connected;
   Instant minute_began_{};
   Duration busy_before_minute_{};
   std::optional<double> use_;           // of the last full minute; nothing before there is one

@@ -43,7 +43,7 @@ class Poller : private LineClient {
   /// `keeps_bit_rate`: see Line::OnOpened.
   void OnOpened(Now now, bool keeps_bit_rate = false);
   /// `why` is shown with all points: out_of_service when the port has been lent to another program.
-  void OnClosed(Now now, Override why = Override::not_connected);
+  void OnClosed(Now now, Override why = Quality::bad_not_connected);
   /// `device` is an index in the point store. Not in use: not asked, its points out of service.
   void SetInUse(std::uint32_t device, bool in_use, Now now);
   void OnBytes(View bytes, Now now);

@@ -70,6 +70,7 @@ void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
   chooser_.DropParked(device);
   schedule_.Suspend(device.place);
   if (in_use) {
+    device.conversation->OnEnabled();
     Reconnect(device, now);
     if (open && !device.health.offline()) schedule_.Restart(device.place, now);
   }
@@ -87,6 +88,13 @@ void Upkeep::OnReplaced(Device& device, Now now) {
   store_.Update(device.index, unknown, now, {});
   schedule_.Restart(device.place, now.instant);
   ledger_.OnReplaced(device);
+}
+
+void Upkeep::OnHeard(Device& device, Instant now) {
+  if (!ledger_.OnTrouble(device)) return;
+  // What was read before is another device's.
+  DoubtAll(device, now);
+  schedule_.Restart(device.place, now);
 }
 
 void Upkeep::DoubtLatest(Instant now) {
@@ -128,6 +136,10 @@ void Upkeep::Reconnect(Device& device, Instant now) {
   device.conversation->OnReconnect();
   whose_reply_.OnReconnect(device);
   Plan(device);
+  DoubtAll(device, now);
+}
+
+void Upkeep::DoubtAll(const Device& device, Instant now) {
   std::vector<std::size_t> points(device.config->points.size());
   std::iota(points.begin(), points.end(), 0U);
   store_.Doubt(device.index, points, now);

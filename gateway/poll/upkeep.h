@@ -28,6 +28,8 @@ class Upkeep {
   void OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now);
   /// Another device answers in its place: nothing that the old one has said holds.
   void OnReplaced(Device& device, Now now);
+  /// It has said something: it may be what it should be, or not any more.
+  void OnHeard(Device& device, Instant now);
   /// One of the latest replies belonged to another request, nobody knows which.
   void DoubtLatest(Instant now);
   /// What this query reads is uncertain until it is read again. False: there is no such query now.
@@ -45,6 +47,7 @@ class Upkeep {
 
  private:
   void Reconnect(Device& device, Instant now);
+  void DoubtAll(const Device& device, Instant now);
   void DoubtOnce(Device& device, Instant now);
 
   Roster& roster_;

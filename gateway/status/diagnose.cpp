@@ -203,17 +203,26 @@ std::string Full(const LineStatus& line, const LineDevices& devices) {
   return fmt::format("full (use {}): {}", Percent(line.use), why);
 }
 
+/// It is not what it should be, so that no value of it is good.
+bool IsForeign(const DeviceRecord& record) {
+  return record.override_quality && ConcernsDevice(record.override_quality->reason);
+}
+
 /// Values that are not good although the device answers.
 Sentences Points(const DeviceRecord& record, Now now) {
+  if (IsForeign(record)) return {};  // that explains them all
   std::size_t stale = 0;
   std::size_t doubted = 0;
   std::size_t reported = 0;
+  std::map<Reason, std::size_t> reasons;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     const Quality quality = QualityAt(record, i, now.instant);
     if (IsGood(quality) || quality == Quality::bad_waiting) continue;
     // What the reading itself said is the device's word; the rest is doubt or age.
     const bool in_doubt = quality == Quality::uncertain && quality == record.points[i].at_best;
-    ++(quality == record.points[i].reported ? reported : in_doubt ? doubted : stale);
+    const bool said = quality == record.points[i].reported;
+    ++(said ? reported : in_doubt ? doubted : stale);
+    if (said && quality.reason != Reason::none) ++reasons[quality.reason];
   }
   Sentences found;
   const std::string see = "see 'baudgate status " + NameOf(record) + "'";
@@ -231,8 +240,13 @@ Sentences Points(const DeviceRecord& record, Now now) {
                     doubted, record.points.size(), see));
   }
   if (reported > 0) {
-    found.push_back(fmt::format("{} of {} points are not good by the device's own report; {}",
-                                reported, record.points.size(), see));
+    std::string why;
+    for (const auto& [reason, count] : reasons) {
+      why += fmt::format("{}{} {}", why.empty() ? " (" : ", ", count, Name(reason));
+    }
+    if (!why.empty()) why += ")";
+    found.push_back(fmt::format("{} of {} points are not good by the device's own report{}; {}",
+                                reported, record.points.size(), why, see));
   }
   return found;
 }
@@ -255,6 +269,9 @@ Sentences Diagnose(const LineStatus& line, const DeviceRecord& device, const Lin
   if (IsAbsent(status)) return {Absence(line, device, now)};
 
   Sentences found = Failures(device);
+  if (!status.trouble.empty()) {
+    found.insert(found.begin(), (IsForeign(device) ? "no value is good: " : "") + status.trouble);
+  }
   if (Share(status.late, status.exchanges) >= kNotableShare / 10) found.push_back(Late(status));
   if (status.doubled > 0) {
     found.push_back(fmt::format(

@@ -81,7 +81,7 @@ Json ValuesJson(const DeviceRecord& record, Instant now) {
     value["point"] = point.name;
     value["value"] = ValueJson(record.points[i].value);
     value["unit"] = point.unit;
-    value["quality"] = static_cast<int>(quality);
+    value["quality"] = quality.word();
     value["quality_text"] = Name(quality);
     value["age_ms"] = AgeJson(AgeAt(record, i, now));
     values.push_back(std::move(value));
@@ -107,6 +107,7 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDe
   json["state"] = Name(status.state);
   json["last_outcome"] = Name(status.last_outcome);
   json["last_reason"] = status.last_reason;
+  json["trouble"] = status.trouble;
   json["last_ok"] = TimeJson(status.last_ok_wall);
   json["age_ms"] =
       AgeJson(status.last_ok ? std::optional(view.now.instant - *status.last_ok) : std::nullopt);

@@ -44,17 +44,7 @@ Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now) 
 }
 
 Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now) {
-  switch (record.override_quality) {
-    case Override::out_of_service:
-      return Quality::bad_out_of_service;
-    case Override::not_connected:
-      return Quality::bad_not_connected;
-    case Override::offline:
-      return Quality::bad_communication;
-    case Override::none:
-      break;
-  }
-  return AgedQuality(record, point, now);
+  return record.override_quality ? *record.override_quality : AgedQuality(record, point, now);
 }
 
 std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now) {
@@ -64,7 +54,7 @@ std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Ins
 }
 
 std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point, Instant now) {
-  if (record.override_quality != Override::none) return std::nullopt;
+  if (record.override_quality) return std::nullopt;
   const PointRecord& held = record.points[point];
   if (!held.read_at || IsBad(std::min(held.reported, held.at_best))) return std::nullopt;
   const AgeLimits& limits = LimitsAt(record, point);

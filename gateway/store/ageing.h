@@ -18,8 +18,8 @@ std::array<AgeLimits, 3> LimitsOf(const config::Device& device, Duration line_cy
 /// What the last reading said, made worse by doubt and age; whatever the state of device and line.
 Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now);
 
-/// Design section 5, in its order of precedence: out of service, line down, device offline, never
-/// read, reported trouble, then age.
+/// Design section 5, in its order of precedence: out of service, line down, device offline, another
+/// device than it should be, never read, reported trouble, then age.
 Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now);
 
 /// Since the reading; nothing before the first.

@@ -76,12 +76,12 @@ Sample ToSample(const config::Point& point, const Reading& reading) {
   }
   for (const config::Sentinel& sentinel : point.sentinels) {
     if (ToDouble(reading.value) == sentinel.value) {
-      sample.quality = sentinel.quality;
+      sample.quality = {sentinel.quality.code, Reason::sentinel};
       return sample;
     }
   }
   sample.value = FitInteger(point, reading.value);
-  if (!HasValue(sample.value)) sample.quality = Quality::bad_configuration;
+  if (!HasValue(sample.value)) sample.quality = {Quality::bad_configuration, Reason::out_of_range};
   return sample;
 }
 

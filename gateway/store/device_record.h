@@ -35,15 +35,15 @@ struct AgeLimits {
   bool operator==(const AgeLimits&) const = default;
 };
 
-/// Why all values of a device are out of order, whatever their age; none = they are not.
-enum class Override : std::uint8_t { none, out_of_service, not_connected, offline };
+/// Of all values of a device, whatever they are and however old; none: each has its own quality.
+using Override = std::optional<Quality>;
 
 struct DeviceRecord {
   const config::Line* line = nullptr;
   const config::Device* device = nullptr;
   std::vector<PointRecord> points;  ///< as device->points
   DeviceStatus status;
-  Override override_quality = Override::none;
+  Override override_quality;
   std::array<AgeLimits, 3> age_limits;  ///< by config::Group
   /// Raised with every reading, override and age limit: while it stays, only age changes a quality.
   std::uint64_t version = 0;

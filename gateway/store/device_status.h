@@ -84,6 +84,7 @@ struct DeviceStatus {
   DeviceState state = DeviceState::never_seen;
   Outcome last_outcome = Outcome::none;
   std::string last_reason;  ///< of the last outcome that was not ok
+  std::string trouble;      ///< "type 0D, the profile says 08": why no value is good, or a remark
   std::optional<Instant> last_ok;
   WallTime last_ok_wall{};
   std::uint32_t exchanges = 0;

@@ -13,7 +13,7 @@ PointStore::Entry::Entry(const config::Line& its_line, const config::Device& its
   record.age_limits = LimitsOf(device, Duration::zero());
   announced.assign(device.points.size(), Quality::bad_waiting);
   if (device.enabled) return;
-  record.override_quality = Override::out_of_service;
+  record.override_quality = Quality::bad_out_of_service;
   record.status.state = DeviceState::disabled;
 }
 
@@ -68,7 +68,7 @@ void PointStore::Doubt(std::uint32_t device, std::span<const std::size_t> points
     for (const std::size_t point : points) {
       PointRecord& held = entry.record.points[point];
       if (!IsGood(held.reported)) continue;
-      held.at_best = std::min(held.at_best, Quality::uncertain);
+      held.at_best = std::min(held.at_best, Quality(Quality::uncertain));
       changed.push_back(static_cast<std::uint32_t>(point));
       entry.announced[point] = QualityAt(entry.record, point, now);
       ScheduleAgeing(entry, point, now);
@@ -85,7 +85,7 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
     entry.record.override_quality = why;
     ++entry.record.version;
     // An override has one quality at any age; when it ends, age decides again: the next Age looks.
-    if (why != Override::none) {
+    if (why) {
       for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
         entry.announced[point] = QualityAt(entry.record, point, Instant());
       }

@@ -2,6 +2,7 @@
 #include "protocols/dcon/conversation.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "gateway/base/text.h"
@@ -19,29 +20,21 @@ std::string Label(const Command& request, const DecodedReply& reply, const Field
   return joined ? request.text + "[" + std::to_string(field.channel) + "]" : request.text;
 }
 
-/// The module's name: no module takes the request for a write, with or without checksum.
-constexpr const char* kIdentify = "$M";
-constexpr const char* kReadAll = "#";
-
-/// Rough length of a reply, to find the cheapest probe.
-std::size_t Cost(Form form, std::size_t points) {
-  if (form == Form::numbers) return 2 + 7 * points;
-  return form == Form::words ? 2 + 4 * points : 10;
-}
+/// All that is asked of a module which is not what its profile says: what it is now.
+const Query kWhatIsIt{config::Group::slow, {}};
 
 }  // namespace
 
 DconConversation::DconConversation(const config::Device& device)
     : device_(device),
       settings_(ReadSettings(device.options)),
+      other_mode_(settings_),
       address_(ParseAddress(device.address).value()),
       plan_({}),
-      probes_(ProbeChoice::Own::none) {
+      identification_(device, settings_) {
+  other_mode_.checksum = !settings_.checksum;
   PlanReads();
-  own_probe_ = MakeOwnProbe();
-  if (own_probe_.empty()) return;
-  const bool names = own_probe_ == kIdentify;
-  probes_ = ProbeChoice(names ? ProbeChoice::Own::identification : ProbeChoice::Own::read);
+  probing_.emplace(settings_, reads_, plan_, ExpectedChannels("#"));
 }
 
 void DconConversation::PlanReads() {
@@ -64,17 +57,60 @@ Request DconConversation::MakeRequest(std::string_view command) const {
   return request;
 }
 
+Request DconConversation::MakeQuestion(const Identification::Question& question) const {
+  const Settings& settings = question.other_mode ? other_mode_ : settings_;
+  Request request;
+  request.bytes = BuildRequest(question.command, address_, settings.checksum);
+  request.expect = Expect(request.bytes, settings);
+  // A module that does not know it is silent: the next question comes sooner.
+  request.expect.repeatable = false;
+  return request;
+}
+
+bool DconConversation::IsInOtherMode(View request) const {
+  return settings_.identify &&
+         std::ranges::any_of(std::array{kAskName, kAskType}, [&](const char* command) {
+           return std::ranges::equal(MakeQuestion({command, true}).bytes, request);
+         });
+}
+
+std::span<const Query> DconConversation::Queries() const {
+  if (identification_.trouble()) return {&kWhatIsIt, 1};
+  return plan_.queries();
+}
+
+/// What the task wants to send once it is known which module answers.
+std::string DconConversation::CommandOf(const Task& task) const {
+  if (task.kind == Task::Kind::write) return device_.points[task.point].write;
+  if (identification_.trouble()) return kAskType;
+  return plan_.block(task.query).key.command;
+}
+
 Result<Request> DconConversation::Ask(const Task& task, Instant) {
+  question_.reset();
+  if (task.kind == Task::Kind::probe) return AskProbe();
+  const std::string command = CommandOf(task);
+  question_ = identification_.Next(command);
+  if (question_) return MakeQuestion(*question_);
+  if (!identification_.Allows(command)) {
+    return Error{trouble() ? trouble().text : "the module has not said in which mode it is"};
+  }
   if (task.kind == Task::Kind::write) return AskWrite(task);
   read_back_.reset();
-  if (task.kind == Task::Kind::probe) {
-    const std::string command = ProbeCommand();
-    Request request = MakeRequest(command);
-    request.steady = command == kIdentify;
-    request.distinct = command == own_probe_;
-    return request;
+  return MakeRequest(command);
+}
+
+Request DconConversation::AskProbe() {
+  read_back_.reset();
+  if (probing_->IsInOtherMode()) {
+    question_ = Identification::Question{kAskName, true};
+    return MakeQuestion(*question_);
   }
-  return MakeRequest(plan_.block(task.query).key.command);
+  const std::string command = probing_->Command(identification_);
+  Request request = MakeRequest(command);
+  request.steady = command == kAskName;
+  request.distinct = probing_->IsOwn(command);
+  return request;
 }
 
 Result<Request> DconConversation::AskWrite(const Task& task) {
@@ -88,47 +124,6 @@ Result<Request> DconConversation::AskWrite(const Task& task) {
   const auto command = FormatWrite(*write, task.value);
   if (!command) return Error{"point " + point.name + ": " + command.error()};
   return MakeRequest(*command);
-}
-
-/// What is answered as no poll is: the name, or one channel where polls read all of them together.
-/// Empty: there is no such request.
-std::string DconConversation::MakeOwnProbe() const {
-  if (settings_.identify || plan_.queries().empty()) return kIdentify;
-  // One channel is a poll of its own where any command but `#` begins with '#'.
-  bool all_together = false;
-  for (const auto& read : reads_) {
-    if (!read || read->command[0] != '#') continue;
-    if (read->command != kReadAll) return {};
-    all_together = true;
-  }
-  if (!all_together) return {};
-  std::size_t first = ExpectedChannels(kReadAll);
-  if (first < 2) return {};
-  for (const auto& read : reads_) {
-    if (read && read->command == kReadAll) first = std::min<std::size_t>(first, read->index);
-  }
-  constexpr std::string_view kDigits = "0123456789ABCDEF";
-  return first < kDigits.size() ? kReadAll + std::string(1, kDigits[first]) : std::string();
-}
-
-/// A read in place of its own probe: the cheapest that is known to work; while none is, the first,
-/// because profiles begin with what always works.
-std::string DconConversation::ProbeCommand() const {
-  std::vector<std::string> reads;
-  std::size_t best = 0;
-  std::size_t best_cost = 0;
-  for (std::size_t query = 0; query < plan_.queries().size(); ++query) {
-    const Read& read = plan_.block(query).key;
-    if (!IsRepeatable(read.command)) continue;
-    reads.push_back(read.command);
-    const std::size_t cost = Cost(read.form, plan_.queries()[query].points.size());
-    if (!plan_.IsProven(query) || (best_cost != 0 && cost >= best_cost)) continue;
-    best = reads.size() - 1;
-    best_cost = cost;
-  }
-  const auto read = probes_.Next(reads.size(), best);
-  if (read) return reads[*read];
-  return own_probe_.empty() ? kIdentify : own_probe_;
 }
 
 /// The first query that sends the command; queries().size(): none does.
@@ -158,11 +153,12 @@ std::optional<Form> DconConversation::PlannedForm(std::string_view command) cons
 
 std::optional<DconConversation::Exchanged> DconConversation::Decode(View request,
                                                                     View frame) const {
-  const auto command = ParseRequest(request, settings_.checksum);
+  const Settings& settings = IsInOtherMode(request) ? other_mode_ : settings_;
+  const auto command = ParseRequest(request, settings.checksum);
   if (!command) return std::nullopt;
   const std::size_t channels = ExpectedChannels(command->text);
   return Exchanged{*command,
-                   DecodeReply(*command, PlannedForm(command->text), channels, frame, settings_)};
+                   DecodeReply(*command, PlannedForm(command->text), channels, frame, settings)};
 }
 
 /// Of every point that the command reads.
@@ -175,10 +171,15 @@ Answer DconConversation::ReadingsOf(const Exchanged& exchanged) const {
     if (!reads_[i] || reads_[i]->command != exchanged.command.text) continue;
     // Two decoders for one command: that of the first point holds, the other can not be right.
     const bool wrong_form = reply.outcome == Outcome::ok && reads_[i]->form != reply.form;
-    if (reply.outcome == Outcome::unsupported || wrong_form) {
+    if (reply.outcome == Outcome::unsupported) {
+      answer.readings.push_back({i, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
+    } else if (wrong_form) {
       answer.readings.push_back({i, {}, Quality::bad_configuration, {}});
     } else if (reply.outcome == Outcome::ok) {
       Field field = Select(reply, *reads_[i]);
+      if (auto* number = std::get_if<double>(&field.value)) {
+        *number *= identification_.FactorOf(device_.points[i].unit);
+      }
       answer.readings.push_back({i, std::move(field.value), field.quality, {}});
     }
   }
@@ -223,25 +224,62 @@ Answer DconConversation::Interpret(View request, View frame) {
 Answer DconConversation::OnFrame(const Task& task, const Request& request, View frame, Instant) {
   const auto exchanged = Decode(request.bytes, frame);
   if (!exchanged) return Interpret(request.bytes, frame);
+  if (question_) return OnIdentified(task, *exchanged);
   Answer answer = ReadingsOf(*exchanged);
   if (task.kind == Task::Kind::write) return AfterWrite(task, std::move(answer));
-  return AfterRead(task, exchanged->command, std::move(answer));
+  return AfterRead(task, *exchanged, std::move(answer));
+}
+
+/// A question was answered; the task goes on, unless the module is another one.
+Answer DconConversation::OnIdentified(const Task& task, const Exchanged& exchanged) {
+  const bool was_in_trouble = static_cast<bool>(trouble());
+  Learn(*std::exchange(question_, std::nullopt), exchanged.reply);
+  probing_->OnPolled();
+  Answer answer;
+  answer.then = AfterQuestion(task, was_in_trouble);
+  return answer;
+}
+
+Then DconConversation::AfterQuestion(const Task& task, bool was_in_trouble) {
+  if (was_in_trouble != static_cast<bool>(trouble())) return Then::replan;
+  if (task.kind == Task::Kind::probe) return Then::done;
+  const std::string command = CommandOf(task);
+  const bool goes_on = !identification_.is_done() || identification_.Allows(command);
+  return goes_on ? Then::ask_again : Then::done;
 }
 
 /// What the answer to a poll or probe changes in the session.
-Answer DconConversation::AfterRead(const Task& task, const Command& command, Answer answer) {
+Answer DconConversation::AfterRead(const Task& task, const Exchanged& exchanged, Answer answer) {
+  const Command& command = exchanged.command;
   if (!ProvesLife(answer.outcome)) return answer;
+  identification_.OnPolled();
   if (task.kind == Task::Kind::probe) {
-    probes_.OnAnswered(command.text == own_probe_);
+    probing_->OnAnswered(command.text);
   } else {
-    probes_.OnPolled();
+    probing_->OnPolled();
   }
   const std::size_t query = QueryOf(command.text);
   PlanChange change = PlanChange::nothing;
   if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query);
   if (answer.outcome == Outcome::unsupported) change = plan_.OnRefused(query);
   if (change != PlanChange::nothing) answer.then = Then::replan;
+  return Learned(exchanged, std::move(answer));
+}
+
+/// What was polled may be what else would be asked: type and channel mask.
+Answer DconConversation::Learned(const Exchanged& exchanged, Answer answer) {
+  const std::string& text = exchanged.command.text;
+  const bool mask = text == kAskMask && exchanged.reply.form == Form::hex;
+  if (!settings_.identify || (text != kAskType && !mask)) return answer;
+  const bool was_in_trouble = static_cast<bool>(trouble());
+  Learn({mask ? kAskMask : kAskType, false}, exchanged.reply);
+  if (was_in_trouble != static_cast<bool>(trouble())) answer.then = Then::replan;
   return answer;
+}
+
+void DconConversation::Learn(const Identification::Question& question, const DecodedReply& reply) {
+  identification_.OnAnswer(question, reply);
+  settings_.enabled = identification_.mask().value_or(ReadSettings(device_.options).enabled);
 }
 
 Answer DconConversation::AfterWrite(const Task& task, Answer answer) {
@@ -253,7 +291,9 @@ Answer DconConversation::AfterWrite(const Task& task, Answer answer) {
     if (differs) {
       answer.outcome = Outcome::refused;
       answer.reason = "the write was confirmed, but " + device_.points[task.point].name +
-                      " reads back as " + ToText(own->value);
+                      " reads back as " + ToText(own->value) +
+                      "; if the output has moved all the same, the module sends its bytes in the "
+                      "other order: set swap_bytes";
     }
     return answer;
   }
@@ -271,9 +311,16 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
                                  Instant) {
   read_back_.reset();
   const bool silent = outcome == Outcome::no_reply;
+  if (const auto question = std::exchange(question_, std::nullopt)) {
+    const bool gone = outcome == Outcome::line_down || outcome == Outcome::busy;
+    if (task.kind == Task::Kind::probe) probing_->OnFailed(false);
+    if (gone || task.kind == Task::Kind::probe) return Then::done;
+    identification_.OnSilence(*question);
+    return AfterQuestion(task, static_cast<bool>(trouble()));
+  }
+  if (outcome == Outcome::unexpected) identification_.AskMaskAgain();
   if (task.kind == Task::Kind::probe) {
-    const bool own = !own_probe_.empty() && request.bytes == MakeRequest(own_probe_).bytes;
-    return probes_.OnFailed(own && silent) ? Then::ask_again : Then::done;
+    return probing_->OnFailed(request.distinct && silent) ? Then::ask_again : Then::done;
   }
   if (task.kind != Task::Kind::poll || !silent) return Then::done;
   return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;
@@ -281,7 +328,9 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
 
 void DconConversation::OnReconnect() {
   read_back_.reset();
-  probes_.OnReconnect();
+  question_.reset();
+  identification_.OnReconnect();
+  probing_->OnReconnect();
   plan_.OnReconnect();
 }
 

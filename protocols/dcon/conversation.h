@@ -7,12 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "protocols/common/probe_choice.h"
 #include "protocols/common/query_plan.h"
 #include "protocols/conversation.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/decode.h"
+#include "protocols/dcon/identification.h"
 #include "protocols/dcon/points.h"
+#include "protocols/dcon/probing.h"
 #include "protocols/dcon/settings.h"
 #include "protocols/protocol.h"
 
@@ -23,21 +24,16 @@ class DconConversation : public Conversation {
   /// `device` outlives the conversation.
   explicit DconConversation(const config::Device& device);
 
-  std::span<const Query> Queries() const override { return plan_.queries(); }
+  std::span<const Query> Queries() const override;
   Result<Request> Ask(const Task& task, Instant now) override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
+  const DeviceTrouble& trouble() const override { return identification_.trouble(); }
   Outcome Check(View request, View frame) const override;
   Answer Interpret(View request, View frame) override;
 
  private:
-  /// One read command and the form of its reply: `#01` as joined numbers.
-  struct Read {
-    std::string command;
-    Form form = Form::number;
-    bool operator==(const Read&) const = default;
-  };
   /// A write that the module has confirmed and that is now read back.
   struct ReadBack {
     std::size_t point = kNoPoint;
@@ -46,10 +42,12 @@ class DconConversation : public Conversation {
 
   void PlanReads();
   Request MakeRequest(std::string_view command) const;
+  Request MakeQuestion(const Identification::Question& question) const;
+  bool IsInOtherMode(View request) const;
+  std::string CommandOf(const Task& task) const;
+  Request AskProbe();
   Result<Request> AskWrite(const Task& task);
-  std::string MakeOwnProbe() const;
   std::size_t QueryOf(std::string_view command) const;
-  std::string ProbeCommand() const;
   std::size_t ExpectedChannels(std::string_view command) const;
   std::optional<Form> PlannedForm(std::string_view command) const;
   /// A request and its reply, decoded; nothing when the request is none.
@@ -60,17 +58,23 @@ class DconConversation : public Conversation {
   std::optional<Exchanged> Decode(View request, View frame) const;
   Answer ReadingsOf(const Exchanged& exchanged) const;
   void AddLabels(const Exchanged& exchanged, Answer& answer) const;
-  Answer AfterRead(const Task& task, const Command& command, Answer answer);
+  Answer OnIdentified(const Task& task, const Exchanged& exchanged);
+  Then AfterQuestion(const Task& task, bool was_in_trouble);
+  Answer AfterRead(const Task& task, const Exchanged& exchanged, Answer answer);
+  Answer Learned(const Exchanged& exchanged, Answer answer);
+  void Learn(const Identification::Question& question, const DecodedReply& reply);
   Answer AfterWrite(const Task& task, Answer answer);
 
   const config::Device& device_;
   Settings settings_;
+  Settings other_mode_;  ///< the same with the checksum the other way
   std::uint8_t address_;
-  std::vector<std::optional<ReadAddress>> reads_;  ///< by point
+  Probing::Reads reads_;
   QueryPlan<Read> plan_;
   std::optional<ReadBack> read_back_;
-  std::string own_probe_;  ///< answered as no poll is; empty: there is none
-  ProbeChoice probes_;
+  Identification identification_;
+  std::optional<Identification::Question> question_;  ///< the request under way
+  std::optional<Probing> probing_;                    ///< always there once the reads are planned
 };
 
 }  // namespace baudgate::protocols::dcon

@@ -150,7 +150,7 @@ DecodedReply DecodeDigits(std::string_view command, std::string_view payload, Fo
                           : std::nullopt;
   if (!number) return Fail(Outcome::corrupt, shown + " is not a number");
   const bool digital = form == Form::bits || form == Form::status;
-  return One(form, digital ? *number ^ settings.invert : *number);
+  return One(form, digital ? DigitalWord(*number, settings) : *number);
 }
 
 DecodedReply DecodeText(std::string_view command, std::string_view payload) {
@@ -260,7 +260,8 @@ Field Select(const DecodedReply& decoded, const ReadAddress& address) {
     for (const Field& field : decoded.fields) {
       if (field.channel == address.index) return field;
     }
-    return BadField(Quality::bad_configuration, "the module has no such channel");
+    return BadField({Quality::bad_configuration, Reason::not_fitted},
+                    "the module has no such channel");
   }
   if (decoded.fields.size() != 1) return BadField(Quality::bad, "no single value");
   Field field = decoded.fields.front();

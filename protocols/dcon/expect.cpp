@@ -31,7 +31,10 @@ std::vector<Shape> Shapes(const Command& command, bool checksum) {
 }  // namespace
 
 Expectation Expect(View request, const config::Options& options) {
-  const Settings settings = ReadSettings(options);
+  return Expect(request, ReadSettings(options));
+}
+
+Expectation Expect(View request, const Settings& settings) {
   Expectation expect;
   expect.max_bytes = kMaxFrame;
   expect.checksum = settings.checksum ? kChecksum : kNoChecksum;

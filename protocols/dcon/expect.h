@@ -3,11 +3,13 @@
 #pragma once
 
 #include "config/model/options.h"
+#include "protocols/dcon/settings.h"
 #include "protocols/frame_rule.h"
 
 namespace baudgate::protocols::dcon {
 
 /// An empty request: what a twin listens for.
 Expectation Expect(View request, const config::Options& options);
+Expectation Expect(View request, const Settings& settings);
 
 }  // namespace baudgate::protocols::dcon

@@ -31,12 +31,13 @@ constexpr auto kTable = SettingsTable(
         "hex_unsigned", "false",
         "Hex numbers run from 0000 to FFFF (unipolar ranges) instead of 8000 to 7FFF.")),
     Bind<&Settings::over>(option::Texts(
-        "over", "+9999.9", "Fields that mean above range, besides nines without a point.")),
+        "over", "+9999.9", "Fields that mean over range, besides nines without a point.")),
     Bind<&Settings::under>(option::Texts(
         "under", "-9999.9",
-        "Fields that mean below range, besides nines or zeros with a minus and no point.")),
-    Bind<&Settings::open>(
-        option::Texts("open", "+888888", "Fields that mean an open sensor circuit.")),
+        "Fields that mean under range, besides nines or zeros with a minus and no point.")),
+    Bind<&Settings::open>(option::Texts("open", "+888888", "Fields that mean an open sensor.")),
+    Bind<&Settings::swap_bytes>(option::Flag(
+        "swap_bytes", "false", "The two bytes of a 16-bit digital reply come in the other order.")),
     Bind<&Settings::invert>(option::Integer(
         "invert", "0", 0, 65535,
         "Bits of a 16-bit digital reply that read the wrong way round, as a mask.")),
@@ -48,7 +49,13 @@ constexpr auto kTable = SettingsTable(
         "counter_checksum", "either", "either,end,front",
         "Place of the checksum in counter replies; I-7080 and CB-7080 send it in front.")),
     Bind<&Settings::identify>(option::Flag(
-        "identify", "false", "The module knows $AAM: a silent device is looked for with it.")));
+        "identify", "true",
+        "Ask $AAM and $AA2 before anything else. false: for modules that know only # (OWEN).")),
+    Bind<&Settings::types>(option::Texts(
+        "types", "",
+        "Type codes that the module may have, in hex; of another one no value is good.")),
+    Bind<&Settings::channel_types>(option::Flag(
+        "channel_types", "false", "Each input of the module has a type code of its own.")));
 
 }  // namespace
 

@@ -36,10 +36,13 @@ struct Settings {
   std::vector<std::string> over;
   std::vector<std::string> under;
   std::vector<std::string> open;
+  bool swap_bytes = false;    ///< of a digital reply of 16 bits, before anything else
   std::uint16_t invert = 0;   ///< over the 16 bits of a digital reply
   bool data_address = false;  ///< replies with '>' carry the address too (TRP-C68)
   bool write_ack_address = false;
-  bool identify = false;  ///< the module knows `$AAM`
+  bool identify = true;            ///< the module knows `$AAM` and `$AA2`
+  std::vector<std::string> types;  ///< its type codes in hex; empty: any
+  bool channel_types = false;      ///< each input has its own, and that of `$AA2` says nothing
 };
 
 std::span<const OptionSpec> OptionTable();

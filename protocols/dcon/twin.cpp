@@ -122,7 +122,16 @@ std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now)
                       (IsDigital(form) && IsDigital(read.form) && !read.command.starts_with("$L"));
     if (same) word |= Place(read, points_.Get(known, now));
   }
-  return IsDigital(form) ? (word ^ settings_.invert) & 0xFFFF : word;
+  return IsDigital(form) ? DigitalWire(word, settings_) : word;
+}
+
+/// Type and rate as told, and the format byte as the options are: "080600" with a checksum is
+/// "080640".
+std::string DconTwin::Configuration(std::string told) const {
+  if (told.size() != 6) return told;
+  const unsigned checksum = settings_.checksum ? 0x40 : 0;
+  const auto format = static_cast<std::uint8_t>(static_cast<unsigned>(settings_.format) | checksum);
+  return told.replace(4, 2, HexByte(format));
 }
 
 std::optional<std::string> DconTwin::AnswerRead(const std::string& command, Instant now) const {
@@ -154,7 +163,7 @@ std::optional<std::string> DconTwin::AnswerRead(const std::string& command, Inst
     case Form::hex:
       return "!" + who_ + Hex(Word(command, form, now), HexDigits(command).second);
     case Form::text:
-      return "!" + who_ + ToText(value());
+      return "!" + who_ + (command == "$2" ? Configuration(ToText(value())) : ToText(value()));
   }
   return std::nullopt;
 }
@@ -178,8 +187,10 @@ std::optional<std::string> DconTwin::AnswerIdentity(const std::string& command) 
   if (!settings_.identify) return std::nullopt;
   if (command == "$M") return "!" + who_ + "TWIN";
   if (command == "$F") return "!" + who_ + "A1.0";
-  // Type 40, 9600 bit/s, and the format byte with its checksum bit.
-  if (command == "$2") return "!" + who_ + "4006" + (settings_.checksum ? "40" : "00");
+  if (command == "$2") {
+    return "!" + who_ +
+           Configuration((settings_.types.empty() ? "40" : settings_.types[0]) + "0600");
+  }
   return std::nullopt;
 }
 

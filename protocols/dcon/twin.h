@@ -28,6 +28,7 @@ class DconTwin : public Twin {
   std::optional<std::string> AnswerRead(const std::string& command, Instant now) const;
   std::optional<std::string> AnswerChannel(const std::string& command, Instant now) const;
   std::optional<std::string> AnswerIdentity(const std::string& command) const;
+  std::string Configuration(std::string told) const;
   std::optional<std::string> AnswerWrite(const std::string& command);
   std::string Joined(Form form, const std::string& command, Instant now) const;
   std::uint64_t Word(const std::string& command, Form form, Instant now) const;

@@ -19,20 +19,19 @@ bool Contains(const std::vector<std::string>& codes, std::string_view token) {
   return std::find(codes.begin(), codes.end(), token) != codes.end();
 }
 
-Field Trouble(Quality quality, std::string_view what, std::string_view token) {
-  return BadField(quality, std::string(what) + " (" + std::string(token) + ")");
+Field Trouble(Reason reason, std::string_view token) {
+  return BadField({Quality::bad_sensor_failure, reason},
+                  std::string(Name(reason)) + " (" + std::string(token) + ")");
 }
 
 Field DisabledField(std::size_t channel = 0) {
-  return BadField(Quality::bad_out_of_service, "channel disabled", static_cast<unsigned>(channel));
+  return BadField({Quality::bad_out_of_service, Reason::channel_disabled}, "channel disabled",
+                  static_cast<unsigned>(channel));
 }
 
-Field Above(std::string_view token) {
-  return Trouble(Quality::bad_sensor_failure, "above range", token);
-}
-Field Below(std::string_view token) {
-  return Trouble(Quality::bad_sensor_failure, "below range", token);
-}
+Field Above(std::string_view token) { return Trouble(Reason::over_range, token); }
+Field Below(std::string_view token) { return Trouble(Reason::under_range, token); }
+Field Open(std::string_view token) { return Trouble(Reason::open_sensor, token); }
 
 bool AllAre(std::string_view text, char digit) {
   return text.find_first_not_of(digit) == std::string_view::npos;
@@ -42,9 +41,7 @@ bool AllAre(std::string_view text, char digit) {
 std::optional<Field> ListedCode(std::string_view token, const Settings& settings) {
   if (Contains(settings.over, token)) return Above(token);
   if (Contains(settings.under, token)) return Below(token);
-  if (Contains(settings.open, token)) {
-    return Trouble(Quality::bad_sensor_failure, "open sensor circuit", token);
-  }
+  if (Contains(settings.open, token)) return Open(token);
   return std::nullopt;
 }
 
@@ -53,11 +50,9 @@ Field PointlessCode(std::string_view token) {
   const std::string_view digits = token.substr(1);
   const bool minus = token.front() == '-';
   if (digits.size() >= 4 && AllAre(digits, '9')) return minus ? Below(token) : Above(token);
-  if (digits.size() == 6 && AllAre(digits, '8')) {
-    return Trouble(Quality::bad_sensor_failure, "open sensor circuit", token);
-  }
+  if (digits.size() == 6 && AllAre(digits, '8')) return Open(token);
   if (minus && AllAre(digits, '0')) return Below(token);
-  return Trouble(Quality::bad, "not a measurement: it has no point", token);
+  return BadField(Quality::bad, "not a measurement: it has no point (" + std::string(token) + ")");
 }
 
 bool IsNumberText(std::string_view token) {

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,7 +18,7 @@ namespace baudgate::protocols::dcon {
 /// One channel. Without a good quality there is no value: a code is never a number.
 struct Field : Decoded {
   unsigned channel = 0;
-  std::string note;  ///< what a bad field means: "above range (+99999)"
+  std::string note;  ///< what a bad field means: "over range (+99999)"
 };
 
 inline Field BadField(Quality quality, std::string note, unsigned channel = 0) {
@@ -37,6 +38,16 @@ Fields CutFields(std::string_view text, const Settings& settings, bool hex);
 /// Gives fields their channels and checks their count. `expected`: how many channels the module
 /// has, 0 = any. A reply of another count is not believed at all.
 void AssignChannels(Fields& fields, const Settings& settings, std::size_t expected);
+
+/// A digital word as points see it, of the 16 bits on the wire; and back.
+inline std::uint64_t DigitalWord(std::uint64_t wire, const Settings& settings) {
+  if (settings.swap_bytes) wire = (wire & 0xFFU) << 8U | (wire >> 8U & 0xFFU);
+  return wire ^ settings.invert;
+}
+inline std::uint64_t DigitalWire(std::uint64_t word, const Settings& settings) {
+  word = (word ^ settings.invert) & 0xFFFFU;
+  return settings.swap_bytes ? (word & 0xFFU) << 8U | word >> 8U : word;
+}
 
 /// A number as a module of these settings writes it; text passes as it is ("+99999"), so that a
 /// simulated value can be a code.

@@ -72,10 +72,10 @@ std::optional<Quality> QualityOf(std::uint8_t exception) {
     case kIllegalFunction:
     case kIllegalAddress:
     case kIllegalValue:
-      return Quality::bad_configuration;
+      return Quality(Quality::bad_configuration, Reason::not_fitted);
     case kDeviceFailure:
     case kParityError:
-      return Quality::bad_device_failure;
+      return Quality(Quality::bad_device_failure, Reason::device_fault);
     default:
       return std::nullopt;
   }

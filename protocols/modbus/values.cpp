@@ -52,7 +52,7 @@ Decoded Integer(std::int64_t value) { return {Value(value), Quality::good}; }
 Decoded Unsigned(std::uint64_t value) { return {Value(value), Quality::good}; }
 
 Decoded Real(double value) {
-  if (!std::isfinite(value)) return {{}, Quality::bad_sensor_failure};
+  if (!std::isfinite(value)) return {{}, {Quality::bad_sensor_failure, Reason::sentinel}};
   return {Value(value), Quality::good};
 }
 

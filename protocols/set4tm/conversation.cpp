@@ -17,9 +17,14 @@ namespace {
 
 /// The channel lives 20 s; with less than a quarter left it is opened anew (reference, 14.5).
 constexpr Duration kChannelTrust = 15s;
+/// Three wrong passwords in a row lock writing until midnight (reference, chapter 6): after one
+/// there is one more try, and then none until a person has looked.
+constexpr Duration kSecondTry = 1h;
+constexpr std::size_t kMostTries = 2;
 constexpr int kReopens = 1;
 constexpr int kRepeats = 1;
 
+const Bytes kLinkOnly = {kLinkTest};
 const Bytes kAskSerial = {kRead, kSerialNumber};
 const Bytes kAskVariant = {kRead, kVariant};
 const Bytes kAskRatios = {kRead, kRatios};
@@ -49,7 +54,7 @@ MeterConversation::MeterConversation(const config::Device& device)
 void MeterConversation::OnReconnect() {
   learned_ = {};
   snapshot_ = settings_.snapshot;
-  open_ = verified_ = asked_variant_ = asked_ratios_ = false;
+  open_ = verified_ = accepted_ = asked_variant_ = asked_ratios_ = false;
   reopened_ = repeated_ = 0;
   plan_ = fields_.MakePlan(snapshot_);
 }
@@ -73,10 +78,14 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
   if (task.kind == Task::Kind::write) return Error{"SET-4TM meters are read only here"};
   // Opening proves presence too: a link test (00) equals its own echo.
   if (task.kind == Task::Kind::probe || !open_ || now - last_good_ > kChannelTrust) {
+    // Presence is proven without the password as well, if worse: its reply equals its echo.
+    if (!MayOpen(now)) return Make(kLinkOnly);
     Bytes open = {kOpenChannel};
     Append(open, settings_.password);
     Request request = Make(open);
     request.distinct = true;  // answered by a status; "00" answers nothing else
+    // A meter that answers too late must not get a wrong password three times.
+    request.expect.repeatable = accepted_;
     return request;
   }
   if (settings_.serial_number && !verified_) return Make(kAskSerial);
@@ -216,6 +225,7 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   if (settings_.serial_number && Is(reply.pdu, kAskSerial)) {
     verified_ = ByteReader(reply.data).U32Be(0) == *settings_.serial_number;
     if (!verified_) return End(Mismatch(reply.data));
+    if (trouble_.reason == Reason::swapped) trouble_ = {};
   }
   const bool own = task.kind == Task::Kind::poll;
   const Bytes wanted = own ? fields_.PduOf(plan_, task.query) : kAskSerial;
@@ -226,29 +236,42 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   return End(std::move(reply.answer));
 }
 
-Answer MeterConversation::Mismatch(View data) const {
+Answer MeterConversation::Mismatch(View data) {
   Answer answer;
   answer.outcome = Outcome::refused;
   answer.wait = 1min;
   answer.reason = "meter " + std::to_string(ByteReader(data).U32Be(0).value_or(0)) +
                   " answers in place of " + std::to_string(settings_.serial_number.value_or(0)) +
                   "; correct `serial_number` or the address";
-  for (std::size_t point = 0; point < device_.points.size(); ++point) {
-    answer.readings.push_back({point, {}, Quality::bad_configuration, {}});
-  }
+  trouble_ = {Reason::swapped, answer.reason};
+  return answer;
+}
+
+bool MeterConversation::MayOpen(Instant now) const {
+  if (refused_at_.empty()) return true;
+  return refused_at_.size() < kMostTries && now - refused_at_.front() >= kSecondTry;
+}
+
+Answer MeterConversation::PasswordRefused(Answer answer, Instant now) {
+  if (MayOpen(now)) refused_at_.push_back(now);
+  const bool last = refused_at_.size() >= kMostTries;
+  answer.wait = last ? kSecondTry : refused_at_.front() + kSecondTry - now;
+  answer.outcome = Outcome::refused;
+  answer.reason = std::string("the meter refuses the password; set `password`; ") +
+                  (last ? "it is not tried again before 'baudgate enable'" : "tried again in 1 h");
+  trouble_ = {Reason::password_refused, answer.reason};
   return answer;
 }
 
 Answer MeterConversation::AfterOpen(const Task& task, Reply reply, Instant now) {
   open_ = CodeOf(*reply.status) == kOk;
   if (!open_) {
-    if (CodeOf(*reply.status) == kLevelTooLow) {
-      for (std::size_t point = 0; point < device_.points.size(); ++point) {
-        reply.answer.readings.push_back({point, {}, Quality::bad_configuration, {}});
-      }
-    }
-    return End(std::move(reply.answer));
+    const bool refused = CodeOf(*reply.status) == kLevelTooLow;
+    return End(refused ? PasswordRefused(std::move(reply.answer), now) : std::move(reply.answer));
   }
+  accepted_ = true;
+  refused_at_.clear();
+  if (trouble_.reason == Reason::password_refused) trouble_ = {};
   last_good_ = now;
   verified_ = false;  // another meter may have taken the address
   if (task.kind == Task::Kind::probe) return End(std::move(reply.answer));
@@ -265,6 +288,9 @@ Answer MeterConversation::AfterClosed(Answer answer) {
 
 Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now) {
   if (reply.pdu[0] == kOpenChannel) return AfterOpen(task, std::move(reply), now);
+  if (reply.pdu[0] == kLinkTest && task.kind != Task::Kind::probe) {
+    return PasswordRefused(std::move(reply.answer), now);
+  }
   switch (CodeOf(*reply.status)) {
     case kChannelClosed:
       return AfterClosed(std::move(reply.answer));

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "protocols/protocol.h"
 #include "protocols/set4tm/plan.h"
@@ -22,6 +23,8 @@ class MeterConversation : public Conversation {
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
+  void OnEnabled() override { refused_at_.clear(); }
+  const DeviceTrouble& trouble() const override { return trouble_; }
   bool ForgetRefusals() override { return plan_.ForgetRefusals(); }
   Outcome Check(View request, View frame) const override;
   Answer Interpret(View request, View frame) override;
@@ -47,7 +50,9 @@ class MeterConversation : public Conversation {
   Answer AfterStatus(const Task& task, Reply reply, Instant now);
   Answer AfterOpen(const Task& task, Reply reply, Instant now);
   Answer AfterClosed(Answer answer);
-  Answer Mismatch(View data) const;
+  Answer Mismatch(View data);
+  Answer PasswordRefused(Answer answer, Instant now);
+  bool MayOpen(Instant now) const;
   Answer End(Answer answer);
   Scale scale() const { return Merge(settings_.scale(), learned_); }
 
@@ -62,10 +67,15 @@ class MeterConversation : public Conversation {
   bool snapshot_ = false;
   bool open_ = false;
   bool verified_ = false;
+  bool accepted_ = false;  ///< the password
   bool asked_variant_ = false;
   bool asked_ratios_ = false;
   Instant last_good_{};
   std::uint8_t snapshot_id_ = 0;
+
+  // Kept over OnReconnect.
+  std::vector<Instant> refused_at_;  ///< when the password was refused, at most twice
+  DeviceTrouble trouble_;
 
   // The task under way.
   int reopened_ = 0;

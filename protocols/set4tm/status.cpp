@@ -16,20 +16,18 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
     case kNotAllowed:
       return {Outcome::unsupported,
               "this meter does not know the request; it is not asked again",
-              Quality::bad_configuration,
+              Quality(Quality::bad_configuration, Reason::not_fitted),
               {}};
     case kInternalError:
       return {Outcome::refused, "internal error of the meter; read its status word (08 0A)",
-              Quality::bad_device_failure, 10s};
+              Quality(Quality::bad_device_failure, Reason::device_fault), 10s};
     case kLevelTooLow:
-      // Three wrong passwords in a row may lock writing until midnight: do not hammer.
       if (opening) {
-        return {Outcome::refused, "wrong password; set `password` for this meter",
-                Quality::bad_configuration, 5min};
+        return {Outcome::refused, "the meter refuses the password", std::nullopt, {}};
       }
       return {Outcome::refused,
               "access level too low for this request; it is not asked again",
-              Quality::bad_configuration,
+              Quality(Quality::bad_communication, Reason::no_permission),
               {}};
     case kClockAlreadyCorrected:
       return {Outcome::refused, "the clock was corrected already today", std::nullopt, {}};
@@ -42,7 +40,7 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
     case kNotReady:
       return {Outcome::busy,
               "result not ready yet; the last value stays",
-              Quality::uncertain_last_usable,
+              Quality(Quality::uncertain_last_usable, Reason::not_ready),
               {}};
     case kBusy:
       return {Outcome::busy, "busy with a task of this kind", std::nullopt, 1s};

@@ -25,8 +25,8 @@ Decoded DecodeFloat(View data, std::size_t at) {
   if (!value) return Bad(Quality::bad_device_failure);
   if (std::isfinite(*value)) return {static_cast<double>(*value), Quality::good};
   if (data[at + 2] == 0x80 && data[at + 3] == 0x7F) {
-    if ((data[at] & 0x0FU) == 7) return Bad(Quality::uncertain_last_usable);
-    if ((data[at] & 0x0FU) == 1) return Bad(Quality::bad_configuration);
+    if ((data[at] & 0x0FU) == 7) return Bad({Quality::uncertain_last_usable, Reason::not_ready});
+    if ((data[at] & 0x0FU) == 1) return Bad({Quality::bad_configuration, Reason::not_fitted});
   }
   return Bad(Quality::bad_sensor_failure);
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gateway/base/text.h"
+#include "protocols/common/designation.h"
 #include "protocols/spabus/decode.h"
 #include "protocols/spabus/expect.h"
 #include "protocols/spabus/nack.h"
@@ -18,6 +19,8 @@ namespace {
 
 constexpr Address kIdentification{0, 'F', std::nullopt};
 constexpr int kDoubtsBeforeForgetting = 3;
+/// All that is asked of a relay which is not what its profile says: what it is now.
+const Query kWhatIsIt{config::Group::slow, {}};
 
 class SpaConversation final : public Conversation {
  public:
@@ -31,7 +34,12 @@ class SpaConversation final : public Conversation {
         most_items_(settings_.max_items),
         plan_(MakePlan(points_, most_items_)) {}
 
-  std::span<const Query> Queries() const override { return plan_.queries(); }
+  std::span<const Query> Queries() const override {
+    if (trouble_) return {&kWhatIsIt, 1};
+    return plan_.queries();
+  }
+  const DeviceTrouble& trouble() const override { return trouble_; }
+  void OnEnabled() override { writes_.OnEnabled(); }
 
   Result<Request> Ask(const Task& task, Instant) override {
     switch (task.kind) {
@@ -41,6 +49,7 @@ class SpaConversation final : public Conversation {
         return request;
       }
       case Task::Kind::poll: {
+        if (WantsName()) return Seal(ReadOf(slave_, kIdentification, 0));
         if (const auto leftover = writes_.Leftover(slave_)) {
           Request request = Seal(*leftover);
           request.closes = true;
@@ -65,6 +74,7 @@ class SpaConversation final : public Conversation {
       exchange.answer.then = Then::ask_again;
       return std::move(exchange.answer);
     }
+    if (std::exchange(asked_name_, false)) return OnName(std::move(exchange.answer));
     const bool refused = exchange.nack && task.kind == Task::Kind::poll;
     if (refused && LearnFromRefusal(task.query, *exchange.nack)) {
       exchange.answer.then = Then::replan;
@@ -74,11 +84,17 @@ class SpaConversation final : public Conversation {
 
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant) override {
     if (outcome == Outcome::corrupt) checksum_.Doubt();
+    const bool unsent = outcome == Outcome::line_down || outcome == Outcome::busy;
+    if (std::exchange(asked_name_, false) && !unsent) {
+      named_ = true;  // silence contradicts nothing
+      return trouble_ ? Then::done : Then::ask_again;
+    }
     if (task.kind == Task::Kind::write) return writes_.OnFailure(outcome);
     return request.closes && outcome != Outcome::line_down ? Then::ask_again : Then::done;
   }
 
   void OnReconnect() override {
+    named_ = false;
     most_items_ = settings_.max_items;
     plan_.OnReconnect();
     writes_.Reset();
@@ -101,6 +117,33 @@ class SpaConversation final : public Conversation {
   }
 
  private:
+  bool KnowsNames() const {
+    return !device_.identity.ignore &&
+           (!device_.identity.names.empty() || !device_.identity.others.empty());
+  }
+
+  /// Before the first poll, and in place of all polls where the relay is another.
+  bool WantsName() {
+    asked_name_ = KnowsNames() && (!named_ || trouble_);
+    return asked_name_;
+  }
+
+  /// A relay that has no designation contradicts nothing.
+  Answer OnName(Answer answer) {
+    named_ = true;
+    const bool was_in_trouble = static_cast<bool>(trouble_);
+    const auto name = std::ranges::find_if(answer.readings, [](const Reading& reading) {
+      return std::holds_alternative<std::string>(reading.value);
+    });
+    if (answer.outcome == Outcome::ok && name != answer.readings.end()) {
+      trouble_ = JudgeName(device_.identity, std::get<std::string>(name->value));
+    }
+    answer = {};
+    const bool changed = was_in_trouble != static_cast<bool>(trouble_);
+    answer.then = changed ? Then::replan : trouble_ ? Then::done : Then::ask_again;
+    return answer;
+  }
+
   Request Seal(const Command& command) const {
     Request request;
     request.bytes = Encode(command, settings_.send_wildcard);
@@ -117,6 +160,7 @@ class SpaConversation final : public Conversation {
 
   Result<Request> AskWrite(const Task& task) {
     const config::Point& point = device_.points[task.point];
+    if (trouble_) return Error{trouble_.text};
     if (point.access == config::Access::read) return Error{"'" + point.name + "' is read-only"};
     auto command = writes_.Next(slave_, task, point);
     if (!command) return Error{command.error()};
@@ -155,6 +199,9 @@ class SpaConversation final : public Conversation {
   const unsigned slave_;
   std::size_t most_items_;  ///< in one request; fewer once the device has called it too many
   ItemPlan plan_;
+  bool named_ = false;       ///< it has said what it is, since OnReconnect
+  bool asked_name_ = false;  ///< the request under way asks for it
+  DeviceTrouble trouble_;
 };
 
 }  // namespace

@@ -83,7 +83,8 @@ Answer DecodeNack(const Command& command, int code, std::span<const ReadPoint> p
     const Address item = ItemsOf(command).front();
     for (const ReadPoint& candidate : points) {
       if (candidate.address != item) continue;
-      answer.readings.push_back({candidate.index, {}, Quality::bad_configuration, {}});
+      answer.readings.push_back(
+          {candidate.index, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
     }
   }
   return answer;

@@ -26,8 +26,7 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task, const confi
     if (password_refused_) {
       return Error{
           "the device refused the password; it is not sent again, because a few wrong ones lock "
-          "the "
-          "device: correct `password` and restart"};
+          "the device: correct `password`, or 'baudgate enable' the device"};
     }
     point_ = task.point;
     value_ = task.value;
@@ -95,11 +94,15 @@ Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
   } else {
     step_ = Step::idle;
     maybe_open_ = false;
-    if (RuleOf(*nack).judged) {
+    const NackRule& rule = RuleOf(*nack);
+    if (rule.judged && rule.missing) {
+      answer.outcome = Outcome::refused;
+      answer.reason = "the device knows no password (" + answer.reason + "): leave `password` out";
+    } else if (rule.judged) {
       password_refused_ = true;
       answer.outcome = Outcome::refused;
       answer.reason = "the device refused the password (" + answer.reason +
-                      "); no further write is tried on this connection";
+                      "); it is not sent again before 'baudgate enable' or another `password`";
     }
   }
   return answer;

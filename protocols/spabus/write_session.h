@@ -38,6 +38,9 @@ class WriteSession {
   std::optional<Command> Leftover(unsigned slave);
   void OnLeftover(const Answer& answer);
 
+  /// A person has looked: a refused password may be sent once more.
+  void OnEnabled() { password_refused_ = false; }
+
   /// Forgets the task in hand, not that its password may be open. A refused password stays refused:
   /// it is wrong until the configuration changes, and a device that comes and goes must not add up
   /// the attempts that lock it.

@@ -38,6 +38,33 @@ TEST(Examples, DigiOneLeadsToTheDrive) {
   EXPECT_EQ(listener.functions[0].priority, config::Priority::high);
 }
 
+config::Identity IdentityOf(const std::string& keys) {
+  const config::Loaded loaded = config::LoadText(
+      "lines: [{ name: l, port: /dev/l, protocol: spabus, devices: [{ name: d, address: 1, " +
+          keys + " }] }]\n",
+      "t.yaml", Shipped());
+  EXPECT_EQ(Shown(loaded.problems), "");
+  return loaded.ok() ? loaded.config.lines[0].devices[0].identity : config::Identity();
+}
+
+TEST(Examples, ADeviceKnowsWhatOnlyOtherTypesCallThemselves) {
+  const config::Identity shipped = IdentityOf("profile: spaj140c");
+  EXPECT_EQ(shipped.names.front(), "SPCJ 4D29");
+  EXPECT_EQ(shipped.others, (std::map<std::string, std::string>{{"SPAU130C", "spau130c"}}));
+  const config::Identity own = IdentityOf("profile: spaj140c, identity: [\"spau 130 c\"]");
+  EXPECT_EQ(own.names, std::vector<std::string>{"spau 130 c"});
+  EXPECT_TRUE(own.others.empty()) << "the user lists it";
+  EXPECT_TRUE(IdentityOf("profile: spaj140c, identity: ignore").ignore);
+  const config::Loaded wrong = config::LoadText(
+      "lines: [{ name: l, port: /dev/l, protocol: spabus, devices: [{ name: d, address: 1, "
+      "profile: spaj140c, identity: ignored }] }]\n",
+      "t.yaml", Shipped());
+  EXPECT_NE(
+      Shown(wrong.problems).find("identity: 'ignored' is neither 'ignore' nor a list of names"),
+      std::string::npos)
+      << Shown(wrong.problems);
+}
+
 TEST(Examples, AnnotatedDefaultsAreTheDefaults) {
   const config::Loaded loaded = config::LoadFile("config/examples/baudgate.yaml", Shipped());
   ASSERT_TRUE(loaded.ok());

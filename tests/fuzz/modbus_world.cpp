@@ -109,7 +109,7 @@ PointStore& FilledStore() {
         store.Update(device, std::span(&sample, 1), {ModbusNow() - i * 1s, {}}, 10ms);
       }
     }
-    store.SetOverride(2, Override::offline);
+    store.SetOverride(2, Quality::bad_communication);
     return true;
   }();
   Require(filled, "the store is filled once");

@@ -118,7 +118,7 @@ class ToyConversation final : public Conversation {
     if (got->rest == "~busy") return Outcome::busy;
     if (got->rest == "~refused") return Outcome::refused;
     const bool words = got->rest.starts_with("~") && got->rest != "~closed" &&
-                       got->rest != "~fault" && got->rest != "~nan";
+                       got->rest != "~fault" && got->rest != "~nan" && got->rest != "~foreign";
     return words ? Outcome::unsupported : Outcome::ok;
   }
 
@@ -143,6 +143,8 @@ class ToyConversation final : public Conversation {
     }
     return std::nullopt;
   }
+
+  const DeviceTrouble& trouble() const override { return trouble_; }
 
   void OnReconnect() override {
     open_ = closing_ = failed_write_ = false;
@@ -197,6 +199,8 @@ class ToyConversation final : public Conversation {
       answer.then = Then::replan;
     } else if (word == "fault") {
       answer.readings.push_back({PointOf(task), {}, Quality::bad_sensor_failure, {}});
+    } else if (word == "foreign") {
+      trouble_ = {Reason::other_module, "it is not A"};
     } else if (word == "nan") {
       answer.readings.push_back(
           {PointOf(task), std::numeric_limits<double>::quiet_NaN(), Quality::good, {}});
@@ -221,6 +225,7 @@ class ToyConversation final : public Conversation {
       // confirmed
     } else if (const auto value = ParseDecimal(rest.empty() ? rest : rest.substr(1))) {
       answer.readings.push_back({PointOf(task), *value, Quality::good, {}});
+      trouble_ = {};
     } else {
       answer.outcome = Outcome::unexpected;
     }
@@ -233,6 +238,7 @@ class ToyConversation final : public Conversation {
   bool open_ = false;
   bool closing_ = false;
   bool failed_write_ = false;
+  DeviceTrouble trouble_;
 };
 
 class ToyTwin final : public Twin {

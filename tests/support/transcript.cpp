@@ -48,7 +48,7 @@ std::vector<std::string> ValuesOf(const config::Device& device, const Answer& an
     const config::Point& point = device.points[reading.point];
     const Sample sample = ToSample(point, reading);
     const std::string value = HasValue(sample.value) ? ToText(sample.value) + " " : "";
-    values.push_back(point.name + " " + value + std::string(Name(sample.quality)));
+    values.push_back(point.name + " " + value + Name(sample.quality));
   }
   return values;
 }

@@ -303,7 +303,7 @@ std::string OneDevice(const Json& status, const TableView& view) {
                  Text(value, "point"),
                  JsonValueText(value.at("value")),
                  Text(value, "unit"),
-                 static_cast<Quality>(Number(value, "quality")),
+                 Quality::OfWord(static_cast<std::uint16_t>(Number(value, "quality"))),
                  {},
                  false};
     if (!value.at("age_ms").is_null()) {

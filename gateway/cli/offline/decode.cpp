@@ -58,14 +58,14 @@ Json ToJson(const Reading& reading, const config::Device& device) {
   if (reading.point >= device.points.size()) {
     return {{"point", reading.label},
             {"value", ToJson(reading.value)},
-            {"quality", static_cast<int>(reading.quality)}};
+            {"quality", reading.quality.word()}};
   }
   const config::Point& point = device.points[reading.point];
   const Sample sample = ToSample(point, reading);
   return {{"point", point.name},
           {"value", ToJson(sample.value)},
           {"unit", point.unit},
-          {"quality", static_cast<int>(sample.quality)}};
+          {"quality", sample.quality.word()}};
 }
 
 /// The first whole frame of the reply, or how the reply failed.

@@ -126,10 +126,9 @@ std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& vie
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const PointRow& row = rows[i];
     const bool again = i > 0 && rows[i - 1].device == row.device;
-    table.push_back(
-        {{again ? "" : row.device, row.point, row.value, row.unit,
-          row.gone ? "gone" : std::string(Name(row.quality)), row.age ? FormatAge(*row.age) : "-"},
-         ToneOf(row)});
+    table.push_back({{again ? "" : row.device, row.point, row.value, row.unit,
+                      row.gone ? "gone" : Name(row.quality), row.age ? FormatAge(*row.age) : "-"},
+                     ToneOf(row)});
   }
   return RenderTable(kColumns, table, view);
 }

@@ -19,9 +19,7 @@ WallTime SourceTime(const dds::PointSample& sample) {
   return WallTime(Duration(sample.source_time_ns));
 }
 
-Quality QualityOf(const dds::PointSample& sample) {
-  return static_cast<Quality>(sample.quality & 0xFFU);
-}
+Quality QualityOf(const dds::PointSample& sample) { return Quality::OfWord(sample.quality); }
 
 std::string ValueText(const dds::PointSample& sample) {
   return sample.text.empty() ? FormatValue(sample.value) : sample.text;
@@ -61,7 +59,7 @@ std::string PlainLine(const PointEvent& event) {
   if (event.gone) return Harmless(line + "gone (" + std::string(GoneText(*event.gone)) + ")");
   line += ValueText(sample);
   if (!sample.unit.empty()) line += " " + sample.unit;
-  return Harmless(line + "  " + std::string(Name(QualityOf(sample))));
+  return Harmless(line + "  " + Name(QualityOf(sample)));
 }
 
 }  // namespace baudgate

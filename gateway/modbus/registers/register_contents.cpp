@@ -10,6 +10,9 @@
 namespace baudgate::modbus {
 namespace {
 
+/// Of a good value that its registers can not hold.
+constexpr Quality kDoesNotFit{Quality::bad_configuration, Reason::out_of_range};
+
 template <typename T>
 T Saturated(std::uint64_t number) {
   constexpr std::uint64_t kMost = std::numeric_limits<T>::max();
@@ -49,7 +52,7 @@ Quality ShownQuality(const DeviceRecord& record, std::uint32_t index, Instant no
   const bool fits = point.table == config::Table::bits
                         ? EncodeBit(value).has_value()
                         : FitsRegisters(point, record.device->word_order, value);
-  return fits ? quality : Quality::bad_configuration;
+  return fits ? quality : kDoesNotFit;
 }
 
 /// The common case needs one encoding; the rest is decided when it fails or the quality is bad.
@@ -60,7 +63,7 @@ bool FillValue(const DeviceRecord& record, std::uint32_t index, Instant now,
   const Value& value = record.points[index].value;
   Quality quality = QualityAt(record, index, now);
   const bool held = EncodeRegisters(point, order, value, out);
-  if (!held && HasValue(value) && !IsBad(quality)) quality = Quality::bad_configuration;
+  if (!held && HasValue(value) && !IsBad(quality)) quality = kDoesNotFit;
   switch (Show(point, record.device->on_bad, quality, held)) {
     case Shown::held:
       return true;
@@ -139,8 +142,7 @@ ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> p
         if (!FillValue(record, piece.index, now, place)) return kNoTarget;
         break;
       case Area::quality:
-        std::ranges::fill(place,
-                          static_cast<std::uint16_t>(ShownQuality(record, piece.index, now)));
+        std::ranges::fill(place, ShownQuality(record, piece.index, now).word());
         break;
       case Area::age:
         std::ranges::fill(place, AgeRegister(record, piece.index, now));

@@ -153,8 +153,10 @@ std::optional<Value> FiniteOnly(double number) {
 
 Shown Show(const config::Point& point, config::OnBad on_bad, Quality quality, bool held) {
   if (!IsBad(quality)) return held ? Shown::held : Shown::exception;
-  if (quality == Quality::bad_configuration || quality == Quality::bad_device_failure ||
-      quality == Quality::bad_sensor_failure) {
+  const bool fault =
+      quality == Quality::bad_configuration || quality == Quality::bad_device_failure ||
+      quality == Quality::bad_sensor_failure || quality.reason == Reason::channel_disabled;
+  if (fault && !ConcernsDevice(quality.reason)) {
     return ShowFault(point, held);
   }
   if (on_bad == config::OnBad::hold) return held ? Shown::held : Shown::exception;

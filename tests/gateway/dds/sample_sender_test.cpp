@@ -170,7 +170,7 @@ TEST(SampleSender, AChangeOfQualityPassesTheDeadband) {
   run.Set(0, 0, 3.5);
   run.RunFor(0ms);
   EXPECT_THAT(run.writer.points, SizeIs(1)) << "within the deadband";
-  run.store.SetOverride(0, Override::not_connected);
+  run.store.SetOverride(0, Quality::bad_not_connected);
   run.RunFor(0ms);
   ASSERT_THAT(run.writer.points, SizeIs(2));
   EXPECT_EQ(run.writer.points[1].quality, 0x08);

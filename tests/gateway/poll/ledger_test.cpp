@@ -67,7 +67,7 @@ TEST_F(LedgerTest, UseIsThatOfTheLastFullMinute) {
   EXPECT_DOUBLE_EQ(use(), 0.1);
   ledger_.OnTime(At(90s), true, nullptr);
   EXPECT_DOUBLE_EQ(use(), 0.1);
-  ledger_.OnClosed(Override::not_connected);
+  ledger_.OnClosed(Quality::bad_not_connected);
   EXPECT_EQ(use(), 0);
 }
 
@@ -99,7 +99,7 @@ TEST_F(LedgerTest, StatesAreToldOnce) {
   ledger_.OnState(a_, "ok");
   ledger_.OnState(a_, "ok");
   EXPECT_THAT(states_, ElementsAre(DeviceState::online));
-  ledger_.OnClosed(Override::not_connected);
+  ledger_.OnClosed(Quality::bad_not_connected);
   EXPECT_THAT(states_, ElementsAre(DeviceState::online)) << "the port has a line in the log";
   EXPECT_EQ(StatusOf(a_).state, DeviceState::offline);
 }

@@ -14,8 +14,7 @@ TEST(Poller, AnOutageDoesNotMakeOldValuesLookYounger) {
   Quality best_when_old = Quality::bad;
   line.always = [&] {
     const auto age = line.AgeOf(0, 0);
-    if (age && *age > 9s &&
-        static_cast<int>(line.QualityOf(0, 0)) > static_cast<int>(best_when_old)) {
+    if (age && *age > 9s && best_when_old < line.QualityOf(0, 0)) {
       best_when_old = line.QualityOf(0, 0);
     }
   };
@@ -68,6 +67,50 @@ TEST(Poller, TroubleThatTheDeviceReportsIsNeverANumber) {
   EXPECT_TRUE(IsBad(line.QualityOf(0, 0)));
   EXPECT_EQ(line.ValueOf(0, 0), Value(3.0)) << "the last good one";
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::online) << "a bad channel is no bad device";
+}
+
+std::uint64_t SeqOf(VirtualLine& line, std::uint32_t point) {
+  std::uint64_t seq = 0;
+  line.store().Read(0, [&](const DeviceRecord& record) { seq = record.points[point].seq; });
+  return seq;
+}
+
+/// What contradicts the profile concerns all points, those that are read once too.
+TEST(Poller, ADeviceThatIsNotWhatItShouldBeHasNoGoodValue) {
+  config::Device device = Polled(ToyDevice("a", "A", {"1", "2", "3"}), 1s);
+  device.points[2].group = config::Group::once;
+  VirtualLine line(ToyLine({device}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(3s);
+  ASSERT_TRUE(IsGood(line.QualityOf(0, 2)));
+  bool foreign = true;
+  line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+    if (!foreign) return std::nullopt;
+    return ToyReply(std::string(AsText(request).substr(1, 2)) + "~foreign");
+  };
+  line.RunFor(1s);
+  bool good = false;
+  line.always = [&] {
+    good = good || IsGood(line.QualityOf(0, 0)) || IsGood(line.QualityOf(0, 2));
+  };
+  line.RunFor(3s);
+  EXPECT_FALSE(good);
+  for (std::uint32_t point = 0; point < 3; ++point) {
+    EXPECT_EQ(line.QualityOf(0, point), Quality(Quality::bad_configuration, Reason::other_module));
+  }
+  EXPECT_EQ(line.StatusOf(0).trouble, "it is not A");
+  EXPECT_EQ(std::count(line.warnings.begin(), line.warnings.end(), "it is not A"), 1);
+
+  const std::uint64_t read_before = SeqOf(line, 2);
+  line.always = [&] {
+    // Good again only when it has been read again.
+    const bool again = SeqOf(line, 2) > read_before;
+    EXPECT_TRUE(again || !IsGood(line.QualityOf(0, 2)));
+  };
+  foreign = false;
+  line.RunFor(3s);
+  for (std::uint32_t point = 0; point < 3; ++point) EXPECT_TRUE(IsGood(line.QualityOf(0, point)));
+  EXPECT_EQ(line.StatusOf(0).trouble, "");
 }
 
 }  // namespace

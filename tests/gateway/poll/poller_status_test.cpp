@@ -215,7 +215,7 @@ TEST(Released, PointsOfALentPortAreOutOfService) {
   line.Open();
   line.RunFor(5s);
   line.Write(0, 0, 7.0);
-  line.poller().OnClosed(line.now(), Override::out_of_service);
+  line.poller().OnClosed(line.now(), Quality::bad_out_of_service);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_out_of_service);
   EXPECT_EQ(line.StatusOf(0).last_outcome, Outcome::line_down);
   EXPECT_EQ(line.outcomes, std::vector<Outcome>{Outcome::line_down});

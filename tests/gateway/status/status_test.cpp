@@ -23,7 +23,7 @@ class StatusTest : public testing::Test {
     AddExchanges(store_, 1, Outcome::ok, 10, {kNow.instant - 12min, kNow.wall - 12min}, 24ms);
     AddExchanges(store_, 1, Outcome::no_reply, 90, kNow);
     store_.UpdateStatus(1, [](DeviceStatus& status) { status.state = DeviceState::offline; });
-    store_.SetOverride(1, Override::offline);
+    store_.SetOverride(1, Quality::bad_communication);
     store_.UpdateLine(0, [](LineStatus& status) {
       status.use = 0.38;
       status.notice_bound = 9s;
@@ -121,7 +121,7 @@ bay-1.feeder-1: late: bytes came 80 ms after the exchange had ended, 2 times: ra
 
 TEST_F(StatusTest, WhenAllIsWellThatIsSaid) {
   store_.UpdateStatus(1, [](DeviceStatus& status) { status = {}; });
-  store_.SetOverride(1, Override::none);
+  store_.SetOverride(1, std::nullopt);
   AddExchanges(store_, 1, Outcome::ok, 10, kNow);
   EXPECT_THAT(Shown("bay-1"), testing::EndsWith("\nall is well\n"));
 }

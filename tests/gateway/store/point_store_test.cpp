@@ -84,16 +84,16 @@ TEST_F(PointStoreTest, PointsAreBornWaiting) {
 TEST_F(PointStoreTest, PrecedenceOfQualities) {
   // From the strongest to the weakest; each holds although all below it hold as well.
   Update(kFast, 1.0, 0s, Quality::bad_sensor_failure);
-  store_.SetOverride(0, Override::out_of_service);
+  store_.SetOverride(0, Quality::bad_out_of_service);
   EXPECT_EQ(QualityAfter(kFast, 1h), Quality::bad_out_of_service);
   EXPECT_EQ(QualityAfter(kSlow, 1h), Quality::bad_out_of_service) << "never read";
-  store_.SetOverride(0, Override::not_connected);
+  store_.SetOverride(0, Quality::bad_not_connected);
   EXPECT_EQ(QualityAfter(kFast, 1h), Quality::bad_not_connected);
   EXPECT_EQ(QualityAfter(kSlow, 1h), Quality::bad_not_connected);
-  store_.SetOverride(0, Override::offline);
+  store_.SetOverride(0, Quality::bad_communication);
   EXPECT_EQ(QualityAfter(kFast, 1h), Quality::bad_communication);
   EXPECT_EQ(QualityAfter(kSlow, 1h), Quality::bad_communication);
-  store_.SetOverride(0, Override::none);
+  store_.SetOverride(0, std::nullopt);
   EXPECT_EQ(QualityAfter(kSlow, 1h), Quality::bad_waiting);
   EXPECT_EQ(QualityAfter(kFast, 1h), Quality::bad_sensor_failure);
   Update(kFast, 1.0, 0s);
@@ -117,7 +117,7 @@ TEST_F(PointStoreTest, AgesByTheEdge) {
 TEST_F(PointStoreTest, WhatIsReadOnceDoesNotAge) {
   Update(kOnce, 1.0, 0s);
   EXPECT_EQ(QualityAfter(kOnce, 24h * 365), Quality::good);
-  store_.SetOverride(0, Override::offline);
+  store_.SetOverride(0, Quality::bad_communication);
   EXPECT_EQ(QualityAfter(kOnce, 1s), Quality::bad_communication);
 }
 
@@ -219,20 +219,20 @@ TEST_F(PointStoreTest, AgeingIsFoundAfterTheCycleBecameShorter) {
 TEST_F(PointStoreTest, AnOverrideIsToldOnce) {
   Update(kFast, 1.0, 0s);
   Told();
-  store_.SetOverride(0, Override::offline);
+  store_.SetOverride(0, Quality::bad_communication);
   EXPECT_EQ(Told().size(), 3U) << "at once, without waiting for Age";
   EXPECT_TRUE(AgedAt(1s).empty());
-  store_.SetOverride(0, Override::offline);
+  store_.SetOverride(0, Quality::bad_communication);
   EXPECT_TRUE(Told().empty());
-  store_.SetOverride(0, Override::none);
+  store_.SetOverride(0, std::nullopt);
   EXPECT_EQ(Told().size(), 3U);
 }
 
 TEST_F(PointStoreTest, ADeviceThatReturnsWithOldValuesIsToldAsOld) {
   Update(kFast, 1.0, 0s);
-  store_.SetOverride(0, Override::offline);
+  store_.SetOverride(0, Quality::bad_communication);
   EXPECT_EQ(AgedAt(1s).size(), 3U);
-  store_.SetOverride(0, Override::none);
+  store_.SetOverride(0, std::nullopt);
   Told();
   AgedAt(2s);
   EXPECT_EQ(AgedAt(5s), Points{kFast}) << "ageing goes on behind an override";
@@ -253,7 +253,7 @@ TEST_F(PointStoreTest, NoReaderSeesHalfAnUpdate) {
       const Sample samples[] = {{kFast, double(i), Quality::good},
                                 {kSlow, double(i), Quality::good}};
       store_.Update(0, samples, At(i * 1ms), 1ms);
-      store_.SetOverride(0, i % 100 == 0 ? Override::offline : Override::none);
+      store_.SetOverride(0, i % 100 == 0 ? Override(Quality::bad_communication) : Override());
       store_.UpdateStatus(0, [](DeviceStatus& status) { ++status.exchanges; });
       store_.SetLineCycle(0, i * 1us, kStart + i * 1ms);
     }

@@ -57,7 +57,7 @@ TEST(DconConversation, ASensorInTroubleCostsNoOther) {
   EXPECT_FALSE(HasValue(answer.readings[0].value));
   EXPECT_EQ(answer.readings[0].quality, Quality::bad_sensor_failure);
   EXPECT_EQ(answer.readings[1].value, Value{34.05});
-  EXPECT_NE(answer.reason.find("channel 0 above range (+99999)"), std::string::npos)
+  EXPECT_NE(answer.reason.find("channel 0 over range (+99999)"), std::string::npos)
       << answer.reason;
 }
 

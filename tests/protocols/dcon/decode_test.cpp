@@ -71,19 +71,19 @@ struct CodeCase {
 
 TEST(DconDecode, CodesAreNeverNumbers) {
   constexpr CodeCase kCodes[] = {
-      {"+99999", Quality::bad_sensor_failure, "above"},
-      {"-99999", Quality::bad_sensor_failure, "below"},
-      {"+999999", Quality::bad_sensor_failure, "above"},
-      {"+9999", Quality::bad_sensor_failure, "above"},
-      {"-9999", Quality::bad_sensor_failure, "below"},
-      {"+9999.9", Quality::bad_sensor_failure, "above"},
-      {"-9999.9", Quality::bad_sensor_failure, "below"},
-      {"-0000", Quality::bad_sensor_failure, "below"},
-      {"-000000", Quality::bad_sensor_failure, "below"},
-      {"+888888", Quality::bad_sensor_failure, "open"},
+      {"+99999", {Quality::bad_sensor_failure, Reason::over_range}, "over"},
+      {"-99999", {Quality::bad_sensor_failure, Reason::under_range}, "under"},
+      {"+999999", {Quality::bad_sensor_failure, Reason::over_range}, "over"},
+      {"+9999", {Quality::bad_sensor_failure, Reason::over_range}, "over"},
+      {"-9999", {Quality::bad_sensor_failure, Reason::under_range}, "under"},
+      {"+9999.9", {Quality::bad_sensor_failure, Reason::over_range}, "over"},
+      {"-9999.9", {Quality::bad_sensor_failure, Reason::under_range}, "under"},
+      {"-0000", {Quality::bad_sensor_failure, Reason::under_range}, "under"},
+      {"-000000", {Quality::bad_sensor_failure, Reason::under_range}, "under"},
+      {"+888888", {Quality::bad_sensor_failure, Reason::open_sensor}, "open"},
       {"+123456", Quality::bad, "no point"},
       {"+00000", Quality::bad, "no point"},
-      {"       ", Quality::bad_out_of_service, "disabled"},
+      {"       ", {Quality::bad_out_of_service, Reason::channel_disabled}, "disabled"},
   };
   for (const CodeCase& code : kCodes) {
     SCOPED_TRACE(code.token);

@@ -62,7 +62,10 @@ class DconProfile : public ::testing::TestWithParam<std::string> {
 
   static void Check(const config::Device& device, const FixedValues& values, const Reading& reading,
                     std::vector<bool>& seen) {
-    const Value truth = values.values.at(reading.point);
+    Value truth = values.values.at(reading.point);
+    if (device.points[reading.point].read == "$2" && device.options.Flag("checksum")) {
+      truth = ToText(truth).replace(4, 2, "40");  // the twin's format byte tells its checksum
+    }
     seen[reading.point] = true;
     EXPECT_EQ(reading.quality, Quality::good) << device.points[reading.point].name;
     if (std::holds_alternative<std::string>(truth)) {

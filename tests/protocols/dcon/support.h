@@ -35,7 +35,9 @@ inline config::Point WritePoint(const std::string& name, const std::string& read
 
 inline config::Device MakeDevice(std::vector<config::Point> points, const Settable& options = {},
                                  const std::string& address = "1") {
-  return DeviceOf(DconProtocol(), address, std::move(points), options);
+  Settable all = {{"identify", false}};
+  all.insert(all.end(), options.begin(), options.end());
+  return DeviceOf(DconProtocol(), address, std::move(points), all);
 }
 
 inline config::Device EightInputs(const Settable& options = {}) {

@@ -43,7 +43,7 @@ class Judged {
   std::string Shows(double value, Duration age = {}) { return ShowsAt(0, value, age); }
   std::string ShowsAt(std::uint32_t point, double value, Duration age = {}) {
     const Sample sample{point, value, Quality::good};
-    rig->store().SetOverride(0, Override::none);
+    rig->store().SetOverride(0, std::nullopt);
     rig->store().Update(0, std::span(&sample, 1), {now_.instant - age, now_.wall - age}, 10ms);
     rig.oracle().Look();
     return rig.oracle().what();

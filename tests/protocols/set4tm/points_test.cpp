@@ -119,9 +119,12 @@ TEST(Set4tmFields, IntegerValuesMaskTheDirectionBits) {
 
 TEST(Set4tmFields, TroubleIsNeverANumber) {
   const std::pair<const char*, Quality> kFloats[] = {
-      {"07 00 80 7F", Quality::uncertain_last_usable}, {"01 00 80 7F", Quality::bad_configuration},
-      {"02 00 80 7F", Quality::bad_sensor_failure},    {"00 00 C0 7F", Quality::bad_sensor_failure},
-      {"00 00 80 7F", Quality::bad_sensor_failure},    {"FF FF FF FF", Quality::bad_sensor_failure},
+      {"07 00 80 7F", {Quality::uncertain_last_usable, Reason::not_ready}},
+      {"01 00 80 7F", {Quality::bad_configuration, Reason::not_fitted}},
+      {"02 00 80 7F", Quality::bad_sensor_failure},
+      {"00 00 C0 7F", Quality::bad_sensor_failure},
+      {"00 00 80 7F", Quality::bad_sensor_failure},
+      {"FF FF FF FF", Quality::bad_sensor_failure},
       {"43 66", Quality::bad_device_failure}};
   for (const auto& [data, quality] : kFloats) {
     const Decoded decoded = Read("08 1B 00 11 float_le@0", data);

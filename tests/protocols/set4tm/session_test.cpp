@@ -40,15 +40,33 @@ TEST(Set4tmSession, ReopensOnceOnAClosedChannel) {
   EXPECT_EQ(TakeAsked(talk).size(), 3U);
 }
 
-TEST(Set4tmSession, WrongPasswordBacksOffForMinutes) {
+TEST(Set4tmSession, AWrongPasswordIsTriedTwiceAndThenNotBeforeSomebodyHasLooked) {
   Talk talk(Set4tmProtocol(), OneFloat());
+  ASSERT_TRUE(talk.Ask(Poll(0)));
+  EXPECT_FALSE(talk.request().expect.repeatable) << "a meter that answers late gets it once";
   const Answer answer = talk.Run(Poll(0), Script({"03"}));
   EXPECT_EQ(answer.outcome, Outcome::refused);
-  EXPECT_THAT(answer.reason, HasSubstr("password"));
-  EXPECT_GE(answer.wait, 1min);
-  ASSERT_EQ(answer.readings.size(), 1U);
-  EXPECT_EQ(answer.readings[0].quality, Quality::bad_configuration);
-  EXPECT_FALSE(HasValue(answer.readings[0].value));
+  EXPECT_THAT(answer.reason, HasSubstr("the meter refuses the password"));
+  EXPECT_EQ(answer.wait, 1h);
+  EXPECT_EQ(talk->trouble().reason, Reason::password_refused) << "of all points";
+  TakeAsked(talk);
+
+  talk->OnReconnect();
+  EXPECT_EQ(talk.Run(Poll(0), Script({"00"})).outcome, Outcome::refused);
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("00")) << "alive, and left in peace";
+  EXPECT_EQ(talk.Run(Probe(), Script({"00"})).outcome, Outcome::ok);
+  TakeAsked(talk);
+  talk.now += 1h;
+  talk.Run(Poll(0), Script({"03"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("01"));
+  talk.now += 24h;
+  EXPECT_THAT(talk.Run(Poll(0), Script({"00"})).reason, HasSubstr("'baudgate enable'"));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("00"));
+
+  talk->OnEnabled();
+  talk.Run(Poll(0), Script({"00", "00 80 66 43"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("01", "08 1B 00 11"));
+  EXPECT_FALSE(talk->trouble());
 }
 
 TEST(Set4tmSession, ProbeIsAnOpenAndNoEcho) {

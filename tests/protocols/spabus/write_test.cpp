@@ -122,7 +122,7 @@ TEST(SpaWrite, ClosesOnceMoreWhenTheClosingIsLost) {
   EXPECT_EQ(talk.Fail(kWrite, Outcome::no_reply), Then::done);
 }
 
-TEST(SpaWrite, ARefusedPasswordIsNeverSentAgain) {
+TEST(SpaWrite, ARefusedPasswordIsNotSentAgainBeforeSomebodyHasLooked) {
   Talk talk(SpabusProtocol(), Device(345));
   Asked(talk, kWrite);
   const Answer answer = Hear(talk, kWrite, "<1N:7:");
@@ -133,6 +133,19 @@ TEST(SpaWrite, ARefusedPasswordIsNeverSentAgain) {
   }
   talk->OnReconnect();
   EXPECT_TRUE(Asked(talk, kWrite).starts_with("error: the device refused the password"));
+  talk->OnEnabled();
+  EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV160:345");
+}
+
+TEST(SpaWrite, ADeviceWithoutPasswordItemHasRefusedNone) {
+  for (const char* reply : {"<1N:5:", "<1N:6:"}) {
+    Talk talk(SpabusProtocol(), Device(345));
+    Asked(talk, kWrite);
+    const Answer answer = Hear(talk, kWrite, reply);
+    EXPECT_EQ(answer.outcome, Outcome::refused);
+    EXPECT_NE(answer.reason.find("leave `password` out"), std::string::npos) << answer.reason;
+    EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV160:345");
+  }
 }
 
 TEST(SpaWrite, ABusyOrDisturbedDeviceHasNotRefusedThePassword) {

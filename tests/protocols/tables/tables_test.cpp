@@ -123,7 +123,7 @@ TEST(Tables, SoManyRowsAreNotCertain) {
       {"dcon/adam-4018plus", {.inferred = 9, .unsourced = 0}},
       {"dcon/icpdas-i-7017", {.inferred = 9, .unsourced = 0}},
       {"dcon/icpdas-i-7024", {.inferred = 5, .unsourced = 0}},
-      {"dcon/icpdas-i-7060", {.inferred = 1, .unsourced = 8}},
+      {"dcon/icpdas-i-7060", {.inferred = 9, .unsourced = 0}},
       {"dcon/icpdas-i-7080", {.inferred = 1, .unsourced = 0}},
       {"dcon/owen-mv110-2a", {.inferred = 1, .unsourced = 0}},
       {"dcon/owen-mv110-8a", {.inferred = 2, .unsourced = 0}},

@@ -120,7 +120,11 @@ TEST_F(RegisterContentsTest, AgeingIsUncertainFirstAndThenAnException) {
 TEST_F(RegisterContentsTest, EveryOverrideIsAnException) {
   UpdateAll();
   const std::pair<Override, std::uint16_t> cases[] = {
-      {Override::out_of_service, 0x1C}, {Override::not_connected, 0x08}, {Override::offline, 0x18}};
+      {Quality(Quality::bad_out_of_service), 0x1C},
+      {Quality(Quality::bad_not_connected), 0x08},
+      {Quality(Quality::bad_communication), 0x18},
+      {QualityOfDevice(Reason::other_module), 0x0804},
+      {QualityOfDevice(Reason::swapped), 0x090C}};
   for (const auto& [why, quality] : cases) {
     store_->SetOverride(0, why);
     Read(0, 2);
@@ -172,7 +176,7 @@ TEST_F(RegisterContentsTest, AGoodValueThatDoesNotFitIsAFaultAndSaysSo) {
 
 TEST_F(HoldContentsTest, TheLastValueStaysWhateverTheTrouble) {
   UpdateAll();
-  store_->SetOverride(0, Override::offline);
+  store_->SetOverride(0, Quality::bad_communication);
   EXPECT_EQ(Read(0, 3), (Registers{0x47F1, 0x2000, 0xFFFB}));
   EXPECT_EQ(ReadBits(0, 1), std::vector{1});
   EXPECT_EQ(Read(20000, 1), Registers{0x18});
@@ -185,7 +189,7 @@ TEST_F(HoldContentsTest, NothingToHoldIsAnException) {
 
 TEST_F(NanImageTest, FloatsAndTextsHaveOneIntegersHaveNot) {
   UpdateAll();
-  store_->SetOverride(0, Override::not_connected);
+  store_->SetOverride(0, Quality::bad_not_connected);
   EXPECT_EQ(Read(0, 2), (Registers{0x7FC0, 0}));
   EXPECT_EQ(Read(3, 2), (Registers{0, 0}));
   Read(2, 1);

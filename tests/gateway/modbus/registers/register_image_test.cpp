@@ -177,7 +177,9 @@ TEST_P(RegisterImageTest, EveryChangeMakesItStale) {
   EXPECT_FALSE(Refresh(kStart, 0));
   Compare(kStart);
   for (const Override why :
-       {Override::out_of_service, Override::not_connected, Override::offline, Override::none}) {
+       {Override(Quality::bad_out_of_service), Override(Quality::bad_not_connected),
+        Override(Quality::bad_communication), Override(QualityOfDevice(Reason::swapped)),
+        Override()}) {
     store_->SetOverride(0, why);
     EXPECT_FALSE(Refresh(kStart, 0));
     Compare(kStart);

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/dcon/identification.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "gateway/base/text.h"
+#include "protocols/common/designation.h"
+#include "protocols/dcon/points.h"
+#include "protocols/dcon/type_codes.h"
+
+namespace baudgate::protocols::dcon {
+namespace {
+
+constexpr std::array<Identification::Question, 4> kRound = {
+    {{kAskName, false}, {kAskType, false}, {kAskName, true}, {kAskType, true}}};
+constexpr int kOwnMode = 2;  // questions of the round
+
+constexpr std::string_view kAdvice = "; correct the profile or the module, or say identity: ignore";
+
+std::string_view WordOf(unsigned format) {
+  constexpr std::string_view kWords[] = {"engineering", "percent", "hex", "ohms"};
+  return kWords[format & 3U];
+}
+
+bool IsNumber(Form form) {
+  return form == Form::numbers || form == Form::number || form == Form::readback;
+}
+
+DeviceTrouble Complaint(std::string what) {
+  return {Reason::other_module,
+          "the module is not what its profile says: " + std::move(what).append(kAdvice)};
+}
+
+std::string Alternatives(const std::vector<std::string>& words) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    text += i == 0 ? "" : i + 1 == words.size() ? " or " : ", ";
+    text += words[i];
+  }
+  return text;
+}
+
+}  // namespace
+
+Identification::Identification(const config::Device& device, const Settings& settings)
+    : device_(device), settings_(settings) {
+  for (const config::Point& point : device.points) {
+    const auto read = ParseRead(point.read);
+    if (point.access == config::Access::write || !read) continue;
+    joined_ = joined_ || (read->command == "#" && read->form == Form::numbers);
+  }
+}
+
+/// `#AA` and `#AAN` alone: with a checksum that is not due, `#0184` is a read of channel 84 at
+/// most.
+bool Identification::IsHarmless(std::string_view command) {
+  return command.starts_with('#') && command.size() <= 2;
+}
+
+bool Identification::WantsMask() const {
+  return joined_ && sure_ && !asked_mask_ && !trouble_ && settings_.disabled == Disabled::missing;
+}
+
+std::optional<Identification::Question> Identification::Next(std::string_view command) {
+  if (!settings_.identify) return std::nullopt;
+  const bool allowed = !trouble_ && (sure_ || IsHarmless(command));
+  if (done_ && !allowed) Begin();
+  if (!done_) return kRound[static_cast<std::size_t>(step_)];
+  if (WantsMask()) return Question{kAskMask, false};
+  return std::nullopt;
+}
+
+bool Identification::Allows(std::string_view command) const {
+  if (!settings_.identify) return true;
+  return done_ && !trouble_ && (sure_ || IsHarmless(command));
+}
+
+void Identification::Begin() {
+  done_ = false;
+  step_ = 0;
+  answered_ = false;
+}
+
+void Identification::OnAnswer(const Question& question, const DecodedReply& reply) {
+  if (question.command == kAskMask) {
+    asked_mask_ = true;
+    const auto* mask = reply.outcome == Outcome::ok && !reply.fields.empty()
+                           ? std::get_if<std::uint64_t>(&reply.fields.front().value)
+                           : nullptr;
+    if (mask != nullptr) mask_ = static_cast<std::uint32_t>(*mask);
+    return;
+  }
+  answered_ = true;
+  if (question.other_mode) {
+    const bool on = !settings_.checksum;
+    mode_ = Complaint(std::string("the module's checksum is ") + (on ? "on" : "off") +
+                      ", the configuration says checksum: " + (on ? "false" : "true"));
+    Sum();
+    done_ = true;
+    return;
+  }
+  OnPolled();
+  if (question.command == kAskName && reply.outcome == Outcome::ok && !reply.fields.empty()) {
+    name_ = JudgeName(device_.identity, ToText(reply.fields.front().value));
+  }
+  if (question.command == kAskType && reply.outcome == Outcome::ok && !reply.fields.empty()) {
+    kind_ = Judge(ToText(reply.fields.front().value));
+  }
+  Sum();
+  Advance(question);
+}
+
+void Identification::OnSilence(const Question& question) {
+  if (question.command == kAskMask) {
+    asked_mask_ = true;
+    return;
+  }
+  Advance(question);
+}
+
+void Identification::Advance(const Question& question) {
+  if (done_ || kRound[static_cast<std::size_t>(step_)] != question) return;
+  ++step_;
+  done_ = step_ == static_cast<int>(kRound.size()) || (answered_ && step_ >= kOwnMode);
+}
+
+void Identification::OnPolled() {
+  sure_ = true;
+  mode_ = {};
+  Sum();
+}
+
+void Identification::OnReconnect() {
+  Begin();
+  asked_mask_ = false;
+  sure_ = false;
+}
+
+/// "080600": type 08, 9600 bit/s, format byte 00.
+DeviceTrouble Identification::Judge(std::string_view configuration) {
+  const auto type = ParseInteger<std::uint8_t>(configuration.substr(0, 2), 16);
+  const auto format = ParseInteger<std::uint8_t>(configuration.substr(4), 16);
+  if (!type || !format) return {};
+  type_ = type;
+  if (device_.identity.ignore) return {};
+  const std::string code = HexByte(*type);
+  const bool listed = std::ranges::any_of(settings_.types, [&](const std::string& listed_type) {
+    return ParseInteger<unsigned>(listed_type, 16) == unsigned{*type};
+  });
+  if (!settings_.types.empty() && !listed) {
+    return Complaint("type " + code + ", the profile says " + Alternatives(settings_.types));
+  }
+  // With INIT* grounded a module answers at 00 without checksum, whatever is set.
+  const bool init = ParseAddress(device_.address).value() == 0;
+  if (!init && ((*format & 0x40U) != 0) != settings_.checksum) {
+    return Complaint(std::string("format byte ") + HexByte(*format) + " has the checksum " +
+                     (settings_.checksum ? "off" : "on") + ", the configuration says checksum: " +
+                     (settings_.checksum ? "true" : "false"));
+  }
+  for (const config::Point& point : device_.points) {
+    const auto read = ParseRead(point.read);
+    if (point.access == config::Access::write || !read || !IsNumber(read->form)) continue;
+    if (read->command == "$3") continue;
+    if ((*format & 3U) != static_cast<unsigned>(settings_.format)) {
+      return Complaint("data format '" + std::string(WordOf(*format)) + "', the profile says " +
+                       std::string(WordOf(static_cast<unsigned>(settings_.format))));
+    }
+    const bool input = read->command.starts_with('#') && !settings_.channel_types;
+    if (input && settings_.format == Format::engineering && !FactorOfType(*type, point.unit)) {
+      return Complaint("type " + code + " measures in " + std::string(UnitOfType(*type)) +
+                       ", the profile says " + point.unit + " for " + point.name);
+    }
+  }
+  return {};
+}
+
+/// The worst of all that the module has said.
+void Identification::Sum() { trouble_ = mode_ ? mode_ : kind_ ? kind_ : name_; }
+
+double Identification::FactorOf(std::string_view unit) const {
+  if (!type_ || settings_.channel_types || settings_.format != Format::engineering) return 1;
+  return FactorOfType(*type_, unit).value_or(1);
+}
+
+}  // namespace baudgate::protocols::dcon

@@ -1,0 +1,21 @@
+// Input ranges of analog modules by their type code, the first byte of what `$AA2` answers.
+// Source: tables of ICP DAS I-7011/18 and I-7012/17 and Advantech ADAM-4000. The codes 30 to 35
+// mean something else on output modules, 40 and above are no analog inputs.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace baudgate::protocols::dcon {
+
+/// What numbers in engineering format count: "V", "mV", "mA", "degC"; empty: not known.
+std::string_view UnitOfType(std::uint8_t type);
+
+/// What a number of a module of this type is multiplied with to be one in `unit`: 0.001 for mV
+/// where V is wanted. Nothing: such a module can not measure that. A unit that no type has ("bar")
+/// is the user's own, and takes the number as it is.
+std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit);
+
+}  // namespace baudgate::protocols::dcon

@@ -1,0 +1,204 @@
+// A module is known before it is polled: who it is, in which checksum mode, with which channels.
+// What it is asked first, and what becomes of one that is not what its profile says.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/protocols/dcon/support.h"
+
+namespace baudgate::protocols::dcon {
+namespace {
+
+using config::Group;
+using config::Type;
+
+config::Point Volts(const std::string& name, const std::string& read) {
+  config::Point point = ReadPoint(name, read);
+  point.unit = "V";
+  return point;
+}
+
+/// Two inputs that are read together, of a module that tells its name.
+config::Device TwoInputs(Settable options = {}) {
+  options.insert(options.begin(), {"identify", true});
+  return MakeDevice({Volts("a", "#[0]"), Volts("b", "#[1]")}, options);
+}
+
+/// Requests and replies of one task as text, "request → reply", to its end; no reply: silence.
+class Script {
+ public:
+  explicit Script(config::Device device)
+      : device_(std::move(device)), talk_(DconProtocol(), device_) {}
+
+  Answer Run(const Task& task, const std::vector<std::pair<std::string, std::string>>& lines) {
+    Answer answer;
+    answer.then = Then::ask_again;
+    for (const auto& [request, reply] : lines) {
+      EXPECT_EQ(answer.then, Then::ask_again) << "before " << request;
+      EXPECT_EQ(Asked(talk_, task), request + "\r");
+      answer = Exchange(talk_, task, reply.empty() ? "" : reply + "\r");
+    }
+    return answer;
+  }
+  Talk& talk() { return talk_; }
+  const DeviceTrouble& trouble() { return talk_->trouble(); }
+
+ private:
+  config::Device device_;
+  Talk talk_;
+};
+
+TEST(DconIdentification, NameTypeAndMaskComeBeforeTheFirstPoll) {
+  Script script(TwoInputs());
+  const Answer answer = script.Run(
+      Poll(0),
+      {{"$01M", "!017017"}, {"$012", "!01080600"}, {"$016", "!01FF"}, {"#01", ">+05.000+06.000"}});
+  EXPECT_EQ(answer.then, Then::done);
+  EXPECT_EQ(answer.readings.size(), 2U);
+  EXPECT_FALSE(script.trouble());
+  script.Run(Poll(0), {{"#01", ">+05.000+06.000"}});
+  script.talk()->OnReconnect();
+  script.Run(Poll(0), {{"$01M", "!017017"}});
+}
+
+TEST(DconIdentification, APercentModuleIsNeverServedAsVolts) {
+  Script script(TwoInputs());
+  const Answer answer = script.Run(Poll(0), {{"$01M", "!017017"}, {"$012", "!01080601"}});
+  EXPECT_EQ(answer.then, Then::replan);
+  EXPECT_EQ(script.trouble().reason, Reason::other_module);
+  EXPECT_NE(script.trouble().text.find("data format 'percent', the profile says engineering"),
+            std::string::npos)
+      << script.trouble().text;
+  ASSERT_EQ(script.talk()->Queries().size(), 1U);
+  EXPECT_EQ(script.talk()->Queries()[0].group, Group::slow) << "is it right by now?";
+  script.Run(Poll(0), {{"$01M", "!017017"}, {"$012", "!01080601"}});
+  script.talk()->OnReconnect();
+  EXPECT_TRUE(script.trouble()) << "until it is known to be right";
+  const Answer mended = script.Run(Poll(0), {{"$01M", "!017017"}, {"$012", "!01080600"}});
+  EXPECT_EQ(mended.then, Then::replan);
+  EXPECT_FALSE(script.trouble());
+  EXPECT_EQ(script.talk()->Queries()[0].group, Group::fast);
+}
+
+TEST(DconIdentification, TheTypeDecides) {
+  const std::pair<const char*, const char*> kCases[] = {
+      {"!010D0600", "type 0D measures in mA, the profile says V for a"},
+      {"!01080640", "format byte 40 has the checksum on"},
+      {"!01080602", "data format 'hex'"},
+  };
+  for (const auto& [reply, text] : kCases) {
+    Script script(TwoInputs());
+    script.Run(Poll(0), {{"$01M", ""}, {"$012", reply}});
+    EXPECT_NE(script.trouble().text.find(text), std::string::npos) << script.trouble().text;
+  }
+  Script listed(TwoInputs({{"types", std::vector<std::string>{"08", "09"}}}));
+  listed.Run(Poll(0), {{"$01M", "!017017"}, {"$012", "!010A0600"}});
+  EXPECT_NE(listed.trouble().text.find("type 0A, the profile says 08 or 09"), std::string::npos)
+      << listed.trouble().text;
+}
+
+TEST(DconIdentification, IgnoredOnDemand) {
+  config::Device device = TwoInputs();
+  device.identity.ignore = true;
+  Script script(device);
+  script.Run(
+      Poll(0),
+      {{"$01M", "!017017"}, {"$012", "!010D0601"}, {"$016", "!0103"}, {"#01", ">+05.000+06.000"}});
+  EXPECT_FALSE(script.trouble());
+}
+
+TEST(DconIdentification, MillivoltsBecomeTheUnitOfThePoint) {
+  Script script(TwoInputs());
+  const Answer answer = script.Run(
+      Poll(0),
+      {{"$01M", "!017017"}, {"$012", "!010B0600"}, {"$016", "!0103"}, {"#01", ">+500.00-250.00"}});
+  ASSERT_EQ(answer.readings.size(), 2U);
+  EXPECT_DOUBLE_EQ(ToDouble(answer.readings[0].value), 0.5);
+  EXPECT_DOUBLE_EQ(ToDouble(answer.readings[1].value), -0.25);
+}
+
+TEST(DconIdentification, TheModulesMaskPlacesItsChannels) {
+  config::Device device = EightInputs({{"identify", true}, {"checksum", false}});
+  Script script(device);
+  const Answer answer =
+      script.Run(Poll(0), {{"$01M", "!014017P"},
+                           {"$012", "!01080600"},
+                           {"$016", "!01FE"},
+                           {"#01", ">+01.000+02.000+03.000+04.000+05.000+06.000+07.000"}});
+  ASSERT_EQ(answer.readings.size(), 8U) << answer.reason;
+  EXPECT_EQ(answer.readings[0].quality,
+            Quality(Quality::bad_out_of_service, Reason::channel_disabled));
+  EXPECT_EQ(answer.readings[1].value, Value{1.0});
+  EXPECT_EQ(answer.readings[7].value, Value{7.0});
+
+  // All are enabled by a vendor's tool: the count does not fit, and the mask is asked again.
+  const std::string eight = ">+00.500+01.000+02.000+03.000+04.000+05.000+06.000+07.000";
+  EXPECT_EQ(script.Run(Poll(0), {{"#01", eight}}).outcome, Outcome::unexpected);
+  const Answer mended = script.Run(Poll(0), {{"$016", "!01FF"}, {"#01", eight}});
+  ASSERT_EQ(mended.readings.size(), 8U);
+  EXPECT_EQ(mended.readings[0].value, Value{0.5});
+}
+
+/// `checksum: true` at a module whose checksum is off. `@01A1` would set its outputs.
+TEST(DconIdentification, NothingThatMayWriteGoesOutInAnUnknownMode) {
+  const config::Point bit = ReadPoint("bit", "@[b0]", Type::boolean);
+  Script script(MakeDevice({bit}, {{"identify", true}, {"checksum", true}}));
+  const Answer silent =
+      script.Run(Poll(0), {{"$01MD2", ""}, {"$012B7", ""}, {"$01M", ""}, {"$012", ""}});
+  EXPECT_EQ(silent.then, Then::done);
+  script.Run(Probe(), {{"$01MD2", ""}});
+  script.Run(Probe(), {{"$01MD2", ""}});
+  script.Run(Probe(), {{"$01MD2", ""}});
+  const Answer found = script.Run(Probe(), {{"$01M", "!017050"}});
+  EXPECT_EQ(found.then, Then::replan);
+  EXPECT_NE(script.trouble().text.find("the module's checksum is off, the configuration says "
+                                       "checksum: true"),
+            std::string::npos)
+      << script.trouble().text;
+  script.Run(Poll(0), {{"$01MD2", ""}, {"$012B7", ""}, {"$01M", "!017050"}});
+  const Answer mended = script.Run(Poll(0), {{"$01MD2", "!0170504E"}});
+  EXPECT_FALSE(script.trouble());
+  EXPECT_EQ(mended.then, Then::replan);
+  script.Run(Poll(0), {{"$012B7", ""}, {"@01A1", ">0001FF"}});
+}
+
+TEST(DconIdentification, AModuleWithoutNameIsReadAfterOneSilentRound) {
+  Script script(TwoInputs());
+  script.Run(
+      Poll(0),
+      {{"$01M", ""}, {"$012", ""}, {"$01MD2", ""}, {"$012B7", ""}, {"#01", ">+05.000+06.000"}});
+  EXPECT_FALSE(script.trouble());
+  script.Run(Poll(0), {{"$016", "?01"}, {"#01", ">+05.000+06.000"}});
+  script.Run(Poll(0), {{"#01", ">+05.000+06.000"}});
+}
+
+TEST(DconIdentification, ARefusalIsAnAnswerAndNoContradiction) {
+  const config::Point bit = ReadPoint("bit", "@[b0]", Type::boolean);
+  Script script(MakeDevice({bit}, {{"identify", true}}));
+  script.Run(Poll(0), {{"$01M", "?01"}, {"$012", "?01"}, {"@01", ">0001"}});
+  EXPECT_FALSE(script.trouble());
+}
+
+TEST(DconIdentification, AWriteWaitsForItAsWell) {
+  const config::Point relay = WritePoint("relay", "$6[b8]", "#10{bit}", Type::boolean);
+  Script script(
+      MakeDevice({relay}, {{"identify", true}, {"types", std::vector<std::string>{"40"}}}));
+  script.Run(Write(0, true), {{"$01M", "!017060"}, {"$012", "!01500600"}});
+  EXPECT_TRUE(script.trouble());
+  script.Run(Write(0, true), {{"$01M", "!017060"}, {"$012", "!01400600"}});
+  EXPECT_FALSE(script.trouble());
+  EXPECT_EQ(Asked(script.talk(), Write(0, true)), "#011001\r");
+}
+
+TEST(DconIdentification, WhatPollsReadOfTheModuleCounts) {
+  config::Device device = TwoInputs();
+  device.points.push_back(ReadPoint("configuration", "$2", Type::string, Group::slow));
+  device.points.back().text_length = 6;
+  Script script(device);
+  script.Run(
+      Poll(0),
+      {{"$01M", "!017017"}, {"$012", "!01080600"}, {"$016", "!0103"}, {"#01", ">+05.000+06.000"}});
+  const Answer answer = script.Run(Poll(1), {{"$012", "!01080601"}});
+  EXPECT_EQ(answer.then, Then::replan);
+  EXPECT_TRUE(script.trouble());
+}
+
+}  // namespace
+}  // namespace baudgate::protocols::dcon
