@@ -253,6 +253,7 @@ Answer DconConversation::AfterRead(const Task& task, const Exchanged& exchanged,
   const Command& command = exchanged.command;
   if (!ProvesLife(answer.outcome)) return answer;
   identification_.OnPolled();
+  if (exchanged.reply.more_enabled) identification_.AskMaskAgain();
   if (task.kind == Task::Kind::probe) {
     probing_->OnAnswered(command.text);
   } else {

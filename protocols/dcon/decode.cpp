@@ -112,6 +112,7 @@ DecodedReply DecodeNumbers(std::string_view payload, Form form, std::size_t chan
   decoded.outcome = cut.outcome;
   decoded.reason = std::move(cut.reason);
   decoded.fields = std::move(cut.fields);
+  decoded.more_enabled = cut.more_enabled;
   for (const Field& field : decoded.fields) {
     if (IsGood(field.quality) || field.quality == Quality::bad_out_of_service) continue;
     if (!decoded.reason.empty()) decoded.reason += "; ";

@@ -20,6 +20,7 @@ struct DecodedReply {
   Form form = Form::text;
   /// Of joined numbers one per channel, else one; none when a write is confirmed.
   std::vector<Field> fields;
+  bool more_enabled = false;  ///< values came for channels that the settings call disabled
 };
 
 /// `form`: how the points read this command; nothing = guessed from the reply's own shape.

@@ -175,6 +175,7 @@ void AssignChannels(Fields& fields, const Settings& settings, std::size_t expect
     for (std::size_t i = 0; i < count; ++i) {
       fields.fields[i].channel = static_cast<unsigned>(i);
       if (Enabled(settings, i) || IsBad(fields.fields[i].quality)) continue;
+      fields.more_enabled = settings.disabled == Disabled::missing;
       fields.fields[i] = DisabledField(i);
     }
     return;

@@ -29,6 +29,7 @@ struct Fields {
   Outcome outcome = Outcome::ok;
   std::string reason;  ///< when not ok: then no field is believed
   std::vector<Field> fields;
+  bool more_enabled = false;  ///< values came for channels that the settings call disabled
 };
 
 /// Joined numbers as the settings' format says, cut at every sign and checked for width; `hex`

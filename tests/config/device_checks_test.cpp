@@ -120,16 +120,19 @@ TEST(DeviceChecks, BinaryProtocolsNeedEightDataBits) {
 TEST(CheckOrder, NamesADeviceOfWhichNothingProvesWhoseReplyItIs) {
   const std::string points = "points: [{ name: one, read: \"#2\", type: float32 }]";
   EXPECT_EQ(
-      ProblemsOf("dcon", points),
+      ProblemsOf("dcon", "identify: false, " + points),
       "t.yaml:3:3: warning: device 'd': none of its replies proves to which request it belongs, so "
       "after one lost reply its values flicker and its line has less time for others; set "
       "identify: "
       "true if it tells its name, or trust_order: true where no serial server or radio can hold "
       "replies back\n");
-  EXPECT_EQ(ProblemsOf("dcon", "trust_order: true, " + points), "");
-  EXPECT_EQ(ProblemsOf("dcon", "identify: true, " + points), "");
+  EXPECT_EQ(ProblemsOf("dcon", "identify: false, trust_order: true, " + points), "");
+  EXPECT_EQ(ProblemsOf("dcon", points), "");
   EXPECT_EQ(
-      ProblemsOf("dcon", "channels: 2, points: [{ name: one, read: \"#[1]\", type: float32 }]"), "")
+      ProblemsOf(
+          "dcon",
+          "identify: false, channels: 2, points: [{ name: one, read: \"#[1]\", type: float32 }]"),
+      "")
       << "one channel of two is its probe";
   EXPECT_EQ(ProblemsOf("modbus_rtu", "points: [{ name: one, read: \"holding 5\", type: uint16 }]"),
             "");

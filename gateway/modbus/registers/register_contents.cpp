@@ -79,26 +79,6 @@ bool FillValue(const DeviceRecord& record, std::uint32_t index, Instant now,
   return true;
 }
 
-bool FillBit(const DeviceRecord& record, std::uint32_t index, Instant now, std::uint8_t& out) {
-  const config::Point& point = record.device->points[index];
-  const auto held = EncodeBit(record.points[index].value);
-  const Quality quality = ShownQuality(record, index, now);
-  switch (Show(point, record.device->on_bad, quality, held.has_value())) {
-    case Shown::held:
-      out = *held ? 1 : 0;
-      return true;
-    case Shown::exception:
-      return false;
-    case Shown::substitute:
-      out = point.on_fault.value != 0 ? 1 : 0;
-      return true;
-    case Shown::no_value:
-      out = 0;
-      return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 DeviceBlock DeviceBlockOf(const DeviceStatus& status, Instant now) {
@@ -155,13 +135,36 @@ ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> p
   return kNoException;
 }
 
+ExceptionCode FillBit(const DeviceRecord& record, std::uint32_t index, Instant now, bool alone,
+                      std::uint8_t& out) {
+  const config::Point& point = record.device->points[index];
+  const auto held = EncodeBit(record.points[index].value);
+  const Quality quality = ShownQuality(record, index, now);
+  switch (Show(point, record.device->on_bad, quality, held.has_value())) {
+    case Shown::held:
+      out = *held ? 1 : 0;
+      return kNoException;
+    case Shown::exception:
+      return kNoTarget;
+    case Shown::substitute:
+      out = point.on_fault.value != 0 ? 1 : 0;
+      return kNoException;
+    case Shown::no_value:
+      out = 0;
+      return alone ? kNoTarget : kNoException;
+  }
+  return kNoTarget;
+}
+
 ExceptionCode FillBits(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
                        std::span<std::uint8_t> out) {
   for (const Piece& piece : pieces) {
     if (piece.area == Area::quality) {
       out[piece.offset] = IsGood(ShownQuality(record, piece.index, now)) ? 1 : 0;
-    } else if (!FillBit(record, piece.index, now, out[piece.offset])) {
-      return kNoTarget;
+    } else if (const auto exception =
+                   FillBit(record, piece.index, now, pieces.size() == 1, out[piece.offset]);
+               exception != kNoException) {
+      return exception;
     }
   }
   return kNoException;

@@ -62,6 +62,10 @@ GatewayBlock GatewayBlockOf(const GatewayFigures& info, const ModbusCounters& co
 /// shown.
 ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
                             std::span<std::uint16_t> out);
+/// A bit that has no value is 0 in a block, where N + 20000 says that it is not good; asked for
+/// alone it is an exception, as an operator's lamp may have no such register beside it.
+ExceptionCode FillBit(const DeviceRecord& record, std::uint32_t point, Instant now, bool alone,
+                      std::uint8_t& out);
 ExceptionCode FillBits(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
                        std::span<std::uint8_t> out);
 

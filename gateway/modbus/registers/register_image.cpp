@@ -10,12 +10,13 @@
 namespace baudgate::modbus {
 namespace {
 
-/// One point in one area, as a request for it alone would be answered.
+/// One point in one area, as a part of a block.
 template <typename Word>
 ExceptionCode FillOne(const DeviceRecord& record, Area area, const Span& span, Instant now,
                       std::span<Word> out) {
   const Piece piece{area, span.point, 0, span.count};
   if constexpr (std::is_same_v<Word, std::uint8_t>) {
+    if (area == Area::value) return FillBit(record, span.point, now, false, out.front());
     return FillBits(record, std::span(&piece, 1), now, out);
   } else {
     return FillRegisters(record, std::span(&piece, 1), now, out);
@@ -110,7 +111,9 @@ std::optional<RegisterImage::Place> RegisterImage::Find(config::Table table, std
     if (!at) return std::nullopt;
     return Place{table, quality ? Area::quality : Area::value, *at, count};
   };
-  return table == config::Table::bits ? find(bits_) : find(registers_);
+  if (table != config::Table::bits) return find(registers_);
+  // One bit alone may be an exception that it is not in a block.
+  return count == 1 && start < kQualityOffset ? std::nullopt : find(bits_);
 }
 
 bool RegisterImage::Refresh(const DeviceRecord& record, Instant now, std::size_t asked) {

@@ -71,17 +71,19 @@ TEST(ModbusConversation, ExceptionsOfReads) {
     std::optional<Quality> quality;
     Duration wait;
   };
-  for (const Case& one : {Case{"8301", Outcome::unsupported, Quality::bad_configuration, 0ms},
-                          Case{"8302", Outcome::unsupported, Quality::bad_configuration, 0ms},
-                          Case{"8303", Outcome::unsupported, Quality::bad_configuration, 0ms},
-                          Case{"8304", Outcome::refused, Quality::bad_device_failure, 0ms},
-                          Case{"8305", Outcome::busy, std::nullopt, 1s},
-                          Case{"8306", Outcome::busy, std::nullopt, 200ms},
-                          Case{"8307", Outcome::refused, std::nullopt, 0ms},
-                          Case{"8308", Outcome::refused, Quality::bad_device_failure, 0ms},
-                          Case{"830A", Outcome::no_reply, std::nullopt, 0ms},
-                          Case{"830B", Outcome::no_reply, std::nullopt, 0ms},
-                          Case{"8363", Outcome::refused, std::nullopt, 0ms}}) {
+  constexpr Quality kNotFitted{Quality::bad_configuration, Reason::not_fitted};
+  constexpr Quality kFault{Quality::bad_device_failure, Reason::device_fault};
+  for (const Case& one :
+       {Case{"8301", Outcome::unsupported, kNotFitted, 0ms},
+        Case{"8302", Outcome::unsupported, kNotFitted, 0ms},
+        Case{"8303", Outcome::unsupported, kNotFitted, 0ms},
+        Case{"8304", Outcome::refused, kFault, 0ms}, Case{"8305", Outcome::busy, std::nullopt, 1s},
+        Case{"8306", Outcome::busy, std::nullopt, 200ms},
+        Case{"8307", Outcome::refused, std::nullopt, 0ms},
+        Case{"8308", Outcome::refused, kFault, 0ms},
+        Case{"830A", Outcome::no_reply, std::nullopt, 0ms},
+        Case{"830B", Outcome::no_reply, std::nullopt, 0ms},
+        Case{"8363", Outcome::refused, std::nullopt, 0ms}}) {
     const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
     Talk talk(ModbusRtuProtocol(), device);
     const Answer answer = Exchange(talk, Poll(0), one.pdu);

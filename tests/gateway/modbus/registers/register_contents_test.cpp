@@ -149,6 +149,15 @@ TEST_F(RegisterContentsTest, AFaultBeforeTheFirstValueShowsNoNumberThatLooksReal
   EXPECT_EQ(Read(2, 1), Registers{0x8000});
 }
 
+TEST_F(RegisterContentsTest, ABitThatWasNeverReadIsNoZeroWhenAskedForAlone) {
+  Update(3, Value(), Quality(Quality::bad_configuration, Reason::not_fitted));
+  Update(4, true);
+  EXPECT_EQ(ReadBits(0, 2), (std::vector{0, 1})) << "a block is not spoiled";
+  EXPECT_EQ(ReadBits(20000, 2), (std::vector{0, 1}));
+  ReadBits(0, 1);
+  EXPECT_EQ(exception_, kTarget);
+}
+
 TEST_F(RegisterContentsTest, OnFaultMayNameAValue) {
   point(0).on_fault = point(1).on_fault = {config::OnFault::Kind::value, -999};
   point(3).on_fault = {config::OnFault::Kind::value, 1};
@@ -171,7 +180,7 @@ TEST_F(RegisterContentsTest, AGoodValueThatDoesNotFitIsAFaultAndSaysSo) {
   UpdateAll();
   Update(1, std::int64_t{40000});
   EXPECT_EQ(Read(1 + 1, 1), Registers{0x8000});
-  EXPECT_EQ(Read(20002, 1), Registers{0x04});
+  EXPECT_EQ(Read(20002, 1), Registers{0x0D04});
 }
 
 TEST_F(HoldContentsTest, TheLastValueStaysWhateverTheTrouble) {

@@ -105,6 +105,11 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
       for (std::uint16_t start = base; start < base + 12; ++start) {
         for (std::uint16_t count = 1; count <= 12; ++count) {
           const auto place = image_->Find(table, start, count);
+          // A bit alone is never in the image: it may be an exception that it is not in a block.
+          if (table == Table::bits && count == 1 && base == 0) {
+            EXPECT_FALSE(place);
+            continue;
+          }
           const Answer direct = Direct<Word>(table, start, count, now);
           EXPECT_EQ(place.has_value(),
                     direct.exception == kNoException || direct.exception == kNoTarget)
@@ -124,7 +129,7 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
   void Compare(Instant now) {
     ASSERT_TRUE(Refresh(now));
     EXPECT_GT(CompareTable<std::uint16_t>(Table::registers, now), 20U);
-    EXPECT_GT(CompareTable<std::uint8_t>(Table::bits, now), 6U);
+    EXPECT_GT(CompareTable<std::uint8_t>(Table::bits, now), 4U);
   }
 
   config::Config config_;
