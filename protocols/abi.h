@@ -64,8 +64,8 @@ Fields<5> ListOf(config::Rs485*);
 
 Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::OnFrame,
         &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
-        &Conversation::OnEnabled, &Conversation::trouble, &Conversation::ForgetRefusals, &Conversation::Check,
-        &Conversation::Interpret>
+        &Conversation::OnEnabled, &Conversation::trouble, &Conversation::ForgetRefusals,
+        &Conversation::Check, &Conversation::Interpret, &Conversation::Learned>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
 Methods<&Twin::Answer, &Twin::ReplyAs> ListOf(Twin*);

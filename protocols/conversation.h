@@ -166,6 +166,10 @@ class Conversation {
   /// For `baudgate decode`: what a recorded reply to a recorded request means. The same checks and
   /// readings as in OnFrame, but no task and no memory. What fits no point gets a label.
   virtual Answer Interpret(View request, View frame) = 0;
+
+  /// For the status: what was learned of how the device wants to be asked, such as "at most 4 items
+  /// in one request". Empty: nothing that a user need know.
+  virtual std::string Learned() const { return {}; }
 };
 
 }  // namespace baudgate

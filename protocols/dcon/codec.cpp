@@ -81,6 +81,9 @@ Bytes BuildRequest(std::string_view command, std::uint8_t address, bool checksum
 
 std::optional<Command> ParseRequest(View frame, bool checksum) {
   auto line = Line(frame);
+  // Masters of ADAM modules may leave out the CR of this one broadcast.
+  const std::string_view text = AsText(frame);
+  if (!line && (text == "#**" || text == "#**77")) line = text;
   if (!line || std::string_view("$#%@~^").find(line->front()) == std::string_view::npos) {
     return std::nullopt;
   }

@@ -7,6 +7,7 @@
 
 #include "gateway/base/text.h"
 #include "protocols/dcon/expect.h"
+#include "protocols/dcon/printed.h"
 
 namespace baudgate::protocols::dcon {
 namespace {
@@ -218,7 +219,13 @@ Answer DconConversation::Interpret(View request, View frame) {
   }
   Answer answer = ReadingsOf(*exchanged);
   AddLabels(*exchanged, answer);
-  return answer;
+  const Command& command = exchanged->command;
+  const bool says_nothing = answer.outcome != Outcome::ok || answer.readings.empty();
+  if (!says_nothing || PlannedForm(command.text)) return answer;
+  // A device that is polled has options that say how its writes are confirmed.
+  const bool output = command.text.front() == '#' || command.text.front() == '@';
+  if (output && !device_.points.empty()) return answer;
+  return ReadPrinted(command, frame, settings_).value_or(std::move(answer));
 }
 
 Answer DconConversation::OnFrame(const Task& task, const Request& request, View frame, Instant) {
@@ -264,11 +271,11 @@ Answer DconConversation::AfterRead(const Task& task, const Exchanged& exchanged,
   if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query);
   if (answer.outcome == Outcome::unsupported) change = plan_.OnRefused(query);
   if (change != PlanChange::nothing) answer.then = Then::replan;
-  return Learned(exchanged, std::move(answer));
+  return LearnFrom(exchanged, std::move(answer));
 }
 
 /// What was polled may be what else would be asked: type and channel mask.
-Answer DconConversation::Learned(const Exchanged& exchanged, Answer answer) {
+Answer DconConversation::LearnFrom(const Exchanged& exchanged, Answer answer) {
   const std::string& text = exchanged.command.text;
   const bool mask = text == kAskMask && exchanged.reply.form == Form::hex;
   if (!settings_.identify || (text != kAskType && !mask)) return answer;

@@ -61,7 +61,7 @@ class DconConversation : public Conversation {
   Answer OnIdentified(const Task& task, const Exchanged& exchanged);
   Then AfterQuestion(const Task& task, bool was_in_trouble);
   Answer AfterRead(const Task& task, const Exchanged& exchanged, Answer answer);
-  Answer Learned(const Exchanged& exchanged, Answer answer);
+  Answer LearnFrom(const Exchanged& exchanged, Answer answer);
   void Learn(const Identification::Question& question, const DecodedReply& reply);
   Answer AfterWrite(const Task& task, Answer answer);
 

@@ -9,6 +9,7 @@
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/expect.h"
 #include "protocols/set4tm/frame_rule.h"
+#include "protocols/set4tm/printed.h"
 #include "protocols/set4tm/status.h"
 #include "protocols/set4tm/values.h"
 
@@ -138,8 +139,9 @@ MeterConversation::Reply MeterConversation::Decode(View request, View frame) con
     ReadStatus(reply);
     return reply;
   }
-  const auto length = LengthOfData(pdu);
-  if (AnsweredByStatus(pdu) || !length || *length != got->body.size()) {
+  const bool fits = fields_.Matches(pdu).empty() ? MayAnswer(pdu, got->body.size())
+                                                 : LengthOfData(pdu) == got->body.size();
+  if (AnsweredByStatus(pdu) || !fits) {
     return unexpected(std::to_string(got->body.size()) + " data bytes do not answer request " +
                       HexByte(pdu[0]));
   }
@@ -164,18 +166,22 @@ void MeterConversation::ReadStatus(Reply& reply) const {
   reply.answer.outcome = meaning.outcome;
   reply.answer.reason = std::move(meaning.reason);
   if (!meaning.quality || awaited) return;
-  for (Match& match : fields_.Matches(reply.pdu)) {
-    reply.answer.readings.push_back({match.point, {}, *meaning.quality, std::move(match.label)});
+  const auto matches = fields_.Matches(reply.pdu);
+  for (const Match& match : matches) {
+    reply.answer.readings.push_back({match.point, {}, *meaning.quality, {}});
   }
+  if (!matches.empty()) return;
+  reply.answer.readings.push_back({kNoPoint, {}, *meaning.quality, ToHex(reply.pdu)});
 }
 
 void MeterConversation::ReadData(Reply& reply) const {
   const Scale known = scale();
-  for (Match& match : fields_.Matches(reply.pdu)) {
+  const auto matches = fields_.Matches(reply.pdu);
+  for (const Match& match : matches) {
     Decoded decoded = DecodeField(match.field, reply.data, known);
-    reply.answer.readings.push_back(
-        {match.point, std::move(decoded.value), decoded.quality, std::move(match.label)});
+    reply.answer.readings.push_back({match.point, std::move(decoded.value), decoded.quality, {}});
   }
+  if (matches.empty()) reply.answer.readings = ReadPrinted(reply.pdu, reply.data, known);
 }
 
 void MeterConversation::Learn(View pdu, View data) {

@@ -81,20 +81,15 @@ std::vector<Match> PointFields::Matches(View pdu) const {
   for (std::size_t point = 0; point < points_.size(); ++point) {
     if (!fields_[point]) continue;
     if (std::ranges::equal(fields_[point]->pdu, pdu)) {
-      matches.push_back({point, *fields_[point], {}});
+      matches.push_back({point, *fields_[point]});
     } else if (!bits.empty()) {
       const auto bit = BitOf(point);
       const auto at = bit ? std::ranges::find(bits, *bit) : bits.end();
       if (at == bits.end()) continue;
       Field field = *fields_[point];
       field.offset = 1 + 4 * static_cast<std::size_t>(at - bits.begin());
-      matches.push_back({point, std::move(field), {}});
+      matches.push_back({point, std::move(field)});
     }
-  }
-  if (!matches.empty()) return matches;
-  for (Field& field : UsualFields(pdu)) {
-    std::string label = FieldText(field);
-    matches.push_back({kNoPoint, std::move(field), std::move(label)});
   }
   return matches;
 }

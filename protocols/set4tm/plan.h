@@ -14,11 +14,10 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// A value that a reply holds: of a point, or with a label where no point asks for it.
+/// A point whose value a reply holds, and where it stands there.
 struct Match {
   std::size_t point = kNoPoint;
   Field field;
-  std::string label;
 };
 
 /// Keys are the PDUs of requests; that of masked reads is 08 23, and its places are mask bits.

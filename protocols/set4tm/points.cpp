@@ -194,46 +194,6 @@ std::span<const DecoderSpec> DecoderSpecs() {
   return kSpecs;
 }
 
-std::vector<Field> UsualFields(View pdu) {
-  const auto length = LengthOfData(pdu);
-  if (!length) return {};
-  const Bytes head(pdu.begin(), pdu.end());
-  std::vector<Field> fields;
-  const auto fill = [&](Decoder decoder, std::size_t from, std::size_t step) {
-    for (std::size_t at = from; at + step <= *length; at += step) {
-      fields.push_back({head, decoder, at, 0});
-    }
-  };
-  const unsigned code = pdu[0];
-  const unsigned parameter = pdu.size() > 1 ? pdu[1] : 0U;
-  if (code == kEnergy || code == kEnergyExtended || (code == kRead && parameter == 0x0D)) {
-    fill(Decoder::counts, 0, 4);
-  } else if (code == kJournal || code == kJournalExtended) {
-    fill(Decoder::time, 0, 7);
-  } else if (code != kRead) {
-    fill(Decoder::u8, 0, 1);
-  } else if (parameter == kFloats) {
-    fill(Decoder::float_le, 0, 4);
-  } else if (parameter == kFloatMask) {
-    fill(Decoder::float_le, 1, 4);
-  } else if (parameter == kSerialNumber) {
-    fields = {{head, Decoder::u32_be, 0, 0}, {head, Decoder::date, 4, 0}};
-  } else if (parameter == 0x01) {
-    fields = {{head, Decoder::i8, 1, 0}};
-  } else if (parameter == kRatios) {
-    fields = {{head, Decoder::u16_be, 0, 0}, {head, Decoder::u16_be, 2, 0}};
-  } else if (parameter == 0x03) {
-    fields = {{head, Decoder::version, 0, 0}};
-  } else if (parameter == 0x0B || parameter == 0x24) {
-    fields = {{head, Decoder::text_cp1251, 0, *length}};
-  } else if (parameter == 0x19) {
-    fill(Decoder::time, 0, 7);
-  } else {
-    fill(Decoder::u8, 0, 1);
-  }
-  return fields;
-}
-
 Status CheckPoint(const config::Point& point) {
   if (point.access != config::Access::read || !point.write.empty()) {
     return Error{"SET-4TM points are read only"};

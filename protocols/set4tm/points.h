@@ -60,7 +60,4 @@ Status CheckType(const Field& field, const config::Point& point);
 Measure MeasureOf(Decoder decoder);
 std::span<const DecoderSpec> DecoderSpecs();
 
-/// What the data of a reply is when no point says how to read it (decode without a profile).
-std::vector<Field> UsualFields(View pdu);
-
 }  // namespace baudgate::protocols::set4tm

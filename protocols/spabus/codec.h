@@ -19,8 +19,10 @@ inline constexpr std::uint8_t kCr = 0x0D;
 inline constexpr std::uint8_t kLf = 0x0A;
 /// Nobody answers a request to this slave number.
 inline constexpr unsigned kBroadcast = 900;
-/// Most characters between two line ends, and most lines of a continued reply that we take.
+/// Most characters of a line that we make, of one that we take (devices older than version 2.1 of
+/// the protocol send 256), and most lines of a continued reply that we take.
 inline constexpr std::size_t kMaxLine = 255;
+inline constexpr std::size_t kLongestLine = 256;
 inline constexpr std::size_t kMaxLines = 16;
 /// The checksum that says "do not check me".
 inline constexpr std::string_view kWildcard = "XX";

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "protocols/common/designation.h"
 #include "protocols/spabus/decode.h"
@@ -21,6 +22,11 @@ constexpr Address kIdentification{0, 'F', std::nullopt};
 constexpr int kDoubtsBeforeForgetting = 3;
 /// All that is asked of a relay which is not what its profile says: what it is now.
 const Query kWhatIsIt{config::Group::slow, {}};
+constexpr int kFailuresOfChannels = 2;
+constexpr int kOverflow = 2;
+constexpr int kTooComplicated = 3;
+constexpr int kSyntax = 5;
+constexpr int kOtherError = 9;
 
 class SpaConversation final : public Conversation {
  public:
@@ -31,8 +37,8 @@ class SpaConversation final : public Conversation {
         settings_(ReadSettings(device.options)),
         writes_(settings_.password),
         slave_(ParseSlave(device.address).value()),
-        most_items_(settings_.max_items),
-        plan_(MakePlan(points_, most_items_)) {}
+        limits_{settings_.max_items, true},
+        plan_(MakePlan(points_, limits_)) {}
 
   std::span<const Query> Queries() const override {
     if (trouble_) return {&kWhatIsIt, 1};
@@ -75,14 +81,22 @@ class SpaConversation final : public Conversation {
       return std::move(exchange.answer);
     }
     if (std::exchange(asked_name_, false)) return OnName(std::move(exchange.answer));
-    const bool refused = exchange.nack && task.kind == Task::Kind::poll;
-    if (refused && LearnFromRefusal(task.query, *exchange.nack)) {
+    if (task.kind != Task::Kind::poll) return std::move(exchange.answer);
+    // "Other error" is worth one more try: reading again does no harm.
+    if (exchange.nack == kOtherError && !std::exchange(repeated_, true)) {
+      exchange.answer.then = Then::ask_again;
+      return std::move(exchange.answer);
+    }
+    repeated_ = false;
+    if (exchange.answer.outcome == Outcome::ok && IsChannelRange(task.query)) channels_work_ = true;
+    if (exchange.nack && LearnFromRefusal(task.query, *exchange.nack)) {
       exchange.answer.then = Then::replan;
     }
     return std::move(exchange.answer);
   }
 
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant) override {
+    repeated_ = false;
     if (outcome == Outcome::corrupt) checksum_.Doubt();
     const bool unsent = outcome == Outcome::line_down || outcome == Outcome::busy;
     if (std::exchange(asked_name_, false) && !unsent) {
@@ -90,12 +104,17 @@ class SpaConversation final : public Conversation {
       return trouble_ ? Then::done : Then::ask_again;
     }
     if (task.kind == Task::Kind::write) return writes_.OnFailure(outcome);
+    if (task.kind == Task::Kind::poll && !request.closes && DoubtChannels(task.query, outcome)) {
+      return Then::replan;
+    }
     return request.closes && outcome != Outcome::line_down ? Then::ask_again : Then::done;
   }
 
   void OnReconnect() override {
     named_ = false;
-    most_items_ = settings_.max_items;
+    limits_ = {settings_.max_items, true};
+    channels_work_ = repeated_ = sends_wildcard_ = false;
+    channel_failures_ = 0;
     plan_.OnReconnect();
     writes_.Reset();
     checksum_.Forget();
@@ -113,7 +132,29 @@ class SpaConversation final : public Conversation {
   }
 
   Answer Interpret(View request, View frame) override {
-    return Decode(request, frame, points_).answer;
+    Exchange exchange = Decode(request, frame, points_);
+    const bool written = exchange.command && exchange.command->write;
+    if (written && exchange.answer.outcome == Outcome::ok) {
+      exchange.answer.readings = WrittenBy(*exchange.command);
+    }
+    return std::move(exchange.answer);
+  }
+
+  std::string Learned() const override {
+    std::string text;
+    const auto say = [&text](const std::string& what) {
+      text += (text.empty() ? "" : "; ") + what;
+    };
+    if (limits_.items < settings_.max_items) {
+      say("at most " + Plural(limits_.items, "item") + " in one request");
+    }
+    if (!limits_.channels) say("one channel in one request");
+    if (channels_work_) say("several channels in one request");
+    if (sends_wildcard_) say("XX in place of its checksums");
+    if (const char reading = checksum_.letter()) {
+      say(std::string("continued replies with checksum ") + reading);
+    }
+    return text;
   }
 
  private:
@@ -170,25 +211,45 @@ class SpaConversation final : public Conversation {
   }
 
   void Confirm(const Request& request, View frame, const Answer& answer) {
-    if (answer.outcome != Outcome::ok || PinnedReading() != 0) return;
+    if (answer.outcome != Outcome::ok) return;
     const auto reply = ParseReply(frame);
-    if (!reply || !reply->continued || reply->wildcard) return;
+    if (reply) sends_wildcard_ = reply->wildcard;
+    if (!reply || !reply->continued || reply->wildcard || PinnedReading() != 0) return;
     const bool line_feed = (request.expect.checksum & kLineFeedCovered) != 0;
     checksum_.Confirm(MatchingReadings(frame, line_feed));
   }
 
+  bool IsChannelRange(std::size_t query) const {
+    return plan_.block(query).key.across && plan_.block(query).size() > 1;
+  }
+
   /// Whether the refusal changes what will be asked, so that one item does not cost the others.
   bool LearnFromRefusal(std::size_t query, int nack) {
-    constexpr int kTooComplicated = 3;
     const NackRule& rule = RuleOf(nack);
     const std::size_t items = plan_.block(query).size();
-    if (items == 1 ? !rule.missing : !rule.worth_splitting) return false;
-    if (items == 1 || nack != kTooComplicated) {
-      return plan_.OnRefused(query) != PlanChange::nothing;
+    const bool unknown = nack == kTooComplicated || nack == kSyntax;
+    if (unknown && IsChannelRange(query) && !channels_work_) return ForgoChannels();
+    if (items > 1 && (nack == kTooComplicated || nack == kOverflow)) {
+      limits_.items = std::min(limits_.items, items / 2);
+      plan_.Make();
+      return true;
     }
-    most_items_ = std::min(most_items_, items / 2);
+    if (items == 1 ? !rule.missing : !rule.worth_splitting) return false;
+    return plan_.OnRefused(query) != PlanChange::nothing;
+  }
+
+  bool ForgoChannels() {
+    limits_.channels = false;
     plan_.Make();
     return true;
+  }
+
+  /// A range of channels that has never been answered may be what the device does not understand:
+  /// some say nothing then, or give one value.
+  bool DoubtChannels(std::size_t query, Outcome outcome) {
+    if (outcome != Outcome::no_reply && outcome != Outcome::unexpected) return false;
+    if (channels_work_ || query >= plan_.queries().size() || !IsChannelRange(query)) return false;
+    return ++channel_failures_ >= kFailuresOfChannels && ForgoChannels();
   }
 
   const config::Device& device_;
@@ -197,11 +258,15 @@ class SpaConversation final : public Conversation {
   const Settings settings_;
   WriteSession writes_;
   const unsigned slave_;
-  std::size_t most_items_;  ///< in one request; fewer once the device has called it too many
+  RequestLimits limits_;  ///< less once the device has called it too much
   ItemPlan plan_;
   bool named_ = false;       ///< it has said what it is, since OnReconnect
   bool asked_name_ = false;  ///< the request under way asks for it
   DeviceTrouble trouble_;
+  int channel_failures_ = 0;     ///< of ranges of channels, none answered so far
+  bool channels_work_ = false;   ///< a range of channels was answered
+  bool repeated_ = false;        ///< the present poll, because of NACK 9
+  bool sends_wildcard_ = false;  ///< the latest good reply had XX
 };
 
 }  // namespace
@@ -214,6 +279,16 @@ void ContinuationChecksum::Confirm(int matching) {
 
 void ContinuationChecksum::Doubt() {
   if (++doubts_ >= kDoubtsBeforeForgetting) Forget();
+}
+
+char ContinuationChecksum::letter() const {
+  for (const auto& [reading, letter] : {std::pair(kCoversAll, 'a'),
+                                        {kCoversNoLineEnds, 'b'},
+                                        {kCoversCharacters, 'c'},
+                                        {kCoversLastLine, 'd'}}) {
+    if (accepted_ == reading) return letter;
+  }
+  return 0;
 }
 
 void ContinuationChecksum::Forget() {

@@ -22,6 +22,8 @@ class ContinuationChecksum {
   /// A reply was damaged. Three in a row, and what was learned may itself be the mistake.
   void Doubt();
   void Forget();
+  /// Of the one that is left: 'a' to 'd'; 0 while there are several.
+  char letter() const;
 
  private:
   int accepted_ = kCoversAny;

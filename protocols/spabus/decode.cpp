@@ -3,6 +3,7 @@
 
 #include "gateway/base/text.h"
 #include "protocols/spabus/nack.h"
+#include "protocols/spabus/settings.h"
 #include "protocols/spabus/values.h"
 
 namespace baudgate::protocols::spabus {
@@ -29,6 +30,11 @@ std::vector<Address> ItemsOf(const Command& command) {
     }
   }
   return items;
+}
+
+bool IsPassword(const Address& item) {
+  return item.category == 'V' && item.number && *item.number >= kPasswordItems.first &&
+         *item.number <= kPasswordItems.last;
 }
 
 void AddValue(const Address& item, std::string_view text, std::span<const ReadPoint> points,
@@ -91,6 +97,20 @@ Answer DecodeNack(const Command& command, int code, std::span<const ReadPoint> p
 }
 
 }  // namespace
+
+std::vector<Reading> WrittenBy(const Command& command) {
+  const auto texts = Split(command.data, '/');
+  std::vector<Reading> readings;
+  // One text for several items, or several for one: which is whose is not known.
+  if (texts.size() != command.ItemCount()) return readings;
+  const std::vector<Address> items = ItemsOf(command);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (IsPassword(items[i])) continue;
+    readings.push_back(
+        {kNoPoint, GuessValue(texts[i]), Quality::good, FormatAddress(items[i]) + " written"});
+  }
+  return readings;
+}
 
 Exchange Decode(View request, View frame, std::span<const ReadPoint> points) {
   Exchange exchange;

@@ -24,4 +24,7 @@ struct Exchange {
 /// configuration.
 Exchange Decode(View request, View frame, std::span<const ReadPoint> points);
 
+/// What a write has set, value by value, with labels: "S21 written". Nothing of the password.
+std::vector<Reading> WrittenBy(const Command& command);
+
 }  // namespace baudgate::protocols::spabus

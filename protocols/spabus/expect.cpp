@@ -15,7 +15,7 @@ namespace {
 /// decides by itself how long a list is.
 std::size_t LongestReply(const Command& command) {
   constexpr std::size_t kItem = 132;
-  const std::size_t one_line = kMaxLine + 3;
+  const std::size_t one_line = kLongestLine + 3;
   if (command.write) return one_line;
   if (std::string_view("LBAM").find(command.category) != std::string_view::npos) return kMaxReply;
   const std::size_t items = std::min<std::size_t>(command.ItemCount(), kMaxReply / kItem);
@@ -43,7 +43,7 @@ Expectation Expect(View request, const config::Options& options) {
   expect.max_bytes = LongestReply(command);
   const std::size_t head = expect.address.size();
   // `<`, slave, type, colons, checksum, CR and LF around the content.
-  expect.shapes.push_back({'N', head + 7, kMaxLine + 2});
+  expect.shapes.push_back({'N', head + 7, kLongestLine + 2});
   if (command.write) {
     expect.shapes.push_back({'A', head + 6, head + 7});
   } else {

@@ -46,8 +46,8 @@ Scan ScanText(View held, bool may_continue) {
       return {Scan::State::broken, i, "a character that the bus does not have"};
     } else if (after_ampersand) {
       return {Scan::State::broken, i, "& inside a line"};
-    } else if (i - line_start >= kMaxLine) {
-      return {Scan::State::broken, i, "line of more than 255 characters"};
+    } else if (i - line_start >= kLongestLine) {
+      return {Scan::State::broken, i, "line of more than 256 characters"};
     }
   }
   return {};

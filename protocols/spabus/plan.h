@@ -1,5 +1,6 @@
-// How the points of a device are read: items with consecutive numbers share a request.
-// Points come from the profile, queries go to the poller through the conversation.
+// How the points of a device are read: items with consecutive numbers share a request, or else the
+// same item of consecutive channels. Points come from the profile, queries go to the poller through
+// the conversation.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,19 +12,27 @@
 
 namespace baudgate::protocols::spabus {
 
-/// The items of one channel and category, told apart by their numbers: 1I1, 1I2, 1I3.
+/// Items of one category that one request may read: 1I1, 1I2, 1I3 of channel 1, or across channels
+/// 1I1, 2I1, 3I1. Places in it are numbers, or channels.
 struct Row {
-  unsigned channel = 0;
   char category = 'I';
+  bool across = false;
+  std::uint32_t common = 0;  ///< the channel of all; across channels the number of all
   bool operator==(const Row&) const = default;
 };
 using ItemPlan = QueryPlan<Row>;
 
-/// One request takes items without a gap, and at most `most_items` of them: read whenever requests
-/// are laid out, so that the device can be asked for less from now on; it outlives the plan.
-ItemPlan MakePlan(std::span<const ReadPoint> points, const std::size_t& most_items);
+/// What the device takes in one request, as far as it is known.
+struct RequestLimits {
+  std::size_t items = 8;
+  bool channels = true;  ///< a range of them
+};
 
-/// The request that reads a block: >1RI1/5:
+/// One request takes items without a gap. `limits` are read whenever requests are laid out, so that
+/// the device can be asked for less from now on; they outlive the plan.
+ItemPlan MakePlan(std::span<const ReadPoint> points, const RequestLimits& limits);
+
+/// The request that reads a block: >1RI1/5: or >1R1/3I1:
 Command ReadOf(unsigned slave, const Block<Row>& block);
 
 }  // namespace baudgate::protocols::spabus

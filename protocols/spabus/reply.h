@@ -23,7 +23,7 @@ inline constexpr int kLineFeedCovered = 16;   ///< the LF before `<` counts, too
 inline constexpr int kWildcardAccepted = 32;  ///< XX in place of a checksum passes
 
 /// The most bytes that a reply of all permitted lines has: each line with its CR and LF.
-inline constexpr std::size_t kMaxReply = kMaxLines * (kMaxLine + 2) + 1;
+inline constexpr std::size_t kMaxReply = kMaxLines * (kLongestLine + 2) + 1;
 
 struct Reply {
   unsigned slave = 0;

@@ -66,6 +66,15 @@ TEST(DconCodec, RequestsOfTheWorkedExamples) {
   }
 }
 
+TEST(DconCodec, TheSampleBroadcastNeedsNoLineEnd) {
+  const auto bare = ParseRequest(ToBytes("#**"), false);
+  EXPECT_TRUE(bare && bare->broadcast);
+  const auto summed = ParseRequest(ToBytes("#**77"), true);
+  EXPECT_TRUE(summed && summed->broadcast);
+  EXPECT_FALSE(ParseRequest(ToBytes("#**"), true));
+  EXPECT_FALSE(ParseRequest(ToBytes("#01"), false));
+}
+
 TEST(DconCodec, RepliesOfTheWorkedExamples) {
   for (const Vector& vector : kReplies) {
     SCOPED_TRACE(vector.frame);

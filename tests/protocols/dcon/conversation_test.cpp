@@ -171,6 +171,37 @@ TEST(DconInterpret, PointsWhereTheyMatchLabelsElsewhere) {
   EXPECT_EQ(Exchange(talk, Poll(0), ">+100.23+34.050\r").readings.size(), 1U);
 }
 
+TEST(DconInterpret, APolledDeviceIsReadByItsOptionsOnly) {
+  const config::Device device =
+      MakeDevice({ReadPoint("in", "#[0]"), WritePoint("out", "#1", "#1{+00.000}")});
+  Talk talk(DconProtocol(), device);
+  EXPECT_NE(talk->Interpret(ToBytes("#01\r"), ToBytes(">7FFF\r")).outcome, Outcome::ok);
+  EXPECT_NE(talk->Interpret(ToBytes("#01\r"), ToBytes(">01+05.880\r")).outcome, Outcome::ok);
+  EXPECT_EQ(talk->Interpret(ToBytes("#011+05.000\r"), ToBytes("!01\r")).outcome,
+            Outcome::unexpected)
+      << "write_ack_address is off";
+}
+
+/// The module's checksum is on, and nobody has said so: its digits make no other number.
+TEST(DconInterpret, AnUnexpectedChecksumMakesNoNumberWithoutPointsEither) {
+  const config::Device device = MakeDevice({});
+  Talk talk(DconProtocol(), device);
+  for (const auto& [request, reply] : {std::pair("#010", ">-02.47197"),
+                                       {"#01", ">+100.23+34.05012"},
+                                       {"@01", ">0F0014"},
+                                       {"$016", "!0F0000C7"},
+                                       {"#010", "!010004289"},
+                                       {"$01A", ">7FFF800012"},
+                                       {"$012", "!0140060012"},
+                                       {"~010", "!010482"},
+                                       {"#010", ">0001E240DA"}}) {
+    const Answer answer =
+        talk->Interpret(ToBytes(std::string(request) + "\r"), ToBytes(std::string(reply) + "\r"));
+    EXPECT_NE(answer.outcome, Outcome::ok) << request << " " << reply;
+    EXPECT_TRUE(answer.readings.empty()) << request << " " << reply;
+  }
+}
+
 TEST(DconExpect, SaysWhatMayBeRepeatedAndWhoAnswers) {
   const config::Options options = MakeOptions({{"checksum", true}});
   const auto expect = [&](std::string_view command) {

@@ -186,7 +186,8 @@ TEST(SpaReplyRule, BoundsLinesAndTheirNumber) {
     return Cut(ReplyRule, Accepting(kCoversAny), ReplyText(covered)).size();
   };
   EXPECT_EQ(frames("<1D:" + std::string(248, '1') + ":"), 1U);
-  EXPECT_EQ(frames("<1D:" + std::string(249, '1') + ":"), 0U) << "256 characters in a line";
+  EXPECT_EQ(frames("<1D:" + std::string(249, '1') + ":"), 1U) << "256, before version 2.1";
+  EXPECT_EQ(frames("<1D:" + std::string(250, '1') + ":"), 0U) << "257 characters in a line";
   std::string lines = "<1D:";
   for (int i = 1; i < 16; ++i) lines += "1&\r\n";
   EXPECT_EQ(frames(lines + ":"), 1U);

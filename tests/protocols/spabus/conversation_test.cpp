@@ -134,6 +134,42 @@ TEST(SpaConversation, TooComplicatedMeansFewerItemsForAll) {
   EXPECT_EQ(AllRequests(talk).size(), 5U);
 }
 
+TEST(SpaConversation, AFullInputBufferMeansFewerItemsToo) {
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
+  Asked(talk, Poll(0));
+  const Answer answer = Hear(talk, Poll(0), "<1N:2:");
+  EXPECT_EQ(answer.outcome, Outcome::busy);
+  EXPECT_EQ(answer.then, Then::replan);
+  EXPECT_EQ(AllRequests(talk), (Texts{">1RI1/2:", ">1RI3/4:", ">1RI5:"}));
+  EXPECT_EQ(talk->Learned(), "at most 2 items in one request");
+  talk->OnReconnect();
+  EXPECT_EQ(talk->Learned(), "") << "it may be another device now";
+}
+
+TEST(SpaConversation, AnErrorOfAnotherKindIsWorthOneMoreTry) {
+  Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
+  Asked(talk, Poll(0));
+  EXPECT_EQ(Hear(talk, Poll(0), "<1N:9:").then, Then::ask_again);
+  Asked(talk, Poll(0));
+  const Answer second = Hear(talk, Poll(0), "<1N:9:");
+  EXPECT_EQ(second.then, Then::done);
+  EXPECT_EQ(second.outcome, Outcome::refused);
+  Asked(talk, Poll(0));
+  EXPECT_EQ(Hear(talk, Poll(0), "<1N:9:").then, Then::ask_again) << "the next poll, the next try";
+  Asked(talk, Poll(0));
+  EXPECT_EQ(Hear(talk, Poll(0), "<1D:0.52/0.49/0.51/0.00/0:").outcome, Outcome::ok);
+}
+
+TEST(SpaConversation, TellsWhichChecksumsItHasLearned) {
+  Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1")}));
+  Asked(talk, Poll(0));
+  talk.Reply(Poll(0), Sealed("<1D:0.5:", "XX"));
+  EXPECT_EQ(talk->Learned(), "XX in place of its checksums");
+  Asked(talk, Poll(0));
+  Hear(talk, Poll(0), "<1D:0.5:");
+  EXPECT_EQ(talk->Learned(), "");
+}
+
 TEST(SpaConversation, FindsTheMissingItemAndKeepsTheOthers) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   // The device lacks I4: halves are tried until it stands alone.
@@ -165,7 +201,6 @@ TEST(SpaConversation, ABusyDeviceChangesNoPlan) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   Asked(talk, Poll(0));
   EXPECT_EQ(Hear(talk, Poll(0), "<1N:1:").then, Then::done);
-  EXPECT_EQ(Hear(talk, Poll(0), "<1N:9:").then, Then::done);
   EXPECT_EQ(AllRequests(talk), (Texts{">1RI1/5:"}));
 }
 

@@ -11,6 +11,10 @@ std::string Shown(const Block<Row>& block) {
   const Command command = ReadOf(1, block);
   const auto number = command.numbers ? std::optional(command.numbers->first) : std::nullopt;
   std::string text = FormatAddress({command.channels.first, command.category, number});
+  if (command.channels.Count() > 1) {
+    return std::to_string(command.channels.first) + "/" + std::to_string(command.channels.last) +
+           FormatAddress({0, command.category, number});
+  }
   if (command.ItemCount() > 1) text += "/" + std::to_string(command.numbers->last);
   return text;
 }
@@ -23,7 +27,8 @@ std::vector<std::string> Asked(const ItemPlan& plan) {
 
 std::vector<std::string> Asked(const std::vector<config::Point>& points,
                                std::size_t most_items = 8) {
-  return Asked(MakePlan(ReadablePoints(points), most_items));
+  const RequestLimits limits{most_items, true};
+  return Asked(MakePlan(ReadablePoints(points), limits));
 }
 
 using Texts = std::vector<std::string>;
@@ -36,6 +41,32 @@ TEST(SpaPlan, NeighboursShareARequest) {
   EXPECT_EQ(Asked({MakePoint("F"), MakePoint("C")}), (Texts{"F", "C"}));
 }
 
+TEST(SpaPlan, OneItemOfConsecutiveChannelsIsOneRequest) {
+  std::vector<config::Point> points;
+  for (int i = 1; i <= 16; ++i) points.push_back(MakePoint(std::to_string(i) + "I1"));
+  EXPECT_EQ(Asked(points, 16), (Texts{"1/16I1"}));
+  EXPECT_EQ(Asked(points), (Texts{"1/8I1", "9/16I1"}));
+  EXPECT_EQ(Asked({MakePoint("2V5"), MakePoint("1V5"), MakePoint("4V5")}), (Texts{"1/2V5", "4V5"}));
+  EXPECT_EQ(Asked({MakePoint("I1"), MakePoint("1I1")}), (Texts{"I1", "1I1"}))
+      << "channel 0 is common to all";
+  EXPECT_EQ(Asked({MakePoint("1I1"), MakePoint("1I2"), MakePoint("2I1"), MakePoint("2I2")}),
+            (Texts{"1I1/2", "2I1/2"}))
+      << "never both ranges at once";
+  EXPECT_EQ(Asked({MakePoint("1F", Type::string), MakePoint("2F", Type::string)}),
+            (Texts{"1F", "2F"}));
+}
+
+TEST(SpaPlan, ChannelsAreAskedOneByOneWhereTheDeviceDoesNotTakeARange) {
+  const std::vector<config::Point> points = {MakePoint("1I1"), MakePoint("2I1"), MakePoint("S1"),
+                                             MakePoint("S2")};
+  RequestLimits limits;
+  ItemPlan plan = MakePlan(ReadablePoints(points), limits);
+  EXPECT_EQ(Asked(plan), (Texts{"1/2I1", "S1/2"}));
+  limits.channels = false;
+  plan.Make();
+  EXPECT_EQ(Asked(plan), (Texts{"1I1", "2I1", "S1/2"}));
+}
+
 TEST(SpaPlan, GroupsStayApartAndFastOnesComeFirst) {
   EXPECT_EQ(Asked({MakePoint("I1", Type::float32, Group::slow), MakePoint("I2"),
                    MakePoint("F", Type::string, Group::once)}),
@@ -45,7 +76,7 @@ TEST(SpaPlan, GroupsStayApartAndFastOnesComeFirst) {
 TEST(SpaPlan, SameItemTwiceIsAskedOnce) {
   const std::vector<config::Point> points = {MakePoint("V6"), MakePoint("V6"), MakePoint("V7"),
                                              MakePoint("C"), MakePoint("C")};
-  const std::size_t most = 8;
+  const RequestLimits most;
   const ItemPlan plan = MakePlan(ReadablePoints(points), most);
   EXPECT_EQ(Asked(plan), (Texts{"V6/7", "C"}));
   EXPECT_EQ(plan.queries()[0].points, (std::vector<std::size_t>{0, 1, 2}));
@@ -62,7 +93,7 @@ TEST(SpaPlan, KeepsWithinTheMostItems) {
 TEST(SpaPlan, SplitsAndMissingItemsDivideABlock) {
   std::vector<config::Point> points;
   for (int i = 1; i <= 6; ++i) points.push_back(MakePoint("O" + std::to_string(i)));
-  const std::size_t most = 8;
+  const RequestLimits most;
   ItemPlan plan = MakePlan(ReadablePoints(points), most);
   EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
   EXPECT_EQ(Asked(plan), (Texts{"O1/3", "O4/6"}));
