@@ -27,6 +27,10 @@ EchoWatch::Heard EchoWatch::OnReceived(View bytes, const Request* asked) {
     }
     return heard;
   }
+  if (result.complete && mode_ == config::Echo::verify) {
+    has_echoed_ = true;
+    unechoed_ = 0;
+  }
   heard.collision = result.collision;
   if (heard.collision && asked != nullptr && !std::exchange(told_collision_, true)) {
     heard.warning =
@@ -45,6 +49,7 @@ bool EchoWatch::OnExchangeEnd(const Request& request, ExchangeEnd& end) {
   if (ProvesLife(end.outcome) && !request.expect.mirrors && !echoed_) echoes_ = false;
   const bool asked = request.expect.reply == Expectation::Reply::one;
   if (!rest.collision || !asked || end.outcome == Outcome::line_down) return false;
+  unechoed_ = rest.bytes.empty() ? unechoed_ + 1 : 0;
   end.reason = rest.bytes.empty() ? "no reply, and not even the echo of the request"
                                   : "the echo of the request stopped in its midst";
   return true;

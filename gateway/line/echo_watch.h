@@ -34,12 +34,19 @@ class EchoWatch {
   /// The exchange of `request` is over; its reason is set where its echo explains it. True:
   /// `verify` has missed the echo.
   bool OnExchangeEnd(const Request& request, ExchangeEnd& end);
+  /// `verify`: the bus used to echo, and nothing of the latest requests came back: a fibre ring is
+  /// open somewhere, and nobody on it can be blamed for being silent.
+  bool is_cut() const { return has_echoed_ && unechoed_ >= kUnechoedOfACut; }
 
  private:
+  static constexpr int kUnechoedOfACut = 3;
+
   config::Echo mode_;
   EchoFilter filter_;
   bool echoes_ = false;  // `off`, and yet requests have come back since the last reply without one
   bool echoed_ = false;  // the present request has
+  bool has_echoed_ = false;  // `verify`: ever
+  int unechoed_ = 0;         // requests in a row of which nothing came back
   bool told_echo_ = false;
   bool told_collision_ = false;
 };

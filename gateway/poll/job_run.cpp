@@ -222,6 +222,7 @@ void Poller::Conclude() {
   Member& member = *job.member;
   const Asked asked = job.asked();
   if (echo_.OnExchangeEnd(job.request, *job.end)) ledger_.OnCollision();
+  ledger_.OnRing(member, echo_.is_cut());
   ExchangeEnd end = std::move(*std::exchange(job.end, std::nullopt));
   if (!job.answer.reason.empty()) end.reason = job.answer.reason;
   const bool answered = ProvesLife(end.outcome);

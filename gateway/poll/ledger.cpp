@@ -82,6 +82,15 @@ void Ledger::OnReceived(View bytes) {
   if (tap_ != nullptr) tap_->OnReceived(bytes, now_);
 }
 
+void Ledger::OnRing(const Member& member, bool cut) {
+  if (cut == cut_since_.has_value()) return;
+  cut_since_ = cut ? std::optional(now_.wall) : std::nullopt;
+  listener_.OnWarning(member.index,
+                      cut ? "the line does not echo any more: its ring is open, or a device on it "
+                            "has no power; until it is mended no device of the line can answer"
+                          : "the line echoes again: its ring is closed");
+}
+
 void Ledger::OnLate(const Member& member, Duration lateness) {
   ++counters_.late;
   Change(member, [lateness](DeviceStatus& status) {
@@ -137,6 +146,7 @@ void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute,
     if (!probe) status.recent.Add(end.outcome);
     status.busy = Of(member).busy;
     if (end.outcome != Outcome::ok) status.last_reason = end.reason;
+    status.learned = roster_.AsDevice(member)->conversation->Learned();
     if (!answered) return;
     status.last_ok = now_.instant;
     status.last_ok_wall = now_.wall;
@@ -238,6 +248,7 @@ void Ledger::ShowLine(Duration notice_bound) {
     static_cast<LineCounters&>(status) = counters_;
     status.use = use_ ? *use_ : UseSince(minute_began_);
     status.notice_bound = notice_bound;
+    status.cut_since = cut_since_;
   });
 }
 

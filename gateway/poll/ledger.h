@@ -41,6 +41,8 @@ class Ledger {
   void OnReceived(View bytes);
   void OnEcho() { ++counters_.echoes; }
   void OnCollision() { ++counters_.collisions; }
+  /// `cut`: the bus has stopped echoing (gateway/line/echo_watch.h), as `member` was asked.
+  void OnRing(const Member& member, bool cut);
   void OnProbe() { ++counters_.probes; }
   void OnStray(std::size_t count) { counters_.stray_bytes += count; }
   void OnLate(const Member& member, Duration lateness);
@@ -108,6 +110,8 @@ class Ledger {
   Now now_{};
   bool open_ = false;
   Override closed_as_ = Quality::bad_not_connected;
+  Override closed_as_ = Override::not_connected;
+  std::optional<WallTime> cut_since_;  // the ring
   Instant minute_began_{};
   Duration busy_before_minute_{};
   std::optional<double> use_;           // of the last full minute; nothing before there is one

@@ -266,6 +266,10 @@ Sentences Diagnose(const LineStatus& line, const DeviceRecord& device, const Lin
   if (line.port != LineStatus::Port::open) return {};
   if (status.exchanges == 0) return {"not asked yet"};
   if (status.last_outcome == Outcome::line_down) return {"not asked since the port was opened"};
+  if (line.cut_since && IsAbsent(status)) {
+    return {"can not be reached: the ring of line '" + device.line->name +
+            "' is open; this says nothing about the device"};
+  }
   if (IsAbsent(status)) return {Absence(line, device, now)};
 
   Sentences found = Failures(device);
@@ -307,7 +311,13 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
                         status.port_text.empty() ? "not opened yet" : status.port_text)};
   }
   Sentences found;
-  if (devices.in_use > 1 && devices.absent == devices.in_use) {
+  if (status.cut_since) {
+    found.push_back(fmt::format(
+        "the ring is open since {}: requests used to come back and do no more; look for "
+        "a loose or broken fibre, or a device on it without power. No device of the "
+        "line can answer until then",
+        ClockText(*status.cut_since)));
+  } else if (devices.in_use > 1 && devices.absent == devices.in_use) {
     found.push_back(
         fmt::format("none of its {} devices answers: look at what they share: port, "
                     "bit rate and parity ({}), A and B swapped, power of the bus",
@@ -317,7 +327,7 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
     found.push_back(fmt::format("the request itself came back {}: set 'echo: strip' at the line",
                                 Times(status.echoes)));
   }
-  if (status.collisions > 0) {
+  if (status.collisions > 0 && !status.cut_since) {
     found.push_back(
         fmt::format("the echo was missing or different {}: two talkers at once, or a "
                     "bus that does not echo (set 'echo: off')",

@@ -118,6 +118,7 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDe
   json["late"] = status.late;
   json["lateness_ms"] = Milliseconds(status.lateness);
   json["doubled"] = status.doubled;
+  json["learned"] = status.learned;
   json["recent"] = RecentJson(status.recent);
   json["busy_ms"] = Milliseconds(status.busy);
   json["round_trips"] = RoundTripsJson(status.round_trips);
@@ -174,6 +175,7 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
   json["released_until"] =
       status.port == LineStatus::Port::released ? TimeJson(status.released_until) : Json(nullptr);
   json["times_lost"] = status.times_lost;
+  json["echo_lost_since"] = status.cut_since ? TimeJson(*status.cut_since) : Json(nullptr);
   AddCounters(status, json);
   json["advice"] = DiagnoseLine(line, status, together, view.now);
   json["devices"] = std::move(devices);

@@ -95,7 +95,8 @@ struct DeviceStatus {
   Duration lateness{};        ///< how long after, the last time
   std::uint32_t doubled = 0;  ///< exchanges behind whose reply came another, different one
   RecentOutcomes recent;
-  Duration busy{};  ///< the line time of its exchanges and of the silences after them
+  std::string learned;  ///< how it wants to be asked (Conversation::Learned)
+  Duration busy{};      ///< the line time of its exchanges and of the silences after them
   RoundTrips round_trips;
 
   std::uint32_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }

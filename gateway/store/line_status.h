@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -43,6 +44,8 @@ struct LineStatus : LineCounters {
   std::uint32_t framing_errors = 0;
   std::uint32_t overruns = 0;
 
+  /// Since when the bus has not echoed any more; nothing: it does, or need not (`echo: verify`).
+  std::optional<WallTime> cut_since;
   double use = 0;  ///< part of the last full minute, or of the first, that the line was busy
   Duration notice_bound{};  ///< an absent device that returns is noticed after at most so long;
                             ///< zero: none is absent (docs/timeouts.md has the formula)

@@ -120,8 +120,9 @@ std::string LineTable(const Json& lines, const TableView& view) {
                                                     {.title = "online", .right = true}};
   std::vector<TableRow> rows;
   for (const Json& line : lines) {
-    const std::string port = Text(line, "port_state");
-    const Tone tone = port == "closed"            ? Tone::alarm
+    const bool cut = line.contains("echo_lost_since") && !line.at("echo_lost_since").is_null();
+    const std::string port = Text(line, "port_state") + (cut ? ", no echo" : "");
+    const Tone tone = port == "closed" || cut     ? Tone::alarm
                       : line.at("advice").empty() ? Tone::plain
                                                   : Tone::warning;
     const Json& outcomes = line.at("outcomes");
@@ -277,6 +278,7 @@ std::string OneDevice(const Json& status, const TableView& view) {
   const Json& device = lines.at(0).at("devices").at(0);
   const Json& points = device.at("points");
   const std::string reason = Text(device, "last_reason");
+  const std::string learned = device.value("learned", std::string());  // an older gateway has none
   std::string text =
       fmt::format("{}.{}: {}, address {}{}\n", Text(lines.at(0), "name"), Text(device, "name"),
                   Text(device, "protocol"), Text(device, "address"),
@@ -296,6 +298,7 @@ std::string OneDevice(const Json& status, const TableView& view) {
        {"points",
         fmt::format("{}: {} good, {} uncertain, {} bad", Number(points, "count"),
                     Number(points, "good"), Number(points, "uncertain"), Number(points, "bad"))}});
+  if (!learned.empty()) text += Facts({{"learned", learned}});
   text += "\n" + Chart(device.at("round_trips")) + "\n";
   std::vector<PointRow> rows;
   for (const Json& value : device.at("values")) {

@@ -97,5 +97,28 @@ TEST_F(EchoWatchTest, VerifyNamesAnEchoThatNeverCame) {
   EXPECT_FALSE(missed_) << "the port was lost";
 }
 
+TEST_F(EchoWatchTest, ABusThatHasEchoedAndDoesNoMoreIsCut) {
+  EchoWatch watch(Echo::verify);
+  for (int i = 0; i < 5; ++i) Exchange(watch, read_, "", Outcome::no_reply);
+  EXPECT_FALSE(watch.is_cut()) << "it may be one that never echoes";
+  Exchange(watch, read_, "?1!5");
+  Exchange(watch, read_, "", Outcome::no_reply);
+  Exchange(watch, read_, "", Outcome::no_reply);
+  EXPECT_FALSE(watch.is_cut()) << "a request may be lost";
+  Exchange(watch, read_, "", Outcome::no_reply);
+  EXPECT_TRUE(watch.is_cut());
+  Exchange(watch, read_, "?1", Outcome::no_reply);
+  EXPECT_FALSE(watch.is_cut()) << "a silent device on a ring that is closed";
+}
+
+TEST_F(EchoWatchTest, OnlyVerifyKnowsOfARing) {
+  for (const Echo mode : {Echo::off, Echo::strip}) {
+    EchoWatch watch(mode);
+    Exchange(watch, read_, "?1!5");
+    for (int i = 0; i < 5; ++i) Exchange(watch, read_, "", Outcome::no_reply);
+    EXPECT_FALSE(watch.is_cut());
+  }
+}
+
 }  // namespace
 }  // namespace baudgate

@@ -147,5 +147,25 @@ TEST(PollerEcho, AnEchoThatStopsHalfwayIsCounted) {
   EXPECT_NE(line.StatusOf(0).last_reason.find("stopped"), std::string::npos);
 }
 
+TEST(PollerEcho, ARingThatStopsEchoingIsAStateOfTheLine) {
+  EchoLine line(config::Echo::verify);
+  line.echo = Whole;
+  line.RunFor(5s);
+  EXPECT_FALSE(line.status().cut_since);
+  line.echo = {};
+  line.twin(0).manner.dead = true;
+  line.RunFor(20s);
+  EXPECT_TRUE(line.status().cut_since);
+  const auto told = std::ranges::count_if(line.warnings, [](const std::string& warning) {
+    return warning.find("ring is open") != std::string::npos;
+  });
+  EXPECT_EQ(told, 1);
+  line.echo = Whole;
+  line.twin(0).manner.dead = false;
+  line.RunFor(2min);
+  EXPECT_FALSE(line.status().cut_since);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
 }  // namespace
 }  // namespace baudgate

@@ -80,5 +80,18 @@ TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
       << "one device alone has a sentence of its own";
 }
 
+TEST_F(DiagnoseTest, AnOpenRingIsTheLinesTroubleAndNoDevices) {
+  line_.cut_since = kNow.wall - 3min;
+  line_.collisions = 40;
+  EXPECT_THAT(
+      SayOfLine({.in_use = 3, .absent = 3}),
+      ElementsAre("the ring is open since 14:10:20 UTC: requests used to come back and do no more; "
+                  "look for a loose or broken fibre, or a device on it without power. No device of "
+                  "the line can answer until then"));
+  device().state = DeviceState::offline;
+  EXPECT_THAT(Say(), ElementsAre("can not be reached: the ring of line 'bay-1' is open; this says "
+                                 "nothing about the device"));
+}
+
 }  // namespace
 }  // namespace baudgate::control

@@ -119,6 +119,21 @@ bay-1.feeder-1: late: bytes came 80 ms after the exchange had ended, 2 times: ra
 )");
 }
 
+TEST_F(StatusTest, ADeviceTellsHowItWantsToBeAsked) {
+  EXPECT_THAT(Shown("bay-1.feeder-1"), Not(HasSubstr("learned")));
+  store_.UpdateStatus(0, [](DeviceStatus& status) { status.learned = "at most 4 items"; });
+  EXPECT_THAT(Shown("bay-1.feeder-1"), HasSubstr("\n  learned     at most 4 items\n"));
+  EXPECT_EQ(Status()["lines"][0]["devices"][0]["learned"], "at most 4 items");
+  EXPECT_EQ(Status()["lines"][0]["devices"][1]["learned"], "");
+}
+
+TEST_F(StatusTest, AnOpenRingStandsInTheTableOfLines) {
+  EXPECT_EQ(Status()["lines"][0]["echo_lost_since"], nullptr);
+  store_.UpdateLine(0, [](LineStatus& status) { status.cut_since = kNow.wall - 3min; });
+  EXPECT_THAT(Shown(), HasSubstr("\nbay-1  open, no echo "));
+  EXPECT_EQ(Status()["lines"][0]["echo_lost_since"], "2026-09-21T14:10:20.000Z");
+}
+
 TEST_F(StatusTest, WhenAllIsWellThatIsSaid) {
   store_.UpdateStatus(1, [](DeviceStatus& status) { status = {}; });
   store_.SetOverride(1, std::nullopt);
