@@ -35,7 +35,8 @@ struct Types {};
 /// By its name and size alone: types of the standard library and of gateway/base.
 struct Leaf {};
 
-Fields<18> ListOf(Protocol*);
+Fields<19> ListOf(Protocol*);
+Fields<2> ListOf(Doubt*);
 Fields<6> ListOf(PduCarrier*);
 Fields<7> ListOf(TimingRule*);
 Fields<3> ListOf(TimingRule::Span*);
@@ -132,6 +133,14 @@ auto Split(T& s, Fields<18>) {
   return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
                decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r)>();
+}
+template <typename T>
+auto Split(T& s, Fields<19>) {
+  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t] = s;
+  return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
+               decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
+               decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
+               decltype(t)>();
 }
 template <typename T>
 auto Split(T& s, Fields<21>) {

@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "config/model/device.h"
 #include "config/model/options.h"
@@ -31,6 +32,12 @@ namespace baudgate {
 struct DecoderSpec {
   std::string_view form{};  ///< "I1", "float_le@0"
   std::string_view help{};
+};
+
+/// Something of a device that is possible and yet hardly meant.
+struct Doubt {
+  std::size_t point = kNoPoint;  ///< index of the point that it is about; kNoPoint: the address
+  std::string text{};            ///< one sentence: what it leads to, and what to do
 };
 
 /// The times of a protocol as data (docs/timeouts.md): how long its devices take, whatever the bit
@@ -116,6 +123,8 @@ struct Protocol {
   /// What can be seen of the whole device only: options that contradict each other, a password of
   /// the wrong length. Null: nothing.
   Status (*check_device)(const config::Device& device) = nullptr;
+  /// What the user is warned of. Address and points may be wrong: others tell that. Null: nothing.
+  std::vector<Doubt> (*doubts)(const config::Device& device) = nullptr;
 
   /// Used where a line's configuration gives no serial settings.
   config::SerialSettings serial{};

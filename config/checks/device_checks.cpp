@@ -34,6 +34,20 @@ void CheckAges(const Device& device, const Keys& keys, Problems& problems) {
   }
 }
 
+/// What is right in form and yet hardly meant.
+void CheckDoubts(const Device& device, const Protocol& protocol, const Keys& keys,
+                 Problems& problems) {
+  if (!protocol.doubts) return;
+  for (const Doubt& doubt : protocol.doubts(device)) {
+    if (doubt.point >= device.points.size()) {
+      problems.Warning(keys.MarkOf("address"), Called(device) + ": address " + doubt.text);
+      continue;
+    }
+    const Point& point = device.points[doubt.point];
+    problems.Warning(point.mark, Called(device) + ": point '" + point.name + "' " + doubt.text);
+  }
+}
+
 }  // namespace
 
 void LineAddresses::Add(const Device& device, const Protocol& protocol, const Mark& mark,
@@ -61,10 +75,10 @@ void CheckDevice(const Device& device, const Protocol* protocol, const Keys& key
                                       "give it a profile or points");
   }
   CheckAges(device, keys, problems);
-  if (!protocol || !protocol->check_device) return;
-  if (const Status status = protocol->check_device(device); !status) {
-    problems.Error(device.mark, Called(device) + ": " + status.error());
-  }
+  if (!protocol) return;
+  const Status status = protocol->check_device ? protocol->check_device(device) : Status();
+  if (!status) problems.Error(device.mark, Called(device) + ": " + status.error());
+  CheckDoubts(device, *protocol, keys, problems);
 }
 
 }  // namespace baudgate::config

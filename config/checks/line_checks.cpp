@@ -69,7 +69,8 @@ void CheckTimes(const Line& line, const Catalog& catalog, Problems& problems) {
   }
 }
 
-/// What asking for the fast points once takes of the line, if the device answers without thinking.
+/// What asking for the points of a group once takes of the line, if the device answers without
+/// thinking.
 struct Round {
   std::size_t requests = 0;
   Duration time{};
@@ -82,14 +83,15 @@ std::size_t ShortestReply(const Expectation& expect) {
   return shortest;
 }
 
-Round FastRound(const Line& line, const Device& device, const Protocol& protocol, Bus* bus) {
+Round RoundOf(Group group, const Line& line, const Device& device, const Protocol& protocol,
+              Bus* bus) {
   const SerialSettings serial = SerialOf(line, device);
   const Timing times = Resolve(Merge(device.timing, line.timing), protocol.timing(serial));
   const auto conversation = protocol.make_conversation(device, bus);
   const auto queries = conversation->Queries();
   Round round;
   for (std::size_t i = 0; i < queries.size(); ++i) {
-    if (queries[i].group != Group::fast) continue;
+    if (queries[i].group != group) continue;
     const auto request = conversation->Ask({Task::Kind::poll, i, kNoPoint, {}}, Instant{});
     if (!request) continue;
     const std::size_t characters = request->bytes.size() + ShortestReply(request->expect);
@@ -106,29 +108,37 @@ std::string InMilliseconds(Duration time) {
 /// Devices that think before they answer only make it worse.
 void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
   std::map<const Protocol*, std::unique_ptr<Bus>> buses;
-  double use = 0;
+  double fast = 0;
+  double slow = 0;
   bool told = false;
   for (const Device& device : line.devices) {
     const Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (!protocol || !device.enabled) continue;
     auto& bus = buses[protocol];
     if (!bus) bus = MakeBus(*protocol);
-    const Round round = FastRound(line, device, *protocol, bus.get());
-    use += static_cast<double>(round.time.count()) / static_cast<double>(device.poll.count());
-    if (round.time <= device.poll) continue;
-    told = true;
-    problems.Warning(device.mark,
-                     "device '" + device.name + "': poll " + FormatDuration(device.poll) +
-                         " is shorter than one round of its fast points takes at " +
-                         SerialOf(line, device).ToString() +
-                         " (requests: " + std::to_string(round.requests) + ", time: at least " +
-                         InMilliseconds(round.time) + "): periods will be missed");
+    const std::pair<Group, Duration> periods[] = {{Group::fast, device.poll},
+                                                  {Group::slow, device.slow}};
+    for (const auto& [group, period] : periods) {
+      const Round round = RoundOf(group, line, device, *protocol, bus.get());
+      (group == Group::fast ? fast : slow) +=
+          static_cast<double>(round.time.count()) / static_cast<double>(period.count());
+      if (round.time <= period) continue;
+      told = true;
+      problems.Warning(
+          device.mark,
+          "device '" + device.name + "': " + (group == Group::fast ? "poll " : "slow ") +
+              FormatDuration(period) + " is shorter than one round of its " +
+              std::string(Name(group)) + " points takes at " + SerialOf(line, device).ToString() +
+              " (requests: " + std::to_string(round.requests) + ", time: at least " +
+              InMilliseconds(round.time) + "): periods will be missed");
+    }
   }
-  if (told || use <= 1) return;
+  if (told || fast + slow <= 1) return;
   problems.Warning(line.mark, "line '" + line.name + "': its polls need at least " +
-                                  std::to_string(std::lround(use * 100)) +
-                                  " % of the line's time: periods will be missed; lengthen poll, "
-                                  "or move points to the group slow");
+                                  std::to_string(std::lround((fast + slow) * 100)) +
+                                  " % of the line's time: periods will be missed; lengthen " +
+                                  (slow > fast ? "slow, or ask for fewer points"
+                                               : "poll, or move points to the group slow"));
 }
 
 /// Whether it is probed with something that only this is answered so.

@@ -110,7 +110,6 @@ class Ledger {
   Now now_{};
   bool open_ = false;
   Override closed_as_ = Quality::bad_not_connected;
-  Override closed_as_ = Override::not_connected;
   std::optional<WallTime> cut_since_;  // the ring
   Instant minute_began_{};
   Duration busy_before_minute_{};

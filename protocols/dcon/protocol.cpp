@@ -54,6 +54,15 @@ Status CheckDevice(const config::Device& device) {
   return {};
 }
 
+std::vector<Doubt> DoubtsOf(const config::Device& device) {
+  const auto address = ParseAddress(device.address);
+  if (!address || *address != 0) return {};
+  return {{kNoPoint,
+           "0 is that of every module which is started with INIT* grounded, whatever it is set to: "
+           "one such module would answer in this one's place; give this module another address, 1 "
+           "to 255"}};
+}
+
 constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
                                 .reply = {.least = 300ms},
                                 .gap = {.least = 50ms, .characters = 20},
@@ -84,6 +93,7 @@ const Protocol& DconProtocol() {
       .canonical_address = CanonicalAddress,
       .check_point = CheckPoint,
       .check_device = CheckDevice,
+      .doubts = DoubtsOf,
       .serial = {},  // 9600 8N1, the factory setting of most modules
       .timing = kTiming,
       .request_rule = RequestRule,

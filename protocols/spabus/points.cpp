@@ -89,6 +89,27 @@ std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points) {
   return readable;
 }
 
+std::vector<Doubt> DoubtsOf(const config::Device& device) {
+  std::vector<Doubt> doubts;
+  if (const auto slave = ParseSlave(device.address); slave && *slave > kBroadcast) {
+    doubts.push_back(
+        {kNoPoint, std::to_string(*slave) +
+                       " lies behind the broadcast number 900, where no known device "
+                       "can be set to; write the one that the device shows, 1 to 899"});
+  }
+  for (std::size_t i = 0; i < device.points.size(); ++i) {
+    const config::Point& point = device.points[i];
+    if (point.access == config::Access::read) continue;
+    const auto item = ParseAddress(point.write.empty() ? point.read : point.write);
+    if (!item || item->category != 'O') continue;
+    doubts.push_back({i, "can be written: " + FormatAddress(*item) +
+                             " is an output of a protection relay, and whoever may write to it may "
+                             "trip a breaker; leave access: rw out unless that is meant, and say "
+                             "permit: read at listeners that need not"});
+  }
+  return doubts;
+}
+
 Status CheckPoint(const config::Point& point) {
   if (point.access != config::Access::write || !point.read.empty()) {
     if (Status read = CheckRead(point); !read) return read;

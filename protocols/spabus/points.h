@@ -24,6 +24,9 @@ std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points);
 /// Whether `read`, `write`, type and table fit together.
 Status CheckPoint(const config::Point& point);
 
+/// Slave numbers that few devices can have, and outputs that a client may operate.
+std::vector<Doubt> DoubtsOf(const config::Device& device);
+
 std::span<const DecoderSpec> DecoderTable();
 
 }  // namespace baudgate::protocols::spabus

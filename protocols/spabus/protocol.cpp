@@ -57,6 +57,7 @@ const Protocol& SpabusProtocol() {
       .decoders = DecoderTable(),
       .canonical_address = CanonicalAddress,
       .check_point = CheckPoint,
+      .doubts = DoubtsOf,
       .serial = {.baud = 9600, .data_bits = 7, .parity = config::Parity::even},
       .timing = kTiming,
       .request_rule = RequestRule,

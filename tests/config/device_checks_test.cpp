@@ -88,6 +88,26 @@ TEST(DeviceChecks, OneAddressInAnySpelling) {
   EXPECT_EQ(ProblemsOfLine("protocol: set4tm", "address: 7", "address: \"sn:7\""), "");
 }
 
+TEST(DeviceChecks, WarnsOfAddressesThatAreHardlyMeant) {
+  EXPECT_EQ(ProblemsOfLine("protocol: spabus", "address: 1", "address: 901"),
+            "t.yaml:4:23: warning: device 'e': address 901 lies behind the broadcast number 900, "
+            "where no known device can be set to; write the one that the device shows, 1 to 899\n");
+  EXPECT_EQ(ProblemsOfLine("protocol: spabus", "address: 1", "address: 899"), "");
+  EXPECT_EQ(ProblemsOfLine("protocol: dcon", "address: 1", "address: 0x00"),
+            "t.yaml:4:23: warning: device 'e': address 0 is that of every module which is started "
+            "with INIT* grounded, whatever it is set to: one such module would answer in this "
+            "one's place; give this module another address, 1 to 255\n");
+}
+
+TEST(DeviceChecks, WarnsOfARelaysOutputsThatCanBeWritten) {
+  EXPECT_EQ(ProblemsOf("spabus", "profile: spaj140c, points: [{ name: output_trip, access: rw }]"),
+            "t.yaml:3:55: warning: device 'd': point 'output_trip' can be written: O13 is an "
+            "output of a protection relay, and whoever may write to it may trip a breaker; leave "
+            "access: rw out unless that is meant, and say permit: read at listeners that need "
+            "not\n");
+  EXPECT_EQ(ProblemsOf("spabus", "profile: spaj140c"), "") << "its own rows are no doubt";
+}
+
 TEST(DeviceChecks, BinaryProtocolsNeedEightDataBits) {
   const auto problems = [](const std::string& line, const std::string& second = "address: 2") {
     return ProblemsOfLine(line, "address: 1", second);

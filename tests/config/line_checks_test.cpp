@@ -87,6 +87,10 @@ TEST(LoadWarnings, PollsOfAllDevicesTogether) {
             "t.yaml:3:3: warning: line 'l': its polls need at least 129 % of the line's time: "
             "periods will be missed; lengthen poll, or move points to the group slow\n");
   EXPECT_EQ(with("52ms"), "");
+  EXPECT_EQ(
+      with("10s, slow: 10ms"),
+      "t.yaml:9:5: warning: device 'e': slow 10ms is shorter than one round of its slow "
+      "points takes at 9600 8N1 (requests: 1, time: at least 26ms): periods will be missed\n");
 }
 
 }  // namespace
