@@ -169,7 +169,7 @@ class Conversation {
 
   /// For the status: what was learned of how the device wants to be asked, such as "at most 4 items
   /// in one request". Empty: nothing that a user need know.
-  virtual std::string Learned() const { return {}; }
+  virtual std::string WhatIsLearned() const { return {}; }
 };
 
 }  // namespace baudgate

@@ -146,7 +146,7 @@ void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute,
     if (!probe) status.recent.Add(end.outcome);
     status.busy = Of(member).busy;
     if (end.outcome != Outcome::ok) status.last_reason = end.reason;
-    status.learned = roster_.AsDevice(member)->conversation->Learned();
+    status.learned = roster_.AsDevice(member)->conversation->WhatIsLearned();
     if (!answered) return;
     status.last_ok = now_.instant;
     status.last_ok_wall = now_.wall;

@@ -95,7 +95,7 @@ struct DeviceStatus {
   Duration lateness{};        ///< how long after, the last time
   std::uint32_t doubled = 0;  ///< exchanges behind whose reply came another, different one
   RecentOutcomes recent;
-  std::string learned;  ///< how it wants to be asked (Conversation::Learned)
+  std::string learned;  ///< how it wants to be asked (Conversation::WhatIsLearned)
   Duration busy{};      ///< the line time of its exchanges and of the silences after them
   RoundTrips round_trips;
 

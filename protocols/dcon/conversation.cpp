@@ -320,15 +320,15 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
   read_back_.reset();
   const bool silent = outcome == Outcome::no_reply;
   if (const auto question = std::exchange(question_, std::nullopt)) {
-    const bool gone = outcome == Outcome::line_down || outcome == Outcome::busy;
-    if (task.kind == Task::Kind::probe) probing_->OnFailed(false);
-    if (gone || task.kind == Task::Kind::probe) return Then::done;
+    if (task.kind == Task::Kind::probe) probing_->OnFailed(false, silent);
+    // Damage is no silence: the same question is due again.
+    if (!silent || task.kind == Task::Kind::probe) return Then::done;
     identification_.OnSilence(*question);
     return AfterQuestion(task, static_cast<bool>(trouble()));
   }
   if (outcome == Outcome::unexpected) identification_.AskMaskAgain();
   if (task.kind == Task::Kind::probe) {
-    return probing_->OnFailed(request.distinct && silent) ? Then::ask_again : Then::done;
+    return probing_->OnFailed(request.distinct, silent) ? Then::ask_again : Then::done;
   }
   if (task.kind != Task::Kind::poll || !silent) return Then::done;
   return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;

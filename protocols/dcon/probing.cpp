@@ -86,9 +86,9 @@ void Probing::OnPolled() {
   choice_.OnPolled();
 }
 
-bool Probing::OnFailed(bool own_and_silent) {
-  ++unanswered_;
-  return choice_.OnFailed(own_and_silent);
+bool Probing::OnFailed(bool own, bool silent) {
+  unanswered_ = silent ? unanswered_ + 1 : 0;
+  return choice_.OnFailed(own && silent);
 }
 
 }  // namespace baudgate::protocols::dcon

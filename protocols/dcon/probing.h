@@ -41,7 +41,7 @@ class Probing {
   void OnAnswered(std::string_view command);
   void OnPolled();
   /// A probe failed. True: another one is worth sending at once.
-  bool OnFailed(bool own_and_silent);
+  bool OnFailed(bool own, bool silent);
   void OnReconnect() { choice_.OnReconnect(); }
 
  private:

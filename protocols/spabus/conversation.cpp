@@ -140,7 +140,7 @@ class SpaConversation final : public Conversation {
     return std::move(exchange.answer);
   }
 
-  std::string Learned() const override {
+  std::string WhatIsLearned() const override {
     std::string text;
     const auto say = [&text](const std::string& what) {
       text += (text.empty() ? "" : "; ") + what;

@@ -3,11 +3,10 @@
 //   # comment
 //   set: checksum=true width=0       options from here on; the device forgets what it has learned
 //   > #01                            a request, without check value and line end: dcon and spabus
-//   as
-//                                    text, the others as hex
+//                                    as text, the others as hex
 //   < >+100.23+34.050                its reply; none: nobody answers
 //   = #[0] = 100.23                  a value, as label = value
-//   = #[1] = [bad: sensor failure]   one without a value, or of another quality than good
+//   = #[1] = [bad]                   one that is not good: [bad] or [uncertain]
 //   ! refused                        the outcome, where it is not ok
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

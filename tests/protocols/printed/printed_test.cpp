@@ -44,10 +44,9 @@ Bytes OnWire(const Protocol& protocol, const std::string& text, const config::Op
 
 std::string Shown(const Reading& reading) {
   EXPECT_EQ(reading.point, kNoPoint);
-  if (reading.quality == Quality::good) {
-    return std::string(Trim(reading.label + " = " + ToText(reading.value)));
-  }
-  return reading.label + " = [" + std::string(Name(reading.quality)) + "]";
+  std::string value = ToText(reading.value);
+  if (!IsGood(reading.quality)) value = IsBad(reading.quality) ? "[bad]" : "[uncertain]";
+  return std::string(Trim(reading.label + " = " + value));
 }
 
 Answer Decode(const Protocol& protocol, Conversation& conversation, const Bytes& request,

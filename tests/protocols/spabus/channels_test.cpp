@@ -29,7 +29,7 @@ TEST(SpaChannels, ReadsARangeOfChannels) {
   ASSERT_EQ(answer.readings.size(), 3U);
   EXPECT_EQ(answer.readings[2].point, 2U);
   EXPECT_EQ(ToDouble(answer.readings[2].value), 3);
-  EXPECT_EQ(talk->Learned(), "several channels in one request");
+  EXPECT_EQ(talk->WhatIsLearned(), "several channels in one request");
 }
 
 TEST(SpaChannels, AsksChannelByChannelWhereARangeIsNotUnderstood) {
@@ -38,7 +38,7 @@ TEST(SpaChannels, AsksChannelByChannelWhereARangeIsNotUnderstood) {
     Asked(talk, Poll(0));
     EXPECT_EQ(Hear(talk, Poll(0), refusal).then, Then::replan);
     EXPECT_EQ(AllRequests(talk), (Texts{">1R1I1:", ">1R2I1:", ">1R3I1:"})) << refusal;
-    EXPECT_EQ(talk->Learned(), "one channel in one request");
+    EXPECT_EQ(talk->WhatIsLearned(), "one channel in one request");
   }
   for (const Outcome outcome : {Outcome::no_reply, Outcome::unexpected}) {
     Talk talk(SpabusProtocol(), MakeDevice(ThreeChannels()));

@@ -141,9 +141,9 @@ TEST(SpaConversation, AFullInputBufferMeansFewerItemsToo) {
   EXPECT_EQ(answer.outcome, Outcome::busy);
   EXPECT_EQ(answer.then, Then::replan);
   EXPECT_EQ(AllRequests(talk), (Texts{">1RI1/2:", ">1RI3/4:", ">1RI5:"}));
-  EXPECT_EQ(talk->Learned(), "at most 2 items in one request");
+  EXPECT_EQ(talk->WhatIsLearned(), "at most 2 items in one request");
   talk->OnReconnect();
-  EXPECT_EQ(talk->Learned(), "") << "it may be another device now";
+  EXPECT_EQ(talk->WhatIsLearned(), "") << "it may be another device now";
 }
 
 TEST(SpaConversation, AnErrorOfAnotherKindIsWorthOneMoreTry) {
@@ -164,10 +164,10 @@ TEST(SpaConversation, TellsWhichChecksumsItHasLearned) {
   Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1")}));
   Asked(talk, Poll(0));
   talk.Reply(Poll(0), Sealed("<1D:0.5:", "XX"));
-  EXPECT_EQ(talk->Learned(), "XX in place of its checksums");
+  EXPECT_EQ(talk->WhatIsLearned(), "XX in place of its checksums");
   Asked(talk, Poll(0));
   Hear(talk, Poll(0), "<1D:0.5:");
-  EXPECT_EQ(talk->Learned(), "");
+  EXPECT_EQ(talk->WhatIsLearned(), "");
 }
 
 TEST(SpaConversation, FindsTheMissingItemAndKeepsTheOthers) {
