@@ -9,12 +9,6 @@
 namespace baudgate::config {
 namespace {
 
-constexpr std::size_t kMostPeers = 64;
-
-bool IsIpv4(const std::string& text) {
-  return IsIpAddress(text) && text.find(':') == std::string::npos;
-}
-
 bool IsHere(const std::string& address) {
   const auto network = ParseNetwork(address);
   return network && IsLoopback(*network);
@@ -42,13 +36,41 @@ void ReadPeer(const YamlNode& node, Dds& dds, Problems& problems) {
   dds.peers.push_back(*address);
 }
 
+void ReadServer(const YamlNode& node, Dds& dds, Problems& problems) {
+  const auto text = ReadText(node, "discovery_servers", problems);
+  if (!text) return;
+  const auto server = ParseDiscoveryServer(*text);
+  if (!server || IsEverywhere(server->host)) {
+    problems.Error(node.mark(), "discovery_servers: " +
+                                    (server ? Quoted(*text) + " is not the address of one machine"
+                                            : server.error()));
+    return;
+  }
+  CheckReach(dds, server->host, "discovery_servers", node.mark(), problems);
+  dds.discovery_servers.push_back(*server);
+}
+
 }  // namespace
 
 void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
-  const auto peers = map.Get("peers");
-  if (!peers) return;
-  for (const YamlNode& one : ReadList(*peers, "peers", kMostPeers, problems)) {
-    ReadPeer(one, dds, problems);
+  if (const auto peers = map.Get("peers")) {
+    for (const YamlNode& one : ReadList(*peers, "peers", kMostPeers, problems)) {
+      ReadPeer(one, dds, problems);
+    }
+  }
+  if (const auto servers = map.Get("discovery_servers")) {
+    for (const YamlNode& one :
+         ReadList(*servers, "discovery_servers", kMostDiscoveryServers, problems)) {
+      ReadServer(one, dds, problems);
+    }
+  }
+  if (const auto multicast = map.Flag("multicast")) {
+    dds.multicast = *multicast;
+    if (!*multicast && dds.peers.empty() && dds.discovery_servers.empty()) {
+      problems.Warning(map.MarkOf("multicast"),
+                       "multicast: off, and there are neither peers nor discovery_servers: only "
+                       "who asks this gateway finds it");
+    }
   }
 }
 

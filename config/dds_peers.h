@@ -1,5 +1,5 @@
-// `dds: { peers: … }`: machines that are asked beside the multicast group. YAML nodes come from
-// config/outputs.
+// Who is asked beside the multicast group, or in its place: `dds: { peers, discovery_servers,
+// multicast }`. YAML nodes come from config/outputs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -118,6 +118,10 @@ bool IsEverywhere(const std::string& host) { return host == "0.0.0.0" || host ==
 
 bool IsIpAddress(const std::string& text) { return ParseAddress(text).has_value(); }
 
+bool IsIpv4(const std::string& text) {
+  return IsIpAddress(text) && text.find(':') == std::string::npos;
+}
+
 bool IsLoopback(const Network& network) {
   const bool is_v4 = network.bytes[10] == 0xFF && network.bytes[11] == 0xFF && network.prefix >= 96;
   if (is_v4) return network.bytes[12] == 127 && network.prefix >= kMappedBits + 8;

@@ -23,6 +23,8 @@ struct Network {
 struct HostPort {
   std::string host;  ///< without the brackets of IPv6
   std::uint16_t port = 0;
+
+  bool operator==(const HostPort&) const = default;
 };
 
 /// "10.0.0.7:502", "[::1]:502", "server:4001".
@@ -41,6 +43,7 @@ Network ReachOf(const std::string& host);
 /// "0.0.0.0" and "::": all addresses of this machine.
 bool IsEverywhere(const std::string& host);
 bool IsIpAddress(const std::string& text);
+bool IsIpv4(const std::string& text);
 /// Whether every address of it is this machine's own.
 bool IsLoopback(const Network& network);
 /// Whether every address of `inner` is one of `outer`.

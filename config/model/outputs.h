@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/model/dds_security.h"
+#include "config/model/discovery_server.h"
 #include "config/model/listener.h"
 #include "config/model/route.h"
 #include "gateway/base/time.h"
@@ -19,6 +20,8 @@ struct Modbus {
   std::vector<Route> routes;  ///< first match wins
 };
 
+inline constexpr std::size_t kMostPeers = 64;
+
 struct Dds {
   /// In which process the DDS library runs.
   enum class Process {
@@ -29,8 +32,10 @@ struct Dds {
   int domain = 0;  ///< 0…232
   std::vector<std::string> interfaces = {"127.0.0.1"};
   bool shared_memory = false;
-  std::vector<std::string> peers;  ///< IPv4 addresses, asked beside multicast
-  std::string profiles;            ///< absolute path of XML QoS profiles; empty: none
+  bool multicast = true;           ///< ask the domain's multicast group, and listen to it
+  std::vector<std::string> peers;  ///< IPv4 addresses, asked beside multicast; kMostPeers at most
+  std::vector<HostPort> discovery_servers;  ///< IPv4; who announces himself there is introduced
+  std::string profiles;                     ///< absolute path of XML QoS profiles; empty: none
   Process process = Process::own;
   Duration heartbeat = std::chrono::seconds(10);  ///< every point is published at least so often
   DdsSecurity security;

@@ -25,6 +25,7 @@
 #include "gateway/cli/terminal/words.h"
 #include "gateway/simulate/fault_text.h"
 #ifdef BAUDGATE_WITH_DDS
+#include "gateway/cli/live/discovery_server.h"
 #include "gateway/cli/live/watch.h"
 #endif
 
@@ -105,6 +106,19 @@ void AddWatch([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action& action) {
   command->prefix_command();
   command->callback([command, &action] {
     action = [words = command->remaining()](const auto&) { return RunWatch(words, std::cerr); };
+  });
+#endif
+}
+
+void AddDiscoveryServer([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action& action) {
+#ifdef BAUDGATE_WITH_DDS
+  auto* command = app.add_subcommand("discovery-server",
+                                     "Introduce gateways and DDS subscribers to each other");
+  auto listen = std::make_shared<std::string>("127.0.0.1:11811");
+  command->add_option("--listen", *listen, "ADDRESS:PORT of this machine; 0.0.0.0 for all")
+      ->capture_default_str();
+  command->callback([listen, &action] {
+    action = [listen](const auto&) { return RunDiscoveryServer(*listen, std::cerr); };
   });
 #endif
 }
@@ -264,6 +278,7 @@ void AddCommands(CLI::App& app, Action& action) {
   AddCerts(app, action);
   AddMap(app, action);
   AddWatch(app, action);
+  AddDiscoveryServer(app, action);
   AddSimulate(app, action);
   AddDecode(app, action);
   AddDemo(app, action);

@@ -18,14 +18,13 @@ struct ParticipantOptions {
   std::size_t participants = 256;       ///< others in the domain; those beyond are not let in
   bool types = false;                   ///< learn the types that others announce
 
+  bool multicast = true;
   /// IPv4 addresses that are asked beside the multicast group.
   std::vector<std::string> peers{};
+  std::vector<config::HostPort> discovery_servers{};
   std::string profiles{};  ///< path of a file with XML QoS profiles; empty: none
   config::DdsSecurity security{};
 };
-
-/// Where they are read and where they pass.
-inline constexpr std::size_t kMostPeers = 64;
 
 /// As the configuration has it.
 ParticipantOptions ParticipantOf(const config::Dds& dds);

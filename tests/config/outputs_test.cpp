@@ -69,18 +69,24 @@ TEST(Outputs, SwitchedOff) {
 }
 
 TEST(Outputs, DdsKeys) {
-  const auto dds = Good(
-                       "dds: { domain: 7, interfaces: [10.0.0.1, \"::1\"], shared_memory: true, "
-                       "heartbeat: 2s, process: inside, peers: [10.0.0.7], profiles: /etc/d.xml }")
-                       .dds;
+  const auto dds =
+      Good(
+          "dds: { domain: 7, interfaces: [10.0.0.1, \"::1\"], shared_memory: true, "
+          "heartbeat: 2s, process: inside, peers: [10.0.0.7], profiles: /etc/d.xml, "
+          "multicast: false, discovery_servers: [\"10.0.0.8:11811\", \"localhost:7\"] }")
+          .dds;
   EXPECT_EQ(dds.domain, 7);
   EXPECT_EQ(dds.interfaces, (std::vector<std::string>{"10.0.0.1", "::1"}));
   EXPECT_TRUE(dds.shared_memory);
   EXPECT_EQ(dds.peers, std::vector<std::string>{"10.0.0.7"});
+  EXPECT_FALSE(dds.multicast);
+  EXPECT_EQ(dds.discovery_servers,
+            (std::vector<config::HostPort>{{"10.0.0.8", 11811}, {"127.0.0.1", 7}}));
   EXPECT_EQ(dds.profiles, "/etc/d.xml");
   EXPECT_EQ(dds.heartbeat, 2s);
   EXPECT_EQ(dds.process, config::Dds::Process::inside);
   EXPECT_EQ(Good("dds: { domain: 1 }").dds.process, config::Dds::Process::own);
+  EXPECT_TRUE(Good("dds: { domain: 1 }").dds.multicast);
 }
 
 TEST(Outputs, DdsSecurity) {
@@ -156,6 +162,26 @@ TEST(Outputs, OneSentenceEach) {
       {"dds: { peers: [10.0.0.7] }",
        "16: warning: peers: 10.0.0.7 is not reached from interfaces, which has only loopback; add "
        "this machine's address in that network"},
+      {"dds: { discovery_servers: [127.0.0.1] }",
+       "28: error: discovery_servers: '127.0.0.1' has no port; write for example 127.0.0.1:11811"},
+      {"dds: { discovery_servers: [\":11811\"] }",
+       "28: error: discovery_servers: ':11811' has no address; write for example 10.0.0.7:11811"},
+      {"dds: { discovery_servers: [\"127.0.0.1:0\"] }",
+       "28: error: discovery_servers: '127.0.0.1:0' has no usable port number; allowed: 1…65535"},
+      {"dds: { discovery_servers: [\"plant:11811\"] }",
+       "28: error: discovery_servers: 'plant:11811' is not the IPv4 address and port of a server; "
+       "write for example 10.0.0.7:11811 (names are not looked up)"},
+      {"dds: { discovery_servers: [\"[::1]:11811\"] }",
+       "28: error: discovery_servers: '[::1]:11811' is not the IPv4 address and port of a server; "
+       "write for example 10.0.0.7:11811"},
+      {"dds: { discovery_servers: [\"0.0.0.0:11811\"] }",
+       "28: error: discovery_servers: '0.0.0.0:11811' is not the address of one machine"},
+      {"dds: { discovery_servers: [\"10.0.0.7:11811\"] }",
+       "28: warning: discovery_servers: 10.0.0.7 is not reached from interfaces, which has only "
+       "loopback; add this machine's address in that network"},
+      {"dds: { multicast: false }",
+       "19: warning: multicast: off, and there are neither peers nor discovery_servers: only who "
+       "asks this gateway finds it"},
       {"dds: { heartbeat: 10 }",
        "19: error: heartbeat: '10' has no unit; write for example 10ms or 10s"},
   };

@@ -48,6 +48,12 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
   EXPECT_THAT(dds_unit, HasSubstr("\nPartOf=baudgate.service\n"));
   EXPECT_THAT(dds_unit, HasSubstr("\nBefore=baudgate.service\n"))
       << "or it stops before the gateway's last words";
+  const std::string discovery_unit =
+      ReadWholeFile(At(INSTALL_PREFIX "/lib/systemd/system/baudgate-discovery.service"));
+  EXPECT_THAT(discovery_unit,
+              HasSubstr("\nExecStart=" INSTALLED_BINARIES "/baudgate discovery-server --listen "
+                        "${BAUDGATE_DISCOVERY_LISTEN}\n"));
+  EXPECT_THAT(discovery_unit, HasSubstr("\nDynamicUser=yes\n"));
 #endif
 
   const std::string unit = ReadWholeFile(At(INSTALL_PREFIX "/lib/systemd/system/baudgate.service"));

@@ -99,7 +99,13 @@ std::string Describe(const config::Dds& dds) {
                      Joined(dds.interfaces, [](const std::string& address) { return address; });
   if (dds.shared_memory) text += dds.interfaces.empty() ? "shared memory" : " and shared memory";
   const auto same = [](const std::string& one) { return one; };
+  if (!dds.multicast) text += ", no multicast";
   if (!dds.peers.empty()) text += ", peers " + Joined(dds.peers, same);
+  if (!dds.discovery_servers.empty()) {
+    text += ", discovery servers " + Joined(dds.discovery_servers, [](const config::HostPort& at) {
+              return at.host + ":" + std::to_string(at.port);
+            });
+  }
   if (!dds.profiles.empty()) text += ", profiles of " + dds.profiles;
   return text + "; topics baudgate/points, baudgate/devices, baudgate/gateways";
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/fast/datagram_check.h"
 
-#include "gateway/dds/fast/parameter_check.h"
-#include "gateway/dds/fast/rtps_fields.h"
+#include <algorithm>
+
+#include "gateway/dds/rtps/parameter_check.h"
+#include "gateway/dds/rtps/rtps_fields.h"
 
 namespace baudgate::dds {
 namespace {
@@ -11,20 +13,6 @@ namespace {
 constexpr std::size_t kMostOfEndpoint = 8192;
 constexpr std::size_t kMostNumbersInSet = 256;   // RTPS 2.3, 8.3.5.5
 constexpr std::uint8_t kMaker[] = {0x01, 0x0F};  // eProsima: Fast DDS
-
-// Flags of a submessage (9.4.5).
-constexpr std::uint8_t kLittleEndian = 0x01;
-constexpr std::uint8_t kInlineQos = 0x02;
-constexpr std::uint8_t kPayload = 0x04;
-constexpr std::uint8_t kKey = 0x08;
-constexpr std::uint8_t kNoTimestamp = 0x02;
-
-// Encapsulations of a payload (10.5).
-constexpr std::uint16_t kCdrBig = 0x0000;
-constexpr std::uint16_t kCdrLittle = 0x0001;
-constexpr std::uint16_t kParametersBig = 0x0002;
-constexpr std::uint16_t kParametersLittle = 0x0003;
-constexpr std::size_t kEncapsulation = 4;
 
 bool IsDiscovery(std::uint32_t entity) {
   // FF 00 03 C2 is the encrypted form of 00 00 03 C2 (DDS Security 1.1, 7.4.6).
@@ -83,6 +71,7 @@ struct DatagramCheck::Walk {
 DatagramCheck::DatagramCheck(const CheckOptions& options)
     : security_(options.security),
       types_(options.types),
+      servers_(options.servers),
       participants_(options.participants),
       window_(options.window),
       endpoints_(options.endpoints) {}
@@ -294,8 +283,8 @@ Refusal DatagramCheck::Admit(const Parameters& announced, std::size_t list_at, b
   const ParticipantLimits& limits = participants_.limits();
   const Duration lease =
       announced.lease_at ? Duration(announced.lease_seconds * 1s) + 1s : limits.longest_lease;
-  const Refusal reason =
-      participants_.Announce(*announced.participant, walk.sender.address, lease, walk.now);
+  const Refusal reason = participants_.Announce(*announced.participant,
+                                                AddressOf(announced, walk.sender), lease, walk.now);
   if (reason != Refusal::none) return reason;
   if (announced.lease_at && Duration(announced.lease_seconds * 1s) > limits.longest_lease) {
     Verdict& verdict = walk.verdict;
@@ -304,6 +293,12 @@ Refusal DatagramCheck::Admit(const Parameters& announced, std::size_t list_at, b
         ShortLease(list_at + *announced.lease_at, little, limits.longest_lease);
   }
   return Refusal::none;
+}
+
+std::uint32_t DatagramCheck::AddressOf(const Parameters& announced, Sender sender) const {
+  const bool passed_on = std::ranges::find(servers_, sender) != servers_.end();
+  return passed_on && announced.metatraffic_count > 0 ? announced.metatraffic[0].address
+                                                      : sender.address;
 }
 
 // reader (4), writer (4), first (8), last (8), count (4)

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
@@ -19,13 +20,11 @@
 #include "gateway/dds/fast/secured_check.h"
 #include "gateway/dds/fast/sequence_window.h"
 #include "gateway/dds/refusal.h"
+#include "gateway/dds/rtps/udp_address.h"
 
 namespace baudgate::dds {
 
-struct Sender {
-  std::uint32_t address = 0;  ///< IPv4, host order
-  std::uint16_t port = 0;
-};
+using Sender = UdpAddress;
 
 /// Eight bytes to be overwritten before the datagram is passed on.
 struct Edit {
@@ -53,6 +52,9 @@ struct Verdict {
 struct CheckOptions {
   Secured security = Secured::off;
   bool types = false;  ///< let descriptions of types through
+  /// Discovery servers. What one of them passes on counts for the address that it announces, not
+  /// for the server's.
+  std::vector<UdpAddress> servers{};
   ParticipantLimits participants{};
   WindowLimits window{};
   EndpointLimits endpoints{};
@@ -82,12 +84,14 @@ class DatagramCheck {
   Refusal CheckGap(const Submessage& submessage, Walk& walk);
   Refusal Admit(const struct Parameters& announced, std::size_t list_at, bool little, bool gone,
                 Walk& walk);
+  std::uint32_t AddressOf(const struct Parameters& announced, Sender sender) const;
   bool Advance(const Walk& walk, std::uint32_t writer, std::int64_t to, std::int64_t skipped);
 
   bool MayBeClear(const Submessage& submessage, const Walk& walk) const;
 
   const Secured security_;
   bool types_;
+  const std::vector<UdpAddress> servers_;
   ParticipantTable participants_;
   SequenceWindow window_;
   EndpointTable endpoints_;

@@ -10,12 +10,8 @@ namespace {
 constexpr Duration kSilence = 10s;
 
 std::string Line(Refusal reason, Sender sender, std::uint64_t folded) {
-  std::string line = "refused " + std::string(Words(reason)) + " from ";
-  for (int shift = 24; shift >= 0; shift -= 8) {
-    line += std::to_string((sender.address >> shift) & 0xFF);
-    if (shift > 0) line += '.';
-  }
-  return line + ':' + std::to_string(sender.port) + " (" + std::to_string(folded) + " more before)";
+  return "refused " + std::string(Words(reason)) + " from " + Text(sender) + " (" +
+         std::to_string(folded) + " more before)";
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 #include "gateway/base/time.h"
 #include "gateway/dds/fast/participant_table.h"
-#include "gateway/dds/fast/rtps_fields.h"
+#include "gateway/dds/rtps/rtps_fields.h"
 
 namespace baudgate::dds {
 

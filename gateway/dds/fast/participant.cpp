@@ -108,6 +108,9 @@ std::shared_ptr<DatagramGate> GateFor(const ParticipantOptions& options, Secured
   check.security = security;
   check.participants.participants = options.participants;
   check.types = options.types;
+  for (const auto& server : options.discovery_servers) {
+    if (const auto at = ParseUdpAddress(server.host, server.port)) check.servers.push_back(*at);
+  }
   return std::make_shared<DatagramGate>(
       check, [](const std::string& line) { std::fprintf(stderr, "dds: %s\n", line.c_str()); });
 }

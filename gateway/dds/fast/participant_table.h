@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "gateway/base/time.h"
-#include "gateway/dds/fast/rtps_fields.h"
 #include "gateway/dds/refusal.h"
+#include "gateway/dds/rtps/rtps_fields.h"
 
 namespace baudgate::dds {
 

@@ -14,21 +14,36 @@ namespace rtps = eprosima::fastrtps::rtps;
 constexpr char kMulticastGroup[] = "239.255.0.1";  // RTPS 2.3, 9.6.1.4
 
 /// Port 0: the domain's ports.
-rtps::Locator_t LocatorOf(const std::string& address) {
+rtps::Locator_t LocatorOf(const std::string& address, std::uint16_t port = 0) {
   rtps::Locator_t locator;
-  rtps::IPLocator::createLocator(LOCATOR_KIND_UDPv4, address, 0, locator);
+  rtps::IPLocator::createLocator(LOCATOR_KIND_UDPv4, address, port, locator);
   return locator;
+}
+
+/// Where addresses are named, the library does not add the multicast group.
+void HearUnicastOnly(const ParticipantOptions& options, rtps::BuiltinAttributes& builtin) {
+  for (const std::string& address : options.interfaces) {
+    builtin.metatrafficUnicastLocatorList.push_back(LocatorOf(address));
+  }
+  if (options.interfaces.empty()) {
+    builtin.metatrafficUnicastLocatorList.push_back(LocatorOf("0.0.0.0"));
+  }
 }
 
 }  // namespace
 
 void AskPeers(const ParticipantOptions& options,
               eprosima::fastdds::dds::DomainParticipantQos& qos) {
-  if (options.peers.empty()) return;
+  auto& builtin = qos.wire_protocol().builtin;
+  if (!options.multicast) HearUnicastOnly(options, builtin);
+  if (options.peers.empty() && options.discovery_servers.empty()) return;
+  auto& asked = builtin.initialPeersList;
   // Without the group, neighbours would not be heard any more.
-  auto& asked = qos.wire_protocol().builtin.initialPeersList;
-  asked.push_back(LocatorOf(kMulticastGroup));
+  if (options.multicast) asked.push_back(LocatorOf(kMulticastGroup));
   for (const std::string& peer : options.peers) asked.push_back(LocatorOf(peer));
+  for (const auto& server : options.discovery_servers) {
+    asked.push_back(LocatorOf(server.host, server.port));
+  }
 }
 
 }  // namespace baudgate::dds

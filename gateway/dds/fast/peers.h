@@ -1,5 +1,5 @@
-// Which machines a participant asks beside the multicast group: `dds.peers` as a setting of Fast
-// DDS.
+// Whom a participant asks beside the multicast group, or in its place: `dds.peers` and
+// `dds.discovery_servers` as settings of Fast DDS. To it a server is a peer with a port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

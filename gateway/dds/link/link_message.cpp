@@ -14,14 +14,16 @@ namespace {
 
 constexpr std::size_t kMostInterfaces = 64;
 constexpr std::size_t kMaxAddress = 45;  // of an IPv6 address as text
+constexpr std::size_t kMaxIpv4 = 15;
 constexpr std::size_t kMaxSentence = 1000;
 constexpr std::size_t kMaxPath = 255;  // whose length is one byte
 constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
 constexpr int kLastDomain = 232;
 
-static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 1 +
-                  kMostPeers * (1 + kMaxAddress) + 1 + kMaxPath + 8 + 1 +
+static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 1 + 1 +
+                  config::kMostPeers * (1 + kMaxIpv4) + 1 +
+                  config::kMostDiscoveryServers * (3 + kMaxIpv4) + 1 + kMaxPath + 8 + 1 +
                   kSecurityFiles * (1 + kMaxPath) <=
               kMaxLinkMessage);
 static_assert(kLinkHeaderBytes + kPointSampleMaxBytes <= kMaxLinkMessage);
@@ -84,11 +86,15 @@ class Fields {
     return text;
   }
   std::vector<std::string> Texts(std::size_t most, std::size_t bound) {
+    std::vector<std::string> texts(Count(most));
+    for (std::string& text : texts) text = Text(bound);
+    return texts;
+  }
+  /// 0 where it is more than `most`.
+  std::size_t Count(std::size_t most) {
     const auto count = Number<std::uint8_t>();
     good_ = good_ && count <= most;
-    std::vector<std::string> texts;
-    for (std::size_t i = 0; good_ && i < count; ++i) texts.push_back(Text(bound));
-    return texts;
+    return good_ ? count : 0;
   }
   /// All was there, and nothing is left.
   bool AllTaken() const { return good_ && rest_.empty(); }
@@ -102,6 +108,26 @@ class Fields {
   View rest_;
   bool good_ = true;
 };
+
+/// How many there are, then of each address and port.
+void PutServers(Bytes& to, const std::vector<config::HostPort>& servers) {
+  const std::size_t count = std::min(servers.size(), config::kMostDiscoveryServers);
+  to.push_back(static_cast<std::uint8_t>(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    PutText(to, servers[i].host.substr(0, kMaxIpv4));
+    Put(to, servers[i].port);
+  }
+}
+
+/// Fails as of more servers than there may be.
+std::vector<config::HostPort> TakeServers(Fields& fields) {
+  std::vector<config::HostPort> servers(fields.Count(config::kMostDiscoveryServers));
+  for (config::HostPort& server : servers) {
+    server.host = fields.Text(kMaxIpv4);
+    server.port = fields.Number<std::uint16_t>();
+  }
+  return servers;
+}
 
 /// In the order of the wire.
 template <typename Security>
@@ -146,7 +172,9 @@ Bytes EncodeOpen(const LinkOpen& open) {
   Put(body, static_cast<std::uint32_t>(open.participant.domain));
   body.push_back(open.participant.shared_memory ? 1 : 0);
   PutTexts(body, open.participant.interfaces, kMostInterfaces, kMaxAddress);
-  PutTexts(body, open.participant.peers, kMostPeers, kMaxAddress);
+  body.push_back(open.participant.multicast ? 1 : 0);
+  PutTexts(body, open.participant.peers, config::kMostPeers, kMaxIpv4);
+  PutServers(body, open.participant.discovery_servers);
   PutText(body, open.participant.profiles.substr(0, kMaxPath));
   Put(body, open.points);
   Put(body, open.devices);
@@ -209,17 +237,20 @@ Result<LinkOpen> DecodeOpen(View body) {
   const auto domain = fields.Number<std::uint32_t>();
   const auto shared_memory = fields.Number<std::uint8_t>();
   open.participant.interfaces = fields.Texts(kMostInterfaces, kMaxAddress);
-  open.participant.peers = fields.Texts(kMostPeers, kMaxAddress);
+  const auto multicast = fields.Number<std::uint8_t>();
+  open.participant.peers = fields.Texts(config::kMostPeers, kMaxIpv4);
+  open.participant.discovery_servers = TakeServers(fields);
   open.participant.profiles = fields.Text(kMaxPath);
   open.points = fields.Number<std::uint32_t>();
   open.devices = fields.Number<std::uint32_t>();
   if (!TakeSecurity(fields, open.participant.security) || !fields.AllTaken() ||
-      domain > kLastDomain || shared_memory > 1 || open.points > kMostInstances ||
+      domain > kLastDomain || shared_memory > 1 || multicast > 1 || open.points > kMostInstances ||
       open.devices > kMostInstances) {
     return damaged;
   }
   open.participant.domain = static_cast<int>(domain);
   open.participant.shared_memory = shared_memory == 1;
+  open.participant.multicast = multicast == 1;
   return open;
 }
 

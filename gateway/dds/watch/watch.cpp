@@ -282,6 +282,8 @@ dds::ParticipantOptions ParticipantOf(const WatchOptions& options) {
   participant.interfaces = options.interfaces;
   if (!options.security.empty()) participant.security = config::SecurityIn(options.security);
   participant.peers = options.peers;
+  participant.discovery_servers = options.discovery_servers;
+  participant.multicast = options.multicast;
   return participant;
 }
 

@@ -21,8 +21,10 @@ struct ParticipantOptions;
 struct WatchOptions {
   int domain = 0;
   std::vector<std::string> interfaces = {"127.0.0.1"};
-  std::string security;             ///< a folder as of config::SecurityIn; empty: without
-  std::vector<std::string> peers;   ///< as of dds::ParticipantOptions
+  std::string security;            ///< a folder as of config::SecurityIn; empty: without
+  std::vector<std::string> peers;  ///< as of dds::ParticipantOptions
+  std::vector<config::HostPort> discovery_servers{};  ///< likewise
+  bool multicast = true;                              ///< likewise
   bool once = false;                ///< print the image when it is whole, then end
   bool any = false;                 ///< every topic whose type is announced, whoever publishes it
   bool json = false;                ///< one JSON object a line for each sample

@@ -15,7 +15,22 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
                       "Folder with ca.pem, identity.pem, key.pem, governance.p7s, permissions.p7s");
   command->add_option("--peer", options.peers, "Machines that are asked beside the multicast group")
       ->check(CLI::ValidIPV4)
-      ->expected(1, dds::kMostPeers);
+      ->expected(1, config::kMostPeers);
+  command
+      ->add_option_function<std::vector<std::string>>(
+          "--discovery-server",
+          [&options](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) {
+              const auto server = config::ParseDiscoveryServer(text);
+              if (!server) throw CLI::ValidationError("--discovery-server", server.error());
+              options.discovery_servers.push_back(*server);
+            }
+          },
+          "Discovery servers, HOST:PORT, that are asked beside the multicast group")
+      ->expected(1, config::kMostDiscoveryServers);
+  command->add_flag_callback(
+      "--no-multicast", [&options] { options.multicast = false; },
+      "Ask peers and discovery servers only");
   auto* once = command->add_flag("--once", options.once, "Print the values once, then end");
   command->add_flag("--any", options.any, "Every topic whose type is announced, one line a sample")
       ->excludes(once);

@@ -403,6 +403,28 @@ TEST(DatagramCheck, CountsWhoIsThere) {
   EXPECT_EQ(check.Check(Announcement(4), kPeer, kStart + 1s).reason, Refusal::none);
 }
 
+// A server passes on the announcements of many machines: 20 of 10.0.1.0 are not 20 of the server.
+TEST(DatagramCheck, WhatAServerPassesOnCountsForTheAddressInIt) {
+  const auto of_one = [](std::uint16_t number, std::uint8_t last) {
+    Bytes bytes = Announcement(number);
+    bytes[bytes.size() - 5] = last;
+    return bytes;
+  };
+  DatagramCheck check{CheckOptions{
+      .servers = {kPeer}, .participants = {.of_address = 2}, .window = {}, .endpoints = {}}};
+  for (std::uint16_t number = 1; number <= 20; ++number) {
+    const auto last = static_cast<std::uint8_t>(number);
+    EXPECT_EQ(check.Check(of_one(number, last), kPeer, kStart).reason, Refusal::none);
+  }
+  EXPECT_EQ(check.Check(of_one(30, 1), kPeer, kStart).reason, Refusal::none);
+  EXPECT_EQ(check.Check(of_one(31, 1), kPeer, kStart).reason, Refusal::address);
+  // Whoever is no server counts for himself, whatever he announces; another port is not the server.
+  const Sender another{kPeer.address, 5};
+  EXPECT_EQ(check.Check(of_one(41, 41), another, kStart).reason, Refusal::none);
+  EXPECT_EQ(check.Check(of_one(42, 42), another, kStart).reason, Refusal::none);
+  EXPECT_EQ(check.Check(of_one(43, 43), another, kStart).reason, Refusal::address);
+}
+
 // The library looks at the reader that a datagram names, not at the writer it claims to come from.
 TEST(DatagramCheck, AnAnnouncementUnderAnotherWritersNameIsOneToo) {
   DatagramCheck check{CheckOptions{}};

@@ -21,6 +21,7 @@ struct options {
   int count;
   int seconds;
   bool until_gone;
+  const char* peer;
 };
 
 struct seen {
@@ -28,13 +29,14 @@ struct seen {
   bool gone;
 };
 
-// Multicast may be missing (containers, lo without the flag): ask the loopback address itself.
+// Multicast may be missing (containers, lo without the flag): ask the loopback address itself, or
+// the discovery server at ADDRESS:PORT.
 static const char kConfiguration[] =
     "<CycloneDDS><Domain><General>"
     "<Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces>"
     "<AllowMulticast>false</AllowMulticast></General>"
     "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    "<Peers><Peer address='127.0.0.1'/></Peers></Discovery>"
+    "<Peers><Peer address='%s'/></Peers></Discovery>"
     "</Domain></CycloneDDS>";
 
 static bool parse(int argc, char** argv, struct options* options) {
@@ -44,6 +46,10 @@ static bool parse(int argc, char** argv, struct options* options) {
       continue;
     }
     if (i + 1 == argc) return false;
+    if (strcmp(argv[i], "--peer") == 0) {
+      options->peer = argv[++i];
+      continue;
+    }
     char* end = NULL;
     const long number = strtol(argv[i + 1], &end, 10);
     if (*end != '\0' || number < 0 || number > 1000000) return false;
@@ -140,12 +146,14 @@ static bool attach(dds_entity_t waitset, dds_entity_t reader) {
 }
 
 int main(int argc, char** argv) {
-  struct options options = {0, 1, 20, false};
+  struct options options = {0, 1, 20, false, "127.0.0.1"};
   if (!parse(argc, argv, &options)) {
-    fprintf(stderr, "usage: cyclone_subscriber [--domain N] [--count K] [--seconds S] [--gone]\n");
+    fprintf(stderr, "usage: cyclone_subscriber [--domain N] [--count K] [--seconds S] [--gone] [--peer P]\n");
     return 2;
   }
-  setenv("CYCLONEDDS_URI", kConfiguration, 1);
+  char configuration[sizeof kConfiguration + 64];
+  snprintf(configuration, sizeof configuration, kConfiguration, options.peer);
+  setenv("CYCLONEDDS_URI", configuration, 1);
   dds_entity_t participant = dds_create_participant((dds_domainid_t)options.domain, NULL, NULL);
   if (participant < 0) {
     fprintf(stderr, "cyclone_subscriber: %s\n", dds_strretcode(-participant));

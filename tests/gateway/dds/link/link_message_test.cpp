@@ -20,15 +20,18 @@ LinkOpen AnOpen() {
           .participant = {.domain = 7,
                           .interfaces = {"127.0.0.1", "::1"},
                           .shared_memory = true,
+                          .multicast = false,
                           .peers = {"10.0.0.7"},
+                          .discovery_servers = {{"10.0.0.8", 11811}},
                           .profiles = "/x"},
           .points = 5000,
           .devices = 31};
 }
 
 constexpr char kOpen[] =
-    "01 02 30 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
-    "01 08 31 30 2E 30 2E 30 2E 37 02 2F 78 88 13 00 00 1F 00 00 00 00";
+    "01 02 3D 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
+    "00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E 02 2F 78 88 13 00 00 1F "
+    "00 00 00 00";
 // 3 subscribers, 1,234 samples, 2^32 refused; 7 participants, 12,345 datagrams; 16 reasons: 38
 // fragments, 2 participants too many of one address.
 constexpr char kCounts[] =
@@ -51,7 +54,9 @@ TEST(LinkMessage, OpenBothWays) {
   EXPECT_EQ(open->participant.domain, 7);
   EXPECT_EQ(open->participant.interfaces, AnOpen().participant.interfaces);
   EXPECT_TRUE(open->participant.shared_memory);
+  EXPECT_FALSE(open->participant.multicast);
   EXPECT_EQ(open->participant.peers, AnOpen().participant.peers);
+  EXPECT_EQ(open->participant.discovery_servers, AnOpen().participant.discovery_servers);
   EXPECT_EQ(open->participant.profiles, "/x");
   EXPECT_EQ(open->points, 5000U);
   EXPECT_EQ(open->devices, 31U);
@@ -79,7 +84,7 @@ TEST(LinkMessage, OpenWithSecurityBothWays) {
   }
   // Never open to everybody by a damaged list: another number, or no identity.
   Bytes six = packet;
-  six[4 + 0x30 - 1] = 6;
+  six[4 + 0x3D - 1] = 6;
   EXPECT_FALSE(DecodeOpen(ParseLink(six)->body).ok());
   open.participant.security = {};
   Bytes none = EncodeOpen(open);
@@ -144,14 +149,17 @@ TEST(LinkMessage, TheLargestOpenFits) {
   LinkOpen open = AnOpen();
   open.gateway = std::string(kMaxKey, 'g');
   open.participant.interfaces.assign(64, std::string(45, '1'));
-  open.participant.peers.assign(kMostPeers, std::string(45, '2'));
+  open.participant.peers.assign(config::kMostPeers, std::string(15, '2'));
+  open.participant.discovery_servers.assign(config::kMostDiscoveryServers,
+                                            {std::string(15, '3'), 65535});
   open.participant.profiles = std::string(255, 'p');
   const Bytes packet = EncodeOpen(open);
   EXPECT_LE(packet.size(), kMaxLinkMessage);
   const auto back = DecodeOpen(ParseLink(packet)->body);
   ASSERT_TRUE(back.ok());
   EXPECT_THAT(back->participant.interfaces, SizeIs(64));
-  EXPECT_THAT(back->participant.peers, SizeIs(kMostPeers));
+  EXPECT_THAT(back->participant.peers, SizeIs(config::kMostPeers));
+  EXPECT_EQ(back->participant.discovery_servers, open.participant.discovery_servers);
   EXPECT_EQ(back->participant.profiles, open.participant.profiles);
 }
 
@@ -227,9 +235,9 @@ TEST(LinkMessage, AnOpenBeyondItsBoundsIsRefused) {
   const Bytes whole = *ParseHex(kOpen);
   const Bytes body(whole.begin() + kLinkHeaderBytes, whole.end());
   ASSERT_TRUE(DecodeOpen(body).ok());
-  for (const Change& change :
-       {Change{0, 65}, Change{6, 233}, Change{10, 2}, Change{11, 65}, Change{12, 46},
-        Change{26, 65}, Change{42, 0xFF}, Change{46, 0xFF}, Change{47, 6}}) {
+  for (const Change& change : {Change{0, 65}, Change{6, 233}, Change{10, 2}, Change{11, 65},
+                               Change{12, 46}, Change{26, 2}, Change{27, 65}, Change{37, 17},
+                               Change{38, 16}, Change{55, 0xFF}, Change{59, 0xFF}, Change{60, 6}}) {
     Bytes changed = body;
     changed[change.at] = change.byte;
     EXPECT_FALSE(DecodeOpen(changed).ok()) << change.at;

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <optional>
@@ -32,6 +33,20 @@ inline constexpr std::uint8_t kDataFragment = 0x16;
 inline constexpr std::uint8_t kFirstSecured = 0x30;  // DDS Security 1.1, 7.3.6.2
 inline constexpr std::uint8_t kLastSecured = 0x34;
 inline constexpr std::uint8_t kFirstVendor = 0x80;
+
+// Flags of a submessage (9.4.5).
+inline constexpr std::uint8_t kLittleEndian = 0x01;
+inline constexpr std::uint8_t kInlineQos = 0x02;
+inline constexpr std::uint8_t kPayload = 0x04;
+inline constexpr std::uint8_t kKey = 0x08;
+inline constexpr std::uint8_t kNoTimestamp = 0x02;
+
+// Encapsulations of a payload (10.5).
+inline constexpr std::uint16_t kCdrBig = 0x0000;
+inline constexpr std::uint16_t kCdrLittle = 0x0001;
+inline constexpr std::uint16_t kParametersBig = 0x0002;
+inline constexpr std::uint16_t kParametersLittle = 0x0003;
+inline constexpr std::size_t kEncapsulation = 4;
 
 // Entities, 9.3.1.3.
 inline constexpr std::uint32_t kParticipantWriter = 0x000100C2;

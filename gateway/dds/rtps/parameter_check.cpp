@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/dds/fast/parameter_check.h"
+#include "gateway/dds/rtps/parameter_check.h"
 
 namespace baudgate::dds {
 namespace {
@@ -13,11 +13,13 @@ constexpr std::uint16_t kSentinel = 0x0001;
 constexpr std::uint16_t kLease = 0x0002;
 constexpr std::uint16_t kTopicName = 0x0005;
 constexpr std::uint16_t kTypeName = 0x0007;
+constexpr std::uint16_t kDomain = 0x000F;
 constexpr std::uint16_t kPartition = 0x0029;
 constexpr std::uint16_t kUserData = 0x002C;
 constexpr std::uint16_t kGroupData = 0x002D;
 constexpr std::uint16_t kTopicData = 0x002E;
 constexpr std::uint16_t kFirstLocator = 0x002F;
+constexpr std::uint16_t kMetatrafficLocator = 0x0032;
 constexpr std::uint16_t kLastLocator = 0x0033;
 constexpr std::uint16_t kMulticastLocator = 0x0048;
 constexpr std::uint16_t kParticipantGuid = 0x0050;
@@ -89,6 +91,7 @@ std::size_t LeastSize(std::uint16_t id) {
     case kEndpointGuid:
     case kKeyHash:
       return 16;
+    case kDomain:
     case kStatusInfo:
       return 4;
     default:
@@ -131,6 +134,17 @@ bool ContentFits(std::uint16_t id, const RtpsFields& fields) {
   }
 }
 
+// kind (4), port (4), twelve zeros, IPv4 address (4): RTPS 2.3, 9.3.2
+void NoteMetatraffic(const RtpsFields& fields, Parameters& found) {
+  constexpr std::uint32_t kUdpV4 = 1;
+  constexpr std::uint32_t kLastPort = 65535;
+  const std::uint32_t port = *fields.U32(4);
+  if (*fields.U32(0) != kUdpV4 || port == 0 || port > kLastPort) return;
+  if (found.metatraffic_count == found.metatraffic.size()) return;
+  found.metatraffic[found.metatraffic_count++] = {*fields.Entity(20),
+                                                  static_cast<std::uint16_t>(port)};
+}
+
 void Note(std::uint16_t id, const RtpsFields& fields, std::size_t at, Parameters& found) {
   if (id == kParticipantGuid || id == kKeyHash) {
     // The data speak for themselves; only a dispose names its participant by the key hash.
@@ -141,6 +155,10 @@ void Note(std::uint16_t id, const RtpsFields& fields, std::size_t at, Parameters
   } else if (id == kLease) {
     found.lease_at = at;
     found.lease_seconds = *fields.U32(0);
+  } else if (id == kDomain) {
+    found.domain = *fields.U32(0);
+  } else if (id == kMetatrafficLocator) {
+    NoteMetatraffic(fields, found);
   } else if (id == kStatusInfo) {
     // Always big-endian: its last byte holds the flags.
     found.status = (*fields.Slice(3, 1))[0];

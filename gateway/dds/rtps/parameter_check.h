@@ -1,14 +1,15 @@
 // Parameter lists of RTPS datagrams: inline QoS and the data of discovery. Every length inside is
-// looked at before the DDS library relies on it. Pure; gateway/dds/fast/datagram_check.h calls it.
-// Source: DDSI-RTPS 2.3, 9.4.2.11 and 9.6.2.2.
+// looked at before anybody relies on it. Pure; gateway/dds/fast/datagram_check.h and
+// gateway/dds/rtps/announcement.h call it. Source: DDSI-RTPS 2.3, 9.4.2.11 and 9.6.2.2.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
 #include <optional>
 
-#include "gateway/dds/fast/rtps_fields.h"
 #include "gateway/dds/refusal.h"
+#include "gateway/dds/rtps/rtps_fields.h"
+#include "gateway/dds/rtps/udp_address.h"
 
 namespace baudgate::dds {
 
@@ -19,6 +20,10 @@ struct Parameters {
   std::optional<Guid> endpoint;
   std::optional<std::size_t> lease_at;
   std::uint32_t lease_seconds = 0;
+  std::optional<std::uint32_t> domain;
+  /// UDPv4 addresses and ports at which a participant hears of others; further ones are left out.
+  std::array<UdpAddress, 16> metatraffic{};
+  std::size_t metatraffic_count = 0;
   /// Where descriptions of types (XTypes) begin, and how long they are together.
   std::array<std::size_t, 8> types{};
   std::size_t type_count = 0;
