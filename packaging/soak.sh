@@ -5,6 +5,7 @@
 #        packaging/soak.sh lag [MILLIONS]   a lagging server, 1000 million exchanges in virtual time: hours
 #        packaging/soak.sh ptys [MINUTES]   10 real minutes each on ptys: all faults; a lagging server. AddressSanitizer
 #        packaging/soak.sh datagrams [MINUTES]  what DDS is let read, fuzzed for 10 minutes from its corpus
+#        packaging/soak.sh discovery [ROUNDS]  ten DDS gateways found by two discovery servers, then by peers; 50 kills each
 #        packaging/soak.sh fuzz [RUNS]      every fuzz target, 10,000,000 executions each: some hours
 # An existing build of the targets is taken from $BAUDGATE_FUZZ_BUILD.
 set -euo pipefail
@@ -65,6 +66,19 @@ soak_datagrams() {
     -max_total_time=$((minutes * 60))
 }
 
+# A line for each kill: how long until the subscriber had all 10,000 points again; a line for each kind.
+soak_discovery() {
+  local rounds=${1:-50} by
+  whole "$rounds"
+  install_packages
+  build release baudgate_discovery_soak
+  for by in servers peers; do
+    say "ten gateways and a subscriber without multicast, found by $by, $rounds kills"
+    BAUDGATE_SOAK_BY=$by BAUDGATE_SOAK_ROUNDS=$rounds BAUDGATE_SOAK_GATEWAYS=10 BAUDGATE_SOAK_POINTS=1000 \
+      build/release/tests/baudgate_discovery_soak
+  done
+}
+
 usage() {
   sed -n '2,/^set /{/^#/s/^# //p}' "$0" >&2
   exit 2
@@ -76,6 +90,7 @@ if [ $# = 0 ]; then
   soak_lag
   soak_ptys
   soak_datagrams
+  soak_discovery
   soak_fuzz
   exit
 fi
