@@ -78,7 +78,7 @@ void BeGateway(const Plan& plan, std::size_t which, std::size_t life) {
   }
 }
 
-/// Writes "GATEWAY LIFE\n" when it has all points of that life, and again at every tenth sample.
+/// Writes "GATEWAY LIFE\n" when it has all points of that life, and again as samples of it come.
 void BeSubscriber(const Plan& plan, int to) {
   struct Seen {
     std::set<std::string> points;
@@ -90,9 +90,10 @@ void BeSubscriber(const Plan& plan, int to) {
   SubscriberCallbacks callbacks;
   callbacks.on_point = [&](const PointSample& sample, const Origin&) {
     Seen& seen = all[{sample.gateway, sample.value}];
+    const std::size_t each = plan.idle == 0 ? 10 : 1;
     const bool was_whole = seen.points.size() == plan.points;
     seen.points.insert(sample.point);
-    if (seen.points.size() != plan.points || (was_whole && ++seen.samples % 10 != 0)) return;
+    if (seen.points.size() != plan.points || (was_whole && ++seen.samples % each != 0)) return;
     const std::string line =
         sample.gateway + " " + std::to_string(static_cast<int>(sample.value)) + "\n";
     [[maybe_unused]] const auto written = ::write(to, line.data(), line.size());

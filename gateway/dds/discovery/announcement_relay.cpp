@@ -92,6 +92,8 @@ void AnnouncementRelay::IntroduceToOthers(Known& one, Instant now) {
 /// What does not fit into the rates is not sent: the next round comes.
 void AnnouncementRelay::Introduce(const Known& whom, const Known& to, Instant now) {
   if (&whom == &to || whom.announcement.domain != to.announcement.domain) return;
+  const Role role = whom.announcement.role;
+  if (role != Role::any && role == to.announcement.role) return;
   const UdpAddress& at = to.announcement.at;
   if (!AddressOf(at.address, now).sent.Take(limits_.to_address, now)) return;
   if (!sent_.Take(limits_.to_all, now)) return;

@@ -198,7 +198,7 @@ class FastWriter : public SampleWriter {
 
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
                                                        std::size_t points, std::size_t devices) {
-  auto participant = CreateParticipant(options);
+  auto participant = CreateParticipant(options, nullptr, Role::publishes);
   if (!participant) return Error{participant.error()};
   auto writer = std::make_unique<FastWriter>(*participant);
   if (!writer->Open(points, devices)) {

@@ -151,7 +151,8 @@ Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos
 }  // namespace
 
 Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& options,
-                                                   fast::DomainParticipantListener* listener) {
+                                                   fast::DomainParticipantListener* listener,
+                                                   Role role) {
   PrepareProcessOnce();
   if (const Status status = Check(options); !status) return Error{status.error()};
   if (options.shared_memory) RemoveSharedMemoryRest();
@@ -160,6 +161,10 @@ Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& opt
     return Error{status.error()};
   }
   if (const Status status = Settle(options, qos); !status) return Error{status.error()};
+  if (qos.user_data().getValue().empty()) {
+    const std::string_view text = UserDataOf(role);
+    qos.user_data().setValue({text.begin(), text.end()});
+  }
   try {
     auto* participant = fast::DomainParticipantFactory::get_instance()->create_participant(
         static_cast<fast::DomainId_t>(options.domain), qos, listener, fast::StatusMask::none());

@@ -6,6 +6,7 @@
 #include "gateway/base/result.h"
 #include "gateway/dds/fast/datagram_gate.h"
 #include "gateway/dds/participant_options.h"
+#include "gateway/dds/rtps/announcement.h"
 
 namespace eprosima::fastdds::dds {
 class DomainParticipant;
@@ -15,10 +16,11 @@ class DomainParticipantListener;
 namespace baudgate::dds {
 
 /// The error names what to change. Of XML profiles only the file of the options is read. `listener`
-/// hears of what is discovered from the first moment on, and outlives the participant.
+/// hears of what is discovered from the first moment on, and outlives the participant. `role` is
+/// for discovery servers.
 Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
     const ParticipantOptions& options,
-    eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr);
+    eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr, Role role = Role::any);
 
 /// What was let in by UDP and what was not. From any thread.
 DatagramCounters DatagramsOf(const eprosima::fastdds::dds::DomainParticipant& participant);

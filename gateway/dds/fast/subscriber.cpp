@@ -97,7 +97,7 @@ SubscriberCounters DdsSubscriber::counters() const {
 
 Result<std::unique_ptr<DdsSubscriber>> DdsSubscriber::Create(const SubscriberOptions& options,
                                                              SubscriberCallbacks callbacks) {
-  auto participant = CreateParticipant(options.participant);
+  auto participant = CreateParticipant(options.participant, nullptr, Role::subscribes);
   if (!participant) return Error{participant.error()};
   auto impl = std::make_unique<Impl>(*participant, std::move(callbacks));
   if (!impl->Open(options.max_instances)) {

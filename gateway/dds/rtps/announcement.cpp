@@ -120,7 +120,19 @@ void Put(Bytes& to, const Submessage& submessage) {
   to.resize((to.size() + 3) & ~std::size_t{3});  // the next submessage begins at a multiple of four
 }
 
+Role RoleOf(View user_data) {
+  for (const Role role : {Role::publishes, Role::subscribes}) {
+    if (AsText(user_data) == UserDataOf(role)) return role;
+  }
+  return Role::any;
+}
+
 }  // namespace
+
+std::string_view UserDataOf(Role role) {
+  constexpr std::string_view kTexts[] = {"", "baudgate/publishes", "baudgate/subscribes"};
+  return kTexts[static_cast<std::size_t>(role)];
+}
 
 Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender) {
   if (datagram.size() < kRtpsHeader || !AsText(datagram).starts_with("RTPS") || datagram[4] != 2) {
@@ -143,6 +155,7 @@ Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender) {
   const auto own = std::ranges::find(named, sender.address, &UdpAddress::address);
   if (own == named.end()) return Error{"an announcement without the address that it came from"};
   announcement.at = *own;
+  announcement.role = RoleOf(said.user_data);
   if (!said.domain && own->port < kFirstPort) return Error{"an announcement without a domain"};
   announcement.domain = said.domain.value_or((own->port - kFirstPort) / kPortsOfDomain);
   announcement.lease = said.lease_at ? Duration(said.lease_seconds * 1s) + 1s : kUsualLease;

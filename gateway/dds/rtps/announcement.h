@@ -7,6 +7,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string_view>
+
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
@@ -15,11 +17,19 @@
 
 namespace baudgate::dds {
 
+/// What a participant of ours says of itself, as its user data: those of one role have nothing to
+/// say to each other, so that 100 gateways are not introduced 9,900 times.
+enum class Role : std::uint8_t { any, publishes, subscribes };
+
+/// By Role; empty for any.
+std::string_view UserDataOf(Role role);
+
 struct Announcement {
   GuidPrefix participant{};
   bool leaves = false;       ///< it says that it is gone; what follows is empty then
   std::uint32_t domain = 0;  ///< as it says; if it does not, as its port does
   UdpAddress at;             ///< where it hears of others
+  Role role = Role::any;     ///< that of any participant that is not ours
   Duration lease{};
   Bytes datagram;  ///< header, time stamp and the announcement; nothing else that was there
   std::size_t said_at = 0;  ///< from here on `datagram` is what the participant says of itself

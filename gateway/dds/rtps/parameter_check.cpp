@@ -155,6 +155,8 @@ void Note(std::uint16_t id, const RtpsFields& fields, std::size_t at, Parameters
   } else if (id == kLease) {
     found.lease_at = at;
     found.lease_seconds = *fields.U32(0);
+  } else if (id == kUserData) {
+    found.user_data = *fields.Slice(4, *fields.U32(0));
   } else if (id == kDomain) {
     found.domain = *fields.U32(0);
   } else if (id == kMetatrafficLocator) {

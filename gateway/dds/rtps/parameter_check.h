@@ -21,6 +21,7 @@ struct Parameters {
   std::optional<std::size_t> lease_at;
   std::uint32_t lease_seconds = 0;
   std::optional<std::uint32_t> domain;
+  View user_data;  ///< within the list
   /// UDPv4 addresses and ports at which a participant hears of others; further ones are left out.
   std::array<UdpAddress, 16> metatraffic{};
   std::size_t metatraffic_count = 0;

@@ -25,7 +25,7 @@ struct Who {
   std::uint32_t address = kPlant;  ///< the number is added
   std::uint16_t port = 7410;
   std::uint32_t lease = 20;
-  std::string name = "one";  ///< what else it says of itself
+  std::string name = "one";  ///< its user data
 
   UdpAddress at() const { return {address + number, port}; }
   UdpAddress sender() const { return {address + number, 40000}; }
@@ -37,10 +37,12 @@ void Put16(Bytes& bytes, std::size_t at, std::uint16_t number) {
 }
 
 Bytes Of(const Who& who) {
-  const std::string name = ToHex(View(ToBytes(who.name)));
-  Bytes bytes =
-      testing::Announcement(who.number, who.lease, "2C 00 08 00 03 00 00 00" + name + "00");
-  const std::size_t locator = bytes.size() - 4 - 12 - 24;
+  Bytes user_data{static_cast<std::uint8_t>(who.name.size()), 0, 0, 0};
+  Append(user_data, who.name);
+  user_data.resize((user_data.size() + 3) / 4 * 4);
+  const Bytes header{0x2C, 0, static_cast<std::uint8_t>(user_data.size()), 0};
+  Bytes bytes = testing::Announcement(who.number, who.lease, ToHex(header) + ToHex(user_data));
+  const std::size_t locator = bytes.size() - 4 - user_data.size() - 4 - 24;
   Put16(bytes, locator + 4, who.port);
   for (std::size_t i = 0; i < 4; ++i) {
     bytes[locator + 20 + i] = static_cast<std::uint8_t>((who.address + who.number) >> (24 - 8 * i));
@@ -135,6 +137,16 @@ TEST_F(Relay, DomainsAreKeptApart) {
   EXPECT_EQ(CountOf({.number = 3, .port = 7649}), 2U) << "the last port of domain 0";
   EXPECT_THAT(Hears({.number = 4, .port = 80}), IsEmpty());
   EXPECT_EQ(refused_, "an announcement without a domain");
+}
+
+TEST_F(Relay, GatewaysAreNotIntroducedToEachOther) {
+  const std::string publishes(UserDataOf(Role::publishes));
+  const std::string subscribes(UserDataOf(Role::subscribes));
+  Hears({.number = 1, .name = publishes});
+  EXPECT_THAT(Hears({.number = 2, .name = publishes}), IsEmpty());
+  EXPECT_EQ(CountOf({.number = 3, .name = subscribes}), 4U);
+  EXPECT_EQ(CountOf({.number = 4, .name = subscribes}), 4U) << "to the gateways";
+  EXPECT_EQ(CountOf({.number = 5}), 8U) << "who does not say what he does, to all";
 }
 
 TEST_F(Relay, OnlyAnAnnouncersOwnAddressIsSentTo) {
