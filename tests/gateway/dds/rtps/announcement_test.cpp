@@ -59,6 +59,16 @@ TEST(Announcement, NothingElseIsPassedOn) {
   EXPECT_EQ(clean->datagram, right);
 }
 
+TEST(Announcement, NothingBehindItsParametersIsPassedOn) {
+  const Bytes right = testing::Announcement(7);
+  Bytes longer = right;
+  longer.resize(right.size() + 8, 0xEE);
+  longer[22] = static_cast<std::uint8_t>(right[22] + 8);  // the length of the DATA
+  const auto read = ReadAnnouncement(longer, kHere);
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_EQ(read->datagram, right);
+}
+
 TEST(Announcement, WhatIsSaidDoesNotCountTheTime) {
   Bytes first = Captured().at("fast_spdp");
   Bytes second = first;
