@@ -102,7 +102,7 @@ struct Answer {
 /// is good, whatever its replies say.
 struct DeviceTrouble {
   Reason reason = Reason::none;  ///< one that ConcernsDevice; none: its values are good
-  std::string text{};  ///< "type 0D, the profile says 08": for log and status; a remark without reason
+  std::string text{};  ///< "type 0D, the profile says 08"; without a reason it is a remark
 
   explicit operator bool() const { return reason != Reason::none; }
 };

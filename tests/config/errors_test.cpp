@@ -14,7 +14,8 @@ struct Case {
 };
 
 constexpr const char* kDeviceKeys =
-    "allowed: name, protocol, address, enabled, trust_order, serial, profile, identity, poll, slow, retries, "
+    "allowed: name, protocol, address, enabled, trust_order, serial, profile, identity, poll, "
+    "slow, retries, "
     "timing, max_age, dead_age, unit, on_bad, word_order, checksum, width, ratio, mode, password, "
     "pin, "
     "pause, tags, points\n";
