@@ -22,9 +22,9 @@ namespace baudgate {
 /// "Q7" writes that nobody answers.
 ///
 /// Words in a reply: busy, refused, unsupported end the exchange so; closed opens the session and
-/// asks again; replan drops the query; fault and nan are readings without a usable value; foreign: the
-/// device is another one, until it answers with a value.
-/// Address: one letter. Options: wait (duration, after busy).
+/// asks again; replan drops the query; fault and nan are readings without a usable value; foreign:
+/// the device is another one, until it answers with a value. Address: one letter. Options: wait
+/// (duration, after busy).
 const Protocol& ToyProtocol();
 
 /// "!A7=5*XX\r" from "A7=5".
