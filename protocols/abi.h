@@ -65,13 +65,8 @@ Fields<5> ListOf(config::Rs485*);
 
 Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::OnFrame,
         &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
-<<<<<<< HEAD
         &Conversation::OnEnabled, &Conversation::trouble, &Conversation::ForgetRefusals,
-        &Conversation::Check, &Conversation::Interpret, &Conversation::Learned>
-=======
-        &Conversation::ForgetRefusals, &Conversation::Check, &Conversation::Interpret,
-        &Conversation::WhatIsLearned>
->>>>>>> 46b0717 (What a conversation has learned has a name of its own; printed exchanges tell good from not good)
+        &Conversation::Check, &Conversation::Interpret, &Conversation::WhatIsLearned>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
 Methods<&Twin::Answer, &Twin::ReplyAs> ListOf(Twin*);
