@@ -40,8 +40,17 @@ Status CheckCodes(const Settings& settings) {
   return {};
 }
 
+Status CheckTypes(const Settings& settings) {
+  for (const std::string& type : settings.types) {
+    if (type.size() == 2 && ParseInteger<unsigned>(type, 16)) continue;
+    return Error{"'" + type + "' in 'types' is no type code: two hex digits, in quotes, as \"08\""};
+  }
+  return {};
+}
+
 Status CheckDevice(const config::Device& device) {
   const Settings settings = ReadSettings(device.options);
+  if (Status status = CheckTypes(settings); !status) return status;
   if (Status status = CheckCodes(settings); !status) return status;
   for (const Point& point : device.points) {
     const auto read = ParseRead(point.read);

@@ -35,6 +35,14 @@ TEST(DeviceChecks, DconFindsACodeWithTwoMeanings) {
             "of them only\n");
 }
 
+TEST(DeviceChecks, DconFindsATypeCodeThatIsNone) {
+  for (const char* const type : {"8", "0G", "080", "-8"}) {
+    EXPECT_EQ(ProblemsOf("dcon", std::string("profile: icpdas-i-7017, types: [\"") + type + "\"]"),
+              std::string("t.yaml:3:3: error: device 'd': '") + type +
+                  "' in 'types' is no type code: two hex digits, in quotes, as \"08\"\n");
+  }
+}
+
 TEST(DeviceChecks, DconFindsAPointBeyondTheChannels) {
   EXPECT_EQ(
       ProblemsOf("dcon", "channels: 2, points: [{ name: third, read: \"#[2]\", type: float32 }]"),
