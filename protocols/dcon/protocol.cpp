@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "gateway/base/text.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/conversation.h"
 #include "protocols/dcon/expect.h"
