@@ -92,7 +92,8 @@ void ReadDeviceOptions(MapReader& map, const Protocol* protocol, const Options& 
 Identity IdentityOf(MapReader& map, const Profile& profile, const Protocol* protocol,
                     LoadContext& context) {
   Identity identity = ReadIdentity(map, profile.identity);
-  if (!protocol || identity.ignore) return identity;
+  // Without a list of its own there is nothing that a name could contradict.
+  if (!protocol || identity.ignore || identity.names.empty()) return identity;
   const auto [listed, is_new] = context.listed_names.try_emplace(std::string(protocol->name));
   if (is_new) listed->second = ListedNames(context.catalog, *protocol);
   identity.others = listed->second;

@@ -56,6 +56,8 @@ class Schedule {
   bool AnotherDoubted(std::size_t device) const;
   /// Nothing of the device is picked before `until`; its rounds wait.
   void Hold(std::size_t device, Instant until);
+  /// A person wants it asked now.
+  void Release(std::size_t device) { devices_[device].hold_until = {}; }
 
   /// A write to it has failed, and the next waits: a round of its polls goes between, or who writes
   /// without a pause would have the device alone.

@@ -71,6 +71,7 @@ void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
   schedule_.Suspend(device.place);
   if (in_use) {
     device.conversation->OnEnabled();
+    schedule_.Release(device.place);
     Reconnect(device, now);
     if (open && !device.health.offline()) schedule_.Restart(device.place, now);
   }

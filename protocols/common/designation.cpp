@@ -21,14 +21,13 @@ DeviceTrouble JudgeName(const config::Identity& identity, std::string_view says)
   const std::string spoken = config::SpokenName(says);
   const bool own = std::ranges::any_of(
       identity.names, [&](const std::string& name) { return config::SpokenName(name) == spoken; });
-  if (own || spoken.empty() || identity.ignore) return {};
+  if (own || spoken.empty() || identity.names.empty() || identity.ignore) return {};
   const std::string shown = Printable(ToBytes(Trim(says)));
   if (const auto other = identity.others.find(spoken); other != identity.others.end()) {
     return {Reason::other_module, "the device is not what its profile says: it calls itself '" +
                                       shown + "', which the profile " + other->second +
                                       " is for; correct the profile, or say identity: ignore"};
   }
-  if (identity.names.empty()) return {};
   return {Reason::none, "it calls itself '" + shown + "', which its profile does not list (" +
                             Listed(identity.names) + "); its values are served all the same"};
 }

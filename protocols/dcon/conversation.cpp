@@ -231,24 +231,30 @@ Answer DconConversation::Interpret(View request, View frame) {
 Answer DconConversation::OnFrame(const Task& task, const Request& request, View frame, Instant) {
   const auto exchanged = Decode(request.bytes, frame);
   if (!exchanged) return Interpret(request.bytes, frame);
-  if (question_) return OnIdentified(task, *exchanged);
-  Answer answer = ReadingsOf(*exchanged);
+  const bool was_in_trouble = static_cast<bool>(trouble());
+  // A probe is repeated without being asked for anew.
+  if (!question_ && IsInOtherMode(request.bytes)) question_ = {kAskName, true};
+  Answer answer = question_ ? OnIdentified(task, *exchanged) : OnAnswered(task, *exchanged);
+  if (was_in_trouble != static_cast<bool>(trouble())) answer.then = Then::replan;
+  return answer;
+}
+
+Answer DconConversation::OnAnswered(const Task& task, const Exchanged& exchanged) {
+  Answer answer = ReadingsOf(exchanged);
   if (task.kind == Task::Kind::write) return AfterWrite(task, std::move(answer));
-  return AfterRead(task, *exchanged, std::move(answer));
+  return AfterRead(task, exchanged, std::move(answer));
 }
 
 /// A question was answered; the task goes on, unless the module is another one.
 Answer DconConversation::OnIdentified(const Task& task, const Exchanged& exchanged) {
-  const bool was_in_trouble = static_cast<bool>(trouble());
   Learn(*std::exchange(question_, std::nullopt), exchanged.reply);
   probing_->OnPolled();
   Answer answer;
-  answer.then = AfterQuestion(task, was_in_trouble);
+  answer.then = AfterQuestion(task);
   return answer;
 }
 
-Then DconConversation::AfterQuestion(const Task& task, bool was_in_trouble) {
-  if (was_in_trouble != static_cast<bool>(trouble())) return Then::replan;
+Then DconConversation::AfterQuestion(const Task& task) const {
   if (task.kind == Task::Kind::probe) return Then::done;
   const std::string command = CommandOf(task);
   const bool goes_on = !identification_.is_done() || identification_.Allows(command);
@@ -271,17 +277,11 @@ Answer DconConversation::AfterRead(const Task& task, const Exchanged& exchanged,
   if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query);
   if (answer.outcome == Outcome::unsupported) change = plan_.OnRefused(query);
   if (change != PlanChange::nothing) answer.then = Then::replan;
-  return LearnFrom(exchanged, std::move(answer));
-}
-
-/// What was polled may be what else would be asked: type and channel mask.
-Answer DconConversation::LearnFrom(const Exchanged& exchanged, Answer answer) {
-  const std::string& text = exchanged.command.text;
-  const bool mask = text == kAskMask && exchanged.reply.form == Form::hex;
-  if (!settings_.identify || (text != kAskType && !mask)) return answer;
-  const bool was_in_trouble = static_cast<bool>(trouble());
-  Learn({mask ? kAskMask : kAskType, false}, exchanged.reply);
-  if (was_in_trouble != static_cast<bool>(trouble())) answer.then = Then::replan;
+  // What was polled may be what else would be asked: type and channel mask.
+  const bool mask = command.text == kAskMask && exchanged.reply.form == Form::hex;
+  if (settings_.identify && (command.text == kAskType || mask)) {
+    Learn({mask ? kAskMask : kAskType, false}, exchanged.reply);
+  }
   return answer;
 }
 
@@ -322,10 +322,12 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
   if (const auto question = std::exchange(question_, std::nullopt)) {
     if (task.kind == Task::Kind::probe) probing_->OnFailed(false, silent);
     // Damage is no silence: the same question is due again.
-    if (!silent || task.kind == Task::Kind::probe) return Then::done;
-    identification_.OnSilence(*question);
-    return AfterQuestion(task, static_cast<bool>(trouble()));
+    const bool strange = outcome == Outcome::unexpected;
+    if (task.kind == Task::Kind::probe || !(silent || strange)) return Then::done;
+    identification_.OnNothing(*question, strange);
+    return AfterQuestion(task);
   }
+  if (task.kind == Task::Kind::poll && silent) identification_.OnLost();
   if (outcome == Outcome::unexpected) identification_.AskMaskAgain();
   if (task.kind == Task::Kind::probe) {
     return probing_->OnFailed(request.distinct, silent) ? Then::ask_again : Then::done;

@@ -59,9 +59,9 @@ class DconConversation : public Conversation {
   Answer ReadingsOf(const Exchanged& exchanged) const;
   void AddLabels(const Exchanged& exchanged, Answer& answer) const;
   Answer OnIdentified(const Task& task, const Exchanged& exchanged);
-  Then AfterQuestion(const Task& task, bool was_in_trouble);
+  Answer OnAnswered(const Task& task, const Exchanged& exchanged);
+  Then AfterQuestion(const Task& task) const;
   Answer AfterRead(const Task& task, const Exchanged& exchanged, Answer answer);
-  Answer LearnFrom(const Exchanged& exchanged, Answer answer);
   void Learn(const Identification::Question& question, const DecodedReply& reply);
   Answer AfterWrite(const Task& task, Answer answer);
 

@@ -112,11 +112,12 @@ void Identification::OnAnswer(const Question& question, const DecodedReply& repl
   Advance(question);
 }
 
-void Identification::OnSilence(const Question& question) {
+void Identification::OnNothing(const Question& question, bool strange) {
   if (question.command == kAskMask) {
     asked_mask_ = true;
     return;
   }
+  answered_ = answered_ || (strange && !question.other_mode);
   Advance(question);
 }
 
@@ -130,6 +131,11 @@ void Identification::OnPolled() {
   sure_ = true;
   mode_ = {};
   Sum();
+}
+
+/// One that tells nothing of itself is not asked again and again.
+void Identification::OnLost() {
+  if (type_) OnReconnect();
 }
 
 void Identification::OnReconnect() {

@@ -48,7 +48,11 @@ class Identification {
 
   /// `reply` answers the question, whatever it says.
   void OnAnswer(const Question& question, const DecodedReply& reply);
-  void OnSilence(const Question& question);
+  /// Nothing came that answers it. `strange`: but something did, which may answer another request;
+  /// so the module speaks in this mode.
+  void OnNothing(const Question& question, bool strange);
+  /// A poll was not answered, with all its repetitions: another module may answer the next.
+  void OnLost();
   /// The module has answered in the configured mode.
   void OnPolled();
   /// Another module may answer now. What is wrong stays wrong until it is known to be right.

@@ -158,10 +158,7 @@ class SpaConversation final : public Conversation {
   }
 
  private:
-  bool KnowsNames() const {
-    return !device_.identity.ignore &&
-           (!device_.identity.names.empty() || !device_.identity.others.empty());
-  }
+  bool KnowsNames() const { return !device_.identity.ignore && !device_.identity.names.empty(); }
 
   /// Before the first poll, and in place of all polls where the relay is another.
   bool WantsName() {

@@ -30,7 +30,7 @@ const std::string kFirst = Ask("?A1\r") + Reply("A1=0.5") + "= first 0.5 good\n"
 TEST(Transcript, FollowsQueriesSessionsAndRounds) {
   PlayTranscript(ToyProtocol(),
                  FileOf(kFirst + Ask("OA0\r") + Reply("A0") + Ask("?A2\r") + Reply("A2=70000") +
-                        "= second bad: configuration\n" + kFirst));
+                        "= second bad: configuration, out of the type's range\n" + kFirst));
 }
 
 TEST(Transcript, OutcomesOfDamageAndSilence) {
