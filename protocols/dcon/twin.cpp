@@ -187,6 +187,7 @@ std::optional<std::string> DconTwin::AnswerIdentity(const std::string& command) 
   if (!settings_.identify) return std::nullopt;
   if (command == "$M") return "!" + who_ + "TWIN";
   if (command == "$F") return "!" + who_ + "A1.0";
+  if (command == "$6" && Find("#") != nullptr) return "!" + who_ + Hex(settings_.enabled & 0xFF, 2);
   if (command == "$2") {
     return "!" + who_ +
            Configuration((settings_.types.empty() ? "40" : settings_.types[0]) + "0600");

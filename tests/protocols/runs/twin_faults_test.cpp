@@ -60,7 +60,8 @@ TEST_P(MisbehavingTwin, AStallBeyondTheGapIsPartial) {
   Misbehave("stall:pause=300ms");
   OnlyThese({Outcome::ok, Outcome::partial, Outcome::corrupt});
   EXPECT_GT(own_[Outcome::partial], 10U);
-  EXPECT_EQ(end_state_, DeviceState::offline);
+  // Short replies come whole before the stall: who it is, it may tell.
+  EXPECT_NE(end_state_, DeviceState::online);
   // It has its turn before the retries, and may meet the rest of what had stalled.
   TheNeighbourWasServed(4);
   EverythingComesBack();
