@@ -81,8 +81,8 @@ void Poller::OnClosed(Now now, Override why) {
 void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
   Advance(now);
   Device& device = roster_.DeviceAt(index);
-  if (device.in_use == in_use) return;
-  upkeep_.SetInUse(device, in_use, open_, now.instant);
+  if (in_use) upkeep_.OnEnabled(device, open_, now.instant);
+  if (device.in_use != in_use) upkeep_.SetInUse(device, in_use, open_, now.instant);
   if (open_) Settle();
 }
 

@@ -70,13 +70,19 @@ void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
   chooser_.DropParked(device);
   schedule_.Suspend(device.place);
   if (in_use) {
-    device.conversation->OnEnabled();
-    schedule_.Release(device.place);
     Reconnect(device, now);
     if (open && !device.health.offline()) schedule_.Restart(device.place, now);
   }
   ledger_.MeasureCycle();
   ledger_.OnState(device, in_use ? "taken into use" : "taken out of use");
+}
+
+void Upkeep::OnEnabled(Device& device, bool open, Instant now) {
+  device.conversation->OnEnabled();
+  schedule_.Release(device.place);
+  if (!device.in_use || !open || device.health.offline()) return;
+  chooser_.DropParked(device);
+  schedule_.Restart(device.place, now);
 }
 
 void Upkeep::OnReplaced(Device& device, Now now) {

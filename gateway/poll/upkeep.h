@@ -35,6 +35,8 @@ class Upkeep {
   /// What this query reads is uncertain until it is read again. False: there is no such query now.
   bool Doubt(const QueryRef& read, Instant now);
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
+  /// A person wants it asked now, whether it was in use or not.
+  void OnEnabled(Device& device, bool open, Instant now);
   /// Its conversation has other queries now.
   void Plan(Device& device);
   /// No request of the member, or of one that is the same on the wire, may be met by what is still

@@ -272,7 +272,7 @@ Sentences Diagnose(const LineStatus& line, const DeviceRecord& device, const Lin
   }
   if (IsAbsent(status)) return {Absence(line, device, now)};
 
-  Sentences found = Failures(device);
+  Sentences found = IsForeign(device) ? Sentences() : Failures(device);
   if (!status.trouble.empty()) {
     found.insert(found.begin(), (IsForeign(device) ? "no value is good: " : "") + status.trouble);
   }
