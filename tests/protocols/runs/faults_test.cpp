@@ -76,7 +76,8 @@ TEST_P(FaultyRun, OneLostReplyInEightIsMadeUpForByRetries) {
     EXPECT_TRUE(rig_.FastUsable(device));
   }
   EXPECT_GT(lost, 20U);
-  EXPECT_NEAR(missed, lost, 1);
+  // Who lost two questions in a row is asked twice in the other checksum mode, in vain.
+  EXPECT_NEAR(missed, lost, 4);
   EXPECT_LE(retries, lost);
   EXPECT_GT(retries, lost * 9 / 10);
   for (std::uint32_t device = 0; device < rig_.devices(); ++device)
