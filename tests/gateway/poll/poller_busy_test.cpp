@@ -71,24 +71,5 @@ TEST(Poller, WaitingMakesNoValueLastLonger) {
   EXPECT_LT(busy, 0);
 }
 
-/// As a meter that counts wrong passwords: it wants an hour of peace, and somebody has mended it.
-TEST(Poller, EnableEndsTheWaitThatADeviceAskedFor) {
-  config::Device device = Polled(ToyDevice("a", "A", {"1"}), 1s);
-  device.options.Set("wait", Duration(1h).count());
-  VirtualLine line(ToyLine({device}), {&ToyProtocol()});
-  bool busy = true;
-  line.twin(0).manner.instead = [&](View) {
-    return busy ? std::optional(ToyReply("A1~busy")) : std::nullopt;
-  };
-  line.Open();
-  line.RunFor(3s);
-  busy = false;
-  line.RunFor(1min);
-  EXPECT_FALSE(IsGood(line.QualityOf(0, 0)));
-  line.poller().SetInUse(0, true, line.now());
-  line.RunFor(1s);
-  EXPECT_TRUE(IsGood(line.QualityOf(0, 0)));
-}
-
 }  // namespace
 }  // namespace baudgate

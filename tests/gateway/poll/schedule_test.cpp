@@ -175,6 +175,16 @@ TEST(Schedule, HeldDeviceWaitsAndOthersGoOn) {
   EXPECT_EQ(schedule.Next(kStart + 300ms)->device, 0U);
 }
 
+TEST(Schedule, APersonEndsAHold) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.Restart(0, kStart);
+  schedule.Hold(0, kStart + 1h);
+  EXPECT_FALSE(schedule.Next(kStart + 1min));
+  schedule.Release(0);
+  EXPECT_EQ(schedule.Next(kStart + 1min)->device, 0U);
+}
+
 TEST(Schedule, NewQueriesEndTheRound) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
