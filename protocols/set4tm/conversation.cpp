@@ -330,9 +330,15 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
   return End(std::move(reply.answer));
 }
 
-Then MeterConversation::OnFailure(const Task&, const Request& request, Outcome, Instant) {
+Then MeterConversation::OnFailure(const Task&, const Request& request, Outcome outcome,
+                                  Instant now) {
   const auto asked = SplitFrame(request.bytes);
-  if (asked && asked->body[0] == kOpenChannel) open_ = false;
+  const bool opening = asked && asked->body[0] == kOpenChannel;
+  if (opening) open_ = false;
+  // It has refused before, and has answered something now: that counts, or each query would try.
+  if (opening && outcome == Outcome::unexpected && trouble_.reason == Reason::password_refused) {
+    refused_at_.push_back(now);
+  }
   verified_ = false;
   reopened_ = repeated_ = 0;
   return Then::done;
