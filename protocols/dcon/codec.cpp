@@ -72,6 +72,15 @@ Result<std::uint8_t> ParseAddress(std::string_view text) {
   return static_cast<std::uint8_t>(*number);
 }
 
+bool IsHexText(std::string_view text) {
+  return !text.empty() &&
+         std::all_of(text.begin(), text.end(), [](char c) { return HexDigit(c).has_value(); });
+}
+
+bool IsDecimalText(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
 Bytes BuildRequest(std::string_view command, std::uint8_t address, bool checksum) {
   std::string text(command.substr(0, 1));
   text += HexByte(address);

@@ -39,6 +39,10 @@ Bytes BuildRequest(std::string_view command, std::uint8_t address, bool checksum
 /// Nothing unless the whole frame is a request with a good address and, where due, checksum.
 std::optional<Command> ParseRequest(View frame, bool checksum);
 
+/// One digit at least, and nothing else.
+bool IsHexText(std::string_view text);
+bool IsDecimalText(std::string_view text);
+
 struct Reply {
   char lead = 0;           ///< '>', '!' or '?'
   std::string body;        ///< between the lead and the checksum

@@ -8,15 +8,6 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-bool IsHex(std::string_view text) {
-  return !text.empty() &&
-         std::all_of(text.begin(), text.end(), [](char c) { return HexDigit(c).has_value(); });
-}
-
-bool IsDecimal(std::string_view text) {
-  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
-}
-
 DecodedReply Fail(Outcome outcome, std::string reason) {
   DecodedReply decoded;
   decoded.outcome = outcome;
@@ -80,8 +71,8 @@ Form GuessForm(const Command& request, const Reply& reply, const Settings& setti
   }
   if (fallback != Form::number || request.text == "$3") return fallback;
   if (reply.lead == '!') return body.size() == 7 ? Form::decimal : Form::counter;
-  return body.size() == 8 && IsHex(body) && settings.format != Format::hex ? Form::counter
-                                                                           : Form::number;
+  return body.size() == 8 && IsHexText(body) && settings.format != Format::hex ? Form::counter
+                                                                               : Form::number;
 }
 
 /// `!AA` and the rest, or `>` and the rest; nothing when another module speaks.
@@ -146,7 +137,7 @@ DecodedReply DecodeDigits(std::string_view command, std::string_view payload, Fo
                                          " belong; do checksum and module type agree?");
   }
   const bool decimal = form == Form::decimal;
-  const auto number = (decimal ? IsDecimal(payload) : IsHex(payload))
+  const auto number = (decimal ? IsDecimalText(payload) : IsHexText(payload))
                           ? ParseInteger<std::uint64_t>(payload, decimal ? 10 : 16)
                           : std::nullopt;
   if (!number) return Fail(Outcome::corrupt, shown + " is not a number");
@@ -155,7 +146,7 @@ DecodedReply DecodeDigits(std::string_view command, std::string_view payload, Fo
 }
 
 DecodedReply DecodeText(std::string_view command, std::string_view payload) {
-  if (command == "$2" && (payload.size() != 6 || !IsHex(payload))) {
+  if (command == "$2" && (payload.size() != 6 || !IsHexText(payload))) {
     return Fail(Outcome::unexpected,
                 "a configuration is six hex digits, not '" + std::string(payload) + "'");
   }

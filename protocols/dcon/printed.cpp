@@ -8,15 +8,6 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-bool IsHexText(std::string_view text) {
-  return !text.empty() &&
-         std::all_of(text.begin(), text.end(), [](char c) { return HexDigit(c).has_value(); });
-}
-
-bool IsDecimalText(std::string_view text) {
-  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
-}
-
 /// 'n' stands for one hex digit, a '*' at the end for any rest.
 bool Matches(std::string_view pattern, std::string_view command) {
   const bool open = pattern.ends_with('*');
