@@ -4,12 +4,14 @@
 #include <algorithm>
 
 #include "config/catalog/option_values.h"
+#include "config/checks/pace_checks.h"
 #include "config/checks/serial_checks.h"
 #include "config/identity.h"
 #include "config/model/modbus_addresses.h"
 #include "config/names.h"
 #include "config/options.h"
 #include "config/points.h"
+#include "config/ratios.h"
 #include "config/serial.h"
 #include "gateway/base/spelling.h"
 
@@ -60,15 +62,19 @@ const RawProfile* FindProfile(MapReader& map, const Protocol* protocol, Device& 
 }
 
 // The line's timing and retries stay with the line, for its devices to fall back on.
-void ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device& device) {
-  const Pace own = Merge(ReadPace(map), profile.pace);
-  device.timing = own.timing;
+/// Returns what stands above all points, whoever has said it.
+Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device& device) {
+  const Pace said = ReadPace(map, Level::device);
+  const Pace own = Merge(said, profile.pace);
+  CheckPaces({said, profile.pace, line}, device.name, device.mark, map.problems());
+  device.timing = MergeDevice(said.timing, profile.pace.timing, line.timing);
   device.retries = own.retries;
   const Pace all = Merge(own, line);
   Assign(device.poll, all.poll);
   Assign(device.slow, all.slow);
   device.max_age = map.Time("max_age", 10ms, std::chrono::hours(24 * 30));
   device.dead_age = map.Time("dead_age", 10ms, std::chrono::hours(24 * 90));
+  return all;
 }
 
 void ReadModbusSide(MapReader& map, const Profile& profile, Device& device, LoadContext& context) {
@@ -102,8 +108,8 @@ Identity IdentityOf(MapReader& map, const Profile& profile, const Protocol* prot
   return identity;
 }
 
-void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* protocol, Device& device,
-                LoadContext& context) {
+void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* protocol,
+                Recheck recheck, Device& device, LoadContext& context) {
   const auto own = map.Get("points");
   context.points += (profile ? profile->points.size() : 0) + (own ? own->yaml().size() : 0);
   if (context.points > kMostPointsOfAll) {
@@ -116,7 +122,7 @@ void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* proto
   if (own) {
     raw = MergePoints(std::move(raw), ReadRawPoints(*own, context.problems), context.problems);
   }
-  device.points = BuildPoints(raw, protocol, context.problems);
+  device.points = BuildPoints(raw, protocol, context.problems, recheck);
 }
 
 // The errors themselves stand in the profile, which does not know who uses it.
@@ -130,6 +136,10 @@ void BlameProfile(const MapReader& map, const RawProfile& raw, LoadContext& cont
 }
 
 }  // namespace
+
+Recheck DefaultRecheck(const Protocol& protocol, const SerialSettings& serial) {
+  return protocol.weak_check && serial.parity == Parity::none ? Recheck::jump : Recheck::off;
+}
 
 const Protocol* ReadProtocol(const YamlNode& node, LoadContext& context) {
   const auto name = ReadText(node, "protocol", context.problems);
@@ -168,10 +178,15 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   const Profile profile = raw ? raw->profile : Profile();
   device.title = profile.title;
   device.identity = IdentityOf(map, profile, protocol, context);
-  ReadTimes(map, profile, of.pace, device);
+  const Pace pace = ReadTimes(map, profile, of.pace, device);
+  Recheck recheck = pace.recheck.value_or(Recheck::off);
+  if (protocol && !pace.recheck) {
+    recheck = DefaultRecheck(*protocol, device.serial.value_or(of.line.serial));
+  }
   ReadModbusSide(map, profile, device, context);
   ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
-  ReadPoints(map, raw, protocol, device, context);
+  ReadPoints(map, raw, protocol, recheck, device, context);
+  ApplyRatios(map, device);
   if (raw) BlameProfile(map, *raw, context);
   map.Finish();
   CheckDevice(device, protocol, map.keys(), context.problems);

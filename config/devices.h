@@ -20,6 +20,9 @@ struct LineContext {
   LineAddresses& addresses;
 };
 
+/// Where nobody says `recheck`: jump, where neither a strong check value nor parity guards replies.
+Recheck DefaultRecheck(const Protocol& protocol, const SerialSettings& serial);
+
 Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& context);
 
 }  // namespace baudgate::config

@@ -81,7 +81,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   if (protocol) CheckDataBits(line.serial, *protocol, serial_mark, context.problems);
   CheckPortSettings(line.port, line.serial, map.Has("rs485") ? map.MarkOf("rs485") : serial_mark,
                     context.problems);
-  const Pace pace = Merge(ReadPace(map), context.pace);
+  const Pace pace = Merge(ReadPace(map, Level::line), context.pace);
   line.timing = pace.timing;
   Assign(line.retries, pace.retries);
   Assign(line.echo, map.OneOf("echo", kEchoes));

@@ -29,6 +29,8 @@ constexpr std::array<Word<Listener::Protocol>, 2> kProtocols = {
     {{"tcp", Listener::Protocol::tcp}, {"rtu", Listener::Protocol::rtu}}};
 constexpr std::array<Word<Listener::Errors>, 2> kErrors = {
     {{"exception", Listener::Errors::exception}, {"silent", Listener::Errors::silent}}};
+constexpr std::array<Word<Listener::Holes>, 2> kHoles = {
+    {{"off", Listener::Holes::off}, {"zero", Listener::Holes::zero}}};
 constexpr std::array<Word<Listener::Broadcast>, 2> kBroadcasts = {
     {{"ignore", Listener::Broadcast::ignore}, {"pass", Listener::Broadcast::pass}}};
 
@@ -217,6 +219,7 @@ void ReadKeys(MapReader& map, Listener& listener, LoadContext& context) {
   }
   Assign(listener.errors, map.OneOf("errors", kErrors));
   Assign(listener.broadcast, map.OneOf("broadcast", kBroadcasts));
+  Assign(listener.holes, map.OneOf("holes", kHoles));
   map.Finish();
 }
 

@@ -43,12 +43,13 @@ Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems) {
     problems.Error(map.MarkOf("name"), "name: " + status.error());
   }
   config.recordings = ReadAbsolutePath(map, "recordings", "/var/lib/baudgate/recordings");
+  config.state = ReadAbsolutePath(map, "state", "/var/lib/baudgate");
   config.socket = ReadAbsolutePath(map, "socket", "/run/baudgate/gate.sock");
   if (config.socket.size() > kLongestSocketPath) {
     problems.Error(map.MarkOf("socket"), "socket: the path is too long; at most " +
                                              std::to_string(kLongestSocketPath) + " bytes");
   }
-  const Pace pace = ReadPace(map);
+  const Pace pace = ReadPace(map, Level::gateway);
   map.Finish();
   return pace;
 }

@@ -132,4 +132,10 @@ std::optional<Simulate> ReadSimulate(const YamlNode& node, Type type, Problems& 
   return Simulate{*low, *high, std::nullopt};
 }
 
+std::optional<Recheck> ReadRecheck(MapReader& map) {
+  constexpr std::array<Word<Recheck>, 3> kWords = {
+      {{"off", Recheck::off}, {"jump", Recheck::jump}, {"always", Recheck::always}}};
+  return map.OneOf("recheck", kWords);
+}
+
 }  // namespace baudgate::config

@@ -29,4 +29,7 @@ std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems);
 /// [low, high], or one value that stays; of a string point the text.
 std::optional<Simulate> ReadSimulate(const YamlNode& node, Type type, Problems& problems);
 
+/// off, jump or always, of gateway, line, profile, device or point.
+std::optional<Recheck> ReadRecheck(MapReader& map);
+
 }  // namespace baudgate::config

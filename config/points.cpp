@@ -67,6 +67,8 @@ void ReadMeaning(MapReader& map, Point& point) {
   Assign(point.scale, map.Number("scale"));
   Assign(point.offset, map.Number("offset"));
   Assign(point.deadband, map.Number("deadband"));
+  point.jump = map.Number("jump");
+  Assign(point.recheck, ReadRecheck(map));
   Assign(point.description, map.Label("description"));
   if (const auto node = map.Get("sentinels")) {
     point.sentinels = ReadSentinels(*node, map.problems());
@@ -79,8 +81,9 @@ void ReadMeaning(MapReader& map, Point& point) {
   }
 }
 
-Point ReadPoint(const RawPoint& raw, MapReader& map) {
+Point ReadPoint(const RawPoint& raw, Recheck recheck, MapReader& map) {
   Point point;
+  point.recheck = recheck;
   point.name = raw.name;
   point.mark = raw.mark;
   map.Get("name");
@@ -171,13 +174,13 @@ std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<
 }
 
 std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw, const Protocol* protocol,
-                               Problems& problems) {
+                               Problems& problems, Recheck recheck) {
   std::vector<Point> points;
   RegisterClaims registers(problems);
   points.reserve(raw.size());
   for (const RawPoint& one : raw) {
     MapReader map(one.keys, one.mark, "point '" + one.name + "'", problems);
-    points.push_back(ReadPoint(one, map));
+    points.push_back(ReadPoint(one, recheck, map));
     CheckPoint(points.back(), protocol, map.keys(), problems);
     registers.Add(points.back(), map.MarkOf("modbus"));
   }

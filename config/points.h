@@ -31,8 +31,9 @@ std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<
                                   Problems& problems);
 
 /// The values of `raw`, one point each, with every problem that a point can have by itself or with
-/// the others of its device. Without a protocol its own checks are left out.
+/// the others of its device. Without a protocol its own checks are left out. `recheck`: of points
+/// that do not say it themselves.
 std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw, const Protocol* protocol,
-                               Problems& problems);
+                               Problems& problems, Recheck recheck = Recheck::off);
 
 }  // namespace baudgate::config

@@ -53,7 +53,7 @@ RawProfile ReadProfileText(const std::string& text, const std::string& file,
   if (!root) return raw;
   MapReader map(*root, "profile '" + name + "'", problems);
   if (map.Need("device", "ABB SPAJ 140 C")) Assign(profile.title, map.Label("device"));
-  profile.pace = ReadPace(map);
+  profile.pace = ReadPace(map, Level::profile);
   profile.word_order = ReadWordOrder(map);
   if (const auto names = map.Get("identity"))
     profile.identity = ReadIdentityNames(*names, problems);

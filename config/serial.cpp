@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "config/checks/serial_checks.h"
+#include "config/point_values.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -157,12 +158,14 @@ void ReadSerialExtras(MapReader& line, SerialSettings& serial) {
   }
 }
 
-Pace ReadPace(MapReader& map) {
+Pace ReadPace(MapReader& map, Level level) {
   Pace pace;
   pace.poll = map.Time("poll", 10ms, 24h);
   pace.slow = map.Time("slow", 10ms, 24h);
   pace.retries = map.Integer("retries", 0, kMostRetries);
+  pace.recheck = ReadRecheck(map);
   if (const auto timing = map.Get("timing")) pace.timing = ReadTiming(*timing, map.problems());
+  pace.timing.from.fill(level);
   return pace;
 }
 

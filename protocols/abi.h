@@ -35,7 +35,7 @@ struct Types {};
 /// By its name and size alone: types of the standard library and of gateway/base.
 struct Leaf {};
 
-Fields<19> ListOf(Protocol*);
+Fields<21> ListOf(Protocol*);
 Fields<2> ListOf(Doubt*);
 Fields<6> ListOf(PduCarrier*);
 Fields<7> ListOf(TimingRule*);
@@ -54,19 +54,20 @@ Fields<8> ListOf(Expectation*);
 Fields<4> ListOf(Cut*);
 Fields<21> ListOf(config::Device*);
 Fields<3> ListOf(config::Identity*);
-Fields<18> ListOf(config::Point*);
+Fields<20> ListOf(config::Point*);
 Fields<2> ListOf(config::Sentinel*);
 Fields<2> ListOf(config::OnFault*);
 Fields<3> ListOf(config::Simulate*);
 Fields<3> ListOf(config::Mark*);
-Fields<5> ListOf(config::Timing*);
+Fields<6> ListOf(config::Timing*);
 Fields<8> ListOf(config::SerialSettings*);
 Fields<5> ListOf(config::Rs485*);
 
 Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::OnFrame,
         &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
-        &Conversation::OnEnabled, &Conversation::trouble, &Conversation::ForgetRefusals,
-        &Conversation::Check, &Conversation::Interpret, &Conversation::WhatIsLearned>
+        &Conversation::OnEnabled, &Conversation::trouble, &Conversation::Memory,
+        &Conversation::Recall, &Conversation::ForgetRefusals, &Conversation::Check,
+        &Conversation::Interpret, &Conversation::WhatIsLearned>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
 Methods<&Twin::Answer, &Twin::ReplyAs> ListOf(Twin*);
@@ -76,11 +77,14 @@ Types<config::OptionValue> ListOf(config::Options*);
 Leaf ListOf(Status*);
 Leaf ListOf(Duration*);
 Leaf ListOf(Instant*);
+Leaf ListOf(Now*);
 Leaf ListOf(std::monostate*);
 template <template <typename...> class Template, typename... T>
 Types<T...> ListOf(Template<T...>*);
 template <typename T, std::size_t kExtent>
 Types<T> ListOf(std::span<T, kExtent>*);
+template <typename T, std::size_t kCount>
+Types<T> ListOf(std::array<T, kCount>*);
 void ListOf(void*);  // anything else
 
 // clang-format off: one line for each number of fields
@@ -128,19 +132,12 @@ auto Split(T& s, Fields<9>) {
                decltype(g), decltype(h), decltype(i)>();
 }
 template <typename T>
-auto Split(T& s, Fields<18>) {
-  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r] = s;
-  return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
-               decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
-               decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r)>();
-}
-template <typename T>
-auto Split(T& s, Fields<19>) {
-  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t] = s;
+auto Split(T& s, Fields<20>) {
+  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u] = s;
   return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
                decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
-               decltype(t)>();
+               decltype(t), decltype(u)>();
 }
 template <typename T>
 auto Split(T& s, Fields<21>) {

@@ -17,6 +17,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/model/point.h"
@@ -152,6 +153,18 @@ class Conversation {
     static const DeviceTrouble kNone;
     return kNone;
   }
+
+  /// What is worth keeping over restarts of the program, one line in its own words: "serial 12345".
+  /// Asked after each reply and failure, and after OnEnabled. Empty: nothing.
+  virtual const std::string& Memory() const {
+    static const std::string kNothing;
+    return kNothing;
+  }
+  /// What Memory said before the restart, for the same gateway, line, device, protocol, address and
+  /// profile, or nothing; called before anything else, and never where nothing can be kept. What it
+  /// does not understand counts as nothing. `now`:
+  /// for civil times in it.
+  virtual void Recall(std::string_view /*memory*/, Now /*now*/) {}
 
   /// One of the latest replies on the line was another request's: a refusal may have been, too.
   /// What was refused is asked again. True: Queries() are others now.

@@ -136,6 +136,12 @@ struct Protocol {
   /// What may answer `request`; of an empty request: what requests look like. Pure.
   Expectation (*expect)(View request, const config::Options& options) = nullptr;
 
+  /// Nothing stronger than an 8-bit sum guards its replies: of the damaged ones at least one in 256
+  /// looks whole.
+  bool weak_check = false;
+
+  /// Its conversations have a Memory.
+  bool remembers = false;
   const PduCarrier* carrier = nullptr;  ///< null: does not carry Modbus PDUs
   /// The protocol whose profiles serve this one as well: "modbus_rtu" of modbus_ascii. Empty: none.
   std::string_view profiles_of{};

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/checks/round.h"
+
 namespace baudgate::config {
 namespace {
 
@@ -67,38 +69,6 @@ void CheckTimes(const Line& line, const Catalog& catalog, Problems& problems) {
       problems.Warning(device.mark, "device '" + device.name + "': " + message);
     }
   }
-}
-
-/// What asking for the points of a group once takes of the line, if the device answers without
-/// thinking.
-struct Round {
-  std::size_t requests = 0;
-  Duration time{};
-};
-
-std::size_t ShortestReply(const Expectation& expect) {
-  if (expect.reply == Expectation::Reply::none) return 0;
-  std::size_t shortest = expect.shapes.empty() ? 1 : expect.shapes.front().min_length;
-  for (const Shape& shape : expect.shapes) shortest = std::min(shortest, shape.min_length);
-  return shortest;
-}
-
-Round RoundOf(Group group, const Line& line, const Device& device, const Protocol& protocol,
-              Bus* bus) {
-  const SerialSettings serial = SerialOf(line, device);
-  const Timing times = Resolve(Merge(device.timing, line.timing), protocol.timing(serial));
-  const auto conversation = protocol.make_conversation(device, bus);
-  const auto queries = conversation->Queries();
-  Round round;
-  for (std::size_t i = 0; i < queries.size(); ++i) {
-    if (queries[i].group != group) continue;
-    const auto request = conversation->Ask({Task::Kind::poll, i, kNoPoint, {}}, Instant{});
-    if (!request) continue;
-    const std::size_t characters = request->bytes.size() + ShortestReply(request->expect);
-    round.time += *times.quiet + static_cast<int>(characters) * serial.CharacterTime();
-    ++round.requests;
-  }
-  return round;
 }
 
 std::string InMilliseconds(Duration time) {

@@ -45,6 +45,12 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
     problems.Error(keys.MarkOf("offset"), "offset: only numbers have one, and '" + point.name +
                                               "' is " + std::string(Name(point.type)));
   }
+  if (point.jump && (*point.jump < 0 || !is_number)) {
+    problems.Error(keys.MarkOf("jump"), is_number ? "jump: must not be negative"
+                                                  : "jump: only numbers jump, and '" + point.name +
+                                                        "' is " + std::string(Name(point.type)) +
+                                                        ", of which each change counts");
+  }
   if (point.deadband < 0) {
     problems.Error(keys.MarkOf("deadband"), "deadband: must not be negative");
   }

@@ -15,6 +15,7 @@ namespace baudgate::config {
 struct Config {
   std::string name = "baudgate";  ///< gateway.name: the key of every DDS sample
   std::string recordings;         ///< folder of the flight recorder's files; empty = not given
+  std::string state;              ///< folder of what outlives the program; empty = not given
   std::string socket;             ///< path of the local control socket; empty = not given
   Modbus modbus;
   Dds dds;

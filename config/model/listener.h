@@ -48,6 +48,11 @@ struct Listener {
     ignore,  ///< it is for the gateway, which has nothing to write: exception 0x02
     pass,    ///< to all slaves of every line that a route leads to; never answered
   };
+  /// What a read of a block finds at addresses between points.
+  enum class Holes : std::uint8_t {
+    off,   ///< exception 0x02
+    zero,  ///< 0, where the block has a point at all
+  };
   /// Whether the adapter at the serial port gives the gateway its own replies back as requests.
   enum class Echo : std::uint8_t { off, strip };
   std::string host = "127.0.0.1";
@@ -63,6 +68,7 @@ struct Listener {
   std::vector<FunctionPriority> functions;
   Errors errors = Errors::exception;  ///< the loader makes it silent for serial ports
   Broadcast broadcast = Broadcast::ignore;
+  Holes holes = Holes::off;
   int max_clients = 256;
   Duration idle_timeout = std::chrono::minutes(5);
   Mark mark;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/model/mark.h"
+#include "config/model/recheck.h"
 #include "gateway/base/quality.h"
 
 namespace baudgate::config {
@@ -65,6 +66,10 @@ struct Point {
   double offset = 0;
   std::vector<Sentinel> sentinels;  ///< compared with the raw value
   OnFault on_fault;
+  /// A reading that differs by more counts only when a second one agrees; in units of the value.
+  /// Nothing: the gateway judges by earlier values (gateway/poll/recheck.h).
+  std::optional<double> jump;
+  Recheck recheck = Recheck::off;
   double deadband = 0;  ///< DDS: smaller changes are not published, in units of the value
   std::optional<Simulate> simulate;
   std::string description;

@@ -4,24 +4,61 @@
 #include <algorithm>
 
 namespace baudgate::config {
+namespace {
+
+// Places in kNamedTimes.
+constexpr std::size_t kReply = 1;
+constexpr std::size_t kCeiling = 3;
+
+}  // namespace
+
+std::string_view Name(Level level) {
+  constexpr std::array<std::string_view, 5> kNames = {"protocol", "gateway", "line", "profile",
+                                                      "device"};
+  return kNames[static_cast<std::size_t>(level)];
+}
 
 Timing Merge(const Timing& first, const Timing& second) {
   Timing merged = first;
-  if (!merged.quiet) merged.quiet = second.quiet;
-  if (!merged.reply) merged.reply = second.reply;
-  if (!merged.gap) merged.gap = second.gap;
-  if (!merged.ceiling) merged.ceiling = second.ceiling;
-  if (!merged.drain) merged.drain = second.drain;
+  for (std::size_t i = 0; i < kNamedTimes.size(); ++i) {
+    const auto time = kNamedTimes[i].time;
+    if (first.*time || !(second.*time)) continue;
+    merged.*time = second.*time;
+    merged.from[i] = second.from[i];
+  }
   return merged;
+}
+
+Timing MergeDevice(const Timing& device, const Timing& profile, const Timing& line) {
+  Timing base = profile;
+  for (std::size_t i = 0; i < kNamedTimes.size(); ++i) {
+    const auto time = kNamedTimes[i].time;
+    const bool waits = time == &Timing::reply || time == &Timing::gap || time == &Timing::ceiling;
+    if (!waits || !(base.*time) || !(line.*time) || *(line.*time) <= *(base.*time)) continue;
+    base.*time = line.*time;
+    base.from[i] = line.from[i];
+  }
+  return Merge(device, base);
 }
 
 Timing Resolve(const Timing& given, const Timing& fallback) {
   Timing timing = Merge(given, fallback);
   if (given.reply && !given.ceiling) {
     timing.ceiling = *fallback.ceiling + *given.reply - *fallback.reply;
+    timing.from[kCeiling] = timing.from[kReply];
   }
   timing.ceiling = std::max(*timing.ceiling, *timing.reply + *timing.gap);
   return timing;
+}
+
+std::string TimesText(const Timing& timing) {
+  std::string text;
+  for (std::size_t i = 0; i < kNamedTimes.size(); ++i) {
+    const auto& [name, time] = kNamedTimes[i];
+    text += (i == 0 ? "" : ", ") + std::string(name) + " " + FormatDuration(*(timing.*time));
+    if (timing.from[i] != Level::protocol) text += " (" + std::string(Name(timing.from[i])) + ")";
+  }
+  return text;
 }
 
 Pace Merge(const Pace& first, const Pace& second) {
@@ -30,6 +67,7 @@ Pace Merge(const Pace& first, const Pace& second) {
   if (!merged.retries) merged.retries = second.retries;
   if (!merged.poll) merged.poll = second.poll;
   if (!merged.slow) merged.slow = second.slow;
+  if (!merged.recheck) merged.recheck = second.recheck;
   return merged;
 }
 

@@ -2,11 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
+#include <string>
+#include <string_view>
 
+#include "config/model/recheck.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::config {
+
+/// Who has said something about times: the first wins that is named last here.
+enum class Level : std::uint8_t { protocol, gateway, line, profile, device };
 
 /// The named times of a line (docs/timeouts.md). Nothing = decided one level up.
 struct Timing {
@@ -15,22 +23,47 @@ struct Timing {
   std::optional<Duration> gap;      ///< longest silence inside a frame
   std::optional<Duration> ceiling;  ///< whole exchange, from the end of the request
   std::optional<Duration> drain;    ///< silence that ends a drain
+  /// Who has decided each, in the order of kNamedTimes.
+  std::array<Level, 5> from{};
 };
+
+struct NamedTime {
+  std::string_view name;
+  std::optional<Duration> Timing::*time = nullptr;
+};
+inline constexpr std::array<NamedTime, 5> kNamedTimes = {{{"quiet", &Timing::quiet},
+                                                          {"reply", &Timing::reply},
+                                                          {"gap", &Timing::gap},
+                                                          {"ceiling", &Timing::ceiling},
+                                                          {"drain", &Timing::drain}}};
+
+std::string_view Name(Level level);  ///< "protocol", "gateway", …
+
+/// "quiet 5ms, reply 1s (line), …": of times that are all given; the protocol's own stand without
+/// a word.
+std::string TimesText(const Timing& timing);
 
 /// `first` wins where it says something, else `second`.
 Timing Merge(const Timing& first, const Timing& second);
+
+/// What device and profile say, in this order; but where the device says nothing, of reply, gap and
+/// ceiling the longer one of profile and line counts: who knows the line knows of its serial
+/// server.
+Timing MergeDevice(const Timing& device, const Timing& profile, const Timing& line);
 
 /// What a device is really timed with: `given` over `fallback`, which has every field. Who allows
 /// more time to begin a reply but does not say how long the whole exchange may take, lengthens that
 /// alike; and it is never shorter than reply and gap.
 Timing Resolve(const Timing& given, const Timing& fallback);
 
-/// What gateway, line, profile and device may each say about times. Nothing = decided one level up.
+/// What gateway, line, profile and device may each say about asking. Nothing = decided one level
+/// up.
 struct Pace {
   Timing timing;
   std::optional<int> retries;
   std::optional<Duration> poll;
   std::optional<Duration> slow;
+  std::optional<Recheck> recheck;
 };
 
 /// Key by key: `first` wins where it says something, else `second`.

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
+#include <algorithm>
 #include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
 #include <asio/post.hpp>
@@ -20,6 +21,8 @@
 #include "gateway/daemon/line_runner.h"
 #include "gateway/daemon/placement.h"
 #include "gateway/modbus/server/modbus_server.h"
+#include "gateway/state/device_memory.h"
+#include "gateway/state/state_folder.h"
 #include "gateway/trace/recordings.h"
 #include "transports/loop_thread.h"
 #ifdef BAUDGATE_WITH_DDS
@@ -66,6 +69,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
     return runners[line]->recorder().Recorded();
   }
 
+  Status OpenState();
   void MakeLines();
   Status StartModbus();
   Status StartDds();
@@ -78,7 +82,9 @@ struct Daemon::Impl final : CommandSink, LineControl {
   const config::Config config;
   const config::Catalog& catalog;
   PointStore store;
-  std::unique_ptr<Recordings> recordings;          // nothing: nowhere to keep them
+  std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
+  std::unique_ptr<StateFolder> state;      // nothing: nothing is kept
+  std::unique_ptr<DeviceMemory> memory;
   std::vector<std::unique_ptr<LoopThread>> loops;  // the shared ones first
   std::unique_ptr<AgeTimer> ageing;
   std::vector<std::unique_ptr<LineRunner>> runners;
@@ -105,6 +111,7 @@ Daemon::~Daemon() { Stop(); }
 
 Status Daemon::Start() {
   impl_->limits = LimitsOf(impl_->config);
+  if (Status status = impl_->OpenState(); !status) return status;
   impl_->MakeLines();
   // The port first: a gateway that is started twice must not publish, and then end, the points
   // of the one that runs already under the same name.
@@ -153,6 +160,26 @@ std::string Daemon::Summary() const {
                             Plural(impl_->store.device_count(), "device"));
 }
 
+/// Only where something is kept: a gateway without such devices leaves no trace on the disk.
+Status Daemon::Impl::OpenState() {
+  if (!NeedsState(config, catalog)) return {};
+  const auto path = StateFolderOf(StatePlaces::Here(config.state), config.name);
+  StateFolder::Failure failure{false, "there is no place for it"};
+  if (!path.empty()) state = StateFolder::Open(path, failure);
+  if (state) {
+    memory = std::make_unique<DeviceMemory>(
+        state->path() / "devices.json", config,
+        [](const std::string& trouble) { log::Warn("{}", trouble); });
+    return {};
+  }
+  if (failure.in_use) return Error{failure.text};
+  log::Warn(
+      "state: {}: which meters answered and how often a password was tried is forgotten at the "
+      "next start; give a folder with gateway.state",
+      failure.text);
+  return {};
+}
+
 void Daemon::Impl::MakeLines() {
   const auto find = [this](const std::string& name) -> const Protocol& {
     return *catalog.FindProtocol(name);
@@ -176,8 +203,8 @@ void Daemon::Impl::MakeLines() {
       loops.push_back(std::make_unique<LoopThread>("line " + line.name));
     }
     line_of.insert(line_of.end(), line.devices.size(), runners.size());
-    runners.push_back(
-        std::make_unique<LineRunner>(loops[loop]->io(), line, first_device, find, store, sink));
+    runners.push_back(std::make_unique<LineRunner>(loops[loop]->io(), line, first_device, find,
+                                                   store, sink, memory.get()));
   }
 }
 

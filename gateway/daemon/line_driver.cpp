@@ -24,22 +24,37 @@ constexpr Duration kPatience = 1s;
 
 LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
                        const Poller::FindProtocol& find, PointStore& store, Transport& port,
-                       PortRetries& retries, LineRecorder::Sink recordings)
+                       PortRetries& retries, LineRecorder::Sink recordings, DeviceMemory* memory)
     : config_(line),
+      first_device_(first_device),
       store_(store),
       line_(store.LineIndex(line)),
       port_(port),
       retries_(retries),
       recorder_(line, first_device, std::move(recordings)),
+      memory_(memory),
       poller_(line, first_device, find, store, *this) {
   poller_.Attach(recorder_);
 }
 
 void LineDriver::Start(Now now) {
   now_ = now;
+  Recall();
   if (lent_until_ || stopping_) return;
   ShowPort(LineStatus::Port::closed, "not opened yet");
   port_.Open();
+}
+
+void LineDriver::Recall() {
+  if (memory_ == nullptr) return;
+  for (std::size_t i = 0; i < config_.devices.size(); ++i) {
+    const auto device = first_device_ + static_cast<std::uint32_t>(i);
+    poller_.Recall(device, memory_->Of(device), now_);
+  }
+}
+
+void LineDriver::OnMemory(std::uint32_t device, const std::string& memory) {
+  if (memory_ != nullptr) memory_->Set(device, memory);
 }
 
 void LineDriver::Stop(Now now, std::function<void()> stopped) {

@@ -13,6 +13,7 @@
 #include "gateway/poll/poller.h"
 #include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
+#include "gateway/state/device_memory.h"
 #include "gateway/store/point_store.h"
 #include "gateway/trace/line_recorder.h"
 #include "transports/port_keeper.h"
@@ -24,10 +25,11 @@ namespace baudgate {
 class LineDriver final : private PollerListener {
  public:
   /// All references outlive the driver. `port` is closed; what it tells its listener goes to the
-  /// functions of the same names here. `retries` opens the port again after OnDown.
+  /// functions of the same names here. `retries` opens the port again after OnDown. Without
+  /// `memory` what conversations learn ends with the program.
   LineDriver(const config::Line& line, std::uint32_t first_device, const Poller::FindProtocol& find,
              PointStore& store, Transport& port, PortRetries& retries,
-             LineRecorder::Sink recordings);
+             LineRecorder::Sink recordings, DeviceMemory* memory = nullptr);
 
   void Start(Now now);
   /// Closes the port, once the write under way has ended, and answers what is queued; then calls
@@ -71,7 +73,9 @@ class LineDriver final : private PollerListener {
   void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                      const std::string& reason) override;
   void OnWarning(std::uint32_t device, const std::string& message) override;
+  void OnMemory(std::uint32_t device, const std::string& memory) override;
 
+  void Recall();
   void Announce();
   void Prove();
   void CheckConnection();
@@ -87,11 +91,13 @@ class LineDriver final : private PollerListener {
   void Settle();
 
   const config::Line& config_;
+  const std::uint32_t first_device_;
   PointStore& store_;
   const std::uint32_t line_;  // in the store
   Transport& port_;
   PortRetries& retries_;
   LineRecorder recorder_;
+  DeviceMemory* const memory_;  // null: there is none
   Poller poller_;
   Now now_{};                                        // of the input that is being handled
   std::optional<Instant> poller_due_;                // the poller's deadline

@@ -5,12 +5,13 @@ namespace baudgate {
 
 LineRunner::LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
                        const Poller::FindProtocol& find, PointStore& store,
-                       LineRecorder::Sink recordings)
+                       LineRecorder::Sink recordings, DeviceMemory* memory)
     : io_(loop),
       timer_(loop),
       keeper_(loop, line.port, [this] { transport_->Open(); }),
       transport_(MakeTransport(line, loop, *this)),
-      driver_(line, first_device, find, store, *transport_, keeper_, std::move(recordings)) {}
+      driver_(line, first_device, find, store, *transport_, keeper_, std::move(recordings),
+              memory) {}
 
 void LineRunner::Start() {
   started_ = true;

@@ -22,7 +22,7 @@ class LineRunner final : public RouteTarget, private TransportListener {
   /// All references outlive the runner. Nothing happens before Start.
   LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
              const Poller::FindProtocol& find, PointStore& store,
-             LineRecorder::Sink recordings = {});
+             LineRecorder::Sink recordings = {}, DeviceMemory* memory = nullptr);
   /// Stopped, if it was started: the loop must not have ended before.
   ~LineRunner() override { Stop(); }
 

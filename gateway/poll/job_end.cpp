@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gateway/poll/poller.h"
+#include "gateway/store/conversion.h"
 
 namespace baudgate {
 namespace {
@@ -138,6 +139,12 @@ void Poller::FinishWrite(Job::Write& write, Device& device, Outcome outcome,
   if (may_be_done && write.next > 0) {
     const std::size_t point = command.writes[write.next - 1].point;
     store_.Doubt(device.index, {&point, 1}, now_.instant);
+  }
+  if (outcome == Outcome::ok && write.next > 0) {
+    const PointWrite& written = command.writes[write.next - 1];
+    device.jumps.OnWritten(
+        written.point,
+        ToSample(device.config->points[written.point], {written.point, written.raw}).value);
   }
   if (outcome != Outcome::ok || (write.next == command.writes.size() && !open_)) {
     command.done(outcome, reason);

@@ -86,7 +86,7 @@ void Poller::NextWrite() {
   PointWrite& point = write.command.writes[write.next++];
   job_->task.kind = Task::Kind::write;
   job_->task.point = point.point;
-  job_->task.value = std::move(point.raw);
+  job_->task.value = point.raw;
   const auto queries = device.conversation->Queries();
   for (std::size_t query = 0; query < queries.size(); ++query) {
     if (std::ranges::find(queries[query].points, point.point) == queries[query].points.end()) {
@@ -308,8 +308,20 @@ void Poller::TakeAnswer() {
   chooser_.Park(std::move(job_), until);
 }
 
+/// What must not be read twice counts as it comes.
+JumpCheck::Result Poller::CheckJumps(Device& device, std::vector<Sample>& samples) {
+  const Job& job = *job_;
+  if (job.task.kind != Task::Kind::poll || !job.request.expect.repeatable) return {};
+  JumpCheck::Result result = device.jumps.Check(samples);
+  if (result.ask_again) {
+    writes_.AddReadBack({device.place, job.task.query});
+    ledger_.OnRecheck(device);
+  }
+  return result;
+}
+
 /// A reply that may be an earlier one's to the same request is as old as that.
-void Poller::Store(const Device& device, const Answer& answer) {
+void Poller::Store(Device& device, const Answer& answer) {
   const Duration older = job_->verdict.older;
   std::vector<Sample> samples;
   samples.reserve(answer.readings.size());
@@ -318,9 +330,12 @@ void Poller::Store(const Device& device, const Answer& answer) {
     samples.push_back(ToSample(device.config->points[reading.point], reading));
   }
   if (samples.empty()) return;
+  const JumpCheck::Result jumps = CheckJumps(device, samples);
   const Now at{job_->answered.instant - older, job_->answered.wall - older};
   store_.Update(device.index, samples, at, job_->round_trip);
-  if (SpoilsOnce(answer, *device.config)) upkeep_.RepeatOnce(device, now_.instant);
+  store_.Doubt(device.index, jumps.doubtful, now_.instant);
+  if (jumps.spoils_once || SpoilsOnce(answer, *device.config))
+    upkeep_.RepeatOnce(device, now_.instant);
   if (job_->task.kind == Task::Kind::poll) whose_reply_.OnStored({device.place, job_->task.query});
 }
 

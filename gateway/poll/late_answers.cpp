@@ -39,12 +39,16 @@ void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   State& state = Of(*asked.member);
   state.late_from.reset();
   state.end = End::silent;
-  if (outcome == Outcome::no_reply) state.late_from = now;
+  const Instant due = SentAt(asked) + asked.member->times.reply;
+  if (outcome == Outcome::no_reply) {
+    state.late_from = now;
+    if (!asked.retry) state.due = due;
+  }
   if (outcome == Outcome::corrupt) state.end = End::corrupt;
   if (outcome == Outcome::partial) state.end = End::cut_short;
   if (!ProvesLife(outcome)) return;
   // The late answer to the first try was taken for that to its retry, whose own is still to come.
-  if (asked.retry) state.late_from = SentAt(asked) + asked.member->times.reply;
+  if (asked.retry) state.late_from = state.due = due;
   if (!state.unanswered) state.end = End::answered;
 }
 
@@ -59,7 +63,8 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   if (state.end == End::corrupt) return told;
   if (state.late_from && *state.late_from <= now) {
     told.late = &member;
-    told.lateness = now - *std::exchange(state.late_from, std::nullopt);
+    state.late_from.reset();
+    told.lateness = now - state.due;
   }
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
   if (state.end == End::answered) {

@@ -29,7 +29,7 @@ class LateAnswers {
   struct Stray {
     bool counts = true;              ///< among the line's stray bytes
     const Member* late = nullptr;    ///< whose late answer it is, told once for each exchange
-    Duration lateness{};             ///< of that
+    Duration lateness{};             ///< of that, since it was due
     const Member* warned = nullptr;  ///< of whom the user should know
     std::string warning;
   };
@@ -70,8 +70,9 @@ class LateAnswers {
     Instant late_until{};               // until then an answer to a failed request may come
     std::optional<Instant> unanswered;  // start of the first exchange since its last answer
     std::optional<Instant> late_from;  // bytes from here on are the late answer to its last request
-    Duration lateness{};               // how much longer than its drain time its bytes were seen to
-                                       // take behind the end of an exchange that had failed
+    Instant due{};        // when the answer to the first try of its last request was due
+    Duration lateness{};  // how much longer than its drain time its bytes were seen to
+                          // take behind the end of an exchange that had failed
     // How long after good answers more bytes came; not part of lateness, which lengthens what is
     // waited behind failures only. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
     Duration trail{};

@@ -14,7 +14,11 @@ constexpr Duration kShortestUse = 10s;
 
 Ledger::Ledger(const Roster& roster, const Schedule& schedule, PointStore& store,
                std::uint32_t line, PollerListener& listener)
-    : roster_(roster), schedule_(schedule), store_(store), line_(line), listener_(listener) {}
+    : roster_(roster), schedule_(schedule), store_(store), line_(line), listener_(listener) {
+  for (const auto& device : roster.devices()) {
+    Change(*device, [&](DeviceStatus& status) { status.timing = device->timing; });
+  }
+}
 
 Ledger::State& Ledger::Of(const Member& member) {
   if (states_.size() <= member.place) states_.resize(member.place + 1);
@@ -95,7 +99,7 @@ void Ledger::OnLate(const Member& member, Duration lateness) {
   ++counters_.late;
   Change(member, [lateness](DeviceStatus& status) {
     ++status.late;
-    status.lateness = lateness;
+    status.lateness = std::max(status.lateness, lateness);
   });
 }
 
@@ -109,6 +113,10 @@ void Ledger::OnSecondReply(const Member& member) {
 
 void Ledger::OnRetry(const Member& member) {
   Change(member, [](DeviceStatus& status) { ++status.retries; });
+}
+
+void Ledger::OnRecheck(const Member& member) {
+  Change(member, [](DeviceStatus& status) { ++status.rechecks; });
 }
 
 void Ledger::OnUnsupported(const Member& member, const std::string& reason) {
@@ -192,6 +200,13 @@ bool Ledger::OnTrouble(const Device& device) {
   Change(device, [&text](DeviceStatus& status) { status.trouble = text; });
   listener_.OnWarning(device.index, text.empty() ? "it is what it should be again" : text);
   return over;
+}
+
+void Ledger::OnMemory(Device& device) {
+  const std::string& memory = device.conversation->Memory();
+  if (memory == device.memory) return;
+  device.memory = memory;
+  listener_.OnMemory(device.index, memory);
 }
 
 void Ledger::OnReplaced(const Member& member) {

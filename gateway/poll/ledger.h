@@ -48,6 +48,8 @@ class Ledger {
   void OnLate(const Member& member, Duration lateness);
   void OnSecondReply(const Member& member);
   void OnRetry(const Member& member);
+  /// A reading does not count before a second one agrees.
+  void OnRecheck(const Member& member);
   /// The conversation would not ask.
   void OnUnsupported(const Member& member, const std::string& reason);
   /// `mute`: its end says nothing about the member. `probe`: whether a member is back that is
@@ -65,6 +67,8 @@ class Ledger {
   void OnOffline(const Member& member);
   /// What is wrong with it as a whole may be another thing than before. True: nothing is any more.
   bool OnTrouble(const Device& device);
+  /// What the conversation wants to know after a restart may have changed.
+  void OnMemory(Device& device);
   /// Another device answers in its place.
   void OnReplaced(const Member& member);
 

@@ -41,6 +41,13 @@ void Poller::Advance(Now now) {
   chooser_.turns().OnTime(passed, failing);
 }
 
+void Poller::Recall(std::uint32_t index, std::string memory, Now now) {
+  Device& device = roster_.DeviceAt(index);
+  device.conversation->Recall(memory, now);
+  device.memory = std::move(memory);
+  upkeep_.OnRecalled(device);
+}
+
 void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   if (open_) OnClosed(now);
   Advance(now);

@@ -39,6 +39,8 @@ class Poller : private LineClient {
 
   /// Before anything else; `tap` outlives the poller.
   void Attach(Tap& tap) { ledger_.Attach(tap); }
+  /// Before the port opens: what OnMemory said last before a restart.
+  void Recall(std::uint32_t device, std::string memory, Now now);
 
   /// `keeps_bit_rate`: see Line::OnOpened.
   void OnOpened(Now now, bool keeps_bit_rate = false);
@@ -86,7 +88,8 @@ class Poller : private LineClient {
   void Send();
   Outcome Judge(View frame, Instant now) override;
   void Conclude();
-  void Store(const Device& device, const Answer& answer);
+  JumpCheck::Result CheckJumps(Device& device, std::vector<Sample>& samples);
+  void Store(Device& device, const Answer& answer);
   void OnAnswered(const ExchangeEnd& end);
   void TakeAnswer();
   void CancelQuiet();

@@ -22,6 +22,8 @@ class PollerListener {
   /// One line per change, with the reason; `device` is numbered as for gateway/trace/tap.h.
   virtual void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                              const std::string& reason) = 0;
+  /// What the device's conversation wants to know after a restart has changed.
+  virtual void OnMemory(std::uint32_t /*device*/, const std::string& /*memory*/) {}
   /// Something the user should know that is not a state: an echo suspected, a late device.
   virtual void OnWarning(std::uint32_t device, const std::string& message) = 0;
 };

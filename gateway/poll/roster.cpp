@@ -11,10 +11,7 @@ namespace {
 /// 100 to 200 ms.
 constexpr Duration kTurnaround = 100ms;
 
-/// `given` over the protocol's own times for these settings.
-LineTimes TimesOf(const config::Timing& given, const Protocol& protocol,
-                  const config::SerialSettings& serial) {
-  const config::Timing timing = config::Resolve(given, protocol.timing(serial));
+LineTimes TimesOf(const config::Timing& timing, const config::SerialSettings& serial) {
   return {.quiet = *timing.quiet,
           .reply = *timing.reply,
           .gap = *timing.gap,
@@ -43,13 +40,13 @@ Roster::Roster(const config::Line& line, std::uint32_t first_device, const FindP
 }
 
 void Roster::AddDevice(const config::Device& config, const Protocol& protocol, Bus* bus) {
-  auto device = std::make_unique<Device>();
+  auto device = std::make_unique<Device>(config);
   device->place = devices_.size();
   device->index = first_device_ + static_cast<std::uint32_t>(device->place);
-  device->config = &config;
   device->protocol = &protocol;
   device->serial = config.serial.value_or(line_.serial);
-  device->times = TimesOf(Merge(config.timing, line_.timing), protocol, device->serial);
+  device->timing = Resolve(Merge(config.timing, line_.timing), protocol.timing(device->serial));
+  device->times = TimesOf(device->timing, device->serial);
   device->retries = config.retries.value_or(line_.retries);
   device->in_use = config.enabled;
   device->conversation = protocol.make_conversation(config, bus);
@@ -77,7 +74,7 @@ Member& Roster::SlaveAt(std::uint8_t address) {
   slave->slave = address;
   slave->protocol = carrier_;
   slave->serial = line_.serial;
-  slave->times = TimesOf(line_.timing, *carrier_, line_.serial);
+  slave->times = TimesOf(Resolve(line_.timing, carrier_->timing(line_.serial)), line_.serial);
   slave->times.settle = kTurnaround;
   slave->retries = line_.retries;
   by_slave_[address] = slave.get();

@@ -15,6 +15,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/line/line.h"
 #include "gateway/poll/device_health.h"
+#include "gateway/poll/jump_check.h"
 #include "gateway/trace/tap.h"
 #include "protocols/protocol.h"
 
@@ -28,6 +29,7 @@ struct Member {
   int retries = 0;
   const Protocol* protocol = nullptr;
   config::SerialSettings serial;
+  config::Timing timing;  ///< of a device: its times, and who decided them
   LineTimes times;
   DeviceHealth health;
   /// What its replies say of who they are from; empty: nothing, or not known yet.
@@ -41,8 +43,12 @@ struct Member {
 };
 
 struct Device : Member {
+  explicit Device(const config::Device& its) : config(&its), jumps(its.points) {}
+
   const config::Device* config = nullptr;
   std::unique_ptr<Conversation> conversation;
+  JumpCheck jumps;
+  std::string memory;  ///< of the conversation, as it was told last
 };
 
 /// Has no configuration, no conversation, and no place in store and schedule.

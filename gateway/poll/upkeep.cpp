@@ -79,6 +79,7 @@ void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
 
 void Upkeep::OnEnabled(Device& device, bool open, Instant now) {
   device.conversation->OnEnabled();
+  ledger_.OnMemory(device);
   schedule_.Release(device.place);
   if (!device.in_use || !open || device.health.offline()) return;
   chooser_.DropParked(device);
@@ -97,7 +98,13 @@ void Upkeep::OnReplaced(Device& device, Now now) {
   ledger_.OnReplaced(device);
 }
 
+void Upkeep::OnRecalled(Device& device) {
+  Plan(device);
+  ledger_.OnTrouble(device);
+}
+
 void Upkeep::OnHeard(Device& device, Instant now) {
+  ledger_.OnMemory(device);
   if (!ledger_.OnTrouble(device)) return;
   // What was read before is another device's.
   DoubtAll(device, now);

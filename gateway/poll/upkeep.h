@@ -30,6 +30,8 @@ class Upkeep {
   void OnReplaced(Device& device, Now now);
   /// It has said something: it may be what it should be, or not any more.
   void OnHeard(Device& device, Instant now);
+  /// Its conversation knows what it was told before a restart.
+  void OnRecalled(Device& device);
   /// One of the latest replies belonged to another request, nobody knows which.
   void DoubtLatest(Instant now);
   /// What this query reads is uncertain until it is read again. False: there is no such query now.

@@ -50,8 +50,7 @@ std::string Noticed(const LineStatus& line) {
 std::string Late(const DeviceStatus& status) {
   const std::string lateness = Milliseconds(status.lateness);
   return fmt::format(
-      "late: bytes came {} after the exchange had ended, {}: raise its timing.reply by more than "
-      "{}",
+      "late: replies came up to {} after they were due, {}: raise its timing.reply by more than {}",
       lateness, Times(status.late), lateness);
 }
 

@@ -61,6 +61,18 @@ Json ValueJson(const Value& value) {
 
 Json AgeJson(std::optional<Duration> age) { return age ? Json(Milliseconds(*age)) : Json(nullptr); }
 
+Json TimesJson(const config::Timing& timing) {
+  Json times = Json::array();
+  for (std::size_t i = 0; i < config::kNamedTimes.size(); ++i) {
+    const auto& [name, time] = config::kNamedTimes[i];
+    if (!(timing.*time)) continue;
+    times.push_back({{"name", name},
+                     {"ms", Milliseconds(*(timing.*time))},
+                     {"from", config::Name(timing.from[i])}});
+  }
+  return times;
+}
+
 Json PointsJson(const DeviceRecord& record, Instant now) {
   std::size_t good = 0;
   std::size_t uncertain = 0;
@@ -118,7 +130,9 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDe
   json["late"] = status.late;
   json["lateness_ms"] = Milliseconds(status.lateness);
   json["doubled"] = status.doubled;
+  json["rechecks"] = status.rechecks;
   json["learned"] = status.learned;
+  json["times"] = TimesJson(status.timing);
   json["recent"] = RecentJson(status.recent);
   json["busy_ms"] = Milliseconds(status.busy);
   json["round_trips"] = RoundTripsJson(status.round_trips);

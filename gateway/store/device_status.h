@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/model/timing.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 
@@ -90,10 +91,12 @@ struct DeviceStatus {
   std::uint32_t exchanges = 0;
   std::array<std::uint32_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
   std::uint32_t retries = 0;
-  std::uint32_t missed = 0;   ///< poll periods skipped because the line had no time
-  std::uint32_t late = 0;     ///< exchanges without a reply that bytes followed after their end
-  Duration lateness{};        ///< how long after, the last time
-  std::uint32_t doubled = 0;  ///< exchanges behind whose reply came another, different one
+  std::uint32_t missed = 0;    ///< poll periods skipped because the line had no time
+  std::uint32_t late = 0;      ///< exchanges without a reply that bytes followed after their end
+  Duration lateness{};         ///< the largest, since the reply was due
+  std::uint32_t doubled = 0;   ///< exchanges behind whose reply came another, different one
+  std::uint32_t rechecks = 0;  ///< reads for the second time before a reading counts
+  config::Timing timing;       ///< the times in force
   RecentOutcomes recent;
   std::string learned;  ///< how it wants to be asked (Conversation::WhatIsLearned)
   Duration busy{};      ///< the line time of its exchanges and of the silences after them

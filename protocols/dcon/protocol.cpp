@@ -109,6 +109,7 @@ const Protocol& DconProtocol() {
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
       .expect = Expect,
+      .weak_check = true,
       .make_conversation = MakeConversation,
       .make_twin = MakeTwin,
   };

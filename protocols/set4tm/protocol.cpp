@@ -62,6 +62,7 @@ const Protocol& Set4tmProtocol() {
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
       .expect = Expect,
+      .remembers = true,
       .make_conversation = MakeConversation,
       .make_twin = MakeTwin,
   };

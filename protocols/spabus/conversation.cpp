@@ -100,8 +100,8 @@ class SpaConversation final : public Conversation {
     if (outcome == Outcome::corrupt) checksum_.Doubt();
     const bool unsent = outcome == Outcome::line_down || outcome == Outcome::busy;
     if (std::exchange(asked_name_, false) && !unsent) {
-      named_ = true;  // silence contradicts nothing
-      return trouble_ ? Then::done : Then::ask_again;
+      named_ = true;  // silence contradicts nothing; the next poll asks for values
+      return Then::done;
     }
     if (task.kind == Task::Kind::write) return writes_.OnFailure(outcome);
     if (task.kind == Task::Kind::poll && !request.closes && DoubtChannels(task.query, outcome)) {

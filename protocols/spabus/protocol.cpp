@@ -63,6 +63,7 @@ const Protocol& SpabusProtocol() {
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
       .expect = Expect,
+      .weak_check = true,
       .make_bus = MakeLine,
       .make_conversation = MakeDevice,
       .make_twin = MakeTwin,

@@ -50,6 +50,12 @@ TEST(Listeners, RtuOverTcp) {
   EXPECT_EQ(Good("protocol: rtu").errors, Listener::Errors::exception);
 }
 
+TEST(Listeners, Holes) {
+  EXPECT_EQ(Good("permit: all").holes, Listener::Holes::off);
+  EXPECT_EQ(Good("holes: zero").holes, Listener::Holes::zero);
+  EXPECT_EQ(Good("at: /dev/ttyUSB4, holes: zero").holes, Listener::Holes::zero);
+}
+
 TEST(Listeners, Permission) {
   EXPECT_EQ(Good("permit: read").permit, Permit::read);
   EXPECT_EQ(Good("permit: data").permit, Permit::data);

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include "config/devices.h"
 #include "config/loader.h"
 #include "tests/config/fake_protocol.h"
 
@@ -103,6 +104,44 @@ TEST(Resolve, MoreTimeForTheReplyIsMoreTimeForTheExchange) {
   EXPECT_EQ(CeilingUsed(300ms, {}), 1800ms);
   EXPECT_EQ(CeilingUsed(1500ms, 4s), 4s);
   EXPECT_EQ(CeilingUsed(1500ms, 1s), 1525ms) << "never shorter than reply and gap";
+}
+
+TEST(Pace, OfReplyGapAndCeilingTheLongerOneOfLineAndProfileCounts) {
+  // The profile says reply 700ms, gap 30ms.
+  const auto timing = [](const std::string& line, const std::string& device) {
+    return LineOf("", "timing: { " + line + " },", kProfiled + device).devices[0].timing;
+  };
+  const Timing longer = timing("reply: 2s, gap: 10ms, quiet: 9ms", "");
+  EXPECT_EQ(longer.reply, 2s) << "the line's: its user knows what is between";
+  EXPECT_EQ(longer.from[1], config::Level::line);
+  EXPECT_EQ(longer.gap, 30ms) << "the profile's: the device needs it";
+  EXPECT_EQ(longer.from[2], config::Level::profile);
+  EXPECT_EQ(timing("reply: 2s", ", timing: { reply: 100ms }").reply, 100ms) << "the device's own";
+}
+
+TEST(Pace, Recheck) {
+  const auto recheck = [](const std::string& gateway, const std::string& line,
+                          const std::string& device, const std::string& point) {
+    return LineOf(gateway, line,
+                  "points: [{ name: p, read: A1, type: int16" + point + " }]" + device)
+        .devices[0]
+        .points[0]
+        .recheck;
+  };
+  using config::Recheck;
+  EXPECT_EQ(recheck("", "", "", ""), Recheck::off) << "the fake's check value is strong";
+  EXPECT_EQ(recheck(", recheck: jump", "", "", ""), Recheck::jump);
+  EXPECT_EQ(recheck(", recheck: jump", "recheck: always,", "", ""), Recheck::always);
+  EXPECT_EQ(recheck("", "recheck: always,", ", recheck: off", ""), Recheck::off);
+  EXPECT_EQ(recheck("", "", ", recheck: off", ", recheck: jump"), Recheck::jump);
+}
+
+TEST(Pace, RecheckWhereNeitherParityNorAStrongSumGuardsReplies) {
+  Protocol weak;
+  weak.weak_check = true;
+  EXPECT_EQ(config::DefaultRecheck(weak, {.parity = config::Parity::none}), config::Recheck::jump);
+  EXPECT_EQ(config::DefaultRecheck(weak, {.parity = config::Parity::even}), config::Recheck::off);
+  EXPECT_EQ(config::DefaultRecheck({}, {.parity = config::Parity::none}), config::Recheck::off);
 }
 
 }  // namespace

@@ -34,7 +34,8 @@ TEST(Points, EveryKey) {
   const Point point = OnePoint(
       "read: A1, write: A2, type: int32, unit: kW, access: rw, group: slow, modbus: 9100, "
       "table: holding, scale: 0.1, offset: -5, sentinels: { 999: sensor_failure, -1: 0x44 }, "
-      "on_fault: -1, deadband: 0.5, simulate: [1, 2.5], description: power");
+      "on_fault: -1, deadband: 0.5, jump: 3, recheck: always, simulate: [1, 2.5], description: "
+      "power");
   EXPECT_EQ(point.read, "A1");
   EXPECT_EQ(point.write, "A2");
   EXPECT_EQ(point.type, config::Type::int32);
@@ -52,6 +53,8 @@ TEST(Points, EveryKey) {
   EXPECT_EQ(point.on_fault.kind, config::OnFault::Kind::value);
   EXPECT_EQ(point.on_fault.value, -1);
   EXPECT_EQ(point.deadband, 0.5);
+  EXPECT_EQ(point.jump, 3);
+  EXPECT_EQ(point.recheck, config::Recheck::always);
   ASSERT_TRUE(point.simulate);
   EXPECT_EQ(point.simulate->low, 1);
   EXPECT_EQ(point.simulate->high, 2.5);
@@ -117,7 +120,8 @@ TEST(Points, OneSentenceEach) {
        "11: error: point 'p' needs 'read'; for example read: \"…\" (the protocol's own address)"},
       {"name: p, read: A1, type: int16, acces: rw",
        "45: error: unknown key 'acces' in point 'p'; did you mean 'access'? allowed: name, type, "
-       "access, write, read, modbus, table, unit, group, scale, offset, deadband, description, "
+       "access, write, read, modbus, table, unit, group, scale, offset, deadband, jump, recheck, "
+       "description, "
        "sentinels, on_fault, simulate"},
       {"name: p, read: A1, type: int16, write: A2",
        "52: error: write: 'p' is read-only; add access: rw or remove 'write'"},
@@ -137,6 +141,9 @@ TEST(Points, OneSentenceEach) {
        "52: error: scale: '1e-3' is not a decimal number; write for example 0.001"},
       {"name: p, read: A1, type: bool, scale: 2",
        "51: error: scale: only numbers can be scaled, and 'p' is bool"},
+      {"name: p, read: A1, type: int16, jump: -1", "55: error: jump: must not be negative"},
+      {"name: p, read: A1, type: bool, jump: 1",
+       "54: error: jump: only numbers jump, and 'p' is bool, of which each change counts"},
       {"name: p, read: A1, type: int16, deadband: -1", "55: error: deadband: must not be negative"},
       {"name: p, read: A1, type: int16, on_fault: nan",
        "55: error: on_fault: nan needs a float type, and 'p' is int16; write hold or a number"},

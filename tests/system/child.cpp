@@ -46,7 +46,9 @@ Child::Child(const std::vector<std::string>& words, const std::filesystem::path&
   output_ = directory / (name + ".out");
   errors_ = directory / (name + ".err");
   std::vector<std::string> arguments = words;
-  std::vector<std::string> variables = Merged(environment);
+  Environment all = environment;
+  all.try_emplace("STATE_DIRECTORY", (directory / "state").string());
+  std::vector<std::string> variables = Merged(all);
   const std::vector<char*> argv = Pointers(arguments);
   const std::vector<char*> envp = Pointers(variables);
   const std::string where = directory.string();

@@ -273,6 +273,17 @@ std::string JsonValueText(const Json& value) {
   return value.is_number_float() ? FormatValue(value.get<double>()) : value.dump();
 }
 
+/// "quiet 5.2 ms, reply 1000 ms (line), …": the protocol's own stand without a word.
+std::string TimesText(const Json& times) {
+  std::string text;
+  for (const Json& time : times) {
+    const std::string from = Text(time, "from");
+    text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", Text(time, "name"),
+                        Milliseconds(time.at("ms")), from == "protocol" ? "" : " (" + from + ")");
+  }
+  return text;
+}
+
 std::string OneDevice(const Json& status, const TableView& view) {
   const Json& lines = status.at("lines");
   const Json& device = lines.at(0).at("devices").at(0);
@@ -294,11 +305,12 @@ std::string OneDevice(const Json& status, const TableView& view) {
                     Number(device, "missed"), Number(device, "late"),
                     Number(device, "late") == 0
                         ? ""
-                        : fmt::format(" (last by {} ms)", Number(device, "lateness_ms")))},
+                        : fmt::format(" (by up to {} ms)", Number(device, "lateness_ms")))},
        {"points",
         fmt::format("{}: {} good, {} uncertain, {} bad", Number(points, "count"),
                     Number(points, "good"), Number(points, "uncertain"), Number(points, "bad"))}});
   if (!learned.empty()) text += Facts({{"learned", learned}});
+  if (device.contains("times")) text += Facts({{"times", TimesText(device.at("times"))}});
   text += "\n" + Chart(device.at("round_trips")) + "\n";
   std::vector<PointRow> rows;
   for (const Json& value : device.at("values")) {

@@ -88,6 +88,7 @@ Result<config::Config> DemoConfig(const config::Catalog& catalog,
                                   const DemoOptions& options, std::uint16_t port) {
   config::Config config;
   config.name = port == options.port ? "demo" : fmt::format("demo-{}", port);
+  config.state = directory / "state";
   config.modbus.listen.emplace_back().port = port;
   config.dds.domain = options.domain;
   std::uint8_t unit = 1;

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "config/checks/round.h"
 #include "config/loader.h"
 #include "gateway/base/shown.h"
 #include "gateway/cli/offline/security_problems.h"
 #include "gateway/cli/offline/unit_table.h"
 #include "gateway/cli/terminal/text_table.h"
+#include "gateway/state/state_folder.h"
 
 namespace baudgate {
 namespace {
@@ -131,7 +133,56 @@ std::vector<std::string> Row(const config::Device& device) {
           device.enabled ? "" : "disabled"};
 }
 
-void PrintSummary(const config::Config& config, const std::string& security, std::ostream& out) {
+/// Once for all devices of the line that have the same.
+void PrintTimes(const config::Line& line, const config::Catalog& catalog, std::ostream& out) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> groups;
+  for (const config::Device& device : line.devices) {
+    const Protocol& protocol = *catalog.FindProtocol(device.protocol);
+    const std::string text = TimesText(TimesInForce(line, device, protocol));
+    auto group = std::ranges::find(groups, text, [](const auto& one) { return one.first; });
+    if (group == groups.end()) group = groups.insert(groups.end(), {text, {}});
+    group->second.push_back(device.name);
+  }
+  for (const auto& [times, names] : groups) {
+    const auto same = [](const std::string& name) { return name; };
+    out << "  times" << (groups.size() > 1 ? " of " + Joined(names, same) : "") << ": " << times
+        << '\n';
+  }
+}
+
+/// What second readings cost where the check value of replies is weak.
+void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std::ostream& out) {
+  std::size_t points = 0;
+  std::size_t jumps = 0;
+  std::size_t always = 0;
+  config::Round round;
+  for (const config::Device& device : line.devices) {
+    const Protocol& protocol = *catalog.FindProtocol(device.protocol);
+    const auto bus = MakeBus(protocol);
+    const config::Round fast = RoundOf(config::Group::fast, line, device, protocol, bus.get());
+    round.requests += fast.requests;
+    round.time += fast.time;
+    for (const config::Point& point : device.points) {
+      ++points;
+      if (point.recheck == config::Recheck::jump) ++jumps;
+      if (point.recheck == config::Recheck::always) ++always;
+    }
+  }
+  if (jumps + always == 0) return;
+  out << "  recheck: " << jumps + always << " of " << points << " points count a "
+      << (always == 0 ? "jump only when a second reading agrees"
+                      : "reading only when a second one agrees");
+  if (round.requests > 0) {
+    const auto each = round.time / static_cast<int>(round.requests);
+    out << ", one request (about "
+        << FormatDuration(std::chrono::ceil<std::chrono::milliseconds>(each)) << ") for each "
+        << (always == 0 ? "jump, none while values are quiet" : "poll");
+  }
+  out << '\n';
+}
+
+void PrintSummary(const config::Config& config, const config::Catalog& catalog,
+                  const std::string& security, std::ostream& out) {
   out << "gateway " << config.name << '\n';
   if (!config.modbus.enabled) out << "modbus off\n";
   for (const config::Listener& listener : config.modbus.listen) {
@@ -139,6 +190,10 @@ void PrintSummary(const config::Config& config, const std::string& security, std
   }
   out << "dds " << Describe(config.dds) << '\n';
   if (!security.empty()) out << "  security   " << security << '\n';
+  if (NeedsState(config, catalog)) {
+    out << "state " << StateFolderOf(StatePlaces::Here(config.state), config.name).string()
+        << ": serial numbers of meters, tries of passwords\n";
+  }
   for (const config::Line& line : config.lines) {
     out << '\n' << Describe(line) << '\n';
     if (line.devices.empty()) continue;
@@ -146,6 +201,8 @@ void PrintSummary(const config::Config& config, const std::string& security, std
                      "poll", "slow", "note"});
     for (const config::Device& device : line.devices) table.Add(Row(device));
     table.PrintAligned(out, "  ");
+    PrintTimes(line, catalog, out);
+    PrintRechecks(line, catalog, out);
   }
   if (config.modbus.enabled) PrintRouteTable(config, out);
 }
@@ -248,7 +305,7 @@ int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostre
     return kBadConfiguration;
   }
   PrintVerdict(file, loaded, out);
-  PrintSummary(loaded.config, security, out);
+  PrintSummary(loaded.config, catalog, security, out);
   return kUsable;
 }
 

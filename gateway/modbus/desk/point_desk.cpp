@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/desk/point_desk.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "gateway/modbus/registers/write_request.h"
@@ -50,10 +51,11 @@ ExceptionCode PointDesk::Check(View frame, ModbusRequest& request) const {
   return ParseRequest(frame, request);
 }
 
-ExceptionCode PointDesk::Read(const ModbusRequest& request, Instant now) {
+ExceptionCode PointDesk::Read(const ModbusRequest& request, Holes holes, Instant now) {
   if (const auto answer = ReadImage(request, now)) return *answer;
   const UnitMap& unit = map_.unit(request.unit);
-  const auto exception = PlanRead(unit, request.table(), request.start, request.count, pieces_);
+  const auto exception =
+      PlanRead(unit, request.table(), request.start, request.count, pieces_, holes);
   if (exception != kNoException) return exception;
   return unit.kind == UnitMap::Kind::gateway ? ReadGateway(request)
                                              : ReadRecord(request, unit, now);
@@ -101,7 +103,13 @@ ExceptionCode PointDesk::ReadGateway(const ModbusRequest& request) {
   if (request.table() != config::Table::registers) return kIllegalAddress;
   const GatewayBlock block =
       GatewayBlockOf(info_ ? info_() : GatewayFigures{}, counters_.Snapshot());
-  for (const Piece& piece : pieces_) FillFromBlock(block, piece, responder_.registers());
+  for (const Piece& piece : pieces_) {
+    if (piece.area == Area::hole) {
+      std::ranges::fill(responder_.registers().subspan(piece.offset, piece.count), 0);
+    } else {
+      FillFromBlock(block, piece, responder_.registers());
+    }
+  }
   return kNoException;
 }
 

@@ -65,7 +65,7 @@ class PointDesk {
   /// exception.
   ExceptionCode Check(View frame, ModbusRequest& request) const;
   /// Fills responder() for the answer. Never waits for a line.
-  ExceptionCode Read(const ModbusRequest& request, Instant now);
+  ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now);
   /// Queues a write, which is not begun once `dropped` is true; `done` comes once, on any thread,
   /// unless there is an exception.
   ExceptionCode Submit(const ModbusRequest& request, Instant deadline,

@@ -48,7 +48,8 @@ void RequestDesk::HandleOwn(View frame, const Now& now) {
   ExceptionCode exception = points_.Check(frame, request);
   if (exception != kNoException) return Refuse(frame, exception, now.instant);
   const bool write = IsPlainWrite(request.function);
-  exception = write ? StartWrite(request, now.instant) : points_.Read(request, now.instant);
+  exception = write ? StartWrite(request, now.instant)
+                    : points_.Read(request, listener_.holes, now.instant);
   if (exception != kNoException) return Refuse(frame, exception, now.instant);
   if (!write) Answer(request, now.instant);
 }

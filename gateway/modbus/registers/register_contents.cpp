@@ -130,6 +130,9 @@ ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> p
       case Area::status:
         FillFromBlock(DeviceBlockOf(record.status, now), piece, out);
         break;
+      case Area::hole:
+        std::ranges::fill(place, std::uint16_t{0});
+        break;
     }
   }
   return kNoException;
@@ -159,7 +162,9 @@ ExceptionCode FillBit(const DeviceRecord& record, std::uint32_t index, Instant n
 ExceptionCode FillBits(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
                        std::span<std::uint8_t> out) {
   for (const Piece& piece : pieces) {
-    if (piece.area == Area::quality) {
+    if (piece.area == Area::hole) {
+      std::ranges::fill(out.subspan(piece.offset, piece.count), std::uint8_t{0});
+    } else if (piece.area == Area::quality) {
       out[piece.offset] = IsGood(ShownQuality(record, piece.index, now)) ? 1 : 0;
     } else if (const auto exception =
                    FillBit(record, piece.index, now, pieces.size() == 1, out[piece.offset]);

@@ -80,11 +80,18 @@ class Planner {
     pieces_.clear();
   }
 
-  ExceptionCode Read() {
+  ExceptionCode Read(Holes holes) {
+    bool nothing = true;
     while (at_ < end_) {
-      if (!ReadStep()) return kIllegalAddress;
+      if (ReadStep()) {
+        nothing = false;
+      } else if (holes == Holes::zero) {
+        AddHole();
+      } else {
+        return kIllegalAddress;
+      }
     }
-    return Verdict();
+    return nothing ? kIllegalAddress : Verdict();
   }
 
   ExceptionCode Write() {
@@ -137,6 +144,16 @@ class Planner {
     return true;
   }
 
+  /// One address; neighbours make one hole.
+  void AddHole() {
+    if (!pieces_.empty() && pieces_.back().area == Area::hole) {
+      ++pieces_.back().count;
+      ++at_;
+    } else {
+      Add(Area::hole, 0, at_ + 1);
+    }
+  }
+
   void Add(Area area, std::uint32_t index, std::uint32_t stop) {
     pieces_.push_back({area, index, static_cast<std::uint16_t>(at_ - start_),
                        static_cast<std::uint16_t>(stop - at_)});
@@ -175,8 +192,8 @@ RegisterMap::RegisterMap(const config::Config& config) {
 }
 
 ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t start,
-                       std::uint16_t count, std::vector<Piece>& pieces) {
-  return Planner(unit, table, start, count, pieces).Read();
+                       std::uint16_t count, std::vector<Piece>& pieces, Holes holes) {
+  return Planner(unit, table, start, count, pieces).Read(holes);
 }
 
 ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t start,

@@ -32,12 +32,12 @@ struct Span {
   bool writable() const { return access != config::Access::read; }
 };
 
-enum class Area : std::uint8_t { value, quality, age, status };
+enum class Area : std::uint8_t { value, quality, age, status, hole };
 
 /// What a run of requested addresses is: a whole value, or any part of a mirror or status block.
 struct Piece {
   Area area = Area::value;
-  std::uint32_t index = 0;   ///< the point; in the status block its first register
+  std::uint32_t index = 0;   ///< the point; in the status block its first register; of a hole 0
   std::uint16_t offset = 0;  ///< from the start of the request
   std::uint16_t count = 0;
 };
@@ -67,10 +67,13 @@ class RegisterMap {
   std::vector<UnitMap> units_;
 };
 
+using Holes = config::Listener::Holes;
+
 /// Divides a read into pieces, in order (`pieces` is cleared first). Any unmapped or write-only
-/// address gives illegal_address, else a value that the range cuts gives illegal_value.
+/// address gives illegal_address, else a value that the range cuts gives illegal_value. With
+/// Holes::zero such addresses are pieces of their own, if there is another piece.
 ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t start,
-                       std::uint16_t count, std::vector<Piece>& pieces);
+                       std::uint16_t count, std::vector<Piece>& pieces, Holes holes = Holes::off);
 
 /// The same for a write, which must cover whole writable points.
 ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t start,

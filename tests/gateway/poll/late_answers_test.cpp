@@ -126,6 +126,13 @@ TEST_F(LateAnswersTest, TheAnswerToTheFirstTryMeetsTheRetryWhoseOwnIsLate) {
   EXPECT_LT(told.lateness, 110ms) << "310 ms after its request was given to the line, less 200 ms";
 }
 
+TEST_F(LateAnswersTest, LatenessIsThatOfTheFirstTry) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
+  Exchange(a, 600ms, 800ms, Outcome::no_reply, true);
+  EXPECT_GT(late_.OnStray({9, 400ms}, kStart + 1200ms).lateness, 990ms) << "due at 200 ms";
+}
+
 TEST_F(LateAnswersTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswers) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
   const LateAnswers::Stray told = late_.OnStray({4, 30ms}, kStart + 50ms);

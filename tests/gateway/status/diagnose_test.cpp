@@ -81,7 +81,7 @@ TEST_F(DiagnoseTest, LateAnswersAreNotMissedRequests) {
   Ended(Outcome::no_reply, 20);
   device().late = 17;
   device().lateness = 79'200us;
-  EXPECT_THAT(Say(), ElementsAre("late: bytes came 80 ms after the exchange had ended, 17 times: "
+  EXPECT_THAT(Say(), ElementsAre("late: replies came up to 80 ms after they were due, 17 times: "
                                  "raise its timing.reply by more than 80 ms"));
 }
 

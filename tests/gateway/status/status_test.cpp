@@ -103,7 +103,7 @@ TEST_F(StatusTest, ADeviceHasItsPoints) {
   last        ok; last trouble: no answer
   answered    0.3 s ago
   exchanges   1000: ok 998, no_reply 2
-  trouble     retries 0, missed periods 0, late 2 (last by 80 ms)
+  trouble     retries 0, missed periods 0, late 2 (by up to 80 ms)
   points      2: 1 good, 0 uncertain, 1 bad
 
   round trips: mean 25 ms, half within 28 ms, 99 % within 28 ms
@@ -115,7 +115,7 @@ device    point    value  unit  quality                          age
 feeder-1  current   1.25  A     good                           0.3 s
           voltage      -  A     bad: waiting for initial data      -
 
-bay-1.feeder-1: late: bytes came 80 ms after the exchange had ended, 2 times: raise its timing.reply by more than 80 ms
+bay-1.feeder-1: late: replies came up to 80 ms after they were due, 2 times: raise its timing.reply by more than 80 ms
 )");
 }
 

@@ -55,6 +55,23 @@ TEST_P(FaultyRun, ADeadNeighbourCostsTheLivingNothing) {
   EverythingComesBack();
 }
 
+/// Where replies say who they are from, nobody waits for a late one of a device that is not there.
+TEST_P(FaultyRun, ANeighbourThatWasNeverThereCostsItsSilenceAlone) {
+  Rig rig(GetParam());
+  rig->twin(1).manner.dead = true;
+  rig->Open();
+  rig->RunFor(20s);
+  const config::Timing times = GetParam().protocol->timing(GetParam().serial);
+  const bool named = GetParam().protocol->name != "dcon";
+  const Duration most = (named ? *times.reply : *times.ceiling) + *times.drain + 1s;
+  Duration longest{};
+  for (std::size_t i = 1; i < rig->sent.size(); ++i) {
+    longest = std::max(longest, rig->sent[i].at - rig->sent[i - 1].at);
+  }
+  EXPECT_LE(longest, most) << FormatDuration(longest);
+  EXPECT_TRUE(rig.FastGood(0));
+}
+
 TEST_P(FaultyRun, OneLostReplyInEightIsMadeUpForByRetries) {
   std::mt19937 random(5);
   unsigned lost = 0;

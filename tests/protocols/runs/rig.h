@@ -91,6 +91,7 @@ class Rig {
   void SetValues(std::uint32_t device);
   void CompareWithTwin(std::uint32_t device);
   void Check();
+  static bool IsRight(const config::Point& point, const PointRecord& shown, const Value& truth);
 
   Setup setup_;
   std::unique_ptr<VirtualLine> line_;

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "config/devices.h"
 #include "tests/protocols/runs/bad_wire.h"
 
 namespace baudgate {
@@ -28,9 +29,19 @@ std::size_t HeapInUse() { return mallinfo2().uordblks; }
 class Soak : public ::testing::TestWithParam<Setup> {
  protected:
   Soak()
-      : rig_(GetParam(), [](config::Line& line) { line.echo = config::Echo::strip; }),
+      : rig_(GetParam(),
+             [this](config::Line& line) {
+               line.echo = config::Echo::strip;
+               for (config::Device& device : line.devices) {
+                 for (config::Point& point : device.points) point.recheck = Rechecks();
+               }
+             }),
         dead_until_(rig_.devices()),
         dies_at_(rig_.devices()) {}
+
+  static config::Recheck Rechecks() {
+    return config::DefaultRecheck(*GetParam().protocol, GetParam().serial);
+  }
 
   Duration Between(Duration least, Duration most) {
     return least + Duration(static_cast<std::int64_t>(
@@ -100,6 +111,9 @@ TEST_P(Soak, NothingWrongIsEverGoodAndNothingGrows) {
   }
   EXPECT_TRUE(rig_->RunUntil([&] { return rig_.AllGood(); }, 10min)) << "some never came back";
   const LineStatus status = rig_->store().ReadLine(0);
+  if (Rechecks() != config::Recheck::off) {
+    EXPECT_EQ(rig_.wrong(), 0U) << "beyond the jump";
+  }
   EXPECT_GT(wire.damaged(), 50U);
   EXPECT_GT(wire.lost(), 50U);
   EXPECT_GT(deaths_, 2U);

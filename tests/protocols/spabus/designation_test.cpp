@@ -55,7 +55,8 @@ TEST(SpaDesignation, SilenceAndRefusalContradictNothing) {
   for (const char* reply : {"", "<1N:6:"}) {
     Talk talk(SpabusProtocol(), Relay());
     const Bytes wire = *reply == '\0' ? Bytes() : ReplyText(reply);
-    EXPECT_EQ(talk.Exchange(Poll(0), View(wire)).then, Then::ask_again) << reply;
+    const bool silent = wire.empty();
+    EXPECT_EQ(talk.Exchange(Poll(0), View(wire)).then, silent ? Then::done : Then::ask_again);
     EXPECT_NE(Asked(talk, Poll(0)), ">1RF:21");
     EXPECT_FALSE(talk->trouble());
   }

@@ -233,5 +233,20 @@ TEST(GatewayBlock, CountsAndSaturates) {
             (GatewayBlock{10203, 4, 1, 4464, 0xFFFF, 12, 5, 3, 1, 7, 0, 9}));
 }
 
+TEST_F(RegisterContentsTest, HolesReadZero) {
+  UpdateAll();
+  std::vector<std::uint16_t> out(3, 0xEEEE);
+  const Piece hole{Area::hole, 0, 1, 2};
+  store_->Read(0, [&](const DeviceRecord& record) {
+    EXPECT_EQ(FillRegisters(record, std::span(&hole, 1), kStart, out), kNoException);
+  });
+  EXPECT_EQ(out, (std::vector<std::uint16_t>{0xEEEE, 0, 0}));
+  std::vector<std::uint8_t> bits(3, 0xEE);
+  store_->Read(0, [&](const DeviceRecord& record) {
+    EXPECT_EQ(FillBits(record, std::span(&hole, 1), kStart, bits), kNoException);
+  });
+  EXPECT_EQ(bits, (std::vector<std::uint8_t>{0xEE, 0, 0}));
+}
+
 }  // namespace
 }  // namespace baudgate::modbus

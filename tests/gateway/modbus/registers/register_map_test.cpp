@@ -36,6 +36,9 @@ class RegisterMapTest : public testing::Test {
   ExceptionCode Read(std::uint16_t start, std::uint16_t count, Table table = Table::registers) {
     return PlanRead(map_.unit(7), table, start, count, pieces_);
   }
+  ExceptionCode ReadOver(std::uint16_t start, std::uint16_t count) {
+    return PlanRead(map_.unit(7), Table::registers, start, count, pieces_, Holes::zero);
+  }
   ExceptionCode Write(std::uint16_t start, std::uint16_t count, Table table = Table::registers) {
     return PlanWrite(map_.unit(7), table, start, count, pieces_);
   }
@@ -166,6 +169,21 @@ TEST(RegisterMap, WhatTheCheckLetThroughByMistakeIsNotServed) {
   const RegisterMap map(config);
   ASSERT_EQ(map.unit(1).registers.size(), 1U);
   EXPECT_EQ(map.unit(1).registers[0].point, 0U);
+}
+
+TEST_F(RegisterMapTest, HolesAreOnePieceEachWhereTheListenerLetsThemPass) {
+  EXPECT_EQ(ReadOver(3, 6), kNone) << "int64 at 3, nothing at 7, int16 at 8";
+  ASSERT_EQ(pieces_.size(), 3U);
+  EXPECT_EQ(pieces_[1].area, Area::hole);
+  EXPECT_EQ(pieces_[1].offset, 4);
+  EXPECT_EQ(pieces_[1].count, 1);
+  EXPECT_EQ(ReadOver(11, 1), kAddress) << "nothing but a hole: a point that is only written";
+  EXPECT_EQ(ReadOver(4000, 100), kAddress);
+  EXPECT_EQ(ReadOver(8, 100), kNone);
+  EXPECT_EQ(pieces_.back().count, 97) << "behind the float at 9";
+  EXPECT_EQ(ReadOver(7, 3), kValue) << "half a float stays an error";
+  EXPECT_EQ(ReadOver(8990, 20), kNone) << "a hole, a value, the status block";
+  EXPECT_EQ(pieces_.size(), 3U);
 }
 
 }  // namespace

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/jump_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace baudgate {
+
+bool JumpCheck::Agree(const config::Point& point, const History& history, const Value& a,
+                      const Value& b) {
+  if (!HasValue(a)) return false;
+  if (point.type == config::Type::boolean || point.type == config::Type::string) return a == b;
+  const double jump =
+      point.jump.value_or(std::max(std::abs(ToDouble(a)) / 10, history.largest / 100));
+  return std::abs(ToDouble(a) - ToDouble(b)) <= jump;
+}
+
+JumpCheck::Finding JumpCheck::Judge(const config::Point& point, History& history,
+                                    const Value& value) const {
+  const bool near = Agree(point, history, history.last, value);
+  const bool confirmed = Agree(point, history, history.candidate, value);
+  if (confirmed || (near && point.recheck == config::Recheck::jump)) {
+    history.last = value;
+    history.candidate = {};
+    history.readings = 0;
+    history.largest = std::max(history.largest, std::abs(ToDouble(value)));
+    return Finding::counts;
+  }
+  history.candidate = value;
+  history.readings = std::min(history.readings + 1, kMostReadings);
+  if (history.readings == kMostReadings) return Finding::last_resort;
+  return near ? Finding::wait : Finding::doubt;
+}
+
+JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
+  Result result;
+  if (histories_.empty()) histories_.resize(points_.size());
+  std::erase_if(samples, [&](Sample& sample) {
+    const config::Point& point = points_[sample.point];
+    if (point.recheck == config::Recheck::off || !IsGood(sample.quality)) return false;
+    switch (Judge(point, histories_[sample.point], sample.value)) {
+      case Finding::counts:
+        return false;
+      case Finding::last_resort:
+        sample.quality = Quality::uncertain;
+        result.spoils_once = result.spoils_once || point.group == config::Group::once;
+        return false;
+      case Finding::doubt:
+        result.doubtful.push_back(sample.point);
+        break;
+      case Finding::wait:
+        break;
+    }
+    result.ask_again = true;
+    return true;
+  });
+  return result;
+}
+
+void JumpCheck::OnWritten(std::size_t point, Value value) {
+  if (points_[point].recheck == config::Recheck::off) return;
+  if (histories_.empty()) histories_.resize(points_.size());
+  histories_[point].candidate = std::move(value);
+  histories_[point].readings = 0;
+}
+
+}  // namespace baudgate

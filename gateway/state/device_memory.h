@@ -1,0 +1,59 @@
+// What conversations want to know after a restart (Conversation::Memory), in one file of the state
+// folder. Lines put it in from their threads; one thread here writes. A memory belongs to line,
+// device, protocol, address and profile: a change of any of these forgets it.
+//
+//   {"devices": [{"line": "meters", "device": "incomer", "protocol": "set4tm", "address": "200",
+//                 "profile": "set-4tm.03m", "memory": "serial 12345678"}]}
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/base/guarded.h"
+
+namespace baudgate {
+
+class DeviceMemory {
+ public:
+  /// Reads `file`, which need not be there. `warn` gets one line: when it can not be read, and when
+  /// writing begins to fail; the latter from the writing thread. `config` outlives it.
+  DeviceMemory(std::filesystem::path file, const config::Config& config,
+               std::function<void(const std::string&)> warn);
+  /// Writes what has changed, then ends.
+  ~DeviceMemory();
+
+  /// Devices are numbered through all lines, in the order of the file. Empty: nothing is known.
+  std::string Of(std::uint32_t device) const;
+  /// From any thread; returns at once.
+  void Set(std::uint32_t device, std::string memory);
+
+ private:
+  void Read();
+  void Run();
+  std::string Text() const BAUDGATE_REQUIRES(mutex_);
+  void Write(const std::string& text);
+
+  const std::filesystem::path file_;
+  const std::function<void(const std::string&)> warn_;
+  struct Place {
+    const config::Line* line = nullptr;
+    const config::Device* device = nullptr;
+  };
+  std::vector<Place> places_;  // by device
+  bool failing_ = false;       // of the writing thread
+  mutable Mutex mutex_;
+  std::condition_variable wake_;
+  std::vector<std::string> memories_ BAUDGATE_GUARDED_BY(mutex_);  // as places_
+  bool changed_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::thread thread_;
+};
+
+}  // namespace baudgate

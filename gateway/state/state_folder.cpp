@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/state/state_folder.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+namespace baudgate {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr mode_t kLockMode = 0644;
+
+std::string Environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? std::string() : value;
+}
+
+bool CanMakeSystemState() {
+  const fs::path folder(kSystemState);
+  std::error_code error;
+  const fs::path asked = fs::exists(folder, error) ? folder : folder.parent_path();
+  return ::access(asked.c_str(), W_OK | X_OK) == 0;
+}
+
+}  // namespace
+
+bool NeedsState(const config::Config& config, const config::Catalog& catalog) {
+  return std::ranges::any_of(config.lines, [&](const config::Line& line) {
+    return std::ranges::any_of(line.devices, [&](const config::Device& device) {
+      return catalog.FindProtocol(device.protocol)->remembers;
+    });
+  });
+}
+
+StatePlaces StatePlaces::Here(const std::string& configured) {
+  return {configured, Environment("STATE_DIRECTORY"), CanMakeSystemState(),
+          Environment("XDG_STATE_HOME"), Environment("HOME")};
+}
+
+fs::path StateFolderOf(const StatePlaces& places, const std::string& gateway) {
+  if (!places.configured.empty()) return fs::path(places.configured) / gateway;
+  if (!places.state_directory.empty()) {
+    return fs::path(places.state_directory.substr(0, places.state_directory.find(':'))) / gateway;
+  }
+  if (places.system) return fs::path(kSystemState) / gateway;
+  if (!places.xdg_state_home.empty()) return fs::path(places.xdg_state_home) / "baudgate" / gateway;
+  if (places.home.empty()) return {};
+  return fs::path(places.home) / ".local/state/baudgate" / gateway;
+}
+
+std::unique_ptr<StateFolder> StateFolder::Open(const fs::path& path, Failure& failure) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  const fs::path file = path / "lock";
+  const int lock = error ? -1 : ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kLockMode);
+  if (lock < 0) {
+    const std::string why = error ? error.message() : std::strerror(errno);
+    failure = {false, path.string() + ": " + why};
+    return nullptr;
+  }
+  if (::flock(lock, LOCK_EX | LOCK_NB) != 0) {
+    failure = {true, "the state folder " + path.string() +
+                         " is in use: another baudgate of this gateway.name runs; stop it, or give "
+                         "this one another gateway.name or gateway.state"};
+    ::close(lock);
+    return nullptr;
+  }
+  return std::unique_ptr<StateFolder>(new StateFolder(path, lock));
+}
+
+StateFolder::~StateFolder() { ::close(lock_); }
+
+}  // namespace baudgate

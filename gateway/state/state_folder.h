@@ -1,0 +1,57 @@
+// The folder of what has to outlive the program: one for each gateway.name, locked while a gateway
+// runs (docs/state.md).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "config/catalog/catalog.h"
+#include "config/model/config.h"
+
+namespace baudgate {
+
+/// Something of this configuration is kept. `catalog` has all its protocols.
+bool NeedsState(const config::Config& config, const config::Catalog& catalog);
+
+/// What the choice rests on. Empty: not given.
+struct StatePlaces {
+  std::string configured;       ///< gateway.state
+  std::string state_directory;  ///< $STATE_DIRECTORY, folders with ':' between them
+  bool system = false;          ///< kSystemState can be written, or made
+  std::string xdg_state_home;   ///< $XDG_STATE_HOME
+  std::string home;             ///< $HOME
+
+  /// Of this process.
+  static StatePlaces Here(const std::string& configured);
+};
+
+inline constexpr const char* kSystemState = "/var/lib/baudgate";
+
+/// The first place that is given, in the order above, and the gateway's folder in it. Empty: there
+/// is none.
+std::filesystem::path StateFolderOf(const StatePlaces& places, const std::string& gateway);
+
+class StateFolder {
+ public:
+  struct Failure {
+    bool in_use = false;  ///< by another process; else it can not be made or written
+    std::string text;
+  };
+  /// Makes the folder where it is not there, and locks it.
+  static std::unique_ptr<StateFolder> Open(const std::filesystem::path& path, Failure& failure);
+  ~StateFolder();
+  StateFolder(const StateFolder&) = delete;
+  StateFolder& operator=(const StateFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  StateFolder(std::filesystem::path path, int lock) : path_(std::move(path)), lock_(lock) {}
+
+  std::filesystem::path path_;
+  int lock_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,58 @@
+// Where state lies, and that two gateways never share it.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/state/state_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+namespace baudgate {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path Scratch(const std::string& name) {
+  const fs::path folder = fs::path(::testing::TempDir()) / ("baudgate-state-" + name);
+  fs::remove_all(folder);
+  return folder;
+}
+
+TEST(StateFolder, TheFirstPlaceThatIsGiven) {
+  StatePlaces places{"/srv/state", "/run/a:/run/b", true, "/x", "/home/u"};
+  EXPECT_EQ(StateFolderOf(places, "plant"), "/srv/state/plant");
+  places.configured = "";
+  EXPECT_EQ(StateFolderOf(places, "plant"), "/run/a/plant");
+  places.state_directory = "";
+  EXPECT_EQ(StateFolderOf(places, "plant"), "/var/lib/baudgate/plant");
+  places.system = false;
+  EXPECT_EQ(StateFolderOf(places, "plant"), "/x/baudgate/plant");
+  places.xdg_state_home = "";
+  EXPECT_EQ(StateFolderOf(places, "plant"), "/home/u/.local/state/baudgate/plant");
+  places.home = "";
+  EXPECT_EQ(StateFolderOf(places, "plant"), "");
+}
+
+TEST(StateFolder, IsMadeAndLockedUntilItsOwnerEnds) {
+  const fs::path path = Scratch("locked") / "deep" / "plant";
+  StateFolder::Failure failure;
+  auto first = StateFolder::Open(path, failure);
+  ASSERT_NE(first, nullptr) << failure.text;
+  EXPECT_TRUE(fs::is_directory(path));
+  EXPECT_EQ(StateFolder::Open(path, failure), nullptr);
+  EXPECT_TRUE(failure.in_use);
+  EXPECT_NE(failure.text.find("another gateway.name"), std::string::npos);
+  first.reset();
+  EXPECT_NE(StateFolder::Open(path, failure), nullptr);
+}
+
+TEST(StateFolder, SaysWhyItCanNotBeMade) {
+  const fs::path file = Scratch("file");
+  std::ofstream(file) << "no folder";
+  StateFolder::Failure failure;
+  EXPECT_EQ(StateFolder::Open(file / "plant", failure), nullptr);
+  EXPECT_FALSE(failure.in_use);
+  EXPECT_NE(failure.text.find("Not a directory"), std::string::npos) << failure.text;
+}
+
+}  // namespace
+}  // namespace baudgate
