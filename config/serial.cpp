@@ -161,6 +161,7 @@ Pace ReadPace(MapReader& map) {
   Pace pace;
   pace.poll = map.Time("poll", 10ms, 24h);
   pace.slow = map.Time("slow", 10ms, 24h);
+  pace.daily = map.Time("daily", 1min, std::chrono::hours(24 * 7));
   pace.retries = map.Integer("retries", 0, kMostRetries);
   if (const auto timing = map.Get("timing")) pace.timing = ReadTiming(*timing, map.problems());
   return pace;

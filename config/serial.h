@@ -19,7 +19,7 @@ SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Prob
 /// What may stand beside `serial:` on a line: `parity: software`, `rs485: {…}`.
 void ReadSerialExtras(MapReader& line, SerialSettings& serial);
 
-/// `timing`, `retries`, `poll` and `slow`, which may stand in every one of these maps.
+/// `timing`, `retries`, `poll`, `slow` and `daily`, which may stand in every one of these maps.
 Pace ReadPace(MapReader& map);
 
 }  // namespace baudgate::config

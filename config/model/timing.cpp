@@ -30,6 +30,7 @@ Pace Merge(const Pace& first, const Pace& second) {
   if (!merged.retries) merged.retries = second.retries;
   if (!merged.poll) merged.poll = second.poll;
   if (!merged.slow) merged.slow = second.slow;
+  if (!merged.daily) merged.daily = second.daily;
   return merged;
 }
 

@@ -31,6 +31,7 @@ struct Pace {
   std::optional<int> retries;
   std::optional<Duration> poll;
   std::optional<Duration> slow;
+  std::optional<Duration> daily;
 };
 
 /// Key by key: `first` wins where it says something, else `second`.

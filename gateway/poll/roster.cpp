@@ -26,6 +26,18 @@ LineTimes TimesOf(const config::Timing& given, const Protocol& protocol,
 
 }  // namespace
 
+void Device::LearnTimes() {
+  const config::Timing least = conversation->LeastTimes(configured.character);
+  const auto longer = [](Duration given, const std::optional<Duration>& learned) {
+    return std::max(given, learned.value_or(Duration::zero()));
+  };
+  times.quiet = longer(configured.quiet, least.quiet);
+  times.reply = longer(configured.reply, least.reply);
+  times.gap = longer(configured.gap, least.gap);
+  times.drain = longer(configured.drain, least.drain);
+  times.ceiling = longer(configured.ceiling + times.reply - configured.reply, least.ceiling);
+}
+
 Roster::Roster(const config::Line& line, std::uint32_t first_device, const FindProtocol& find)
     : line_(line), first_device_(first_device) {
   const Protocol& own = find(line.protocol);
@@ -50,6 +62,7 @@ void Roster::AddDevice(const config::Device& config, const Protocol& protocol, B
   device->protocol = &protocol;
   device->serial = config.serial.value_or(line_.serial);
   device->times = TimesOf(Merge(config.timing, line_.timing), protocol, device->serial);
+  device->configured = device->times;
   device->retries = config.retries.value_or(line_.retries);
   device->in_use = config.enabled;
   device->conversation = protocol.make_conversation(config, bus);

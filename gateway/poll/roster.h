@@ -43,6 +43,10 @@ struct Member {
 struct Device : Member {
   const config::Device* config = nullptr;
   std::unique_ptr<Conversation> conversation;
+  LineTimes configured;  // `times`, if it needs no longer ones
+
+  /// Takes over what the conversation has learned of its times.
+  void LearnTimes();
 };
 
 /// Has no configuration, no conversation, and no place in store and schedule.
