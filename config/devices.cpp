@@ -72,6 +72,7 @@ Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device&
   const Pace all = Merge(own, line);
   Assign(device.poll, all.poll);
   Assign(device.slow, all.slow);
+  Assign(device.daily, all.daily);
   device.max_age = map.Time("max_age", 10ms, std::chrono::hours(24 * 30));
   device.dead_age = map.Time("dead_age", 10ms, std::chrono::hours(24 * 90));
   return all;

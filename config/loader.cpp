@@ -101,6 +101,7 @@ Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::
   device.retries = profile.pace.retries;
   Assign(device.poll, profile.pace.poll);
   Assign(device.slow, profile.pace.slow);
+  Assign(device.daily, profile.pace.daily);
   Assign(device.word_order, profile.word_order);
   device.options = DefaultOptions(protocol);
   Override(device.options, profile.options);

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::array<Word<Access>, 3> kAccess = {
     {{"r", Access::read}, {"w", Access::write}, {"rw", Access::read_write}}};
-constexpr std::array<Word<Group>, 3> kGroups = {
-    {{"once", Group::once}, {"slow", Group::slow}, {"fast", Group::fast}}};
+constexpr std::array<Word<Group>, kGroups> kGroupWords = {
+    {{"once", Group::once}, {"daily", Group::daily}, {"slow", Group::slow}, {"fast", Group::fast}}};
 constexpr std::array<Word<Table>, 4> kTables = {{{"input", Table::registers},
                                                  {"holding", Table::registers},
                                                  {"discrete", Table::bits},
@@ -63,7 +63,7 @@ void ReadMeaning(MapReader& map, Point& point) {
     map.problems().Error(map.MarkOf("unit"),
                          "unit: " + Quoted(point.unit) + " is too long; at most 16 bytes");
   }
-  Assign(point.group, map.OneOf("group", kGroups));
+  Assign(point.group, map.OneOf("group", kGroupWords));
   Assign(point.scale, map.Number("scale"));
   Assign(point.offset, map.Number("offset"));
   Assign(point.deadband, map.Number("deadband"));

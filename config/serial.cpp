@@ -162,6 +162,7 @@ Pace ReadPace(MapReader& map, Level level) {
   Pace pace;
   pace.poll = map.Time("poll", 10ms, 24h);
   pace.slow = map.Time("slow", 10ms, 24h);
+  pace.daily = map.Time("daily", 1min, std::chrono::hours(24 * 7));
   pace.retries = map.Integer("retries", 0, kMostRetries);
   pace.recheck = ReadRecheck(map);
   if (const auto timing = map.Get("timing")) pace.timing = ReadTiming(*timing, map.problems());

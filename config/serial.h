@@ -19,8 +19,8 @@ SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Prob
 /// What may stand beside `serial:` on a line: `parity: software`, `rs485: {…}`.
 void ReadSerialExtras(MapReader& line, SerialSettings& serial);
 
-/// `timing`, `retries`, `poll`, `slow` and `recheck`, which may stand in every one of these maps.
-/// `level`: whose map it is.
+/// `timing`, `retries`, `poll`, `slow`, `daily` and `recheck`, which may stand in every one of
+/// these maps. `level`: whose map it is.
 Pace ReadPace(MapReader& map, Level level);
 
 }  // namespace baudgate::config

@@ -52,7 +52,7 @@ Fields<2> ListOf(Quality*);
 Fields<3> ListOf(Shape*);
 Fields<8> ListOf(Expectation*);
 Fields<4> ListOf(Cut*);
-Fields<21> ListOf(config::Device*);
+Fields<22> ListOf(config::Device*);
 Fields<3> ListOf(config::Identity*);
 Fields<20> ListOf(config::Point*);
 Fields<2> ListOf(config::Sentinel*);
@@ -67,7 +67,7 @@ Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::OnFrame,
         &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
         &Conversation::OnEnabled, &Conversation::trouble, &Conversation::Memory,
         &Conversation::Recall, &Conversation::ForgetRefusals, &Conversation::Check,
-        &Conversation::Interpret, &Conversation::WhatIsLearned>
+        &Conversation::Interpret, &Conversation::LeastTimes, &Conversation::WhatIsLearned>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
 Methods<&Twin::Answer, &Twin::ReplyAs> ListOf(Twin*);
@@ -146,6 +146,14 @@ auto Split(T& s, Fields<21>) {
                decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
                decltype(t), decltype(u), decltype(v)>();
+}
+template <typename T>
+auto Split(T& s, Fields<22>) {
+  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w] = s;
+  return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
+               decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
+               decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
+               decltype(t), decltype(u), decltype(v), decltype(w)>();
 }
 // clang-format on
 

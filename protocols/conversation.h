@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "config/model/point.h"
+#include "config/model/timing.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/quality.h"
@@ -179,6 +180,13 @@ class Conversation {
   /// For `baudgate decode`: what a recorded reply to a recorded request means. The same checks and
   /// readings as in OnFrame, but no task and no memory. What fits no point gets a label.
   virtual Answer Interpret(View request, View frame) = 0;
+
+  /// The least times that the device needs, as it has said itself; nothing = as configured. Of both
+  /// the longer one counts. `character`: the time of one on its line. Asked when trouble() is.
+  virtual config::Timing LeastTimes(Duration character) const {
+    static_cast<void>(character);
+    return {};
+  }
 
   /// For the status: what was learned of how the device wants to be asked, such as "at most 4 items
   /// in one request". Empty: nothing that a user need know.

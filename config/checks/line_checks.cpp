@@ -86,21 +86,22 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
     if (!protocol || !device.enabled) continue;
     auto& bus = buses[protocol];
     if (!bus) bus = MakeBus(*protocol);
-    const std::pair<Group, Duration> periods[] = {{Group::fast, device.poll},
-                                                  {Group::slow, device.slow}};
+    const std::pair<Group, Duration> periods[] = {
+        {Group::fast, device.poll}, {Group::slow, device.slow}, {Group::daily, device.daily}};
     for (const auto& [group, period] : periods) {
       const Round round = RoundOf(group, line, device, *protocol, bus.get());
       (group == Group::fast ? fast : slow) +=
           static_cast<double>(round.time.count()) / static_cast<double>(period.count());
       if (round.time <= period) continue;
       told = true;
-      problems.Warning(
-          device.mark,
-          "device '" + device.name + "': " + (group == Group::fast ? "poll " : "slow ") +
-              FormatDuration(period) + " is shorter than one round of its " +
-              std::string(Name(group)) + " points takes at " + SerialOf(line, device).ToString() +
-              " (requests: " + std::to_string(round.requests) + ", time: at least " +
-              InMilliseconds(round.time) + "): periods will be missed");
+      problems.Warning(device.mark,
+                       "device '" + device.name +
+                           "': " + (group == Group::fast ? "poll" : std::string(Name(group))) +
+                           " " + FormatDuration(period) + " is shorter than one round of its " +
+                           std::string(Name(group)) + " points takes at " +
+                           SerialOf(line, device).ToString() +
+                           " (requests: " + std::to_string(round.requests) + ", time: at least " +
+                           InMilliseconds(round.time) + "): periods will be missed");
     }
   }
   if (told || fast + slow <= 1) return;

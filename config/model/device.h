@@ -47,6 +47,7 @@ struct Device {
   bool trust_order = false;
   Duration poll = std::chrono::seconds(1);  ///< period of the fast group
   Duration slow = std::chrono::minutes(1);  ///< period of the slow group
+  Duration daily = std::chrono::hours(24);  ///< period of the daily group
   std::optional<Duration> max_age;          ///< nothing: 3 x the point's period
   std::optional<Duration> dead_age;         ///< nothing: 3 x max_age
   OnBad on_bad = OnBad::exception;

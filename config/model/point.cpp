@@ -44,6 +44,8 @@ std::string_view Name(Group group) {
   switch (group) {
     case Group::once:
       return "once";
+    case Group::daily:
+      return "daily";
     case Group::slow:
       return "slow";
     case Group::fast:

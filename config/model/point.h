@@ -28,7 +28,11 @@ enum class Type : std::uint8_t {
   string
 };
 enum class Access : std::uint8_t { read, write, read_write };
-enum class Group : std::uint8_t { once, slow, fast };
+/// How often a point is read. `once` and `daily` so seldom that a failed read is not left to the
+/// next period.
+enum class Group : std::uint8_t { once, daily, slow, fast };
+inline constexpr std::size_t kGroups = 4;
+constexpr bool IsSeldom(Group group) { return group == Group::once || group == Group::daily; }
 /// Which pair of Modbus tables a point lives in: registers (FC 3 and 4) or bits (FC 1 and 2).
 enum class Table : std::uint8_t { registers, bits };
 

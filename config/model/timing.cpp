@@ -13,8 +13,8 @@ constexpr std::size_t kCeiling = 3;
 }  // namespace
 
 std::string_view Name(Level level) {
-  constexpr std::array<std::string_view, 5> kNames = {"protocol", "gateway", "line", "profile",
-                                                      "device"};
+  constexpr std::array<std::string_view, 6> kNames = {"protocol", "gateway", "line",
+                                                      "profile",  "device",  "learned"};
   return kNames[static_cast<std::size_t>(level)];
 }
 
@@ -51,6 +51,20 @@ Timing Resolve(const Timing& given, const Timing& fallback) {
   return timing;
 }
 
+/// A longer reply time lengthens the ceiling alike.
+Timing Lengthen(const Timing& timing, const Timing& least) {
+  Timing longer = timing;
+  for (std::size_t i = 0; i < kNamedTimes.size(); ++i) {
+    const auto time = kNamedTimes[i].time;
+    Duration needed = (least.*time).value_or(Duration::zero());
+    if (i == kCeiling) needed = std::max(needed, *timing.ceiling + *longer.reply - *timing.reply);
+    if (needed <= *(timing.*time)) continue;
+    longer.*time = needed;
+    longer.from[i] = Level::learned;
+  }
+  return longer;
+}
+
 std::string TimesText(const Timing& timing) {
   std::string text;
   for (std::size_t i = 0; i < kNamedTimes.size(); ++i) {
@@ -68,6 +82,7 @@ Pace Merge(const Pace& first, const Pace& second) {
   if (!merged.poll) merged.poll = second.poll;
   if (!merged.slow) merged.slow = second.slow;
   if (!merged.recheck) merged.recheck = second.recheck;
+  if (!merged.daily) merged.daily = second.daily;
   return merged;
 }
 

@@ -14,7 +14,8 @@
 namespace baudgate::config {
 
 /// Who has said something about times: the first wins that is named last here.
-enum class Level : std::uint8_t { protocol, gateway, line, profile, device };
+/// `learned`: it is what the device itself says that it needs.
+enum class Level : std::uint8_t { protocol, gateway, line, profile, device, learned };
 
 /// The named times of a line (docs/timeouts.md). Nothing = decided one level up.
 struct Timing {
@@ -25,7 +26,12 @@ struct Timing {
   std::optional<Duration> drain;    ///< silence that ends a drain
   /// Who has decided each, in the order of kNamedTimes.
   std::array<Level, 5> from{};
+
+  bool operator==(const Timing&) const = default;
 };
+
+/// Where one of `least` is longer than in `timing`, it counts.
+Timing Lengthen(const Timing& timing, const Timing& least);
 
 struct NamedTime {
   std::string_view name;
@@ -64,6 +70,7 @@ struct Pace {
   std::optional<Duration> poll;
   std::optional<Duration> slow;
   std::optional<Recheck> recheck;
+  std::optional<Duration> daily;
 };
 
 /// Key by key: `first` wins where it says something, else `second`.

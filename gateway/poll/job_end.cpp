@@ -10,12 +10,12 @@
 namespace baudgate {
 namespace {
 
-/// Whether what is read once was to be read.
-bool IsOnce(const Job& job, const Device* device) {
-  if (const auto* poll = job.As<Job::Poll>()) return poll->group == config::Group::once;
-  if (device == nullptr || job.As<Job::ReadBack>() == nullptr) return false;
+/// Of the points that were to be read.
+config::Group GroupOf(const Job& job, const Device* device) {
+  if (const auto* poll = job.As<Job::Poll>()) return poll->group;
+  if (device == nullptr || job.As<Job::ReadBack>() == nullptr) return config::Group::fast;
   const auto queries = device->conversation->Queries();
-  return job.task.query < queries.size() && queries[job.task.query].group == config::Group::once;
+  return job.task.query < queries.size() ? queries[job.task.query].group : config::Group::fast;
 }
 
 void AnswerRoute(Job& job, Outcome outcome, const std::string& reason) {
@@ -99,7 +99,8 @@ void Poller::Finish(Outcome outcome, const std::string& reason) {
   }
   // Many devices do not answer at all what they do not know.
   const bool unread = !life || outcome == Outcome::busy;
-  if (unread && IsOnce(*done, device)) upkeep_.RepeatOnce(*device, now_.instant);
+  const config::Group group = GroupOf(*done, device);
+  if (unread && IsSeldom(group)) upkeep_.Repeat(*device, group, now_.instant);
   // What else stands in the register that was written is not known either.
   if (!life && done->As<Job::ReadBack>() != nullptr) {
     upkeep_.Doubt({device->place, done->task.query}, now_.instant);

@@ -294,7 +294,7 @@ void Poller::TakeAnswer() {
   if (answer.then == Then::ask_again) return Ask();
   if (answer.then == Then::replan) {
     upkeep_.Plan(device);
-    if (device.in_use) schedule_.Restart(device.place, now_.instant);
+    if (device.in_use) schedule_.RestartAsPlanned(device.place, now_.instant);
     return Finish(outcome, answer.reason);
   }
   const bool read = job.task.kind == Task::Kind::poll;
@@ -334,8 +334,9 @@ void Poller::Store(Device& device, const Answer& answer) {
   const Now at{job_->answered.instant - older, job_->answered.wall - older};
   store_.Update(device.index, samples, at, job_->round_trip);
   store_.Doubt(device.index, jumps.doubtful, now_.instant);
-  if (jumps.spoils_once || SpoilsOnce(answer, *device.config))
-    upkeep_.RepeatOnce(device, now_.instant);
+  if (jumps.spoils_once || SpoilsOnce(answer, *device.config)) {
+    upkeep_.Repeat(device, config::Group::once, now_.instant);
+  }
   if (job_->task.kind == Task::Kind::poll) whose_reply_.OnStored({device.place, job_->task.query});
 }
 

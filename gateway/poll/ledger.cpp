@@ -15,9 +15,7 @@ constexpr Duration kShortestUse = 10s;
 Ledger::Ledger(const Roster& roster, const Schedule& schedule, PointStore& store,
                std::uint32_t line, PollerListener& listener)
     : roster_(roster), schedule_(schedule), store_(store), line_(line), listener_(listener) {
-  for (const auto& device : roster.devices()) {
-    Change(*device, [&](DeviceStatus& status) { status.timing = device->timing; });
-  }
+  for (const auto& device : roster.devices()) ShowTimes(*device);
 }
 
 Ledger::State& Ledger::Of(const Member& member) {
@@ -200,6 +198,10 @@ bool Ledger::OnTrouble(const Device& device) {
   Change(device, [&text](DeviceStatus& status) { status.trouble = text; });
   listener_.OnWarning(device.index, text.empty() ? "it is what it should be again" : text);
   return over;
+}
+
+void Ledger::ShowTimes(const Device& device) {
+  Change(device, [&](DeviceStatus& status) { status.timing = device.timing; });
 }
 
 void Ledger::OnMemory(Device& device) {

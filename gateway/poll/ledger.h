@@ -67,6 +67,7 @@ class Ledger {
   void OnOffline(const Member& member);
   /// What is wrong with it as a whole may be another thing than before. True: nothing is any more.
   bool OnTrouble(const Device& device);
+  void ShowTimes(const Device& device);
   /// What the conversation wants to know after a restart may have changed.
   void OnMemory(Device& device);
   /// Another device answers in its place.

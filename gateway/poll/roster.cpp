@@ -23,6 +23,14 @@ LineTimes TimesOf(const config::Timing& timing, const config::SerialSettings& se
 
 }  // namespace
 
+bool Device::LearnTimes() {
+  const config::Timing learned = Lengthen(configured, conversation->LeastTimes(times.character));
+  if (learned == timing) return false;
+  timing = learned;
+  times = TimesOf(timing, serial);
+  return true;
+}
+
 Roster::Roster(const config::Line& line, std::uint32_t first_device, const FindProtocol& find)
     : line_(line), first_device_(first_device) {
   const Protocol& own = find(line.protocol);
@@ -46,6 +54,7 @@ void Roster::AddDevice(const config::Device& config, const Protocol& protocol, B
   device->protocol = &protocol;
   device->serial = config.serial.value_or(line_.serial);
   device->timing = Resolve(Merge(config.timing, line_.timing), protocol.timing(device->serial));
+  device->configured = device->timing;
   device->times = TimesOf(device->timing, device->serial);
   device->retries = config.retries.value_or(line_.retries);
   device->in_use = config.enabled;

@@ -48,7 +48,11 @@ struct Device : Member {
   const config::Device* config = nullptr;
   std::unique_ptr<Conversation> conversation;
   JumpCheck jumps;
-  std::string memory;  ///< of the conversation, as it was told last
+  std::string memory;         // of the conversation, as it was told last
+  config::Timing configured;  // `timing`, if it needs no longer times
+
+  /// Takes over what the conversation has learned of its times. True: they are others now.
+  bool LearnTimes();
 };
 
 /// Has no configuration, no conversation, and no place in store and schedule.

@@ -5,10 +5,11 @@
 
 namespace baudgate {
 
-std::size_t Schedule::AddDevice(Duration fast_period, Duration slow_period) {
+std::size_t Schedule::AddDevice(Duration fast_period, Duration slow_period, Duration daily_period) {
   Device device;
   device.rounds[static_cast<std::size_t>(config::Group::fast)].period = fast_period;
   device.rounds[static_cast<std::size_t>(config::Group::slow)].period = slow_period;
+  device.rounds[static_cast<std::size_t>(config::Group::daily)].period = daily_period;
   devices_.push_back(std::move(device));
   return devices_.size() - 1;
 }
@@ -16,12 +17,19 @@ std::size_t Schedule::AddDevice(Duration fast_period, Duration slow_period) {
 void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups) {
   Device& device = devices_[index];
   Round& once = device.rounds[static_cast<std::size_t>(config::Group::once)];
+  Round& daily = device.rounds[static_cast<std::size_t>(config::Group::daily)];
   if (once.active()) once.due = Instant{};
+  const std::size_t asked_daily = daily.cursor;
+  const std::size_t left = daily.queries.size() - asked_daily;
   for (Round& round : device.rounds) round.queries.clear();
   for (std::size_t query = 0; query < groups.size(); ++query) {
     device.rounds[static_cast<std::size_t>(groups[query])].queries.push_back(query);
   }
   for (Round& round : device.rounds) round.cursor = round.queries.size();
+  // Of four, two were asked and one of them is gone: of three, one was asked and two are left. With
+  // more than before nobody knows which are new.
+  const std::size_t now_daily = daily.queries.size();
+  daily.cursor = now_daily > asked_daily + left ? 0 : now_daily - std::min(left, now_daily);
 }
 
 void Schedule::Restart(std::size_t index, Instant now) {
@@ -29,13 +37,23 @@ void Schedule::Restart(std::size_t index, Instant now) {
   device.suspended = false;
   for (Round& round : device.rounds) {
     round.due = now;
+    round.repeats = false;
     round.cursor = round.queries.size();
   }
 }
 
-void Schedule::RepeatOnce(std::size_t index, Instant at) {
-  Round& once = devices_[index].rounds[static_cast<std::size_t>(config::Group::once)];
-  if (!once.due) once.due = at;
+void Schedule::RestartAsPlanned(std::size_t index, Instant now) {
+  Round& daily = devices_[index].rounds[static_cast<std::size_t>(config::Group::daily)];
+  const Round before = daily;
+  Restart(index, now);
+  if (before.due && before.active()) daily = before;
+}
+
+void Schedule::Repeat(std::size_t index, config::Group group, Instant at) {
+  Round& round = devices_[index].rounds[static_cast<std::size_t>(group)];
+  if (round.repeats || (round.due && *round.due <= at)) return;
+  round.due = at;
+  round.repeats = true;
 }
 
 void Schedule::Suspend(std::size_t index) {
@@ -76,6 +94,7 @@ std::uint32_t Schedule::Missed(std::size_t index, Instant now) const {
 
 void Schedule::StartIfDue(Device& device, Round& round, Instant now) {
   if (round.active() || round.queries.empty() || !round.due || *round.due > now) return;
+  round.repeats = false;
   if (round.period == Duration::zero()) {
     round.due.reset();
     round.cursor = 0;

@@ -36,19 +36,24 @@ class Schedule {
   };
 
   /// A device without queries until SetQueries. Devices are numbered from 0.
-  std::size_t AddDevice(Duration fast_period, Duration slow_period);
+  std::size_t AddDevice(Duration fast_period, Duration slow_period,
+                        Duration daily_period = std::chrono::hours(24));
 
   /// The groups of the device's queries, in the order of asking. Rounds in progress end; that of
-  /// what is read once starts again.
+  /// what is read once starts again, the daily one goes on where it was, or starts again as well.
   void SetQueries(std::size_t device, std::vector<config::Group> groups);
 
   /// All groups of the device are due at once, or when its hold ends: the port opened, or the
   /// device came back.
   void Restart(std::size_t device, Instant now);
+  /// The same after SetQueries, but a daily round that is under way goes on: each of a hundred
+  /// refusals would begin it anew.
+  void RestartAsPlanned(std::size_t device, Instant now);
   /// Nothing of the device is due until Restart: it is offline or disabled.
   void Suspend(std::size_t device);
-  /// What is read once is due again at `at`: some of it could not be read.
-  void RepeatOnce(std::size_t device, Instant at);
+  /// What is read once, or daily, is due again at `at`: some of it could not be read. Of two such
+  /// wishes the first counts.
+  void Repeat(std::size_t device, config::Group group, Instant at);
   /// Its last exchange failed: others may go first. Suspend forgets it.
   void Doubt(std::size_t device, bool doubted) { devices_[device].doubted = doubted; }
   bool doubted(std::size_t device) const { return devices_[device].doubted; }
@@ -79,18 +84,17 @@ class Schedule {
   std::uint32_t Missed(std::size_t device, Instant now) const;
 
  private:
-  static constexpr std::size_t kGroups = 3;  // once, slow, fast: as in config::Group
-
   struct Round {
     std::vector<std::size_t> queries;
     Duration period{};           // zero: once
     std::optional<Instant> due;  // start of the next round; nothing: not again
     std::size_t cursor = 0;      // next query; queries.size(): no round in progress
     std::uint64_t turn = 0;      // when it was last served, counted in picks
+    bool repeats = false;        // due earlier than by its period
     bool active() const { return cursor < queries.size(); }
   };
   struct Device {
-    std::array<Round, kGroups> rounds;
+    std::array<Round, config::kGroups> rounds;  // by config::Group
     Instant hold_until{};
     bool suspended = true;
     bool doubted = false;

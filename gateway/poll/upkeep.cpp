@@ -7,6 +7,13 @@
 #include <vector>
 
 namespace baudgate {
+namespace {
+
+constexpr Duration kLongest = 1h;
+
+Duration SlowOf(const Device& device) { return std::min<Duration>(device.config->slow, kLongest); }
+
+}  // namespace
 
 Upkeep::Upkeep(Roster& roster, Schedule& schedule, PointStore& store, LateAnswers& late,
                WhoseReply& whose_reply, Chooser& chooser, Ledger& ledger)
@@ -18,7 +25,8 @@ Upkeep::Upkeep(Roster& roster, Schedule& schedule, PointStore& store, LateAnswer
       chooser_(chooser),
       ledger_(ledger) {
   for (const auto& device : roster_.devices()) {
-    schedule_.AddDevice(device->config->poll, device->config->slow);
+    const config::Device& config = *device->config;
+    schedule_.AddDevice(config.poll, config.slow, config.daily);
     Plan(*device);
     ledger_.ShowOverride(*device);
   }
@@ -53,7 +61,7 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
   } else if (!offline && was_offline && device != nullptr && device->in_use) {
     schedule_.Restart(device->place, now);
   } else if (!offline && device != nullptr && outcome == Outcome::no_reply) {
-    DoubtOnce(*device, now);
+    DoubtSeldom(*device, now);
   }
   if (offline != was_offline) {
     ledger_.MeasureCycle();
@@ -88,6 +96,7 @@ void Upkeep::OnEnabled(Device& device, bool open, Instant now) {
 
 void Upkeep::OnReplaced(Device& device, Now now) {
   device.conversation->OnReconnect();
+  if (device.LearnTimes()) ledger_.ShowTimes(device);
   Plan(device);
   std::vector<Sample> unknown;
   for (std::size_t point = 0; point < device.config->points.size(); ++point) {
@@ -105,6 +114,7 @@ void Upkeep::OnRecalled(Device& device) {
 
 void Upkeep::OnHeard(Device& device, Instant now) {
   ledger_.OnMemory(device);
+  device.LearnTimes();
   if (!ledger_.OnTrouble(device)) return;
   // What was read before is another device's.
   DoubtAll(device, now);
@@ -128,26 +138,28 @@ bool Upkeep::Doubt(const QueryRef& read, Instant now) {
   return true;
 }
 
-/// It has been away: if another one is there now, what is read once is not good any more.
-void Upkeep::DoubtOnce(Device& device, Instant now) {
+/// It has been away: if another one is there now, what is read seldom is not good any more.
+void Upkeep::DoubtSeldom(Device& device, Instant now) {
   std::vector<std::size_t> points;
   for (std::size_t point = 0; point < device.config->points.size(); ++point) {
-    if (device.config->points[point].group == config::Group::once) points.push_back(point);
+    if (IsSeldom(device.config->points[point].group)) points.push_back(point);
   }
   if (points.empty()) return;
   store_.Doubt(device.index, points, now);
-  schedule_.RepeatOnce(device.place, now);
+  schedule_.Repeat(device.place, config::Group::once, now);
+  schedule_.Repeat(device.place, config::Group::daily, now + SlowOf(device));
 }
 
-void Upkeep::RepeatOnce(const Device& device, Instant now) {
-  constexpr Duration kLongest = 1h;
-  schedule_.RepeatOnce(device.place, now + std::min<Duration>(device.config->slow, kLongest));
+void Upkeep::Repeat(const Device& device, config::Group group, Instant now) {
+  const Duration wait = group == config::Group::daily ? kLongest : SlowOf(device);
+  schedule_.Repeat(device.place, group, now + wait);
 }
 
 /// Nothing that was learned of the device holds any more: it may be another one. What it has said
 /// is not good again before it says it again.
 void Upkeep::Reconnect(Device& device, Instant now) {
   device.conversation->OnReconnect();
+  device.LearnTimes();
   whose_reply_.OnReconnect(device);
   Plan(device);
   DoubtAll(device, now);

@@ -46,13 +46,14 @@ class Upkeep {
   void HoldBack(const Member& member);
   void ShowLine(Instant now) { ledger_.ShowLine(chooser_.probes().NoticeBound(now)); }
 
-  /// What could not be read once is tried again after the slow period, at least every hour.
-  void RepeatOnce(const Device& device, Instant now);
+  /// What could not be read once is tried again after the slow period, at least every hour; of the
+  /// daily group the whole round, after an hour.
+  void Repeat(const Device& device, config::Group group, Instant now);
 
  private:
   void Reconnect(Device& device, Instant now);
   void DoubtAll(const Device& device, Instant now);
-  void DoubtOnce(Device& device, Instant now);
+  void DoubtSeldom(Device& device, Instant now);
 
   Roster& roster_;
   Schedule& schedule_;

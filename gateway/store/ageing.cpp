@@ -6,11 +6,17 @@
 namespace baudgate {
 namespace {
 
-/// A point that is read once only does not age.
+/// A point that is read once only does not age. `max_age` and `dead_age` are meant for what is read
+/// all the time.
 AgeLimits LimitsOfGroup(const config::Device& device, config::Group group, Duration line_cycle) {
   if (group == config::Group::once) return {};
-  const Duration period = group == config::Group::fast ? device.poll : device.slow;
   AgeLimits limits;
+  if (group == config::Group::daily) {
+    limits.max_age = std::max(3 * device.daily, 2 * line_cycle);
+    limits.dead_age = 3 * limits.max_age;
+    return limits;
+  }
+  const Duration period = group == config::Group::fast ? device.poll : device.slow;
   limits.max_age = std::max(device.max_age.value_or(3 * period), 2 * line_cycle);
   limits.dead_age = std::max(device.dead_age.value_or(3 * limits.max_age), limits.max_age);
   return limits;
@@ -22,11 +28,10 @@ const AgeLimits& LimitsAt(const DeviceRecord& record, std::size_t point) {
 
 }  // namespace
 
-std::array<AgeLimits, 3> LimitsOf(const config::Device& device, Duration line_cycle) {
-  std::array<AgeLimits, 3> limits;
-  for (const config::Group group :
-       {config::Group::once, config::Group::slow, config::Group::fast}) {
-    limits[static_cast<std::size_t>(group)] = LimitsOfGroup(device, group, line_cycle);
+std::array<AgeLimits, config::kGroups> LimitsOf(const config::Device& device, Duration line_cycle) {
+  std::array<AgeLimits, config::kGroups> limits;
+  for (std::size_t group = 0; group < config::kGroups; ++group) {
+    limits[group] = LimitsOfGroup(device, static_cast<config::Group>(group), line_cycle);
   }
   return limits;
 }

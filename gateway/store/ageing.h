@@ -13,7 +13,7 @@ namespace baudgate {
 
 /// By config::Group. `line_cycle`: the measured time that the line needs to read all its fast
 /// points once; no value is too old before two of them.
-std::array<AgeLimits, 3> LimitsOf(const config::Device& device, Duration line_cycle);
+std::array<AgeLimits, config::kGroups> LimitsOf(const config::Device& device, Duration line_cycle);
 
 /// What the last reading said, made worse by doubt and age; whatever the state of device and line.
 Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now);

@@ -44,7 +44,7 @@ struct DeviceRecord {
   std::vector<PointRecord> points;  ///< as device->points
   DeviceStatus status;
   Override override_quality;
-  std::array<AgeLimits, 3> age_limits;  ///< by config::Group
+  std::array<AgeLimits, config::kGroups> age_limits;  ///< by config::Group
   /// Raised with every reading, override and age limit: while it stays, only age changes a quality.
   std::uint64_t version = 0;
 };

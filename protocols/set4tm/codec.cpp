@@ -161,18 +161,29 @@ Result<Bytes> ParsePassword(std::string_view text) {
   return Error{"the password must be 6 ASCII characters, or 6 bytes as \"hex:01 02 03 04 05 06\""};
 }
 
-Bytes MakeFrame(View address, View pdu) {
+void AppendChecksum(Bytes& bytes, Checksum checksum) {
+  if (checksum == Checksum::crc) return AppendCrc16(bytes);
+  bytes.push_back(static_cast<std::uint8_t>(0xFFU ^ Xor8(bytes)));
+}
+
+bool EndsInChecksum(View frame, Checksum checksum) {
+  if (checksum == Checksum::crc) return EndsInCrc16(frame);
+  return frame.size() > 1 && Xor8(frame) == 0xFF;
+}
+
+Bytes MakeFrame(View address, View pdu, Checksum checksum) {
   Bytes frame(address.begin(), address.end());
   Append(frame, pdu);
-  AppendCrc16(frame);
+  AppendChecksum(frame, checksum);
   return frame;
 }
 
-std::optional<Parts> SplitFrame(View frame) {
+std::optional<Parts> SplitFrame(View frame, Checksum checksum) {
   if (frame.empty()) return std::nullopt;
   const std::size_t head = AddressLength(frame[0]);
-  if (frame.size() < head + 1 + kChecksumSize || !EndsInCrc16(frame)) return std::nullopt;
-  return Parts{frame.first(head), frame.subspan(head, frame.size() - head - kChecksumSize)};
+  const std::size_t tail = SizeOf(checksum);
+  if (frame.size() < head + 1 + tail || !EndsInChecksum(frame, checksum)) return std::nullopt;
+  return Parts{frame.first(head), frame.subspan(head, frame.size() - head - tail)};
 }
 
 std::optional<RequestLength> LengthOfRequest(View pdu) {

@@ -17,8 +17,16 @@ inline constexpr std::uint8_t kBroadcast = 0xFE;
 inline constexpr std::uint8_t kCommonAddress = 0x00;
 /// Largest reply data field of any known meter (type B); sizes every buffer.
 inline constexpr std::size_t kMaxData = 156;
-inline constexpr std::size_t kChecksumSize = 2;
 inline constexpr std::size_t kPasswordSize = 6;
+
+/// What ends a frame: CRC-16, low byte first; in meters .01, and .02 with firmware below 23, one
+/// byte KS (reference, chapter 3). The numbers are those of Expectation::checksum.
+enum class Checksum : std::uint8_t { crc, ks };
+constexpr std::size_t SizeOf(Checksum checksum) { return checksum == Checksum::crc ? 2 : 1; }
+/// KS = FF xor all bytes: FF for `00 00`.
+void AppendChecksum(Bytes& bytes, Checksum checksum);
+/// Whether the frame ends in the checksum of what is before, at least one byte.
+bool EndsInChecksum(View frame, Checksum checksum);
 
 /// Request codes, the first byte of a PDU.
 enum Code : std::uint8_t {
@@ -42,6 +50,7 @@ enum Parameter : std::uint8_t {
   kRatios = 0x02,
   kShortAddress = 0x05,
   kVariant = 0x12,
+  kPort = 0x17,
   kFloats = 0x1B,
   kFloatMask = 0x23,
 };
@@ -57,8 +66,8 @@ constexpr std::size_t AddressLength(std::uint8_t first) { return first == kExten
 /// Six characters as they stand, or "hex:01 02 03 04 05 06".
 Result<Bytes> ParsePassword(std::string_view text);
 
-/// address + PDU + CRC-16, low byte first.
-Bytes MakeFrame(View address, View pdu);
+/// address + PDU + checksum.
+Bytes MakeFrame(View address, View pdu, Checksum checksum = Checksum::crc);
 
 /// Views into a frame whose checksum is good.
 struct Parts {
@@ -66,7 +75,7 @@ struct Parts {
   View body;  ///< the PDU of a request; status or data of a reply
 };
 /// Nothing when the frame is too short or its checksum is wrong.
-std::optional<Parts> SplitFrame(View frame);
+std::optional<Parts> SplitFrame(View frame, Checksum checksum = Checksum::crc);
 
 /// Lengths that the PDU of a request may have.
 struct RequestLength {

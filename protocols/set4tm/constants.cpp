@@ -53,7 +53,11 @@ Scale Merge(const Scale& first, const Scale& second) {
           Either(first.power_coefficient, second.power_coefficient),
           Either(first.current_coefficient, second.current_coefficient),
           Either(first.voltage_ratio, second.voltage_ratio),
-          Either(first.current_ratio, second.current_ratio)};
+          Either(first.current_ratio, second.current_ratio),
+          first.convert_voltage || second.convert_voltage,
+          first.convert_current || second.convert_current,
+          Either(first.voltage_in_floats, second.voltage_in_floats),
+          Either(first.current_in_floats, second.current_in_floats)};
 }
 
 Scale ParseVariant(View data) {
@@ -73,8 +77,33 @@ Scale ParseRatios(View data) {
   Scale scale;
   if (const auto kn = reader.U16Be(0); kn && *kn > 0) scale.voltage_ratio = *kn;
   if (const auto kt = reader.U16Be(2); kt && *kt > 0) scale.current_ratio = *kt;
+  scale.voltage_in_floats = scale.voltage_ratio;
+  scale.current_in_floats = scale.current_ratio;
   return scale;
 }
+
+namespace {
+
+/// From the meter's ratios to the ones that count; 1 where they are the same.
+Factor FloatFactor(bool voltage, bool current, const Scale& scale) {
+  Factor factor;
+  if (voltage && scale.convert_voltage) {
+    factor.multiply *= *scale.voltage_ratio;
+    factor.divide *= *scale.voltage_in_floats;
+  }
+  if (current && scale.convert_current) {
+    factor.multiply *= *scale.current_ratio;
+    factor.divide *= *scale.current_in_floats;
+  }
+  return factor;
+}
+
+bool LacksFloatRatios(bool voltage, bool current, const Scale& scale) {
+  return (voltage && scale.convert_voltage && (!scale.voltage_ratio || !scale.voltage_in_floats)) ||
+         (current && scale.convert_current && (!scale.current_ratio || !scale.current_in_floats));
+}
+
+}  // namespace
 
 std::optional<Factor> FactorOf(Measure measure, const Scale& scale) {
   if (LacksVariant(measure, scale) || LacksRatios(measure, scale)) return std::nullopt;
@@ -91,6 +120,12 @@ std::optional<Factor> FactorOf(Measure measure, const Scale& scale) {
       return Factor{*scale.current_coefficient * *scale.current_ratio, 10'000};
     case Measure::power:
       return Factor{*scale.power_coefficient * *scale.voltage_ratio * *scale.current_ratio, 1000};
+    case Measure::float_voltage:
+      return FloatFactor(true, false, scale);
+    case Measure::float_current:
+      return FloatFactor(false, true, scale);
+    case Measure::float_power:
+      return FloatFactor(true, true, scale);
   }
   return std::nullopt;
 }
@@ -117,6 +152,12 @@ bool LacksRatios(Measure measure, const Scale& scale) {
       return !scale.voltage_ratio;
     case Measure::current:
       return !scale.current_ratio;
+    case Measure::float_voltage:
+      return LacksFloatRatios(true, false, scale);
+    case Measure::float_current:
+      return LacksFloatRatios(false, true, scale);
+    case Measure::float_power:
+      return LacksFloatRatios(true, true, scale);
     default:
       return false;
   }

@@ -16,6 +16,13 @@ struct Scale {
   std::optional<double> current_coefficient;  ///< Ci
   std::optional<double> voltage_ratio;        ///< Kn
   std::optional<double> current_ratio;        ///< Kt
+
+  // Floats are primary values by the ratios in the meter (reference, 9.7). Where others count, they
+  // are divided by those and multiplied by these.
+  bool convert_voltage = false;
+  bool convert_current = false;
+  std::optional<double> voltage_in_floats{};  ///< what the meter has multiplied them with already
+  std::optional<double> current_in_floats{};
 };
 
 /// `first` wins where it says something, else `second`.
@@ -34,7 +41,17 @@ struct Factor {
 };
 
 /// What a count of this kind measures; decides which constants it needs.
-enum class Measure { plain, energy, voltage, current, power, hundredths };
+enum class Measure {
+  plain,
+  energy,
+  voltage,
+  current,
+  power,
+  hundredths,
+  float_voltage,
+  float_current,
+  float_power
+};
 
 std::optional<Factor> FactorOf(Measure measure, const Scale& scale);
 /// Whether `measure` needs what 08 12 tells, and `scale` has not got it.

@@ -8,10 +8,8 @@
 #include "gateway/base/text.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/expect.h"
-#include "protocols/set4tm/frame_rule.h"
-#include "protocols/set4tm/printed.h"
+#include "protocols/set4tm/snapshot.h"
 #include "protocols/set4tm/status.h"
-#include "protocols/set4tm/values.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
@@ -27,12 +25,22 @@ constexpr int kRepeats = 1;
 
 const Bytes kLinkOnly = {kLinkTest};
 const Bytes kAskSerial = {kRead, kSerialNumber};
-const Bytes kAskVariant = {kRead, kVariant};
-const Bytes kAskRatios = {kRead, kRatios};
+
+bool IsFloatRead(View pdu) { return pdu.size() == 4 && pdu[0] == kRead && pdu[1] == kFloats; }
 
 bool Is(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
 
-bool IsSnapshot(View pdu) { return pdu.size() > 2 && pdu[0] == kRead && pdu[1] == kFloatMask; }
+/// Reference, chapter 4: the multiplier stretches the silence that ends a frame, and the answer
+/// with it: no later than 100 ms behind it.
+config::Timing StretchedTimes(int multiplier, Duration character) {
+  constexpr Duration kWithin = 100ms;
+  constexpr Duration kMargin = 200ms;
+  const Duration silence = multiplier * std::max<Duration>(4ms, 7 * character);
+  config::Timing timing;
+  timing.quiet = silence;
+  timing.reply = 2 * silence + multiplier * kWithin + kMargin;
+  return timing;
+}
 
 /// A step of the session that is nobody's news.
 Answer AskAgain() {
@@ -47,32 +55,50 @@ MeterConversation::MeterConversation(const config::Device& device)
     : device_(device),
       settings_(ReadSettings(device.options)),
       fields_(device.points),
+      identification_(device, settings_),
       plan_(fields_.MakePlan(false)),
       address_(ParseAddress(device.address).value()) {
   OnReconnect();
 }
 
 void MeterConversation::OnReconnect() {
-  learned_ = {};
-  snapshot_ = settings_.snapshot;
-  open_ = verified_ = accepted_ = asked_variant_ = asked_ratios_ = false;
+  identification_.OnReconnect();
+  open_ = verified_ = accepted_ = false;
   reopened_ = repeated_ = 0;
-  plan_ = fields_.MakePlan(snapshot_);
+  UseMasks(settings_.snapshot == Snapshot::on);
+  tries_masks_ = MasksMayHelp();
+}
+
+/// Only where they save requests.
+bool MeterConversation::MasksMayHelp() const {
+  if (masked_ || settings_.snapshot != Snapshot::automatic) return false;
+  return fields_.MakePlan(true).queries().size() < plan_.queries().size();
+}
+
+void MeterConversation::UseMasks(bool masked) {
+  masked_ = masked;
+  tries_masks_ = false;
+  plan_ = fields_.MakePlan(masked);
+}
+
+std::optional<Bytes> MeterConversation::Trial(std::size_t query) const {
+  if (!tries_masks_ || identification_.masked_floats() == Knows::no) return std::nullopt;
+  if (!IsFloatRead(fields_.PduOf(plan_, query))) return std::nullopt;
+  const std::size_t point = plan_.queries()[query].points.front();
+  const PduPlan masked = fields_.MakePlan(true);
+  for (std::size_t i = 0; i < masked.queries().size(); ++i) {
+    if (std::ranges::count(masked.queries()[i].points, point) == 0) continue;
+    Bytes pdu = fields_.PduOf(masked, i);
+    return IsMasked(pdu) ? std::optional(std::move(pdu)) : std::nullopt;
+  }
+  return std::nullopt;
 }
 
 Request MeterConversation::Make(View pdu) const {
   Request request;
-  request.bytes = MakeFrame(address_, pdu);
+  request.bytes = MakeFrame(address_, pdu, settings_.checksum);
   request.expect = Expect(request.bytes, device_.options);
   return request;
-}
-
-bool MeterConversation::NeedsConstants(const Bytes& pdu,
-                                       bool (*lacks)(Measure, const Scale&)) const {
-  const Scale known = scale();
-  return std::ranges::any_of(fields_.Matches(pdu), [&](const Match& match) {
-    return match.point != kNoPoint && lacks(MeasureOf(match.field.decoder), known);
-  });
 }
 
 Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
@@ -90,130 +116,14 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
     return request;
   }
   if (settings_.serial_number && !verified_) return Make(kAskSerial);
-  const Bytes pdu = fields_.PduOf(plan_, task.query);
-  if (!asked_variant_ && NeedsConstants(pdu, LacksVariant)) return Make(kAskVariant);
-  if (!asked_ratios_ && NeedsConstants(pdu, LacksRatios)) return Make(kAskRatios);
-  if (!IsSnapshot(pdu)) return Make(pdu);
-  // The meter repeats the id: a late reply to the snapshot before this one is found out.
-  Bytes tagged = pdu;
-  tagged[2] = ++snapshot_id_;
-  return Make(tagged);
-}
-
-bool MeterConversation::Accepts(View asked, View answering) const {
-  if (std::ranges::equal(asked, answering)) return true;
-  if (asked.size() != 1) return false;
-  if (answering.size() == 1) return asked[0] == kCommonAddress;
-  return settings_.serial_number &&
-         std::ranges::equal(answering, ExtendedAddress(*settings_.serial_number));
-}
-
-MeterConversation::Reply MeterConversation::Decode(View request, View frame) const {
-  Reply reply;
-  const auto unexpected = [&reply](std::string why) {
-    reply.answer.outcome = Outcome::unexpected;
-    reply.answer.reason = std::move(why);
-    return reply;
-  };
-  const auto asked = SplitFrame(request);
-  if (!asked) return unexpected("the request is not a SET-4TM frame with a good checksum");
-  const auto got = SplitFrame(frame);
-  if (!got) {
-    reply.answer.outcome = Outcome::corrupt;
-    reply.answer.reason = "the reply is not a SET-4TM frame with a good checksum";
-    return reply;
-  }
-  if (!Accepts(asked->address, got->address)) {
-    const bool extended = got->address.size() > 1 && asked->address.size() == 1;
-    return unexpected("reply of meter " + ToHex(got->address) + ", not " + ToHex(asked->address) +
-                      (extended ? "; if it is the right one, set `serial_number`" : ""));
-  }
-  const View pdu = asked->body;
-  // A float read and its reply are equally long; only the link test is answered by its own bytes.
-  if (pdu[0] != kLinkTest && std::ranges::equal(request, frame)) {
-    return unexpected("the request came back; does the adapter echo? set `echo: strip`");
-  }
-  if (got->body.size() == 1) {
-    reply.pdu = pdu;
-    reply.status = got->body[0];
-    ReadStatus(reply);
-    return reply;
-  }
-  const bool fits = fields_.Matches(pdu).empty() ? MayAnswer(pdu, got->body.size())
-                                                 : LengthOfData(pdu) == got->body.size();
-  if (AnsweredByStatus(pdu) || !fits) {
-    return unexpected(std::to_string(got->body.size()) + " data bytes do not answer request " +
-                      HexByte(pdu[0]));
-  }
-  if (IsSnapshot(pdu) && got->body[0] != pdu[2]) {
-    return unexpected("reply to another snapshot: id " + HexByte(got->body[0]));
-  }
-  reply.pdu = pdu;
-  reply.data = got->body;
-  ReadData(reply);
-  return reply;
-}
-
-void MeterConversation::ReadStatus(Reply& reply) const {
-  const bool awaited = AnsweredByStatus(reply.pdu);
-  StatusMeaning meaning = Explain(*reply.status, reply.pdu[0] == kOpenChannel);
-  reply.answer.wait = meaning.wait;
-  if (meaning.outcome == Outcome::ok && !awaited) {
-    reply.answer.outcome = Outcome::unexpected;
-    reply.answer.reason = "status 00 where data was asked for";
-    return;
-  }
-  reply.answer.outcome = meaning.outcome;
-  reply.answer.reason = std::move(meaning.reason);
-  if (!meaning.quality || awaited) return;
-  const auto matches = fields_.Matches(reply.pdu);
-  for (const Match& match : matches) {
-    reply.answer.readings.push_back({match.point, {}, *meaning.quality, {}});
-  }
-  if (!matches.empty()) return;
-  reply.answer.readings.push_back({kNoPoint, {}, *meaning.quality, ToHex(reply.pdu)});
-}
-
-void MeterConversation::ReadData(Reply& reply) const {
-  const Scale known = scale();
-  const auto matches = fields_.Matches(reply.pdu);
-  for (const Match& match : matches) {
-    Decoded decoded = DecodeField(match.field, reply.data, known);
-    reply.answer.readings.push_back({match.point, std::move(decoded.value), decoded.quality, {}});
-  }
-  if (matches.empty()) reply.answer.readings = ReadPrinted(reply.pdu, reply.data, known);
-}
-
-void MeterConversation::Learn(View pdu, View data) {
-  if (Is(pdu, kAskVariant)) {
-    const Scale variant = ParseVariant(data);
-    learned_.meter_constant = variant.meter_constant;
-    learned_.power_coefficient = variant.power_coefficient;
-    learned_.current_coefficient = variant.current_coefficient;
-    asked_variant_ = true;
-  } else if (Is(pdu, kAskRatios)) {
-    const Scale ratios = ParseRatios(data);
-    learned_.voltage_ratio = ratios.voltage_ratio;
-    learned_.current_ratio = ratios.current_ratio;
-    asked_ratios_ = true;
-  }
-}
-
-/// CRC-16 has no final XOR: before a zero, C8 03 09 30 C8 (two bytes of data) is a good frame of
-/// three as well, C8 03 09 30 C8 00. Whether one follows is not known here, so it may answer
-/// either.
-Outcome MeterConversation::Check(View request, View frame) const {
-  const Outcome outcome = Decode(request, frame).answer.outcome;
-  if (outcome != Outcome::unexpected) return outcome;
-  Bytes longer(frame.begin(), frame.end());
-  longer.push_back(0);
-  return Decode(request, longer).answer.outcome;
-}
-
-Answer MeterConversation::Interpret(View request, View frame) {
-  Reply reply = Decode(request, frame);
-  if (!reply.data.empty()) Learn(reply.pdu, reply.data);
-  return std::move(reply.answer);
+  const auto trial = Trial(task.query);
+  Bytes pdu = trial ? *trial : fields_.PduOf(plan_, task.query);
+  if (const auto question = identification_.Question(fields_.Matches(pdu))) return Make(*question);
+  // The meter repeats the id: a late reply to the masked read before this one is found out.
+  if (IsMasked(pdu)) pdu[2] = ++mask_id_;
+  Request request = Make(pdu);
+  if (trial) request.expect.repeatable = false;
+  return request;
 }
 
 Answer MeterConversation::End(Answer answer) {
@@ -227,19 +137,43 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   if (reply.pdu.empty()) return End(std::move(reply.answer));
   if (reply.status) return AfterStatus(task, std::move(reply), now);
   last_good_ = now;
-  Learn(reply.pdu, reply.data);
+  identification_.Learn(reply.pdu, reply.data);
   if (settings_.serial_number && Is(reply.pdu, kAskSerial)) {
     verified_ = ByteReader(reply.data).U32Be(0) == *settings_.serial_number;
     if (!verified_) return End(Mismatch(reply.data));
     if (trouble_.reason == Reason::swapped) trouble_ = {};
   }
-  const bool own = task.kind == Task::Kind::poll;
-  const Bytes wanted = own ? fields_.PduOf(plan_, task.query) : kAskSerial;
-  if (own && !Is(reply.pdu, wanted) && !(IsSnapshot(reply.pdu) && IsSnapshot(wanted))) {
-    reply.answer.then = Then::ask_again;
-    return std::move(reply.answer);
+  if (task.kind != Task::Kind::poll) return End(std::move(reply.answer));
+  if (tries_masks_ && IsMasked(reply.pdu)) return AfterTrial(std::move(reply.answer));
+  const Bytes wanted = fields_.PduOf(plan_, task.query);
+  if (Is(reply.pdu, wanted) || (IsMasked(reply.pdu) && IsMasked(wanted))) {
+    // Readings of days and months are others now.
+    if (identification_.TakeNewDay()) reply.answer.then = Then::replan;
+    return End(std::move(reply.answer));
   }
-  return End(std::move(reply.answer));
+  if (identification_.trouble()) return End(OtherType());
+  reply.answer.then = Then::ask_again;
+  return std::move(reply.answer);
+}
+
+/// What it does not give so, it may give by 08 1B.
+Answer MeterConversation::AfterTrial(Answer answer) {
+  const bool whole = std::ranges::all_of(
+      answer.readings, [](const Reading& reading) { return IsGood(reading.quality); });
+  tries_masks_ = false;
+  if (!whole) return AskAgain();
+  UseMasks(true);
+  answer.then = Then::replan;
+  return End(std::move(answer));
+}
+
+/// Nothing of it is good: it is asked for its type alone, until that is right.
+Answer MeterConversation::OtherType() {
+  Answer answer;
+  answer.outcome = Outcome::refused;
+  answer.wait = 1min;
+  answer.reason = identification_.trouble().text;
+  return answer;
 }
 
 Answer MeterConversation::Mismatch(View data) {
@@ -297,6 +231,7 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
   if (reply.pdu[0] == kLinkTest && task.kind != Task::Kind::probe) {
     return PasswordRefused(std::move(reply.answer), now);
   }
+  const bool trial = tries_masks_ && IsMasked(reply.pdu);
   switch (CodeOf(*reply.status)) {
     case kChannelClosed:
       return AfterClosed(std::move(reply.answer));
@@ -308,20 +243,23 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
     case kLevelTooLow:
       break;
     default:
-      return End(std::move(reply.answer));
+      if (!trial) return End(std::move(reply.answer));
   }
   last_good_ = now;
+  if (trial) {
+    tries_masks_ = false;
+    return AskAgain();
+  }
   const bool own = task.kind == Task::Kind::poll;
-  if (own && IsSnapshot(reply.pdu)) {
+  const bool question = identification_.OnRefused(reply.pdu);
+  if (own && IsMasked(reply.pdu)) {
     // Older firmware: go back to 08 1B, the points are not to blame.
-    snapshot_ = false;
-    plan_ = fields_.MakePlan(snapshot_);
+    UseMasks(false);
     reply.answer.readings.clear();
   } else if (own && Is(reply.pdu, fields_.PduOf(plan_, task.query))) {
     plan_.OnRefused(task.query);
-  } else if (Is(reply.pdu, kAskVariant) || Is(reply.pdu, kAskRatios)) {
-    // Only the scaled values of the query suffer; the options can give what the meter does not.
-    (Is(reply.pdu, kAskVariant) ? asked_variant_ : asked_ratios_) = true;
+  } else if (question) {
+    // Only the values that need it suffer; the options can give what the meter does not.
     return AskAgain();
   } else {
     return End(std::move(reply.answer));
@@ -330,9 +268,9 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
   return End(std::move(reply.answer));
 }
 
-Then MeterConversation::OnFailure(const Task&, const Request& request, Outcome outcome,
+Then MeterConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                   Instant now) {
-  const auto asked = SplitFrame(request.bytes);
+  const auto asked = SplitFrame(request.bytes, settings_.checksum);
   const bool opening = asked && asked->body[0] == kOpenChannel;
   if (opening) open_ = false;
   // It has refused before, and has answered something now: that counts, or each query would try.
@@ -341,7 +279,35 @@ Then MeterConversation::OnFailure(const Task&, const Request& request, Outcome o
   }
   verified_ = false;
   reopened_ = repeated_ = 0;
+  const bool was_sent = outcome != Outcome::line_down && outcome != Outcome::busy;
+  if (was_sent && asked && task.kind == Task::Kind::poll && tries_masks_ && IsMasked(asked->body)) {
+    // Some are silent to what they do not know. It is asked as others are, and by that is there.
+    tries_masks_ = false;
+    return Then::ask_again;
+  }
+  identification_.OnLost();
   return Then::done;
+}
+
+bool MeterConversation::ForgetRefusals() {
+  tries_masks_ = MasksMayHelp();
+  identification_.ForgetRefusals();
+  return plan_.ForgetRefusals();
+}
+
+config::Timing MeterConversation::LeastTimes(Duration character) const {
+  const auto multiplier = static_cast<int>(identification_.multiplier());
+  if (multiplier == 1) return {};
+  return StretchedTimes(multiplier, character);
+}
+
+std::string MeterConversation::WhatIsLearned() const {
+  std::string text = masked_ ? "floats together (08 23)" : "";
+  if (identification_.multiplier() > 1) {
+    text += (text.empty() ? "" : ", ") + std::string("times by its multiplier ") +
+            std::to_string(identification_.multiplier());
+  }
+  return text;
 }
 
 }  // namespace baudgate::protocols::set4tm

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocols/protocol.h"
+#include "protocols/set4tm/identification.h"
 #include "protocols/set4tm/plan.h"
 #include "protocols/set4tm/settings.h"
 
@@ -24,8 +25,12 @@ class MeterConversation : public Conversation {
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
   void OnEnabled() override { refused_at_.clear(); }
-  const DeviceTrouble& trouble() const override { return trouble_; }
-  bool ForgetRefusals() override { return plan_.ForgetRefusals(); }
+  const DeviceTrouble& trouble() const override {
+    return trouble_ ? trouble_ : identification_.trouble();
+  }
+  bool ForgetRefusals() override;
+  config::Timing LeastTimes(Duration character) const override;
+  std::string WhatIsLearned() const override;
   Outcome Check(View request, View frame) const override;
   Answer Interpret(View request, View frame) override;
 
@@ -44,8 +49,12 @@ class MeterConversation : public Conversation {
   void ReadData(Reply& reply) const;
 
   Request Make(View pdu) const;
-  bool NeedsConstants(const Bytes& pdu, bool (*lacks)(Measure, const Scale&)) const;
-  void Learn(View pdu, View data);
+  void UseMasks(bool masked);
+  /// The masked read to try in place of the query, once.
+  std::optional<Bytes> Trial(std::size_t query) const;
+  bool MasksMayHelp() const;
+  Answer AfterTrial(Answer answer);
+  Answer OtherType();
   /// The step behind a status: reopen, repeat, forget the request, or nothing.
   Answer AfterStatus(const Task& task, Reply reply, Instant now);
   Answer AfterOpen(const Task& task, Reply reply, Instant now);
@@ -54,24 +63,22 @@ class MeterConversation : public Conversation {
   Answer PasswordRefused(Answer answer, Instant now);
   bool MayOpen(Instant now) const;
   Answer End(Answer answer);
-  Scale scale() const { return Merge(settings_.scale(), learned_); }
 
   const config::Device& device_;
   const Settings settings_;
   const PointFields fields_;
+  Identification identification_;
   PduPlan plan_;
   Bytes address_;
 
   // The session: gone with OnReconnect.
-  Scale learned_;
-  bool snapshot_ = false;
+  bool masked_ = false;       ///< floats are read by 08 23
+  bool tries_masks_ = false;  ///< whether it knows that is not known yet
   bool open_ = false;
   bool verified_ = false;
   bool accepted_ = false;  ///< the password
-  bool asked_variant_ = false;
-  bool asked_ratios_ = false;
   Instant last_good_{};
-  std::uint8_t snapshot_id_ = 0;
+  std::uint8_t mask_id_ = 0;
 
   // Kept over OnReconnect.
   std::vector<Instant> refused_at_;  ///< when the password was refused, at most twice

@@ -3,41 +3,42 @@
 
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/frame_rule.h"
+#include "protocols/set4tm/settings.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
 
-constexpr std::size_t kShortRest = 1 + kChecksumSize;
-constexpr std::size_t kExtendedRest = 5 + kChecksumSize;
-
 /// Both forms: a meter that is asked by its short address may answer with the extended one.
-void Allow(Expectation& expect, std::size_t least, std::size_t most) {
-  expect.shapes.push_back({kShortForm, kShortRest + least, kShortRest + most});
-  expect.shapes.push_back({kExtendedForm, kExtendedRest + least, kExtendedRest + most});
+void Allow(Expectation& expect, std::size_t tail, std::size_t least, std::size_t most) {
+  expect.shapes.push_back({kShortForm, 1 + least + tail, 1 + most + tail});
+  expect.shapes.push_back({kExtendedForm, 5 + least + tail, 5 + most + tail});
 }
 
 }  // namespace
 
-Expectation Expect(View request, const config::Options&) {
+Expectation Expect(View request, const config::Options& options) {
+  const Checksum checksum = ReadSettings(options).checksum;
+  const std::size_t tail = SizeOf(checksum);
   Expectation expect;
-  expect.max_bytes = kExtendedRest + kMaxData;
-  const auto parts = SplitFrame(request);
+  expect.checksum = static_cast<int>(checksum);
+  expect.max_bytes = 5 + kMaxData + tail;
+  const auto parts = SplitFrame(request, checksum);
   if (!parts) return expect;
   expect.address.assign(parts->address.begin(), parts->address.end());
   const View pdu = parts->body;
   expect.repeatable = pdu[0] != kWrite && pdu[0] != kWriteMemory;
   expect.mirrors = pdu[0] == kLinkTest;
   if (pdu[0] == kOpenChannel && pdu.size() == 1 + kPasswordSize) {
-    expect.secrets = {{parts->address.size() + 1, kPasswordSize + kChecksumSize}};
+    expect.secrets = {{parts->address.size() + 1, kPasswordSize + tail}};
   }
   if (expect.address[0] == kBroadcast) {
     expect.reply = Expectation::Reply::none;
     return expect;
   }
-  Allow(expect, 1, 1);
+  Allow(expect, tail, 1, 1);
   if (AnsweredByStatus(pdu)) return expect;
   const auto data = LengthOfData(pdu);
-  Allow(expect, data.value_or(2), data.value_or(kMaxData));
+  Allow(expect, tail, data.value_or(2), data.value_or(kMaxData));
   return expect;
 }
 

@@ -1,4 +1,4 @@
-// Cuts SET-4TM requests and replies by their known length and CRC.
+// Cuts SET-4TM requests and replies by their known length and checksum.
 //
 //   > C8 | 08 1B 00 11 | 77 BB                   address 200: voltage of phase 1 as a float
 //   < C8 | 00 80 66 43 | AE 69                   230.5 V
@@ -21,11 +21,13 @@ namespace {
 
 constexpr std::size_t kStatusBody = 1;
 
+Checksum ChecksumOf(const Expectation& expect) { return static_cast<Checksum>(expect.checksum); }
+
 /// CRC-16 has no final XOR: a good frame followed by zeros (a break on the line) has a good CRC
-/// too. A status so lengthened must not be read as data.
-bool IsStatusAndZeros(View frame) {
-  const std::size_t status = AddressLength(frame[0]) + kStatusBody + kChecksumSize;
-  return frame.size() > status && EndsInCrc16(frame.first(status)) &&
+/// too, and a good KS. A status so lengthened must not be read as data.
+bool IsStatusAndZeros(View frame, Checksum checksum) {
+  const std::size_t status = AddressLength(frame[0]) + kStatusBody + SizeOf(checksum);
+  return frame.size() > status && EndsInChecksum(frame.first(status), checksum) &&
          std::ranges::all_of(frame.subspan(status), [](std::uint8_t byte) { return byte == 0; });
 }
 
@@ -39,19 +41,21 @@ bool IsFromAnother(View frame, const Expectation& expect) {
 
 // The code (and its parameter) gives the length; a few parameters take an optional byte, then the
 // shorter form with a good CRC wins. Codes that are not listed are whole only before silence.
-Cut RequestRule(View held, const Expectation&, bool idle) {
+Cut RequestRule(View held, const Expectation& expect, bool idle) {
+  const Checksum checksum = ChecksumOf(expect);
+  const std::size_t tail = SizeOf(checksum);
   const std::size_t head = AddressLength(held[0]);
   const auto length =
       held.size() > head ? LengthOfRequest(held.subspan(head)) : std::optional<RequestLength>();
   if (length) {
-    const std::size_t most = head + length->max + kChecksumSize;
+    const std::size_t most = head + length->max + tail;
     if (length->known) {
       const std::size_t limit = std::min(most, held.size());
-      for (std::size_t size = head + length->min + kChecksumSize; size <= limit; ++size) {
-        if (EndsInCrc16(held.first(size))) return Cut::Frame(size);
+      for (std::size_t size = head + length->min + tail; size <= limit; ++size) {
+        if (EndsInChecksum(held.first(size), checksum)) return Cut::Frame(size);
       }
-    } else if (idle && held.size() >= head + length->min + kChecksumSize && held.size() <= most &&
-               EndsInCrc16(held)) {
+    } else if (idle && held.size() >= head + length->min + tail && held.size() <= most &&
+               EndsInChecksum(held, checksum)) {
       return Cut::Frame(held.size());
     }
     if (held.size() >= most) return cut::BadChecksum();
@@ -64,6 +68,7 @@ Cut RequestRule(View held, const Expectation&, bool idle) {
 // CRC by chance: the status where data is awaited, or a late reply to another request, which the
 // conversation tells by its length.
 Cut ReplyRule(View held, const Expectation& expect, bool idle) {
+  const Checksum checksum = ChecksumOf(expect);
   const int form = held[0] == kExtendedPrefix ? kExtendedForm : kShortForm;
   std::size_t longest = 0;
   for (const Shape& shape : expect.shapes) {
@@ -74,14 +79,14 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   const auto whole = [another](std::size_t size) {
     return another ? cut::OfAnother(size) : Cut::Frame(size);
   };
-  if (held.size() >= longest && EndsInCrc16(held.first(longest))) {
-    if (!IsStatusAndZeros(held.first(longest))) return whole(longest);
+  if (held.size() >= longest && EndsInChecksum(held.first(longest), checksum)) {
+    if (!IsStatusAndZeros(held.first(longest), checksum)) return whole(longest);
     return Cut::Discard(1, Outcome::corrupt, "status and zeros can not be told from data");
   }
   if (another && held.size() >= longest) return cut::BadChecksum();
   if (!idle) return Cut::NeedMore();
-  const std::size_t shortest = AddressLength(held[0]) + kStatusBody + kChecksumSize;
-  if (held.size() >= shortest && EndsInCrc16(held)) return whole(held.size());
+  const std::size_t shortest = AddressLength(held[0]) + kStatusBody + SizeOf(checksum);
+  if (held.size() >= shortest && EndsInChecksum(held, checksum)) return whole(held.size());
   return held.size() >= longest ? cut::BadChecksum() : cut::Wait(idle);
 }
 

@@ -31,7 +31,8 @@ PduPlan PointFields::MakePlan(bool masked) const {
                 .refused = WhenRefused::drop,
                 .keeps_splits = false});
   std::set<std::size_t> planned;
-  for (const auto group : {config::Group::fast, config::Group::slow, config::Group::once}) {
+  for (const auto group :
+       {config::Group::fast, config::Group::slow, config::Group::daily, config::Group::once}) {
     if (!masked) break;
     for (const std::size_t point : MaskedPoints(group)) {
       const std::size_t bit = *BitOf(point);

@@ -46,7 +46,8 @@ constexpr DecoderRow kDecoders[] = {
 };
 
 constexpr DecoderSpec kSpecs[] = {
-    {"float_le@n", "IEEE-754 single, low byte first (08 1B, 08 23); primary value, ratios applied"},
+    {"float_le@n",
+     "IEEE-754 single, low byte first (08 1B, 08 23); primary value by the ratios that count"},
     {"u8@n", "unsigned byte"},
     {"i8@n", "signed byte (temperature: 08 01 i8@1)"},
     {"u16_be@n", "unsigned 16 bit, high byte first"},
@@ -187,7 +188,38 @@ Status CheckType(const Field& field, const config::Point& point) {
   return {};
 }
 
-Measure MeasureOf(Decoder decoder) { return RowOf(decoder).measure; }
+namespace {
+
+/// By the RWRI byte (reference, 9.5): powers, losses, voltages and currents; no angle, distortion,
+/// frequency or battery.
+Measure MeasureOfFloat(std::uint8_t parameter) {
+  const unsigned kind = (parameter >> 2U) & 3U;
+  switch (parameter >> 4U) {
+    case 0x0:
+    case 0xE:
+      return Measure::float_power;
+    case 0x1:
+    case 0xA:
+      return kind == 3 ? Measure::plain : Measure::float_voltage;
+    case 0x2:
+      return kind == 0 ? Measure::float_current : Measure::plain;
+    default:
+      return Measure::plain;
+  }
+}
+
+}  // namespace
+
+Measure MeasureOf(const Field& field) {
+  const Bytes& pdu = field.pdu;
+  const bool floats = pdu.size() == 4 && pdu[0] == kRead && pdu[1] == kFloats;
+  if (floats && field.decoder == Decoder::float_le) return MeasureOfFloat(pdu[3]);
+  return RowOf(field.decoder).measure;
+}
+
+bool IsFlag(const Field& field) {
+  return field.decoder == Decoder::flag || field.decoder == Decoder::alarm;
+}
 
 std::span<const DecoderSpec> DecoderSpecs() {
   static_assert(std::size(kSpecs) == std::size(kDecoders));

@@ -57,7 +57,9 @@ Status CheckPoint(const config::Point& point);
 /// Whether the field's value can be a point of this type.
 Status CheckType(const Field& field, const config::Point& point);
 /// Which constants the value needs.
-Measure MeasureOf(Decoder decoder);
+Measure MeasureOf(const Field& field);
+/// Whether it is a named bit of the status word, or stands for all of them.
+bool IsFlag(const Field& field);
 std::span<const DecoderSpec> DecoderSpecs();
 
 }  // namespace baudgate::protocols::set4tm

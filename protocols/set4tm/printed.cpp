@@ -9,6 +9,7 @@
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/points.h"
 #include "protocols/set4tm/snapshot.h"
+#include "protocols/set4tm/types.h"
 #include "protocols/set4tm/values.h"
 
 namespace baudgate::protocols::set4tm {
@@ -95,9 +96,9 @@ void AddInteger(Printed& printed, std::uint8_t parameter, std::size_t offset) {
   const std::string place = "@" + std::to_string(offset);
   Scale secondary = printed.scale();
   secondary.voltage_ratio = secondary.current_ratio = 1;
-  if (FactorOf(MeasureOf(field.decoder), printed.scale())) {
+  if (FactorOf(MeasureOf(field), printed.scale())) {
     printed.Add(field.decoder, offset);
-  } else if (FactorOf(MeasureOf(field.decoder), secondary)) {
+  } else if (FactorOf(MeasureOf(field), secondary)) {
     printed.AddDecoded(FieldText(field) + " secondary",
                        DecodeField(field, printed.data(), secondary));
   } else {
@@ -179,18 +180,13 @@ void AddMemory(Printed& printed, std::uint8_t memory, std::size_t from) {
 
 // ---------------------------------------------------------------- parameters of 08
 
-constexpr std::string_view kTypes[] = {
-    "SET-4TM.02, SET-1M.01", "SET-4TM.03",     "SEB-1TM.01, .02",
-    "PSCH-4TM.05",           "SEO-1.16",       "PSCH-3TM.05",
-    "PSCH-4TM.05M",          "PSCH-3TM.05M",   "SET-4TM.02M, .03M",
-    "SEB-1TM.02D",           "PSCH-3/4TM.05D", "PSCH-3/4TM.05MK"};
-
 void AddVariant(Printed& printed) {
   constexpr std::array<double, 4> kClasses = {0.2, 0.5, 1.0, 2.0};
   const unsigned first = printed.at(0);
-  const unsigned type = printed.at(2) >> 4U;
-  printed.AddNamed("type", type < std::size(kTypes) ? std::string(kTypes[type])
-                                                    : "type " + std::to_string(type));
+  const auto code = static_cast<std::uint8_t>(printed.at(2) >> 4U);
+  const MeterType* type = FindType(code);
+  printed.AddNamed("type",
+                   type != nullptr ? std::string(type->name) : "type " + std::to_string(code));
   if (const auto constant = ParseVariant(printed.data()).meter_constant) {
     printed.AddNamed("meter constant", *constant);
   }

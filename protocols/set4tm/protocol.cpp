@@ -23,6 +23,26 @@ Result<std::string> CanonicalAddress(std::string_view address) {
 
 Status CheckDevice(const config::Device& device) { return CheckSettings(device.options); }
 
+/// Before ratios counted for floats, a `scale` at each point had to do it.
+std::vector<Doubt> Doubts(const config::Device& device) {
+  std::vector<Doubt> doubts;
+  const Scale scale = ReadSettings(device.options).scale();
+  if (!scale.voltage_ratio && !scale.current_ratio) return doubts;
+  for (std::size_t i = 0; i < device.points.size(); ++i) {
+    const auto field = ParseField(device.points[i].read);
+    if (!field || device.points[i].scale == 1) continue;
+    const Measure measure = MeasureOf(*field);
+    const bool converted = measure == Measure::float_voltage   ? scale.voltage_ratio.has_value()
+                           : measure == Measure::float_current ? scale.current_ratio.has_value()
+                                                               : measure == Measure::float_power;
+    if (!converted) continue;
+    doubts.push_back({i,
+                      "has a scale, and voltage_ratio or current_ratio multiplies it as well; "
+                      "leave one of them out"});
+  }
+  return doubts;
+}
+
 /// Reference, chapter 4: silence of 7 characters ends a frame (8 ms at 9600); the meter answers
 /// within 100 ms behind it. The gap covers what adapters and serial servers add.
 constexpr TimingRule kTiming = {.quiet = {.least = 4ms, .characters = 7},
@@ -56,6 +76,7 @@ const Protocol& Set4tmProtocol() {
       .canonical_address = CanonicalAddress,
       .check_point = CheckPoint,
       .check_device = CheckDevice,
+      .doubts = Doubts,
       .serial = {.baud = 9600, .data_bits = 8, .parity = config::Parity::odd},
       .data_bits = 8,
       .timing = kTiming,

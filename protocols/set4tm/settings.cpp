@@ -3,16 +3,31 @@
 
 #include "protocols/common/settings.h"
 #include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/types.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
 
 constexpr double kLongNumber = 4294967295.0;
 
+Result<std::vector<std::uint8_t>> ParseTypes(const std::vector<std::string>& words) {
+  std::vector<std::uint8_t> types;
+  for (const std::string& word : words) {
+    const auto type = ParseType(word);
+    if (!type) return Error{"types: \"" + word + "\" is no type code; give 0 to F"};
+    types.push_back(*type);
+  }
+  return types;
+}
+
 constexpr auto kTable = SettingsTable(
     Bind<&Settings::password, ParsePassword>(option::Secret(
         option::Text("password", "000000",
                      "Password of the channel: 6 ASCII characters, or hex:01 02 03 04 05 06."))),
+    Bind<&Settings::checksum>(option::Choice(
+        "checksum", "crc", "crc,ks",
+        "What ends a frame: CRC-16, or the one byte KS of meters .01, and .02 with firmware below "
+        "23.")),
     Bind<&Settings::serial_number>(option::Integer(
         "serial_number", "0", 0, kLongNumber,
         "The meter that must answer: checked after every reconnect, and accepted as "
@@ -21,26 +36,40 @@ constexpr auto kTable = SettingsTable(
         "meter_constant", "0", 0, 1'000'000, "Impulses per kWh (A) for energy; 0: ask the meter.")),
     Bind<&Settings::voltage_ratio>(option::Real(
         "voltage_ratio", "0", 0, 100'000,
-        "Voltage transformer ratio (Kn) in place of the meter's, for energy and integer "
-        "values; 0: ask the meter.")),
+        "Voltage transformer ratio (Kn) in place of the meter's, for voltages, powers and "
+        "energy; 0: ask the meter.")),
     Bind<&Settings::current_ratio>(option::Real(
         "current_ratio", "0", 0, 100'000,
-        "Current transformer ratio (Kt) in place of the meter's, for energy and integer "
-        "values; 0: ask the meter.")),
+        "Current transformer ratio (Kt) in place of the meter's, for currents, powers and "
+        "energy; 0: ask the meter.")),
+    Bind<&Settings::floats>(option::Choice(
+        "floats", "primary", "primary,secondary",
+        "Whether the meter's floats are multiplied by the ratios in it already, as its "
+        "description says.")),
     Bind<&Settings::power_coefficient>(
         option::Real("power_coefficient", "0", 0, 1000,
                      "Coefficient Kc of integer powers; 0: by the meter's build variant.")),
     Bind<&Settings::current_coefficient>(
         option::Real("current_coefficient", "0", 0, 1000,
                      "Coefficient Ci of integer currents; 0: by the meter's build variant.")),
-    Bind<&Settings::snapshot>(option::Flag(
-        "snapshot", "false",
-        "Read float values together by mask (08 23); falls back to 08 1B on status 01.")));
+    Bind<&Settings::snapshot>(option::Choice(
+        "snapshot", "auto", "auto,true,false",
+        "Read float values together by mask (08 23). auto: tried once, 08 1B where the meter "
+        "refuses or is silent.")),
+    Bind<&Settings::types, ParseTypes>(option::Texts(
+        "types", "",
+        "Type codes (08 12, 0 to B) that the meter may have; of another one no value is good.")));
 
 }  // namespace
 
 Scale Settings::scale() const {
-  return {meter_constant, power_coefficient, current_coefficient, voltage_ratio, current_ratio};
+  Scale scale = {meter_constant, power_coefficient, current_coefficient, voltage_ratio,
+                 current_ratio};
+  const bool secondary = floats == Floats::secondary;
+  scale.convert_voltage = secondary || voltage_ratio;
+  scale.convert_current = secondary || current_ratio;
+  if (secondary) scale.voltage_in_floats = scale.current_in_floats = 1;
+  return scale;
 }
 
 std::span<const OptionSpec> OptionTable() { return kTable.specs(); }

@@ -6,13 +6,22 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "config/model/options.h"
 #include "gateway/base/bytes.h"
 #include "protocols/option_specs.h"
+#include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/constants.h"
 
 namespace baudgate::protocols::set4tm {
+
+// The enumerators of choices stand in the order of their words in the table.
+
+/// What the meter's floats are.
+enum class Floats : std::uint8_t { primary, secondary };
+/// Whether 08 23 is used.
+enum class Snapshot : std::uint8_t { automatic, on, off };
 
 struct Settings {
   Bytes password;                              ///< six bytes
@@ -22,7 +31,10 @@ struct Settings {
   std::optional<double> current_ratio;
   std::optional<double> power_coefficient;
   std::optional<double> current_coefficient;
-  bool snapshot = false;
+  Checksum checksum = Checksum::crc;
+  Floats floats = Floats::primary;
+  Snapshot snapshot = Snapshot::automatic;
+  std::vector<std::uint8_t> types;  ///< type codes of 08 12; empty: any
 
   /// What need not be asked of the meter.
   Scale scale() const;

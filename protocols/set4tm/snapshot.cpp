@@ -70,6 +70,8 @@ std::optional<std::uint8_t> MaskedParameter(unsigned bit) {
   return kByBit[bit];
 }
 
+bool IsMasked(View pdu) { return pdu.size() > 2 && pdu[0] == kRead && pdu[1] == kFloatMask; }
+
 Bytes MaskRequest(std::uint8_t id, const std::vector<unsigned>& bits) {
   Bytes pdu(kRequestSize);
   pdu[0] = kRead;

@@ -23,6 +23,8 @@ std::optional<std::uint8_t> ParameterAt(View pdu, std::size_t offset);
 std::optional<unsigned> MaskBit(std::uint8_t parameter);
 std::optional<std::uint8_t> MaskedParameter(unsigned bit);
 
+/// Whether the request is an 08 23.
+bool IsMasked(View pdu);
 /// The PDU that asks for these bits: 08 23 id 00 m1…m8.
 Bytes MaskRequest(std::uint8_t id, const std::vector<unsigned>& bits);
 /// The bits that a 08 23 PDU asks for, in the order of the reply's values.

@@ -9,13 +9,14 @@
 #include "protocols/set4tm/settings.h"
 #include "protocols/set4tm/snapshot.h"
 #include "protocols/set4tm/status.h"
+#include "protocols/set4tm/types.h"
 #include "protocols/set4tm/values.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
 
 constexpr Duration kChannelLife = 20s;
-/// Class 0.2S/0.5, 3 x 57.7 V, 5 A; both directions, three phases, A = 5000; SET-4TM.03M.
+/// Class 0.2S/0.5, 3 x 57.7 V, 5 A; both directions, three phases, A = 5000; type 8.
 constexpr std::uint8_t kVariantBytes[] = {0x10, 0x40, 0x80};
 constexpr std::uint8_t kUnitRatios[] = {0, 1, 0, 1, 0, 0, 0, 0, 0, 0};
 constexpr std::uint32_t kDefaultSerial = 9020001;
@@ -53,6 +54,12 @@ MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
   short_address_ = number ? static_cast<std::uint8_t>(1 + *number % 239) : address[0];
   if (serial_ == 0) serial_ = kDefaultSerial;
   password_ = settings.password;
+  checksum_ = settings.checksum;
+  if (!settings.types.empty()) type_ = settings.types.front();
+  const MeterType* type = type_ ? FindType(*type_) : nullptr;
+  knows_floats_ = type == nullptr || type->floats != Knows::no;
+  knows_masks_ =
+      settings.snapshot != Snapshot::off && (type == nullptr || type->masked_floats != Knows::no);
 }
 
 bool MeterTwin::Hears(View address) const {
@@ -64,7 +71,7 @@ bool MeterTwin::Hears(View address) const {
 void MeterTwin::ReplyAs(std::string_view address) { reply_as_ = ParseAddress(address).value(); }
 
 Bytes MeterTwin::Answer(View request, Instant now) {
-  const auto parts = SplitFrame(request);
+  const auto parts = SplitFrame(request, checksum_);
   if (!parts || !Hears(parts->address)) return {};
   const auto length = LengthOfRequest(parts->body);
   if (!length || parts->body.size() < length->min || parts->body.size() > length->max) return {};
@@ -72,7 +79,7 @@ Bytes MeterTwin::Answer(View request, Instant now) {
   if (common && parts->body[0] == kWrite) return {};
   const Bytes own = {short_address_};
   const View asked = parts->address.size() > 1 ? parts->address : View(own);
-  return MakeFrame(reply_as_.empty() ? asked : View(reply_as_), Serve(parts->body, now));
+  return MakeFrame(reply_as_.empty() ? asked : View(reply_as_), Serve(parts->body, now), checksum_);
 }
 
 Bytes MeterTwin::Serve(View pdu, Instant now) {
@@ -191,10 +198,16 @@ std::optional<Bytes> MeterTwin::Floats(View pdu, Instant now) const {
 std::optional<Bytes> MeterTwin::Data(View pdu, Instant now) const {
   const auto length = LengthOfData(pdu);
   if (!length) return std::nullopt;
-  if (pdu[0] == kRead && (pdu[1] == kFloats || pdu[1] == kFloatMask)) return Floats(pdu, now);
+  if (pdu[0] == kRead && (pdu[1] == kFloats || pdu[1] == kFloatMask)) {
+    const bool knows = pdu[1] == kFloats ? knows_floats_ : knows_masks_;
+    return knows ? Floats(pdu, now) : std::nullopt;
+  }
   auto own = OwnData(pdu);
   Bytes data = own ? *own : Bytes(*length);
   const bool found = Fill(pdu, now, data);
+  if (type_ && pdu[0] == kRead && pdu[1] == kVariant) {
+    data[2] = static_cast<std::uint8_t>(*type_ << 4U | (data[2] & 0x0FU));
+  }
   return own || found ? std::optional(std::move(data)) : std::nullopt;
 }
 

@@ -1,4 +1,4 @@
-// A simulated SET-4TM.03M: answers requests as the meter does, with the values of a profile's
+// A simulated SET-4TM: answers requests as a meter of its type does, with the values of a profile's
 // points. Requests come from a simulator's pty, replies go back there.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -10,6 +10,7 @@
 
 #include "config/model/device.h"
 #include "protocols/common/twin_points.h"
+#include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/points.h"
 #include "protocols/twin.h"
 
@@ -43,6 +44,10 @@ class MeterTwin : public Twin {
   Bytes reply_as_;  ///< empty: the address by which it was asked, the short one for 0
   std::uint32_t serial_ = 0;
   Bytes password_;
+  Checksum checksum_ = Checksum::crc;
+  std::optional<std::uint8_t> type_;  ///< nothing: as its points say, else 8
+  bool knows_floats_ = true;
+  bool knows_masks_ = true;
   std::optional<Instant> last_correct_;  // of an open channel
   bool clock_corrected_ = false;
 };

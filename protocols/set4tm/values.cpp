@@ -19,11 +19,18 @@ constexpr std::uint32_t kMagnitude = 0x3FFFFF;
 Decoded Bad(Quality quality) { return {{}, quality}; }
 Decoded Number(std::uint64_t value) { return {Value(value), Quality::good}; }
 
+Decoded Scaled(double count, Measure measure, const Scale& scale) {
+  const auto factor = FactorOf(measure, scale);
+  if (!factor) return Bad(Quality::bad_configuration);
+  return {count * factor->multiply / factor->divide, Quality::good};
+}
+
 /// "A value that can not be given" is a NaN whose first byte is a status code (reference, 9.8).
-Decoded DecodeFloat(View data, std::size_t at) {
+Decoded DecodeFloat(const Field& field, View data, const Scale& scale) {
+  const std::size_t at = field.offset;
   const auto value = ByteReader(data).F32Le(at);
   if (!value) return Bad(Quality::bad_device_failure);
-  if (std::isfinite(*value)) return {static_cast<double>(*value), Quality::good};
+  if (std::isfinite(*value)) return Scaled(*value, MeasureOf(field), scale);
   if (data[at + 2] == 0x80 && data[at + 3] == 0x7F) {
     if ((data[at] & 0x0FU) == 7) return Bad({Quality::uncertain_last_usable, Reason::not_ready});
     if ((data[at] & 0x0FU) == 1) return Bad({Quality::bad_configuration, Reason::not_fitted});
@@ -98,12 +105,6 @@ std::uint32_t SignOf(Decoder decoder) {
   return decoder == Decoder::reactive_be ? kReactiveReverse : 0;
 }
 
-Decoded Scaled(double count, Measure measure, const Scale& scale) {
-  const auto factor = FactorOf(measure, scale);
-  if (!factor) return Bad(Quality::bad_configuration);
-  return {count * factor->multiply / factor->divide, Quality::good};
-}
-
 Decoded DecodeCounts(const Field& field, View data, const Scale& scale) {
   const auto raw = ByteReader(data).U32Be(field.offset);
   // All ones for "no data" is field practice, not in the manual (reference, 8.5).
@@ -117,7 +118,7 @@ Decoded DecodeInteger(const Field& field, View data, const Scale& scale) {
   if (!raw) return Bad(Quality::bad_device_failure);
   const double magnitude = *raw & kMagnitude;
   const bool negative = (*raw & SignOf(field.decoder)) != 0 && magnitude != 0;
-  return Scaled(negative ? -magnitude : magnitude, MeasureOf(field.decoder), scale);
+  return Scaled(negative ? -magnitude : magnitude, MeasureOf(field), scale);
 }
 
 template <typename T>
@@ -253,7 +254,7 @@ Bytes EncodeNumber(const Field& field, double value, const Scale& scale) {
     default:
       break;
   }
-  const auto factor = FactorOf(MeasureOf(field.decoder), scale);
+  const auto factor = FactorOf(MeasureOf(field), scale);
   if (!factor) return {};
   const double count = std::round(std::abs(value) * factor->divide / factor->multiply);
   if (field.decoder == Decoder::energy) {
@@ -270,7 +271,7 @@ Decoded DecodeField(const Field& field, View data, const Scale& scale) {
   const ByteReader reader(data);
   switch (field.decoder) {
     case Decoder::float_le:
-      return DecodeFloat(data, field.offset);
+      return DecodeFloat(field, data, scale);
     case Decoder::u8:
       return Plain(reader.U8(field.offset));
     case Decoder::i8: {

@@ -33,17 +33,19 @@ TEST(Pace, DefaultWhereNobodySaysAnything) {
   EXPECT_FALSE(line.devices[0].retries);
   EXPECT_EQ(line.devices[0].poll, 1s);
   EXPECT_EQ(line.devices[0].slow, 1min);
+  EXPECT_EQ(line.devices[0].daily, 24h);
   EXPECT_FALSE(line.timing.reply);
 }
 
 TEST(Pace, EachLevelGivesWayToTheNext) {
-  const std::string gateway = ", poll: 11s, slow: 12min, retries: 7";
+  const std::string gateway = ", poll: 11s, slow: 12min, daily: 6h, retries: 7";
   const std::string line = "poll: 13s, slow: 14min, retries: 8,";
-  const std::string device = ", poll: 15s, slow: 16min, retries: 9";
+  const std::string device = ", poll: 15s, slow: 16min, daily: 7h, retries: 9";
 
   const config::Line by_gateway = LineOf(gateway, "", kPlain);
   EXPECT_EQ(by_gateway.devices[0].poll, 11s);
   EXPECT_EQ(by_gateway.devices[0].slow, 12min);
+  EXPECT_EQ(by_gateway.devices[0].daily, 6h);
   EXPECT_EQ(by_gateway.retries, 7);
 
   const config::Line by_line = LineOf(gateway, line, kPlain);
@@ -60,6 +62,7 @@ TEST(Pace, EachLevelGivesWayToTheNext) {
   const config::Line by_device = LineOf(gateway, line, kProfiled + device);
   EXPECT_EQ(by_device.devices[0].poll, 15s);
   EXPECT_EQ(by_device.devices[0].slow, 16min);
+  EXPECT_EQ(by_device.devices[0].daily, 7h);
   EXPECT_EQ(by_device.devices[0].retries, 9);
 }
 

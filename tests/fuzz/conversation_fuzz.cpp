@@ -121,7 +121,7 @@ class Session {
   /// A DCON module is asked who it is with and without a checksum.
   config::Options OtherMode() const {
     config::Options options = device_.options;
-    if (options.Has("checksum")) options.Set("checksum", !options.Flag("checksum"));
+    if (UnderTest().name == "dcon") options.Set("checksum", !options.Flag("checksum"));
     return options;
   }
 
@@ -170,12 +170,12 @@ class Session {
     Bytes reply;
     if (kind >= 4) {
       Append(reply, input_.Take(head >> 3U));
-      if (kind == 4) Seal(UnderTest(), reply, 0);
+      if (kind == 4) Seal(UnderTest(), reply, 0, request.expect.checksum);
       return reply;
     }
     reply = twin_->Answer(request.bytes, now_);
     if (kind < 2) return reply;
-    if (kind == 2) Unseal(UnderTest(), reply);
+    if (kind == 2) Unseal(UnderTest(), reply, request.expect.checksum);
     for (int edits = head >> 5U; edits > 0 && !reply.empty(); --edits) {
       const std::size_t at = input_.Below(reply.size());
       reply[at] = input_.U8();
@@ -183,7 +183,7 @@ class Session {
     const std::size_t lost = (head & 8U) != 0 ? input_.Below(reply.size()) : 0;
     reply.resize(reply.size() - lost);
     if ((head & 16U) != 0) Append(reply, input_.Take(input_.Below(32)));
-    if (kind == 2) Seal(UnderTest(), reply, 0);
+    if (kind == 2) Seal(UnderTest(), reply, 0, request.expect.checksum);
     return reply;
   }
 

@@ -15,6 +15,11 @@ bool HasCrc(const Protocol& protocol) {
   return protocol.name == "set4tm" || protocol.name == "modbus_rtu";
 }
 
+/// The one-byte checksum of old meters (protocols/set4tm/codec.h).
+bool IsKs(const Protocol& protocol, int checksum) {
+  return protocol.name == "set4tm" && checksum == 1;
+}
+
 /// Of the bytes that the hex text behind ':' stands for.
 void SealAscii(Bytes& bytes, View covered) {
   const std::string_view text = AsText(covered);
@@ -26,8 +31,12 @@ void SealAscii(Bytes& bytes, View covered) {
 
 }  // namespace
 
-void Seal(const Protocol& protocol, Bytes& bytes, std::size_t from) {
+void Seal(const Protocol& protocol, Bytes& bytes, std::size_t from, int checksum) {
   View covered = View(bytes).subspan(from);
+  if (IsKs(protocol, checksum)) {
+    bytes.push_back(static_cast<std::uint8_t>(0xFFU ^ Xor8(covered)));
+    return;
+  }
   if (HasCrc(protocol)) {
     const std::uint16_t crc = Crc16(covered);
     bytes.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
@@ -46,13 +55,14 @@ void Seal(const Protocol& protocol, Bytes& bytes, std::size_t from) {
   Append(bytes, "\r");
 }
 
-void Unseal(const Protocol& protocol, Bytes& frame) {
+void Unseal(const Protocol& protocol, Bytes& frame, int checksum) {
   std::size_t keep = frame.size();
   if (protocol.name == "spabus") {
     const auto colon = AsText(frame).rfind(':');
     if (colon != std::string_view::npos) keep = colon + 1;
   } else {
-    const std::size_t check = HasCrc(protocol) ? 2 : protocol.name == "modbus_ascii" ? 4 : 3;
+    std::size_t check = HasCrc(protocol) ? 2 : protocol.name == "modbus_ascii" ? 4 : 3;
+    if (IsKs(protocol, checksum)) check = 1;
     keep -= std::min(keep, check);
   }
   frame.resize(keep);

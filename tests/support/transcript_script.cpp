@@ -129,7 +129,8 @@ class Reader {
       point.scale = ParseDecimal(value).value_or(1);
     } else {
       bool known = false;
-      for (const auto group : {config::Group::once, config::Group::slow, config::Group::fast}) {
+      for (const auto group :
+           {config::Group::once, config::Group::daily, config::Group::slow, config::Group::fast}) {
         if (Name(group) != word) continue;
         point.group = group;
         known = true;

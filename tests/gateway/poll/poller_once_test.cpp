@@ -1,4 +1,5 @@
-// What is read once, and what is known of a device that may be another one, under virtual time.
+// What is read once or daily, and what is known of a device that may be another one, under virtual
+// time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -94,6 +95,47 @@ TEST(PollerOnce, NorAfterItWasTakenOutOfUse) {
   line.RunFor(10s);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::uncertain);
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
+}
+
+/// Point 1 is read daily, point 2 every second.
+VirtualLine OneDaily() {
+  config::Device device = ToyDevice("a", "A", {"1", "2"});
+  device.points[0].group = config::Group::daily;
+  return {ToyLine({device}), {&ToyProtocol()}};
+}
+
+TEST(PollerDaily, IsReadAtTheStartAndOnceADay) {
+  VirtualLine line = OneDaily();
+  line.Open();
+  line.RunFor(25h);
+  EXPECT_EQ(line.CountSent("?A1"), 2U);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
+TEST(PollerDaily, WhatIsNeverAnsweredIsAskedForOnceAnHour) {
+  VirtualLine line = OneDaily();
+  Swallow(line.twin(0), "?A1", -1);
+  line.Open();
+  line.RunFor(10h);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_waiting);
+  const std::size_t tasks = line.CountSent("?A1") / 3;
+  EXPECT_GE(tasks, 9U);
+  EXPECT_LE(tasks, 11U);
+}
+
+// It has been silent for one poll: the value of this morning may be another device's.
+TEST(PollerDaily, IsReadAnewAfterSilence) {
+  VirtualLine line = OneDaily();
+  line.Open();
+  line.RunFor(10s);
+  ASSERT_EQ(line.QualityOf(0, 0), Quality::good);
+  Swallow(line.twin(0), "?A2", 3);
+  line.RunFor(10s);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::uncertain);
+  line.RunFor(1min);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+  line.RunFor(1h);
+  EXPECT_EQ(line.CountSent("?A1"), 2U);
 }
 
 }  // namespace

@@ -64,7 +64,7 @@ TEST(Schedule, OnceIsRepeatedWhenAskedTo) {
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::once, Group::once});
   schedule.Restart(0, kStart);
   ASSERT_TRUE(schedule.Next(kStart));
-  schedule.RepeatOnce(0, kStart + 1min);
+  schedule.Repeat(0, Group::once, kStart + 1min);
   ASSERT_TRUE(schedule.Next(kStart)) << "the round that is under way goes on";
   EXPECT_FALSE(schedule.Next(kStart + 59s));
   EXPECT_TRUE(schedule.Next(kStart + 1min));
@@ -81,6 +81,60 @@ TEST(Schedule, ANewPlanStartsAgainWithWhatWasNotYetReadOnce) {
   EXPECT_TRUE(schedule.Next(kStart));
   schedule.SetQueries(0, {Group::once});
   EXPECT_FALSE(schedule.Next(kStart)) << "all had been asked for";
+}
+
+TEST(Schedule, DailyIsAskedAtTheStartAndThenOnceADay) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), {Group::daily, Group::daily});
+  schedule.Restart(0, kStart);
+  for (int day = 0; day < 3; ++day) {
+    const Instant start = kStart + day * 24h;
+    EXPECT_TRUE(schedule.Next(start));
+    EXPECT_TRUE(schedule.Next(start));
+    EXPECT_FALSE(schedule.Next(start + 24h - 1s));
+  }
+}
+
+TEST(Schedule, WhatFailedOfTheDayIsRepeatedOnceAndTheDayBeginsThere) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), {Group::daily});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  schedule.Repeat(0, Group::daily, kStart + 1h);
+  schedule.Repeat(0, Group::daily, kStart + 1min);  // the first wish counts
+  EXPECT_FALSE(schedule.Next(kStart + 59min));
+  EXPECT_TRUE(schedule.Next(kStart + 1h));
+  EXPECT_FALSE(schedule.Next(kStart + 24h));
+  EXPECT_TRUE(schedule.Next(kStart + 25h));
+}
+
+TEST(Schedule, ANewPlanPassesNothingOfTheDayOver) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), std::vector(4, Group::daily));
+  schedule.Restart(0, kStart);
+  ASSERT_EQ(schedule.Next(kStart)->query, 0U);
+  ASSERT_EQ(schedule.Next(kStart)->query, 1U);
+  schedule.SetQueries(0, std::vector(3, Group::daily));  // query 1 was refused
+  ASSERT_EQ(schedule.Next(kStart)->query, 1U);
+  schedule.SetQueries(0, std::vector(5, Group::daily));  // something was split
+  for (std::size_t query = 0; query < 5; ++query) EXPECT_EQ(schedule.Next(kStart)->query, query);
+  EXPECT_FALSE(schedule.Next(kStart + 23h));
+  EXPECT_TRUE(schedule.Next(kStart + 24h));
+  EXPECT_EQ(schedule.Missed(0, kStart + 24h), 0U);
+}
+
+TEST(Schedule, ARestartAsPlannedGoesOnWithTheDay) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), std::vector(3, Group::daily));
+  schedule.Restart(0, kStart);
+  ASSERT_EQ(schedule.Next(kStart)->query, 0U);
+  schedule.SetQueries(0, std::vector(2, Group::daily));  // that was refused
+  schedule.RestartAsPlanned(0, kStart);
+  EXPECT_EQ(schedule.Next(kStart)->query, 0U);
+  EXPECT_EQ(schedule.Next(kStart)->query, 1U);
+  EXPECT_FALSE(schedule.Next(kStart));
+  schedule.RestartAsPlanned(0, kStart + 9h);  // none is under way
+  EXPECT_EQ(schedule.Next(kStart + 9h)->query, 0U);
 }
 
 TEST(Schedule, GroupsHaveTheirOwnPeriods) {

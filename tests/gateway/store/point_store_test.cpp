@@ -15,17 +15,19 @@ namespace {
 
 constexpr Instant kStart = Instant() + 1h;
 
-/// One device with the points fast, slow and once; polled every 1 s and 10 s. And a disabled one.
+/// One device with the points fast, slow, once and daily; polled every 1 s, 10 s and day. And a
+/// disabled one.
 class PointStoreTest : public ::testing::Test {
  protected:
-  enum PointIndex : std::uint32_t { kFast, kSlow, kOnce };
+  enum PointIndex : std::uint32_t { kFast, kSlow, kOnce, kDaily };
 
   PointStoreTest() : config_(MakeConfig()), store_(config_), feed_(store_.Subscribe()) {}
 
   static config::Config MakeConfig() {
-    config::Device device = ToyDevice("d", "A", {"0", "1", "2"});
+    config::Device device = ToyDevice("d", "A", {"0", "1", "2", "3"});
     device.points[kSlow].group = config::Group::slow;
     device.points[kOnce].group = config::Group::once;
+    device.points[kDaily].group = config::Group::daily;
     device.slow = 10s;
     config::Device disabled = device;
     disabled.name = "off";
@@ -119,6 +121,13 @@ TEST_F(PointStoreTest, WhatIsReadOnceDoesNotAge) {
   EXPECT_EQ(QualityAfter(kOnce, 24h * 365), Quality::good);
   store_.SetOverride(0, Quality::bad_communication);
   EXPECT_EQ(QualityAfter(kOnce, 1s), Quality::bad_communication);
+}
+
+TEST_F(PointStoreTest, WhatIsReadDailyAgesByItsOwnPeriod) {
+  Update(kDaily, 1.0, 0s);
+  EXPECT_EQ(QualityAfter(kDaily, 72h), Quality::good);
+  EXPECT_EQ(QualityAfter(kDaily, 73h), Quality::uncertain_last_usable);
+  EXPECT_EQ(QualityAfter(kDaily, 24h * 9 + 1h), Quality::bad_communication);
 }
 
 TEST_F(PointStoreTest, ASlowLineAgesLater) {
@@ -220,18 +229,18 @@ TEST_F(PointStoreTest, AnOverrideIsToldOnce) {
   Update(kFast, 1.0, 0s);
   Told();
   store_.SetOverride(0, Quality::bad_communication);
-  EXPECT_EQ(Told().size(), 3U) << "at once, without waiting for Age";
+  EXPECT_EQ(Told().size(), 4U) << "at once, without waiting for Age";
   EXPECT_TRUE(AgedAt(1s).empty());
   store_.SetOverride(0, Quality::bad_communication);
   EXPECT_TRUE(Told().empty());
   store_.SetOverride(0, std::nullopt);
-  EXPECT_EQ(Told().size(), 3U);
+  EXPECT_EQ(Told().size(), 4U);
 }
 
 TEST_F(PointStoreTest, ADeviceThatReturnsWithOldValuesIsToldAsOld) {
   Update(kFast, 1.0, 0s);
   store_.SetOverride(0, Quality::bad_communication);
-  EXPECT_EQ(AgedAt(1s).size(), 3U);
+  EXPECT_EQ(AgedAt(1s).size(), 4U);
   store_.SetOverride(0, std::nullopt);
   Told();
   AgedAt(2s);
@@ -270,7 +279,7 @@ TEST_F(PointStoreTest, NoReaderSeesHalfAnUpdate) {
       EXPECT_EQ(record.points[kFast].read_at, record.points[kSlow].read_at);
     });
     feed_->Drain(Instant(), changes);
-    EXPECT_LE(changes.points.size(), 6U);
+    EXPECT_LE(changes.points.size(), 8U);
   }
   writer.join();
   ageing.join();

@@ -75,6 +75,17 @@ std::vector<LawSubject> Subjects() {
   for (std::size_t i = 0; i < snapshot.size(); ++i) snapshot[i] = static_cast<std::uint8_t>(i * 7);
   subjects.push_back(Replies("Snapshot", "05 08 23 A5 00 00 00 10 00 0E 0E FF FF 3C 2C",
                              {protocols::set4tm::MakeFrame(Bytes{5}, snapshot)}));
+  // KS is weak: one of 256 runs of noise ends in it, so that no frame behind noise is promised.
+  config::Options ks = protocols::set4tm::DefaultOptions();
+  ks.Set("checksum", std::string("ks"));
+  LawSubject old;
+  old.name = "Ks";
+  old.rule = protocols::set4tm::ReplyRule;
+  old.expect = protocols::set4tm::Expect(Hex("05 08 00 F2"), ks);
+  old.frames = {Hex("05 00 89 A2 61 06 09 02 BD"), Hex("05 05 FF")};
+  old.garbage = ForeignReplies;
+  old.found_behind_garbage = false;
+  subjects.push_back(old);
   return subjects;
 }
 

@@ -36,13 +36,13 @@ FixedValues Simulated(const std::vector<config::Point>& points) {
   return values;
 }
 
-class Set4tmProfile : public ::testing::TestWithParam<std::pair<std::string, bool>> {};
+class Set4tmProfile : public ::testing::TestWithParam<std::pair<std::string, const char*>> {};
 
 TEST_P(Set4tmProfile, ComesBackFromTheTwinPointByPoint) {
   const config::Profile profile = Load(GetParam().first);
   ASSERT_FALSE(profile.points.empty());
   config::Device device = MakeDevice("1", profile.points);
-  device.options.Set("snapshot", GetParam().second);
+  device.options.Set("snapshot", std::string(GetParam().second));
   FixedValues values = Simulated(device.points);
   MeterTwin twin(device, values);
   Talk talk(Set4tmProtocol(), device);
@@ -69,9 +69,9 @@ TEST_P(Set4tmProfile, ComesBackFromTheTwinPointByPoint) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shipped, Set4tmProfile,
-                         ::testing::Values(std::pair{"set-4tm.03m", false},
-                                           std::pair{"set-4tm.03m", true},
-                                           std::pair{"set-4tm.02", false}));
+                         ::testing::Values(std::pair{"set-4tm.03m", "false"},
+                                           std::pair{"set-4tm.03m", "auto"},
+                                           std::pair{"set-4tm.02", "auto"}));
 
 TEST(Set4tmProfileLayout, FastBlockIsContiguousAndTakesFewRequests) {
   const config::Profile profile = Load("set-4tm.03m");
@@ -87,7 +87,7 @@ TEST(Set4tmProfileLayout, FastBlockIsContiguousAndTakesFewRequests) {
     return std::ranges::count(conversation.Queries(), config::Group::fast, &Query::group);
   };
   EXPECT_EQ(fast(MeterConversation(device)), 8);
-  device.options.Set("snapshot", true);
+  device.options.Set("snapshot", std::string("true"));
   EXPECT_EQ(fast(MeterConversation(device)), 2);
 }
 

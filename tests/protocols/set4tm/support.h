@@ -27,8 +27,12 @@ inline config::Point MakePoint(const std::string& read, config::Group group = co
   return ReadPoint("p", read, type, group);
 }
 
-inline config::Device MakeDevice(const std::string& address, std::vector<config::Point> points) {
-  return DeviceOf(Set4tmProtocol(), address, std::move(points));
+/// Its floats are read by 08 1B, unless the test says otherwise.
+inline config::Device MakeDevice(const std::string& address, std::vector<config::Point> points,
+                                 const Settable& options = {}) {
+  config::Device device = DeviceOf(Set4tmProtocol(), address, std::move(points), options);
+  if (options.empty()) device.options.Set("snapshot", std::string("false"));
+  return device;
 }
 
 /// The PDUs asked since the last call, in hex; a password shows as "01".

@@ -20,6 +20,7 @@ class Set4tmTwin : public ::testing::Test {
                              MakePoint("08 0A flag@40", Group::fast, Type::boolean),
                              MakePoint("08 02 u16_be@0"), MakePoint("08 02 u16_be@2")})) {
     device_.options.Set("serial_number", std::int64_t{9020001});
+    device_.options.Set("snapshot", std::string("auto"));
     values_.Set(0, 230.5);
     values_.Set(1, 2000.2);
     values_.Set(2, std::string("2002-09-02T15:30:31"));
@@ -104,6 +105,25 @@ TEST_F(Set4tmTwin, GivesAFloatByEveryRequestThatNamesIt) {
   EXPECT_EQ(Ask("05", "08 23 A5 00 00 00 00 00 00 02 00 00"), Frame("05", "A5 00 80 66 43"));
   EXPECT_EQ(Ask("05", "08 1B 00 21"), Frame("05", "01"));
   EXPECT_EQ(Ask("05", "08 23 A5 02 00 00 00 00 00 02 00 00"), Frame("05", "01"));
+}
+
+TEST_F(Set4tmTwin, KnowsWhatItsTypeKnows) {
+  const auto ask = [&](const char* type, const char* snapshot, std::string_view pdu) {
+    config::Device device = device_;
+    device.options.Set("types", std::vector<std::string>{type});
+    device.options.Set("snapshot", std::string(snapshot));
+    MeterTwin twin(device, values_);
+    twin.Answer(MakeFrame(Hex("05"), Hex("01 30 30 30 30 30 30")), now_);
+    return ToHex(twin.Answer(MakeFrame(Hex("05"), Hex(pdu)), now_));
+  };
+  constexpr const char* kMasked = "08 23 A5 00 00 00 00 00 00 02 00 00";
+  EXPECT_EQ(ask("1", "auto", "08 12"), Frame("05", "10 40 10"));
+  EXPECT_EQ(ask("1", "auto", "08 1B 00 11"), Frame("05", "00 80 66 43"));
+  EXPECT_EQ(ask("1", "auto", kMasked), Frame("05", "A5 00 80 66 43"));
+  EXPECT_EQ(ask("1", "false", kMasked), Frame("05", "01")) << "older firmware";
+  EXPECT_EQ(ask("0", "auto", "08 12"), Frame("05", "10 40 00"));
+  EXPECT_EQ(ask("0", "auto", "08 1B 00 11"), Frame("05", "01"));
+  EXPECT_EQ(ask("0", "auto", kMasked), Frame("05", "01"));
 }
 
 TEST_F(Set4tmTwin, CorrectsItsClockOnceADayAndWritesNothingElse) {

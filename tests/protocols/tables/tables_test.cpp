@@ -130,7 +130,7 @@ TEST(Tables, SoManyRowsAreNotCertain) {
       {"modbus_rtu/generic-meter", {.inferred = 0, .unsourced = 36}},
       {"modbus_rtu/mitsubishi-fr-d700", {.inferred = 1, .unsourced = 18}},
       {"set4tm/set-4tm.02", {.inferred = 0, .unsourced = 0}},
-      {"set4tm/set-4tm.03m", {.inferred = 28, .unsourced = 0}},
+      {"set4tm/set-4tm.03m", {.inferred = 152, .unsourced = 0}},
       {"spabus/spaj140c", {.inferred = 70, .unsourced = 6}},
       {"spabus/spau130c", {.inferred = 13, .unsourced = 0}},
   };

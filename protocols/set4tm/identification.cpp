@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/identification.h"
+
+#include <algorithm>
+#include <array>
+
+#include "protocols/set4tm/codec.h"
+
+namespace baudgate::protocols::set4tm {
+namespace {
+
+const Bytes kAskVariant = {kRead, kVariant};
+const Bytes kAskRatios = {kRead, kRatios};
+const Bytes kAskPort = {kRead, kPort};
+const Bytes kAskTime = {kJournal, 0x00};
+const Bytes kAskTimeExtended = {kJournalExtended, 0x00, 0x00};
+constexpr std::size_t kVariantSize = 3;
+
+bool Is(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
+
+bool ReadsFlags(std::span<const Match> matches) {
+  return std::ranges::any_of(matches, [](const Match& match) { return IsFlag(match.field); });
+}
+
+bool Lacks(std::span<const Match> matches, bool (*lacks)(Measure, const Scale&),
+           const Scale& scale) {
+  return std::ranges::any_of(
+      matches, [&](const Match& match) { return lacks(MeasureOf(match.field), scale); });
+}
+
+std::string Listed(const std::vector<std::uint8_t>& types) {
+  std::string text;
+  for (std::size_t i = 0; i < types.size(); ++i) {
+    text += i == 0 ? "" : i + 1 == types.size() ? " or " : ", ";
+    text += NameOfType(types[i]);
+  }
+  return text;
+}
+
+}  // namespace
+
+Identification::Identification(const config::Device& device, const Settings& settings)
+    : device_(device), settings_(settings) {}
+
+void Identification::OnReconnect() {
+  learned_ = {};
+  type_.reset();
+  asked_variant_ = asked_ratios_ = false;
+  multiplier_ = 1;
+  day_.clear();
+  new_day_ = false;
+}
+
+void Identification::OnLost() {
+  if (!settings_.types.empty()) asked_variant_ = false;
+}
+
+void Identification::ForgetRefusals() {
+  if (!type_) asked_variant_ = false;
+  if (!learned_.voltage_ratio) asked_ratios_ = false;
+}
+
+std::optional<Bytes> Identification::Question(std::span<const Match> matches) const {
+  const Scale known = scale();
+  const bool judged = !settings_.types.empty() && !device_.identity.ignore;
+  const bool type = judged || ReadsFlags(matches) || Lacks(matches, LacksVariant, known);
+  const bool again = judged && trouble_;
+  if ((!asked_variant_ || again) && type) return kAskVariant;
+  if (!asked_ratios_ && Lacks(matches, LacksRatios, known)) return kAskRatios;
+  return std::nullopt;
+}
+
+void Identification::Learn(View pdu, View data) {
+  if (Is(pdu, kAskVariant) && data.size() == kVariantSize) {
+    const Scale variant = ParseVariant(data);
+    learned_.meter_constant = variant.meter_constant;
+    learned_.power_coefficient = variant.power_coefficient;
+    learned_.current_coefficient = variant.current_coefficient;
+    type_ = static_cast<std::uint8_t>(data[2] >> 4U);
+    asked_variant_ = true;
+    Judge();
+  } else if (Is(pdu, kAskRatios)) {
+    const Scale ratios = ParseRatios(data);
+    learned_.voltage_ratio = ratios.voltage_ratio;
+    learned_.current_ratio = ratios.current_ratio;
+    learned_.voltage_in_floats = ratios.voltage_in_floats;
+    learned_.current_in_floats = ratios.current_in_floats;
+    asked_ratios_ = true;
+  } else if (Is(pdu, kAskPort) && data.size() == 2) {
+    multiplier_ = std::max<unsigned>(1, data[1]);
+  } else if (Is(pdu, kAskTime) || Is(pdu, kAskTimeExtended)) {
+    const auto day = ByteReader(data).Slice(4, 3);
+    if (!day) return;
+    new_day_ = !day_.empty() && !std::ranges::equal(day_, *day);
+    day_.assign(day->begin(), day->end());
+  }
+}
+
+/// An old meter that does not tell its type contradicts nobody; its status word stays unnamed.
+bool Identification::OnRefused(View pdu) {
+  if (Is(pdu, kAskRatios)) asked_ratios_ = true;
+  if (Is(pdu, kAskVariant)) {
+    asked_variant_ = true;
+    type_.reset();
+    trouble_ = {};
+  }
+  return Is(pdu, kAskVariant) || Is(pdu, kAskRatios);
+}
+
+/// Codes above B are later ones than the reference: nothing is certain of them.
+void Identification::Judge() {
+  trouble_ = {};
+  if (settings_.types.empty() || std::ranges::count(settings_.types, *type_) != 0) return;
+  const std::string what =
+      "type " + NameOfType(*type_) + ", the profile is for type " + Listed(settings_.types);
+  if (FindType(*type_) == nullptr) {
+    trouble_.text = "the meter is of " + what + "; its status word has no good value";
+    return;
+  }
+  if (device_.identity.ignore) return;
+  const std::string code = NameOfType(*type_).substr(0, 1);
+  trouble_ = {Reason::other_module,
+              "the module is not what its profile says: the meter is of " + what +
+                  "; correct the profile or the address, or say types: [\"" + code + "\"]"};
+}
+
+/// Before the meter has been asked (`baudgate decode`) the profile has the word.
+bool Identification::KnowsStatusWord() const {
+  const auto known = [](std::uint8_t code) {
+    const MeterType* type = FindType(code);
+    return type != nullptr && type->status_word == StatusWord::as_02m_03m;
+  };
+  if (type_) return known(*type_);
+  return !asked_variant_ && !settings_.types.empty() && std::ranges::all_of(settings_.types, known);
+}
+
+Knows Identification::masked_floats() const {
+  const MeterType* type = type_ ? FindType(*type_) : nullptr;
+  return type == nullptr ? Knows::perhaps : type->masked_floats;
+}
+
+}  // namespace baudgate::protocols::set4tm

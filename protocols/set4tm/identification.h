@@ -1,0 +1,68 @@
+// What a meter has said of itself: type and constants (08 12), ratios (08 02), pace (08 17).
+// Learned by the conversation from replies, asked before what they decide.
+//
+//   > 05 08 12 E6 0C   < 05 10 40 10 …        type 1: a SET-4TM.03, the profile is for type 8
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "protocols/conversation.h"
+#include "protocols/set4tm/constants.h"
+#include "protocols/set4tm/plan.h"
+#include "protocols/set4tm/settings.h"
+#include "protocols/set4tm/types.h"
+
+namespace baudgate::protocols::set4tm {
+
+class Identification {
+ public:
+  /// Both outlive it.
+  Identification(const config::Device& device, const Settings& settings);
+
+  /// Another meter may answer now: all is asked again. What is wrong stays so until it is known to
+  /// be right.
+  void OnReconnect();
+  /// A request was not answered: where it matters, the type is asked again.
+  void OnLost();
+
+  /// The refusals may have been meant for other requests.
+  void ForgetRefusals();
+
+  /// What to ask before the request whose values are `matches`; nothing: it may go out.
+  std::optional<Bytes> Question(std::span<const Match> matches) const;
+  /// `data` answers `pdu`, whichever that is.
+  void Learn(View pdu, View data);
+  /// The meter does not tell (status 01 or 03). False: that was no question of this kind.
+  bool OnRefused(View pdu);
+
+  /// In place of the meter's constants, options first.
+  Scale scale() const { return Merge(settings_.scale(), learned_); }
+  /// Whether the bits of its status word are those that profiles name.
+  bool KnowsStatusWord() const;
+  Knows masked_floats() const;
+  /// By how much silence and answer are stretched, 1 to 255.
+  unsigned multiplier() const { return multiplier_; }
+  /// The day by the meter's clock is another one than at the last reading of it. Told once.
+  bool TakeNewDay() { return std::exchange(new_day_, false); }
+  const DeviceTrouble& trouble() const { return trouble_; }
+
+ private:
+  void Judge();
+
+  const config::Device& device_;
+  const Settings& settings_;
+  Scale learned_;
+  std::optional<std::uint8_t> type_;
+  bool asked_variant_ = false;
+  bool asked_ratios_ = false;
+  unsigned multiplier_ = 1;
+  Bytes day_;  ///< BCD day, month, year
+  bool new_day_ = false;
+  DeviceTrouble trouble_;
+};
+
+}  // namespace baudgate::protocols::set4tm
