@@ -90,11 +90,13 @@ Answer Failed(Outcome outcome, std::string reason) {
 
 }  // namespace
 
-ModbusConversation::ModbusConversation(Framing framing, const config::Device& device)
+ModbusConversation::ModbusConversation(Framing framing, const config::Device& device,
+                                       Transactions* transactions)
     : framing_(framing),
       device_(device),
+      transactions_(transactions),
       settings_(ReadSettings(device.options)),
-      slave_(ParseAddress(device.address).value()),
+      slave_(ParseAddress(device.address, framing).value()),
       places_(ReadPlaces(device.points)),
       plan_(MakePlan(device.points, places_, settings_)),
       probes_(settings_.probe_by_loopback ? ProbeChoice::Own::identification
@@ -102,9 +104,10 @@ ModbusConversation::ModbusConversation(Framing framing, const config::Device& de
 
 Request ModbusConversation::MakeRequest(View pdu) const {
   Request request;
-  request.bytes = Wrap(framing_, slave_, pdu);
+  request.bytes = Wrap(framing_, slave_, pdu, transactions_ != nullptr ? transactions_->Next() : 0);
   request.expect = Expect(framing_, request.bytes);
-  request.steady = IsLoopback(pdu);
+  request.distinct = framing_ == Framing::tcp;
+  request.steady = IsLoopback(pdu) && !request.distinct;
   return request;
 }
 
@@ -166,12 +169,16 @@ ModbusConversation::Exchanged ModbusConversation::Decode(View request, View fram
   if (!asked) return fail(Outcome::corrupt, "the request is no Modbus frame: " + ToHex(request));
   auto got = Unwrap(framing_, frame);
   if (!got) return fail(Outcome::corrupt, "the reply is no Modbus frame: " + ToHex(frame));
-  if (asked->slave == 0) {
+  if (IsBroadcast(framing_, asked->slave)) {
     return fail(Outcome::unexpected, "nobody answers a broadcast, yet this came: " + ToHex(frame));
   }
   if (asked->slave != got->slave) {
     return fail(Outcome::unexpected, "reply of slave " + std::to_string(got->slave) + ", not " +
                                          std::to_string(asked->slave));
+  }
+  if (asked->transaction != got->transaction) {
+    return fail(Outcome::unexpected, "reply of transaction " + std::to_string(got->transaction) +
+                                         ", not " + std::to_string(asked->transaction));
   }
   exchanged.request = std::move(asked->pdu);
   exchanged.reply = std::move(got->pdu);
@@ -297,7 +304,8 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged) {
 Then ModbusConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                    Instant) {
   if (task.kind == Task::Kind::probe) {
-    const bool own = request.steady || request.distinct;
+    const auto asked = Unwrap(framing_, request.bytes);
+    const bool own = asked && asked->pdu == OwnProbe();
     return probes_.OnFailed(own) ? Then::ask_again : Then::done;
   }
   if (task.kind != Task::Kind::poll || outcome != Outcome::no_reply) return Then::done;

@@ -1,4 +1,4 @@
-// What a Modbus device is asked and what its answers mean, in either framing. Points come from the
+// What a Modbus device is asked and what its answers mean, in every framing. Points come from the
 // configuration, readings go to gateway/poll/poller.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -17,10 +17,20 @@
 
 namespace baudgate::protocols::modbus {
 
+/// Of all devices behind one TCP connection: no two of their requests have the same number.
+class Transactions : public Bus {
+ public:
+  std::uint16_t Next() { return ++last_; }
+
+ private:
+  std::uint16_t last_ = 0;
+};
+
 class ModbusConversation : public Conversation {
  public:
-  /// `device` outlives the conversation.
-  ModbusConversation(Framing framing, const config::Device& device);
+  /// Both outlive the conversation; `transactions`: of tcp.
+  ModbusConversation(Framing framing, const config::Device& device,
+                     Transactions* transactions = nullptr);
 
   std::span<const Query> Queries() const override { return plan_.queries(); }
   Result<Request> Ask(const Task& task, Instant now) override;
@@ -51,6 +61,7 @@ class ModbusConversation : public Conversation {
 
   const Framing framing_;
   const config::Device& device_;
+  Transactions* const transactions_;
   Settings settings_;
   std::uint8_t slave_;
   std::vector<std::optional<Place>> places_;  // by point

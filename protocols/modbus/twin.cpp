@@ -60,19 +60,22 @@ ModbusTwin::ModbusTwin(Framing framing, const config::Device& device, TwinValues
     : framing_(framing),
       device_(device),
       settings_(ReadSettings(device.options)),
-      slave_(ParseAddress(device.address).value()),
+      slave_(ParseAddress(device.address, framing).value()),
       reply_as_(slave_),
       points_(device, values, ReadPlace, WritePlace) {}
 
-void ModbusTwin::ReplyAs(std::string_view address) { reply_as_ = ParseAddress(address).value(); }
+void ModbusTwin::ReplyAs(std::string_view address) {
+  reply_as_ = ParseAddress(address, framing_).value();
+}
 
 Bytes ModbusTwin::Answer(View request, Instant now) {
   const auto adu = Unwrap(framing_, request);
-  const bool mine = adu && (adu->slave == slave_ || adu->slave == 0);
+  const bool broadcast = adu && IsBroadcast(framing_, adu->slave);
+  const bool mine = adu && (adu->slave == slave_ || broadcast);
   if (!mine || adu->pdu[0] == 0 || adu->pdu[0] >= kExceptionBit) return {};
   const Bytes reply = AnswerPdu(adu->pdu, now);
-  if (adu->slave == 0) return {};
-  return Wrap(framing_, reply_as_, reply);
+  if (broadcast) return {};
+  return Wrap(framing_, reply_as_, reply, adu->transaction);
 }
 
 Bytes ModbusTwin::AnswerPdu(View pdu, Instant now) {

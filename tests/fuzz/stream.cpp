@@ -15,6 +15,14 @@ bool HasCrc(const Protocol& protocol) {
   return protocol.name == "set4tm" || protocol.name == "modbus_rtu";
 }
 
+/// No check value: the length in the header is made true.
+void SealTcp(Bytes& bytes, std::size_t from) {
+  const std::size_t size = bytes.size() - from;
+  if (size < 6) return;
+  bytes[from + 4] = static_cast<std::uint8_t>((size - 6) >> 8U);
+  bytes[from + 5] = static_cast<std::uint8_t>(size - 6);
+}
+
 /// Of the bytes that the hex text behind ':' stands for.
 void SealAscii(Bytes& bytes, View covered) {
   const std::string_view text = AsText(covered);
@@ -34,6 +42,7 @@ void Seal(const Protocol& protocol, Bytes& bytes, std::size_t from) {
     bytes.push_back(static_cast<std::uint8_t>(crc >> 8U));
     return;
   }
+  if (protocol.name == "modbus_tcp") return SealTcp(bytes, from);
   if (protocol.name == "modbus_ascii") return SealAscii(bytes, covered);
   if (protocol.name == "spabus") {
     const auto start = AsText(covered).find_first_of("<>");
@@ -47,6 +56,7 @@ void Seal(const Protocol& protocol, Bytes& bytes, std::size_t from) {
 }
 
 void Unseal(const Protocol& protocol, Bytes& frame) {
+  if (protocol.name == "modbus_tcp") return;
   std::size_t keep = frame.size();
   if (protocol.name == "spabus") {
     const auto colon = AsText(frame).rfind(':');

@@ -71,8 +71,8 @@ class ModbusSession : public ::testing::Test {
   std::unique_ptr<VirtualLine> line_;
 };
 
-TEST_F(ModbusSession, EveryPointBecomesGoodInBothFramings) {
-  for (const Framing framing : {Framing::rtu, Framing::ascii}) {
+TEST_F(ModbusSession, EveryPointBecomesGoodInEveryFraming) {
+  for (const Framing framing : {Framing::rtu, Framing::ascii, Framing::tcp}) {
     Make({}, framing);
     EXPECT_TRUE(Becomes(0, 5s));
     EXPECT_TRUE(Becomes(1, 5s));
@@ -117,6 +117,43 @@ TEST_F(ModbusSession, ASlaveThatVanishesInsideAReplyComesBack) {
   EXPECT_FALSE(AllGood(0));
   line_->twin(0).manner.distort = {};
   EXPECT_TRUE(Becomes(0, 2min));
+}
+
+/// Every reply of a TCP server says to which request it belongs.
+TEST_F(ModbusSession, NumberedRepliesThatComeLateCostTheirRequestAlone) {
+  Make({}, Framing::tcp);
+  ASSERT_TRUE(Becomes(0, 5s));
+  line_->twin(0).manner.think = 1100ms;
+  line_->RunFor(5min);  // `always` looks at every value
+  EXPECT_TRUE(AllGood(1));
+  line_->twin(0).manner.think = 5ms;
+  EXPECT_TRUE(Becomes(0, 2min));
+  std::deque<Bytes> replies;
+  line_->twin(0).manner.distort = [&](Bytes reply) {
+    replies.push_back(std::move(reply));
+    if (replies.size() < 2) return Bytes();
+    Bytes earlier = std::move(replies.front());
+    replies.pop_front();
+    return earlier;
+  };
+  line_->RunFor(5min);
+  EXPECT_TRUE(AllGood(1));
+  line_->twin(0).manner.distort = {};
+  EXPECT_TRUE(Becomes(0, 2min));
+}
+
+TEST_F(ModbusSession, AServerThatLosesItsPlaceIsReadAgainBehindTheNextSilence) {
+  Make({}, Framing::tcp);
+  ASSERT_TRUE(Becomes(0, 5s));
+  int count = 0;
+  line_->twin(0).manner.distort = [&](Bytes reply) {
+    if (++count % 5 == 0) reply[4] = 0x7F;
+    if (count % 7 == 0) reply.erase(reply.begin());
+    return reply;
+  };
+  line_->RunFor(2min);
+  line_->twin(0).manner.distort = {};
+  EXPECT_TRUE(Becomes(0, 1min));
 }
 
 TEST_F(ModbusSession, RepliesThatComeOneRequestLateAreNeverBelieved) {
