@@ -26,6 +26,8 @@ Result<std::string> CanonicalAddress(std::string_view address) {
 Status CheckDevice(const config::Device& device) {
   const auto texts = ParseTexts(device.options.Texts("texts"));
   if (!texts) return Error{texts.error()};
+  const auto times = ParseReplyTimes(device.options.Texts("reply_times"));
+  if (!times) return Error{times.error()};
   for (const config::Point& point : device.points) {
     if (point.access == config::Access::write) continue;
     const auto place = ReadPlace(point);
