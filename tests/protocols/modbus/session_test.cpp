@@ -242,6 +242,60 @@ TEST_F(ModbusSession, AWriteIsConfirmedAndReadBack) {
   EXPECT_EQ(ToDouble(line_->ValueOf(0, 5)), 1);
 }
 
+/// Example: an inverter that is told to clear its parameters.
+TEST_F(ModbusSession, AFunctionMayTakeItsOwnTime) {
+  for (const bool given : {false, true}) {
+    const std::vector<std::string> times = {"6=5s"};
+    Make(given ? Settable{{"reply_times", times}} : Settable());
+    ASSERT_TRUE(Becomes(0, 5s));
+    line_->twin(0).manner.instead = [this](View request) -> std::optional<Bytes> {
+      line_->twin(0).manner.think = request[1] == kWriteRegister ? 3s : 5ms;
+      return std::nullopt;
+    };
+    line_->outcomes.clear();
+    line_->Write(0, 4, std::int64_t{77});
+    line_->RunFor(10s);
+    EXPECT_EQ(line_->outcomes, std::vector{given ? Outcome::ok : Outcome::no_reply});
+    EXPECT_TRUE(Becomes(0, 2min));
+    EXPECT_TRUE(AllGood(1));
+  }
+}
+
+TEST_F(ModbusSession, ADeviceThatAnotherProfileIsForServesNoGoodValue) {
+  for (const Framing framing : {Framing::rtu, Framing::tcp}) {
+    config::Line line = Bus({}, framing);
+    for (config::Device& device : line.devices) {
+      device.identity.names = {"Meter 7"};
+      device.identity.others = {{config::SpokenName("Other 5"), "other-5"}};
+    }
+    line_ = std::make_unique<VirtualLine>(line, std::vector{&ProtocolOf(framing)});
+    for (std::uint32_t point = 0; point < 5; ++point) {
+      line_->twin(0).values.Set(point, Truth(0, point));
+      line_->twin(1).values.Set(point, Truth(1, point));
+    }
+    std::string says = "Other 5";
+    line_->twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+      const auto asked = Unwrap(framing, request);
+      if (!asked || asked->pdu[0] != kEncapsulated) return std::nullopt;
+      Bytes reply = Hex("2B 0E 01 01 00 00 01 01 07");
+      Append(reply, says);
+      return Wrap(framing, asked->slave, reply, asked->transaction);
+    };
+    line_->Open();
+    EXPECT_TRUE(Becomes(1, 10s)) << "its twin says the name that the profile lists";
+    line_->RunFor(10s);
+    EXPECT_EQ(line_->QualityOf(0, 0), Quality(Quality::bad_configuration, Reason::other_module));
+    says = "METER 7";
+    EXPECT_TRUE(Becomes(0, 30s)) << "once it is the right one";
+    line_->sent.clear();
+    line_->RunFor(5min);
+    EXPECT_TRUE(AllGood(0));
+    for (const Sent& sent : line_->sent) {
+      EXPECT_NE(Unwrap(framing, ToBytes(sent.text))->pdu[0], kEncapsulated) << "never again";
+    }
+  }
+}
+
 TEST_F(ModbusSession, AWriteIsNeverRepeated) {
   Make();
   ASSERT_TRUE(Becomes(0, 5s));
