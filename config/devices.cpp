@@ -136,6 +136,16 @@ void BlameProfile(const MapReader& map, const RawProfile& raw, LoadContext& cont
                                                     raw.file);
 }
 
+// What a line is decides for all its devices whether there are serial settings.
+void CheckOwnTcp(const Protocol& protocol, const LineContext& of, const Keys& keys,
+                 Problems& problems) {
+  CheckTcp(protocol, {}, keys, problems);
+  if (of.protocol == nullptr || protocol.tcp == of.protocol->tcp) return;
+  problems.Error(keys.MarkOf("protocol"),
+                 "protocol: " + std::string(protocol.name) + " can not share a line with " +
+                     std::string(of.protocol->name) + "; give it a line of its own");
+}
+
 }  // namespace
 
 Recheck DefaultRecheck(const Protocol& protocol, const SerialSettings& serial) {
@@ -175,6 +185,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
     CheckDataBits(device.serial.value_or(of.line.serial), *protocol,
                   map.MarkOf(device.serial ? "serial" : "protocol"), context.problems);
   }
+  if (protocol) CheckOwnTcp(*protocol, of, map.keys(), context.problems);
   const RawProfile* raw = FindProfile(map, protocol, device, context);
   const Profile profile = raw ? raw->profile : Profile();
   device.title = profile.title;

@@ -35,7 +35,7 @@ struct Types {};
 /// By its name and size alone: types of the standard library and of gateway/base.
 struct Leaf {};
 
-Fields<21> ListOf(Protocol*);
+Fields<22> ListOf(Protocol*);
 Fields<2> ListOf(Doubt*);
 Fields<6> ListOf(PduCarrier*);
 Fields<7> ListOf(TimingRule*);
@@ -44,7 +44,7 @@ Fields<9> ListOf(OptionSpec*);
 Fields<2> ListOf(DecoderSpec*);
 Fields<2> ListOf(Query*);
 Fields<4> ListOf(Task*);
-Fields<5> ListOf(Request*);
+Fields<6> ListOf(Request*);
 Fields<4> ListOf(Reading*);
 Fields<5> ListOf(Answer*);
 Fields<2> ListOf(DeviceTrouble*);
@@ -138,14 +138,6 @@ auto Split(T& s, Fields<20>) {
                decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
                decltype(t), decltype(u)>();
-}
-template <typename T>
-auto Split(T& s, Fields<21>) {
-  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v] = s;
-  return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
-               decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
-               decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
-               decltype(t), decltype(u), decltype(v)>();
 }
 template <typename T>
 auto Split(T& s, Fields<22>) {

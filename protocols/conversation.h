@@ -66,11 +66,15 @@ struct Request {
   /// poller uses such replies to find out whether replies still come in the order of the requests.
   bool steady = false;
   /// Of a probe: its reply can be told from those to all polls of the device, by its length or
-  /// form, but not from one time to the next. Example: three registers, where polls read two.
+  /// form, but not from one time to the next. Example: three registers, where polls read two. Of
+  /// any request whose reply carries its number, as in Modbus TCP.
   bool distinct = false;
   /// Ends what an earlier request has begun, as "close the password" does. It is sent even if the
   /// client has gone or the time for its task is over.
   bool closes = false;
+  /// The device may take so long until the first byte of this reply, where that is longer than the
+  /// device's reply time. Example: 5 s to clear all parameters, where reads take 500 ms.
+  Duration reply{};
 };
 
 /// One value out of a reply, still raw: the gateway applies scale, offset and sentinels.

@@ -129,6 +129,8 @@ struct Protocol {
   /// Used where a line's configuration gives no serial settings.
   config::SerialSettings serial{};
   int data_bits = 7;  ///< the fewest that its characters need: 7 or 8
+  /// Spoken over TCP connections only (port: tcp://host:port): no serial settings, no echo.
+  bool tcp = false;
   TimingRule timing{};
 
   FrameRule request_rule = nullptr;  ///< cuts requests: for twins, and for masters that are heard

@@ -52,4 +52,22 @@ void CheckPortSettings(const std::string& port, const SerialSettings& serial, co
   }
 }
 
+void CheckTcp(const Protocol& protocol, const std::string& port, const Keys& keys,
+              Problems& problems) {
+  if (!protocol.tcp) return;
+  const std::string name(protocol.name);
+  if (!port.empty() && !port.starts_with("tcp://")) {
+    const std::string other(protocol.profiles_of);
+    problems.Error(keys.MarkOf(keys.Has("port") ? "port" : "protocol"),
+                   "port: " + port + " is a serial port, and " + name +
+                       " is spoken over TCP; write port: tcp://host:502" +
+                       (other.empty() ? "" : ", or protocol: " + other + " for a serial line"));
+  }
+  for (const char* const key : {"serial", "parity", "rs485", "echo"}) {
+    if (!keys.Has(key)) continue;
+    problems.Error(keys.MarkOf(key),
+                   std::string(key) + ": " + name + " has no serial line; remove the key");
+  }
+}
+
 }  // namespace baudgate::config

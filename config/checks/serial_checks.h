@@ -26,5 +26,9 @@ void CheckDataBits(const SerialSettings& serial, const Protocol& protocol, const
 /// What only a port of this machine can do. `mark`: of the settings.
 void CheckPortSettings(const std::string& port, const SerialSettings& serial, const Mark& mark,
                        Problems& problems);
+/// What Protocol::tcp excludes: a serial port, and the keys of one. `keys`: of the line or device
+/// that names the protocol; `port`: of a line; empty of a device.
+void CheckTcp(const Protocol& protocol, const std::string& port, const Keys& keys,
+              Problems& problems);
 
 }  // namespace baudgate::config

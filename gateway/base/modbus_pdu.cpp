@@ -53,6 +53,21 @@ bool RepeatsBegin(View request, View reply, std::size_t count) {
 
 Verdict Unexpected(std::string reason) { return {Outcome::unexpected, std::move(reason), 0}; }
 
+/// To a request for one record: 14 05 05 06 0D FE 00 20. Of several only the device's sums are
+/// known.
+bool IsOneRecord(View request, View reply) {
+  if (request.size() != 9 || reply.size() < 4) return reply.size() >= 2;
+  return reply[2] + 1U == reply[1] && reply[3] == request[2];
+}
+
+/// 18, byte count, number of registers (two bytes each), registers.
+bool IsQueue(View reply) {
+  const auto bytes = CountAt(reply, 1);
+  const auto count = CountAt(reply, 3);
+  return bytes && count && *count <= kMostQueued && *bytes == 2 + 2 * *count &&
+         reply.size() == 3 + *bytes;
+}
+
 /// What the reply repeats of its request.
 Verdict CheckRepeated(View request, View reply) {
   switch (request[0]) {
@@ -74,6 +89,12 @@ Verdict CheckRepeated(View request, View reply) {
     case kEncapsulated:
       if (RepeatsBegin(request, reply, 2)) return {};
       return Unexpected("the reply is of another kind: " + ToHex(reply));
+    case kReadFile:
+      if (IsOneRecord(request, reply)) return {};
+      return Unexpected("the reply is no record of a file as asked for: " + ToHex(reply));
+    case kReadQueue:
+      if (IsQueue(reply)) return {};
+      return Unexpected("the reply is no queue: " + ToHex(reply));
     default:
       return {};
   }
@@ -129,7 +150,10 @@ ExceptionCode ParseByFunction(ByteReader pdu, PlainRequest& request) {
 
 }  // namespace
 
-bool HasByteCount(std::uint8_t function) { return IsRead(function) || function == kReadWrite; }
+bool HasByteCount(std::uint8_t function) {
+  return IsRead(function) || function == kReadWrite || function == kEventLog ||
+         function == kServerId || function == kReadFile;
+}
 
 PduLength RequestLength(View head) {
   switch (head[0]) {
@@ -140,6 +164,16 @@ PduLength RequestLength(View head) {
     case kWriteCoil:
     case kWriteRegister:
       return Exact(5);
+    case kExceptionStatus:
+    case kEventCounter:
+    case kEventLog:
+    case kServerId:
+      return Exact(1);
+    case kReadQueue:
+      return Exact(3);
+    case kReadFile:
+      if (head.size() < 2) return kNeedMore;
+      return head[1] % 7 == 0 && head[1] > 0 ? Exact(2U + head[1]) : kUnknown;
     case kDiagnostics:
       // A loopback may carry any data; all others have two bytes of it.
       if (head.size() < 3) return kNeedMore;
@@ -174,6 +208,15 @@ PduLength ReplyLength(View head) {
       return Exact(5);
     case kMaskWrite:
       return Exact(7);
+    case kExceptionStatus:
+      return Exact(2);
+    case kEventCounter:
+      return Exact(5);
+    case kReadQueue: {
+      const auto bytes = CountAt(head, 1);
+      if (!bytes) return kNeedMore;
+      return *bytes >= 2 && *bytes <= 2 + 2 * kMostQueued ? Exact(3 + *bytes) : kUnknown;
+    }
     case kEncapsulated:
       return IdentificationLength(head);
     default:
@@ -182,7 +225,7 @@ PduLength ReplyLength(View head) {
 }
 
 bool IsReplyForm(View pdu) {
-  const bool registers = HasByteCount(pdu[0]) && !IsAboutBits(pdu[0]);
+  const bool registers = (IsRead(pdu[0]) || pdu[0] == kReadWrite) && !IsAboutBits(pdu[0]);
   if (registers && pdu.size() % 2 != 0) return false;
   const PduLength length = ReplyLength(pdu);
   if (length.kind == PduLength::Kind::unknown) return !HasByteCount(pdu[0]);
@@ -213,6 +256,15 @@ std::optional<std::size_t> AwaitedLength(View request) {
       return request.size() >= 5 ? std::optional<std::size_t>(5) : std::nullopt;
     case kMaskWrite:
       return request.size() == 7 ? std::optional<std::size_t>(7) : std::nullopt;
+    case kExceptionStatus:
+      return 2;
+    case kEventCounter:
+      return 5;
+    case kReadFile: {
+      const auto registers = CountAt(request, 7);
+      if (!registers || request.size() != 9) return std::nullopt;
+      return 4 + 2 * *registers;
+    }
     default:
       return std::nullopt;
   }
@@ -239,8 +291,10 @@ bool IsMirrored(View request) {
 }
 
 bool MayBeMirrored(std::uint8_t function) {
-  constexpr std::uint8_t kNever[] = {kReadCoils,  kReadDiscretes,  kReadHolding, kReadInput,
-                                     kWriteCoils, kWriteRegisters, kReadWrite,   kEncapsulated};
+  constexpr std::uint8_t kNever[] = {kReadCoils,    kReadDiscretes,  kReadHolding, kReadInput,
+                                     kWriteCoils,   kWriteRegisters, kReadWrite,   kEncapsulated,
+                                     kEventLog,     kServerId,       kReadQueue,   kExceptionStatus,
+                                     kEventCounter, kReadFile};
   return std::ranges::find(kNever, function) == std::end(kNever);
 }
 
@@ -252,7 +306,9 @@ bool IsRepeatable(View request) {
     return sub && *sub != 1 && *sub != 4 && *sub != 10 && *sub != 20;
   }
   if (request[0] == kEncapsulated) return request.size() > 1 && request[1] == kIdentification;
-  return IsRead(request[0]);
+  constexpr std::uint8_t kHarmless[] = {kExceptionStatus, kEventCounter, kEventLog,
+                                        kServerId,        kReadFile,     kReadQueue};
+  return IsRead(request[0]) || std::ranges::find(kHarmless, request[0]) != std::end(kHarmless);
 }
 
 Verdict CheckReply(View request, View reply) {

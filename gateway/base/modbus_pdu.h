@@ -20,11 +20,17 @@ enum Function : std::uint8_t {
   kReadInput = 4,
   kWriteCoil = 5,
   kWriteRegister = 6,
+  kExceptionStatus = 7,
   kDiagnostics = 8,
+  kEventCounter = 11,
+  kEventLog = 12,
   kWriteCoils = 15,
   kWriteRegisters = 16,
+  kServerId = 17,
+  kReadFile = 20,
   kMaskWrite = 22,
   kReadWrite = 23,
+  kReadQueue = 24,
   kEncapsulated = 43,
 };
 /// Set in the function code of an exception: 0x83 refuses function 3. So requests have 1…127.
@@ -48,6 +54,10 @@ inline constexpr std::size_t kMaxPdu = 253;  ///< function code included
 /// Of one request.
 inline constexpr std::size_t kMostRegisters = 125;
 inline constexpr std::size_t kMostBits = 2000;
+/// Registers of one record of a file: the reply has a byte count of at most F5.
+inline constexpr std::size_t kMostOfFile = 121;
+/// Entries of a queue of function 24.
+inline constexpr std::size_t kMostQueued = 31;
 inline constexpr std::size_t kMostWrittenRegisters = 123;
 inline constexpr std::size_t kMostWrittenBits = 1968;
 /// Functions 15 and 16 before their values: function, start, count, byte count.

@@ -116,6 +116,11 @@ void Poller::Start() {
   job_->exchange_began = now_.instant;
   Exchange exchange{job_->request, member.protocol->reply_rule, member.times, {}, {}};
   exchange.lags = whose_reply_.Lags(member);
+  const Duration more = job_->request.reply - exchange.times.reply;
+  if (more > Duration::zero()) {
+    exchange.times.reply += more;
+    exchange.times.ceiling += more;
+  }
   exchange.times.drain += late_.ExtraDrain(member);
   exchange.aftermath = late_.Aftermath(job_->asked(), now_.instant);
   // Its own comes with the next request; a longer silence shows nothing.

@@ -28,15 +28,45 @@ std::optional<Adu> UnwrapAscii(View frame) {
   return Adu{bytes->front(), Bytes(bytes->begin() + 1, bytes->end() - 1)};
 }
 
+std::optional<Adu> UnwrapTcp(View frame) {
+  if (frame.size() <= kTcpOverhead || TcpSize(frame) != frame.size()) return std::nullopt;
+  return Adu{frame[6], Bytes(frame.begin() + kTcpOverhead, frame.end()),
+             *ByteReader(frame).U16Be(0)};
+}
+
+Bytes WrapTcp(std::uint8_t slave, View pdu, std::uint16_t transaction) {
+  Bytes frame;
+  AppendU16(frame, transaction);
+  AppendU16(frame, 0);
+  AppendU16(frame, pdu.size() + kTcpCounted);
+  frame.push_back(slave);
+  Append(frame, pdu);
+  return frame;
+}
+
 }  // namespace
 
 std::size_t FrameLength(Framing framing, std::size_t pdu) {
+  if (framing == Framing::tcp) return pdu + kTcpOverhead;
   return framing == Framing::rtu ? pdu + kRtuOverhead : 2 * (pdu + 2) + 3;
 }
 
-std::size_t MaxFrame(Framing framing) { return framing == Framing::rtu ? kMaxRtu : kMaxAscii; }
+std::size_t MaxFrame(Framing framing) {
+  if (framing == Framing::tcp) return kMaxTcp;
+  return framing == Framing::rtu ? kMaxRtu : kMaxAscii;
+}
 
-Bytes Wrap(Framing framing, std::uint8_t slave, View pdu) {
+std::optional<std::size_t> TcpSize(View header) {
+  const ByteReader reader(header);
+  const auto protocol = reader.U16Be(2);
+  const auto length = reader.U16Be(4);
+  if (!protocol || !length || *protocol != 0) return std::nullopt;
+  if (*length <= kTcpCounted || *length > kMaxPdu + kTcpCounted) return std::nullopt;
+  return kTcpOverhead - kTcpCounted + *length;
+}
+
+Bytes Wrap(Framing framing, std::uint8_t slave, View pdu, std::uint16_t transaction) {
+  if (framing == Framing::tcp) return WrapTcp(slave, pdu, transaction);
   Bytes bytes;
   bytes.reserve(pdu.size() + 3);
   bytes.push_back(slave);
@@ -53,6 +83,7 @@ Bytes Wrap(Framing framing, std::uint8_t slave, View pdu) {
 }
 
 std::optional<Adu> Unwrap(Framing framing, View frame) {
+  if (framing == Framing::tcp) return UnwrapTcp(frame);
   return framing == Framing::rtu ? UnwrapRtu(frame) : UnwrapAscii(frame);
 }
 
@@ -61,10 +92,12 @@ std::optional<std::uint16_t> ParseNumber(std::string_view text) {
   return hex ? ParseInteger<std::uint16_t>(text.substr(2), 16) : ParseInteger<std::uint16_t>(text);
 }
 
-Result<std::uint8_t> ParseAddress(std::string_view text) {
+Result<std::uint8_t> ParseAddress(std::string_view text, Framing framing) {
+  const bool tcp = framing == Framing::tcp;
   const auto number = ParseNumber(text);
-  if (!number || *number < 1 || *number > kLastSlave) {
-    return Error{"address '" + std::string(text) + "' is not 1...247, or hex as 0x14"};
+  if (!number || *number < (tcp ? 0 : 1) || *number > (tcp ? 0xFF : kLastSlave)) {
+    return Error{"address '" + std::string(text) + "' is not " + (tcp ? "0...255" : "1...247") +
+                 ", or hex as 0x14"};
   }
   return static_cast<std::uint8_t>(*number);
 }

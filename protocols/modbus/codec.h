@@ -1,5 +1,5 @@
-// Modbus frames on a serial line: the PDU between address and check value, in both framings. PDUs
-// come from pdu.h and go to the line, frames come back from the frame rules.
+// Modbus frames: the PDU between address and check value of a serial line, or behind the header of
+// a TCP connection. PDUs come from pdu.h and go to the line, frames come back from the frame rules.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,11 +18,18 @@ using config::kLastSlave;
 enum class Framing : std::uint8_t {
   rtu,    ///< address, PDU, CRC-16 low byte first
   ascii,  ///< ':', address, PDU and LRC in hex, CR LF
+  /// transaction, protocol (0), length of what follows (2 bytes each), unit, PDU. Source: MODBUS
+  /// Messaging on TCP/IP Implementation Guide V1.0b, 3.1.3
+  tcp,
 };
 
 inline constexpr std::size_t kRtuOverhead = 3;
 inline constexpr std::size_t kMaxRtu = 256;
 inline constexpr std::size_t kMaxAscii = 513;
+inline constexpr std::size_t kTcpOverhead = 7;
+inline constexpr std::size_t kMaxTcp = 260;
+/// What the length of a header counts beside the PDU: the unit.
+inline constexpr std::size_t kTcpCounted = 1;
 
 /// Characters of a whole frame around so many bytes of PDU; of ASCII with its line feed.
 std::size_t FrameLength(Framing framing, std::size_t pdu);
@@ -30,15 +37,25 @@ std::size_t MaxFrame(Framing framing);
 
 struct Adu {
   std::uint8_t slave = 0;
-  Bytes pdu;  ///< never empty
+  Bytes pdu;                      ///< never empty
+  std::uint16_t transaction = 0;  ///< of tcp: in a request, and in its reply
 };
 
-Bytes Wrap(Framing framing, std::uint8_t slave, View pdu);
+/// `transaction`: of tcp.
+Bytes Wrap(Framing framing, std::uint8_t slave, View pdu, std::uint16_t transaction = 0);
 /// Nothing unless the whole frame is one with a good check value.
 std::optional<Adu> Unwrap(Framing framing, View frame);
 
-/// "20" or "0x14": 1…247.
-Result<std::uint8_t> ParseAddress(std::string_view text);
+/// Size of the frame that the header begins, of which there are at least six bytes. Nothing: it is
+/// no header of Modbus TCP.
+std::optional<std::size_t> TcpSize(View header);
+/// Nobody answers a request to this slave. A TCP server may itself have the unit 0.
+constexpr bool IsBroadcast(Framing framing, std::uint8_t slave) {
+  return slave == 0 && framing != Framing::tcp;
+}
+
+/// "20" or "0x14": 1…247; of tcp 0…255.
+Result<std::uint8_t> ParseAddress(std::string_view text, Framing framing = Framing::rtu);
 /// Decimal, or hex with 0x.
 std::optional<std::uint16_t> ParseNumber(std::string_view text);
 

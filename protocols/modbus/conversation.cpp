@@ -2,6 +2,7 @@
 #include "protocols/modbus/conversation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "gateway/base/text.h"
@@ -18,31 +19,7 @@ constexpr std::uint16_t kLoopbackData = 0xA55A;
 constexpr Duration kBusyWait = 200ms;
 constexpr Duration kWorkWait = 1s;
 
-/// The bits or registers that a good reply to a read holds.
-struct Data {
-  Table table = Table::holding;
-  std::size_t address = 0;
-  Registers words;  ///< of bit tables 0 and 1
-
-  Block<Table> block() const { return {table, address, address + words.size(), 1}; }
-};
-
-std::optional<Data> DataOf(View request, View reply) {
-  const bool both = request[0] == kReadWrite;
-  const auto table = both ? Table::holding : TableOf(request[0]);
-  const auto address = ByteReader(request).U16Be(1);
-  const auto count = ByteReader(request).U16Be(3);
-  if (!table || !address || !count) return std::nullopt;
-  Data data{*table, *address, Registers(*count)};
-  const View bytes = reply.subspan(2);
-  for (std::size_t i = 0; i < data.words.size(); ++i) {
-    const bool bits = IsBits(*table);
-    if (bits ? i / 8 >= bytes.size() : 2 * i + 1 >= bytes.size()) return std::nullopt;
-    data.words[i] = bits ? static_cast<std::uint16_t>((bytes[i / 8] >> (i % 8)) & 1U)
-                         : ByteReader(bytes).U16Be(2 * i).value_or(0);
-  }
-  return data;
-}
+constexpr std::size_t kFirstOwnObject = 0x80;
 
 bool IsLoopback(View request) { return request[0] == kDiagnostics && IsMirrored(request); }
 
@@ -66,21 +43,6 @@ Outcome OutcomeOf(std::uint8_t exception, bool write) {
   }
 }
 
-/// The quality that an exception gives to the points that were asked for.
-std::optional<Quality> QualityOf(std::uint8_t exception) {
-  switch (exception) {
-    case kIllegalFunction:
-    case kIllegalAddress:
-    case kIllegalValue:
-      return Quality(Quality::bad_configuration, Reason::not_fitted);
-    case kDeviceFailure:
-    case kParityError:
-      return Quality(Quality::bad_device_failure, Reason::device_fault);
-    default:
-      return std::nullopt;
-  }
-}
-
 Answer Failed(Outcome outcome, std::string reason) {
   Answer answer;
   answer.outcome = outcome;
@@ -90,21 +52,27 @@ Answer Failed(Outcome outcome, std::string reason) {
 
 }  // namespace
 
-ModbusConversation::ModbusConversation(Framing framing, const config::Device& device)
+ModbusConversation::ModbusConversation(Framing framing, const config::Device& device,
+                                       Transactions* transactions)
     : framing_(framing),
       device_(device),
+      transactions_(transactions),
       settings_(ReadSettings(device.options)),
-      slave_(ParseAddress(device.address).value()),
+      slave_(ParseAddress(device.address, framing).value()),
       places_(ReadPlaces(device.points)),
       plan_(MakePlan(device.points, places_, settings_)),
+      identification_(device.identity),
       probes_(settings_.probe_by_loopback ? ProbeChoice::Own::identification
                                           : ProbeChoice::Own::read) {}
 
 Request ModbusConversation::MakeRequest(View pdu) const {
   Request request;
-  request.bytes = Wrap(framing_, slave_, pdu);
+  request.bytes = Wrap(framing_, slave_, pdu, transactions_ != nullptr ? transactions_->Next() : 0);
   request.expect = Expect(framing_, request.bytes);
-  request.steady = IsLoopback(pdu);
+  request.distinct = framing_ == Framing::tcp;
+  request.steady = IsLoopback(pdu) && !request.distinct;
+  const auto time = settings_.reply_times.find(pdu[0]);
+  if (time != settings_.reply_times.end()) request.reply = time->second;
   return request;
 }
 
@@ -116,36 +84,59 @@ Result<Request> ModbusConversation::Ask(const Task& task, Instant) {
     if (!pdu) return Error{pdu.error()};
     return MakeRequest(*pdu);
   }
-  if (task.kind == Task::Kind::poll) return MakeRequest(ReadOf(plan_.block(task.query)));
+  if (task.kind == Task::Kind::poll) {
+    const auto first = identification_.Next();
+    Request request = MakeRequest(first ? *first : PollPdu(task.query));
+    if (first) request.expect.repeatable = false;
+    return request;
+  }
   const auto read = probes_.Next(plan_.queries().size());
-  if (read) return MakeRequest(ReadOf(plan_.block(*read)));
+  if (read) return MakeRequest(PollPdu(*read));
   Request request = MakeRequest(OwnProbe());
   request.distinct = !request.steady;
   return request;
 }
 
 Bytes ModbusConversation::OwnProbe() const {
-  const bool loopback = settings_.probe_by_loopback || plan_.queries().empty();
-  return loopback ? LoopbackRequest(kLoopbackData) : ReadOf(DistinctRead(plan_));
+  const auto read = settings_.probe_by_loopback ? std::nullopt : DistinctRead(plan_);
+  return read ? ReadOf(*read) : LoopbackRequest(kLoopbackData);
+}
+
+/// Objects come from the first one of their category on, and go on where the last reply ended.
+Bytes ModbusConversation::PollPdu(std::size_t query) const {
+  Block<Space> block = plan_.block(query);
+  if (block.key.table == Table::identity) {
+    block.begin = next_object_.value_or(block.begin >= kFirstOwnObject ? kFirstOwnObject : 0);
+  }
+  return ReadOf(block);
+}
+
+/// One register, or bits of one by mask.
+Result<Bytes> ModbusConversation::BitsPdu(const Place& place, const Task& task) const {
+  const double level = ToDouble(task.value);
+  const auto highest = static_cast<double>((1U << place.width) - 1U);
+  if (!(level >= 0 && level <= highest && level == std::floor(level))) {
+    return Error{"point " + device_.points[task.point].name + ": " + ToText(task.value) +
+                 (place.width == 1 ? " is neither 0 nor 1"
+                                   : " is not 0..." + std::to_string((1U << place.width) - 1U))};
+  }
+  const bool on = level == 1;
+  if (place.form == Form::flag) {
+    return settings_.write_multiple ? WriteCoilsRequest(place.address, {on})
+                                    : WriteCoilRequest(place.address, on);
+  }
+  const unsigned mask = ((1U << place.width) - 1U) << place.bit;
+  const unsigned set = static_cast<unsigned>(level) << place.bit;
+  return MaskWriteRequest(place.address, static_cast<std::uint16_t>(~mask & 0xFFFFU),
+                          static_cast<std::uint16_t>(set));
 }
 
 Result<Bytes> ModbusConversation::WritePdu(const Task& task) const {
   const config::Point& point = device_.points[task.point];
   const auto place = WritePlace(point);
   if (!place) return Error{"point " + point.name + ": " + place.error()};
-  if (place->form == Form::flag || place->form == Form::bit) {
-    const double level = ToDouble(task.value);
-    if (level != 0 && level != 1) {
-      return Error{"point " + point.name + ": " + ToText(task.value) + " is neither 0 nor 1"};
-    }
-    const bool on = level == 1;
-    if (place->form == Form::bit) {
-      const auto mask = static_cast<std::uint16_t>(1U << place->bit);
-      return MaskWriteRequest(place->address, static_cast<std::uint16_t>(~mask),
-                              on ? mask : std::uint16_t{0});
-    }
-    return settings_.write_multiple ? WriteCoilsRequest(place->address, {on})
-                                    : WriteCoilRequest(place->address, on);
+  if (place->form == Form::flag || place->form == Form::bit || place->form == Form::bits) {
+    return BitsPdu(*place, task);
   }
   const auto registers = Encode(*place, task.value, settings_);
   if (!registers) return Error{"point " + point.name + ": " + registers.error()};
@@ -166,12 +157,16 @@ ModbusConversation::Exchanged ModbusConversation::Decode(View request, View fram
   if (!asked) return fail(Outcome::corrupt, "the request is no Modbus frame: " + ToHex(request));
   auto got = Unwrap(framing_, frame);
   if (!got) return fail(Outcome::corrupt, "the reply is no Modbus frame: " + ToHex(frame));
-  if (asked->slave == 0) {
+  if (IsBroadcast(framing_, asked->slave)) {
     return fail(Outcome::unexpected, "nobody answers a broadcast, yet this came: " + ToHex(frame));
   }
   if (asked->slave != got->slave) {
     return fail(Outcome::unexpected, "reply of slave " + std::to_string(got->slave) + ", not " +
                                          std::to_string(asked->slave));
+  }
+  if (asked->transaction != got->transaction) {
+    return fail(Outcome::unexpected, "reply of transaction " + std::to_string(got->transaction) +
+                                         ", not " + std::to_string(asked->transaction));
   }
   exchanged.request = std::move(asked->pdu);
   exchanged.reply = std::move(got->pdu);
@@ -181,6 +176,7 @@ ModbusConversation::Exchanged ModbusConversation::Decode(View request, View fram
   }
   exchanged.exception = verdict.exception;
   if (verdict.outcome == Outcome::ok) {
+    exchanged.data = DataOf(exchanged.request, exchanged.reply);
     AddReadings(exchanged);
     return exchanged;
   }
@@ -191,55 +187,6 @@ ModbusConversation::Exchanged ModbusConversation::Decode(View request, View fram
   if (verdict.exception == kAcknowledge) exchanged.answer.wait = kWorkWait;
   AddFaults(exchanged);
   return exchanged;
-}
-
-/// Every point that stands wholly in the reply.
-void ModbusConversation::AddReadings(Exchanged& exchanged) const {
-  const auto data = DataOf(exchanged.request, exchanged.reply);
-  if (!data) return;
-  for (std::size_t point = 0; point < places_.size(); ++point) {
-    const auto& place = places_[point];
-    if (!place || !data->block().Covers(BlockOf(*place))) continue;
-    const auto words = std::span(data->words).subspan(place->address - data->address, place->count);
-    auto [value, quality] = protocols::modbus::Decode(*place, words, settings_);
-    exchanged.answer.readings.push_back({point, std::move(value), quality, {}});
-  }
-}
-
-/// What the reply holds and no point asks for.
-void ModbusConversation::AddLabels(Exchanged& exchanged) const {
-  if (exchanged.answer.outcome != Outcome::ok) return;
-  const auto data = DataOf(exchanged.request, exchanged.reply);
-  if (!data) return;
-  std::vector<bool> used(data->words.size(), false);
-  for (const auto& place : places_) {
-    if (!place || !data->block().Covers(BlockOf(*place))) continue;
-    const auto at = static_cast<std::ptrdiff_t>(place->address - data->address);
-    std::fill_n(used.begin() + at, place->count, true);
-  }
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    if (used[i]) continue;
-    Value value{std::uint64_t{data->words[i]}};
-    if (IsBits(data->table)) value = data->words[i] != 0;
-    std::string label = std::string(Name(data->table)) + " " + std::to_string(data->address + i);
-    exchanged.answer.readings.push_back(
-        {kNoPoint, std::move(value), Quality::good, std::move(label)});
-  }
-}
-
-/// The points that a refused read was for.
-void ModbusConversation::AddFaults(Exchanged& exchanged) const {
-  const auto quality = QualityOf(exchanged.exception);
-  const auto table = TableOf(exchanged.request[0]);
-  const auto address = ByteReader(exchanged.request).U16Be(1);
-  const auto count = ByteReader(exchanged.request).U16Be(3);
-  if (!quality || !table || !address || !count) return;
-  const Block<Table> block{*table, *address, std::size_t{*address} + *count, 1};
-  for (std::size_t point = 0; point < places_.size(); ++point) {
-    const auto& place = places_[point];
-    if (!place || !block.Covers(BlockOf(*place))) continue;
-    exchanged.answer.readings.push_back({point, {}, *quality, {}});
-  }
 }
 
 Outcome ModbusConversation::Check(View request, View frame) const {
@@ -257,7 +204,18 @@ Answer ModbusConversation::OnFrame(const Task& task, const Request& request, Vie
   Answer& answer = exchanged.answer;
   if (exchanged.reply.empty() || answer.outcome == Outcome::unexpected) return answer;
   if (task.kind == Task::Kind::probe) return AfterProbe(std::move(exchanged));
-  if (task.kind == Task::Kind::poll) return AfterPoll(task.query, std::move(exchanged));
+  if (task.kind != Task::Kind::poll) return answer;
+  if (identification_.IsAskedBy(exchanged.request)) {
+    return AfterIdentification(std::move(exchanged));
+  }
+  return AfterPoll(task.query, std::move(exchanged));
+}
+
+/// Whatever it says, the poll that it stands before goes on.
+Answer ModbusConversation::AfterIdentification(Exchanged exchanged) {
+  identification_.OnAnswer(exchanged.data);
+  Answer answer;
+  answer.then = Then::ask_again;
   return answer;
 }
 
@@ -278,6 +236,12 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged) {
   Answer answer = std::move(exchanged.answer);
   if (answer.outcome == Outcome::no_reply) return answer;
   probes_.OnPolled();
+  identification_.OnPolled();
+  next_object_ = exchanged.data ? exchanged.data->follows : std::nullopt;
+  if (next_object_) {
+    answer.then = Then::ask_again;
+    return answer;
+  }
   PlanChange change = PlanChange::nothing;
   if (answer.outcome == Outcome::ok) {
     change = plan_.OnAnswered(query);
@@ -297,16 +261,28 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged) {
 Then ModbusConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                    Instant) {
   if (task.kind == Task::Kind::probe) {
-    const bool own = request.steady || request.distinct;
+    const auto asked = Unwrap(framing_, request.bytes);
+    const bool own = asked && asked->pdu == OwnProbe();
     return probes_.OnFailed(own) ? Then::ask_again : Then::done;
   }
-  if (task.kind != Task::Kind::poll || outcome != Outcome::no_reply) return Then::done;
+  next_object_.reset();
+  if (task.kind != Task::Kind::poll) return Then::done;
+  const auto asked = Unwrap(framing_, request.bytes);
+  if (asked && identification_.IsAskedBy(asked->pdu)) {
+    if (outcome == Outcome::line_down || outcome == Outcome::busy) return Then::done;
+    identification_.OnAnswer(std::nullopt);
+    return Then::ask_again;
+  }
+  identification_.OnPolled();
+  if (outcome != Outcome::no_reply) return Then::done;
   return plan_.OnSilent(task.query) == PlanChange::nothing ? Then::done : Then::replan;
 }
 
 void ModbusConversation::OnReconnect() {
   probes_.OnReconnect();
   plan_.OnReconnect();
+  identification_.OnReconnect();
+  next_object_.reset();
 }
 
 }  // namespace baudgate::protocols::modbus

@@ -1,4 +1,4 @@
-// What a Modbus device is asked and what its answers mean, in either framing. Points come from the
+// What a Modbus device is asked and what its answers mean, in every framing. Points come from the
 // configuration, readings go to gateway/poll/poller.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -10,6 +10,7 @@
 #include "protocols/common/probe_choice.h"
 #include "protocols/conversation.h"
 #include "protocols/modbus/codec.h"
+#include "protocols/modbus/identification.h"
 #include "protocols/modbus/plan.h"
 #include "protocols/modbus/settings.h"
 #include "protocols/modbus/values.h"
@@ -17,16 +18,27 @@
 
 namespace baudgate::protocols::modbus {
 
+/// Of all devices behind one TCP connection: no two of their requests have the same number.
+class Transactions : public Bus {
+ public:
+  std::uint16_t Next() { return ++last_; }
+
+ private:
+  std::uint16_t last_ = 0;
+};
+
 class ModbusConversation : public Conversation {
  public:
-  /// `device` outlives the conversation.
-  ModbusConversation(Framing framing, const config::Device& device);
+  /// Both outlive the conversation; `transactions`: of tcp.
+  ModbusConversation(Framing framing, const config::Device& device,
+                     Transactions* transactions = nullptr);
 
   std::span<const Query> Queries() const override { return plan_.queries(); }
   Result<Request> Ask(const Task& task, Instant now) override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
+  const DeviceTrouble& trouble() const override { return identification_.trouble(); }
   Outcome Check(View request, View frame) const override;
   Answer Interpret(View request, View frame) override;
 
@@ -37,6 +49,7 @@ class ModbusConversation : public Conversation {
     Bytes request;  ///< PDUs
     Bytes reply;
     std::uint8_t exception = 0;
+    std::optional<Data> data{};  ///< of a good reply to a read
   };
 
   Exchanged Decode(View request, View frame) const;
@@ -45,16 +58,23 @@ class ModbusConversation : public Conversation {
   void AddFaults(Exchanged& exchanged) const;
   Request MakeRequest(View pdu) const;
   Bytes OwnProbe() const;  ///< a loopback, or a read that no poll makes
+  Bytes PollPdu(std::size_t query) const;
   Result<Bytes> WritePdu(const Task& task) const;
+  Result<Bytes> BitsPdu(const Place& place, const Task& task) const;
+  Reading ReadingOf(std::size_t point, const Data& data) const;
   Answer AfterProbe(Exchanged exchanged);
+  Answer AfterIdentification(Exchanged exchanged);
   Answer AfterPoll(std::size_t query, Exchanged exchanged);
 
   const Framing framing_;
   const config::Device& device_;
+  Transactions* const transactions_;
   Settings settings_;
   std::uint8_t slave_;
   std::vector<std::optional<Place>> places_;  // by point
-  TablePlan plan_;
+  SpacePlan plan_;
+  Identification identification_;
+  std::optional<std::uint8_t> next_object_;  // of an identification that comes in several replies
   ProbeChoice probes_;
 };
 

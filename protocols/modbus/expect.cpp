@@ -8,11 +8,11 @@ namespace {
 
 constexpr std::size_t kExceptionPdu = 2;
 
-void Allow(Expectation& expect, Framing framing, unsigned function, std::size_t least,
-           std::size_t most) {
-  expect.shapes.push_back(
-      {static_cast<int>(function), FrameLength(framing, least), FrameLength(framing, most)});
+void Allow(Expectation& expect, Framing framing, int tag, std::size_t least, std::size_t most) {
+  expect.shapes.push_back({tag, FrameLength(framing, least), FrameLength(framing, most)});
 }
+
+Result<std::uint8_t> SlaveOf(std::string_view address) { return ParseAddress(address); }
 
 template <Framing kFraming>
 Bytes WrapPdu(std::uint8_t slave, View pdu) {
@@ -41,8 +41,8 @@ std::optional<std::pair<std::uint8_t, Bytes>> UnwrapRequest(View frame) {
 
 template <Framing kFraming>
 constexpr PduCarrier kCarrier = {
-    ParseAddress, WrapPdu<kFraming>,       UnwrapReply<kFraming>, UnwrapRequest<kFraming>,
-    IsCommon,     kFraming == Framing::rtu};
+    SlaveOf,  WrapPdu<kFraming>,       UnwrapReply<kFraming>, UnwrapRequest<kFraming>,
+    IsCommon, kFraming == Framing::rtu};
 
 }  // namespace
 
@@ -55,23 +55,26 @@ Expectation Expect(Framing framing, View request) {
   const Bytes& pdu = adu->pdu;
   expect.address = {adu->slave};
   expect.repeatable = IsRepeatable(pdu);
-  expect.mirrors = MayBeMirrored(pdu[0]);
-  if (adu->slave == 0) {
+  expect.mirrors = framing != Framing::tcp && MayBeMirrored(pdu[0]);
+  if (IsBroadcast(framing, adu->slave)) {
     expect.reply = Expectation::Reply::none;
     return expect;
   }
-  Allow(expect, framing, pdu[0] | kExceptionBit, kExceptionPdu, kExceptionPdu);
+  Allow(expect, framing, TagOf(adu->transaction, pdu[0] | kExceptionBit), kExceptionPdu,
+        kExceptionPdu);
+  const int tag = TagOf(adu->transaction, pdu[0]);
   const auto awaited = AwaitedLength(pdu);
   if (!awaited) {
-    Allow(expect, framing, pdu[0], 1, kMaxPdu);
+    Allow(expect, framing, tag, 1, kMaxPdu);
   } else if (*awaited <= kMaxPdu) {
-    Allow(expect, framing, pdu[0], *awaited, *awaited);
+    Allow(expect, framing, tag, *awaited, *awaited);
   }
   return expect;
 }
 
-const PduCarrier& Carrier(Framing framing) {
-  return framing == Framing::rtu ? kCarrier<Framing::rtu> : kCarrier<Framing::ascii>;
+const PduCarrier* Carrier(Framing framing) {
+  if (framing == Framing::tcp) return nullptr;
+  return framing == Framing::rtu ? &kCarrier<Framing::rtu> : &kCarrier<Framing::ascii>;
 }
 
 }  // namespace baudgate::protocols::modbus

@@ -9,6 +9,12 @@ void AppendU16(Bytes& to, std::size_t value) {
   to.push_back(static_cast<std::uint8_t>(value & 0xFFU));
 }
 
+Bytes BytesOf(const std::vector<std::uint16_t>& words) {
+  Bytes bytes;
+  for (const std::uint16_t word : words) AppendU16(bytes, word);
+  return bytes;
+}
+
 Bytes PackBits(const std::vector<bool>& bits) {
   Bytes bytes(PackedSize(bits.size()));
   for (std::size_t i = 0; i < bits.size(); ++i) {

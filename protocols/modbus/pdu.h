@@ -23,6 +23,8 @@ Bytes MaskWriteRequest(std::uint16_t address, std::uint16_t keep, std::uint16_t 
 Bytes LoopbackRequest(std::uint16_t data);
 
 void AppendU16(Bytes& to, std::size_t value);
+/// High byte first.
+Bytes BytesOf(const std::vector<std::uint16_t>& words);
 /// Eight to a byte, the first in bit 0.
 Bytes PackBits(const std::vector<bool>& bits);
 

@@ -2,9 +2,11 @@
 #include "protocols/modbus/points.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "gateway/base/text.h"
 #include "protocols/modbus/codec.h"
+#include "protocols/modbus/named_places.h"
 #include "protocols/modbus/pdu.h"
 #include "protocols/modbus/settings.h"
 
@@ -24,8 +26,10 @@ struct FormRow {
 constexpr FormRow kForms[] = {
     {"int16", Form::int16, 1},     {"uint16", Form::uint16, 1},   {"int32", Form::int32, 2},
     {"uint32", Form::uint32, 2},   {"int64", Form::int64, 4},     {"uint64", Form::uint64, 4},
-    {"float32", Form::float32, 2}, {"float64", Form::float64, 4}, {"bcd16", Form::bcd16, 1},
-    {"bcd32", Form::bcd32, 2},
+    {"float32", Form::float32, 2}, {"float64", Form::float64, 4}, {"int24", Form::int24, 2},
+    {"uint24", Form::uint24, 2},   {"int48", Form::int48, 3},     {"uint48", Form::uint48, 3},
+    {"bcd16", Form::bcd16, 1},     {"bcd32", Form::bcd32, 2},     {"bcd48", Form::bcd48, 3},
+    {"bcd64", Form::bcd64, 4},
 };
 
 constexpr DecoderSpec kDecoders[] = {
@@ -34,21 +38,31 @@ constexpr DecoderSpec kDecoders[] = {
     {"holding 200", "holding registers as the point's own type (03, written by 06 and 16)"},
     {"input 3", "input registers as the point's own type (04)"},
     {"holding 200 uint16",
-     "what the registers hold where it is not the point's type: int16, uint16, int32, uint32, "
-     "int64, uint64, float32, float64, bcd16, bcd32"},
+     "what the registers hold where it is not the point's type: int16, uint16, int24, uint24, "
+     "int32, uint32, int48, uint48, int64, uint64, float32, float64, bcd16, bcd32, bcd48, bcd64"},
     {"holding 200 float32 CDAB",
      "with the order of its bytes: ABCD, CDAB, BADC or DCBA, over the device's `order`"},
     {"holding 8[b3]", "one bit of a register, 0 = lowest; a bool, written by mask (22)"},
+    {"holding 8[b3-b5]", "several bits of a register as a number, written by mask (22)"},
+    {"holding 200 int16 scale(203)",
+     "times 10 to the n, n from register 203 of the same table and the same reply"},
+    {"holding 90 date(ti081)",
+     "date and time as text: unix, ti081, registers, bytes or bcd (README.md)"},
     {"holding 300 string(16)", "characters, two a register, the first in the high byte"},
     {"holding 500 text(NAME)", "what the code in a register means, by the option `texts`"},
+    {"file 4:1 uint16", "records of a file: number of file and record (20)"},
+    {"queue 1246[0]", "an entry of a queue, 0 = the oldest; queue 1246 count: how many (24)"},
+    {"exception status", "eight bits (07), or one: exception status[b3]"},
+    {"event counter", "completed requests (11); event status: FFFF while one is under way"},
+    {"message counter", "messages on the line (12)"},
+    {"server id", "the text in what the device says of itself (17); server id[0]: its first byte"},
+    {"identification product",
+     "vendor, product, revision, url, name, model, application, or an object 0x80...0xFF (43/14)"},
 };
 
-Error Wrong(std::string_view text, const std::string& why) {
-  return Error{"'" + std::string(text) + "' " + why};
-}
-
 std::optional<Table> TableNamed(std::string_view name) {
-  for (const Table table : {Table::coils, Table::discretes, Table::holding, Table::input}) {
+  for (const Table table :
+       {Table::coils, Table::discretes, Table::holding, Table::input, Table::file, Table::queue}) {
     if (name == Name(table)) return table;
   }
   return std::nullopt;
@@ -92,6 +106,14 @@ bool TakeForm(std::string_view word, Place& place) {
     place.count = (*characters + 1) / 2;
     return true;
   }
+  if (const auto name = InParentheses(word, "date")) {
+    const auto date = DateFormNamed(*name);
+    if (!date) return false;
+    place.form = Form::date;
+    place.date = *date;
+    place.count = RegistersOf(*date);
+    return true;
+  }
   if (const auto name = InParentheses(word, "text"); name && !name->empty()) {
     place.form = Form::text;
     place.texts = *name;
@@ -101,23 +123,53 @@ bool TakeForm(std::string_view word, Place& place) {
   return false;
 }
 
-/// "8" or "8[b3]".
+/// "8" or "8[b3]"; of a file "4:8"; of a queue "1246", or "1246[0]".
 Status TakeAddress(std::string_view text, std::string_view word, Place& place) {
   const auto open = word.find('[');
-  const auto address = ParseNumber(word.substr(0, open));
+  std::string_view number = word.substr(0, open);
+  if (place.table == Table::file) {
+    const auto colon = number.find(':');
+    const auto file = ParseNumber(number.substr(0, colon));
+    if (colon == std::string_view::npos || !file) {
+      return Wrong(text, "names no record; write the number of the file and of the record, as 4:1");
+    }
+    place.which = *file;
+    number = number.substr(colon + 1);
+  }
+  const auto address = ParseNumber(number);
   if (!address) {
     return Wrong(text, "has no address 0...65535, decimal or as 0x1F4, behind its table");
   }
   place.address = *address;
+  if (place.table == Table::queue) {
+    place.which = std::exchange(place.address, std::uint16_t{0});
+    if (open == std::string_view::npos) return {};
+    const auto entry = ParseInteger<unsigned>(word.substr(open + 1, word.size() - open - 2));
+    if (!word.ends_with(']') || !entry || *entry >= kMostQueued) {
+      return Wrong(text, "names no entry of the queue; write [0] (the oldest) to [30]");
+    }
+    place.address = static_cast<std::uint16_t>(*entry + 1);
+    return {};
+  }
   if (open == std::string_view::npos) return {};
-  const std::string_view inside = word.substr(open);
-  const bool formed = inside.starts_with("[b") && inside.ends_with(']');
-  const auto bit = formed ? ParseInteger<unsigned>(inside.substr(2, inside.size() - 3))
-                          : std::optional<unsigned>();
-  if (!bit || *bit > 15) return Wrong(text, "names no bit; write [b0] (lowest) to [b15]");
-  if (IsBits(place.table)) return Wrong(text, "is one bit already, and has no [b]");
-  place.form = Form::bit;
-  place.bit = *bit;
+  return TakeBits(text, word.substr(open), place);
+}
+
+/// "scale(203)".
+Status TakeScale(std::string_view text, std::string_view word, Place& place) {
+  const auto address = ParseNumber(*InParentheses(word, "scale"));
+  if (!address || place.scale) return Wrong(text, "has no register in scale(...)");
+  constexpr Form kWhole[] = {Form::int16, Form::uint16, Form::int24, Form::uint24,
+                             Form::int32, Form::uint32, Form::int48, Form::uint48,
+                             Form::int64, Form::uint64, Form::bits};
+  if (IsBits(place.table) || !IsAddressed(place.table) ||
+      std::ranges::find(kWhole, place.form) == std::end(kWhole)) {
+    return Wrong(text, "has a scale register, which belongs to whole numbers: int16, uint32 ...");
+  }
+  place.scale = *address;
+  if (EndOf(place) - BeginOf(place) > kMostRegisters) {
+    return Wrong(text, "is too far from its scale register: one request has to read both");
+  }
   return {};
 }
 
@@ -129,7 +181,12 @@ Status TakeWords(std::string_view text, std::span<const std::string_view> words,
       place.order = order;
       continue;
     }
-    if (formed || place.order || IsBits(place.table) || place.form == Form::bit ||
+    if (InParentheses(word, "scale")) {
+      if (const Status status = TakeScale(text, word, place); !status) return status;
+      continue;
+    }
+    const bool bits = place.form == Form::bit || place.form == Form::bits;
+    if (formed || place.order || place.scale || IsBits(place.table) || bits ||
         !TakeForm(word, place)) {
       return Wrong(text, "has '" + std::string(word) +
                              "' where only a form (uint16, float32, bcd16, string(16), "
@@ -139,8 +196,12 @@ Status TakeWords(std::string_view text, std::span<const std::string_view> words,
     formed = true;
   }
   if (!place.order) return {};
-  if (IsBits(place.table) || place.form == Form::bit || place.form == Form::text) {
-    return Wrong(text, "is one bit or one code: it has no order of bytes");
+  if (IsBits(place.table) || place.form == Form::bit || place.form == Form::bits ||
+      place.form == Form::text) {
+    return Wrong(text, "is bits or a code: it has no order of bytes");
+  }
+  if (place.form == Form::date && place.date != DateForm::unix) {
+    return Wrong(text, "is a date of which every register stands by itself: it has no order");
   }
   const bool swap_only = place.count == 1 || place.form == Form::string;
   if (swap_only && place.order != WordOrder::abcd && place.order != WordOrder::badc) {
@@ -155,17 +216,20 @@ Result<Place> ParsePlace(std::string_view text, const Point& point, const Place*
   for (const std::string_view word : Split(Trim(text), ' ')) {
     if (!word.empty()) words.push_back(word);
   }
+  if (auto named = ParseNamed(text, words)) return *named;
   const auto table = words.empty() ? std::nullopt : TableNamed(words[0]);
   if (!table) {
     return Wrong(text,
                  "names no table; write coil, discrete, holding or input and a 0-based "
-                 "address, as in holding 200");
+                 "address, as in holding 200 (`baudgate protocols` lists the others)");
   }
   Place place;
   if (IsBits(*table)) {
     place.form = Form::flag;
-  } else if (usual != nullptr && usual->form != Form::flag && usual->form != Form::bit) {
+  } else if (usual != nullptr && usual->form != Form::flag && usual->form != Form::bit &&
+             usual->form != Form::bits) {
     place = *usual;
+    place.scale.reset();
   } else {
     TakeType(point, place);
   }
@@ -173,19 +237,28 @@ Result<Place> ParsePlace(std::string_view text, const Point& point, const Place*
   const Status address = TakeAddress(text, words.size() > 1 ? words[1] : std::string_view(), place);
   if (!address) return Error{address.error()};
   bool formed = false;
-  const auto rest = std::span(words).subspan(std::min<std::size_t>(2, words.size()));
+  auto rest = std::span(words).subspan(std::min<std::size_t>(2, words.size()));
+  if (place.table == Table::queue && place.address == 0) {
+    if (rest.size() != 1 || rest[0] != "count") {
+      return Wrong(text, "names no entry of the queue; write [0] (the oldest) to [30], or count");
+    }
+    place.form = Form::uint16;
+    place.count = 1;
+    return place;
+  }
   if (!rest.empty()) place.order.reset();
   if (const Status status = TakeWords(text, rest, place, formed); !status) {
     return Error{status.error()};
   }
-  if (place.end() > 0x10000) return Wrong(text, "ends beyond address 65535");
+  if (EndOf(place) > 0x10000) return Wrong(text, "ends beyond address 65535");
   return place;
 }
 
 /// Whether the form gives what the point's type takes.
 Status CheckType(std::string_view text, const Point& point, const Place& place) {
   const bool truth = place.form == Form::flag || place.form == Form::bit;
-  const bool words = place.form == Form::string || place.form == Form::text;
+  const bool words = place.form == Form::string || place.form == Form::text ||
+                     place.form == Form::date || place.form == Form::object;
   if (truth != (point.type == Type::boolean)) {
     return Wrong(text, truth ? "is one bit: its type is bool"
                              : "is no bit; a bool needs one, as in holding 8[b0] or coil 0");
@@ -194,27 +267,37 @@ Status CheckType(std::string_view text, const Point& point, const Place& place) 
     return Wrong(text, words ? "gives text: its type is string(n)"
                              : "gives a number, and the type is text; write string(n)");
   }
+  if (place.scale && point.type != Type::float32 && point.type != Type::float64) {
+    return Wrong(text,
+                 "has a scale register, which gives decimals: its type is float32 or float64");
+  }
+  const bool speaks = place.table == Table::server || place.table == Table::identity;
+  if (speaks && point.group != config::Group::once) {
+    return Wrong(text,
+                 "is what a device says of itself, and need not be polled: write group: once");
+  }
   return {};
 }
 
 }  // namespace
 
+std::size_t BeginOf(const Place& place) {
+  return std::min<std::size_t>(place.address, place.scale.value_or(place.address));
+}
+
+std::size_t EndOf(const Place& place) {
+  return std::max<std::size_t>(place.end(), place.scale ? *place.scale + std::size_t{1} : 0);
+}
+
 bool IsBits(Table table) { return table == Table::coils || table == Table::discretes; }
 bool IsWritable(Table table) { return table == Table::coils || table == Table::holding; }
+bool IsAddressed(Table table) { return table <= Table::input || table == Table::file; }
 
 std::string_view Name(Table table) {
-  constexpr std::string_view kNames[] = {"coil", "discrete", "holding", "input"};
+  constexpr std::string_view kNames[] = {
+      "coil",    "discrete",  "holding", "input", "exception status", "event",
+      "message", "server id", "file",    "queue", "identification"};
   return kNames[static_cast<std::size_t>(table)];
-}
-
-std::uint8_t ReadFunction(Table table) {
-  constexpr std::uint8_t kFunctions[] = {kReadCoils, kReadDiscretes, kReadHolding, kReadInput};
-  return kFunctions[static_cast<std::size_t>(table)];
-}
-
-std::optional<Table> TableOf(std::uint8_t function) {
-  if (function < kReadCoils || function > kReadInput) return std::nullopt;
-  return static_cast<Table>(function - kReadCoils);
 }
 
 Result<Place> ReadPlace(const Point& point) {
@@ -243,6 +326,15 @@ Result<Place> WritePlace(const Point& point) {
     return Error{"write " + status.error()};
   }
   if (place->form == Form::text) return Error{"the meaning of a code can not be written"};
+  if (place->form == Form::date) return Error{"a date can not be written"};
+  if (place->scale) {
+    return Error{
+        "a number with a scale register can not be written: the register is the device's; "
+        "write the number itself in a point of its own"};
+  }
+  if (place->form == Form::int24 || place->form == Form::uint24) {
+    return Error{"three bytes of two registers can not be written without the fourth"};
+  }
   if (place->count > kMostWrittenRegisters) {
     return Error{"write " + Wrong(text, "is longer than one request can write").message};
   }

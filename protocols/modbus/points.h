@@ -11,16 +11,38 @@
 
 #include "config/model/device.h"
 #include "gateway/base/result.h"
+#include "protocols/modbus/dates.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::protocols::modbus {
 
-enum class Table : std::uint8_t { coils, discretes, holding, input };
+enum class Table : std::uint8_t {
+  coils,
+  discretes,
+  holding,
+  input,
+  status,    ///< eight bits (07): place 0
+  events,    ///< status word and counter (11): places 0 and 1
+  log,       ///< status word, event counter, message counter (12): places 0, 1, 2
+  server,    ///< what the device says of itself (17): its bytes
+  file,      ///< records of one file (20)
+  queue,     ///< a queue (24): place 0 its count, 1 the first entry
+  identity,  ///< objects of one category (43/14)
+};
+
+/// Where addresses count from 0: a table, and of files and queues each one by itself.
+struct Space {
+  Table table = Table::holding;
+  std::uint16_t which = 0;  ///< number of the file, address of the queue, category of the objects
+
+  bool operator==(const Space&) const = default;
+};
 
 /// What the registers hold.
 enum class Form : std::uint8_t {
   flag,  ///< one coil or discrete input
   bit,   ///< one bit of a register
+  bits,  ///< several bits of a register, as a number
   int16,
   uint16,
   int32,
@@ -29,24 +51,43 @@ enum class Form : std::uint8_t {
   uint64,
   float32,
   float64,
+  int24,  ///< the lower three bytes of two registers
+  uint24,
+  int48,
+  uint48,
   bcd16,
   bcd32,
+  bcd48,
+  bcd64,
+  date,
+  object,  ///< the text of a server id or of an object
   string,  ///< two characters a register, the first in the high byte
   text,    ///< a code, and its meaning by the device's option `texts`
 };
 
 struct Place {
   Table table = Table::holding;
+  std::uint16_t which = 0;    ///< of Space
   std::uint16_t address = 0;  ///< 0-based, as it stands in the PDU
   std::size_t count = 1;      ///< registers or bits
   Form form = Form::uint16;
-  unsigned bit = 0;                        ///< of Form::bit, 0 = lowest
+  unsigned bit = 0;                        ///< of Form::bit and bits, 0 = lowest
+  unsigned width = 1;                      ///< of Form::bits
+  DateForm date = DateForm::unix;          ///< of Form::date
   std::size_t length = 0;                  ///< of Form::string: characters
   std::string texts;                       ///< of Form::text: the table's name
   std::optional<config::WordOrder> order;  ///< the point's own
 
+  /// The register of the same table that holds n of "times 10 to the n", -10…10.
+  std::optional<std::uint16_t> scale;
+
   std::size_t end() const { return std::size_t{address} + count; }
+  Space space() const { return {table, which}; }
 };
+
+/// What one request has to read for the place: its registers, and that of its scale.
+std::size_t BeginOf(const Place& place);
+std::size_t EndOf(const Place& place);
 
 /// Where the point is read. An error says what is wrong and what would be right.
 Result<Place> ReadPlace(const config::Point& point);
@@ -55,11 +96,9 @@ Result<Place> WritePlace(const config::Point& point);
 
 bool IsBits(Table table);
 bool IsWritable(Table table);
+/// Of registers and bits that are addressed: coils to input, and files.
+bool IsAddressed(Table table);
 std::string_view Name(Table table);
-/// The function that reads the table.
-std::uint8_t ReadFunction(Table table);
-/// The table that a reading function reads.
-std::optional<Table> TableOf(std::uint8_t function);
 
 /// Whether `read`, `write` and access fit together.
 Status CheckPoint(const config::Point& point);

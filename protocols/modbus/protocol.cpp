@@ -10,13 +10,15 @@
 #include "protocols/modbus/points.h"
 #include "protocols/modbus/rtu_frame_rule.h"
 #include "protocols/modbus/settings.h"
+#include "protocols/modbus/tcp_frame_rule.h"
 #include "protocols/modbus/twin.h"
 
 namespace baudgate::protocols::modbus {
 namespace {
 
+template <Framing kFraming>
 Result<std::string> CanonicalAddress(std::string_view address) {
-  const auto parsed = ParseAddress(address);
+  const auto parsed = ParseAddress(address, kFraming);
   if (!parsed) return Error{parsed.error()};
   return std::to_string(*parsed);
 }
@@ -24,6 +26,8 @@ Result<std::string> CanonicalAddress(std::string_view address) {
 Status CheckDevice(const config::Device& device) {
   const auto texts = ParseTexts(device.options.Texts("texts"));
   if (!texts) return Error{texts.error()};
+  const auto times = ParseReplyTimes(device.options.Texts("reply_times"));
+  if (!times) return Error{times.error()};
   for (const config::Point& point : device.points) {
     if (point.access == config::Access::write) continue;
     const auto place = ReadPlace(point);
@@ -50,9 +54,20 @@ TimingRule Times(std::size_t longest) {
           .longest = longest};
 }
 
+/// A segment that is lost on the way comes again after 200 ms or more (RFC 6298, 2.4).
+TimingRule TcpTimes() {
+  return {.quiet = {.least = 100us},
+          .reply = {.least = 1s},
+          .gap = {.least = 300ms},
+          .drain = {.least = 300ms},
+          .longest = kMaxTcp};
+}
+
+std::unique_ptr<Bus> MakeTransactions() { return std::make_unique<Transactions>(); }
+
 template <Framing kFraming>
-std::unique_ptr<Conversation> MakeConversation(const config::Device& device, Bus*) {
-  return std::make_unique<ModbusConversation>(kFraming, device);
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device, Bus* bus) {
+  return std::make_unique<ModbusConversation>(kFraming, device, static_cast<Transactions*>(bus));
 }
 
 template <Framing kFraming>
@@ -64,27 +79,43 @@ constexpr config::SerialSettings Serial(int baud, int data_bits) {
   return {.baud = baud, .data_bits = data_bits, .parity = config::Parity::even};
 }
 
+/// Nobody sees it: a pace that a network does not slow down.
+constexpr config::SerialSettings kNoSerial = {.baud = 4'000'000};
+
+struct Rules {
+  FrameRule request;
+  FrameRule reply;
+};
+
+constexpr Rules RulesOf(Framing framing) {
+  if (framing == Framing::tcp) return {TcpRequestRule, TcpReplyRule};
+  if (framing == Framing::ascii) return {AsciiRequestRule, AsciiReplyRule};
+  return {RtuRequestRule, RtuReplyRule};
+}
+
 template <Framing kFraming>
 Protocol Describe(std::string_view name, std::string_view title,
                   const config::SerialSettings& serial) {
-  constexpr bool kRtu = kFraming == Framing::rtu;
+  constexpr bool kTcp = kFraming == Framing::tcp;
   return {
       .name = name,
       .title = title,
       .options = OptionTable(),
       .decoders = DecoderTable(),
-      .canonical_address = CanonicalAddress,
+      .canonical_address = CanonicalAddress<kFraming>,
       .check_point = CheckPoint,
       .check_device = CheckDevice,
       .serial = serial,
       .data_bits = serial.data_bits,
-      .timing = Times(MaxFrame(kFraming)),
-      .request_rule = kRtu ? RtuRequestRule : AsciiRequestRule,
-      .reply_rule = kRtu ? RtuReplyRule : AsciiReplyRule,
+      .tcp = kTcp,
+      .timing = kTcp ? TcpTimes() : Times(MaxFrame(kFraming)),
+      .request_rule = RulesOf(kFraming).request,
+      .reply_rule = RulesOf(kFraming).reply,
       .expect = Expect<kFraming>,
       .weak_check = kFraming == Framing::ascii,
-      .carrier = &Carrier(kFraming),
-      .profiles_of = kRtu ? "" : "modbus_rtu",
+      .carrier = Carrier(kFraming),
+      .profiles_of = kFraming == Framing::rtu ? "" : "modbus_rtu",
+      .make_bus = kTcp ? MakeTransactions : nullptr,
       .make_conversation = MakeConversation<kFraming>,
       .make_twin = MakeTwin<kFraming>,
   };
@@ -106,6 +137,12 @@ const Protocol& ModbusRtuProtocol() {
 const Protocol& ModbusAsciiProtocol() {
   static const Protocol kProtocol =
       Describe<Framing::ascii>("modbus_ascii", "Modbus ASCII, master", Serial(9600, 7));
+  return kProtocol;
+}
+
+const Protocol& ModbusTcpProtocol() {
+  static const Protocol kProtocol =
+      Describe<Framing::tcp>("modbus_tcp", "Modbus TCP, client", kNoSerial);
   return kProtocol;
 }
 

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/settings.h"
 
+#include <algorithm>
+
 #include "gateway/base/text.h"
 #include "protocols/common/settings.h"
 #include "protocols/modbus/codec.h"
+#include "protocols/modbus/pdu.h"
 
 namespace baudgate::protocols::modbus {
 namespace {
 
 using config::WordOrder;
+
+constexpr Duration kLeastReplyTime = 20ms;
+constexpr Duration kMostReplyTime = 1min;
 
 constexpr auto kTable = SettingsTable(
     Bind<&Settings::order>(option::Choice(
@@ -35,7 +41,11 @@ constexpr auto kTable = SettingsTable(
         "Of a simulated device: registers without a point answer exception 02, or read 0 "
         "beside others.")),
     Bind<&Settings::texts, ParseTexts>(option::Texts(
-        "texts", "", "Meanings of codes for text(NAME), each as \"NAME CODE=TEXT\".")));
+        "texts", "", "Meanings of codes for text(NAME), each as \"NAME CODE=TEXT\".")),
+    Bind<&Settings::reply_times, ParseReplyTimes>(option::Texts(
+        "reply_times", "",
+        "How long the device may take for a function, where longer than timing.reply, each as "
+        "\"16=5s\".")));
 
 }  // namespace
 
@@ -70,6 +80,30 @@ Result<TextTables> ParseTexts(const std::vector<std::string>& entries) {
     if (!is_new) return wrong("gives its code a second time");
   }
   return tables;
+}
+
+Result<FunctionTimes> ParseReplyTimes(const std::vector<std::string>& entries) {
+  FunctionTimes times;
+  for (const std::string& entry : entries) {
+    const auto wrong = [&](const std::string& why) {
+      return Error{"reply_times: '" + entry + "' " + why +
+                   "; write \"FUNCTION=TIME\", as in \"16=5s\""};
+    };
+    const std::string_view view = entry;
+    const auto equals = view.find('=');
+    const auto function = ParseNumber(Trim(view.substr(0, equals)));
+    if (!function || !IsFunction(static_cast<std::uint8_t>(std::min<unsigned>(*function, 0xFF)))) {
+      return wrong("has no function code 1...127");
+    }
+    if (equals == std::string_view::npos) return wrong("has no time");
+    const auto time = ParseDuration(Trim(view.substr(equals + 1)));
+    if (!time || *time < kLeastReplyTime || *time > kMostReplyTime) {
+      return wrong("has no time of 20ms to 1min");
+    }
+    const bool is_new = times.emplace(static_cast<std::uint8_t>(*function), *time).second;
+    if (!is_new) return wrong("gives its function a second time");
+  }
+  return times;
 }
 
 Settings ReadSettings(const config::Options& options) { return kTable.Read(options); }

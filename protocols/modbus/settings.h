@@ -15,6 +15,9 @@
 
 namespace baudgate::protocols::modbus {
 
+/// How long a device may take for a function, where that is longer than its reply time.
+using FunctionTimes = std::map<std::uint8_t, Duration>;
+
 /// Codes of a register and what they mean, by the table's name.
 using TextTables = std::map<std::string, std::map<std::uint16_t, std::string>, std::less<>>;
 
@@ -26,6 +29,7 @@ struct Settings {
   bool probe_by_loopback = false;  ///< else by a read
   bool missing_zero = false;       ///< twin: registers between points read 0
   TextTables texts;
+  FunctionTimes reply_times;
 };
 
 std::span<const OptionSpec> OptionTable();
@@ -33,6 +37,9 @@ Settings ReadSettings(const config::Options& options);
 
 /// "fault 16=E.OC1". An error says what is wrong with which entry.
 Result<TextTables> ParseTexts(const std::vector<std::string>& entries);
+
+/// "16=5s". An error as above.
+Result<FunctionTimes> ParseReplyTimes(const std::vector<std::string>& entries);
 
 std::optional<config::WordOrder> ParseOrder(std::string_view text);
 

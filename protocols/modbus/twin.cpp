@@ -2,13 +2,14 @@
 #include "protocols/modbus/twin.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "protocols/modbus/pdu.h"
+#include "protocols/modbus/space.h"
 
 namespace baudgate::protocols::modbus {
 namespace {
 
-constexpr std::size_t kLongestTitle = 64;
 constexpr std::size_t kMostReadWritten = 121;
 
 std::size_t U16At(View pdu, std::size_t at) { return ByteReader(pdu).U16Be(at).value_or(0); }
@@ -33,26 +34,25 @@ bool Overlap(const Place& place, std::size_t from, std::size_t to) {
   return place.address < to && place.end() > from;
 }
 
-bool IsIn(const Place& place, Table table, std::size_t address) {
-  return place.table == table && Overlap(place, address, address + 1);
+bool IsIn(const Place& place, const Space& space, std::size_t address) {
+  return place.space() == space && Overlap(place, address, address + 1);
 }
 
 bool SamePlace(const Place& a, const Place& b) {
-  return a.table == b.table && a.address == b.address && a.count == b.count;
+  return a.space() == b.space() && a.address == b.address && a.count == b.count;
 }
 
 /// What is drawn later lies over what was drawn before: a whole number over its own bits, and both
-/// over the meaning of a code.
-int Layer(Form form) {
-  if (form == Form::text) return 0;
-  return form == Form::bit ? 1 : 2;
+/// over the meaning of a code; a number with its scale register over all, so that the two agree.
+int Layer(const Place& place) {
+  if (place.scale) return 3;
+  if (place.form == Form::text) return 0;
+  return place.form == Form::bit || place.form == Form::bits ? 1 : 2;
 }
+constexpr int kLayers = 4;
 
-Bytes BytesOf(const Registers& words) {
-  Bytes bytes;
-  for (const std::uint16_t word : words) AppendU16(bytes, word);
-  return bytes;
-}
+/// What a simulated device has in every scale register: tenths.
+constexpr int kScale = -1;
 
 }  // namespace
 
@@ -60,19 +60,22 @@ ModbusTwin::ModbusTwin(Framing framing, const config::Device& device, TwinValues
     : framing_(framing),
       device_(device),
       settings_(ReadSettings(device.options)),
-      slave_(ParseAddress(device.address).value()),
+      slave_(ParseAddress(device.address, framing).value()),
       reply_as_(slave_),
       points_(device, values, ReadPlace, WritePlace) {}
 
-void ModbusTwin::ReplyAs(std::string_view address) { reply_as_ = ParseAddress(address).value(); }
+void ModbusTwin::ReplyAs(std::string_view address) {
+  reply_as_ = ParseAddress(address, framing_).value();
+}
 
 Bytes ModbusTwin::Answer(View request, Instant now) {
   const auto adu = Unwrap(framing_, request);
-  const bool mine = adu && (adu->slave == slave_ || adu->slave == 0);
+  const bool broadcast = adu && IsBroadcast(framing_, adu->slave);
+  const bool mine = adu && (adu->slave == slave_ || broadcast);
   if (!mine || adu->pdu[0] == 0 || adu->pdu[0] >= kExceptionBit) return {};
   const Bytes reply = AnswerPdu(adu->pdu, now);
-  if (adu->slave == 0) return {};
-  return Wrap(framing_, reply_as_, reply);
+  if (broadcast) return {};
+  return Wrap(framing_, reply_as_, reply, adu->transaction);
 }
 
 Bytes ModbusTwin::AnswerPdu(View pdu, Instant now) {
@@ -100,8 +103,15 @@ Bytes ModbusTwin::AnswerPdu(View pdu, Instant now) {
       return MaskWrite(pdu, now);
     case kReadWrite:
       return ReadWrite(pdu, now);
+    case kExceptionStatus:
+    case kEventCounter:
+    case kEventLog:
+    case kServerId:
+    case kReadQueue:
+    case kReadFile:
+      return ReadOne(pdu, now);
     case kEncapsulated:
-      return Identify(pdu);
+      return Identify(pdu, now);
     default:
       return Exception(function, kIllegalFunction);
   }
@@ -116,7 +126,7 @@ Bytes ModbusTwin::Read(View pdu, Instant now) const {
   if (count < 1 || count > (IsBits(table) ? kMostBits : kMostRegisters)) {
     return Exception(pdu[0], kIllegalValue);
   }
-  const Image image = ImageOf(table, address, count, now);
+  const Image image = ImageOf({table, 0}, address, count, now);
   if (image.end() > 0x10000 || !Allows(image.there)) return Exception(pdu[0], kIllegalAddress);
   const std::vector<bool> bits(image.words.begin(), image.words.end());
   const Bytes data = IsBits(table) ? PackBits(bits) : BytesOf(image.words);
@@ -130,18 +140,18 @@ bool ModbusTwin::Allows(const std::vector<bool>& there) const {
   return settings_.missing_zero ? std::ranges::any_of(there, is) : std::ranges::all_of(there, is);
 }
 
-ModbusTwin::Image ModbusTwin::ImageOf(Table table, std::size_t address, std::size_t count,
+ModbusTwin::Image ModbusTwin::ImageOf(const Space& space, std::size_t address, std::size_t count,
                                       Instant now) const {
-  Image image{table, address, Registers(count), std::vector<bool>(count)};
-  for (int layer = 0; layer <= 2; ++layer) {
+  Image image{space, address, Registers(count), std::vector<bool>(count)};
+  for (int layer = 0; layer < kLayers; ++layer) {
     for (const auto& point : points_.all()) {
-      if (point.read && Layer(point.read->form) == layer) Draw(point, image, now);
+      if (point.read && Layer(*point.read) == layer) Draw(point, image, now);
     }
   }
   // A register that can only be written is there, and reads 0.
   for (const auto& point : points_.all()) {
     for (std::size_t i = 0; point.write && i < count; ++i) {
-      if (IsIn(*point.write, table, address + i)) image.there[i] = true;
+      if (IsIn(*point.write, space, address + i)) image.there[i] = true;
     }
   }
   return image;
@@ -149,28 +159,33 @@ ModbusTwin::Image ModbusTwin::ImageOf(Table table, std::size_t address, std::siz
 
 void ModbusTwin::Draw(const TwinPoints<Place>::One& point, Image& image, Instant now) const {
   const Place& place = *point.read;
-  if (place.table != image.table || !Overlap(place, image.address, image.end())) return;
-  const Value value = points_.Get(point, now);
+  const bool here =
+      place.space() == image.space && BeginOf(place) < image.end() && EndOf(place) > image.address;
+  if (!here || place.form == Form::object) return;
+  Value value = points_.Get(point, now);
+  if (place.scale && HasValue(value)) value = std::round(ToDouble(value) * std::pow(10, -kScale));
   Registers words(place.count);
+  std::uint16_t mask = 0xFFFF;
   if (place.form == Form::text) {
     words[0] = CodeOf(place, value, settings_).value_or(0);
-  } else if (place.form == Form::flag || place.form == Form::bit) {
-    words[0] = static_cast<std::uint16_t>((ToDouble(value) >= 0.5 ? 1U : 0U) << place.bit);
+  } else if (place.form == Form::bits || place.form == Form::bit || place.form == Form::flag) {
+    const unsigned most = (1U << place.width) - 1U;
+    const double number = ToDouble(value);
+    const auto level =
+        static_cast<unsigned>(number >= 0.5 ? std::min(number + 0.5, 1.0 * most) : 0);
+    words[0] = static_cast<std::uint16_t>(level << place.bit);
+    if (place.form != Form::flag) mask = static_cast<std::uint16_t>(most << place.bit);
   } else if (const auto encoded = Encode(place, value, settings_)) {
     words = *encoded;
   }
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const std::size_t at = place.address + i;
-    if (at < image.address || at >= image.end()) continue;
-    std::uint16_t& word = image.words[at - image.address];
-    if (place.form == Form::bit) {
-      const auto others = static_cast<std::uint16_t>(word & ~(1U << place.bit));
-      word = static_cast<std::uint16_t>(others | words[i]);
-    } else {
-      word = words[i];
-    }
+  const auto put = [&](std::size_t at, std::uint16_t word) {
+    if (at < image.address || at >= image.end()) return;
+    std::uint16_t& old = image.words[at - image.address];
+    old = static_cast<std::uint16_t>((old & ~mask) | word);
     image.there[at - image.address] = true;
-  }
+  };
+  for (std::size_t i = 0; i < words.size(); ++i) put(place.address + i, words[i]);
+  if (place.scale) put(*place.scale, static_cast<std::uint16_t>(kScale));
 }
 
 // ---------------------------------------------------------------- writing
@@ -202,13 +217,14 @@ std::uint8_t ModbusTwin::Store(Table table, std::size_t address, const Registers
                                Instant now) {
   const std::size_t end = address + words.size();
   if (end > 0x10000) return kIllegalAddress;
+  const Space space{table, 0};
   std::vector<bool> writable(words.size());
   for (std::size_t i = 0; i < words.size(); ++i) {
     writable[i] = points_.FindWritable([&](const Place& place) {
-      return IsIn(place, table, address + i);
+      return IsIn(place, space, address + i);
     }) != nullptr;
   }
-  const std::vector<bool> there = ImageOf(table, address, words.size(), now).there;
+  const std::vector<bool> there = ImageOf(space, address, words.size(), now).there;
   if (!Allows(settings_.missing_zero ? there : writable)) return kIllegalAddress;
   // Taken from one image, so that no point sees half of what another has made of the write.
   std::vector<std::pair<const TwinPoints<Place>::One*, Value>> changes;
@@ -216,8 +232,9 @@ std::uint8_t ModbusTwin::Store(Table table, std::size_t address, const Registers
     const auto is_here = [&](const Place& place) { return SamePlace(place, *point.read); };
     const bool shown = !point.write && point.read && points_.FindWritable(is_here) != nullptr;
     const auto& place = shown ? point.read : point.write;
-    if (!place || place->table != table || !Overlap(*place, address, end)) continue;
-    Image image = ImageOf(table, place->address, place->count, now);
+    if (!place || place->space() != space || place->scale || !Overlap(*place, address, end))
+      continue;
+    Image image = ImageOf(space, place->address, place->count, now);
     for (std::size_t i = 0; i < words.size(); ++i) {
       const std::size_t at = address + i;
       if (at >= image.address && at < image.end()) image.words[at - image.address] = words[i];
@@ -233,7 +250,7 @@ Bytes ModbusTwin::MaskWrite(View pdu, Instant now) {
   const std::size_t address = U16At(pdu, 1);
   const std::size_t keep = U16At(pdu, 3);
   const std::size_t set = U16At(pdu, 5);
-  const std::size_t old = ImageOf(Table::holding, address, 1, now).words[0];
+  const std::size_t old = ImageOf({Table::holding, 0}, address, 1, now).words[0];
   const auto word = static_cast<std::uint16_t>((old & keep) | (set & ~keep & 0xFFFFU));
   const std::uint8_t refused = Store(Table::holding, address, {word}, now);
   if (refused != 0) return Exception(pdu[0], refused);
@@ -253,28 +270,6 @@ Bytes ModbusTwin::ReadWrite(View pdu, Instant now) {
   if (refused != 0) return Exception(pdu[0], refused);
   reply = Read(read, now);
   reply[0] = pdu[0];
-  return reply;
-}
-
-/// Vendor, product and revision; all of them as a stream, or one by its number.
-Bytes ModbusTwin::Identify(View pdu) const {
-  if (pdu.size() != 4 || pdu[1] != kIdentification) {
-    return Exception(pdu[0], kIllegalFunction);
-  }
-  const std::string title = device_.title.empty() ? device_.name : device_.title;
-  const std::string objects[] = {"baudgate", title.substr(0, kLongestTitle), "1.0"};
-  constexpr std::uint8_t kOne = 4;
-  const std::size_t first = pdu[3] < std::size(objects) ? pdu[3] : 0U;
-  const bool one = pdu[2] == kOne;
-  if (pdu[2] < 1 || pdu[2] > kOne) return Exception(pdu[0], kIllegalValue);
-  if (one && first != pdu[3]) return Exception(pdu[0], kIllegalAddress);
-  const std::size_t last = one ? first : std::size(objects) - 1;
-  Bytes reply = {pdu[0], pdu[1], pdu[2], 0x81, 0, 0, static_cast<std::uint8_t>(last - first + 1)};
-  for (std::size_t id = first; id <= last; ++id) {
-    reply.push_back(static_cast<std::uint8_t>(id));
-    reply.push_back(static_cast<std::uint8_t>(objects[id].size()));
-    Append(reply, objects[id]);
-  }
   return reply;
 }
 

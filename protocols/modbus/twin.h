@@ -27,7 +27,7 @@ class ModbusTwin : public Twin {
  private:
   /// Registers or bits (0 and 1) of one table, as they stand now.
   struct Image {
-    Table table = Table::holding;
+    Space space;
     std::size_t address = 0;
     Registers words;
     std::vector<bool> there;  ///< some point has it
@@ -40,12 +40,15 @@ class ModbusTwin : public Twin {
   Bytes Write(View pdu, Instant now);
   Bytes MaskWrite(View pdu, Instant now);
   Bytes ReadWrite(View pdu, Instant now);
-  Bytes Identify(View pdu) const;
+  Bytes ReadOne(View pdu, Instant now) const;  ///< functions that one request reads all of
+  Bytes Identify(View pdu, Instant now) const;
+  std::string SaysOf(Table table, std::size_t object, Instant now) const;
 
-  Image ImageOf(Table table, std::size_t address, std::size_t count, Instant now) const;
+  Image ImageOf(const Space& space, std::size_t address, std::size_t count, Instant now) const;
   void Draw(const TwinPoints<Place>::One& point, Image& image, Instant now) const;
   /// Whether the range may be read, or written.
   bool Allows(const std::vector<bool>& there) const;
+  std::size_t CountOf(const Space& space) const;  ///< up to the last place that a point has
   /// 0, or the exception.
   std::uint8_t Store(Table table, std::size_t address, const Registers& words, Instant now);
 

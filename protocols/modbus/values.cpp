@@ -20,8 +20,16 @@ constexpr std::uint16_t Swapped(std::uint16_t word) {
 /// The device's order concerns numbers of several registers; a point's own every register.
 WordOrder OrderOf(const Place& place, const Settings& settings) {
   if (place.order) return *place.order;
-  const bool single = place.count == 1 || place.form == Form::string;
+  const bool apart = place.form == Form::date && place.date != DateForm::unix;
+  const bool single = place.count == 1 || place.form == Form::string || apart;
   return single ? WordOrder::abcd : settings.order;
+}
+
+/// 24 bits are the lower ones of 32, 48 are all of three registers.
+std::int64_t SignExtended(std::uint64_t bits, unsigned width) {
+  const std::uint64_t sign = std::uint64_t{1} << (width - 1);
+  const std::uint64_t low = bits & ((sign << 1U) - 1);
+  return static_cast<std::int64_t>(low ^ sign) - static_cast<std::int64_t>(sign);
 }
 
 /// Between the device's order and the first register first, high byte first; its own inverse.
@@ -134,7 +142,21 @@ Result<std::uint64_t> EncodeReal(const Value& value, bool single) {
 }
 
 Result<std::uint64_t> EncodeNumber(Form form, const Value& value) {
+  constexpr std::int64_t kHalf24 = 1 << 23;
+  constexpr std::int64_t kHalf48 = std::int64_t{1} << 47;
   switch (form) {
+    case Form::int24:
+      return Whole(value, -kHalf24, kHalf24 - 1);
+    case Form::uint24:
+      return Whole(value, 0, 2 * kHalf24 - 1);
+    case Form::int48:
+      return Whole(value, -kHalf48, kHalf48 - 1);
+    case Form::uint48:
+      return Whole(value, 0, 2 * kHalf48 - 1);
+    case Form::bcd48:
+      return EncodeBcd(value, 12);
+    case Form::bcd64:
+      return EncodeBcd(value, 16);
     case Form::int16:
       return Whole(value, std::numeric_limits<std::int16_t>::min(),
                    std::numeric_limits<std::int16_t>::max());
@@ -176,7 +198,30 @@ Result<Registers> EncodeString(const Place& place, const Value& value) {
   return registers;
 }
 
+/// SunSpec and others: -10…10; 8000 and the like mean that there is no value.
+Decoded Scaled(const Decoded& decoded, std::uint16_t exponent) {
+  const int n = static_cast<std::int16_t>(exponent);
+  if (!HasValue(decoded.value)) return decoded;
+  if (n < -kMostExponent || n > kMostExponent) return {{}, Quality::bad_device_failure};
+  const double number = ToDouble(decoded.value);
+  const double factor = std::pow(10.0, std::abs(n));
+  return {Value(n < 0 ? number / factor : number * factor), decoded.quality};
+}
+
 }  // namespace
+
+Decoded DecodeBlock(const Place& place, std::span<const std::uint16_t> block,
+                    const Settings& settings, std::span<const config::Sentinel> sentinels) {
+  const std::size_t begin = BeginOf(place);
+  if (block.size() != EndOf(place) - begin) return {{}, Quality::bad_configuration};
+  Decoded decoded = Decode(place, block.subspan(place.address - begin, place.count), settings);
+  if (!place.scale || !HasValue(decoded.value)) return decoded;
+  // What stands for no measurement is no number to be scaled.
+  const double raw = ToDouble(decoded.value);
+  const bool stands = std::ranges::any_of(
+      sentinels, [raw](const config::Sentinel& sentinel) { return sentinel.value == raw; });
+  return stands ? decoded : Scaled(decoded, block[*place.scale - begin]);
+}
 
 Decoded Decode(const Place& place, std::span<const std::uint16_t> registers,
                const Settings& settings) {
@@ -205,6 +250,24 @@ Decoded Decode(const Place& place, std::span<const std::uint16_t> registers,
       return DecodeBcd(bits, 4);
     case Form::bcd32:
       return DecodeBcd(bits, 8);
+    case Form::bcd48:
+      return DecodeBcd(bits, 12);
+    case Form::bcd64:
+      return DecodeBcd(bits, 16);
+    case Form::bits:
+      return Unsigned((bits >> place.bit) & ((1U << place.width) - 1U));
+    case Form::int24:
+      return Integer(SignExtended(bits, 24));
+    case Form::uint24:
+      return Unsigned(bits & 0xFFFFFFU);
+    case Form::int48:
+      return Integer(SignExtended(bits, 48));
+    case Form::uint48:
+      return Unsigned(bits);
+    case Form::date:
+      return DecodeDate(place.date, ordered);
+    case Form::object:
+      break;
     case Form::string:
       return {DecodeString(ordered, place.length), Quality::good};
     case Form::text:
@@ -218,6 +281,11 @@ Result<Registers> Encode(const Place& place, const Value& value, const Settings&
   if (place.form == Form::string) {
     auto registers = EncodeString(place, value);
     return registers ? Result(Reorder(*registers, OrderOf(place, settings))) : registers;
+  }
+  if (place.form == Form::date) {
+    const auto registers = EncodeDate(place.date, ToText(value));
+    if (!registers) return NoFit(value, "is no date as 2026-11-23 04:45:00");
+    return Reorder(*registers, OrderOf(place, settings));
   }
   const auto bits = EncodeNumber(place.form, value);
   if (!bits) return Error{bits.error()};

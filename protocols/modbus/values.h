@@ -21,8 +21,15 @@ using Registers = std::vector<std::uint16_t>;
 Decoded Decode(const Place& place, std::span<const std::uint16_t> registers,
                const Settings& settings);
 
-/// All registers of the place; of Form::bit and Form::text see below. An error when the value does
-/// not fit: nothing is ever cut or wrapped.
+/// `block`: the registers from BeginOf to EndOf, with that of the scale.
+Decoded DecodeBlock(const Place& place, std::span<const std::uint16_t> block,
+                    const Settings& settings, std::span<const config::Sentinel> sentinels);
+
+/// n of a scale register: times 10 to the n.
+inline constexpr int kMostExponent = 10;
+
+/// All registers of the place; of Form::bit, Form::bits and Form::text see below. An error when the
+/// value does not fit: nothing is ever cut or wrapped.
 Result<Registers> Encode(const Place& place, const Value& value, const Settings& settings);
 
 /// The code that means `value` in the place's text table.

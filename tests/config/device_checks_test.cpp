@@ -144,6 +144,32 @@ TEST(DeviceChecks, BinaryProtocolsNeedEightDataBits) {
             "for example 9600 8E1\n");
 }
 
+TEST(DeviceChecks, ModbusTcpHasNoSerialLine) {
+  const auto problems = [](const std::string& line, const std::string& device = "address: 255") {
+    return Shown(config::LoadText("lines:\n- { name: l, " + line + ", devices: [\n  { name: d, " +
+                                      device + ", enabled: false, points: [] }] }\n",
+                                  "t.yaml", Shipped())
+                     .problems);
+  };
+  EXPECT_EQ(problems("protocol: modbus_tcp, port: \"tcp://10.0.0.5:502\""), "");
+  EXPECT_EQ(problems("protocol: modbus_tcp, port: /dev/l"),
+            "t.yaml:2:42: error: port: /dev/l is a serial port, and modbus_tcp is spoken over TCP; "
+            "write port: tcp://host:502, or protocol: modbus_rtu for a serial line\n");
+  EXPECT_EQ(problems("protocol: modbus_tcp, port: \"tcp://10.0.0.5:502\", serial: 9600 8N1, "
+                     "echo: strip"),
+            "t.yaml:2:72: error: serial: modbus_tcp has no serial line; remove the key\n"
+            "t.yaml:2:88: error: echo: modbus_tcp has no serial line; remove the key\n");
+  EXPECT_EQ(
+      problems("protocol: modbus_tcp, port: \"tcp://10.0.0.5:502\"",
+               "address: 1, protocol: modbus_rtu"),
+      "t.yaml:3:36: error: protocol: modbus_rtu can not share a line with modbus_tcp; give it "
+      "a line of its own\n");
+  EXPECT_EQ(
+      problems("protocol: modbus_rtu, port: /dev/l", "address: 1, protocol: modbus_tcp"),
+      "t.yaml:3:36: error: protocol: modbus_tcp can not share a line with modbus_rtu; give it "
+      "a line of its own\n");
+}
+
 /// "#2" is answered by one number, and so is every other read of it.
 TEST(CheckOrder, NamesADeviceOfWhichNothingProvesWhoseReplyItIs) {
   const std::string points = "points: [{ name: one, read: \"#2\", type: float32 }]";

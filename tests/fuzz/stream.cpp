@@ -20,6 +20,14 @@ bool IsKs(const Protocol& protocol, int checksum) {
   return protocol.name == "set4tm" && checksum == 1;
 }
 
+/// No check value: the length in the header is made true.
+void SealTcp(Bytes& bytes, std::size_t from) {
+  const std::size_t size = bytes.size() - from;
+  if (size < 6) return;
+  bytes[from + 4] = static_cast<std::uint8_t>((size - 6) >> 8U);
+  bytes[from + 5] = static_cast<std::uint8_t>(size - 6);
+}
+
 /// Of the bytes that the hex text behind ':' stands for.
 void SealAscii(Bytes& bytes, View covered) {
   const std::string_view text = AsText(covered);
@@ -43,6 +51,7 @@ void Seal(const Protocol& protocol, Bytes& bytes, std::size_t from, int checksum
     bytes.push_back(static_cast<std::uint8_t>(crc >> 8U));
     return;
   }
+  if (protocol.name == "modbus_tcp") return SealTcp(bytes, from);
   if (protocol.name == "modbus_ascii") return SealAscii(bytes, covered);
   if (protocol.name == "spabus") {
     const auto start = AsText(covered).find_first_of("<>");
@@ -56,6 +65,7 @@ void Seal(const Protocol& protocol, Bytes& bytes, std::size_t from, int checksum
 }
 
 void Unseal(const Protocol& protocol, Bytes& frame, int checksum) {
+  if (protocol.name == "modbus_tcp") return;
   std::size_t keep = frame.size();
   if (protocol.name == "spabus") {
     const auto colon = AsText(frame).rfind(':');

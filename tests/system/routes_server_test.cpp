@@ -33,6 +33,44 @@ TEST_F(Routes, LeadToAModbusTcpServerElsewhere) {
   EXPECT_EQ(client.Holding(50, 3, 1).values, std::vector<std::uint16_t>{1003});
 }
 
+/// Not a route: its registers are points of this gateway, in its own store.
+TEST_F(Routes, AreNotNeededForAModbusTcpServerAsADevice) {
+  const std::uint16_t elsewhere = FreePort();
+  auto server = LibmodbusSlave::OnTcp(elsewhere);
+  ASSERT_TRUE(server->connected());
+  const auto device = [](const std::string& name, const std::string& address, int unit) {
+    return "      - name: " + name + "\n        address: " + address +
+           "\n        unit: " + std::to_string(unit) +
+           "\n        poll: 100ms\n        points:\n"
+           "          - { name: level, read: holding 3, type: uint16, modbus: 10, access: rw }\n"
+           "          - { name: pump, read: coil 3, type: bool, modbus: 0 }\n"
+           "          - { name: total, read: input 7 uint32, type: uint32, modbus: 20 }\n"
+           "          - { name: beyond, read: holding 1000, type: uint16, modbus: 30 }\n";
+  };
+  const auto daemon = StartGateway(
+      Yaml({}, "  - name: plc\n    port: tcp://127.0.0.1:" + std::to_string(elsewhere) +
+                   "\n    protocol: modbus_tcp\n    devices:\n" + device("itself", "255", 40) +
+                   device("behind", "7", 41)),
+      {});
+  ModbusClient client(port());
+  for (const std::uint8_t unit : {std::uint8_t{40}, std::uint8_t{41}}) {
+    ASSERT_TRUE(Eventually([&] {
+      return client.Holding(unit, 20010, 1).values == std::vector<std::uint16_t>{192};
+    })) << daemon->Errors();
+    EXPECT_EQ(client.Holding(unit, 10, 1).values, std::vector<std::uint16_t>{1003});
+    EXPECT_EQ(client.Holding(unit, 20, 2).values, (std::vector<std::uint16_t>{2007, 2008}));
+  }
+  EXPECT_EQ(client.WriteRegister(40, 10, 77), kNoException);
+  EXPECT_TRUE(Eventually([&] {
+    return client.Holding(41, 10, 1).values == std::vector<std::uint16_t>{77};
+  })) << "the same register by another unit";
+  server.reset();
+  EXPECT_TRUE(Eventually([&] { return client.Holding(40, 10, 1).exception == kNotAnswering; }));
+  server = LibmodbusSlave::OnTcp(elsewhere);
+  ASSERT_TRUE(server->connected());
+  EXPECT_TRUE(Eventually([&] { return client.Holding(40, 10, 1).ok(); })) << "it is back";
+}
+
 TEST_F(Routes, LeadThroughAnotherGateway) {
   const ScriptedSlave slave(LinkOf("drive"), Answer);
   const std::uint16_t near = FreePort();

@@ -54,7 +54,9 @@ Duration Rounded(Duration time) {
 
 void PrintTimes(const Protocol& protocol, std::ostream& out) {
   const config::Timing timing = protocol.timing(protocol.serial);
-  out << "\nDefaults\n  serial: " << protocol.serial.ToString() << "\n  timing: {";
+  out << "\nDefaults\n";
+  if (!protocol.tcp) out << "  serial: " << protocol.serial.ToString() << '\n';
+  out << "  timing: {";
   const char* between = " ";
   for (const auto& [name, time] :
        {std::pair("quiet", timing.quiet), std::pair("reply", timing.reply),
@@ -107,7 +109,7 @@ Json ToJson(const Protocol& protocol) {
   }
   return {{"name", protocol.name},
           {"title", protocol.title},
-          {"serial", protocol.serial.ToString()},
+          {"serial", protocol.tcp ? Json() : Json(protocol.serial.ToString())},
           {"options", std::move(options)},
           {"decoders", std::move(decoders)}};
 }

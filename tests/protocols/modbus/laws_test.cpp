@@ -1,4 +1,5 @@
-// The laws of frame rules for Modbus RTU and ASCII, requests and replies, and what they owe beyond.
+// The laws of frame rules for Modbus RTU, ASCII and TCP, requests and replies, and what they owe
+// beyond.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/ascii_frame_rule.h"
 #include "protocols/modbus/rtu_frame_rule.h"
@@ -76,8 +77,46 @@ LawSubject Replies(Framing framing, const char* name, const char* request,
   return subject;
 }
 
+/// Headers that were cut, wrong protocols and lengths.
+Bytes TcpGarbage(std::mt19937& random) {
+  Bytes bytes(random() % 40);
+  for (std::uint8_t& byte : bytes) {
+    byte = random() % 2 == 0 ? std::uint8_t{0} : static_cast<std::uint8_t>(random());
+  }
+  return bytes;
+}
+
+LawSubject TcpSubject(const char* name, const char* request, std::vector<const char*> frames) {
+  LawSubject subject;
+  subject.name = name;
+  const Protocol& protocol = protocols::modbus::ProtocolOf(Framing::tcp);
+  subject.rule = *request == 0 ? protocol.request_rule : protocol.reply_rule;
+  subject.expect = protocols::modbus::Expect(Framing::tcp, Hex(request));
+  for (const char* frame : frames) subject.frames.push_back(Hex(frame));
+  subject.garbage = TcpGarbage;
+  subject.checksum = false;
+  subject.found_behind_garbage = false;
+  return subject;
+}
+
+std::vector<LawSubject> TcpSubjects() {
+  constexpr const char* kRead500 = "00 01 00 00 00 06 14 03 01 F4 00 01";
+  return {
+      TcpSubject(
+          "TcpRequests", "",
+          {kRead500, "FF FF 00 00 00 06 FF 06 00 08 00 02", "00 02 00 00 00 05 00 2B 0E 01 00",
+           "00 03 00 00 00 02 01 07", "00 04 00 00 00 06 01 08 00 00 A5 5A"}),
+      TcpSubject("TcpRegister", kRead500,
+                 {"00 01 00 00 00 05 14 03 02 00 31", "00 01 00 00 00 03 14 83 02"}),
+      TcpSubject("TcpWrite", "12 34 00 00 00 06 01 06 00 01 00 03",
+                 {"12 34 00 00 00 06 01 06 00 01 00 03", "12 34 00 00 00 03 01 86 02"}),
+      TcpSubject("TcpUnknown", "00 09 00 00 00 04 01 64 01 02",
+                 {"00 09 00 00 00 07 01 64 05 04 03 02 01", "00 09 00 00 00 03 01 E4 01"}),
+  };
+}
+
 std::vector<LawSubject> Subjects() {
-  std::vector<LawSubject> subjects;
+  std::vector<LawSubject> subjects = TcpSubjects();
   for (const Framing framing : {Framing::rtu, Framing::ascii}) {
     subjects.push_back(Requests(framing));
     subjects.push_back(Replies(framing, "Coils", "0100000012", {"0103CD6B02", "8101"}));

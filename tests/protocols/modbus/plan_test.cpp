@@ -11,18 +11,18 @@ using config::Group;
 using config::Type;
 
 /// "fast holding 0+3 slow coil 5+1": group, table, address and count of each request.
-std::string Shown(const TablePlan& plan) {
+std::string Shown(const SpacePlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.queries().size(); ++i) {
-    const Block<Table>& block = plan.block(i);
+    const Block<Space>& block = plan.block(i);
     text += (text.empty() ? "" : " ") + std::string(config::Name(plan.queries()[i].group)) + " " +
-            std::string(Name(block.key)) + " " + std::to_string(block.begin) + "+" +
+            std::string(Name(block.key.table)) + " " + std::to_string(block.begin) + "+" +
             std::to_string(block.size());
   }
   return text;
 }
 
-TablePlan Plan(const std::vector<config::Point>& points, const Settings& settings = {}) {
+SpacePlan Plan(const std::vector<config::Point>& points, const Settings& settings = {}) {
   return MakePlan(points, ReadPlaces(points), settings);
 }
 
@@ -71,13 +71,13 @@ TEST(ModbusPlan, PointsOfOneRegisterShareIt) {
   auto points = Points({"holding 8[b0]", "holding 8[b15]"}, Type::boolean);
   points.push_back(ReadPoint("word", "holding 8"));
   points.push_back(ReadPoint("wide", "holding 7", Type::uint32));
-  const TablePlan plan = Plan(points);
+  const SpacePlan plan = Plan(points);
   EXPECT_EQ(Shown(plan), "fast holding 7+2");
   EXPECT_EQ(plan.queries()[0].points.size(), 4U);
 }
 
 TEST(ModbusPlan, ARefusedBlockIsSplitAndStaysSo) {
-  TablePlan plan = Plan(Points({"holding 0", "holding 1", "holding 5", "holding 8"}));
+  SpacePlan plan = Plan(Points({"holding 0", "holding 1", "holding 5", "holding 8"}));
   ASSERT_EQ(Shown(plan), "fast holding 0+9");
   EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
   EXPECT_EQ(Shown(plan), "fast holding 0+2 fast holding 5+4");
@@ -88,7 +88,7 @@ TEST(ModbusPlan, ARefusedBlockIsSplitAndStaysSo) {
 TEST(ModbusPlan, OverlappingPointsAreNotParted) {
   auto points = Points({"holding 8[b0]", "holding 8[b1]"}, Type::boolean);
   points.push_back(ReadPoint("word", "holding 8"));
-  TablePlan plan = Plan(points);
+  SpacePlan plan = Plan(points);
   EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
   EXPECT_EQ(Shown(plan), "slow holding 8+1");
   EXPECT_EQ(plan.queries()[0].points.size(), 3U);
@@ -97,7 +97,7 @@ TEST(ModbusPlan, OverlappingPointsAreNotParted) {
 TEST(ModbusPlan, WhatIsRefusedIsAskedRarelyAndApart) {
   auto points = Points({"holding 0", "holding 1", "holding 2"});
   points[2].group = Group::slow;
-  TablePlan plan = Plan(points);
+  SpacePlan plan = Plan(points);
   ASSERT_EQ(plan.OnRefused(0), PlanChange::split);
   ASSERT_EQ(Shown(plan), "fast holding 0+1 fast holding 1+1 slow holding 2+1");
   EXPECT_EQ(plan.OnRefused(1), PlanChange::set_apart);

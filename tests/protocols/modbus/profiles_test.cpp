@@ -13,14 +13,16 @@ config::Catalog Installed() {
   config::Catalog catalog;
   catalog.protocols["modbus_rtu"] = &ModbusRtuProtocol();
   catalog.protocols["modbus_ascii"] = &ModbusAsciiProtocol();
+  catalog.protocols["modbus_tcp"] = &ModbusTcpProtocol();
   catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
   return catalog;
 }
 
 config::Loaded Load(const std::string& profile, Framing framing, const std::string& more = {}) {
   const std::string text =
-      "lines:\n  - name: bus\n    port: /dev/null\n    protocol: " +
-      std::string(ProtocolOf(framing).name) +
+      "lines:\n  - name: bus\n    port: " +
+      std::string(framing == Framing::tcp ? "tcp://10.0.0.5:502" : "/dev/null") +
+      "\n    protocol: " + std::string(ProtocolOf(framing).name) +
       "\n    devices:\n      - { name: slave, address: 20, unit: 1, profile: " + profile + more +
       " }\n";
   return config::LoadText(text, "test.yaml", Installed());
@@ -81,15 +83,18 @@ std::vector<std::string> Names() {
   return names;
 }
 
+std::string CaseName(const std::tuple<std::string, Framing>& which) {
+  constexpr const char* kNames[] = {"Rtu", "Ascii", "Tcp"};
+  std::string name = std::get<0>(which);
+  std::erase(name, '-');
+  return name + kNames[static_cast<int>(std::get<1>(which))];
+}
+
 INSTANTIATE_TEST_SUITE_P(Shipped, ModbusProfile,
                          ::testing::Combine(::testing::ValuesIn(Names()),
-                                            ::testing::Values(Framing::rtu, Framing::ascii)),
-                         [](const auto& info) {
-                           std::string name = std::get<0>(info.param);
-                           std::erase(name, '-');
-                           return name +
-                                  (std::get<1>(info.param) == Framing::rtu ? "Rtu" : "Ascii");
-                         });
+                                            ::testing::Values(Framing::rtu, Framing::ascii,
+                                                              Framing::tcp)),
+                         [](const auto& info) { return CaseName(info.param); });
 
 TEST(ModbusProfiles, TheInverterIsReadInFewRequests) {
   const config::Loaded loaded = Load("mitsubishi-fr-d700", Framing::rtu);

@@ -135,6 +135,11 @@ TEST(ModbusRtuRequestRule, GluedRequestsAndRepliesAreAllTaken) {
       {"0F0013000A02CD01", "0F0013000A"},
       {"1700000002000A0001020005", "170400010002"},
       {"2B0E0100", "2B0E0181000001000141"},
+      {"07", "076D"},
+      {"0B", "0BFFFF0108"},
+      {"11", "110407FF4142"},
+      {"140706000400010002", "140605060DFE0020"},
+      {"1804DE", "180006000201B81284"},
   };
   Bytes stream;
   Frames requests;
@@ -150,8 +155,8 @@ TEST(ModbusRtuRequestRule, GluedRequestsAndRepliesAreAllTaken) {
 }
 
 TEST(ModbusRtuRequestRule, UnknownFunctionsAreTakenApartAtSilence) {
-  const Bytes request = Rtu(kOther, "11");
-  const Bytes reply = Wrap(Framing::rtu, kOther, Joined({Hex("11 0A 01 FF"), kWrite}));
+  const Bytes request = Rtu(kOther, "42");
+  const Bytes reply = Wrap(Framing::rtu, kOther, Joined({Hex("42 0A 01 FF"), kWrite}));
   for (const std::size_t piece : kPieces) {
     const Listener glued = Heard(Joined({request, reply, kRead}), piece);
     EXPECT_EQ(glued.frames(), (Frames{request, reply, kRead})) << "by " << piece;

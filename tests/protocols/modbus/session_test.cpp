@@ -71,8 +71,8 @@ class ModbusSession : public ::testing::Test {
   std::unique_ptr<VirtualLine> line_;
 };
 
-TEST_F(ModbusSession, EveryPointBecomesGoodInBothFramings) {
-  for (const Framing framing : {Framing::rtu, Framing::ascii}) {
+TEST_F(ModbusSession, EveryPointBecomesGoodInEveryFraming) {
+  for (const Framing framing : {Framing::rtu, Framing::ascii, Framing::tcp}) {
     Make({}, framing);
     EXPECT_TRUE(Becomes(0, 5s));
     EXPECT_TRUE(Becomes(1, 5s));
@@ -117,6 +117,43 @@ TEST_F(ModbusSession, ASlaveThatVanishesInsideAReplyComesBack) {
   EXPECT_FALSE(AllGood(0));
   line_->twin(0).manner.distort = {};
   EXPECT_TRUE(Becomes(0, 2min));
+}
+
+/// Every reply of a TCP server says to which request it belongs.
+TEST_F(ModbusSession, NumberedRepliesThatComeLateCostTheirRequestAlone) {
+  Make({}, Framing::tcp);
+  ASSERT_TRUE(Becomes(0, 5s));
+  line_->twin(0).manner.think = 1100ms;
+  line_->RunFor(5min);  // `always` looks at every value
+  EXPECT_TRUE(AllGood(1));
+  line_->twin(0).manner.think = 5ms;
+  EXPECT_TRUE(Becomes(0, 2min));
+  std::deque<Bytes> replies;
+  line_->twin(0).manner.distort = [&](Bytes reply) {
+    replies.push_back(std::move(reply));
+    if (replies.size() < 2) return Bytes();
+    Bytes earlier = std::move(replies.front());
+    replies.pop_front();
+    return earlier;
+  };
+  line_->RunFor(5min);
+  EXPECT_TRUE(AllGood(1));
+  line_->twin(0).manner.distort = {};
+  EXPECT_TRUE(Becomes(0, 2min));
+}
+
+TEST_F(ModbusSession, AServerThatLosesItsPlaceIsReadAgainBehindTheNextSilence) {
+  Make({}, Framing::tcp);
+  ASSERT_TRUE(Becomes(0, 5s));
+  int count = 0;
+  line_->twin(0).manner.distort = [&](Bytes reply) {
+    if (++count % 5 == 0) reply[4] = 0x7F;
+    if (count % 7 == 0) reply.erase(reply.begin());
+    return reply;
+  };
+  line_->RunFor(2min);
+  line_->twin(0).manner.distort = {};
+  EXPECT_TRUE(Becomes(0, 1min));
 }
 
 TEST_F(ModbusSession, RepliesThatComeOneRequestLateAreNeverBelieved) {
@@ -203,6 +240,60 @@ TEST_F(ModbusSession, AWriteIsConfirmedAndReadBack) {
   EXPECT_EQ(line_->outcomes, (std::vector{Outcome::ok, Outcome::ok}));
   EXPECT_EQ(ToDouble(line_->ValueOf(0, 4)), 77);
   EXPECT_EQ(ToDouble(line_->ValueOf(0, 5)), 1);
+}
+
+/// Example: an inverter that is told to clear its parameters.
+TEST_F(ModbusSession, AFunctionMayTakeItsOwnTime) {
+  for (const bool given : {false, true}) {
+    const std::vector<std::string> times = {"6=5s"};
+    Make(given ? Settable{{"reply_times", times}} : Settable());
+    ASSERT_TRUE(Becomes(0, 5s));
+    line_->twin(0).manner.instead = [this](View request) -> std::optional<Bytes> {
+      line_->twin(0).manner.think = request[1] == kWriteRegister ? 3s : 5ms;
+      return std::nullopt;
+    };
+    line_->outcomes.clear();
+    line_->Write(0, 4, std::int64_t{77});
+    line_->RunFor(10s);
+    EXPECT_EQ(line_->outcomes, std::vector{given ? Outcome::ok : Outcome::no_reply});
+    EXPECT_TRUE(Becomes(0, 2min));
+    EXPECT_TRUE(AllGood(1));
+  }
+}
+
+TEST_F(ModbusSession, ADeviceThatAnotherProfileIsForServesNoGoodValue) {
+  for (const Framing framing : {Framing::rtu, Framing::tcp}) {
+    config::Line line = Bus({}, framing);
+    for (config::Device& device : line.devices) {
+      device.identity.names = {"Meter 7"};
+      device.identity.others = {{config::SpokenName("Other 5"), "other-5"}};
+    }
+    line_ = std::make_unique<VirtualLine>(line, std::vector{&ProtocolOf(framing)});
+    for (std::uint32_t point = 0; point < 5; ++point) {
+      line_->twin(0).values.Set(point, Truth(0, point));
+      line_->twin(1).values.Set(point, Truth(1, point));
+    }
+    std::string says = "Other 5";
+    line_->twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+      const auto asked = Unwrap(framing, request);
+      if (!asked || asked->pdu[0] != kEncapsulated) return std::nullopt;
+      Bytes reply = Hex("2B 0E 01 01 00 00 01 01 07");
+      Append(reply, says);
+      return Wrap(framing, asked->slave, reply, asked->transaction);
+    };
+    line_->Open();
+    EXPECT_TRUE(Becomes(1, 10s)) << "its twin says the name that the profile lists";
+    line_->RunFor(10s);
+    EXPECT_EQ(line_->QualityOf(0, 0), Quality(Quality::bad_configuration, Reason::other_module));
+    says = "METER 7";
+    EXPECT_TRUE(Becomes(0, 30s)) << "once it is the right one";
+    line_->sent.clear();
+    line_->RunFor(5min);
+    EXPECT_TRUE(AllGood(0));
+    for (const Sent& sent : line_->sent) {
+      EXPECT_NE(Unwrap(framing, ToBytes(sent.text))->pdu[0], kEncapsulated) << "never again";
+    }
+  }
 }
 
 TEST_F(ModbusSession, AWriteIsNeverRepeated) {

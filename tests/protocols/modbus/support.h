@@ -29,6 +29,7 @@ inline Bytes Hex(std::string_view text) {
 }
 
 inline const Protocol& ProtocolOf(Framing framing) {
+  if (framing == Framing::tcp) return ModbusTcpProtocol();
   return framing == Framing::rtu ? ModbusRtuProtocol() : ModbusAsciiProtocol();
 }
 

@@ -324,6 +324,7 @@ Setup SingleChannels() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Real, LateRun, ::testing::ValuesIn(RealLines()), SetupName);
+INSTANTIATE_TEST_SUITE_P(Network, LateRun, ::testing::Values(TcpLine()), SetupName);
 
 TEST(LateSingleChannels, UntaggedNumbersAreNeverMixedUp) {
   for (int step = 1; step <= 20; ++step) {

@@ -75,6 +75,7 @@ TEST_P(APortThatReturns, IsServedAtOnceBehindASerialServerToo) {
 }
 
 INSTANTIATE_TEST_SUITE_P(RealLines, APortThatReturns, testing::ValuesIn(RealLines()), SetupName);
+INSTANTIATE_TEST_SUITE_P(Network, APortThatReturns, testing::Values(TcpLine()), SetupName);
 
 TEST(APortThatReturns, IsServedSoonWhereItHasOneDeviceOnly) {
   baudgate::Setup alone = RealLine("Spa9600");

@@ -85,6 +85,12 @@ bool LrcGood(View frame) {
   return bytes && Sum8(*bytes) == 0;
 }
 
+/// Modbus TCP has no check value: its header is true.
+bool HeaderGood(View frame) {
+  return frame.size() > 7 && ByteReader(frame).U16Be(2) == 0 &&
+         ByteReader(frame).U16Be(4) == frame.size() - 6;
+}
+
 bool Any(config::Group) { return true; }
 bool Fast(config::Group group) { return group == config::Group::fast; }
 
@@ -144,6 +150,17 @@ const std::vector<Setup>& RealLines() {
        {{"order", std::string("CDAB")}}},
   };
   return lines;
+}
+
+const Setup& TcpLine() {
+  static const Setup line = {"ModbusTcp",
+                             &ModbusTcpProtocol(),
+                             HeaderGood,
+                             "generic-meter",
+                             ModbusTcpProtocol().serial,
+                             {"0", "255"},
+                             {}};
+  return line;
 }
 
 const Setup& RealLine(const std::string& name) {

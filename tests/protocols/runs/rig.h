@@ -38,6 +38,8 @@ inline std::string SetupName(const ::testing::TestParamInfo<Setup>& info) {
 /// reference gives, with two devices of one kind.
 const std::vector<Setup>& RealLines();
 const Setup& RealLine(const std::string& name);
+/// A connection: nothing of it is damaged, as TCP sees to that.
+const Setup& TcpLine();
 
 /// What the reply rule makes of `bytes` that come after `request`, and silence behind them.
 struct Heard {

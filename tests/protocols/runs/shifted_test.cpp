@@ -88,6 +88,7 @@ TEST_P(ShiftedRun, NorWhereASerialServerShiftsAllOfThem) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Real, ShiftedRun, ::testing::ValuesIn(RealLines()), SetupName);
+INSTANTIATE_TEST_SUITE_P(Network, ShiftedRun, ::testing::Values(TcpLine()), SetupName);
 
 TEST(ReplacedDevice, IsBelievedAfterAWhile) {
   Rig rig(RealLine("Spa9600"));

@@ -1,0 +1,191 @@
+// Modbus TCP: its messages, what is believed of a connection, and its servers as devices. Golden
+// bytes: MODBUS Application Protocol V1.1b3, 4.1 and 6; Messaging Implementation Guide V1.0b, 3.1.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/modbus/tcp_frame_rule.h"
+#include "tests/protocols/modbus/support.h"
+
+namespace baudgate {
+namespace {
+
+using namespace protocols::modbus;  // NOLINT
+namespace modbus = protocols::modbus;
+
+constexpr const char* kRead500 = "00 01 00 00 00 06 14 03 01 F4 00 01";
+constexpr const char* kIts31 = "00 01 00 00 00 05 14 03 02 00 31";
+
+// ---------------------------------------------------------------- messages
+
+TEST(ModbusTcpCodec, AHeaderStandsBeforeThePdu) {
+  const Bytes frame = Wrap(Framing::tcp, 20, ReadRequest(kReadHolding, 500, 1), 1);
+  EXPECT_EQ(ToHex(frame), ToHex(Hex(kRead500)));
+  const auto adu = Unwrap(Framing::tcp, frame);
+  ASSERT_TRUE(adu);
+  EXPECT_EQ(adu->slave, 20);
+  EXPECT_EQ(adu->transaction, 1);
+  EXPECT_EQ(ToHex(adu->pdu), "03 01 F4 00 01");
+  EXPECT_EQ(Wrap(Framing::tcp, 20, Bytes(kMaxPdu)).size(), kMaxTcp);
+}
+
+TEST(ModbusTcpCodec, OtherProtocolsAndLengthsAreNone) {
+  for (const char* const wrong :
+       {"00 01 00 01 00 05 14 03 02 00 31", "00 01 00 00 00 04 14 03 02 00 31",
+        "00 01 00 00 00 01 14", "00 01 00 00 01 05 14 03 02 00 31", "00 01 00 00 00 05 14", ""}) {
+    EXPECT_FALSE(Unwrap(Framing::tcp, Hex(wrong))) << wrong;
+  }
+  Bytes long_one = Hex("00 01 00 00 00 FF");
+  long_one.resize(261);
+  EXPECT_FALSE(Unwrap(Framing::tcp, long_one)) << "length 255: longer than any message";
+}
+
+TEST(ModbusTcpAddress, ServersThemselvesAre0And255) {
+  for (const char* const unit : {"0", "255", "0xFF", "1", "248"}) {
+    EXPECT_TRUE(ModbusTcpProtocol().canonical_address(unit)) << unit;
+  }
+  EXPECT_FALSE(ModbusTcpProtocol().canonical_address("256"));
+  EXPECT_FALSE(ModbusRtuProtocol().canonical_address("0"));
+  EXPECT_FALSE(ModbusRtuProtocol().canonical_address("248"));
+}
+
+// ---------------------------------------------------------------- replies
+
+struct Connection {
+  explicit Connection(const char* request) {
+    assembler.Begin(TcpReplyRule, Expect(Framing::tcp, Hex(request)));
+  }
+  std::optional<Bytes> Take(std::string_view hex, bool idle = false) {
+    assembler.Feed(Hex(hex));
+    return assembler.Next(idle);
+  }
+  Assembler assembler;
+};
+
+TEST(ModbusTcpReplyRule, ALateReplyIsPassedOver) {
+  Connection connection(kRead500);
+  EXPECT_FALSE(connection.Take("00 00 00 00 00 05 14 03 02 00 99"));
+  EXPECT_EQ(connection.assembler.blame(), Outcome::unexpected);
+  EXPECT_EQ(connection.assembler.why(), "the reply to another transaction");
+  EXPECT_EQ(connection.Take(kIts31), Hex(kIts31));
+}
+
+TEST(ModbusTcpReplyRule, AnotherUnitsReplyIsPassedOver) {
+  Connection connection(kRead500);
+  EXPECT_FALSE(connection.Take("00 01 00 00 00 05 15 03 02 00 99"));
+  EXPECT_EQ(connection.assembler.blame(), Outcome::unexpected);
+  EXPECT_EQ(connection.Take(kIts31), Hex(kIts31));
+}
+
+TEST(ModbusTcpReplyRule, LateRepliesAndTheirOwnMayComeInOnePiece) {
+  Connection connection(kRead500);
+  EXPECT_EQ(connection.Take(std::string("FF FF 00 00 00 05 14 03 02 00 99 ") + kIts31),
+            Hex(kIts31));
+}
+
+/// Example: a serial server that passes RTU on, where Modbus TCP was meant.
+TEST(ModbusTcpReplyRule, BehindDamageNothingIsBelievedBeforeSilence) {
+  for (const char* const damage :
+       {"14 03 02 00 31 74 53", "00 01 00 07 00 05 14 03 02 00 31", "00 01 00 00 01 00 14 03",
+        "00 01 00 00 00 00 14 03", "00 01 00 00 00 FF 14 03"}) {
+    Connection connection(kRead500);
+    EXPECT_FALSE(connection.Take(std::string(damage) + kIts31)) << damage;
+    EXPECT_FALSE(connection.Take(kIts31)) << damage;
+    EXPECT_FALSE(connection.Take("", true)) << damage;
+    EXPECT_EQ(connection.assembler.blame(), Outcome::corrupt) << damage;
+    EXPECT_EQ(connection.Take(kIts31), Hex(kIts31)) << damage;
+  }
+}
+
+TEST(ModbusTcpReplyRule, WhatBreaksOffIsPartial) {
+  Connection connection(kRead500);
+  EXPECT_FALSE(connection.Take("00 01 00 00 00 05 14 03 02 00"));
+  EXPECT_FALSE(connection.Take("", true));
+  EXPECT_EQ(connection.assembler.blame(), Outcome::partial);
+  EXPECT_EQ(connection.assembler.held(), 0U);
+}
+
+TEST(ModbusTcpReplyRule, AFloodIsNotKept) {
+  Connection connection(kRead500);
+  connection.assembler.Feed(Bytes(5000, 0x55));
+  EXPECT_FALSE(connection.assembler.Next(false));
+  EXPECT_LE(connection.assembler.held(), kMaxTcp);
+}
+
+// ---------------------------------------------------------------- devices
+
+config::Device MakeServer(std::vector<config::Point> points, const std::string& unit = "255") {
+  return DeviceOf(ModbusTcpProtocol(), unit, std::move(points));
+}
+
+std::vector<config::Point> TwoBlocks() {
+  return {modbus::ReadPoint("level", "holding 500"),
+          modbus::ReadPoint("flow", "holding 900 float32", config::Type::float32)};
+}
+
+TEST(ModbusTcpConversation, EveryRequestHasItsOwnNumber) {
+  Talk talk(ModbusTcpProtocol(), MakeServer(TwoBlocks()));
+  const auto first = talk.Ask(Poll(0));
+  const auto second = talk.Ask(Poll(1));
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(ToHex(first->bytes), ToHex(Hex("00 01 00 00 00 06 FF 03 01 F4 00 01")));
+  EXPECT_EQ(ToHex(second->bytes), ToHex(Hex("00 02 00 00 00 06 FF 03 03 84 00 02")));
+  EXPECT_TRUE(first->distinct) << "its reply can be no other's";
+  EXPECT_FALSE(first->expect.mirrors) << "nothing echoes here";
+}
+
+TEST(ModbusTcpConversation, NoTwoDevicesOfAConnectionUseOneNumber) {
+  const config::Device a = MakeServer(TwoBlocks(), "1");
+  const config::Device b = MakeServer(TwoBlocks(), "1");
+  const Protocol& protocol = ModbusTcpProtocol();
+  const auto bus = MakeBus(protocol);
+  const auto one = protocol.make_conversation(a, bus.get());
+  const auto other = protocol.make_conversation(b, bus.get());
+  const auto asked = one->Ask(Poll(0), {});
+  const auto also = other->Ask(Poll(0), {});
+  ASSERT_TRUE(asked && also);
+  EXPECT_NE(ToHex(asked->bytes), ToHex(also->bytes));
+  const Bytes reply = Hex("00 01 00 00 00 05 01 03 02 00 31");
+  EXPECT_EQ(one->Check(asked->bytes, reply), Outcome::ok);
+  EXPECT_EQ(other->Check(also->bytes, reply), Outcome::unexpected) << "of another transaction";
+}
+
+TEST(ModbusTcpConversation, AReplyIsRead) {
+  Talk talk(ModbusTcpProtocol(), MakeServer(TwoBlocks()));
+  ASSERT_TRUE(talk.Ask(Poll(0)));
+  const Answer answer = talk.Reply(Poll(0), Hex("00 01 00 00 00 05 FF 03 02 09 C4"));
+  EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
+  ASSERT_EQ(answer.readings.size(), 1U);
+  EXPECT_EQ(ToText(answer.readings[0].value), "2500");
+}
+
+/// Example: the box lives, and the meter behind it is off.
+TEST(ModbusTcpConversation, AGatewaysExceptionsSayThatTheUnitIsSilent) {
+  for (const char* const reply : {"00 01 00 00 00 03 FF 83 0A", "00 01 00 00 00 03 FF 83 0B"}) {
+    Talk talk(ModbusTcpProtocol(), MakeServer(TwoBlocks()));
+    ASSERT_TRUE(talk.Ask(Poll(0)));
+    EXPECT_EQ(talk.Reply(Poll(0), Hex(reply)).outcome, Outcome::no_reply);
+  }
+}
+
+TEST(ModbusTcpConversation, Unit0IsAServerAndNoBroadcast) {
+  Talk talk(ModbusTcpProtocol(), MakeServer(TwoBlocks(), "0"));
+  ASSERT_TRUE(talk.Ask(Poll(0)));
+  EXPECT_EQ(talk.request().expect.reply, Expectation::Reply::one);
+  EXPECT_EQ(talk.Reply(Poll(0), Hex("00 01 00 00 00 05 00 03 02 09 C4")).outcome, Outcome::ok);
+}
+
+TEST(ModbusTcpTwin, AnswersUnderTheNumberOfTheRequest) {
+  const config::Device device = MakeServer({modbus::WritePoint("level", "holding 500")}, "0");
+  FixedValues values;
+  values.values[0] = std::uint64_t{49};
+  ModbusTwin twin(Framing::tcp, device, values);
+  EXPECT_EQ(ToHex(twin.Answer(Hex("AB CD 00 00 00 06 00 03 01 F4 00 01"), {})),
+            ToHex(Hex("AB CD 00 00 00 05 00 03 02 00 31")));
+  EXPECT_TRUE(twin.Answer(Hex("AB CD 00 00 00 06 01 03 01 F4 00 01"), {}).empty());
+  Talk talk(ModbusTcpProtocol(), device);
+  EXPECT_EQ(talk.Run(Write(0, Value{std::uint64_t{7}}), twin).outcome, Outcome::ok);
+  const Answer read = talk.Run(Poll(0), twin);
+  ASSERT_EQ(read.readings.size(), 1U);
+  EXPECT_EQ(ToText(read.readings[0].value), "7");
+}
+
+}  // namespace
+}  // namespace baudgate
