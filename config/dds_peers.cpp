@@ -26,11 +26,14 @@ void CheckReach(const Dds& dds, const std::string& host, const std::string& what
 void ReadPeer(const YamlNode& node, Dds& dds, Problems& problems) {
   const auto address = ReadText(node, "peers", problems);
   if (!address) return;
-  if (!IsIpv4(*address) || IsEverywhere(*address)) {
+  if (!IsMachineIpv4(*address)) {
     problems.Error(node.mark(), "peers: " + Quoted(*address) +
                                     " is not the IPv4 address of a machine; write for example "
                                     "10.0.0.7");
     return;
+  }
+  if (std::ranges::find(dds.peers, *address) != dds.peers.end()) {
+    problems.Warning(node.mark(), "peers: " + *address + " stands there already");
   }
   CheckReach(dds, *address, "peers", node.mark(), problems);
   dds.peers.push_back(*address);
@@ -45,6 +48,9 @@ void ReadServer(const YamlNode& node, Dds& dds, Problems& problems) {
                                     (server ? Quoted(*text) + " is not the address of one machine"
                                             : server.error()));
     return;
+  }
+  if (std::ranges::find(dds.discovery_servers, *server) != dds.discovery_servers.end()) {
+    problems.Warning(node.mark(), "discovery_servers: " + *text + " stands there already");
   }
   CheckReach(dds, server->host, "discovery_servers", node.mark(), problems);
   dds.discovery_servers.push_back(*server);

@@ -18,7 +18,7 @@ Result<HostPort> ParseDiscoveryServer(std::string_view text) {
   auto at = ParseHostPort(text);
   if (!at) return Error{at.error()};
   if (at->host == "localhost") at->host = "127.0.0.1";
-  if (IsIpv4(at->host)) return at;
+  if (IsMachineIpv4(at->host) || IsEverywhere(at->host)) return at;
   return Error{Quoted(text) + " is not the IPv4 address and port of a server; write for example " +
                "10.0.0.7" + port + (IsIpAddress(at->host) ? "" : " (names are not looked up)")};
 }

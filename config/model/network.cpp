@@ -122,6 +122,12 @@ bool IsIpv4(const std::string& text) {
   return IsIpAddress(text) && text.find(':') == std::string::npos;
 }
 
+bool IsMachineIpv4(const std::string& text) {
+  if (!IsIpv4(text)) return false;
+  const std::uint8_t first = ParseAddress(text)->bytes[12];
+  return first != 0 && first < 224;
+}
+
 bool IsLoopback(const Network& network) {
   const bool is_v4 = network.bytes[10] == 0xFF && network.bytes[11] == 0xFF && network.prefix >= 96;
   if (is_v4) return network.bytes[12] == 127 && network.prefix >= kMappedBits + 8;

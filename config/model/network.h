@@ -44,6 +44,8 @@ Network ReachOf(const std::string& host);
 bool IsEverywhere(const std::string& host);
 bool IsIpAddress(const std::string& text);
 bool IsIpv4(const std::string& text);
+/// One machine can have it: no multicast, no broadcast, none of 0.0.0.0/8 and 240.0.0.0/4.
+bool IsMachineIpv4(const std::string& text);
 /// Whether every address of it is this machine's own.
 bool IsLoopback(const Network& network);
 /// Whether every address of `inner` is one of `outer`.

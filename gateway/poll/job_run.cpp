@@ -5,6 +5,7 @@
 //   the job               what happens                        next
 //   chosen                it asks, or its request is ready    waiting
 //   chosen                the conversation will not ask       ended: unsupported
+//   waiting, a poll       a late reply of its device is due   parked, where replies name their sender
 //   waiting               line idle, a reply to an earlier    postponed behind a probe of its device
 //                         request could pass for its own
 //   waiting               line idle, nothing owed any more    under way (quiet, sending, receiving)

@@ -244,9 +244,24 @@ void Poller::Pump() {
       continue;
     }
     // A retry may be met by the answer to its first try, which is as good.
-    if (job_->attempts == 0 && late_.ClearAt(job_->asked()) > now_.instant) return;
-    Start();
+    const Instant clear = late_.ClearAt(job_->asked());
+    if (job_->attempts > 0 || clear <= now_.instant) {
+      Start();
+    } else if (!SetAside(clear)) {
+      return;
+    }
   }
+}
+
+/// The next step of a poll waits for a late reply of its device: where replies say who they are
+/// from, the line does not.
+bool Poller::SetAside(Instant until) {
+  const Member& member = *job_->member;
+  const bool poll = job_->task.kind == Task::Kind::poll && job_->asked().named();
+  if (!poll || chooser_.IsParked(member)) return false;
+  schedule_.Hold(member.place, until);
+  chooser_.Park(std::move(job_), until);
+  return true;
 }
 
 // ---------------------------------------------------------------- answers to those who wait

@@ -75,6 +75,7 @@ class Poller : private LineClient {
   void OnStray(const StrayBytes& stray);
   void Settle();
   void Pump();
+  bool SetAside(Instant until);
   void AnswerCommands();
   void AnswerConfirmed();
   void AnswerRouted();

@@ -16,10 +16,6 @@ namespace {
 
 /// The channel lives 20 s; with less than a quarter left it is opened anew (reference, 14.5).
 constexpr Duration kChannelTrust = 15s;
-/// Three wrong passwords in a row lock writing until midnight (reference, chapter 6): after one
-/// there is one more try, and then none until a person has looked.
-constexpr Duration kSecondTry = 1h;
-constexpr std::size_t kMostTries = 2;
 constexpr int kReopens = 1;
 constexpr int kRepeats = 1;
 
@@ -56,6 +52,7 @@ MeterConversation::MeterConversation(const config::Device& device)
       settings_(ReadSettings(device.options)),
       fields_(device.points),
       identification_(device, settings_),
+      memory_(settings_.password),
       plan_(fields_.MakePlan(false)),
       address_(ParseAddress(device.address).value()) {
   OnReconnect();
@@ -106,7 +103,7 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
   // Opening proves presence too: a link test (00) equals its own echo.
   if (task.kind == Task::Kind::probe || !open_ || now - last_good_ > kChannelTrust) {
     // Presence is proven without the password as well, if worse: its reply equals its echo.
-    if (!MayOpen(now)) return Make(kLinkOnly);
+    if (!memory_.MayTry(now)) return Make(kLinkOnly);
     Bytes open = {kOpenChannel};
     Append(open, settings_.password);
     Request request = Make(open);
@@ -115,7 +112,7 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
     request.expect.repeatable = accepted_;
     return request;
   }
-  if (settings_.serial_number && !verified_) return Make(kAskSerial);
+  if (!verified_) return Make(kAskSerial);
   const auto trial = Trial(task.query);
   Bytes pdu = trial ? *trial : fields_.PduOf(plan_, task.query);
   if (const auto question = identification_.Question(fields_.Matches(pdu))) return Make(*question);
@@ -138,10 +135,8 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   if (reply.status) return AfterStatus(task, std::move(reply), now);
   last_good_ = now;
   identification_.Learn(reply.pdu, reply.data);
-  if (settings_.serial_number && Is(reply.pdu, kAskSerial)) {
-    verified_ = ByteReader(reply.data).U32Be(0) == *settings_.serial_number;
-    if (!verified_) return End(Mismatch(reply.data));
-    if (trouble_.reason == Reason::swapped) trouble_ = {};
+  if (Is(reply.pdu, kAskSerial) && !Verify(ByteReader(reply.data).U32Be(0).value_or(0))) {
+    return End(Swapped());
   }
   if (task.kind != Task::Kind::poll) return End(std::move(reply.answer));
   if (tries_masks_ && IsMasked(reply.pdu)) return AfterTrial(std::move(reply.answer));
@@ -176,29 +171,54 @@ Answer MeterConversation::OtherType() {
   return answer;
 }
 
-Answer MeterConversation::Mismatch(View data) {
+/// The meter that is configured, else the first that has answered since a person enabled it.
+bool MeterConversation::Verify(std::uint32_t serial) {
+  const auto expected = settings_.serial_number ? settings_.serial_number : memory_.serial();
+  if (!expected) memory_.OnSerial(serial);
+  verified_ = serial == expected.value_or(serial);
+  if (verified_) {
+    if (trouble_.reason == Reason::swapped) trouble_ = {};
+    return true;
+  }
+  trouble_ = {Reason::swapped,
+              "meter " + std::to_string(serial) + " answers in place of " +
+                  std::to_string(*expected) +
+                  (settings_.serial_number
+                       ? "; correct `serial_number` or the address"
+                       : "; if it was replaced on purpose, 'baudgate enable' takes it")};
+  return false;
+}
+
+Answer MeterConversation::Swapped() const {
   Answer answer;
   answer.outcome = Outcome::refused;
   answer.wait = 1min;
-  answer.reason = "meter " + std::to_string(ByteReader(data).U32Be(0).value_or(0)) +
-                  " answers in place of " + std::to_string(settings_.serial_number.value_or(0)) +
-                  "; correct `serial_number` or the address";
-  trouble_ = {Reason::swapped, answer.reason};
+  answer.reason = trouble_.text;
   return answer;
 }
 
-bool MeterConversation::MayOpen(Instant now) const {
-  if (refused_at_.empty()) return true;
-  return refused_at_.size() < kMostTries && now - refused_at_.front() >= kSecondTry;
+/// Whoever answers is asked who it is, and gets the password.
+void MeterConversation::OnEnabled() {
+  memory_.OnEnabled();
+  verified_ = false;
+}
+
+void MeterConversation::Recall(std::string_view memory, Now now) {
+  memory_.Recall(memory, now);
+  if (memory_.given_up()) trouble_ = {Reason::password_refused, RefusedText()};
+}
+
+std::string MeterConversation::RefusedText() const {
+  return std::string("the meter refuses the password; set `password`; ") +
+         (memory_.given_up() ? "it is not tried again before 'baudgate enable'"
+                             : "tried again in 1 h");
 }
 
 Answer MeterConversation::PasswordRefused(Answer answer, Instant now) {
-  if (MayOpen(now)) refused_at_.push_back(now);
-  const bool last = refused_at_.size() >= kMostTries;
-  answer.wait = last ? kSecondTry : refused_at_.front() + kSecondTry - now;
+  if (memory_.MayTry(now)) memory_.OnRefused(now);
+  answer.wait = memory_.Wait(now);
   answer.outcome = Outcome::refused;
-  answer.reason = std::string("the meter refuses the password; set `password`; ") +
-                  (last ? "it is not tried again before 'baudgate enable'" : "tried again in 1 h");
+  answer.reason = RefusedText();
   trouble_ = {Reason::password_refused, answer.reason};
   return answer;
 }
@@ -210,7 +230,7 @@ Answer MeterConversation::AfterOpen(const Task& task, Reply reply, Instant now) 
     return End(refused ? PasswordRefused(std::move(reply.answer), now) : std::move(reply.answer));
   }
   accepted_ = true;
-  refused_at_.clear();
+  memory_.OnAccepted();
   if (trouble_.reason == Reason::password_refused) trouble_ = {};
   last_good_ = now;
   verified_ = false;  // another meter may have taken the address
@@ -251,6 +271,10 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
     return AskAgain();
   }
   const bool own = task.kind == Task::Kind::poll;
+  if (Is(reply.pdu, kAskSerial) && !settings_.serial_number && task.kind == Task::Kind::poll) {
+    verified_ = true;  // it does not tell, which contradicts nothing
+    return AskAgain();
+  }
   const bool question = identification_.OnRefused(reply.pdu);
   if (own && IsMasked(reply.pdu)) {
     // Older firmware: go back to 08 1B, the points are not to blame.
@@ -275,7 +299,7 @@ Then MeterConversation::OnFailure(const Task& task, const Request& request, Outc
   if (opening) open_ = false;
   // It has refused before, and has answered something now: that counts, or each query would try.
   if (opening && outcome == Outcome::unexpected && trouble_.reason == Reason::password_refused) {
-    refused_at_.push_back(now);
+    memory_.OnRefused(now);
   }
   verified_ = false;
   reopened_ = repeated_ = 0;

@@ -9,6 +9,7 @@
 
 #include "protocols/protocol.h"
 #include "protocols/set4tm/identification.h"
+#include "protocols/set4tm/meter_memory.h"
 #include "protocols/set4tm/plan.h"
 #include "protocols/set4tm/settings.h"
 
@@ -24,7 +25,9 @@ class MeterConversation : public Conversation {
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
-  void OnEnabled() override { refused_at_.clear(); }
+  void OnEnabled() override;
+  const std::string& Memory() const override { return memory_.text(); }
+  void Recall(std::string_view memory, Now now) override;
   const DeviceTrouble& trouble() const override {
     return trouble_ ? trouble_ : identification_.trouble();
   }
@@ -59,9 +62,10 @@ class MeterConversation : public Conversation {
   Answer AfterStatus(const Task& task, Reply reply, Instant now);
   Answer AfterOpen(const Task& task, Reply reply, Instant now);
   Answer AfterClosed(Answer answer);
-  Answer Mismatch(View data);
+  bool Verify(std::uint32_t serial);
+  Answer Swapped() const;
+  std::string RefusedText() const;
   Answer PasswordRefused(Answer answer, Instant now);
-  bool MayOpen(Instant now) const;
   Answer End(Answer answer);
 
   const config::Device& device_;
@@ -81,7 +85,7 @@ class MeterConversation : public Conversation {
   std::uint8_t mask_id_ = 0;
 
   // Kept over OnReconnect.
-  std::vector<Instant> refused_at_;  ///< when the password was refused, at most twice
+  MeterMemory memory_;
   DeviceTrouble trouble_;
 
   // The task under way.

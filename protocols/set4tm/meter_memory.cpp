@@ -90,8 +90,8 @@ void MeterMemory::Write() {
   text_ += fmt::format("{}password {:02X} refused", text_.empty() ? "" : "; ", mark_);
   for (const Instant at : refused_) {
     const WallTime wall = clock_->wall + (at - clock_->instant);
-    text_ += fmt::format(
-        " {}", std::chrono::duration_cast<Seconds>(wall.time_since_epoch()).count());
+    text_ +=
+        fmt::format(" {}", std::chrono::duration_cast<Seconds>(wall.time_since_epoch()).count());
   }
 }
 

@@ -159,6 +159,14 @@ TEST(Outputs, OneSentenceEach) {
       {"dds: { peers: [plant] }",
        "16: error: peers: 'plant' is not the IPv4 address of a machine; write for example "
        "10.0.0.7"},
+      {"dds: { peers: [239.255.0.1] }",
+       "16: error: peers: '239.255.0.1' is not the IPv4 address of a machine; write for example "
+       "10.0.0.7"},
+      {"dds: { peers: [127.0.0.2, 127.0.0.2] }",
+       "27: warning: peers: 127.0.0.2 stands there already"},
+      {"dds: { discovery_servers: [\"255.255.255.255:11811\"] }",
+       "28: error: discovery_servers: '255.255.255.255:11811' is not the IPv4 address and port of "
+       "a server; write for example 10.0.0.7:11811"},
       {"dds: { peers: [10.0.0.7] }",
        "16: warning: peers: 10.0.0.7 is not reached from interfaces, which has only loopback; add "
        "this machine's address in that network"},
