@@ -15,7 +15,7 @@ struct Case {
 
 constexpr const char* kDeviceKeys =
     "allowed: name, protocol, address, enabled, trust_order, serial, profile, identity, poll, "
-    "slow, retries, "
+    "slow, daily, retries, "
     "timing, max_age, dead_age, unit, on_bad, word_order, checksum, width, ratio, mode, password, "
     "pin, "
     "pause, tags, points\n";
