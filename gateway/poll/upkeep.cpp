@@ -100,7 +100,7 @@ void Upkeep::OnReplaced(Device& device, Now now) {
   Plan(device);
   std::vector<Sample> unknown;
   for (std::size_t point = 0; point < device.config->points.size(); ++point) {
-    unknown.push_back({static_cast<std::uint32_t>(point), {}, Quality::bad_waiting});
+    unknown.push_back({static_cast<std::uint32_t>(point), {}, QualityOfDevice(Reason::swapped)});
   }
   store_.Update(device.index, unknown, now, {});
   schedule_.Restart(device.place, now.instant);

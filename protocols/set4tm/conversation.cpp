@@ -52,9 +52,9 @@ MeterConversation::MeterConversation(const config::Device& device)
       settings_(ReadSettings(device.options)),
       fields_(device.points),
       identification_(device, settings_),
-      memory_(settings_.password),
       plan_(fields_.MakePlan(false)),
-      address_(ParseAddress(device.address).value()) {
+      address_(ParseAddress(device.address).value()),
+      memory_(settings_.password) {
   OnReconnect();
 }
 

@@ -15,10 +15,10 @@ struct Case {
 
 constexpr const char* kDeviceKeys =
     "allowed: name, protocol, address, enabled, trust_order, serial, profile, identity, poll, "
-    "slow, daily, retries, "
-    "timing, max_age, dead_age, unit, on_bad, word_order, checksum, width, ratio, mode, password, "
+    "slow, daily, retries, recheck, timing, max_age, dead_age, unit, on_bad, word_order, checksum, "
+    "width, ratio, mode, password, "
     "pin, "
-    "pause, tags, points\n";
+    "pause, tags, points, ratios\n";
 
 std::string ProblemsOfLine(const std::string& keys) {
   return Shown(

@@ -20,7 +20,7 @@ config::Line LineOf(const std::string& gateway, const std::string& line,
                                      " }] }\n"
                                      "gateway: { name: g" +
                                      gateway + " }\n");
-  EXPECT_EQ(Shown(loaded.problems), "");
+  EXPECT_TRUE(loaded.ok()) << Shown(loaded.problems);  // warnings are of other tests
   return loaded.config.lines.empty() ? config::Line() : loaded.config.lines[0];
 }
 
@@ -76,8 +76,8 @@ TEST(Pace, EachTimeByItself) {
   const Timing used = Merge(line.devices[0].timing, line.timing);
   EXPECT_EQ(used.quiet, 1ms) << "gateway";
   EXPECT_EQ(used.ceiling, 9s) << "gateway";
-  EXPECT_EQ(used.reply, 700ms) << "profile before line";
-  EXPECT_EQ(used.gap, 30ms) << "profile before line";
+  EXPECT_EQ(used.reply, 3s) << "the line's, longer than the profile's";
+  EXPECT_EQ(used.gap, 32ms) << "likewise";
   EXPECT_EQ(used.drain, 43ms) << "device before line";
 }
 
@@ -120,6 +120,17 @@ TEST(Pace, OfReplyGapAndCeilingTheLongerOneOfLineAndProfileCounts) {
   EXPECT_EQ(longer.gap, 30ms) << "the profile's: the device needs it";
   EXPECT_EQ(longer.from[2], config::Level::profile);
   EXPECT_EQ(timing("reply: 2s", ", timing: { reply: 100ms }").reply, 100ms) << "the device's own";
+}
+
+TEST(Pace, WhatAProfileOverrulesIsSaid) {
+  const auto loaded = Load(
+      "lines: [{ name: l, port: /dev/l, protocol: fake, poll: 5s, timing: { reply: 500ms, quiet: "
+      "1ms }, devices: [{ name: d, address: 1, profile: relay }] }]\n");
+  EXPECT_EQ(Shown(loaded.problems),
+            "t.yaml:1:100: warning: device 'd': poll 5s of the line or gateway does not count: its "
+            "profile says 2s; write it at the device if it shall\n"
+            "t.yaml:1:100: warning: device 'd': timing.reply 500ms of the line does not count: its "
+            "profile says 700ms, which is longer; write it at the device if it shall\n");
 }
 
 TEST(Pace, Recheck) {

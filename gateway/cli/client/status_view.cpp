@@ -310,7 +310,8 @@ std::string OneDevice(const Json& status, const TableView& view) {
         fmt::format("{}: {} good, {} uncertain, {} bad", Number(points, "count"),
                     Number(points, "good"), Number(points, "uncertain"), Number(points, "bad"))}});
   if (!learned.empty()) text += Facts({{"learned", learned}});
-  if (device.contains("times")) text += Facts({{"times", TimesText(device.at("times"))}});
+  if (!device.value("times", Json::array()).empty())
+    text += Facts({{"times", TimesText(device.at("times"))}});
   text += "\n" + Chart(device.at("round_trips")) + "\n";
   std::vector<PointRow> rows;
   for (const Json& value : device.at("values")) {

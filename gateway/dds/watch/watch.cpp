@@ -25,6 +25,7 @@ namespace baudgate {
 namespace {
 
 constexpr int kExitDone = 0;
+constexpr int kExitUsage = 2;
 constexpr int kExitNotOpened = 4;
 constexpr Duration kSettled = 300ms;
 constexpr Duration kOthersOnly = 2s;
@@ -288,6 +289,11 @@ dds::ParticipantOptions ParticipantOf(const WatchOptions& options) {
 }
 
 int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err) {
+  if (!options.multicast && options.peers.empty() && options.discovery_servers.empty()) {
+    err << "watch: --no-multicast without --peer and --discovery-server asks nobody; name one of "
+           "them\n";
+    return kExitUsage;
+  }
   return options.any ? RunWatchAny(options, out, err) : Watch(options, out, err).Run();
 }
 

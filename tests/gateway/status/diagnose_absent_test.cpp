@@ -39,7 +39,7 @@ TEST_F(DiagnoseTest, AbsentDevices) {
   device().late = 17;
   device().lateness = 80ms;
   EXPECT_THAT(Say(), ElementsAre("offline for 12 min: unexpected; its return is noticed within "
-                                 "9.0 s; late: bytes came 80 ms after the exchange had ended, 17 "
+                                 "9.0 s; late: replies came up to 80 ms after they were due, 17 "
                                  "times: raise its timing.reply by more than 80 ms"));
 }
 

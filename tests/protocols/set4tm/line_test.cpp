@@ -89,8 +89,9 @@ TEST(Set4tmLine, ALateAnswerToATrialIsNobodysValue) {
     return std::vector<TimedPiece>{{trial ? 350ms : 30ms, std::move(reply)}};
   };
   line.always = [&] {
-    if (line.QualityOf(0, kPower) == Quality::good)
+    if (line.QualityOf(0, kPower) == Quality::good) {
       EXPECT_EQ(line.ValueOf(0, kPower), Value(800.0));
+    }
     if (line.QualityOf(0, kCurrent) == Quality::good) {
       EXPECT_EQ(line.ValueOf(0, kCurrent), Value(5.0));
     }

@@ -51,15 +51,6 @@ int WhatIsNotPermitted() {
   return ran ? 0 : 3;
 }
 
-int WhatMemoryThereIs() {
-  if (!LimitMemory(1ULL << 30).ok()) return 1;
-  const auto get = [](std::size_t bytes) {
-    return ::mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  };
-  if (get(1ULL << 20) == MAP_FAILED) return 2;
-  return get(1ULL << 30) == MAP_FAILED ? 0 : 3;
-}
-
 TEST(ConfineDeathTest, CallsThatExploitsLikeAreRefused) {
   EXPECT_EXIT(::_exit(WhatIsNotRefused()), ExitedWithCode(0), "");
 }
@@ -78,6 +69,15 @@ TEST(ConfineDeathTest, AnAbortStillEndsTheProcess) {
 }
 
 #ifndef __SANITIZE_ADDRESS__  // its shadow is larger than any limit
+int WhatMemoryThereIs() {
+  if (!LimitMemory(1ULL << 30).ok()) return 1;
+  const auto get = [](std::size_t bytes) {
+    return ::mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  };
+  if (get(1ULL << 20) == MAP_FAILED) return 2;
+  return get(1ULL << 30) == MAP_FAILED ? 0 : 3;
+}
+
 TEST(ConfineDeathTest, MemoryIsLimited) {
   EXPECT_EXIT(::_exit(WhatMemoryThereIs()), ExitedWithCode(0), "");
 }
