@@ -21,6 +21,9 @@ std::string Label(const Command& request, const DecodedReply& reply, const Field
   return joined ? request.text + "[" + std::to_string(field.channel) + "]" : request.text;
 }
 
+/// In one task; behind them come a read and, of a counter, two more exchanges.
+constexpr int kMostQuestions = kMostSteps - 3;
+
 /// All that is asked of a module which is not what its profile says: what it is now.
 const Query kWhatIsIt{config::Group::slow, {}};
 
@@ -36,6 +39,7 @@ DconConversation::DconConversation(const config::Device& device)
   other_mode_.checksum = !settings_.checksum;
   PlanReads();
   probing_.emplace(settings_, reads_, plan_, ExpectedChannels("#"));
+  totals_.emplace(settings_, reads_);
 }
 
 void DconConversation::PlanReads() {
@@ -93,11 +97,16 @@ Result<Request> DconConversation::Ask(const Task& task, Instant) {
   const std::string command = CommandOf(task);
   question_ = identification_.Next(command);
   if (question_) return MakeQuestion(*question_);
+  questions_ = 0;
   if (!identification_.Allows(command)) {
     return Error{trouble() ? trouble().text : "the module has not said in which mode it is"};
   }
   if (task.kind == Task::Kind::write) return AskWrite(task);
   read_back_.reset();
+  if (totals_->WantsRestart(command) && identification_.Allows(kAskRestart)) {
+    question_ = Identification::Question{kAskRestart, false};
+    return MakeQuestion(*question_);
+  }
   return MakeRequest(command);
 }
 
@@ -146,6 +155,8 @@ std::size_t DconConversation::ExpectedChannels(std::string_view command) const {
 }
 
 std::optional<Form> DconConversation::PlannedForm(std::string_view command) const {
+  if (settings_.channel_types && InputOfQuestion(command)) return Form::text;
+  if (totals_ && !totals_->empty() && command == kAskRestart) return Form::hex;
   for (const auto& read : reads_) {
     if (read && read->command == command) return read->form;
   }
@@ -157,9 +168,20 @@ std::optional<DconConversation::Exchanged> DconConversation::Decode(View request
   const Settings& settings = IsInOtherMode(request) ? other_mode_ : settings_;
   const auto command = ParseRequest(request, settings.checksum);
   if (!command) return std::nullopt;
+  if (IsClear(command->text)) {
+    return Exchanged{*command, DecodeConfirmation(*command, frame, settings)};
+  }
   const std::size_t channels = ExpectedChannels(command->text);
   return Exchanged{*command,
                    DecodeReply(*command, PlannedForm(command->text), channels, frame, settings)};
+}
+
+/// A point clears something with it.
+bool DconConversation::IsClear(std::string_view command) const {
+  return command.front() == '$' && std::ranges::any_of(device_.points, [&](const auto& point) {
+           return point.access != config::Access::read &&
+                  point.write == std::string(command) + "{clear}";
+         });
 }
 
 /// Of every point that the command reads.
@@ -179,7 +201,9 @@ Answer DconConversation::ReadingsOf(const Exchanged& exchanged) const {
     } else if (reply.outcome == Outcome::ok) {
       Field field = Select(reply, *reads_[i]);
       if (auto* number = std::get_if<double>(&field.value)) {
-        *number *= identification_.FactorOf(device_.points[i].unit);
+        const auto factor = identification_.FactorOf(i);
+        *number *= factor.value_or(1);
+        if (!factor) field = BadField({Quality::bad_configuration, Reason::other_module}, {});
       }
       answer.readings.push_back({i, std::move(field.value), field.quality, {}});
     }
@@ -220,6 +244,9 @@ Answer DconConversation::Interpret(View request, View frame) {
   Answer answer = ReadingsOf(*exchanged);
   AddLabels(*exchanged, answer);
   const Command& command = exchanged->command;
+  if (InputOfQuestion(command.text) || command.text == kAskRestart) {
+    return ReadPrinted(command, frame, settings_).value_or(std::move(answer));
+  }
   const bool says_nothing = answer.outcome != Outcome::ok || answer.readings.empty();
   if (!says_nothing || PlannedForm(command.text)) return answer;
   // A device that is polled has options that say how its writes are confirmed.
@@ -228,21 +255,32 @@ Answer DconConversation::Interpret(View request, View frame) {
   return ReadPrinted(command, frame, settings_).value_or(std::move(answer));
 }
 
-Answer DconConversation::OnFrame(const Task& task, const Request& request, View frame, Instant) {
+Answer DconConversation::OnFrame(const Task& task, const Request& request, View frame,
+                                 Instant now) {
   const auto exchanged = Decode(request.bytes, frame);
   if (!exchanged) return Interpret(request.bytes, frame);
   const bool was_in_trouble = static_cast<bool>(trouble());
   // A probe is repeated without being asked for anew.
   if (!question_ && IsInOtherMode(request.bytes)) question_ = {kAskName, true};
-  Answer answer = question_ ? OnIdentified(task, *exchanged) : OnAnswered(task, *exchanged);
+  Answer answer = question_ ? OnIdentified(task, *exchanged) : OnAnswered(task, *exchanged, now);
   if (was_in_trouble != static_cast<bool>(trouble())) answer.then = Then::replan;
   return answer;
 }
 
-Answer DconConversation::OnAnswered(const Task& task, const Exchanged& exchanged) {
+Answer DconConversation::OnAnswered(const Task& task, const Exchanged& exchanged, Instant now) {
   Answer answer = ReadingsOf(exchanged);
-  if (task.kind == Task::Kind::write) return AfterWrite(task, std::move(answer));
-  return AfterRead(task, exchanged, std::move(answer));
+  const std::string& command = exchanged.command.text;
+  if (task.kind == Task::Kind::write) {
+    if (answer.outcome == Outcome::ok && IsClear(command) && command.size() == 3) {
+      totals_->OnCleared("#" + command.substr(2));
+    }
+    return AfterWrite(task, std::move(answer));
+  }
+  const bool strange = answer.outcome == Outcome::ok && totals_->Take(command, answer, now);
+  answer = AfterRead(task, exchanged, std::move(answer));
+  counts_twice_ = strange && !counts_twice_ && task.kind == Task::Kind::poll;
+  if (counts_twice_ && answer.then == Then::done) answer.then = Then::ask_again;
+  return answer;
 }
 
 /// A question was answered; the task goes on, unless the module is another one.
@@ -254,11 +292,15 @@ Answer DconConversation::OnIdentified(const Task& task, const Exchanged& exchang
   return answer;
 }
 
-Then DconConversation::AfterQuestion(const Task& task) const {
+Then DconConversation::AfterQuestion(const Task& task) {
   if (task.kind == Task::Kind::probe) return Then::done;
   const std::string command = CommandOf(task);
   const bool goes_on = !identification_.is_done() || identification_.Allows(command);
-  return goes_on ? Then::ask_again : Then::done;
+  // A task has few exchanges: the next poll goes on with the questions, at once.
+  const bool enough = ++questions_ >= kMostQuestions && goes_on && identification_.Next(command);
+  if (goes_on && !enough) return Then::ask_again;
+  questions_ = 0;
+  return enough ? Then::replan : Then::done;
 }
 
 /// What the answer to a poll or probe changes in the session.
@@ -286,6 +328,12 @@ Answer DconConversation::AfterRead(const Task& task, const Exchanged& exchanged,
 }
 
 void DconConversation::Learn(const Identification::Question& question, const DecodedReply& reply) {
+  if (question.command == kAskRestart) {
+    const auto* flag = reply.outcome == Outcome::ok && !reply.fields.empty()
+                           ? std::get_if<std::uint64_t>(&reply.fields.front().value)
+                           : nullptr;
+    return totals_->OnRestart(flag != nullptr ? std::optional(*flag != 0) : std::nullopt);
+  }
   identification_.OnAnswer(question, reply);
   settings_.enabled = identification_.mask().value_or(ReadSettings(device_.options).enabled);
 }
@@ -320,14 +368,23 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
   read_back_.reset();
   const bool silent = outcome == Outcome::no_reply;
   if (const auto question = std::exchange(question_, std::nullopt)) {
+    if (!silent) questions_ = 0;
     if (task.kind == Task::Kind::probe) probing_->OnFailed(false, silent);
     // Damage is no silence: the same question is due again.
     const bool strange = outcome == Outcome::unexpected;
     if (task.kind == Task::Kind::probe || !(silent || strange)) return Then::done;
-    identification_.OnNothing(*question, strange);
+    if (question->command == kAskRestart) {
+      totals_->OnNothing();
+    } else {
+      identification_.OnNothing(*question, strange);
+    }
     return AfterQuestion(task);
   }
-  if (task.kind == Task::Kind::poll && silent) identification_.OnLost();
+  counts_twice_ = false;
+  if (task.kind == Task::Kind::poll && silent) {
+    identification_.OnLost();
+    totals_->OnLost();
+  }
   if (outcome == Outcome::unexpected) identification_.AskMaskAgain();
   if (task.kind == Task::Kind::probe) {
     return probing_->OnFailed(request.distinct, silent) ? Then::ask_again : Then::done;
@@ -339,7 +396,10 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
 void DconConversation::OnReconnect() {
   read_back_.reset();
   question_.reset();
+  questions_ = 0;
+  counts_twice_ = false;
   identification_.OnReconnect();
+  totals_->OnReconnect();
   probing_->OnReconnect();
   plan_.OnReconnect();
 }

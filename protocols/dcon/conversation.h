@@ -15,6 +15,7 @@
 #include "protocols/dcon/points.h"
 #include "protocols/dcon/probing.h"
 #include "protocols/dcon/settings.h"
+#include "protocols/dcon/totals.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::protocols::dcon {
@@ -32,6 +33,8 @@ class DconConversation : public Conversation {
   const DeviceTrouble& trouble() const override { return identification_.trouble(); }
   Outcome Check(View request, View frame) const override;
   Answer Interpret(View request, View frame) override;
+  const std::string& Memory() const override { return totals_->memory(); }
+  void Recall(std::string_view memory, Now) override { totals_->Recall(memory); }
 
  private:
   /// A write that the module has confirmed and that is now read back.
@@ -44,6 +47,7 @@ class DconConversation : public Conversation {
   Request MakeRequest(std::string_view command) const;
   Request MakeQuestion(const Identification::Question& question) const;
   bool IsInOtherMode(View request) const;
+  bool IsClear(std::string_view command) const;
   std::string CommandOf(const Task& task) const;
   Request AskProbe();
   Result<Request> AskWrite(const Task& task);
@@ -59,8 +63,8 @@ class DconConversation : public Conversation {
   Answer ReadingsOf(const Exchanged& exchanged) const;
   void AddLabels(const Exchanged& exchanged, Answer& answer) const;
   Answer OnIdentified(const Task& task, const Exchanged& exchanged);
-  Answer OnAnswered(const Task& task, const Exchanged& exchanged);
-  Then AfterQuestion(const Task& task) const;
+  Answer OnAnswered(const Task& task, const Exchanged& exchanged, Instant now);
+  Then AfterQuestion(const Task& task);
   Answer AfterRead(const Task& task, const Exchanged& exchanged, Answer answer);
   void Learn(const Identification::Question& question, const DecodedReply& reply);
   Answer AfterWrite(const Task& task, Answer answer);
@@ -74,7 +78,11 @@ class DconConversation : public Conversation {
   std::optional<ReadBack> read_back_;
   Identification identification_;
   std::optional<Identification::Question> question_;  ///< the request under way
-  std::optional<Probing> probing_;                    ///< always there once the reads are planned
+  int questions_ = 0;                                 ///< of the task under way
+  // Always there once the reads are planned.
+  std::optional<Probing> probing_;
+  std::optional<Totals> totals_;
+  bool counts_twice_ = false;  ///< the request under way is the second one
 };
 
 }  // namespace baudgate::protocols::dcon

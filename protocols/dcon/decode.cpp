@@ -246,6 +246,14 @@ DecodedReply DecodeReply(const Command& request, std::optional<Form> form, std::
   return DecodeWrite(request, *reply, settings, frame);
 }
 
+DecodedReply DecodeConfirmation(const Command& request, View frame, const Settings& settings) {
+  const auto reply = ParseReply(frame, ReplyVariant(request.text, settings));
+  if (!reply) return Fail(Outcome::corrupt, "reply " + Shown(frame) + " is no DCON frame");
+  if (reply->lead == '?') return DecodeRefusal(request, *reply, false);
+  if (reply->lead == '!' && reply->body == HexByte(request.address)) return {};
+  return Fail(Outcome::unexpected, "reply " + Shown(frame) + " does not confirm a write");
+}
+
 Field Select(const DecodedReply& decoded, const ReadAddress& address) {
   using Kind = ReadAddress::Select;
   if (address.select == Kind::index) {

@@ -28,6 +28,10 @@ struct DecodedReply {
 DecodedReply DecodeReply(const Command& request, std::optional<Form> form, std::size_t channels,
                          View frame, const Settings& settings);
 
+/// The same of a command that clears a counter or latches: `!AA`, whatever its reply is on modules
+/// where it is a read.
+DecodedReply DecodeConfirmation(const Command& request, View frame, const Settings& settings);
+
 /// The value that `address` selects. A field that the reply does not have is bad.
 Field Select(const DecodedReply& decoded, const ReadAddress& address);
 

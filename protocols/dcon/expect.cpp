@@ -2,6 +2,7 @@
 #include "protocols/dcon/expect.h"
 
 #include "gateway/base/text.h"
+#include "protocols/dcon/channel_types.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/decode.h"
 #include "protocols/dcon/points.h"
@@ -55,7 +56,8 @@ Expectation Expect(View request, const Settings& settings) {
   const auto form = DefaultForm(command->text);
   // With INIT* grounded a module answers at 00 and tells its stored address in its place.
   const bool init = command->text == "$2" && command->address == 0;
-  if (!init && (form == Form::text || form == Form::readback || form == Form::hex)) {
+  const bool asked = InputOfQuestion(command->text) || command->text == "$5";
+  if (!init && (asked || form == Form::text || form == Form::readback || form == Form::hex)) {
     Append(expect.address, HexByte(ReplyAddress(*command)));
   }
   return expect;

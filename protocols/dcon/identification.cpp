@@ -19,6 +19,9 @@ constexpr int kOwnMode = 2;  // questions of the round
 
 constexpr std::string_view kAdvice = "; correct the profile or the module, or say identity: ignore";
 
+constexpr const char* kAdviceOnInputs =
+    " (bad until then: correct the unit, the input's type or its wiring, or say identity: ignore)";
+
 std::string_view WordOf(unsigned format) {
   constexpr std::string_view kWords[] = {"engineering", "percent", "hex", "ohms"};
   return kWords[format & 3U];
@@ -26,6 +29,11 @@ std::string_view WordOf(unsigned format) {
 
 bool IsNumber(Form form) {
   return form == Form::numbers || form == Form::number || form == Form::readback;
+}
+
+std::string WhatOf(std::uint8_t type) {
+  if (type == 0x50 || type == 0x51) return type == 0x50 ? "pulses" : "Hz";
+  return std::string(UnitOfType(type));
 }
 
 DeviceTrouble Complaint(std::string what) {
@@ -45,7 +53,7 @@ std::string Alternatives(const std::vector<std::string>& words) {
 }  // namespace
 
 Identification::Identification(const config::Device& device, const Settings& settings)
-    : device_(device), settings_(settings) {
+    : device_(device), settings_(settings), channels_(device, settings) {
   for (const config::Point& point : device.points) {
     const auto read = ParseRead(point.read);
     if (point.access == config::Access::write || !read) continue;
@@ -69,6 +77,9 @@ std::optional<Identification::Question> Identification::Next(std::string_view co
   if (done_ && !allowed) Begin();
   if (!done_) return kRound[static_cast<std::size_t>(step_)];
   if (WantsMask()) return Question{kAskMask, false};
+  if (sure_ && !trouble_) {
+    if (const auto input = channels_.Next(command)) return Question{QuestionOfInput(*input), false};
+  }
   return std::nullopt;
 }
 
@@ -90,7 +101,11 @@ void Identification::OnAnswer(const Question& question, const DecodedReply& repl
                            ? std::get_if<std::uint64_t>(&reply.fields.front().value)
                            : nullptr;
     if (mask != nullptr) mask_ = static_cast<std::uint32_t>(*mask);
-    return;
+    return Sum();
+  }
+  if (const auto input = InputOfQuestion(question.command)) {
+    channels_.OnAnswer(*input, reply);
+    return Sum();
   }
   answered_ = true;
   if (question.other_mode) {
@@ -105,6 +120,7 @@ void Identification::OnAnswer(const Question& question, const DecodedReply& repl
   if (question.command == kAskName && reply.outcome == Outcome::ok && !reply.fields.empty()) {
     name_ = JudgeName(device_.identity, ToText(reply.fields.front().value));
   }
+  if (question.command == kAskType) channels_.OnTypePolled();
   if (question.command == kAskType && reply.outcome == Outcome::ok && !reply.fields.empty()) {
     kind_ = Judge(ToText(reply.fields.front().value));
   }
@@ -116,6 +132,10 @@ void Identification::OnNothing(const Question& question, bool strange) {
   if (question.command == kAskMask) {
     asked_mask_ = true;
     return;
+  }
+  if (const auto input = InputOfQuestion(question.command)) {
+    channels_.OnNothing(*input);
+    return Sum();
   }
   answered_ = answered_ || (strange && !question.other_mode);
   Advance(question);
@@ -142,6 +162,7 @@ void Identification::OnReconnect() {
   Begin();
   asked_mask_ = false;
   sure_ = false;
+  channels_.Forget();
 }
 
 /// "080600": type 08, 9600 bit/s, format byte 00.
@@ -167,27 +188,33 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
   }
   for (const config::Point& point : device_.points) {
     const auto read = ParseRead(point.read);
-    if (point.access == config::Access::write || !read || !IsNumber(read->form)) continue;
-    if (read->command == "$3") continue;
-    if ((*format & 3U) != static_cast<unsigned>(settings_.format)) {
+    if (point.access == config::Access::write || !read || read->command == "$3") continue;
+    if (IsNumber(read->form) && (*format & 3U) != static_cast<unsigned>(settings_.format)) {
       return Complaint("data format '" + std::string(WordOf(*format)) + "', the profile says " +
                        std::string(WordOf(static_cast<unsigned>(settings_.format))));
     }
-    const bool input = read->command.starts_with('#') && !settings_.channel_types;
-    if (input && settings_.format == Format::engineering && !FactorOfType(*type, point.unit)) {
-      return Complaint("type " + code + " measures in " + std::string(UnitOfType(*type)) +
-                       ", the profile says " + point.unit + " for " + point.name);
+    if (!settings_.channel_types && !Measures(*type, *read, point.unit, settings_)) {
+      return Complaint("type " + code + " measures in " + WhatOf(*type) + ", the profile says " +
+                       (read->total ? "a total" : point.unit) + " for " + point.name);
     }
   }
   return {};
 }
 
-/// The worst of all that the module has said.
-void Identification::Sum() { trouble_ = mode_ ? mode_ : kind_ ? kind_ : name_; }
+/// The worst of all that the module has said; of remarks all.
+void Identification::Sum() {
+  trouble_ = mode_ ? mode_ : kind_ ? kind_ : name_;
+  if (trouble_) return;
+  const std::string remark = channels_.Remark(mask_.value_or(settings_.enabled));
+  if (remark.empty()) return;
+  if (!trouble_.text.empty()) trouble_.text += "; ";
+  trouble_.text += remark + kAdviceOnInputs;
+}
 
-double Identification::FactorOf(std::string_view unit) const {
-  if (!type_ || settings_.channel_types || settings_.format != Format::engineering) return 1;
-  return FactorOfType(*type_, unit).value_or(1);
+std::optional<double> Identification::FactorOf(std::size_t point) const {
+  if (settings_.channel_types) return channels_.FactorOf(point);
+  if (!type_ || settings_.format != Format::engineering) return 1;
+  return FactorOfType(*type_, device_.points[point].unit).value_or(1);
 }
 
 }  // namespace baudgate::protocols::dcon

@@ -16,6 +16,7 @@
 
 #include "gateway/base/time.h"
 #include "protocols/conversation.h"
+#include "protocols/dcon/channel_types.h"
 #include "protocols/dcon/decode.h"
 #include "protocols/dcon/settings.h"
 
@@ -61,8 +62,9 @@ class Identification {
   void AskMaskAgain() { asked_mask_ = false; }
 
   const DeviceTrouble& trouble() const { return trouble_; }
-  /// What the number of a channel is multiplied with to be one in `unit`.
-  double FactorOf(std::string_view unit) const;
+  /// What the number of an input point is multiplied with to be one in its unit. Nothing: the
+  /// point's channel measures something else.
+  std::optional<double> FactorOf(std::size_t point) const;
   /// The channels that are enabled in the module, bit 0 = channel 0; nothing: it has not said.
   std::optional<std::uint32_t> mask() const { return mask_; }
 
@@ -89,7 +91,8 @@ class Identification {
   DeviceTrouble mode_;  ///< what the checksum mode has shown
   DeviceTrouble kind_;  ///< what type and format byte have
   DeviceTrouble name_;
-  DeviceTrouble trouble_;  ///< the worst of these
+  ChannelTypes channels_;
+  DeviceTrouble trouble_;  ///< the worst of these, or what is remarkable
 };
 
 }  // namespace baudgate::protocols::dcon

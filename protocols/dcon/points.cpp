@@ -14,6 +14,7 @@ struct ReadRule {
   std::string_view pattern;
   std::string_view forms;
   bool repeatable = true;
+  bool plain = true;  ///< its reply has the first form on every module
 };
 
 constexpr ReadRule kReads[] = {
@@ -30,7 +31,8 @@ constexpr ReadRule kReads[] = {
     {"$3n", "counter"},
     {"$5n", "hex"},
     {"$6", "status mask commanded"},
-    {"$6n", "commanded", false},  // resets a counter on counter modules
+    {"$6n", "commanded", false},        // resets a counter on counter modules
+    {"$7n", "power_on", false, false},  // clears the overflow flag on some counter modules
     {"$8", "commanded"},
     {"$8n", "commanded"},
     {"$A", "words"},
@@ -42,6 +44,10 @@ constexpr ReadRule kReads[] = {
     {"$M", "text"},
     {"~0", "hex"},
     {"~2", "hex"},
+    {"~4", "hex", true, false},
+    {"~4n", "safe", true, false},
+    {"~4P", "hex", true, false},
+    {"~4S", "hex", true, false},
 };
 
 /// Commands that look like reads and are not, or that only a person at the module should send.
@@ -54,7 +60,7 @@ constexpr Forbidden kForbidden[] = {
     {"%", "sets address, type, baud rate or format"},
     {"#**", "is a broadcast that nobody answers"},
     {"~**", "is a broadcast that nobody answers"},
-    {"~", "is a setting; only ~0 and ~2 can be read"},
+    {"~", "is a setting; only ~0, ~2 and ~4 can be read"},
     {"$0", "is a calibration command"},
     {"$1", "is a calibration command"},
     {"$9", "is a calibration or output setting"},
@@ -84,7 +90,7 @@ std::optional<Form> FormOf(std::string_view word, std::string_view command) {
   if (word == "decimal") return Form::decimal;
   if (word == "bits") return Form::bits;
   if (word == "status") return Form::status;
-  if (word == "commanded") return Form::readback;
+  if (word == "commanded" || word == "power_on" || word == "safe") return Form::readback;
   if (word == "words") return Form::words;
   if (word == "mask" || word == "hex") return Form::hex;
   if (word == "text") return Form::text;
@@ -150,6 +156,10 @@ constexpr DecoderSpec kDecoders[] = {
     {"$6 mask", "Channel enable mask of analog modules: !AA and hex; bits as $6[b0] mask."},
     {"$80", "Present output of an analog output channel: !AA and a number."},
     {"$60 commanded", "Last commanded output. On a counter module $60 would reset the counter."},
+    {"#0 total", "All that a counter has counted, over roll-overs and restarts; 64 bits."},
+    {"#0 decimal total", "The same of an input counter of a digital module."},
+    {"$70 power_on", "Output at power-up. On a counter module $70 is the overflow flag."},
+    {"~40", "Safe output of an analog output channel; ~4, ~4P, ~4S: of digital outputs, hex."},
     {"$3", "Cold junction temperature of thermocouple modules."},
     {"$B", "Sensor diagnosis as hex; bits as $B[b0]."},
     {"~0", "Host watchdog status as hex: 4 = tripped."},
@@ -167,14 +177,19 @@ Status CheckReadType(const config::Point& point, const ReadAddress& read) {
                  (read.form == Form::text ? "' gives text: its type is string(n)"
                                           : "' gives a number, not text")};
   }
+  const bool wide = point.type == config::Type::int64 || point.type == config::Type::uint64 ||
+                    point.type == config::Type::float64;
+  if (read.total && !wide) {
+    return Error{"read '" + point.read + "' outgrows 32 bits: its type is uint64"};
+  }
   return {};
 }
 
 Status CheckWriteType(const config::Point& point, const WriteAddress& write) {
   if (point.type == config::Type::string) return Error{"text can not be written to a DCON output"};
-  const bool bit = write.kind == WriteAddress::Kind::bit;
+  const bool bit = write.kind == WriteAddress::Kind::bit || write.kind == WriteAddress::Kind::clear;
   if (bit != (point.type == config::Type::boolean)) {
-    return Error{bit ? "write '" + point.write + "' sets one output: its type is bool"
+    return Error{bit ? "write '" + point.write + "' takes a bit: its type is bool"
                      : "write '" + point.write + "' takes a number; a bool is written by {bit}"};
   }
   return {};
@@ -195,6 +210,10 @@ Result<ReadAddress> ParseRead(std::string_view text) {
     rest = rest.substr(0, blank);
   }
   ReadAddress address;
+  if (word == "total" || word.ends_with(" total")) {
+    address.total = true;
+    word = word == "total" ? "counter" : Trim(word.substr(0, word.size() - 6));
+  }
   if (const auto open = rest.find('['); open != std::string_view::npos) {
     if (!rest.ends_with(']') ||
         !ParseSelector(rest.substr(open + 1, rest.size() - open - 2), address)) {
@@ -207,10 +226,10 @@ Result<ReadAddress> ParseRead(std::string_view text) {
   const auto words = Split(rule->forms, ' ');
   if (word.empty()) {
     if (!rule->repeatable) {
-      return ReadError(text,
-                       "resets the counter of a counter module; if this is an analog output, "
-                       "say so: \"" +
-                           std::string(rest) + " commanded\"");
+      return ReadError(text, std::string(rest.starts_with("$7") ? "clears the overflow flag"
+                                                                : "resets the counter") +
+                                 " of a counter module; if this is an analog output, say so: \"" +
+                                 std::string(rest) + " " + std::string(words.front()) + "\"");
     }
     word = words.front();
   } else if (std::find(words.begin(), words.end(), word) == words.end()) {
@@ -222,13 +241,17 @@ Result<ReadAddress> ParseRead(std::string_view text) {
   if (address.form == Form::numbers && address.select == ReadAddress::Select::whole) {
     return ReadError(text, "names no field; the first number is \"" + std::string(rest) + "[0]\"");
   }
+  const bool counts = address.form == Form::counter || address.form == Form::decimal;
+  if (address.total && !(counts && rest.starts_with('#'))) {
+    return ReadError(text, "has no total; the inputs of counters have: \"#0 total\"");
+  }
   if (!SelectorFits(address)) return ReadError(text, "has a field that its reply does not have");
   return address;
 }
 
 std::optional<Form> DefaultForm(std::string_view command) {
   const ReadRule* rule = FindRead(command);
-  if (rule == nullptr) return std::nullopt;
+  if (rule == nullptr || !rule->plain) return std::nullopt;
   return FormOf(Split(rule->forms, ' ').front(), command);
 }
 
@@ -236,6 +259,8 @@ std::pair<std::size_t, std::size_t> HexDigits(std::string_view command) {
   if (command == "$B") return {1, 2};  // one channel: a flag; several: a mask
   if (command == "~0" || command == "$6") return {2, 2};
   if (command == "~2") return {3, 3};
+  if (command == "~4") return {4, 4};
+  if (command.starts_with("~4")) return {2, 4};
   if (command == "@DI") return {5, 5};
   return {1, 1};
 }

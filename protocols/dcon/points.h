@@ -38,6 +38,7 @@ struct ReadAddress {
   Form form = Form::number;
   Select select = Select::whole;
   unsigned index = 0;  ///< of a number or a bit
+  bool total = false;  ///< of a counter: all that it has counted (totals.h)
 };
 
 /// "#[0]", "#3", "#0 counter", "@[b3]", "$M".
@@ -56,7 +57,7 @@ std::pair<std::size_t, std::size_t> HexDigits(std::string_view command);
 bool IsRepeatable(std::string_view command);
 
 struct WriteAddress {
-  enum class Kind : std::uint8_t { bit, hex, number };
+  enum class Kind : std::uint8_t { bit, hex, number, clear };
   std::string command;  ///< what stands before the data: "#13", "@", "#2"
   Kind kind = Kind::bit;
   std::size_t digits = 2;  ///< of hex; of a number those before the point
@@ -66,7 +67,7 @@ struct WriteAddress {
   double high = 0;
 };
 
-/// "#13{bit}", "@{hex2}", "#2{+00.000 0..10}".
+/// "#13{bit}", "@{hex2}", "#2{+00.000 0..10}", "$C{clear}".
 Result<WriteAddress> ParseWrite(std::string_view text);
 
 /// The command with its data: "#2+07.500". An error when the value does not fit.

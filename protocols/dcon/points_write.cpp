@@ -23,6 +23,13 @@ bool IsOutputCommand(std::string_view command) {
                      [](char c) { return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'F'); });
 }
 
+/// Latches (`$C`), an input counter (`$CN`), a counter (`$6N`).
+bool IsClearCommand(std::string_view command) {
+  return command == "$C" ||
+         (command.size() == 3 && (command.starts_with("$C") || command.starts_with("$6")) &&
+          command[2] >= '0' && command[2] <= '9');
+}
+
 /// "+00.000": an optional sign, zeros, a point, zeros.
 bool ParsePicture(std::string_view picture, WriteAddress& write) {
   write.kind = WriteAddress::Kind::number;
@@ -88,10 +95,17 @@ Result<WriteAddress> ParseWrite(std::string_view text) {
   }
   WriteAddress write;
   write.command = text.substr(0, open);
+  const std::string_view data = text.substr(open + 1, text.size() - open - 2);
+  if (data == "clear") {
+    write.kind = WriteAddress::Kind::clear;
+    if (IsClearCommand(write.command)) return write;
+    return WriteError(text,
+                      "clears nothing; latches, counters: \"$C{clear}\", \"$C0{clear}\", "
+                      "\"$60{clear}\"");
+  }
   if (!IsOutputCommand(write.command)) {
     return WriteError(text, "is no output command; a gateway writes with # and @ only");
   }
-  const std::string_view data = text.substr(open + 1, text.size() - open - 2);
   if (data == "bit") {
     if (write.command.size() != 3) {
       return WriteError(text, "needs the group and number of one output, as in \"#13{bit}\"");
@@ -126,6 +140,9 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value) {
     case WriteAddress::Kind::bit:
       if (number != 0 && number != 1) return Error{shown + " is neither 0 nor 1"};
       return write.command + (number == 1 ? "01" : "00");
+    case WriteAddress::Kind::clear:
+      if (number != 1) return Error{shown + " clears nothing; write 1"};
+      return write.command;
     case WriteAddress::Kind::hex: {
       const double limit = std::pow(16.0, static_cast<double>(write.digits));
       if (number < 0 || number >= limit || number != std::floor(number)) {
@@ -147,6 +164,9 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value) {
 
 std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view command) {
   if (!command.starts_with(write.command)) return std::nullopt;
+  if (write.kind == WriteAddress::Kind::clear) {
+    return command == write.command ? std::optional(Value{true}) : std::nullopt;
+  }
   const std::string_view data = command.substr(write.command.size());
   if (write.kind == WriteAddress::Kind::number) {
     const std::size_t width = (write.sign ? 1U : 0U) + write.digits + 1 + write.decimals;

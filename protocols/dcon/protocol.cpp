@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "gateway/base/text.h"
+#include "protocols/dcon/channel_types.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/conversation.h"
 #include "protocols/dcon/expect.h"
@@ -64,13 +65,43 @@ Status CheckDevice(const config::Device& device) {
   return {};
 }
 
+std::string Joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+/// Inputs of which no module of the listed types can give what the point says.
+void DoubtUnits(const config::Device& device, const Settings& settings,
+                std::vector<Doubt>& doubts) {
+  if (settings.types.empty() || settings.channel_types || device.identity.ignore) return;
+  for (std::size_t i = 0; i < device.points.size(); ++i) {
+    const Point& point = device.points[i];
+    const auto read = ParseRead(point.read);
+    if (point.access == Access::write || !read) continue;
+    const bool fits = std::ranges::any_of(settings.types, [&](const std::string& type) {
+      const auto code = ParseInteger<std::uint8_t>(type, 16);
+      return !code || Measures(*code, *read, point.unit, settings);
+    });
+    if (fits) continue;
+    doubts.push_back({i, "no module of the types that the profile lists (" +
+                             Joined(settings.types) + ") measures '" + point.unit +
+                             "': it will never have a good value; correct its unit, or 'types'"});
+  }
+}
+
 std::vector<Doubt> DoubtsOf(const config::Device& device) {
+  std::vector<Doubt> doubts;
   const auto address = ParseAddress(device.address);
-  if (!address || *address != 0) return {};
-  return {{kNoPoint,
-           "0 is that of every module which is started with INIT* grounded, whatever it is set to: "
-           "one such module would answer in this one's place; give this module another address, 1 "
-           "to 255"}};
+  if (address && *address == 0) {
+    doubts.push_back(
+        {kNoPoint,
+         "0 is that of every module which is started with INIT* grounded, whatever it is set to: "
+         "one such module would answer in this one's place; give this module another address, 1 "
+         "to 255"});
+  }
+  DoubtUnits(device, ReadSettings(device.options), doubts);
+  return doubts;
 }
 
 constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
@@ -110,6 +141,7 @@ const Protocol& DconProtocol() {
       .reply_rule = ReplyRule,
       .expect = Expect,
       .weak_check = true,
+      .remembers = true,
       .make_conversation = MakeConversation,
       .make_twin = MakeTwin,
   };

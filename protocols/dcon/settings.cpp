@@ -48,6 +48,12 @@ constexpr auto kTable = SettingsTable(
     Bind<&Settings::counter_checksum>(option::Choice(
         "counter_checksum", "either", "either,end,front",
         "Place of the checksum in counter replies; I-7080 and CB-7080 send it in front.")),
+    Bind<&Settings::counter_maximum>(
+        option::Integer("counter_maximum", "4294967295", 1, 4294967295.0,
+                        "Count behind which a counter goes on at 0, for totals.")),
+    Bind<&Settings::count_rate>(option::Real(
+        "count_rate", "100000", 0, 0,
+        "Pulses a second at most; a total takes no larger step for a roll-over. 0: any.")),
     Bind<&Settings::identify>(option::Flag(
         "identify", "true",
         "Ask $AAM and $AA2 before anything else. false: for modules that know only # (OWEN).")),

@@ -40,9 +40,11 @@ struct Settings {
   std::uint16_t invert = 0;   ///< over the 16 bits of a digital reply
   bool data_address = false;  ///< replies with '>' carry the address too (TRP-C68)
   bool write_ack_address = false;
-  bool identify = true;            ///< the module knows `$AAM` and `$AA2`
-  std::vector<std::string> types;  ///< its type codes in hex; empty: any
-  bool channel_types = false;      ///< each input has its own, and that of `$AA2` says nothing
+  bool identify = true;                         ///< the module knows `$AAM` and `$AA2`
+  std::vector<std::string> types;               ///< its type codes in hex; empty: any
+  std::uint64_t counter_maximum = 0xFFFF'FFFF;  ///< of a counter, behind which 0 comes
+  double count_rate = 100'000;                  ///< pulses a second at most; 0 = any
+  bool channel_types = false;  ///< each input has its own, and that of `$AA2` says nothing
 };
 
 std::span<const OptionSpec> OptionTable();

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "gateway/base/text.h"
+#include "protocols/dcon/channel_types.h"
 #include "protocols/dcon/decode.h"
 #include "protocols/dcon/values.h"
 
@@ -49,6 +51,13 @@ std::uint64_t Place(const ReadAddress& read, const Value& value) {
   }
 }
 
+/// One that measures in the unit.
+std::uint8_t TypeFor(std::string_view unit) {
+  if (unit == "mV") return 0x0C;
+  if (unit == "mA") return 0x0D;
+  return unit == "degC" || unit == "°C" ? 0x0F : 0x08;
+}
+
 }  // namespace
 
 DconTwin::DconTwin(const config::Device& device, TwinValues& values)
@@ -57,7 +66,12 @@ DconTwin::DconTwin(const config::Device& device, TwinValues& values)
       who_(HexByte(address_)),
       points_(
           device, values, [](const config::Point& point) { return ParseRead(point.read); },
-          [](const config::Point& point) { return ParseWrite(point.write); }) {}
+          [](const config::Point& point) { return ParseWrite(point.write); }) {
+  for (const Known& known : points_.all()) {
+    const auto input = known.read ? InputOf(*known.read) : std::nullopt;
+    if (input) types_[*input] = TypeFor(known.point->unit);
+  }
+}
 
 void DconTwin::ReplyAs(std::string_view address) { who_ = HexByte(ParseAddress(address).value()); }
 
@@ -67,6 +81,10 @@ Bytes DconTwin::Answer(View request, Instant now) {
   std::optional<std::string> reply = AnswerRead(command->text, now);
   if (!reply) reply = AnswerChannel(command->text, now);
   if (!reply) reply = AnswerIdentity(command->text);
+  if (!reply && command->text == "$5" && Counts()) {
+    reply = "!" + who_ + (std::exchange(restarted_, false) ? "1" : "0");
+  }
+  if (!reply && settings_.channel_types) reply = AnswerChannelType(command->text);
   if (!reply) reply = AnswerWrite(command->text);
   if (!reply) return {};
   const bool front = settings_.checksum && settings_.counter_checksum == ChecksumPlace::front;
@@ -195,11 +213,43 @@ std::optional<std::string> DconTwin::AnswerIdentity(const std::string& command) 
   return std::nullopt;
 }
 
+/// `$AA8Ci` and `$AA7CiRrr`.
+std::optional<std::string> DconTwin::AnswerChannelType(const std::string& command) {
+  const bool sets = command.size() == 7 && command.starts_with("$7C") && command[4] == 'R';
+  const auto input = InputOfQuestion(sets ? "$8" + command.substr(2, 2) : command);
+  if (!input) return std::nullopt;
+  const auto known = types_.find(*input);
+  if (known == types_.end()) return "?" + who_;
+  if (!sets) return "!" + who_ + command.substr(2) + "R" + HexByte(known->second);
+  const auto type = ParseInteger<std::uint8_t>(std::string_view(command).substr(5), 16);
+  if (!type) return "?" + who_;
+  known->second = *type;
+  return "!" + who_;
+}
+
+bool DconTwin::Counts() const {
+  return points_.Find([](const ReadAddress& read) { return read.total; }) != nullptr;
+}
+
+/// `$60` and `$C0`: the counter of `#0`.
+void DconTwin::Clear(const std::string& command) {
+  if (command.size() != 3) return;
+  for (const Known& known : points_.all()) {
+    if (known.read && known.read->command == "#" + command.substr(2)) {
+      points_.Set(known, std::uint64_t{0});
+    }
+  }
+}
+
 std::optional<std::string> DconTwin::AnswerWrite(const std::string& command) {
   for (const Known& known : points_.all()) {
     const auto value = known.write ? ParseWritten(*known.write, command) : std::nullopt;
     if (!value) continue;
     if (!HasValue(*value)) return "?" + who_;
+    if (known.write->kind == WriteAddress::Kind::clear) {
+      Clear(command);
+      return "!" + who_;
+    }
     points_.Set(known, *value);
     return ">";
   }

@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -14,6 +16,8 @@
 
 namespace baudgate::protocols::dcon {
 
+/// Where each input has a type of its own (option channel_types), `$AA7CiRrr` sets it as at a real
+/// module.
 class DconTwin : public Twin {
  public:
   /// Both outlive the twin.
@@ -28,6 +32,9 @@ class DconTwin : public Twin {
   std::optional<std::string> AnswerRead(const std::string& command, Instant now) const;
   std::optional<std::string> AnswerChannel(const std::string& command, Instant now) const;
   std::optional<std::string> AnswerIdentity(const std::string& command) const;
+  std::optional<std::string> AnswerChannelType(const std::string& command);
+  bool Counts() const;
+  void Clear(const std::string& command);
   std::string Configuration(std::string told) const;
   std::optional<std::string> AnswerWrite(const std::string& command);
   std::string Joined(Form form, const std::string& command, Instant now) const;
@@ -40,6 +47,8 @@ class DconTwin : public Twin {
   std::uint8_t address_;
   std::string who_;  ///< the address as it stands in replies
   TwinPoints<ReadAddress, WriteAddress> points_;
+  std::map<unsigned, std::uint8_t> types_;  ///< of inputs
+  bool restarted_ = true;                   ///< since `$AA5` was asked
 };
 
 }  // namespace baudgate::protocols::dcon

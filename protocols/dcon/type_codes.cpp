@@ -30,15 +30,19 @@ std::string_view UnitOfType(std::uint8_t type) {
     case 0x1A:
       return "mA";
     default:
-      return type >= 0x0E && type <= 0x19 ? "degC" : "";
+      return (type >= 0x0E && type <= 0x19) || (type >= 0x20 && type <= 0x2D) ? "degC" : "";
   }
+}
+
+bool IsUnitOfTypes(std::string_view unit) {
+  const std::string_view plain = Plain(unit);
+  return plain == "V" || plain == "mV" || plain == "mA" || plain == "degC";
 }
 
 std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit) {
   const std::string_view own = UnitOfType(type);
   const std::string_view wanted = Plain(unit);
-  const bool known = wanted == "V" || wanted == "mV" || wanted == "mA" || wanted == "degC";
-  if (own.empty() || !known || own == wanted) return 1;
+  if (own.empty() || !IsUnitOfTypes(unit) || own == wanted) return 1;
   if (own == "mV" && wanted == "V") return 0.001;
   if (own == "V" && wanted == "mV") return 1000;
   return std::nullopt;

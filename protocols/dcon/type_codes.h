@@ -18,4 +18,7 @@ std::string_view UnitOfType(std::uint8_t type);
 /// is the user's own, and takes the number as it is.
 std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit);
 
+/// Whether some type measures in it, so that others contradict it: "V", "°C", not "bar".
+bool IsUnitOfTypes(std::string_view unit);
+
 }  // namespace baudgate::protocols::dcon

@@ -4,7 +4,7 @@
 //   device: address=1 checksum=true       options as key=value; address is the device's
 //   point: current_l1 I1 float32 fast     name, read, type, and where wanted: group (default fast),
 //                                         rw, w (never read), write=ADDRESS,
-//                                         scale=NUMBER
+//                                         scale=NUMBER, unit=TEXT
 //   point: energy "05 00 00 energy@0" float64         what holds blanks stands in double quotes
 //   > 3E 31 52 ...                        the request that the conversation must make
 //   < 0A 3C 31 ...                        the reply that it gets; several lines are one stream,

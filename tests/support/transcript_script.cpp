@@ -125,6 +125,8 @@ class Reader {
       point.access = config::Access::write;
     } else if (key == "write") {
       point.write = value;
+    } else if (key == "unit") {
+      point.unit = value;
     } else if (key == "scale") {
       point.scale = ParseDecimal(value).value_or(1);
     } else {
@@ -135,7 +137,7 @@ class Reader {
         point.group = group;
         known = true;
       }
-      if (!known) Fail("'" + word + "' is no group, rw, w, write= or scale=");
+      if (!known) Fail("'" + word + "' is no group, rw, w, write=, unit= or scale=");
     }
   }
 

@@ -47,7 +47,11 @@ class DconProfile : public ::testing::TestWithParam<std::string> {
     Talk talk(DconProtocol(), device);
     std::vector<bool> seen(device.points.size(), false);
     for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
-      const Answer answer = talk.Run(Poll(query), twin);
+      Answer answer = talk.Run(Poll(query), twin);
+      // A task has few exchanges, and eight inputs may have a type each.
+      for (int more = 0; more < 3 && answer.then == Then::replan; ++more) {
+        answer = talk.Run(Poll(query), twin);
+      }
       EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
       for (const Reading& reading : answer.readings) Check(device, values, reading, seen);
     }

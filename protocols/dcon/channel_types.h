@@ -1,0 +1,77 @@
+// What each input of a module measures, where each has a type code of its own (`$AA8Ci` →
+// `!AACiRrr`: ADAM-4015, 4017+, 4018+, 4019+). Asked with identification.h, judges single points.
+// Source: dcon reference, 5, 7.3 and 19.11.
+//
+//   > $018C2   < !01C2R0D      input 2 measures mA: a point of it in V is not good
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/model/device.h"
+#include "protocols/dcon/decode.h"
+#include "protocols/dcon/points.h"
+#include "protocols/dcon/settings.h"
+
+namespace baudgate::protocols::dcon {
+
+/// The input that a command with joined or single numbers reads: 2 of "#[2]" and of "#2". Nothing:
+/// it reads none, or one whose type can not be asked.
+std::optional<unsigned> InputOf(const ReadAddress& read);
+
+/// "$8C2", or its input.
+std::string_view QuestionOfInput(unsigned input);
+std::optional<unsigned> InputOfQuestion(std::string_view command);
+
+/// Whether a module of this type measures what the point says: a current in mA, a frequency in Hz,
+/// pulses for a total. True where that can not be told.
+bool Measures(std::uint8_t type, const ReadAddress& read, std::string_view unit,
+              const Settings& settings);
+
+class ChannelTypes {
+ public:
+  /// Both outlive it.
+  ChannelTypes(const config::Device& device, const Settings& settings);
+
+  /// The input whose type is to be asked before `command` goes out. Before `#` all that points
+  /// read and whose unit can be judged; before a poll of `$2` one of them, in turn.
+  std::optional<unsigned> Next(std::string_view command) const;
+  void OnAnswer(unsigned input, const DecodedReply& reply);
+  /// Silence, or what answers something else. Twice: the module does not tell it.
+  void OnNothing(unsigned input);
+  /// `$2` was polled: one more input is asked before it is polled again.
+  void OnTypePolled() { is_due_ = AllAsked(); }
+  /// Another module may answer now. What was known holds until all is asked again.
+  void Forget();
+
+  /// What a number of the point is multiplied with to be one in its unit. Nothing: its input
+  /// measures something else.
+  std::optional<double> FactorOf(std::size_t point) const;
+  /// All points that are not good for it, of inputs in `enabled`. Empty: none.
+  std::string Remark(std::uint32_t enabled) const;
+
+ private:
+  struct Input {
+    unsigned number = 0;
+    bool asked = false;
+    int silences = 0;
+    std::optional<std::uint8_t> type;
+  };
+
+  Input* Find(unsigned input);
+  bool AllAsked() const;
+  void Settle(Input& input, std::optional<std::uint8_t> type);
+  std::optional<std::uint8_t> TypeOf(std::size_t point) const;
+
+  const config::Device& device_;
+  std::vector<std::optional<unsigned>> inputs_of_points_;  // by point; nothing: not judged
+  std::vector<Input> inputs_;                              // in the order of the points
+  bool is_due_ = false;
+  std::size_t turn_ = 0;  // of inputs_: the next one to be asked anew
+};
+
+}  // namespace baudgate::protocols::dcon

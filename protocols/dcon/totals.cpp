@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/dcon/totals.h"
+
+#include <algorithm>
+
+#include "gateway/base/text.h"
+
+namespace baudgate::protocols::dcon {
+namespace {
+
+constexpr std::uint64_t kModulusOfDecimal = 65536;
+constexpr int kSilencesOfNo = 2;
+constexpr Duration kSlack = 2s;  // of the moment at which a count was taken
+
+/// A roll-over is near the end and then near the begin; what else goes back was cleared.
+constexpr std::uint64_t kPartOfRollOver = 4;
+
+std::string_view Cut(std::string_view& text, char at) {
+  const auto end = std::min(text.find(at), text.size());
+  const std::string_view part = Trim(text.substr(0, end));
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return part;
+}
+
+}  // namespace
+
+Totals::Totals(const Settings& settings, const Probing::Reads& reads)
+    : settings_(settings), reads_(reads) {
+  for (const auto& read : reads) {
+    if (!read || !read->total || Find(read->command) != nullptr) continue;
+    Counter counter;
+    counter.command = read->command;
+    counter.modulus =
+        read->form == Form::decimal ? kModulusOfDecimal : settings.counter_maximum + 1;
+    counters_.push_back(std::move(counter));
+  }
+}
+
+Totals::Counter* Totals::Find(std::string_view command) {
+  const auto found = std::ranges::find(counters_, command, &Counter::command);
+  return found == counters_.end() ? nullptr : &*found;
+}
+
+bool Totals::WantsRestart(std::string_view command) const {
+  return is_due_ && knows_ &&
+         std::ranges::find(counters_, command, &Counter::command) != counters_.end();
+}
+
+void Totals::OnRestart(std::optional<bool> restarted) {
+  is_due_ = false;
+  silences_ = 0;
+  knows_ = restarted.has_value();
+  if (!restarted.value_or(false)) return;
+  for (Counter& counter : counters_) counter.begins_anew = true;
+}
+
+void Totals::OnNothing() {
+  if (++silences_ == kSilencesOfNo) OnRestart(std::nullopt);
+}
+
+void Totals::OnReconnect() {
+  is_due_ = true;
+  silences_ = 0;
+  knows_ = true;
+  for (Counter& counter : counters_) counter.suspect.reset();
+}
+
+void Totals::OnCleared(std::string_view command) {
+  if (Counter* counter = Find(command)) counter->begins_anew = true;
+}
+
+/// So many pulses, as quickly as that.
+bool Totals::CanCount(std::uint64_t step, Duration time) const {
+  const std::chrono::duration<double> seconds = time + kSlack;
+  return settings_.count_rate == 0 ||
+         static_cast<double>(step) <= settings_.count_rate * seconds.count();
+}
+
+void Totals::Believe(Counter& counter, std::uint64_t count, std::uint64_t step, Instant now) {
+  counter.total += step;
+  counter.count = count;
+  counter.at = now;
+  counter.suspect.reset();
+  counter.begins_anew = false;
+}
+
+/// False: the count is strange, and has to come twice.
+bool Totals::TakeCount(Counter& counter, std::uint64_t count, Instant now) {
+  if (!counter.count || counter.begins_anew) {
+    Believe(counter, count, counter.count ? 0 : count, now);
+    return true;
+  }
+  const bool follows = count >= *counter.count;
+  const std::uint64_t step =
+      follows ? count - *counter.count : count + counter.modulus - *counter.count;
+  const bool can = count < counter.modulus && (!counter.at || CanCount(step, now - *counter.at));
+  if (follows && can) {
+    Believe(counter, count, step, now);
+    return true;
+  }
+  const bool confirmed =
+      counter.suspect && count >= *counter.suspect && CanCount(count - *counter.suspect, {});
+  if (!confirmed) {
+    counter.suspect = count;
+    is_due_ = true;
+    return false;
+  }
+  const bool rolled_over = can && step <= counter.modulus / kPartOfRollOver;
+  Believe(counter, count, rolled_over ? step : 0, now);
+  return true;
+}
+
+bool Totals::Take(std::string_view command, Answer& answer, Instant now) {
+  Counter* counter = Find(command);
+  if (counter == nullptr) return false;
+  const auto is_total = [this](const Reading& reading) {
+    return reading.point < reads_.size() && reads_[reading.point] && reads_[reading.point]->total;
+  };
+  const auto first = std::ranges::find_if(answer.readings, is_total);
+  if (first == answer.readings.end()) return false;
+  const auto* count = std::get_if<std::uint64_t>(&first->value);
+  if (count == nullptr) return false;
+  if (!TakeCount(*counter, *count, now)) {
+    std::erase_if(answer.readings, is_total);
+    return true;
+  }
+  for (Reading& reading : answer.readings) {
+    if (is_total(reading)) reading.value = counter->total;
+  }
+  Note(now);
+  return false;
+}
+
+void Totals::Note(Instant now) {
+  if (noted_ && now - *noted_ < kBetweenNotes) return;
+  std::string text;
+  for (const Counter& counter : counters_) {
+    if (!counter.count) continue;
+    text += (text.empty() ? "" : "; ") + counter.command + " " + std::to_string(*counter.count) +
+            " " + std::to_string(counter.total);
+  }
+  if (text == memory_) return;
+  memory_ = std::move(text);
+  noted_ = now;
+}
+
+void Totals::Recall(std::string_view memory) {
+  memory_ = memory;
+  while (!memory.empty()) {
+    std::string_view part = Cut(memory, ';');
+    Counter* counter = Find(Cut(part, ' '));
+    const auto count = ParseInteger<std::uint64_t>(Cut(part, ' '));
+    const auto total = ParseInteger<std::uint64_t>(part);
+    if (counter == nullptr || !count || !total || *count >= counter->modulus) continue;
+    counter->count = count;
+    counter->total = *total;
+  }
+}
+
+}  // namespace baudgate::protocols::dcon

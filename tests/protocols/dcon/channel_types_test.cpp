@@ -1,0 +1,191 @@
+// Modules whose inputs have type codes of their own: what is asked, and what becomes of an input
+// that measures something else than its point says. Bytes: dcon reference, chapters 5 and 7.3.
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/protocols/dcon/support.h"
+
+namespace baudgate::protocols::dcon {
+namespace {
+
+using config::Group;
+using config::Type;
+
+const Quality kNotThis{Quality::bad_configuration, Reason::other_module};
+
+config::Device Inputs(std::size_t count, const std::string& unit = "V",
+                      const Settable& options = {}) {
+  std::vector<config::Point> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    points.push_back(ReadPoint("input_" + std::to_string(i), "#[" + std::to_string(i) + "]"));
+    points.back().unit = unit;
+  }
+  points.push_back(ReadPoint("configuration", "$2", Type::string, Group::slow));
+  points.back().text_length = 6;
+  Settable all = {
+      {"identify", true}, {"channel_types", true}, {"channels", static_cast<std::int64_t>(count)}};
+  all.insert(all.end(), options.begin(), options.end());
+  return MakeDevice(std::move(points), all);
+}
+
+/// The module's side: replies by request, silence to others; and what it was asked.
+struct Module {
+  std::map<std::string, std::string> replies = {{"$01M", "!014017P"}, {"$012", "!01080600"}};
+  std::vector<std::string> asked;
+
+  Wire wire() {
+    return [this](View request) {
+      std::string text(AsText(request));
+      text.pop_back();
+      asked.push_back(text);
+      const auto found = replies.find(text);
+      return found == replies.end() ? Bytes() : ToBytes(found->second + "\r");
+    };
+  }
+  std::size_t Count(std::string_view begin) const {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        asked, [&](const std::string& request) { return request.starts_with(begin); }));
+  }
+};
+
+TEST(DconChannelTypes, AreAskedOnceAndGiveTheUnit) {
+  Talk talk(DconProtocol(), Inputs(3));
+  Module module;
+  module.replies.insert({{"$016", "!0107"},
+                         {"$018C0", "!01C0R08"},
+                         {"$018C1", "!01C1R0C"},
+                         {"$018C2", "!01C2R0D"},
+                         {"#01", ">+05.000+150.00+04.000"}});
+  Answer answer = talk.Run(Poll(0), module.wire());
+  EXPECT_EQ(answer.then, Then::replan) << "a task has few exchanges";
+  EXPECT_TRUE(answer.readings.empty());
+  answer = talk.Run(Poll(0), module.wire());
+  ASSERT_EQ(answer.readings.size(), 3U);
+  EXPECT_EQ(answer.readings[0].value, Value{5.0});
+  EXPECT_DOUBLE_EQ(ToDouble(answer.readings[1].value), 0.15) << "mV";
+  EXPECT_EQ(answer.readings[2].quality, kNotThis);
+  EXPECT_EQ(talk->trouble().reason, Reason::none) << "the others are good";
+  EXPECT_NE(talk->trouble().text.find("input 2 has type 0D and measures in mA, the profile says V "
+                                      "for input_2"),
+            std::string::npos)
+      << talk->trouble().text;
+  EXPECT_EQ(module.Count("$018C"), 3U);
+  talk.Run(Poll(0), module.wire());
+  EXPECT_EQ(module.Count("$018C"), 3U) << "once";
+  talk->OnReconnect();
+  talk.Run(Poll(0), module.wire());
+  talk.Run(Poll(0), module.wire());
+  EXPECT_EQ(module.Count("$018C"), 6U) << "another module may be there";
+}
+
+TEST(DconChannelTypes, OneIsAskedAnewAtEachPollOfTheConfiguration) {
+  Talk talk(DconProtocol(), Inputs(2));
+  Module module;
+  module.replies.insert({{"$016", "!0103"},
+                         {"$018C0", "!01C0R08"},
+                         {"$018C1", "!01C1R09"},
+                         {"#01", ">+05.000+1.5000"}});
+  EXPECT_EQ(talk.Run(Poll(0), module.wire()).readings.size(), 2U);
+  talk.Run(Poll(1), module.wire());
+  module.replies["$018C1"] = "!01C1R07";
+  module.asked.clear();
+  talk.Run(Poll(1), module.wire());
+  EXPECT_EQ(module.asked, (std::vector<std::string>{"$018C0", "$012"}));
+  EXPECT_TRUE(talk->trouble().text.empty());
+  module.asked.clear();
+  talk.Run(Poll(1), module.wire());
+  EXPECT_EQ(module.asked, (std::vector<std::string>{"$018C1", "$012"}));
+  EXPECT_NE(talk->trouble().text.find("input 1 has type 07"), std::string::npos);
+  const Answer answer = talk.Run(Poll(0), module.wire());
+  EXPECT_TRUE(IsGood(answer.readings[0].quality));
+  EXPECT_EQ(answer.readings[1].quality, kNotThis);
+  module.replies["$018C1"] = "!01C1R0A";
+  talk.Run(Poll(1), module.wire());
+  talk.Run(Poll(1), module.wire());
+  EXPECT_TRUE(talk->trouble().text.empty()) << talk->trouble().text;
+}
+
+TEST(DconChannelTypes, AModuleThatDoesNotTellThemIsReadAsItIs) {
+  for (const char* reply : {"?01", ""}) {
+    Talk talk(DconProtocol(), Inputs(8, "V", {{"checksum", false}}));
+    Module module;
+    module.replies.insert(
+        {{"$016", "!01FF"}, {"#01", ">+05.000+01.000+01.000+01.000+01.000+01.000+01.000+01.000"}});
+    if (*reply != 0) module.replies["$018C0"] = reply;
+    Answer answer = talk.Run(Poll(0), module.wire());
+    if (answer.then == Then::replan) answer = talk.Run(Poll(0), module.wire());
+    EXPECT_EQ(answer.readings.size(), 8U);
+    EXPECT_EQ(module.Count("$018C"), *reply != 0 ? 1U : 2U);
+    EXPECT_TRUE(talk->trouble().text.empty());
+  }
+}
+
+TEST(DconChannelTypes, AnotherInputsAnswerSaysNothing) {
+  Talk talk(DconProtocol(), Inputs(2));
+  Module module;
+  module.replies.insert({{"$016", "!0103"}, {"$018C0", "!01C1R0D"}, {"#01", ">+05.000+1.5000"}});
+  Answer answer = talk.Run(Poll(0), module.wire());
+  EXPECT_TRUE(talk->trouble().text.empty());
+  EXPECT_EQ(answer.readings.size(), 2U);
+}
+
+TEST(DconChannelTypes, WhatCanNotBeJudgedIsNotAsked) {
+  for (const auto& [unit, options] :
+       std::vector<std::pair<std::string, Settable>>{{"bar", {}},
+                                                     {"V", {{"channel_types", false}}},
+                                                     {"V", {{"format", std::string("percent")}}}}) {
+    Talk talk(DconProtocol(), Inputs(2, unit, options));
+    Module module;
+    const bool percent = options.size() == 1 && options[0].first == "format";
+    module.replies["$012"] = percent ? "!01080601" : "!01080600";
+    module.replies.insert({{"$016", "!0103"}, {"#01", ">+05.000+01.500"}});
+    EXPECT_EQ(talk.Run(Poll(0), module.wire()).readings.size(), 2U);
+    EXPECT_EQ(module.Count("$018C"), 0U);
+  }
+}
+
+TEST(DconChannelTypes, OneInputAloneNeedsItsOwnOnly) {
+  config::Point point = ReadPoint("a", "#5");
+  point.unit = "mA";
+  Talk talk(DconProtocol(), MakeDevice({point}, {{"identify", true}, {"channel_types", true}}));
+  Module module;
+  module.replies.insert({{"$018C5", "!01C5R07"}, {"#015", ">+12.000"}});
+  EXPECT_EQ(talk.Run(Poll(0), module.wire()).readings.size(), 1U);
+  EXPECT_EQ(module.asked, (std::vector<std::string>{"$01M", "$012", "$018C5", "#015"}));
+}
+
+TEST(DconChannelTypes, ADisabledInputIsNoRemark) {
+  Talk talk(DconProtocol(), Inputs(2));
+  Module module;
+  module.replies.insert(
+      {{"$016", "!0101"}, {"$018C0", "!01C0R08"}, {"$018C1", "!01C1R0D"}, {"#01", ">+05.000"}});
+  const Answer answer = talk.Run(Poll(0), module.wire());
+  ASSERT_EQ(answer.readings.size(), 2U);
+  EXPECT_EQ(answer.readings[1].quality,
+            Quality(Quality::bad_out_of_service, Reason::channel_disabled));
+  EXPECT_TRUE(talk->trouble().text.empty());
+}
+
+TEST(DconChannelTypes, TheTwinHasThemAndTakesOthers) {
+  const config::Device device = Inputs(2);
+  FixedValues values;
+  values.values[0] = values.values[1] = Value{1.5};
+  values.values[2] = std::string("080600");
+  const auto twin = DconProtocol().make_twin(device, values);
+  Talk talk(DconProtocol(), device);
+  Answer answer = talk.Run(Poll(0), *twin);
+  ASSERT_EQ(answer.readings.size(), 2U);
+  EXPECT_EQ(answer.readings[1].value, Value{1.5});
+  const auto say = [&](const std::string& request) {
+    return std::string(AsText(twin->Answer(ToBytes(request + "\r"), {})));
+  };
+  EXPECT_EQ(say("$018C1"), "!01C1R08\r");
+  EXPECT_EQ(say("$017C1R0D"), "!01\r");
+  EXPECT_EQ(say("$018C1"), "!01C1R0D\r");
+  EXPECT_EQ(say("$018C7"), "?01\r");
+  for (int i = 0; i < 3; ++i) talk.Run(Poll(1), *twin);
+  answer = talk.Run(Poll(0), *twin);
+  EXPECT_TRUE(IsGood(answer.readings[0].quality));
+  EXPECT_EQ(answer.readings[1].quality, kNotThis);
+}
+
+}  // namespace
+}  // namespace baudgate::protocols::dcon
