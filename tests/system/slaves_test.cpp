@@ -194,7 +194,9 @@ TEST_P(PymodbusSlave, SaysWhoItIs) {
     EXPECT_TRUE(EventuallyQuality(client, 30, address, kGood)) << address;
   }
   EXPECT_EQ(client.Input(30, 10, 2).values, (std::vector<std::uint16_t>{0x4D2D, 0x3700})) << "M-7";
-  EXPECT_EQ(client.Input(30, 20, 2).values, (std::vector<std::uint16_t>{0x4163, 0x6D65})) << "Acme";
+  EXPECT_EQ(client.Input(30, 20, 6).values,
+            (std::vector<std::uint16_t>{0x4163, 0x6D65, 0x2D4D, 0x2D37, 0x2D32, 0x2E35}))
+      << "Acme-M-7-2.5";
   EXPECT_EQ(client.Register(30, 0), 2105 & 0xFF);
 }
 
