@@ -159,13 +159,15 @@ TEST(DeviceChecks, ModbusTcpHasNoSerialLine) {
                      "echo: strip"),
             "t.yaml:2:72: error: serial: modbus_tcp has no serial line; remove the key\n"
             "t.yaml:2:88: error: echo: modbus_tcp has no serial line; remove the key\n");
-  EXPECT_EQ(problems("protocol: modbus_tcp, port: \"tcp://10.0.0.5:502\"",
-                     "address: 1, protocol: modbus_rtu"),
-            "t.yaml:3:36: error: protocol: modbus_rtu can not share a line with modbus_tcp; give it "
-            "a line of its own\n");
-  EXPECT_EQ(problems("protocol: modbus_rtu, port: /dev/l", "address: 1, protocol: modbus_tcp"),
-            "t.yaml:3:36: error: protocol: modbus_tcp can not share a line with modbus_rtu; give it "
-            "a line of its own\n");
+  EXPECT_EQ(
+      problems("protocol: modbus_tcp, port: \"tcp://10.0.0.5:502\"",
+               "address: 1, protocol: modbus_rtu"),
+      "t.yaml:3:36: error: protocol: modbus_rtu can not share a line with modbus_tcp; give it "
+      "a line of its own\n");
+  EXPECT_EQ(
+      problems("protocol: modbus_rtu, port: /dev/l", "address: 1, protocol: modbus_tcp"),
+      "t.yaml:3:36: error: protocol: modbus_tcp can not share a line with modbus_rtu; give it "
+      "a line of its own\n");
 }
 
 /// "#2" is answered by one number, and so is every other read of it.
