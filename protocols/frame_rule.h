@@ -80,9 +80,9 @@ struct Cut {
 ///    and the next good frame would be lost with it.
 /// 3. Every answer but need_more takes at least one byte.
 ///
-/// One exception from 2: a listener that carries out requests heard on a shared bus drops a damaged
-/// burst whole, because bytes inside it may look like a valid request
-/// (protocols/modbus/rtu_frame_rule.cpp).
+/// Two drop a damaged burst whole instead of 2, as bytes inside it may look like a frame: listeners
+/// that carry out what they hear on a shared bus (protocols/modbus/rtu_frame_rule.cpp), and Modbus
+/// TCP, which has no check value (tcp_frame_rule.cpp beside it).
 using FrameRule = Cut (*)(View held, const Expectation& expect, bool idle);
 
 }  // namespace baudgate

@@ -77,7 +77,10 @@ class TcpClient final : public Transport {
   void DropUnsent() override;
   Status Apply(const config::SerialSettings& serial) override;
   PortCounters Counters() const override { return {.parity = parity_.errors()}; }
-  std::string Describe() const override { return port_ + " " + serial_.ToString(); }
+  /// What a serial server is set to nobody here knows.
+  std::string Describe() const override {
+    return serial_.software_parity ? port_ + " " + serial_.ToString() : port_;
+  }
 
  private:
   /// One Open under way. Its handlers keep it alive; without an owner they do nothing.
@@ -138,7 +141,7 @@ void TcpClient::Begin(const AttemptPtr& attempt) {
     attempt->owner->Fail(attempt->looking_up
                              ? "no name server tells the address of " + port +
                                    "; is the name server reachable?"
-                             : port + " does not answer; is the serial server on and reachable?");
+                             : port + " does not answer; is the server on and reachable?");
   });
   std::error_code not_numeric;
   const auto ip = asio::ip::make_address(address->host, not_numeric);
@@ -171,7 +174,9 @@ void TcpClient::Connect(const AttemptPtr& attempt, const std::vector<tcp::endpoi
         if (attempt->owner == nullptr) return;
         if (!error) return attempt->owner->OnConnected(attempt);
         attempt->owner->Fail("can not connect to " + attempt->owner->port_ + ": " +
-                             error.message() + "; is the server's port in raw TCP mode and free?");
+                             error.message() +
+                             "; does a server listen there (a serial server in raw TCP mode), "
+                             "and is it free?");
       });
 }
 

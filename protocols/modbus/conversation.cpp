@@ -106,7 +106,8 @@ Bytes ModbusConversation::OwnProbe() const {
 Bytes ModbusConversation::PollPdu(std::size_t query) const {
   Block<Space> block = plan_.block(query);
   if (block.key.table == Table::identity) {
-    block.begin = next_object_.value_or(block.begin >= kFirstOwnObject ? kFirstOwnObject : 0);
+    block.begin = block.begin >= kFirstOwnObject ? kFirstOwnObject : 0;
+    if (next_object_ && next_object_->first == block.key) block.begin = next_object_->second;
   }
   return ReadOf(block);
 }
@@ -237,8 +238,9 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged) {
   if (answer.outcome == Outcome::no_reply) return answer;
   probes_.OnPolled();
   identification_.OnPolled();
-  next_object_ = exchanged.data ? exchanged.data->follows : std::nullopt;
-  if (next_object_) {
+  next_object_.reset();
+  if (exchanged.data && exchanged.data->follows) {
+    next_object_ = {exchanged.data->space, *exchanged.data->follows};
     answer.then = Then::ask_again;
     return answer;
   }

@@ -74,7 +74,8 @@ class ModbusConversation : public Conversation {
   std::vector<std::optional<Place>> places_;  // by point
   SpacePlan plan_;
   Identification identification_;
-  std::optional<std::uint8_t> next_object_;  // of an identification that comes in several replies
+  // Of an identification that comes in several replies: what to go on with.
+  std::optional<std::pair<Space, std::uint8_t>> next_object_;
   ProbeChoice probes_;
 };
 

@@ -35,7 +35,10 @@ void ModbusConversation::AddReadings(Exchanged& exchanged) const {
     if (!place || place->space() != data.space) continue;
     const bool there = place->form == Form::object ? data.texts.contains(place->address)
                                                    : data.block().Covers(BlockOf(*place));
-    if (there || data.whole) exchanged.answer.readings.push_back(ReadingOf(point, data));
+    // Objects before the first one that was asked for came in earlier replies.
+    const bool earlier = place->form == Form::object && place->address < data.address;
+    if (there || (data.whole && !earlier))
+      exchanged.answer.readings.push_back(ReadingOf(point, data));
   }
 }
 

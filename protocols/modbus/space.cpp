@@ -50,7 +50,8 @@ void TakeObjects(View reply, Data& data) {
   constexpr std::size_t kMore = 4;
   constexpr std::size_t kObjects = 7;
   if (reply.size() < kObjects) return;
-  if (reply[kMore] == 0xFF) data.follows = reply[kMore + 1];
+  const std::uint8_t next = reply[kMore + 1];
+  if (reply[kMore] == 0xFF && next > data.address) data.follows = next;
   data.whole = !data.follows;
   std::size_t at = kObjects;
   while (at + 1 < reply.size()) {
@@ -137,7 +138,7 @@ std::optional<Block<Space>> BlockOf(View request) {
       return Block<Space>{{*table, U16At(request, 1)}, 0, kMaxPdu, 1};
     case Table::identity:
       if (request.size() != 4 || request[1] != kIdentification) return std::nullopt;
-      return Block<Space>{{*table, request[2]}, 0, 0x100, 1};
+      return Block<Space>{{*table, request[2]}, request[3], 0x100, 1};
     case Table::file:
       if (request.size() != kFileRequest || request[2] != kFileReference) return std::nullopt;
       return Block<Space>{{*table, U16At(request, 3)},

@@ -175,6 +175,31 @@ TEST_P(PymodbusSlave, IsServedFromTheStoreBesideARoutedOne) {
   EXPECT_EQ(client.Register(30, 20000), kGood);
 }
 
+TEST_P(PymodbusSlave, SaysWhoItIs) {
+  const NullModem cable(LinkOf("meters"), FarEnd("meters"));
+  const auto slave = StartPymodbusSlave(GetParam(), FarEnd("meters"), "21");
+  const auto daemon = StartGateway(
+      Yaml({},
+           "  - name: meters\n    port: " + LinkOf("meters") + "\n    protocol: " + protocol() +
+               "\n    devices:\n      - name: meter\n        address: 21\n        unit: 30\n"
+               "        poll: 100ms\n        identity: [\"m 7\", M-7]\n        points:\n"
+               "          - { name: type, read: identification product, type: string(4), "
+               "group: once, modbus: 10 }\n"
+               "          - { name: id, read: server id, type: string(12), group: once, "
+               "modbus: 20 }\n"
+               "          - { name: low, read: \"holding 5[b0-b7]\", type: uint16, modbus: 0 }\n"),
+      {"meters"});
+  ModbusClient client(port());
+  for (const int address : {0, 10, 20}) {
+    EXPECT_TRUE(EventuallyQuality(client, 30, address, kGood)) << address;
+  }
+  EXPECT_EQ(client.Input(30, 10, 2).values, (std::vector<std::uint16_t>{0x4D2D, 0x3700})) << "M-7";
+  EXPECT_EQ(client.Input(30, 20, 6).values,
+            (std::vector<std::uint16_t>{0x4163, 0x6D65, 0x2D4D, 0x2D37, 0x2D32, 0x2E35}))
+      << "Acme-M-7-2.5";
+  EXPECT_EQ(client.Register(30, 0), 2105 & 0xFF);
+}
+
 TEST_P(PymodbusSlave, WithHolesIsReadInParts) {
   const NullModem cable(LinkOf("meters"), FarEnd("meters"));
   const auto slave = StartPymodbusSlave(GetParam(), FarEnd("meters"), "21", {"0-5", "9-12"});

@@ -126,17 +126,19 @@ TEST(ModbusIdentification, IsPoints) {
 TEST(ModbusIdentification, ComesInSeveralReplies) {
   Talk talk(ModbusTcpProtocol(),
             MakeDevice({Once("maker", "identification vendor"), Once("name", "identification name"),
+                        Once("url", "identification url"), Once("model", "identification model"),
                         Once("own", "identification 0x81")}));
   ASSERT_EQ(talk->Queries().size(), 3U) << "of three categories";
   EXPECT_EQ(ToHex(talk.Ask(Poll(1))->bytes), "00 01 00 00 00 05 14 2B 0E 02 00");
-  const Answer first = talk.Reply(Poll(1), Hex("00 01 00 00 00 0C 14 2B 0E 02 02 FF 04 01 00 02 "
+  const Answer first = talk.Reply(Poll(1), Hex("00 01 00 00 00 0C 14 2B 0E 02 02 FF 04 01 03 02 "
                                                "41 42"));
   EXPECT_EQ(first.then, Then::ask_again);
+  EXPECT_EQ(Shown(first), "AB");
   EXPECT_EQ(ToHex(talk.Ask(Poll(1))->bytes), "00 02 00 00 00 05 14 2B 0E 02 04");
   const Answer last = talk.Reply(Poll(1), Hex("00 02 00 00 00 0C 14 2B 0E 02 02 00 00 01 04 02 43 "
                                               "44"));
   EXPECT_EQ(last.then, Then::done);
-  EXPECT_EQ(Shown(last), "CD");
+  EXPECT_EQ(Shown(last), "CD, none 1284") << "it has no model, and has told the URL before";
   EXPECT_EQ(ToHex(talk.Ask(Poll(2))->bytes), "00 03 00 00 00 05 14 2B 0E 03 80");
 }
 
