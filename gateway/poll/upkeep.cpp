@@ -10,6 +10,7 @@ namespace baudgate {
 namespace {
 
 constexpr Duration kLongest = 1h;
+constexpr Duration kDailyAgain = 5min;
 
 Duration SlowOf(const Device& device) { return std::min<Duration>(device.config->slow, kLongest); }
 
@@ -151,8 +152,8 @@ void Upkeep::DoubtSeldom(Device& device, Instant now) {
 }
 
 void Upkeep::Repeat(const Device& device, config::Group group, Instant now) {
-  const Duration wait = group == config::Group::daily ? kLongest : SlowOf(device);
-  schedule_.Repeat(device.place, group, now + wait);
+  const Duration least = group == config::Group::daily ? kDailyAgain : Duration::zero();
+  schedule_.Repeat(device.place, group, now + std::max(SlowOf(device), least));
 }
 
 /// Nothing that was learned of the device holds any more: it may be another one. What it has said

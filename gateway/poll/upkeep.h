@@ -47,7 +47,7 @@ class Upkeep {
   void ShowLine(Instant now) { ledger_.ShowLine(chooser_.probes().NoticeBound(now)); }
 
   /// What could not be read once is tried again after the slow period, at least every hour; of the
-  /// daily group the whole round, after an hour.
+  /// daily group the whole round, at most every 5 min.
   void Repeat(const Device& device, config::Group group, Instant now);
 
  private:

@@ -41,8 +41,9 @@ double NumberOf(const config::Point& point, std::size_t device) {
 
 /// Points that follow from others, or from the configuration of the twin.
 bool IsDerived(const config::Point& point) {
-  return point.read.ends_with("alarm@0") || point.read == "$B" ||
-         point.read.starts_with("08 00 u32") || point.read.starts_with("08 05 u8");
+  return point.read.ends_with("alarm@0") || point.read.starts_with("08 0A u") ||
+         point.read == "$B" || point.read.starts_with("08 00 u32") ||
+         point.read.starts_with("08 05 u8");
 }
 
 /// What the twin's value should look like in the store.

@@ -14,13 +14,13 @@ using config::Type;
 class Set4tmTwin : public ::testing::Test {
  protected:
   Set4tmTwin()
-      : device_(
-            MakeDevice("5", {MakePoint("08 1B 02 10 float_le@4"), MakePoint("05 00 00 energy@0"),
-                             MakePoint("04 00 time@0", Group::fast, Type::string),
-                             MakePoint("08 0A flag@40", Group::fast, Type::boolean),
-                             MakePoint("08 02 u16_be@0"), MakePoint("08 02 u16_be@2")})) {
+      : device_(MakeDevice("5",
+                           {MakePoint("08 1B 02 10 float_le@4"), MakePoint("05 00 00 energy@0"),
+                            MakePoint("04 00 time@0", Group::fast, Type::string),
+                            MakePoint("08 0A flag@40", Group::fast, Type::boolean),
+                            MakePoint("08 02 u16_be@0"), MakePoint("08 02 u16_be@2")},
+                           {{"snapshot", std::string("auto")}})) {
     device_.options.Set("serial_number", std::int64_t{9020001});
-    device_.options.Set("snapshot", std::string("auto"));
     values_.Set(0, 230.5);
     values_.Set(1, 2000.2);
     values_.Set(2, std::string("2002-09-02T15:30:31"));
