@@ -110,18 +110,24 @@ bool Totals::TakeCount(Counter& counter, std::uint64_t count, Instant now) {
   return true;
 }
 
+bool Totals::IsTotal(const Reading& reading) const {
+  return reading.point < reads_.size() && reads_[reading.point] && reads_[reading.point]->total;
+}
+
+void Totals::Leave(Answer& answer) const {
+  std::erase_if(answer.readings, [this](const Reading& reading) { return IsTotal(reading); });
+}
+
 bool Totals::Take(std::string_view command, Answer& answer, Instant now) {
   Counter* counter = Find(command);
   if (counter == nullptr) return false;
-  const auto is_total = [this](const Reading& reading) {
-    return reading.point < reads_.size() && reads_[reading.point] && reads_[reading.point]->total;
-  };
+  const auto is_total = [this](const Reading& reading) { return IsTotal(reading); };
   const auto first = std::ranges::find_if(answer.readings, is_total);
   if (first == answer.readings.end()) return false;
   const auto* count = std::get_if<std::uint64_t>(&first->value);
   if (count == nullptr) return false;
   if (!TakeCount(*counter, *count, now)) {
-    std::erase_if(answer.readings, is_total);
+    Leave(answer);
     return true;
   }
   for (Reading& reading : answer.readings) {

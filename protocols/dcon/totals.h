@@ -49,6 +49,8 @@ class Totals {
   /// Puts totals in place of the counts in `answer`, which is ok. True: the command is to be sent
   /// once more before a total can be told, and there is none in the answer.
   bool Take(std::string_view command, Answer& answer, Instant now);
+  /// Takes them out of an answer that need not be this module's.
+  void Leave(Answer& answer) const;
 
   /// Conversation::Memory: "#0 4294967280 8589934576; #1 5 5", count and total of each. Changes at
   /// most once a minute.
@@ -66,6 +68,7 @@ class Totals {
     bool begins_anew = false;
   };
 
+  bool IsTotal(const Reading& reading) const;
   Counter* Find(std::string_view command);
   bool CanCount(std::uint64_t step, Duration time) const;
   bool TakeCount(Counter& counter, std::uint64_t count, Instant now);

@@ -187,5 +187,28 @@ TEST(DconChannelTypes, TheTwinHasThemAndTakesOthers) {
   EXPECT_EQ(answer.readings[1].quality, kNotThis);
 }
 
+TEST(DconTypes, WhatNoListedTypeMeasuresIsDoubted) {
+  const auto doubts = [](const std::string& read, const std::string& unit,
+                         std::vector<std::string> types, Settable options = {}) {
+    config::Point point =
+        ReadPoint("a", read, read.ends_with("total") ? Type::uint64 : Type::float32);
+    point.unit = unit;
+    options.emplace_back("types", std::move(types));
+    return DconProtocol().doubts(MakeDevice({point}, options));
+  };
+  EXPECT_TRUE(doubts("#[0]", "V", {"08", "0D"}).empty());
+  EXPECT_TRUE(doubts("#[0]", "V", {"0C"}).empty()) << "mV can be converted";
+  EXPECT_TRUE(doubts("#[0]", "bar", {"08"}).empty());
+  EXPECT_TRUE(doubts("#[0]", "mA", {}).empty());
+  EXPECT_TRUE(doubts("$3", "degC", {"08"}).empty());
+  EXPECT_TRUE(doubts("#[0]", "mA", {"08"}, {{"format", std::string("percent")}}).empty());
+  EXPECT_EQ(doubts("#0 counter", "Hz", {"50"}).size(), 1U);
+  EXPECT_EQ(doubts("#0 total", "", {"51"}).size(), 1U);
+  const auto found = doubts("#[0]", "mA", {"08", "09"});
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].point, 0U);
+  EXPECT_NE(found[0].text.find("(08, 09) measures 'mA'"), std::string::npos) << found[0].text;
+}
+
 }  // namespace
 }  // namespace baudgate::protocols::dcon

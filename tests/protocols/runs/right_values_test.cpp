@@ -78,7 +78,7 @@ std::vector<Case> Cases() {
                    SetupOf(DconProtocol(), "icpdas-i-7017"),
                    {{.name = "percent", .options = Option("format", std::string("percent"))},
                     {.name = "hex", .options = Option("format", std::string("hex"))},
-                    {.name = "checksum", .options = Option("checksum", true)},
+                    {.name = "checksum", .options = Option("checksum", true), .shows = 1min},
                     {.name = "milliamperes", .says = {{"configuration", "0D0600"}}},
                     {.name = "thermocouples", .says = {{"configuration", "0F0600"}}},
                     {.name = "millivolts",
@@ -151,9 +151,10 @@ class RightValues : public ::testing::TestWithParam<Case> {
     for (std::size_t i = 0; i < device().points.size(); ++i) {
       const config::Point& point = device().points[i];
       if (!point.simulate) continue;
-      Value value = point.simulate->text
-                        ? Value(*point.simulate->text)
-                        : Value((point.simulate->low - point.offset) / point.scale);
+      const config::Simulate& shows = *point.simulate;
+      Value value = (shows.low - point.offset) / point.scale;
+      if (point.type == config::Type::boolean) value = shows.low != 0;
+      if (shows.text) value = *shows.text;
       if (twin > 0) {
         for (const auto& [name, text] : OddityOf(twin).says) {
           if (point.name == name) value = text;

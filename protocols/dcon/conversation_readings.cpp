@@ -1,0 +1,132 @@
+// What replies mean for the points: the part of DconConversation (conversation.h) that remembers
+// nothing.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "gateway/base/text.h"
+#include "protocols/dcon/conversation.h"
+#include "protocols/dcon/printed.h"
+
+namespace baudgate::protocols::dcon {
+namespace {
+
+std::string Label(const Command& request, const DecodedReply& reply, const Field& field) {
+  const bool joined = reply.form == Form::numbers || reply.form == Form::words;
+  return joined ? request.text + "[" + std::to_string(field.channel) + "]" : request.text;
+}
+
+}  // namespace
+
+std::size_t DconConversation::ExpectedChannels(std::string_view command) const {
+  if (settings_.channels != 0) return settings_.channels;
+  std::size_t count = 0;
+  for (const auto& read : reads_) {
+    if (read && read->command == command && read->select == ReadAddress::Select::index) {
+      count = std::max<std::size_t>(count, read->index + 1);
+    }
+  }
+  return count;
+}
+
+std::optional<Form> DconConversation::PlannedForm(std::string_view command) const {
+  if (settings_.channel_types && InputOfQuestion(command)) return Form::text;
+  if (totals_ && !totals_->empty() && command == kAskRestart) return Form::hex;
+  for (const auto& read : reads_) {
+    if (read && read->command == command) return read->form;
+  }
+  return std::nullopt;
+}
+
+std::optional<DconConversation::Exchanged> DconConversation::Decode(View request,
+                                                                    View frame) const {
+  const Settings& settings = IsInOtherMode(request) ? other_mode_ : settings_;
+  const auto command = ParseRequest(request, settings.checksum);
+  if (!command) return std::nullopt;
+  if (IsClear(command->text)) {
+    return Exchanged{*command, DecodeConfirmation(*command, frame, settings)};
+  }
+  const std::size_t channels = ExpectedChannels(command->text);
+  return Exchanged{*command,
+                   DecodeReply(*command, PlannedForm(command->text), channels, frame, settings)};
+}
+
+/// A point clears something with it.
+bool DconConversation::IsClear(std::string_view command) const {
+  return command.front() == '$' && std::ranges::any_of(device_.points, [&](const auto& point) {
+           return point.access != config::Access::read &&
+                  point.write == std::string(command) + "{clear}";
+         });
+}
+
+/// Of every point that the command reads.
+Answer DconConversation::ReadingsOf(const Exchanged& exchanged) const {
+  const DecodedReply& reply = exchanged.reply;
+  Answer answer;
+  answer.outcome = reply.outcome;
+  answer.reason = reply.reason;
+  for (std::size_t i = 0; i < reads_.size(); ++i) {
+    if (!reads_[i] || reads_[i]->command != exchanged.command.text) continue;
+    // Two decoders for one command: that of the first point holds, the other can not be right.
+    const bool wrong_form = reply.outcome == Outcome::ok && reads_[i]->form != reply.form;
+    if (reply.outcome == Outcome::unsupported) {
+      answer.readings.push_back({i, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
+    } else if (wrong_form) {
+      answer.readings.push_back({i, {}, Quality::bad_configuration, {}});
+    } else if (reply.outcome == Outcome::ok) {
+      Field field = Select(reply, *reads_[i]);
+      if (auto* number = std::get_if<double>(&field.value)) {
+        const auto factor = identification_.FactorOf(i);
+        *number *= factor.value_or(1);
+        if (!factor) field = BadField({Quality::bad_configuration, Reason::other_module}, {});
+      }
+      answer.readings.push_back({i, std::move(field.value), field.quality, {}});
+    }
+  }
+  return answer;
+}
+
+/// What the reply holds and no point reads.
+void DconConversation::AddLabels(const Exchanged& exchanged, Answer& answer) const {
+  const DecodedReply& reply = exchanged.reply;
+  if (reply.outcome != Outcome::ok) return;
+  for (const Field& field : reply.fields) {
+    const bool used = std::ranges::any_of(reads_, [&](const std::optional<ReadAddress>& read) {
+      const bool asked =
+          read && read->command == exchanged.command.text && read->form == reply.form;
+      return asked && (read->select != ReadAddress::Select::index || read->index == field.channel);
+    });
+    if (used) continue;
+    answer.readings.push_back(
+        {kNoPoint, field.value, field.quality, Label(exchanged.command, reply, field)});
+  }
+}
+
+Outcome DconConversation::Check(View request, View frame) const {
+  const auto exchanged = Decode(request, frame);
+  return exchanged ? exchanged->reply.outcome : Outcome::corrupt;
+}
+
+Answer DconConversation::Interpret(View request, View frame) {
+  const auto exchanged = Decode(request, frame);
+  if (!exchanged) {
+    Answer answer;
+    answer.outcome = Outcome::corrupt;
+    answer.reason = "request '" + Printable(request) + "' is no DCON request" +
+                    (settings_.checksum ? " with a good checksum; is checksum: true right?" : "");
+    return answer;
+  }
+  Answer answer = ReadingsOf(*exchanged);
+  AddLabels(*exchanged, answer);
+  const Command& command = exchanged->command;
+  if (InputOfQuestion(command.text) || command.text == kAskRestart) {
+    return ReadPrinted(command, frame, settings_).value_or(std::move(answer));
+  }
+  const bool says_nothing = answer.outcome != Outcome::ok || answer.readings.empty();
+  if (!says_nothing || PlannedForm(command.text)) return answer;
+  // A device that is polled has options that say how its writes are confirmed.
+  const bool output = command.text.front() == '#' || command.text.front() == '@';
+  if (output && !device_.points.empty()) return answer;
+  return ReadPrinted(command, frame, settings_).value_or(std::move(answer));
+}
+
+}  // namespace baudgate::protocols::dcon
