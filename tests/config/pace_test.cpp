@@ -127,9 +127,9 @@ TEST(Pace, WhatAProfileOverrulesIsSaid) {
       "lines: [{ name: l, port: /dev/l, protocol: fake, poll: 5s, timing: { reply: 500ms, quiet: "
       "1ms }, devices: [{ name: d, address: 1, profile: relay }] }]\n");
   EXPECT_EQ(Shown(loaded.problems),
-            "t.yaml:1:100: warning: device 'd': poll 5s of the line or gateway does not count: its "
+            "t.yaml:1:108: warning: device 'd': poll 5s of the line or gateway does not count: its "
             "profile says 2s; write it at the device if it shall\n"
-            "t.yaml:1:100: warning: device 'd': timing.reply 500ms of the line does not count: its "
+            "t.yaml:1:108: warning: device 'd': timing.reply 500ms of the line does not count: its "
             "profile says 700ms, which is longer; write it at the device if it shall\n");
 }
 
