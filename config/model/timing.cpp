@@ -10,6 +10,13 @@ namespace {
 constexpr std::size_t kReply = 1;
 constexpr std::size_t kCeiling = 3;
 
+/// For people: 5.2 ms, 4601 ms.
+Duration Rounded(Duration time) {
+  if (time >= 10ms) return std::chrono::round<std::chrono::milliseconds>(time);
+  constexpr Duration kStep = 100us;
+  return (time + kStep / 2) / kStep * kStep;
+}
+
 }  // namespace
 
 std::string_view Name(Level level) {
@@ -69,7 +76,7 @@ std::string TimesText(const Timing& timing) {
   std::string text;
   for (std::size_t i = 0; i < kNamedTimes.size(); ++i) {
     const auto& [name, time] = kNamedTimes[i];
-    text += (i == 0 ? "" : ", ") + std::string(name) + " " + FormatDuration(*(timing.*time));
+    text += (i == 0 ? "" : ", ") + std::string(name) + " " + FormatDuration(Rounded(*(timing.*time)));
     if (timing.from[i] != Level::protocol) text += " (" + std::string(Name(timing.from[i])) + ")";
   }
   return text;

@@ -67,7 +67,7 @@ Json TimesJson(const config::Timing& timing) {
     const auto& [name, time] = config::kNamedTimes[i];
     if (!(timing.*time)) continue;
     times.push_back({{"name", name},
-                     {"ms", Milliseconds(*(timing.*time))},
+                     {"ms", std::chrono::duration<double, std::milli>(*(timing.*time)).count()},
                      {"from", config::Name(timing.from[i])}});
   }
   return times;
