@@ -187,6 +187,15 @@ bool EchoHides(const Protocol& protocol, const config::Options& options, View re
          Hear(protocol, options, request, reply).frame;
 }
 
+/// A hundred requests that are sent once a day show no more than these.
+void KeepFewDaily(std::vector<config::Point>& points) {
+  constexpr int kMost = 40;
+  int daily = 0;
+  std::erase_if(points, [&](const config::Point& point) {
+    return point.group == config::Group::daily && ++daily > kMost;
+  });
+}
+
 config::Line LineOf(const Setup& setup) {
   config::Catalog catalog;
   const std::string protocol(setup.protocol->name);
@@ -201,6 +210,7 @@ config::Line LineOf(const Setup& setup) {
   for (const std::string& address : setup.addresses) {
     config::Device device =
         config::DeviceFromProfile(loaded.profile, *setup.protocol, "device-" + address, address);
+    KeepFewDaily(device.points);
     for (const auto& [name, value] : setup.options) device.options.Set(name, value);
     line.options = device.options;
     line.devices.push_back(std::move(device));
