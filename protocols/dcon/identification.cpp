@@ -203,8 +203,14 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
 
 /// The worst of all that the module has said; of remarks all.
 void Identification::Sum() {
+  const bool was_wrong = static_cast<bool>(trouble_);
   trouble_ = mode_ ? mode_ : kind_ ? kind_ : name_;
   if (trouble_) return;
+  if (was_wrong) {
+    // Meanwhile channels may have been set as well.
+    asked_mask_ = false;
+    channels_.Forget();
+  }
   const std::string remark = channels_.Remark(mask_.value_or(settings_.enabled));
   if (remark.empty()) return;
   if (!trouble_.text.empty()) trouble_.text += "; ";

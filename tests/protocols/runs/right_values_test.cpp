@@ -232,7 +232,11 @@ class RightValues : public ::testing::TestWithParam<Case> {
         reason = reason || why == Reason::other_module || why == Reason::swapped;
       }
     });
-    EXPECT_TRUE(reason) << Name();
+    // One that answers in the other checksum mode only may count as offline.
+    reason = reason || line_->StatusOf(0).state == DeviceState::offline;
+    EXPECT_TRUE(reason) << Name() << ": '" << trouble << "', state "
+                        << static_cast<int>(line_->StatusOf(0).state) << ", "
+                        << baudgate::Name(line_->QualityOf(0, 0));
   }
 
   static constexpr Duration kPoll = 6s;  // a poll, its repetitions and the questions before it
@@ -251,7 +255,7 @@ TEST_P(RightValues, NothingIsGoodThatTheDeviceDidNotMean) {
   LearnTruth();
   if (HasFatalFailure()) return;
   line_->always = [this] { Look(); };
-  const Instant end = line_->now().instant + 2h;
+  const Instant end = line_->now().instant + 1h;
   std::size_t changes = 0;
   while (line_->now().instant < end && !HasFailure()) {
     Change(there_ == 0          ? 1 + random_() % GetParam().oddities.size()
@@ -262,7 +266,7 @@ TEST_P(RightValues, NothingIsGoodThatTheDeviceDidNotMean) {
     ExpectNamed();
     line_->RunFor(std::chrono::milliseconds(random_() % 20'000));
   }
-  EXPECT_GT(changes, 30U);
+  EXPECT_GT(changes, 15U);
   Change(0);
   EXPECT_TRUE(line_->RunUntil([this] { return AllGood(); }, 5min)) << "the right one is back";
   EXPECT_GT(judged_, 1000U);
