@@ -55,7 +55,7 @@ Expectation Expect(Framing framing, View request) {
   const Bytes& pdu = adu->pdu;
   expect.address = {adu->slave};
   expect.repeatable = IsRepeatable(pdu);
-  expect.mirrors = framing != Framing::tcp && MayBeMirrored(pdu[0]);
+  expect.mirrors = MayBeMirrored(pdu[0]);
   if (IsBroadcast(framing, adu->slave)) {
     expect.reply = Expectation::Reply::none;
     return expect;

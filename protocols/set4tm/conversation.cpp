@@ -112,7 +112,7 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
     request.expect.repeatable = accepted_;
     return request;
   }
-  if (!verified_) return Make(kAskSerial);
+  if (!verified_ && (settings_.serial_number || memory_.is_kept())) return Make(kAskSerial);
   const auto trial = Trial(task.query);
   Bytes pdu = trial ? *trial : fields_.PduOf(plan_, task.query);
   if (const auto question = identification_.Question(fields_.Matches(pdu))) return Make(*question);

@@ -30,6 +30,8 @@ class MeterMemory {
   /// What text() said before the restart; nothing: this is the first start.
   void Recall(std::string_view text, Now now);
   const std::string& text() const { return text_; }
+  /// Recall was called: what is learned here has somewhere to stay.
+  bool is_kept() const { return clock_.has_value(); }
 
   /// The meter that answered first; nothing: none has said its number yet.
   std::optional<std::uint32_t> serial() const { return serial_; }

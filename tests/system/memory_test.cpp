@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 
 #include <csignal>
+#include <fstream>
+#include <iterator>
 
 #include "tests/system/station.h"
 
@@ -19,8 +21,11 @@ constexpr int kSwapped = 0x090C;
 class Memory : public Station {
  protected:
   Memory() {
-    PinProfile("set4tm", "set-4tm.03m", "meter-a", {{"serial_number", "9020001"}});
-    PinProfile("set4tm", "set-4tm.03m", "meter-b", {{"serial_number", "9020002"}});
+    PinProfile("set4tm", "set-4tm.03m", "meter", {});
+    std::ifstream file(directory() / "profiles/set4tm/meter.yaml");
+    const std::string text((std::istreambuf_iterator<char>(file)), {});
+    Write("profiles/set4tm/meter-a.yaml", "serial_number: 9020001\n" + text);
+    Write("profiles/set4tm/meter-b.yaml", "serial_number: 9020002\n" + text);
   }
 
   void Run(const std::string& meter) {
@@ -31,7 +36,7 @@ class Memory : public Station {
     const std::string name = "{ name: " + gateway();
     yaml.replace(yaml.find(name), name.size(), name + ", socket: " + socket());
     daemon_ = StartDaemon(yaml + Line("meters", "set4tm",
-                                      "address: 200, profile: meter-a, unit: 21, poll: 300ms",
+                                      "address: 200, profile: meter, unit: 21, poll: 300ms",
                                       "serial: 115200 8O1"));
   }
   void End() {
@@ -81,7 +86,7 @@ TEST_F(Memory, OneFolderServesOneGateway) {
   yaml.replace(yaml.find("modbus:"), yaml.find('\n', yaml.find("modbus:")) - yaml.find("modbus:"),
                "modbus: { enabled: false }");
   const auto file =
-      Write("second.yaml", yaml + Line("others", "set4tm", "address: 200, profile: meter-a"));
+      Write("second.yaml", yaml + Line("others", "set4tm", "address: 200, profile: meter"));
   const Finished second = Command({"run", "-c", file.string()});
   EXPECT_EQ(second.code, 4);
   EXPECT_THAT(second.errors, HasSubstr("is in use: another baudgate of this gateway.name runs"));

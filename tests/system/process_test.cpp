@@ -81,7 +81,9 @@ TEST_F(Process, IsNeverReadyWhenItsPortIsTaken) {
   const auto first = StartDaemon(Yaml());
   const NotifySocket notify(directory() / "notify");
   ASSERT_TRUE(notify.bound());
-  const auto second = Start({"run", "-c", (directory() / "baudgate.yaml").string()},
+  std::string yaml = Yaml();
+  yaml.replace(yaml.find(gateway()), gateway().size(), "another");
+  const auto second = Start({"run", "-c", Write("second.yaml", yaml).string()},
                             {{"NOTIFY_SOCKET", (directory() / "notify").string()}});
   EXPECT_EQ(second->WaitForEnd(), kCannotOpen);
   EXPECT_THAT(second->Errors(), HasSubstr("127.0.0.1:" + std::to_string(port())));

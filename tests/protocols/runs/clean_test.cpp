@@ -44,8 +44,9 @@ TEST_P(CleanRun, TheFirstRoundTakesHardlyMoreThanItsBytes) {
   std::set<std::string> different;
   for (const Sent& sent : rig->sent) different.insert(sent.text);
   const std::size_t probes = 3 * rig.devices();  // of each device but the first
-  // Who a device is, is asked first, and once more where a point shows it.
-  const std::size_t identity = 3 * rig.devices();
+  // Who a device is, is asked first, and once more where a point shows it; what its inputs are, in
+  // between.
+  const std::size_t identity = 4 * rig.devices();
   EXPECT_LE(rig->sent.size(), different.size() + probes + identity + 4) << "requests made twice";
 }
 

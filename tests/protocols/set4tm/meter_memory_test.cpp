@@ -59,11 +59,11 @@ TEST(MeterMemory, RestartsDoNotCountAsPatience) {
 }
 
 TEST(MeterMemory, AnotherPasswordIsTriedAnew) {
-  MeterMemory memory(kPassword);
+  MeterMemory memory(ToBytes("secret"));
   memory.Recall("serial 5", At(0s));
   memory.OnRefused(At(0s).instant);
   memory.OnRefused(At(1h).instant);
-  EXPECT_EQ(memory.text().find("000000"), std::string::npos);
+  EXPECT_EQ(memory.text().find("secret"), std::string::npos);
   MeterMemory next(ToBytes("123456"));
   next.Recall(memory.text(), Later(2h));
   EXPECT_TRUE(next.MayTry(Later(2h).instant));
