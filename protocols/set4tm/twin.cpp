@@ -206,7 +206,7 @@ std::optional<Bytes> MeterTwin::Data(View pdu, Instant now) const {
   Bytes data = own ? *own : Bytes(*length);
   const bool found = Fill(pdu, now, data);
   if (type_ && pdu[0] == kRead && pdu[1] == kVariant) {
-    data[2] = static_cast<std::uint8_t>(*type_ << 4U | (data[2] & 0x0FU));
+    data[2] = static_cast<std::uint8_t>(unsigned{*type_} << 4U | (data[2] & 0x0FU));
   }
   return own || found ? std::optional(std::move(data)) : std::nullopt;
 }
