@@ -50,7 +50,8 @@ void Answer(modbus::PointDesk& points, View frame) {
                                 [&ended](Outcome outcome, const std::string&) { ended = outcome; });
       if (exception == modbus::kNoException) exception = modbus::PointDesk::ExceptionOf(ended);
     } else {
-      exception = points.Read(request, ModbusNow());
+      const auto holes = frame.size() % 2 == 0 ? modbus::Holes::off : modbus::Holes::zero;
+      exception = points.Read(request, holes, ModbusNow());
     }
   }
   if (exception != modbus::kNoException) {
