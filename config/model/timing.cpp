@@ -76,7 +76,8 @@ std::string TimesText(const Timing& timing) {
   std::string text;
   for (std::size_t i = 0; i < kNamedTimes.size(); ++i) {
     const auto& [name, time] = kNamedTimes[i];
-    text += (i == 0 ? "" : ", ") + std::string(name) + " " + FormatDuration(Rounded(*(timing.*time)));
+    text +=
+        (i == 0 ? "" : ", ") + std::string(name) + " " + FormatDuration(Rounded(*(timing.*time)));
     if (timing.from[i] != Level::protocol) text += " (" + std::string(Name(timing.from[i])) + ")";
   }
   return text;

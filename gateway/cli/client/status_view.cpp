@@ -279,7 +279,8 @@ std::string TimesText(const Json& times) {
   for (const Json& time : times) {
     const std::string from = Text(time, "from");
     text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", Text(time, "name"),
-                        RoundTripText(time.at("ms").get<double>() * 1e3), from == "protocol" ? "" : " (" + from + ")");
+                        RoundTripText(time.at("ms").get<double>() * 1e3),
+                        from == "protocol" ? "" : " (" + from + ")");
   }
   return text;
 }
