@@ -166,9 +166,9 @@ class Conversation {
     return kNothing;
   }
   /// What Memory said before the restart, for the same gateway, line, device, protocol, address and
-  /// profile, or nothing; called before anything else, and never where nothing can be kept. What it
-  /// does not understand counts as nothing. `now`:
-  /// for civil times in it.
+  /// profile; empty: nothing. Called before anything else, and never where nothing can be kept.
+  /// What the conversation does not understand counts as nothing.
+  /// `now`: for civil times in it.
   virtual void Recall(std::string_view /*memory*/, Now /*now*/) {}
 
   /// One of the latest replies on the line was another request's: a refusal may have been, too.

@@ -25,6 +25,7 @@ void CheckPaces(const Paces& paces, const std::string& device, const Mark& mark,
   };
   compare("poll", paces.device.poll, paces.profile.poll, paces.line.poll);
   compare("slow", paces.device.slow, paces.profile.slow, paces.line.slow);
+  compare("daily", paces.device.daily, paces.profile.daily, paces.line.daily);
   compare("retries", paces.device.retries, paces.profile.retries, paces.line.retries);
   const Timing used = MergeDevice(paces.device.timing, paces.profile.timing, paces.line.timing);
   for (std::size_t i = 0; i < kNamedTimes.size(); ++i) {

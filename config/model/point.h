@@ -71,7 +71,7 @@ struct Point {
   std::vector<Sentinel> sentinels;  ///< compared with the raw value
   OnFault on_fault;
   /// A reading that differs by more counts only when a second one agrees; in units of the value.
-  /// Nothing: the gateway judges by earlier values (gateway/poll/recheck.h).
+  /// Nothing: the gateway judges by earlier values (gateway/poll/jump_check.h).
   std::optional<double> jump;
   Recheck recheck = Recheck::off;
   double deadband = 0;  ///< DDS: smaller changes are not published, in units of the value

@@ -33,7 +33,7 @@ enum class Reason : std::uint8_t {
 /// For people: "over range", "open sensor", …; empty for none.
 std::string_view Name(Reason reason);
 
-/// These concern the whole device and never one channel of it.
+/// They follow `on_bad`; mostly of a whole device, other_module also of one input of a wrong type.
 constexpr bool ConcernsDevice(Reason reason) {
   return reason == Reason::other_module || reason == Reason::swapped ||
          reason == Reason::password_refused || reason == Reason::no_permission;

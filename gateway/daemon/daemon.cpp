@@ -174,8 +174,8 @@ Status Daemon::Impl::OpenState() {
   }
   if (failure.in_use) return Error{failure.text};
   log::Warn(
-      "state: {}: which meters answered and how often a password was tried is forgotten at the "
-      "next start; give a folder with gateway.state",
+      "state: {}: what is learned of devices is forgotten at the next start; give a folder with "
+      "gateway.state",
       failure.text);
   return {};
 }

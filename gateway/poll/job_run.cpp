@@ -340,9 +340,10 @@ void Poller::Store(Device& device, const Answer& answer) {
   const Now at{job_->answered.instant - older, job_->answered.wall - older};
   store_.Update(device.index, samples, at, job_->round_trip);
   store_.Doubt(device.index, jumps.doubtful, now_.instant);
-  if (jumps.spoils_once || SpoilsOnce(answer, *device.config)) {
+  if (SpoilsOnce(answer, *device.config)) {
     upkeep_.Repeat(device, config::Group::once, now_.instant);
   }
+  if (jumps.spoils) upkeep_.Repeat(device, *jumps.spoils, now_.instant);
   if (job_->task.kind == Task::Kind::poll) whose_reply_.OnStored({device.place, job_->task.query});
 }
 

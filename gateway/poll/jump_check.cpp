@@ -44,7 +44,7 @@ JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
         return false;
       case Finding::last_resort:
         sample.quality = Quality::uncertain;
-        result.spoils_once = result.spoils_once || point.group == config::Group::once;
+        if (IsSeldom(point.group)) result.spoils = point.group;
         return false;
       case Finding::doubt:
         result.doubtful.push_back(sample.point);

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -30,9 +31,9 @@ class JumpCheck {
   explicit JumpCheck(std::span<const config::Point> points) : points_(points) {}
 
   struct Result {
-    std::vector<std::size_t> doubtful;  ///< their last values are uncertain until they are read
-    bool ask_again = false;             ///< now
-    bool spoils_once = false;           ///< a point that is read once remains uncertain
+    std::vector<std::size_t> doubtful;    ///< their last values are uncertain until they are read
+    bool ask_again = false;               ///< now
+    std::optional<config::Group> spoils;  ///< its points are seldom read, and one stays uncertain
   };
   /// Takes out of `samples`, of one reply, what does not count yet. Samples that are not good
   /// always count.

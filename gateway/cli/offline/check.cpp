@@ -192,7 +192,7 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
   if (!security.empty()) out << "  security   " << security << '\n';
   if (NeedsState(config, catalog)) {
     out << "state " << StateFolderOf(StatePlaces::Here(config.state), config.name).string()
-        << ": serial numbers of meters, tries of passwords, totals of counters\n";
+        << ": what is remembered of devices\n";
   }
   for (const config::Line& line : config.lines) {
     out << '\n' << Describe(line) << '\n';
