@@ -1,7 +1,7 @@
 // Modbus slaves on a line under virtual time: dead and back, late by one, silent to the loopback,
 // refusing blocks, and writing.
 // SPDX-License-Identifier: Apache-2.0
-#include <deque>
+#include <utility>
 
 #include "tests/protocols/modbus/support.h"
 #include "tests/support/virtual_line.h"
@@ -62,6 +62,12 @@ class ModbusSession : public ::testing::Test {
   }
   bool Becomes(std::uint32_t device, Duration within) {
     return line_->RunUntil([&] { return AllGood(device); }, within);
+  }
+  /// Slave 0 says in place of each reply the one before.
+  void AnswerOneRequestLate() {
+    line_->twin(0).manner.distort = [earlier = Bytes()](Bytes reply) mutable {
+      return std::exchange(earlier, std::move(reply));
+    };
   }
   /// Requests of a function to a slave.
   std::size_t Count(char slave, char function) {
@@ -128,14 +134,7 @@ TEST_F(ModbusSession, NumberedRepliesThatComeLateCostTheirRequestAlone) {
   EXPECT_TRUE(AllGood(1));
   line_->twin(0).manner.think = 5ms;
   EXPECT_TRUE(Becomes(0, 2min));
-  std::deque<Bytes> replies;
-  line_->twin(0).manner.distort = [&](Bytes reply) {
-    replies.push_back(std::move(reply));
-    if (replies.size() < 2) return Bytes();
-    Bytes earlier = std::move(replies.front());
-    replies.pop_front();
-    return earlier;
-  };
+  AnswerOneRequestLate();
   line_->RunFor(5min);
   EXPECT_TRUE(AllGood(1));
   line_->twin(0).manner.distort = {};
@@ -159,14 +158,7 @@ TEST_F(ModbusSession, AServerThatLosesItsPlaceIsReadAgainBehindTheNextSilence) {
 TEST_F(ModbusSession, RepliesThatComeOneRequestLateAreNeverBelieved) {
   Make();
   ASSERT_TRUE(Becomes(0, 5s));
-  std::deque<Bytes> replies;
-  line_->twin(0).manner.distort = [&](Bytes reply) {
-    replies.push_back(std::move(reply));
-    if (replies.size() < 2) return Bytes();
-    Bytes earlier = std::move(replies.front());
-    replies.pop_front();
-    return earlier;
-  };
+  AnswerOneRequestLate();
   line_->RunFor(10min);  // `always` looks at every value
   const DeviceStatus status = line_->StatusOf(0);
   EXPECT_LT(status.Count(Outcome::ok), status.exchanges) << "it is found out";
