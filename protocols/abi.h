@@ -43,8 +43,9 @@ Fields<3> ListOf(TimingRule::Span*);
 Fields<9> ListOf(OptionSpec*);
 Fields<2> ListOf(DecoderSpec*);
 Fields<2> ListOf(Query*);
-Fields<4> ListOf(Task*);
-Fields<6> ListOf(Request*);
+Fields<2> ListOf(PointValue*);
+Fields<5> ListOf(Task*);
+Fields<7> ListOf(Request*);
 Fields<4> ListOf(Reading*);
 Fields<5> ListOf(Answer*);
 Fields<2> ListOf(DeviceTrouble*);
@@ -54,7 +55,9 @@ Fields<8> ListOf(Expectation*);
 Fields<4> ListOf(Cut*);
 Fields<22> ListOf(config::Device*);
 Fields<3> ListOf(config::Identity*);
-Fields<20> ListOf(config::Point*);
+Fields<21> ListOf(config::Point*);
+Fields<8> ListOf(config::Writing*);
+Fields<4> ListOf(config::AllowWhen*);
 Fields<2> ListOf(config::Sentinel*);
 Fields<2> ListOf(config::OnFault*);
 Fields<3> ListOf(config::Simulate*);
@@ -63,11 +66,12 @@ Fields<6> ListOf(config::Timing*);
 Fields<8> ListOf(config::SerialSettings*);
 Fields<5> ListOf(config::Rs485*);
 
-Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::OnFrame,
-        &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
-        &Conversation::OnEnabled, &Conversation::trouble, &Conversation::Memory,
-        &Conversation::Recall, &Conversation::ForgetRefusals, &Conversation::Check,
-        &Conversation::Interpret, &Conversation::LeastTimes, &Conversation::WhatIsLearned>
+Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::WritesTogether,
+        &Conversation::OnFrame, &Conversation::OnFailure, &Conversation::Instead,
+        &Conversation::OnReconnect, &Conversation::OnEnabled, &Conversation::trouble,
+        &Conversation::Memory, &Conversation::Recall, &Conversation::ForgetRefusals,
+        &Conversation::Check, &Conversation::Interpret, &Conversation::LeastTimes,
+        &Conversation::WhatIsLearned>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
 Methods<&Twin::Answer, &Twin::ReplyAs> ListOf(Twin*);
@@ -132,12 +136,12 @@ auto Split(T& s, Fields<9>) {
                decltype(g), decltype(h), decltype(i)>();
 }
 template <typename T>
-auto Split(T& s, Fields<20>) {
-  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u] = s;
+auto Split(T& s, Fields<21>) {
+  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v] = s;
   return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
                decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
-               decltype(t), decltype(u)>();
+               decltype(t), decltype(u), decltype(v)>();
 }
 template <typename T>
 auto Split(T& s, Fields<22>) {

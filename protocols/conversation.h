@@ -12,6 +12,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -44,6 +45,11 @@ struct Query {
   std::vector<std::size_t> points{};          ///< indices into the device's points
 };
 
+struct PointValue {
+  std::size_t point = kNoPoint;  ///< one that may be written
+  Value value{};                 ///< raw, scale and offset are already taken out
+};
+
 /// What the gateway wants of a device. Mostly one exchange; several where a session has to be
 /// opened first, or a password closed behind a write.
 struct Task {
@@ -56,6 +62,8 @@ struct Task {
   std::size_t query = 0;         ///< of a poll: less than Queries().size()
   std::size_t point = kNoPoint;  ///< of a write: a point that may be written
   Value value{};                 ///< of a write: raw, scale and offset are already taken out
+  /// Of a write: what goes with it in the same exchange. WritesTogether has said that it can.
+  std::vector<PointValue> also{};
 };
 
 struct Request {
@@ -72,6 +80,9 @@ struct Request {
   /// Ends what an earlier request has begun, as "close the password" does. It is sent even if the
   /// client has gone or the time for its task is over.
   bool closes = false;
+  /// Of a write: it only makes the write possible, as a password does. When it fails, nothing has
+  /// been written.
+  bool prepares = false;
   /// The device may take so long until the first byte of this reply, where that is longer than the
   /// device's reply time. Example: 5 s to clear all parameters, where reads take 500 ms.
   Duration reply{};
@@ -130,6 +141,11 @@ class Conversation {
   /// login; then the Answer to it says ask_again. An error, one sentence, ends the task as
   /// unsupported: the value does not fit what is written.
   virtual Result<Request> Ask(const Task& task, Instant now) = 0;
+
+  /// How many of these writes, from the first on, one exchange carries: "1WS4:0.9/S5:1.2" two.
+  virtual std::size_t WritesTogether(std::span<const PointValue> writes) const {
+    return std::min<std::size_t>(writes.size(), 1);
+  }
 
   /// A whole frame came that answers `request`, as Check has said: an ok reply, or a refusal.
   virtual Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) = 0;

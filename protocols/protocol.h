@@ -142,8 +142,8 @@ struct Protocol {
   /// looks whole.
   bool weak_check = false;
 
-  /// Its conversations have a Memory.
-  bool remembers = false;
+  /// Whether the conversation with this device has a Memory. Null: none has.
+  bool (*remembers)(const config::Device& device) = nullptr;
   const PduCarrier* carrier = nullptr;  ///< null: does not carry Modbus PDUs
   /// The protocol whose profiles serve this one as well: "modbus_rtu" of modbus_ascii. Empty: none.
   std::string_view profiles_of{};

@@ -12,11 +12,18 @@
 
 namespace baudgate::config {
 
+/// What becomes of a write whose record can not be kept (gateway/audit).
+enum class Audit : std::uint8_t {
+  best_effort,  ///< it is sent; the record waits in memory
+  require,      ///< it is refused
+};
+
 struct Config {
   std::string name = "baudgate";  ///< gateway.name: the key of every DDS sample
   std::string recordings;         ///< folder of the flight recorder's files; empty = not given
   std::string state;              ///< folder of what outlives the program; empty = not given
-  std::string socket;             ///< path of the local control socket; empty = not given
+  Audit audit = Audit::best_effort;
+  std::string socket;  ///< path of the local control socket; empty = not given
   Modbus modbus;
   Dds dds;
   std::vector<Line> lines;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -12,6 +13,8 @@
 #include "config/model/mark.h"
 #include "config/model/recheck.h"
 #include "gateway/base/quality.h"
+#include "gateway/base/time.h"
+#include "gateway/base/value.h"
 
 namespace baudgate::config {
 
@@ -55,14 +58,38 @@ struct Simulate {
   std::optional<std::string> text;
 };
 
+/// An interlock: `allow_when: { point: LINE.DEVICE.POINT, is: VALUE }`. While that point has
+/// another value, or none that is good, nothing is written.
+struct AllowWhen {
+  std::string point;         ///< as written
+  Value is;                  ///< of that point's type
+  std::uint32_t device = 0;  ///< through all lines, as FirstDevice counts
+  std::uint32_t index = 0;   ///< in that device's points
+};
+
+/// What may be written to a point. Numbers are in units of its value; outside of them nothing is
+/// sent.
+struct Writing {
+  /// `access` has a w, and the device says `write: allow` or names the point.
+  bool allowed = false;
+  std::optional<double> min;
+  std::optional<double> max;
+  std::optional<double> step;   ///< only multiples of it, counted from 0
+  std::optional<int> decimals;  ///< digits behind the decimal point, 0…9
+  bool select = false;          ///< only within `select_time` after it was selected
+  Duration select_time = std::chrono::seconds(10);
+  std::vector<AllowWhen> allow_when;  ///< all have to hold
+};
+
 struct Point {
   std::string name;
   std::string read;   ///< the protocol's own address; checked by the plugin
   std::string write;  ///< where it differs from read, else empty
   Type type = Type::float32;
-  std::size_t text_length = 0;  ///< of string(n), bytes
-  std::string unit;             ///< of the value after scale and offset: "A", "xIn"
-  Access access = Access::read;
+  std::size_t text_length = 0;   ///< of string(n), bytes
+  std::string unit;              ///< of the value after scale and offset: "A", "xIn"
+  Access access = Access::read;  ///< what the device can do
+  Writing writing;
   Group group = Group::fast;
   std::optional<std::uint16_t> modbus;  ///< 0-based PDU address; nothing = not on Modbus
   Table table = Table::registers;

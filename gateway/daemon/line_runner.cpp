@@ -40,10 +40,9 @@ bool LineRunner::Submit(WriteCommand command) {
     --queued_;
     return false;
   }
-  command.done = [this, done = std::move(command.done)](Outcome outcome,
-                                                        const std::string& reason) {
+  command.done = [this, done = std::move(command.done)](const WriteResult& result) {
     --queued_;
-    done(outcome, reason);
+    done(result);
   };
   Post([this, command = std::move(command)](Now now) mutable {
     driver_.Submit(std::move(command), now);

@@ -120,7 +120,7 @@ std::unique_ptr<Job> Chooser::TakeReadBack(Instant now) {
     const bool known = next->query < device.conversation->Queries().size();
     if (!known || !device.in_use || device.health.offline()) continue;
     return std::make_unique<Job>(device, Job::ReadBack{},
-                                 Task{Task::Kind::poll, next->query, kNoPoint, {}}, now);
+                                 Task{.kind = Task::Kind::poll, .query = next->query}, now);
   }
 }
 
@@ -155,7 +155,7 @@ std::unique_ptr<Job> Chooser::TakePoll(Instant now) {
   if (!pick) return nullptr;
   return std::make_unique<Job>(roster_.device(pick->device),
                                Job::Poll{pick->group, pick->last_of_round},
-                               Task{Task::Kind::poll, pick->query, kNoPoint, {}}, now);
+                               Task{.kind = Task::Kind::poll, .query = pick->query}, now);
 }
 
 std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
@@ -166,8 +166,7 @@ std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
   probes_.OnTaken(member);
   std::unique_ptr<Job> job;
   if (roster_.IsDevice(member) && member.in_use) {
-    job = std::make_unique<Job>(member, Job::Probe{}, Task{Task::Kind::probe, 0, kNoPoint, {}},
-                                idle.now);
+    job = std::make_unique<Job>(member, Job::Probe{}, Task{.kind = Task::Kind::probe}, idle.now);
   } else {
     // A client's request to a slave that is offline is its probe.
     job = ForRoute(routes_.queue().TakeFor(member.slave), idle.now);

@@ -25,7 +25,7 @@ const char* WhyNotSend(const Job& job, Instant now) {
   if (job.request.closes) return nullptr;
   if (job.As<Job::Routed>() == nullptr && !job.member->in_use) return "the device is disabled";
   const auto* write = job.As<Job::Write>();
-  const bool untouched = write != nullptr && write->next <= 1 && !job.begun();
+  const bool untouched = write != nullptr && write->first == 0 && !job.begun();
   if (untouched && write->command.dropped && *write->command.dropped) return "its client has left";
   const auto latest = LatestStart(job);
   return latest && *latest <= now ? "the command waited for the line beyond its deadline" : nullptr;

@@ -2,10 +2,11 @@
 // of all its states is in job_run.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "gateway/poll/poller.h"
-#include "gateway/store/conversion.h"
+#include "gateway/poll/write_end.h"
 
 namespace baudgate {
 namespace {
@@ -135,26 +136,33 @@ void Poller::Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string
 void Poller::FinishWrite(Job::Write& write, Device& device, Outcome outcome,
                          const std::string& reason) {
   WriteCommand& command = write.command;
-  // Until it has been read back nobody knows what the point is now.
-  const bool may_be_done = outcome == Outcome::ok || !ProvesLife(outcome);
-  if (may_be_done && write.next > 0) {
-    const std::size_t point = command.writes[write.next - 1].point;
-    store_.Doubt(device.index, {&point, 1}, now_.instant);
+  const auto all = std::span(command.writes);
+  const auto under_way = all.subspan(write.first, write.next - write.first);
+  const WriteEnd end = EndOf(outcome, write.sent);
+  for (const PointWrite& one : under_way) {
+    // Until it has been read back nobody knows what the point is now.
+    const std::size_t point = one.point;
+    if (end == WriteEnd::ok || write.sent) store_.Doubt(device.index, {&point, 1}, now_.instant);
+    if (end == WriteEnd::ok) {
+      device.jumps.OnWritten(one.point, WrittenValue(device.config->points[point], one));
+    }
   }
-  if (outcome == Outcome::ok && write.next > 0) {
-    const PointWrite& written = command.writes[write.next - 1];
-    device.jumps.OnWritten(
-        written.point,
-        ToSample(device.config->points[written.point], {written.point, written.raw}).value);
-  }
-  if (outcome != Outcome::ok || (write.next == command.writes.size() && !open_)) {
-    command.done(outcome, reason);
-  } else if (write.next == command.writes.size()) {
-    writes_.Confirm(std::move(command));
+  const auto ended = [&](WriteEnd how, const std::string& why) {
+    ledger_.OnWrite(device, how, false);
+    command.done({how, why, false, end == WriteEnd::ok ? write.next : write.first});
+  };
+  if (end != WriteEnd::ok) {
+    ended(end, reason);
+  } else if (write.next == all.size()) {
+    if (open_) {
+      writes_.Confirm(std::move(command), now_.instant);
+    } else {
+      ended(WriteEnd::ok, {});
+    }
   } else if (!device.in_use) {
-    command.done(Outcome::no_reply, "the device was disabled before all points were written");
+    ended(WriteEnd::not_sent, "the device was disabled before all points were written");
   } else if (command.deadline <= now_.instant) {
-    command.done(Outcome::no_reply, "the deadline passed before all points were written");
+    ended(WriteEnd::not_sent, "the deadline passed before all points were written");
   } else {
     job_ = std::make_unique<Job>(device, std::move(write), Task{}, now_.instant);
     NextWrite();

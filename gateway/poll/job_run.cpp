@@ -80,27 +80,36 @@ void Poller::Ask() {
   job_->sending = true;
 }
 
-/// The points of the command before the next one are written.
+/// The points of the command before the next one are written; as many as one exchange carries come
+/// next.
 void Poller::NextWrite() {
   Job::Write& write = *job_->As<Job::Write>();
   const Device& device = *roster_.AsDevice(*job_->member);
-  PointWrite& point = write.command.writes[write.next++];
-  job_->task.kind = Task::Kind::write;
-  job_->task.point = point.point;
-  job_->task.value = point.raw;
+  std::vector<PointValue> rest;
+  for (std::size_t i = write.next; i < write.command.writes.size(); ++i) {
+    rest.push_back({write.command.writes[i].point, write.command.writes[i].raw});
+  }
+  rest.resize(std::clamp<std::size_t>(device.conversation->WritesTogether(rest), 1, rest.size()));
+  write.first = std::exchange(write.next, write.next + rest.size());
+  write.sent = false;
+  Task& task = job_->task;
+  task.kind = Task::Kind::write;
+  task.point = rest.front().point;
+  task.value = rest.front().value;
+  task.also.assign(rest.begin() + 1, rest.end());
   const auto queries = device.conversation->Queries();
   for (std::size_t query = 0; query < queries.size(); ++query) {
-    if (std::ranges::find(queries[query].points, point.point) == queries[query].points.end()) {
-      continue;
-    }
-    writes_.AddReadBack({device.place, query});
+    const bool written = std::ranges::any_of(rest, [&](const PointValue& one) {
+      return std::ranges::find(queries[query].points, one.point) != queries[query].points.end();
+    });
+    if (written) writes_.AddReadBack({device.place, query});
   }
   Ask();
 }
 
 void Poller::PutProbeFirst() {
-  auto probe = std::make_unique<Job>(*job_->member, Job::Probe{},
-                                     Task{Task::Kind::probe, 0, kNoPoint, {}}, now_.instant);
+  auto probe = std::make_unique<Job>(*job_->member, Job::Probe{}, Task{.kind = Task::Kind::probe},
+                                     now_.instant);
   probe->behind = std::move(job_);
   job_ = std::move(probe);
   Ask();
@@ -131,6 +140,8 @@ void Poller::Start() {
 
 void Poller::Send() {
   const Request& request = job_->request;
+  auto* const write = job_->As<Job::Write>();
+  if (write != nullptr && !request.prepares && !request.closes) write->sent = true;
   echo_.OnSent(request.bytes);
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
   whose_reply_.OnSent(job_->asked(), now_.instant);

@@ -113,6 +113,13 @@ void Ledger::OnRetry(const Member& member) {
   Change(member, [](DeviceStatus& status) { ++status.retries; });
 }
 
+void Ledger::OnWrite(const Member& member, WriteEnd end, bool read_back) {
+  Change(member, [end, read_back](DeviceStatus& status) {
+    ++status.writes[static_cast<std::size_t>(end)];
+    if (end == WriteEnd::ok && !read_back) ++status.unread_writes;
+  });
+}
+
 void Ledger::OnRecheck(const Member& member) {
   Change(member, [](DeviceStatus& status) { ++status.rechecks; });
 }

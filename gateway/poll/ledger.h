@@ -48,6 +48,8 @@ class Ledger {
   void OnLate(const Member& member, Duration lateness);
   void OnSecondReply(const Member& member);
   void OnRetry(const Member& member);
+  /// A command has ended; `read_back`: the device shows what was written.
+  void OnWrite(const Member& member, WriteEnd end, bool read_back);
   /// A reading does not count before a second one agrees.
   void OnRecheck(const Member& member);
   /// The conversation would not ask.

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/poll/write_end.h"
+
 namespace baudgate {
 namespace {
 
@@ -78,7 +80,7 @@ void Poller::OnClosed(Now now, Override why) {
   chooser_.probes().OnClosed();
   const std::vector<WriteCommand> unsent = writes_.TakeAll();
   AnswerConfirmed();
-  for (const WriteCommand& command : unsent) command.done(Outcome::line_down, reason);
+  for (const WriteCommand& command : unsent) NotSent(command, reason);
   for (RoutedRequest& request : routes_.queue().TakeAll()) {
     request.done({Outcome::line_down, {}, reason});
   }
@@ -122,7 +124,7 @@ bool Poller::Submit(WriteCommand command, Now now) {
     writes_.Push(std::move(command));
     Settle();
   } else {
-    command.done(Outcome::line_down, ledger_.WhyClosed());
+    NotSent(command, ledger_.WhyClosed());
   }
   return true;
 }
@@ -268,9 +270,9 @@ bool Poller::SetAside(Instant until) {
 
 void Poller::AnswerCommands() {
   const WriteQueue::Expired expired = writes_.TakeExpired(now_.instant);
-  for (const WriteCommand& command : expired.confirmed) command.done(Outcome::ok, {});
+  for (const WriteQueue::Confirmed& one : expired.confirmed) AnswerConfirmed(one);
   for (const WriteCommand& command : expired.unsent) {
-    command.done(Outcome::no_reply, "the command waited for the line beyond its deadline");
+    NotSent(command, "the command waited for the line beyond its deadline");
   }
   const auto why_refused = [this](const WriteCommand& command) -> const char* {
     const Device& device = roster_.DeviceAt(command.device);
@@ -282,15 +284,42 @@ void Poller::AnswerCommands() {
     return command.writes.empty() || why_refused(command) != nullptr;
   })) {
     const char* why = why_refused(*refused);
-    refused->done(why != nullptr ? Outcome::no_reply : Outcome::ok, why != nullptr ? why : "");
+    NotSent(*refused, why != nullptr ? why : "there is nothing to be written");
   }
+}
+
+void Poller::NotSent(const WriteCommand& command, const std::string& reason) {
+  ledger_.OnWrite(roster_.DeviceAt(command.device), WriteEnd::not_sent, false);
+  command.done({.end = WriteEnd::not_sent, .reason = reason});
 }
 
 void Poller::AnswerConfirmed() {
   const bool reading_back = job_ && job_->As<Job::ReadBack>() != nullptr && job_->attempts == 0;
-  for (const WriteCommand& command : writes_.TakeConfirmed(open_ && reading_back)) {
-    command.done(Outcome::ok, {});
+  for (const WriteQueue::Confirmed& one : writes_.TakeConfirmed(open_ && reading_back)) {
+    AnswerConfirmed(one);
   }
+}
+
+/// What the device shows since then decides. A point that has not been read does not.
+void Poller::AnswerConfirmed(const WriteQueue::Confirmed& one) {
+  const WriteCommand& command = one.command;
+  Device& device = roster_.DeviceAt(command.device);
+  WriteResult result{.read_back = true, .written = command.writes.size()};
+  store_.Read(command.device, [&](const DeviceRecord& record) {
+    for (const PointWrite& write : command.writes) {
+      const config::Point& point = device.config->points[write.point];
+      const PointRecord& shown = record.points[write.point];
+      const bool read = shown.read_at && *shown.read_at > one.at && IsGood(shown.reported) &&
+                        IsGood(shown.at_best);
+      if (!read) result.read_back = false;
+      if (!read || !ShowsAnother(point, write, shown.value)) continue;
+      result.end = WriteEnd::differs;
+      result.reason = point.name + " shows " + ToText(shown.value) + " after " +
+                      ToText(WrittenValue(point, write)) + " was written and confirmed";
+    }
+  });
+  ledger_.OnWrite(device, result.end, result.read_back);
+  command.done(result);
 }
 
 /// A slave that is offline is asked as often as its probes allow. Until it answers, writes wait for

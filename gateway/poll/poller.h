@@ -78,6 +78,8 @@ class Poller : private LineClient {
   bool SetAside(Instant until);
   void AnswerCommands();
   void AnswerConfirmed();
+  void AnswerConfirmed(const WriteQueue::Confirmed& one);
+  void NotSent(const WriteCommand& command, const std::string& reason);
   void AnswerRouted();
   Chooser::Idle idle() const { return {now_.instant, idle_since_}; }
 

@@ -8,14 +8,17 @@
 namespace baudgate {
 namespace {
 
+const WriteCommand& CommandOf(const WriteCommand& command) { return command; }
+const WriteCommand& CommandOf(const WriteQueue::Confirmed& one) { return one.command; }
+
 /// Those of `commands` whose deadline has come, taken out of it.
 template <typename Commands>
-std::vector<WriteCommand> TakeLate(Commands& commands, Instant now) {
-  const auto late =
-      std::stable_partition(commands.begin(), commands.end(),
-                            [now](const WriteCommand& command) { return command.deadline > now; });
-  std::vector<WriteCommand> taken(std::make_move_iterator(late),
-                                  std::make_move_iterator(commands.end()));
+std::vector<typename Commands::value_type> TakeLate(Commands& commands, Instant now) {
+  const auto late = std::stable_partition(
+      commands.begin(), commands.end(),
+      [now](const auto& command) { return CommandOf(command).deadline > now; });
+  std::vector<typename Commands::value_type> taken(std::make_move_iterator(late),
+                                                   std::make_move_iterator(commands.end()));
   commands.erase(late, commands.end());
   return taken;
 }
@@ -51,7 +54,7 @@ std::optional<QueryRef> WriteQueue::TakeReadBack(const MayRead& may_read) {
   return query;
 }
 
-std::vector<WriteCommand> WriteQueue::TakeConfirmed(bool reading_back) {
+std::vector<WriteQueue::Confirmed> WriteQueue::TakeConfirmed(bool reading_back) {
   if (reading_back || !read_backs_.empty()) return {};
   return std::exchange(confirmed_, {});
 }
@@ -70,8 +73,9 @@ std::vector<WriteCommand> WriteQueue::TakeAll() {
 
 std::optional<Instant> WriteQueue::Deadline() const {
   std::optional<Instant> soonest;
-  const auto sooner = [&soonest](const WriteCommand& command) {
-    soonest = std::min(soonest.value_or(command.deadline), command.deadline);
+  const auto sooner = [&soonest](const auto& command) {
+    const Instant deadline = CommandOf(command).deadline;
+    soonest = std::min(soonest.value_or(deadline), deadline);
   };
   std::ranges::for_each(waiting_, sooner);
   std::ranges::for_each(confirmed_, sooner);

@@ -44,14 +44,20 @@ class WriteQueue {
 
   /// The device has confirmed it: it is answered once nothing is to be read back any more, so that
   /// a client that reads what it has just written does not get the value from before.
-  void Confirm(WriteCommand command) { confirmed_.push_back(std::move(command)); }
+  void Confirm(WriteCommand command, Instant now) {
+    confirmed_.push_back({std::move(command), now});
+  }
+  struct Confirmed {
+    WriteCommand command;
+    Instant at;  ///< what is read later shows what it has done
+  };
   /// `reading_back`: a read-back is under way that has not failed yet. A device that does not
   /// answer it at once does not hold up the answer to the write.
-  std::vector<WriteCommand> TakeConfirmed(bool reading_back);
+  std::vector<Confirmed> TakeConfirmed(bool reading_back);
 
   struct Expired {
     std::vector<WriteCommand> unsent;
-    std::vector<WriteCommand> confirmed;  ///< in time; only their read-back is not
+    std::vector<Confirmed> confirmed;  ///< in time; only their read-back is not
   };
   Expired TakeExpired(Instant now);
   /// The port is closed: all that wait; nothing is to be read back any more.
@@ -61,7 +67,7 @@ class WriteQueue {
 
  private:
   std::deque<WriteCommand> waiting_;  // in the order of their arrival
-  std::vector<WriteCommand> confirmed_;
+  std::vector<Confirmed> confirmed_;
   std::deque<QueryRef> read_backs_;
   std::uint64_t sequence_ = 0;
 };

@@ -13,27 +13,38 @@
 #include <string>
 #include <vector>
 
-#include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
+#include "gateway/base/write_result.h"
 
 namespace baudgate {
 
 struct PointWrite {
   std::uint32_t point = 0;  ///< index in the device's points
   Value raw;                ///< as the conversation sends it: made by ToRaw, and so in range
+  Value before{};           ///< what the point showed when it was asked for; nothing: not known
 };
 
 /// Several points are written in their order; the first that fails ends the command.
 struct WriteCommand {
   std::uint32_t device = 0;  ///< index in the point store
+  std::string client;        ///< who asks: "192.0.2.5:40312", "user:root", "dds:GUID"
   std::vector<PointWrite> writes;
   Instant deadline;            ///< nothing is sent later; answered no_reply when it passes
   std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line
   /// True: nobody waits for it any more, and it is not begun.
   std::shared_ptr<const std::atomic<bool>> dropped;
-  /// Called exactly once, on the line's thread, unless Submit said no. `reason` is empty when ok.
-  std::function<void(Outcome, const std::string& reason)> done;
+  /// Called exactly once, on the line's thread, unless Submit said no.
+  std::function<void(const WriteResult&)> done;
+};
+
+/// What a client asked for and the gateway did not let through: kept like any other write.
+struct DeniedWrite {
+  std::string client;        ///< as in WriteCommand
+  std::uint32_t device = 0;  ///< index in the point store
+  std::uint32_t point = 0;   ///< index in the device's points
+  Value value{};             ///< as users see it
+  std::string reason;        ///< one sentence
 };
 
 class CommandSink {
@@ -41,6 +52,8 @@ class CommandSink {
   virtual ~CommandSink() = default;
   /// From any thread. False: the line's queue is full, or it is stopping; `done` is not called.
   virtual bool Submit(WriteCommand command) = 0;
+  /// From any thread; returns at once.
+  virtual void OnDenied(const DeniedWrite&) {}
 };
 
 }  // namespace baudgate

@@ -36,7 +36,8 @@ bool CanMakeSystemState() {
 bool NeedsState(const config::Config& config, const config::Catalog& catalog) {
   return std::ranges::any_of(config.lines, [&](const config::Line& line) {
     return std::ranges::any_of(line.devices, [&](const config::Device& device) {
-      return catalog.FindProtocol(device.protocol)->remembers;
+      const auto remembers = catalog.FindProtocol(device.protocol)->remembers;
+      return remembers != nullptr && remembers(device);
     });
   });
 }

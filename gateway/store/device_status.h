@@ -13,6 +13,7 @@
 #include "config/model/timing.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
+#include "gateway/base/write_result.h"
 
 namespace baudgate {
 
@@ -96,7 +97,9 @@ struct DeviceStatus {
   Duration lateness{};         ///< the largest, since the reply was due
   std::uint32_t doubled = 0;   ///< exchanges behind whose reply came another, different one
   std::uint32_t rechecks = 0;  ///< reads for the second time before a reading counts
-  config::Timing timing;       ///< the times in force
+  std::array<std::uint32_t, kWriteEnds> writes{};  ///< of points, indexed by WriteEnd
+  std::uint32_t unread_writes = 0;                 ///< confirmed, but not read back
+  config::Timing timing;                           ///< the times in force
   RecentOutcomes recent;
   std::string learned;  ///< how it wants to be asked (Conversation::WhatIsLearned)
   Duration busy{};      ///< the line time of its exchanges and of the silences after them

@@ -104,6 +104,13 @@ std::vector<Doubt> DoubtsOf(const config::Device& device) {
   return doubts;
 }
 
+bool HasTotals(const config::Device& device) {
+  return std::ranges::any_of(device.points, [](const Point& point) {
+    const auto read = ParseRead(point.read);
+    return read && read->total;
+  });
+}
+
 constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
                                 .reply = {.least = 300ms},
                                 .gap = {.least = 50ms, .characters = 20},
@@ -141,7 +148,7 @@ const Protocol& DconProtocol() {
       .reply_rule = ReplyRule,
       .expect = Expect,
       .weak_check = true,
-      .remembers = true,
+      .remembers = HasTotals,
       .make_conversation = MakeConversation,
       .make_twin = MakeTwin,
   };

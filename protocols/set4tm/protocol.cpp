@@ -83,7 +83,7 @@ const Protocol& Set4tmProtocol() {
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
       .expect = Expect,
-      .remembers = true,
+      .remembers = [](const config::Device&) { return true; },
       .make_conversation = MakeConversation,
       .make_twin = MakeTwin,
   };

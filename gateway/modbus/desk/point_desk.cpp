@@ -128,16 +128,21 @@ ExceptionCode PointDesk::Submit(const ModbusRequest& request, Instant deadline,
   return sink_.Submit(std::move(command)) ? kNoException : kBusy;
 }
 
-ExceptionCode PointDesk::ExceptionOf(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::ok:
+ExceptionCode PointDesk::ExceptionOf(WriteEnd end) {
+  switch (end) {
+    case WriteEnd::ok:
       return kNoException;
-    case Outcome::refused:
-    case Outcome::unsupported:
+    case WriteEnd::differs:
+    case WriteEnd::refused:
+    case WriteEnd::denied:
       return kDeviceFailure;
-    default:
-      return kNoTarget;
+    case WriteEnd::busy:
+      return kBusy;
+    case WriteEnd::unknown:
+    case WriteEnd::not_sent:
+      break;
   }
+  return kNoTarget;
 }
 
 }  // namespace baudgate::modbus

@@ -55,7 +55,7 @@ struct LiveCounters {
 
 class PointDesk {
  public:
-  using Done = std::function<void(Outcome, const std::string&)>;
+  using Done = std::function<void(const WriteResult&)>;
 
   PointDesk(const config::Config& config, const PointStore& store, CommandSink& sink,
             std::function<GatewayFigures()> info, ModbusLimits limits,
@@ -71,7 +71,7 @@ class PointDesk {
   ExceptionCode Submit(const ModbusRequest& request, Instant deadline,
                        std::shared_ptr<const std::atomic<bool>> dropped, Done done);
   /// How a write ended, as Modbus says it.
-  static ExceptionCode ExceptionOf(Outcome outcome);
+  static ExceptionCode ExceptionOf(WriteEnd end);
 
   const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
   const config::Route& route(std::size_t index) const { return config_.modbus.routes[index]; }

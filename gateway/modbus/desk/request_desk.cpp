@@ -58,10 +58,10 @@ ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now)
   if (pending_.size() + broadcasts_ >= kMaxPending) return kBusy;
   const std::uint64_t number = next_number_++;
   const Instant deadline = now + points_.limits().write_deadline;
-  auto done = [inbox = points_.inbox(), desk = weak_from_this(), number](Outcome outcome,
-                                                                         const std::string&) {
-    inbox->Post([desk, number, outcome](const Now& now) {
-      if (const auto self = desk.lock()) self->FinishWrite(number, outcome, now.instant);
+  auto done = [inbox = points_.inbox(), desk = weak_from_this(),
+               number](const WriteResult& result) {
+    inbox->Post([desk, number, end = result.end](const Now& now) {
+      if (const auto self = desk.lock()) self->FinishWrite(number, end, now.instant);
     });
   };
   if (!given_up_) given_up_ = std::make_shared<std::atomic<bool>>(false);
@@ -72,11 +72,11 @@ ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now)
   return exception;
 }
 
-void RequestDesk::FinishWrite(std::uint64_t number, Outcome outcome, Instant now) {
+void RequestDesk::FinishWrite(std::uint64_t number, WriteEnd end, Instant now) {
   const auto pending = TakePending(number);
   if (!pending || pending->given_up) return;
   const View asked = pending->frame;
-  const ExceptionCode exception = PointDesk::ExceptionOf(outcome);
+  const ExceptionCode exception = PointDesk::ExceptionOf(end);
   if (exception != kNoException) return Refuse(asked, exception, now);
   Answer(AduOf(TransactionOf(asked), UnitOf(asked), PduOf(asked)), now);
 }
@@ -96,7 +96,7 @@ void RequestDesk::Sweep(const Now& now) {
     if (routed) {
       FinishRouted(number, nothing, now);
     } else {
-      FinishWrite(number, Outcome::no_reply, now.instant);
+      FinishWrite(number, WriteEnd::unknown, now.instant);
     }
   }
 }

@@ -83,9 +83,7 @@ TEST_F(ChooserTest, ADeviceThatIsOfflineIsProbed) {
 }
 
 TEST_F(ChooserTest, AParkedJobComesBackAtItsTimeUnlessItIsDropped) {
-  const auto poll = [this] {
-    return std::make_unique<Job>(a, Job::Poll{}, Task{Task::Kind::poll, 0, kNoPoint, {}}, kStart);
-  };
+  const auto poll = [this] { return std::make_unique<Job>(a, Job::Poll{}, Task{}, kStart); };
   chooser_.Park(poll(), kStart + 1s);
   EXPECT_TRUE(chooser_.IsParked(a));
   EXPECT_FALSE(chooser_.IsParked(b));

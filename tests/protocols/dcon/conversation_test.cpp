@@ -87,7 +87,7 @@ TEST(DconConversation, DamageAndForeignRepliesGiveNoReading) {
 TEST(DconConversation, AnotherModulesNameIsPassedOver) {
   const config::Device device = MakeDevice({}, {{"checksum", true}});
   Talk talk(DconProtocol(), device);
-  const auto request = talk->Ask({Task::Kind::probe, 0, kNoPoint, {}}, {});
+  const auto request = talk->Ask({.kind = Task::Kind::probe}, {});
   ASSERT_TRUE(request);
   Assembler assembler;
   assembler.Begin(DconProtocol().reply_rule, request->expect);
@@ -101,7 +101,7 @@ TEST(DconConversation, AnotherModulesNameIsPassedOver) {
 TEST(DconConversation, AModuleWithoutANameIsProbedAsItIsNotPolled) {
   const config::Device device = EightInputs({{"identify", false}});
   Talk talk(DconProtocol(), device);
-  const Task probe{Task::Kind::probe, 0, kNoPoint, {}};
+  const Task probe{.kind = Task::Kind::probe};
   const auto asked = [&] { return std::string(AsText(talk->Ask(probe, {})->bytes)).substr(0, 4); };
   EXPECT_EQ(asked(), "#010");
   // The reply to a poll is none to the probe, nor the other way round.
@@ -120,7 +120,7 @@ TEST(DconConversation, AModuleWithoutANameIsProbedAsItIsNotPolled) {
 TEST(DconConversation, AModuleThatKnowsNoSingleChannelIsProbedWithItsPoll) {
   const config::Device device = EightInputs({{"identify", false}});
   Talk talk(DconProtocol(), device);
-  const Task probe{Task::Kind::probe, 0, kNoPoint, {}};
+  const Task probe{.kind = Task::Kind::probe};
   const Bytes all = BuildReply(">+1.0000+2.0000+3.0000+4.0000+5.0000+6.0000+7.0000+8.0000", true);
   const auto asked = [&] { return std::string(AsText(talk->Ask(probe, {})->bytes)).substr(0, 4); };
   for (int round = 0; round < 3; ++round) {

@@ -48,7 +48,7 @@ TEST(SpaConversation, SendsTheWildcardWhenTold) {
 
 TEST(SpaConversation, ProbesWithTheIdentification) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
-  const Task probe{Task::Kind::probe, 0, kNoPoint, {}};
+  const Task probe{.kind = Task::Kind::probe};
   EXPECT_EQ(Asked(talk, probe), ">1RF:21");
   const Answer answer = Hear(talk, probe, "<1D: SPAJ 142C:");
   EXPECT_EQ(answer.outcome, Outcome::ok);

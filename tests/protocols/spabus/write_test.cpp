@@ -256,7 +256,7 @@ TEST(SpaWrite, AnUnansweredClosingDoesNotKeepThePollsAway) {
 
 TEST(SpaWrite, ProbesAndTheNextWriteGoAheadOfTheClosing) {
   Interrupted relay(1);
-  const Task probe{Task::Kind::probe, 0, kNoPoint, {}};
+  const Task probe{.kind = Task::Kind::probe};
   EXPECT_TRUE(Asked(relay.talk, probe).starts_with(">1RF:"));
   EXPECT_EQ(relay.talk.Run(kWrite, *relay.twin).outcome, Outcome::ok);
   EXPECT_FALSE(relay.is_open());

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/base/write_result.h"
+
+namespace baudgate {
+
+std::string_view Name(WriteEnd end) {
+  switch (end) {
+    case WriteEnd::ok:
+      return "ok";
+    case WriteEnd::differs:
+      return "differs";
+    case WriteEnd::refused:
+      return "refused";
+    case WriteEnd::busy:
+      return "busy";
+    case WriteEnd::unknown:
+      return "unknown";
+    case WriteEnd::not_sent:
+      return "not_sent";
+    case WriteEnd::denied:
+      return "denied";
+  }
+  return "?";
+}
+
+}  // namespace baudgate

@@ -1,0 +1,35 @@
+// What became of a write, as its client is told and as the audit keeps it. docs/writes.md has the
+// table for users.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace baudgate {
+
+enum class WriteEnd : std::uint8_t {
+  ok,        ///< the device has confirmed it
+  differs,   ///< the device has confirmed it, and then showed another value
+  refused,   ///< by the device
+  busy,      ///< the device wants it later; or too many writes wait for the line
+  unknown,   ///< it was sent, and nobody knows what became of it
+  not_sent,  ///< the line or the device was not there, or its time was over
+  denied,    ///< by the gateway: permission, limits, selection, interlock, audit
+};
+
+inline constexpr std::size_t kWriteEnds = 7;
+
+struct WriteResult {
+  WriteEnd end = WriteEnd::ok;
+  std::string reason{};    ///< one sentence; empty when ok
+  bool read_back = false;  ///< ok: the device shows what was written
+  /// Of several points: how many were confirmed, in their order, before the first that was not.
+  std::size_t written = 0;
+};
+
+std::string_view Name(WriteEnd end);  ///< "not_sent"
+
+}  // namespace baudgate

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/write_end.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gateway/store/conversion.h"
+
+namespace baudgate {
+namespace {
+
+/// Of a number that a device takes and shows with a few digits.
+constexpr double kRounding = 1e-3;
+
+/// How far what is shown may be from what was written.
+double Tolerance(const config::Point& point, double written) {
+  double tolerance = std::abs(written) * kRounding;
+  if (point.writing.step) tolerance = std::max(tolerance, *point.writing.step / 2);
+  if (point.writing.decimals) {
+    tolerance = std::max(tolerance, std::pow(10.0, -*point.writing.decimals) / 2);
+  }
+  return tolerance;
+}
+
+}  // namespace
+
+WriteEnd EndOf(Outcome outcome, bool sent) {
+  switch (outcome) {
+    case Outcome::ok:
+      return WriteEnd::ok;
+    case Outcome::refused:
+    case Outcome::unsupported:
+      return WriteEnd::refused;
+    case Outcome::busy:
+      return WriteEnd::busy;
+    default:
+      return sent ? WriteEnd::unknown : WriteEnd::not_sent;
+  }
+}
+
+Value WrittenValue(const config::Point& point, const PointWrite& write) {
+  return ToSample(point, {write.point, write.raw}).value;
+}
+
+bool ShowsAnother(const config::Point& point, const PointWrite& write, const Value& shown) {
+  if (!HasValue(shown)) return false;
+  const Value wanted = WrittenValue(point, write);
+  const bool is_float = point.type == config::Type::float32 || point.type == config::Type::float64;
+  const bool scaled = point.scale != 1 || point.offset != 0;
+  if (!is_float && !scaled) return ToText(shown) != ToText(wanted);
+  const double written = ToDouble(wanted);
+  const double now = ToDouble(shown);
+  if (std::abs(now - written) <= Tolerance(point, written)) return false;
+  const double before = ToDouble(write.before);
+  const bool on_its_way = std::min(before, written) < now && now < std::max(before, written);
+  return !on_its_way;
+}
+
+}  // namespace baudgate

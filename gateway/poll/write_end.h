@@ -1,0 +1,23 @@
+// How a write ended, from what was heard of it. Pure; used by the poller.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "config/model/point.h"
+#include "gateway/base/outcome.h"
+#include "gateway/base/value.h"
+#include "gateway/requests/commands.h"
+
+namespace baudgate {
+
+/// `sent`: a request that may have written went out.
+WriteEnd EndOf(Outcome outcome, bool sent);
+
+/// As users see it.
+Value WrittenValue(const config::Point& point, const PointWrite& write);
+
+/// What a point shows after its write was confirmed is another value than was written. Numbers may
+/// differ by what the device rounds; one that is still on its way, as a slewing output from 4 to 20
+/// that shows 11, is none.
+bool ShowsAnother(const config::Point& point, const PointWrite& write, const Value& shown);
+
+}  // namespace baudgate
