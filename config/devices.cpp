@@ -13,6 +13,7 @@
 #include "config/points.h"
 #include "config/ratios.h"
 #include "config/serial.h"
+#include "config/writing.h"
 #include "gateway/base/spelling.h"
 
 namespace baudgate::config {
@@ -199,6 +200,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
   ReadPoints(map, raw, protocol, recheck, device, context);
   ApplyRatios(map, device);
+  ApplyWritePermit(map, device);
   if (raw) BlameProfile(map, *raw, context);
   map.Finish();
   CheckDevice(device, protocol, map.keys(), context.problems);

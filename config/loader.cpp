@@ -9,6 +9,7 @@
 #include "config/lines.h"
 #include "config/outputs.h"
 #include "config/profile.h"
+#include "config/writing.h"
 #include "config/yaml/yaml_reader.h"
 
 namespace baudgate::config {
@@ -27,6 +28,7 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
     config.lines = ReadLines(*node, context);
   }
   map.Finish();
+  ResolveInterlocks(config, problems);
   if (modbus) config.modbus = ReadModbus(*modbus, config.lines, context);
   CheckUse(config, problems);
   return config;

@@ -7,6 +7,7 @@
 #include "config/checks/name_checks.h"
 #include "config/checks/point_checks.h"
 #include "config/point_values.h"
+#include "config/writing.h"
 #include "gateway/base/spelling.h"
 
 namespace baudgate::config {
@@ -91,6 +92,7 @@ Point ReadPoint(const RawPoint& raw, Recheck recheck, MapReader& map) {
   ReadAddresses(map, point);
   ReadPlace(map, point);
   ReadMeaning(map, point);
+  point.writing = ReadWriting(map);
   map.Finish();
   return point;
 }

@@ -45,7 +45,9 @@ void Apply(const Ratio& ratio, Point& point) {
   point.scale *= ratio.factor;
   point.offset *= ratio.factor;
   point.deadband *= ratio.factor;
-  if (point.jump) *point.jump *= ratio.factor;
+  for (auto* number : {&point.jump, &point.writing.min, &point.writing.max, &point.writing.step}) {
+    if (*number) **number *= ratio.factor;
+  }
   if (point.on_fault.kind == OnFault::Kind::value) point.on_fault.value *= ratio.factor;
   point.unit = ratio.unit;
 }

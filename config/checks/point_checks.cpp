@@ -59,6 +59,41 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
   }
 }
 
+void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
+  const Writing& writing = point.writing;
+  const bool is_number = point.type != Type::string && point.type != Type::boolean;
+  const auto error = [&](std::string_view key, const std::string& text) {
+    problems.Error(keys.MarkOf(key), std::string(key) + ": " + text);
+  };
+  for (const std::string_view key : {"min", "max", "step", "decimals"}) {
+    if (keys.Has(key) && !is_number) {
+      error(key,
+            "only numbers have one, and '" + point.name + "' is " + std::string(Name(point.type)));
+    }
+  }
+  if (writing.min && writing.max && *writing.min > *writing.max) {
+    error("min", FormatNumber(*writing.min) + " is above max (" + FormatNumber(*writing.max) + ")");
+  }
+  if (writing.step && *writing.step <= 0) error("step", "must be above 0");
+  if (writing.decimals && *writing.decimals > 0 && is_number && !IsFloat(point.type)) {
+    error("decimals",
+          "a whole number has none, and '" + point.name + "' is " + std::string(Name(point.type)));
+  }
+  for (const std::string_view key : {"select", "select_time", "allow_when"}) {
+    if (keys.Has(key) && point.access == Access::read) {
+      error(key, "'" + point.name + "' is only read; it stands where something is written");
+    }
+  }
+  if (keys.Has("select_time") && !writing.select) {
+    error("select_time", "needs 'select: yes'");
+  }
+  if (writing.select && point.modbus && *point.modbus >= kSelectEnd) {
+    error("modbus", "'" + point.name + "' is selected before it is written, by register 60000 + " +
+                        std::to_string(*point.modbus) +
+                        ", which does not exist; give it one below " + std::to_string(kSelectEnd));
+  }
+}
+
 std::string Range(int first, int last) {
   if (first == last) return std::to_string(first);
   return std::to_string(first) + "…" + std::to_string(last);
@@ -84,11 +119,21 @@ void CheckPoint(const Point& point, const Protocol* protocol, const Keys& keys,
   }
   CheckArithmetic(point, keys, problems);
   CheckOnFault(point, keys.MarkOf("on_fault"), problems);
+  CheckWriting(point, keys, problems);
   const bool complete = !point.read.empty() || !point.write.empty();
   if (!protocol || !complete) return;
   if (const Status status = protocol->check_point(point); !status) {
     problems.Error(keys.MarkOf("read"), "point '" + point.name + "': " + status.error());
   }
+}
+
+/// A bit and a register of one address may both be selected, but not by one register.
+void RegisterClaims::AddSelect(const Point& point, const Mark& mark) {
+  const auto [other, is_new] = selects_.try_emplace(*point.modbus, point.name);
+  if (is_new) return;
+  problems_.Error(mark, "modbus: '" + point.name + "' and '" + other->second +
+                            "' would be selected by one register, 60000 + " +
+                            std::to_string(*point.modbus) + "; give one of them another address");
 }
 
 void RegisterClaims::Add(const Point& point, const Mark& mark) {
@@ -102,6 +147,7 @@ void RegisterClaims::Add(const Point& point, const Mark& mark) {
                               "' is reserved; points live at 0…8999 and 9100…19999");
     return;
   }
+  if (point.writing.select) AddSelect(point, mark);
   auto& table = TableOf(point);
   auto next = table.upper_bound(first);
   const Taken* other = nullptr;

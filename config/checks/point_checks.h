@@ -26,6 +26,8 @@ class RegisterClaims {
   void Add(const Point& point, const Mark& mark);
 
  private:
+  void AddSelect(const Point& point, const Mark& mark);
+
   struct Taken {
     int last = 0;
     std::string name;
@@ -37,6 +39,7 @@ class RegisterClaims {
 
   std::map<int, Taken> registers_;  ///< by first address; ranges never overlap
   std::map<int, Taken> bits_;
+  std::map<int, std::string> selects_;  ///< points that are selected, by their address
   Problems& problems_;
 };
 

@@ -5,6 +5,7 @@
 //   9000…9099            status block of the unit
 //   N + 20000            quality of the value at N: 20100
 //   N + 40000            age of the value at N: 40100
+//   N + 60000            select register of the point at N, where it has one: 60100
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,6 +21,11 @@ inline constexpr std::uint16_t kValuesAfterStatus = 9100;
 inline constexpr std::uint16_t kValuesEnd = 20000;
 inline constexpr std::uint16_t kQualityOffset = 20000;
 inline constexpr std::uint16_t kAgeOffset = 40000;
+inline constexpr std::uint16_t kSelectOffset = 60000;
+/// Points that are selected before they are written lie below.
+inline constexpr std::uint16_t kSelectEnd = 5536;
+/// Written to the select register.
+inline constexpr std::uint16_t kSelectKey = 0xC0DE;
 
 /// Whether a value may take all addresses from `first` to `last`.
 constexpr bool IsValueArea(std::uint32_t first, std::uint32_t last) {

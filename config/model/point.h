@@ -62,9 +62,10 @@ struct Simulate {
 /// another value, or none that is good, nothing is written.
 struct AllowWhen {
   std::string point;         ///< as written
-  Value is;                  ///< of that point's type
+  Value is;                  ///< of that point's type; before ResolveInterlocks as written
   std::uint32_t device = 0;  ///< through all lines, as FirstDevice counts
   std::uint32_t index = 0;   ///< in that device's points
+  Mark mark{};
 };
 
 /// What may be written to a point. Numbers are in units of its value; outside of them nothing is

@@ -9,6 +9,7 @@
 
 #include "gateway/base/spelling.h"
 #include "gateway/cli/client/in_use.h"
+#include "gateway/cli/client/points.h"
 #include "gateway/cli/client/release.h"
 #include "gateway/cli/client/status.h"
 #include "gateway/cli/client/trace.h"
@@ -270,6 +271,31 @@ void AddInUse(CLI::App& app, Action& action, const char* name, const char* help,
   });
 }
 
+void AddRead(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("read", "Ask a device now for its points");
+  auto options = std::make_shared<ReadOptions>();
+  command->add_option("TARGET", options->target, "LINE.DEVICE or LINE.DEVICE.POINT")->required();
+  command->add_flag("--json", options->json, "Print one JSON object");
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunRead(*options, std::cout, std::cerr); };
+  });
+}
+
+void AddWrite(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("write", "Write a point, and say what became of it");
+  auto options = std::make_shared<WriteOptions>();
+  command->add_option("TARGET", options->target, "LINE.DEVICE.POINT")->required();
+  command->add_option("VALUE", options->value, "In the point's unit; on or off for a bool")
+      ->required();
+  command->add_flag("--confirm", options->confirm, "You mean it: for points with 'select: yes'");
+  command->add_flag("--json", options->json, "Print one JSON object");
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunWrite(*options, std::cout, std::cerr); };
+  });
+}
+
 }  // namespace
 
 void AddCommands(CLI::App& app, Action& action) {
@@ -284,6 +310,8 @@ void AddCommands(CLI::App& app, Action& action) {
   AddDemo(app, action);
   AddListings(app, action);
   AddStatus(app, action);
+  AddRead(app, action);
+  AddWrite(app, action);
   AddRelease(app, action);
   AddTrace(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);

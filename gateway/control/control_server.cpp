@@ -50,11 +50,11 @@ Status ClearStale(asio::io_context& io, const std::string& path) {
 }  // namespace
 
 ControlServer::ControlServer(const config::Config& config, const PointStore& store,
-                             LineControl& control, GatewayInfo info, asio::io_context& io,
-                             const Limits& limits)
+                             LineControl& control, CommandSink& sink, GatewayInfo info,
+                             asio::io_context& io, const Limits& limits)
     : config_(config),
       limits_(limits),
-      service_(config, store, control, std::move(info)),
+      service_(config, store, control, sink, std::move(info)),
       acceptor_(io),
       retry_(io) {}
 

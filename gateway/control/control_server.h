@@ -20,7 +20,8 @@ class ControlServer {
   /// All references outlive the server; `io` also outlives the lines, whose threads wake traces,
   /// and no longer runs when the server is destroyed.
   ControlServer(const config::Config& config, const PointStore& store, LineControl& control,
-                GatewayInfo info, asio::io_context& io, const Limits& limits = {});
+                CommandSink& sink, GatewayInfo info, asio::io_context& io,
+                const Limits& limits = {});
   ~ControlServer();
 
   /// Binds config.socket, or the first of the default places that can be had. A socket file that a

@@ -1,11 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/control/control_session.h"
 
+#include <pwd.h>
+#include <sys/socket.h>
+
 #include <asio/post.hpp>
 #include <asio/write.hpp>
+#include <atomic>
 #include <utility>
 
 namespace baudgate::control {
+namespace {
+
+/// "user:anna" of the process at the other end, as the kernel knows it.
+std::string UserOf(int socket) {
+  ucred peer{};
+  socklen_t size = sizeof(peer);
+  if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return "user:?";
+  std::array<char, 1024> texts{};
+  passwd entry{};
+  passwd* found = nullptr;
+  ::getpwuid_r(peer.uid, &entry, texts.data(), texts.size(), &found);
+  return "user:" + (found == nullptr ? std::to_string(peer.uid) : std::string(found->pw_name));
+}
+
+std::uint64_t NextNumber() {
+  static std::atomic<std::uint64_t> last = 0;
+  return ++last;
+}
+
+}  // namespace
 
 ControlSession::ControlSession(Socket socket, RequestHandler& service, const Limits& limits,
                                std::function<void(ControlSession&)> closed)
@@ -13,7 +37,8 @@ ControlSession::ControlSession(Socket socket, RequestHandler& service, const Lim
       patience_(socket_.get_executor()),
       service_(service),
       limits_(limits),
-      on_closed_(std::move(closed)) {}
+      on_closed_(std::move(closed)),
+      client_{UserOf(socket_.native_handle()), NextNumber()} {}
 
 void ControlSession::Start() {
   BePatient();
@@ -29,6 +54,7 @@ void ControlSession::Close(const std::string& farewell) {
   }
   trace_.reset();
   patience_.cancel();
+  service_.Forget(client_);
   asio::error_code ignored;
   socket_.close(ignored);
   on_closed_(*this);
@@ -67,7 +93,15 @@ void ControlSession::OnReceived(std::size_t count) {
 }
 
 void ControlSession::Handle(std::string_view request) {
-  Reply reply = service_.Answer(request, ReadClocks());
+  // Called on a line's thread, maybe after this session has ended.
+  auto later = [weak = weak_from_this(), executor = socket_.get_executor()](std::string text) {
+    asio::post(executor, [weak, text = std::move(text)]() mutable {
+      if (const auto self = weak.lock(); self && !self->closed_) self->Send(std::move(text));
+    });
+  };
+  BePatient();
+  Reply reply = service_.Answer(request, client_, ReadClocks(), later);
+  if (reply.text.empty()) return;
   Send(std::move(reply.text));
   if (reply.trace) StartTrace(std::move(*reply.trace));
 }

@@ -47,6 +47,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   RequestHandler& service_;
   const Limits limits_;
   std::function<void(ControlSession&)> on_closed_;
+  const Writer client_;
   std::array<char, 4096> chunk_{};
   std::string in_;        // what came and is not answered yet
   std::string out_;       // being sent

@@ -40,20 +40,26 @@ bool Wanted(const TraceWish& wish, const TraceRecord& record) {
 }
 
 RequestHandler::RequestHandler(const config::Config& config, const PointStore& store,
-                               LineControl& control, GatewayInfo info)
-    : config_(config), store_(store), control_(control), info_(std::move(info)) {}
+                               LineControl& control, CommandSink& sink, GatewayInfo info)
+    : config_(config),
+      store_(store),
+      control_(control),
+      info_(std::move(info)),
+      points_(config, store, sink) {}
 
-Reply RequestHandler::Answer(std::string_view request, Now now) {
+Reply RequestHandler::Answer(std::string_view request, const Writer& client, Now now,
+                             const Later& later) {
   const Json json = Json::parse(request, nullptr, false);
   if (!json.is_object()) {
     return Refused(kUsage,
                    "a request is one JSON object in one line, for example "
                    "{\"command\":\"status\"}");
   }
-  return Dispatch(json, now);
+  return Dispatch(json, client, now, later);
 }
 
-Reply RequestHandler::Dispatch(const Json& request, Now now) {
+Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now now,
+                               const Later& later) {
   const std::string command = TextOf(request, "command");
   if (command == "status") {
     std::optional<Target> target;
@@ -70,8 +76,14 @@ Reply RequestHandler::Dispatch(const Json& request, Now now) {
   if (command == "disable") return SetInUse(request, false);
   if (command == "trace") return Trace(request, false);
   if (command == "recorded") return Trace(request, true);
-  constexpr std::string_view kCommands[] = {"status",  "release", "take_back", "enable",
-                                            "disable", "trace",   "recorded"};
+  const auto answered = [later](const Json& answer) { later(Dump(answer)); };
+  if (command == "read" || command == "write") {
+    const Status status = command == "read" ? points_.Read(request, client, now, answered)
+                                            : points_.Write(request, client, now.instant, answered);
+    return status ? Reply{} : Refused(kUnknown, status.error());
+  }
+  constexpr std::string_view kCommands[] = {"status", "release",  "take_back", "enable", "disable",
+                                            "trace",  "recorded", "read",      "write"};
   return Refused(kUsage, config::Quoted(command) + " is no command;" +
                              config::DidYouMean(command, kCommands) +
                              " there are: " + config::Join(kCommands));

@@ -3,10 +3,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "gateway/control/point_requests.h"
 #include "gateway/requests/line_control.h"
 #include "gateway/status/status_json.h"
 
@@ -22,7 +24,7 @@ struct TraceWish {
 };
 
 struct Reply {
-  std::string text;  ///< one line of JSON without its end
+  std::string text;  ///< one line of JSON without its end; empty: it comes later
   std::optional<TraceWish> trace{};
 };
 
@@ -37,13 +39,16 @@ class RequestHandler {
  public:
   /// All references outlive the service.
   RequestHandler(const config::Config& config, const PointStore& store, LineControl& control,
-                 GatewayInfo info);
+                 CommandSink& sink, GatewayInfo info);
 
-  Reply Answer(std::string_view request, Now now);
+  /// Takes an answer that did not come at once, on any thread.
+  using Later = std::function<void(std::string text)>;
+  Reply Answer(std::string_view request, const Writer& client, Now now, const Later& later);
+  void Forget(const Writer& client) { points_.Forget(client); }
   LineControl& control() { return control_; }
 
  private:
-  Reply Dispatch(const Json& request, Now now);
+  Reply Dispatch(const Json& request, const Writer& client, Now now, const Later& later);
   Reply Release(const Json& request, Now now);
   Reply TakeBack(const Json& request);
   Reply SetInUse(const Json& request, bool in_use);
@@ -56,6 +61,7 @@ class RequestHandler {
   const PointStore& store_;
   LineControl& control_;
   const GatewayInfo info_;
+  PointRequests points_;
 };
 
 }  // namespace baudgate::control

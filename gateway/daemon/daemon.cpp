@@ -246,8 +246,8 @@ control::GatewayInfo Daemon::Impl::GatewayForStatus() const {
 
 /// A gateway that can not be asked still polls.
 void Daemon::Impl::StartControl() {
-  control = std::make_unique<control::ControlServer>(config, store, *this, GatewayForStatus(),
-                                                     control_io);
+  control = std::make_unique<control::ControlServer>(config, store, *this, *this,
+                                                     GatewayForStatus(), control_io);
   if (const Status status = control->Listen(); !status) {
     control.reset();
     log::Warn(

@@ -85,6 +85,10 @@ void Poller::Ask() {
 void Poller::NextWrite() {
   Job::Write& write = *job_->As<Job::Write>();
   const Device& device = *roster_.AsDevice(*job_->member);
+  if (write.command.why_not) {
+    const std::string why = write.command.why_not(now_.instant);
+    if (!why.empty()) return Deny(why);
+  }
   std::vector<PointValue> rest;
   for (std::size_t i = write.next; i < write.command.writes.size(); ++i) {
     rest.push_back({write.command.writes[i].point, write.command.writes[i].raw});
@@ -97,14 +101,16 @@ void Poller::NextWrite() {
   task.point = rest.front().point;
   task.value = rest.front().value;
   task.also.assign(rest.begin() + 1, rest.end());
-  const auto queries = device.conversation->Queries();
-  for (std::size_t query = 0; query < queries.size(); ++query) {
-    const bool written = std::ranges::any_of(rest, [&](const PointValue& one) {
-      return std::ranges::find(queries[query].points, one.point) != queries[query].points.end();
-    });
-    if (written) writes_.AddReadBack({device.place, query});
-  }
+  for (const PointValue& one : rest) ReadBack(device, one.point);
   Ask();
+}
+
+/// What of the command has not been begun is not.
+void Poller::Deny(const std::string& why) {
+  const std::unique_ptr<Job> job = std::move(job_);
+  const Job::Write& write = *job->As<Job::Write>();
+  ledger_.OnWrite(*job->member, WriteEnd::denied, false);
+  write.command.done({WriteEnd::denied, why, false, write.next});
 }
 
 void Poller::PutProbeFirst() {

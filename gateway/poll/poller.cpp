@@ -120,13 +120,33 @@ void Poller::OnTimer(Now now) {
 bool Poller::Submit(WriteCommand command, Now now) {
   Advance(now);
   if (writes_.full()) return false;
-  if (open_) {
-    writes_.Push(std::move(command));
+  if (!open_) {
+    NotSent(command, ledger_.WhyClosed());
+  } else if (command.writes.empty()) {
+    ReadNow(std::move(command));
     Settle();
   } else {
-    NotSent(command, ledger_.WhyClosed());
+    writes_.Push(std::move(command));
+    Settle();
   }
   return true;
+}
+
+/// As if its points had been written just now.
+void Poller::ReadNow(WriteCommand command) {
+  const Device& device = roster_.DeviceAt(command.device);
+  if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
+  for (const std::uint32_t point : command.reads) ReadBack(device, point);
+  writes_.Confirm(std::move(command), now_.instant);
+}
+
+void Poller::ReadBack(const Device& device, std::size_t point) {
+  const auto queries = device.conversation->Queries();
+  for (std::size_t query = 0; query < queries.size(); ++query) {
+    const auto& points = queries[query].points;
+    if (std::ranges::find(points, point) == points.end()) continue;
+    writes_.AddReadBack({device.place, query});
+  }
 }
 
 void Poller::Submit(RoutedRequest request, Now now) {
@@ -274,22 +294,23 @@ void Poller::AnswerCommands() {
   for (const WriteCommand& command : expired.unsent) {
     NotSent(command, "the command waited for the line beyond its deadline");
   }
-  const auto why_refused = [this](const WriteCommand& command) -> const char* {
-    const Device& device = roster_.DeviceAt(command.device);
-    if (command.dropped && *command.dropped) return "its client has left";
-    if (!device.in_use) return "the device is disabled";
-    return device.health.offline() ? "the device is offline" : nullptr;
-  };
-  while (const auto refused = writes_.Take([&](const WriteCommand& command) {
-    return command.writes.empty() || why_refused(command) != nullptr;
-  })) {
-    const char* why = why_refused(*refused);
-    NotSent(*refused, why != nullptr ? why : "there is nothing to be written");
+  while (const auto refused = writes_.Take(
+             [&](const WriteCommand& command) { return WhyNotAsked(command) != nullptr; })) {
+    NotSent(*refused, WhyNotAsked(*refused));
   }
 }
 
+const char* Poller::WhyNotAsked(const WriteCommand& command) const {
+  const Device& device = roster_.DeviceAt(command.device);
+  if (command.dropped && *command.dropped) return "its client has left";
+  if (!device.in_use) return "the device is disabled";
+  return device.health.offline() ? "the device is offline" : nullptr;
+}
+
 void Poller::NotSent(const WriteCommand& command, const std::string& reason) {
-  ledger_.OnWrite(roster_.DeviceAt(command.device), WriteEnd::not_sent, false);
+  if (!command.writes.empty()) {
+    ledger_.OnWrite(roster_.DeviceAt(command.device), WriteEnd::not_sent, false);
+  }
   command.done({.end = WriteEnd::not_sent, .reason = reason});
 }
 
@@ -303,22 +324,29 @@ void Poller::AnswerConfirmed() {
 /// What the device shows since then decides. A point that has not been read does not.
 void Poller::AnswerConfirmed(const WriteQueue::Confirmed& one) {
   const WriteCommand& command = one.command;
-  Device& device = roster_.DeviceAt(command.device);
+  const Device& device = roster_.DeviceAt(command.device);
   WriteResult result{.read_back = true, .written = command.writes.size()};
   store_.Read(command.device, [&](const DeviceRecord& record) {
+    const auto is_read = [&](std::uint32_t point) {
+      const PointRecord& shown = record.points[point];
+      return shown.read_at && *shown.read_at > one.at && shown.at_best == Quality::good;
+    };
     for (const PointWrite& write : command.writes) {
       const config::Point& point = device.config->points[write.point];
       const PointRecord& shown = record.points[write.point];
-      const bool read = shown.read_at && *shown.read_at > one.at && IsGood(shown.reported) &&
-                        IsGood(shown.at_best);
+      const bool read = is_read(write.point) && IsGood(shown.reported);
       if (!read) result.read_back = false;
       if (!read || !ShowsAnother(point, write, shown.value)) continue;
       result.end = WriteEnd::differs;
       result.reason = point.name + " shows " + ToText(shown.value) + " after " +
                       ToText(WrittenValue(point, write)) + " was written and confirmed";
     }
+    if (!std::ranges::all_of(command.reads, is_read)) {
+      result.read_back = false;
+      result.reason = "not all was answered";
+    }
   });
-  ledger_.OnWrite(device, result.end, result.read_back);
+  if (!command.writes.empty()) ledger_.OnWrite(device, result.end, result.read_back);
   command.done(result);
 }
 

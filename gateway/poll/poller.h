@@ -79,6 +79,9 @@ class Poller : private LineClient {
   void AnswerCommands();
   void AnswerConfirmed();
   void AnswerConfirmed(const WriteQueue::Confirmed& one);
+  void ReadNow(WriteCommand command);
+  void ReadBack(const Device& device, std::size_t point);
+  const char* WhyNotAsked(const WriteCommand& command) const;
   void NotSent(const WriteCommand& command, const std::string& reason);
   void AnswerRouted();
   Chooser::Idle idle() const { return {now_.instant, idle_since_}; }
@@ -86,6 +89,7 @@ class Poller : private LineClient {
   // job_run.cpp: the job under way
   void Ask();
   void NextWrite();
+  void Deny(const std::string& why);
   void PutProbeFirst();
   void Start();
   void Send();

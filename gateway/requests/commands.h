@@ -30,8 +30,13 @@ struct WriteCommand {
   std::uint32_t device = 0;  ///< index in the point store
   std::string client;        ///< who asks: "192.0.2.5:40312", "user:root", "dds:GUID"
   std::vector<PointWrite> writes;
+  /// In place of writes: points that are to be read now. `read_back` says whether all were.
+  std::vector<std::uint32_t> reads{};
   Instant deadline;            ///< nothing is sent later; answered no_reply when it passes
   std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line
+  /// Asked right before each point is begun: why it must not be written now; empty: it may. Null:
+  /// nothing speaks against it.
+  std::function<std::string(Instant now)> why_not;
   /// True: nobody waits for it any more, and it is not begun.
   std::shared_ptr<const std::atomic<bool>> dropped;
   /// Called exactly once, on the line's thread, unless Submit said no.

@@ -87,18 +87,19 @@ Json PointsJson(const DeviceRecord& record, Instant now) {
 Json ValuesJson(const DeviceRecord& record, Instant now) {
   Json values = Json::array();
   for (std::size_t i = 0; i < record.points.size(); ++i) {
-    const config::Point& point = record.device->points[i];
-    const Quality quality = QualityAt(record, i, now);
-    Json value;
-    value["point"] = point.name;
-    value["value"] = ValueJson(record.points[i].value);
-    value["unit"] = point.unit;
-    value["quality"] = quality.word();
-    value["quality_text"] = Name(quality);
-    value["age_ms"] = AgeJson(AgeAt(record, i, now));
-    values.push_back(std::move(value));
+    values.push_back(PointJson(record, i, now));
   }
   return values;
+}
+
+/// {"ok":12,…,"not_read_back":1}
+Json WritesJson(const DeviceStatus& status) {
+  Json json;
+  for (std::size_t i = 0; i < kWriteEnds; ++i) {
+    json[Name(static_cast<WriteEnd>(i))] = status.writes[i];
+  }
+  json["not_read_back"] = status.unread_writes;
+  return json;
 }
 
 struct View {
@@ -131,6 +132,7 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDe
   json["lateness_ms"] = Milliseconds(status.lateness);
   json["doubled"] = status.doubled;
   json["rechecks"] = status.rechecks;
+  json["writes"] = WritesJson(status);
   json["learned"] = status.learned;
   json["times"] = TimesJson(status.timing);
   json["recent"] = RecentJson(status.recent);
@@ -197,6 +199,17 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
 }
 
 }  // namespace
+
+Json PointJson(const DeviceRecord& record, std::size_t index, Instant now) {
+  const config::Point& point = record.device->points[index];
+  const Quality quality = QualityAt(record, index, now);
+  return {{"point", point.name},
+          {"value", ValueJson(record.points[index].value)},
+          {"unit", point.unit},
+          {"quality", quality.word()},
+          {"quality_text", Name(quality)},
+          {"age_ms", AgeJson(AgeAt(record, index, now))}};
+}
 
 Json StatusJson(const config::Config& config, const PointStore& store, const GatewayInfo& info,
                 const std::optional<Target>& target, Now now) {

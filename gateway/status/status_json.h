@@ -24,6 +24,9 @@ struct GatewayInfo {
   std::function<dds::LinkState()> dds{};           ///< empty: DDS is off
 };
 
+/// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}
+Json PointJson(const DeviceRecord& record, std::size_t index, Instant now);
+
 /// Everything; or one line; or one device, and then with its values.
 Json StatusJson(const config::Config& config, const PointStore& store, const GatewayInfo& info,
                 const std::optional<Target>& target, Now now);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/status/target.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,43 @@ Result<Target> FindTarget(const config::Config& config, std::string_view text) {
     return FindDevice(config, line, text.substr(dot + 1));
   }
   return NoSuchLine(config, name);
+}
+
+Result<PointTarget> FindPoint(const config::Config& config, std::string_view text) {
+  const auto dot = text.find('.', std::min(text.find('.'), text.size() - 1) + 1);
+  const auto target = FindTarget(config, text.substr(0, dot));
+  if (!target) return Error{target.error()};
+  if (!target->device) return Error{"name a point: " + std::string(text) + ".DEVICE.POINT"};
+  const std::size_t slot = *target->device - config::FirstDevice(config, target->line);
+  const config::Device& device = config.lines[target->line].devices[slot];
+  const auto names = NamesOf(device.points);
+  if (dot == std::string_view::npos) {
+    return Error{"name a point: " + std::string(text) + ".POINT; its points: " + Join(names)};
+  }
+  const std::string_view name = text.substr(dot + 1);
+  for (std::uint32_t i = 0; i < device.points.size(); ++i) {
+    if (device.points[i].name == name) return PointTarget{*target->device, i};
+  }
+  return Error{"'" + device.name + "' has no point " + Quoted(name) + ";" +
+               DidYouMean(name, names) + " its points: " + Join(names)};
+}
+
+Result<PointsTarget> FindPoints(const config::Config& config, std::string_view text) {
+  const bool whole = std::ranges::count(text, '.') == 1;
+  if (!whole) {
+    const auto point = FindPoint(config, text);
+    if (!point) return Error{point.error()};
+    return PointsTarget{point->device, {point->point}};
+  }
+  const auto target = FindTarget(config, text);
+  if (!target) return Error{target.error()};
+  const std::size_t slot = *target->device - config::FirstDevice(config, target->line);
+  const config::Device& device = config.lines[target->line].devices[slot];
+  PointsTarget found{*target->device, {}};
+  for (std::uint32_t i = 0; i < device.points.size(); ++i) {
+    if (device.points[i].access != config::Access::write) found.points.push_back(i);
+  }
+  return found;
 }
 
 }  // namespace baudgate::control

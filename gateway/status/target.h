@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "config/model/config.h"
 #include "gateway/base/result.h"
@@ -21,5 +22,21 @@ Result<Target> FindTarget(const config::Config& config, std::string_view text);
 
 /// The device of that name on that line.
 Result<Target> FindDevice(const config::Config& config, std::uint32_t line, std::string_view name);
+
+/// Points of one device.
+struct PointsTarget {
+  std::uint32_t device = 0;             ///< as in the point store
+  std::vector<std::uint32_t> points{};  ///< indices in the device's points
+};
+
+/// LINE.DEVICE.POINT, one point; or LINE.DEVICE, all that can be read.
+Result<PointsTarget> FindPoints(const config::Config& config, std::string_view text);
+
+/// LINE.DEVICE.POINT.
+struct PointTarget {
+  std::uint32_t device = 0;
+  std::uint32_t point = 0;
+};
+Result<PointTarget> FindPoint(const config::Config& config, std::string_view text);
 
 }  // namespace baudgate::control

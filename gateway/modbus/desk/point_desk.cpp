@@ -31,7 +31,7 @@ PointDesk::PointDesk(const config::Config& config, const PointStore& store, Comm
                      const ModbusLinks& links)
     : config_(config),
       store_(store),
-      sink_(sink),
+      gate_(store, sink),
       info_(std::move(info)),
       limits_(limits),
       map_(config),
@@ -113,19 +113,43 @@ ExceptionCode PointDesk::ReadGateway(const ModbusRequest& request) {
   return kNoException;
 }
 
-ExceptionCode PointDesk::Submit(const ModbusRequest& request, Instant deadline,
+ExceptionCode PointDesk::Submit(const ModbusRequest& request, const Writer& writer, Instant now,
                                 std::shared_ptr<const std::atomic<bool>> dropped, Done done) {
   const UnitMap& unit = map_.unit(request.unit);
   if (unit.kind != UnitMap::Kind::device) return kIllegalAddress;
+  if (const auto point = SelectedPoint(unit, request)) {
+    if (!IsSelectKey(request)) return kIllegalValue;
+    if (const auto refusal = gate_.Select(writer, unit.device, *point, now)) {
+      return ExceptionOf(*refusal);
+    }
+    done({});
+    return kNoException;
+  }
   Writes converted = ConvertWrites(unit, store_.device(unit.device), request);
   if (converted.exception != kNoException) return converted.exception;
-  WriteCommand command;
-  command.device = unit.device;
-  command.writes = std::move(converted.writes);
-  command.deadline = deadline;
-  command.dropped = std::move(dropped);
-  command.done = std::move(done);
-  return sink_.Submit(std::move(command)) ? kNoException : kBusy;
+  const auto refusal = gate_.Submit(writer,
+                                    {.device = unit.device,
+                                     .parts = std::move(converted.parts),
+                                     .deadline = now + limits_.write_deadline,
+                                     .dropped = std::move(dropped),
+                                     .done = std::move(done)},
+                                    now);
+  return refusal ? ExceptionOf(*refusal) : kNoException;
+}
+
+ExceptionCode PointDesk::ExceptionOf(const WriteRefusal& refusal) {
+  switch (refusal.why) {
+    case WriteRefusal::Why::read_only:
+      return kIllegalAddress;
+    case WriteRefusal::Why::value:
+      return kIllegalValue;
+    case WriteRefusal::Why::busy:
+      return kBusy;
+    case WriteRefusal::Why::not_selected:
+    case WriteRefusal::Why::locked:
+      break;
+  }
+  return kDeviceFailure;
 }
 
 ExceptionCode PointDesk::ExceptionOf(WriteEnd end) {

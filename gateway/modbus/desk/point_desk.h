@@ -25,6 +25,7 @@
 #include "gateway/modbus/wire/request.h"
 #include "gateway/requests/commands.h"
 #include "gateway/store/point_store.h"
+#include "gateway/writes/write_gate.h"
 
 namespace baudgate::modbus {
 
@@ -67,11 +68,15 @@ class PointDesk {
   /// Fills responder() for the answer. Never waits for a line.
   ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now);
   /// Queues a write, which is not begun once `dropped` is true; `done` comes once, on any thread,
-  /// unless there is an exception.
-  ExceptionCode Submit(const ModbusRequest& request, Instant deadline,
+  /// unless there is an exception. Or selects a point.
+  ExceptionCode Submit(const ModbusRequest& request, const Writer& writer, Instant now,
                        std::shared_ptr<const std::atomic<bool>> dropped, Done done);
+  /// The client has left.
+  void Forget(const Writer& writer) { gate_.Forget(writer); }
   /// How a write ended, as Modbus says it.
   static ExceptionCode ExceptionOf(WriteEnd end);
+  /// Why it was not begun.
+  static ExceptionCode ExceptionOf(const WriteRefusal& refusal);
 
   const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
   const config::Route& route(std::size_t index) const { return config_.modbus.routes[index]; }
@@ -95,7 +100,7 @@ class PointDesk {
 
   const config::Config& config_;
   const PointStore& store_;
-  CommandSink& sink_;
+  WriteGate gate_;
   std::function<GatewayFigures()> info_;
   ModbusLimits limits_;
   RegisterMap map_;

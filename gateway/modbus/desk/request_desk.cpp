@@ -65,7 +65,7 @@ ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now)
     });
   };
   if (!given_up_) given_up_ = std::make_shared<std::atomic<bool>>(false);
-  const auto exception = points_.Submit(request, deadline, given_up_, std::move(done));
+  const auto exception = points_.Submit(request, writer(), now, given_up_, std::move(done));
   if (exception == kNoException) {
     AddPending({number, deadline, {}, CopyOf(request.frame.first(kMbapHeader + kWriteReply))});
   }
@@ -130,6 +130,7 @@ void RequestDesk::Close() {
   closed_ = true;
   GiveUp();
   pending_.clear();
+  points_.Forget(writer());
   points_.book()->Leave(*record_);
 }
 

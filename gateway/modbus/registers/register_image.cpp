@@ -38,7 +38,7 @@ template <typename Word>
 TableImage<Word>::TableImage(const UnitMap& unit, config::Table table) {
   std::size_t size = 0;
   for (const Span& span : unit.spans(table)) {
-    if (!span.readable()) continue;
+    if (!span.readable) continue;
     if (runs_.empty() || runs_.back().end != span.start) {
       runs_.push_back({span.start, span.start, size});
     }

@@ -60,7 +60,9 @@ UnitMap MapOf(const config::Device& device, std::uint32_t index) {
     const std::size_t count = bit ? 1 : config::RegisterCount(point);
     if (count > kValuesEnd) continue;
     Insert(bit ? unit.bits : unit.registers,
-           {*point.modbus, static_cast<std::uint16_t>(count), i, point.access});
+           {*point.modbus, static_cast<std::uint16_t>(count), i,
+            point.access != config::Access::write, point.access != config::Access::read});
+    if (point.writing.select && point.writing.allowed) unit.selects.emplace(*point.modbus, i);
   }
   return unit;
 }
@@ -97,7 +99,7 @@ class Planner {
   ExceptionCode Write() {
     while (at_ < end_) {
       const Span* span = finder_.Find(at_);
-      if (span == nullptr || !span->writable()) return kIllegalAddress;
+      if (span == nullptr || !span->writable) return kIllegalAddress;
       AddValue(*span);
     }
     return Verdict();
@@ -113,7 +115,7 @@ class Planner {
     if (at_ >= kQualityOffset) return AddMirror(Area::quality, kQualityOffset);
     if (at_ >= kStatusBlock && at_ < kValuesAfterStatus) return AddStatus();
     const Span* span = finder_.Find(at_);
-    if (span == nullptr || !span->readable()) return false;
+    if (span == nullptr || !span->readable) return false;
     AddValue(*span);
     return true;
   }
@@ -125,7 +127,7 @@ class Planner {
 
   bool AddMirror(Area area, std::uint32_t offset) {
     const Span* span = finder_.Find(at_ - offset);
-    if (span == nullptr || !span->readable()) return false;
+    if (span == nullptr || !span->readable) return false;
     Add(area, span->point, std::min(span->end() + offset, end_));
     return true;
   }

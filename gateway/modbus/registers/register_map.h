@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "config/model/config.h"
@@ -25,11 +26,10 @@ struct Span {
   std::uint16_t start = 0;
   std::uint16_t count = 0;
   std::uint32_t point = 0;  ///< index in the device's points
-  config::Access access = config::Access::read;
+  bool readable = true;
+  bool writable = false;  ///< by the device; who may is gateway/writes/write_gate.h's affair
 
   std::uint32_t end() const { return static_cast<std::uint32_t>(start) + count; }
-  bool readable() const { return access != config::Access::write; }
-  bool writable() const { return access != config::Access::read; }
 };
 
 enum class Area : std::uint8_t { value, quality, age, status, hole };
@@ -47,6 +47,7 @@ struct UnitMap {
   std::uint32_t device = 0;     ///< index in the point store
   std::vector<Span> registers;  ///< sorted, without overlap
   std::vector<Span> bits;
+  std::map<std::uint16_t, std::uint32_t> selects;  ///< points with `select: yes`, by address
   /// Where the values of the status block start (relative), closed by its length.
   std::vector<std::uint16_t> status_layout;
 

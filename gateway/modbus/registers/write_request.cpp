@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "gateway/modbus/registers/value_registers.h"
-#include "gateway/store/conversion.h"
 
 namespace baudgate::modbus {
 namespace {
@@ -23,12 +22,25 @@ Value BitValue(const config::Point& point, bool bit) {
 
 }  // namespace
 
+std::optional<std::uint32_t> SelectedPoint(const UnitMap& unit, const ModbusRequest& request) {
+  if (request.table() != config::Table::registers || request.count != 1) return std::nullopt;
+  if (request.start < config::kSelectOffset) return std::nullopt;
+  const auto found =
+      unit.selects.find(static_cast<std::uint16_t>(request.start - config::kSelectOffset));
+  if (found == unit.selects.end()) return std::nullopt;
+  return found->second;
+}
+
+bool IsSelectKey(const ModbusRequest& request) {
+  return ByteReader(request.data).U16Be(0) == config::kSelectKey;
+}
+
 Writes ConvertWrites(const UnitMap& unit, const config::Device& device,
                      const ModbusRequest& request) {
   std::vector<Piece> pieces;
   const config::Table table = request.table();
   const auto exception = PlanWrite(unit, table, request.start, request.count, pieces);
-  if (exception != kNoException) return {exception, {}};
+  if (exception != kNoException) return {exception};
 
   std::array<std::uint16_t, kMostWrittenRegisters> registers{};
   if (table == config::Table::registers) {
@@ -44,9 +56,8 @@ Writes ConvertWrites(const UnitMap& unit, const config::Device& device,
             : DecodeRegisters(point, device.word_order,
                               std::span(registers).subspan(piece.offset, piece.count))
                   .value_or(Value());
-    auto raw = ToRaw(point, value);  // an error where the registers hold no value
-    if (!raw) return {kIllegalValue, {}};
-    converted.writes.push_back({piece.index, std::move(*raw)});
+    if (!HasValue(value)) return {kIllegalValue};
+    converted.parts.push_back({piece.index, value});
   }
   return converted;
 }

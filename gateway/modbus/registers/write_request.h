@@ -1,26 +1,31 @@
-// The one conversion and the one check of a write: registers (value_registers.h) → value → raw
-// value (ToRaw of gateway/store/conversion.h), which point_desk.cpp puts into the queue of the
-// device's line. What is refused here is answered at once, and nothing of the request is sent.
-// Pure.
+// What a client's registers (value_registers.h) mean: values of points, as users see them, or the
+// selection of one. point_desk.cpp takes them to gateway/writes/write_gate.h. Pure.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "config/model/device.h"
 #include "gateway/modbus/registers/register_map.h"
 #include "gateway/modbus/wire/request.h"
-#include "gateway/requests/commands.h"
+#include "gateway/writes/write_gate.h"
 
 namespace baudgate::modbus {
 
 struct Writes {
   ExceptionCode exception = kNoException;
-  std::vector<PointWrite> writes;  ///< empty where there is an exception
+  std::vector<WriteAsk::Part> parts{};  ///< empty where there is an exception
 };
 
+/// The point that the request selects; nothing: it is no selection. Whether it has the key is
+/// IsSelectKey.
+std::optional<std::uint32_t> SelectedPoint(const UnitMap& unit, const ModbusRequest& request);
+bool IsSelectKey(const ModbusRequest& request);
+
 /// illegal_address: not mapped or read-only. illegal_value: part of a value, or a number that the
-/// type or the device can not hold.
+/// type can not hold.
 Writes ConvertWrites(const UnitMap& unit, const config::Device& device,
                      const ModbusRequest& request);
 

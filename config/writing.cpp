@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/writing.h"
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+
+#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
+
+namespace baudgate::config {
+namespace {
+
+constexpr int kMostDecimals = 9;
+constexpr std::size_t kMostInterlocks = 16;
+constexpr std::size_t kMostListed = 1000;
+constexpr std::size_t kMostNamed = 6;
+
+bool CanBeWritten(const Point& point) { return point.access != Access::read; }
+
+std::optional<AllowWhen> ReadInterlock(const YamlNode& node, Problems& problems) {
+  MapReader map(node, "allow_when", problems);
+  if (node.kind() != YamlNode::Kind::map) return std::nullopt;
+  AllowWhen interlock;
+  interlock.mark = node.mark();
+  const auto point = map.Need("point", "LINE.DEVICE.POINT");
+  const auto is = map.Need("is", "true");
+  map.Finish();
+  if (!point || !is) return std::nullopt;
+  const auto name = ReadText(*point, "point", problems);
+  const auto value = ReadText(*is, "is", problems);
+  if (!name || !value) return std::nullopt;
+  interlock.point = *name;
+  interlock.is = *value;
+  return interlock;
+}
+
+void AllowListed(const YamlNode& list, Device& device, Problems& problems) {
+  for (const YamlNode& one : ReadList(list, "write", kMostListed, problems)) {
+    const auto name = ReadText(one, "write", problems);
+    if (!name) continue;
+    const auto found = std::ranges::find(device.points, *name, &Point::name);
+    if (found != device.points.end() && CanBeWritten(*found)) {
+      found->writing.allowed = true;
+      continue;
+    }
+    std::vector<std::string_view> names;
+    for (const Point& point : device.points) {
+      if (CanBeWritten(point)) names.push_back(point.name);
+    }
+    problems.Error(one.mark(), "write: " + Quoted(*name) +
+                                   (found == device.points.end() ? " is no point of '"
+                                                                 : " can only be read of '") +
+                                   device.name + "';" + DidYouMean(*name, names) +
+                                   " can be written: " + (names.empty() ? "none" : Join(names)));
+  }
+}
+
+void WarnOfSilence(const Device& device, Problems& problems) {
+  std::vector<std::string_view> names;
+  for (const Point& point : device.points) {
+    if (CanBeWritten(point)) names.push_back(point.name);
+  }
+  if (names.empty()) return;
+  const std::string all = std::to_string(names.size()) + (names.size() == 1 ? " point" : " points");
+  const bool more = names.size() > kMostNamed;
+  if (more) names.resize(kMostNamed);
+  problems.Warning(device.mark, "device '" + device.name + "': " + all + " could be written (" +
+                                    Join(names) + (more ? ", …" : "") +
+                                    "), and nobody may: add 'write: allow', a list of points, or "
+                                    "'write: deny'");
+}
+
+/// "bay-1.feeder-1.local" in three parts.
+struct PointName {
+  std::string_view line;
+  std::string_view device;
+  std::string_view point;
+};
+std::optional<PointName> SplitName(std::string_view text) {
+  const auto first = text.find('.');
+  if (first == std::string_view::npos) return std::nullopt;
+  const auto second = text.find('.', first + 1);
+  if (second == std::string_view::npos) return std::nullopt;
+  return PointName{text.substr(0, first), text.substr(first + 1, second - first - 1),
+                   text.substr(second + 1)};
+}
+
+template <typename Named>
+std::optional<std::size_t> IndexOf(const std::vector<Named>& all, std::string_view name) {
+  const auto found = std::ranges::find(all, name, &Named::name);
+  if (found == all.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - all.begin());
+}
+
+std::optional<Value> ValueOf(const Point& point, const std::string& text) {
+  if (point.type == Type::string) return text;
+  if (point.type == Type::boolean) {
+    if (text == "true" || text == "1") return true;
+    if (text == "false" || text == "0") return false;
+    return std::nullopt;
+  }
+  const auto number = ParseDecimal(text);
+  if (!number) return std::nullopt;
+  return *number;
+}
+
+class Resolver {
+ public:
+  Resolver(const Config& config, Problems& problems) : config_(config), problems_(problems) {}
+
+  void Resolve(AllowWhen& interlock) {
+    const auto name = SplitName(interlock.point);
+    const auto line = name ? IndexOf(config_.lines, name->line) : std::nullopt;
+    const auto device = line ? IndexOf(config_.lines[*line].devices, name->device) : std::nullopt;
+    const auto* points = device ? &config_.lines[*line].devices[*device].points : nullptr;
+    const auto point = points ? IndexOf(*points, name->point) : std::nullopt;
+    if (!point) return Complain(interlock, "names no point; write LINE.DEVICE.POINT");
+    const Point& found = (*points)[*point];
+    if (found.access == Access::write) {
+      return Complain(interlock, "can not be read, so that nobody knows what it is");
+    }
+    const auto value = ValueOf(found, std::get<std::string>(interlock.is));
+    if (!value) {
+      return Complain(interlock, "is " + std::string(Name(found.type)) + ", and never " +
+                                     Quoted(std::get<std::string>(interlock.is)));
+    }
+    interlock.is = *value;
+    interlock.device = FirstDevice(config_, *line) + static_cast<std::uint32_t>(*device);
+    interlock.index = static_cast<std::uint32_t>(*point);
+  }
+
+ private:
+  /// Those of a device stand at each of its points.
+  void Complain(const AllowWhen& interlock, const std::string& why) {
+    const std::string place = interlock.mark.ToString();
+    if (place == last_) return;
+    last_ = place;
+    problems_.Error(interlock.mark, "allow_when: " + Quoted(interlock.point) + " " + why);
+  }
+
+  const Config& config_;
+  Problems& problems_;
+  std::string last_;
+};
+
+}  // namespace
+
+std::vector<AllowWhen> ReadAllowWhen(MapReader& map) {
+  const auto node = map.Get("allow_when");
+  if (!node) return {};
+  std::vector<YamlNode> nodes = {*node};
+  if (node->kind() == YamlNode::Kind::list) {
+    nodes = ReadList(*node, "allow_when", kMostInterlocks, map.problems());
+  }
+  std::vector<AllowWhen> interlocks;
+  for (const YamlNode& one : nodes) {
+    if (auto interlock = ReadInterlock(one, map.problems())) {
+      interlocks.push_back(std::move(*interlock));
+    }
+  }
+  return interlocks;
+}
+
+Writing ReadWriting(MapReader& map) {
+  Writing writing;
+  writing.min = map.Number("min");
+  writing.max = map.Number("max");
+  writing.step = map.Number("step");
+  writing.decimals = map.Integer("decimals", 0, kMostDecimals);
+  Assign(writing.select, map.Flag("select"));
+  Assign(writing.select_time, map.Time("select_time", 1s, 10min));
+  writing.allow_when = ReadAllowWhen(map);
+  return writing;
+}
+
+void ApplyWritePermit(MapReader& map, Device& device) {
+  const std::vector<AllowWhen> interlocks = ReadAllowWhen(map);
+  for (Point& point : device.points) {
+    auto& own = point.writing.allow_when;
+    if (CanBeWritten(point)) own.insert(own.end(), interlocks.begin(), interlocks.end());
+  }
+  const auto node = map.Get("write");
+  if (!node) return WarnOfSilence(device, map.problems());
+  if (node->kind() == YamlNode::Kind::list) return AllowListed(*node, device, map.problems());
+  constexpr std::array<Word<bool>, 2> kWords = {{{"deny", false}, {"allow", true}}};
+  if (!ReadWord(*node, "write", kWords, map.problems()).value_or(false)) return;
+  for (Point& point : device.points) point.writing.allowed = CanBeWritten(point);
+}
+
+void ResolveInterlocks(Config& config, Problems& problems) {
+  Resolver resolver(config, problems);
+  for (Line& line : config.lines) {
+    for (Device& device : line.devices) {
+      for (Point& point : device.points) {
+        std::ranges::for_each(point.writing.allow_when,
+                              [&](AllowWhen& interlock) { resolver.Resolve(interlock); });
+      }
+    }
+  }
+}
+
+}  // namespace baudgate::config

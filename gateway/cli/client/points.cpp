@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/client/points.h"
+
+#include "gateway/base/time.h"
+#include "gateway/cli/client/control_client.h"
+#include "gateway/cli/terminal/text_table.h"
+
+namespace baudgate {
+namespace {
+
+using Json = ControlClient::Json;
+
+std::string Shown(const Json& value) {
+  if (value.is_null()) return "-";
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+std::string Age(const Json& age) {
+  return age.is_null() ? "never" : FormatDuration(std::chrono::milliseconds(age.get<long>()));
+}
+
+void PrintPoints(const Json& points, std::ostream& out) {
+  config::TextTable table({"point", "value", "unit", "quality", "age"});
+  for (const Json& point : points) {
+    table.Add({point.value("point", ""), Shown(point.value("value", Json())),
+               point.value("unit", ""), point.value("quality_text", ""),
+               Age(point.value("age_ms", Json()))});
+  }
+  table.PrintAligned(out);
+}
+
+/// What a person does about it; empty: nothing.
+std::string Advice(const WriteOptions& options, const Json& answer) {
+  const std::string needs = answer.value("needs", "");
+  if (needs == "confirm") {
+    return "; it moves something: 'baudgate write " + options.target + " " + options.value +
+           " --confirm' if you mean it";
+  }
+  if (needs.empty()) return {};
+  return "; 'write: allow', or a list of points, at the device in the configuration lets it be "
+         "written";
+}
+
+/// "bay-1.feeder-1.setting_group: refused: …".
+std::string Sentence(const WriteOptions& options, const Json& answer) {
+  const std::string end = answer.value("end", "");
+  const std::string reason = answer.value("reason", "");
+  if (end == "ok") {
+    const bool shown = answer.value("read_back", false);
+    return options.value + " written" +
+           (shown ? ", and read back" : ", confirmed by the device; not read back");
+  }
+  if (end == "unknown") {
+    return "sent, and nobody knows what became of it: " + reason + "; read it before you try again";
+  }
+  if (end == "not_sent") return "not sent: " + reason;
+  if (end == "denied") return "not written: " + reason + Advice(options, answer);
+  return end + ": " + reason;
+}
+
+}  // namespace
+
+int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err) {
+  Json answer;
+  const Json request = {{"command", "read"}, {"target", options.target}};
+  if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
+  const bool read = answer.value("read", false);
+  const Json points = answer.value("points", Json::array());
+  if (options.json) {
+    out << answer.dump() << '\n';
+  } else {
+    PrintPoints(points, out);
+  }
+  if (read) return 0;
+  err << "baudgate: " << options.target << ": " << answer.value("reason", "")
+      << "; above is what is known of it; see 'baudgate status'\n";
+  return kNotDone;
+}
+
+int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err) {
+  Json answer;
+  const Json request = {{"command", "write"},
+                        {"target", options.target},
+                        {"value", options.value},
+                        {"confirm", options.confirm}};
+  if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
+  const bool done = answer.value("end", "") == "ok";
+  if (options.json) {
+    out << answer.dump() << '\n';
+  } else {
+    (done ? out : err) << options.target << ": " << Sentence(options, answer) << '\n';
+  }
+  return done ? 0 : kNotDone;
+}
+
+}  // namespace baudgate

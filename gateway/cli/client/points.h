@@ -1,0 +1,35 @@
+// `baudgate read` and `baudgate write`: points of a running gateway's devices, asked now.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <string>
+
+namespace baudgate {
+
+struct ReadOptions {
+  std::string target;  ///< "LINE.DEVICE" or "LINE.DEVICE.POINT"
+  bool json = false;
+  std::string socket;  ///< empty: the gateway in the default places
+};
+
+struct WriteOptions {
+  std::string target;  ///< "LINE.DEVICE.POINT"
+  std::string value;   ///< in the point's unit
+  bool confirm = false;
+  bool json = false;
+  std::string socket;
+};
+
+/// Asked, but not done: the device did not answer, or refused, or may not be written.
+inline constexpr int kNotDone = 1;
+
+/// Exit code 0: all was read now; kNotDone; 2 for an unknown target; 4 when no gateway answers.
+int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err);
+
+/// Exit code 0: the device has confirmed it; kNotDone; 2 for an unknown target or a value that is
+/// none of the point; 4 when no gateway answers.
+int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err);
+
+}  // namespace baudgate

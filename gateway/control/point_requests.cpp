@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/control/point_requests.h"
+
+#include <utility>
+#include <vector>
+
+#include "gateway/status/status_json.h"
+#include "gateway/writes/value_text.h"
+
+namespace baudgate::control {
+namespace {
+
+/// How long a line has for what a person asks.
+constexpr Duration kPatience = 5s;
+
+std::string TextOf(const Json& request, const char* key) {
+  const auto found = request.find(key);
+  return found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+Json ToJson(const WriteResult& result) {
+  return {{"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};
+}
+
+Json PointsAt(const PointStore& store, std::uint32_t device,
+              const std::vector<std::uint32_t>& points, Instant now) {
+  Json all = Json::array();
+  store.Read(device, [&](const DeviceRecord& record) {
+    for (const std::uint32_t point : points) all.push_back(PointJson(record, point, now));
+  });
+  return all;
+}
+
+}  // namespace
+
+Status PointRequests::Write(const Json& request, const Writer& writer, Instant now,
+                            Answered answered) {
+  const auto target = FindPoint(config_, TextOf(request, "target"));
+  if (!target) return Error{target.error()};
+  const config::Point& point = store_.device(target->device).points[target->point];
+  const auto value = ParseValue(point, TextOf(request, "value"));
+  if (!value) return Error{value.error()};
+  const auto confirm = request.find("confirm");
+  WriteAsk ask;
+  ask.device = target->device;
+  ask.parts.push_back({target->point, *value});
+  ask.confirmed = confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
+  ask.deadline = now + kPatience;
+  ask.done = [answered](const WriteResult& result) { answered(ToJson(result)); };
+  if (const auto refusal = gate_.Submit(writer, std::move(ask), now)) {
+    const bool busy = refusal->why == WriteRefusal::Why::busy;
+    Json denied = ToJson({busy ? WriteEnd::busy : WriteEnd::denied, refusal->text});
+    if (refusal->why == WriteRefusal::Why::not_selected) denied["needs"] = "confirm";
+    if (refusal->why == WriteRefusal::Why::read_only) denied["needs"] = "write: allow";
+    answered(std::move(denied));
+  }
+  return {};
+}
+
+Status PointRequests::Read(const Json& request, const Writer& writer, Now now, Answered answered) {
+  const auto target = FindPoints(config_, TextOf(request, "target"));
+  if (!target) return Error{target.error()};
+  WriteCommand command;
+  command.device = target->device;
+  command.client = writer.name;
+  command.reads = target->points;
+  command.deadline = now.instant + kPatience;
+  command.done = [this, answered, target = *target](const WriteResult& result) {
+    answered({{"read", result.read_back},
+              {"reason", result.reason},
+              {"points", PointsAt(store_, target.device, target.points, ReadClocks().instant)}});
+  };
+  if (!sink_.Submit(std::move(command))) {
+    answered({{"read", false},
+              {"reason", "too many commands wait for the line"},
+              {"points", PointsAt(store_, target->device, target->points, now.instant)}});
+  }
+  return {};
+}
+
+}  // namespace baudgate::control

@@ -1,0 +1,49 @@
+// `read` and `write` of one device's points: asked of the line now, answered when the line has
+// answered. Part of the control socket's requests (request_handler.h); docs/status.md.
+//
+//   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2"}
+//   {"end":"ok","reason":"","read_back":true}
+//
+//   {"command":"read","target":"bay-1.feeder-1"}
+//   {"read":true,"reason":"","points":[{"point":"current_l1","value":0.52,"unit":"xIn", …}]}
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "config/model/config.h"
+#include "gateway/requests/commands.h"
+#include "gateway/status/status_json.h"
+#include "gateway/status/target.h"
+#include "gateway/store/point_store.h"
+#include "gateway/writes/write_gate.h"
+
+namespace baudgate::control {
+
+class PointRequests {
+ public:
+  /// Takes the answer, once, on any thread.
+  using Answered = std::function<void(Json)>;
+
+  /// All references outlive it, and what it has asked for.
+  PointRequests(const config::Config& config, const PointStore& store, CommandSink& sink)
+      : config_(config), store_(store), sink_(sink), gate_(store, sink) {}
+
+  /// `target`: LINE.DEVICE.POINT; `value` in its unit; `confirm`: in place of a selection. An
+  /// error, one sentence, where nothing can be asked.
+  Status Write(const Json& request, const Writer& writer, Instant now, Answered answered);
+  /// `target`: LINE.DEVICE or LINE.DEVICE.POINT.
+  Status Read(const Json& request, const Writer& writer, Now now, Answered answered);
+
+  void Forget(const Writer& writer) { gate_.Forget(writer); }
+
+ private:
+  const config::Config& config_;
+  const PointStore& store_;
+  CommandSink& sink_;
+  WriteGate gate_;
+};
+
+}  // namespace baudgate::control

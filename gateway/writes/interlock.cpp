@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/writes/interlock.h"
+
+#include "gateway/base/shown.h"
+#include "gateway/store/ageing.h"
+
+namespace baudgate {
+namespace {
+
+bool Same(const Value& a, const Value& b) {
+  if (std::holds_alternative<std::string>(a) || std::holds_alternative<std::string>(b)) {
+    return ToText(a) == ToText(b);
+  }
+  return ToDouble(a) == ToDouble(b);
+}
+
+}  // namespace
+
+std::string WhyLocked(const PointStore& store, const config::Point& point, Instant now) {
+  for (const config::AllowWhen& interlock : point.writing.allow_when) {
+    Value value;
+    Quality quality;
+    store.Read(interlock.device, [&](const DeviceRecord& record) {
+      value = record.points[interlock.index].value;
+      quality = QualityAt(record, interlock.index, now);
+    });
+    if (IsGood(quality) && Same(value, interlock.is)) continue;
+    const std::string is =
+        IsGood(quality) ? "is " + ToText(value) : "is " + std::string(Name(quality));
+    return "interlock: " + interlock.point + " " + is + ", and has to be " + ToText(interlock.is);
+  }
+  return {};
+}
+
+}  // namespace baudgate

@@ -1,0 +1,17 @@
+// Whether the points that a write depends on are as they have to be (allow_when). What is bad,
+// uncertain or was never read refuses.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "config/model/point.h"
+#include "gateway/base/time.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate {
+
+/// Why not, in one sentence; empty: it may be written.
+std::string WhyLocked(const PointStore& store, const config::Point& point, Instant now);
+
+}  // namespace baudgate

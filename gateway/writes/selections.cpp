@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/writes/selections.h"
+
+#include <algorithm>
+
+namespace baudgate {
+
+void Selections::Select(std::uint64_t client, Point point, Instant until) {
+  until_[{point, client}] = until;
+  if (until_.size() <= kLimit) return;
+  until_.erase(std::ranges::min_element(until_, {}, [](const auto& one) { return one.second; }));
+}
+
+Selections::Verdict Selections::Take(std::uint64_t client, Point point, Instant now) {
+  const auto own = until_.find({point, client});
+  if (own != until_.end()) {
+    const bool in_time = now < own->second;
+    until_.erase(own);
+    return in_time ? Verdict::selected : Verdict::expired;
+  }
+  const auto first = until_.lower_bound({point, 0});
+  const bool foreign = first != until_.end() && first->first.point == point && now < first->second;
+  return foreign ? Verdict::foreign : Verdict::none;
+}
+
+void Selections::Forget(std::uint64_t client) {
+  std::erase_if(until_, [client](const auto& one) { return one.first.client == client; });
+}
+
+}  // namespace baudgate

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/writes/write_gate.h"
+
+#include <utility>
+
+#include "gateway/store/conversion.h"
+#include "gateway/writes/interlock.h"
+#include "gateway/writes/write_limits.h"
+
+namespace baudgate {
+namespace {
+
+using Why = WriteRefusal::Why;
+
+std::string NotSelected(Selections::Verdict verdict, const config::Point& point) {
+  switch (verdict) {
+    case Selections::Verdict::foreign:
+      return "'" + point.name + "' is selected by another client";
+    case Selections::Verdict::expired:
+      return "the selection of '" + point.name + "' ended " +
+             FormatDuration(point.writing.select_time) + " after it was made";
+    default:
+      return "'" + point.name + "' has to be selected before it is written";
+  }
+}
+
+}  // namespace
+
+std::optional<WriteRefusal> WriteGate::Submit(const Writer& writer, WriteAsk ask, Instant now) {
+  if (auto refusal = Check(writer, ask, now)) {
+    Deny(writer, ask, refusal->text);
+    return refusal;
+  }
+  const config::Device& device = store_.device(ask.device);
+  WriteCommand command;
+  command.device = ask.device;
+  command.client = writer.name;
+  command.deadline = ask.deadline;
+  command.dropped = ask.dropped;
+  command.done = std::move(ask.done);
+  std::vector<std::uint32_t> points;
+  store_.Read(ask.device, [&](const DeviceRecord& record) {
+    for (const WriteAsk::Part& part : ask.parts) {
+      const config::Point& point = device.points[part.point];
+      command.writes.push_back({part.point, ToRaw(point, AsMeant(point, part.value)).value(),
+                                record.points[part.point].value});
+      if (!point.writing.allow_when.empty()) points.push_back(part.point);
+    }
+  });
+  if (!points.empty()) {
+    command.why_not = [&store = store_, &device, points](Instant at) {
+      std::string why;
+      for (const std::uint32_t point : points) {
+        if (why.empty()) why = WhyLocked(store, device.points[point], at);
+      }
+      return why;
+    };
+  }
+  if (sink_.Submit(std::move(command))) return std::nullopt;
+  Deny(writer, ask, "too many writes wait for the line");
+  return WriteRefusal{Why::busy, "too many writes wait for the line; try again"};
+}
+
+std::optional<WriteRefusal> WriteGate::Check(const Writer& writer, const WriteAsk& ask,
+                                             Instant now) {
+  const config::Device& device = store_.device(ask.device);
+  // A selection is used up by the first try, whatever becomes of it.
+  const std::string not_selected = WhyNotSelected(writer, ask, now);
+  for (const WriteAsk::Part& part : ask.parts) {
+    const config::Point& point = device.points[part.point];
+    if (point.writing.allowed) continue;
+    return WriteRefusal{Why::read_only,
+                        point.access == config::Access::read
+                            ? "'" + point.name + "' can only be read"
+                            : "'" + point.name + "' is not in the device's 'write'"};
+  }
+  for (const WriteAsk::Part& part : ask.parts) {
+    const config::Point& point = device.points[part.point];
+    const Value meant = AsMeant(point, part.value);
+    const auto raw = ToRaw(point, meant);
+    std::string why = raw ? WhyOutside(point, meant) : raw.error();
+    if (!why.empty()) return WriteRefusal{Why::value, "'" + point.name + "': " + why};
+  }
+  if (!not_selected.empty()) return WriteRefusal{Why::not_selected, not_selected};
+  for (const WriteAsk::Part& part : ask.parts) {
+    std::string why = WhyLocked(store_, device.points[part.point], now);
+    if (!why.empty()) return WriteRefusal{Why::locked, std::move(why)};
+  }
+  return std::nullopt;
+}
+
+std::string WriteGate::WhyNotSelected(const Writer& writer, const WriteAsk& ask, Instant now) {
+  std::string why;
+  for (const WriteAsk::Part& part : ask.parts) {
+    const config::Point& point = store_.device(ask.device).points[part.point];
+    if (!point.writing.select) continue;
+    const auto verdict = selections_.Take(writer.number, {ask.device, part.point}, now);
+    if (verdict == Selections::Verdict::selected || ask.confirmed || !why.empty()) continue;
+    why = NotSelected(verdict, point);
+  }
+  return why;
+}
+
+std::optional<WriteRefusal> WriteGate::Select(const Writer& writer, std::uint32_t device,
+                                              std::uint32_t point, Instant now) {
+  const config::Point& selected = store_.device(device).points[point];
+  if (!selected.writing.allowed) {
+    return WriteRefusal{Why::read_only, "'" + selected.name + "' is not in the device's 'write'"};
+  }
+  selections_.Select(writer.number, {device, point}, now + selected.writing.select_time);
+  return std::nullopt;
+}
+
+void WriteGate::Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason) {
+  for (const WriteAsk::Part& part : ask.parts) {
+    sink_.OnDenied({writer.name, ask.device, part.point, part.value, reason});
+  }
+}
+
+}  // namespace baudgate

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/writes/write_limits.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+
+#include "gateway/base/text.h"
+
+namespace baudgate {
+namespace {
+
+/// 0.3 is a multiple of 0.1, although 0.3 / 0.1 is 2.9999999999999996.
+constexpr double kExact = 1e-9;
+
+std::string WithUnit(const config::Point& point, double number) {
+  return FormatNumber(number) + (point.unit.empty() ? "" : " " + point.unit);
+}
+
+}  // namespace
+
+Value AsMeant(const config::Point& point, const Value& value) {
+  const auto* number = std::get_if<double>(&value);
+  if (number == nullptr || point.type != config::Type::float32) return value;
+  const auto single = static_cast<float>(*number);
+  if (static_cast<double>(single) != *number) return value;
+  std::array<char, 64> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), single);
+  const auto meant =
+      ParseDecimal(std::string_view(text.data(), static_cast<std::size_t>(end.ptr - text.data())));
+  return meant ? Value(*meant) : value;
+}
+
+std::string WhyOutside(const config::Point& point, const Value& value) {
+  const config::Writing& writing = point.writing;
+  const double number = ToDouble(value);
+  if (std::isnan(number)) return {};  // a text
+  if (writing.min && number < *writing.min) {
+    return FormatNumber(number) + " is below the least that may be written, " +
+           WithUnit(point, *writing.min);
+  }
+  if (writing.max && number > *writing.max) {
+    return FormatNumber(number) + " is above the most that may be written, " +
+           WithUnit(point, *writing.max);
+  }
+  if (!writing.step) return {};
+  const double steps = number / *writing.step;
+  if (std::abs(steps - std::round(steps)) <= kExact * std::max(1.0, std::abs(steps))) return {};
+  return FormatNumber(number) + " is no multiple of " + WithUnit(point, *writing.step);
+}
+
+}  // namespace baudgate
