@@ -14,7 +14,6 @@ namespace {
 constexpr int kMostDecimals = 9;
 constexpr std::size_t kMostInterlocks = 16;
 constexpr std::size_t kMostListed = 1000;
-constexpr std::size_t kMostNamed = 6;
 
 bool CanBeWritten(const Point& point) { return point.access != Access::read; }
 
@@ -54,21 +53,6 @@ void AllowListed(const YamlNode& list, Device& device, Problems& problems) {
                                    device.name + "';" + DidYouMean(*name, names) +
                                    " can be written: " + (names.empty() ? "none" : Join(names)));
   }
-}
-
-void WarnOfSilence(const Device& device, Problems& problems) {
-  std::vector<std::string_view> names;
-  for (const Point& point : device.points) {
-    if (CanBeWritten(point)) names.push_back(point.name);
-  }
-  if (names.empty()) return;
-  const std::string all = std::to_string(names.size()) + (names.size() == 1 ? " point" : " points");
-  const bool more = names.size() > kMostNamed;
-  if (more) names.resize(kMostNamed);
-  problems.Warning(device.mark, "device '" + device.name + "': " + all + " could be written (" +
-                                    Join(names) + (more ? ", …" : "") +
-                                    "), and nobody may: add 'write: allow', a list of points, or "
-                                    "'write: deny'");
 }
 
 /// "bay-1.feeder-1.local" in three parts.
@@ -181,7 +165,7 @@ void ApplyWritePermit(MapReader& map, Device& device) {
     if (CanBeWritten(point)) own.insert(own.end(), interlocks.begin(), interlocks.end());
   }
   const auto node = map.Get("write");
-  if (!node) return WarnOfSilence(device, map.problems());
+  if (!node) return;
   if (node->kind() == YamlNode::Kind::list) return AllowListed(*node, device, map.problems());
   constexpr std::array<Word<bool>, 2> kWords = {{{"deny", false}, {"allow", true}}};
   if (!ReadWord(*node, "write", kWords, map.problems()).value_or(false)) return;

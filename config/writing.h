@@ -17,8 +17,7 @@ Writing ReadWriting(MapReader& map);
 /// `allow_when: { point: LINE.DEVICE.POINT, is: VALUE }`, or a list of these.
 std::vector<AllowWhen> ReadAllowWhen(MapReader& map);
 
-/// `write: allow`, `deny` or a list of points, and `allow_when`, for all points of the device. A
-/// warning where there is something to write and the device says nothing.
+/// `write: allow`, `deny` or a list of points, and `allow_when`, for all points of the device.
 void ApplyWritePermit(MapReader& map, Device& device);
 
 /// Finds the points that interlocks name, and turns what they have to be into their types.

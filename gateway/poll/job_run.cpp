@@ -101,7 +101,10 @@ void Poller::NextWrite() {
   task.point = rest.front().point;
   task.value = rest.front().value;
   task.also.assign(rest.begin() + 1, rest.end());
-  for (const PointValue& one : rest) ReadBack(device, one.point);
+  for (const PointValue& one : rest) {
+    writes_.OnBegun(device.index, static_cast<std::uint32_t>(one.point));
+    ReadBack(device, one.point);
+  }
   Ask();
 }
 

@@ -325,7 +325,7 @@ void Poller::AnswerConfirmed() {
 void Poller::AnswerConfirmed(const WriteQueue::Confirmed& one) {
   const WriteCommand& command = one.command;
   const Device& device = roster_.DeviceAt(command.device);
-  WriteResult result{.read_back = true, .written = command.writes.size()};
+  WriteResult result{.read_back = !one.replaced, .written = one.written};
   store_.Read(command.device, [&](const DeviceRecord& record) {
     const auto is_read = [&](std::uint32_t point) {
       const PointRecord& shown = record.points[point];
@@ -346,7 +346,7 @@ void Poller::AnswerConfirmed(const WriteQueue::Confirmed& one) {
       result.reason = "not all was answered";
     }
   });
-  if (!command.writes.empty()) ledger_.OnWrite(device, result.end, result.read_back);
+  if (one.written > 0) ledger_.OnWrite(device, result.end, result.read_back || one.replaced);
   command.done(result);
 }
 

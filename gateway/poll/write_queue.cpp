@@ -54,6 +54,28 @@ std::optional<QueryRef> WriteQueue::TakeReadBack(const MayRead& may_read) {
   return query;
 }
 
+void WriteQueue::Confirm(WriteCommand command, Instant now) {
+  confirmed_.push_back({std::move(command), now});
+  Confirmed& last = confirmed_.back();
+  last.written = last.command.writes.size();
+  // Of a point that was written twice the last value stands.
+  std::vector<PointWrite>& writes = last.command.writes;
+  for (std::size_t i = writes.size(); i-- > 0;) {
+    const auto same = [&](const PointWrite& one) { return one.point == writes[i].point; };
+    const auto here = writes.begin() + static_cast<std::ptrdiff_t>(i);
+    if (std::any_of(here + 1, writes.end(), same)) writes.erase(here);
+  }
+}
+
+void WriteQueue::OnBegun(std::uint32_t device, std::uint32_t point) {
+  for (Confirmed& one : confirmed_) {
+    if (one.command.device != device) continue;
+    const auto erased = std::erase_if(
+        one.command.writes, [&](const PointWrite& write) { return write.point == point; });
+    if (erased > 0) one.replaced = true;
+  }
+}
+
 std::vector<WriteQueue::Confirmed> WriteQueue::TakeConfirmed(bool reading_back) {
   if (reading_back || !read_backs_.empty()) return {};
   return std::exchange(confirmed_, {});

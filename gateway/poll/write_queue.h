@@ -44,13 +44,16 @@ class WriteQueue {
 
   /// The device has confirmed it: it is answered once nothing is to be read back any more, so that
   /// a client that reads what it has just written does not get the value from before.
-  void Confirm(WriteCommand command, Instant now) {
-    confirmed_.push_back({std::move(command), now});
-  }
+  void Confirm(WriteCommand command, Instant now);
   struct Confirmed {
     WriteCommand command;
     Instant at;  ///< what is read later shows what it has done
+    std::size_t written = 0;
+    bool replaced = false;  ///< of some of its points, which are no longer in `command`
   };
+  /// The point is being written once more: what it shows from now on is not what was written
+  /// before.
+  void OnBegun(std::uint32_t device, std::uint32_t point);
   /// `reading_back`: a read-back is under way that has not failed yet. A device that does not
   /// answer it at once does not hold up the answer to the write.
   std::vector<Confirmed> TakeConfirmed(bool reading_back);

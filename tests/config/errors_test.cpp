@@ -18,7 +18,7 @@ constexpr const char* kDeviceKeys =
     "slow, daily, retries, recheck, timing, max_age, dead_age, unit, on_bad, word_order, checksum, "
     "width, ratio, mode, password, "
     "pin, "
-    "pause, tags, points, ratios\n";
+    "pause, tags, points, ratios, allow_when, write\n";
 
 std::string ProblemsOfLine(const std::string& keys) {
   return Shown(

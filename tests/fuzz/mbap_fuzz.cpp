@@ -45,9 +45,9 @@ void Answer(modbus::PointDesk& points, View frame) {
     Require(request.frame.data() == frame.data(), "a request views its frame");
     Require(request.data.size() == DataOf(request), "a write carries the values that it counts");
     if (modbus::IsPlainWrite(modbus::FunctionOf(frame))) {
-      Outcome ended = Outcome::ok;
-      exception = points.Submit(request, ModbusNow() + 5s, nullptr,
-                                [&ended](Outcome outcome, const std::string&) { ended = outcome; });
+      WriteEnd ended = WriteEnd::ok;
+      exception = points.Submit(request, {"192.0.2.5:40312", 1}, ModbusNow(), nullptr,
+                                [&ended](const WriteResult& result) { ended = result.end; });
       if (exception == modbus::kNoException) exception = modbus::PointDesk::ExceptionOf(ended);
     } else {
       const auto holes = frame.size() % 2 == 0 ? modbus::Holes::off : modbus::Holes::zero;

@@ -122,17 +122,17 @@ bool FuzzSink::Submit(WriteCommand command) {
   Require(!command.writes.empty(), "a write writes something");
   for (const PointWrite& write : command.writes) {
     Require(write.point < points.size(), "a write is for a point of the device");
-    Require(points[write.point].access != Access::read, "what is read-only is not written");
+    Require(points[write.point].writing.allowed, "what may not be written is not");
     Require(HasValue(write.raw), "a write has a value");
   }
   switch (turn++ % 4) {
     case 0:
       return false;
     case 1:
-      command.done(Outcome::ok, {});
+      command.done({});
       return true;
     case 2:
-      command.done(Outcome::refused, "no");
+      command.done({WriteEnd::refused, "no"});
       return true;
     default:
       kept.push_back(std::move(command));

@@ -181,6 +181,7 @@ class ToyConversation final : public Conversation {
     Request request;
     request.bytes = ToBytes(text.substr(0, 1) + device_.address + text.substr(1) + "\r");
     request.expect = ToyExpect(request.bytes, device_.options);
+    request.prepares = text[0] == 'O';
     return request;
   }
 

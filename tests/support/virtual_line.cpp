@@ -131,7 +131,7 @@ bool VirtualLine::Write(std::uint32_t device, std::uint32_t point, Value raw, Du
   command.device = device;
   command.writes.push_back({point, std::move(raw)});
   command.deadline = instant_ + within;
-  command.done = [this](Outcome outcome, const std::string&) { outcomes.push_back(outcome); };
+  command.done = [this](const WriteResult& result) { ends.push_back(result.end); };
   return Submit(std::move(command));
 }
 

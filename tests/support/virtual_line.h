@@ -59,6 +59,9 @@ struct StateChange {
   DeviceState to = DeviceState::never_seen;
 };
 
+/// For messages of failed tests.
+inline void PrintTo(WriteEnd end, std::ostream* out) { *out << Name(end); }
+
 class VirtualLine : private PollerListener {
  public:
   struct WireTwin {
@@ -86,7 +89,7 @@ class VirtualLine : private PollerListener {
   bool RunUntil(const std::function<bool()>& done, Duration limit);
   /// Bytes that arrive `after` from now, whoever sent them.
   void Inject(Bytes bytes, Duration after = {});
-  /// A write of one point through the command queue; its answer goes to `outcomes`.
+  /// A write of one point through the command queue; its answer goes to `ends`.
   bool Write(std::uint32_t device, std::uint32_t point, Value raw, Duration within = 1h);
   bool Submit(WriteCommand command);
   void Submit(RoutedRequest request);
@@ -111,7 +114,7 @@ class VirtualLine : private PollerListener {
   std::vector<Sent> sent;
   std::vector<StateChange> states;
   std::vector<std::string> warnings;
-  std::vector<Outcome> outcomes;  ///< of Write, in the order of their answers
+  std::vector<WriteEnd> ends;  ///< of Write, in the order of their answers
   /// What the bus gives back of a request while it is sent, character by character; nothing: this
   /// bus does not echo.
   std::function<Bytes(View request)> echo;

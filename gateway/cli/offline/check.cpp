@@ -7,6 +7,7 @@
 #include "config/checks/round.h"
 #include "config/loader.h"
 #include "gateway/base/shown.h"
+#include "gateway/cli/offline/check_writes.h"
 #include "gateway/cli/offline/security_problems.h"
 #include "gateway/cli/offline/unit_table.h"
 #include "gateway/cli/terminal/text_table.h"
@@ -203,6 +204,7 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
     table.PrintAligned(out, "  ");
     PrintTimes(line, catalog, out);
     PrintRechecks(line, catalog, out);
+    PrintWrites(line, out);
   }
   if (config.modbus.enabled) PrintRouteTable(config, out);
 }
@@ -237,6 +239,7 @@ Json ToJson(const config::Config& config) {
       one["unit"] = device.unit ? Json(*device.unit) : Json();
       one["points"] = device.points.size();
       one["points_on_modbus"] = ServedPoints(device);
+      one["writes"] = WritesJson(device);
       devices.push_back(std::move(one));
     }
     lines.push_back({{"name", line.name},

@@ -41,11 +41,17 @@ std::string Conventional(char table, int address) {
   return table + number;
 }
 
+/// What clients may do; empty: nothing.
+std::string AccessText(const config::Point& point) {
+  if (point.writing.allowed) return std::string(config::Name(point.access));
+  return point.access == config::Access::write ? "" : "r";
+}
+
 Place PlaceOf(const config::Device& device, const config::Point& point) {
   Place place;
   place.served = device.unit && point.modbus;
   if (!place.served) return place;
-  const bool writable = point.access != config::Access::read;
+  const bool writable = point.writing.allowed;
   place.bit = point.table == config::Table::bits;
   place.address = *point.modbus;
   place.registers = place.bit ? 1 : static_cast<int>(config::RegisterCount(point));
@@ -75,6 +81,12 @@ std::string Number(const Place& place, int offset) {
 
 std::string AgeText(const Place& place) { return place.bit ? "" : Number(place, kAgeOffset); }
 
+/// The register that is written before the point; empty: none is needed.
+std::string SelectText(const Place& place, const config::Point& point) {
+  const bool selects = point.writing.select && point.writing.allowed;
+  return selects ? Number(place, config::kSelectOffset) : "";
+}
+
 std::string Key(const config::Config& config, const config::Device& device,
                 const config::Point& point) {
   if (!config.dds.enabled) return "";
@@ -101,13 +113,14 @@ void PrintDevice(const config::Config& config, const config::Line& line,
   if (config.dds.enabled) out << "; DDS key " << config.name << "/" << device.name << "/POINT";
   out << '\n';
   TextTable table({"point", "address", "PLC", "regs", "type", "unit", "read FC", "write FC",
-                   "group", "quality", "age"});
+                   "select", "group", "quality", "age"});
   for (const config::Point& point : device.points) {
     const Place place = PlaceOf(device, point);
     table.Add({point.name, Number(place, 0), place.conventional,
                place.served ? std::to_string(place.registers) : "", TypeText(point), point.unit,
-               place.read_codes, place.write_codes, std::string(config::Name(point.group)),
-               Number(place, kQualityOffset), AgeText(place)});
+               place.read_codes, place.write_codes, SelectText(place, point),
+               std::string(config::Name(point.group)), Number(place, kQualityOffset),
+               AgeText(place)});
   }
   if (!table.empty()) table.PrintAligned(out, "  ");
   out << '\n';
@@ -146,7 +159,7 @@ void PrintCsv(const config::Config& config, std::ostream& out) {
                  TypeText(point),
                  OrderText(device, place),
                  point.unit,
-                 std::string(config::Name(point.access)),
+                 AccessText(point),
                  std::string(config::Name(point.group)),
                  Number(place, kQualityOffset),
                  AgeText(place),
@@ -158,7 +171,7 @@ void PrintCsv(const config::Config& config, std::ostream& out) {
   table.PrintCsv(out);
 }
 
-Json ModbusJson(const config::Device& device, const Place& place) {
+Json ModbusJson(const config::Device& device, const config::Point& point, const Place& place) {
   if (!place.served) return nullptr;
   Json json = {{"unit", *device.unit},
                {"table", place.bit ? "bits" : "registers"},
@@ -170,6 +183,7 @@ Json ModbusJson(const config::Device& device, const Place& place) {
                {"word_order", OrderText(device, place)},
                {"quality", place.address + kQualityOffset}};
   if (!place.bit) json["age"] = place.address + kAgeOffset;
+  if (!SelectText(place, point).empty()) json["select"] = place.address + config::kSelectOffset;
   return json;
 }
 
@@ -182,11 +196,11 @@ void PrintJson(const config::Config& config, std::ostream& out) {
                         {"point", point.name},
                         {"type", TypeText(point)},
                         {"unit", point.unit},
-                        {"access", config::Name(point.access)},
+                        {"access", AccessText(point)},
                         {"group", config::Name(point.group)},
                         {"read", point.read},
                         {"description", point.description},
-                        {"modbus", ModbusJson(device, PlaceOf(device, point))},
+                        {"modbus", ModbusJson(device, point, PlaceOf(device, point))},
                         {"dds_key", Key(config, device, point)}});
     }
   });

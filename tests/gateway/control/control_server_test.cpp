@@ -68,7 +68,7 @@ TEST_F(ControlTest, ASocketOfADeadProcessIsReplaced) {
 TEST_F(ControlTest, ALivingSocketAndOtherFilesAreLeftAlone) {
   StartServer();
   asio::io_context io;
-  ControlServer second(config_, store_, lines_, {"9", kStarted}, io);
+  ControlServer second(config_, store_, lines_, lines_, {"9", kStarted}, io);
   const Status taken = second.Listen();
   ASSERT_FALSE(taken);
   EXPECT_THAT(taken.error(), HasSubstr("another process answers there"));
@@ -77,16 +77,16 @@ TEST_F(ControlTest, ALivingSocketAndOtherFilesAreLeftAlone) {
 
   config_.socket = (directory_ / "notes.txt").string();
   std::ofstream(config_.socket) << "precious";
-  ControlServer third(config_, store_, lines_, {"9", kStarted}, io);
+  ControlServer third(config_, store_, lines_, lines_, {"9", kStarted}, io);
   EXPECT_THAT(third.Listen().error(), HasSubstr("not a socket"));
   EXPECT_EQ(std::filesystem::file_size(config_.socket), 8U);
 
   config_.socket = (directory_ / "missing" / "x.sock").string();
-  ControlServer fourth(config_, store_, lines_, {"9", kStarted}, io);
+  ControlServer fourth(config_, store_, lines_, lines_, {"9", kStarted}, io);
   EXPECT_THAT(fourth.Listen().error(), HasSubstr("missing/x.sock: No such file"));
 
   config_.socket = "/tmp/" + std::string(200, 'x');
-  ControlServer fifth(config_, store_, lines_, {"9", kStarted}, io);
+  ControlServer fifth(config_, store_, lines_, lines_, {"9", kStarted}, io);
   EXPECT_THAT(fifth.Listen().error(), HasSubstr("longer than"));
 }
 

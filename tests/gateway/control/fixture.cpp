@@ -48,6 +48,22 @@ std::shared_ptr<TraceQueue> FakeLines::Trace(std::uint32_t line, std::function<v
 
 std::vector<TraceRecord> FakeLines::Recorded(std::uint32_t) { return recorded; }
 
+bool FakeLines::Submit(WriteCommand command) {
+  std::string call = command.client + (command.writes.empty() ? " reads" : " writes");
+  for (const std::uint32_t point : command.reads) call += " " + std::to_string(point);
+  for (const PointWrite& write : command.writes) {
+    call += " " + std::to_string(write.point) + "=" + ToText(write.raw);
+  }
+  Note(call + " of device " + std::to_string(command.device));
+  if (full) return false;
+  command.done(result);
+  return true;
+}
+
+void FakeLines::OnDenied(const DeniedWrite& denied) {
+  Note(denied.client + " may not write " + ToText(denied.value) + ": " + denied.reason);
+}
+
 bool FakeLines::Push(std::uint32_t line, const TraceRecord& record) {
   const std::lock_guard lock(mutex_);
   bool taken = false;
@@ -98,7 +114,7 @@ ControlTest::~ControlTest() {
 }
 
 void ControlTest::StartServer() {
-  server_.emplace(config_, store_, lines_, GatewayInfo{"1.2.3", kStarted}, io_, limits_);
+  server_.emplace(config_, store_, lines_, lines_, GatewayInfo{"1.2.3", kStarted}, io_, limits_);
   listening_ = server_->Listen();
   thread_ = std::thread([this] {
     const auto work = asio::make_work_guard(io_);

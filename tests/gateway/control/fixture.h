@@ -22,7 +22,7 @@
 
 namespace baudgate::control {
 
-class FakeLines final : public LineControl {
+class FakeLines final : public LineControl, public CommandSink {
  public:
   explicit FakeLines(PointStore& store) : store_(store) {}
 
@@ -31,6 +31,13 @@ class FakeLines final : public LineControl {
   void SetInUse(std::uint32_t device, bool in_use) override;
   std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override;
   std::vector<TraceRecord> Recorded(std::uint32_t line) override;
+
+  /// Answered at once with `result`, unless the queue is full.
+  bool Submit(WriteCommand command) override;
+  void OnDenied(const DeniedWrite& denied) override;
+
+  WriteResult result{.read_back = true};
+  bool full = false;
 
   /// False when nobody follows the line.
   bool Push(std::uint32_t line, const TraceRecord& record);

@@ -16,15 +16,17 @@ using ::testing::IsEmpty;
 class ServiceTest : public testing::Test {
  protected:
   std::string Ask(const std::string& request) {
-    const Reply reply = service_.Answer(request, kNow);
+    std::string later;
+    const Reply reply = service_.Answer(request, {"user:anna", 1}, kNow,
+                                        [&later](const std::string& text) { later = text; });
     wish_ = reply.trace;
-    return reply.text;
+    return reply.text.empty() ? later : reply.text;
   }
 
   config::Config config_ = TwoLines();
   PointStore store_{config_};
   FakeLines lines_{store_};
-  RequestHandler service_{config_, store_, lines_, {"1.2.3", kStarted}};
+  RequestHandler service_{config_, store_, lines_, lines_, {"1.2.3", kStarted}};
   std::optional<TraceWish> wish_;
 };
 

@@ -98,7 +98,7 @@ class LineDriverTest : public testing::Test {
     WriteCommand command;
     command.writes = {{0, Value(5.0)}};
     command.deadline = now_.instant + 1h;
-    command.done = [this](Outcome outcome, const std::string&) { outcomes_.push_back(outcome); };
+    command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };
     driver_->Submit(std::move(command), now_);
   }
 
@@ -111,7 +111,7 @@ class LineDriverTest : public testing::Test {
   FakeRetries retries_;
   std::unique_ptr<LineDriver> driver_;
   Now now_{Instant() + 1h, WallTime(1'790'000'000s)};
-  std::vector<Outcome> outcomes_;
+  std::vector<WriteEnd> ends_;
 
  private:
   void GoTo(Instant instant) {
@@ -142,7 +142,7 @@ TEST_F(LocalPort, IsPolledAndWritten) {
   EXPECT_EQ(store_->ReadLine(0).outcomes[static_cast<std::size_t>(Outcome::no_reply)], 0U);
   Write();
   Pass(1s);
-  EXPECT_THAT(outcomes_, ElementsAre(Outcome::ok));
+  EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
 }
 
 TEST_F(LocalPort, OneThatDoesNotOpenIsDown) {
@@ -239,7 +239,7 @@ TEST_F(LocalPort, IsLentAfterTheWriteUnderWay) {
   EXPECT_TRUE(port_.open);
   Pass(1s);
   EXPECT_FALSE(port_.open) << "nobody waits longer than a second";
-  EXPECT_EQ(outcomes_.size(), 1U);
+  EXPECT_EQ(ends_.size(), 1U);
 }
 
 TEST_F(LocalPort, NothingOpensItAfterTheStop) {
@@ -267,7 +267,7 @@ TEST_F(LocalPort, WhatWaitsAtTheStopIsAnswered) {
   EXPECT_EQ(stopped, 0) << "a write is under way";
   Pass(1s);
   EXPECT_EQ(stopped, 1);
-  EXPECT_EQ(outcomes_.size(), 2U);
+  EXPECT_EQ(ends_.size(), 2U);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 namespace baudgate {
 namespace {
 
-using Outcomes = std::vector<Outcome>;
+using Ends = std::vector<WriteEnd>;
 
 class PollerCommand : public ::testing::Test {
  protected:
@@ -25,9 +25,9 @@ class PollerCommand : public ::testing::Test {
     WriteCommand command;
     command.writes = std::move(writes);
     command.deadline = line_.now().instant + within;
-    command.done = [this](Outcome outcome, const std::string& reason) {
-      line_.outcomes.push_back(outcome);
-      reasons_.push_back(reason);
+    command.done = [this](const WriteResult& result) {
+      line_.ends.push_back(result.end);
+      reasons_.push_back(result.reason);
     };
     return command;
   }
@@ -41,7 +41,7 @@ TEST_F(PollerCommand, IsSentAtOnceConfirmedAndReadBack) {
   Open();
   ASSERT_TRUE(line_.Write(0, 0, 42.5));
   line_.RunFor(100ms);
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::ok});
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::ok});
   ASSERT_EQ(line_.sent.size(), 2U);
   EXPECT_EQ(line_.sent[0].text, "WA1=42.5\r");
   EXPECT_EQ(line_.sent[1].text, "?A1\r") << "the store shows what was written without waiting";
@@ -52,13 +52,13 @@ TEST_F(PollerCommand, TheAnswerComesWhenTheStoreShowsTheNewValue) {
   Open();
   WriteCommand command = Command({{0, 42.5}});
   Value seen;
-  command.done = [&](Outcome outcome, const std::string&) {
-    line_.outcomes.push_back(outcome);
+  command.done = [&](const WriteResult& result) {
+    line_.ends.push_back(result.end);
     seen = line_.ValueOf(0, 0);
   };
   line_.Submit(std::move(command));
   line_.RunFor(200ms);
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::ok});
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::ok});
   EXPECT_EQ(seen, Value(42.5)) << "who reads at once must not get the value from before";
 }
 
@@ -68,15 +68,15 @@ TEST_F(PollerCommand, AReadBackThatFailsDoesNotHoldUpTheAnswer) {
     return request[0] == '?' ? std::optional(Bytes()) : std::nullopt;
   };
   ASSERT_TRUE(line_.Write(0, 0, 42.5));
-  EXPECT_TRUE(line_.RunUntil([&] { return !line_.outcomes.empty(); }, 2s));
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::ok}) << "the write itself was confirmed";
+  EXPECT_TRUE(line_.RunUntil([&] { return !line_.ends.empty(); }, 2s));
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::ok}) << "the write itself was confirmed";
 }
 
 TEST_F(PollerCommand, SeveralWritesGoInTheirOrderAndAreConfirmedOnce) {
   Open();
   line_.Submit(Command({{0, 1.0}, {1, 2.0}, {0, 3.0}}));
   line_.RunFor(200ms);
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::ok});
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::ok});
   ASSERT_GE(line_.sent.size(), 3U);
   EXPECT_EQ(line_.sent[0].text, "WA1=1\r");
   EXPECT_EQ(line_.sent[1].text, "WA2=2\r");
@@ -92,7 +92,7 @@ TEST_F(PollerCommand, TheFirstRefusalEndsIt) {
   };
   line_.Submit(Command({{0, 1.0}, {1, 2.0}}));
   line_.RunFor(200ms);
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::refused});
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::refused});
   EXPECT_NE(reasons_.at(0), "");
   EXPECT_EQ(line_.CountSent("W"), 1U);
 }
@@ -103,7 +103,7 @@ TEST_F(PollerCommand, IsNotRepeatedWhenNoConfirmationComes) {
   line_.Write(0, 0, 1.0);
   line_.RunFor(1s);
   EXPECT_EQ(line_.CountSent("W"), 1U) << "it may have been carried out";
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::no_reply});
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::unknown});
 }
 
 TEST_F(PollerCommand, TheSessionIsClosedAfterAFailedWriteAndTheFailureReported) {
@@ -117,20 +117,20 @@ TEST_F(PollerCommand, TheSessionIsClosedAfterAFailedWriteAndTheFailureReported) 
   line_.RunFor(1s);
   EXPECT_EQ(line_.CountSent("WA3"), 1U);
   EXPECT_EQ(line_.CountSent("CA0"), 1U);
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::refused});
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::refused});
 }
 
 TEST_F(PollerCommand, WhatCanNotBeAskedIsUnsupported) {
   Open();
   line_.Write(0, 3, 1.0);
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::unsupported});
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::refused});
   EXPECT_EQ(line_.StatusOf(0).state, DeviceState::online);
 }
 
 TEST_F(PollerCommand, NothingToWriteIsDone) {
   Open();
   line_.Submit(Command({}));
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::ok});
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::ok});
 }
 
 TEST_F(PollerCommand, AWriteWithoutReplyIsOkButProvesNoLife) {
@@ -140,15 +140,15 @@ TEST_F(PollerCommand, AWriteWithoutReplyIsOkButProvesNoLife) {
   ASSERT_EQ(line_.StatusOf(0).state, DeviceState::degraded);
   const auto last_ok = line_.StatusOf(0).last_ok;
   line_.Write(0, 4, 1.0);
-  ASSERT_TRUE(line_.RunUntil([&] { return !line_.outcomes.empty(); }, 2s));
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::ok}) << "nothing more can be known";
+  ASSERT_TRUE(line_.RunUntil([&] { return !line_.ends.empty(); }, 2s));
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::ok}) << "nothing more can be known";
   EXPECT_EQ(line_.StatusOf(0).state, DeviceState::degraded);
   EXPECT_EQ(line_.StatusOf(0).last_ok, last_ok);
 }
 
 TEST_F(PollerCommand, OfflineDeviceAndClosedLineAnswerAtOnce) {
   line_.Write(0, 0, 1.0);
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::line_down});
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::not_sent});
   line_.twin(0).manner.dead = true;
   line_.Open();
   line_.RunFor(1min);
@@ -156,7 +156,7 @@ TEST_F(PollerCommand, OfflineDeviceAndClosedLineAnswerAtOnce) {
   ASSERT_TRUE(line_.RunUntil([&] { return !line_.asking(); }, 1s));
   line_.RunFor(150ms);  // its drain is over, and the next probe is not due
   line_.Write(0, 0, 1.0);
-  EXPECT_EQ(line_.outcomes, (Outcomes{Outcome::line_down, Outcome::no_reply}));
+  EXPECT_EQ(line_.ends, (Ends{WriteEnd::not_sent, WriteEnd::not_sent}));
   EXPECT_EQ(line_.CountSent("W"), 0U);
 }
 
@@ -167,26 +167,26 @@ TEST_F(PollerCommand, WaitingCommandIsAnsweredAtItsDeadlineAndNeverSent) {
   ASSERT_TRUE(line_.asking());
   const Instant submitted = line_.now().instant;
   line_.Write(0, 0, 1.0, 20ms);
-  ASSERT_TRUE(line_.RunUntil([&] { return !line_.outcomes.empty(); }, 1s));
+  ASSERT_TRUE(line_.RunUntil([&] { return !line_.ends.empty(); }, 1s));
   EXPECT_EQ(line_.now().instant - submitted, 20ms) << "at its deadline, not when the line is free";
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::no_reply});
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::not_sent});
   line_.RunFor(3s);
   EXPECT_EQ(line_.CountSent("W"), 0U);
-  EXPECT_EQ(line_.outcomes.size(), 1U);
+  EXPECT_EQ(line_.ends.size(), 1U);
 }
 
 TEST_F(PollerCommand, NotSentIntoTheTimeInWhichALateAnswerCouldConfirmIt) {
   Open();
   line_.twin(0).manner.dead = true;
   line_.Write(0, 0, 1.0);
-  ASSERT_TRUE(line_.RunUntil([&] { return !line_.outcomes.empty(); }, 1s));
+  ASSERT_TRUE(line_.RunUntil([&] { return !line_.ends.empty(); }, 1s));
   const Instant failed = line_.now().instant;
   line_.twin(0).manner.dead = false;
   line_.sent.clear();
   line_.Write(0, 0, 2.0, 100ms);
   line_.Write(0, 0, 3.0, 10s);
-  ASSERT_TRUE(line_.RunUntil([&] { return line_.outcomes.size() == 3; }, 5s));
-  EXPECT_EQ(line_.outcomes, (Outcomes{Outcome::no_reply, Outcome::no_reply, Outcome::ok}));
+  ASSERT_TRUE(line_.RunUntil([&] { return line_.ends.size() == 3; }, 5s));
+  EXPECT_EQ(line_.ends, (Ends{WriteEnd::unknown, WriteEnd::not_sent, WriteEnd::ok}));
   EXPECT_GE(line_.sent.front().at - failed, 800ms) << "the ceiling of the write that failed";
   EXPECT_EQ(line_.CountSent("WA1=2"), 0U) << "its deadline came first";
 }
@@ -200,8 +200,8 @@ TEST_F(PollerCommand, NothingThatActsIsSentBehindTheDeadlineAndTheSessionIsClose
   };
   line_.Open();
   ASSERT_TRUE(line_.Write(0, 2, 7.5, 100ms));
-  ASSERT_TRUE(line_.RunUntil([&] { return !line_.outcomes.empty(); }, 2s));
-  EXPECT_NE(line_.outcomes[0], Outcome::ok);
+  ASSERT_TRUE(line_.RunUntil([&] { return !line_.ends.empty(); }, 2s));
+  EXPECT_NE(line_.ends[0], WriteEnd::ok);
   EXPECT_EQ(line_.CountSent("OA0"), 1U);
   EXPECT_EQ(line_.CountSent("WA3"), 0U);
   EXPECT_EQ(line_.CountSent("CA0"), 1U);
@@ -212,12 +212,12 @@ TEST_F(PollerCommand, WhoWritesManyIsAnsweredForEachWithoutWaitingForTheLast) {
   line_.twin(0).manner.think = 100ms;
   for (int i = 0; i < 10; ++i) line_.Write(0, i % 2, 1.0 + i, 3s);
   line_.RunFor(1s);
-  EXPECT_GE(line_.outcomes.size(), 3U);
+  EXPECT_GE(line_.ends.size(), 3U);
   line_.RunFor(10s);
-  ASSERT_EQ(line_.outcomes.size(), 10U);
-  EXPECT_EQ(static_cast<std::size_t>(
-                std::count(line_.outcomes.begin(), line_.outcomes.end(), Outcome::ok)),
-            line_.CountSent("WA"))
+  ASSERT_EQ(line_.ends.size(), 10U);
+  EXPECT_EQ(
+      static_cast<std::size_t>(std::count(line_.ends.begin(), line_.ends.end(), WriteEnd::ok)),
+      line_.CountSent("WA"))
       << "what was confirmed is told so";
 }
 
@@ -227,7 +227,7 @@ TEST_F(PollerCommand, ADeviceTakenOutOfUseIsNotWrittenToAnyMore) {
   line_.poller().SetInUse(0, false, line_.now());
   line_.RunFor(5s);
   EXPECT_EQ(line_.CountSent("W"), 1U) << "that was under way";
-  EXPECT_EQ(line_.outcomes, Outcomes{Outcome::no_reply});
+  EXPECT_EQ(line_.ends, Ends{WriteEnd::not_sent});
   EXPECT_EQ(line_.CountSent("?"), 0U);
 }
 
@@ -242,7 +242,7 @@ TEST_F(PollerCommand, WhoseClientHasLeftIsNotBegun) {
   *left = true;
   line_.RunFor(1s);
   EXPECT_EQ(line_.CountSent("W"), 2U) << "what was begun is ended";
-  EXPECT_EQ(line_.outcomes, (Outcomes{Outcome::no_reply, Outcome::ok}));
+  EXPECT_EQ(line_.ends, (Ends{WriteEnd::not_sent, WriteEnd::ok}));
 }
 
 TEST_F(PollerCommand, AWriteUnderWayMayEndBeforeThePortIsLent) {
@@ -257,7 +257,7 @@ TEST_F(PollerCommand, AWriteUnderWayMayEndBeforeThePortIsLent) {
   EXPECT_EQ(line_.CountSent("WA1"), 0U) << "nothing is begun";
   EXPECT_EQ(line_.CountSent("?"), 0U);
   line_.Close();
-  EXPECT_EQ(line_.outcomes.size(), 2U);
+  EXPECT_EQ(line_.ends.size(), 2U);
 }
 
 TEST_F(PollerCommand, FullQueueSaysNo) {
@@ -267,7 +267,7 @@ TEST_F(PollerCommand, FullQueueSaysNo) {
   while (line_.Write(0, 0, 1.0)) ++taken;
   EXPECT_EQ(taken, Poller::kQueueLimit + 1) << "one is under way";
   line_.RunFor(30s);
-  EXPECT_EQ(line_.outcomes, Outcomes(taken, Outcome::ok)) << "and every one of them was answered";
+  EXPECT_EQ(line_.ends, Ends(taken, WriteEnd::ok)) << "and every one of them was answered";
 }
 
 TEST_F(PollerCommand, ClosingAnswersAllThatWait) {
@@ -276,7 +276,9 @@ TEST_F(PollerCommand, ClosingAnswersAllThatWait) {
   for (int i = 0; i < 5; ++i) line_.Write(0, 0, 1.0);
   line_.RunFor(20ms);
   line_.Close();
-  EXPECT_EQ(line_.outcomes, Outcomes(5, Outcome::line_down));
+  EXPECT_EQ(line_.ends, (Ends{WriteEnd::unknown, WriteEnd::not_sent, WriteEnd::not_sent,
+                              WriteEnd::not_sent, WriteEnd::not_sent}))
+      << "the first was under way";
 }
 
 TEST_F(PollerCommand, AnEndlessStreamOfWritesDoesNotStarvePolls) {
@@ -319,15 +321,15 @@ TEST_F(PollerCommand, DoneMaySubmitTheNext) {
   int left = 3;
   std::function<void()> submit = [&] {
     WriteCommand command = Command({{0, 1.0}});
-    command.done = [&](Outcome outcome, const std::string&) {
-      line_.outcomes.push_back(outcome);
+    command.done = [&](const WriteResult& result) {
+      line_.ends.push_back(result.end);
       if (--left > 0) submit();
     };
     line_.Submit(std::move(command));
   };
   submit();
   line_.RunFor(1s);
-  EXPECT_EQ(line_.outcomes, Outcomes(3, Outcome::ok));
+  EXPECT_EQ(line_.ends, Ends(3, WriteEnd::ok));
 }
 
 TEST(PollerSync, AWriteIsNotConfirmedByTheProbeBeforeIt) {
@@ -344,8 +346,8 @@ TEST(PollerSync, AWriteIsNotConfirmedByTheProbeBeforeIt) {
   ASSERT_TRUE(line.RunUntil([&] { return polls == 2; }, 2s));
   line.RunFor(50ms);
   line.Write(0, 0, 7.0);
-  ASSERT_TRUE(line.RunUntil([&] { return !line.outcomes.empty(); }, 5s));
-  EXPECT_EQ(line.outcomes[0], Outcome::ok);
+  ASSERT_TRUE(line.RunUntil([&] { return !line.ends.empty(); }, 5s));
+  EXPECT_EQ(line.ends[0], WriteEnd::ok);
   EXPECT_EQ(line.CountSent("W"), 1U) << "confirmed, and so sent";
   EXPECT_EQ(line.twin(0).values.Get(0, {}), Value(7.0));
 }
@@ -361,7 +363,7 @@ TEST(PollerSync, AWriteBehindAProbeKeepsItsDeadline) {
   ASSERT_TRUE(line.RunUntil([&] { return line.StatusOf(0).Count(Outcome::no_reply) == 1; }, 2s));
   line.Write(0, 0, 7.0, 500ms);
   line.RunFor(510ms);
-  EXPECT_EQ(line.outcomes, std::vector<Outcome>{Outcome::no_reply});
+  EXPECT_EQ(line.ends, std::vector<WriteEnd>{WriteEnd::not_sent});
   EXPECT_EQ(line.CountSent("W"), 0U);
 }
 

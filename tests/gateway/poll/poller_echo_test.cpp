@@ -108,8 +108,8 @@ TEST(PollerEcho, AWriteThatCollidedIsNotConfirmed) {
   line.RunFor(2s);
   line.Write(0, 0, 7.0);
   line.RunFor(5s);
-  ASSERT_EQ(line.outcomes.size(), 1U);
-  EXPECT_EQ(line.outcomes[0], Outcome::corrupt);
+  ASSERT_EQ(line.ends.size(), 1U);
+  EXPECT_EQ(line.ends[0], WriteEnd::unknown);
 }
 
 TEST(PollerEcho, AReplyWithoutItsEchoIsNotTrustedInVerifyMode) {

@@ -35,7 +35,7 @@ TEST(Poller, PortLostAtAnyMomentAndReopened) {
     line.RunFor(lost);
     line.Close();
     EXPECT_FALSE(line.poller().Deadline());
-    EXPECT_EQ(line.outcomes.size(), 1U) << "answered exactly once, at the latest now";
+    EXPECT_EQ(line.ends.size(), 1U) << "answered exactly once, at the latest now";
     EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_not_connected);
     const std::size_t sent = line.sent.size();
     line.RunFor(10s);
@@ -44,7 +44,7 @@ TEST(Poller, PortLostAtAnyMomentAndReopened) {
     line.RunFor(2s);
     EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
     EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
-    EXPECT_EQ(line.outcomes.size(), 1U);
+    EXPECT_EQ(line.ends.size(), 1U);
   }
 }
 

@@ -76,7 +76,7 @@ TEST_F(RecheckTest, AnOldValueDoesNotBecomeYounger) {
 TEST_F(RecheckTest, AWriteIsSeenAtItsReadBack) {
   Use(config::Recheck::jump);
   line_->Write(0, 0, std::int64_t{70});
-  EXPECT_TRUE(line_->RunUntil([&] { return !line_->outcomes.empty(); }, 500ms));
+  EXPECT_TRUE(line_->RunUntil([&] { return !line_->ends.empty(); }, 500ms));
   EXPECT_EQ(line_->ValueOf(0, 0), Value(70.0));
   EXPECT_EQ(line_->QualityOf(0, 0), Quality::good);
 }

@@ -283,7 +283,7 @@ TEST(PollerReadBack, WhatItsRequestReadsIsUncertainWhenItFails) {
   };
   ASSERT_TRUE(line.Write(0, 0, std::uint64_t{7}));
   line.RunFor(5s);
-  EXPECT_EQ(line.outcomes, std::vector{Outcome::ok});
+  EXPECT_EQ(line.ends, std::vector{WriteEnd::ok});
   EXPECT_EQ(line.QualityOf(0, 0), Quality::uncertain);
   EXPECT_EQ(line.QualityOf(0, 1), Quality::uncertain);
 }

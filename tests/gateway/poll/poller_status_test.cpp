@@ -83,7 +83,7 @@ TEST(InUse, ADeviceTakenOutIsNotAskedAndItsPointsAreOutOfService) {
   line.RunFor(10s);
   EXPECT_EQ(line.CountSent("?A"), asked);
   EXPECT_EQ(line.CountSent("W"), 0U);
-  EXPECT_EQ(line.outcomes, std::vector<Outcome>{Outcome::no_reply});
+  EXPECT_EQ(line.ends, std::vector<WriteEnd>{WriteEnd::not_sent});
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
 }
 
@@ -218,7 +218,7 @@ TEST(Released, PointsOfALentPortAreOutOfService) {
   line.poller().OnClosed(line.now(), Quality::bad_out_of_service);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_out_of_service);
   EXPECT_EQ(line.StatusOf(0).last_outcome, Outcome::line_down);
-  EXPECT_EQ(line.outcomes, std::vector<Outcome>{Outcome::line_down});
+  EXPECT_EQ(line.ends, std::vector<WriteEnd>{WriteEnd::not_sent});
   line.RunFor(1min);
   line.Open();
   EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(0, 0) == Quality::good; }, 2s));

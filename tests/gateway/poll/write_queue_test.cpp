@@ -53,7 +53,7 @@ TEST(WriteQueue, AWriteIsAnsweredOnceItHasBeenReadBack) {
   WriteQueue queue;
   queue.AddReadBack({1, 4});
   queue.AddReadBack({1, 4});
-  queue.Confirm(To(1));
+  queue.Confirm(To(1), kStart);
   EXPECT_TRUE(queue.TakeConfirmed(false).empty()) << "its query is still to be read";
   const auto may_read = [](std::size_t) { return true; };
   EXPECT_EQ(queue.TakeReadBack(may_read), (QueryRef{1, 4}));
@@ -61,6 +61,35 @@ TEST(WriteQueue, AWriteIsAnsweredOnceItHasBeenReadBack) {
   EXPECT_TRUE(queue.TakeConfirmed(true).empty()) << "it is being read";
   EXPECT_EQ(queue.TakeConfirmed(false).size(), 1U);
   EXPECT_TRUE(queue.TakeConfirmed(false).empty());
+}
+
+/// A set point that is written every 30 ms: what is read back shows the latest.
+TEST(WriteQueue, WhatIsWrittenOnceMoreIsNotComparedAnyMore) {
+  WriteQueue queue;
+  WriteCommand command = To(1);
+  command.writes = {{4, Value(1.0)}, {5, Value(2.0)}};
+  queue.Confirm(std::move(command), kStart);
+  queue.OnBegun(2, 4);
+  queue.OnBegun(1, 4);
+  const auto confirmed = queue.TakeConfirmed(false);
+  ASSERT_EQ(confirmed.size(), 1U);
+  EXPECT_EQ(confirmed[0].written, 2U);
+  EXPECT_TRUE(confirmed[0].replaced);
+  ASSERT_EQ(confirmed[0].command.writes.size(), 1U);
+  EXPECT_EQ(confirmed[0].command.writes[0].point, 5U);
+}
+
+TEST(WriteQueue, OfAPointThatOneCommandWritesTwiceTheLastValueStands) {
+  WriteQueue queue;
+  WriteCommand command = To(1);
+  command.writes = {{4, Value(1.0)}, {5, Value(2.0)}, {4, Value(3.0)}};
+  queue.Confirm(std::move(command), kStart);
+  const auto confirmed = queue.TakeConfirmed(false);
+  ASSERT_EQ(confirmed[0].command.writes.size(), 2U);
+  EXPECT_EQ(confirmed[0].command.writes[0].point, 5U);
+  EXPECT_EQ(confirmed[0].command.writes[1].raw, Value(3.0));
+  EXPECT_EQ(confirmed[0].written, 3U);
+  EXPECT_FALSE(confirmed[0].replaced);
 }
 
 TEST(WriteQueue, ReadBacksWaitForTheirDevice) {
@@ -74,7 +103,7 @@ TEST(WriteQueue, WhatWaitsTooLongIsTakenOut) {
   WriteQueue queue;
   queue.Push(To(1, 2s));
   queue.Push(To(2, 1s));
-  queue.Confirm(To(3, 3s));
+  queue.Confirm(To(3, 3s), kStart);
   EXPECT_EQ(queue.Deadline(), kStart + 1s);
   WriteQueue::Expired expired = queue.TakeExpired(kStart + 1s);
   ASSERT_EQ(expired.unsent.size(), 1U);
@@ -90,7 +119,7 @@ TEST(WriteQueue, AClosedPortEndsEverything) {
   WriteQueue queue;
   queue.Push(To(1));
   queue.AddReadBack({1, 0});
-  queue.Confirm(To(2));
+  queue.Confirm(To(2), kStart);
   EXPECT_EQ(queue.TakeAll().size(), 1U);
   EXPECT_EQ(queue.TakeConfirmed(false).size(), 1U);
 }

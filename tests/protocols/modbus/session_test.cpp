@@ -229,7 +229,7 @@ TEST_F(ModbusSession, AWriteIsConfirmedAndReadBack) {
   line_->Write(0, 4, std::int64_t{77});
   line_->Write(0, 5, true);
   line_->RunFor(2s);
-  EXPECT_EQ(line_->outcomes, (std::vector{Outcome::ok, Outcome::ok}));
+  EXPECT_EQ(line_->ends, (std::vector{WriteEnd::ok, WriteEnd::ok}));
   EXPECT_EQ(ToDouble(line_->ValueOf(0, 4)), 77);
   EXPECT_EQ(ToDouble(line_->ValueOf(0, 5)), 1);
 }
@@ -244,10 +244,10 @@ TEST_F(ModbusSession, AFunctionMayTakeItsOwnTime) {
       line_->twin(0).manner.think = request[1] == kWriteRegister ? 3s : 5ms;
       return std::nullopt;
     };
-    line_->outcomes.clear();
+    line_->ends.clear();
     line_->Write(0, 4, std::int64_t{77});
     line_->RunFor(10s);
-    EXPECT_EQ(line_->outcomes, std::vector{given ? Outcome::ok : Outcome::no_reply});
+    EXPECT_EQ(line_->ends, std::vector{given ? WriteEnd::ok : WriteEnd::unknown});
     EXPECT_TRUE(Becomes(0, 2min));
     EXPECT_TRUE(AllGood(1));
   }
@@ -297,7 +297,7 @@ TEST_F(ModbusSession, AWriteIsNeverRepeated) {
   };
   line_->Write(0, 4, std::int64_t{77});
   line_->RunFor(10s);
-  EXPECT_EQ(line_->outcomes, std::vector{Outcome::no_reply});
+  EXPECT_EQ(line_->ends, std::vector{WriteEnd::unknown});
   EXPECT_EQ(Count(20, kWriteRegister), 1U);
 }
 

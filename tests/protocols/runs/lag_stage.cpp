@@ -141,8 +141,8 @@ bool LagStage::Write(std::uint32_t device) {
   command.device = device;
   command.writes.push_back({*point, value});
   command.deadline = NowOnStage() + 10s;
-  command.done = [this, device, point, value](Outcome outcome, const std::string&) {
-    if (outcome != Outcome::ok) return;
+  command.done = [this, device, point, value](const WriteResult& result) {
+    if (result.end != WriteEnd::ok) return;
     ++confirmed_;
     oracle_->Confirm(device, *point, ToDouble(value));
   };

@@ -7,6 +7,7 @@
 
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/in_use.h"
+#include "gateway/cli/client/points.h"
 #include "gateway/cli/client/release.h"
 #include "gateway/cli/client/status.h"
 #include "gateway/cli/client/trace.h"
@@ -53,6 +54,65 @@ TEST_F(ClientTest, StatusShowsTablesOrJson) {
   EXPECT_THAT(err_.str(), IsEmpty());
 }
 
+class PointsClient : public ClientTest {
+ protected:
+  PointsClient() {
+    config::Point& point = config_.lines[1].devices[0].points[0];
+    point.name = "setting";
+    point.type = config::Type::float32;
+    point.access = config::Access::read_write;
+    point.writing.allowed = true;
+    point.writing.max = 10;
+  }
+  int Write(const std::string& value, bool json = false) {
+    Clear();
+    return RunWrite({"io.ai-1.setting", value, false, json, path()}, out_, err_);
+  }
+};
+
+TEST_F(PointsClient, AWriteSaysWhatBecameOfIt) {
+  StartServer();
+  EXPECT_EQ(Write("7.5"), 0) << err_.str();
+  EXPECT_EQ(out_.str(), "io.ai-1.setting: 7.5 written, and read back\n");
+  lines_.result = {};
+  EXPECT_EQ(Write("7.5"), 0);
+  EXPECT_EQ(out_.str(), "io.ai-1.setting: 7.5 written, confirmed by the device; not read back\n");
+  lines_.result = {WriteEnd::unknown, "no reply"};
+  EXPECT_EQ(Write("7.5"), kNotDone);
+  EXPECT_THAT(out_.str(), IsEmpty());
+  EXPECT_EQ(err_.str(),
+            "io.ai-1.setting: sent, and nobody knows what became of it: no reply; read it before "
+            "you try again\n");
+  lines_.result = {WriteEnd::refused, "NACK 5"};
+  EXPECT_EQ(Write("7.5"), kNotDone);
+  EXPECT_EQ(err_.str(), "io.ai-1.setting: refused: NACK 5\n");
+  EXPECT_EQ(Write("7.5", true), kNotDone);
+  EXPECT_EQ(out_.str(), "{\"end\":\"refused\",\"reason\":\"NACK 5\",\"read_back\":false}\n");
+}
+
+TEST_F(PointsClient, WhatIsNotWrittenSaysWhy) {
+  StartServer();
+  EXPECT_EQ(Write("11"), kNotDone);
+  EXPECT_THAT(err_.str(), HasSubstr("not written: 'setting': 11 is above the most"));
+  EXPECT_EQ(Write("much"), 2);
+  EXPECT_THAT(err_.str(), HasSubstr("is no value of 'setting'"));
+  StopServer();
+  EXPECT_EQ(Write("1"), 4);
+}
+
+TEST_F(PointsClient, ReadPrintsATable) {
+  const Sample sample{0, 5.25, Quality::good};
+  store_.Update(2, {&sample, 1}, ReadClocks(), 10ms);
+  StartServer();
+  EXPECT_EQ(RunRead({"io.ai-1.setting", false, path()}, out_, err_), 0) << err_.str();
+  EXPECT_THAT(out_.str(), StartsWith("point    value  unit  quality  age\nsetting  5.25   A     "));
+  Clear();
+  lines_.result = {.reason = "the device is offline"};
+  EXPECT_EQ(RunRead({"io.ai-1.setting", false, path()}, out_, err_), kNotDone);
+  EXPECT_THAT(out_.str(), HasSubstr("5.25")) << "what is known";
+  EXPECT_THAT(err_.str(), HasSubstr("io.ai-1.setting: the device is offline"));
+}
+
 TEST_F(ClientTest, UnknownNamesAreWrongUsage) {
   StartServer();
   EXPECT_EQ(Status("bay-2"), 2);
@@ -83,7 +143,7 @@ TEST_F(ClientTest, TheOneGatewayInTheDefaultPlacesIsFound) {
   config::Config other = config_;
   other.socket = (directory_ / "baudgate" / "b.sock").string();
   {
-    ControlServer second(other, store_, lines_, {"1", kStarted}, io);
+    ControlServer second(other, store_, lines_, lines_, {"1", kStarted}, io);
     ASSERT_TRUE(second.Listen());
     const auto several = connect();
     ASSERT_FALSE(several);

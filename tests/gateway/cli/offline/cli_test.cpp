@@ -29,7 +29,7 @@ constexpr const char* kGood =
     "  port: /dev/l\n"
     "  protocol: fake\n"
     "  devices:\n"
-    "  - { name: d, address: 1, unit: 7, profile: relay, password: hunter }\n"
+    "  - { name: d, address: 1, unit: 7, profile: relay, password: hunter, write: allow }\n"
     "  - { name: e, address: 2, enabled: false, points: [{ name: p, read: A1, type: string(5) }] "
     "}\n";
 
@@ -134,6 +134,38 @@ TEST(Map, TableShowsBothNotationsAndTheCompanions) {
           "  setting   100      30101/40101  1     uint16         4,3      6,16      fast   20100  "
           "  40100\n"));
   EXPECT_THAT(ran.out, HasSubstr("device e on line bay: not on Modbus (no unit)"));
+}
+
+TEST(Check, SaysWhatMayBeWrittenAndWhatCouldBe) {
+  const std::string text =
+      "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [\n"
+      "{ name: d, address: 1, write: [a], points: [\n"
+      "{ name: a, read: A1, type: float32, unit: A, access: rw, min: 0.5, max: 40, step: 0.5,"
+      " select: true, allow_when: { point: l.e.p, is: 3 } },\n"
+      "{ name: b, read: A2, type: bool, access: rw }] },\n"
+      "{ name: e, address: 2, points: [{ name: p, read: A1, type: uint16 }] }] }\n";
+  EXPECT_THAT(
+      Check(text).out,
+      HasSubstr("  writes to d: a (0.5 to 40 A, steps of 0.5, selected first, when l.e.p is "
+                "3); b could be written: add 'write: allow', or a list of points, to the "
+                "device\n"));
+  const Json json = Json::parse(Check(text, true).out);
+  EXPECT_EQ(json["summary"]["lines"][0]["devices"][0]["writes"].dump(),
+            R"({"allowed":["a"],"off":["b"]})");
+}
+
+TEST(Map, ShowsSelectRegistersAndOnlyWritesThatAreAllowed) {
+  const std::string text =
+      "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, unit: "
+      "1, write: [a], points: [{ name: a, read: A1, type: bool, access: w, modbus: 7, select: true "
+      "}, { name: b, read: A2, type: int16, access: rw, modbus: 8 }] }] }\n";
+  const Json json = Json::parse(Map(text, MapFormat::json).out);
+  EXPECT_EQ(json["points"][0]["modbus"]["select"], 60007);
+  EXPECT_EQ(json["points"][0]["access"], "w");
+  EXPECT_EQ(json["points"][1]["modbus"]["write_fc"], "");
+  EXPECT_EQ(json["points"][1]["access"], "r");
+  EXPECT_FALSE(json["points"][1]["modbus"].contains("select"));
+  EXPECT_THAT(Map(text, MapFormat::table).out, HasSubstr("60007"));
 }
 
 TEST(Map, SixDigitNotationBeyondFive) {

@@ -237,7 +237,7 @@ TEST_F(DeskTest, AWriteThatIsConfirmedAtItsDeadlineIsAnsweredSo) {
   now_ = write.deadline;
   desks_[0]->Sweep(Clocks());
   EXPECT_THAT(Settle(), IsEmpty()) << "the line's own answer still has its chance";
-  write.done(Outcome::ok, "");
+  write.done({});
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 06 01 06 00 00 00 07"));
   Ask(1, "06 00 00 00 07");
   now_ = sink_.commands.at(1).deadline + RequestDesk::kGrace;
@@ -288,7 +288,7 @@ TEST_F(DeskTest, WhatIsGivenUpIsNotAnswered) {
   desks_[0]->GiveUp();
   EXPECT_THAT(drive_.forgotten(), ElementsAre(desks_[0]->id()));
   drive_.Wait(0).done(GoodReply("03 02 00 07"));
-  sink_.commands.at(0).done(Outcome::ok, "");
+  sink_.commands.at(0).done({});
   EXPECT_THAT(Settle(), IsEmpty());
   EXPECT_EQ(desks_[0]->outstanding(), 0U);
   desks_[0]->GiveUp();

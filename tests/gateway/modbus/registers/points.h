@@ -21,6 +21,7 @@ inline config::Point MakePoint(config::Type type, std::uint16_t address,
   point.type = type;
   point.modbus = address;
   point.access = access;
+  point.writing.allowed = access != config::Access::read;
   if (type == config::Type::boolean) point.table = config::Table::bits;
   return point;
 }

@@ -1,4 +1,4 @@
-// From write requests to points and raw values.
+// From write requests to points and values.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/registers/write_request.h"
 
@@ -33,49 +33,33 @@ class WriteRequestTest : public testing::Test {
     ModbusRequest request;
     EXPECT_EQ(ParseRequest(frame, request), kNoException);
     Writes converted = ConvertWrites(map.unit(1), config_.lines[0].devices[0], request);
-    writes_ = std::move(converted.writes);
+    parts_ = std::move(converted.parts);
     return converted.exception;
   }
 
   config::Config config_;
-  std::vector<PointWrite> writes_;
+  std::vector<WriteAsk::Part> parts_;
 };
-
-TEST_F(WriteRequestTest, WhatNoRawValueStandsForIsRefused) {
-  config_.lines[0].devices[0].points[0].scale = 1e-17;
-  EXPECT_EQ(Decode("06 00 00 7F FF"), kIllegalValue);
-  EXPECT_EQ(Decode("06 00 00 00 01"), kNoException);
-}
-
-TEST_F(WriteRequestTest, ScaleAndOffsetAreTakenOut) {
-  config_.lines[0].devices[0].points[0].scale = 0.1;
-  config_.lines[0].devices[0].points[0].offset = -5;
-  ASSERT_EQ(Decode("06 00 00 00 19"), kNoException);
-  EXPECT_EQ(writes_.at(0).raw, Value(std::int64_t{300}));
-}
 
 /// The first value is good, and is not written either.
 TEST_F(WriteRequestTest, OneBadValueRefusesAll) {
   EXPECT_EQ(Decode("10 00 00 00 03 06 00 07 00 00 7F C0"), kIllegalValue);
-  EXPECT_TRUE(writes_.empty());
-  config_.lines[0].devices[0].points[7].scale = 1e-30;
-  EXPECT_EQ(Decode("0F 00 01 00 09 02 04 01"), kIllegalValue);
-  EXPECT_TRUE(writes_.empty());
+  EXPECT_TRUE(parts_.empty());
 }
 
 TEST_F(WriteRequestTest, SingleRegister) {
   ASSERT_EQ(Decode("06 00 00 FF FE"), kNoException);
-  ASSERT_EQ(writes_.size(), 1U);
-  EXPECT_EQ(writes_[0].point, 0U);
-  EXPECT_EQ(writes_[0].raw, Value(std::int64_t{-2}));
+  ASSERT_EQ(parts_.size(), 1U);
+  EXPECT_EQ(parts_[0].point, 0U);
+  EXPECT_EQ(parts_[0].value, Value(std::int64_t{-2}));
 }
 
 TEST_F(WriteRequestTest, SeveralPointsInTheirOrderAndWordOrder) {
   ASSERT_EQ(Decode("10 00 00 00 05 0A 00 07 20 00 47 F1 4F 4B 00 00"), kNoException);
-  ASSERT_EQ(writes_.size(), 3U);
-  EXPECT_EQ(writes_[0].raw, Value(std::int64_t{7}));
-  EXPECT_EQ(writes_[1].raw, Value(123456.0));
-  EXPECT_EQ(writes_[2].raw, Value(std::string("OK")));
+  ASSERT_EQ(parts_.size(), 3U);
+  EXPECT_EQ(parts_[0].value, Value(std::int64_t{7}));
+  EXPECT_EQ(parts_[1].value, Value(123456.0));
+  EXPECT_EQ(parts_[2].value, Value(std::string("OK")));
 }
 
 TEST_F(WriteRequestTest, HalfAValueReadOnlyAndUnmapped) {
@@ -93,15 +77,50 @@ TEST_F(WriteRequestTest, AFloatThatIsNoNumberIsRefused) {
 
 TEST_F(WriteRequestTest, Coils) {
   ASSERT_EQ(Decode("05 00 02 FF 00"), kNoException);
-  EXPECT_EQ(writes_[0].point, 6U);
-  EXPECT_EQ(writes_[0].raw, Value(true));
+  EXPECT_EQ(parts_[0].point, 6U);
+  EXPECT_EQ(parts_[0].value, Value(true));
   ASSERT_EQ(Decode("05 00 02 00 00"), kNoException);
-  EXPECT_EQ(writes_[0].raw, Value(false));
+  EXPECT_EQ(parts_[0].value, Value(false));
   ASSERT_EQ(Decode("0F 00 01 00 09 02 04 01"), kNoException);
-  ASSERT_EQ(writes_.size(), 9U);
-  EXPECT_EQ(writes_[0].raw, Value(false));
-  EXPECT_EQ(writes_[2].raw, Value(std::int64_t{1})) << "a number in the bit table";
-  EXPECT_EQ(writes_[8].raw, Value(true));
+  ASSERT_EQ(parts_.size(), 9U);
+  EXPECT_EQ(parts_[0].value, Value(false));
+  EXPECT_EQ(parts_[2].value, Value(std::int64_t{1})) << "a number in the bit table";
+  EXPECT_EQ(parts_[8].value, Value(true));
+}
+
+class SelectRequestTest : public WriteRequestTest {
+ protected:
+  SelectRequestTest() {
+    for (const std::size_t point : {std::size_t{0}, std::size_t{5}}) {
+      config_.lines[0].devices[0].points[point].writing.select = true;
+    }
+  }
+  std::optional<std::uint32_t> Selected(const std::string& pdu) {
+    const RegisterMap map(config_);
+    frame_ = Frame(1, pdu);
+    EXPECT_EQ(ParseRequest(frame_, request_), kNoException);
+    return SelectedPoint(map.unit(1), request_);
+  }
+  Bytes frame_;
+  ModbusRequest request_;
+};
+
+TEST_F(SelectRequestTest, TheRegisterOfAPointIs60000Beyond) {
+  EXPECT_EQ(Selected("06 EA 60 C0 DE"), 0U);
+  EXPECT_TRUE(IsSelectKey(request_));
+  EXPECT_EQ(Selected("10 EA 61 00 01 02 C0 DE"), 5U) << "a coil at 1";
+  EXPECT_TRUE(IsSelectKey(request_));
+  EXPECT_EQ(Selected("06 EA 60 C0 DF"), 0U);
+  EXPECT_FALSE(IsSelectKey(request_));
+}
+
+TEST_F(SelectRequestTest, NothingElseSelects) {
+  EXPECT_EQ(Selected("06 EA 62 C0 DE"), std::nullopt) << "its point needs no selection";
+  EXPECT_EQ(Selected("06 00 00 C0 DE"), std::nullopt);
+  EXPECT_EQ(Selected("05 EA 60 FF 00"), std::nullopt);
+  EXPECT_EQ(Selected("10 EA 60 00 02 04 C0 DE C0 DE"), std::nullopt);
+  config_.lines[0].devices[0].points[0].writing.allowed = false;
+  EXPECT_EQ(Selected("06 EA 60 C0 DE"), std::nullopt);
 }
 
 }  // namespace

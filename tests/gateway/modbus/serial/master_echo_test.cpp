@@ -18,7 +18,7 @@ class MasterEchoTest : public MasterSessionTest {
     const std::size_t number = commands();
     Say(1, kWrite);
     ASSERT_EQ(commands(), number + 1) << "it is carried out";
-    sink_.commands[number].done(Outcome::ok, "");
+    sink_.commands[number].done({});
     Poll();
     Pass(session_->Deadline().value() - now_.instant);
     EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Rtu(1, kWrite))));

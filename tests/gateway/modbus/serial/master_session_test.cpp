@@ -19,7 +19,7 @@ TEST_F(MasterSessionTest, AWriteIsAnsweredWhenTheDeviceHasConfirmedIt) {
   Say(1, "06 00 00 00 07");
   ASSERT_EQ(commands(), 1U);
   ExpectSilence();
-  sink_.commands[0].done(Outcome::ok, "");
+  sink_.commands[0].done({});
   Expect(1, "06 00 00 00 07");
 }
 
@@ -29,7 +29,7 @@ TEST_F(MasterSessionTest, ExceptionsOfTheUnitAreAnswered) {
   Expect(1, "83 02");
   Say(1, "06 00 00 00 07");
   ASSERT_EQ(commands(), 1U);
-  sink_.commands[0].done(Outcome::refused, "no");
+  sink_.commands[0].done({WriteEnd::refused, "no"});
   Expect(1, "86 04");
 }
 

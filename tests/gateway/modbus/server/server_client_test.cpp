@@ -86,7 +86,7 @@ TEST_F(LibmodbusTest, SeesExceptions) {
 }
 
 TEST_F(LibmodbusTest, Writes) {
-  sink_.answer = Outcome::ok;
+  sink_.answer = WriteEnd::ok;
   StartServer();
   ConnectLibmodbus();
   EXPECT_EQ(modbus_write_register(context_.get(), 0, 0xFFFD), 1);

@@ -27,9 +27,9 @@ class ScriptedSink : public CommandSink {
     std::unique_lock lock(mutex_);
     if (full) return false;
     if (answer) {
-      const Outcome outcome = *answer;
+      const WriteEnd end = *answer;
       lock.unlock();
-      command.done(outcome, outcome == Outcome::ok ? "" : "because");
+      command.done({end, end == WriteEnd::ok ? "" : "because"});
       lock.lock();
     }
     commands_.push_back(std::move(command));
@@ -51,7 +51,7 @@ class ScriptedSink : public CommandSink {
 
   // Set before the clients start.
   bool full = false;
-  std::optional<Outcome> answer;
+  std::optional<WriteEnd> answer;
 
  private:
   std::mutex mutex_;

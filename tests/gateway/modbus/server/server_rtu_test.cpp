@@ -27,7 +27,7 @@ constexpr const char* kRead = "03 01 F4 00 01";
 TEST_F(RtuOverTcpTest, CachedUnitsRoutesAndExceptions) {
   Add(1, 20, 20);
   drive_.answer = Count;
-  sink_.answer = Outcome::ok;
+  sink_.answer = WriteEnd::ok;
   StartServer();
   const RawClient client = Connect();
   client.Send(Rtu(1, "03 00 00 00 03"));
@@ -79,7 +79,7 @@ TEST_F(RtuOverTcpTest, AWriteThatWasGivenUpIsNeverAnswered) {
   const WriteCommand write = sink_.Wait(0);
   client.Send(Rtu(1, "03 00 00 00 01"));
   ExpectReply(client, 1, "03 02 FF FE");
-  write.done(Outcome::ok, "");
+  write.done({});
   client.Send(Rtu(1, "03 00 00 00 03"));
   ExpectReply(client, 1, "03 06 FF FE 47 F1 20 00");
 }

@@ -42,7 +42,7 @@ TEST_F(ServerTest, EveryException) {
 TEST_F(ServerTest, WritingCanBeDeniedPerListener) {
   config_.modbus.listen.push_back(listener());
   listener().permit = config::Permit::read;
-  sink_.answer = Outcome::ok;
+  sink_.answer = WriteEnd::ok;
   StartServer();
   const RawClient reader(server_->port(0));
   EXPECT_EQ(Ask(reader, 1, "06 00 00 00 01"), "86 01");

@@ -8,7 +8,7 @@ namespace baudgate::modbus {
 namespace {
 
 TEST_F(ServerTest, ConfirmedWritesAreEchoed) {
-  sink_.answer = Outcome::ok;
+  sink_.answer = WriteEnd::ok;
   StartServer();
   const RawClient client = Connect();
   EXPECT_EQ(Ask(client, 1, "06 00 00 00 2A"), "06 00 00 00 2A");
@@ -25,25 +25,24 @@ TEST_F(ServerTest, ConfirmedWritesAreEchoed) {
 }
 
 struct Ending {
-  Outcome outcome;
+  WriteEnd end;
   const char* answer;
 };
 
 class WriteEndings : public ServerTest, public testing::WithParamInterface<Ending> {};
 
 TEST_P(WriteEndings, AreAnsweredAsTheContractSays) {
-  sink_.answer = GetParam().outcome;
+  sink_.answer = GetParam().end;
   StartServer();
   EXPECT_EQ(Ask(Connect(), 1, "06 00 00 00 01"), GetParam().answer);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     All, WriteEndings,
-    testing::Values(Ending{Outcome::refused, "86 04"}, Ending{Outcome::unsupported, "86 04"},
-                    Ending{Outcome::no_reply, "86 0B"}, Ending{Outcome::partial, "86 0B"},
-                    Ending{Outcome::corrupt, "86 0B"}, Ending{Outcome::unexpected, "86 0B"},
-                    Ending{Outcome::busy, "86 0B"}, Ending{Outcome::line_down, "86 0B"}),
-    [](const auto& info) { return std::string(Name(info.param.outcome)); });
+    testing::Values(Ending{WriteEnd::refused, "86 04"}, Ending{WriteEnd::differs, "86 04"},
+                    Ending{WriteEnd::denied, "86 04"}, Ending{WriteEnd::busy, "86 06"},
+                    Ending{WriteEnd::unknown, "86 0B"}, Ending{WriteEnd::not_sent, "86 0B"}),
+    [](const auto& info) { return std::string(Name(info.param.end)); });
 
 TEST_F(ServerTest, AFullQueueIsBusy) {
   sink_.full = true;
@@ -52,7 +51,7 @@ TEST_F(ServerTest, AFullQueueIsBusy) {
 }
 
 TEST_F(ServerTest, RefusedWritesNeverReachTheSink) {
-  sink_.answer = Outcome::ok;
+  sink_.answer = WriteEnd::ok;
   StartServer();
   const RawClient client = Connect();
   EXPECT_EQ(Ask(client, 1, "06 00 03 00 01"), "86 02");
@@ -69,7 +68,7 @@ TEST_F(ServerTest, LaterRequestsDoNotWaitForAWrite) {
   client.Send(Frame(1, "06 00 00 00 01", 1));
   client.Send(Frame(1, "03 00 00 00 01", 2));
   EXPECT_EQ(ToHex(client.ReceiveFrame()), "00 02 00 00 00 05 01 03 02 FF FE");
-  sink_.Wait(0).done(Outcome::ok, "");
+  sink_.Wait(0).done({});
   EXPECT_EQ(ToHex(client.ReceiveFrame()), "00 01 00 00 00 06 01 06 00 00 00 01");
 }
 
@@ -81,7 +80,7 @@ TEST_F(ServerTest, AWriteIsAnsweredAtItsDeadlineAndOnlyOnce) {
   EXPECT_GE(ReadClocks().instant, before + 20ms);
   const WriteCommand command = sink_.Wait(0);
   EXPECT_GE(command.deadline, before + 20ms);
-  command.done(Outcome::ok, "");
+  command.done({});
   EXPECT_EQ(Ask(client, 1, "03 00 00 00 01"), "03 02 FF FE") << "no late answer in between";
 }
 
@@ -100,7 +99,7 @@ TEST_F(ServerTest, TheClientMayBeGoneWhenTheDeviceConfirms) {
   const WriteCommand command = sink_.Wait(0);
   client.Send(ParseHex("00 01 12 34").value());
   ASSERT_TRUE(client.IsClosed());
-  command.done(Outcome::ok, "");
+  command.done({});
   EXPECT_EQ(Ask(Connect(), 1, "03 00 00 00 01"), "03 02 FF FE");
 }
 
@@ -110,7 +109,7 @@ TEST_F(ServerTest, TheServerMayBeGoneWhenTheDeviceConfirms) {
   client.Send(Frame(1, "06 00 00 00 01"));
   const WriteCommand command = sink_.Wait(0);
   StopServer();
-  command.done(Outcome::ok, "");
+  command.done({});
   EXPECT_TRUE(client.IsClosed());
 }
 

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/offline/check_writes.h"
+
+#include <string>
+#include <vector>
+
+#include "gateway/base/text.h"
+
+namespace baudgate {
+namespace {
+
+constexpr std::size_t kMostNamed = 8;
+
+/// "a, b, c and 4 more".
+std::string Listed(const std::vector<std::string>& all) {
+  std::string text;
+  for (std::size_t i = 0; i < all.size() && i < kMostNamed; ++i) {
+    text += (i == 0 ? "" : ", ") + all[i];
+  }
+  if (all.size() > kMostNamed) text += " and " + std::to_string(all.size() - kMostNamed) + " more";
+  return text;
+}
+
+/// " (0.5 to 40 xIn, selected first)", or nothing.
+std::string Rules(const config::Point& point) {
+  const config::Writing& writing = point.writing;
+  std::vector<std::string> rules;
+  const std::string unit = point.unit.empty() ? "" : " " + point.unit;
+  if (writing.min && writing.max) {
+    rules.push_back(FormatNumber(*writing.min) + " to " + FormatNumber(*writing.max) + unit);
+  } else if (writing.min) {
+    rules.push_back("from " + FormatNumber(*writing.min) + unit);
+  } else if (writing.max) {
+    rules.push_back("to " + FormatNumber(*writing.max) + unit);
+  }
+  if (writing.step) rules.push_back("steps of " + FormatNumber(*writing.step));
+  if (writing.select) rules.emplace_back("selected first");
+  for (const config::AllowWhen& interlock : writing.allow_when) {
+    rules.push_back("when " + interlock.point + " is " + ToText(interlock.is));
+  }
+  return rules.empty() ? "" : " (" + Listed(rules) + ")";
+}
+
+struct Writes {
+  std::vector<std::string> allowed;  ///< with their rules
+  std::vector<std::string> off;
+};
+
+Writes WritesOf(const config::Device& device, bool with_rules) {
+  Writes writes;
+  for (const config::Point& point : device.points) {
+    if (point.writing.allowed) {
+      writes.allowed.push_back(point.name + (with_rules ? Rules(point) : ""));
+    } else if (point.access != config::Access::read) {
+      writes.off.push_back(point.name);
+    }
+  }
+  return writes;
+}
+
+}  // namespace
+
+void PrintWrites(const config::Line& line, std::ostream& out) {
+  for (const config::Device& device : line.devices) {
+    const Writes writes = WritesOf(device, true);
+    if (writes.allowed.empty() && writes.off.empty()) continue;
+    out << "  writes to " << device.name << ": "
+        << (writes.allowed.empty() ? "none" : Listed(writes.allowed));
+    if (!writes.off.empty()) {
+      out << "; " << Listed(writes.off) << " could be written: add 'write: allow', or a list of "
+          << "points, to the device";
+    }
+    out << '\n';
+  }
+}
+
+nlohmann::ordered_json WritesJson(const config::Device& device) {
+  const Writes writes = WritesOf(device, false);
+  return {{"allowed", writes.allowed}, {"off", writes.off}};
+}
+
+}  // namespace baudgate

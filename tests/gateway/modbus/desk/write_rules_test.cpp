@@ -1,0 +1,84 @@
+// What the gate refuses, as Modbus says it: exceptions, and the select register.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include "tests/gateway/modbus/desk/desk_fixture.h"
+
+namespace baudgate::modbus {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+class WriteRules : public DeskTest {
+ protected:
+  config::Writing& writing() { return config_.lines[0].devices[0].points[0].writing; }
+  /// 60000.
+  static constexpr const char* kSelect = "06 EA 60 C0 DE";
+  static constexpr const char* kWrite = "06 00 00 00 07";
+  static constexpr const char* kSelected = "12 34 00 00 00 06 01 06 EA 60 C0 DE";
+};
+
+TEST_F(WriteRules, ADeviceThatDoesNotAllowItIsReadOnly) {
+  writing().allowed = false;
+  EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 02"));
+  EXPECT_THAT(sink_.commands, IsEmpty());
+}
+
+TEST_F(WriteRules, BeyondItsLimitsIsAnIllegalValue) {
+  writing().max = 6;
+  EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 03"));
+  EXPECT_THAT(sink_.commands, IsEmpty());
+}
+
+TEST_F(WriteRules, WhatIsLockedIsADeviceFailure) {
+  writing().allow_when = {{"line.unit-1.p0", Value(std::int64_t{5}), 0, 0}};
+  EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 04")) << "it is -2";
+  EXPECT_THAT(sink_.commands, IsEmpty());
+}
+
+TEST_F(WriteRules, SelectedThenWritten) {
+  writing().select = true;
+  EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 04"));
+  EXPECT_THAT(Ask(1, kSelect), ElementsAre(kSelected));
+  EXPECT_THAT(sink_.commands, IsEmpty()) << "a selection moves nothing";
+  now_ += 9s;
+  EXPECT_THAT(Ask(1, kWrite), IsEmpty()) << "waits for the device";
+  EXPECT_THAT(sink_.commands, SizeIs(1));
+  EXPECT_EQ(sink_.commands.at(0).client, "10.0.0.7:40112");
+  EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 04")) << "once";
+}
+
+TEST_F(WriteRules, ASelectionBelongsToItsConnection) {
+  writing().select = true;
+  KeptWire other_wire;
+  Ask(1, kSelect);
+  const auto other = Enter(other_wire);
+  other->Handle(Frame(1, kWrite), Clocks());
+  EXPECT_THAT(other_wire.Take(), ElementsAre("12 34 00 00 00 03 01 86 04"));
+  EXPECT_THAT(sink_.commands, IsEmpty());
+}
+
+TEST_F(WriteRules, ASelectionEnds) {
+  writing().select = true;
+  writing().select_time = 2s;
+  Ask(1, kSelect);
+  now_ += 2s;
+  EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 04"));
+}
+
+TEST_F(WriteRules, TheSelectRegisterTakesTheKeyAloneAndIsNotRead) {
+  writing().select = true;
+  EXPECT_THAT(Ask(1, "06 EA 60 00 01"), ElementsAre("12 34 00 00 00 03 01 86 03"));
+  EXPECT_THAT(Ask(1, "03 EA 60 00 01"), ElementsAre("12 34 00 00 00 03 01 83 02"));
+  EXPECT_THAT(Ask(1, "06 EA 61 C0 DE"), ElementsAre("12 34 00 00 00 03 01 86 02"));
+  EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 04")) << "still not selected";
+}
+
+TEST_F(WriteRules, WithoutSelectThereIsNoRegister) {
+  EXPECT_THAT(Ask(1, kSelect), ElementsAre("12 34 00 00 00 03 01 86 02"));
+}
+
+}  // namespace
+}  // namespace baudgate::modbus
