@@ -38,7 +38,6 @@ struct Dds {
   std::string profiles;                     ///< absolute path of XML QoS profiles; empty: none
   Process process = Process::own;
   Duration heartbeat = std::chrono::seconds(10);  ///< every point is published at least so often
-  bool write = false;                             ///< points may be written by topic baudgate/write
   DdsSecurity security;
 };
 

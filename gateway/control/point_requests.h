@@ -13,11 +13,9 @@
 #include <functional>
 #include <string>
 
-#include "config/model/config.h"
 #include "gateway/requests/commands.h"
 #include "gateway/status/status_json.h"
 #include "gateway/status/target.h"
-#include "gateway/store/point_store.h"
 #include "gateway/writes/write_gate.h"
 
 namespace baudgate::control {

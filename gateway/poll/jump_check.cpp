@@ -11,9 +11,11 @@ bool JumpCheck::Agree(const config::Point& point, const History& history, const 
                       const Value& b) {
   if (!HasValue(a)) return false;
   if (point.type == config::Type::boolean || point.type == config::Type::string) return a == b;
-  const double jump =
-      point.jump.value_or(std::max(std::abs(ToDouble(a)) / 10, history.largest / 100));
-  return std::abs(ToDouble(a) - ToDouble(b)) <= jump;
+  double jump = std::max(std::abs(ToDouble(a)) / 10, history.largest / 100);
+  if (const config::Writing& range = point.writing; range.min && range.max) {
+    jump = (*range.max - *range.min) / 10;
+  }
+  return std::abs(ToDouble(a) - ToDouble(b)) <= point.jump.value_or(jump);
 }
 
 JumpCheck::Finding JumpCheck::Judge(const config::Point& point, History& history,

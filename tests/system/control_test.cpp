@@ -68,6 +68,35 @@ class Control : public ThreeDevices {
   }
 };
 
+TEST_F(Control, PointsAreReadAndWrittenFromTheCommandLine) {
+  const auto module = StartTwin("io", "icpdas-i-7024", "1");
+  std::string yaml = Head() + Line("io", "dcon",
+                                   "address: 1, profile: icpdas-i-7024, unit: 11, poll: 10min, "
+                                   "write: [output_0]");
+  const std::string name = "{ name: " + gateway() + " }";
+  yaml.replace(yaml.find(name), name.size(),
+               "{ name: " + gateway() + ", socket: " + socket() + " }");
+  daemon = StartDaemon(yaml);
+  ASSERT_TRUE(EventuallyQuality(client, 11, 0, kGood));
+  const Finished done = Ask({"write", "io.io-1.output_0", "7.125"});
+  EXPECT_EQ(done.code, 0) << done.errors;
+  EXPECT_EQ(done.output, "io.io-1.output_0: 7.125 written, and read back\n");
+  const Finished one = Ask({"read", "io.io-1.output_0", "--json"});
+  EXPECT_EQ(one.code, 0) << one.errors;
+  const Json read = Json::parse(one.output, nullptr, false);
+  EXPECT_EQ(read["points"][0]["value"], 7.125);
+  EXPECT_LT(read["points"][0]["age_ms"], 60'000) << "asked now, although its poll is 10 minutes";
+  const Finished denied = Ask({"write", "io.io-1.output_1", "-1"});
+  EXPECT_EQ(denied.code, 1);
+  EXPECT_THAT(denied.errors, HasSubstr("'write: allow', or a list of points"));
+  module->Signal(SIGKILL);
+  const Finished lost = Ask({"write", "io.io-1.output_0", "1"});
+  EXPECT_EQ(lost.code, 1);
+  EXPECT_EQ(lost.output, "");
+  EXPECT_EQ(Ask({"write", "io.io-1.output_9", "1"}).code, 2);
+  EXPECT_EQ(Ask({"read", "io"}).code, 2);
+}
+
 TEST_F(Control, StatusTellsWhoIsWellAndWhoIsNot) {
   StartRelay();
   ASSERT_TRUE(Eventually([&] { return Status("relay")["lines"][0]["notice_bound_ms"] > 0; }))

@@ -41,7 +41,7 @@ TEST_F(Routes, AreNotNeededForAModbusTcpServerAsADevice) {
   const auto device = [](const std::string& name, const std::string& address, int unit) {
     return "      - name: " + name + "\n        address: " + address +
            "\n        unit: " + std::to_string(unit) +
-           "\n        poll: 100ms\n        points:\n"
+           "\n        poll: 100ms\n        write: [level]\n        points:\n"
            "          - { name: level, read: holding 3, type: uint16, modbus: 10, access: rw }\n"
            "          - { name: pump, read: coil 3, type: bool, modbus: 0 }\n"
            "          - { name: total, read: input 7 uint32, type: uint32, modbus: 20 }\n"

@@ -150,7 +150,8 @@ TEST_P(PymodbusSlave, IsServedFromTheStoreBesideARoutedOne) {
       Yaml({"{ units: 20, line: meters }"},
            "  - name: meters\n    port: " + LinkOf("meters") + "\n    protocol: " + protocol() +
                "\n    devices:\n"
-               "      - name: cached\n        address: 21\n        unit: 30\n        poll: 50ms\n"
+               "      - name: cached\n        address: 21\n        unit: 30\n        poll: 50ms\n  "
+               "      write: allow\n"
                "        points:\n"
                "          - { name: a, read: \"holding 4\", type: uint16, access: rw, modbus: 0 }\n"
                "          - { name: b, read: \"input 300\", type: uint16, modbus: 1 }\n"

@@ -27,7 +27,8 @@ TEST_F(Writes, SettingGroupOfARelay) {
   const auto twin = StartTwin("relay", "spaj140c", "2");
   const auto daemon =
       StartDaemon(Head() + Line("relay", "spabus",
-                                "address: 2, profile: spaj140c, unit: 1, poll: 200ms, slow: 1h"));
+                                "address: 2, profile: spaj140c, unit: 1, poll: 200ms, slow: 1h, "
+                                "write: allow"));
   const auto group = [&] { return client.Register(kUnit, 100); };
   ASSERT_TRUE(Eventually([&] { return group() == 0; }));
 
@@ -42,8 +43,10 @@ TEST_F(Writes, SettingGroupOfARelay) {
 
 TEST_F(Writes, OutputsOfAnAnalogModule) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "0x1F");
-  const auto daemon = StartDaemon(
-      Head() + Line("io", "dcon", "address: 0x1F, profile: icpdas-i-7024, unit: 1, poll: 100ms"));
+  const auto daemon =
+      StartDaemon(Head() + Line("io", "dcon",
+                                "address: 0x1F, profile: icpdas-i-7024, unit: 1, poll: 100ms, "
+                                "write: allow"));
   ASSERT_TRUE(EventuallyFloat(client, kUnit, 2, 2.5F));
   EXPECT_EQ(client.WriteRegisters(kUnit, 2, AsRegisters(7.125F)), kNoException);
   EXPECT_TRUE(EventuallyFloat(client, kUnit, 2, 7.125F));
@@ -63,8 +66,10 @@ TEST_F(Writes, OutputsOfAnAnalogModule) {
 
 TEST_F(Writes, RelaysOfADigitalModule) {
   const auto twin = StartTwin("io", "icpdas-i-7060", "1");
-  const auto daemon = StartDaemon(
-      Head() + Line("io", "dcon", "address: 1, profile: icpdas-i-7060, unit: 1, poll: 100ms"));
+  const auto daemon =
+      StartDaemon(Head() + Line("io", "dcon",
+                                "address: 1, profile: icpdas-i-7060, unit: 1, poll: 100ms, "
+                                "write: allow"));
   const auto relays = [&] { return client.Coils(kUnit, 0, 4).values; };
   ASSERT_TRUE(Eventually([&] { return relays() == std::vector<std::uint8_t>{0, 1, 0, 1}; }));
   EXPECT_EQ(client.WriteCoil(kUnit, 2, true), kNoException);
@@ -72,10 +77,42 @@ TEST_F(Writes, RelaysOfADigitalModule) {
   EXPECT_TRUE(Eventually([&] { return relays() == std::vector<std::uint8_t>{0, 1, 1, 0}; }));
 }
 
+TEST_F(Writes, AreOffUntilTheDeviceAllowsThem) {
+  const auto twin = StartTwin("io", "icpdas-i-7060", "1");
+  const auto daemon = StartDaemon(
+      Head() + Line("io", "dcon",
+                    "address: 1, profile: icpdas-i-7060, unit: 1, poll: 100ms, write: [relay_2]"));
+  ASSERT_TRUE(Eventually([&] { return client.Coils(kUnit, 0, 4).ok(); }));
+  EXPECT_EQ(client.WriteCoil(kUnit, 0, true), kIllegalAddress);
+  EXPECT_EQ(client.WriteCoil(kUnit, 2, true), kNoException);
+  EXPECT_EQ(client.Coils(kUnit, 0, 4).values, (std::vector<std::uint8_t>{0, 1, 1, 1}));
+}
+
+TEST_F(Writes, OfWhatHasToBeSelectedTakeTwoSteps) {
+  constexpr int kSelect = 60000 + 100;
+  const auto twin = StartTwin("relay", "spaj140c", "2");
+  const auto daemon = StartDaemon(
+      Head() + Line("relay", "spabus",
+                    "address: 2, profile: spaj140c, unit: 1, poll: 200ms, slow: 1h, write: allow, "
+                    "points: [{ name: setting_group, select: true, max: 1 }]"));
+  ASSERT_TRUE(Eventually([&] { return client.Register(kUnit, 100) == 0; }));
+  EXPECT_EQ(client.WriteRegister(kUnit, 100, 1), kDeviceFailure);
+  EXPECT_EQ(client.WriteRegister(kUnit, kSelect, 0xC0DE), kNoException);
+  EXPECT_EQ(client.WriteRegister(kUnit, 100, 2), kIllegalValue) << "beyond its limit";
+  EXPECT_EQ(client.WriteRegister(kUnit, 100, 1), kDeviceFailure) << "the selection was used up";
+  EXPECT_EQ(client.WriteRegister(kUnit, kSelect, 0xC0DE), kNoException);
+  ModbusClient other(port());
+  EXPECT_EQ(other.WriteRegister(kUnit, 100, 1), kDeviceFailure) << "it is this client's";
+  EXPECT_EQ(client.WriteRegister(kUnit, 100, 1), kNoException);
+  EXPECT_EQ(client.Register(kUnit, 100), 1);
+}
+
 TEST_F(Writes, ToADeviceThatIsSilentAreNotConfirmed) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "1");
-  const auto daemon = StartDaemon(
-      Head() + Line("io", "dcon", "address: 1, profile: icpdas-i-7024, unit: 1, poll: 100ms"));
+  const auto daemon =
+      StartDaemon(Head() + Line("io", "dcon",
+                                "address: 1, profile: icpdas-i-7024, unit: 1, poll: 100ms, "
+                                "write: allow"));
   ASSERT_TRUE(EventuallyFloat(client, kUnit, 2, 2.5F));
   twin->Signal(SIGSTOP);
   EXPECT_EQ(client.WriteRegisters(kUnit, 2, AsRegisters(3)), kNotAnswering);

@@ -54,6 +54,16 @@ TEST_F(JumpCheckTest, TheFirstReadingWaitsForASecondOne) {
   EXPECT_EQ(Read(21.9), "counts") << "within a tenth";
 }
 
+TEST_F(JumpCheckTest, ATenthOfTheRangeWhereThatIsGiven) {
+  config::Point point = PointOf(Recheck::jump);
+  point.writing.min = -100;
+  point.writing.max = 100;
+  Use(point);
+  Read(0.0), Read(0.0);
+  EXPECT_EQ(Read(19.0), "counts");
+  EXPECT_EQ(Read(40.0), "- again doubt");
+}
+
 TEST_F(JumpCheckTest, DamageIsNeverSeen) {
   Use(PointOf(Recheck::jump));
   Read(20.0), Read(20.0);
