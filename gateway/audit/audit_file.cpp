@@ -16,7 +16,8 @@ AuditFile::AuditFile(std::filesystem::path path, std::string vfs,
     : path_(std::move(path)), vfs_(std::move(vfs)), rooms_(rooms) {}
 
 /// A connection is kept over errors of the disk: what a failed commit has left in the log is
-/// written over by the next one. Another connection might take it for done, and it would be doubled.
+/// written over by the next one. Another connection might take it for done, and it would be
+/// doubled.
 std::optional<AuditFile::Opened> AuditFile::Open() {
   if (table_) return std::nullopt;
   const bool again = std::exchange(damaged_, false);

@@ -97,6 +97,10 @@ AuditState AuditLog::state() const {
 
 Result<Page> AuditLog::Read(const PageQuery& query) const {
   if (options_.file.empty()) return Error{options_.why_no_file};
+  {
+    const MutexLock lock(mutex_);
+    if (state_.disk == Disk::stalled) return Error{state_.trouble};
+  }
   return ReadPage(options_.file, query);
 }
 

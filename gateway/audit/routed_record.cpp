@@ -58,7 +58,8 @@ void FillReadWrite(View pdu, WriteRecord& record) {
   const unsigned start = WordAt(pdu, 5);
   const unsigned count = WordAt(pdu, 7);
   const View data = pdu.subspan(kReadWriteHeader);
-  if (count == 0 || count > modbus::kMostWrittenRegisters || data.size() != std::size_t{2} * count) {
+  if (count == 0 || count > modbus::kMostWrittenRegisters ||
+      data.size() != std::size_t{2} * count) {
     return;
   }
   record.point = "23 " + Range("holding", start, count);

@@ -29,19 +29,19 @@ std::string_view Name(Kind kind);  ///< "point"
 struct WriteRecord {
   std::int64_t seq = 0;  ///< from 1 on without a gap, over restarts; 0: it is not in the file yet
   Kind kind = Kind::point;
-  WallTime time{};     ///< when it was asked for; of repeats the first
-  WallTime last{};     ///< of repeats the last; else as `time`
-  std::string client;  ///< "192.0.2.5:40312", "user:root", "dds:GUID"
-  std::string line;    ///< or the server elsewhere: "10.0.0.9:502"
-  std::string device;  ///< its bare name; of a route "unit 20"
-  std::string point;   ///< of a route its function and address: "06 holding 100"
-  Value before;        ///< what the point showed before; nothing: not known
-  Value first;         ///< of repeats what was written first; else nothing
-  Value value;         ///< what was to be written; of repeats the last
-  std::optional<WriteEnd> end;  ///< nothing: it is under way
-  std::string reason;           ///< one sentence; empty when ok
-  Duration took{};              ///< from when it was asked for to its end
-  std::uint64_t count = 1;      ///< of repeats, this one included
+  WallTime time{};                      ///< when it was asked for; of repeats the first
+  WallTime last{};                      ///< of repeats the last; else as `time`
+  std::string client;                   ///< "192.0.2.5:40312", "user:root", "dds:GUID"
+  std::string line;                     ///< or the server elsewhere: "10.0.0.9:502"
+  std::string device;                   ///< its bare name; of a route "unit 20"
+  std::string point;                    ///< of a route its function and address: "06 holding 100"
+  Value before;                         ///< what the point showed before; nothing: not known
+  Value first;                          ///< of repeats what was written first; else nothing
+  Value value;                          ///< what was to be written; of repeats the last
+  std::optional<WriteEnd> end;          ///< nothing: it is under way
+  std::string reason;                   ///< one sentence; empty when ok
+  Duration took{};                      ///< from when it was asked for to its end
+  std::uint64_t count = 1;              ///< of repeats, this one included
   std::optional<std::int64_t> settled;  ///< its place among those that have ended; nothing: not yet
 };
 

@@ -35,10 +35,7 @@ std::int64_t Microseconds(WallTime time) { return time.time_since_epoch() / 1us;
 }  // namespace
 
 WriteTable::WriteTable(Database& database, const std::array<Room, kKinds>& rooms)
-    : database_(database),
-      rooms_(rooms),
-      insert_(database, kInsert),
-      update_(database, kUpdate) {}
+    : database_(database), rooms_(rooms), insert_(database, kInsert), update_(database, kUpdate) {}
 
 bool WriteTable::Transaction(bool done) {
   const bool ok = done && database_.Execute("COMMIT");

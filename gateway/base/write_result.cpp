@@ -24,7 +24,8 @@ std::string_view Name(WriteEnd end) {
 }
 
 WriteResult ResultOf(const WriteResult& whole, std::size_t place) {
-  if (place < whole.written && whole.end != WriteEnd::differs) return {.read_back = whole.read_back};
+  if (place < whole.written && whole.end != WriteEnd::differs)
+    return {.read_back = whole.read_back};
   if (whole.tried <= whole.written || place < whole.tried) {
     return {.end = whole.end, .reason = whole.reason};
   }

@@ -86,7 +86,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
   std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
   std::unique_ptr<StateFolder> state;      // nothing: nothing is kept
   std::unique_ptr<DeviceMemory> memory;
-  std::unique_ptr<WritePath> writes;  // nothing: nothing is written, or nothing kept
+  std::unique_ptr<WritePath> writes;               // nothing: nothing is written, or nothing kept
   std::vector<std::unique_ptr<LoopThread>> loops;  // the shared ones first
   std::unique_ptr<AgeTimer> ageing;
   std::vector<std::unique_ptr<LineRunner>> runners;

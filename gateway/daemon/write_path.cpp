@@ -24,7 +24,7 @@ audit::AuditLog::Options OptionsOf(const config::Config& config,
 
 WritePath::WritePath(const config::Config& config, const PointStore& store, CommandSink& lines,
                      const std::filesystem::path& folder, const std::string& why)
-    : log_(OptionsOf(config, folder, why)), audited_(store, lines, log_, config.audit, ReadClocks) {
-}
+    : log_(OptionsOf(config, folder, why)),
+      audited_(store, lines, log_, config.audit, ReadClocks) {}
 
 }  // namespace baudgate

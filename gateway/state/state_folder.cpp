@@ -34,10 +34,10 @@ bool CanMakeSystemState() {
 }  // namespace
 
 bool CanWrite(const config::Config& config) {
-  const bool permitted = config.modbus.enabled &&
-                         std::ranges::any_of(config.modbus.listen, [](const auto& listener) {
-                           return listener.permit != config::Permit::read;
-                         });
+  const bool permitted =
+      config.modbus.enabled && std::ranges::any_of(config.modbus.listen, [](const auto& listener) {
+        return listener.permit != config::Permit::read;
+      });
   if (permitted && !config.modbus.routes.empty()) return true;
   return std::ranges::any_of(config.lines, [](const config::Line& line) {
     return std::ranges::any_of(line.devices, [](const config::Device& device) {

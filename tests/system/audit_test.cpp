@@ -25,7 +25,7 @@ using Json = nlohmann::json;
 
 constexpr int kPointUnit = 1;
 constexpr int kRouteUnit = 20;
-constexpr int kRegister = 4;     // of the slave
+constexpr int kRegister = 4;      // of the slave
 constexpr int kFirstValue = 100;  // above what the slave shows at first
 
 /// A slave that holds what was written last.
@@ -60,11 +60,11 @@ class Slave {
 
 class Audit : public RouteStation {
  protected:
-  std::string YamlOf(const std::vector<std::string>& routes = {"{ units: 20, line: drive }"}) const {
-    return Yaml(routes,
-                Line("drive", "modbus_rtu",
-                     "address: 1, unit: 1, poll: 100ms, points: [{ name: set_point, read: "
-                     "\"holding 4\", type: uint16, access: rw, modbus: 0 }]"));
+  std::string YamlOf(const std::vector<std::string>& routes = {
+                         "{ units: 20, line: drive }"}) const {
+    return Yaml(routes, Line("drive", "modbus_rtu",
+                             "address: 1, unit: 1, poll: 100ms, points: [{ name: set_point, read: "
+                             "\"holding 4\", type: uint16, access: rw, modbus: 0 }]"));
   }
   std::string socket() const { return (directory() / "gate.sock").string(); }
   Finished Writes(std::vector<std::string> more = {}) const {
@@ -118,7 +118,8 @@ TEST_F(Audit, SaysWhoHasWrittenWhat) {
   daemon = StartGateway(YamlOf());
   EXPECT_EQ(Records().size(), 2U) << "it outlives the gateway";
   EXPECT_THAT(Writes({"--since", "1h"}).output, HasSubstr("1 -> 7"));
-  EXPECT_THAT(Writes({"--since", "2200-01-01"}).output, HasSubstr("nothing has been written since"));
+  EXPECT_THAT(Writes({"--since", "2200-01-01"}).output,
+              HasSubstr("nothing has been written since"));
   EXPECT_EQ(Writes({"--since", "yesterday"}).code, 2);
 }
 

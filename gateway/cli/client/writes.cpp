@@ -66,7 +66,8 @@ class Printer {
       if (options_.json) {
         out_ << record.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
       } else {
-        if (!any_) out_ << fmt::format(kRow, "time", "client", "point", "old -> new", "outcome", "");
+        if (!any_)
+          out_ << fmt::format(kRow, "time", "client", "point", "old -> new", "outcome", "");
         out_ << Row(record);
       }
       any_ = true;

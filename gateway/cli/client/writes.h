@@ -14,8 +14,8 @@ struct WritesOptions {
   bool follow = false;  ///< then what comes, each when it has ended
   std::optional<WallTime> since{};
   bool json = false;
-  std::string socket{};              ///< empty: the gateway in the default places
-  std::optional<Duration> seconds{}; ///< of `follow`, for tests: end after this time
+  std::string socket{};               ///< empty: the gateway in the default places
+  std::optional<Duration> seconds{};  ///< of `follow`, for tests: end after this time
 };
 
 /// Exit code 0, also where nothing was written yet, which is said; 4 when no gateway answers, or it

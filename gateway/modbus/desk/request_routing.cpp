@@ -135,8 +135,8 @@ bool RequestDesk::Broadcast(View frame, std::size_t index, const RouteTargets::L
 std::shared_ptr<audit::Witness> RequestDesk::WitnessOf(View frame, const RouteTarget* target,
                                                        const Now& now, bool broadcast) const {
   if (points_.writes() == nullptr || !audit::Writes(PduOf(frame))) return nullptr;
-  const audit::RoutedWrite write{record_->peer, points_.targets().NameOf(target), UnitOf(frame),
-                                 broadcast,     PduOf(frame),                     now};
+  const audit::RoutedWrite write{
+      record_->peer, points_.targets().NameOf(target), UnitOf(frame), broadcast, PduOf(frame), now};
   return std::make_shared<audit::Witness>(*points_.writes(), write);
 }
 

@@ -106,7 +106,8 @@ TEST_F(AuditLogTest, ADiskThatHangsHoldsUpNobody) {
   Await(*log, Disk::fine);
   EXPECT_EQ(log->WaitFor(*second, Ever()), Kept::yes);
   ASSERT_EQ(heard().size(), 2U) << "its begin and its end";
-  EXPECT_THAT(heard()[0], HasSubstr("warn: audit: the disk does not answer in time; writes are sent"));
+  EXPECT_THAT(heard()[0],
+              HasSubstr("warn: audit: the disk does not answer in time; writes are sent"));
   EXPECT_THAT(heard()[1], HasSubstr("inform: audit: writes are recorded again"));
 }
 

@@ -173,8 +173,7 @@ TEST_F(AuditedWritesTest, OneRecordAPoint) {
   EXPECT_THAT(end({.end = WriteEnd::unknown, .written = 0, .tried = 2}),
               ElementsAre("unknown", "unknown", "not_sent"))
       << "two went out together";
-  EXPECT_THAT(end({.end = WriteEnd::not_sent}),
-              ElementsAre("not_sent", "not_sent", "not_sent"));
+  EXPECT_THAT(end({.end = WriteEnd::not_sent}), ElementsAre("not_sent", "not_sent", "not_sent"));
   EXPECT_THAT(end({.end = WriteEnd::not_sent, .written = 1, .tried = 1}),
               ElementsAre("ok", "not_sent", "not_sent"));
   EXPECT_THAT(end({.end = WriteEnd::differs, .written = 3}),

@@ -110,9 +110,9 @@ int ShmUnmap(sqlite3_file* file, int drop) {
 }
 
 constexpr sqlite3_io_methods kMethods = {
-    2,          Close,   Read,       Write,   Truncate,        Sync,   FileSize, Lock,       Unlock,
-    IsReserved, Control, SectorSize, Characteristics, ShmMap, ShmLock,  ShmBarrier, ShmUnmap,
-    nullptr,    nullptr};
+    2,        Close,      Read,    Write,      Truncate,        Sync,   FileSize, Lock,
+    Unlock,   IsReserved, Control, SectorSize, Characteristics, ShmMap, ShmLock,  ShmBarrier,
+    ShmUnmap, nullptr,    nullptr};
 
 FaultyDisk& DiskOf(sqlite3_vfs* vfs) { return *static_cast<FaultyDisk*>(vfs->pAppData); }
 

@@ -19,8 +19,8 @@ constexpr const char* kFile = "/events.db";
 
 /// What was told of one record, by its client.
 struct Told {
-  bool kept = false;             // the file has said so
-  std::optional<WriteEnd> end;   // it was told how it ended
+  bool kept = false;            // the file has said so
+  std::optional<WriteEnd> end;  // it was told how it ended
   bool end_kept = false;
 };
 
