@@ -6,6 +6,7 @@
 #        packaging/soak.sh ptys [MINUTES]   10 real minutes each on ptys: all faults; a lagging server. AddressSanitizer
 #        packaging/soak.sh datagrams [MINUTES]  what DDS is let read, fuzzed for 10 minutes from its corpus
 #        packaging/soak.sh discovery [ROUNDS]  ten DDS gateways found by two discovery servers, then by peers; 50 kills each
+#        packaging/soak.sh audit [KILLS]    the gateway killed 200 times while a client writes; every write on the wire has its record
 #        packaging/soak.sh fuzz [RUNS]      every fuzz target, 10,000,000 executions each: some hours
 # An existing build of the targets is taken from $BAUDGATE_FUZZ_BUILD.
 set -euo pipefail
@@ -79,6 +80,16 @@ soak_discovery() {
   done
 }
 
+# One line: kills, writes on the wire, records.
+soak_audit() {
+  local kills=${1:-200}
+  whole "$kills"
+  install_packages
+  build release baudgate system_audit_tests
+  say "a gateway that is killed $kills times while a client writes"
+  BAUDGATE_AUDIT_KILLS=$kills build/release/tests/system_audit_tests --gtest_filter='*Killed*'
+}
+
 usage() {
   sed -n '2,/^set /{/^#/s/^# //p}' "$0" >&2
   exit 2
@@ -91,6 +102,7 @@ if [ $# = 0 ]; then
   soak_ptys
   soak_datagrams
   soak_discovery
+  soak_audit
   soak_fuzz
   exit
 fi

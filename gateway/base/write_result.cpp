@@ -23,4 +23,13 @@ std::string_view Name(WriteEnd end) {
   return "?";
 }
 
+WriteResult ResultOf(const WriteResult& whole, std::size_t place) {
+  if (place < whole.written && whole.end != WriteEnd::differs)
+    return {.read_back = whole.read_back};
+  if (whole.tried <= whole.written || place < whole.tried) {
+    return {.end = whole.end, .reason = whole.reason};
+  }
+  return {.end = WriteEnd::not_sent, .reason = "a point of the same command was not written"};
+}
+
 }  // namespace baudgate

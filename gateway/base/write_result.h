@@ -28,7 +28,13 @@ struct WriteResult {
   bool read_back = false;  ///< ok: the device shows what was written
   /// Of several points: how many were confirmed, in their order, before the first that was not.
   std::size_t written = 0;
+  /// Of several points: how many belonged to exchanges that were begun; not above `written`: what
+  /// is said of the first that was not written holds for the rest.
+  std::size_t tried = 0;
 };
+
+/// What became of the point at this place of a command of several.
+WriteResult ResultOf(const WriteResult& whole, std::size_t place);
 
 std::string_view Name(WriteEnd end);  ///< "not_sent"
 

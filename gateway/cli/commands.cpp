@@ -7,12 +7,14 @@
 #include <iostream>
 #include <optional>
 
+#include "gateway/base/since.h"
 #include "gateway/base/spelling.h"
 #include "gateway/cli/client/in_use.h"
 #include "gateway/cli/client/points.h"
 #include "gateway/cli/client/release.h"
 #include "gateway/cli/client/status.h"
 #include "gateway/cli/client/trace.h"
+#include "gateway/cli/client/writes.h"
 #include "gateway/cli/live/demo.h"
 #include "gateway/cli/live/run.h"
 #include "gateway/cli/offline/certs.h"
@@ -260,6 +262,25 @@ void AddTrace(CLI::App& app, Action& action) {
   });
 }
 
+void AddWrites(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("writes", "Who has written what, and what became of it");
+  auto options = std::make_shared<WritesOptions>();
+  command->add_flag("--follow", options->follow, "Go on with what comes");
+  command->add_option_function<std::string>(
+      "--since",
+      [options](const std::string& text) {
+        const auto since = ParseSince(text, ReadClocks().wall);
+        if (!since) throw CLI::ValidationError("--since", since.error());
+        options->since = *since;
+      },
+      "A time (UTC), or a span before now: 2h");
+  command->add_flag("--json", options->json, "Print one JSON object a line");
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunWrites(*options, std::cout, std::cerr); };
+  });
+}
+
 void AddInUse(CLI::App& app, Action& action, const char* name, const char* help, bool in_use) {
   auto* command = app.add_subcommand(name, help);
   auto options = std::make_shared<InUseOptions>();
@@ -314,6 +335,7 @@ void AddCommands(CLI::App& app, Action& action) {
   AddWrite(app, action);
   AddRelease(app, action);
   AddTrace(app, action);
+  AddWrites(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);
 }

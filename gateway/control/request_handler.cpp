@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/control/request_handler.h"
 
+#include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "gateway/base/spelling.h"
+#include "gateway/status/audit_json.h"
 
 namespace baudgate::control {
 namespace {
 
 constexpr std::string_view kUsage = "usage";
 constexpr std::string_view kUnknown = "unknown";
+constexpr std::string_view kUnavailable = "unavailable";
 
 /// Bytes of a device may stand in a reason; what is no UTF-8 must not end in an exception.
 std::string Dump(const Json& json) {
@@ -76,14 +80,15 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
   if (command == "disable") return SetInUse(request, false);
   if (command == "trace") return Trace(request, false);
   if (command == "recorded") return Trace(request, true);
+  if (command == "writes") return Writes(request);
   const auto answered = [later](const Json& answer) { later(Dump(answer)); };
   if (command == "read" || command == "write") {
     const Status status = command == "read" ? points_.Read(request, client, now, answered)
                                             : points_.Write(request, client, now.instant, answered);
     return status ? Reply{} : Refused(kUnknown, status.error());
   }
-  constexpr std::string_view kCommands[] = {"status", "release",  "take_back", "enable", "disable",
-                                            "trace",  "recorded", "read",      "write"};
+  constexpr std::string_view kCommands[] = {"status",    "read",   "write",   "writes", "release",
+                                            "take_back", "enable", "disable", "trace",  "recorded"};
   return Refused(kUsage, config::Quoted(command) + " is no command;" +
                              config::DidYouMean(command, kCommands) +
                              " there are: " + config::Join(kCommands));
@@ -157,6 +162,32 @@ Reply RequestHandler::Trace(const Json& request, bool recorded) {
     if (Wanted(wish, record)) records.push_back(ToText(record));
   }
   return {Dump(done)};
+}
+
+/// One page; the client asks for the next with what this one says.
+Reply RequestHandler::Writes(const Json& request) {
+  if (info_.audit == nullptr) {
+    return Refused(kUnavailable,
+                   "nothing of this gateway can be written, so that there are no records of "
+                   "writes: no device has 'write: allow', and no route can be written through");
+  }
+  const auto number = [&](const char* key) -> std::optional<std::int64_t> {
+    const auto found = request.find(key);
+    if (found == request.end() || !found->is_number_integer()) return std::nullopt;
+    return found->get<std::int64_t>();
+  };
+  audit::PageQuery query;
+  if (TextOf(request, "order") == "settled") query.order = audit::PageQuery::Order::settled;
+  query.after = number("after").value_or(0);
+  if (const auto since = number("since_ms")) {
+    constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1'000'000;
+    query.since = WallTime(std::chrono::milliseconds(std::clamp(*since, -kMost, kMost)));
+  }
+  const auto page = info_.audit->Read(query);
+  if (!page) return Refused(kUnavailable, "the records of writes can not be read: " + page.error());
+  Json json = PageJson(*page);
+  json["audit"] = AuditJson(info_.audit->state());
+  return {Dump(json)};
 }
 
 }  // namespace baudgate::control

@@ -28,7 +28,7 @@ struct Reply {
   std::optional<TraceWish> trace{};
 };
 
-/// {"error":"usage","message":"…"}; the kinds are usage, unknown and busy.
+/// {"error":"usage","message":"…"}; the kinds are usage, unknown, busy and unavailable.
 std::string ErrorLine(std::string_view kind, std::string_view message);
 
 /// {"record":"…"}: a record of a trace as it travels.
@@ -53,6 +53,7 @@ class RequestHandler {
   Reply TakeBack(const Json& request);
   Reply SetInUse(const Json& request, bool in_use);
   Reply Trace(const Json& request, bool recorded);
+  Reply Writes(const Json& request);
   Result<Target> TargetOf(const Json& request) const;
   /// A line as a whole.
   Result<Target> LineOf(const Json& request) const;

@@ -20,6 +20,7 @@
 #include "gateway/daemon/descriptors.h"
 #include "gateway/daemon/line_runner.h"
 #include "gateway/daemon/placement.h"
+#include "gateway/daemon/write_path.h"
 #include "gateway/modbus/server/modbus_server.h"
 #include "gateway/state/device_memory.h"
 #include "gateway/state/state_folder.h"
@@ -52,6 +53,8 @@ struct Daemon::Impl final : CommandSink, LineControl {
   Impl(config::Config its_config, const config::Catalog& its_catalog)
       : config(std::move(its_config)), catalog(its_catalog), store(config) {}
 
+  /// Where commands go in.
+  CommandSink& Commands() { return writes ? writes->entrance() : *this; }
   bool Submit(WriteCommand command) override {
     LineRunner& runner = *runners[line_of[command.device]];
     return runner.Submit(std::move(command));
@@ -85,6 +88,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
   std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
   std::unique_ptr<StateFolder> state;      // nothing: nothing is kept
   std::unique_ptr<DeviceMemory> memory;
+  std::unique_ptr<WritePath> writes;               // nothing: nothing is written, or nothing kept
   std::vector<std::unique_ptr<LoopThread>> loops;  // the shared ones first
   std::unique_ptr<AgeTimer> ageing;
   std::vector<std::unique_ptr<LineRunner>> runners;
@@ -120,6 +124,7 @@ Status Daemon::Start() {
   impl_->ageing->Start();
   for (const auto& loop : impl_->loops) loop->Start();
   for (const auto& runner : impl_->runners) runner->Start();
+  if (impl_->writes) impl_->writes->Start();
   impl_->StartControl();
   return {};
 }
@@ -127,6 +132,7 @@ Status Daemon::Start() {
 void Daemon::Stop() {
   impl_->StopControl();
   impl_->StopModbus();
+  if (impl_->writes) impl_->writes->Stop();
   for (const auto& runner : impl_->runners) runner->RequestStop();
   for (const auto& runner : impl_->runners) runner->Stop();
   for (const auto& loop : impl_->loops) loop->Stop();
@@ -166,13 +172,15 @@ Status Daemon::Impl::OpenState() {
   const auto path = StateFolderOf(StatePlaces::Here(config.state), config.name);
   StateFolder::Failure failure{false, "there is no place for it"};
   if (!path.empty()) state = StateFolder::Open(path, failure);
+  if (failure.in_use) return Error{failure.text};
+  const auto folder = state ? state->path() : std::filesystem::path();
+  writes = std::make_unique<WritePath>(config, store, *this, folder, failure.text);
   if (state) {
     memory = std::make_unique<DeviceMemory>(
         state->path() / "devices.json", config,
         [](const std::string& trouble) { log::Warn("{}", trouble); });
     return {};
   }
-  if (failure.in_use) return Error{failure.text};
   log::Warn(
       "state: {}: what is learned of devices is forgotten at the next start; give a folder with "
       "gateway.state",
@@ -213,8 +221,9 @@ Status Daemon::Impl::StartModbus() {
   modbus::ModbusLinks links;
   for (const auto& runner : runners) links.lines.push_back(runner.get());
   links.rtu = catalog.RtuProtocol();
+  if (writes) links.writes = &writes->log();
   modbus = std::make_unique<modbus::ModbusServer>(
-      config, store, *this, [this] { return Info(); }, limits, std::move(links));
+      config, store, Commands(), [this] { return Info(); }, limits, std::move(links));
   if (Status status = modbus->Listen(modbus_io); !status) {
     modbus.reset();
     return status;
@@ -238,6 +247,7 @@ void Daemon::Impl::StopModbus() {
 
 control::GatewayInfo Daemon::Impl::GatewayForStatus() const {
   control::GatewayInfo info{kVersion, started, modbus.get()};
+  if (writes) info.audit = &writes->log();
 #ifdef BAUDGATE_WITH_DDS
   if (dds) info.dds = [this] { return dds->state(); };
 #endif
@@ -246,7 +256,7 @@ control::GatewayInfo Daemon::Impl::GatewayForStatus() const {
 
 /// A gateway that can not be asked still polls.
 void Daemon::Impl::StartControl() {
-  control = std::make_unique<control::ControlServer>(config, store, *this, *this,
+  control = std::make_unique<control::ControlServer>(config, store, *this, Commands(),
                                                      GatewayForStatus(), control_io);
   if (const Status status = control->Listen(); !status) {
     control.reset();

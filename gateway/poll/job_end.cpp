@@ -149,7 +149,8 @@ void Poller::FinishWrite(Job::Write& write, Device& device, Outcome outcome,
   }
   const auto ended = [&](WriteEnd how, const std::string& why) {
     ledger_.OnWrite(device, how, false);
-    command.done({how, why, false, end == WriteEnd::ok ? write.next : write.first});
+    const std::size_t written = end == WriteEnd::ok ? write.next : write.first;
+    command.done({how, why, false, written, write.next});
   };
   if (end != WriteEnd::ok) {
     ended(end, reason);

@@ -33,7 +33,22 @@ bool CanMakeSystemState() {
 
 }  // namespace
 
+bool CanWrite(const config::Config& config) {
+  const bool permitted =
+      config.modbus.enabled && std::ranges::any_of(config.modbus.listen, [](const auto& listener) {
+        return listener.permit != config::Permit::read;
+      });
+  if (permitted && !config.modbus.routes.empty()) return true;
+  return std::ranges::any_of(config.lines, [](const config::Line& line) {
+    return std::ranges::any_of(line.devices, [](const config::Device& device) {
+      return std::ranges::any_of(device.points,
+                                 [](const config::Point& point) { return point.writing.allowed; });
+    });
+  });
+}
+
 bool NeedsState(const config::Config& config, const config::Catalog& catalog) {
+  if (CanWrite(config)) return true;
   return std::ranges::any_of(config.lines, [&](const config::Line& line) {
     return std::ranges::any_of(line.devices, [&](const config::Device& device) {
       const auto remembers = catalog.FindProtocol(device.protocol)->remembers;

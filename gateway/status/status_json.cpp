@@ -4,10 +4,12 @@
 #include <cmath>
 #include <vector>
 
+#include "gateway/status/audit_json.h"
 #include "gateway/status/dds_json.h"
 #include "gateway/status/diagnose.h"
 #include "gateway/status/json_time.h"
 #include "gateway/status/traffic_json.h"
+#include "gateway/status/value_json.h"
 
 namespace baudgate::control {
 namespace {
@@ -48,15 +50,6 @@ Json RoundTripsJson(const RoundTrips& trips) {
         {{"up_to_us", Microseconds(RoundTrips::UpperEdge(bucket))}, {"count", count}});
   }
   return json;
-}
-
-Json ValueJson(const Value& value) {
-  if (const auto* flag = std::get_if<bool>(&value)) return *flag;
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) return *whole;
-  if (const auto* counter = std::get_if<std::uint64_t>(&value)) return *counter;
-  if (const auto* text = std::get_if<std::string>(&value)) return *text;
-  const auto* number = std::get_if<double>(&value);
-  return number != nullptr && std::isfinite(*number) ? Json(*number) : Json(nullptr);
 }
 
 Json AgeJson(std::optional<Duration> age) { return age ? Json(Milliseconds(*age)) : Json(nullptr); }
@@ -228,6 +221,7 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
   json["modbus"] =
       TrafficJson(traffic, target ? config.lines[target->line].name : std::string(), now.wall);
   json["dds"] = info.dds ? DdsJson(config.dds.domain, info.dds(), now.instant) : Json(nullptr);
+  json["audit"] = info.audit ? AuditJson(info.audit->state()) : Json(nullptr);
   return json;
 }
 

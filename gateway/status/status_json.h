@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "gateway/audit/audit_source.h"
 #include "gateway/dds/link/link_state.h"
 #include "gateway/modbus/desk/traffic.h"
 #include "gateway/status/target.h"
@@ -22,6 +23,7 @@ struct GatewayInfo {
   Instant started{};                               ///< when the lines began to poll
   const modbus::TrafficSource* traffic = nullptr;  ///< null: no Modbus server
   std::function<dds::LinkState()> dds{};           ///< empty: DDS is off
+  const audit::AuditSource* audit = nullptr;       ///< null: nothing can be written
 };
 
 /// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}

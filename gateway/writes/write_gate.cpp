@@ -57,7 +57,6 @@ std::optional<WriteRefusal> WriteGate::Submit(const Writer& writer, WriteAsk ask
     };
   }
   if (sink_.Submit(std::move(command))) return std::nullopt;
-  Deny(writer, ask, "too many writes wait for the line");
   return WriteRefusal{Why::busy, "too many writes wait for the line; try again"};
 }
 

@@ -7,8 +7,8 @@
 //   do the interlocks hold?              locked        allow_when; once more when it is sent
 //   is there room in the line's queue?   busy
 //
-// What is refused is handed to the sink as denied. For one thread; each output has its own.
-// docs/writes.md.
+// What is refused is handed to the sink as denied, but for busy, which the sink has said. For one
+// thread; each output has its own. docs/writes.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -135,7 +135,10 @@ std::string Station::Line(const std::string& name, const std::string& protocol,
 Child::Environment Station::Environment() const {
   // Profiles of the test's directory come before those beside the binary; its control socket is not
   // found by tests that run at the same time.
-  return {{"BAUDGATE_MODULES", directory_.string()}, {"XDG_RUNTIME_DIR", directory_.string()}};
+  // Nor is its state left on the machine.
+  return {{"BAUDGATE_MODULES", directory_.string()},
+          {"XDG_RUNTIME_DIR", directory_.string()},
+          {"STATE_DIRECTORY", (directory_ / "state").string()}};
 }
 
 std::unique_ptr<Child> Station::Start(std::vector<std::string> words,

@@ -161,7 +161,8 @@ int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
   }
   if (!answer.contains("error")) return 0;
   err << "baudgate: " << answer.value("message", std::string("the gateway refuses")) << '\n';
-  return answer["error"] == "busy" ? kNoDaemon : kUsage;
+  const bool not_now = answer["error"] == "busy" || answer["error"] == "unavailable";
+  return not_now ? kNoDaemon : kUsage;
 }
 
 int Ask(const std::string& socket, const ControlClient::Json& request, ControlClient::Json& answer,

@@ -162,12 +162,13 @@ std::string DeviceTable(const Json& lines, const TableView& view) {
   return RenderTable(kColumns, rows, view);
 }
 
-/// Null: DDS is off, or the gateway is older than this field.
-const Json& DdsOf(const Json& status) {
+/// Null: there is none, or the gateway is older than this field.
+const Json& PartOf(const Json& status, const char* name) {
   static const Json none;
-  const auto found = status.find("dds");
+  const auto found = status.find(name);
   return found == status.end() ? none : *found;
 }
+const Json& DdsOf(const Json& status) { return PartOf(status, "dds"); }
 
 /// "bay-1: …", "bay-1.feeder-2: …" and "route 20 to line bay-1: …", one a line, after an empty
 /// line.
@@ -191,6 +192,7 @@ std::string Advice(const Json& status) {
     add("route " + Text(route, "units") + " to " + Text(route, "target"), route);
   }
   if (const Json& dds = DdsOf(status); !dds.is_null()) add("DDS", dds);
+  if (const Json& audit = PartOf(status, "audit"); !audit.is_null()) add("audit", audit);
   return "\n" + (text.empty() ? "all is well\n" : text);
 }
 

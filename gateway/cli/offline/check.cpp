@@ -193,7 +193,8 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
   if (!security.empty()) out << "  security   " << security << '\n';
   if (NeedsState(config, catalog)) {
     out << "state " << StateFolderOf(StatePlaces::Here(config.state), config.name).string()
-        << ": what is remembered of devices\n";
+        << (CanWrite(config) ? ": what is remembered of devices, and every write\n"
+                             : ": what is remembered of devices\n");
   }
   for (const config::Line& line : config.lines) {
     out << '\n' << Describe(line) << '\n';

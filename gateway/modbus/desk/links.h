@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "gateway/audit/write_log.h"
 #include "gateway/requests/routed.h"
 #include "protocols/protocol.h"
 
@@ -14,6 +15,7 @@ namespace baudgate::modbus {
 struct ModbusLinks {
   std::vector<RouteTarget*> lines;  ///< by index in config.lines; empty when no route leads to one
   const Protocol* rtu = nullptr;    ///< modbus_rtu: frames of RTU clients; null: none are served
+  audit::WriteLog* writes = nullptr;  ///< of routed writes; null: they are not recorded
 };
 
 }  // namespace baudgate::modbus

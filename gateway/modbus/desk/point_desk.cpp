@@ -38,6 +38,7 @@ PointDesk::PointDesk(const config::Config& config, const PointStore& store, Comm
       table_(config),
       targets_(config.modbus, links),
       rtu_(links.rtu),
+      writes_(links.writes),
       book_(std::make_shared<TrafficBook>(config.modbus)) {
   pieces_.reserve(kMostBits);
   for (std::size_t id = 0; id < images_.size(); ++id) {

@@ -83,6 +83,8 @@ class PointDesk {
   RouteTargets& targets() { return targets_; }
   /// Null: RTU is not spoken.
   const Protocol* rtu() const { return rtu_; }
+  /// Null: routed writes are not recorded.
+  audit::WriteLog* writes() const { return writes_; }
 
   Responder& responder() { return responder_; }
   LiveCounters& counters() { return counters_; }
@@ -107,6 +109,7 @@ class PointDesk {
   RouteTable table_;
   RouteTargets targets_;
   const Protocol* rtu_;
+  audit::WriteLog* writes_;
   std::shared_ptr<TrafficBook> book_;
   std::array<std::unique_ptr<RegisterImage>, 256> images_;  ///< by unit; none where no device is
   Responder responder_;

@@ -34,6 +34,9 @@ void RequestDesk::Handle(View frame, const Now& now) {
   const Way way = points_.WayOf(UnitOf(frame));
   if (way.kind == Way::Kind::none) return Refuse(frame, kNoPath, now.instant);
   if (!Permits(listener_.permit, FunctionOf(frame))) {
+    const bool routed = way.kind == Way::Kind::route;
+    const auto witness = routed ? WitnessOf(frame, points_.targets().of(way.route), now) : nullptr;
+    if (witness) witness->Refuse(WriteEnd::denied, "the listener does not permit it");
     return Refuse(frame, kIllegalFunction, now.instant);
   }
   if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "config/model/listener.h"
+#include "gateway/audit/routed_record.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/modbus/desk/point_desk.h"
@@ -93,7 +94,11 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
 
   void HandleBroadcast(View frame, std::size_t index, std::span<const RouteTargets::Line> lines,
                        const Now& now);
-  bool Broadcast(View frame, std::size_t index, const RouteTargets::Line& line, Instant now);
+  bool Broadcast(View frame, std::size_t index, const RouteTargets::Line& line, const Now& now);
+
+  /// Of a routed request that may write, where those are recorded; else null.
+  std::shared_ptr<audit::Witness> WitnessOf(View frame, const RouteTarget* target, const Now& now,
+                                            bool broadcast = false) const;
 
   std::optional<Pending> TakePending(std::uint64_t number);
   void AddPending(Pending pending);

@@ -57,9 +57,12 @@ void RequestDesk::Forward(View frame, std::size_t index, std::uint8_t slave, con
       if (const auto self = desk.lock()) self->FinishRouted(number, std::move(reply), now);
     });
   };
+  const auto witness = WitnessOf(frame, target, now);
+  if (witness) request.done = audit::Witness::Watch(witness, std::move(request.done));
   points_.book()->Asked(index, UnitOf(frame));
   const bool room = pending_.size() + broadcasts_ < kMaxPending;
   if (!room || !target->Submit(std::move(request))) {
+    if (witness) witness->Refuse(WriteEnd::busy, Busy().reason);
     points_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), now.wall);
     return Refuse(frame, kBusy, now.instant);
   }
@@ -93,7 +96,7 @@ void RequestDesk::HandleBroadcast(View frame, std::size_t index,
   for (const RouteTargets::Line& line : lines) {
     if (line.target == nullptr) continue;
     points_.book()->Asked(index, UnitOf(frame));
-    if (Broadcast(frame, index, line, now.instant)) continue;
+    if (Broadcast(frame, index, line, now)) continue;
     points_.book()->Ended(index, UnitOf(frame), RouteEnd::busy, Busy(), now.wall);
   }
   wire_.AnswerNothing(now.instant);
@@ -101,15 +104,16 @@ void RequestDesk::HandleBroadcast(View frame, std::size_t index,
 
 /// In nobody's name, because who broadcasts waits for nothing and may leave at once.
 bool RequestDesk::Broadcast(View frame, std::size_t index, const RouteTargets::Line& line,
-                            Instant now) {
-  if (pending_.size() + broadcasts_ >= kMaxPending) return false;
+                            const Now& now) {
+  const auto witness = WitnessOf(frame, line.target, now, true);
+  const bool room = pending_.size() + broadcasts_ < kMaxPending;
   RoutedRequest request;
   request.client = 0;
   request.slave = 0;
   request.pdu = CopyOf(PduOf(frame));
   request.priority = PriorityOf(FunctionOf(frame));
-  request.arrived = now;
-  request.deadline = now + line.deadline;
+  request.arrived = now.instant;
+  request.deadline = now.instant + line.deadline;
   request.done = [inbox = points_.inbox(), book = points_.book(), desk = weak_from_this(), index,
                   unit = UnitOf(frame), deadline = request.deadline](RoutedReply reply) {
     inbox->Post([book, desk, index, unit, deadline, reply = std::move(reply)](const Now& now) {
@@ -119,9 +123,21 @@ bool RequestDesk::Broadcast(View frame, std::size_t index, const RouteTargets::L
       if (const auto self = desk.lock()) --self->broadcasts_;
     });
   };
-  if (!line.target->Submit(std::move(request))) return false;
+  if (witness) request.done = audit::Witness::Watch(witness, std::move(request.done));
+  if (!room || !line.target->Submit(std::move(request))) {
+    if (witness) witness->Refuse(WriteEnd::busy, Busy().reason);
+    return false;
+  }
   ++broadcasts_;
   return true;
+}
+
+std::shared_ptr<audit::Witness> RequestDesk::WitnessOf(View frame, const RouteTarget* target,
+                                                       const Now& now, bool broadcast) const {
+  if (points_.writes() == nullptr || !audit::Writes(PduOf(frame))) return nullptr;
+  const audit::RoutedWrite write{
+      record_->peer, points_.targets().NameOf(target), UnitOf(frame), broadcast, PduOf(frame), now};
+  return std::make_shared<audit::Witness>(*points_.writes(), write);
 }
 
 config::Priority RequestDesk::PriorityOf(std::uint8_t function) const {

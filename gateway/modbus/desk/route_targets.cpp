@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "gateway/base/text.h"
 #include "gateway/modbus/desk/traffic_book.h"
 #include "gateway/modbus/upstream/upstream.h"
 
@@ -41,6 +42,15 @@ void RouteTargets::Open(asio::io_context& io, const std::shared_ptr<TrafficBook>
     }
     targets_[i] = server;
   }
+}
+
+std::string RouteTargets::NameOf(const RouteTarget* target) const {
+  for (std::size_t i = 0; i < targets_.size(); ++i) {
+    const config::Route& route = modbus_.routes[i];
+    if (targets_[i] != target) continue;
+    return route.line.empty() ? HostAndPort(route.host, route.port) : route.line;
+  }
+  return {};
 }
 
 /// At all routes that lead to this slave of the server.

@@ -6,6 +6,7 @@
 #include <asio/io_context.hpp>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "config/model/outputs.h"
@@ -38,6 +39,8 @@ class RouteTargets {
 
   /// Of the route with this index; null: it leads nowhere now.
   RouteTarget* of(std::size_t route) const { return targets_[route]; }
+  /// "drive" or "10.0.0.9:502", of the first route that leads there.
+  std::string NameOf(const RouteTarget* target) const;
   /// Every line that a route leads to, once.
   std::span<const Line> lines() const { return lines_; }
 

@@ -113,8 +113,8 @@ ControlTest::~ControlTest() {
   std::filesystem::remove_all(directory_, ignored);
 }
 
-void ControlTest::StartServer() {
-  server_.emplace(config_, store_, lines_, lines_, GatewayInfo{"1.2.3", kStarted}, io_, limits_);
+void ControlTest::StartServerWith(GatewayInfo info) {
+  server_.emplace(config_, store_, lines_, lines_, std::move(info), io_, limits_);
   listening_ = server_->Listen();
   thread_ = std::thread([this] {
     const auto work = asio::make_work_guard(io_);

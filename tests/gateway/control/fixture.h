@@ -78,7 +78,8 @@ class ControlTest : public testing::Test {
   explicit ControlTest(config::Config config = TwoLines());
   ~ControlTest() override;
 
-  void StartServer();
+  void StartServer() { StartServerWith({"1.2.3", kStarted}); }
+  void StartServerWith(GatewayInfo info);
   void StopServer();
   RawClient Connect() const { return RawClient(path()); }
   std::string path() const { return config_.socket; }

@@ -45,6 +45,27 @@ TEST(StateFolder, IsMadeAndLockedUntilItsOwnerEnds) {
   EXPECT_NE(StateFolder::Open(path, failure), nullptr);
 }
 
+TEST(StateFolder, IsWantedWhereSomethingCanBeWritten) {
+  config::Config config;
+  EXPECT_FALSE(CanWrite(config));
+  config.modbus.listen.resize(2);
+  config.modbus.listen[0].permit = config.modbus.listen[1].permit = config::Permit::read;
+  config.modbus.routes.resize(1);
+  EXPECT_FALSE(CanWrite(config)) << "nobody may write through the route";
+  config.modbus.listen[1].permit = config::Permit::data;
+  EXPECT_TRUE(CanWrite(config));
+  EXPECT_TRUE(NeedsState(config, {}));
+  config.modbus.routes.clear();
+  EXPECT_FALSE(CanWrite(config));
+  config.lines.resize(1);
+  config.lines[0].devices.resize(1);
+  config.lines[0].devices[0].points.resize(2);
+  EXPECT_FALSE(CanWrite(config));
+  config.lines[0].devices[0].points[1].writing.allowed = true;
+  config.modbus.enabled = false;
+  EXPECT_TRUE(CanWrite(config)) << "by DDS, or on the command line";
+}
+
 TEST(StateFolder, SaysWhyItCanNotBeMade) {
   const fs::path file = Scratch("file");
   std::ofstream(file) << "no folder";

@@ -1,0 +1,83 @@
+// Records that are not in the file yet, or not as they are now: what the writing thread takes from
+// and what waits here while the disk fails. Bounded. No thread, no lock, no disk: audit_log.h has
+// them.
+//
+//   Begin(r)      → 7            a ticket
+//   Due()         → {7, r}       to be inserted
+//   Kept({7, seq 1})             it is on the disk
+//   End(7, ok…)   Due() → {7, seq 1, r}   to be updated; Kept → it is forgotten here
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "gateway/audit/write_record.h"
+
+namespace baudgate::audit {
+
+using Ticket = std::uint64_t;  ///< from 1 on, in the order of Begin
+
+struct Ending {
+  WriteEnd end = WriteEnd::unknown;
+  std::string reason{};
+  Duration took{};
+};
+
+/// A record as it has to be in the file.
+struct Draft {
+  Ticket ticket = 0;
+  std::uint64_t version = 0;
+  bool ended = false;  ///< no change comes behind it
+  WriteRecord record;  ///< seq 0: it is not there yet
+};
+
+class AuditBook {
+ public:
+  /// Of each kind: writes to points wait here for their end, and all for a disk that fails.
+  static constexpr std::array<std::size_t, kKinds> kLimits = {8192, 2048, 2048};
+
+  /// Nothing: there is no room, and one more of its kind is lost.
+  std::optional<Ticket> Begin(WriteRecord record);
+  /// No change comes behind it. A ticket that is not here is passed over.
+  void End(Ticket ticket, const Ending& ending);
+  /// In its place, but for seq; `last`: no change comes behind it.
+  void Change(Ticket ticket, const WriteRecord& record, bool last);
+
+  bool due() const { return due_ > 0; }
+  /// In the order of their tickets.
+  std::vector<Draft> Due() const;
+  /// They are on the disk; each has its seq now.
+  void Kept(const std::vector<Draft>& drafts);
+  /// The file is another one: what is still here is in none.
+  void NewFile();
+
+  /// All up to this ticket were in the file at one time.
+  Ticket kept() const { return kept_; }
+  /// Nothing in the file has them yet.
+  std::size_t unwritten() const { return unwritten_; }
+  std::uint64_t lost() const { return lost_; }
+
+ private:
+  struct Entry {
+    WriteRecord record;
+    std::uint64_t version = 1;
+    std::uint64_t kept = 0;  // version in the file; 0: none
+    bool ended = false;
+  };
+
+  void Changed(Entry& entry);
+
+  std::map<Ticket, Entry> entries_;
+  std::array<std::size_t, kKinds> held_{};
+  Ticket next_ = 1;
+  Ticket kept_ = 0;
+  std::size_t due_ = 0;
+  std::size_t unwritten_ = 0;
+  std::uint64_t lost_ = 0;
+};
+
+}  // namespace baudgate::audit

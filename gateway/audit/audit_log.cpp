@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/audit/audit_log.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include <array>
+#include <utility>
+
+namespace baudgate::audit {
+
+std::string_view Name(Disk disk) {
+  constexpr std::array<std::string_view, 4> kNames = {"opening", "fine", "stalled", "failing"};
+  return kNames[static_cast<std::size_t>(disk)];
+}
+
+AuditLog::AuditLog(Options options)
+    : options_(std::move(options)), file_(options_.file, options_.vfs) {
+  {
+    const MutexLock lock(mutex_);
+    state_.require = options_.require;
+    state_.file = options_.file.string();
+    state_.since = options_.clocks().wall;
+    if (options_.file.empty()) Show(Disk::failing, options_.why_no_file);
+  }
+  thread_ = std::thread([this] { Run(); });
+}
+
+AuditLog::~AuditLog() {
+  {
+    const MutexLock lock(mutex_);
+    stop_ = true;
+  }
+  due_.notify_one();
+  thread_.join();
+  const MutexLock lock(mutex_);
+  if (book_.unwritten() == 0) return;
+  options_.warn(fmt::format("audit: the gateway ends, and {} records of writes are lost: {}",
+                            book_.unwritten(), state_.trouble));
+}
+
+std::optional<Ticket> AuditLog::Begin(WriteRecord record) {
+  std::optional<Ticket> ticket;
+  {
+    const MutexLock lock(mutex_);
+    ticket = book_.Begin(std::move(record));
+  }
+  due_.notify_one();
+  return ticket;
+}
+
+void AuditLog::End(Ticket ticket, const Ending& ending) {
+  {
+    const MutexLock lock(mutex_);
+    book_.End(ticket, ending);
+  }
+  due_.notify_one();
+}
+
+void AuditLog::Note(WriteRecord record, Instant asked) {
+  const Instant now = options_.clocks().instant;
+  record.took = now - asked;
+  bool due = false;
+  {
+    const MutexLock lock(mutex_);
+    repeats_.Add(std::move(record), now);
+    due = book_.due();
+  }
+  if (due) due_.notify_one();  // repeats wait for the next tick
+}
+
+WriteLog::Kept AuditLog::WaitFor(Ticket ticket, Instant until) {
+  MutexLock lock(mutex_);
+  while (book_.kept() < ticket) {
+    if (state_.disk == Disk::failing) return Kept::failing;
+    if (state_.disk == Disk::stalled) return Kept::late;
+    if (lock.WaitUntil(changed_, until) || book_.kept() >= ticket) continue;
+    if (state_.disk == Disk::fine) Show(Disk::stalled, "the disk does not answer in time");
+    return Kept::late;
+  }
+  return Kept::yes;
+}
+
+std::string AuditLog::Trouble() const {
+  const MutexLock lock(mutex_);
+  if (state_.disk == Disk::opening) return options_.file.string() + " is being checked";
+  return state_.trouble;
+}
+
+AuditState AuditLog::state() const {
+  const MutexLock lock(mutex_);
+  AuditState state = state_;
+  state.waiting = book_.unwritten();
+  state.lost = book_.lost();
+  return state;
+}
+
+Result<Page> AuditLog::Read(const PageQuery& query) const {
+  if (options_.file.empty()) return Error{options_.why_no_file};
+  {
+    const MutexLock lock(mutex_);
+    if (state_.disk == Disk::stalled) return Error{state_.trouble};
+  }
+  return ReadPage(options_.file, query);
+}
+
+// ---------------------------------------------------------------- the writing thread
+
+void AuditLog::Run() {
+  pthread_setname_np(pthread_self(), "audit");
+  while (Sleep()) WriteDue();
+  WriteDue();
+}
+
+bool AuditLog::Sleep() {
+  MutexLock lock(mutex_);
+  const Instant tick = options_.clocks().instant + kTick;
+  // A disk that fails is left in peace until then; an idle gateway has nothing to look at.
+  while (!stop_) {
+    const bool rests = state_.disk == Disk::failing;
+    if (book_.due() && !rests) break;
+    if (state_.disk == Disk::opening) break;
+    if (!rests && repeats_.empty()) {
+      lock.Wait(due_);
+    } else if (!lock.WaitUntil(due_, tick)) {
+      break;
+    }
+  }
+  repeats_.Tick(options_.clocks().instant);
+  if (stop_) repeats_.Close();
+  return !stop_;
+}
+
+void AuditLog::WriteDue() {
+  if (options_.file.empty()) return;
+  Status status;
+  if (const auto opened = file_.Open()) {
+    if (!opened->put_aside.empty()) options_.warn("audit: " + opened->put_aside);
+    if (!opened->ok) status = Error{opened->error};
+    const MutexLock lock(mutex_);
+    if (opened->new_file) book_.NewFile();
+  }
+  std::vector<Draft> drafts;
+  if (status) {
+    {
+      const MutexLock lock(mutex_);
+      drafts = book_.Due();
+    }
+    status = file_.Write(drafts);
+  }
+  OnWritten(status, drafts);
+  if (status) file_.Tidy(options_.clocks());
+}
+
+void AuditLog::OnWritten(const Status& status, const std::vector<Draft>& drafts) {
+  {
+    const MutexLock lock(mutex_);
+    if (status) book_.Kept(drafts);
+    Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
+  }
+  changed_.notify_all();
+}
+
+/// The log hears of the first trouble and of its end.
+void AuditLog::Show(Disk disk, const std::string& trouble) {
+  state_.trouble = trouble;
+  if (std::exchange(state_.disk, disk) == disk) return;
+  state_.since = options_.clocks().wall;
+  if (!trouble.empty() && std::exchange(told_, trouble).empty()) {
+    options_.warn(fmt::format("audit: {}; {}", trouble, Consequence()));
+  } else if (trouble.empty() && !std::exchange(told_, {}).empty()) {
+    options_.inform("audit: writes are recorded again in " + state_.file);
+  }
+}
+
+std::string AuditLog::Consequence() const {
+  return options_.require ? "writes to points are refused (audit: require)"
+                          : "writes are sent all the same, and their records are kept in memory "
+                            "until it works again (audit: best_effort)";
+}
+
+}  // namespace baudgate::audit

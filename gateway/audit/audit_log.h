@@ -1,0 +1,68 @@
+// The audit while the gateway runs: records come from any thread, one thread of its own writes them
+// to the file, and all that come while the disk is busy share the next commit. While the disk fails
+// they wait in memory, as many as audit_book.h holds, and it is tried again every second.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <thread>
+
+#include "gateway/audit/audit_file.h"
+#include "gateway/audit/audit_source.h"
+#include "gateway/audit/repeats.h"
+#include "gateway/audit/write_log.h"
+#include "gateway/base/guarded.h"
+
+namespace baudgate::audit {
+
+class AuditLog final : public WriteLog, public AuditSource {
+ public:
+  static constexpr Duration kTick = 1s;
+
+  struct Options {
+    std::filesystem::path file;  ///< empty: there is no place for it
+    std::string why_no_file{};
+    bool require = false;
+    std::string vfs{};  ///< as in Database
+    std::function<Now()> clocks;
+    /// One line when the disk begins to fail, and one when it is well again; from any thread.
+    std::function<void(const std::string&)> warn;
+    std::function<void(const std::string&)> inform;
+  };
+  explicit AuditLog(Options options);
+  /// Writes what is left; as long as the disk takes.
+  ~AuditLog() override;
+
+  std::optional<Ticket> Begin(WriteRecord record) override;
+  void End(Ticket ticket, const Ending& ending) override;
+  Kept WaitFor(Ticket ticket, Instant until) override;
+  void Note(WriteRecord record, Instant asked) override;
+  std::string Trouble() const override;
+
+  AuditState state() const override;
+  Result<Page> Read(const PageQuery& query) const override;
+
+ private:
+  void Run();
+  /// Until there is something to be written, or it is time to look.
+  bool Sleep();
+  void WriteDue();
+  void OnWritten(const Status& status, const std::vector<Draft>& drafts);
+  void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
+  std::string Consequence() const;
+
+  const Options options_;
+  AuditFile file_;  // of the writing thread
+  mutable Mutex mutex_;
+  std::condition_variable due_;
+  std::condition_variable changed_;
+  AuditBook book_ BAUDGATE_GUARDED_BY(mutex_);
+  Repeats repeats_ BAUDGATE_GUARDED_BY(mutex_){book_};
+  AuditState state_ BAUDGATE_GUARDED_BY(mutex_);
+  std::string told_ BAUDGATE_GUARDED_BY(mutex_);  // the trouble that the log has; empty: none
+  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::thread thread_;
+};
+
+}  // namespace baudgate::audit

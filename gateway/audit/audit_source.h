@@ -1,0 +1,36 @@
+// What others may ask of the audit: gateway/status and gateway/control. From any thread.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "gateway/audit/write_page.h"
+
+namespace baudgate::audit {
+
+enum class Disk : std::uint8_t {
+  opening,  ///< the file is being checked
+  fine,
+  stalled,  ///< it does not answer in time
+  failing,
+};
+std::string_view Name(Disk disk);
+
+struct AuditState {
+  Disk disk = Disk::opening;
+  std::string trouble;      ///< why it fails; empty: it does not
+  WallTime since{};         ///< of `disk`
+  bool require = false;     ///< writes are refused while it fails
+  std::size_t waiting = 0;  ///< records that are in memory only
+  std::uint64_t lost = 0;   ///< records for which there was no room
+  std::string file;
+};
+
+class AuditSource {
+ public:
+  virtual ~AuditSource() = default;
+  virtual AuditState state() const = 0;
+  virtual Result<Page> Read(const PageQuery& query) const = 0;
+};
+
+}  // namespace baudgate::audit

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/audit/audited_writes.h"
+
+#include <pthread.h>
+
+#include <charconv>
+#include <utility>
+#include <vector>
+
+#include "gateway/store/conversion.h"
+
+namespace baudgate::audit {
+namespace {
+
+/// A float32 with the digits that it needs: 30.3, not 30.299999237060547.
+Value Shown(const config::Point& point, Value value) {
+  auto* number = std::get_if<double>(&value);
+  if (point.type != config::Type::float32 || number == nullptr) return value;
+  char text[64];
+  const auto written = std::to_chars(text, text + sizeof text, static_cast<float>(*number));
+  std::from_chars(text, written.ptr, *number);
+  return value;
+}
+
+}  // namespace
+
+AuditedWrites::AuditedWrites(const PointStore& store, CommandSink& inner, WriteLog& log,
+                             config::Audit audit, std::function<Now()> clocks)
+    : store_(store),
+      inner_(inner),
+      log_(log),
+      require_(audit == config::Audit::require),
+      clocks_(std::move(clocks)) {}
+
+bool AuditedWrites::Submit(WriteCommand command) {
+  if (command.writes.empty()) return inner_.Submit(std::move(command));  // it only reads
+  const Now now = clocks_();
+  {
+    const MutexLock lock(mutex_);
+    if (stop_) return false;
+    if (waiting_.size() >= kLimit) {
+      NoteBusy(command, now);
+      return false;
+    }
+  }
+  Waiting waiting;
+  waiting.until = now.instant + kPatience;
+  std::vector<Ticket> tickets;  // 0: there was no room for it
+  for (const PointWrite& write : command.writes) {
+    const auto ticket = log_.Begin(RecordOf(command, write, now));
+    tickets.push_back(ticket.value_or(0));
+    waiting.kept = waiting.kept && ticket;
+    if (ticket) waiting.last = *ticket;
+  }
+  command.done = [this, tickets = std::move(tickets), began = now.instant,
+                  done = std::move(command.done)](const WriteResult& result) {
+    const Duration took = clocks_().instant - began;
+    for (std::size_t i = 0; i < tickets.size(); ++i) {
+      if (tickets[i] == 0) continue;
+      const WriteResult one = ResultOf(result, i);
+      log_.End(tickets[i], {one.end, one.reason, took});
+    }
+    done(result);
+  };
+  waiting.command = std::move(command);
+  {
+    const MutexLock lock(mutex_);
+    waiting_.push_back(std::move(waiting));
+  }
+  wake_.notify_one();
+  return true;
+}
+
+WriteRecord AuditedWrites::Named(Kind kind, std::uint32_t device, std::uint32_t point) const {
+  WriteRecord record;
+  record.kind = kind;
+  record.line = Clipped(store_.line(device).name);
+  record.device = Clipped(store_.device(device).name);
+  record.point = Clipped(store_.device(device).points[point].name);
+  return record;
+}
+
+WriteRecord AuditedWrites::RecordOf(const WriteCommand& command, const PointWrite& write,
+                                    Now now) const {
+  const config::Point& point = store_.device(command.device).points[write.point];
+  WriteRecord record = Named(Kind::point, command.device, write.point);
+  record.time = record.last = now.wall;
+  record.client = Clipped(command.client);
+  record.before = write.before;
+  if (!HasValue(record.before)) {
+    store_.Read(command.device, [&](const DeviceRecord& held) {
+      const bool known = !IsBad(QualityAt(held, write.point, now.instant));
+      if (known) record.before = held.points[write.point].value;
+    });
+  }
+  record.before = Shown(point, std::move(record.before));
+  record.value = Shown(point, ToSample(point, {write.point, write.raw}).value);
+  return record;
+}
+
+void AuditedWrites::NoteBusy(const WriteCommand& command, Now now) {
+  for (const PointWrite& write : command.writes) {
+    WriteRecord record = RecordOf(command, write, now);
+    record.kind = Kind::denied;
+    record.end = WriteEnd::busy;
+    record.reason = "too many writes wait already";
+    log_.Note(std::move(record), now.instant);
+  }
+}
+
+void AuditedWrites::OnDenied(const DeniedWrite& denied) {
+  const Now now = clocks_();
+  WriteRecord record = Named(Kind::denied, denied.device, denied.point);
+  record.time = record.last = now.wall;
+  record.client = Clipped(denied.client);
+  const config::Point& point = store_.device(denied.device).points[denied.point];
+  record.value = Shown(point, denied.value);
+  record.end = WriteEnd::denied;
+  record.reason = Clipped(denied.reason);
+  log_.Note(std::move(record), now.instant);
+  inner_.OnDenied(denied);
+}
+
+void AuditedWrites::Start() {
+  thread_ = std::thread([this] { Run(); });
+}
+
+void AuditedWrites::Stop() {
+  {
+    const MutexLock lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_one();
+  if (thread_.joinable()) thread_.join();
+}
+
+void AuditedWrites::Run() {
+  pthread_setname_np(pthread_self(), "audit wait");
+  while (true) {
+    {
+      MutexLock lock(mutex_);
+      while (!stop_ && waiting_.empty()) lock.Wait(wake_);
+      if (waiting_.empty()) return;
+    }
+    HandOn();
+  }
+}
+
+bool AuditedWrites::HandOn() {
+  Waiting next;
+  {
+    const MutexLock lock(mutex_);
+    if (waiting_.empty()) return false;
+    next = std::move(waiting_.front());
+    waiting_.pop_front();
+  }
+  const bool kept = next.kept && log_.WaitFor(next.last, next.until) == WriteLog::Kept::yes;
+  const auto done = next.command.done;
+  if (!kept && require_) {
+    const std::string why = next.kept ? log_.Trouble() : "too many records wait already";
+    done({.end = WriteEnd::denied, .reason = "its record can not be kept: " + why});
+  } else if (!inner_.Submit(std::move(next.command))) {
+    done({.end = WriteEnd::busy, .reason = "too many writes wait for the line"});
+  }
+  return true;
+}
+
+}  // namespace baudgate::audit

@@ -1,0 +1,73 @@
+// Before the lines: every write to a point waits until its record is on the disk, at most 500 ms,
+// and then goes to the line; what became of it completes the record. Commands go on in their order.
+//
+//   Submit(w) → Begin(record of w) → kept → inner.Submit(w) → done(ok) → End(record, ok)
+//                                  → not kept, require      → done(denied)
+//                                  → not kept, best_effort  → inner.Submit(w)
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <thread>
+
+#include "config/model/config.h"
+#include "gateway/audit/write_log.h"
+#include "gateway/base/guarded.h"
+#include "gateway/requests/commands.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate::audit {
+
+class AuditedWrites final : public CommandSink {
+ public:
+  /// A line never waits for a disk, nor does whoever submits.
+  static constexpr Duration kPatience = 500ms;
+  /// Commands that may wait for their records.
+  static constexpr std::size_t kLimit = 1024;
+
+  /// All outlive it; so does `log` every command that was handed to `inner`. With
+  /// `require` a write without a record is denied.
+  AuditedWrites(const PointStore& store, CommandSink& inner, WriteLog& log, config::Audit audit,
+                std::function<Now()> clocks);
+  ~AuditedWrites() override { Stop(); }
+
+  /// From any thread; waits for nothing. `done` may be called on another thread than the line's.
+  bool Submit(WriteCommand command) override;
+  void OnDenied(const DeniedWrite& denied) override;
+
+  /// Begins to hand commands on, on a thread of its own.
+  void Start();
+  /// Hands on, or denies, what still waits. Nobody submits any more.
+  void Stop();
+
+  /// Hands the next one on; waits for its record. False: none waits. For tests, in place of Start.
+  bool HandOn();
+
+ private:
+  struct Waiting {
+    WriteCommand command;
+    Ticket last = 0;   // its records are kept when this one is
+    bool kept = true;  // there was room for all of them
+    Instant until;
+  };
+
+  WriteRecord RecordOf(const WriteCommand& command, const PointWrite& write, Now now) const;
+  WriteRecord Named(Kind kind, std::uint32_t device, std::uint32_t point) const;
+  void NoteBusy(const WriteCommand& command, Now now);
+  void Run();
+
+  const PointStore& store_;
+  CommandSink& inner_;
+  WriteLog& log_;
+  const bool require_;
+  const std::function<Now()> clocks_;
+  Mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Waiting> waiting_ BAUDGATE_GUARDED_BY(mutex_);
+  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::thread thread_;
+};
+
+}  // namespace baudgate::audit

@@ -1,0 +1,58 @@
+// Writes that pass through to a slave as they are: their records are made behind the exchange, and
+// nothing waits for them. Called by gateway/modbus/desk for every routed request but reads.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "gateway/audit/write_log.h"
+#include "gateway/base/bytes.h"
+#include "gateway/requests/routed.h"
+
+namespace baudgate::audit {
+
+struct RoutedWrite {
+  std::string client;
+  std::string target;     ///< name of the line, or "10.0.0.9:502"
+  std::uint8_t unit = 0;  ///< as the client asks for it
+  bool broadcast = false;
+  View pdu;
+  Now asked;
+};
+
+/// The request may change its slave: all functions but those that are known to read.
+bool Writes(View pdu);
+
+/// Function, address and values, of which 16 at most are told: "06 holding 100", 7;
+/// "16 holding 100-101", "1 2". Of functions other than 5, 6, 15, 16, 22 and 23 only the code.
+WriteRecord RecordOf(const RoutedWrite& write);
+
+/// Of one request. Tells the log once: how the request ended, or that nobody knows, when all copies
+/// of Watch's function are gone without a call, as that of a client who has left.
+class Witness {
+ public:
+  /// `log` outlives it.
+  Witness(WriteLog& log, const RoutedWrite& write);
+  ~Witness();
+  Witness(const Witness&) = delete;
+  Witness& operator=(const Witness&) = delete;
+
+  using Done = std::function<void(RoutedReply)>;
+  /// `done`, which also tells the log.
+  static Done Watch(std::shared_ptr<Witness> witness, Done done);
+  /// It was not let in.
+  void Refuse(WriteEnd end, const std::string& reason);
+
+ private:
+  void Tell(const Ending& ending);
+
+  WriteLog& log_;
+  WriteRecord record_;
+  const Instant asked_;
+  const bool broadcast_;
+  bool told_ = false;
+};
+
+}  // namespace baudgate::audit

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/audit/write_page.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace baudgate::audit {
+namespace {
+
+constexpr std::string_view kColumns =
+    "SELECT seq, kind, time, last, client, line, device, point, old, first, new, outcome, reason, "
+    "took, count, settled FROM writes ";
+
+/// Within what a time stamp can say: years 1678 to 2262.
+WallTime TimeOf(std::int64_t microseconds) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1000;
+  return WallTime(std::chrono::microseconds(std::clamp(microseconds, -kMost, kMost)));
+}
+
+Duration DurationOf(std::int64_t microseconds) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1000;
+  return std::chrono::microseconds(std::clamp<std::int64_t>(microseconds, 0, kMost));
+}
+
+Value ValueOf(Value value) {
+  if (auto* text = std::get_if<std::string>(&value)) *text = Clipped(std::move(*text));
+  return value;
+}
+
+WriteRecord RecordOf(const Statement& row) {
+  const auto text = [&](int column) { return Clipped(std::string(row.Text(column))); };
+  WriteRecord record;
+  record.seq = row.Number(0);
+  record.kind = KindNamed(row.Text(1)).value_or(Kind::point);
+  record.time = TimeOf(row.Number(2));
+  record.last = TimeOf(row.Number(3));
+  record.client = text(4);
+  record.line = text(5);
+  record.device = text(6);
+  record.point = text(7);
+  record.before = ValueOf(row.At(8));
+  record.first = ValueOf(row.At(9));
+  record.value = ValueOf(row.At(10));
+  // What this program does not know is no success.
+  if (!row.IsNull(11)) record.end = EndNamed(row.Text(11)).value_or(WriteEnd::unknown);
+  record.reason = text(12);
+  record.took = DurationOf(row.Number(13));
+  record.count = static_cast<std::uint64_t>(std::max<std::int64_t>(row.Number(14), 1));
+  if (!row.IsNull(15)) record.settled = row.Number(15);
+  return record;
+}
+
+}  // namespace
+
+Result<Page> ReadPage(Database& database, const PageQuery& query) {
+  const bool settled = query.order == PageQuery::Order::settled;
+  const std::string order = settled ? "settled" : "seq";
+  std::string sql(kColumns);
+  sql += "WHERE " + order + ">?";
+  if (query.since) sql += " AND time>=?";
+  sql += " ORDER BY " + order + " LIMIT " + std::to_string(kPage + 1);
+  Statement rows(database, sql);
+  rows.Bind(1, query.after);
+  if (query.since) rows.Bind(2, std::int64_t{query.since->time_since_epoch() / 1us});
+  Page page;
+  page.next = query.after;
+  for (;;) {
+    const Statement::Step step = rows.Next();
+    if (step == Statement::Step::failed) return Error{database.error()};
+    if (step == Statement::Step::done) return page;
+    page.more = page.records.size() == kPage;
+    if (page.more) return page;
+    page.records.push_back(RecordOf(rows));
+    const WriteRecord& record = page.records.back();
+    const std::int64_t next = settled ? record.settled.value_or(page.next) : record.seq;
+    // Whoever asks for page after page comes to an end, whatever the file is.
+    if (next <= page.next) return Error{"its rows are out of order: it is damaged"};
+    page.next = next;
+  }
+}
+
+Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query) {
+  Database database(file.string(), Database::Mode::read);
+  if (!database.is_open()) return Error{file.string() + ": " + database.error()};
+  auto page = ReadPage(database, query);
+  if (!page) return Error{file.string() + ": " + page.error()};
+  return page;
+}
+
+}  // namespace baudgate::audit

@@ -1,0 +1,38 @@
+// Reads what the audit holds, page by page: for `baudgate writes`, over a connection of its own
+// that holds up nobody. What stands in the file may be anything; every field is checked.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/audit/write_record.h"
+#include "gateway/base/result.h"
+#include "gateway/state/database.h"
+
+namespace baudgate::audit {
+
+/// Records of one page: a line of the control socket of about 40 kB, 1 MB at most.
+inline constexpr std::size_t kPage = 100;
+
+struct PageQuery {
+  /// seq: all, in the order in which they were asked for. settled: those that have ended, in the
+  /// order of their ends; nothing is ever put in before what was read.
+  enum class Order : std::uint8_t { seq, settled } order = Order::seq;
+  std::int64_t after = 0;         ///< of that order
+  std::optional<WallTime> since;  ///< none that was asked for earlier
+};
+
+struct Page {
+  std::vector<WriteRecord> records;
+  std::int64_t next = 0;  ///< `after` of the next page
+  bool more = false;      ///< there was more at that time
+};
+
+Result<Page> ReadPage(Database& database, const PageQuery& query);
+/// One read, in a connection that ends with it.
+Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query);
+
+}  // namespace baudgate::audit

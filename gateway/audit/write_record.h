@@ -1,0 +1,58 @@
+// One write as the audit keeps it: who wanted what, and what became of it. Values are in
+// engineering units, as users see them; bytes of a line are in none of it. docs/audit.md has the
+// fields for users.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "gateway/base/time.h"
+#include "gateway/base/value.h"
+#include "gateway/base/write_result.h"
+
+namespace baudgate::audit {
+
+/// Each has room of its own in the file, so that a flood of one pushes out none of another.
+enum class Kind : std::uint8_t {
+  point,   ///< to a point: recorded before it is sent
+  route,   ///< passed on as it was: recorded behind its exchange
+  denied,  ///< not let through by the gateway
+};
+inline constexpr std::size_t kKinds = 3;
+
+std::string_view Name(Kind kind);  ///< "point"
+
+struct WriteRecord {
+  std::int64_t seq = 0;  ///< from 1 on without a gap, over restarts; 0: it is not in the file yet
+  Kind kind = Kind::point;
+  WallTime time{};                      ///< when it was asked for; of repeats the first
+  WallTime last{};                      ///< of repeats the last; else as `time`
+  std::string client;                   ///< "192.0.2.5:40312", "user:root", "dds:GUID"
+  std::string line;                     ///< or the server elsewhere: "10.0.0.9:502"
+  std::string device;                   ///< its bare name; of a route "unit 20"
+  std::string point;                    ///< of a route its function and address: "06 holding 100"
+  Value before;                         ///< what the point showed before; nothing: not known
+  Value first;                          ///< of repeats what was written first; else nothing
+  Value value;                          ///< what was to be written; of repeats the last
+  std::optional<WriteEnd> end;          ///< nothing: it is under way
+  std::string reason;                   ///< one sentence; empty when ok
+  Duration took{};                      ///< from when it was asked for to its end
+  std::uint64_t count = 1;              ///< of repeats, this one included
+  std::optional<std::int64_t> settled;  ///< its place among those that have ended; nothing: not yet
+};
+
+/// Longer texts are cut.
+inline constexpr std::size_t kLongestText = 240;
+std::string Clipped(std::string text);
+
+/// Of its outcome, in the file and for programs: "ok", "unknown", …; "pending" while it is under
+/// way.
+std::string_view OutcomeOf(const WriteRecord& record);
+std::optional<WriteEnd> EndNamed(std::string_view name);
+std::optional<Kind> KindNamed(std::string_view name);
+
+}  // namespace baudgate::audit

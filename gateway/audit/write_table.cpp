@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/audit/write_table.h"
+
+#include <string>
+
+namespace baudgate::audit {
+namespace {
+
+constexpr const char* kInsert =
+    "INSERT INTO writes (kind, time, last, client, line, device, point, old, first, new, outcome, "
+    "reason, took, count, settled) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+constexpr const char* kUpdate =
+    "UPDATE writes SET last=?, first=?, new=?, outcome=?, reason=?, took=?, count=?, settled=? "
+    "WHERE seq=?";
+constexpr const char* kOrphans = "SELECT seq FROM writes WHERE settled IS NULL ORDER BY seq";
+constexpr const char* kSettle =
+    "UPDATE writes SET settled=?, outcome=coalesce(outcome, 'unknown'), reason=CASE WHEN outcome "
+    "IS NULL THEN 'the gateway was stopped before it had ended' ELSE reason END WHERE seq=?";
+constexpr const char* kMostOf =
+    "SELECT line, device, point FROM writes WHERE kind=? GROUP BY line, device, point "
+    "ORDER BY count(*) DESC, min(seq) LIMIT 1";
+constexpr const char* kOldestOf =
+    "DELETE FROM writes WHERE seq IN (SELECT seq FROM writes WHERE kind=? AND line=? AND device=? "
+    "AND point=? AND settled IS NOT NULL ORDER BY seq LIMIT ?)";
+/// Room is made in one go for so many rows, of a hundred that are kept.
+constexpr std::int64_t kSlack = 100;
+
+std::int64_t Whole(const Value& value) {
+  const auto* number = std::get_if<std::int64_t>(&value);
+  return number != nullptr ? *number : 0;
+}
+
+std::int64_t Microseconds(WallTime time) { return time.time_since_epoch() / 1us; }
+
+}  // namespace
+
+WriteTable::WriteTable(Database& database, const std::array<Room, kKinds>& rooms)
+    : database_(database), rooms_(rooms), insert_(database, kInsert), update_(database, kUpdate) {}
+
+bool WriteTable::Transaction(bool done) {
+  const bool ok = done && database_.Execute("COMMIT");
+  if (!ok) database_.Rollback();
+  return ok;
+}
+
+bool WriteTable::Count() {
+  rows_ = {};
+  Statement count(database_, "SELECT kind, count(*) FROM writes GROUP BY kind");
+  Statement::Step step = count.Next();
+  for (; step == Statement::Step::row; step = count.Next()) {
+    const auto kind = KindNamed(count.Text(0));
+    if (kind) rows_[static_cast<std::size_t>(*kind)] = count.Number(1);
+  }
+  return step == Statement::Step::done;
+}
+
+bool WriteTable::SettleOrphans() {
+  settled_ = Whole(database_.First("SELECT max(settled) FROM writes"));
+  std::vector<std::int64_t> orphans;
+  Statement find(database_, kOrphans);
+  Statement::Step step = find.Next();
+  for (; step == Statement::Step::row; step = find.Next()) orphans.push_back(find.Number(0));
+  if (step == Statement::Step::failed) return false;
+  find.Reset();
+  if (!orphans.empty() && !database_.Execute("BEGIN IMMEDIATE")) return false;
+  bool ok = true;
+  Statement settle(database_, kSettle);
+  for (const std::int64_t seq : orphans) {
+    settle.Bind(1, ++settled_);
+    settle.Bind(2, seq);
+    ok = ok && settle.Run();
+  }
+  return (orphans.empty() || Transaction(ok)) && Count();
+}
+
+bool WriteTable::Write(std::vector<Draft>& drafts) {
+  if (drafts.empty()) return true;
+  const std::int64_t settled = settled_;
+  const auto rows = rows_;
+  bool ok = database_.Execute("BEGIN IMMEDIATE");
+  for (Draft& draft : drafts) {
+    if (!ok) break;
+    if (draft.ended) draft.record.settled = ++settled_;
+    ok = draft.record.seq == 0 ? Insert(draft) : Update(draft);
+  }
+  if (Transaction(ok)) return true;
+  settled_ = settled;
+  rows_ = rows;
+  return false;
+}
+
+bool WriteTable::Insert(Draft& draft) {
+  const WriteRecord& record = draft.record;
+  insert_.Bind(1, Name(record.kind));
+  insert_.Bind(2, Microseconds(record.time));
+  insert_.Bind(3, Microseconds(record.last));
+  insert_.Bind(4, record.client);
+  insert_.Bind(5, record.line);
+  insert_.Bind(6, record.device);
+  insert_.Bind(7, record.point);
+  insert_.Bind(8, record.before);
+  insert_.Bind(9, record.first);
+  insert_.Bind(10, record.value);
+  if (record.end) insert_.Bind(11, Name(*record.end));
+  insert_.Bind(12, record.reason);
+  insert_.Bind(13, record.took / 1us);
+  insert_.Bind(14, static_cast<std::int64_t>(record.count));
+  if (record.settled) insert_.Bind(15, *record.settled);
+  if (!insert_.Run()) return false;
+  draft.record.seq = Whole(database_.First("SELECT last_insert_rowid()"));
+  ++rows_[static_cast<std::size_t>(record.kind)];
+  return draft.record.seq > 0;
+}
+
+bool WriteTable::Update(const Draft& draft) {
+  const WriteRecord& record = draft.record;
+  update_.Bind(1, Microseconds(record.last));
+  update_.Bind(2, record.first);
+  update_.Bind(3, record.value);
+  if (record.end) update_.Bind(4, Name(*record.end));
+  update_.Bind(5, record.reason);
+  update_.Bind(6, record.took / 1us);
+  update_.Bind(7, static_cast<std::int64_t>(record.count));
+  if (record.settled) update_.Bind(8, *record.settled);
+  update_.Bind(9, record.seq);
+  return update_.Run();
+}
+
+bool WriteTable::MakeRoom() {
+  for (std::size_t kind = 0; kind < kKinds; ++kind) {
+    const std::int64_t most = rooms_[kind].rows;
+    if (rows_[kind] <= most + most / kSlack) continue;
+    if (!database_.Execute("BEGIN IMMEDIATE")) return false;
+    if (!Transaction(TakeOut(kind, rows_[kind] - most)) || !Count()) return false;
+  }
+  return true;
+}
+
+bool WriteTable::TakeOut(std::size_t kind, std::int64_t rows) {
+  const std::string_view name = Name(static_cast<Kind>(kind));
+  while (rows > 0) {
+    Statement most(database_, kMostOf);
+    most.Bind(1, name);
+    if (most.Next() != Statement::Step::row) return false;
+    Statement oldest(database_, kOldestOf);
+    oldest.Bind(1, name);
+    for (int column = 0; column < 3; ++column) oldest.Bind(2 + column, most.Text(column));
+    oldest.Bind(5, rows);
+    if (!oldest.Run()) return false;
+    const std::int64_t gone = Whole(database_.First("SELECT changes()"));
+    if (gone == 0) return true;  // all that is left has not ended
+    rows -= gone;
+  }
+  return true;
+}
+
+bool WriteTable::DropOld(WallTime now) {
+  if (!database_.Execute("BEGIN IMMEDIATE")) return false;
+  bool ok = true;
+  for (std::size_t kind = 0; kind < kKinds && ok; ++kind) {
+    Statement old(database_, "DELETE FROM writes WHERE kind=? AND time<? AND settled IS NOT NULL");
+    old.Bind(1, Name(static_cast<Kind>(kind)));
+    old.Bind(2, Microseconds(now - rooms_[kind].age));
+    ok = old.Run();
+  }
+  return Transaction(ok) && Count();
+}
+
+}  // namespace baudgate::audit

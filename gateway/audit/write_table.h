@@ -1,0 +1,55 @@
+// The table `writes` of events.db: records in, in one transaction, and the oldest out. One thread;
+// gateway/audit/write_page.h reads it from another connection.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "gateway/audit/audit_book.h"
+#include "gateway/state/database.h"
+
+namespace baudgate::audit {
+
+/// How much is kept of a kind. Beyond `rows` the oldest of the point that has most of them goes
+/// first, so that who writes to one without end pushes out nothing of another.
+struct Room {
+  std::int64_t rows = 0;
+  Duration age{};
+};
+inline constexpr Duration kDay = 24h;
+/// By Kind: about 60 MB together.
+inline constexpr std::array<Room, kKinds> kRooms = {
+    Room{200'000, 5 * 366 * kDay}, Room{100'000, 400 * kDay}, Room{20'000, 400 * kDay}};
+
+class WriteTable {
+ public:
+  /// `database` is of OpenEvents, and outlives it.
+  explicit WriteTable(Database& database, const std::array<Room, kKinds>& rooms = kRooms);
+
+  /// Once, before anything else: what the last run has begun and not ended is unknown now.
+  bool SettleOrphans();
+  /// All or none. Sets the seq of new ones.
+  bool Write(std::vector<Draft>& drafts);
+  /// Takes out what is beyond the rows of its kind.
+  bool MakeRoom();
+  /// Takes out what is older than its kind is kept.
+  bool DropOld(WallTime now);
+
+ private:
+  bool Insert(Draft& draft);
+  bool Update(const Draft& draft);
+  bool TakeOut(std::size_t kind, std::int64_t rows);
+  bool Count();
+  bool Transaction(bool done);
+
+  Database& database_;
+  const std::array<Room, kKinds> rooms_;
+  Statement insert_;
+  Statement update_;
+  std::array<std::int64_t, kKinds> rows_{};
+  std::int64_t settled_ = 0;  // the last that was given
+};
+
+}  // namespace baudgate::audit

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/state/database.h"
+
+#include <sqlite3.h>
+
+#include <limits>
+
+namespace baudgate {
+namespace {
+
+/// A reader of this machine, such as the program sqlite3, may hold up a commit so long.
+constexpr int kBusyMs = 250;
+
+}  // namespace
+
+void Database::Closer::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
+
+Database::Database(const std::string& path, Mode mode, const std::string& vfs) {
+  const int flags =
+      mode == Mode::write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
+  sqlite3* handle = nullptr;
+  const int code = sqlite3_open_v2(path.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX,
+                                   vfs.empty() ? nullptr : vfs.c_str());
+  handle_.reset(handle);
+  if (code != SQLITE_OK) {
+    Fail(code);
+    handle_.reset();
+    return;
+  }
+  sqlite3_extended_result_codes(handle, 1);
+  sqlite3_busy_timeout(handle, kBusyMs);
+}
+
+bool Database::Fail(int code) {
+  error_ = handle_ ? sqlite3_errmsg(handle_.get()) : sqlite3_errstr(code);
+  if (error_.empty() || error_ == "not an error") error_ = sqlite3_errstr(code);
+  const int base = code & 0xFF;
+  damaged_ = base == SQLITE_CORRUPT || base == SQLITE_NOTADB;
+  return false;
+}
+
+bool Database::Execute(const std::string& sql) {
+  const int code = sqlite3_exec(handle_.get(), sql.c_str(), nullptr, nullptr, nullptr);
+  return code == SQLITE_OK || Fail(code);
+}
+
+void Database::Rollback() {
+  if (sqlite3_get_autocommit(handle_.get()) != 0) return;
+  sqlite3_exec(handle_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
+}
+
+Value Database::First(const std::string& sql) {
+  Statement statement(*this, sql);
+  return statement.Next() == Statement::Step::row ? statement.At(0) : Value();
+}
+
+void Statement::Closer::operator()(sqlite3_stmt* handle) const { sqlite3_finalize(handle); }
+
+Statement::Statement(Database& database, std::string_view sql) : database_(&database) {
+  sqlite3_stmt* handle = nullptr;
+  const int code = sqlite3_prepare_v2(database.handle_.get(), sql.data(),
+                                      static_cast<int>(sql.size()), &handle, nullptr);
+  handle_.reset(handle);
+  if (code != SQLITE_OK) database.Fail(code);
+}
+
+void Statement::Bind(int place, std::int64_t number) {
+  sqlite3_bind_int64(handle_.get(), place, number);
+}
+
+void Statement::Bind(int place, std::string_view text) {
+  // A null pointer would bind NULL.
+  sqlite3_bind_text(handle_.get(), place, text.empty() ? "" : text.data(),
+                    static_cast<int>(text.size()), SQLITE_TRANSIENT);
+}
+
+void Statement::Bind(int place, const Value& value) {
+  if (const auto* flag = std::get_if<bool>(&value)) return Bind(place, std::int64_t{*flag});
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return Bind(place, *whole);
+  if (const auto* text = std::get_if<std::string>(&value)) return Bind(place, *text);
+  if (const auto* number = std::get_if<double>(&value)) {
+    sqlite3_bind_double(handle_.get(), place, *number);
+  } else if (const auto* counter = std::get_if<std::uint64_t>(&value)) {
+    constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+    if (*counter > kMost) return Bind(place, ToText(value));
+    Bind(place, static_cast<std::int64_t>(*counter));
+  } else {
+    sqlite3_bind_null(handle_.get(), place);
+  }
+}
+
+Statement::Step Statement::Next() {
+  if (!handle_) return Step::failed;
+  const int code = sqlite3_step(handle_.get());
+  if (code == SQLITE_ROW) return Step::row;
+  if (code == SQLITE_DONE) return Step::done;
+  database_->Fail(code);
+  return Step::failed;
+}
+
+bool Statement::Run() {
+  Step step = Step::row;
+  while (step == Step::row) step = Next();
+  Reset();
+  return step == Step::done;
+}
+
+void Statement::Reset() {
+  sqlite3_reset(handle_.get());
+  sqlite3_clear_bindings(handle_.get());
+}
+
+std::int64_t Statement::Number(int column) const {
+  return sqlite3_column_int64(handle_.get(), column);
+}
+
+std::string_view Statement::Text(int column) const {
+  const unsigned char* text = sqlite3_column_text(handle_.get(), column);
+  const int size = sqlite3_column_bytes(handle_.get(), column);
+  if (text == nullptr || size <= 0) return {};
+  return {reinterpret_cast<const char*>(text), static_cast<std::size_t>(size)};
+}
+
+bool Statement::IsNull(int column) const {
+  return sqlite3_column_type(handle_.get(), column) == SQLITE_NULL;
+}
+
+Value Statement::At(int column) const {
+  switch (sqlite3_column_type(handle_.get(), column)) {
+    case SQLITE_INTEGER:
+      return Number(column);
+    case SQLITE_FLOAT:
+      return sqlite3_column_double(handle_.get(), column);
+    case SQLITE_TEXT:
+      return std::string(Text(column));
+    default:
+      return {};
+  }
+}
+
+}  // namespace baudgate

@@ -1,0 +1,89 @@
+// SQLite as the state folder uses it: a connection and a prepared statement, without exceptions.
+// Every text that goes in is copied; every text that comes out lives until the next step.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "gateway/base/result.h"
+#include "gateway/base/value.h"
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace baudgate {
+
+/// One thread at a time.
+class Database {
+ public:
+  enum class Mode : std::uint8_t { read, write };  ///< write: made where it is not there
+
+  Database() = default;
+  /// `vfs`: SQLite's name of one; empty: the files of this machine. On failure is_open() is false
+  /// and error() says why.
+  Database(const std::string& path, Mode mode, const std::string& vfs = {});
+
+  bool is_open() const { return handle_ != nullptr; }
+  /// Of the last call that failed, in words for users.
+  const std::string& error() const { return error_; }
+  /// The last call failed because the file is no database, or a damaged one.
+  bool damaged() const { return damaged_; }
+
+  /// One or several statements; their rows are passed over.
+  bool Execute(const std::string& sql);
+  /// Ends a transaction that has failed; error() stays.
+  void Rollback();
+  /// First column of the first row. Nothing: there is none, or the statement failed.
+  Value First(const std::string& sql);
+
+ private:
+  friend class Statement;
+  struct Closer {
+    void operator()(sqlite3* handle) const;
+  };
+  bool Fail(int code);
+
+  std::unique_ptr<sqlite3, Closer> handle_;
+  std::string error_;
+  bool damaged_ = false;
+};
+
+class Statement {
+ public:
+  enum class Step : std::uint8_t { row, done, failed };
+
+  Statement() = default;
+  /// `database` outlives it and stays where it is. What can not be prepared fails at Next.
+  Statement(Database& database, std::string_view sql);
+
+  /// From 1 on. A value of 64 unsigned bits that does not fit becomes its text.
+  void Bind(int place, std::int64_t number);
+  void Bind(int place, std::string_view text);
+  void Bind(int place, const std::string& text) { Bind(place, std::string_view(text)); }
+  void Bind(int place, const Value& value);
+
+  Step Next();
+  /// Runs it to its end, and is ready to be bound again.
+  bool Run();
+  void Reset();
+
+  /// Columns from 0 on, of any type: text where a number is wanted is 0.
+  std::int64_t Number(int column) const;
+  std::string_view Text(int column) const;
+  bool IsNull(int column) const;
+  /// Nothing, an integer, a number or a text; bytes are nothing.
+  Value At(int column) const;
+
+ private:
+  struct Closer {
+    void operator()(sqlite3_stmt* handle) const;
+  };
+
+  Database* database_ = nullptr;
+  std::unique_ptr<sqlite3_stmt, Closer> handle_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,153 @@
+// The audit with its thread, on disks that work, hang and fail.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/audit/audit_log.h"
+
+#include <gmock/gmock.h>
+#include <sqlite3.h>
+
+#include "tests/gateway/audit/faulty_disk.h"
+#include "tests/gateway/audit/fixture.h"
+
+namespace baudgate::audit {
+namespace {
+
+using ::testing::HasSubstr;
+using Kept = WriteLog::Kept;
+
+/// An event that comes for certain; nothing is concluded from how soon.
+Instant Ever() { return ReadClocks().instant + 60s; }
+
+class AuditLogTest : public FolderTest {
+ protected:
+  std::unique_ptr<AuditLog> Start(const std::filesystem::path& path, const std::string& vfs = {}) {
+    AuditLog::Options options;
+    options.file = path;
+    options.vfs = vfs;
+    options.why_no_file = "there is no place for it";
+    options.clocks = ReadClocks;
+    options.warn = [this](const std::string& text) { Hear("warn", text); };
+    options.inform = [this](const std::string& text) { Hear("inform", text); };
+    return std::make_unique<AuditLog>(std::move(options));
+  }
+  void Hear(const std::string& how, const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    heard_.push_back(how + ": " + text);
+  }
+  std::vector<std::string> heard() {
+    const std::lock_guard lock(mutex_);
+    return heard_;
+  }
+  static void Await(const AuditLog& log, Disk disk) {
+    while (log.state().disk != disk) std::this_thread::yield();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::string> heard_;
+};
+
+TEST_F(AuditLogTest, KeepsAndCompletes) {
+  {
+    const auto log = Start(file());
+    const auto ticket = log->Begin(PointWrite("a"));
+    ASSERT_TRUE(ticket);
+    EXPECT_EQ(log->WaitFor(*ticket, Ever()), Kept::yes);
+    const auto page = log->Read({});
+    ASSERT_TRUE(page) << page.error();
+    ASSERT_EQ(page->records.size(), 1U);
+    EXPECT_EQ(OutcomeOf(page->records[0]), "pending");
+    log->End(*ticket, {WriteEnd::ok, {}, 3ms});
+    log->Note(RouteWrite("b", 1), ReadClocks().instant);
+    log->Note(RouteWrite("b", 2), ReadClocks().instant);
+    EXPECT_EQ(log->state().disk, Disk::fine);
+  }
+  const auto rows = ReadAll(file());
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].end, WriteEnd::ok);
+  EXPECT_EQ(rows[1].count, 2U) << "an orderly end closes what is open";
+  EXPECT_TRUE(rows[1].settled);
+  EXPECT_TRUE(heard().empty()) << heard()[0];
+}
+
+TEST_F(AuditLogTest, ManyThreadsShareCommitsAndNothingIsLost) {
+  constexpr int kThreads = 8;
+  constexpr int kEach = 50;
+  {
+    const auto log = Start(file());
+    std::vector<std::thread> threads;
+    for (int i = 0; i < kThreads; ++i) {
+      threads.emplace_back([&log, i] {
+        for (int n = 0; n < kEach; ++n) {
+          const auto ticket = log->Begin(PointWrite(std::to_string(i * kEach + n)));
+          if (log->WaitFor(*ticket, Ever()) == Kept::yes) log->End(*ticket, {WriteEnd::ok});
+        }
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+  }
+  const auto rows = ReadAll(file());
+  EXPECT_EQ(rows.size(), std::size_t{kThreads} * kEach);
+  for (const WriteRecord& row : rows) EXPECT_EQ(row.end, WriteEnd::ok);
+}
+
+TEST_F(AuditLogTest, ADiskThatHangsHoldsUpNobody) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs());
+  Await(*log, Disk::fine);
+  disk.Hang(true);
+  const auto first = log->Begin(PointWrite("a"));
+  disk.WaitUntilItHangs();
+  EXPECT_EQ(log->WaitFor(*first, Instant{}), Kept::late) << "the time is over";
+  EXPECT_EQ(log->state().disk, Disk::stalled);
+  const auto second = log->Begin(PointWrite("b"));
+  EXPECT_EQ(log->WaitFor(*second, Ever()), Kept::late) << "known to hang: nobody waits for it";
+  EXPECT_EQ(log->state().waiting, 2U);
+  disk.Hang(false);
+  Await(*log, Disk::fine);
+  EXPECT_EQ(log->WaitFor(*second, Ever()), Kept::yes);
+  ASSERT_EQ(heard().size(), 2U) << "its begin and its end";
+  EXPECT_THAT(heard()[0],
+              HasSubstr("warn: audit: the disk does not answer in time; writes are sent"));
+  EXPECT_THAT(heard()[1], HasSubstr("inform: audit: writes are recorded again"));
+}
+
+TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs());
+  Await(*log, Disk::fine);
+  disk.write_error = SQLITE_FULL;
+  const auto first = log->Begin(PointWrite("a"));
+  EXPECT_EQ(log->WaitFor(*first, Ever()), Kept::failing);
+  log->End(*first, {WriteEnd::ok});
+  const auto second = log->Begin(PointWrite("b"));
+  EXPECT_EQ(log->WaitFor(*second, Ever()), Kept::failing);
+  EXPECT_THAT(log->state().trouble, HasSubstr("full"));
+  EXPECT_THAT(log->Trouble(), HasSubstr("full"));
+  EXPECT_EQ(log->state().waiting, 2U);
+  disk.write_error = 0;
+  Await(*log, Disk::fine);
+  EXPECT_EQ(log->state().waiting, 0U);
+  EXPECT_EQ(heard().size(), 2U);
+}
+
+TEST_F(AuditLogTest, WithoutAPlaceTheStateSaysSo) {
+  const auto log = Start({});
+  const auto ticket = log->Begin(PointWrite("a"));
+  EXPECT_EQ(log->WaitFor(*ticket, Ever()), Kept::failing);
+  EXPECT_EQ(log->state().trouble, "there is no place for it");
+  EXPECT_FALSE(log->Read({}));
+  ASSERT_EQ(heard().size(), 1U);
+}
+
+TEST_F(AuditLogTest, WhatIsLostAtTheEndIsTold) {
+  FaultyDisk disk;
+  disk.open_error = SQLITE_CANTOPEN;
+  {
+    const auto log = Start("/events.db", disk.vfs());
+    log->Begin(PointWrite("a"));
+  }
+  EXPECT_THAT(heard().back(), HasSubstr("1 records of writes are lost"));
+}
+
+}  // namespace
+}  // namespace baudgate::audit

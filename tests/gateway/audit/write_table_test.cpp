@@ -1,0 +1,219 @@
+// The file: what is written is read back, restarts, room, and files that are none.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/audit/write_table.h"
+
+#include <gmock/gmock.h>
+#include <sqlite3.h>
+
+#include <fstream>
+
+#include "tests/gateway/audit/faulty_disk.h"
+#include "tests/gateway/audit/fixture.h"
+
+namespace baudgate::audit {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class WriteTableTest : public FolderTest {
+ protected:
+  void Add(AuditBook& book, WriteRecord record, std::optional<WriteEnd> end = WriteEnd::ok) {
+    const auto ticket = book.Begin(std::move(record));
+    if (end) book.End(*ticket, {*end, "because", 12345us});
+  }
+  AuditFile::Opened Open() {
+    auto opened = AuditFile(file()).Open();
+    return opened.value_or(AuditFile::Opened{});
+  }
+};
+
+TEST_F(WriteTableTest, GivesBackWhatWasWritten) {
+  AuditFile audit(file());
+  AuditBook book;
+  WriteRecord record = PointWrite("192.0.2.5:40312", 1);
+  record.before = 30.25;
+  record.value = std::string("text ' \"");
+  Add(book, record, WriteEnd::differs);
+  WriteRecord flag = PointWrite("user:root");
+  flag.value = true;
+  flag.before = Value();
+  Add(book, flag, std::nullopt);
+  ASSERT_TRUE(Keep(audit, book));
+  const auto rows = ReadAll(file());
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].seq, 1);
+  EXPECT_EQ(rows[0].kind, Kind::point);
+  EXPECT_EQ(rows[0].time, kWall);
+  EXPECT_EQ(rows[0].client, "192.0.2.5:40312");
+  EXPECT_EQ(rows[0].line + "." + rows[0].device + "." + rows[0].point, "bay-1.feeder-1.group");
+  EXPECT_EQ(rows[0].before, Value(30.25));
+  EXPECT_EQ(rows[0].value, Value(std::string("text ' \"")));
+  EXPECT_EQ(rows[0].end, WriteEnd::differs);
+  EXPECT_EQ(rows[0].reason, "because");
+  EXPECT_EQ(rows[0].took, 12345us);
+  EXPECT_EQ(rows[0].settled, 1);
+  EXPECT_EQ(rows[1].end, std::nullopt);
+  EXPECT_EQ(OutcomeOf(rows[1]), "pending");
+  EXPECT_EQ(rows[1].settled, std::nullopt);
+  EXPECT_EQ(rows[1].value, Value(std::int64_t{1}));
+  EXPECT_FALSE(HasValue(rows[1].before));
+}
+
+TEST_F(WriteTableTest, IsDurableAndSaysWhatItIs) {
+  ASSERT_TRUE(Open().ok);
+  Database database(file().string(), Database::Mode::write);
+  EXPECT_EQ(ToText(database.First("PRAGMA journal_mode")), "wal");
+  EXPECT_EQ(database.First("PRAGMA application_id"), Value(kEventsApplication));
+  EXPECT_EQ(database.First("PRAGMA user_version"), Value(kEventsVersion));
+  AuditFile again(file());
+  EXPECT_TRUE(again.Open()->ok);
+}
+
+TEST_F(WriteTableTest, WhatHadNotEndedIsUnknownAfterARestart) {
+  {
+    AuditFile audit(file());
+    AuditBook book;
+    Add(book, PointWrite("a"), std::nullopt);
+    Add(book, PointWrite("b"), WriteEnd::ok);
+    WriteRecord route = RouteWrite("c", 3);
+    route.count = 7;
+    book.Begin(route);
+    ASSERT_TRUE(Keep(audit, book));
+  }
+  ASSERT_TRUE(Open().ok);
+  const auto rows = ReadAll(file());
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[0].end, WriteEnd::unknown);
+  EXPECT_THAT(rows[0].reason, HasSubstr("stopped before it had ended"));
+  EXPECT_EQ(rows[1].end, WriteEnd::ok);
+  EXPECT_EQ(rows[1].reason, "because");
+  EXPECT_EQ(rows[2].end, WriteEnd::ok) << "of repeats the outcome is known";
+  EXPECT_EQ(rows[2].count, 7U);
+  Database database(file().string(), Database::Mode::write);
+  EXPECT_EQ(ReadAll(database, PageQuery::Order::settled).size(), 3U);
+}
+
+TEST_F(WriteTableTest, NumbersGoOnOverRestartsThoughAllRowsAreGone) {
+  {
+    AuditFile audit(file());
+    AuditBook book;
+    Add(book, PointWrite("a"));
+    ASSERT_TRUE(Keep(audit, book));
+  }
+  Database database(file().string(), Database::Mode::write);
+  ASSERT_TRUE(database.Execute("DELETE FROM writes"));
+  AuditFile audit(file());
+  AuditBook book;
+  Add(book, PointWrite("b"));
+  ASSERT_TRUE(Keep(audit, book));
+  EXPECT_EQ(ReadAll(database).at(0).seq, 2);
+}
+
+TEST_F(WriteTableTest, TheOldestOfWhoWritesMostGoesFirst) {
+  constexpr std::array<Room, kKinds> kSmall = {Room{10, kDay}, Room{5, kDay}, Room{5, kDay}};
+  AuditFile audit(file(), {}, kSmall);
+  AuditBook book;
+  Add(book, PointWrite("operator", 1, "trip"));
+  for (int i = 0; i < 40; ++i) Add(book, PointWrite("plc", i, "set_point"));
+  for (int i = 0; i < 40; ++i) Add(book, RouteWrite("plc", i));
+  ASSERT_TRUE(Keep(audit, book));
+  audit.Tidy({kStart, kWall});
+  const auto rows = ReadAll(file());
+  ASSERT_EQ(rows.size(), 15U);
+  EXPECT_EQ(rows[0].point, "trip");
+  EXPECT_EQ(ToText(rows[1].value), "31");
+  EXPECT_EQ(ToText(rows[9].value), "39");
+  EXPECT_EQ(rows[10].kind, Kind::route);
+}
+
+TEST_F(WriteTableTest, OldOnesGoOnceADay) {
+  AuditFile audit(file());
+  AuditBook book;
+  Add(book, PointWrite("old"));
+  ASSERT_TRUE(Keep(audit, book));
+  const WallTime years_later = kWall + 6 * 366 * kDay;
+  audit.Tidy({kStart, years_later});
+  EXPECT_EQ(ReadAll(file()).size(), 1U) << "the clock may be wrong at the start";
+  audit.Tidy({kStart + 25h, years_later});
+  EXPECT_EQ(ReadAll(file()).size(), 0U);
+}
+
+TEST_F(WriteTableTest, ADamagedFileIsPutAsideAndNamed) {
+  for (const std::size_t size : {std::size_t{600}, std::size_t{20'000}}) {
+    const std::string content(size, 'x');
+    std::ofstream(file()) << content;
+    const auto opened = Open();
+    EXPECT_TRUE(opened.ok) << opened.error;
+    EXPECT_THAT(opened.put_aside, HasSubstr("events.db.bad"));
+    fs::remove(file());
+  }
+  EXPECT_TRUE(fs::exists(file().string() + ".bad"));
+  EXPECT_TRUE(fs::exists(file().string() + ".bad2")) << "none is written over";
+}
+
+TEST_F(WriteTableTest, PagesOverwrittenWithGarbageAreFound) {
+  {
+    AuditFile audit(file());
+    AuditBook book;
+    for (int i = 0; i < 500; ++i) Add(book, PointWrite("a", i));
+    ASSERT_TRUE(Keep(audit, book));
+  }
+  {
+    std::fstream damage(file(), std::ios::in | std::ios::out | std::ios::binary);
+    damage.seekp(4096 + 8);
+    for (int i = 0; i < 12'000; ++i) damage.put(static_cast<char>(i * 7));
+  }
+  const auto opened = Open();
+  EXPECT_TRUE(opened.ok) << opened.error;
+  EXPECT_THAT(opened.put_aside, HasSubstr("is damaged"));
+}
+
+TEST_F(WriteTableTest, ANewerFileIsLeftAlone) {
+  ASSERT_TRUE(Open().ok);
+  Database database(file().string(), Database::Mode::write);
+  ASSERT_TRUE(database.Execute("PRAGMA user_version=99"));
+  const auto opened = Open();
+  EXPECT_FALSE(opened.ok);
+  EXPECT_THAT(opened.error, HasSubstr("a newer baudgate has made it"));
+  EXPECT_TRUE(opened.put_aside.empty());
+}
+
+TEST(WriteTableFaults, AFullDiskKeepsNothingAndDoublesNothing) {
+  FaultyDisk disk;
+  AuditFile audit("/events.db", disk.vfs());
+  AuditBook book;
+  book.Begin(PointWrite("a"));
+  ASSERT_TRUE(Keep(audit, book));
+  const Ticket ticket = *book.Begin(PointWrite("b"));
+  for (const int error : {SQLITE_FULL, SQLITE_IOERR_WRITE, SQLITE_READONLY}) {
+    disk.write_error = error;
+    const Status status = Keep(audit, book);
+    ASSERT_FALSE(status);
+    EXPECT_THAT(status.error(), HasSubstr("/events.db: "));
+    EXPECT_LT(book.kept(), ticket);
+  }
+  disk.write_error = 0;
+  disk.sync_error = SQLITE_IOERR_FSYNC;
+  ASSERT_FALSE(Keep(audit, book)) << "the bytes went out, but nobody knows whether they stay";
+  disk.sync_error = 0;
+  ASSERT_TRUE(Keep(audit, book));
+  const auto rows = ReadAll("/events.db", disk.vfs());
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[1].seq, 2);
+}
+
+TEST(WriteTableFaults, ADiskThatCanNotBeOpenedIsTriedAgain) {
+  FaultyDisk disk;
+  disk.open_error = SQLITE_CANTOPEN;
+  AuditFile audit("/events.db", disk.vfs());
+  AuditBook book;
+  book.Begin(PointWrite("a"));
+  EXPECT_FALSE(Keep(audit, book));
+  disk.open_error = 0;
+  EXPECT_TRUE(Keep(audit, book));
+  EXPECT_EQ(ReadAll("/events.db", disk.vfs()).size(), 1U);
+}
+
+}  // namespace
+}  // namespace baudgate::audit
