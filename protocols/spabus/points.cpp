@@ -27,8 +27,6 @@ std::string_view Forbidden(const Address& address) {
     case 160:
     case 161:
       return "it is the password: set the option `password`, writes then use it by themselves";
-    case 165:
-      return "it sets off the self-supervision output";
     case 167:
       return "it formats the memory of the device";
     case 200:
