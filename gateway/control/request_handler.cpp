@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "gateway/base/spelling.h"
+#include "gateway/status/settings_json.h"
 
 namespace baudgate::control {
 namespace {
@@ -64,14 +65,15 @@ Reply RequestHandler::Dispatch(const Json& request, Now now) {
     }
     return {Dump(StatusJson(config_, store_, info_, target, now))};
   }
+  if (command == "settings") return Settings(request, now);
   if (command == "release") return Release(request, now);
   if (command == "take_back") return TakeBack(request);
   if (command == "enable") return SetInUse(request, true);
   if (command == "disable") return SetInUse(request, false);
   if (command == "trace") return Trace(request, false);
   if (command == "recorded") return Trace(request, true);
-  constexpr std::string_view kCommands[] = {"status",  "release", "take_back", "enable",
-                                            "disable", "trace",   "recorded"};
+  constexpr std::string_view kCommands[] = {"status", "settings", "release", "take_back",
+                                            "enable", "disable",  "trace",   "recorded"};
   return Refused(kUsage, config::Quoted(command) + " is no command;" +
                              config::DidYouMean(command, kCommands) +
                              " there are: " + config::Join(kCommands));
@@ -87,6 +89,12 @@ Result<Target> RequestHandler::LineOf(const Json& request) const {
   const std::string& line = config_.lines[target->line].name;
   return Error{config::Quoted(TextOf(request, "target")) +
                " is one device; this is done with a line as a whole: write " + line};
+}
+
+Result<Target> RequestHandler::DeviceOf(const Json& request) const {
+  const auto target = TargetOf(request);
+  if (!target || target->device) return target;
+  return Error{"name one device: " + config_.lines[target->line].name + ".DEVICE"};
 }
 
 Reply RequestHandler::Release(const Json& request, Now now) {
@@ -116,12 +124,17 @@ Reply RequestHandler::TakeBack(const Json& request) {
   return {Dump(done)};
 }
 
-Reply RequestHandler::SetInUse(const Json& request, bool in_use) {
-  const auto target = TargetOf(request);
+Reply RequestHandler::Settings(const Json& request, Now now) const {
+  const auto target = DeviceOf(request);
   if (!target) return Refused(kUnknown, target.error());
-  if (!target->device) {
-    return Refused(kUsage, "name one device: " + config_.lines[target->line].name + ".DEVICE");
-  }
+  const auto settings = SettingsJson(config_, store_, *target, now);
+  if (!settings) return Refused(kUnknown, settings.error());
+  return {Dump(*settings)};
+}
+
+Reply RequestHandler::SetInUse(const Json& request, bool in_use) {
+  const auto target = DeviceOf(request);
+  if (!target) return Refused(kUnknown, target.error());
   control_.SetInUse(*target->device, in_use);
   Json done = Done(config_.lines[target->line]);
   done["device"] = store_.device(*target->device).name;
