@@ -24,6 +24,7 @@
 #include "gateway/cli/offline/profiles.h"
 #include "gateway/cli/offline/protocols.h"
 #include "gateway/cli/offline/simulate.h"
+#include "gateway/cli/settings/settings.h"
 #include "gateway/cli/terminal/output.h"
 #include "gateway/cli/terminal/words.h"
 #include "gateway/simulate/fault_text.h"
@@ -281,6 +282,35 @@ void AddWrites(CLI::App& app, Action& action) {
   });
 }
 
+void AddSettings(CLI::App& app, Action& action) {
+  auto* settings = app.add_subcommand("settings", "Settings of a relay: keep, compare, restore");
+  settings->require_subcommand(1);
+  const auto add = [&](const char* name, const char* help, bool needs_file, auto run) {
+    auto* command = settings->add_subcommand(name, help);
+    auto options = std::make_shared<SettingsOptions>();
+    command->add_option("TARGET", options->target, "LINE.DEVICE")->required();
+    command->add_option("FILE", options->file, "File of settings")->required(needs_file);
+    AddSocket(*command, options->socket);
+    command->callback([options, run, &action] {
+      action = [=](const auto&) { return run(*options, std::cout, std::cerr); };
+    });
+    return std::pair(command, options);
+  };
+  const auto [dump, kept] =
+      add("dump", "Write the settings into a new file, or print them", false, RunSettingsDump);
+  dump->add_flag("--json", kept->json, "JSON in place of YAML");
+  const auto [compare, compared] =
+      add("compare", "Show where the relay differs from the file", true, RunSettingsCompare);
+  compare->add_flag("--json", compared->json, "Print one JSON object");
+  const auto run = [](const SettingsOptions& options, std::ostream& out, std::ostream& err) {
+    baudgate::settings::SocketWriter writer(options.socket);
+    return RunSettingsRestore(options, writer, out, err);
+  };
+  const auto [restore, restored] =
+      add("restore", "Write to the relay what differs from the file", true, run);
+  restore->add_flag("--confirm", restored->confirm, "Write; without it, it is only shown");
+}
+
 void AddInUse(CLI::App& app, Action& action, const char* name, const char* help, bool in_use) {
   auto* command = app.add_subcommand(name, help);
   auto options = std::make_shared<InUseOptions>();
@@ -336,6 +366,7 @@ void AddCommands(CLI::App& app, Action& action) {
   AddRelease(app, action);
   AddTrace(app, action);
   AddWrites(app, action);
+  AddSettings(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);
 }

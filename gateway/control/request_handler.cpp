@@ -7,6 +7,7 @@
 
 #include "gateway/base/spelling.h"
 #include "gateway/status/audit_json.h"
+#include "gateway/status/settings_json.h"
 
 namespace baudgate::control {
 namespace {
@@ -74,6 +75,7 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
     }
     return {Dump(StatusJson(config_, store_, info_, target, now))};
   }
+  if (command == "settings") return Settings(request, now);
   if (command == "release") return Release(request, now);
   if (command == "take_back") return TakeBack(request);
   if (command == "enable") return SetInUse(request, true);
@@ -87,8 +89,9 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
                                             : points_.Write(request, client, now.instant, answered);
     return status ? Reply{} : Refused(kUnknown, status.error());
   }
-  constexpr std::string_view kCommands[] = {"status",    "read",   "write",   "writes", "release",
-                                            "take_back", "enable", "disable", "trace",  "recorded"};
+  constexpr std::string_view kCommands[] = {"status",   "read",    "write",     "writes",
+                                            "settings", "release", "take_back", "enable",
+                                            "disable",  "trace",   "recorded"};
   return Refused(kUsage, config::Quoted(command) + " is no command;" +
                              config::DidYouMean(command, kCommands) +
                              " there are: " + config::Join(kCommands));
@@ -104,6 +107,12 @@ Result<Target> RequestHandler::LineOf(const Json& request) const {
   const std::string& line = config_.lines[target->line].name;
   return Error{config::Quoted(TextOf(request, "target")) +
                " is one device; this is done with a line as a whole: write " + line};
+}
+
+Result<Target> RequestHandler::DeviceOf(const Json& request) const {
+  const auto target = TargetOf(request);
+  if (!target || target->device) return target;
+  return Error{"name one device: " + config_.lines[target->line].name + ".DEVICE"};
 }
 
 Reply RequestHandler::Release(const Json& request, Now now) {
@@ -133,12 +142,17 @@ Reply RequestHandler::TakeBack(const Json& request) {
   return {Dump(done)};
 }
 
-Reply RequestHandler::SetInUse(const Json& request, bool in_use) {
-  const auto target = TargetOf(request);
+Reply RequestHandler::Settings(const Json& request, Now now) const {
+  const auto target = DeviceOf(request);
   if (!target) return Refused(kUnknown, target.error());
-  if (!target->device) {
-    return Refused(kUsage, "name one device: " + config_.lines[target->line].name + ".DEVICE");
-  }
+  const auto settings = SettingsJson(config_, store_, *target, now);
+  if (!settings) return Refused(kUnknown, settings.error());
+  return {Dump(*settings)};
+}
+
+Reply RequestHandler::SetInUse(const Json& request, bool in_use) {
+  const auto target = DeviceOf(request);
+  if (!target) return Refused(kUnknown, target.error());
   control_.SetInUse(*target->device, in_use);
   Json done = Done(config_.lines[target->line]);
   done["device"] = store_.device(*target->device).name;

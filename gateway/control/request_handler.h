@@ -49,6 +49,7 @@ class RequestHandler {
 
  private:
   Reply Dispatch(const Json& request, const Writer& client, Now now, const Later& later);
+  Reply Settings(const Json& request, Now now) const;
   Reply Release(const Json& request, Now now);
   Reply TakeBack(const Json& request);
   Reply SetInUse(const Json& request, bool in_use);
@@ -57,6 +58,7 @@ class RequestHandler {
   Result<Target> TargetOf(const Json& request) const;
   /// A line as a whole.
   Result<Target> LineOf(const Json& request) const;
+  Result<Target> DeviceOf(const Json& request) const;
 
   const config::Config& config_;
   const PointStore& store_;

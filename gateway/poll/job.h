@@ -28,9 +28,10 @@ struct Job {
   struct ReadBack {};  ///< of a query whose points were written, or are in doubt
   struct Write {
     WriteCommand command;
-    std::size_t first = 0;  ///< index in command.writes of the first that is under way
-    std::size_t next = 0;   ///< and of the first that has not been begun
-    bool sent = false;      ///< a request that may have written those under way
+    std::size_t first = 0;          ///< index in command.writes of the first that is under way
+    std::size_t next = 0;           ///< and of the first that has not been begun
+    bool sent = false;              ///< a request that may have written those under way
+    std::optional<Outcome> told{};  ///< the latest answer to one that is not a mere closing
   };
   struct Routed {
     RouteQueue::Batch batch;          ///< whom the reply goes to; they may leave meanwhile

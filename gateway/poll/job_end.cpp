@@ -111,7 +111,11 @@ void Poller::Finish(Outcome outcome, const std::string& reason) {
   if (writes && !life && device != nullptr) schedule_.GoFirst(device->place);
   if (!done->mute) upkeep_.OnTask(member, outcome, reason, now_.instant);
   if (routed != nullptr) return AnswerRoute(*done, outcome, reason);
-  if (auto* write = done->As<Job::Write>()) FinishWrite(*write, *device, outcome, reason);
+  if (auto* write = done->As<Job::Write>()) {
+    // A closing that nobody answers takes nothing back.
+    const bool closing = done->request.closes && !life;
+    FinishWrite(*write, *device, closing ? write->told.value_or(outcome) : outcome, reason);
+  }
 }
 
 /// What the probe came to is never the outcome of the task that waited for it.

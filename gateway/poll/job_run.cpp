@@ -96,6 +96,7 @@ void Poller::NextWrite() {
   rest.resize(std::clamp<std::size_t>(device.conversation->WritesTogether(rest), 1, rest.size()));
   write.first = std::exchange(write.next, write.next + rest.size());
   write.sent = false;
+  write.told.reset();
   Task& task = job_->task;
   task.kind = Task::Kind::write;
   task.point = rest.front().point;
@@ -315,6 +316,8 @@ void Poller::TakeAnswer() {
   const Outcome outcome = job.answer.outcome;
   const Answer answer = std::exchange(job.answer, {});
   upkeep_.OnHeard(device, now_.instant);
+  auto* const write = job.As<Job::Write>();
+  if (write != nullptr && write->sent && !job.request.closes) write->told = outcome;
   Store(device, answer);
   if (answer.wait > Duration::zero()) schedule_.Hold(device.place, now_.instant + answer.wait);
   if (answer.then == Then::ask_again) return Ask();

@@ -13,6 +13,7 @@
 #include "protocols/spabus/plan.h"
 #include "protocols/spabus/reply.h"
 #include "protocols/spabus/settings.h"
+#include "protocols/spabus/write_items.h"
 #include "protocols/spabus/write_session.h"
 
 namespace baudgate::protocols::spabus {
@@ -37,7 +38,7 @@ class SpaConversation final : public Conversation {
         settings_(ReadSettings(device.options)),
         writes_(settings_.password),
         slave_(ParseSlave(device.address).value()),
-        limits_{settings_.max_items, true},
+        limits_{settings_.max_items, true, settings_.write_items},
         plan_(MakePlan(points_, limits_)) {}
 
   std::span<const Query> Queries() const override {
@@ -69,10 +70,16 @@ class SpaConversation final : public Conversation {
     return Error{"the SPA Bus does not know this kind of task"};
   }
 
+  std::size_t WritesTogether(std::span<const PointValue> writes) const override {
+    return CountTogether(writes, device_.points, limits_.written);
+  }
+
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant) override {
     Exchange exchange = Decode(request.bytes, frame, points_);
     Confirm(request, frame, exchange.answer);
     if (task.kind == Task::Kind::write) {
+      const bool complicated = exchange.nack == kTooComplicated || exchange.nack == kSyntax;
+      if (complicated && exchange.command->ItemCount() > 1) limits_.written = 1;
       return writes_.OnAnswer(std::move(exchange.answer), exchange.nack);
     }
     if (request.closes) {
@@ -112,7 +119,7 @@ class SpaConversation final : public Conversation {
 
   void OnReconnect() override {
     named_ = false;
-    limits_ = {settings_.max_items, true};
+    limits_ = {settings_.max_items, true, settings_.write_items};
     channels_work_ = repeated_ = sends_wildcard_ = false;
     channel_failures_ = 0;
     plan_.OnReconnect();
@@ -149,6 +156,7 @@ class SpaConversation final : public Conversation {
       say("at most " + Plural(limits_.items, "item") + " in one request");
     }
     if (!limits_.channels) say("one channel in one request");
+    if (limits_.written < settings_.write_items) say("one value in one write");
     if (channels_work_) say("several channels in one request");
     if (sends_wildcard_) say("XX in place of its checksums");
     if (const char reading = checksum_.letter()) {
@@ -197,13 +205,16 @@ class SpaConversation final : public Conversation {
   }
 
   Result<Request> AskWrite(const Task& task) {
-    const config::Point& point = device_.points[task.point];
     if (trouble_) return Error{trouble_.text};
-    if (point.access == config::Access::read) return Error{"'" + point.name + "' is read-only"};
-    auto command = writes_.Next(slave_, task, point);
+    for (const PointValue& one : ValuesOf(task)) {
+      const config::Point& point = device_.points[one.point];
+      if (point.access == config::Access::read) return Error{"'" + point.name + "' is read-only"};
+    }
+    auto command = writes_.Next(slave_, task, device_.points);
     if (!command) return Error{command.error()};
     Request request = Seal(*command);
     request.closes = writes_.closing();
+    request.prepares = writes_.opening();
     return request;
   }
 

@@ -25,7 +25,8 @@ using ItemPlan = QueryPlan<Row>;
 /// What the device takes in one request, as far as it is known.
 struct RequestLimits {
   std::size_t items = 8;
-  bool channels = true;  ///< a range of them
+  bool channels = true;     ///< a range of them
+  std::size_t written = 1;  ///< items in one write
 };
 
 /// One request takes items without a gap. `limits` are read whenever requests are laid out, so that

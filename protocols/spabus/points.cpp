@@ -27,8 +27,6 @@ std::string_view Forbidden(const Address& address) {
     case 160:
     case 161:
       return "it is the password: set the option `password`, writes then use it by themselves";
-    case 165:
-      return "it sets off the self-supervision output";
     case 167:
       return "it formats the memory of the device";
     case 200:
@@ -62,7 +60,7 @@ Status CheckRead(const config::Point& point) {
 
 Status CheckWrite(const config::Point& point) {
   const std::string& text = point.write.empty() ? point.read : point.write;
-  const auto address = ParseAddress(text);
+  const auto address = WriteAddress(point);
   if (!address) return Error{address.error()};
   constexpr std::string_view kWritable = "OSVMCTD";
   if (kWritable.find(address->category) == std::string_view::npos) {
@@ -76,6 +74,10 @@ Status CheckWrite(const config::Point& point) {
 }
 
 }  // namespace
+
+Result<Address> WriteAddress(const config::Point& point) {
+  return ParseAddress(point.write.empty() ? point.read : point.write);
+}
 
 std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points) {
   std::vector<ReadPoint> readable;
@@ -100,7 +102,7 @@ std::vector<Doubt> DoubtsOf(const config::Device& device) {
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     const config::Point& point = device.points[i];
     if (point.access == config::Access::read) continue;
-    const auto item = ParseAddress(point.write.empty() ? point.read : point.write);
+    const auto item = WriteAddress(point);
     if (!item || item->category != 'O') continue;
     doubts.push_back({i, "can be written: " + FormatAddress(*item) +
                              " is an output of a protection relay, and whoever may write to it may "

@@ -11,6 +11,10 @@ constexpr auto kTable = SettingsTable(
     Bind<&Settings::max_items>(option::Integer(
         "max_items", "8", 1, 64,
         "Most items that one request reads together; 1 for devices that refuse ranges.")),
+    Bind<&Settings::write_items>(option::Integer(
+        "write_items", "1", 1, 64,
+        "Most neighbouring items that one request writes together, as in W S21/23; 1: each by "
+        "itself. After a refusal of several nobody knows which of them were taken.")),
     Bind<&Settings::password>(option::Secret(
         option::Integer("password", "0", 0, 999,
                         "Opened (V160) before and closed (V161) after each write; 0: "

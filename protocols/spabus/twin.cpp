@@ -2,6 +2,7 @@
 #include "protocols/spabus/twin.h"
 
 #include "gateway/base/text.h"
+#include "protocols/spabus/points.h"
 #include "protocols/spabus/reply.h"
 #include "protocols/spabus/settings.h"
 #include "protocols/spabus/values.h"
@@ -25,9 +26,21 @@ int OwnReading(const config::Options& options) {
   return (chosen == kCoversAny ? kCoversAll : chosen) | (bits & kLineFeedCovered);
 }
 
-/// Whether a decoded value fits the integer or bool that the item is.
-bool Fits(const Decoded& decoded, const config::Point& point) {
+std::size_t DecimalsOf(std::string_view text) {
+  const std::size_t point = text.find('.');
+  return point == std::string_view::npos ? 0 : text.size() - point - 1;
+}
+
+/// Whether a value fits the number, integer or bool that the item is.
+bool Fits(const std::string& text, const Decoded& decoded, const config::Point& point) {
+  const auto& decimals = point.writing.decimals;
+  if (decimals && DecimalsOf(text) > static_cast<std::size_t>(*decimals)) return false;
   return decoded.quality == Quality::good && EncodeValue(decoded.value, point).ok();
+}
+
+bool IsPassword(const Address& item) {
+  return item.channel == 0 && item.category == 'V' && *item.number >= kPasswordItems.first &&
+         *item.number <= kPasswordItems.last;
 }
 
 }  // namespace
@@ -36,12 +49,11 @@ SpaTwin::SpaTwin(const config::Device& device, TwinValues& values)
     : device_(device),
       points_(
           device, values, [](const config::Point& point) { return ParseAddress(point.read); },
-          [](const config::Point& point) {
-            return ParseAddress(point.write.empty() ? point.read : point.write);
-          }),
+          [](const config::Point& point) { return WriteAddress(point); }),
       slave_(ParseSlave(device.address).value()),
       reply_as_(slave_),
       reading_(OwnReading(device.options)),
+      write_items_(ReadSettings(device.options).write_items),
       password_(ReadSettings(device.options).password) {}
 
 void SpaTwin::ReplyAs(std::string_view address) { reply_as_ = ParseSlave(address).value(); }
@@ -90,22 +102,30 @@ Result<std::string> SpaTwin::Text(const Address& item, Instant now) const {
 }
 
 Bytes SpaTwin::Write(const Command& command) {
-  if (command.ItemCount() != 1) return Nack(kTooComplicated);
+  if (command.ItemCount() > write_items_ || command.channels.Count() > 1) {
+    return Nack(kTooComplicated);
+  }
   Address item{command.channels.first, command.category, std::nullopt};
   if (command.numbers) item.number = command.numbers->first;
-  const bool is_password = item.channel == 0 && item.category == 'V' &&
-                           *item.number >= kPasswordItems.first &&
-                           *item.number <= kPasswordItems.last;
-  if (is_password) return WritePassword(*item.number, command.data);
+  const auto values = Split(command.data, '/');
+  if (values.size() != command.ItemCount()) return Nack(kSyntax);
+  if (values.size() == 1 && IsPassword(item)) return WritePassword(*item.number, command.data);
+  for (const std::string_view value : values) {
+    if (const auto refused = WriteItem(item, std::string(value))) return Nack(*refused);
+    if (item.number) ++*item.number;
+  }
+  return EncodeAck(reply_as_, reading_);
+}
 
+std::optional<int> SpaTwin::WriteItem(const Address& item, const std::string& data) {
   const auto is_item = [&item](const Address& address) { return address == item; };
   const auto* known = points_.FindWritable(is_item);
-  if (known == nullptr) return Nack(points_.Find(is_item) != nullptr ? kNotNow : kMissing);
-  if (password_ != 0 && !open_) return Nack(kNotNow);
-  const Decoded decoded = DecodeValue(command.data, *known->point);
-  if (!Fits(decoded, *known->point)) return Nack(kBadValue);
+  if (known == nullptr) return points_.Find(is_item) != nullptr ? kNotNow : kMissing;
+  if (password_ != 0 && !open_) return kNotNow;
+  const Decoded decoded = DecodeValue(data, *known->point);
+  if (!Fits(data, decoded, *known->point)) return kBadValue;
   points_.Set(*known, decoded.value);
-  return EncodeAck(reply_as_, reading_);
+  return std::nullopt;
 }
 
 Bytes SpaTwin::WritePassword(std::uint32_t item, const std::string& data) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "config/model/device.h"
@@ -15,7 +16,8 @@ namespace baudgate::protocols::spabus {
 
 /// Silent for other slaves, broadcasts and what has no slave number. NACK 0 for a wrong checksum,
 /// 3 for what does not fit one reply, 5 for syntax, 6 for items that the profile lacks, 7 for items
-/// that can not be read or written now, 8 for a value that the item does not take.
+/// that can not be read or written now, 8 for a value that the item does not take: more decimals
+/// than it has among them. Of several values in one write those before the first refused are taken.
 class SpaTwin final : public Twin {
  public:
   SpaTwin(const config::Device& device, TwinValues& values);
@@ -26,6 +28,8 @@ class SpaTwin final : public Twin {
  private:
   Bytes Read(const Command& command, Instant now);
   Bytes Write(const Command& command);
+  /// The code of the NACK that the write of one item deserves; nothing when it is done.
+  std::optional<int> WriteItem(const Address& item, const std::string& data);
   Bytes WritePassword(std::uint32_t item, const std::string& data);
   Bytes Nack(int code) const;
   /// The text of one item, or the code of the NACK that it deserves.
@@ -36,6 +40,7 @@ class SpaTwin final : public Twin {
   unsigned slave_;
   unsigned reply_as_;
   int reading_ = 0;  ///< how its checksums are computed (reply.h)
+  std::size_t write_items_ = 1;
   std::int64_t password_ = 0;
   bool open_ = false;
 };

@@ -2,10 +2,10 @@
 #include "protocols/spabus/values.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "gateway/base/text.h"
 #include "protocols/spabus/codec.h"
@@ -19,6 +19,11 @@ using config::Type;
 constexpr double kLargestExact = 9007199254740992.0;
 /// Longest text item that known masters write.
 constexpr std::size_t kLongestText = 131;
+/// Of a point that says nothing. What was divided by a scale is not exact in its last digits.
+constexpr std::size_t kMostDecimals = 9;
+constexpr std::size_t kScaledDecimals = 6;
+/// Relative, of limits that are no binary fractions.
+constexpr double kSlack = 1e-9;
 
 bool IsInteger(Type type) { return type >= Type::int16 && type <= Type::uint64; }
 bool IsScaled(const config::Point& point) { return point.scale != 1 || point.offset != 0; }
@@ -61,19 +66,51 @@ Limits LimitsOf(Type type) {
   }
 }
 
-/// Fixed notation with at most `most` decimals; needless zeros beyond `least` are dropped.
+/// "4.10" and "4.00" to "4.1" and "4"; `least` decimals stay.
+void DropZeros(std::string& text, std::size_t least) {
+  const std::size_t point = text.find('.');
+  if (point != std::string::npos) {
+    while (text.size() > point + 1 + least && text.back() == '0') text.pop_back();
+    if (text.back() == '.') text.pop_back();
+  }
+  if (text == "-0") text = "0";
+}
+
+/// Fixed notation with `least` to `most` decimals.
 std::string FormatFixed(double number, int least, int most) {
   char buffer[64];
   const auto [end, error] =
       std::to_chars(buffer, buffer + sizeof buffer, number, std::chars_format::fixed, most);
   if (error != std::errc()) return {};
   std::string text(buffer, end);
+  DropZeros(text, static_cast<std::size_t>(least));
+  return text;
+}
+
+/// One more in the last digit: "-1.99" to "-2.00".
+void StepUp(std::string& text) {
+  for (std::size_t i = text.size(); i-- > 0;) {
+    if (text[i] == '.' || text[i] == '-') continue;
+    if (text[i] != '9') {
+      ++text[i];
+      return;
+    }
+    text[i] = '0';
+  }
+  text.insert(text.front() == '-' ? 1 : 0, 1, '1');
+}
+
+/// Rounded as on paper, half away from zero: 2.675 is 2.68, whatever a double makes of it.
+std::string RoundTo(std::string text, std::size_t decimals) {
   const std::size_t point = text.find('.');
-  if (point == std::string::npos) return text;
-  const std::size_t shortest = point + 1 + static_cast<std::size_t>(least);
-  while (text.size() > shortest && text.back() == '0') text.pop_back();
-  if (text.back() == '.') text.pop_back();
-  return text == "-0" ? "0" : text;
+  const std::size_t next = point + 1 + decimals;
+  if (point != std::string::npos && next < text.size()) {
+    const bool up = text[next] >= '5';
+    text.resize(decimals == 0 ? point : next);
+    if (up) StepUp(text);
+  }
+  DropZeros(text, 0);
+  return text;
 }
 
 Result<std::string> EncodeText(const std::string& text) {
@@ -88,15 +125,47 @@ Result<std::string> EncodeText(const std::string& text) {
   return text;
 }
 
-/// float32 registers carry 30.3 as 30.299999237: the shortest decimal number that is the same
-/// float32 is what was meant.
-double AsMeant(double number) {
-  std::array<char, 32> buffer{};
-  const auto [end, error] =
-      std::to_chars(buffer.data(), buffer.data() + buffer.size(), static_cast<float>(number));
+/// float32 registers carry 30.3 as 30.299999237: the shortest text that reads back as the same
+/// float32 is what was meant. Of a double it is that of 15 digits, which hides 0.1 + 0.2.
+std::string Shortest(double number, Type type) {
+  char buffer[512];
+  char* const end = buffer + sizeof buffer;
+  if (type == Type::float32) {
+    const auto number32 = static_cast<float>(number);
+    return {buffer, std::to_chars(buffer, end, number32, std::chars_format::fixed).ptr};
+  }
   double meant = number;
-  if (error == std::errc()) std::from_chars(buffer.data(), end, meant);
-  return meant;
+  if (type == Type::float64) {
+    const char* const last = std::to_chars(buffer, end, number, std::chars_format::general, 15).ptr;
+    std::from_chars(buffer, last, meant);
+  }
+  return {buffer, std::to_chars(buffer, end, meant, std::chars_format::fixed).ptr};
+}
+
+std::size_t MostDecimals(const config::Point& point) {
+  if (point.writing.decimals) return static_cast<std::size_t>(*point.writing.decimals);
+  return IsScaled(point) ? kScaledDecimals : kMostDecimals;
+}
+
+/// Rounding must not lead out of the range that the value itself was in.
+bool IsAllowed(const std::string& text, const config::Point& point) {
+  const double shown = ParseDecimal(text).value_or(0) * point.scale + point.offset;
+  const auto& [min, max] = std::tie(point.writing.min, point.writing.max);
+  const double slack = kSlack * std::max(1.0, std::abs(shown));
+  return !(min && shown < *min - slack) && !(max && shown > *max + slack);
+}
+
+/// The text for a number that is in the range of the point's type.
+Result<std::string> EncodeNumber(double number, const config::Point& point) {
+  const std::size_t decimals = MostDecimals(point);
+  std::string text = RoundTo(Shortest(number, point.type), decimals);
+  const auto rounded = [&](const std::string& why) {
+    return Error{FormatNumber(number) + ", with the " + std::to_string(decimals) +
+                 " decimals that '" + point.name + "' takes, is " + text + ": " + why};
+  };
+  if (text == "0" && number != 0) return rounded("too small to be written");
+  if (!IsAllowed(text, point)) return rounded("outside of what may be written");
+  return text;
 }
 
 }  // namespace
@@ -147,11 +216,7 @@ Result<std::string> EncodeValue(const Value& value, const config::Point& point) 
   if (whole && std::trunc(number) != number) {
     return Error{ToText(value) + " is no whole number, as '" + point.name + "' needs"};
   }
-  std::string text = FormatFixed(point.type == Type::float32 ? AsMeant(number) : number, 0, 6);
-  if (text == "0" && number != 0) {
-    return Error{ToText(value) + " is too small to be written with six decimals"};
-  }
-  return text;
+  return EncodeNumber(number, point);
 }
 
 std::string PrintValue(const Value& value, const config::Point& point) {
@@ -166,7 +231,8 @@ std::string PrintValue(const Value& value, const config::Point& point) {
   if (!std::isfinite(number)) return {};
   if (point.type == Type::boolean) return number != 0 ? "1" : "0";
   if (IsInteger(point.type) && !IsScaled(point)) return FormatFixed(std::round(number), 0, 0);
-  return FormatFixed(number, 2, 4);
+  const int most = point.writing.decimals.value_or(4);
+  return FormatFixed(number, std::min(2, most), most);
 }
 
 }  // namespace baudgate::protocols::spabus

@@ -20,11 +20,13 @@ Decoded DecodeValue(std::string_view text, const config::Point& point);
 /// As DecodeValue where no point says what is expected: number if it reads as one, else text.
 Value GuessValue(std::string_view text);
 
-/// The text to write for a raw value: never an exponent, never a reserved character. An error when
-/// the value does not fit the point's type.
+/// The text to write for a raw value: never an exponent, never a reserved character. Numbers as a
+/// device prints them, "30.3": the shortest text of a float32, rounded to the point's decimals. An
+/// error when the value does not fit the point's type, or is 0 or out of range once rounded.
 Result<std::string> EncodeValue(const Value& value, const config::Point& point);
 
-/// What a slave prints for a value: numbers with two to four decimals, booleans as 0 and 1.
+/// What a slave prints for a value: booleans as 0 and 1, numbers with the point's decimals, else
+/// two to four.
 std::string PrintValue(const Value& value, const config::Point& point);
 
 }  // namespace baudgate::protocols::spabus

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/write_session.h"
 
+#include <algorithm>
+
 #include "protocols/spabus/nack.h"
-#include "protocols/spabus/values.h"
+#include "protocols/spabus/write_items.h"
 
 namespace baudgate::protocols::spabus {
 namespace {
@@ -11,6 +13,14 @@ constexpr Address kOpenPassword{0, 'V', 160};
 constexpr Address kClosePassword{0, 'V', 161};
 /// A closing that gets lost is sent once more: an open password is worth a second try.
 constexpr int kMostClosings = 2;
+constexpr int kNotNow = 7;
+constexpr int kOtherError = 9;
+
+bool AreSame(std::span<const PointValue> a, std::span<const PointValue> b) {
+  return std::ranges::equal(a, b, [](const PointValue& one, const PointValue& other) {
+    return one.point == other.point && one.value == other.value;
+  });
+}
 
 /// The device has judged the closing, be it that nothing is open.
 bool IsFinal(const Answer& answer) {
@@ -19,25 +29,24 @@ bool IsFinal(const Answer& answer) {
 
 }  // namespace
 
-Result<Command> WriteSession::Next(unsigned slave, const Task& task, const config::Point& point) {
-  const bool same_task = task.point == point_ && task.value == value_;
-  if (step_ == Step::idle || !same_task) {
+Result<Command> WriteSession::Next(unsigned slave, const Task& task,
+                                   std::span<const config::Point> points) {
+  auto values = ValuesOf(task);
+  if (step_ == Step::idle || !AreSame(values, values_)) {
     Reset();
     if (password_refused_) {
       return Error{
           "the device refused the password; it is not sent again, because a few wrong ones lock "
           "the device: correct `password`, or 'baudgate enable' the device"};
     }
-    point_ = task.point;
-    value_ = task.value;
+    values_ = std::move(values);
     step_ = password_ == 0 ? Step::write : Step::open;
   }
   // Checked before the password is opened: a bad value must cost nothing.
-  auto text = EncodeValue(task.value, point);
-  const auto address = ParseAddress(point.write.empty() ? point.read : point.write);
-  if (!text || !address) {
+  auto write = WriteOf(slave, values_, points);
+  if (!write) {
     step_ = Step::idle;
-    return Error{text ? address.error() : text.error()};
+    return write;
   }
   if (step_ == Step::close) ++closings_;
   switch (step_) {
@@ -47,7 +56,7 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task, const confi
     case Step::close:
       return WriteOf(slave, kClosePassword, std::to_string(password_));
     default:
-      return WriteOf(slave, *address, std::move(*text));
+      return write;
   }
 }
 
@@ -66,6 +75,7 @@ Answer WriteSession::OnAnswer(Answer answer, std::optional<int> nack) {
     case Step::open:
       return Opened(std::move(answer), nack);
     case Step::write:
+      answer = Written(std::move(answer), nack);
       result_ = answer;
       if (password_ == 0) {
         step_ = Step::idle;
@@ -104,6 +114,21 @@ Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
       answer.reason = "the device refused the password (" + answer.reason +
                       "); it is not sent again before 'baudgate enable' or another `password`";
     }
+  }
+  return answer;
+}
+
+/// One value that was refused was not taken: not now (7, 9), or never.
+Answer WriteSession::Written(Answer answer, std::optional<int> nack) const {
+  if (!nack || !RuleOf(*nack).judged) return answer;
+  if (values_.size() > 1) {
+    answer.outcome = Outcome::unexpected;
+    answer.reason =
+        "several values were written together, and nobody knows which of them were "
+        "taken (" +
+        answer.reason + ")";
+  } else if (*nack == kOtherError || (*nack == kNotNow && password_ != 0)) {
+    answer.outcome = Outcome::busy;
   }
   return answer;
 }
@@ -159,8 +184,7 @@ void WriteSession::End() {
 
 void WriteSession::Reset() {
   End();
-  point_ = kNoPoint;
-  value_ = {};
+  values_.clear();
   result_ = {};
 }
 

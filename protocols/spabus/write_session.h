@@ -5,7 +5,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "config/model/point.h"
 #include "gateway/base/result.h"
@@ -22,8 +24,10 @@ class WriteSession {
   /// `password` 0 = the device needs none.
   explicit WriteSession(std::int64_t password) : password_(password) {}
 
-  /// The command of the step that is due for `task`, which writes `point`.
-  Result<Command> Next(unsigned slave, const Task& task, const config::Point& point);
+  /// The command of the step that is due for `task`, which writes points of `points`.
+  Result<Command> Next(unsigned slave, const Task& task, std::span<const config::Point> points);
+  /// Whether the command just given opens the password: nothing is written by it.
+  bool opening() const { return step_ == Step::open; }
   /// Whether the command just given closes the password.
   bool closing() const { return step_ == Step::close; }
 
@@ -50,16 +54,16 @@ class WriteSession {
   enum class Step : std::uint8_t { idle, open, write, close };
 
   Answer Opened(Answer answer, std::optional<int> nack);
+  Answer Written(Answer answer, std::optional<int> nack) const;
   Answer Closed(Answer answer);
   /// The final answer of the task.
   Answer Finish(const std::string& warning);
   void End();
 
   std::int64_t password_;
-  Step step_ = Step::idle;  ///< due next
-  std::size_t point_ = kNoPoint;
-  Value value_;
-  Answer result_;  ///< of the write itself
+  Step step_ = Step::idle;          ///< due next
+  std::vector<PointValue> values_;  ///< of the task in hand
+  Answer result_;                   ///< of the write itself
   int closings_ = 0;
   bool password_refused_ = false;
   bool maybe_open_ = false;  ///< the password was sent, and no closing was answered since

@@ -1,5 +1,6 @@
 // The shipped profiles: they load, and every point of theirs survives a round trip with its twin.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <set>
 
 #include "config/loader.h"
@@ -72,7 +73,8 @@ TEST_P(SpaProfile, EveryPointComesBackFromItsTwin) {
       seen.insert(reading.point);
     }
   }
-  EXPECT_EQ(seen.size(), device.points.size());
+  const auto is_read = [](const config::Point& point) { return point.access != Access::write; };
+  EXPECT_EQ(seen.size(), std::ranges::count_if(device.points, is_read));
 }
 
 TEST_P(SpaProfile, WritablePointsTakeTheirSimulatedValue) {

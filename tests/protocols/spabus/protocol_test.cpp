@@ -38,6 +38,7 @@ TEST(SpaProtocol, TakesPoints) {
   EXPECT_TRUE(Check("V200", Type::uint16));
   EXPECT_TRUE(Check("", Type::uint16, Access::write, "V101"));
   EXPECT_TRUE(Check("V101", Type::uint16, Access::write));
+  EXPECT_TRUE(Check("", Type::uint16, Access::write, "V165"));
 }
 
 TEST(SpaProtocol, RefusesPointsThatCanNotWork) {
@@ -61,7 +62,7 @@ TEST(SpaProtocol, EventsAreNoPoints) {
 }
 
 TEST(SpaProtocol, DangerousItemsAreNotWritten) {
-  for (const char* item : {"V160", "V161", "V165", "V167", "V200", "V201"}) {
+  for (const char* item : {"V160", "V161", "V167", "V200", "V201"}) {
     for (const Access access : {Access::write, Access::read_write}) {
       EXPECT_FALSE(Check(item, Type::uint16, access)) << item;
     }

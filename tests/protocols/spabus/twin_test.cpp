@@ -74,6 +74,8 @@ TEST_F(SpaTwinTest, RefusesWithTheCodesOfTheProtocol) {
   EXPECT_EQ(Heard(">1WV150:1.5:XX"), "<1N:8:");
   EXPECT_EQ(Heard(">1WV150:70000:XX"), "<1N:8:");
   EXPECT_EQ(Heard(">1WV150:on:XX"), "<1N:8:");
+  EXPECT_EQ(Heard(">1WV150:1/2:XX"), "<1N:5:");
+  EXPECT_EQ(Heard(">1WV150/151:1/2:XX"), "<1N:3:");
 }
 
 TEST_F(SpaTwinTest, TakesWrites) {
@@ -81,6 +83,15 @@ TEST_F(SpaTwinTest, TakesWrites) {
   EXPECT_EQ(Heard(">1RV150:XX"), "<1D:1:");
   EXPECT_EQ(Heard(">1WV101:1:XX"), "<1A:") << "write-only";
   EXPECT_EQ(values_.Get(6, {}), Value(std::int64_t{1}));
+}
+
+TEST_F(SpaTwinTest, TakesNoMoreDecimalsThanItHas) {
+  device_.points[0].access = Access::read_write;
+  device_.points[0].read = "S1";
+  device_.points[0].writing.decimals = 2;
+  EXPECT_EQ(Heard(">1WS1:30.3:XX"), "<1A:");
+  EXPECT_EQ(Heard(">1WS1:30.299999:XX"), "<1N:8:");
+  EXPECT_EQ(Heard(">1RS1:XX"), "<1D:30.30:");
 }
 
 TEST_F(SpaTwinTest, GuardsWritesWithThePassword) {

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/status/settings_json.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
+#include "gateway/status/json_time.h"
+#include "gateway/store/ageing.h"
+
+namespace baudgate::control {
+namespace {
+
+constexpr std::string_view kProtocol = "spabus";
+constexpr std::string_view kDesignation = "F";
+
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+/// As people set it: 30.3, where a float32 in 64 bits is 30.299999237.
+std::string TextOf(const config::Point& point, const Value& value) {
+  const auto* number = std::get_if<double>(&value);
+  if (number == nullptr || point.type != config::Type::float32) return ToText(value);
+  char buffer[128];
+  char* const end = std::to_chars(buffer, buffer + sizeof buffer, static_cast<float>(*number)).ptr;
+  return {buffer, end};
+}
+
+/// What the relay itself holds where a number stands for "out of use": 999. Nothing, where several
+/// numbers could be meant.
+Value SentinelOf(const config::Point& point, Quality quality) {
+  if (quality.reason != Reason::sentinel) return {};
+  const auto means = [&](const config::Sentinel& one) { return one.quality.code == quality.code; };
+  if (std::ranges::count_if(point.sentinels, means) != 1) return {};
+  const double raw = std::ranges::find_if(point.sentinels, means)->value;
+  return raw * point.scale + point.offset;
+}
+
+Json SettingJson(const DeviceRecord& record, std::size_t index, Now now) {
+  const config::Point& point = record.device->points[index];
+  const Quality quality = QualityAt(record, index, now.instant);
+  const Value sentinel = SentinelOf(point, quality);
+  // The store keeps the last value of a point that is bad now.
+  const Value& held = record.points[index].value;
+  const Value value = HasValue(sentinel) ? sentinel : IsBad(quality) ? Value() : held;
+  const auto age = AgeAt(record, index, now.instant);
+  Json json;
+  json["point"] = point.name;
+  json["item"] = point.read;
+  json["value"] = HasValue(value) ? Json(TextOf(point, value)) : Json(nullptr);
+  json["unit"] = point.unit;
+  json["known"] = HasValue(value) && (IsGood(quality) || HasValue(sentinel));
+  json["quality"] = quality.word();
+  json["quality_text"] = Name(quality);
+  json["age_ms"] = age ? Json(*age / 1ms) : Json(nullptr);
+  json["writable"] = point.access == config::Access::read_write;
+  return json;
+}
+
+/// What the relay calls itself; null: not known.
+Json DesignationOf(const DeviceRecord& record, Now now) {
+  const auto& points = record.device->points;
+  const auto found = std::ranges::find(points, kDesignation, &config::Point::read);
+  if (found == points.end()) return nullptr;
+  const auto index = static_cast<std::size_t>(found - points.begin());
+  const auto* text = std::get_if<std::string>(&record.points[index].value);
+  if (text == nullptr || !IsGood(QualityAt(record, index, now.instant))) return nullptr;
+  return std::string(Trim(*text));
+}
+
+}  // namespace
+
+bool IsSetting(const config::Device& device, const config::Point& point) {
+  if (device.protocol != kProtocol || point.access == config::Access::write) return false;
+  const auto letter = std::ranges::find_if_not(point.read, IsDigit);
+  return letter != point.read.end() && *letter == 'S' && letter + 1 != point.read.end();
+}
+
+Result<Json> SettingsJson(const config::Config& config, const PointStore& store, Target target,
+                          Now now) {
+  DeviceRecord record;  // a copy: the line must not wait
+  store.Read(*target.device, [&](const DeviceRecord& held) { record = held; });
+  const config::Device& device = *record.device;
+  Json settings = Json::array();
+  for (std::size_t i = 0; i < device.points.size(); ++i) {
+    if (IsSetting(device, device.points[i])) settings.push_back(SettingJson(record, i, now));
+  }
+  if (settings.empty()) {
+    return Error{config::Quoted(device.name) +
+                 " has no settings that the gateway knows of: they are the S items of SPA relays"};
+  }
+  Json json;
+  json["gateway"] = config.name;
+  json["line"] = config.lines[target.line].name;
+  json["device"] = device.name;
+  json["protocol"] = device.protocol;
+  json["profile"] = device.profile;
+  json["designation"] = DesignationOf(record, now);
+  json["trouble"] = record.status.trouble;
+  json["time"] = TimeJson(now.wall);
+  json["settings"] = std::move(settings);
+  return json;
+}
+
+}  // namespace baudgate::control

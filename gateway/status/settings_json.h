@@ -1,0 +1,19 @@
+// The settings of a device as the gateway knows them at present: the answer to the control socket's
+// request "settings". docs/settings.md has it field by field.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "gateway/base/result.h"
+#include "gateway/status/status_json.h"
+
+namespace baudgate::control {
+
+/// A setting is an S item of an SPA relay: S21, 14S3.
+bool IsSetting(const config::Device& device, const config::Point& point);
+
+/// Every setting with its value, quality and age, as the store has them; nothing is asked. An error
+/// where the device has none.
+Result<Json> SettingsJson(const config::Config& config, const PointStore& store, Target target,
+                          Now now);
+
+}  // namespace baudgate::control
