@@ -129,8 +129,8 @@ TEST_F(Audit, FollowShowsWhatComes) {
   const auto follower = Start({"writes", "--follow", "--json", "--socket", socket()});
   ModbusClient client(port());
   ASSERT_TRUE(Eventually([&] { return client.Register(kPointUnit, 0) == 1; }));
-  for (const std::uint16_t value : {11, 12}) {
-    ASSERT_EQ(client.WriteRegister(kPointUnit, 0, value), kNoException);
+  for (const int value : {11, 12}) {
+    ASSERT_EQ(client.WriteRegister(kPointUnit, 0, static_cast<std::uint16_t>(value)), kNoException);
     EXPECT_TRUE(Eventually([&] {
       return follower->Output().find("\"new\":" + std::to_string(value)) != std::string::npos;
     }));
@@ -208,8 +208,11 @@ TEST_F(Audit, AKilledGatewayHasARecordOfAllThatWasOnTheWire) {
   for (const int value : wire) EXPECT_EQ(recorded.count(value), 1U) << value << " has no record";
   std::size_t unknown = 0;
   for (const auto& [value, outcome] : recorded) {
-    if (outcome == "ok") EXPECT_EQ(wire.count(value), 1U) << value << " never was on the wire";
-    if (outcome == "not_sent") EXPECT_EQ(wire.count(value), 0U) << value << " was on the wire";
+    if (outcome == "ok") {
+      EXPECT_EQ(wire.count(value), 1U) << value << " never was on the wire";
+    } else if (outcome == "not_sent") {
+      EXPECT_EQ(wire.count(value), 0U) << value << " was on the wire";
+    }
     EXPECT_TRUE(outcome == "ok" || outcome == "unknown" || outcome == "not_sent") << outcome;
     unknown += outcome == "unknown" ? 1 : 0;
   }
