@@ -97,7 +97,7 @@ class Gateway : private modbus::ClientSession::Owner {
         piece.empty() ? 0 : ::send(client, piece.data(), piece.size(), MSG_NOSIGNAL);
     if (count > 0) Append(sent, piece.first(static_cast<std::size_t>(count)));
     if ((what & 4U) != 0 && !sink_.kept.empty()) {
-      sink_.kept.front().done(static_cast<Outcome>((what >> 4U) % kOutcomeCount), "");
+      sink_.kept.front().done({static_cast<WriteEnd>((what >> 4U) % kWriteEnds)});
       sink_.kept.pop_front();
     }
     if ((what & 4U) != 0) target_.AnswerKept(static_cast<Outcome>((what >> 4U) % kOutcomeCount));

@@ -31,6 +31,10 @@ config::Device MakeDevice(std::uint8_t unit) {
     point.name = "p" + std::to_string(i);
     point.type = kTypes[i % kTypes.size()];
     point.access = kAccess[(i / kTypes.size()) % kAccess.size()];
+    point.writing.allowed = point.access != Access::read && i % 7 != 6;
+    point.writing.select = i % 5 == 4;
+    if (i % 3 == 1) point.writing.max = 1000;
+    if (i % 4 == 2) point.writing.step = 0.5;
     point.text_length = point.type == Type::string ? 1 + i % 9 : 0;
     point.scale = i % 4 == 3 ? 0.1 : 1;
     point.on_fault.kind = static_cast<config::OnFault::Kind>(i % 4);
