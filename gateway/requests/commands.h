@@ -34,7 +34,7 @@ struct WriteCommand {
   std::uint64_t sequence = 0;  ///< the line's own: its place among all writes to the line
   /// True: nobody waits for it any more, and it is not begun.
   std::shared_ptr<const std::atomic<bool>> dropped;
-  /// Called exactly once, on the line's thread, unless Submit said no.
+  /// Called exactly once, on any thread, unless Submit said no.
   std::function<void(const WriteResult&)> done;
 };
 
