@@ -14,6 +14,10 @@ std::string KeyOf(const WriteRecord& record) {
                      record.line, record.device, record.point, OutcomeOf(record));
 }
 
+std::string ClientOf(const WriteRecord& record) {
+  return fmt::format("{}\n{}", Name(record.kind), AddressOf(record.client));
+}
+
 }  // namespace
 
 std::string AddressOf(const std::string& client) {
@@ -24,21 +28,44 @@ std::string AddressOf(const std::string& client) {
   return port ? client.substr(0, colon) : client;
 }
 
-void Repeats::Add(WriteRecord record, Instant now) {
-  std::string key = KeyOf(record);
-  auto found = open_.find(key);
-  if (found == open_.end() && open_.size() >= kMost) {
-    record.client = kOthers;
-    record.line = record.device = record.point = {};
+WriteRecord Repeats::Shared(WriteRecord record) const {
+  const auto client = of_client_.find(ClientOf(record));
+  const bool many_points = client != of_client_.end() && client->second >= kMostOfClient;
+  const bool many_clients = of_kind_[static_cast<std::size_t>(record.kind)] >= kMost;
+  if (many_points || many_clients) {
+    record.line = record.device = {};
+    record.point = kManyPoints;
     record.before = record.value = {};
-    key = KeyOf(record);
+  }
+  if (many_clients) record.client = kManyClients;
+  return record;
+}
+
+void Repeats::Count(const Open& open, bool more) {
+  if (open.shared) return;
+  const auto client = of_client_.try_emplace(ClientOf(open.record)).first;
+  std::size_t& of_kind = of_kind_[static_cast<std::size_t>(open.record.kind)];
+  client->second = more ? client->second + 1 : client->second - 1;
+  of_kind = more ? of_kind + 1 : of_kind - 1;
+  if (client->second == 0) of_client_.erase(client);
+}
+
+void Repeats::Add(WriteRecord record, Instant now) {
+  Key key = KeyOf(record);
+  auto found = open_.find(key);
+  bool shared = false;
+  if (found == open_.end()) {
+    record = Shared(std::move(record));
+    shared = record.point == kManyPoints;
+    if (shared) key = KeyOf(record);
     found = open_.find(key);
   }
   if (found == open_.end()) {
-    record.settled = std::nullopt;
     const auto ticket = book_.Begin(record);
     if (!ticket) return;
-    open_.emplace(std::move(key), Open{std::move(record), *ticket, now + kWindow});
+    const Open open{std::move(record), *ticket, now + kWindow, false, shared};
+    Count(open, true);
+    open_.emplace(std::move(key), open);
     return;
   }
   Open& open = found->second;
@@ -57,6 +84,7 @@ void Repeats::Tick(Instant now) {
     const bool over = open.until <= now;
     if (over || open.changed) book_.Change(open.ticket, open.record, over);
     open.changed = false;
+    if (over) Count(open, false);
     entry = over ? open_.erase(entry) : std::next(entry);
   }
 }
@@ -64,6 +92,8 @@ void Repeats::Tick(Instant now) {
 void Repeats::Close() {
   for (auto& [key, open] : open_) book_.Change(open.ticket, open.record, true);
   open_.clear();
+  of_kind_ = {};
+  of_client_.clear();
 }
 
 }  // namespace baudgate::audit

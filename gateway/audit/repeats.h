@@ -1,10 +1,12 @@
 // Writes that come again and again, folded into one record: those of one client (its address,
 // whatever its port) to one register, with one outcome. The first is recorded at once; what follows
-// within a minute changes its count, its last value and time. Bounded: where too many clients
-// write, those beyond share one record of each kind. No thread, no clock.
+// within a minute changes its count, its last value and time. Bounded: a client that writes to too
+// many registers shares one record among the rest of them, and where too many clients write, the
+// rest of them share one of each kind. No thread, no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <map>
 #include <string>
 
@@ -16,10 +18,13 @@ class Repeats {
  public:
   /// A record takes no repeats after that.
   static constexpr Duration kWindow = 1min;
-  /// Records that may be open at a time, beside those that the rest share.
+  /// Records of a kind that may be open at a time, and of those the ones of one client address;
+  /// beside those that the rest share.
   static constexpr std::size_t kMost = 1024;
-  /// Client of those that share one.
-  static constexpr const char* kOthers = "many others";
+  static constexpr std::size_t kMostOfClient = 64;
+  /// What stands for the rest.
+  static constexpr const char* kManyPoints = "many points";
+  static constexpr const char* kManyClients = "many others";
 
   explicit Repeats(AuditBook& book) : book_(book) {}
 
@@ -39,10 +44,19 @@ class Repeats {
     Ticket ticket = 0;
     Instant until;
     bool changed = false;
+    bool shared = false;  // by the rest
   };
+  using Key = std::string;
+
+  /// With what can not have a record of its own taken out.
+  WriteRecord Shared(WriteRecord record) const;
+  void Count(const Open& open, bool more);
 
   AuditBook& book_;
-  std::map<std::string, Open> open_;
+  std::map<Key, Open> open_;
+  // Of records that are not shared.
+  std::array<std::size_t, kKinds> of_kind_{};
+  std::map<Key, std::size_t> of_client_;  // by kind and address
 };
 
 /// "192.0.2.5" of "192.0.2.5:40312"; a client that is no address stays as it is.

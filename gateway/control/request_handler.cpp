@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "gateway/audit/audit_source.h"
 #include "gateway/base/spelling.h"
 #include "gateway/status/audit_json.h"
 #include "gateway/status/settings_json.h"

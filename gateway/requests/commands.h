@@ -39,7 +39,7 @@ struct WriteCommand {
   std::function<std::string(Instant now)> why_not;
   /// True: nobody waits for it any more, and it is not begun.
   std::shared_ptr<const std::atomic<bool>> dropped;
-  /// Called exactly once, on the line's thread, unless Submit said no.
+  /// Called exactly once, on any thread, unless Submit said no.
   std::function<void(const WriteResult&)> done;
 };
 

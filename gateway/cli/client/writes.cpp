@@ -34,8 +34,9 @@ std::string Remark(const Json& record) {
   std::string text;
   const auto count = record.value("count", std::int64_t{1});
   if (count > 1) {
-    text = fmt::format("{} times until {}, the first {}", count, Text(record, "last_time"),
-                       ValueText(record, "first"));
+    text = fmt::format("{} times until {}", count, Text(record, "last_time"));
+    const std::string first = ValueText(record, "first");
+    if (first != "-") text += ", the first " + first;
   }
   const std::string reason = Text(record, "reason");
   return text.empty() || reason.empty() ? text + reason : text + "; " + reason;

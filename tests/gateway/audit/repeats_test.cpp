@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/gateway/audit/fixture.h"
 
 namespace baudgate::audit {
@@ -91,8 +93,33 @@ TEST_F(RepeatsTest, ManyAddressesShareOneRecord) {
   std::uint64_t count = 0;
   for (const WriteRecord& row : rows) count += row.count;
   EXPECT_EQ(count, static_cast<std::uint64_t>(kWrites)) << "all are counted";
-  EXPECT_EQ(rows.back().client, Repeats::kOthers);
+  EXPECT_EQ(rows.back().client, Repeats::kManyClients);
   EXPECT_EQ(book_.unwritten(), 0U);
+}
+
+TEST_F(RepeatsTest, AFloodHidesNobodyElse) {
+  for (int i = 0; i < 5000; ++i) {
+    WriteRecord record = RouteWrite("192.0.2.66:" + std::to_string(i), i);
+    record.point = "06 holding " + std::to_string(i);
+    Add(record);
+    record.kind = Kind::denied;
+    record.client = "10.1." + std::to_string(i / 256) + "." + std::to_string(i % 256) + ":1";
+    Add(record);
+  }
+  Add(RouteWrite("192.0.2.5:40312", 7));
+  repeats_.Tick(now_ + 1s);
+  const auto& rows = Rows();
+  EXPECT_EQ(rows.size(), Repeats::kMostOfClient + 1 + Repeats::kMost + 1 + 1);
+  EXPECT_EQ(rows.back().client, "192.0.2.5:40312");
+  EXPECT_EQ(rows.back().point, "06 holding 100");
+  const auto shared = std::ranges::find(rows, Repeats::kManyPoints, &WriteRecord::point);
+  ASSERT_NE(shared, rows.end());
+  EXPECT_EQ(AddressOf(shared->client), "192.0.2.66");
+  EXPECT_EQ(shared->count, 5000U - Repeats::kMostOfClient);
+  repeats_.Tick(now_ + 2min);
+  EXPECT_TRUE(repeats_.empty());
+  Add(RouteWrite("192.0.2.66:1", 7));
+  EXPECT_EQ(Rows().back().point, "06 holding 100") << "it has room again";
 }
 
 TEST_F(RepeatsTest, AddressesLoseTheirPort) {
