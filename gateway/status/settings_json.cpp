@@ -49,6 +49,7 @@ Json SettingJson(const DeviceRecord& record, std::size_t index, Now now) {
   json["item"] = point.read;
   json["value"] = HasValue(value) ? Json(TextOf(point, value)) : Json(nullptr);
   json["unit"] = point.unit;
+  json["scale"] = point.scale;
   json["known"] = HasValue(value) && (IsGood(quality) || HasValue(sentinel));
   json["quality"] = quality.word();
   json["quality_text"] = Name(quality);

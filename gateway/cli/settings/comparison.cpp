@@ -19,8 +19,15 @@ Error Wrong(const config::Mark& mark, const std::string& message) {
   return Error{config::ToString({mark, message})};
 }
 
+bool IsNear(double a, double b) {
+  return std::abs(a - b) <= kSame * std::max(std::abs(a), std::abs(b));
+}
+
+/// "A", "A (400 times what the device says)".
 std::string UnitOf(const Setting& setting) {
-  return setting.unit.empty() ? "no unit" : setting.unit;
+  const std::string unit = setting.unit.empty() ? "no unit" : setting.unit;
+  if (setting.scale == 1) return unit;
+  return unit + " (" + FormatNumber(setting.scale) + " times what the device says)";
 }
 
 }  // namespace
@@ -29,7 +36,7 @@ bool IsSameValue(const std::string& a, const std::string& b) {
   const auto one = ParseDecimal(a);
   const auto other = ParseDecimal(b);
   if (!one || !other) return a == b;
-  return std::abs(*one - *other) <= kSame * std::max(std::abs(*one), std::abs(*other));
+  return IsNear(*one, *other);
 }
 
 Status CheckFit(const Sheet& file, const Sheet& now) {
@@ -61,7 +68,7 @@ Status CheckFit(const Sheet& file, const Sheet& now) {
       return Wrong(filed.mark, quoted(filed.point) + " is " + filed.item + " here, and " +
                                    here->item + " of " + now.target());
     }
-    if (here->unit != filed.unit) {
+    if (here->unit != filed.unit || !IsNear(here->scale, filed.scale)) {
       return Wrong(filed.mark, quoted(filed.point) + " is in " + UnitOf(filed) + " here, and in " +
                                    UnitOf(*here) + " of " + now.target() +
                                    ": its `ratios` or `scale` have changed");

@@ -95,6 +95,7 @@ void PrintJson(const Sheet& now, const Comparison& comparison, std::ostream& out
                          {"writable", here->writable}});
   }
   json["open"] = comparison.open;
+  json["oldest_ms"] = now.oldest().value_or(Duration()) / 1ms;
   out << json.dump(2, ' ', false, ControlClient::Json::error_handler_t::replace) << '\n';
 }
 
@@ -206,7 +207,9 @@ int RunSettingsCompare(const SettingsOptions& options, std::ostream& out, std::o
       << (comparison.different.empty() ? "no setting differs"
                                        : Count(comparison.different.size()) + " of " +
                                              std::to_string(file.settings.size()) + " differ")
-      << " from " << options.file << " of " << file.time << '\n';
+      << " from " << options.file << " of " << file.time << ", as read "
+      << FormatDuration(std::chrono::ceil<std::chrono::seconds>(now.oldest().value_or(Duration())))
+      << " ago or later\n";
   return comparison.same() ? 0 : kDiffers;
 }
 

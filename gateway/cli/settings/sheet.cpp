@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "gateway/base/text.h"
+
 namespace baudgate::settings {
 namespace {
 
@@ -19,6 +21,7 @@ Setting SettingOf(const Json& json) {
   setting.item = TextOf(json, "item");
   if (json.contains("value") && json["value"].is_string()) setting.value = TextOf(json, "value");
   setting.unit = TextOf(json, "unit");
+  if (json.contains("scale") && json["scale"].is_number()) setting.scale = json["scale"];
   setting.known = setting.value && json.value("known", false);
   setting.quality = TextOf(json, "quality_text");
   if (json.contains("age_ms") && json["age_ms"].is_number_integer()) {
@@ -37,6 +40,7 @@ std::string Row(const Setting& setting) {
   std::string row = "  - { point: " + Quoted(setting.point) + ", item: " + Quoted(setting.item);
   if (setting.value) row += ", value: " + Quoted(*setting.value);
   if (!setting.unit.empty()) row += ", unit: " + Quoted(setting.unit);
+  if (setting.scale != 1) row += ", scale: " + FormatNumber(setting.scale);
   if (!setting.known) row += ", quality: " + Quoted(setting.quality);
   if (!setting.known && setting.age) row += ", age: " + FormatDuration(*setting.age);
   return row + " }\n";
@@ -47,6 +51,14 @@ std::string Row(const Setting& setting) {
 const Setting* Sheet::Find(const std::string& point) const {
   const auto found = std::ranges::find(settings, point, &Setting::point);
   return found == settings.end() ? nullptr : &*found;
+}
+
+std::optional<Duration> Sheet::oldest() const {
+  std::optional<Duration> oldest;
+  for (const Setting& setting : settings) {
+    if (setting.known) oldest = std::max(oldest, setting.age);
+  }
+  return oldest;
 }
 
 int AskSheet(const std::string& socket, const std::string& target, Sheet& sheet,
@@ -94,6 +106,7 @@ std::string ToJson(const Sheet& sheet) {
     Json row = {{"point", setting.point}, {"item", setting.item}};
     if (setting.value) row["value"] = *setting.value;
     if (!setting.unit.empty()) row["unit"] = setting.unit;
+    if (setting.scale != 1) row["scale"] = setting.scale;
     if (!setting.known) row["quality"] = setting.quality;
     if (!setting.known && setting.age) row["age"] = FormatDuration(*setting.age);
     json["settings"].push_back(std::move(row));

@@ -19,6 +19,7 @@ struct Setting {
   /// In units of the point; nothing: not known.
   std::optional<std::string> value;
   std::string unit;
+  double scale = 1;     ///< of its value to what the device says, `ratios` included
   bool known = false;   ///< `value` is what the device holds, not what it once held
   std::string quality;  ///< "good", "uncertain: last usable", …
   std::optional<Duration> age;
@@ -40,6 +41,8 @@ struct Sheet {
   std::string target() const { return line + "." + device; }
   /// Null: none of that name.
   const Setting* Find(const std::string& point) const;
+  /// Since the oldest known value was read; nothing: none is known.
+  std::optional<Duration> oldest() const;
 };
 
 /// What the gateway says of LINE.DEVICE now. The exit code: 0, or what was told on `err`.

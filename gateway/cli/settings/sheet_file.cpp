@@ -23,6 +23,7 @@ Setting ReadSetting(const config::YamlNode& node, config::Problems& problems) {
   Need(map, "item", setting.item);
   setting.value = map.Label("value");
   config::Assign(setting.unit, map.Label("unit"));
+  config::Assign(setting.scale, map.Number("scale"));
   config::Assign(setting.quality, map.Label("quality"));
   map.Label("age");  // for people
   setting.known = setting.value && setting.quality.empty();

@@ -156,6 +156,18 @@ TEST_F(SettingsTest, WhatIsNotKnownIsNoValue) {
   EXPECT_THAT(writer_.asked, IsEmpty());
 }
 
+/// 999 of a stage that is out of use would be 666 with the ratio of another current transformer.
+TEST_F(SettingsTest, AnotherRatioIsAnotherFile) {
+  config_.lines[0].devices[0].points[kHigh].scale = 400;
+  StartServer();
+  ASSERT_EQ(Dump(), 0) << err_.str();
+  EXPECT_THAT(Text(), HasSubstr("item: \"2S23\", value: \"399600\", unit: \"xIn\", scale: 400 }"));
+  EXPECT_EQ(Compare(), 0) << err_.str();
+  Replace("scale: 400", "scale: 600");
+  EXPECT_EQ(Restore(true), 3);
+  EXPECT_THAT(err_.str(), HasSubstr("xIn (600 times what the device says) here, and in xIn (400"));
+}
+
 TEST_F(SettingsTest, BothFormsAreReadAgain) {
   StartServer();
   for (const bool json : {false, true}) {
@@ -165,6 +177,7 @@ TEST_F(SettingsTest, BothFormsAreReadAgain) {
     ASSERT_EQ(RunSettingsDump(options, out_, err_), 0) << err_.str();
     EXPECT_EQ(Compare(), 0) << err_.str();
     EXPECT_THAT(out_.str(), HasSubstr("bay-1.feeder-1 (SPCJ 4D29): no setting differs"));
+    EXPECT_THAT(out_.str(), HasSubstr("s ago or later\n"));
   }
 }
 
@@ -184,6 +197,7 @@ TEST_F(SettingsTest, ComparisonShowsEachDifference) {
   EXPECT_EQ(json["same"], false);
   EXPECT_EQ(json["different"].size(), 2U);
   EXPECT_EQ(json["different"][0]["device"], "0.9");
+  EXPECT_TRUE(json["oldest_ms"].is_number_integer());
 }
 
 TEST_F(SettingsTest, AnotherDevicesFileIsRefused) {

@@ -1,0 +1,62 @@
+// The settings of a relay's twin, kept in a file by the commands that users have.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "tests/system/three_devices.h"
+
+namespace baudgate::system_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+class SettingsOfATwin : public ThreeDevices {
+ protected:
+  void SetUp() override {
+    relay = StartTwin("relay", "spaj140c", "7");
+    std::string yaml = Head();
+    const std::string name = "{ name: " + gateway() + " }";
+    yaml.replace(yaml.find(name), name.size(),
+                 "{ name: " + gateway() + ", socket: " + socket() + " }");
+    daemon = StartDaemon(yaml + Line("relay", "spabus",
+                                     "address: 7, profile: spaj140c, unit: 1, slow: 1s",
+                                     "serial: 38400 7E1"));
+    ASSERT_TRUE(Eventually([&] { return Settings("dump", {}).code == 0; }));
+  }
+
+  std::string socket() const { return (directory() / "gate.sock").string(); }
+  std::string file() const { return (directory() / "relay.yaml").string(); }
+  Finished Settings(const std::string& what, std::vector<std::string> more) const {
+    std::vector<std::string> words = {"settings", what, "relay.relay-1"};
+    words.insert(words.end(), more.begin(), more.end());
+    words.insert(words.end(), {"--socket", socket()});
+    return Command(words);
+  }
+};
+
+TEST_F(SettingsOfATwin, AreDumpedComparedAndOnlyShownWithoutConfirmation) {
+  ASSERT_EQ(Settings("dump", {file()}).code, 0);
+  EXPECT_EQ(Settings("dump", {file()}).code, 4) << "it is there";
+  const Finished same = Settings("compare", {file()});
+  EXPECT_EQ(same.code, 0) << same.errors;
+  EXPECT_THAT(same.output, HasSubstr("relay.relay-1 (SPCJ 4D29): no setting differs"));
+
+  std::ifstream stream(file());
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  const std::string held = "item: \"S24\", value: \"0.08\"";
+  ASSERT_NE(text.find(held), std::string::npos) << text;
+  text.replace(text.find(held), held.size(), "item: \"S24\", value: 0.3");
+  std::ofstream(file()) << text;
+  for (const char* what : {"compare", "restore"}) {
+    const Finished differs = Settings(what, {file()});
+    EXPECT_EQ(differs.code, 3) << what;
+    EXPECT_THAT(differs.output, HasSubstr("main_phase_high_time  S24   0.08    0.3   s"));
+  }
+  EXPECT_THAT(Settings("restore", {file()}).output, HasSubstr("Nothing is written yet"));
+  EXPECT_EQ(Settings("restore", {}).code, 2);
+}
+
+}  // namespace
+}  // namespace baudgate::system_test
