@@ -326,6 +326,7 @@ void Poller::AnswerConfirmed(const WriteQueue::Confirmed& one) {
   const WriteCommand& command = one.command;
   const Device& device = roster_.DeviceAt(command.device);
   WriteResult result{.read_back = !one.replaced, .written = one.written};
+  bool lost = false;  // a reading that should have come
   store_.Read(command.device, [&](const DeviceRecord& record) {
     const auto is_read = [&](std::uint32_t point) {
       const PointRecord& shown = record.points[point];
@@ -336,6 +337,7 @@ void Poller::AnswerConfirmed(const WriteQueue::Confirmed& one) {
       const PointRecord& shown = record.points[write.point];
       const bool read = is_read(write.point) && IsGood(shown.reported);
       if (!read) result.read_back = false;
+      lost = lost || (!read && point.access != config::Access::write);
       if (!read || !ShowsAnother(point, write, shown.value)) continue;
       result.end = WriteEnd::differs;
       result.reason = point.name + " shows " + ToText(shown.value) + " after " +
@@ -346,7 +348,7 @@ void Poller::AnswerConfirmed(const WriteQueue::Confirmed& one) {
       result.reason = "not all was answered";
     }
   });
-  if (one.written > 0) ledger_.OnWrite(device, result.end, result.read_back || one.replaced);
+  if (one.written > 0) ledger_.OnWrite(device, result.end, !lost);
   command.done(result);
 }
 
