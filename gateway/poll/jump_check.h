@@ -7,8 +7,9 @@
 //   20.6   84.5, 84.4       20.6 uncertain, then 84.4
 //   84.4   12.0, 55.0, 71   84.4 uncertain twice, then 71.0 uncertain: it counts for want of better
 //
-// Without `jump` at the point it is a tenth of max - min where these are given, else the larger of a
-// tenth of the last value and 1 % of the largest one seen. Bits and texts jump with every change. A first reading always does.
+// Without `jump` at the point it is a tenth of max - min where these are given, else the larger of
+// a tenth of the last value and 1 % of the largest one seen. Bits and texts jump with every change.
+// A first reading always does.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
