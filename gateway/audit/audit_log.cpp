@@ -4,15 +4,9 @@
 #include <fmt/format.h>
 #include <pthread.h>
 
-#include <array>
 #include <utility>
 
 namespace baudgate::audit {
-
-std::string_view Name(Disk disk) {
-  constexpr std::array<std::string_view, 4> kNames = {"opening", "fine", "stalled", "failing"};
-  return kNames[static_cast<std::size_t>(disk)];
-}
 
 AuditLog::AuditLog(Options options)
     : options_(std::move(options)), file_(options_.file, options_.vfs) {

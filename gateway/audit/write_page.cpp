@@ -12,10 +12,12 @@ constexpr std::string_view kColumns =
     "SELECT seq, kind, time, last, client, line, device, point, old, first, new, outcome, reason, "
     "took, count, settled FROM writes ";
 
-/// Within what a time stamp can say: years 1678 to 2262.
+/// Of years that FormatWallTime can say.
 WallTime TimeOf(std::int64_t microseconds) {
-  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1000;
-  return WallTime(std::chrono::microseconds(std::clamp(microseconds, -kMost, kMost)));
+  constexpr WallTime kMost = std::chrono::sys_days(std::chrono::year(2200) / 1 / 1);
+  constexpr std::int64_t kMicroseconds = kMost.time_since_epoch() / 1us;
+  return WallTime(
+      std::chrono::microseconds(std::clamp<std::int64_t>(microseconds, 0, kMicroseconds)));
 }
 
 Duration DurationOf(std::int64_t microseconds) {

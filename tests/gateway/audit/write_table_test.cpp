@@ -169,6 +169,22 @@ TEST_F(WriteTableTest, PagesOverwrittenWithGarbageAreFound) {
   EXPECT_THAT(opened.put_aside, HasSubstr("is damaged"));
 }
 
+TEST_F(WriteTableTest, StrangeRowsAreReadAsWhatTheyCanBe) {
+  ASSERT_TRUE(Open().ok);
+  Database database(file().string(), Database::Mode::write);
+  ASSERT_TRUE(database.Execute(
+      "INSERT INTO writes VALUES (1,'odd',-9223372036854775808,9223372036854775807,x'00FF',1,2,3,"
+      "x'01','text',9e999,'OK','',-5,-7,'x')"));
+  const auto rows = ReadAll(database);
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].end, WriteEnd::unknown) << "what is not known is no success";
+  EXPECT_EQ(FormatWallTime(rows[0].time), "1970-01-01T00:00:00.000Z");
+  EXPECT_EQ(FormatWallTime(rows[0].last), "2200-01-01T00:00:00.000Z");
+  EXPECT_EQ(rows[0].count, 1U);
+  EXPECT_EQ(rows[0].took, Duration::zero());
+  EXPECT_FALSE(HasValue(rows[0].before));
+}
+
 TEST_F(WriteTableTest, ANewerFileIsLeftAlone) {
   ASSERT_TRUE(Open().ok);
   Database database(file().string(), Database::Mode::write);
