@@ -101,13 +101,14 @@ std::vector<Doubt> DoubtsOf(const config::Device& device) {
   }
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     const config::Point& point = device.points[i];
-    if (point.access == config::Access::read) continue;
+    if (!point.writing.allowed) continue;
     const auto item = WriteAddress(point);
     if (!item || item->category != 'O') continue;
-    doubts.push_back({i, "can be written: " + FormatAddress(*item) +
-                             " is an output of a protection relay, and whoever may write to it may "
-                             "trip a breaker; leave access: rw out unless that is meant, and say "
-                             "permit: read at listeners that need not"});
+    doubts.push_back(
+        {i, "can be written: " + FormatAddress(*item) +
+                " is an output of a protection relay, and whoever may write to it may "
+                "trip a breaker; name in `write` of the device only what is meant, and "
+                "say permit: read at listeners that need not"});
   }
   return doubts;
 }

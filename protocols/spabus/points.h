@@ -27,7 +27,7 @@ Result<Address> WriteAddress(const config::Point& point);
 /// Whether `read`, `write`, type and table fit together.
 Status CheckPoint(const config::Point& point);
 
-/// Slave numbers that few devices can have, and outputs that a client may operate.
+/// Slave numbers that few devices can have, and outputs that may be written.
 std::vector<Doubt> DoubtsOf(const config::Device& device);
 
 std::span<const DecoderSpec> DecoderTable();

@@ -108,11 +108,14 @@ TEST(DeviceChecks, WarnsOfAddressesThatAreHardlyMeant) {
 }
 
 TEST(DeviceChecks, WarnsOfARelaysOutputsThatCanBeWritten) {
-  EXPECT_EQ(ProblemsOf("spabus", "profile: spaj140c, points: [{ name: output_trip, access: rw }]"),
-            "t.yaml:3:54: warning: device 'd': point 'output_trip' can be written: O13 is an "
-            "output of a protection relay, and whoever may write to it may trip a breaker; leave "
-            "access: rw out unless that is meant, and say permit: read at listeners that need "
-            "not\n");
+  EXPECT_EQ(
+      ProblemsOf(
+          "spabus",
+          "profile: spaj140c, write: [output_trip], points: [{ name: output_trip, access: rw }]"),
+      "t.yaml:3:76: warning: device 'd': point 'output_trip' can be written: O13 is an "
+      "output of a protection relay, and whoever may write to it may trip a breaker; name in "
+      "`write` of the device only what is meant, and say permit: read at listeners that need "
+      "not\n");
   EXPECT_EQ(ProblemsOf("spabus", "profile: spaj140c"), "") << "its own rows are no doubt";
 }
 

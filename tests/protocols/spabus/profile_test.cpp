@@ -95,6 +95,73 @@ TEST_P(SpaProfile, WritablePointsTakeTheirSimulatedValue) {
   EXPECT_GT(written, 0U);
 }
 
+// ---------------------------------------------------------------- what may be written
+
+/// Chapters 15.1 and 15.2 of the SPA reference. No decimals: whole numbers.
+struct Allowed {
+  std::string item;
+  std::optional<double> min;
+  std::optional<double> max;
+  std::optional<int> decimals;
+  bool select = false;
+};
+
+std::vector<Allowed> Range(int first, int last, const Allowed& each) {
+  std::vector<Allowed> all;
+  for (int number = first; number <= last; ++number) {
+    all.push_back(each);
+    all.back().item = "S" + std::to_string(number);
+  }
+  return all;
+}
+
+std::vector<Allowed> AllowedOf(const std::string& profile) {
+  const bool is_spaj = profile == "spaj140c";
+  std::vector<Allowed> all = {
+      {"C", 0, 0, {}, false},
+      {"V101", 1, 1, {}, true},
+      {"V102", 1, 1, {}, true},
+      {"V165", 1, 1, {}, true},
+      {"V150", 0, 1, {}, true},
+      {"V155", 0, 255, {}, false},
+      {"V156", 0, is_spaj ? 255 : 15, {}, false},
+      {"V157", 0, is_spaj ? 1023 : 1, {}, false},
+  };
+  const auto add = [&all](const std::vector<Allowed>& more) {
+    all.insert(all.end(), more.begin(), more.end());
+  };
+  if (!is_spaj) {
+    add(Range(21, 25, {{}, 0, 999, 2, false}));
+    return all;
+  }
+  for (const char* output : {"O9", "O10", "O11", "O12", "O13", "O41"}) {
+    all.push_back({output, {}, {}, {}, true});
+  }
+  for (const int first : {21, 41}) {
+    add(Range(first, first + 7, {{}, {}, {}, 2, false}));
+    add(Range(first + 8, first + 13, {{}, 0, 255, {}, false}));
+  }
+  all.push_back({"S61", 0.1, 1.0, 2, false});
+  return all;
+}
+
+TEST_P(SpaProfile, LimitsAreThoseOfTheReference) {
+  std::map<std::string, Allowed> expected;
+  for (const Allowed& one : AllowedOf(GetParam())) expected[one.item] = one;
+  for (const config::Point& point : Load().points) {
+    if (point.access == Access::read) continue;
+    const std::string& item = point.write.empty() ? point.read : point.write;
+    ASSERT_TRUE(expected.contains(item)) << item << " can be written";
+    const Allowed& allowed = expected[item];
+    EXPECT_EQ(point.writing.min, allowed.min) << item;
+    EXPECT_EQ(point.writing.max, allowed.max) << item;
+    EXPECT_EQ(point.writing.decimals, allowed.decimals) << item;
+    EXPECT_EQ(point.writing.select, allowed.select) << item;
+    expected.erase(item);
+  }
+  for (const auto& [item, allowed] : expected) ADD_FAILURE() << item << " can not be written";
+}
+
 INSTANTIATE_TEST_SUITE_P(Shipped, SpaProfile, ::testing::Values("spaj140c", "spau130c"),
                          [](const auto& info) { return info.param; });
 
