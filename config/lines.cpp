@@ -18,6 +18,8 @@ namespace {
 constexpr std::size_t kMostLines = 1000;
 constexpr std::size_t kMostDevices = 1000;
 
+constexpr int kMostAtATime = 16;
+
 constexpr std::array<Word<Echo>, 3> kEchoes = {
     {{"off", Echo::off}, {"strip", Echo::strip}, {"verify", Echo::verify}}};
 
@@ -73,6 +75,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
     if (!protocol) map.AllowAll();
   }
   if (protocol) line.serial = protocol->serial;
+  line.tcp = protocol != nullptr && protocol->tcp;
   if (const auto serial = map.Get("serial")) {
     line.serial = ReadSerial(*serial, line.serial, context.problems);
   }
@@ -86,6 +89,8 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   Assign(line.retries, pace.retries);
   Assign(line.echo, map.OneOf("echo", kEchoes));
   if (protocol) CheckTcp(*protocol, line.port, map.keys(), context.problems);
+  Assign(line.pipeline, map.Integer("pipeline", 1, kMostAtATime));
+  if (protocol) CheckPipeline(*protocol, line.pipeline, map.keys(), context.problems);
   Options given;
   if (protocol) given = ReadOptions(map, *protocol, OptionSpec::Scope::line);
   const auto devices = map.Get("devices");

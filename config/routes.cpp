@@ -34,6 +34,14 @@ void ReadTargetLine(const YamlNode& node, const std::vector<Line>& lines, Route&
   route.line_index = static_cast<std::size_t>(line - lines.begin());
   const Protocol* protocol = context.catalog.FindProtocol(line->protocol);
   if (!protocol || protocol->carrier) return;
+  if (protocol->tcp) {
+    context.problems.Error(
+        node.mark(), "line: '" + *name + "' is a Modbus TCP server, which needs " +
+                         "no line to be routed to; write server: \"" +
+                         (line->port.starts_with("tcp://") ? line->port.substr(6) : "host:502") +
+                         "\" in place of line");
+    return;
+  }
   std::vector<std::string_view> carriers;
   for (const auto& [known, one] : context.catalog.protocols) {
     if (one->carrier) carriers.push_back(known);

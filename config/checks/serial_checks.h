@@ -31,4 +31,7 @@ void CheckPortSettings(const std::string& port, const SerialSettings& serial, co
 void CheckTcp(const Protocol& protocol, const std::string& port, const Keys& keys,
               Problems& problems);
 
+/// Several requests under way at a time: of a protocol that is spoken over TCP only.
+void CheckPipeline(const Protocol& protocol, int pipeline, const Keys& keys, Problems& problems);
+
 }  // namespace baudgate::config

@@ -17,9 +17,11 @@ struct Line {
   std::string port;  ///< /dev/…, a pty's path, or tcp://host:port
   SerialSettings serial;
   std::string protocol;
-  Timing timing;    ///< line before gateway
-  int retries = 2;  ///< of exchanges that may be repeated
+  bool tcp = false;  ///< its protocol knows TCP only: `serial` is nobody's setting, and not shown
+  Timing timing;     ///< line before gateway
+  int retries = 2;   ///< of exchanges that may be repeated
   Echo echo = Echo::off;
+  int pipeline = 1;  ///< requests under way at a time, 1…16; more than one of modbus_tcp only
   Options options;
   std::vector<Device> devices;
   Mark mark;

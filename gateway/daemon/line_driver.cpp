@@ -33,8 +33,8 @@ LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
       retries_(retries),
       recorder_(line, first_device, std::move(recordings)),
       memory_(memory),
-      poller_(line, first_device, find, store, *this) {
-  poller_.Attach(recorder_);
+      lanes_(line, first_device, find, store, *this) {
+  lanes_.Attach(recorder_);
 }
 
 void LineDriver::Start(Now now) {
@@ -49,7 +49,7 @@ void LineDriver::Recall() {
   if (memory_ == nullptr) return;
   for (std::size_t i = 0; i < config_.devices.size(); ++i) {
     const auto device = first_device_ + static_cast<std::uint32_t>(i);
-    poller_.Recall(device, memory_->Of(device), now_);
+    lanes_.Recall(device, memory_->Of(device), now_);
   }
 }
 
@@ -63,8 +63,8 @@ void LineDriver::Stop(Now now, std::function<void()> stopped) {
   lent_until_.reset();
   AfterTheWrite([this, stopped = std::move(stopped)] {
     ClosePort();
-    if (open_.exchange(false)) poller_.OnClosed(now_);
-    poller_due_.reset();
+    if (open_.exchange(false)) lanes_.OnClosed(now_);
+    lanes_due_.reset();
     stopped();
   });
 }
@@ -92,13 +92,15 @@ void LineDriver::OnOpened(Now now) {
   if (announced_) Announce();
   CountErrors();
   if (config_.is_network()) check_at_ = now.instant + kGreeting;
-  poller_.OnOpened(now, port_.KeepsBitRate());
+  lanes_.OnOpened(now, port_.KeepsBitRate());
   Settle();
 }
 
 void LineDriver::Announce() {
-  log::Info("line {}: open ({})", config_.name, port_.Describe());
-  ShowPort(LineStatus::Port::open, port_.Describe());
+  const std::string about = lanes_.Describe();
+  const std::string text = port_.Describe() + (about.empty() ? "" : ", " + about);
+  log::Info("line {}: open ({})", config_.name, text);
+  ShowPort(LineStatus::Port::open, text);
 }
 
 void LineDriver::Prove() {
@@ -110,13 +112,14 @@ void LineDriver::Prove() {
 void LineDriver::OnOpenFailed(const std::string& reason, Now now) {
   now_ = now;
   // The time of the loan is over, but the port is not ours yet.
-  if (std::exchange(out_of_service_, false)) poller_.OnClosed(now);
+  if (std::exchange(out_of_service_, false)) lanes_.OnClosed(now);
   Down(reason);
   Settle();
 }
 
 void LineDriver::OnLost(const std::string& reason, Now now) {
   now_ = now;
+  lanes_.OnLost(now);
   Lost(reason);
   Settle();
 }
@@ -125,7 +128,7 @@ void LineDriver::Lost(const std::string& reason) {
   open_ = false;
   check_at_.reset();
   store_.UpdateLine(line_, [](LineStatus& status) { ++status.times_lost; });
-  poller_.OnClosed(now_);
+  lanes_.OnClosed(now_);
   if (connection_ == Connection::proven) return Down(reason);
   connection_ = Connection::useless;
   Down(reason +
@@ -167,13 +170,29 @@ void LineDriver::CheckConnection() {
   const bool old = now_.instant - opened_ >= kSilenceLimit;
   const bool unproven = connection_ != Connection::proven;
   if (unproven && (connection_ == Connection::heard || old)) Prove();
-  if (!poller_.ledger().SilentSince(now_.instant - kSilenceLimit)) {
+  if (!lanes_.SilentSince(now_.instant - kSilenceLimit)) {
     check_at_ = now_.instant + kSilenceLimit / 4;
     return;
   }
   port_.Close();
   Lost("no device behind it has answered for " + FormatDuration(kSilenceLimit) +
        "; the connection is made anew");
+}
+
+/// The server can not be asked several at a time: what is under way ends, and it is asked anew.
+void LineDriver::Narrow() {
+  const bool was_open = open_.exchange(false);
+  if (was_open) {
+    check_at_.reset();
+    port_.Close();
+    lanes_.OnClosed(now_);
+  }
+  lanes_.Narrow(now_);
+  Recall();
+  log::Warn("line {}: {}", config_.name, lanes_.Describe());
+  if (!was_open || stopping_) return;
+  ShowPort(LineStatus::Port::closed, "opened again, for " + lanes_.Describe());
+  port_.Open();
 }
 
 // ---------------------------------------------------------------- the port, lent
@@ -191,7 +210,7 @@ void LineDriver::TakeBack(Now now) {
 
 void LineDriver::AfterTheWrite(std::function<void()> then) {
   after_write_ = std::move(then);
-  poller_.WindUp();
+  lanes_.WindUp();
   patience_until_ = now_.instant + kPatience;
   Settle();
 }
@@ -206,7 +225,7 @@ void LineDriver::Lend(Duration time) {
   out_of_service_ = true;
   open_ = false;
   ClosePort();
-  poller_.OnClosed(now_, Quality::bad_out_of_service);
+  lanes_.OnClosed(now_, Quality::bad_out_of_service);
   log::Info("line {}: {} is released for {}; its points are out of service", config_.name,
             config_.port, FormatDuration(time));
   ShowPort(LineStatus::Port::released, "released for " + FormatDuration(time), now_.wall + time);
@@ -226,7 +245,7 @@ void LineDriver::OnBytes(View bytes, Now now) {
   now_ = now;
   if (connection_ == Connection::fresh) connection_ = Connection::heard;
   if (connection_ == Connection::heard && now.instant - opened_ >= kGreeting) Prove();
-  poller_.OnBytes(bytes, now);
+  lanes_.OnBytes(bytes, now);
   Settle();
 }
 
@@ -243,33 +262,33 @@ void LineDriver::Send(View bytes, const config::SerialSettings& serial) {
 void LineDriver::Submit(WriteCommand command, Now now) {
   now_ = now;
   // Whoever hands commands over keeps to Poller::kQueueLimit, so the poller never says no.
-  poller_.Submit(std::move(command), now);
+  lanes_.Submit(std::move(command), now);
   Settle();
 }
 
 void LineDriver::Submit(RoutedRequest request, Now now) {
   now_ = now;
-  poller_.Submit(std::move(request), now);
+  lanes_.Submit(std::move(request), now);
   Settle();
 }
 
 std::size_t LineDriver::Forget(std::uint64_t client, Now now) {
   now_ = now;
-  const std::size_t forgotten = poller_.Forget(client, now);
+  const std::size_t forgotten = lanes_.Forget(client, now);
   Settle();
   return forgotten;
 }
 
 void LineDriver::SetInUse(std::uint32_t device, bool in_use, Now now) {
   now_ = now;
-  poller_.SetInUse(device, in_use, now);
+  lanes_.SetInUse(device, in_use, now);
   Settle();
 }
 
 void LineDriver::OnTimer(Now now) {
   now_ = now;
   const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
-  if (is_due(patience_until_) && poller_.IsWriting()) {
+  if (is_due(patience_until_) && lanes_.IsWriting()) {
     log::Warn(
         "line {}: a write is broken off; what it has opened, such as a password, may stay open",
         config_.name);
@@ -277,18 +296,19 @@ void LineDriver::OnTimer(Now now) {
   }
   if (is_due(lent_until_)) EndLoan();
   if (is_due(check_at_)) CheckConnection();
-  if (is_due(poller_due_) && is_due(poller_.Deadline())) poller_.OnTimer(now);
+  if (is_due(lanes_due_) && is_due(lanes_.Deadline())) lanes_.OnTimer(now);
   Settle();
 }
 
 /// At the end of every input.
 void LineDriver::Settle() {
-  if (after_write_ && !poller_.IsWriting()) GoOn();
-  poller_due_ = poller_.Deadline();
+  if (lanes_.IsToNarrow()) Narrow();
+  if (after_write_ && !lanes_.IsWriting()) GoOn();
+  lanes_due_ = lanes_.Deadline();
 }
 
 std::optional<Instant> LineDriver::Deadline() const {
-  std::optional<Instant> soonest = poller_due_;
+  std::optional<Instant> soonest = lanes_due_;
   for (const auto& at : {check_at_, lent_until_, patience_until_}) {
     if (at && (!soonest || *at < *soonest)) soonest = at;
   }

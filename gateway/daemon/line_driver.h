@@ -1,5 +1,5 @@
 // What one line does with its port: when a connection has proven itself or is made anew, how long
-// the port is lent, what is ended before it is given up. Joins the poller, the flight recorder and
+// the port is lent, what is ended before it is given up. Joins the pollers, the flight recorder and
 // the status of the line. No thread and no clock: line_runner.h brings bytes, calls and the time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -10,7 +10,7 @@
 #include <string>
 
 #include "config/model/line.h"
-#include "gateway/poll/poller.h"
+#include "gateway/lanes/lanes.h"
 #include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
 #include "gateway/state/device_memory.h"
@@ -82,6 +82,7 @@ class LineDriver final : private PollerListener {
   void Lost(const std::string& reason);
   void Down(const std::string& reason);
   void ClosePort();
+  void Narrow();
   void AfterTheWrite(std::function<void()> then);
   void GoOn();
   void Lend(Duration time);
@@ -98,9 +99,9 @@ class LineDriver final : private PollerListener {
   PortRetries& retries_;
   LineRecorder recorder_;
   DeviceMemory* const memory_;  // null: there is none
-  Poller poller_;
+  Lanes lanes_;
   Now now_{};                                        // of the input that is being handled
-  std::optional<Instant> poller_due_;                // the poller's deadline
+  std::optional<Instant> lanes_due_;                 // the pollers' deadline
   std::optional<Instant> check_at_;                  // of a network connection
   std::optional<Instant> lent_until_;                // the port, to another program
   std::optional<Instant> patience_until_;            // with the write under way

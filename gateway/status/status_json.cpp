@@ -177,7 +177,7 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
   json["name"] = line.name;
   json["protocol"] = line.protocol;
   json["port"] = line.port;
-  json["serial"] = line.serial.ToString();
+  json["serial"] = line.tcp ? Json(nullptr) : Json(line.serial.ToString());
   json["port_state"] = Name(status.port);
   json["port_text"] = status.port_text;
   json["port_since"] = TimeJson(status.port_since);

@@ -130,9 +130,22 @@ std::uint32_t PointStore::LineIndex(const config::Line& line) const {
 }
 
 LineStatus PointStore::ReadLine(std::uint32_t line) const {
-  const LineEntry& entry = *lines_[line];
-  const MutexLock lock(entry.mutex);
-  return entry.status;
+  LineStatus status;
+  {
+    const LineEntry& entry = *lines_[line];
+    const MutexLock lock(entry.mutex);
+    status = entry.status;
+  }
+  for (const auto& lane : lines_) {
+    if (lane->whole != line) continue;
+    const MutexLock lock(lane->mutex);
+    status.AddLane(lane->status);
+  }
+  return status;
+}
+
+void PointStore::AddLane(const config::Line& line, const config::Line& lane) {
+  lines_.push_back(std::make_unique<LineEntry>(lane, LineIndex(line)));
 }
 
 void PointStore::UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change) {

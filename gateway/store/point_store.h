@@ -61,6 +61,9 @@ class PointStore {
   /// Lines are numbered in the order of the file; `line` is one of the configuration's.
   std::uint32_t LineIndex(const config::Line& line) const;
   LineStatus ReadLine(std::uint32_t line) const;
+  /// `lane` has a part of the devices of `line`: from now on it has an index as well, and what it
+  /// counts is counted as the line's. Before anybody else uses the store.
+  void AddLane(const config::Line& line, const config::Line& lane);
   /// Changes the status of a line under its lock.
   void UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change);
 
@@ -88,8 +91,10 @@ class PointStore {
       BAUDGATE_REQUIRES(entry.mutex);
 
   struct LineEntry {
-    explicit LineEntry(const config::Line& its_line) : line(its_line) {}
+    explicit LineEntry(const config::Line& its_line, std::optional<std::uint32_t> its_whole = {})
+        : line(its_line), whole(its_whole) {}
     const config::Line& line;
+    const std::optional<std::uint32_t> whole;  ///< of a lane: its line
     mutable Mutex mutex;
     LineStatus status BAUDGATE_GUARDED_BY(mutex);
   };

@@ -1,5 +1,6 @@
 // What the shipped protocols find wrong with a whole device, and where they say so.
 // SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/config/fake_protocol.h"
@@ -7,6 +8,9 @@
 
 namespace baudgate::testing {
 namespace {
+
+using testing::HasSubstr;
+using testing::Not;
 
 std::string ProblemsOf(const std::string& protocol, const std::string& keys) {
   return Shown(config::LoadText("lines:\n- { name: l, port: /dev/l, protocol: " + protocol +
@@ -145,6 +149,42 @@ TEST(DeviceChecks, BinaryProtocolsNeedEightDataBits) {
   EXPECT_EQ(Shown(listener.problems),
             "t.yaml:1:41: error: serial: modbus_rtu needs 8 data bits, and 9600 7E1 has 7; write "
             "for example 9600 8E1\n");
+}
+
+TEST(DeviceChecks, SeveralRequestsAtATimeAreForSeveralDevicesOfOneServer) {
+  const auto problems = [](const std::string& line, const std::string& more = {}) {
+    return Shown(config::LoadText("lines:\n- { name: l, " + line +
+                                      ", devices: [\n  { name: d, address: 1, points: [] }" + more +
+                                      "] }\n",
+                                  "t.yaml", Shipped())
+                     .problems);
+  };
+  const std::string tcp = "protocol: modbus_tcp, port: \"tcp://10.0.0.5:502\", pipeline: ";
+  const std::string other = ", { name: e, address: 2, points: [] }";
+  EXPECT_THAT(problems(tcp + "4", other), Not(HasSubstr("pipeline")));
+  EXPECT_THAT(problems(tcp + "1"), Not(HasSubstr("pipeline")));
+  EXPECT_THAT(problems(tcp + "4"),
+              HasSubstr("t.yaml:2:3: warning: line 'l': pipeline: 4 has no effect: one device is "
+                        "asked one request at a time"));
+  EXPECT_THAT(problems(tcp + "17", other),
+              HasSubstr("error: pipeline: 17 is out of range; allowed: 1"));
+  EXPECT_THAT(
+      problems("protocol: modbus_rtu, port: /dev/l, pipeline: 2", other),
+      HasSubstr("t.yaml:2:53: error: pipeline: a line of modbus_rtu carries one exchange at "
+                "a time; remove the key (modbus_tcp has it)"));
+  EXPECT_THAT(problems("protocol: modbus_rtu, port: /dev/l, pipeline: 1", other),
+              Not(HasSubstr("pipeline")));
+}
+
+TEST(DeviceChecks, ARouteToAModbusTcpServerNeedsNoLine) {
+  const auto loaded = config::LoadText(
+      "modbus: { routes: [{ units: 50, line: l }] }\n"
+      "lines: [{ name: l, port: \"tcp://10.0.0.5:502\", protocol: modbus_tcp }]\n",
+      "t.yaml", Shipped());
+  EXPECT_THAT(
+      Shown(loaded.problems),
+      HasSubstr("t.yaml:1:40: error: line: 'l' is a Modbus TCP server, which needs no line to "
+                "be routed to; write server: \"10.0.0.5:502\" in place of line"));
 }
 
 TEST(DeviceChecks, ModbusTcpHasNoSerialLine) {

@@ -245,8 +245,9 @@ std::string PortText(const Json& line) {
 std::string OneLine(const Json& status, const TableView& view) {
   const Json& lines = status.at("lines");
   const Json& line = lines.at(0);
-  std::string text = fmt::format("{}: {} on {}, {}\n", Text(line, "name"), Text(line, "protocol"),
-                                 Text(line, "port"), Text(line, "serial"));
+  const bool is_serial = !line.at("serial").is_null();
+  std::string text = fmt::format("{}: {} on {}{}\n", Text(line, "name"), Text(line, "protocol"),
+                                 Text(line, "port"), is_serial ? ", " + Text(line, "serial") : "");
   text += Facts(
       {{"port", PortText(line)},
        {"use", fmt::format("{} of the last full minute, busy {} of {}", UseText(line),

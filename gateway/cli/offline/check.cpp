@@ -245,7 +245,7 @@ Json ToJson(const config::Config& config) {
     }
     lines.push_back({{"name", line.name},
                      {"port", line.port},
-                     {"serial", line.serial.ToString()},
+                     {"serial", line.tcp ? Json() : Json(line.serial.ToString())},
                      {"protocol", line.protocol},
                      {"devices", std::move(devices)}});
   }

@@ -102,6 +102,7 @@ Result<Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog) 
   line.name = wanted.name;
   line.port = wanted.port;
   line.protocol = *name;
+  line.tcp = (*protocol)->tcp;
   line.serial = MakeSerial(wanted.serial, **protocol, problems);
   line.options = config::DefaultOptions(**protocol);
   config::LineAddresses addresses;
