@@ -14,6 +14,7 @@
 //   quiet, a routed read  a short write came                  back in its queue
 //   under way             a good reply, a step remains        waiting, for the next request
 //   under way             a good reply, nothing remains       ended: its outcome
+//   under way             a broadcast out, a step remains     waiting, for the next request
 //   under way             busy, of a poll                     parked, as often as there are retries
 //   under way             silence, damage, another's reply    waiting, to be repeated: Chooser::MayRepeat
 //   under way             the same, of a routed read          back in its queue after damage, else
@@ -92,6 +93,7 @@ void Poller::NextWrite() {
   rest.resize(std::clamp<std::size_t>(device.conversation->WritesTogether(rest), 1, rest.size()));
   write.first = std::exchange(write.next, write.next + rest.size());
   write.sent = false;
+  write.may_have_acted = false;
   Task& task = job_->task;
   task.kind = Task::Kind::write;
   task.point = rest.front().point;
@@ -262,9 +264,20 @@ void Poller::Conclude() {
   ledger_.OnExchange(member, end, job.mute, job.is_probe() && member.health.offline());
   upkeep_.ShowLine(now_.instant);
   if (lost) return Finish(end.outcome, end.reason);
+  if (answered && GoesOnBehindBroadcast()) return Ask();
   if (answered) return OnAnswered(end);
   listener_.OnNoReply();
   OnFailed(end);
+}
+
+/// Nobody has answered what was sent, and nobody should have.
+bool Poller::GoesOnBehindBroadcast() {
+  Job& job = *job_;
+  if (!job.mute || job.As<Job::Routed>() != nullptr) return false;
+  Conversation& conversation = *roster_.AsDevice(*job.member)->conversation;
+  if (conversation.OnSent(job.task, job.request, now_.instant) != Then::ask_again) return false;
+  ++job.broadcasts;
+  return true;
 }
 
 /// A read is repeated while its reply may be that to one of long ago, and a probe until its reply
@@ -305,6 +318,7 @@ void Poller::TakeAnswer() {
   Device& device = *roster_.AsDevice(*job.member);
   const Outcome outcome = job.answer.outcome;
   const Answer answer = std::exchange(job.answer, {});
+  if (auto* write = job.As<Job::Write>()) write->may_have_acted = answer.may_have_acted;
   upkeep_.OnHeard(device, now_.instant);
   Store(device, answer);
   if (answer.wait > Duration::zero()) schedule_.Hold(device.place, now_.instant + answer.wait);
