@@ -47,7 +47,7 @@ Fields<2> ListOf(PointValue*);
 Fields<5> ListOf(Task*);
 Fields<7> ListOf(Request*);
 Fields<4> ListOf(Reading*);
-Fields<5> ListOf(Answer*);
+Fields<6> ListOf(Answer*);
 Fields<2> ListOf(DeviceTrouble*);
 Fields<2> ListOf(Quality*);
 Fields<3> ListOf(Shape*);
@@ -67,11 +67,11 @@ Fields<8> ListOf(config::SerialSettings*);
 Fields<5> ListOf(config::Rs485*);
 
 Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::WritesTogether,
-        &Conversation::OnFrame, &Conversation::OnFailure, &Conversation::Instead,
-        &Conversation::OnReconnect, &Conversation::OnEnabled, &Conversation::trouble,
-        &Conversation::Memory, &Conversation::Recall, &Conversation::ForgetRefusals,
-        &Conversation::Check, &Conversation::Interpret, &Conversation::LeastTimes,
-        &Conversation::WhatIsLearned>
+        &Conversation::OnFrame, &Conversation::OnSent, &Conversation::OnFailure,
+        &Conversation::Instead, &Conversation::OnReconnect, &Conversation::OnEnabled,
+        &Conversation::trouble, &Conversation::Memory, &Conversation::Recall,
+        &Conversation::ForgetRefusals, &Conversation::Check, &Conversation::Interpret,
+        &Conversation::LeastTimes, &Conversation::WhatIsLearned>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
 Methods<&Twin::Answer, &Twin::ReplyAs> ListOf(Twin*);

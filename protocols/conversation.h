@@ -36,8 +36,9 @@ namespace baudgate {
 /// In place of an index into a device's points: none of them.
 inline constexpr std::size_t kNoPoint = std::numeric_limits<std::size_t>::max();
 
-/// A task has at most so many exchanges. One that asks for more is ended as unexpected.
-inline constexpr int kMostSteps = 8;
+/// A task has at most so many exchanges, broadcasts included. One that asks for more is ended as
+/// unexpected.
+inline constexpr int kMostSteps = 10;
 
 /// Points that one request reads together.
 struct Query {
@@ -112,6 +113,9 @@ struct Answer {
   std::string reason{};  ///< one sentence for the log; empty when ok
   std::vector<Reading> readings{};
   Then then = Then::done;
+  /// Of a write that was refused: something may have changed all the same, as an analog output that
+  /// has gone to its limit.
+  bool may_have_acted = false;
   Duration wait{};  ///< the device wants to be left alone so long: "busy, ask me in 2 s"
 };
 
@@ -149,6 +153,10 @@ class Conversation {
 
   /// A whole frame came that answers `request`, as Check has said: an ok reply, or a refusal.
   virtual Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) = 0;
+
+  /// `request` was a broadcast (Expectation::Reply::none), and is sent. ask_again: the task goes on
+  /// behind it; what it began with is then the next request.
+  virtual Then OnSent(const Task&, const Request&, Instant) { return Then::done; }
 
   /// `request` has failed, and is not repeated any more. The outcome is why: no_reply, partial,
   /// corrupt, unexpected; line_down: the port is gone; busy: the task's time was over before the

@@ -32,6 +32,7 @@ struct Job {
     std::size_t next = 0;           ///< and of the first that has not been begun
     bool sent = false;              ///< a request that may have written those under way
     std::optional<Outcome> told{};  ///< the latest answer to one that is not a mere closing
+    bool may_have_acted = false;    ///< as Answer says of the refusal of those
   };
   struct Routed {
     RouteQueue::Batch batch;          ///< whom the reply goes to; they may leave meanwhile
@@ -62,7 +63,7 @@ struct Job {
     return {.member = member,
             .request = &request,
             .began = exchange_began,
-            .first = steps == 1 && attempts == 0 && !is_probe(),
+            .first = steps == 1 + broadcasts && attempts == 0 && !is_probe(),
             .retry = attempts > 0,
             .probe = is_probe(),
             .lone_probe = is_probe() && !behind};
@@ -79,6 +80,7 @@ struct Job {
   bool sending = false;  ///< the request waits for the line to be idle
   int attempts = 0;      ///< of the present request, beyond the first
   int steps = 0;         ///< requests of the task, without repetitions
+  int broadcasts = 0;    ///< those of them that nobody answers
   int parkings = 0;      ///< how often the device has asked to wait with it
   Instant exchange_began{};
   std::optional<ExchangeEnd> end;  ///< of the present request

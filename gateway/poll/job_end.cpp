@@ -129,7 +129,7 @@ void Poller::Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string
   if (ProvesLife(outcome) && member.in_use && whose_reply_.MayBeInStep(job_->asked()) && allowed) {
     if (job_->As<Job::Routed>() != nullptr) return;           // its request is as it was
     if (!job_->answer.readings.empty()) return TakeAnswer();  // only its proof was awaited
-    job_->steps = 0;
+    job_->steps = job_->broadcasts = 0;
     return Ask();
   }
   job_->mute = true;
@@ -142,7 +142,7 @@ void Poller::FinishWrite(Job::Write& write, Device& device, Outcome outcome,
   WriteCommand& command = write.command;
   const auto all = std::span(command.writes);
   const auto under_way = all.subspan(write.first, write.next - write.first);
-  const WriteEnd end = EndOf(outcome, write.sent);
+  const WriteEnd end = EndOf(outcome, write.sent, write.may_have_acted);
   for (const PointWrite& one : under_way) {
     // Until it has been read back nobody knows what the point is now.
     const std::size_t point = one.point;

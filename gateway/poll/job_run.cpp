@@ -14,6 +14,7 @@
 //   quiet, a routed read  a short write came                  back in its queue
 //   under way             a good reply, a step remains        waiting, for the next request
 //   under way             a good reply, nothing remains       ended: its outcome
+//   under way             a broadcast out, a step remains     waiting, for the next request
 //   under way             busy, of a poll                     parked, as often as there are retries
 //   under way             silence, damage, another's reply    waiting, to be repeated: Chooser::MayRepeat
 //   under way             the same, of a routed read          back in its queue after damage, else
@@ -97,6 +98,7 @@ void Poller::NextWrite() {
   write.first = std::exchange(write.next, write.next + rest.size());
   write.sent = false;
   write.told.reset();
+  write.may_have_acted = false;
   Task& task = job_->task;
   task.kind = Task::Kind::write;
   task.point = rest.front().point;
@@ -272,9 +274,20 @@ void Poller::Conclude() {
   ledger_.OnExchange(member, end, job.mute, job.is_probe() && member.health.offline());
   upkeep_.ShowLine(now_.instant);
   if (lost) return Finish(end.outcome, end.reason);
+  if (answered && GoesOnBehindBroadcast()) return Ask();
   if (answered) return OnAnswered(end);
   listener_.OnNoReply();
   OnFailed(end);
+}
+
+/// Nobody has answered what was sent, and nobody should have.
+bool Poller::GoesOnBehindBroadcast() {
+  Job& job = *job_;
+  if (!job.mute || job.As<Job::Routed>() != nullptr) return false;
+  Conversation& conversation = *roster_.AsDevice(*job.member)->conversation;
+  if (conversation.OnSent(job.task, job.request, now_.instant) != Then::ask_again) return false;
+  ++job.broadcasts;
+  return true;
 }
 
 /// A read is repeated while its reply may be that to one of long ago, and a probe until its reply
@@ -316,8 +329,10 @@ void Poller::TakeAnswer() {
   const Outcome outcome = job.answer.outcome;
   const Answer answer = std::exchange(job.answer, {});
   upkeep_.OnHeard(device, now_.instant);
-  auto* const write = job.As<Job::Write>();
-  if (write != nullptr && write->sent && !job.request.closes) write->told = outcome;
+  if (auto* const write = job.As<Job::Write>(); write != nullptr) {
+    write->may_have_acted = answer.may_have_acted;
+    if (write->sent && !job.request.closes) write->told = outcome;
+  }
   Store(device, answer);
   if (answer.wait > Duration::zero()) schedule_.Hold(device.place, now_.instant + answer.wait);
   if (answer.then == Then::ask_again) return Ask();

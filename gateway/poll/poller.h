@@ -97,6 +97,7 @@ class Poller : private LineClient {
   void Conclude();
   JumpCheck::Result CheckJumps(Device& device, std::vector<Sample>& samples);
   void Store(Device& device, const Answer& answer);
+  bool GoesOnBehindBroadcast();
   void OnAnswered(const ExchangeEnd& end);
   void TakeAnswer();
   void CancelQuiet();

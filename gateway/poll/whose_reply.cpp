@@ -63,6 +63,7 @@ void WhoseReply::OnTrusted(const Member& member) {
 }
 
 void WhoseReply::OnSent(const Asked& asked, Instant now) {
+  if (asked.request->expect.reply == Expectation::Reply::none) return;  // nothing is owed to it
   const SentRequest sent{asked.member->place, asked.request->bytes, now, IsProof(*asked.request)};
   OrderOf(*asked.member).OnSent(sent);
   line_.OnSent(sent);

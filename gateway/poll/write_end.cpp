@@ -24,11 +24,12 @@ double Tolerance(const config::Point& point, double written) {
 
 }  // namespace
 
-WriteEnd EndOf(Outcome outcome, bool sent) {
+WriteEnd EndOf(Outcome outcome, bool sent, bool may_have_acted) {
   switch (outcome) {
     case Outcome::ok:
       return WriteEnd::ok;
     case Outcome::refused:
+      return may_have_acted ? WriteEnd::unknown : WriteEnd::refused;
     case Outcome::unsupported:
       return WriteEnd::refused;
     case Outcome::busy:

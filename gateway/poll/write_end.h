@@ -9,8 +9,8 @@
 
 namespace baudgate {
 
-/// `sent`: a request that may have written went out.
-WriteEnd EndOf(Outcome outcome, bool sent);
+/// `sent`: a request that may have written went out. `may_have_acted`: as Answer says of a refusal.
+WriteEnd EndOf(Outcome outcome, bool sent, bool may_have_acted = false);
 
 /// As users see it.
 Value WrittenValue(const config::Point& point, const PointWrite& write);

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "gateway/base/text.h"
+#include "protocols/dcon/broadcasts.h"
 #include "protocols/dcon/type_codes.h"
 
 namespace baudgate::protocols::dcon {
@@ -53,12 +54,13 @@ bool Measures(std::uint8_t type, const ReadAddress& read, std::string_view unit,
     return !(read.total && type == kFrequency) && !(unit == "Hz" && type == kCounts);
   }
   const bool number = read.form == Form::numbers || read.form == Form::number;
-  if (!number || !read.command.starts_with('#')) return true;
+  const bool input = read.command.starts_with('#') || read.command == kAskSample;
+  if (!number || !input) return true;
   return settings.format != Format::engineering || FactorOfType(type, unit).has_value();
 }
 
 ChannelTypes::ChannelTypes(const config::Device& device, const Settings& settings)
-    : device_(device), inputs_of_points_(device.points.size()) {
+    : device_(device), inputs_of_points_(device.points.size()), period_(device.slow) {
   if (!settings.channel_types || settings.format != Format::engineering) return;
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     const config::Point& point = device.points[i];
@@ -78,26 +80,32 @@ ChannelTypes::Input* ChannelTypes::Find(unsigned input) {
 
 bool ChannelTypes::AllAsked() const { return std::ranges::all_of(inputs_, &Input::asked); }
 
+bool ChannelTypes::Reads(std::string_view command, const Input& input) {
+  return command == "#" || (command.starts_with('#') &&
+                            ParseInteger<unsigned>(command.substr(1), 16) == input.number);
+}
+
 std::optional<unsigned> ChannelTypes::Next(std::string_view command) const {
-  if (inputs_.empty()) return std::nullopt;
-  if (command == "$2") {
-    const bool known = std::ranges::any_of(inputs_, [](const Input& i) { return !!i.type; });
-    if (!is_due_ || !known || !AllAsked()) return std::nullopt;
-    return inputs_[turn_].number;
-  }
   for (const Input& input : inputs_) {
-    const bool reads =
-        command == "#" ||
-        (command.starts_with('#') && ParseInteger<unsigned>(command.substr(1), 16) == input.number);
-    if (reads && !input.asked) return input.number;
+    if (!input.asked && Reads(command, input)) return input.number;
   }
   return std::nullopt;
 }
 
+std::optional<unsigned> ChannelTypes::NextAnew(std::string_view command) const {
+  const auto known = [](const Input& input) { return input.type.has_value(); };
+  if (now_ < next_ || !AllAsked() || std::ranges::none_of(inputs_, known)) return std::nullopt;
+  const auto reads = [command](const Input& input) { return Reads(command, input); };
+  if (std::ranges::none_of(inputs_, reads)) return std::nullopt;
+  return inputs_[turn_].number;
+}
+
 void ChannelTypes::Settle(Input& input, std::optional<std::uint8_t> type) {
   if (input.asked) {
-    is_due_ = false;
     turn_ = (turn_ + 1) % inputs_.size();
+    next_ = std::max(next_, now_ - period_ + Step()) + Step();
+  } else {
+    next_ = now_ + Step();
   }
   input.asked = true;
   input.silences = 0;
@@ -125,7 +133,6 @@ void ChannelTypes::OnNothing(unsigned input) {
 }
 
 void ChannelTypes::Forget() {
-  is_due_ = false;
   turn_ = 0;
   for (Input& input : inputs_) {
     input.asked = false;

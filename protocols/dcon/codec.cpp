@@ -88,6 +88,10 @@ Bytes BuildRequest(std::string_view command, std::uint8_t address, bool checksum
   return Finish(std::move(text), checksum);
 }
 
+Bytes BuildBroadcast(std::string_view text, bool checksum) {
+  return Finish(std::string(text), checksum);
+}
+
 std::optional<Command> ParseRequest(View frame, bool checksum) {
   auto line = Line(frame);
   // Masters of ADAM modules may leave out the CR of this one broadcast.

@@ -36,6 +36,9 @@ struct Command {
 /// `command` begins with its delimiter: ("#3", 1, true) gives `#013B7\r`.
 Bytes BuildRequest(std::string_view command, std::uint8_t address, bool checksum);
 
+/// To all modules: "#**" gives `#**77\r`.
+Bytes BuildBroadcast(std::string_view text, bool checksum);
+
 /// Nothing unless the whole frame is a request with a good address and, where due, checksum.
 std::optional<Command> ParseRequest(View frame, bool checksum);
 

@@ -11,25 +11,23 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-bool IsDigital(const std::optional<ReadAddress>& read) {
-  return read && (read->form == Form::bits || read->form == Form::status);
-}
-
-/// In one task; behind them come a read and, of a counter, two more exchanges.
-constexpr int kMostQuestions = kMostSteps - 3;
+/// In one task; beside them come two broadcasts, a read and, of a counter, two more exchanges.
+constexpr int kMostQuestions = kMostSteps - 5;
 
 /// All that is asked of a module which is not what its profile says: what it is now.
 const Query kWhatIsIt{config::Group::slow, {}};
 
 }  // namespace
 
-DconConversation::DconConversation(const config::Device& device)
+DconConversation::DconConversation(const config::Device& device, DconBus& bus)
     : device_(device),
       settings_(ReadSettings(device.options)),
       other_mode_(settings_),
       address_(ParseAddress(device.address).value()),
+      group_(bus.Of(settings_.checksum)),
       plan_({}),
-      identification_(device, settings_) {
+      identification_(device, settings_),
+      sampling_(group_, device.poll) {
   other_mode_.checksum = !settings_.checksum;
   PlanReads();
   probing_.emplace(settings_, reads_, plan_, ExpectedChannels("#"));
@@ -39,14 +37,27 @@ DconConversation::DconConversation(const config::Device& device)
 void DconConversation::PlanReads() {
   for (std::size_t i = 0; i < device_.points.size(); ++i) {
     const config::Point& point = device_.points[i];
+    // check_point has told the user of what can not be parsed.
+    const auto write = ParseWrite(point.write);
+    const bool written = point.access != config::Access::read && write;
+    writes_.push_back(written ? std::optional(*write) : std::nullopt);
     reads_.emplace_back();
-    if (point.access == config::Access::write) continue;
     const auto read = ParseRead(point.read);
-    if (!read) continue;  // check_point has told the user
-    reads_.back() = *read;
-    plan_.Add(point.group, i, {read->command, read->form});
+    if (point.access != config::Access::write && read) {
+      reads_.back() = *read;
+      plan_.Add(point.group, i, {read->command, read->form});
+    }
+    outputs_.push_back(GroupOf(reads_.back(), writes_.back(), settings_));
   }
   plan_.Make();
+}
+
+Request DconConversation::MakeBroadcast(std::string_view text) const {
+  Request request;
+  request.bytes = BuildBroadcast(text, settings_.checksum);
+  request.expect = Expect(request.bytes, settings_);
+  request.prepares = true;
+  return request;
 }
 
 Request DconConversation::MakeRequest(std::string_view command) const {
@@ -85,27 +96,41 @@ std::string DconConversation::CommandOf(const Task& task) const {
   return plan_.block(task.query).key.command;
 }
 
-Result<Request> DconConversation::Ask(const Task& task, Instant) {
+Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   question_.reset();
+  const Duration period = settings_.host_watchdog;
+  const bool told = group_.told_at && now - *group_.told_at < period;
+  if (period > Duration::zero() && !told) return MakeBroadcast(kHostIsThere);
   if (task.kind == Task::Kind::probe) return AskProbe();
   const std::string command = CommandOf(task);
+  identification_.OnTime(now);
   question_ = identification_.Next(command);
+  if (!question_ && questions_ < kMostQuestions) {
+    question_ = identification_.NextAnew(command);
+  }
   if (question_) return MakeQuestion(*question_);
   questions_ = 0;
   if (!identification_.Allows(command)) {
     return Error{trouble() ? trouble().text : "the module has not said in which mode it is"};
   }
-  if (task.kind == Task::Kind::write) return AskWrite(task);
-  read_back_.reset();
+  return task.kind == Task::Kind::write ? AskWrite(task, now) : AskRead(command, now);
+}
+
+Result<Request> DconConversation::AskRead(const std::string& command, Instant now) {
+  certain_.reset();
   if (totals_->WantsRestart(command) && identification_.Allows(kAskRestart)) {
     question_ = Identification::Question{kAskRestart, false};
     return MakeQuestion(*question_);
+  }
+  if (command == kAskSample) {
+    if (sampling_.WantsNew(now)) return MakeBroadcast(kTakeSample);
+    sampling_.OnAsked();
   }
   return MakeRequest(command);
 }
 
 Request DconConversation::AskProbe() {
-  read_back_.reset();
+  certain_.reset();
   if (probing_->IsInOtherMode()) {
     question_ = Identification::Question{kAskName, true};
     return MakeQuestion(*question_);
@@ -115,19 +140,6 @@ Request DconConversation::AskProbe() {
   request.steady = command == kAskName;
   request.distinct = probing_->IsOwn(command);
   return request;
-}
-
-Result<Request> DconConversation::AskWrite(const Task& task) {
-  if (read_back_ && read_back_->point == task.point && read_back_->value == task.value) {
-    return MakeRequest(reads_[task.point]->command);
-  }
-  read_back_.reset();
-  const config::Point& point = device_.points[task.point];
-  const auto write = ParseWrite(point.write);
-  if (!write) return Error{write.error()};
-  const auto command = FormatWrite(*write, task.value);
-  if (!command) return Error{"point " + point.name + ": " + command.error()};
-  return MakeRequest(*command);
 }
 
 /// The first query that sends the command; queries().size(): none does.
@@ -150,20 +162,40 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
 }
 
 Answer DconConversation::OnAnswered(const Task& task, const Exchanged& exchanged, Instant now) {
+  if (task.kind == Task::Kind::write) return OnWritten(task, exchanged, now);
   Answer answer = ReadingsOf(exchanged);
   const std::string& command = exchanged.command.text;
-  if (task.kind == Task::Kind::write) {
-    if (answer.outcome == Outcome::ok && IsClear(command) && command.size() == 3) {
-      totals_->OnCleared("#" + command.substr(2));
-    }
-    return AfterWrite(task, std::move(answer));
-  }
+  if (command == kAskSample && task.kind == Task::Kind::poll) TakeSample(exchanged, answer);
   if (task.kind == Task::Kind::probe) totals_->Leave(answer);
   const bool strange = answer.outcome == Outcome::ok && totals_->Take(command, answer, now);
   answer = AfterRead(task, exchanged, std::move(answer));
   counts_twice_ = strange && !counts_twice_ && task.kind == Task::Kind::poll;
   if (counts_twice_ && answer.then == Then::done) answer.then = Then::ask_again;
   return answer;
+}
+
+/// Readings that may be of an older sample than the one that was asked for do not count.
+void DconConversation::TakeSample(const Exchanged& exchanged, Answer& answer) {
+  if (answer.outcome != Outcome::ok) return;
+  if (const auto why = sampling_.WhyNot(exchanged.reply.first_fetch)) {
+    answer.readings.clear();
+    answer.reason = *why;
+  }
+}
+
+Then DconConversation::OnSent(const Task&, const Request& request, Instant now) {
+  if (request.bytes == MakeBroadcast(kHostIsThere).bytes) {
+    group_.told_at = now;
+  } else {
+    sampling_.OnSampled(now);
+  }
+  return Then::ask_again;
+}
+
+std::string DconConversation::WhatIsLearned() const {
+  if (!sampling_.IsOvertaken()) return {};
+  return "its samples ($4) are overtaken by those of other modules: give all that are to be read "
+         "together the same poll";
 }
 
 /// A question was answered; the task goes on, unless the module is another one.
@@ -197,6 +229,11 @@ Answer DconConversation::AfterRead(const Task& task, const Exchanged& exchanged,
   } else {
     probing_->OnPolled();
   }
+  const bool digital = exchanged.reply.form == Form::bits || exchanged.reply.form == Form::status;
+  const auto* word = answer.outcome == Outcome::ok && digital
+                         ? std::get_if<std::uint64_t>(&exchanged.reply.fields.front().value)
+                         : nullptr;
+  if (word != nullptr) words_[command.text] = *word;
   const std::size_t query = QueryOf(command.text);
   PlanChange change = PlanChange::nothing;
   if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query);
@@ -221,34 +258,8 @@ void DconConversation::Learn(const Identification::Question& question, const Dec
   settings_.enabled = identification_.mask().value_or(ReadSettings(device_.options).enabled);
 }
 
-Answer DconConversation::AfterWrite(const Task& task, Answer answer) {
-  if (read_back_) {
-    read_back_.reset();
-    const auto own = std::ranges::find(answer.readings, task.point, &Reading::point);
-    const bool differs = answer.outcome == Outcome::ok && own != answer.readings.end() &&
-                         ToDouble(own->value) != ToDouble(task.value);
-    if (differs) {
-      answer.outcome = Outcome::refused;
-      answer.reason = "the write was confirmed, but " + device_.points[task.point].name +
-                      " reads back as " + ToText(own->value) +
-                      "; if the output has moved all the same, the module sends its bytes in the "
-                      "other order: set swap_bytes";
-    }
-    return answer;
-  }
-  // A bare '>' proves only that some module took something. An analog output may slew, so only a
-  // digital one can be compared.
-  const auto& read = reads_[task.point];
-  if (answer.outcome == Outcome::ok && IsDigital(read)) {
-    read_back_ = ReadBack{task.point, task.value};
-    answer.then = Then::ask_again;
-  }
-  return answer;
-}
-
 Then DconConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                  Instant) {
-  read_back_.reset();
   const bool silent = outcome == Outcome::no_reply;
   if (const auto question = std::exchange(question_, std::nullopt)) {
     if (!silent) questions_ = 0;
@@ -264,6 +275,9 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
     return AfterQuestion(task);
   }
   counts_twice_ = false;
+  certain_.reset();
+  const bool several = task.kind == Task::Kind::write && !task.also.empty() && !request.prepares;
+  if (several && silent) alone_ = true;
   if (task.kind == Task::Kind::poll && silent) {
     identification_.OnLost();
     totals_->OnLost();
@@ -277,10 +291,13 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
 }
 
 void DconConversation::OnReconnect() {
-  read_back_.reset();
   question_.reset();
   questions_ = 0;
   counts_twice_ = false;
+  certain_.reset();
+  words_.clear();
+  alone_ = false;
+  sampling_.OnReconnect();
   identification_.OnReconnect();
   totals_->OnReconnect();
   probing_->OnReconnect();

@@ -3,15 +3,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "protocols/common/query_plan.h"
 #include "protocols/conversation.h"
+#include "protocols/dcon/broadcasts.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/decode.h"
 #include "protocols/dcon/identification.h"
+#include "protocols/dcon/output_group.h"
 #include "protocols/dcon/points.h"
 #include "protocols/dcon/probing.h"
 #include "protocols/dcon/settings.h"
@@ -22,12 +25,14 @@ namespace baudgate::protocols::dcon {
 
 class DconConversation : public Conversation {
  public:
-  /// `device` outlives the conversation.
-  explicit DconConversation(const config::Device& device);
+  /// Both outlive the conversation.
+  DconConversation(const config::Device& device, DconBus& bus);
 
   std::span<const Query> Queries() const override;
   Result<Request> Ask(const Task& task, Instant now) override;
+  std::size_t WritesTogether(std::span<const PointValue> writes) const override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
+  Then OnSent(const Task& task, const Request& request, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
   const DeviceTrouble& trouble() const override { return identification_.trouble(); }
@@ -35,22 +40,20 @@ class DconConversation : public Conversation {
   Answer Interpret(View request, View frame) override;
   const std::string& Memory() const override { return totals_->memory(); }
   void Recall(std::string_view memory, Now) override { totals_->Recall(memory); }
+  std::string WhatIsLearned() const override;
 
  private:
-  /// A write that the module has confirmed and that is now read back.
-  struct ReadBack {
-    std::size_t point = kNoPoint;
-    Value value;
-  };
-
   void PlanReads();
   Request MakeRequest(std::string_view command) const;
   Request MakeQuestion(const Identification::Question& question) const;
   bool IsInOtherMode(View request) const;
-  bool IsClear(std::string_view command) const;
+  bool IsSetting(std::string_view command) const;
+  Request MakeBroadcast(std::string_view text) const;
   std::string CommandOf(const Task& task) const;
   Request AskProbe();
-  Result<Request> AskWrite(const Task& task);
+  Result<Request> AskRead(const std::string& command, Instant now);
+  Result<Request> AskWrite(const Task& task, Instant now);
+  Request AskGroup(const Task& task, Instant now);
   std::size_t QueryOf(std::string_view command) const;
   std::size_t ExpectedChannels(std::string_view command) const;
   std::optional<Form> PlannedForm(std::string_view command) const;
@@ -64,18 +67,22 @@ class DconConversation : public Conversation {
   void AddLabels(const Exchanged& exchanged, Answer& answer) const;
   Answer OnIdentified(const Task& task, const Exchanged& exchanged);
   Answer OnAnswered(const Task& task, const Exchanged& exchanged, Instant now);
+  Answer OnWritten(const Task& task, const Exchanged& exchanged, Instant now);
+  Answer OnOutputs(const Task& task, const Exchanged& exchanged, Instant now);
+  void TakeSample(const Exchanged& exchanged, Answer& answer);
   Then AfterQuestion(const Task& task);
   Answer AfterRead(const Task& task, const Exchanged& exchanged, Answer answer);
   void Learn(const Identification::Question& question, const DecodedReply& reply);
-  Answer AfterWrite(const Task& task, Answer answer);
 
   const config::Device& device_;
   Settings settings_;
   Settings other_mode_;  ///< the same with the checksum the other way
   std::uint8_t address_;
+  DconBus::Group& group_;
   Probing::Reads reads_;
+  std::vector<std::optional<WriteAddress>> writes_;  // by point
+  GroupedOutputs outputs_;
   QueryPlan<Read> plan_;
-  std::optional<ReadBack> read_back_;
   Identification identification_;
   std::optional<Identification::Question> question_;  ///< the request under way
   int questions_ = 0;                                 ///< of the task under way
@@ -83,6 +90,14 @@ class DconConversation : public Conversation {
   std::optional<Probing> probing_;
   std::optional<Totals> totals_;
   bool counts_twice_ = false;  ///< the request under way is the second one
+  Sampling sampling_;
+  std::map<std::string, std::uint64_t> words_;  ///< digital ones as they were read last
+  struct Certain {
+    std::uint64_t word = 0;
+    Instant at{};
+  };
+  std::optional<Certain> certain_;  ///< what outputs are, for the write of several under way
+  bool alone_ = false;              ///< the module does not take several outputs at once
 };
 
 }  // namespace baudgate::protocols::dcon

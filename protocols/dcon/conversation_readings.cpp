@@ -42,7 +42,7 @@ std::optional<DconConversation::Exchanged> DconConversation::Decode(View request
   const Settings& settings = IsInOtherMode(request) ? other_mode_ : settings_;
   const auto command = ParseRequest(request, settings.checksum);
   if (!command) return std::nullopt;
-  if (IsClear(command->text)) {
+  if (IsSetting(command->text)) {
     return Exchanged{*command, DecodeConfirmation(*command, frame, settings)};
   }
   const std::size_t channels = ExpectedChannels(command->text);
@@ -50,12 +50,11 @@ std::optional<DconConversation::Exchanged> DconConversation::Decode(View request
                    DecodeReply(*command, PlannedForm(command->text), channels, frame, settings)};
 }
 
-/// A point clears something with it.
-bool DconConversation::IsClear(std::string_view command) const {
-  return command.front() == '$' && std::ranges::any_of(device_.points, [&](const auto& point) {
-           return point.access != config::Access::read &&
-                  point.write == std::string(command) + "{clear}";
-         });
+/// A point is written with it, and is no output.
+bool DconConversation::IsSetting(std::string_view command) const {
+  return std::ranges::any_of(writes_, [command](const auto& write) {
+    return write && write->setting && ParseWritten(*write, command);
+  });
 }
 
 /// Of every point that the command reads.

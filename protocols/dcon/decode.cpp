@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "gateway/base/text.h"
+#include "protocols/dcon/broadcasts.h"
 
 namespace baudgate::protocols::dcon {
 namespace {
@@ -24,7 +25,13 @@ DecodedReply One(Form form, Value value) {
 
 std::string Shown(View frame) { return "'" + Printable(frame) + "'"; }
 
-/// "?01" or "?": the module understood and says no.
+/// `#AA(data)`, `#AAN(data)`, `#AACn(data)` with a number.
+bool IsAnalogOutput(std::string_view command) {
+  return command.starts_with('#') && command.find('.') != std::string_view::npos;
+}
+
+/// "?01" or "?": the module understood and says no. Beyond its range an analog output says no as
+/// well, and goes to its limit (dcon reference, 10.1).
 DecodedReply DecodeRefusal(const Command& request, const Reply& reply, bool read) {
   const std::string who = HexByte(request.address);
   if (!reply.body.empty() && reply.body != who) {
@@ -37,9 +44,16 @@ DecodedReply DecodeRefusal(const Command& request, const Reply& reply, bool read
                                           ": it does not know this command, or the channel does "
                                           "not exist or is disabled");
   }
-  return Fail(Outcome::refused, "the module answers '?" + reply.body + "' to " + request.text +
-                                    ": the value is invalid; an analog output may have moved to "
-                                    "its limit");
+  const std::string says = "the module answers '?" + reply.body + "' to " + request.text + ": ";
+  if (!IsAnalogOutput(request.text)) {
+    return Fail(Outcome::refused, says + "it does not know this command, or the value is invalid");
+  }
+  DecodedReply decoded =
+      Fail(Outcome::refused, says +
+                                 "the value is beyond its range, and the output may have gone "
+                                 "to its limit; correct the range in the point's write");
+  decoded.may_have_acted = true;
+  return decoded;
 }
 
 DecodedReply DecodeWrite(const Command& request, const Reply& reply, const Settings& settings,
@@ -47,9 +61,12 @@ DecodedReply DecodeWrite(const Command& request, const Reply& reply, const Setti
   const DecodedReply done;
   const std::string who = HexByte(ReplyAddress(request));
   if (reply.lead == '!' && reply.body.empty()) {
-    return Fail(Outcome::refused,
-                "the module ignored the write ('!'): its host watchdog has tripped and holds the "
-                "outputs at their safe values until ~AA1 is sent");
+    DecodedReply decoded =
+        Fail(Outcome::refused,
+             "the module ignored the write ('!'): its host watchdog has tripped and holds the "
+             "outputs at their safe values until ~AA1 is sent");
+    decoded.ignored = true;
+    return decoded;
   }
   if (reply.lead == '>' && (reply.body.empty() || (settings.data_address && reply.body == who))) {
     return done;
@@ -116,6 +133,7 @@ DecodedReply DecodeNumbers(std::string_view payload, Form form, std::size_t chan
 /// How many digits a reply of this form has.
 std::pair<std::size_t, std::size_t> DigitCount(Form form, std::string_view command) {
   if (form == Form::hex) return HexDigits(command);
+  if (form == Form::decimal && command.starts_with('$')) return {4, 4};  // $AAY
   if (form == Form::decimal) return {5, 5};
   if (form == Form::counter) return {8, 8};
   return {4, 4};
@@ -175,6 +193,25 @@ bool Addressed(Form form, const Reply& reply, const Settings& settings) {
   return true;
 }
 
+/// What `#**` has latched: `>AAS(data)` of an analog module, `!S(data)00` of a digital one, which
+/// does not say who it is.
+DecodedReply DecodeSample(const Command& request, Form form, const Reply& reply,
+                          const Settings& settings, View frame) {
+  std::string_view payload = reply.body;
+  const std::string who = HexByte(request.address);
+  const bool own = form != Form::number || payload.starts_with(who);
+  if (own && form == Form::number) payload.remove_prefix(who.size());
+  if (!own || payload.empty() || (payload.front() != '0' && payload.front() != '1')) {
+    return Fail(Outcome::unexpected, "reply " + Shown(frame) + " tells no sample of module " + who);
+  }
+  const bool first = payload.front() == '1';
+  payload.remove_prefix(1);
+  DecodedReply decoded = form == Form::number ? DecodeNumbers(payload, form, 1, settings)
+                                              : DecodeDigits(request.text, payload, form, settings);
+  decoded.first_fetch = first;
+  return decoded;
+}
+
 DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std::size_t channels,
                         const Reply& reply, const Settings& settings, View frame) {
   const Form form = wanted.value_or(GuessForm(request, reply, settings));
@@ -195,6 +232,7 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
     return Fail(Outcome::unexpected,
                 "reply " + Shown(frame) + " is of another module than " + HexByte(request.address));
   }
+  if (request.text == kAskSample) return DecodeSample(request, form, reply, settings, frame);
   switch (form) {
     case Form::numbers:
     case Form::number:
@@ -265,9 +303,19 @@ Field Select(const DecodedReply& decoded, const ReadAddress& address) {
   }
   if (decoded.fields.size() != 1) return BadField(Quality::bad, "no single value");
   Field field = decoded.fields.front();
+  if (const auto* text = std::get_if<std::string>(&field.value)) {
+    if (address.select == Kind::whole) return field;
+    const auto format = ParseInteger<unsigned>(std::string_view(*text).substr(4), 16);
+    if (!format) return BadField(Quality::bad, "no format byte");
+    field.value = (*format >> address.index & 1U) != 0;
+    return field;
+  }
   const auto* word = std::get_if<std::uint64_t>(&field.value);
   if (word == nullptr || address.select == Kind::whole) return field;
   switch (address.select) {
+    case Kind::bits:
+      field.value = (*word >> address.index) & ((1ULL << address.count) - 1);
+      break;
     case Kind::bit:
       field.value = ((*word >> address.index) & 1U) != 0;
       break;

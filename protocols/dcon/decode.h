@@ -20,6 +20,10 @@ struct DecodedReply {
   Form form = Form::text;
   /// Of joined numbers one per channel, else one; none when a write is confirmed.
   std::vector<Field> fields;
+  bool ignored = false;  ///< a write: the host watchdog has tripped
+  /// It refuses a write, and the output may have moved all the same.
+  bool may_have_acted = false;
+  bool first_fetch = false;   ///< of a sample: it has not been fetched before
   bool more_enabled = false;  ///< values came for channels that the settings call disabled
 };
 
@@ -28,7 +32,7 @@ struct DecodedReply {
 DecodedReply DecodeReply(const Command& request, std::optional<Form> form, std::size_t channels,
                          View frame, const Settings& settings);
 
-/// The same of a command that clears a counter or latches: `!AA`, whatever its reply is on modules
+/// The same of a command that is a setting (WriteAddress): `!AA`, whatever its reply is on modules
 /// where it is a read.
 DecodedReply DecodeConfirmation(const Command& request, View frame, const Settings& settings);
 

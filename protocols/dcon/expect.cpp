@@ -2,6 +2,7 @@
 #include "protocols/dcon/expect.h"
 
 #include "gateway/base/text.h"
+#include "protocols/dcon/broadcasts.h"
 #include "protocols/dcon/channel_types.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/decode.h"
@@ -16,12 +17,18 @@ std::vector<Shape> Shapes(const Command& command, bool checksum) {
   const std::size_t extra = checksum ? 4 : 2;  // lead, CR, checksum
   const auto form = DefaultForm(command.text);
   std::vector<Shape> shapes = {{'?', extra, extra + 2}};
+  if (command.text == kAskSample) {
+    shapes.push_back({'>', extra + 3, kMaxFrame});
+    shapes.push_back({'!', extra, kMaxFrame});
+    return shapes;
+  }
   if (!form) {
     shapes.push_back({'>', extra, extra + 2});
     shapes.push_back({'!', extra, kMaxFrame});
     return shapes;
   }
-  const bool several = command.text.starts_with("#") || command.text.starts_with("^");
+  const bool several = command.text.starts_with("#") || command.text.starts_with("^") ||
+                       command.text == "$A";  // the gate of a counter
   const bool data = *form == Form::numbers || *form == Form::number || *form == Form::words ||
                     *form == Form::bits;
   if (data) shapes.push_back({'>', extra + 4, kMaxFrame});

@@ -7,6 +7,7 @@
 
 #include "gateway/base/text.h"
 #include "protocols/common/designation.h"
+#include "protocols/dcon/broadcasts.h"
 #include "protocols/dcon/points.h"
 #include "protocols/dcon/type_codes.h"
 
@@ -83,6 +84,12 @@ std::optional<Identification::Question> Identification::Next(std::string_view co
   return std::nullopt;
 }
 
+std::optional<Identification::Question> Identification::NextAnew(std::string_view command) const {
+  const auto input = channels_.NextAnew(command);
+  if (!input || !settings_.identify || !sure_ || trouble_) return std::nullopt;
+  return Question{QuestionOfInput(*input), false};
+}
+
 bool Identification::Allows(std::string_view command) const {
   if (!settings_.identify) return true;
   return done_ && !trouble_ && (sure_ || IsHarmless(command));
@@ -120,7 +127,6 @@ void Identification::OnAnswer(const Question& question, const DecodedReply& repl
   if (question.command == kAskName && reply.outcome == Outcome::ok && !reply.fields.empty()) {
     name_ = JudgeName(device_.identity, ToText(reply.fields.front().value));
   }
-  if (question.command == kAskType) channels_.OnTypePolled();
   if (question.command == kAskType && reply.outcome == Outcome::ok && !reply.fields.empty()) {
     kind_ = Judge(ToText(reply.fields.front().value));
   }
@@ -189,6 +195,11 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
   for (const config::Point& point : device_.points) {
     const auto read = ParseRead(point.read);
     if (point.access == config::Access::write || !read || read->command == "$3") continue;
+    if (read->command == kAskSample && IsAnalogOutput(*type)) {
+      return Complaint("type " + code +
+                       " is an analog output, and $AA4 would store what it puts "
+                       "out for power-up");
+    }
     if (IsNumber(read->form) && (*format & 3U) != static_cast<unsigned>(settings_.format)) {
       return Complaint("data format '" + std::string(WordOf(*format)) + "', the profile says " +
                        std::string(WordOf(static_cast<unsigned>(settings_.format))));

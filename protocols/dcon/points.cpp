@@ -29,19 +29,22 @@ constexpr ReadRule kReads[] = {
     {"$2", "text"},
     {"$3", "value"},
     {"$3n", "counter"},
+    {"$4", "value status", false, false},  // fetched once; stores outputs on output modules
     {"$5n", "hex"},
     {"$6", "status mask commanded"},
-    {"$6n", "commanded", false},        // resets a counter on counter modules
-    {"$7n", "power_on", false, false},  // clears the overflow flag on some counter modules
+    {"$6n", "commanded", false},                 // resets a counter on counter modules
+    {"$7n", "power_on overflow", false, false},  // clears the overflow flag on some
     {"$8", "commanded"},
     {"$8n", "commanded"},
-    {"$A", "words"},
+    {"$A", "words gate"},
     {"$B", "hex"},
     {"$F", "text"},
     {"$I", "hex"},
     {"$L0", "status"},
     {"$L1", "status"},
     {"$M", "text"},
+    {"$X1", "decimal", true, false},
+    {"$Y", "decimal", true, false},
     {"~0", "hex"},
     {"~2", "hex"},
     {"~4", "hex", true, false},
@@ -64,7 +67,7 @@ constexpr Forbidden kForbidden[] = {
     {"$0", "is a calibration command"},
     {"$1", "is a calibration command"},
     {"$9", "is a calibration or output setting"},
-    {"$4", "fetches a latched sample once, or stores an output for power-up"},
+    {"$4", "stores an output for power-up"},
     {"$5", "clears the reset flag that it reads"},
     {"$7", "sets a type, or clears the overflow flag that it reads"},
     {"$C", "clears counters or latches"},
@@ -92,7 +95,7 @@ std::optional<Form> FormOf(std::string_view word, std::string_view command) {
   if (word == "status") return Form::status;
   if (word == "commanded" || word == "power_on" || word == "safe") return Form::readback;
   if (word == "words") return Form::words;
-  if (word == "mask" || word == "hex") return Form::hex;
+  if (word == "mask" || word == "hex" || word == "overflow" || word == "gate") return Form::hex;
   if (word == "text") return Form::text;
   return std::nullopt;
 }
@@ -112,9 +115,24 @@ Error UnknownCommand(std::string_view text, std::string_view command) {
                    "address and checksum, as in \"#[0]\" or \"$6[b8]\"");
 }
 
-/// "[3]", "[b3]", "[high]", "[low]".
+/// "b8-b9" of a reply in hex.
+bool ParseBits(std::string_view text, ReadAddress& address) {
+  const auto dash = text.find("-b");
+  const auto first = ParseInteger<unsigned>(text.substr(1, dash - 1));
+  const auto last = ParseInteger<unsigned>(text.substr(dash + 2));
+  if (!first || !last || *first >= *last || *last > 31) return false;
+  address.select = ReadAddress::Select::bits;
+  address.index = *first;
+  address.count = *last - *first + 1;
+  return true;
+}
+
+/// "[3]", "[b3]", "[b8-b9]", "[high]", "[low]".
 bool ParseSelector(std::string_view text, ReadAddress& address) {
   using Select = ReadAddress::Select;
+  if (text.starts_with('b') && text.find("-b") != std::string_view::npos) {
+    return ParseBits(text, address);
+  }
   if (text == "high" || text == "low") {
     address.select = text == "high" ? Select::high : Select::low;
     return true;
@@ -127,6 +145,22 @@ bool ParseSelector(std::string_view text, ReadAddress& address) {
   return true;
 }
 
+/// What a command may do, and what to write where it is not meant so.
+std::string NeedsWord(std::string_view command) {
+  const std::string own(command);
+  if (command.starts_with("$4")) {
+    return "stores the output of an output module for power-up; if this is a synchronised sample, "
+           "say so: \"$4 value\" or \"$4[b0] status\"";
+  }
+  if (command.starts_with("$7")) {
+    return "clears the overflow flag of a counter module; if this is meant, or an analog output, "
+           "say so: \"" +
+           own + "[b0] overflow\", \"" + own + " power_on\"";
+  }
+  return "resets the counter of a counter module; if this is an analog output, say so: \"" + own +
+         " commanded\"";
+}
+
 bool SelectorFits(const ReadAddress& address) {
   using Select = ReadAddress::Select;
   switch (address.form) {
@@ -135,10 +169,13 @@ bool SelectorFits(const ReadAddress& address) {
       return address.select == Select::index;
     case Form::bits:
     case Form::status:
-      return address.select != Select::index &&
-             (address.select != Select::bit || address.index < 16);
+      return address.select != Select::index && address.index + address.count <= 16;
     case Form::hex:
-      return address.select == Select::whole || address.select == Select::bit;
+      return address.select == Select::whole || address.select == Select::bit ||
+             address.select == Select::bits;
+    case Form::text:  // "$2[b2]": of the format byte
+      return address.select == Select::whole ||
+             (address.select == Select::bit && address.command == "$2" && address.index < 8);
     default:
       return address.select == Select::whole;
   }
@@ -153,16 +190,23 @@ constexpr DecoderSpec kDecoders[] = {
     {"@", "Digital word of @AA, four hex digits; one bit as @[b3], a byte as @[high] or @[low]."},
     {"$6", "Digital word of $AA6 (! and four digits and 00, no address); bits as $6[b8]."},
     {"$L1", "Latched digital word of $AALS; bits as $L1[b0]."},
+    {"$4 value", "Synchronised sample: #** to all modules, then $AA4 of each one; one number."},
+    {"$4[b0] status", "The same of a digital module: bits of what it has sampled."},
     {"$6 mask", "Channel enable mask of analog modules: !AA and hex; bits as $6[b0] mask."},
     {"$80", "Present output of an analog output channel: !AA and a number."},
     {"$60 commanded", "Last commanded output. On a counter module $60 would reset the counter."},
     {"#0 total", "All that a counter has counted, over roll-overs and restarts; 64 bits."},
     {"#0 decimal total", "The same of an input counter of a digital module."},
     {"$70 power_on", "Output at power-up. On a counter module $70 is the overflow flag."},
+    {"$50[b0]", "1: the counter is running. $70[b0] overflow: it has overflowed."},
+    {"@DI[b8-b9]", "Bits 8 and 9 of the five hex digits of @AADI as a number: the outputs."},
+    {"$Y", "Watchdog of ADAM modules in tenths of a second; $X1 of ADAM-4024."},
     {"~40", "Safe output of an analog output channel; ~4, ~4P, ~4S: of digital outputs, hex."},
     {"$3", "Cold junction temperature of thermocouple modules."},
     {"$B", "Sensor diagnosis as hex; bits as $B[b0]."},
     {"~0", "Host watchdog status as hex: 4 = tripped."},
+    {"$A gate", "Gate of a counter: 0 low, 1 high, 2 disabled (ADAM-4080)."},
+    {"$2[b2]", "Bit 2 of the format byte: gate time of ADAM-4080, 0 = 0.1 s, 1 = 1 s."},
     {"$M", "Module name (string); $F firmware, $2 type, baud rate and format."},
 };
 
@@ -172,10 +216,10 @@ Status CheckReadType(const config::Point& point, const ReadAddress& read) {
     return Error{bit ? "read '" + point.read + "' is one bit: its type is bool"
                      : "read '" + point.read + "' is no bit; a bool needs one, as in \"$6[b0]\""};
   }
-  if ((read.form == Form::text) != (point.type == config::Type::string)) {
+  const bool text = read.form == Form::text && !bit;
+  if (text != (point.type == config::Type::string)) {
     return Error{"read '" + point.read +
-                 (read.form == Form::text ? "' gives text: its type is string(n)"
-                                          : "' gives a number, not text")};
+                 (text ? "' gives text: its type is string(n)" : "' gives a number, not text")};
   }
   const bool wide = point.type == config::Type::int64 || point.type == config::Type::uint64 ||
                     point.type == config::Type::float64;
@@ -187,7 +231,14 @@ Status CheckReadType(const config::Point& point, const ReadAddress& read) {
 
 Status CheckWriteType(const config::Point& point, const WriteAddress& write) {
   if (point.type == config::Type::string) return Error{"text can not be written to a DCON output"};
-  const bool bit = write.kind == WriteAddress::Kind::bit || write.kind == WriteAddress::Kind::clear;
+  using Kind = WriteAddress::Kind;
+  const bool action = write.kind == Kind::action;
+  if (action && point.access != config::Access::write) {
+    return Error{"write '" + point.write +
+                 "' does something once and has no state: access: w, and "
+                 "a point of its own for what is read"};
+  }
+  const bool bit = write.kind == Kind::bit || write.kind == Kind::flag || action;
   if (bit != (point.type == config::Type::boolean)) {
     return Error{bit ? "write '" + point.write + "' takes a bit: its type is bool"
                      : "write '" + point.write + "' takes a number; a bool is written by {bit}"};
@@ -226,10 +277,7 @@ Result<ReadAddress> ParseRead(std::string_view text) {
   const auto words = Split(rule->forms, ' ');
   if (word.empty()) {
     if (!rule->repeatable) {
-      return ReadError(text, std::string(rest.starts_with("$7") ? "clears the overflow flag"
-                                                                : "resets the counter") +
-                                 " of a counter module; if this is an analog output, say so: \"" +
-                                 std::string(rest) + " " + std::string(words.front()) + "\"");
+      return ReadError(text, NeedsWord(rest));
     }
     word = words.front();
   } else if (std::find(words.begin(), words.end(), word) == words.end()) {

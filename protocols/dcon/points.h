@@ -33,11 +33,12 @@ enum class Form : std::uint8_t {
 };
 
 struct ReadAddress {
-  enum class Select : std::uint8_t { whole, index, bit, high, low };
+  enum class Select : std::uint8_t { whole, index, bit, high, low, bits };
   std::string command;  ///< "#", "#3", "$6"
   Form form = Form::number;
   Select select = Select::whole;
-  unsigned index = 0;  ///< of a number or a bit
+  unsigned index = 0;  ///< of a number or a bit, the lowest one of `bits`
+  unsigned count = 1;  ///< of `bits`
   bool total = false;  ///< of a counter: all that it has counted (totals.h)
 };
 
@@ -57,17 +58,19 @@ std::pair<std::size_t, std::size_t> HexDigits(std::string_view command);
 bool IsRepeatable(std::string_view command);
 
 struct WriteAddress {
-  enum class Kind : std::uint8_t { bit, hex, number, clear };
+  enum class Kind : std::uint8_t { bit, hex, number, decimal, flag, action };
   std::string command;  ///< what stands before the data: "#13", "@", "#2"
   Kind kind = Kind::bit;
-  std::size_t digits = 2;  ///< of hex; of a number those before the point
+  /// No output: the module says `!AA` to it, and the same request is not sent twice.
+  bool setting = false;
+  std::size_t digits = 2;  ///< of hex and decimal; of a number those before the point
   std::size_t decimals = 0;
   bool sign = false;  ///< the number begins with + or -
   double low = 0;     ///< accepted values of a number
   double high = 0;
 };
 
-/// "#13{bit}", "@{hex2}", "#2{+00.000 0..10}", "$C{clear}".
+/// "#13{bit}", "@{hex2}", "#2{+00.000 0..10}", "$C{clear}", "$50{flag}", "$X{dec4}".
 Result<WriteAddress> ParseWrite(std::string_view text);
 
 /// The command with its data: "#2+07.500". An error when the value does not fit.

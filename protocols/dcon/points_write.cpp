@@ -14,8 +14,8 @@ Error WriteError(std::string_view text, std::string_view what) {
   return Error{"write '" + std::string(text) + "' " + std::string(what)};
 }
 
-/// Only outputs: `#` with nothing, a channel or a bit group before the data, `C` and a channel
-/// (ADAM-4024), or `@`. Settings that live in EEPROM are not for a gateway.
+/// Outputs: `#` with nothing, a channel or a bit group before the data, `C` and a channel
+/// (ADAM-4024), or `@`.
 bool IsOutputCommand(std::string_view command) {
   if (command == "@" || command == "#") return true;
   if (!command.starts_with('#') || command.size() > 3) return false;
@@ -23,11 +23,63 @@ bool IsOutputCommand(std::string_view command) {
                      [](char c) { return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'F'); });
 }
 
-/// Latches (`$C`), an input counter (`$CN`), a counter (`$6N`).
-bool IsClearCommand(std::string_view command) {
-  return command == "$C" ||
-         (command.size() == 3 && (command.starts_with("$C") || command.starts_with("$6")) &&
-          command[2] >= '0' && command[2] <= '9');
+/// What is no output. 'n' stands for one digit. Source: dcon reference, 8.1, 9.1, 10, 14.
+struct SettingRule {
+  std::string_view pattern;
+  std::string_view data;
+};
+
+constexpr SettingRule kSettings[] = {
+    {"$C", "clear"},   // latches
+    {"$Cn", "clear"},  // an input counter
+    {"$6n", "clear"},  // a counter, back to its preset
+    {"~1", "clear"},   // the host watchdog has tripped
+    {"$4", "store"},   // the present analog output as that at power-up
+    {"$4n", "store"},  //
+    {"~5n", "store"},  // the present analog output as the safe one
+    {"$5n", "flag"},   // a counter runs
+    {"$A", "hex1"},    // its gate
+    {"$3n", "hex8"},   // maximum of a counter
+    {"@Pn", "hex8"},   // its preset
+    {"@DO0", "hex1"},  // outputs of a counter module
+    {"~3", "hex3"},    // host watchdog: on, tenths of a second
+    {"~5", "hex4"},    // digital outputs: at power-up, safe
+    {"$X", "dec4"},    // watchdog of ADAM modules, tenths of a second
+    {"$X0", "dec4"},   // of ADAM-4024
+};
+
+const SettingRule* FindSetting(std::string_view command) {
+  const auto fits = [&](const SettingRule& rule) {
+    return std::ranges::equal(rule.pattern, command, [](char p, char c) {
+      return p == 'n' ? c >= '0' && c <= '9' : p == c;
+    });
+  };
+  const auto* found = std::ranges::find_if(kSettings, fits);
+  return found == std::end(kSettings) ? nullptr : found;
+}
+
+std::size_t DigitsOf(std::string_view data) {
+  return ParseInteger<unsigned>(data.substr(3)).value_or(0);
+}
+
+Result<WriteAddress> ParseSetting(const SettingRule& rule, WriteAddress write,
+                                  std::string_view text, std::string_view data) {
+  if (data != rule.data) {
+    return WriteError(text, "takes another form of data: \"" + write.command + "{" +
+                                std::string(rule.data) + "}\"");
+  }
+  using Kind = WriteAddress::Kind;
+  write.setting = true;
+  if (data == "clear" || data == "store") {
+    write.kind = Kind::action;
+  } else if (data == "flag") {
+    write.kind = Kind::flag;
+    write.digits = 1;
+  } else {
+    write.kind = data.starts_with("hex") ? Kind::hex : Kind::decimal;
+    write.digits = DigitsOf(data);
+  }
+  return write;
 }
 
 /// "+00.000": an optional sign, zeros, a point, zeros.
@@ -76,6 +128,12 @@ std::string FixedPoint(double value, const WriteAddress& write) {
   return (value < 0 ? "-" : "+") + digits;
 }
 
+std::string Padded(std::uint64_t value, std::size_t digits) {
+  std::string text = std::to_string(value);
+  if (text.size() < digits) text.insert(0, digits - text.size(), '0');
+  return text;
+}
+
 std::string FixedHex(std::uint64_t value, std::size_t digits) {
   std::string text;
   for (std::size_t i = digits; i-- > 0;)
@@ -96,15 +154,13 @@ Result<WriteAddress> ParseWrite(std::string_view text) {
   WriteAddress write;
   write.command = text.substr(0, open);
   const std::string_view data = text.substr(open + 1, text.size() - open - 2);
-  if (data == "clear") {
-    write.kind = WriteAddress::Kind::clear;
-    if (IsClearCommand(write.command)) return write;
-    return WriteError(text,
-                      "clears nothing; latches, counters: \"$C{clear}\", \"$C0{clear}\", "
-                      "\"$60{clear}\"");
+  if (const SettingRule* rule = FindSetting(write.command)) {
+    return ParseSetting(*rule, std::move(write), text, data);
   }
   if (!IsOutputCommand(write.command)) {
-    return WriteError(text, "is no output command; a gateway writes with # and @ only");
+    return WriteError(text,
+                      "is no command that a gateway writes with: # and @ for outputs, and what the "
+                      "README lists, as \"$C{clear}\", \"~1{clear}\"");
   }
   if (data == "bit") {
     if (write.command.size() != 3) {
@@ -138,18 +194,24 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value) {
   if (!std::isfinite(number)) return Error{"'" + shown + "' is not a number"};
   switch (write.kind) {
     case WriteAddress::Kind::bit:
+    case WriteAddress::Kind::flag: {
       if (number != 0 && number != 1) return Error{shown + " is neither 0 nor 1"};
-      return write.command + (number == 1 ? "01" : "00");
-    case WriteAddress::Kind::clear:
-      if (number != 1) return Error{shown + " clears nothing; write 1"};
+      const std::string zero = write.kind == WriteAddress::Kind::bit ? "0" : "";
+      return write.command + zero + (number == 1 ? "1" : "0");
+    }
+    case WriteAddress::Kind::action:
+      if (number != 1) return Error{shown + " does nothing; write 1"};
       return write.command;
-    case WriteAddress::Kind::hex: {
-      const double limit = std::pow(16.0, static_cast<double>(write.digits));
+    case WriteAddress::Kind::hex:
+    case WriteAddress::Kind::decimal: {
+      const bool hex = write.kind == WriteAddress::Kind::hex;
+      const double limit = std::pow(hex ? 16.0 : 10.0, static_cast<double>(write.digits));
       if (number < 0 || number >= limit || number != std::floor(number)) {
         return Error{shown + " is not a whole number of " + std::to_string(write.digits) +
-                     " hex digits"};
+                     (hex ? " hex digits" : " digits")};
       }
-      return write.command + FixedHex(static_cast<std::uint64_t>(number), write.digits);
+      const auto whole = static_cast<std::uint64_t>(number);
+      return write.command + (hex ? FixedHex(whole, write.digits) : Padded(whole, write.digits));
     }
     case WriteAddress::Kind::number:
       // Beyond its range a module says no and yet moves the output to the limit.
@@ -164,7 +226,7 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value) {
 
 std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view command) {
   if (!command.starts_with(write.command)) return std::nullopt;
-  if (write.kind == WriteAddress::Kind::clear) {
+  if (write.kind == WriteAddress::Kind::action) {
     return command == write.command ? std::optional(Value{true}) : std::nullopt;
   }
   const std::string_view data = command.substr(write.command.size());
@@ -176,12 +238,14 @@ std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view co
     if (*number < write.low || *number > write.high) return Value{};
     return Value{*number};
   }
-  const bool hex =
-      std::all_of(data.begin(), data.end(), [](char c) { return HexDigit(c).has_value(); });
-  if (data.size() != write.digits || !hex) return std::nullopt;
-  const auto number = ParseInteger<std::uint64_t>(data, 16);
+  const bool decimal = write.kind == WriteAddress::Kind::decimal;
+  const auto is_digit = [decimal](char c) {
+    return decimal ? c >= '0' && c <= '9' : HexDigit(c).has_value();
+  };
+  if (data.size() != write.digits || !std::ranges::all_of(data, is_digit)) return std::nullopt;
+  const auto number = ParseInteger<std::uint64_t>(data, decimal ? 10 : 16);
   if (!number) return std::nullopt;
-  if (write.kind == WriteAddress::Kind::hex) return Value{*number};
+  if (decimal || write.kind == WriteAddress::Kind::hex) return Value{*number};
   if (*number > 1) return Value{};
   return Value{*number == 1};
 }

@@ -43,6 +43,7 @@ constexpr Behind kBehind[] = {
     {"$8n", Kind::hex, 3, "analog output in hex"},
     {"$8Cn", Kind::number, 0, "current read-back"},
     {"$9n", Kind::text, 0, "type and slew rate"},
+    {"$A", Kind::hex, 1, "gate"},
     {"$Bn", Kind::hex, 1, "sensor diagnosis"},
     {"$DCn", Kind::number, 0, "start-up value"},
     {"$ECn", Kind::number, 0, "emergency stop value"},

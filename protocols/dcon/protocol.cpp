@@ -100,7 +100,15 @@ std::vector<Doubt> DoubtsOf(const config::Device& device) {
          "one such module would answer in this one's place; give this module another address, 1 "
          "to 255"});
   }
-  DoubtUnits(device, ReadSettings(device.options), doubts);
+  const Settings settings = ReadSettings(device.options);
+  if (settings.host_watchdog > Duration::zero() && device.poll > settings.host_watchdog) {
+    doubts.push_back({kNoPoint, "it is polled every " + FormatDuration(device.poll) +
+                                    ", and ~** goes out with polls only: unless another device of "
+                                    "the line is polled more often than every " +
+                                    FormatDuration(settings.host_watchdog) +
+                                    " (host_watchdog), modules may take the host for gone"});
+  }
+  DoubtUnits(device, settings, doubts);
   return doubts;
 }
 
@@ -117,8 +125,10 @@ constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
                                 .drain = {.least = 100ms, .characters = 20},
                                 .longest = kMaxFrame};
 
-std::unique_ptr<Conversation> MakeConversation(const config::Device& device, Bus*) {
-  return std::make_unique<DconConversation>(device);
+std::unique_ptr<Bus> MakeLine() { return std::make_unique<DconBus>(); }
+
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device, Bus* bus) {
+  return std::make_unique<DconConversation>(device, static_cast<DconBus&>(*bus));
 }
 
 std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values) {
@@ -149,6 +159,7 @@ const Protocol& DconProtocol() {
       .expect = Expect,
       .weak_check = true,
       .remembers = HasTotals,
+      .make_bus = MakeLine,
       .make_conversation = MakeConversation,
       .make_twin = MakeTwin,
   };

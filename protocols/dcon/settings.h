@@ -44,6 +44,7 @@ struct Settings {
   std::vector<std::string> types;               ///< its type codes in hex; empty: any
   std::uint64_t counter_maximum = 0xFFFF'FFFF;  ///< of a counter, behind which 0 comes
   double count_rate = 100'000;                  ///< pulses a second at most; 0 = any
+  Duration host_watchdog{};                     ///< period of `~**`; zero: never
   bool channel_types = false;  ///< each input has its own, and that of `$AA2` says nothing
 };
 

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "gateway/base/text.h"
+#include "protocols/dcon/broadcasts.h"
 #include "protocols/dcon/channel_types.h"
 #include "protocols/dcon/decode.h"
+#include "protocols/dcon/output_group.h"
 #include "protocols/dcon/values.h"
 
 namespace baudgate::protocols::dcon {
@@ -42,6 +44,8 @@ std::uint64_t Place(const ReadAddress& read, const Value& value) {
   switch (read.select) {
     case Kind::bit:
       return ToDouble(value) >= 0.5 ? 1ULL << read.index : 0;
+    case Kind::bits:
+      return Unsigned(value, (1ULL << read.count) - 1) << read.index;
     case Kind::high:
       return Unsigned(value, 0xFF) << 8U;
     case Kind::low:
@@ -77,8 +81,17 @@ void DconTwin::ReplyAs(std::string_view address) { who_ = HexByte(ParseAddress(a
 
 Bytes DconTwin::Answer(View request, Instant now) {
   const auto command = ParseRequest(request, settings_.checksum);
-  if (!command || command->broadcast || command->address != address_) return {};
-  std::optional<std::string> reply = AnswerRead(command->text, now);
+  if (!command) return {};
+  if (watchdog_ > Duration::zero() && now - host_heard_at_ > watchdog_) tripped_ = true;
+  if (command->broadcast) {
+    if (command->text == "#") TakeSample(now);
+    if (command->text == "~") host_heard_at_ = now;
+    return {};
+  }
+  if (command->address != address_) return {};
+  std::optional<std::string> reply = AnswerWatchdog(command->text, now);
+  if (!reply) reply = AnswerSample(command->text);
+  if (!reply) reply = AnswerRead(command->text, now);
   if (!reply) reply = AnswerChannel(command->text, now);
   if (!reply) reply = AnswerIdentity(command->text);
   if (!reply && command->text == "$5" && Counts()) {
@@ -148,8 +161,28 @@ std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now)
 std::string DconTwin::Configuration(std::string told) const {
   if (told.size() != 6) return told;
   const unsigned checksum = settings_.checksum ? 0x40 : 0;
-  const auto format = static_cast<std::uint8_t>(static_cast<unsigned>(settings_.format) | checksum);
+  const unsigned others = ParseInteger<unsigned>(told.substr(4), 16).value_or(0) & ~0x43U;
+  const auto format =
+      static_cast<std::uint8_t>(static_cast<unsigned>(settings_.format) | checksum | others);
   return told.replace(4, 2, HexByte(format));
+}
+
+/// "080600", of a point for the whole; points for bits of the format byte set these.
+std::string DconTwin::ConfiguredText(Instant now) const {
+  std::string text = (settings_.types.empty() ? "40" : settings_.types[0]) + "0600";
+  unsigned bits = 0;
+  for (const Known& known : points_.all()) {
+    if (!known.read || known.read->command != "$2") continue;
+    const Value value = points_.Get(known, now);
+    if (known.read->select == ReadAddress::Select::whole) {
+      text = ToText(value);
+    } else if (ToDouble(value) >= 0.5) {
+      bits |= 1U << known.read->index;
+    }
+  }
+  return bits == 0 || text.size() != 6
+             ? text
+             : text.substr(0, 4) + HexByte(static_cast<std::uint8_t>(bits));
 }
 
 std::optional<std::string> DconTwin::AnswerRead(const std::string& command, Instant now) const {
@@ -177,11 +210,13 @@ std::optional<std::string> DconTwin::AnswerRead(const std::string& command, Inst
     case Form::counter:
       return ">" + Hex(Unsigned(value(), 0xFFFF'FFFF), 8);
     case Form::decimal:
-      return "!" + who_ + Decimal(Unsigned(value(), 65535), 5);
+      return command.starts_with('$') ? "!" + who_ + Decimal(Unsigned(value(), 9999), 4)
+                                      : "!" + who_ + Decimal(Unsigned(value(), 65535), 5);
     case Form::hex:
       return "!" + who_ + Hex(Word(command, form, now), HexDigits(command).second);
     case Form::text:
-      return "!" + who_ + (command == "$2" ? Configuration(ToText(value())) : ToText(value()));
+      if (command != "$2") return "!" + who_ + ToText(value());
+      return "!" + who_ + Configuration(ConfiguredText(now));
   }
   return std::nullopt;
 }
@@ -207,8 +242,7 @@ std::optional<std::string> DconTwin::AnswerIdentity(const std::string& command) 
   if (command == "$F") return "!" + who_ + "A1.0";
   if (command == "$6" && Find("#") != nullptr) return "!" + who_ + Hex(settings_.enabled & 0xFF, 2);
   if (command == "$2") {
-    return "!" + who_ +
-           Configuration((settings_.types.empty() ? "40" : settings_.types[0]) + "0600");
+    return "!" + who_ + Configuration(ConfiguredText({}));
   }
   return std::nullopt;
 }
@@ -234,8 +268,9 @@ bool DconTwin::Counts() const {
 /// `$60` and `$C0`: the counter of `#0`.
 void DconTwin::Clear(const std::string& command) {
   if (command.size() != 3) return;
+  const bool counter = command.starts_with("$6") || command.starts_with("$C");
   for (const Known& known : points_.all()) {
-    if (known.read && known.read->command == "#" + command.substr(2)) {
+    if (counter && known.read && known.read->command == "#" + command.substr(2)) {
       points_.Set(known, std::uint64_t{0});
     }
   }
@@ -245,15 +280,68 @@ std::optional<std::string> DconTwin::AnswerWrite(const std::string& command) {
   for (const Known& known : points_.all()) {
     const auto value = known.write ? ParseWritten(*known.write, command) : std::nullopt;
     if (!value) continue;
+    if (tripped_ && !known.write->setting) return "!";
     if (!HasValue(*value)) return "?" + who_;
-    if (known.write->kind == WriteAddress::Kind::clear) {
+    if (known.write->kind == WriteAddress::Kind::action) {
       Clear(command);
       return "!" + who_;
     }
     points_.Set(known, *value);
-    return ">";
+    return known.write->setting ? "!" + who_ : ">";
   }
-  return std::nullopt;
+  return AnswerGroup(command);
+}
+
+/// `#AA00DD` of a module whose points are single outputs of the group.
+std::optional<std::string> DconTwin::AnswerGroup(const std::string& command) {
+  if (command.size() != 5 || !command.starts_with("#0")) return std::nullopt;
+  const auto bits = ParseInteger<unsigned>(std::string_view(command).substr(3), 16);
+  std::optional<std::string> reply;
+  for (const Known& known : points_.all()) {
+    const auto output = GroupOf(known.read, known.write, settings_);
+    if (!bits || !output || output->group.command != command.substr(0, 3)) continue;
+    if (tripped_) return "!";
+    points_.Set(known, (*bits >> output->number & 1U) != 0);
+    reply = ">";
+  }
+  return reply;
+}
+
+/// `~AA3EVV` sets the host watchdog, `~AA0` tells of it, `~AA1` clears it.
+std::optional<std::string> DconTwin::AnswerWatchdog(const std::string& command, Instant now) {
+  const bool writes = points_.FindWritable([](const WriteAddress&) { return true; }) != nullptr;
+  if (!writes) return std::nullopt;
+  if (command == "~0" && tripped_) return "!" + who_ + "04";
+  if (command == "~1") {
+    tripped_ = false;
+    host_heard_at_ = now;
+    return "!" + who_;
+  }
+  if (command.size() != 5 || !command.starts_with("~3")) return std::nullopt;
+  const auto tenths = ParseInteger<unsigned>(std::string_view(command).substr(3), 16);
+  if (!tenths) return std::nullopt;
+  watchdog_ = command[2] == '1' ? *tenths * Duration(100ms) : Duration();
+  host_heard_at_ = now;
+  AnswerWrite(command);
+  return "!" + who_;
+}
+
+/// What `$AA4` will tell.
+void DconTwin::TakeSample(Instant now) {
+  const Known* known = Find(kAskSample);
+  if (known == nullptr) return;
+  const Form form = known->read->form;
+  sample_ = form == Form::number ? FormatField(points_.Get(*known, now), settings_, false)
+                                 : Hex(Word(kAskSample, form, now), 4) + "00";
+  fetched_ = false;
+}
+
+std::optional<std::string> DconTwin::AnswerSample(const std::string& command) {
+  const Known* known = Find(kAskSample);
+  if (command != kAskSample || known == nullptr) return std::nullopt;
+  if (sample_.empty()) return "?" + who_;
+  const std::string first = std::exchange(fetched_, true) ? "0" : "1";
+  return (known->read->form == Form::number ? ">" + who_ : std::string("!")) + first + sample_;
 }
 
 }  // namespace baudgate::protocols::dcon

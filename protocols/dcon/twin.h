@@ -16,6 +16,7 @@
 
 namespace baudgate::protocols::dcon {
 
+/// It takes samples (`#**`), and its host watchdog runs once it is set (`~AA3EVV`).
 /// Where each input has a type of its own (option channel_types), `$AA7CiRrr` sets it as at a real
 /// module.
 class DconTwin : public Twin {
@@ -36,7 +37,12 @@ class DconTwin : public Twin {
   bool Counts() const;
   void Clear(const std::string& command);
   std::string Configuration(std::string told) const;
+  std::string ConfiguredText(Instant now) const;
   std::optional<std::string> AnswerWrite(const std::string& command);
+  std::optional<std::string> AnswerGroup(const std::string& command);
+  std::optional<std::string> AnswerWatchdog(const std::string& command, Instant now);
+  void TakeSample(Instant now);
+  std::optional<std::string> AnswerSample(const std::string& command);
   std::string Joined(Form form, const std::string& command, Instant now) const;
   std::uint64_t Word(const std::string& command, Form form, Instant now) const;
   std::size_t Channels(const std::string& command) const;
@@ -49,6 +55,11 @@ class DconTwin : public Twin {
   TwinPoints<ReadAddress, WriteAddress> points_;
   std::map<unsigned, std::uint8_t> types_;  ///< of inputs
   bool restarted_ = true;                   ///< since `$AA5` was asked
+  Duration watchdog_{};                     ///< zero: off
+  Instant host_heard_at_{};
+  bool tripped_ = false;
+  std::string sample_;    ///< as `$AA4` tells it; empty: none was taken
+  bool fetched_ = false;  ///< it was told
 };
 
 }  // namespace baudgate::protocols::dcon

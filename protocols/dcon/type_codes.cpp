@@ -34,6 +34,8 @@ std::string_view UnitOfType(std::uint8_t type) {
   }
 }
 
+bool IsAnalogOutput(std::uint8_t type) { return (type >= 0x30 && type <= 0x35) || type == 0x3F; }
+
 bool IsUnitOfTypes(std::string_view unit) {
   const std::string_view plain = Plain(unit);
   return plain == "V" || plain == "mV" || plain == "mA" || plain == "degC";

@@ -18,6 +18,9 @@ std::string_view UnitOfType(std::uint8_t type);
 /// is the user's own, and takes the number as it is.
 std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit);
 
+/// Of output modules. 30, 31 and 33 are thermistors of ADAM-4015, which takes no samples.
+bool IsAnalogOutput(std::uint8_t type);
+
 /// Whether some type measures in it, so that others contradict it: "V", "°C", not "bar".
 bool IsUnitOfTypes(std::string_view unit);
 

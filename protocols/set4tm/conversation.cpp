@@ -60,6 +60,8 @@ MeterConversation::MeterConversation(const config::Device& device)
 
 void MeterConversation::OnReconnect() {
   identification_.OnReconnect();
+  integers_ = false;
+  fields_.UseIntegers(false);
   open_ = verified_ = accepted_ = false;
   reopened_ = repeated_ = 0;
   UseMasks(settings_.snapshot == Snapshot::on);
@@ -76,6 +78,16 @@ void MeterConversation::UseMasks(bool masked) {
   masked_ = masked;
   tries_masks_ = false;
   plan_ = fields_.MakePlan(masked);
+}
+
+bool MeterConversation::ChooseIntegers() {
+  const bool integers = identification_.floats() == Knows::no && !identification_.trouble();
+  if (integers == integers_ || !(integers_ || fields_.HasFloats())) return false;
+  integers_ = integers;
+  fields_.UseIntegers(integers);
+  UseMasks(!integers && settings_.snapshot == Snapshot::on);
+  tries_masks_ = !integers && MasksMayHelp();
+  return true;
 }
 
 std::optional<Bytes> MeterConversation::Trial(std::size_t query) const {
@@ -139,6 +151,10 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
     return End(Swapped());
   }
   if (task.kind != Task::Kind::poll) return End(std::move(reply.answer));
+  if (ChooseIntegers()) {
+    reply.answer.then = Then::replan;
+    return End(std::move(reply.answer));
+  }
   if (tries_masks_ && IsMasked(reply.pdu)) return AfterTrial(std::move(reply.answer));
   const Bytes wanted = fields_.PduOf(plan_, task.query);
   if (Is(reply.pdu, wanted) || (IsMasked(reply.pdu) && IsMasked(wanted))) {
@@ -280,6 +296,8 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
     // Older firmware: go back to 08 1B, the points are not to blame.
     UseMasks(false);
     reply.answer.readings.clear();
+  } else if (own && IsFloatRead(reply.pdu) && identification_.WantType()) {
+    return AskAgain();
   } else if (own && Is(reply.pdu, fields_.PduOf(plan_, task.query))) {
     plan_.OnRefused(task.query);
   } else if (question) {
@@ -327,6 +345,7 @@ config::Timing MeterConversation::LeastTimes(Duration character) const {
 
 std::string MeterConversation::WhatIsLearned() const {
   std::string text = masked_ ? "floats together (08 23)" : "";
+  if (integers_) text = "integers in place of floats, which its type does not have";
   if (identification_.multiplier() > 1) {
     text += (text.empty() ? "" : ", ") + std::string("times by its multiplier ") +
             std::to_string(identification_.multiplier());

@@ -53,6 +53,8 @@ class MeterConversation : public Conversation {
 
   Request Make(View pdu) const;
   void UseMasks(bool masked);
+  /// As the type of the meter says. True: the queries are others now.
+  bool ChooseIntegers();
   /// The masked read to try in place of the query, once.
   std::optional<Bytes> Trial(std::size_t query) const;
   bool MasksMayHelp() const;
@@ -70,13 +72,14 @@ class MeterConversation : public Conversation {
 
   const config::Device& device_;
   const Settings settings_;
-  const PointFields fields_;
+  PointFields fields_;
   Identification identification_;
   PduPlan plan_;
   Bytes address_;
 
   // The session: gone with OnReconnect.
   bool masked_ = false;       ///< floats are read by 08 23
+  bool integers_ = false;     ///< integers are read in place of floats
   bool tries_masks_ = false;  ///< whether it knows that is not known yet
   bool open_ = false;
   bool verified_ = false;

@@ -45,7 +45,7 @@ Identification::Identification(const config::Device& device, const Settings& set
 void Identification::OnReconnect() {
   learned_ = {};
   type_.reset();
-  asked_variant_ = asked_ratios_ = false;
+  wants_type_ = asked_variant_ = asked_ratios_ = false;
   multiplier_ = 1;
   day_.clear();
   new_day_ = false;
@@ -63,7 +63,8 @@ void Identification::ForgetRefusals() {
 std::optional<Bytes> Identification::Question(std::span<const Match> matches) const {
   const Scale known = scale();
   const bool judged = !settings_.types.empty() && !device_.identity.ignore;
-  const bool type = judged || ReadsFlags(matches) || Lacks(matches, LacksVariant, known);
+  const bool type =
+      judged || wants_type_ || ReadsFlags(matches) || Lacks(matches, LacksVariant, known);
   const bool again = judged && trouble_;
   if ((!asked_variant_ || again) && type) return kAskVariant;
   if (!asked_ratios_ && Lacks(matches, LacksRatios, known)) return kAskRatios;
@@ -132,6 +133,16 @@ bool Identification::KnowsStatusWord() const {
   };
   if (type_) return known(*type_);
   return !asked_variant_ && !settings_.types.empty() && std::ranges::all_of(settings_.types, known);
+}
+
+Knows Identification::floats() const {
+  const MeterType* type = type_ ? FindType(*type_) : nullptr;
+  return type == nullptr ? Knows::perhaps : type->floats;
+}
+
+bool Identification::WantType() {
+  wants_type_ = true;
+  return !asked_variant_;
 }
 
 Knows Identification::masked_floats() const {

@@ -44,6 +44,10 @@ class Identification {
   /// Whether the bits of its status word are those that profiles name.
   bool KnowsStatusWord() const;
   Knows masked_floats() const;
+  /// What its type says of 08 1B; perhaps, while it is not known.
+  Knows floats() const;
+  /// A float was refused: the type tells whether the meter has any. False: it has been asked.
+  bool WantType();
   /// By how much silence and answer are stretched, 1 to 255.
   unsigned multiplier() const { return multiplier_; }
   /// The day by the meter's clock is another one than at the last reading of it. Told once.
@@ -57,6 +61,7 @@ class Identification {
   const Settings& settings_;
   Scale learned_;
   std::optional<std::uint8_t> type_;
+  bool wants_type_ = false;
   bool asked_variant_ = false;
   bool asked_ratios_ = false;
   unsigned multiplier_ = 1;

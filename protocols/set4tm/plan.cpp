@@ -6,6 +6,7 @@
 #include <set>
 
 #include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/integers.h"
 #include "protocols/set4tm/snapshot.h"
 
 namespace baudgate::protocols::set4tm {
@@ -20,6 +21,20 @@ PointFields::PointFields(std::span<const config::Point> points) : points_(points
   for (const config::Point& point : points) {
     auto field = ParseField(point.read);
     fields_.push_back(field ? std::optional(std::move(*field)) : std::nullopt);
+  }
+}
+
+bool PointFields::HasFloats() const {
+  return std::ranges::any_of(
+      fields_, [](const auto& field) { return field && AsInteger(*field).has_value(); });
+}
+
+void PointFields::UseIntegers(bool integers) {
+  PointFields said(points_);
+  fields_ = std::move(said.fields_);
+  if (!integers) return;
+  for (auto& field : fields_) {
+    if (field) field = AsInteger(*field).value_or(std::move(*field));
   }
 }
 

@@ -29,6 +29,11 @@ class PointFields {
   /// `points` outlive it.
   explicit PointFields(std::span<const config::Point> points);
 
+  /// Whether live floats are among them.
+  bool HasFloats() const;
+  /// Integers in place of floats, for meters that have none (integers.h), or as points say.
+  void UseIntegers(bool integers);
+
   /// How they are read. `masked`: a group's live floats together, up to 23 in one masked read.
   PduPlan MakePlan(bool masked) const;
   /// The PDU of a query of such a plan; the id byte of a masked read is 0.

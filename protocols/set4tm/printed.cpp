@@ -7,6 +7,7 @@
 
 #include "gateway/base/text.h"
 #include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/integers.h"
 #include "protocols/set4tm/points.h"
 #include "protocols/set4tm/snapshot.h"
 #include "protocols/set4tm/types.h"
@@ -64,27 +65,6 @@ class Printed {
 
 // ---------------------------------------------------------------- integers (reference, 9.6)
 
-Decoder DecoderOf(std::uint8_t parameter) {
-  const unsigned mode = parameter >> 4U;
-  const unsigned kind = (parameter >> 2U) & 3U;
-  switch (mode) {
-    case 0x0:
-      if (kind == 0) return Decoder::power_be;
-      return kind == 1 ? Decoder::reactive_be : Decoder::apparent_be;
-    case 0x1:
-    case 0xA:
-      return Decoder::voltage_be;
-    case 0x2:
-      return kind == 0 ? Decoder::current_be : Decoder::hundredths_be;
-    case 0x3:
-      return kind == 0 ? Decoder::factor_be : Decoder::hundredths_be;
-    case 0xE:
-      return kind == 0 ? Decoder::power_be : Decoder::reactive_be;
-    default:
-      return Decoder::hundredths_be;
-  }
-}
-
 std::string DirectionOf(std::uint8_t first) {
   return std::string("active ") + ((first & 0x80U) != 0 ? "reverse" : "forward") + ", reactive " +
          ((first & 0x40U) != 0 ? "reverse" : "forward");
@@ -92,7 +72,7 @@ std::string DirectionOf(std::uint8_t first) {
 
 /// Primary where the ratios are known, else secondary, else the bare count; and the direction bits.
 void AddInteger(Printed& printed, std::uint8_t parameter, std::size_t offset) {
-  const Field field = printed.FieldAt(DecoderOf(parameter), offset);
+  const Field field = printed.FieldAt(IntegerDecoder(parameter), offset);
   const std::string place = "@" + std::to_string(offset);
   Scale secondary = printed.scale();
   secondary.voltage_ratio = secondary.current_ratio = 1;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/integers.h"
 #include "protocols/set4tm/settings.h"
 #include "protocols/set4tm/snapshot.h"
 #include "protocols/set4tm/status.h"
@@ -32,12 +33,28 @@ void AppendFloat(Bytes& data, const std::optional<double>& value) {
   for (unsigned i = 0; i < 4; ++i) data.push_back(static_cast<std::uint8_t>(bits >> (8 * i)));
 }
 
+std::optional<std::uint8_t> TypeOf(const config::Device& device) {
+  const Settings settings = ReadSettings(device.options);
+  return settings.types.empty() ? std::nullopt : std::optional(settings.types.front());
+}
+
+bool HasFloats(const config::Device& device) {
+  const auto code = TypeOf(device);
+  const MeterType* type = code ? FindType(*code) : nullptr;
+  return type == nullptr || type->floats != Knows::no;
+}
+
 }  // namespace
 
 MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
     : device_(device),
       points_(
-          device, values, [](const config::Point& point) { return ParseField(point.read); },
+          device, values,
+          [floats = HasFloats(device)](const config::Point& point) {
+            auto field = ParseField(point.read);
+            if (field && !floats) *field = AsInteger(*field).value_or(*field);
+            return field;
+          },
           [](const config::Point&) { return Result<Field>(Error{"a meter is not written to"}); }) {
   for (const auto& point : points_.all()) {
     if (!point.read || point.read->decoder != Decoder::float_le) continue;
@@ -55,9 +72,9 @@ MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
   if (serial_ == 0) serial_ = kDefaultSerial;
   password_ = settings.password;
   checksum_ = settings.checksum;
-  if (!settings.types.empty()) type_ = settings.types.front();
+  type_ = TypeOf(device);
   const MeterType* type = type_ ? FindType(*type_) : nullptr;
-  knows_floats_ = type == nullptr || type->floats != Knows::no;
+  knows_floats_ = HasFloats(device);
   knows_masks_ =
       settings.snapshot != Snapshot::off && (type == nullptr || type->masked_floats != Knows::no);
 }

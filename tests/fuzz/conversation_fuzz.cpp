@@ -138,6 +138,9 @@ class Session {
   Then Exchange(const Task& task, const Request& request) {
     CheckRequest(request);
     now_ += 10ms;
+    if (request.expect.reply == Expectation::Reply::none) {
+      return conversation_->OnSent(task, request, now_);
+    }
     const Bytes reply = TakeReply(request);
     Assembler assembler;
     assembler.Begin(UnderTest().reply_rule, request.expect);

@@ -91,6 +91,11 @@ Result<Request> Talk::Ask(const Task& task) {
 }
 
 Answer Talk::Reply(const Task& task, View wire) {
+  if (request_.expect.reply == Expectation::Reply::none) {
+    Answer answer;
+    answer.then = conversation_->OnSent(task, request_, now);
+    return answer;
+  }
   Assembler assembler;
   assembler.Begin(protocol_->reply_rule, request_.expect);
   assembler.Feed(wire);

@@ -82,9 +82,15 @@ class ToyConversation final : public Conversation {
     }
     if (how == 'S' && !open_) return Make("O0");
     if (write) return Make((how == 'Q' ? "Q" : "W") + number + "=" + ToText(task.value));
+    if (how == 'N' && !std::exchange(announced_, false)) return Make("Q" + number);
     if (how == 'L' || how == 'D') return Make("L" + number);
     if (how == 'U') return Make("U" + number);
     return Make("?" + number);
+  }
+
+  Then OnSent(const Task& task, const Request&, Instant) override {
+    announced_ = task.kind == Task::Kind::poll && device_.points[PointOf(task)].read[0] == 'N';
+    return announced_ ? Then::ask_again : Then::done;
   }
 
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant) override {
@@ -239,6 +245,7 @@ class ToyConversation final : public Conversation {
   bool open_ = false;
   bool closing_ = false;
   bool failed_write_ = false;
+  bool announced_ = false;
   DeviceTrouble trouble_;
 };
 
@@ -260,7 +267,7 @@ class ToyTwin final : public Twin {
       if (!read.empty() && (read[0] < '0' || read[0] > '9')) read.remove_prefix(1);
       if (read != asked->number) continue;
       if (kind == 'W' || kind == 'Q') {
-        values_.Set(i, *ParseDecimal(asked->rest.substr(1)));
+        if (!asked->rest.empty()) values_.Set(i, *ParseDecimal(asked->rest.substr(1)));
         return kind == 'Q' ? Bytes() : ToyReply(tag);
       }
       return ToyReply((kind == 'U' ? "" : tag) + "=" + ToText(values_.Get(i, now)));

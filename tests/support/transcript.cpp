@@ -23,6 +23,11 @@ using Script = TranscriptScript;
 /// What a line does with the reply, without its clock.
 Answer Carry(const Protocol& protocol, Conversation& conversation, const Task& task,
              const Request& request, const Step& step, Instant now) {
+  if (request.expect.reply == Expectation::Reply::none) {
+    Answer answer;
+    answer.then = conversation.OnSent(task, request, now);
+    return answer;
+  }
   Assembler assembler;
   assembler.Begin(protocol.reply_rule, request.expect);
   std::optional<Bytes> frame;

@@ -9,6 +9,7 @@
 //   > 3E 31 52 ...                        the request that the conversation must make
 //   < 0A 3C 31 ...                        the reply that it gets; several lines are one stream,
 //   +12ms                                 with a silence longer than any gap where a time stands
+//   A broadcast (expect.reply: none) is a '>' alone.
 //   = current_l1 0.52 good                what must have been read, all of it and in this order:
 //   = current_l2 bad: sensor failure      name, value (where there is one), quality as people read
 //                                         it

@@ -35,8 +35,47 @@ TEST(Poller, AConversationThatGoesRoundInCirclesIsEnded) {
   Say(line.twin(0), "closed");
   const std::size_t before = line.CountSent("?A1") + line.CountSent("OA");
   line.RunFor(1s);
-  EXPECT_LE(line.CountSent("?A1") + line.CountSent("OA") - before, 8U) << "8 steps make a task";
+  EXPECT_LE(line.CountSent("?A1") + line.CountSent("OA") - before, 10U) << "10 steps make a task";
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+}
+
+TEST(Poller, BehindABroadcastTheTaskGoesOn) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"N1"}), ToyDevice("b", "B", {"U1"})}),
+                   {&ToyProtocol()});
+  line.twin(0).values.Set(0, 8.0);
+  line.Open();
+  line.RunFor(3500ms);
+  EXPECT_EQ(line.CountSent("QA1"), 4U);
+  EXPECT_EQ(line.CountSent("?A1"), 4U);
+  EXPECT_EQ(line.ValueOf(0, 0), Value(8.0));
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+  EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+  EXPECT_EQ(line.CountSent("P"), 2U) << "nothing is owed to a broadcast: no proof beyond the first";
+  EXPECT_EQ(line.StatusOf(0).retries, 0U);
+}
+
+TEST(Poller, ABroadcastIsNoProofBeforeTheFirstRead) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"N1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(500ms);
+  ASSERT_GE(line.sent.size(), 3U);
+  EXPECT_EQ(line.sent[0].text.substr(0, 1), "Q");
+  EXPECT_EQ(line.sent[1].text.substr(0, 1), "P") << "the read is the first that is answered";
+  EXPECT_EQ(line.sent[2].text.substr(0, 1), "Q");
+  EXPECT_EQ(line.CountSent("?A1"), 1U);
+}
+
+TEST(Poller, ABroadcastOfADeviceThatIsAwayEndsNothing) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"N1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.dead = true;
+  line.RunFor(1min);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::offline);
+  line.twin(0).manner.dead = false;
+  line.RunFor(1min);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
 }  // namespace

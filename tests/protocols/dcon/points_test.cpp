@@ -39,6 +39,14 @@ TEST(DconRead, Addresses) {
       {"$82", "$82", Form::readback, Select::whole, 0},
       {"$M", "$M", Form::text, Select::whole, 0},
       {"~0", "~0", Form::hex, Select::whole, 0},
+      {"$4 value", "$4", Form::number, Select::whole, 0},
+      {"$4[b9] status", "$4", Form::status, Select::bit, 9},
+      {"$70[b0] overflow", "$70", Form::hex, Select::bit, 0},
+      {"$A gate", "$A", Form::hex, Select::whole, 0},
+      {"$2[b2]", "$2", Form::text, Select::bit, 2},
+      {"@DI[b8-b9]", "@DI", Form::hex, Select::bits, 8},
+      {"$Y", "$Y", Form::decimal, Select::whole, 0},
+      {"$X1", "$X1", Form::decimal, Select::whole, 0},
   };
   for (const ReadCase& c : kCases) {
     SCOPED_TRACE(c.text);
@@ -63,18 +71,26 @@ TEST(DconRead, EmptyTellsAboutQuotes) {
 
 TEST(DconRead, RefusesWhatChangesTheModule) {
   for (const std::string_view bad :
-       {"%01400640", "%", "~**", "#**", "~1", "~3164", "~5P", "~E1", "$0", "$1", "$9", "$90", "$4",
-        "$40", "$5", "$5FF", "$7C0R08", "$C", "$C0"}) {
+       {"%01400640", "%", "~**", "#**", "~1", "~3164", "~5P", "~E1", "$0", "$1", "$9", "$90", "$40",
+        "$5", "$5FF", "$7C0R08", "$C", "$C0"}) {
     EXPECT_NE(ReadFailure(bad).find("can not be polled"), std::string::npos) << ReadFailure(bad);
   }
   EXPECT_NE(ReadFailure("$60").find("resets the counter"), std::string::npos);
+  EXPECT_NE(ReadFailure("$4").find("stores the output"), std::string::npos);
+  EXPECT_NE(ReadFailure("$4 commanded").find("it has: value status"), std::string::npos);
   EXPECT_NE(ReadFailure("$70").find("clears the overflow flag"), std::string::npos);
 }
 
 TEST(DconRead, RefusesWhatItDoesNotKnow) {
-  for (const std::string_view bad :
-       {"I1", "#", "^", "#G", "#a", "#[32]", "#[0", "#[]", "#[b0]", "#[-1]", "#3[0]", "@[3]",
-        "@[b16]", "$M[0]", "#0 hex", "@3C", "#1301", "$82[b1]", "#[0] value extra"}) {
+  for (const std::string_view bad : {"I1",          "#",          "^",
+                                     "#G",          "#a",         "#[32]",
+                                     "#[0",         "#[]",        "#[b0]",
+                                     "#[-1]",       "#3[0]",      "@[3]",
+                                     "@[b16]",      "$2[b8]",     "$F[b2]",
+                                     "@DI[b9-b8]",  "@DI[b8-b8]", "@DI[b8-9]",
+                                     "@DI[b8-b40]", "@[b15-b16]", "#[b0-b1]",
+                                     "$M[0]",       "#0 hex",     "@3C",
+                                     "#1301",       "$82[b1]",    "#[0] value extra"}) {
     EXPECT_FALSE(ParseRead(bad)) << bad;
   }
 }
@@ -88,6 +104,13 @@ TEST(DconRepeat, ReadsAndAbsoluteWritesOnly) {
   for (const std::string_view no :
        {"%0C400640", "$4", "$40", "$5", "$C", "$C0", "$60", "$1", "$0", "~1", "~3164", "~OABC",
         "#SC0+01.000", "#EC0+01.000", "", "@P000000000"}) {
+    EXPECT_FALSE(IsRepeatable(no)) << no;
+  }
+}
+
+TEST(DconRepeat, NoSettingTwice) {
+  for (const std::string_view no :
+       {"$501", "@P00001E240", "$31FFFFFFFF", "~1", "~3164", "~50FF0", "$X0100", "$43", "~53"}) {
     EXPECT_FALSE(IsRepeatable(no)) << no;
   }
 }
@@ -120,6 +143,25 @@ TEST(DconWrite, Values) {
       {"#{00.000}", -1.0, ""},
       {"#0{+000.00}", 99.999, "#0+100.00"},
       {"#C1{+00.000}", 4.0, "#C1+04.000"},
+      {"$60{clear}", true, "$60"},
+      {"$60{clear}", false, ""},
+      {"~1{clear}", true, "~1"},
+      {"$4{store}", true, "$4"},
+      {"$43{store}", true, "$43"},
+      {"~53{store}", true, "~53"},
+      {"$50{flag}", true, "$501"},
+      {"$51{flag}", false, "$510"},
+      {"$50{flag}", 2.0, ""},
+      {"$A{hex1}", std::uint64_t{2}, "$A2"},
+      {"@P0{hex8}", std::uint64_t{0x1E240}, "@P00001E240"},
+      {"@P0{hex8}", 4294967296.0, ""},
+      {"$31{hex8}", 4294967295.0, "$31FFFFFFFF"},
+      {"@DO0{hex1}", std::int64_t{3}, "@DO03"},
+      {"~3{hex3}", std::uint64_t{0x164}, "~3164"},
+      {"~5{hex4}", std::uint64_t{0x0FF0}, "~50FF0"},
+      {"$X{dec4}", std::uint64_t{100}, "$X0100"},
+      {"$X{dec4}", 10000.0, ""},
+      {"$X0{dec4}", std::uint64_t{0}, "$X00000"},
       {"#2{+00.000}", std::string("7.5"), ""},
       {"#2{+00.000}", Value{}, ""},
       {"#2{+00.000}", std::numeric_limits<double>::quiet_NaN(), ""},
@@ -163,7 +205,17 @@ TEST(DconWrite, RefusesWhatIsNoOutput) {
                                      "#2{+00.000 10..0}",
                                      "#2{+00.000 0-10}",
                                      "#2{+00.000 0..100}",
-                                     "#123{bit}"}) {
+                                     "#123{bit}",
+                                     "$60{store}",
+                                     "~1{flag}",
+                                     "~3{hex2}",
+                                     "~5P{store}",
+                                     "$0{clear}",
+                                     "$1{clear}",
+                                     "%{hex8}",
+                                     "$6{clear}",
+                                     "@P{hex8}",
+                                     "$X{dec}"}) {
     EXPECT_FALSE(ParseWrite(bad)) << bad;
   }
 }
@@ -188,6 +240,8 @@ TEST(DconPoint, TypesFitTheReply) {
   EXPECT_EQ(PointFailure(ReadPoint("a", "#[0]", Type::float32)), "");
   EXPECT_EQ(PointFailure(ReadPoint("a", "$6[b3]", Type::boolean)), "");
   EXPECT_EQ(PointFailure(ReadPoint("a", "$M", Type::string)), "");
+  EXPECT_EQ(PointFailure(ReadPoint("a", "$2[b2]", Type::boolean)), "");
+  EXPECT_NE(PointFailure(ReadPoint("a", "$2[b2]", Type::string)), "");
   EXPECT_NE(PointFailure(ReadPoint("a", "$6[b3]", Type::uint16)), "");
   EXPECT_NE(PointFailure(ReadPoint("a", "$6", Type::boolean)), "");
   EXPECT_NE(PointFailure(ReadPoint("a", "$M", Type::float32)), "");
@@ -202,6 +256,11 @@ TEST(DconPoint, WritablePointsNeedAnOutput) {
   EXPECT_NE(PointFailure(WritePoint("a", "$6[b3]", "", Type::boolean)), "");
   EXPECT_NE(PointFailure(WritePoint("a", "", "#13{bit}", Type::float32)), "");
   EXPECT_NE(PointFailure(WritePoint("a", "", "@{hex2}", Type::boolean)), "");
+  EXPECT_EQ(PointFailure(WritePoint("a", "$50[b0]", "$50{flag}", Type::boolean)), "");
+  EXPECT_EQ(PointFailure(WritePoint("a", "", "$C{clear}", Type::boolean)), "");
+  EXPECT_NE(PointFailure(WritePoint("a", "$L0[b0]", "$C{clear}", Type::boolean)).find("access: w"),
+            std::string::npos)
+      << "it would never read as what was written";
   EXPECT_NE(PointFailure(WritePoint("a", "", "@{hex2}", Type::string)), "");
 }
 

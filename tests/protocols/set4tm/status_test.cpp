@@ -10,10 +10,11 @@ namespace {
 
 using ::testing::ElementsAre;
 
+/// A float that is refused asks for the type, which may have no floats.
 TEST(Set4tmStatus, UnsupportedPointIsNotAskedAgain) {
   Talk talk =
       OpenTalk(MakeDevice("1", {MakePoint("08 1B 02 E0 float_le@0"), MakePoint(kOneFloat)}));
-  const Answer answer = talk.Run(Poll(0), Script({"01"}));
+  const Answer answer = talk.Run(Poll(0), Script({"01", "10 40 80", "01"}));
   EXPECT_EQ(answer.outcome, Outcome::unsupported);
   EXPECT_EQ(answer.then, Then::replan);
   ASSERT_EQ(answer.readings.size(), 1U);
