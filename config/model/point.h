@@ -76,7 +76,7 @@ struct Writing {
   std::optional<double> min;
   std::optional<double> max;
   std::optional<double> step;   ///< only multiples of it, counted from 0
-  std::optional<int> decimals;  ///< digits behind the decimal point, 0…9
+  std::optional<int> decimals;  ///< digits that the device takes behind the decimal point
   bool select = false;          ///< only within `select_time` after it was selected
   Duration select_time = std::chrono::seconds(10);
   std::vector<AllowWhen> allow_when;  ///< all have to hold

@@ -17,7 +17,8 @@ double Tolerance(const config::Point& point, double written) {
   double tolerance = std::abs(written) * kRounding;
   if (point.writing.step) tolerance = std::max(tolerance, *point.writing.step / 2);
   if (point.writing.decimals) {
-    tolerance = std::max(tolerance, std::pow(10.0, -*point.writing.decimals) / 2);
+    tolerance =
+        std::max(tolerance, std::abs(point.scale) * std::pow(10.0, -*point.writing.decimals) / 2);
   }
   return tolerance;
 }

@@ -78,6 +78,17 @@ TEST(ShowsAnother, ADeviceRoundsToItsStepAndDecimals) {
   EXPECT_FALSE(ShowsAnother(point, write, 0.1));
 }
 
+/// Two decimals of xIn are steps of 4 A where xIn is 400 A.
+TEST(ShowsAnother, DecimalsAreTheDevices) {
+  config::Point point;
+  point.type = Type::float32;
+  point.scale = 400;
+  point.writing.decimals = 2;
+  const PointWrite write{0, 0.853, 0.5};
+  EXPECT_FALSE(ShowsAnother(point, write, 340.0)) << "0.85";
+  EXPECT_TRUE(ShowsAnother(point, write, 344.0)) << "0.86";
+}
+
 /// Scale 0.1: 25 is written as 250, and 25 is shown.
 TEST(ShowsAnother, InUnitsOfTheValue) {
   config::Point point;
