@@ -24,6 +24,7 @@ std::optional<AllowWhen> ReadInterlock(const YamlNode& node, Problems& problems)
   interlock.mark = node.mark();
   const auto point = map.Need("point", "LINE.DEVICE.POINT");
   const auto is = map.Need("is", "true");
+  if (const auto only = map.Text("for")) interlock.only = *only;
   map.Finish();
   if (!point || !is) return std::nullopt;
   const auto name = ReadText(*point, "point", problems);
@@ -80,12 +81,16 @@ std::optional<std::size_t> IndexOf(const std::vector<Named>& all, std::string_vi
 std::optional<Value> ValueOf(const Point& point, const std::string& text) {
   if (point.type == Type::string) return text;
   if (point.type == Type::boolean) {
-    if (text == "true" || text == "1") return true;
-    if (text == "false" || text == "0") return false;
+    if (text == "true" || text == "on" || text == "1") return true;
+    if (text == "false" || text == "off" || text == "0") return false;
     return std::nullopt;
   }
   const auto number = ParseDecimal(text);
-  if (!number) return std::nullopt;
+  const bool is_float = point.type == Type::float32 || point.type == Type::float64;
+  const bool scaled = point.scale != 1 || point.offset != 0;
+  if (!number || (!is_float && !scaled && !RangeOf(point.type).Contains(*number))) {
+    return std::nullopt;
+  }
   return *number;
 }
 
@@ -93,7 +98,8 @@ class Resolver {
  public:
   Resolver(const Config& config, Problems& problems) : config_(config), problems_(problems) {}
 
-  void Resolve(AllowWhen& interlock) {
+  /// `guarded`: the point that is written.
+  void Resolve(AllowWhen& interlock, const Point& guarded) {
     const auto name = SplitName(interlock.point);
     const auto line = name ? IndexOf(config_.lines, name->line) : std::nullopt;
     const auto device = line ? IndexOf(config_.lines[*line].devices, name->device) : std::nullopt;
@@ -108,6 +114,18 @@ class Resolver {
     if (!value) {
       return Complain(interlock, "is " + std::string(Name(found.type)) + ", and never " +
                                      Quoted(std::get<std::string>(interlock.is)));
+    }
+    if (&found == &guarded) {
+      return Complain(interlock, "guards itself: once it is another, it could never be written");
+    }
+    if (const auto* only = std::get_if<std::string>(&interlock.only)) {
+      const auto guards = ValueOf(guarded, *only);
+      if (!guards) {
+        return Complain(interlock, "for: '" + guarded.name + "' is " +
+                                       std::string(Name(guarded.type)) + ", and never " +
+                                       Quoted(*only));
+      }
+      interlock.only = *guards;
     }
     interlock.is = *value;
     interlock.device = FirstDevice(config_, *line) + static_cast<std::uint32_t>(*device);
@@ -178,7 +196,7 @@ void ResolveInterlocks(Config& config, Problems& problems) {
     for (Device& device : line.devices) {
       for (Point& point : device.points) {
         std::ranges::for_each(point.writing.allow_when,
-                              [&](AllowWhen& interlock) { resolver.Resolve(interlock); });
+                              [&](AllowWhen& interlock) { resolver.Resolve(interlock, point); });
       }
     }
   }

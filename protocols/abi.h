@@ -57,7 +57,7 @@ Fields<22> ListOf(config::Device*);
 Fields<3> ListOf(config::Identity*);
 Fields<21> ListOf(config::Point*);
 Fields<8> ListOf(config::Writing*);
-Fields<5> ListOf(config::AllowWhen*);
+Fields<6> ListOf(config::AllowWhen*);
 Fields<2> ListOf(config::Sentinel*);
 Fields<2> ListOf(config::OnFault*);
 Fields<3> ListOf(config::Simulate*);

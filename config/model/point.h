@@ -58,11 +58,12 @@ struct Simulate {
   std::optional<std::string> text;
 };
 
-/// An interlock: `allow_when: { point: LINE.DEVICE.POINT, is: VALUE }`. While that point has
-/// another value, or none that is good, nothing is written.
+/// An interlock: `allow_when: { point: LINE.DEVICE.POINT, is: VALUE, for: VALUE }`. While that
+/// point has another value, or none that is good, nothing is written.
 struct AllowWhen {
   std::string point;         ///< as written
   Value is;                  ///< of that point's type; before ResolveInterlocks as written
+  Value only{};              ///< guards writes of this value alone; nothing: of every value
   std::uint32_t device = 0;  ///< through all lines, as FirstDevice counts
   std::uint32_t index = 0;   ///< in that device's points
   Mark mark{};

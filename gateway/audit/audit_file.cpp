@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/audit/audit_file.h"
 
+#include <sys/stat.h>
+
 #include <utility>
 
 namespace baudgate::audit {
@@ -23,12 +25,13 @@ std::optional<AuditFile::Opened> AuditFile::Open() {
   const bool again = std::exchange(damaged_, false);
   OpenedEvents events = OpenEvents(path_, vfs_, again);
   Opened opened{.error = std::move(events.error), .put_aside = std::move(events.put_aside)};
-  opened.new_file = again || !opened.put_aside.empty();
+  opened.new_file = again || std::exchange(gone_, false) || !opened.put_aside.empty();
   damaged_ = again && !events.database;
   if (!events.database) return opened;
   database_ = std::move(events.database);
   table_.emplace(*database_, rooms_);
   opened.ok = table_->SettleOrphans();
+  inode_ = Inode();
   if (opened.ok) return opened;
   opened.error = Failed().message;
   table_.reset();
@@ -36,6 +39,12 @@ std::optional<AuditFile::Opened> AuditFile::Open() {
 }
 
 Status AuditFile::Write(std::vector<Draft>& drafts) {
+  if (IsGone()) {
+    gone_ = true;
+    table_.reset();
+    database_.reset();
+    return Error{path_.string() + ": it was removed, and all records in it"};
+  }
   if (!table_->Write(drafts)) return Failed();
   return {};
 }
@@ -46,6 +55,14 @@ void AuditFile::Tidy(Now now) {
   if (now.instant < *drop_old_at_) return;
   drop_old_at_ = now.instant + kDropOldEvery;
   table_->DropOld(now.wall);
+}
+
+bool AuditFile::IsGone() const { return inode_ != 0 && Inode() != inode_; }
+
+std::uint64_t AuditFile::Inode() const {
+  struct stat found {};
+  if (!vfs_.empty() || ::stat(path_.c_str(), &found) != 0) return 0;
+  return found.st_ino;
 }
 
 Error AuditFile::Failed() {

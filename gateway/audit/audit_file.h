@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -38,6 +39,9 @@ class AuditFile {
 
  private:
   Error Failed();
+  /// The file that is open has been removed or replaced.
+  bool IsGone() const;
+  std::uint64_t Inode() const;
 
   const std::filesystem::path path_;
   const std::string vfs_;
@@ -45,6 +49,8 @@ class AuditFile {
   std::unique_ptr<Database> database_;
   std::optional<WriteTable> table_;
   bool damaged_ = false;
+  std::uint64_t inode_ = 0;  ///< of the file that is open; 0: it is no file of the system's
+  bool gone_ = false;        ///< the last one that was open
   std::optional<Instant> drop_old_at_;
 };
 

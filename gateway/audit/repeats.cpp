@@ -9,6 +9,13 @@
 namespace baudgate::audit {
 namespace {
 
+/// "40.1 is above the most, 40" and "41 is above the most, 40" are one reason.
+std::string ReasonOf(const WriteRecord& record) {
+  std::string reason = record.reason;
+  std::erase_if(reason, [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-'; });
+  return reason;
+}
+
 std::string KeyOf(const WriteRecord& record) {
   return fmt::format("{}\n{}\n{}\n{}\n{}\n{}", Name(record.kind), AddressOf(record.client),
                      record.line, record.device, record.point, OutcomeOf(record));
@@ -51,7 +58,7 @@ void Repeats::Count(const Open& open, bool more) {
 }
 
 void Repeats::Add(WriteRecord record, Instant now) {
-  Key key = KeyOf(record);
+  Key key = KeyOf(record) + "\n" + ReasonOf(record);
   auto found = open_.find(key);
   bool shared = false;
   if (found == open_.end()) {

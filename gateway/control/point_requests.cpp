@@ -51,7 +51,9 @@ Status PointRequests::Write(const Json& request, const Writer& writer, Instant n
     const bool busy = refusal->why == WriteRefusal::Why::busy;
     Json denied = ToJson({busy ? WriteEnd::busy : WriteEnd::denied, refusal->text});
     if (refusal->why == WriteRefusal::Why::not_selected) denied["needs"] = "confirm";
-    if (refusal->why == WriteRefusal::Why::read_only) denied["needs"] = "write: allow";
+    if (refusal->why == WriteRefusal::Why::read_only && point.access != config::Access::read) {
+      denied["needs"] = "write: allow";
+    }
     answered(std::move(denied));
   }
   return {};

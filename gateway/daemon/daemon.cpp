@@ -60,6 +60,12 @@ struct Daemon::Impl final : CommandSink, LineControl {
     return runner.Submit(std::move(command));
   }
 
+  void OnDenied(const DeniedWrite& denied) override {
+    store.UpdateStatus(denied.device, [](DeviceStatus& status) {
+      ++status.writes[static_cast<std::size_t>(WriteEnd::denied)];
+    });
+  }
+
   void Release(std::uint32_t line, Duration time) override { runners[line]->Release(time); }
   void TakeBack(std::uint32_t line) override { runners[line]->TakeBack(); }
   void SetInUse(std::uint32_t device, bool in_use) override {

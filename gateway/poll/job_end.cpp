@@ -154,7 +154,8 @@ void Poller::FinishWrite(Job::Write& write, Device& device, Outcome outcome,
   const auto ended = [&](WriteEnd how, const std::string& why) {
     ledger_.OnWrite(device, how, false);
     const std::size_t written = end == WriteEnd::ok ? write.next : write.first;
-    command.done({how, why, false, written, write.next});
+    command.done({how, why.empty() && how != WriteEnd::ok ? std::string(Name(outcome)) : why, false,
+                  written, write.next});
   };
   if (end != WriteEnd::ok) {
     ended(end, reason);

@@ -292,7 +292,10 @@ void Poller::AnswerCommands() {
   const WriteQueue::Expired expired = writes_.TakeExpired(now_.instant);
   for (const WriteQueue::Confirmed& one : expired.confirmed) AnswerConfirmed(one);
   for (const WriteCommand& command : expired.unsent) {
-    NotSent(command, "the command waited for the line beyond its deadline");
+    const bool answers = Answers(roster_.DeviceAt(command.device).health.state());
+    NotSent(command, !answers || schedule_.doubted(roster_.DeviceAt(command.device).place)
+                         ? "the device does not answer, and the command waited for it in vain"
+                         : "the command waited for the line beyond its deadline");
   }
   while (const auto refused = writes_.Take(
              [&](const WriteCommand& command) { return WhyNotAsked(command) != nullptr; })) {

@@ -16,8 +16,10 @@ bool Same(const Value& a, const Value& b) {
 
 }  // namespace
 
-std::string WhyLocked(const PointStore& store, const config::Point& point, Instant now) {
+std::string WhyLocked(const PointStore& store, const config::Point& point, const Value& written,
+                      Instant now) {
   for (const config::AllowWhen& interlock : point.writing.allow_when) {
+    if (HasValue(interlock.only) && !Same(written, interlock.only)) continue;
     Value value;
     Quality quality;
     store.Read(interlock.device, [&](const DeviceRecord& record) {
@@ -27,7 +29,8 @@ std::string WhyLocked(const PointStore& store, const config::Point& point, Insta
     if (IsGood(quality) && Same(value, interlock.is)) continue;
     const std::string is =
         IsGood(quality) ? "is " + ToText(value) : "is " + std::string(Name(quality));
-    return "interlock: " + interlock.point + " " + is + ", and has to be " + ToText(interlock.is);
+    return "'" + point.name + "': interlock: " + interlock.point + " " + is + ", and has to be " +
+           ToText(interlock.is);
   }
   return {};
 }

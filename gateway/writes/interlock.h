@@ -11,7 +11,8 @@
 
 namespace baudgate {
 
-/// Why not, in one sentence; empty: it may be written.
-std::string WhyLocked(const PointStore& store, const config::Point& point, Instant now);
+/// Why `value` may not be written, in one sentence; empty: it may.
+std::string WhyLocked(const PointStore& store, const config::Point& point, const Value& value,
+                      Instant now);
 
 }  // namespace baudgate

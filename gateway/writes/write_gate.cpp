@@ -38,20 +38,20 @@ std::optional<WriteRefusal> WriteGate::Submit(const Writer& writer, WriteAsk ask
   command.deadline = ask.deadline;
   command.dropped = ask.dropped;
   command.done = std::move(ask.done);
-  std::vector<std::uint32_t> points;
+  std::vector<WriteAsk::Part> guarded;
   store_.Read(ask.device, [&](const DeviceRecord& record) {
     for (const WriteAsk::Part& part : ask.parts) {
       const config::Point& point = device.points[part.point];
       command.writes.push_back({part.point, ToRaw(point, AsMeant(point, part.value)).value(),
                                 record.points[part.point].value});
-      if (!point.writing.allow_when.empty()) points.push_back(part.point);
+      if (!point.writing.allow_when.empty()) guarded.push_back(part);
     }
   });
-  if (!points.empty()) {
-    command.why_not = [&store = store_, &device, points](Instant at) {
+  if (!guarded.empty()) {
+    command.why_not = [&store = store_, &device, guarded](Instant at) {
       std::string why;
-      for (const std::uint32_t point : points) {
-        if (why.empty()) why = WhyLocked(store, device.points[point], at);
+      for (const WriteAsk::Part& part : guarded) {
+        if (why.empty()) why = WhyLocked(store, device.points[part.point], part.value, at);
       }
       return why;
     };
@@ -78,11 +78,12 @@ std::optional<WriteRefusal> WriteGate::Check(const Writer& writer, const WriteAs
     const Value meant = AsMeant(point, part.value);
     const auto raw = ToRaw(point, meant);
     std::string why = raw ? WhyOutside(point, meant) : raw.error();
+    if (why.empty()) why = WhyInexact(point, meant, *raw);
     if (!why.empty()) return WriteRefusal{Why::value, "'" + point.name + "': " + why};
   }
   if (!not_selected.empty()) return WriteRefusal{Why::not_selected, not_selected};
   for (const WriteAsk::Part& part : ask.parts) {
-    std::string why = WhyLocked(store_, device.points[part.point], now);
+    std::string why = WhyLocked(store_, device.points[part.point], part.value, now);
     if (!why.empty()) return WriteRefusal{Why::locked, std::move(why)};
   }
   return std::nullopt;

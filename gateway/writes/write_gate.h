@@ -64,13 +64,14 @@ class WriteGate {
   /// The first of two steps.
   std::optional<WriteRefusal> Select(const Writer& writer, std::uint32_t device,
                                      std::uint32_t point, Instant now);
+  /// It is refused by others, for that reason: recorded, and nothing else.
+  void Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason);
   /// The client has left.
   void Forget(const Writer& writer) { selections_.Forget(writer.number); }
 
  private:
   std::optional<WriteRefusal> Check(const Writer& writer, const WriteAsk& ask, Instant now);
   std::string WhyNotSelected(const Writer& writer, const WriteAsk& ask, Instant now);
-  void Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason);
 
   const PointStore& store_;
   CommandSink& sink_;

@@ -4,9 +4,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "gateway/base/text.h"
+#include "gateway/store/conversion.h"
 
 namespace baudgate {
 namespace {
@@ -26,16 +28,37 @@ Value AsMeant(const config::Point& point, const Value& value) {
   const auto single = static_cast<float>(*number);
   if (static_cast<double>(single) != *number) return value;
   std::array<char, 64> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), single);
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), single, std::chars_format::fixed);
   const auto meant =
       ParseDecimal(std::string_view(text.data(), static_cast<std::size_t>(end.ptr - text.data())));
   return meant ? Value(*meant) : value;
+}
+
+std::string WhyInexact(const config::Point& point, const Value& value, const Value& raw) {
+  const Value back = ToSample(point, {0, raw}).value;
+  if (!HasValue(back)) return ToText(value) + " means something else to this device";
+  const double number = ToDouble(value);
+  if (std::isnan(number)) return {};  // a text
+  const double slack = kExact * (std::abs(number) + std::abs(point.offset));
+  if (std::abs(ToDouble(back) - number) > slack) {
+    return "the device can not be set to " + FormatNumber(number) + ", but to " + ToText(back);
+  }
+  if (!point.writing.decimals) return {};
+  const double digits = ToDouble(raw) * std::pow(10.0, *point.writing.decimals);
+  if (std::abs(digits - std::round(digits)) <= kExact * std::max(1.0, std::abs(digits))) return {};
+  return FormatNumber(number) + " has more digits than the device takes, " +
+         std::to_string(*point.writing.decimals) + " behind its decimal point";
 }
 
 std::string WhyOutside(const config::Point& point, const Value& value) {
   const config::Writing& writing = point.writing;
   const double number = ToDouble(value);
   if (std::isnan(number)) return {};  // a text
+  const bool single = point.type == config::Type::float32;
+  if (single && number != 0 && std::abs(number) < std::numeric_limits<float>::min()) {
+    return FormatNumber(number) + " is next to nothing: are the words of the float in order?";
+  }
   if (writing.min && number < *writing.min) {
     return FormatNumber(number) + " is below the least that may be written, " +
            WithUnit(point, *writing.min);

@@ -1,4 +1,5 @@
-// Whether a number may be written to a point: min, max and step of config::Writing. Pure.
+// Whether a value may be written to a point: min, max, step and decimals of config::Writing, and
+// whether the device can be set to it. Pure.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,5 +15,10 @@ Value AsMeant(const config::Point& point, const Value& value);
 
 /// Why not, in one sentence; empty: it may. `value` as AsMeant gives it.
 std::string WhyOutside(const config::Point& point, const Value& value);
+
+/// Why the device would not be set to just this value, in one sentence: scale and type have no raw
+/// value for it, the raw value is a sentinel, or it has more digits than `decimals`; empty: it
+/// would. `raw`: of it, by ToRaw.
+std::string WhyInexact(const config::Point& point, const Value& value, const Value& raw);
 
 }  // namespace baudgate

@@ -99,6 +99,9 @@ Error NoFit(const Value& value, std::string_view why) {
   return Error{ToText(value) + " " + std::string(why)};
 }
 
+/// What is left of a decimal number after `scale`: 30.3 / 0.1 is 302.99999999999994.
+constexpr double kNoise = 1e-6;
+
 /// A whole number between the two ends; 64-bit integers pass unrounded.
 Result<std::uint64_t> Whole(const Value& value, std::int64_t lowest, std::uint64_t highest) {
   const std::string range =
@@ -114,6 +117,9 @@ Result<std::uint64_t> Whole(const Value& value, std::int64_t lowest, std::uint64
   }
   const double number = std::round(ToDouble(value));
   if (!std::isfinite(number)) return NoFit(value, "is not a number");
+  if (std::abs(number - ToDouble(value)) > kNoise * std::max(1.0, std::abs(number))) {
+    return NoFit(value, "is no whole number, as the register holds");
+  }
   const config::IntegerRange limits{lowest, highest};
   if (!limits.Contains(number)) return NoFit(value, range);
   return number < 0 ? static_cast<std::uint64_t>(static_cast<std::int64_t>(number))

@@ -106,7 +106,7 @@ TEST(Select, OneRegisterSelectsOnePoint) {
 }
 
 TEST(AllowWhen, FindsItsPointAnywhere) {
-  const auto loaded = LoadDevice(", allow_when: { point: l.d.b, is: false }",
+  const auto loaded = LoadDevice(", allow_when: { point: l.d.r, is: 7 }",
                                  ", allow_when: [{ point: l.d.r, is: 2 }, { point: l.d.t, is: "
                                  "local }]");
   ASSERT_EQ(Shown(loaded.problems), "");
@@ -115,7 +115,7 @@ TEST(AllowWhen, FindsItsPointAnywhere) {
   EXPECT_EQ(own[0].index, 2U);
   EXPECT_EQ(own[0].is, Value(2.0));
   EXPECT_EQ(own[1].is, Value(std::string("local")));
-  EXPECT_EQ(own[2].is, Value(false));
+  EXPECT_EQ(own[2].is, Value(7.0));
   EXPECT_EQ(PointOf(loaded, 1).writing.allow_when.size(), 1U);
   EXPECT_TRUE(PointOf(loaded, 2).writing.allow_when.empty()) << "it is only read";
 }
@@ -135,6 +135,16 @@ TEST(AllowWhen, CountsDevicesThroughAllLines) {
   EXPECT_EQ(PointOf(loaded, 0).writing.allow_when.at(0).index, 1U);
 }
 
+TEST(AllowWhen, MayGuardOneValueAlone) {
+  const auto loaded = LoadDevice("", ", allow_when: { point: l.d.b, is: off, for: 12.5 }");
+  ASSERT_EQ(Shown(loaded.problems), "");
+  EXPECT_EQ(PointOf(loaded, 0).writing.allow_when.at(0).only, Value(12.5));
+  EXPECT_THAT(Shown(LoadDevice("", ", allow_when: { point: l.d.b, is: off, for: on }").problems),
+              HasSubstr("for: 'a' is float32, and never 'on'"));
+  EXPECT_THAT(Shown(LoadDevice("", ", allow_when: { point: l.d.a, is: 1 }").problems),
+              HasSubstr("'l.d.a' guards itself"));
+}
+
 TEST(AllowWhen, SaysWhatIsWrongOnceAndWhere) {
   const auto problem = [](const std::string& keys) {
     return Shown(LoadDevice(", allow_when: " + keys).problems);
@@ -148,6 +158,8 @@ TEST(AllowWhen, SaysWhatIsWrongOnceAndWhere) {
   }
   EXPECT_THAT(problem("{ point: l.d.b, is: 2 }"), HasSubstr("is bool, and never '2'"));
   EXPECT_THAT(problem("{ point: l.d.r, is: on }"), HasSubstr("is uint16, and never 'on'"));
+  EXPECT_THAT(problem("{ point: l.d.r, is: 70000 }"), HasSubstr("and never '70000'"));
+  EXPECT_EQ(problem("{ point: l.d.b, is: off }"), "");
   EXPECT_THAT(problem("{ point: l.d.b }"), HasSubstr("needs 'is'"));
   EXPECT_THAT(problem("l.d.b"), HasSubstr("allow_when"));
   EXPECT_THAT(Shown(LoadDevice("", "").problems), "");

@@ -10,6 +10,8 @@ namespace {
 
 using Json = ControlClient::Json;
 
+constexpr int kNoGateway = 4;
+
 std::string Shown(const Json& value) {
   if (value.is_null()) return "-";
   return value.is_string() ? value.get<std::string>() : value.dump();
@@ -83,7 +85,17 @@ int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err) 
                         {"target", options.target},
                         {"value", options.value},
                         {"confirm", options.confirm}};
-  if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
+  auto gateway = ControlClient::Connect(options.socket);
+  if (!gateway) {
+    err << "baudgate: " << gateway.error() << '\n';
+    return kNoGateway;
+  }
+  if (const int code = ReadAnswer(*gateway, request, answer, err); code != 0) {
+    if (code != kNoGateway) return code;
+    err << "baudgate: " << options.target << ": it may have been written all the same; 'baudgate "
+        << "writes' knows, once the gateway runs again\n";
+    return kNotDone;
+  }
   const bool done = answer.value("end", "") == "ok";
   if (options.json) {
     out << answer.dump() << '\n';

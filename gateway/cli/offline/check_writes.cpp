@@ -21,6 +21,15 @@ std::string Listed(const std::vector<std::string>& all) {
   return text;
 }
 
+/// Those with rules, which are to be seen, and then the others.
+std::string ListedWithRules(const std::vector<std::string>& ruled,
+                            const std::vector<std::string>& plain) {
+  std::string text;
+  for (const std::string& one : ruled) text += (text.empty() ? "" : ", ") + one;
+  if (plain.empty()) return text;
+  return text + (text.empty() ? "" : ", ") + Listed(plain);
+}
+
 /// " (0.5 to 40 xIn, selected first)", or nothing.
 std::string Rules(const config::Point& point) {
   const config::Writing& writing = point.writing;
@@ -42,15 +51,19 @@ std::string Rules(const config::Point& point) {
 }
 
 struct Writes {
-  std::vector<std::string> allowed;  ///< with their rules
+  std::vector<std::string> allowed;
+  std::vector<std::string> ruled;  ///< of those, what has rules, and these
+  std::vector<std::string> plain;  ///< of those, all others
   std::vector<std::string> off;
 };
 
-Writes WritesOf(const config::Device& device, bool with_rules) {
+Writes WritesOf(const config::Device& device) {
   Writes writes;
   for (const config::Point& point : device.points) {
     if (point.writing.allowed) {
-      writes.allowed.push_back(point.name + (with_rules ? Rules(point) : ""));
+      const std::string rules = Rules(point);
+      writes.allowed.push_back(point.name);
+      (rules.empty() ? writes.plain : writes.ruled).push_back(point.name + rules);
     } else if (point.access != config::Access::read) {
       writes.off.push_back(point.name);
     }
@@ -62,10 +75,10 @@ Writes WritesOf(const config::Device& device, bool with_rules) {
 
 void PrintWrites(const config::Line& line, std::ostream& out) {
   for (const config::Device& device : line.devices) {
-    const Writes writes = WritesOf(device, true);
+    const Writes writes = WritesOf(device);
     if (writes.allowed.empty() && writes.off.empty()) continue;
     out << "  writes to " << device.name << ": "
-        << (writes.allowed.empty() ? "none" : Listed(writes.allowed));
+        << (writes.allowed.empty() ? "none" : ListedWithRules(writes.ruled, writes.plain));
     if (!writes.off.empty()) {
       out << "; " << Listed(writes.off) << " could be written: add 'write: allow', or a list of "
           << "points, to the device";
@@ -75,7 +88,7 @@ void PrintWrites(const config::Line& line, std::ostream& out) {
 }
 
 nlohmann::ordered_json WritesJson(const config::Device& device) {
-  const Writes writes = WritesOf(device, false);
+  const Writes writes = WritesOf(device);
   return {{"allowed", writes.allowed}, {"off", writes.off}};
 }
 

@@ -56,7 +56,7 @@ Place PlaceOf(const config::Device& device, const config::Point& point) {
   place.address = *point.modbus;
   place.registers = place.bit ? 1 : static_cast<int>(config::RegisterCount(point));
   place.tables = place.bit ? "discrete, coil" : "input, holding";
-  place.read_codes = place.bit ? "2,1" : "4,3";
+  if (point.access != config::Access::write) place.read_codes = place.bit ? "2,1" : "4,3";
   if (writable && place.bit) place.write_codes = "5,15";
   if (writable && !place.bit) place.write_codes = place.registers == 1 ? "6,16" : "16";
   place.conventional = Conventional(place.bit ? '1' : '3', place.address) + "/" +
@@ -79,7 +79,15 @@ std::string Number(const Place& place, int offset) {
   return place.served ? std::to_string(place.address + offset) : "";
 }
 
-std::string AgeText(const Place& place) { return place.bit ? "" : Number(place, kAgeOffset); }
+bool IsReadable(const config::Point& point) { return point.access != config::Access::write; }
+
+std::string QualityText(const Place& place, const config::Point& point) {
+  return IsReadable(point) ? Number(place, kQualityOffset) : "";
+}
+
+std::string AgeText(const Place& place, const config::Point& point) {
+  return place.bit || !IsReadable(point) ? "" : Number(place, kAgeOffset);
+}
 
 /// The register that is written before the point; empty: none is needed.
 std::string SelectText(const Place& place, const config::Point& point) {
@@ -119,8 +127,8 @@ void PrintDevice(const config::Config& config, const config::Line& line,
     table.Add({point.name, Number(place, 0), place.conventional,
                place.served ? std::to_string(place.registers) : "", TypeText(point), point.unit,
                place.read_codes, place.write_codes, SelectText(place, point),
-               std::string(config::Name(point.group)), Number(place, kQualityOffset),
-               AgeText(place)});
+               std::string(config::Name(point.group)), QualityText(place, point),
+               AgeText(place, point)});
   }
   if (!table.empty()) table.PrintAligned(out, "  ");
   out << '\n';
@@ -161,8 +169,8 @@ void PrintCsv(const config::Config& config, std::ostream& out) {
                  point.unit,
                  AccessText(point),
                  std::string(config::Name(point.group)),
-                 Number(place, kQualityOffset),
-                 AgeText(place),
+                 QualityText(place, point),
+                 AgeText(place, point),
                  Key(config, device, point),
                  point.read,
                  point.description});
@@ -173,16 +181,12 @@ void PrintCsv(const config::Config& config, std::ostream& out) {
 
 Json ModbusJson(const config::Device& device, const config::Point& point, const Place& place) {
   if (!place.served) return nullptr;
-  Json json = {{"unit", *device.unit},
-               {"table", place.bit ? "bits" : "registers"},
-               {"address", place.address},
-               {"registers", place.registers},
-               {"plc", place.conventional},
-               {"read_fc", place.read_codes},
-               {"write_fc", place.write_codes},
-               {"word_order", OrderText(device, place)},
-               {"quality", place.address + kQualityOffset}};
-  if (!place.bit) json["age"] = place.address + kAgeOffset;
+  Json json = {{"unit", *device.unit},          {"table", place.bit ? "bits" : "registers"},
+               {"address", place.address},      {"registers", place.registers},
+               {"plc", place.conventional},     {"read_fc", place.read_codes},
+               {"write_fc", place.write_codes}, {"word_order", OrderText(device, place)}};
+  if (IsReadable(point)) json["quality"] = place.address + kQualityOffset;
+  if (IsReadable(point) && !place.bit) json["age"] = place.address + kAgeOffset;
   if (!SelectText(place, point).empty()) json["select"] = place.address + config::kSelectOffset;
   return json;
 }

@@ -234,9 +234,13 @@ int RunSettingsRestore(const SettingsOptions& options, PointWriter& writer, std:
   if (file.target() != now.target() || file.gateway != now.gateway) {
     out << "The file was read from " << file.target() << " of gateway " << file.gateway << ".\n";
   }
+  const std::size_t fixed = comparison.different.size() - plan->size();
+  if (fixed > 0) {
+    out << now.target() << ": " << Count(fixed) << " that differ can only be read, and stay\n";
+  }
   if (plan->empty()) {
     out << now.target() << ": nothing to write\n";
-    return comparison.open.empty() ? 0 : kDiffers;
+    return comparison.same() ? 0 : kDiffers;
   }
   if (!options.confirm) {
     out << now.target() << " (" << now.designation << "): " << Count(plan->size())
@@ -248,7 +252,8 @@ int RunSettingsRestore(const SettingsOptions& options, PointWriter& writer, std:
   out << now.target() << ": " << done << " of " << Count(plan->size()) << " written"
       << (done < plan->size() ? "; the rest is as it was, but for the one that is named above\n"
                               : "\n");
-  return shown && done == plan->size() && comparison.open.empty() ? 0 : kDiffers;
+  const bool all = done == plan->size() && fixed == 0 && comparison.open.empty();
+  return shown && all ? 0 : kDiffers;
 }
 
 }  // namespace baudgate

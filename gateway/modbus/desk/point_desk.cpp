@@ -138,6 +138,14 @@ ExceptionCode PointDesk::Submit(const ModbusRequest& request, const Writer& writ
   return refusal ? ExceptionOf(*refusal) : kNoException;
 }
 
+void PointDesk::Deny(View frame, const Writer& writer, const std::string& reason) {
+  ModbusRequest request;
+  if (!IsPlainWrite(FunctionOf(frame)) || Check(frame, request) != kNoException) return;
+  const UnitMap& unit = map_.unit(request.unit);
+  Writes converted = ConvertWrites(unit, store_.device(unit.device), request);
+  gate_.Deny(writer, {.device = unit.device, .parts = std::move(converted.parts)}, reason);
+}
+
 ExceptionCode PointDesk::ExceptionOf(const WriteRefusal& refusal) {
   switch (refusal.why) {
     case WriteRefusal::Why::read_only:

@@ -71,6 +71,8 @@ class PointDesk {
   /// unless there is an exception. Or selects a point.
   ExceptionCode Submit(const ModbusRequest& request, const Writer& writer, Instant now,
                        std::shared_ptr<const std::atomic<bool>> dropped, Done done);
+  /// A write that others have refused: what it names is recorded.
+  void Deny(View frame, const Writer& writer, const std::string& reason);
   /// The client has left.
   void Forget(const Writer& writer) { gate_.Forget(writer); }
   /// How a write ended, as Modbus says it.

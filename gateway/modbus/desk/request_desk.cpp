@@ -11,6 +11,8 @@
 namespace baudgate::modbus {
 namespace {
 
+constexpr const char* kNotPermitted = "the listener does not permit it";
+
 /// What a listener says in its own name when nothing better can be had; silent ones keep it.
 bool IsGatewayTrouble(ExceptionCode exception) {
   return exception == kNoPath || exception == kNoTarget || exception == kBusy;
@@ -36,7 +38,8 @@ void RequestDesk::Handle(View frame, const Now& now) {
   if (!Permits(listener_.permit, FunctionOf(frame))) {
     const bool routed = way.kind == Way::Kind::route;
     const auto witness = routed ? WitnessOf(frame, points_.targets().of(way.route), now) : nullptr;
-    if (witness) witness->Refuse(WriteEnd::denied, "the listener does not permit it");
+    if (witness) witness->Refuse(WriteEnd::denied, kNotPermitted);
+    if (way.kind == Way::Kind::device) points_.Deny(frame, writer(), kNotPermitted);
     return Refuse(frame, kIllegalFunction, now.instant);
   }
   if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);

@@ -59,9 +59,8 @@ UnitMap MapOf(const config::Device& device, std::uint32_t index) {
     const bool bit = point.table == config::Table::bits;
     const std::size_t count = bit ? 1 : config::RegisterCount(point);
     if (count > kValuesEnd) continue;
-    Insert(bit ? unit.bits : unit.registers,
-           {*point.modbus, static_cast<std::uint16_t>(count), i,
-            point.access != config::Access::write, point.access != config::Access::read});
+    Insert(bit ? unit.bits : unit.registers, {*point.modbus, static_cast<std::uint16_t>(count), i,
+                                              point.access != config::Access::write});
     if (point.writing.select && point.writing.allowed) unit.selects.emplace(*point.modbus, i);
   }
   return unit;
@@ -99,7 +98,7 @@ class Planner {
   ExceptionCode Write() {
     while (at_ < end_) {
       const Span* span = finder_.Find(at_);
-      if (span == nullptr || !span->writable) return kIllegalAddress;
+      if (span == nullptr) return kIllegalAddress;
       AddValue(*span);
     }
     return Verdict();

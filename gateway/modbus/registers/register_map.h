@@ -27,7 +27,6 @@ struct Span {
   std::uint16_t count = 0;
   std::uint32_t point = 0;  ///< index in the device's points
   bool readable = true;
-  bool writable = false;  ///< by the device; who may is gateway/writes/write_gate.h's affair
 
   std::uint32_t end() const { return static_cast<std::uint32_t>(start) + count; }
 };
@@ -76,7 +75,8 @@ using Holes = config::Listener::Holes;
 ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t start,
                        std::uint16_t count, std::vector<Piece>& pieces, Holes holes = Holes::off);
 
-/// The same for a write, which must cover whole writable points.
+/// The same for a write, which must cover whole points. Which of them may be written is
+/// gateway/writes/write_gate.h's affair.
 ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t start,
                         std::uint16_t count, std::vector<Piece>& pieces);
 

@@ -24,7 +24,7 @@ struct Writes {
 std::optional<std::uint32_t> SelectedPoint(const UnitMap& unit, const ModbusRequest& request);
 bool IsSelectKey(const ModbusRequest& request);
 
-/// illegal_address: not mapped or read-only. illegal_value: part of a value, or a number that the
+/// illegal_address: not mapped. illegal_value: part of a value, or a number that the
 /// type can not hold.
 Writes ConvertWrites(const UnitMap& unit, const config::Device& device,
                      const ModbusRequest& request);

@@ -130,6 +130,30 @@ TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
   EXPECT_EQ(heard().size(), 2U);
 }
 
+/// rm events.db*, with a gateway running.
+TEST_F(AuditLogTest, AFileThatIsRemovedIsNoticedAndBegunAnew) {
+  const auto log = Start(file());
+  const auto first = log->Begin(PointWrite("a"));
+  ASSERT_EQ(log->WaitFor(*first, Ever()), Kept::yes);
+  for (const char* end : {"", "-wal", "-shm"}) std::filesystem::remove(file().string() + end);
+  const auto second = log->Begin(PointWrite("b"));
+  while (log->WaitFor(*second, Ever()) != Kept::yes) std::this_thread::yield();
+  const auto page = log->Read({});
+  ASSERT_TRUE(page) << page.error();
+  ASSERT_FALSE(page->records.empty());
+  EXPECT_EQ(page->records.back().client, "b");
+  EXPECT_THAT(heard(), ::testing::Contains(HasSubstr("it was removed")));
+}
+
+TEST_F(AuditLogTest, AFolderThatIsRemovedIsATrouble) {
+  const auto log = Start(file());
+  const auto first = log->Begin(PointWrite("a"));
+  ASSERT_EQ(log->WaitFor(*first, Ever()), Kept::yes);
+  std::filesystem::remove_all(folder_);
+  log->Begin(PointWrite("b"));
+  Await(*log, Disk::failing);
+}
+
 TEST_F(AuditLogTest, WithoutAPlaceTheStateSaysSo) {
   const auto log = Start({});
   const auto ticket = log->Begin(PointWrite("a"));

@@ -57,7 +57,8 @@ config::Config MakeConfig() {
   device.points[kScaled].scale = 0.1;
   device.points[kScaled].offset = -5;
   device.points[kTrip].writing.select = true;
-  device.points[kClosed].writing.allow_when = {{"line.feeder.local", Value(false), 0, kLocal}};
+  device.points[kClosed].writing.allow_when = {
+      {"line.feeder.local", Value(false), Value(), 0, kLocal}};
   device.points[kOff].writing.allowed = false;
   config::Config config;
   config.lines.resize(1);
@@ -88,7 +89,7 @@ class WriteGateTest : public testing::Test {
   static inline const Writer kAnna{"192.0.2.5:40312", 1};
   static inline const Writer kBert{"192.0.2.6:40312", 2};
 
-  const config::Config config_ = MakeConfig();
+  config::Config config_ = MakeConfig();
   PointStore store_{config_};
   KeepingSink sink_;
   WriteGate gate_{store_, sink_};
@@ -184,7 +185,7 @@ TEST_P(Interlocks, OpenOnlyForTheGoodValue) {
   if (GetParam().shown) Show(kLocal, *GetParam().shown, GetParam().quality);
   const auto refused = Write({{kClosed, true}});
   EXPECT_EQ(refused, GetParam().open ? std::nullopt : std::optional(Why::locked));
-  EXPECT_THAT(text_, HasSubstr(GetParam().open ? "" : "interlock: line.feeder.local is "));
+  EXPECT_THAT(text_, HasSubstr(GetParam().open ? "" : "'close': interlock: line.feeder.local is "));
   EXPECT_EQ(sink_.commands.size(), GetParam().open ? 1U : 0U);
 }
 
@@ -204,6 +205,14 @@ TEST_F(WriteGateTest, TheInterlockIsAskedOnceMoreWhenItIsSent) {
   EXPECT_EQ(sink_.commands[0].why_not(now_), "");
   Show(kLocal, true);
   EXPECT_THAT(sink_.commands[0].why_not(now_), HasSubstr("is true, and has to be false"));
+}
+
+/// A load that may be switched on only in remote may be switched off always.
+TEST_F(WriteGateTest, AnInterlockMayGuardOneValueAlone) {
+  config_.lines[0].devices[0].points[kClosed].writing.allow_when[0].only = true;
+  EXPECT_EQ(Write({{kClosed, true}}), Why::locked);
+  EXPECT_EQ(Write({{kClosed, false}}), std::nullopt);
+  EXPECT_EQ(sink_.commands.at(0).why_not(now_), "");
 }
 
 TEST_F(WriteGateTest, AnInterlockAgesLikeAnyValue) {

@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "gateway/store/conversion.h"
+
 namespace baudgate {
 namespace {
 
@@ -52,6 +54,57 @@ TEST(WriteLimits, AFloat32IsTheDecimalNumberThatWasMeant) {
   EXPECT_EQ(AsMeant(PointOf(Type::int16), std::int64_t{3}), Value(std::int64_t{3}));
 }
 
+/// Their shortest text has an exponent: 5e-04.
+TEST(WriteLimits, SmallAndLargeFloat32AreMeantInDecimalsToo) {
+  config::Point point = PointOf(Type::float32);
+  EXPECT_EQ(AsMeant(point, static_cast<double>(0.0005F)), Value(0.0005));
+  EXPECT_EQ(AsMeant(point, static_cast<double>(1.5e10F)), Value(1.5e10));
+  EXPECT_EQ(AsMeant(point, static_cast<double>(1e-30F)), Value(1e-30));
+  EXPECT_EQ(AsMeant(point, static_cast<double>(-3e38F)), Value(-3e38));
+  point.writing.max = 0.0005;
+  EXPECT_EQ(WhyOutside(point, AsMeant(point, static_cast<double>(0.0005F))), "");
+}
+
+std::string Inexact(const config::Point& point, const Value& value) {
+  return WhyInexact(point, value, ToRaw(point, value).value());
+}
+
+/// Scale 10: the device can be 40 or 50, and 46 would become 50, beyond a max of 46.
+TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
+  config::Point point = PointOf(Type::uint16);
+  point.scale = 10;
+  EXPECT_EQ(Inexact(point, std::int64_t{50}), "");
+  EXPECT_EQ(Inexact(point, std::int64_t{46}), "the device can not be set to 46, but to 50");
+  point.scale = 0.01;
+  EXPECT_EQ(Inexact(point, std::int64_t{12}), "");
+  point.scale = 1;
+  EXPECT_NE(Inexact(point, 1.5), "") << "typed by a person";
+  point = PointOf(Type::float32);
+  point.scale = 0.1;
+  point.offset = -5;
+  for (int tenths = -500; tenths < 500; ++tenths) {
+    ASSERT_EQ(Inexact(point, tenths / 10.0), "") << tenths;
+  }
+}
+
+TEST(WriteLimits, DecimalsAreCountedInTheDevicesOwnNumber) {
+  config::Point point = PointOf(Type::float32);
+  point.writing.decimals = 1;
+  EXPECT_EQ(Inexact(point, 0.9), "");
+  EXPECT_EQ(Inexact(point, 0.96),
+            "0.96 has more digits than the device takes, 1 behind its decimal point");
+  point.scale = 400;
+  EXPECT_EQ(Inexact(point, 360.0), "") << "0.9";
+  EXPECT_NE(Inexact(point, 361.0), "");
+}
+
+TEST(WriteLimits, ASentinelIsNoValue) {
+  config::Point point = PointOf(Type::uint16);
+  point.sentinels = {{999, Quality::bad_sensor_failure}};
+  EXPECT_EQ(Inexact(point, std::int64_t{998}), "");
+  EXPECT_EQ(Inexact(point, std::int64_t{999}), "999 means something else to this device");
+}
+
 TEST(WriteLimits, StepsAreCountedFromZero) {
   config::Point point = PointOf(Type::float32);
   point.writing.step = 0.1;
@@ -73,6 +126,14 @@ TEST(WriteLimits, WholeNumbersToo) {
   EXPECT_EQ(WhyOutside(point, std::int64_t{2}), "");
   EXPECT_EQ(WhyOutside(point, std::int64_t{3}), "3 is above the most that may be written, 2");
   EXPECT_NE(WhyOutside(point, std::uint64_t{1} << 63U), "");
+}
+
+/// 7.5 with its words exchanged.
+TEST(WriteLimits, AFloat32InTheWrongOrderIsSeen) {
+  const config::Point point = PointOf(Type::float32);
+  EXPECT_THAT(WhyOutside(point, 2.329518567093576e-41), HasSubstr("are the words of the float"));
+  EXPECT_EQ(WhyOutside(point, 0.0), "");
+  EXPECT_EQ(WhyOutside(point, -1e-30), "");
 }
 
 TEST(WriteLimits, TextsHaveNone) {

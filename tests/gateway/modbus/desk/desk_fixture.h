@@ -41,7 +41,10 @@ class WriteSink final : public CommandSink {
     commands.push_back(std::move(command));
     return true;
   }
+  void OnDenied(const DeniedWrite& write) override { denied.push_back(write); }
+
   std::vector<WriteCommand> commands;
+  std::vector<DeniedWrite> denied;
 };
 
 /// Unit 1 is a device with one register; routes are added by the test.

@@ -26,6 +26,19 @@ TEST_F(WriteRules, ADeviceThatDoesNotAllowItIsReadOnly) {
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
 
+TEST_F(WriteRules, WhatIsRefusedIsHandedOnToBeRecorded) {
+  config_.lines[0].devices[0].points.push_back(MakePoint(config::Type::int16, 1));
+  EXPECT_THAT(Ask(1, "06 00 01 00 07"), ElementsAre("12 34 00 00 00 03 01 86 02"));
+  ASSERT_THAT(sink_.denied, SizeIs(1));
+  EXPECT_EQ(sink_.denied[0].reason, "'p1' can only be read");
+  listener().permit = config::Permit::read;
+  EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 01"));
+  ASSERT_THAT(sink_.denied, SizeIs(2));
+  EXPECT_EQ(sink_.denied[1].client, "10.0.0.7:40112");
+  EXPECT_EQ(sink_.denied[1].value, Value(std::int64_t{7}));
+  EXPECT_EQ(sink_.denied[1].reason, "the listener does not permit it");
+}
+
 TEST_F(WriteRules, BeyondItsLimitsIsAnIllegalValue) {
   writing().max = 6;
   EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 03"));
@@ -33,7 +46,7 @@ TEST_F(WriteRules, BeyondItsLimitsIsAnIllegalValue) {
 }
 
 TEST_F(WriteRules, WhatIsLockedIsADeviceFailure) {
-  writing().allow_when = {{"line.unit-1.p0", Value(std::int64_t{5}), 0, 0}};
+  writing().allow_when = {{"line.unit-1.p0", Value(std::int64_t{5}), Value(), 0, 0}};
   EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 04")) << "it is -2";
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
