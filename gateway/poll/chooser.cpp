@@ -69,6 +69,10 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
   sooner(schedule_.NextDue());
   sooner(probes_.NextAt(facts));
   for (const Parked& parked : parked_) sooner(parked.until);
+  for (const QueryRef& query : writes_.read_backs()) {
+    const Instant held = schedule_.held_until(query.device);
+    if (held > idle.now) sooner(held);
+  }
   for (const WriteCommand& command : writes_.waiting()) {
     when_clear(roster_.DeviceAt(command.device));
   }
@@ -113,8 +117,9 @@ std::unique_ptr<Job> Chooser::TakeWriteProbe(const Idle& idle) {
 
 std::unique_ptr<Job> Chooser::TakeReadBack(Instant now) {
   while (true) {
-    const auto next = writes_.TakeReadBack(
-        [this, now](std::size_t device) { return late_.IsClear(roster_.device(device), now); });
+    const auto next = writes_.TakeReadBack([this, now](std::size_t device) {
+      return late_.IsClear(roster_.device(device), now) && schedule_.held_until(device) <= now;
+    });
     if (!next) return nullptr;
     Device& device = roster_.device(next->device);
     const bool known = next->query < device.conversation->Queries().size();

@@ -41,6 +41,7 @@ class WriteQueue {
   /// as soon as possible. Once, however often it is asked for.
   void AddReadBack(QueryRef query);
   std::optional<QueryRef> TakeReadBack(const MayRead& may_read);
+  const std::deque<QueryRef>& read_backs() const { return read_backs_; }
 
   /// The device has confirmed it: it is answered once nothing is to be read back any more, so that
   /// a client that reads what it has just written does not get the value from before.

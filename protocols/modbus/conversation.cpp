@@ -2,7 +2,6 @@
 #include "protocols/modbus/conversation.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "gateway/base/text.h"
@@ -61,6 +60,7 @@ ModbusConversation::ModbusConversation(Framing framing, const config::Device& de
       slave_(ParseAddress(device.address, framing).value()),
       places_(ReadPlaces(device.points)),
       plan_(MakePlan(device.points, places_, settings_)),
+      writing_(device, settings_),
       identification_(device.identity),
       probes_(settings_.probe_by_loopback ? ProbeChoice::Own::identification
                                           : ProbeChoice::Own::read) {}
@@ -80,10 +80,13 @@ Request ModbusConversation::MakeRequest(View pdu) const {
 
 Result<Request> ModbusConversation::Ask(const Task& task, Instant) {
   if (task.kind == Task::Kind::write) {
-    const auto pdu = WritePdu(task);
-    if (!pdu) return Error{pdu.error()};
-    return MakeRequest(*pdu);
+    const auto step = writing_.Next(task);
+    if (!step) return Error{step.error()};
+    Request request = MakeRequest(step->pdu);
+    request.prepares = step->reads;
+    return request;
   }
+  writing_.Forget();
   if (task.kind == Task::Kind::poll) {
     const auto first = identification_.Next();
     Request request = MakeRequest(first ? *first : PollPdu(task.query));
@@ -110,40 +113,6 @@ Bytes ModbusConversation::PollPdu(std::size_t query) const {
     if (next_object_ && next_object_->first == block.key) block.begin = next_object_->second;
   }
   return ReadOf(block);
-}
-
-/// One register, or bits of one by mask.
-Result<Bytes> ModbusConversation::BitsPdu(const Place& place, const Task& task) const {
-  const double level = ToDouble(task.value);
-  const auto highest = static_cast<double>((1U << place.width) - 1U);
-  if (!(level >= 0 && level <= highest && level == std::floor(level))) {
-    return Error{"point " + device_.points[task.point].name + ": " + ToText(task.value) +
-                 (place.width == 1 ? " is neither 0 nor 1"
-                                   : " is not 0..." + std::to_string((1U << place.width) - 1U))};
-  }
-  const bool on = level == 1;
-  if (place.form == Form::flag) {
-    return settings_.write_multiple ? WriteCoilsRequest(place.address, {on})
-                                    : WriteCoilRequest(place.address, on);
-  }
-  const unsigned mask = ((1U << place.width) - 1U) << place.bit;
-  const unsigned set = static_cast<unsigned>(level) << place.bit;
-  return MaskWriteRequest(place.address, static_cast<std::uint16_t>(~mask & 0xFFFFU),
-                          static_cast<std::uint16_t>(set));
-}
-
-Result<Bytes> ModbusConversation::WritePdu(const Task& task) const {
-  const config::Point& point = device_.points[task.point];
-  const auto place = WritePlace(point);
-  if (!place) return Error{"point " + point.name + ": " + place.error()};
-  if (place->form == Form::flag || place->form == Form::bit || place->form == Form::bits) {
-    return BitsPdu(*place, task);
-  }
-  const auto registers = Encode(*place, task.value, settings_);
-  if (!registers) return Error{"point " + point.name + ": " + registers.error()};
-  const bool one = registers->size() == 1 && !settings_.write_multiple;
-  return one ? WriteRegisterRequest(place->address, registers->front())
-             : WriteRegistersRequest(place->address, *registers);
 }
 
 // ---------------------------------------------------------------- answers
@@ -205,11 +174,34 @@ Answer ModbusConversation::OnFrame(const Task& task, const Request& request, Vie
   Answer& answer = exchanged.answer;
   if (exchanged.reply.empty() || answer.outcome == Outcome::unexpected) return answer;
   if (task.kind == Task::Kind::probe) return AfterProbe(std::move(exchanged));
-  if (task.kind != Task::Kind::poll) return answer;
+  if (task.kind == Task::Kind::write) return AfterWrite(std::move(exchanged));
   if (identification_.IsAskedBy(exchanged.request)) {
     return AfterIdentification(std::move(exchanged));
   }
   return AfterPoll(task.query, std::move(exchanged));
+}
+
+/// A read only prepares. "Acknowledge" to a write is a promise: what the device shows after a while
+/// decides.
+Answer ModbusConversation::AfterWrite(Exchanged exchanged) {
+  Answer answer = std::move(exchanged.answer);
+  answer.readings.clear();
+  if (exchanged.request[0] != kReadHolding || answer.outcome != Outcome::ok) {
+    writing_.Forget();
+    const bool written = exchanged.request[0] != kReadHolding;
+    if (written && exchanged.exception == kAcknowledge) {
+      answer.outcome = Outcome::ok;
+      answer.reason.clear();
+    }
+    if (exchanged.request[0] == kMaskWrite && exchanged.exception == kIllegalFunction) {
+      answer.reason += "; for a device without mask write set bit_write: read_write";
+    }
+    return answer;
+  }
+  const Status same = writing_.OnRead(*ByteReader(exchanged.reply).U16Be(2));
+  if (!same) return Failed(Outcome::refused, same.error());
+  answer.then = Then::ask_again;
+  return answer;
 }
 
 /// Whatever it says, the poll that it stands before goes on.
@@ -262,6 +254,7 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged) {
 
 Then ModbusConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                    Instant) {
+  writing_.Forget();
   if (task.kind == Task::Kind::probe) {
     const auto asked = Unwrap(framing_, request.bytes);
     const bool own = asked && asked->pdu == OwnProbe();
@@ -281,6 +274,7 @@ Then ModbusConversation::OnFailure(const Task& task, const Request& request, Out
 }
 
 void ModbusConversation::OnReconnect() {
+  writing_.Forget();
   probes_.OnReconnect();
   plan_.OnReconnect();
   identification_.OnReconnect();

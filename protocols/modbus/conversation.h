@@ -13,7 +13,7 @@
 #include "protocols/modbus/identification.h"
 #include "protocols/modbus/plan.h"
 #include "protocols/modbus/settings.h"
-#include "protocols/modbus/values.h"
+#include "protocols/modbus/writing.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::protocols::modbus {
@@ -35,6 +35,9 @@ class ModbusConversation : public Conversation {
 
   std::span<const Query> Queries() const override { return plan_.queries(); }
   Result<Request> Ask(const Task& task, Instant now) override;
+  std::size_t WritesTogether(std::span<const PointValue> writes) const override {
+    return writing_.Together(writes);
+  }
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
@@ -59,9 +62,8 @@ class ModbusConversation : public Conversation {
   Request MakeRequest(View pdu) const;
   Bytes OwnProbe() const;  ///< a loopback, or a read that no poll makes
   Bytes PollPdu(std::size_t query) const;
-  Result<Bytes> WritePdu(const Task& task) const;
-  Result<Bytes> BitsPdu(const Place& place, const Task& task) const;
   Reading ReadingOf(std::size_t point, const Data& data) const;
+  Answer AfterWrite(Exchanged exchanged);
   Answer AfterProbe(Exchanged exchanged);
   Answer AfterIdentification(Exchanged exchanged);
   Answer AfterPoll(std::size_t query, Exchanged exchanged);
@@ -73,6 +75,7 @@ class ModbusConversation : public Conversation {
   std::uint8_t slave_;
   std::vector<std::optional<Place>> places_;  // by point
   SpacePlan plan_;
+  Writing writing_;
   Identification identification_;
   // Of an identification that comes in several replies: what to go on with.
   std::optional<std::pair<Space, std::uint8_t>> next_object_;

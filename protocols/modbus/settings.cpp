@@ -32,6 +32,13 @@ constexpr auto kTable = SettingsTable(
         "write_function", "auto", "auto,multiple",
         "auto writes one register with function 06 and one coil with 05; multiple always with "
         "16 and 15.")),
+    Bind<&Settings::write_together>(option::Flag(
+        "write_together", "false",
+        "Points of one command that lie side by side are written by one request (16, 15).")),
+    Bind<&Settings::bits_by_read>(option::Choice(
+        "bit_write", "mask", "mask,read_write",
+        "mask changes bits of a register with function 22; read_write reads the register twice "
+        "and writes it with the bits changed, for devices without function 22.")),
     Bind<&Settings::probe_by_loopback>(option::Choice(
         "probe", "read", "read,loopback",
         "What proves whose reply it is, and finds a silent device: a read of a length that no "

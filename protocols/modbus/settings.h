@@ -26,6 +26,8 @@ struct Settings {
   std::size_t block = 120;  ///< most registers in one request; bits: 16 for each
   std::size_t hole = 8;     ///< most registers read along between two points; bits alike
   bool write_multiple = false;
+  bool write_together = false;     ///< adjacent points of one command by one request
+  bool bits_by_read = false;       ///< bits of a register without mask write
   bool probe_by_loopback = false;  ///< else by a read
   bool missing_zero = false;       ///< twin: registers between points read 0
   TextTables texts;

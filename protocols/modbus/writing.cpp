@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/modbus/writing.h"
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "gateway/base/text.h"
+#include "protocols/modbus/pdu.h"
+#include "protocols/modbus/values.h"
+
+namespace baudgate::protocols::modbus {
+namespace {
+
+/// The same twice in a row: nobody else is changing it.
+constexpr std::size_t kReads = 2;
+
+bool IsBitsOfRegister(const Place& place) {
+  return place.form == Form::bit || place.form == Form::bits;
+}
+
+std::string HexWord(std::uint16_t word) {
+  return HexByte(static_cast<std::uint8_t>(word >> 8)) + HexByte(static_cast<std::uint8_t>(word));
+}
+
+std::uint16_t MaskOf(const Place& place) {
+  return static_cast<std::uint16_t>(((1U << place.width) - 1U) << place.bit);
+}
+
+/// Whether `next` can stand in one request behind what ends with `last`.
+bool IsNext(const Place& last, const Place& next) {
+  return last.table == next.table && !IsBitsOfRegister(last) && !IsBitsOfRegister(next) &&
+         next.address == last.end();
+}
+
+}  // namespace
+
+std::size_t Writing::Together(std::span<const PointValue> writes) const {
+  std::vector<Place> places;
+  for (const PointValue& write : writes) {
+    const auto place = WritePlace(device_.points[write.point]);
+    if (!place) break;
+    places.push_back(*place);
+  }
+  if (places.empty()) return 1;
+  std::size_t count = 1;
+  const Place& first = places.front();
+  if (IsBitsOfRegister(first)) {
+    unsigned taken = MaskOf(first);
+    while (count < places.size() && IsBitsOfRegister(places[count]) &&
+           places[count].address == first.address && (taken & MaskOf(places[count])) == 0) {
+      taken |= MaskOf(places[count++]);
+    }
+    return count;
+  }
+  if (!settings_.write_together) return 1;
+  const std::size_t most = IsBits(first.table) ? kMostWrittenBits : kMostWrittenRegisters;
+  while (count < places.size() && IsNext(places[count - 1], places[count]) &&
+         places[count].end() - first.address <= most) {
+    ++count;
+  }
+  return count;
+}
+
+Result<std::vector<Writing::Part>> Writing::PartsOf(const Task& task) const {
+  std::vector<Part> parts;
+  const auto add = [&](std::size_t index, const Value& value) -> Status {
+    const config::Point& point = device_.points[index];
+    const auto place = WritePlace(point);
+    if (!place) return Error{"point " + point.name + ": " + place.error()};
+    parts.push_back({*place, &point, value});
+    return {};
+  };
+  if (Status status = add(task.point, task.value); !status) return Error{status.error()};
+  for (const PointValue& one : task.also) {
+    if (Status status = add(one.point, one.value); !status) return Error{status.error()};
+  }
+  return parts;
+}
+
+Result<Writing::Step> Writing::Next(const Task& task) {
+  const auto parts = PartsOf(task);
+  if (!parts) return Error{parts.error()};
+  if (IsBitsOfRegister(parts->front().place)) {
+    const auto bits = BitsOf(*parts);
+    if (!bits) return Error{bits.error()};
+    return StepOf(*bits);
+  }
+  auto pdu = IsBits(parts->front().place.table) ? CoilsPdu(*parts) : RegistersPdu(*parts);
+  if (!pdu) return Error{pdu.error()};
+  return Step{std::move(*pdu)};
+}
+
+// ---------------------------------------------------------------- bits
+
+Result<double> Writing::LevelOf(const Part& part) {
+  const unsigned highest = (1U << part.place.width) - 1U;
+  const double level = ToDouble(part.value);
+  if (level >= 0 && level <= highest && level == std::floor(level)) return level;
+  return Error{
+      "point " + part.point->name + ": " + ToText(part.value) +
+      (part.place.width == 1 ? " is neither 0 nor 1" : " is not 0..." + std::to_string(highest))};
+}
+
+Result<Writing::Bits> Writing::BitsOf(const std::vector<Part>& parts) {
+  Bits bits{.address = parts.front().place.address};
+  for (const Part& part : parts) {
+    const auto level = LevelOf(part);
+    if (!level) return Error{level.error()};
+    const unsigned set = static_cast<unsigned>(*level) << part.place.bit;
+    bits.mask = static_cast<std::uint16_t>(bits.mask | MaskOf(part.place));
+    bits.set = static_cast<std::uint16_t>(bits.set | set);
+  }
+  return bits;
+}
+
+/// 22, or read, read, and write what was read with these bits changed.
+Writing::Step Writing::StepOf(const Bits& bits) {
+  const auto keep = static_cast<std::uint16_t>(~bits.mask);
+  if (!settings_.bits_by_read) return {MaskWriteRequest(bits.address, keep, bits.set)};
+  if (bits != bits_) Forget();
+  bits_ = bits;
+  if (seen_.size() < kReads) return {ReadRequest(kReadHolding, bits.address, 1), true};
+  const auto value = static_cast<std::uint16_t>((seen_.back() & keep) | bits.set);
+  if (settings_.write_multiple) return {WriteRegistersRequest(bits.address, {value})};
+  return {WriteRegisterRequest(bits.address, value)};
+}
+
+Status Writing::OnRead(std::uint16_t value) {
+  if (!seen_.empty() && seen_.back() != value) {
+    const std::string was = HexWord(seen_.back());
+    Forget();
+    return Error{"holding " + std::to_string(bits_.address) + " changed from " + was + " to " +
+                 HexWord(value) + " between two reads, so its other bits can not be kept; " +
+                 "nothing was written"};
+  }
+  seen_.push_back(value);
+  return {};
+}
+
+// ---------------------------------------------------------------- coils and registers
+
+Result<Bytes> Writing::CoilsPdu(const std::vector<Part>& parts) const {
+  std::vector<bool> levels;
+  for (const Part& part : parts) {
+    const auto level = LevelOf(part);
+    if (!level) return Error{level.error()};
+    levels.push_back(*level == 1);
+  }
+  const std::uint16_t address = parts.front().place.address;
+  const bool one = levels.size() == 1 && !settings_.write_multiple;
+  return one ? WriteCoilRequest(address, levels.front()) : WriteCoilsRequest(address, levels);
+}
+
+Result<Bytes> Writing::RegistersPdu(const std::vector<Part>& parts) const {
+  Registers all;
+  for (const Part& part : parts) {
+    const auto registers = Encode(part.place, part.value, settings_);
+    if (!registers) return Error{"point " + part.point->name + ": " + registers.error()};
+    all.insert(all.end(), registers->begin(), registers->end());
+  }
+  const std::uint16_t address = parts.front().place.address;
+  const bool one = all.size() == 1 && !settings_.write_multiple;
+  return one ? WriteRegisterRequest(address, all.front()) : WriteRegistersRequest(address, all);
+}
+
+}  // namespace baudgate::protocols::modbus

@@ -1,0 +1,308 @@
+// What writes send: several points by one request, and bits of slaves without mask write.
+// Golden requests: MODBUS Application Protocol V1.1b3, 6.11, 6.12 and 6.16.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include "tests/protocols/modbus/support.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate::protocols::modbus {
+namespace {
+
+using config::Type;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const Settable kTogether = {{"write_together", true}};
+const Settable kByRead = {{"bit_write", std::string("read_write")}};
+
+config::Device Several(const Settable& options = {}) {
+  std::vector<config::Point> points = {WritePoint("a", "holding 1"), WritePoint("b", "holding 2"),
+                                       WritePoint("far", "holding 4"),
+                                       WritePoint("wide", "holding 5", {}, Type::float32)};
+  // 6.11: coils 20 to 29 are CD 01.
+  for (int i = 19; i < 29; ++i) {
+    points.push_back(
+        WritePoint("c" + std::to_string(i), "coil " + std::to_string(i), {}, Type::boolean));
+  }
+  return MakeDevice(std::move(points), options);
+}
+
+/// One register, 4: bits 0, 2 and 5, and bits 8 to 10 as a number.
+config::Device Bits(const Settable& options = {}) {
+  return MakeDevice(
+      {WritePoint("b0", "holding 4[b0]", {}, Type::boolean),
+       WritePoint("b2", "holding 4[b2]", {}, Type::boolean),
+       WritePoint("b5", "holding 4[b5]", {}, Type::boolean), WritePoint("n", "holding 4[b8-b10]"),
+       WritePoint("other", "holding 5[b0]", {}, Type::boolean)},
+      options);
+}
+
+std::size_t Together(const config::Device& device, std::vector<std::size_t> points) {
+  Talk talk(ModbusRtuProtocol(), device);
+  std::vector<PointValue> writes;
+  for (const std::size_t point : points) writes.push_back({point, std::uint64_t{1}});
+  return talk->WritesTogether(writes);
+}
+
+Task WriteAll(std::vector<PointValue> writes) {
+  Task task = Write(writes.front().point, writes.front().value);
+  task.also.assign(writes.begin() + 1, writes.end());
+  return task;
+}
+
+TEST(ModbusTogether, OnlyWithItsOption) {
+  EXPECT_EQ(Together(Several(), {0, 1}), 1U);
+  EXPECT_EQ(Together(Several(kTogether), {0, 1}), 2U);
+  EXPECT_EQ(Together(Several(kTogether), {0}), 1U);
+}
+
+TEST(ModbusTogether, OnlyWhatLiesSideBySideInItsOrder) {
+  const config::Device device = Several(kTogether);
+  EXPECT_EQ(Together(device, {1, 0}), 1U);
+  EXPECT_EQ(Together(device, {0, 2}), 1U) << "holding 3 is nobody's";
+  EXPECT_EQ(Together(device, {0, 1, 2, 3}), 2U);
+  EXPECT_EQ(Together(device, {2, 3}), 2U) << "one register and two";
+  EXPECT_EQ(Together(device, {0, 4}), 1U) << "a register and a coil";
+  EXPECT_EQ(Together(device, {4, 5, 6}), 3U);
+}
+
+TEST(ModbusTogether, NoMoreThanARequestHolds) {
+  std::vector<config::Point> points;
+  std::vector<std::size_t> all;
+  for (std::size_t i = 0; i < 130; ++i) {
+    points.push_back(WritePoint("p" + std::to_string(i), "holding " + std::to_string(i)));
+    all.push_back(i);
+  }
+  EXPECT_EQ(Together(MakeDevice(std::move(points), kTogether), all), 123U);
+}
+
+TEST(ModbusTogether, RegistersAndCoilsGoOutByOneRequest) {
+  Talk talk(ModbusRtuProtocol(), Several(kTogether));
+  const Task registers = WriteAll({{0, std::uint64_t{10}}, {1, std::uint64_t{258}}});
+  EXPECT_EQ(Asked(talk, registers), "10 00 01 00 02 04 00 0A 01 02");
+  EXPECT_EQ(Exchange(talk, registers, "10 0001 0002").outcome, Outcome::ok);
+  EXPECT_EQ(Asked(talk, WriteAll({{2, std::uint64_t{1}}, {3, 1.0}})),
+            "10 00 04 00 03 06 00 01 3F 80 00 00");
+  std::vector<PointValue> coils;
+  for (const bool on : {true, false, true, true, false, false, true, true, true, false}) {
+    coils.push_back({4 + coils.size(), on});
+  }
+  EXPECT_EQ(Asked(talk, WriteAll(coils)), "0F 00 13 00 0A 02 CD 01");
+}
+
+TEST(ModbusTogether, OneThatDoesNotFitStopsAll) {
+  Talk talk(ModbusRtuProtocol(), Several(kTogether));
+  EXPECT_THAT(Asked(talk, WriteAll({{0, std::uint64_t{10}}, {1, std::uint64_t{65536}}})),
+              HasSubstr("point b: "));
+}
+
+/// 6.16 masks with F2 and 25: bits 0, 2 and 3 are changed, to 1, 1 and 0.
+TEST(ModbusTogether, BitsOfOneRegisterAreOneMask) {
+  const config::Device device = MakeDevice({WritePoint("b0", "holding 4[b0]", {}, Type::boolean),
+                                            WritePoint("b2-b3", "holding 4[b2-b3]")});
+  Talk talk(ModbusRtuProtocol(), device);
+  EXPECT_EQ(Asked(talk, WriteAll({{0, true}, {1, std::uint64_t{1}}})), "16 00 04 FF F2 00 05");
+  EXPECT_EQ(Together(Bits(), {0, 1, 2, 3, 4}), 4U);
+  EXPECT_EQ(Together(Bits(), {0, 0}), 1U) << "one after the other";
+}
+
+TEST(ModbusBits, WithoutMaskWriteTheRegisterIsReadTwiceAndWritten) {
+  Talk talk(ModbusRtuProtocol(), Bits(kByRead));
+  const Task task = Write(1, true);
+  EXPECT_EQ(Asked(talk, task), "03 00 04 00 01");
+  EXPECT_TRUE(talk.request().prepares);
+  EXPECT_EQ(Exchange(talk, task, "03 02 1203").then, Then::ask_again);
+  EXPECT_EQ(Asked(talk, task), "03 00 04 00 01");
+  EXPECT_TRUE(talk.request().prepares);
+  EXPECT_EQ(Exchange(talk, task, "03 02 1203").then, Then::ask_again);
+  EXPECT_EQ(Asked(talk, task), "06 00 04 12 07");
+  EXPECT_FALSE(talk.request().prepares);
+  EXPECT_FALSE(talk.request().expect.repeatable);
+  const Answer answer = Exchange(talk, task, "06 0004 1207");
+  EXPECT_EQ(answer.outcome, Outcome::ok);
+  EXPECT_EQ(answer.then, Then::done);
+  EXPECT_EQ(Asked(talk, task), "03 00 04 00 01") << "the next write reads anew";
+}
+
+TEST(ModbusBits, ManyAtOnceAndByFunction16) {
+  Talk talk(ModbusRtuProtocol(), Bits({{"bit_write", std::string("read_write")},
+                                       {"write_function", std::string("multiple")}}));
+  const Task task = WriteAll({{0, false}, {2, true}, {3, std::uint64_t{5}}});
+  Exchange(talk, task, "03 02 F2FF");
+  Exchange(talk, task, "03 02 F2FF");
+  EXPECT_EQ(Asked(talk, task), "10 00 04 00 01 02 F5 FE");
+}
+
+TEST(ModbusBits, ARegisterThatChangesBetweenTheReadsIsLeftAlone) {
+  Talk talk(ModbusRtuProtocol(), Bits(kByRead));
+  const Task task = Write(1, true);
+  Exchange(talk, task, "03 02 1203");
+  const Answer answer = Exchange(talk, task, "03 02 1202");
+  EXPECT_EQ(answer.outcome, Outcome::refused);
+  EXPECT_EQ(answer.then, Then::done);
+  EXPECT_THAT(answer.reason, HasSubstr("changed from 1203 to 1202"));
+  EXPECT_EQ(Asked(talk, task), "03 00 04 00 01");
+}
+
+TEST(ModbusBits, NoReadOfAnotherTaskIsUsed) {
+  Talk talk(ModbusRtuProtocol(), Bits(kByRead));
+  const auto read_twice = [&] {
+    Exchange(talk, Write(1, true), "03 02 1203");
+    Exchange(talk, Write(1, true), "03 02 1203");
+  };
+  read_twice();
+  EXPECT_EQ(Asked(talk, Write(2, true)), "03 00 04 00 01") << "another bit";
+  read_twice();
+  EXPECT_EQ(Asked(talk, Write(1, false)), "03 00 04 00 01") << "another value";
+  read_twice();
+  EXPECT_EQ(Asked(talk, Write(4, true)), "03 00 05 00 01") << "another register";
+  read_twice();
+  talk.Ask(Probe());
+  EXPECT_EQ(Asked(talk, Write(1, true)), "03 00 04 00 01") << "something came between";
+  read_twice();
+  talk.Ask(Write(1, true));
+  talk.Fail(Write(1, true), Outcome::busy);
+  EXPECT_EQ(Asked(talk, Write(1, true)), "03 00 04 00 01") << "it was broken off";
+  read_twice();
+  talk->OnReconnect();
+  EXPECT_EQ(Asked(talk, Write(1, true)), "03 00 04 00 01");
+}
+
+TEST(ModbusBits, ARefusedReadEndsTheWrite) {
+  Talk talk(ModbusRtuProtocol(), Bits(kByRead));
+  EXPECT_EQ(Exchange(talk, Write(1, true), "83 02").outcome, Outcome::unsupported);
+  EXPECT_EQ(Exchange(talk, Write(1, true), "83 06").outcome, Outcome::busy);
+  EXPECT_EQ(Exchange(talk, Write(1, true), "83 05").outcome, Outcome::busy)
+      << "a read has nothing to acknowledge";
+}
+
+TEST(ModbusBits, ADeviceWithoutMaskWriteNamesTheOption) {
+  Talk talk(ModbusRtuProtocol(), Bits());
+  EXPECT_THAT(Exchange(talk, Write(1, true), "96 01").reason, HasSubstr("bit_write: read_write"));
+}
+
+TEST(ModbusWriteExceptions, BusyIsBusyAndAcknowledgeIsAPromise) {
+  Talk talk(ModbusRtuProtocol(), Several());
+  const Answer busy = Exchange(talk, Write(0, std::uint64_t{1}), "86 06");
+  EXPECT_EQ(busy.outcome, Outcome::busy);
+  const Answer accepted = Exchange(talk, Write(0, std::uint64_t{1}), "86 05");
+  EXPECT_EQ(accepted.outcome, Outcome::ok);
+  EXPECT_GT(accepted.wait, Duration::zero());
+  EXPECT_THAT(accepted.reason, IsEmpty());
+}
+
+// ---------------------------------------------------------------- on a line
+
+class WritingLine : public testing::Test {
+ protected:
+  void Make(const config::Device& device) {
+    config::Line line;
+    line.name = "bus";
+    line.protocol = "modbus_rtu";
+    line.serial = ModbusRtuProtocol().serial;
+    line.devices = {device};
+    line.devices[0].name = "slave";
+    line.devices[0].protocol = line.protocol;
+    line_ = std::make_unique<VirtualLine>(line, std::vector{&ModbusRtuProtocol()});
+    line_->Open();
+    line_->RunFor(3s);
+    line_->sent.clear();
+  }
+  std::vector<std::string> SentWrites() {
+    std::vector<std::string> pdus;
+    for (const Sent& sent : line_->sent) {
+      const auto adu = Unwrap(Framing::rtu, ToBytes(sent.text));
+      if (!IsRead(adu->pdu[0])) pdus.push_back(ToHex(adu->pdu));
+    }
+    return pdus;
+  }
+  void Submit(std::vector<PointWrite> writes) {
+    WriteCommand command;
+    command.writes = std::move(writes);
+    command.deadline = line_->now().instant + 10s;
+    command.done = [this](const WriteResult& result) { results_.push_back(result); };
+    line_->Submit(std::move(command));
+  }
+
+  std::unique_ptr<VirtualLine> line_;
+  std::vector<WriteResult> results_;
+};
+
+TEST_F(WritingLine, BitsAreChangedAndTheOthersStay) {
+  Make(Bits(kByRead));
+  for (std::uint32_t point = 0; point < 3; ++point) line_->twin(0).values.Set(point, point != 1);
+  line_->twin(0).values.Set(3, std::uint64_t{6});
+  line_->RunFor(2s);
+  line_->sent.clear();
+  Submit({{1, true}, {3, std::uint64_t{2}}});
+  line_->RunFor(3s);
+  ASSERT_EQ(results_.size(), 1U);
+  EXPECT_EQ(results_[0].end, WriteEnd::ok) << results_[0].reason;
+  EXPECT_TRUE(results_[0].read_back);
+  EXPECT_EQ(results_[0].written, 2U);
+  EXPECT_THAT(SentWrites(), ElementsAre("06 00 04 02 25"));
+}
+
+/// The slave is not there any more when it is to be read: nothing was written, so nothing is
+/// unknown.
+TEST_F(WritingLine, AnUnansweredReadIsNotAWrite) {
+  Make(Bits(kByRead));
+  line_->twin(0).manner.dead = true;
+  Submit({{1, true}});
+  line_->RunFor(20s);
+  ASSERT_EQ(results_.size(), 1U);
+  EXPECT_EQ(results_[0].end, WriteEnd::not_sent);
+  EXPECT_THAT(SentWrites(), IsEmpty());
+}
+
+TEST_F(WritingLine, SeveralPointsAreOneExchange) {
+  Make(Several(kTogether));
+  Submit({{0, std::uint64_t{7}}, {1, std::uint64_t{8}}, {3, 2.5}});
+  line_->RunFor(3s);
+  ASSERT_EQ(results_.size(), 1U);
+  EXPECT_EQ(results_[0].end, WriteEnd::ok) << results_[0].reason;
+  EXPECT_EQ(results_[0].written, 3U);
+  EXPECT_THAT(SentWrites(),
+              ElementsAre("10 00 01 00 02 04 00 07 00 08", "10 00 05 00 02 04 40 20 00 00"));
+  EXPECT_EQ(ToDouble(line_->ValueOf(0, 1)), 8);
+}
+
+/// The device needs 900 ms to carry out what it has acknowledged.
+TEST_F(WritingLine, WhatIsAcknowledgedIsReadBackAfterAWhile) {
+  for (const bool does_it : {true, false}) {
+    results_.clear();
+    Make(Several());
+    line_->twin(0).values.Set(0, std::uint64_t{1});
+    line_->RunFor(2s);
+    line_->twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+      if (request[1] != kWriteRegister) return std::nullopt;
+      line_->twin(0).values.Set(0, std::uint64_t{1});  // it has not done it yet
+      return Wrap(Framing::rtu, kSlave, Hex("86 05"));
+    };
+    Submit({{0, std::uint64_t{77}, std::uint64_t{1}}});
+    line_->RunFor(900ms);
+    EXPECT_TRUE(results_.empty());
+    if (does_it) line_->twin(0).values.Set(0, std::uint64_t{77});
+    line_->RunFor(5s);
+    ASSERT_EQ(results_.size(), 1U);
+    EXPECT_EQ(results_[0].end, does_it ? WriteEnd::ok : WriteEnd::differs) << results_[0].reason;
+  }
+}
+
+TEST_F(WritingLine, ABusySlaveSaysLater) {
+  Make(Several());
+  line_->twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[1] != kWriteRegister) return std::nullopt;
+    return Wrap(Framing::rtu, kSlave, Hex("86 06"));
+  };
+  Submit({{0, std::uint64_t{7}}});
+  line_->RunFor(5s);
+  ASSERT_EQ(results_.size(), 1U);
+  EXPECT_EQ(results_[0].end, WriteEnd::busy);
+  EXPECT_THAT(SentWrites(), ElementsAre("06 00 01 00 07"));
+}
+
+}  // namespace
+}  // namespace baudgate::protocols::modbus
