@@ -7,14 +7,8 @@
 #include <iostream>
 #include <optional>
 
-#include "gateway/base/since.h"
 #include "gateway/base/spelling.h"
-#include "gateway/cli/client/in_use.h"
-#include "gateway/cli/client/points.h"
-#include "gateway/cli/client/release.h"
-#include "gateway/cli/client/status.h"
-#include "gateway/cli/client/trace.h"
-#include "gateway/cli/client/writes.h"
+#include "gateway/cli/client_commands.h"
 #include "gateway/cli/live/demo.h"
 #include "gateway/cli/live/run.h"
 #include "gateway/cli/offline/certs.h"
@@ -24,7 +18,6 @@
 #include "gateway/cli/offline/profiles.h"
 #include "gateway/cli/offline/protocols.h"
 #include "gateway/cli/offline/simulate.h"
-#include "gateway/cli/settings/settings.h"
 #include "gateway/cli/terminal/output.h"
 #include "gateway/cli/terminal/words.h"
 #include "gateway/simulate/fault_text.h"
@@ -37,19 +30,6 @@ namespace baudgate {
 namespace {
 
 constexpr int kCannotOpen = 4;
-
-/// Reads "250ms" into a Duration.
-CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration& target,
-                         const std::string& help) {
-  return app.add_option_function<std::string>(
-      name,
-      [&target](const std::string& text) {
-        const auto duration = ParseDuration(text);
-        if (!duration) throw CLI::ValidationError(duration.error());
-        target = *duration;
-      },
-      help);
-}
 
 void AddRun(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("run", "Run the gateway in the foreground");
@@ -218,135 +198,6 @@ void AddListings(CLI::App& app, Action& action) {
   });
 }
 
-void AddSocket(CLI::App& command, std::string& socket) {
-  command.add_option("--socket", socket, "Control socket of the gateway, if it is not found");
-}
-
-void AddStatus(CLI::App& app, Action& action) {
-  auto* command =
-      app.add_subcommand("status", "What the running gateway says of lines and devices");
-  auto options = std::make_shared<StatusOptions>();
-  command->add_option("TARGET", options->target, "LINE or LINE.DEVICE; everything if not given");
-  command->add_flag("--json", options->json, "Print one JSON object");
-  AddSocket(*command, options->socket);
-  command->callback([options, &action] {
-    action = [=](const auto&) {
-      options->terminal = TerminalView(1);
-      return RunStatus(*options, std::cout, std::cerr);
-    };
-  });
-}
-
-void AddRelease(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("release", "Lend a line's port to another program");
-  auto options = std::make_shared<ReleaseOptions>();
-  command->add_option("LINE", options->line, "Line")->required();
-  auto* time = AddDuration(*command, "--for", options->time, "How long, 10min if not given");
-  command->add_flag("--end", options->end, "Take it back now")->excludes(time);
-  AddSocket(*command, options->socket);
-  command->callback([options, &action] {
-    action = [=](const auto&) { return RunRelease(*options, std::cout, std::cerr); };
-  });
-}
-
-void AddTrace(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("trace", "Show the bytes of a line as they come and go");
-  auto options = std::make_shared<TraceOptions>();
-  command->add_option("LINE", options->line, "Line")->required();
-  command->add_option("--device", options->device, "Only this device");
-  auto* last =
-      command->add_flag("--last", options->last, "What has been, from the flight recorder");
-  AddSeconds(*command, options->seconds)->excludes(last);
-  AddSocket(*command, options->socket);
-  command->callback([options, &action] {
-    action = [=](const auto&) { return RunTrace(*options, std::cout, std::cerr); };
-  });
-}
-
-void AddWrites(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("writes", "Who has written what, and what became of it");
-  auto options = std::make_shared<WritesOptions>();
-  command->add_flag("--follow", options->follow, "Go on with what comes");
-  command->add_option_function<std::string>(
-      "--since",
-      [options](const std::string& text) {
-        const auto since = ParseSince(text, ReadClocks().wall);
-        if (!since) throw CLI::ValidationError("--since", since.error());
-        options->since = *since;
-      },
-      "A time (UTC), or a span before now: 2h");
-  command->add_flag("--json", options->json, "Print one JSON object a line");
-  AddSocket(*command, options->socket);
-  command->callback([options, &action] {
-    action = [=](const auto&) { return RunWrites(*options, std::cout, std::cerr); };
-  });
-}
-
-void AddSettings(CLI::App& app, Action& action) {
-  auto* settings = app.add_subcommand("settings", "Settings of a relay: keep, compare, restore");
-  settings->require_subcommand(1);
-  const auto add = [&](const char* name, const char* help, bool needs_file, auto run) {
-    auto* command = settings->add_subcommand(name, help);
-    auto options = std::make_shared<SettingsOptions>();
-    command->add_option("TARGET", options->target, "LINE.DEVICE")->required();
-    command->add_option("FILE", options->file, "File of settings")->required(needs_file);
-    AddSocket(*command, options->socket);
-    command->callback([options, run, &action] {
-      action = [=](const auto&) { return run(*options, std::cout, std::cerr); };
-    });
-    return std::pair(command, options);
-  };
-  const auto [dump, kept] =
-      add("dump", "Write the settings into a new file, or print them", false, RunSettingsDump);
-  dump->add_flag("--json", kept->json, "JSON in place of YAML");
-  const auto [compare, compared] =
-      add("compare", "Show where the relay differs from the file", true, RunSettingsCompare);
-  compare->add_flag("--json", compared->json, "Print one JSON object");
-  const auto run = [](const SettingsOptions& options, std::ostream& out, std::ostream& err) {
-    baudgate::settings::SocketWriter writer(options.socket);
-    return RunSettingsRestore(options, writer, out, err);
-  };
-  const auto [restore, restored] =
-      add("restore", "Write to the relay what differs from the file", true, run);
-  restore->add_flag("--confirm", restored->confirm, "Write; without it, it is only shown");
-}
-
-void AddInUse(CLI::App& app, Action& action, const char* name, const char* help, bool in_use) {
-  auto* command = app.add_subcommand(name, help);
-  auto options = std::make_shared<InUseOptions>();
-  options->in_use = in_use;
-  command->add_option("TARGET", options->target, "LINE.DEVICE")->required();
-  AddSocket(*command, options->socket);
-  command->callback([options, &action] {
-    action = [=](const auto&) { return RunInUse(*options, std::cout, std::cerr); };
-  });
-}
-
-void AddRead(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("read", "Ask a device now for its points");
-  auto options = std::make_shared<ReadOptions>();
-  command->add_option("TARGET", options->target, "LINE.DEVICE or LINE.DEVICE.POINT")->required();
-  command->add_flag("--json", options->json, "Print one JSON object");
-  AddSocket(*command, options->socket);
-  command->callback([options, &action] {
-    action = [=](const auto&) { return RunRead(*options, std::cout, std::cerr); };
-  });
-}
-
-void AddWrite(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("write", "Write a point, and say what became of it");
-  auto options = std::make_shared<WriteOptions>();
-  command->add_option("TARGET", options->target, "LINE.DEVICE.POINT")->required();
-  command->add_option("VALUE", options->value, "In the point's unit; on or off for a bool")
-      ->required();
-  command->add_flag("--confirm", options->confirm, "You mean it: for points with 'select: yes'");
-  command->add_flag("--json", options->json, "Print one JSON object");
-  AddSocket(*command, options->socket);
-  command->callback([options, &action] {
-    action = [=](const auto&) { return RunWrite(*options, std::cout, std::cerr); };
-  });
-}
-
 }  // namespace
 
 void AddCommands(CLI::App& app, Action& action) {
@@ -360,15 +211,7 @@ void AddCommands(CLI::App& app, Action& action) {
   AddDecode(app, action);
   AddDemo(app, action);
   AddListings(app, action);
-  AddStatus(app, action);
-  AddRead(app, action);
-  AddWrite(app, action);
-  AddRelease(app, action);
-  AddTrace(app, action);
-  AddWrites(app, action);
-  AddSettings(app, action);
-  AddInUse(app, action, "enable", "Ask a device again", true);
-  AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);
+  AddClientCommands(app, action);
 }
 
 bool IsUnknownSubcommand(const CLI::App& app, std::string_view word) {

@@ -62,9 +62,11 @@ class Audit : public RouteStation {
  protected:
   std::string YamlOf(const std::vector<std::string>& routes = {
                          "{ units: 20, line: drive }"}) const {
-    return Yaml(routes, Line("drive", "modbus_rtu",
-                             "address: 1, unit: 1, poll: 100ms, points: [{ name: set_point, read: "
-                             "\"holding 4\", type: uint16, access: rw, modbus: 0 }]"));
+    return Yaml(
+        routes,
+        Line("drive", "modbus_rtu",
+             "address: 1, unit: 1, poll: 100ms, write: allow, points: [{ name: set_point, read: "
+             "\"holding 4\", type: uint16, access: rw, modbus: 0 }]"));
   }
   std::string socket() const { return (directory() / "gate.sock").string(); }
   Finished Writes(std::vector<std::string> more = {}) const {
