@@ -43,9 +43,9 @@ struct WriteAsk {
   std::uint32_t device = 0;  ///< index in the point store
   std::vector<Part> parts;
   bool confirmed = false;  ///< the client has said twice that it means it: no selection is needed
-  Instant deadline;
+  Instant deadline{};
   std::shared_ptr<const std::atomic<bool>> dropped{};  ///< see WriteCommand
-  std::function<void(const WriteResult&)> done;
+  std::function<void(const WriteResult&)> done{};
 };
 
 struct WriteRefusal {
