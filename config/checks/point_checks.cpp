@@ -108,7 +108,7 @@ void CheckPoint(const Point& point, const Protocol* protocol, const Keys& keys,
                                              point.name + "' is " + std::string(Name(point.type)) +
                                              "; write table: input");
   }
-  if (!point.write.empty() && point.access == Access::read) {
+  if (!point.write.empty() && point.access == Access::read && !keys.Has("access")) {
     problems.Error(keys.MarkOf("write"),
                    "write: '" + point.name + "' is read-only; add access: rw or remove 'write'");
   }
