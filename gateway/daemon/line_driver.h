@@ -11,6 +11,7 @@
 
 #include "config/model/line.h"
 #include "gateway/lanes/lanes.h"
+#include "gateway/poll/poller.h"
 #include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
 #include "gateway/state/device_memory.h"
