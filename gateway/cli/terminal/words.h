@@ -23,19 +23,18 @@ inline CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration
       help);
 }
 
-void AddRun(CLI::App& app, Action& action) {
-  /// Reads "30" or "0.5" into a Duration.
-  inline CLI::Option* AddSeconds(CLI::App & app, std::optional<Duration> & target) {
-    constexpr double kMostSeconds = 1e9;
-    return app.add_option_function<double>(
-        "--seconds",
-        [&target](const double& seconds) {
-          if (!(seconds > 0 && seconds <= kMostSeconds)) {
-            throw CLI::ValidationError("--seconds", "write a number above 0, for example 30");
-          }
-          target = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
-        },
-        "End after this time");
-  }
+/// Reads "30" or "0.5" into a Duration.
+inline CLI::Option* AddSeconds(CLI::App& app, std::optional<Duration>& target) {
+  constexpr double kMostSeconds = 1e9;
+  return app.add_option_function<double>(
+      "--seconds",
+      [&target](const double& seconds) {
+        if (!(seconds > 0 && seconds <= kMostSeconds)) {
+          throw CLI::ValidationError("--seconds", "write a number above 0, for example 30");
+        }
+        target = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
+      },
+      "End after this time");
+}
 
 }  // namespace baudgate
