@@ -179,8 +179,11 @@ Writing ReadWriting(MapReader& map) {
 void ApplyWritePermit(MapReader& map, Device& device) {
   const std::vector<AllowWhen> interlocks = ReadAllowWhen(map);
   for (Point& point : device.points) {
-    auto& own = point.writing.allow_when;
-    if (CanBeWritten(point)) own.insert(own.end(), interlocks.begin(), interlocks.end());
+    const std::string itself = "." + device.name + "." + point.name;
+    for (const AllowWhen& interlock : interlocks) {
+      if (!CanBeWritten(point) || interlock.point.ends_with(itself)) continue;
+      point.writing.allow_when.push_back(interlock);
+    }
   }
   const auto node = map.Get("write");
   if (!node) return;

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <string_view>
 
 #include "gateway/base/text.h"
 #include "gateway/store/conversion.h"
@@ -27,12 +26,11 @@ Value AsMeant(const config::Point& point, const Value& value) {
   if (number == nullptr || point.type != config::Type::float32) return value;
   const auto single = static_cast<float>(*number);
   if (static_cast<double>(single) != *number) return value;
-  std::array<char, 64> text{};
-  const auto end =
-      std::to_chars(text.data(), text.data() + text.size(), single, std::chars_format::fixed);
-  const auto meant =
-      ParseDecimal(std::string_view(text.data(), static_cast<std::size_t>(end.ptr - text.data())));
-  return meant ? Value(*meant) : value;
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), single);
+  double meant = *number;
+  std::from_chars(text.data(), end.ptr, meant);
+  return meant;
 }
 
 std::string WhyInexact(const config::Point& point, const Value& value, const Value& raw) {
