@@ -9,8 +9,8 @@
 namespace baudgate::testing {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string ProblemsOf(const std::string& protocol, const std::string& keys) {
   return Shown(config::LoadText("lines:\n- { name: l, port: /dev/l, protocol: " + protocol +
