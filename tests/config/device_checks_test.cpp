@@ -167,10 +167,10 @@ TEST(DeviceChecks, SeveralRequestsAtATimeAreForSeveralDevicesOfOneServer) {
               HasSubstr("t.yaml:2:3: warning: line 'l': pipeline: 4 has no effect: one device is "
                         "asked one request at a time"));
   EXPECT_THAT(problems(tcp + "17", other),
-              HasSubstr("error: pipeline: 17 is out of range; allowed: 1"));
+              HasSubstr("error: pipeline: '17' is out of range; allowed: 1…16"));
   EXPECT_THAT(
       problems("protocol: modbus_rtu, port: /dev/l, pipeline: 2", other),
-      HasSubstr("t.yaml:2:53: error: pipeline: a line of modbus_rtu carries one exchange at "
+      HasSubstr("t.yaml:2:60: error: pipeline: a line of modbus_rtu carries one exchange at "
                 "a time; remove the key (modbus_tcp has it)"));
   EXPECT_THAT(problems("protocol: modbus_rtu, port: /dev/l, pipeline: 1", other),
               Not(HasSubstr("pipeline")));
@@ -183,7 +183,7 @@ TEST(DeviceChecks, ARouteToAModbusTcpServerNeedsNoLine) {
       "t.yaml", Shipped());
   EXPECT_THAT(
       Shown(loaded.problems),
-      HasSubstr("t.yaml:1:40: error: line: 'l' is a Modbus TCP server, which needs no line to "
+      HasSubstr("t.yaml:1:39: error: line: 'l' is a Modbus TCP server, which needs no line to "
                 "be routed to; write server: \"10.0.0.5:502\" in place of line"));
 }
 
