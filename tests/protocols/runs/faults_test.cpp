@@ -104,6 +104,7 @@ TEST_P(FaultyRun, OneLostReplyInEightIsMadeUpForByRetries) {
 
 /// The port brings back what it sends. Nothing here takes it out, as `echo: strip` would.
 TEST_P(FaultyRun, AnEchoInFrontOfTheReplyIsNeverAValue) {
+  if (GetParam().protocol->tcp) GTEST_SKIP() << "a connection does not echo";
   std::size_t hidden = 0;
   for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
     Manner& manner = rig_->twin(device).manner;
@@ -138,6 +139,8 @@ TEST_P(FaultyRun, AnEchoInFrontOfTheReplyIsNeverAValue) {
 }
 
 TEST_P(FaultyRun, GarbageAroundEveryReplyHidesNone) {
+  if (GetParam().protocol->tcp)
+    GTEST_SKIP() << "behind bytes that are no header nothing is believed";
   std::mt19937 random(11);
   const auto noise = [&random](std::size_t most) {
     Bytes bytes(random() % (most + 1));
@@ -175,6 +178,7 @@ TEST_P(FaultyRun, FragmentsWithPausesBelowTheGapAreOneReply) {
 }
 
 TEST_P(FaultyRun, ABabblingDeviceIsLeftAloneAndTheOtherComesBack) {
+  if (GetParam().protocol->tcp) GTEST_SKIP() << "millions of bytes at the pace of a network";
   rig_->twin(0).manner.babble = 20s;
   Comes(
       10min, [&] { return rig_->StatusOf(0).state == DeviceState::offline; }, "offline");
@@ -217,6 +221,7 @@ TEST_P(FaultyRun, SwitchedOffAndOnAgain) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Real, FaultyRun, ::testing::ValuesIn(RealLines()), SetupName);
+INSTANTIATE_TEST_SUITE_P(Network, FaultyRun, ::testing::Values(TcpLine()), SetupName);
 
 /// Answers that come after their reply time, by anything up to the end of the exchange's ceiling
 /// and so behind up to that many later requests; then in time again.
