@@ -105,8 +105,10 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   const std::string command = CommandOf(task);
   identification_.OnTime(now);
   question_ = identification_.Next(command);
+  anew_ = false;
   if (!question_ && questions_ < kMostQuestions) {
     question_ = identification_.NextAnew(command);
+    anew_ = question_.has_value();
   }
   if (question_) return MakeQuestion(*question_);
   questions_ = 0;
@@ -272,6 +274,8 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
     } else {
       identification_.OnNothing(*question, strange);
     }
+    // It has answered that before: its silence is one like that to a poll, another module may come.
+    if (anew_) return Then::done;
     return AfterQuestion(task);
   }
   counts_twice_ = false;

@@ -85,6 +85,7 @@ class DconConversation : public Conversation {
   QueryPlan<Read> plan_;
   Identification identification_;
   std::optional<Identification::Question> question_;  ///< the request under way
+  bool anew_ = false;                                 // it was answered before
   int questions_ = 0;                                 ///< of the task under way
   // Always there once the reads are planned.
   std::optional<Probing> probing_;

@@ -54,9 +54,8 @@ Instant LagSoakLine::NowOnStage() const { return std::chrono::steady_clock::now(
 
 /// Its answer comes on the line's thread.
 bool LagSoakLine::Submit(WriteCommand command) {
-  command.done = [&world = world_, done = std::move(command.done)](Outcome outcome,
-                                                                   const std::string& reason) {
-    asio::post(world, [done, outcome, reason] { done(outcome, reason); });
+  command.done = [&world = world_, done = std::move(command.done)](const WriteResult& result) {
+    asio::post(world, [done, result] { done(result); });
   };
   return runner_->Submit(std::move(command));
 }

@@ -211,6 +211,9 @@ config::Line LineOf(const Setup& setup) {
     config::Device device =
         config::DeviceFromProfile(loaded.profile, *setup.protocol, "device-" + address, address);
     KeepFewDaily(device.points);
+    std::erase_if(device.points, [](const config::Point& point) {
+      return point.access == config::Access::write;  // never shown
+    });
     for (const auto& [name, value] : setup.options) device.options.Set(name, value);
     line.options = device.options;
     line.devices.push_back(std::move(device));

@@ -65,7 +65,6 @@ TEST_F(WriteRequestTest, SeveralPointsInTheirOrderAndWordOrder) {
 TEST_F(WriteRequestTest, HalfAValueReadOnlyAndUnmapped) {
   EXPECT_EQ(Decode("06 00 01 00 00"), kIllegalValue);
   EXPECT_EQ(Decode("10 00 00 00 02 04 00 00 00 00"), kIllegalValue);
-  EXPECT_EQ(Decode("06 00 09 00 00"), kIllegalAddress);
   EXPECT_EQ(Decode("06 00 08 00 00"), kIllegalAddress);
   EXPECT_EQ(Decode("06 4E 20 00 00"), kIllegalAddress);
   EXPECT_EQ(Decode("05 00 0A FF 00"), kIllegalAddress);
