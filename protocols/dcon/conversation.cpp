@@ -110,7 +110,11 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
     question_ = identification_.NextAnew(command);
     anew_ = question_.has_value();
   }
-  if (question_) return MakeQuestion(*question_);
+  if (question_) {
+    Request request = MakeQuestion(*question_);
+    request.expect.repeatable = anew_;
+    return request;
+  }
   questions_ = 0;
   if (!identification_.Allows(command)) {
     return Error{trouble() ? trouble().text : "the module has not said in which mode it is"};
@@ -275,7 +279,7 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
       identification_.OnNothing(*question, strange);
     }
     // It has answered that before: its silence is one like that to a poll, another module may come.
-    if (anew_) return Then::done;
+    if (anew_ && silent) return Then::done;
     return AfterQuestion(task);
   }
   counts_twice_ = false;

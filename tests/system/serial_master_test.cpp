@@ -27,12 +27,12 @@ class SerialMaster : public RouteStation {
   }
 
   std::string PanelYaml() const {
-    return Yaml(
-        {"{ units: 20-21, line: drive }",
-         "{ units: 50, server: \"127.0.0.1:" + std::to_string(elsewhere_) + "\" }"},
-        Line("inverter", "modbus_rtu", "address: 2, profile: inverter, unit: 30, poll: 100ms") +
-            BareLine("drive", "timing: { reply: 100ms }"),
-        {"{ at: " + LinkOf("panel") + ", serial: 19200 8E1 }"});
+    return Yaml({"{ units: 20-21, line: drive }",
+                 "{ units: 50, server: \"127.0.0.1:" + std::to_string(elsewhere_) + "\" }"},
+                Line("inverter", "modbus_rtu",
+                     "address: 2, profile: inverter, unit: 30, poll: 100ms, write: allow") +
+                    BareLine("drive", "timing: { reply: 100ms }"),
+                {"{ at: " + LinkOf("panel") + ", serial: 19200 8E1 }"});
   }
   void StartAll() {
     ASSERT_TRUE(panel_.connected() && cable_.connected());

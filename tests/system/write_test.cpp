@@ -28,7 +28,8 @@ TEST_F(Writes, SettingGroupOfARelay) {
   const auto daemon =
       StartDaemon(Head() + Line("relay", "spabus",
                                 "address: 2, profile: spaj140c, unit: 1, poll: 200ms, slow: 1h, "
-                                "write: allow"));
+                                "write: [setting_group], points: [{ name: setting_group, select: "
+                                "false }]"));
   const auto group = [&] { return client.Register(kUnit, 100); };
   ASSERT_TRUE(Eventually([&] { return group() == 0; }));
 
