@@ -103,18 +103,8 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   if (period > Duration::zero() && !told) return MakeBroadcast(kHostIsThere);
   if (task.kind == Task::Kind::probe) return AskProbe();
   const std::string command = CommandOf(task);
-  identification_.OnTime(now);
   question_ = identification_.Next(command);
-  anew_ = false;
-  if (!question_ && questions_ < kMostQuestions) {
-    question_ = identification_.NextAnew(command);
-    anew_ = question_.has_value();
-  }
-  if (question_) {
-    Request request = MakeQuestion(*question_);
-    request.expect.repeatable = anew_;
-    return request;
-  }
+  if (question_) return MakeQuestion(*question_);
   questions_ = 0;
   if (!identification_.Allows(command)) {
     return Error{trouble() ? trouble().text : "the module has not said in which mode it is"};
@@ -278,8 +268,6 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
     } else {
       identification_.OnNothing(*question, strange);
     }
-    // It has answered that before: its silence is one like that to a poll, another module may come.
-    if (anew_ && silent) return Then::done;
     return AfterQuestion(task);
   }
   counts_twice_ = false;
