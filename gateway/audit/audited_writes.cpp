@@ -3,7 +3,6 @@
 
 #include <pthread.h>
 
-#include <charconv>
 #include <utility>
 #include <vector>
 
@@ -16,9 +15,7 @@ namespace {
 Value Shown(const config::Point& point, Value value) {
   auto* number = std::get_if<double>(&value);
   if (point.type != config::Type::float32 || number == nullptr) return value;
-  char text[64];
-  const auto written = std::to_chars(text, text + sizeof text, static_cast<float>(*number));
-  std::from_chars(text, written.ptr, *number);
+  *number = ShortestDecimal(static_cast<float>(*number));
   return value;
 }
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/status/status_json.h"
+#include "gateway/control/request_text.h"
 #include "gateway/writes/value_text.h"
 
 namespace baudgate::control {
@@ -12,11 +12,6 @@ namespace {
 
 /// How long a line has for what a person asks.
 constexpr Duration kPatience = 5s;
-
-std::string TextOf(const Json& request, const char* key) {
-  const auto found = request.find(key);
-  return found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
 
 Json ToJson(const WriteResult& result) {
   return {{"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};

@@ -7,6 +7,7 @@
 
 #include "gateway/audit/audit_source.h"
 #include "gateway/base/spelling.h"
+#include "gateway/control/request_text.h"
 #include "gateway/status/audit_json.h"
 #include "gateway/status/settings_json.h"
 
@@ -20,11 +21,6 @@ constexpr std::string_view kUnavailable = "unavailable";
 /// Bytes of a device may stand in a reason; what is no UTF-8 must not end in an exception.
 std::string Dump(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-std::string TextOf(const Json& request, const char* key) {
-  const auto found = request.find(key);
-  return found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
 Reply Refused(std::string_view kind, std::string_view message) {

@@ -324,35 +324,14 @@ void Poller::AnswerConfirmed() {
   }
 }
 
-/// What the device shows since then decides. A point that has not been read does not.
 void Poller::AnswerConfirmed(const WriteQueue::Confirmed& one) {
-  const WriteCommand& command = one.command;
-  const Device& device = roster_.DeviceAt(command.device);
-  WriteResult result{.read_back = !one.replaced, .written = one.written};
-  bool lost = false;  // a reading that should have come
-  store_.Read(command.device, [&](const DeviceRecord& record) {
-    const auto is_read = [&](std::uint32_t point) {
-      const PointRecord& shown = record.points[point];
-      return shown.read_at && *shown.read_at > one.at && shown.at_best == Quality::good;
-    };
-    for (const PointWrite& write : command.writes) {
-      const config::Point& point = device.config->points[write.point];
-      const PointRecord& shown = record.points[write.point];
-      const bool read = is_read(write.point) && IsGood(shown.reported);
-      if (!read) result.read_back = false;
-      lost = lost || (!read && point.access != config::Access::write);
-      if (!read || !ShowsAnother(point, write, shown.value)) continue;
-      result.end = WriteEnd::differs;
-      result.reason = point.name + " shows " + ToText(shown.value) + " after " +
-                      ToText(WrittenValue(point, write)) + " was written and confirmed";
-    }
-    if (!std::ranges::all_of(command.reads, is_read)) {
-      result.read_back = false;
-      result.reason = "not all was answered";
-    }
-  });
-  if (one.written > 0) ledger_.OnWrite(device, result.end, !lost);
-  command.done(result);
+  Verdict verdict;
+  store_.Read(one.command.device,
+              [&](const DeviceRecord& record) { verdict = VerdictOn(one, record); });
+  if (one.written > 0) {
+    ledger_.OnWrite(roster_.DeviceAt(one.command.device), verdict.result.end, !verdict.lost);
+  }
+  one.command.done(verdict.result);
 }
 
 /// A slave that is offline is asked as often as its probes allow. Until it answers, writes wait for

@@ -58,4 +58,29 @@ bool ShowsAnother(const config::Point& point, const PointWrite& write, const Val
   return !on_its_way;
 }
 
+Verdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record) {
+  Verdict verdict{{.read_back = !one.replaced, .written = one.written}};
+  WriteResult& result = verdict.result;
+  const auto is_read = [&](std::uint32_t point) {
+    const PointRecord& shown = record.points[point];
+    return shown.read_at && *shown.read_at > one.at && shown.at_best == Quality::good;
+  };
+  for (const PointWrite& write : one.command.writes) {
+    const config::Point& point = record.device->points[write.point];
+    const PointRecord& shown = record.points[write.point];
+    const bool read = is_read(write.point) && IsGood(shown.reported);
+    if (!read) result.read_back = false;
+    verdict.lost = verdict.lost || (!read && point.access != config::Access::write);
+    if (!read || !ShowsAnother(point, write, shown.value)) continue;
+    result.end = WriteEnd::differs;
+    result.reason = point.name + " shows " + ToText(shown.value) + " after " +
+                    ToText(WrittenValue(point, write)) + " was written and confirmed";
+  }
+  if (!std::ranges::all_of(one.command.reads, is_read)) {
+    result.read_back = false;
+    result.reason = "not all was answered";
+  }
+  return verdict;
+}
+
 }  // namespace baudgate

@@ -5,7 +5,9 @@
 #include "config/model/point.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/value.h"
+#include "gateway/poll/write_queue.h"
 #include "gateway/requests/commands.h"
+#include "gateway/store/device_record.h"
 
 namespace baudgate {
 
@@ -19,5 +21,13 @@ Value WrittenValue(const config::Point& point, const PointWrite& write);
 /// differ by what the device rounds; one that is still on its way, as a slewing output from 4 to 20
 /// that shows 11, is none.
 bool ShowsAnother(const config::Point& point, const PointWrite& write, const Value& shown);
+
+struct Verdict {
+  WriteResult result;
+  bool lost = false;  ///< a reading that should have come has not
+};
+/// On a command that its device has confirmed, from what `record` shows since then. A point that
+/// has not been read decides nothing.
+Verdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record);
 
 }  // namespace baudgate

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/store/conversion.h"
 
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -99,6 +101,14 @@ Result<Value> ToRaw(const config::Point& point, const Value& value) {
   Value whole = Fit(Type::int64, raw);
   if (!HasValue(whole)) return Error{ToText(value) + " is beyond what the device can hold"};
   return whole;
+}
+
+double ShortestDecimal(float number) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), number);
+  double shortest = number;
+  std::from_chars(text.data(), end.ptr, shortest);
+  return shortest;
 }
 
 }  // namespace baudgate

@@ -16,4 +16,7 @@ Sample ToSample(const config::Point& point, const Reading& reading);
 /// A value as users write it, turned into the raw value that the protocol sends.
 Result<Value> ToRaw(const config::Point& point, const Value& value);
 
+/// The shortest decimal number that is this float32: 30.3, not 30.299999237060547.
+double ShortestDecimal(float number);
+
 }  // namespace baudgate

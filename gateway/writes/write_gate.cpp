@@ -27,6 +27,9 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
 }  // namespace
 
 std::optional<WriteRefusal> WriteGate::Submit(const Writer& writer, WriteAsk ask, Instant now) {
+  for (WriteAsk::Part& part : ask.parts) {
+    part.value = AsMeant(store_.device(ask.device).points[part.point], part.value);
+  }
   if (auto refusal = Check(writer, ask, now)) {
     Deny(writer, ask, refusal->text);
     return refusal;
@@ -42,8 +45,8 @@ std::optional<WriteRefusal> WriteGate::Submit(const Writer& writer, WriteAsk ask
   store_.Read(ask.device, [&](const DeviceRecord& record) {
     for (const WriteAsk::Part& part : ask.parts) {
       const config::Point& point = device.points[part.point];
-      command.writes.push_back({part.point, ToRaw(point, AsMeant(point, part.value)).value(),
-                                record.points[part.point].value});
+      command.writes.push_back(
+          {part.point, ToRaw(point, part.value).value(), record.points[part.point].value});
       if (!point.writing.allow_when.empty()) guarded.push_back(part);
     }
   });
@@ -75,10 +78,9 @@ std::optional<WriteRefusal> WriteGate::Check(const Writer& writer, const WriteAs
   }
   for (const WriteAsk::Part& part : ask.parts) {
     const config::Point& point = device.points[part.point];
-    const Value meant = AsMeant(point, part.value);
-    const auto raw = ToRaw(point, meant);
-    std::string why = raw ? WhyOutside(point, meant) : raw.error();
-    if (why.empty()) why = WhyInexact(point, meant, *raw);
+    const auto raw = ToRaw(point, part.value);
+    std::string why = raw ? WhyOutside(point, part.value) : raw.error();
+    if (why.empty()) why = WhyInexact(point, part.value, *raw);
     if (!why.empty()) return WriteRefusal{Why::value, "'" + point.name + "': " + why};
   }
   if (!not_selected.empty()) return WriteRefusal{Why::not_selected, not_selected};

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/writes/write_limits.h"
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -26,11 +24,7 @@ Value AsMeant(const config::Point& point, const Value& value) {
   if (number == nullptr || point.type != config::Type::float32) return value;
   const auto single = static_cast<float>(*number);
   if (static_cast<double>(single) != *number) return value;
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), single);
-  double meant = *number;
-  std::from_chars(text.data(), end.ptr, meant);
-  return meant;
+  return ShortestDecimal(single);
 }
 
 std::string WhyInexact(const config::Point& point, const Value& value, const Value& raw) {

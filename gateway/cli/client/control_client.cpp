@@ -18,7 +18,6 @@ namespace baudgate {
 namespace {
 
 constexpr int kUsage = 2;
-constexpr int kNoDaemon = 4;
 constexpr Duration kAnswerTime = 10s;
 
 constexpr std::string_view kIsItRunning = "; is baudgate running? give --socket PATH";
@@ -143,6 +142,13 @@ ControlClient::Got ControlClient::ReadLine(std::string& line, std::optional<Inst
   }
 }
 
+std::optional<ControlClient> ConnectOrTell(const std::string& socket, std::ostream& err) {
+  auto client = ControlClient::Connect(socket);
+  if (client) return std::move(*client);
+  err << "baudgate: " << client.error() << '\n';
+  return std::nullopt;
+}
+
 int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
                ControlClient::Json& answer, std::ostream& err) {
   client.Send(request);
@@ -167,12 +173,8 @@ int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
 
 int Ask(const std::string& socket, const ControlClient::Json& request, ControlClient::Json& answer,
         std::ostream& err) {
-  auto client = ControlClient::Connect(socket);
-  if (!client) {
-    err << "baudgate: " << client.error() << '\n';
-    return kNoDaemon;
-  }
-  return ReadAnswer(*client, request, answer, err);
+  auto client = ConnectOrTell(socket, err);
+  return client ? ReadAnswer(*client, request, answer, err) : kNoDaemon;
 }
 
 }  // namespace baudgate

@@ -43,6 +43,12 @@ class ControlClient {
   std::size_t searched_ = 0;  // of buffer_, without a line end
 };
 
+/// Exit code: no gateway answers.
+inline constexpr int kNoDaemon = 4;
+
+/// Connect, or nothing and why on `err`.
+std::optional<ControlClient> ConnectOrTell(const std::string& socket, std::ostream& err);
+
 /// Sends the request and reads its answer, in time. The exit code: 0, or what was told on `err`.
 int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
                ControlClient::Json& answer, std::ostream& err);

@@ -10,8 +10,6 @@ namespace {
 
 using Json = ControlClient::Json;
 
-constexpr int kNoGateway = 4;
-
 std::string Shown(const Json& value) {
   if (value.is_null()) return "-";
   return value.is_string() ? value.get<std::string>() : value.dump();
@@ -85,13 +83,10 @@ int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err) 
                         {"target", options.target},
                         {"value", options.value},
                         {"confirm", options.confirm}};
-  auto gateway = ControlClient::Connect(options.socket);
-  if (!gateway) {
-    err << "baudgate: " << gateway.error() << '\n';
-    return kNoGateway;
-  }
+  auto gateway = ConnectOrTell(options.socket, err);
+  if (!gateway) return kNoDaemon;
   if (const int code = ReadAnswer(*gateway, request, answer, err); code != 0) {
-    if (code != kNoGateway) return code;
+    if (code != kNoDaemon) return code;
     err << "baudgate: " << options.target << ": it may have been written all the same; 'baudgate "
         << "writes' knows, once the gateway runs again\n";
     return kNotDone;

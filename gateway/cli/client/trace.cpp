@@ -10,8 +10,6 @@ namespace {
 using Json = ControlClient::Json;
 using Got = ControlClient::Got;
 
-constexpr int kNoDaemon = 4;
-
 int PrintRecorded(const Json& answer, const TraceOptions& options, std::ostream& out,
                   std::ostream& err) {
   const Json records = answer.value("records", Json::array());
@@ -29,11 +27,8 @@ int RunTrace(const TraceOptions& options, std::ostream& out, std::ostream& err) 
   const StopSignals signals;
   std::optional<Instant> until;
   if (options.seconds) until = ReadClocks().instant + *options.seconds;
-  auto client = ControlClient::Connect(options.socket);
-  if (!client) {
-    err << "baudgate: " << client.error() << '\n';
-    return kNoDaemon;
-  }
+  auto client = ConnectOrTell(options.socket, err);
+  if (!client) return kNoDaemon;
   Json request = {{"command", options.last ? "recorded" : "trace"}, {"target", options.line}};
   if (!options.device.empty()) request["device"] = options.device;
   Json answer;

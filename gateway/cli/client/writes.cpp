@@ -14,7 +14,6 @@ namespace {
 using Json = ControlClient::Json;
 using Got = ControlClient::Got;
 
-constexpr int kNoDaemon = 4;
 constexpr Duration kLookAgain = 500ms;
 constexpr const char* kRow = "{:<24}  {:<21}  {:<36}  {:<20}  {:<8}  {}\n";
 
@@ -109,11 +108,8 @@ int RunWrites(const WritesOptions& options, std::ostream& out, std::ostream& err
   const StopSignals signals;
   std::optional<Instant> until;
   if (options.seconds) until = ReadClocks().instant + *options.seconds;
-  auto client = ControlClient::Connect(options.socket);
-  if (!client) {
-    err << "baudgate: " << client.error() << '\n';
-    return kNoDaemon;
-  }
+  auto client = ConnectOrTell(options.socket, err);
+  if (!client) return kNoDaemon;
   Json request = {{"command", "writes"}, {"after", 0}};
   if (options.follow) request["order"] = "settled";
   if (options.since) request["since_ms"] = options.since->time_since_epoch() / 1ms;

@@ -23,6 +23,54 @@ TEST(WriteEndOf, WhatWasSentIsUnknownAndWhatWasNotIsNot) {
   }
 }
 
+class Verdicts : public ::testing::Test {
+ protected:
+  Verdicts() {
+    device_.points.resize(2);
+    device_.points[0].name = "both";
+    device_.points[1].access = config::Access::write;
+    record_.device = &device_;
+    record_.points.resize(2);
+    confirmed_.at = Instant(1h);
+    confirmed_.written = 1;
+  }
+  Verdict Of(std::uint32_t point) {
+    confirmed_.command.writes = {{point, 5.0, 1.0}};
+    return VerdictOn(confirmed_, record_);
+  }
+  void Show(double value, Duration after, Quality quality = Quality::good) {
+    record_.points[0].value = value;
+    record_.points[0].reported = quality;
+    record_.points[0].read_at = confirmed_.at + after;
+  }
+
+  config::Device device_;
+  DeviceRecord record_;
+  WriteQueue::Confirmed confirmed_;
+};
+
+TEST_F(Verdicts, OnlyAGoodReadingFromAfterwardsDecides) {
+  EXPECT_TRUE(Of(0).lost) << "never read";
+  Show(1.0, 0s);
+  EXPECT_EQ(Of(0).result.end, WriteEnd::ok) << "from before";
+  EXPECT_TRUE(Of(0).lost);
+  Show(1.0, 1s, Quality::bad_sensor_failure);
+  EXPECT_EQ(Of(0).result.end, WriteEnd::ok);
+  Show(1.0, 1s);
+  EXPECT_EQ(Of(0).result.end, WriteEnd::differs);
+  Show(5.0, 1s);
+  EXPECT_EQ(Of(0).result.end, WriteEnd::ok);
+  EXPECT_TRUE(Of(0).result.read_back);
+  EXPECT_FALSE(Of(0).lost);
+}
+
+/// A command such as "reset": nothing can be read back, and nothing is missing.
+TEST_F(Verdicts, APointThatIsOnlyWrittenMissesNothing) {
+  EXPECT_EQ(Of(1).result.end, WriteEnd::ok);
+  EXPECT_FALSE(Of(1).result.read_back);
+  EXPECT_FALSE(Of(1).lost);
+}
+
 struct Case {
   const char* what;
   Type type;

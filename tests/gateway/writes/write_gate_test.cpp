@@ -215,6 +215,15 @@ TEST_F(WriteGateTest, AnInterlockMayGuardOneValueAlone) {
   EXPECT_EQ(sink_.commands.at(0).why_not(now_), "");
 }
 
+/// 0.9 comes as the float32 0.899999976.
+TEST_F(WriteGateTest, AnInterlockOfAFloatKnowsTheNumberThatWasMeant) {
+  config_.lines[0].devices[0].points[kSetting].writing.allow_when = {
+      {"line.feeder.local", Value(false), Value(0.9), 0, kLocal}};
+  EXPECT_EQ(Write({{kSetting, static_cast<double>(0.9F)}}), Why::locked);
+  EXPECT_EQ(sink_.denied.at(0).value, Value(0.9));
+  EXPECT_EQ(Write({{kSetting, static_cast<double>(0.8F)}}), std::nullopt);
+}
+
 TEST_F(WriteGateTest, AnInterlockAgesLikeAnyValue) {
   Show(kLocal, false);
   now_ += 1h;

@@ -40,6 +40,10 @@ class FaultyRun : public ::testing::TestWithParam<Setup> {
   Rig rig_;
 };
 
+/// Faults of a wire: a connection neither echoes nor hears noise, and behind bytes that are no
+/// header of Modbus TCP nothing is believed.
+class FaultySerialRun : public FaultyRun {};
+
 TEST_P(FaultyRun, ADeadNeighbourCostsTheLivingNothing) {
   rig_->twin(1).manner.dead = true;
   Holds(
@@ -103,8 +107,7 @@ TEST_P(FaultyRun, OneLostReplyInEightIsMadeUpForByRetries) {
 }
 
 /// The port brings back what it sends. Nothing here takes it out, as `echo: strip` would.
-TEST_P(FaultyRun, AnEchoInFrontOfTheReplyIsNeverAValue) {
-  if (GetParam().protocol->tcp) GTEST_SKIP() << "a connection does not echo";
+TEST_P(FaultySerialRun, AnEchoInFrontOfTheReplyIsNeverAValue) {
   std::size_t hidden = 0;
   for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
     Manner& manner = rig_->twin(device).manner;
@@ -138,9 +141,7 @@ TEST_P(FaultyRun, AnEchoInFrontOfTheReplyIsNeverAValue) {
   EverythingComesBack();
 }
 
-TEST_P(FaultyRun, GarbageAroundEveryReplyHidesNone) {
-  if (GetParam().protocol->tcp)
-    GTEST_SKIP() << "behind bytes that are no header nothing is believed";
+TEST_P(FaultySerialRun, GarbageAroundEveryReplyHidesNone) {
   std::mt19937 random(11);
   const auto noise = [&random](std::size_t most) {
     Bytes bytes(random() % (most + 1));
@@ -177,8 +178,7 @@ TEST_P(FaultyRun, FragmentsWithPausesBelowTheGapAreOneReply) {
   EXPECT_EQ(rig_->StatusOf(0).Count(Outcome::ok), rig_->StatusOf(0).exchanges);
 }
 
-TEST_P(FaultyRun, ABabblingDeviceIsLeftAloneAndTheOtherComesBack) {
-  if (GetParam().protocol->tcp) GTEST_SKIP() << "millions of bytes at the pace of a network";
+TEST_P(FaultySerialRun, ABabblingDeviceIsLeftAloneAndTheOtherComesBack) {
   rig_->twin(0).manner.babble = 20s;
   Comes(
       10min, [&] { return rig_->StatusOf(0).state == DeviceState::offline; }, "offline");
@@ -222,6 +222,7 @@ TEST_P(FaultyRun, SwitchedOffAndOnAgain) {
 
 INSTANTIATE_TEST_SUITE_P(Real, FaultyRun, ::testing::ValuesIn(RealLines()), SetupName);
 INSTANTIATE_TEST_SUITE_P(Network, FaultyRun, ::testing::Values(TcpLine()), SetupName);
+INSTANTIATE_TEST_SUITE_P(Real, FaultySerialRun, ::testing::ValuesIn(RealLines()), SetupName);
 
 /// Answers that come after their reply time, by anything up to the end of the exchange's ceiling
 /// and so behind up to that many later requests; then in time again.

@@ -1,0 +1,140 @@
+// Several values in one write request: which go together, and what a refusal says of them.
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "tests/protocols/spabus/support.h"
+
+namespace baudgate::protocols::spabus {
+namespace {
+
+config::Device Settings(std::int64_t write_items, std::int64_t password = 0) {
+  std::vector<config::Point> points;
+  for (const char* item : {"S21", "S22", "S23", "S25", "2S26", "V24"}) {
+    points.push_back(MakePoint(item, Type::float32, Group::slow, Access::read_write));
+  }
+  points.push_back(MakePoint("V25", Type::uint16, Group::slow, Access::write));
+  config::Device device = MakeDevice(std::move(points));
+  device.options.Set("write_items", write_items);
+  device.options.Set("password", password);
+  return device;
+}
+
+Task ThreeSettings() {
+  Task task = Write(0, Value(0.5));
+  task.also = {{1, Value(1.2)}, {2, Value(3.0)}};
+  return task;
+}
+
+TEST(SpaWriteSeveral, IsOneRequestWithTheRange) {
+  Talk talk(SpabusProtocol(), Settings(8));
+  EXPECT_EQ(Asked(talk, ThreeSettings()), ">1WS21/23:0.5/1.2/3:13");
+  EXPECT_EQ(Hear(talk, ThreeSettings(), "<1A:").outcome, Outcome::ok);
+}
+
+TEST(SpaWriteSeveral, OnlyNeighboursThatAreReadGoTogether) {
+  const auto count = [](std::int64_t most, std::vector<PointValue> writes) {
+    Talk talk(SpabusProtocol(), Settings(most));
+    return talk->WritesTogether(writes);
+  };
+  const Value one(1.0);
+  EXPECT_EQ(count(8, {{0, one}, {1, one}, {2, one}, {3, one}}), 3U) << "S24 is missing";
+  EXPECT_EQ(count(2, {{0, one}, {1, one}, {2, one}}), 2U);
+  EXPECT_EQ(count(1, {{0, one}, {1, one}}), 1U) << "as long as nobody has allowed it";
+  EXPECT_EQ(count(8, {{1, one}, {0, one}}), 1U) << "another order";
+  EXPECT_EQ(count(8, {{3, one}, {4, one}}), 1U) << "another channel";
+  EXPECT_EQ(count(8, {{2, one}, {5, one}}), 1U) << "another category";
+  EXPECT_EQ(count(8, {{5, one}, {6, one}}), 1U) << "a command shows nothing";
+  EXPECT_EQ(count(8, {{0, one}, {1, Value(std::nan(""))}}), 1U);
+  EXPECT_EQ(count(8, {{0, Value(std::nan(""))}}), 1U);
+  EXPECT_EQ(count(8, {}), 0U);
+}
+
+TEST(SpaWriteSeveral, TheLineIsLongEnough) {
+  std::vector<config::Point> points;
+  std::vector<PointValue> writes;
+  for (int i = 1; i <= 64; ++i) {
+    points.push_back(
+        MakePoint("S" + std::to_string(i), Type::float64, Group::slow, Access::read_write));
+    writes.push_back({writes.size(), Value(123456.789)});
+  }
+  config::Device device = MakeDevice(std::move(points));
+  device.options.Set("write_items", std::int64_t{64});
+  Talk talk(SpabusProtocol(), std::move(device));
+  const std::size_t count = talk->WritesTogether(writes);
+  EXPECT_GT(count, 15U);
+  Task task = Write(0, writes.front().value);
+  task.also.assign(writes.begin() + 1, writes.begin() + static_cast<std::ptrdiff_t>(count));
+  EXPECT_LE(talk.Ask(task)->bytes.size(), 256U);
+}
+
+TEST(SpaWriteSeveral, ARefusalLeavesOpenWhichWereTaken) {
+  for (const char* refusal : {"<1N:4:", "<1N:6:", "<1N:7:", "<1N:8:", "<1N:9:"}) {
+    Talk talk(SpabusProtocol(), Settings(8, 345));
+    Asked(talk, ThreeSettings());
+    Hear(talk, ThreeSettings(), "<1A:");
+    EXPECT_EQ(Body(Asked(talk, ThreeSettings())), ">1WS21/23:0.5/1.2/3");
+    EXPECT_EQ(Hear(talk, ThreeSettings(), refusal).then, Then::ask_again);
+    EXPECT_TRUE(Asked(talk, ThreeSettings()).starts_with(">1WV161:345"));
+    const Answer answer = Hear(talk, ThreeSettings(), "<1A:");
+    EXPECT_EQ(answer.outcome, Outcome::unexpected) << refusal << " proves nothing";
+    EXPECT_NE(answer.reason.find("nobody knows which"), std::string::npos) << answer.reason;
+  }
+}
+
+TEST(SpaWriteSeveral, ABusyDeviceHasTakenNone) {
+  for (const char* refusal : {"<1N:1:", "<1N:2:"}) {
+    Talk talk(SpabusProtocol(), Settings(8));
+    Asked(talk, ThreeSettings());
+    EXPECT_EQ(Hear(talk, ThreeSettings(), refusal).outcome, Outcome::busy);
+  }
+}
+
+TEST(SpaWriteSeveral, ADeviceThatDoesNotUnderstandThemGetsThemOneByOne) {
+  for (const char* refusal : {"<1N:3:", "<1N:5:"}) {
+    Talk talk(SpabusProtocol(), Settings(8));
+    const std::vector<PointValue> writes = {{0, Value(1.0)}, {1, Value(1.0)}};
+    ASSERT_EQ(talk->WritesTogether(writes), 2U);
+    Asked(talk, ThreeSettings());
+    EXPECT_EQ(Hear(talk, ThreeSettings(), refusal).outcome, Outcome::unexpected);
+    EXPECT_EQ(talk->WritesTogether(writes), 1U);
+    EXPECT_EQ(talk->WhatIsLearned(), "one value in one write");
+    talk->OnReconnect();
+    EXPECT_EQ(talk->WritesTogether(writes), 2U) << "another device may be there now";
+  }
+}
+
+TEST(SpaWriteSeveral, OneReadOnlyOrBadValueSendsNothing) {
+  config::Device device = Settings(8);
+  device.points[1].access = Access::read;
+  Talk talk(SpabusProtocol(), std::move(device));
+  EXPECT_TRUE(Asked(talk, ThreeSettings()).starts_with("error: 'p_S22' is read-only"));
+  Talk other(SpabusProtocol(), Settings(8, 345));
+  Task task = ThreeSettings();
+  task.also[1].value = Value(std::nan(""));
+  EXPECT_TRUE(Asked(other, task).starts_with("error: 'p_S23'")) << "not even the password";
+}
+
+TEST(SpaWriteSeveral, TheTwinTakesThemUpToTheFirstThatItRefuses) {
+  config::Device device = Settings(8, 345);
+  device.points[1].writing.decimals = 1;
+  FixedValues values;
+  const auto twin = SpabusProtocol().make_twin(device, values);
+  Talk talk(SpabusProtocol(), device);
+  EXPECT_EQ(talk.Run(ThreeSettings(), *twin).outcome, Outcome::ok);
+  EXPECT_EQ(values.Get(0, {}), Value(0.5));
+  EXPECT_EQ(values.Get(1, {}), Value(1.2));
+  EXPECT_EQ(values.Get(2, {}), Value(3.0));
+  config::Device free = Settings(8, 345);  // knows nothing of the decimals
+  Talk careless(SpabusProtocol(), free);
+  Task task = ThreeSettings();
+  task.value = Value(0.7);
+  task.also[0].value = Value(1.25);
+  task.also[1].value = Value(9.0);
+  EXPECT_EQ(careless.Run(task, *twin).outcome, Outcome::unexpected);
+  EXPECT_EQ(values.Get(0, {}), Value(0.7)) << "taken";
+  EXPECT_EQ(values.Get(1, {}), Value(1.2)) << "refused";
+  EXPECT_EQ(values.Get(2, {}), Value(3.0)) << "not looked at";
+}
+
+}  // namespace
+}  // namespace baudgate::protocols::spabus
