@@ -64,4 +64,9 @@ inline Answer Hear(Talk& talk, const Task& task, const std::string& covered) {
   return talk.Reply(task, ReplyText(covered));
 }
 
+/// Without its check value: ">1WV150:1" of ">1WV150:1:7A".
+inline std::string Body(const std::string& request) {
+  return request.substr(0, request.rfind(':'));
+}
+
 }  // namespace baudgate::protocols::spabus

@@ -16,8 +16,6 @@ config::Device Device(std::int64_t password) {
 
 const Task kWrite = Write(0, Value(std::int64_t{1}));
 
-std::string Body(const std::string& request) { return request.substr(0, request.rfind(':')); }
-
 TEST(SpaWrite, WithoutPasswordIsOneExchange) {
   Talk talk(SpabusProtocol(), Device(0));
   EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV150:1");
