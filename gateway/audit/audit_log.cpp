@@ -94,6 +94,7 @@ Result<Page> AuditLog::Read(const PageQuery& query) const {
   {
     const MutexLock lock(mutex_);
     if (state_.disk == Disk::stalled) return Error{state_.trouble};
+    if (state_.disk == Disk::opening) return Page{.records = {}, .next = query.after};
   }
   return ReadPage(options_.file, query);
 }

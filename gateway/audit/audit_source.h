@@ -30,6 +30,7 @@ class AuditSource {
  public:
   virtual ~AuditSource() = default;
   virtual AuditState state() const = 0;
+  /// Nothing while the file is being opened, which may take as long as reading all of it does.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
 };
 

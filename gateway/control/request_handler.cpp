@@ -194,10 +194,11 @@ Reply RequestHandler::Writes(const Json& request) {
     constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1'000'000;
     query.since = WallTime(std::chrono::milliseconds(std::clamp(*since, -kMost, kMost)));
   }
+  const audit::AuditState state = info_.audit->state();  // before the page: it may open meanwhile
   const auto page = info_.audit->Read(query);
   if (!page) return Refused(kUnavailable, "the records of writes can not be read: " + page.error());
   Json json = PageJson(*page);
-  json["audit"] = AuditJson(info_.audit->state());
+  json["audit"] = AuditJson(state);
   return {Dump(json)};
 }
 

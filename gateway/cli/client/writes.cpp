@@ -60,8 +60,9 @@ class Printer {
   Printer(const WritesOptions& options, std::ostream& out, std::ostream& err)
       : options_(options), out_(out), err_(err) {}
 
-  void Print(const Json& answer) {
-    Tell(answer);
+  /// True: the gateway has only just started, and there is more to come.
+  bool Print(const Json& answer) {
+    const std::string state = Tell(answer);
     for (const Json& record : answer.value("records", Json::array())) {
       if (options_.json) {
         out_ << record.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
@@ -73,6 +74,7 @@ class Printer {
       any_ = true;
     }
     out_.flush();
+    return state == "opening";
   }
 
   void End() {
@@ -82,17 +84,17 @@ class Printer {
   }
 
  private:
-  /// What is wrong with the audit, once.
-  void Tell(const Json& answer) {
+  /// What is wrong with the audit, once. Its state.
+  std::string Tell(const Json& answer) {
     const auto audit = answer.find("audit");
-    if (audit == answer.end() || !audit->is_object()) return;
+    if (audit == answer.end() || !audit->is_object()) return {};
     std::string advice;
     for (const Json& sentence : audit->value("advice", Json::array())) {
       if (sentence.is_string()) advice += "baudgate: audit: " + sentence.get<std::string>() + "\n";
     }
     const std::string state = Text(*audit, "state");
     if (state != told_) err_ << advice;
-    told_ = state;
+    return told_ = state;
   }
 
   const WritesOptions& options_;
@@ -117,11 +119,11 @@ int RunWrites(const WritesOptions& options, std::ostream& out, std::ostream& err
   for (;;) {
     Json answer;
     if (const int code = ReadAnswer(*client, request, answer, err); code != 0) return code;
-    printer.Print(answer);
+    const bool opening = printer.Print(answer);
     if (!out) return 0;  // its reader has left
     request["after"] = answer.value("next", std::int64_t{0});
     if (answer.value("more", false)) continue;
-    if (!options.follow) break;
+    if (!options.follow && !opening) break;
     const Instant next = ReadClocks().instant + kLookAgain;
     std::string line;
     const Got got = client->ReadLine(line, next, signals.descriptor());

@@ -111,6 +111,20 @@ TEST_F(AuditLogTest, ADiskThatHangsHoldsUpNobody) {
   EXPECT_THAT(heard()[1], HasSubstr("inform: audit: writes are recorded again"));
 }
 
+/// The table may not be there yet: whoever reads then is told that there is nothing so far.
+TEST_F(AuditLogTest, AFileThatIsBeingOpenedHasNothingYet) {
+  FaultyDisk disk;
+  disk.Hang(true);
+  const auto log = Start(file().string(), disk.vfs());
+  disk.WaitUntilItHangs();
+  EXPECT_EQ(log->state().disk, Disk::opening);
+  const auto page = log->Read({.after = 7, .since = {}});
+  disk.Hang(false);
+  ASSERT_TRUE(page) << page.error();
+  EXPECT_TRUE(page->records.empty());
+  EXPECT_EQ(page->next, 7);
+}
+
 TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
