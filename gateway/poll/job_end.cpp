@@ -42,6 +42,7 @@ void Poller::OnFailed(const ExchangeEnd& end) {
   Job& job = *job_;
   Member& member = *job.member;
   job.answer = {};
+  job.missed = true;
   if (auto* routed = job.As<Job::Routed>()) {
     upkeep_.HoldBack(member);
     const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;

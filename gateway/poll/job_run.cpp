@@ -44,8 +44,7 @@ bool IsPlanned(const Task& task, const Conversation& conversation) {
 }
 
 bool IsReading(const Job& job) {
-  return job.task.kind == Task::Kind::poll && job.answer.then == Then::done &&
-         !job.answer.readings.empty();
+  return job.task.kind == Task::Kind::poll && !job.answer.readings.empty();
 }
 
 /// A point that is read once is bad. Example: another meter answers, so that all points of this one
@@ -316,7 +315,8 @@ void Poller::OnAnswered(const ExchangeEnd& end) {
   if (old || alike) {
     ++job.attempts;
     job.sending = true;
-  } else if (IsReading(job) && job.attempts > 0 && whose_reply_.HasName(*job.member)) {
+  } else if (IsReading(job) && (job.missed || job.attempts > 0) &&
+             whose_reply_.HasName(*job.member)) {
     PutProbeFirst();
   } else {
     TakeAnswer();

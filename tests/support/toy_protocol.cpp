@@ -80,7 +80,7 @@ class ToyConversation final : public Conversation {
       request.closes = true;
       return request;
     }
-    if (how == 'S' && !open_) return Make("O0");
+    if (how == 'S' && !open_) return Make("O9");
     if (write) return Make((how == 'Q' ? "Q" : "W") + number + "=" + ToText(task.value));
     if (how == 'N' && !std::exchange(announced_, false)) return Make("Q" + number);
     if (how == 'L' || how == 'D') return Make("L" + number);

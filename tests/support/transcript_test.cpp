@@ -29,21 +29,21 @@ const std::string kFirst = Ask("?A1\r") + Reply("A1=0.5") + "= first 0.5 good\n"
 
 TEST(Transcript, FollowsQueriesSessionsAndRounds) {
   PlayTranscript(ToyProtocol(),
-                 FileOf(kFirst + Ask("OA0\r") + Reply("A0") + Ask("?A2\r") + Reply("A2=70000") +
+                 FileOf(kFirst + Ask("OA9\r") + Reply("A9") + Ask("?A2\r") + Reply("A2=70000") +
                         "= second bad: configuration, out of the type's range\n" + kFirst));
 }
 
 TEST(Transcript, OutcomesOfDamageAndSilence) {
-  PlayTranscript(ToyProtocol(), FileOf(Ask("?A1\r") + "! no_reply\n" + Ask("OA0\r") + "< 55\n" +
+  PlayTranscript(ToyProtocol(), FileOf(Ask("?A1\r") + "! no_reply\n" + Ask("OA9\r") + "< 55\n" +
                                        "! corrupt\n" + Ask("?A1\r") + "< 21 41\n+50ms\n< 31\n" +
-                                       "! corrupt\n" + Ask("OA0\r") + "< 21\n! partial\n"));
+                                       "! corrupt\n" + Ask("OA9\r") + "< 21\n! partial\n"));
 }
 
 const std::string kThird = "point: third 3 int16 w scale=0.5\n";
 
 TEST(Transcript, WritesWithTheirSession) {
   PlayTranscript(ToyProtocol(),
-                 FileOf(kThird + "write: second 7\n" + Ask("OA0\r") + Reply("A0") + Ask("WA2=7\r") +
+                 FileOf(kThird + "write: second 7\n" + Ask("OA9\r") + Reply("A9") + Ask("WA2=7\r") +
                         Reply("A2") + Ask("CA0\r") + Reply("A0") + "write: third 2.5\n" +
                         Ask("WA3=5\r") + Reply("A3~refused") + "! refused\n" + kFirst));
 }
@@ -67,7 +67,7 @@ TEST(Transcript, AWriteWithAnotherOutcomeFails) {
 
 TEST(Transcript, AWriteThatIsNotAtItsEndFails) {
   EXPECT_NONFATAL_FAILURE(
-      PlayTranscript(ToyProtocol(), FileOf("write: second 7\n" + Ask("OA0\r") + Reply("A0"))),
+      PlayTranscript(ToyProtocol(), FileOf("write: second 7\n" + Ask("OA9\r") + Reply("A9"))),
       "not at its end");
 }
 

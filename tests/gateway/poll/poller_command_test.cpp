@@ -202,7 +202,7 @@ TEST_F(PollerCommand, NothingThatActsIsSentBehindTheDeadlineAndTheSessionIsClose
   ASSERT_TRUE(line_.Write(0, 2, 7.5, 100ms));
   ASSERT_TRUE(line_.RunUntil([&] { return !line_.ends.empty(); }, 2s));
   EXPECT_NE(line_.ends[0], WriteEnd::ok);
-  EXPECT_EQ(line_.CountSent("OA0"), 1U);
+  EXPECT_EQ(line_.CountSent("OA9"), 1U);
   EXPECT_EQ(line_.CountSent("WA3"), 0U);
   EXPECT_EQ(line_.CountSent("CA0"), 1U);
 }

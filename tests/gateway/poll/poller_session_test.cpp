@@ -27,6 +27,39 @@ TEST(Poller, SessionIsOpenedFirstAndAgainAfterTheDeviceForgotIt) {
   EXPECT_EQ(line.ValueOf(0, 0), Value(8.0));
 }
 
+/// Silence to one request of a task, and to those behind it answers another device: what it says
+/// never stands beside what the first one has said.
+TEST(Poller, WhoAnswersBehindALostRequestIsAskedForItsName) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1", "2"})}), {&ToyProtocol()});
+  line.twin(0).values.Set(0, 1001.0);
+  line.twin(0).values.Set(1, 1002.0);
+  line.Open();
+  line.RunFor(2500ms);
+  ASSERT_EQ(line.QualityOf(0, 1), Quality::good);
+  bool closed = true;
+  bool other = false;
+  line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+    if (request[0] == '?' && std::exchange(closed, false)) return ToyReply("A1~closed");
+    if (request[0] == 'O' && !std::exchange(other, true)) {
+      line.twin(0).values.Set(0, 2001.0);
+      line.twin(0).values.Set(1, 2002.0);
+      return Bytes();
+    }
+    return request[0] == 'P' && other ? std::optional(ToyReply("A0=9")) : std::nullopt;
+  };
+  line.always = [&] {
+    const bool both =
+        line.QualityOf(0, 0) == Quality::good && line.QualityOf(0, 1) == Quality::good;
+    if (both && line.ValueOf(0, 0) == Value(2001.0)) {
+      EXPECT_EQ(line.ValueOf(0, 1), Value(2002.0));
+    }
+  };
+  line.RunFor(3s);
+  EXPECT_TRUE(other);
+  EXPECT_EQ(line.ValueOf(0, 0), Value(2001.0));
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
 TEST(Poller, AConversationThatGoesRoundInCirclesIsEnded) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1"}), ToyDevice("b", "B", {"1"})}),
                    {&ToyProtocol()});
