@@ -60,7 +60,7 @@ bool Measures(std::uint8_t type, const ReadAddress& read, std::string_view unit,
 }
 
 ChannelTypes::ChannelTypes(const config::Device& device, const Settings& settings)
-    : device_(device), inputs_of_points_(device.points.size()) {
+    : device_(device), inputs_of_points_(device.points.size()), period_(device.slow) {
   if (!settings.channel_types || settings.format != Format::engineering) return;
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     const config::Point& point = device.points[i];
@@ -80,27 +80,32 @@ ChannelTypes::Input* ChannelTypes::Find(unsigned input) {
 
 bool ChannelTypes::AllAsked() const { return std::ranges::all_of(inputs_, &Input::asked); }
 
+bool ChannelTypes::Reads(std::string_view command, const Input& input) {
+  return command == "#" || (command.starts_with('#') &&
+                            ParseInteger<unsigned>(command.substr(1), 16) == input.number);
+}
+
 std::optional<unsigned> ChannelTypes::Next(std::string_view command) const {
-  if (inputs_.empty()) return std::nullopt;
-  if (command == "$2") {
-    const bool known = std::ranges::any_of(inputs_, [](const Input& i) { return !!i.type; });
-    if (!is_due_ || !known || !AllAsked()) return std::nullopt;
-    return inputs_[turn_].number;
-  }
   for (const Input& input : inputs_) {
-    const bool reads =
-        command == "#" ||
-        (command.starts_with('#') && ParseInteger<unsigned>(command.substr(1), 16) == input.number);
-    if (reads && !input.asked) return input.number;
+    if (!input.asked && Reads(command, input)) return input.number;
   }
   return std::nullopt;
 }
 
+std::optional<unsigned> ChannelTypes::NextAnew(std::string_view command, Instant now) {
+  const auto known = [](const Input& input) { return input.type.has_value(); };
+  const auto reads = [command](const Input& input) { return Reads(command, input); };
+  const bool wanted = AllAsked() && std::ranges::any_of(inputs_, known);
+  if (!wanted || std::ranges::none_of(inputs_, reads)) return std::nullopt;
+  const Duration step = period_ / static_cast<Duration::rep>(inputs_.size());
+  if (!next_) next_ = now + step;
+  if (now < *next_) return std::nullopt;
+  next_ = std::max(*next_, now - period_ + step) + step;
+  return inputs_[turn_].number;
+}
+
 void ChannelTypes::Settle(Input& input, std::optional<std::uint8_t> type) {
-  if (input.asked) {
-    is_due_ = false;
-    turn_ = (turn_ + 1) % inputs_.size();
-  }
+  if (input.asked) turn_ = (turn_ + 1) % inputs_.size();
   input.asked = true;
   input.silences = 0;
   input.type = type;
@@ -127,8 +132,8 @@ void ChannelTypes::OnNothing(unsigned input) {
 }
 
 void ChannelTypes::Forget() {
-  is_due_ = false;
   turn_ = 0;
+  next_.reset();
   for (Input& input : inputs_) {
     input.asked = false;
     input.silences = 0;

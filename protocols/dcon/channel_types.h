@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "config/model/device.h"
+#include "gateway/base/time.h"
 #include "protocols/dcon/decode.h"
 #include "protocols/dcon/points.h"
 #include "protocols/dcon/settings.h"
@@ -37,14 +38,14 @@ class ChannelTypes {
   /// Both outlive it.
   ChannelTypes(const config::Device& device, const Settings& settings);
 
-  /// The input whose type is to be asked before `command` goes out. Before `#` all that points
-  /// read and whose unit can be judged; before a poll of `$2` one of them, in turn.
+  /// The input whose type has to be asked before `command` goes out: all that it reads and whose
+  /// unit can be judged.
   std::optional<unsigned> Next(std::string_view command) const;
+  /// One that is to be asked anew, in turn: all of them within a slow period, evenly spread.
+  std::optional<unsigned> NextAnew(std::string_view command, Instant now);
   void OnAnswer(unsigned input, const DecodedReply& reply);
   /// Silence, or what answers something else. Twice: the module does not tell it.
   void OnNothing(unsigned input);
-  /// `$2` was polled: one more input is asked before it is polled again.
-  void OnTypePolled() { is_due_ = AllAsked(); }
   /// Another module may answer now. What was known holds until all is asked again.
   void Forget();
 
@@ -62,6 +63,7 @@ class ChannelTypes {
     std::optional<std::uint8_t> type;
   };
 
+  static bool Reads(std::string_view command, const Input& input);
   Input* Find(unsigned input);
   bool AllAsked() const;
   void Settle(Input& input, std::optional<std::uint8_t> type);
@@ -70,8 +72,9 @@ class ChannelTypes {
   const config::Device& device_;
   std::vector<std::optional<unsigned>> inputs_of_points_;  // by point; nothing: not judged
   std::vector<Input> inputs_;                              // in the order of the points
-  bool is_due_ = false;
-  std::size_t turn_ = 0;  // of inputs_: the next one to be asked anew
+  Duration period_;
+  std::size_t turn_ = 0;         // of inputs_: the next one to be asked anew
+  std::optional<Instant> next_;  // and when; nothing: an even share of the period from now on
 };
 
 }  // namespace baudgate::protocols::dcon

@@ -102,6 +102,7 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   const bool told = group_.told_at && now - *group_.told_at < period;
   if (period > Duration::zero() && !told) return MakeBroadcast(kHostIsThere);
   if (task.kind == Task::Kind::probe) return AskProbe();
+  if (task.kind == Task::Kind::poll && anew_) return AskAnew();
   const std::string command = CommandOf(task);
   question_ = identification_.Next(command);
   if (question_) return MakeQuestion(*question_);
@@ -110,6 +111,14 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
     return Error{trouble() ? trouble().text : "the module has not said in which mode it is"};
   }
   return task.kind == Task::Kind::write ? AskWrite(task, now) : AskRead(command, now);
+}
+
+/// It has answered that before, so that silence is repeated, and then fails the task as any other.
+Request DconConversation::AskAnew() {
+  question_ = anew_;
+  Request request = MakeQuestion(*question_);
+  request.expect.repeatable = true;
+  return request;
 }
 
 Result<Request> DconConversation::AskRead(const std::string& command, Instant now) {
@@ -152,7 +161,8 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
   const bool was_in_trouble = static_cast<bool>(trouble());
   // A probe is repeated without being asked for anew.
   if (!question_ && IsInOtherMode(request.bytes)) question_ = {kAskName, true};
-  Answer answer = question_ ? OnIdentified(task, *exchanged) : OnAnswered(task, *exchanged, now);
+  Answer answer =
+      question_ ? OnIdentified(task, *exchanged, now) : OnAnswered(task, *exchanged, now);
   if (was_in_trouble != static_cast<bool>(trouble())) answer.then = Then::replan;
   return answer;
 }
@@ -166,7 +176,8 @@ Answer DconConversation::OnAnswered(const Task& task, const Exchanged& exchanged
   const bool strange = answer.outcome == Outcome::ok && totals_->Take(command, answer, now);
   answer = AfterRead(task, exchanged, std::move(answer));
   counts_twice_ = strange && !counts_twice_ && task.kind == Task::Kind::poll;
-  if (counts_twice_ && answer.then == Then::done) answer.then = Then::ask_again;
+  if (answer.then != Then::done || task.kind != Task::Kind::poll) return answer;
+  answer.then = counts_twice_ ? Then::ask_again : AfterPoll(command, now);
   return answer;
 }
 
@@ -195,12 +206,21 @@ std::string DconConversation::WhatIsLearned() const {
 }
 
 /// A question was answered; the task goes on, unless the module is another one.
-Answer DconConversation::OnIdentified(const Task& task, const Exchanged& exchanged) {
+Answer DconConversation::OnIdentified(const Task& task, const Exchanged& exchanged, Instant now) {
   Learn(*std::exchange(question_, std::nullopt), exchanged.reply);
   probing_->OnPolled();
   Answer answer;
-  answer.then = AfterQuestion(task);
+  answer.then = anew_ ? AfterPoll(CommandOf(task), now) : AfterQuestion(task);
   return answer;
+}
+
+/// What is due is asked anew behind the read and not before it: the replies to these questions say
+/// whose they are, and of a task only the first request waits for the proof that its reply needs.
+Then DconConversation::AfterPoll(const std::string& command, Instant now) {
+  anew_.reset();
+  if (questions_ < kMostQuestions) anew_ = identification_.NextAnew(command, now);
+  questions_ = anew_ ? questions_ + 1 : 0;
+  return anew_ ? Then::ask_again : Then::done;
 }
 
 Then DconConversation::AfterQuestion(const Task& task) {
@@ -257,6 +277,7 @@ void DconConversation::Learn(const Identification::Question& question, const Dec
 Then DconConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                  Instant) {
   const bool silent = outcome == Outcome::no_reply;
+  const bool read = std::exchange(anew_, std::nullopt).has_value();
   if (const auto question = std::exchange(question_, std::nullopt)) {
     if (!silent) questions_ = 0;
     if (task.kind == Task::Kind::probe) probing_->OnFailed(false, silent);
@@ -268,7 +289,7 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
     } else {
       identification_.OnNothing(*question, strange);
     }
-    return AfterQuestion(task);
+    return read ? Then::done : AfterQuestion(task);
   }
   counts_twice_ = false;
   certain_.reset();
@@ -288,6 +309,7 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
 
 void DconConversation::OnReconnect() {
   question_.reset();
+  anew_.reset();
   questions_ = 0;
   counts_twice_ = false;
   certain_.reset();

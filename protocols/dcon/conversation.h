@@ -51,6 +51,7 @@ class DconConversation : public Conversation {
   Request MakeBroadcast(std::string_view text) const;
   std::string CommandOf(const Task& task) const;
   Request AskProbe();
+  Request AskAnew();
   Result<Request> AskRead(const std::string& command, Instant now);
   Result<Request> AskWrite(const Task& task, Instant now);
   Request AskGroup(const Task& task, Instant now);
@@ -65,12 +66,13 @@ class DconConversation : public Conversation {
   std::optional<Exchanged> Decode(View request, View frame) const;
   Answer ReadingsOf(const Exchanged& exchanged) const;
   void AddLabels(const Exchanged& exchanged, Answer& answer) const;
-  Answer OnIdentified(const Task& task, const Exchanged& exchanged);
+  Answer OnIdentified(const Task& task, const Exchanged& exchanged, Instant now);
   Answer OnAnswered(const Task& task, const Exchanged& exchanged, Instant now);
   Answer OnWritten(const Task& task, const Exchanged& exchanged, Instant now);
   Answer OnOutputs(const Task& task, const Exchanged& exchanged, Instant now);
   void TakeSample(const Exchanged& exchanged, Answer& answer);
   Then AfterQuestion(const Task& task);
+  Then AfterPoll(const std::string& command, Instant now);
   Answer AfterRead(const Task& task, const Exchanged& exchanged, Answer answer);
   void Learn(const Identification::Question& question, const DecodedReply& reply);
 
@@ -85,7 +87,7 @@ class DconConversation : public Conversation {
   QueryPlan<Read> plan_;
   Identification identification_;
   std::optional<Identification::Question> question_;  ///< the request under way
-  bool anew_ = false;                                 // it was answered before
+  std::optional<Identification::Question> anew_;      ///< to be asked behind the read
   int questions_ = 0;                                 ///< of the task under way
   // Always there once the reads are planned.
   std::optional<Probing> probing_;

@@ -84,6 +84,14 @@ std::optional<Identification::Question> Identification::Next(std::string_view co
   return std::nullopt;
 }
 
+std::optional<Identification::Question> Identification::NextAnew(std::string_view command,
+                                                                 Instant now) {
+  if (!settings_.identify || !sure_ || trouble_) return std::nullopt;
+  const auto input = channels_.NextAnew(command, now);
+  if (!input) return std::nullopt;
+  return Question{QuestionOfInput(*input), false};
+}
+
 bool Identification::Allows(std::string_view command) const {
   if (!settings_.identify) return true;
   return done_ && !trouble_ && (sure_ || IsHarmless(command));
@@ -121,7 +129,6 @@ void Identification::OnAnswer(const Question& question, const DecodedReply& repl
   if (question.command == kAskName && reply.outcome == Outcome::ok && !reply.fields.empty()) {
     name_ = JudgeName(device_.identity, ToText(reply.fields.front().value));
   }
-  if (question.command == kAskType) channels_.OnTypePolled();
   if (question.command == kAskType && reply.outcome == Outcome::ok && !reply.fields.empty()) {
     kind_ = Judge(ToText(reply.fields.front().value));
   }

@@ -40,6 +40,8 @@ class Identification {
 
   /// What to ask before `command` (without address) may go out; nothing: no question is left.
   std::optional<Question> Next(std::string_view command);
+  /// What it is time to ask anew behind `command`.
+  std::optional<Question> NextAnew(std::string_view command, Instant now);
   /// No question of the round is left.
   bool is_done() const { return done_; }
   /// Whether it may go out now. A round of questions without any answer lets harmless ones.

@@ -76,7 +76,8 @@ TEST(DconChannelTypes, AreAskedOnceAndGiveTheUnit) {
   EXPECT_EQ(module.Count("$018C"), 6U) << "another module may be there";
 }
 
-TEST(DconChannelTypes, OneIsAskedAnewAtEachPollOfTheConfiguration) {
+/// A slow period is a minute: of two inputs one every half of it, whatever is polled beside.
+TEST(DconChannelTypes, AllAreAskedAnewWithinASlowPeriod) {
   Talk talk(DconProtocol(), Inputs(2));
   Module module;
   module.replies.insert({{"$016", "!0103"},
@@ -84,23 +85,48 @@ TEST(DconChannelTypes, OneIsAskedAnewAtEachPollOfTheConfiguration) {
                          {"$018C1", "!01C1R09"},
                          {"#01", ">+05.000+1.5000"}});
   EXPECT_EQ(talk.Run(Poll(0), module.wire()).readings.size(), 2U);
-  talk.Run(Poll(1), module.wire());
   module.replies["$018C1"] = "!01C1R07";
-  module.asked.clear();
-  talk.Run(Poll(1), module.wire());
-  EXPECT_EQ(module.asked, (std::vector<std::string>{"$018C0", "$012"}));
+  const auto later = [&](Duration time) {
+    talk.now += time;
+    module.asked.clear();
+    return talk.Run(Poll(0), module.wire());
+  };
+  later(29s);
+  EXPECT_EQ(module.asked, (std::vector<std::string>{"#01"}));
+  later(1s);
+  EXPECT_EQ(module.asked, (std::vector<std::string>{"#01", "$018C0"}));
   EXPECT_TRUE(talk->trouble().text.empty());
-  module.asked.clear();
-  talk.Run(Poll(1), module.wire());
-  EXPECT_EQ(module.asked, (std::vector<std::string>{"$018C1", "$012"}));
+  later(30s);
+  EXPECT_EQ(module.asked, (std::vector<std::string>{"#01", "$018C1"}));
   EXPECT_NE(talk->trouble().text.find("input 1 has type 07"), std::string::npos);
-  const Answer answer = talk.Run(Poll(0), module.wire());
+  const Answer answer = later(1s);
   EXPECT_TRUE(IsGood(answer.readings[0].quality));
   EXPECT_EQ(answer.readings[1].quality, kNotThis);
   module.replies["$018C1"] = "!01C1R0A";
-  talk.Run(Poll(1), module.wire());
-  talk.Run(Poll(1), module.wire());
+  later(1min);
+  EXPECT_EQ(module.asked, (std::vector<std::string>{"#01", "$018C0", "$018C1"}))
+      << "polled rarely: several in one task";
   EXPECT_TRUE(talk->trouble().text.empty()) << talk->trouble().text;
+}
+
+TEST(DconChannelTypes, AfterALongSilenceEachIsAskedOnceAndNoMoreThanATaskHolds) {
+  Talk talk(DconProtocol(), Inputs(8));
+  Module module;
+  module.replies.insert(
+      {{"$016", "!01FF"}, {"#01", ">+05.000+01.000+01.000+01.000+01.000+01.000+01.000+01.000"}});
+  for (int i = 0; i < 8; ++i) {
+    const std::string input = std::to_string(i);
+    module.replies["$018C" + input] = "!01C" + input + "R08";
+  }
+  for (int i = 0; i < 3; ++i) talk.Run(Poll(0), module.wire());
+  talk.now += 24h;
+  module.asked.clear();
+  talk.Run(Poll(0), module.wire());
+  EXPECT_EQ(module.asked.front(), "#01");
+  EXPECT_EQ(module.Count("$018C"), 5U);
+  talk.Run(Poll(0), module.wire());
+  talk.Run(Poll(0), module.wire());
+  EXPECT_EQ(module.Count("$018C"), 8U);
 }
 
 TEST(DconChannelTypes, AModuleThatDoesNotTellThemIsReadAsItIs) {
@@ -181,7 +207,8 @@ TEST(DconChannelTypes, TheTwinHasThemAndTakesOthers) {
   EXPECT_EQ(say("$017C1R0D"), "!01\r");
   EXPECT_EQ(say("$018C1"), "!01C1R0D\r");
   EXPECT_EQ(say("$018C7"), "?01\r");
-  for (int i = 0; i < 3; ++i) talk.Run(Poll(1), *twin);
+  talk.now += 1min;
+  talk.Run(Poll(0), *twin);
   answer = talk.Run(Poll(0), *twin);
   EXPECT_TRUE(IsGood(answer.readings[0].quality));
   EXPECT_EQ(answer.readings[1].quality, kNotThis);

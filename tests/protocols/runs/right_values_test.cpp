@@ -98,7 +98,7 @@ std::vector<Case> Cases() {
                    {{.name = "input 1 in mA",
                      .settings = InputType("0D"),
                      .means = AllBut("#[1]"),
-                     .shows = 8 * kSlow},
+                     .shows = kSlow + 2s},
                     {.name = "input 1 in mV",
                      .settings = InputType("0C"),
                      .means =
@@ -106,7 +106,7 @@ std::vector<Case> Cases() {
                            return std::optional(point.read == "#[1]" ? 0.001 : 1.0);
                          },
                      .is_named = false,
-                     .shows = 8 * kSlow},
+                     .shows = kSlow + 2s},
                     {.name = "percent", .options = Option("format", std::string("percent"))}}});
   cases.push_back({"Spa",
                    SetupOf(SpabusProtocol(), "spaj140c"),
