@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "gateway/control/request_text.h"
-#include "gateway/store/ageing.h"
 #include "gateway/writes/value_text.h"
 
 namespace baudgate::control {
@@ -25,8 +24,8 @@ Json PointsAt(const PointStore& store, std::uint32_t device,
   store.Read(device, [&](const DeviceRecord& record) {
     for (const std::uint32_t point : points) {
       Json json = PointJson(record, point, now);
-      const auto age = AgeAt(record, point, now);
-      json["fresh"] = age && *age <= now - asked;
+      const Json& age = json["age_ms"];  // rounded down
+      json["fresh"] = !age.is_null() && (age.get<std::int64_t>() + 1) * 1ms <= now - asked;
       all.push_back(std::move(json));
     }
   });
