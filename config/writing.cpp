@@ -2,6 +2,7 @@
 #include "config/writing.h"
 
 #include <algorithm>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -35,7 +36,24 @@ std::optional<AllowWhen> ReadInterlock(const YamlNode& node, Problems& problems)
   return interlock;
 }
 
+/// " did you mean 'b'? can be written: a, b".
+std::string WhatCan(std::string_view name, std::span<const std::string_view> names) {
+  constexpr std::size_t kMostNamed = 12;
+  if (names.empty()) return " can be written: none";
+  const std::string text = DidYouMean(name, names) + " can be written: ";
+  if (names.size() <= kMostNamed) return text + Join(names);
+  return text + Join(names.first(kMostNamed)) + " and " +
+         std::to_string(names.size() - kMostNamed) + " more";
+}
+
+/// `write: [allow]`: the words that stand without brackets.
+bool IsPermit(std::string_view word) { return word == "allow" || word == "deny"; }
+
 void AllowListed(const YamlNode& list, Device& device, Problems& problems) {
+  std::vector<std::string_view> names;
+  for (const Point& point : device.points) {
+    if (CanBeWritten(point)) names.push_back(point.name);
+  }
   for (const YamlNode& one : ReadList(list, "write", kMostListed, problems)) {
     const auto name = ReadText(one, "write", problems);
     if (!name) continue;
@@ -44,15 +62,13 @@ void AllowListed(const YamlNode& list, Device& device, Problems& problems) {
       found->writing.allowed = true;
       continue;
     }
-    std::vector<std::string_view> names;
-    for (const Point& point : device.points) {
-      if (CanBeWritten(point)) names.push_back(point.name);
-    }
-    problems.Error(one.mark(), "write: " + Quoted(*name) +
-                                   (found == device.points.end() ? " is no point of '"
-                                                                 : " can only be read of '") +
-                                   device.name + "';" + DidYouMean(*name, names) +
-                                   " can be written: " + (names.empty() ? "none" : Join(names)));
+    const std::string wrong =
+        "write: " + Quoted(*name) +
+        (found == device.points.end() ? " is no point of '" : " can only be read of '") +
+        device.name + "';";
+    problems.Error(one.mark(), wrong + (IsPermit(*name) ? " for all of its points write 'write: " +
+                                                              *name + "', without brackets"
+                                                        : WhatCan(*name, names)));
   }
 }
 
@@ -76,6 +92,26 @@ std::optional<std::size_t> IndexOf(const std::vector<Named>& all, std::string_vi
   const auto found = std::ranges::find(all, name, &Named::name);
   if (found == all.end()) return std::nullopt;
   return static_cast<std::size_t>(found - all.begin());
+}
+
+/// The one that is named like that, or nearly so.
+template <typename Named>
+const Named* NearestOf(const std::vector<Named>& all, std::string_view name) {
+  if (const auto exact = IndexOf(all, name)) return &all[*exact];
+  std::vector<std::string_view> names;
+  for (const Named& one : all) names.emplace_back(one.name);
+  const auto near = IndexOf(all, Nearest(name, names));
+  return near ? &all[*near] : nullptr;
+}
+
+/// " did you mean 'bay-1.feeder-1.local'?", or nothing.
+std::string MeantPlace(const Config& config, std::string_view text) {
+  const auto name = SplitName(text);
+  const Line* const line = name ? NearestOf(config.lines, name->line) : nullptr;
+  const Device* const device = line != nullptr ? NearestOf(line->devices, name->device) : nullptr;
+  const Point* const point = device != nullptr ? NearestOf(device->points, name->point) : nullptr;
+  if (point == nullptr) return {};
+  return " did you mean '" + line->name + "." + device->name + "." + point->name + "'?";
 }
 
 std::optional<Value> ValueOf(const Point& point, const std::string& text) {
@@ -105,7 +141,10 @@ class Resolver {
     const auto device = line ? IndexOf(config_.lines[*line].devices, name->device) : std::nullopt;
     const auto* points = device ? &config_.lines[*line].devices[*device].points : nullptr;
     const auto point = points ? IndexOf(*points, name->point) : std::nullopt;
-    if (!point) return Complain(interlock, "names no point; write LINE.DEVICE.POINT");
+    if (!point) {
+      return Complain(interlock, "names no point;" + MeantPlace(config_, interlock.point) +
+                                     " write LINE.DEVICE.POINT");
+    }
     const Point& found = (*points)[*point];
     if (found.access == Access::write) {
       return Complain(interlock, "can not be read, so that nobody knows what it is");

@@ -32,13 +32,12 @@ AuditedWrites::AuditedWrites(const PointStore& store, CommandSink& inner, WriteL
 bool AuditedWrites::Submit(WriteCommand command) {
   if (command.writes.empty()) return inner_.Submit(std::move(command));  // it only reads
   const Now now = clocks_();
-  {
-    const MutexLock lock(mutex_);
-    if (stop_) return false;
-    if (waiting_.size() >= kLimit) {
-      NoteBusy(command, now);
-      return false;
-    }
+  // Held until it waits: records and commands have one order, whoever submits at the same time.
+  const MutexLock lock(mutex_);
+  if (stop_) return false;
+  if (waiting_.size() >= kLimit) {
+    NoteBusy(command, now);
+    return false;
   }
   Waiting waiting;
   waiting.until = now.instant + kPatience;
@@ -60,10 +59,7 @@ bool AuditedWrites::Submit(WriteCommand command) {
     done(result);
   };
   waiting.command = std::move(command);
-  {
-    const MutexLock lock(mutex_);
-    waiting_.push_back(std::move(waiting));
-  }
+  waiting_.push_back(std::move(waiting));
   wake_.notify_one();
   return true;
 }

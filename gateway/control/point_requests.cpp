@@ -17,32 +17,52 @@ Json ToJson(const WriteResult& result) {
   return {{"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};
 }
 
+/// "fresh": the value is one that the device has told since it was asked.
 Json PointsAt(const PointStore& store, std::uint32_t device,
-              const std::vector<std::uint32_t>& points, Instant now) {
+              const std::vector<std::uint32_t>& points, Instant asked, Instant now) {
   Json all = Json::array();
   store.Read(device, [&](const DeviceRecord& record) {
-    for (const std::uint32_t point : points) all.push_back(PointJson(record, point, now));
+    for (const std::uint32_t point : points) {
+      Json json = PointJson(record, point, now);
+      const Json& age = json["age_ms"];  // rounded down
+      json["fresh"] = !age.is_null() && (age.get<std::int64_t>() + 1) * 1ms <= now - asked;
+      all.push_back(std::move(json));
+    }
   });
   return all;
 }
 
 }  // namespace
 
-Status PointRequests::Write(const Json& request, const Writer& writer, Instant now,
-                            Answered answered) {
+Result<WriteAsk> PointRequests::AskOf(const Json& request) const {
   const auto target = FindPoint(config_, TextOf(request, "target"));
   if (!target) return Error{target.error()};
   const config::Point& point = store_.device(target->device).points[target->point];
   const auto value = ParseValue(point, TextOf(request, "value"));
   if (!value) return Error{value.error()};
-  const auto confirm = request.find("confirm");
   WriteAsk ask;
   ask.device = target->device;
   ask.parts.push_back({target->point, *value});
-  ask.confirmed = confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
-  ask.deadline = now + kPatience;
-  ask.done = [answered](const WriteResult& result) { answered(ToJson(result)); };
-  if (const auto refusal = gate_.Submit(writer, std::move(ask), now)) {
+  return ask;
+}
+
+Result<Json> PointRequests::MayWrite(const Json& request, Instant now) const {
+  const auto ask = AskOf(request);
+  if (!ask) return Error{ask.error()};
+  const auto refusal = gate_.WouldRefuse(*ask, now);
+  return Json{{"may_write", !refusal}, {"reason", refusal ? refusal->text : ""}};
+}
+
+Status PointRequests::Write(const Json& request, const Writer& writer, Instant now,
+                            Answered answered) {
+  auto ask = AskOf(request);
+  if (!ask) return Error{ask.error()};
+  const config::Point& point = store_.device(ask->device).points[ask->parts.front().point];
+  const auto confirm = request.find("confirm");
+  ask->confirmed = confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
+  ask->deadline = now + kPatience;
+  ask->done = [answered](const WriteResult& result) { answered(ToJson(result)); };
+  if (const auto refusal = gate_.Submit(writer, std::move(*ask), now)) {
     const bool busy = refusal->why == WriteRefusal::Why::busy;
     Json denied = ToJson({busy ? WriteEnd::busy : WriteEnd::denied, refusal->text});
     if (refusal->why == WriteRefusal::Why::not_selected) denied["needs"] = "confirm";
@@ -62,15 +82,17 @@ Status PointRequests::Read(const Json& request, const Writer& writer, Now now, A
   command.client = writer.name;
   command.reads = target->points;
   command.deadline = now.instant + kPatience;
-  command.done = [this, answered, target = *target](const WriteResult& result) {
-    answered({{"read", result.read_back},
-              {"reason", result.reason},
-              {"points", PointsAt(store_, target.device, target.points, ReadClocks().instant)}});
+  const Instant asked = now.instant;
+  command.done = [this, answered, target = *target, asked](const WriteResult& result) {
+    answered(
+        {{"read", result.read_back},
+         {"reason", result.reason},
+         {"points", PointsAt(store_, target.device, target.points, asked, ReadClocks().instant)}});
   };
   if (!sink_.Submit(std::move(command))) {
     answered({{"read", false},
               {"reason", "too many commands wait for the line"},
-              {"points", PointsAt(store_, target->device, target->points, now.instant)}});
+              {"points", PointsAt(store_, target->device, target->points, asked, asked)}});
   }
   return {};
 }

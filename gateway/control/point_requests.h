@@ -4,8 +4,12 @@
 //   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2"}
 //   {"end":"ok","reason":"","read_back":true}
 //
+//   {"command":"may_write","target":"bay-1.feeder-1.setting_group","value":"9"}
+//   {"may_write":false,"reason":"'setting_group': 9 is above the most that may be written, 1"}
+//
 //   {"command":"read","target":"bay-1.feeder-1"}
-//   {"read":true,"reason":"","points":[{"point":"current_l1","value":0.52,"unit":"xIn", …}]}
+//   {"read":true,"reason":"","points":[{"point":"current_l1","value":0.52,"unit":"xIn",
+//   …,"fresh":true}]}
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -32,12 +36,18 @@ class PointRequests {
   /// `target`: LINE.DEVICE.POINT; `value` in its unit; `confirm`: in place of a selection. An
   /// error, one sentence, where nothing can be asked.
   Status Write(const Json& request, const Writer& writer, Instant now, Answered answered);
+  /// Whether permission, limits and interlocks would let a confirmed write pass now. Nothing is
+  /// sent or recorded.
+  Result<Json> MayWrite(const Json& request, Instant now) const;
   /// `target`: LINE.DEVICE or LINE.DEVICE.POINT.
   Status Read(const Json& request, const Writer& writer, Now now, Answered answered);
 
   void Forget(const Writer& writer) { gate_.Forget(writer); }
 
  private:
+  /// The point and the value that are named; no deadline yet.
+  Result<WriteAsk> AskOf(const Json& request) const;
+
   const config::Config& config_;
   const PointStore& store_;
   CommandSink& sink_;

@@ -73,6 +73,10 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
     return {Dump(StatusJson(config_, store_, info_, target, now))};
   }
   if (command == "settings") return Settings(request, now);
+  if (command == "may_write") {
+    const auto answer = points_.MayWrite(request, now.instant);
+    return answer ? Reply{Dump(*answer)} : Refused(kUnknown, answer.error());
+  }
   if (command == "release") return Release(request, now);
   if (command == "take_back") return TakeBack(request);
   if (command == "enable") return SetInUse(request, true);
@@ -86,9 +90,9 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
                                             : points_.Write(request, client, now.instant, answered);
     return status ? Reply{} : Refused(kUnknown, status.error());
   }
-  constexpr std::string_view kCommands[] = {"status",   "read",    "write",     "writes",
-                                            "settings", "release", "take_back", "enable",
-                                            "disable",  "trace",   "recorded"};
+  constexpr std::string_view kCommands[] = {"status", "read",     "write",   "may_write",
+                                            "writes", "settings", "release", "take_back",
+                                            "enable", "disable",  "trace",   "recorded"};
   return Refused(kUsage, config::Quoted(command) + " is no command;" +
                              config::DidYouMean(command, kCommands) +
                              " there are: " + config::Join(kCommands));

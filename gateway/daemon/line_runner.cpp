@@ -36,12 +36,10 @@ void LineRunner::Stop() {
 }
 
 bool LineRunner::Submit(WriteCommand command) {
-  if (queued_.fetch_add(1) >= Poller::kQueueLimit) {
-    --queued_;
-    return false;
-  }
-  command.done = [this, done = std::move(command.done)](const WriteResult& result) {
-    --queued_;
+  if (!queued_.Take(command.client)) return false;
+  command.done = [this, client = command.client,
+                  done = std::move(command.done)](const WriteResult& result) {
+    queued_.Give(client);
     done(result);
   };
   Post([this, command = std::move(command)](Now now) mutable {

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "gateway/daemon/line_driver.h"
+#include "gateway/requests/command_room.h"
 
 namespace baudgate {
 
@@ -71,8 +72,8 @@ class LineRunner final : public RouteTarget, private TransportListener {
   PortKeeper keeper_;               // while the port is down
   const std::unique_ptr<Transport> transport_;
   LineDriver driver_;
-  std::atomic<std::size_t> queued_ = 0;  // commands handed over and not yet answered
-  std::atomic<std::size_t> routed_ = 0;  // routed requests, alike
+  CommandRoom queued_{Poller::kQueueLimit};  // for commands handed over and not yet answered
+  std::atomic<std::size_t> routed_ = 0;      // routed requests, alike
   bool started_ = false;
   bool stopping_ = false;
   std::shared_ptr<std::promise<void>> stopped_ = std::make_shared<std::promise<void>>();

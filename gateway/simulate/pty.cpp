@@ -12,6 +12,7 @@
 #include <cstring>
 #include <utility>
 
+#include "gateway/simulate/pty_server.h"
 #include "transports/serial_settings.h"
 
 namespace baudgate {
@@ -74,6 +75,10 @@ Status Pty::MakeLink(const std::string& link) {
   const std::string target = LinkTarget(link);
   if (!target.empty() && !target.starts_with("/dev/pts/")) {
     return Error{link + " is a link to " + target + ", which is no pty; choose another path"};
+  }
+  if (const auto server = ServerOf(link, target)) {
+    return Error{link + " is a link to " + target + ", which is served by " + *server +
+                 "; end it first, or choose another path"};
   }
   // A reader sees the old link or the new one, never none.
   const std::string fresh = link + ".new-" + std::to_string(getpid());

@@ -12,7 +12,8 @@ namespace baudgate {
 class Pty {
  public:
   /// A raw pair. With `link`, a symbolic link to the slave is put there, in the place of an older
-  /// link; anything else that stands there is left alone and an error.
+  /// link whose pty nobody serves any more; anything else that stands there is left alone and an
+  /// error.
   static Result<Pty> Create(const std::string& link = {});
 
   Pty(Pty&& other) noexcept;

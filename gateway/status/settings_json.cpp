@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
@@ -36,6 +37,13 @@ Value SentinelOf(const config::Point& point, Quality quality) {
   return raw * point.scale + point.offset;
 }
 
+/// The least by which two values of it can differ; null: not known.
+Json ResolutionOf(const config::Point& point) {
+  const bool whole = point.type != config::Type::float32 && point.type != config::Type::float64;
+  if (point.type == config::Type::string || (!whole && !point.writing.decimals)) return nullptr;
+  return std::abs(point.scale) * std::pow(10.0, whole ? 0 : -*point.writing.decimals);
+}
+
 Json SettingJson(const DeviceRecord& record, std::size_t index, Now now) {
   const config::Point& point = record.device->points[index];
   const Quality quality = QualityAt(record, index, now.instant);
@@ -50,6 +58,7 @@ Json SettingJson(const DeviceRecord& record, std::size_t index, Now now) {
   json["value"] = HasValue(value) ? Json(TextOf(point, value)) : Json(nullptr);
   json["unit"] = point.unit;
   json["scale"] = point.scale;
+  json["resolution"] = ResolutionOf(point);
   json["known"] = HasValue(value) && (IsGood(quality) || HasValue(sentinel));
   json["quality"] = quality.word();
   json["quality_text"] = Name(quality);

@@ -27,9 +27,7 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
 }  // namespace
 
 std::optional<WriteRefusal> WriteGate::Submit(const Writer& writer, WriteAsk ask, Instant now) {
-  for (WriteAsk::Part& part : ask.parts) {
-    part.value = AsMeant(store_.device(ask.device).points[part.point], part.value);
-  }
+  TakeAsMeant(ask);
   if (auto refusal = Check(writer, ask, now)) {
     Deny(writer, ask, refusal->text);
     return refusal;
@@ -63,11 +61,31 @@ std::optional<WriteRefusal> WriteGate::Submit(const Writer& writer, WriteAsk ask
   return WriteRefusal{Why::busy, "too many writes wait for the line; try again"};
 }
 
+void WriteGate::TakeAsMeant(WriteAsk& ask) const {
+  for (WriteAsk::Part& part : ask.parts) {
+    part.value = AsMeant(store_.device(ask.device).points[part.point], part.value);
+  }
+}
+
+std::optional<WriteRefusal> WriteGate::WouldRefuse(const WriteAsk& ask, Instant now) const {
+  WriteAsk meant = ask;
+  TakeAsMeant(meant);
+  if (auto refusal = CheckValues(meant)) return refusal;
+  return CheckInterlocks(meant, now);
+}
+
 std::optional<WriteRefusal> WriteGate::Check(const Writer& writer, const WriteAsk& ask,
                                              Instant now) {
-  const config::Device& device = store_.device(ask.device);
   // A selection is used up by the first try, whatever becomes of it.
   const std::string not_selected = WhyNotSelected(writer, ask, now);
+  if (auto refusal = CheckValues(ask)) return refusal;
+  if (!not_selected.empty()) return WriteRefusal{Why::not_selected, not_selected};
+  return CheckInterlocks(ask, now);
+}
+
+/// Permission and limits.
+std::optional<WriteRefusal> WriteGate::CheckValues(const WriteAsk& ask) const {
+  const config::Device& device = store_.device(ask.device);
   for (const WriteAsk::Part& part : ask.parts) {
     const config::Point& point = device.points[part.point];
     if (point.writing.allowed) continue;
@@ -83,7 +101,11 @@ std::optional<WriteRefusal> WriteGate::Check(const Writer& writer, const WriteAs
     if (why.empty()) why = WhyInexact(point, part.value, *raw);
     if (!why.empty()) return WriteRefusal{Why::value, "'" + point.name + "': " + why};
   }
-  if (!not_selected.empty()) return WriteRefusal{Why::not_selected, not_selected};
+  return std::nullopt;
+}
+
+std::optional<WriteRefusal> WriteGate::CheckInterlocks(const WriteAsk& ask, Instant now) const {
+  const config::Device& device = store_.device(ask.device);
   for (const WriteAsk::Part& part : ask.parts) {
     std::string why = WhyLocked(store_, device.points[part.point], part.value, now);
     if (!why.empty()) return WriteRefusal{Why::locked, std::move(why)};

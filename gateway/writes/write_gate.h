@@ -61,6 +61,8 @@ class WriteGate {
 
   /// Nothing: it is under way, and `done` will be called. Else nothing of it is sent.
   std::optional<WriteRefusal> Submit(const Writer& writer, WriteAsk ask, Instant now);
+  /// Whether it would be refused, were it confirmed and asked for now. Nothing is sent or recorded.
+  std::optional<WriteRefusal> WouldRefuse(const WriteAsk& ask, Instant now) const;
   /// The first of two steps.
   std::optional<WriteRefusal> Select(const Writer& writer, std::uint32_t device,
                                      std::uint32_t point, Instant now);
@@ -71,6 +73,9 @@ class WriteGate {
 
  private:
   std::optional<WriteRefusal> Check(const Writer& writer, const WriteAsk& ask, Instant now);
+  std::optional<WriteRefusal> CheckValues(const WriteAsk& ask) const;
+  std::optional<WriteRefusal> CheckInterlocks(const WriteAsk& ask, Instant now) const;
+  void TakeAsMeant(WriteAsk& ask) const;
   std::string WhyNotSelected(const Writer& writer, const WriteAsk& ask, Instant now);
 
   const PointStore& store_;

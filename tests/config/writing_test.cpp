@@ -9,6 +9,7 @@ namespace baudgate::testing {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// A device with points a (rw), b (rw, bool), r (read only) and t (rw, text); `keys` of the device,
 /// `more` of point a.
@@ -50,6 +51,23 @@ TEST(WritePermit, NamesWhatIsWrong) {
             "t.yaml:3:32: error: write: 'aa' is no point of 'd'; did you mean 'a'? can be written: "
             "a, b, t\n");
   EXPECT_THAT(problem(", write: [r]"), HasSubstr("'r' can only be read of 'd'"));
+  EXPECT_EQ(problem(", write: [allow]"),
+            "t.yaml:3:32: error: write: 'allow' is no point of 'd'; for all of its points write "
+            "'write: allow', without brackets\n");
+}
+
+TEST(WritePermit, NamesSomeOfManyPoints) {
+  std::string points;
+  for (int i = 0; i < 14; ++i) {
+    points += (i == 0 ? "" : ",") + std::string("{ name: point_") + std::to_string(i) +
+              ", read: A" + std::to_string(i) + ", type: uint16, access: rw }";
+  }
+  const auto loaded = Load(
+      "lines: [{ name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, write: "
+      "[ponit_3], points: [" +
+      points + "] }] }]\n");
+  EXPECT_THAT(Shown(loaded.problems), HasSubstr("did you mean 'point_3'? can be written: point_0"));
+  EXPECT_THAT(Shown(loaded.problems), HasSubstr("point_11 and 2 more\n"));
 }
 
 TEST(WriteLimits, AreRead) {
@@ -150,7 +168,10 @@ TEST(AllowWhen, SaysWhatIsWrongOnceAndWhere) {
     return Shown(LoadDevice(", allow_when: " + keys).problems);
   };
   EXPECT_EQ(problem("{ point: l.d.c, is: true }"),
-            "t.yaml:3:36: error: allow_when: 'l.d.c' names no point; write LINE.DEVICE.POINT\n");
+            "t.yaml:3:36: error: allow_when: 'l.d.c' names no point; did you mean 'l.d.a'? write "
+            "LINE.DEVICE.POINT\n");
+  EXPECT_THAT(problem("{ point: k.d.tt, is: true }"), HasSubstr("did you mean 'l.d.t'?"));
+  EXPECT_THAT(problem("{ point: l.d.something, is: true }"), Not(HasSubstr("did you mean")));
   for (const char* name : {"l", "l.d", "x.d.b", "l.x.b", "l.d.b.c", ".."}) {
     EXPECT_THAT(problem("{ point: " + std::string(name) + ", is: true }"),
                 HasSubstr("names no point"))

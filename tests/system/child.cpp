@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <fstream>
 #include <sstream>
 
@@ -41,7 +42,7 @@ int OpenForWriting(const std::filesystem::path& file) {
 
 Child::Child(const std::vector<std::string>& words, const std::filesystem::path& directory,
              const Environment& environment) {
-  static int number = 0;
+  static std::atomic<int> number = 0;  // tests start children from several threads
   const std::string name = std::to_string(++number);
   output_ = directory / (name + ".out");
   errors_ = directory / (name + ".err");

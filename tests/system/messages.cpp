@@ -24,15 +24,17 @@ Bytes Pdu(std::uint8_t function, std::uint16_t first, std::uint16_t second) {
 
 }  // namespace
 
-void Send(const RawClient& client, const Message& message) {
+Bytes FrameOf(const Message& message) {
   Bytes frame;
   AppendWord(frame, message.transaction);
   AppendWord(frame, 0);
   AppendWord(frame, 1 + message.pdu.size());
   frame.push_back(message.unit);
   Append(frame, message.pdu);
-  client.Send(frame);
+  return frame;
 }
+
+void Send(const RawClient& client, const Message& message) { client.Send(FrameOf(message)); }
 
 std::optional<Message> Receive(const RawClient& client) {
   const Bytes frame = client.ReceiveFrame();

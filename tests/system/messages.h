@@ -18,6 +18,7 @@ struct Message {
   Bytes pdu;
 };
 
+Bytes FrameOf(const Message& message);
 void Send(const RawClient& client, const Message& message);
 /// The next frame; nothing when it does not come, or the server closes.
 std::optional<Message> Receive(const RawClient& client);

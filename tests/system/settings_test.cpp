@@ -36,7 +36,7 @@ class SettingsOfATwin : public ThreeDevices {
   }
 };
 
-TEST_F(SettingsOfATwin, AreDumpedComparedAndOnlyShownWithoutConfirmation) {
+TEST_F(SettingsOfATwin, AreDumpedComparedAndNotWrittenWithoutPermission) {
   ASSERT_EQ(Settings("dump", {file()}).code, 0);
   EXPECT_EQ(Settings("dump", {file()}).code, 4) << "it is there";
   const Finished same = Settings("compare", {file()});
@@ -54,7 +54,15 @@ TEST_F(SettingsOfATwin, AreDumpedComparedAndOnlyShownWithoutConfirmation) {
     EXPECT_EQ(differs.code, 3) << what;
     EXPECT_THAT(differs.output, HasSubstr("main_phase_high_time  S24   0.08    0.3   s"));
   }
-  EXPECT_THAT(Settings("restore", {file()}).output, HasSubstr("Nothing is written yet"));
+  for (const bool confirmed : {false, true}) {
+    const Finished denied =
+        Settings("restore", confirmed ? std::vector<std::string>{file(), "--confirm"}
+                                      : std::vector<std::string>{file()});
+    EXPECT_EQ(denied.code, 3);
+    EXPECT_THAT(denied.errors, HasSubstr("main_phase_high_time (S24) would be denied: "
+                                         "'main_phase_high_time' is not in the device's 'write'"));
+    EXPECT_THAT(denied.output, HasSubstr("nothing is written: 1 setting of 1 would be denied"));
+  }
   EXPECT_EQ(Settings("restore", {}).code, 2);
 }
 

@@ -19,11 +19,18 @@ std::string Age(const Json& age) {
   return age.is_null() ? "never" : FormatDuration(std::chrono::milliseconds(age.get<long>()));
 }
 
-void PrintPoints(const Json& points, std::ostream& out) {
+/// What was known before must not pass for an answer.
+std::string QualityOf(const Json& point, bool read) {
+  const std::string quality = point.value("quality_text", "");
+  if (read || point.value("fresh", false)) return quality;
+  return point.value("age_ms", Json()).is_null() ? quality : "not read now; before: " + quality;
+}
+
+void PrintPoints(const Json& points, bool read, std::ostream& out) {
   config::TextTable table({"point", "value", "unit", "quality", "age"});
   for (const Json& point : points) {
     table.Add({point.value("point", ""), Shown(point.value("value", Json())),
-               point.value("unit", ""), point.value("quality_text", ""),
+               point.value("unit", ""), QualityOf(point, read),
                Age(point.value("age_ms", Json()))});
   }
   table.PrintAligned(out);
@@ -69,11 +76,11 @@ int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err) {
   if (options.json) {
     out << answer.dump() << '\n';
   } else {
-    PrintPoints(points, out);
+    PrintPoints(points, read, out);
   }
   if (read) return 0;
   err << "baudgate: " << options.target << ": " << answer.value("reason", "")
-      << "; above is what is known of it; see 'baudgate status'\n";
+      << "; what is not from now is marked; see 'baudgate status'\n";
   return kNotDone;
 }
 

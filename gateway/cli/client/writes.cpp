@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <vector>
+
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/terminal/stop_signals.h"
+#include "gateway/cli/terminal/stream_table.h"
 
 namespace baudgate {
 namespace {
@@ -15,7 +18,6 @@ using Json = ControlClient::Json;
 using Got = ControlClient::Got;
 
 constexpr Duration kLookAgain = 500ms;
-constexpr const char* kRow = "{:<24}  {:<21}  {:<36}  {:<20}  {:<8}  {}\n";
 
 std::string Text(const Json& record, const char* key) {
   const auto found = record.find(key);
@@ -41,17 +43,15 @@ std::string Remark(const Json& record) {
   return text.empty() || reason.empty() ? text + reason : text + "; " + reason;
 }
 
-std::string Row(const Json& record) {
+StreamTable::Row RowOf(const Json& record) {
   std::string target;
   for (const char* key : {"line", "device", "point"}) {
     const std::string part = Text(record, key);
     if (!part.empty()) target += (target.empty() ? "" : ".") + part;
   }
   const std::string change = ValueText(record, "old") + " -> " + ValueText(record, "new");
-  std::string row = fmt::format(kRow, Text(record, "time"), Text(record, "client"), target, change,
-                                Text(record, "outcome"), Remark(record));
-  row.erase(row.find_last_not_of(" \n") + 1);
-  return row + "\n";
+  return {Text(record, "time"),    Text(record, "client"), target, change,
+          Text(record, "outcome"), Remark(record)};
 }
 
 /// Prints the pages of one session, whichever way they are asked for.
@@ -63,16 +63,16 @@ class Printer {
   /// True: the gateway has only just started, and there is more to come.
   bool Print(const Json& answer) {
     const std::string state = Tell(answer);
+    std::vector<StreamTable::Row> rows;
     for (const Json& record : answer.value("records", Json::array())) {
+      any_ = true;
       if (options_.json) {
         out_ << record.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
       } else {
-        if (!any_)
-          out_ << fmt::format(kRow, "time", "client", "point", "old -> new", "outcome", "");
-        out_ << Row(record);
+        rows.push_back(RowOf(record));
       }
-      any_ = true;
     }
+    table_.Print(rows, out_);
     out_.flush();
     return state == "opening";
   }
@@ -100,6 +100,12 @@ class Printer {
   const WritesOptions& options_;
   std::ostream& out_;
   std::ostream& err_;
+  StreamTable table_{{{"time", 24},
+                      {"client", 21},
+                      {"point", 36},
+                      {"old -> new", 20},
+                      {"outcome", 8},
+                      {"reason"}}};
   std::string told_;
   bool any_ = false;
 };

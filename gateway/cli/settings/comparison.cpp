@@ -32,10 +32,11 @@ std::string UnitOf(const Setting& setting) {
 
 }  // namespace
 
-bool IsSameValue(const std::string& a, const std::string& b) {
+bool IsSameValue(const std::string& a, const std::string& b, std::optional<double> resolution) {
   const auto one = ParseDecimal(a);
   const auto other = ParseDecimal(b);
   if (!one || !other) return a == b;
+  if (resolution && std::abs(*one - *other) >= *resolution / 2) return false;
   return IsNear(*one, *other);
 }
 
@@ -89,7 +90,7 @@ Comparison Compare(const Sheet& file, const Sheet& now) {
       ++comparison.unread;
       comparison.open.push_back(filed.point + " (" + filed.item +
                                 ") is not known now: " + here->quality);
-    } else if (!IsSameValue(*filed.value, *here->value)) {
+    } else if (!IsSameValue(*filed.value, *here->value, here->resolution)) {
       comparison.different.push_back({&filed, here});
     }
   }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,7 @@ Status CheckFit(const Sheet& file, const Sheet& now);
 /// Both sheets outlive the comparison.
 Comparison Compare(const Sheet& file, const Sheet& now);
 
-/// "0.90" is 0.9.
-bool IsSameValue(const std::string& a, const std::string& b);
+/// "0.90" is 0.9; 12345678 is not 12345679. `resolution`: Setting::resolution.
+bool IsSameValue(const std::string& a, const std::string& b, std::optional<double> resolution = {});
 
 }  // namespace baudgate::settings

@@ -36,4 +36,19 @@ WriteReport SocketWriter::Write(const std::string& point, const std::string& val
   return report;
 }
 
+std::optional<std::string> SocketWriter::WhyNot(const std::string& point,
+                                                const std::string& value) {
+  auto client = ControlClient::Connect(path_);
+  if (!client) return client.error();
+  client->Send({{"command", "may_write"}, {"target", point}, {"value", value}});
+  std::string line;
+  if (client->ReadLine(line, ReadClocks().instant + kPatience) != ControlClient::Got::line) {
+    return "the gateway at " + client->path() + " did not answer";
+  }
+  const Json answer = Json::parse(line, nullptr, false);
+  if (!answer.is_object()) return "what answers at " + client->path() + " is no gateway";
+  if (answer.value("may_write", false)) return std::nullopt;
+  return TextOf(answer, answer.contains("error") ? "message" : "reason");
+}
+
 }  // namespace baudgate::settings

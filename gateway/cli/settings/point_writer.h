@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
 namespace baudgate::settings {
@@ -20,6 +21,8 @@ class PointWriter {
   virtual ~PointWriter() = default;
   /// `point`: LINE.DEVICE.POINT; `value` in its unit.
   virtual WriteReport Write(const std::string& point, const std::string& value) = 0;
+  /// Why that would be denied now, in one sentence; nothing: it may be written. Writes nothing.
+  virtual std::optional<std::string> WhyNot(const std::string& point, const std::string& value) = 0;
 };
 
 /// Through the control socket at `path`; empty: the gateway in the default places.
@@ -27,6 +30,7 @@ class SocketWriter final : public PointWriter {
  public:
   explicit SocketWriter(std::string path) : path_(std::move(path)) {}
   WriteReport Write(const std::string& point, const std::string& value) override;
+  std::optional<std::string> WhyNot(const std::string& point, const std::string& value) override;
 
  private:
   std::string path_;

@@ -28,6 +28,9 @@ Setting SettingOf(const Json& json) {
     setting.age = std::chrono::milliseconds(json["age_ms"].get<std::int64_t>());
   }
   setting.writable = json.value("writable", false);
+  if (json.contains("resolution") && json["resolution"].is_number()) {
+    setting.resolution = json["resolution"].get<double>();
+  }
   return setting;
 }
 

@@ -23,8 +23,10 @@ struct Setting {
   bool known = false;   ///< `value` is what the device holds, not what it once held
   std::string quality;  ///< "good", "uncertain: last usable", …
   std::optional<Duration> age;
-  bool writable = false;  ///< not kept in files
-  config::Mark mark;      ///< of its row in a file
+  // Not kept in files:
+  bool writable = false;
+  std::optional<double> resolution;  ///< the least by which two values differ; in its unit
+  config::Mark mark;                 ///< of its row in a file
 };
 
 struct Sheet {

@@ -8,6 +8,7 @@
 #include <cstdlib>
 
 #include "gateway/base/shown.h"
+#include "gateway/cli/terminal/width.h"
 
 namespace baudgate {
 namespace {
@@ -17,14 +18,8 @@ constexpr std::string_view kGap = "  ";
 
 bool Continues(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
-/// In characters; all of ours are one column wide.
-std::size_t Width(std::string_view text) {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(text, [](char c) { return !Continues(c); }));
-}
-
 std::string Cut(std::string_view text, std::size_t width) {
-  if (Width(text) <= width) return std::string(text);
+  if (WidthOf(text) <= width) return std::string(text);
   std::size_t end = 0;
   for (std::size_t seen = 0; end < text.size(); ++end) {
     if (!Continues(text[end]) && ++seen == width) break;
@@ -34,7 +29,7 @@ std::string Cut(std::string_view text, std::size_t width) {
 
 std::string Padded(std::string_view cell, std::size_t width, bool right) {
   const std::string text = Cut(cell, width);
-  const std::string blank(width - std::min(width, Width(text)), ' ');
+  const std::string blank(width - std::min(width, WidthOf(text)), ' ');
   return right ? blank + text : text + blank;
 }
 
@@ -58,11 +53,11 @@ class Renderer {
            const TableView& view)
       : columns_(columns), view_(view) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
-      std::size_t width = Width(columns[i].title);
+      std::size_t width = WidthOf(columns[i].title);
       for (const TableRow& row : rows) {
-        if (i < row.cells.size()) width = std::max(width, Width(row.cells[i]));
+        if (i < row.cells.size()) width = std::max(width, WidthOf(row.cells[i]));
       }
-      const std::size_t widest = std::max(columns[i].widest, Width(columns[i].title));
+      const std::size_t widest = std::max(columns[i].widest, WidthOf(columns[i].title));
       widths_.push_back(view.width > 0 ? std::min(width, widest) : width);
     }
   }

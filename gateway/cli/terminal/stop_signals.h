@@ -29,6 +29,11 @@ class StopSignals {
   StopSignals& operator=(const StopSignals&) = delete;
   /// Has something to read once a signal has come.
   int descriptor() const { return descriptor_; }
+  /// Whether one has come since the last question.
+  bool Came() const {
+    signalfd_siginfo info{};
+    return ::read(descriptor_, &info, sizeof info) > 0;
+  }
 
  private:
   sigset_t set_{};

@@ -3,15 +3,10 @@
 
 #include <algorithm>
 
+#include "gateway/cli/terminal/width.h"
+
 namespace baudgate::config {
 namespace {
-
-// Characters, not bytes: "°C" is two wide.
-std::size_t Width(const std::string& text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
-  }));
-}
 
 std::string CsvCell(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
@@ -48,16 +43,17 @@ void PrintJoined(std::ostream& out, const std::vector<std::string>& cells, const
 void TextTable::PrintAligned(std::ostream& out, const std::string& indent) const {
   std::vector<std::size_t> widths(header_.size(), 0);
   for (const auto& row : rows_) {
-    for (std::size_t i = 0; i < header_.size(); ++i) widths[i] = std::max(widths[i], Width(row[i]));
+    for (std::size_t i = 0; i < header_.size(); ++i)
+      widths[i] = std::max(widths[i], WidthOf(row[i]));
   }
   for (std::size_t i = 0; i < header_.size(); ++i) {
-    if (widths[i] > 0) widths[i] = std::max(widths[i], Width(header_[i]));
+    if (widths[i] > 0) widths[i] = std::max(widths[i], WidthOf(header_[i]));
   }
   const auto print = [&](const std::vector<std::string>& cells) {
     std::string line = indent;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (widths[i] == 0) continue;
-      line += cells[i] + std::string(widths[i] - Width(cells[i]) + 2, ' ');
+      line += cells[i] + std::string(widths[i] - WidthOf(cells[i]) + 2, ' ');
     }
     const auto end = line.find_last_not_of(' ');
     out << (end == std::string::npos ? std::string() : line.substr(0, end + 1)) << '\n';

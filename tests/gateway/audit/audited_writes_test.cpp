@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 
+#include <thread>
+
 #include "tests/gateway/audit/fixture.h"
 #include "tests/gateway/audit/remembering_log.h"
 
@@ -104,6 +106,28 @@ TEST_F(AuditedWritesTest, OrderIsKept) {
   }
   ASSERT_EQ(lines_.commands.size(), 3U);
   for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(lines_.commands[i].writes[0].point, i);
+}
+
+/// Modbus clients, the control socket and DDS each have a thread of their own.
+TEST_F(AuditedWritesTest, RecordsAndCommandsHaveOneOrderWhoeverSubmitsAtOnce) {
+  Make();
+  std::vector<std::thread> clients;
+  for (int client = 0; client < 4; ++client) {
+    clients.emplace_back([this, client] {
+      for (int i = 0; i < 200; ++i) {
+        WriteCommand command = Command();
+        command.client = std::to_string(client) + " " + std::to_string(i);
+        writes_->Submit(std::move(command));
+      }
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  while (writes_->HandOn()) {
+  }
+  ASSERT_EQ(lines_.commands.size(), 800U);
+  for (std::size_t i = 0; i < lines_.commands.size(); ++i) {
+    ASSERT_EQ(lines_.commands[i].client, log_.begun[i].client) << i;
+  }
 }
 
 TEST_F(AuditedWritesTest, BestEffortSendsWithoutARecord) {

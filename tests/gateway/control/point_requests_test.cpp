@@ -68,6 +68,20 @@ TEST_F(PointRequestsTest, WhatIsDeniedSaysWhatItNeeds) {
   EXPECT_THAT(Write("trip", "on", R"(,"confirm":true)"), HasSubstr(R"({"end":"busy")"));
 }
 
+TEST_F(PointRequestsTest, WhetherAWriteWouldPassIsToldWithoutIt) {
+  const auto may = [&](const std::string& point, const std::string& value) {
+    return Ask(R"({"command":"may_write","target":"io.ai-1.)" + point + R"(","value":")" + value +
+               "\"}");
+  };
+  EXPECT_EQ(may("setting", "7"), R"({"may_write":true,"reason":""})");
+  EXPECT_THAT(may("setting", "11"),
+              HasSubstr(R"({"may_write":false,"reason":"'setting': 11 is above)"));
+  EXPECT_EQ(may("trip", "on"), R"({"may_write":true,"reason":""})") << "as if it were confirmed";
+  EXPECT_THAT(may("setting", "seven"), HasSubstr("is no value of 'setting', a number"));
+  EXPECT_THAT(may("nothing", "7"), HasSubstr("setting, trip"));
+  EXPECT_THAT(lines_.calls(), IsEmpty());
+}
+
 TEST_F(PointRequestsTest, WhatCanNotBeMeantIsAnError) {
   EXPECT_THAT(Write("setting", "seven"), HasSubstr("is no value of 'setting', a number"));
   EXPECT_THAT(Write("settin", "7"), HasSubstr("did you mean 'setting'?"));
@@ -98,6 +112,12 @@ TEST_F(PointRequestsTest, AReadThatFailedGivesWhatIsKnown) {
   EXPECT_EQ(answer["read"], false);
   EXPECT_EQ(answer["reason"], "the device is offline");
   EXPECT_EQ(answer["points"][0]["value"], nullptr);
+  EXPECT_EQ(answer["points"][0]["fresh"], false);
+  const Sample sample{0, std::int64_t{5}, Quality::good};
+  store_.Update(2, {&sample, 1}, {kNow.instant - 1s, kNow.wall - 1s}, 10ms);
+  const Json old = Json::parse(Ask(R"({"command":"read","target":"io.ai-1.setting"})"));
+  EXPECT_EQ(old["points"][0]["value"], 5);
+  EXPECT_EQ(old["points"][0]["fresh"], false) << "it is from before";
   lines_.full = true;
   EXPECT_THAT(Ask(R"({"command":"read","target":"io.ai-1"})"), HasSubstr("too many commands"));
   EXPECT_THAT(Ask(R"({"command":"read","target":"io"})"), HasSubstr("name a point"));

@@ -113,6 +113,25 @@ TEST_F(WritesTest, ATableForPeople) {
   EXPECT_EQ(std::ranges::count(out_.str(), '\n'), 6);
 }
 
+TEST_F(WritesTest, LongNamesKeepTheirColumns) {
+  for (audit::WriteRecord& record : audit_.records) {
+    record.point = "a_point_whose_name_is_rather_long";
+    record.reason = "so it is";
+  }
+  Start();
+  EXPECT_EQ(Run(), 0);
+  std::istringstream lines(out_.str());
+  std::string line;
+  std::getline(lines, line);
+  const std::size_t outcome = line.find("outcome");
+  const std::size_t reason = line.find("reason");
+  ASSERT_NE(reason, std::string::npos) << line;
+  while (std::getline(lines, line)) {
+    EXPECT_EQ(line.find("ok "), outcome) << line;
+    EXPECT_EQ(line.find("so it is"), reason) << line;
+  }
+}
+
 TEST_F(WritesTest, SinceLeavesOutWhatWasBefore) {
   Start();
   EXPECT_EQ(Run(true, kNow.wall + 4s), 0);

@@ -4,11 +4,13 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <utility>
 
 namespace baudgate {
@@ -44,6 +46,7 @@ TEST_F(PtyLink, ReplacesAnOldLinkOnly) {
   fs::create_symlink("/dev/pts/999999", link_);
   auto first = Pty::Create(link_.string());
   ASSERT_TRUE(first.ok());
+  fs::remove(link_);
   const auto second = Pty::Create(link_.string());
   ASSERT_TRUE(second.ok());
   first->Unplug();
@@ -54,6 +57,30 @@ TEST_F(PtyLink, ReplacesAnOldLinkOnly) {
   ASSERT_FALSE(third.ok());
   EXPECT_NE(third.error().find("is no link"), std::string::npos);
   EXPECT_EQ(fs::file_size(folder_ / "file"), 8U);
+}
+
+TEST_F(PtyLink, OfARunningTwinIsNotTaken) {
+  const auto first = Pty::Create(link_.string());
+  ASSERT_TRUE(first.ok());
+  const auto second = Pty::Create(link_.string());
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error(), link_.string() + " is a link to " + first->slave_path() +
+                                ", which is served by this program itself; end it first, or "
+                                "choose another path");
+  EXPECT_EQ(fs::read_symlink(link_), first->slave_path());
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "nothing is left behind";
+}
+
+/// A twin that was killed leaves its link, and the kernel gives the number to the next terminal.
+TEST_F(PtyLink, ToANumberThatWasGivenAwayAgainIsReplaced) {
+  const auto stranger = Pty::Create();
+  ASSERT_TRUE(stranger.ok());
+  fs::create_symlink(stranger->slave_path(), link_);
+  const timespec before[2] = {{1, 0}, {1, 0}};
+  ASSERT_EQ(utimensat(AT_FDCWD, link_.c_str(), before, AT_SYMLINK_NOFOLLOW), 0);
+  const auto pty = Pty::Create(link_.string());
+  ASSERT_TRUE(pty.ok()) << pty.error();
+  EXPECT_EQ(fs::read_symlink(link_), pty->slave_path());
 }
 
 TEST_F(PtyLink, LinksToAnythingElseAreLeftAlone) {

@@ -116,6 +116,11 @@ TEST(ModbusProfiles, TheInverterIsReadInFewRequests) {
   EXPECT_EQ(fault.readings[0].value, Value(std::uint64_t{49}));
   EXPECT_EQ(fault.readings[1].point, index("fault_text"));
   EXPECT_EQ(fault.readings[1].value, Value(std::string("E.THM motor overload, thermal")));
+  const auto writing = [&](std::string_view name) { return device.points[index(name)].writing; };
+  EXPECT_EQ(writing("status_word").max, 4) << "stop, forward, reverse, and nothing else";
+  EXPECT_EQ(writing("status_word").step, 2);
+  EXPECT_EQ(writing("fault_code").max, 0) << "it is only cleared";
+  EXPECT_EQ(writing("set_frequency").min, 0);
   EXPECT_EQ(ToHex(talk->Ask(Write(index("set_frequency"), 2500.0), Instant{})->bytes),
             "14 06 00 0D 09 C4 1D 0F");
   EXPECT_EQ(ToHex(talk->Ask(Write(index("status_word"), std::uint64_t{2}), Instant{})->bytes),

@@ -109,7 +109,7 @@ TEST_F(PointsClient, ReadPrintsATable) {
   Clear();
   lines_.result = {.reason = "the device is offline"};
   EXPECT_EQ(RunRead({"io.ai-1.setting", false, path()}, out_, err_), kNotDone);
-  EXPECT_THAT(out_.str(), HasSubstr("5.25")) << "what is known";
+  EXPECT_THAT(out_.str(), HasSubstr("setting  5.25   A     not read now; before: "));
   EXPECT_THAT(err_.str(), HasSubstr("io.ai-1.setting: the device is offline"));
 }
 

@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -64,8 +65,13 @@ class FakeWriter final : public settings::PointWriter {
     asked.push_back(point + "=" + value);
     if (point == refuse) return {"refused", "NACK 8: the device does not accept the value"};
     if (take) take(point, value);
-    return {"ok", {}, true};
+    return {"ok", {}, read_back};
   }
+  std::optional<std::string> WhyNot(const std::string& point, const std::string& value) override {
+    return deny == point ? std::optional("no " + value) : std::nullopt;
+  }
+  std::string deny;
+  bool read_back = true;
   std::vector<std::string> asked;
   std::string refuse;
   std::function<void(const std::string& point, const std::string& value)> take;
@@ -285,7 +291,8 @@ TEST_F(SettingsTest, TheFirstRefusalEndsIt) {
   EXPECT_EQ(Restore(true), 3);
   EXPECT_THAT(writer_.asked, ElementsAre("bay-1.feeder-1.main_current=30.3"));
   EXPECT_THAT(err_.str(), HasSubstr("main_current (S21): 0.9 -> 30.3 xIn: refused: NACK 8"));
-  EXPECT_THAT(out_.str(), HasSubstr("0 of 2 settings written; the rest is as it was"));
+  EXPECT_THAT(out_.str(), HasSubstr("0 of 2 settings written\n"));
+  EXPECT_THAT(err_.str(), HasSubstr("main_time (S22): 0.1 -> 0.5: not written\n"));
 }
 
 TEST_F(SettingsTest, ARelayThatShowsAnotherValueIsNotRestored) {
@@ -294,13 +301,74 @@ TEST_F(SettingsTest, ARelayThatShowsAnotherValueIsNotRestored) {
   Reads(kCurrent, 0.9);
   writer_.take = [this](const std::string&, const std::string&) { Reads(kCurrent, 25.0); };
   EXPECT_EQ(Restore(true), 3);
-  EXPECT_THAT(err_.str(), HasSubstr("main_current (S21) shows 25 after 30.3 was written"));
+  EXPECT_THAT(err_.str(), HasSubstr("main_current (S21) has changed since: it shows 25\n"));
   Reads(kCurrent, 0.9);
+  writer_.read_back = false;
+  EXPECT_EQ(Restore(true), 3);
+  EXPECT_THAT(err_.str(), HasSubstr("(S21): 0.9 -> 30.3 xIn: written, but it shows 25\n"));
+}
+
+/// Each row ends in one word, whatever comes behind it.
+TEST_F(SettingsTest, WhatCouldNotBeReadBackSaysSoOnce) {
+  StartServer();
+  ASSERT_EQ(Dump(), 0);
+  Reads(kCurrent, 0.9);
+  Reads(kTime, 0.1);
+  Reads(kHigh, 4.0);
+  writer_.refuse = "bay-1.feeder-1.main_time";
   writer_.take = [this](const std::string&, const std::string&) {
     Reads(kCurrent, {}, Quality::bad_communication);
   };
   EXPECT_EQ(Restore(true), 3);
-  EXPECT_THAT(err_.str(), HasSubstr("main_current (S21) could not be read back"));
+  EXPECT_THAT(out_.str(), HasSubstr("(S21): 0.9 -> 30.3 xIn: written and read back\n"));
+  EXPECT_EQ(err_.str(),
+            "baudgate: main_time (S22): 0.1 -> 0.5: refused: NACK 8: the device does not accept "
+            "the value\nbaudgate: main_high (2S23): 4 -> 999 xIn: not written\n");
+  EXPECT_THAT(out_.str(), HasSubstr("1 of 3 settings written\n"));
+  Reads(kCurrent, 0.9);
+  writer_.read_back = false;
+  EXPECT_EQ(Restore(true), 3);
+  EXPECT_THAT(out_.str(), Not(HasSubstr("xIn: written")));
+  EXPECT_THAT(err_.str(), HasSubstr("(S21): 0.9 -> 30.3 xIn: written, not read back\n"));
+}
+
+TEST_F(SettingsTest, ASignalEndsItBetweenTwoRows) {
+  StartServer();
+  ASSERT_EQ(Dump(), 0);
+  Reads(kCurrent, 0.9);
+  Reads(kTime, 0.1);
+  writer_.take = [this](const std::string&, const std::string&) {
+    Reads(kCurrent, 30.3);
+    std::raise(SIGINT);
+  };
+  EXPECT_EQ(Restore(true), 3);
+  EXPECT_THAT(writer_.asked, ElementsAre("bay-1.feeder-1.main_current=30.3"));
+  EXPECT_EQ(err_.str(), "baudgate: main_time (S22): 0.1 -> 0.5: not written\n");
+}
+
+TEST_F(SettingsTest, WhatWouldBeDeniedIsNamedBeforeAnythingIsWritten) {
+  StartServer();
+  ASSERT_EQ(Dump(), 0);
+  Reads(kCurrent, 0.9);
+  Reads(kTime, 0.1);
+  writer_.deny = "bay-1.feeder-1.main_time";
+  for (const bool confirmed : {false, true}) {
+    EXPECT_EQ(Restore(confirmed), 3);
+    EXPECT_THAT(out_.str(), HasSubstr("main_time     S22   0.1     0.5         denied\n"));
+    EXPECT_THAT(err_.str(), HasSubstr("main_time (S22) would be denied: no 0.5\n"));
+    EXPECT_THAT(out_.str(), HasSubstr("nothing is written: 1 setting of 2 would be denied"));
+  }
+  EXPECT_THAT(writer_.asked, IsEmpty());
+}
+
+TEST_F(SettingsTest, NumbersAreComparedAsNumbers) {
+  using settings::IsSameValue;
+  EXPECT_TRUE(IsSameValue("1.0", "1"));
+  EXPECT_TRUE(IsSameValue("0.30", "0.3", 0.01));
+  EXPECT_FALSE(IsSameValue("12345678", "12345679", 1));
+  EXPECT_FALSE(IsSameValue("12345.67", "12345.68", 0.01));
+  EXPECT_TRUE(IsSameValue("12120", "12120.0001")) << "what a float32 holds";
+  EXPECT_FALSE(IsSameValue("SPCJ", "SPCU"));
 }
 
 TEST_F(SettingsTest, NothingIsWrittenBlindlyOrWithATypingError) {
@@ -338,8 +406,14 @@ TEST_F(SettingsTest, AGatewayThatCannotWriteIsToldByItsWords) {
   const WriteReport report = writer.Write("bay-9.feeder-1.main_current", "1");
   EXPECT_FALSE(report.done());
   EXPECT_FALSE(report.reason.empty());
+  EXPECT_THAT(writer.WhyNot("bay-1.feeder-1.main_current", "1").value_or(""),
+              HasSubstr("is not in the device's 'write'"));
+  EXPECT_THAT(writer.WhyNot("bay-1.feeder-1.active_current", "1").value_or(""),
+              HasSubstr("can only be read"));
+  EXPECT_THAT(lines_.calls(), IsEmpty());
   StopServer();
   EXPECT_EQ(writer.Write("bay-1.feeder-1.main_current", "1").end, "not_sent");
+  EXPECT_TRUE(writer.WhyNot("bay-1.feeder-1.main_current", "1"));
 }
 
 }  // namespace

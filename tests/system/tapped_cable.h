@@ -1,0 +1,40 @@
+// A cable between the daemon and a twin that keeps what goes to the twin: what a device really was
+// told, whoever else says so. For protocols whose requests end with a carriage return.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gateway/simulate/pty.h"
+
+namespace baudgate::system_test {
+
+class TappedCable {
+ public:
+  /// `near` is what the daemon opens, `far` the twin's link.
+  TappedCable(const std::string& near, const std::string& far);
+  ~TappedCable();
+  TappedCable(const TappedCable&) = delete;
+  TappedCable& operator=(const TappedCable&) = delete;
+
+  bool connected() const { return twin_ >= 0 && pty_.has_value(); }
+  /// In the order of the wire, without their ends.
+  std::vector<std::string> Requests() const;
+
+ private:
+  void Carry();
+
+  std::optional<Pty> pty_;
+  int twin_ = -1;
+  mutable std::mutex mutex_;
+  std::string heard_;
+  std::atomic<bool> stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace baudgate::system_test
