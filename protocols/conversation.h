@@ -163,9 +163,9 @@ class Conversation {
   /// request was sent. ask_again: another exchange is needed all the same, to close what is open.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }
 
-  /// What to send in place of a failed request that is not repeatable. Example: the SPA command L
-  /// takes events out of the device; B gives the last answer to L once more. Nothing: the exchange
-  /// has failed.
+  /// What to send before a failed request is repeated, or in place of one that is not repeatable.
+  /// Examples: a DCON broadcast that is due; the SPA command L takes events out of the device, B
+  /// gives the last answer to L once more. Nothing: it is repeated, or the exchange has failed.
   virtual std::optional<Request> Instead(const Request&, Outcome, Instant) { return std::nullopt; }
 
   /// The port was opened again, or the device has stopped answering. Another device may hang there

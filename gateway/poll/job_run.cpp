@@ -60,7 +60,7 @@ bool SpoilsOnce(const Answer& answer, const config::Device& device) {
 
 // ---------------------------------------------------------------- to the request
 
-void Poller::Ask() {
+void Poller::Ask(int attempts) {
   if (++job_->steps > kMostSteps) {
     return Finish(Outcome::unexpected, "the conversation did not come to an end");
   }
@@ -76,7 +76,7 @@ void Poller::Ask() {
     return Finish(Outcome::unsupported, request.error());
   }
   job_->request = std::move(*request);
-  job_->attempts = 0;
+  job_->attempts = attempts;
   job_->sending = true;
 }
 
@@ -273,7 +273,7 @@ void Poller::Conclude() {
   ledger_.OnExchange(member, end, job.mute, job.is_probe() && member.health.offline());
   upkeep_.ShowLine(now_.instant);
   if (lost) return Finish(end.outcome, end.reason);
-  if (answered && GoesOnBehindBroadcast()) return Ask();
+  if (answered && GoesOnBehindBroadcast()) return Ask(job.attempts);
   if (answered) return OnAnswered(end);
   listener_.OnNoReply();
   OnFailed(end);

@@ -87,7 +87,7 @@ class Poller : private LineClient {
   Chooser::Idle idle() const { return {now_.instant, idle_since_}; }
 
   // job_run.cpp: the job under way
-  void Ask();
+  void Ask(int attempts = 0);
   void NextWrite();
   void Deny(const std::string& why);
   void PutProbeFirst();

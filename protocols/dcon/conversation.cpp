@@ -98,9 +98,7 @@ std::string DconConversation::CommandOf(const Task& task) const {
 
 Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   question_.reset();
-  const Duration period = settings_.host_watchdog;
-  const bool told = group_.told_at && now - *group_.told_at < period;
-  if (period > Duration::zero() && !told) return MakeBroadcast(kHostIsThere);
+  if (IsHostDue(now)) return MakeBroadcast(kHostIsThere);
   if (task.kind == Task::Kind::probe) return AskProbe();
   if (task.kind == Task::Kind::poll && anew_) return AskAnew();
   const std::string command = CommandOf(task);
@@ -111,6 +109,17 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
     return Error{trouble() ? trouble().text : "the module has not said in which mode it is"};
   }
   return task.kind == Task::Kind::write ? AskWrite(task, now) : AskRead(command, now);
+}
+
+bool DconConversation::IsHostDue(Instant now) const {
+  const Duration period = settings_.host_watchdog;
+  return period > Duration::zero() && (!group_.told_at || now - *group_.told_at >= period);
+}
+
+/// No module waits for the host because another one is silent.
+std::optional<Request> DconConversation::Instead(const Request& request, Outcome, Instant now) {
+  if (!request.expect.repeatable || !IsHostDue(now)) return std::nullopt;
+  return MakeBroadcast(kHostIsThere);
 }
 
 /// It has answered that before, so that silence is repeated, and then fails the task as any other.

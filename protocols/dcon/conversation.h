@@ -33,6 +33,7 @@ class DconConversation : public Conversation {
   std::size_t WritesTogether(std::span<const PointValue> writes) const override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnSent(const Task& task, const Request& request, Instant now) override;
+  std::optional<Request> Instead(const Request& request, Outcome outcome, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
   const DeviceTrouble& trouble() const override { return identification_.trouble(); }
@@ -47,6 +48,7 @@ class DconConversation : public Conversation {
   Request MakeRequest(std::string_view command) const;
   Request MakeQuestion(const Identification::Question& question) const;
   bool IsInOtherMode(View request) const;
+  bool IsHostDue(Instant now) const;
   bool IsSetting(std::string_view command) const;
   Request MakeBroadcast(std::string_view text) const;
   std::string CommandOf(const Task& task) const;

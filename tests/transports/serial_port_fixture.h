@@ -35,6 +35,7 @@ class SerialPortTest : public testing::Test {
   }
 
   void Plug() {
+    fs::remove(link_);
     auto pty = Pty::Create(link_);
     ASSERT_TRUE(pty.ok()) << pty.error();
     pty_.emplace(std::move(*pty));
