@@ -89,6 +89,20 @@ TEST(DdsJson, WhatWasRefusedAndWhy) {
   EXPECT_THAT(Shown(peaceful), HasSubstr("\nDDS let in 1 datagram, refused none\n"));
 }
 
+TEST(DdsJson, WriteRequestsWhereTheyAreTaken) {
+  EXPECT_EQ(DdsJson(7, Up(), kNow.instant)["requests"], nullptr);
+  LinkState state = Up();
+  state.requests = 1;
+  EXPECT_THAT(Shown(state), HasSubstr(" samples\nDDS took 1 write request\n"));
+  state.requests = 12;
+  state.requests_dropped = 3;
+  const auto json = DdsJson(7, state, kNow.instant)["requests"];
+  EXPECT_EQ(json["taken"], 12);
+  EXPECT_EQ(json["dropped"], 3);
+  EXPECT_THAT(Shown(Attacked(state)),
+              HasSubstr("\nDDS took 12 write requests, 3 more came too fast\nDDS let in 12345 "));
+}
+
 TEST(DdsJson, SamplesThatTheLibraryDidNotTake) {
   LinkState state = Up();
   state.refused = 2;
