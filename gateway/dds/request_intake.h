@@ -21,6 +21,8 @@ struct WriteArrival {
   RequestSample request;
   WriterId writer;
   Instant received{};  ///< by the process that speaks DDS
+  /// Its writer is not known to keep nothing: it may be older than this reader.
+  bool lasting = false;
 };
 
 class RequestIntake {

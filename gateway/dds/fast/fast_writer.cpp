@@ -157,7 +157,8 @@ class TopicWriters {
 
 class FastWriter : public SampleWriter {
  public:
-  explicit FastWriter(fast::DomainParticipant* participant) : participant_(participant) {}
+  FastWriter(fast::DomainParticipant* participant, std::unique_ptr<VolatileWriters> askers)
+      : askers_(std::move(askers)), participant_(participant) {}
   ~FastWriter() override {
     points_.Clear();
     devices_.Clear();
@@ -191,7 +192,7 @@ class FastWriter : public SampleWriter {
   std::uint64_t dropped_requests() const override { return requests_ ? requests_->dropped() : 0; }
 
   bool Listen(const std::string& gateway) {
-    requests_.emplace(gateway);
+    requests_.emplace(gateway, *askers_);
     return requests_->Open(*participant_);
   }
 
@@ -206,6 +207,7 @@ class FastWriter : public SampleWriter {
 
  private:
   MatchCounter matches_;
+  const std::unique_ptr<VolatileWriters> askers_;  // hears what the participant does
   fast::DomainParticipant* participant_;
   TopicWriters points_;
   TopicWriters devices_;
@@ -218,9 +220,10 @@ class FastWriter : public SampleWriter {
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
                                                        std::size_t points, std::size_t devices,
                                                        const std::string& requests_for) {
-  auto participant = CreateParticipant(options, nullptr, Role::publishes);
+  auto askers = std::make_unique<VolatileWriters>(kRequestTopic);
+  auto participant = CreateParticipant(options, askers.get(), Role::publishes);
   if (!participant) return Error{participant.error()};
-  auto writer = std::make_unique<FastWriter>(*participant);
+  auto writer = std::make_unique<FastWriter>(*participant, std::move(askers));
   if (!writer->Open(points, devices)) {
     return Error{"dds: no writer for " + std::to_string(points) + " points could be made" +
                  (options.security.on() ? "; do " + options.security.permissions +

@@ -10,7 +10,6 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
-#include "gateway/dds/fast/inbox.h"
 #include "gateway/dds/fast/types.h"
 
 namespace baudgate::dds {
@@ -20,21 +19,23 @@ namespace fast = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
 // Names of clients, of all gateways. The library keeps each as long as a writer of it is there.
-constexpr int kInstances = 4096;
-// Requests are taken as they come, so that this many wait only where many come in one datagram.
+constexpr int kNamesOfRequests = 4096;
+// Of this gateway's. The library keeps each for ever.
+constexpr int kNamesOfReplies = 1024;
+// Of a name. Requests are taken as they come: so many wait only where many come in one datagram.
 constexpr int kSamplesEach = 4;
 
 /// All limits together, as in gateway/dds/fast/fast_writer.cpp.
 template <typename Qos>
-Qos Bounded() {
+Qos Bounded(fast::DurabilityQosPolicyKind durability, int names) {
   Qos qos;
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
-  qos.durability().kind = fast::VOLATILE_DURABILITY_QOS;
+  qos.durability().kind = durability;
   qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = kSamplesEach;
-  qos.resource_limits().max_instances = kInstances;
+  qos.resource_limits().max_instances = names;
   qos.resource_limits().max_samples_per_instance = kSamplesEach;
-  qos.resource_limits().max_samples = kInstances * kSamplesEach;
+  qos.resource_limits().max_samples = names * kSamplesEach;
   return qos;
 }
 
@@ -49,22 +50,25 @@ fast::Topic* MakeTopic(fast::DomainParticipant& participant, fast::TopicDataType
 
 /// Replies first: whoever finds the reader of requests finds their writer.
 bool WriteTopics::Open(fast::DomainParticipant& participant) {
-  auto* publisher = participant.create_publisher(fast::PUBLISHER_QOS_DEFAULT);
+  publisher_ = participant.create_publisher(fast::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant.create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
-  auto* replies = MakeTopic(participant, NewReplyType(), kReplyTopic);
+  replies_ = MakeTopic(participant, NewReplyType(), kReplyTopic);
   requests_ = MakeTopic(participant, NewRequestType(), kRequestTopic);
-  if (publisher == nullptr || subscriber_ == nullptr || replies == nullptr ||
-      requests_ == nullptr) {
-    return false;
-  }
-  auto writing = Bounded<fast::DataWriterQos>();
-  writing.reliable_writer_qos().times.heartbeatPeriod = {0, 100'000'000};
-  replies_ = publisher->create_datawriter(replies, writing);
-  return replies_ != nullptr && OpenReader();
+  return publisher_ != nullptr && subscriber_ != nullptr && replies_ != nullptr &&
+         requests_ != nullptr && OpenWriter() && OpenReader();
+}
+
+/// Transient local: a client's reader of replies may be found after its writer of requests.
+bool WriteTopics::OpenWriter() {
+  auto qos = Bounded<fast::DataWriterQos>(fast::TRANSIENT_LOCAL_DURABILITY_QOS, kNamesOfReplies);
+  qos.reliable_writer_qos().times.heartbeatPeriod = {0, 100'000'000};
+  writer_ = publisher_->create_datawriter(replies_, qos);
+  return writer_ != nullptr;
 }
 
 bool WriteTopics::OpenReader() {
-  reader_ = subscriber_->create_datareader(requests_, Bounded<fast::DataReaderQos>(), this);
+  const auto qos = Bounded<fast::DataReaderQos>(fast::VOLATILE_DURABILITY_QOS, kNamesOfRequests);
+  reader_ = subscriber_->create_datareader(requests_, qos, this);
   return reader_ != nullptr;
 }
 
@@ -79,13 +83,20 @@ void WriteTopics::OnRequest(SampleWriter::TakeRequest take) {
   take_ = std::move(take);
 }
 
-// The library takes no const samples; it only reads them.
+/// A writer that is full of names is made anew, without what it kept for readers to come.
 Sent WriteTopics::Write(const ReplySample& reply) {
+  if (writer_ != nullptr && TryWrite(reply)) return Sent::yes;
+  if (writer_ != nullptr) publisher_->delete_datawriter(writer_);
+  return OpenWriter() && TryWrite(reply) ? Sent::yes : Sent::refused;
+}
+
+// The library takes no const samples; it only reads them.
+bool WriteTopics::TryWrite(const ReplySample& reply) {
   try {
-    const auto code = replies_->write(const_cast<ReplySample*>(&reply), fast::HANDLE_NIL);
-    return code == ReturnCode_t::RETCODE_OK ? Sent::yes : Sent::refused;
+    const auto code = writer_->write(const_cast<ReplySample*>(&reply), fast::HANDLE_NIL);
+    return code == ReturnCode_t::RETCODE_OK;
   } catch (const std::exception&) {
-    return Sent::refused;
+    return false;
   }
 }
 
@@ -99,7 +110,9 @@ void WriteTopics::on_data_available(fast::DataReader* reader) {
       ++dropped_;
       continue;
     }
-    arrival.writer = WriterOf(HandleOf(info.publication_handle));
+    const Handle writer = HandleOf(info.publication_handle);
+    arrival.writer = WriterOf(writer);
+    arrival.lasting = !writers_.Has(writer);
     arrival.received = std::chrono::steady_clock::now();
     const MutexLock lock(mutex_);
     if (take_) take_(arrival);

@@ -1,5 +1,5 @@
 // The two topics of writing on Fast DDS: a reader of requests to one gateway, and the writer of
-// replies. Both volatile: what was asked before the gateway was there is never carried out. Used by
+// replies. What was asked before the gateway was there is never carried out. Used by
 // gateway/dds/fast/fast_writer.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -12,13 +12,15 @@
 #include <string>
 
 #include "gateway/base/guarded.h"
+#include "gateway/dds/fast/volatile_writers.h"
 #include "gateway/dds/sample_writer.h"
 
 namespace baudgate::dds {
 
 class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
  public:
-  explicit WriteTopics(std::string gateway) : gateway_(std::move(gateway)) {}
+  WriteTopics(std::string gateway, const VolatileWriters& writers)
+      : gateway_(std::move(gateway)), writers_(writers) {}
 
   /// False: the library made no reader or no writer. The participant ends before this object.
   bool Open(eprosima::fastdds::dds::DomainParticipant& participant);
@@ -38,13 +40,18 @@ class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
   void on_sample_rejected(eprosima::fastdds::dds::DataReader* reader,
                           const eprosima::fastdds::dds::SampleRejectedStatus& status) override;
 
+  bool OpenWriter();
   bool OpenReader();
+  bool TryWrite(const ReplySample& reply);
 
   const std::string gateway_;
+  const VolatileWriters& writers_;
+  eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
+  eprosima::fastdds::dds::Topic* replies_ = nullptr;
   eprosima::fastdds::dds::Topic* requests_ = nullptr;
-  eprosima::fastdds::dds::DataReader* reader_ = nullptr;
-  eprosima::fastdds::dds::DataWriter* replies_ = nullptr;
+  eprosima::fastdds::dds::DataWriter* writer_ = nullptr;  ///< of replies
+  eprosima::fastdds::dds::DataReader* reader_ = nullptr;  ///< of requests
   std::atomic<bool> full_ = false;
   std::atomic<std::uint64_t> dropped_ = 0;
   Mutex mutex_;

@@ -20,7 +20,8 @@ constexpr std::size_t kMaxPath = 255;  // whose length is one byte
 constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
 constexpr int kLastDomain = 232;
-constexpr std::size_t kArrivalBytes = 12 + 4 + 8;  // participant, entity, time; then the sample
+constexpr std::size_t kArrivalBytes =
+    12 + 4 + 8 + 1;  // participant, entity, time, lasting; then the sample
 
 static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 1 + 1 +
                   config::kMostPeers * (1 + kMaxIpv4) + 1 +
@@ -220,6 +221,7 @@ Bytes EncodeRequest(const WriteArrival& arrival) {
   Bytes body(arrival.writer.publisher.bytes.begin(), arrival.writer.publisher.bytes.end());
   Append(body, arrival.writer.entity);
   Put(body, static_cast<std::uint64_t>(arrival.received.time_since_epoch().count()));
+  body.push_back(arrival.lasting ? 1 : 0);
   body.resize(kArrivalBytes + kRequestSampleMaxBytes);
   const std::size_t size = Encode(arrival.request, std::span(body).subspan(kArrivalBytes));
   if (size == 0) return {};
@@ -295,8 +297,11 @@ Result<WriteArrival> DecodeRequest(View body) {
   }
   std::ranges::copy(body.first(12), arrival.writer.publisher.bytes.begin());
   std::ranges::copy(body.subspan(12, 4), arrival.writer.entity.begin());
-  Fields fields(body.subspan(16, 8));
+  Fields fields(body.subspan(16, 9));
   arrival.received = Instant(Duration(static_cast<std::int64_t>(fields.Number<std::uint64_t>())));
+  const auto lasting = fields.Number<std::uint8_t>();
+  if (lasting > 1) return Error{"a damaged write request"};
+  arrival.lasting = lasting == 1;
   return arrival;
 }
 

@@ -16,6 +16,9 @@ namespace {
 
 using config::Quoted;
 
+constexpr char kLasting[] =
+    "the writer of requests is not volatile, so that old ones could come; set its durability";
+
 /// Not after either of its two times; the clock of the machine may stand anywhere.
 Instant DeadlineOf(const WriteArrival& arrival, Now now) {
   const RequestSample& request = arrival.request;
@@ -64,6 +67,10 @@ void WriteDesk::Take(const WriteArrival& arrival, Now now) {
   const Ticket ticket{request.client, request.seq, arrival.received};
   if (request.client.empty()) {
     return Reply(ticket, {WriteEnd::denied, "'client' is empty: it tells requests apart"});
+  }
+  if (arrival.lasting) {
+    Record(arrival, kLasting);
+    return Reply(ticket, {WriteEnd::denied, kLasting});
   }
   const RequestBook::Verdict verdict = book_.Begin(request, now.instant);
   switch (verdict.what) {

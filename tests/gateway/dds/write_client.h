@@ -61,6 +61,7 @@ class WriteClient {
                   ->create_datawriter(TopicOf(NewRequestType(), kRequestTopic), writing);
     eprosima::fastdds::dds::DataReaderQos reading;
     reading.reliability().kind = eprosima::fastdds::dds::RELIABLE_RELIABILITY_QOS;
+    reading.durability().kind = eprosima::fastdds::dds::TRANSIENT_LOCAL_DURABILITY_QOS;
     reading.resource_limits() = Room(reading.resource_limits());
     reader_ = participant_->create_subscriber(eprosima::fastdds::dds::SUBSCRIBER_QOS_DEFAULT)
                   ->create_datareader(TopicOf(NewReplyType(), kReplyTopic), reading);

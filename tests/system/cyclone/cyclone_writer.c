@@ -1,6 +1,6 @@
 // A client that writes, on Cyclone DDS, for tests: knows baudgate only by its published IDL and
 // topic names. It asks --count times with seq, seq + 1, …, each --repeat times, and waits for the
-// reply to each before it goes on; replies go to standard output, one a line:
+// reply to each before it goes on, asking again every two seconds; replies go to standard output, one a line:
 //   SEQ OUTCOME REASON
 // With --flood it asks without waiting, then prints what comes. With --early its writer is transient
 // local and asks at once, whether a gateway is there or not; then it prints "matched" when one is.
@@ -111,15 +111,16 @@ static bool ask(dds_entity_t writer, const struct options* o, long number) {
   return dds_write(writer, &request) == DDS_RETCODE_OK;
 }
 
-// How many of this client's have come, and with `seq` whether that has.
-static long take(dds_entity_t reader, const struct options* o, unsigned long long seq,
-                 bool* came) {
+// How many of this client's have come that were said after `begin`, and whether `seq` is among them.
+static long take(dds_entity_t reader, const struct options* o, dds_time_t begin,
+                 unsigned long long seq, bool* came) {
   static baudgate_v1_WriteReply reply;
   void* pointer = &reply;
   dds_sample_info_t info;
   long count = 0;
   while (dds_take(reader, &pointer, &info, 1, 1) == 1) {
     if (!info.valid_data || strcmp(reply.client, o->request.client) != 0) continue;
+    if (info.source_timestamp < begin) continue;  // kept for readers to come
     printf("%llu %s %s\n", (unsigned long long)reply.seq, reply.outcome, reply.reason);
     fflush(stdout);
     if (reply.seq == seq) *came = true;
@@ -129,7 +130,8 @@ static long take(dds_entity_t reader, const struct options* o, unsigned long lon
 }
 
 static bool converse(dds_entity_t writer, dds_entity_t reader, const struct options* o) {
-  const dds_time_t end = dds_time() + DDS_SECS((int64_t)o->seconds);
+  const dds_time_t begin = dds_time();
+  const dds_time_t end = begin + DDS_SECS((int64_t)o->seconds);
   bool came = false;
   if (o->early && !ask(writer, o, 0)) return false;
   while (!matched(writer, reader)) {
@@ -141,16 +143,22 @@ static bool converse(dds_entity_t writer, dds_entity_t reader, const struct opti
   if (o->early || o->flood) {
     for (long i = 0; o->flood && i < o->count; ++i) ask(writer, o, i);
     for (long left = o->count; left > 0 && dds_time() < end; dds_sleepfor(DDS_MSECS(5))) {
-      left -= take(reader, o, 0, &came);
+      left -= take(reader, o, begin, 0, &came);
     }
     return !o->early;
   }
   for (long i = 0; i < o->count * o->repeat; ++i) {
     const long number = i / o->repeat;
     if (!ask(writer, o, number)) return false;
+    dds_time_t again = dds_time() + DDS_SECS(2);
     for (came = false; !came; dds_sleepfor(DDS_MSECS(5))) {
       if (dds_time() > end) return false;
-      take(reader, o, o->seq + (unsigned long long)number, &came);
+      if (dds_time() > again) {
+        fprintf(stderr, "cyclone_writer: asks again\n");
+        again = dds_time() + DDS_SECS(2);
+        if (!ask(writer, o, number)) return false;
+      }
+      take(reader, o, begin, o->seq + (unsigned long long)number, &came);
     }
   }
   return true;
@@ -172,7 +180,7 @@ int main(int argc, char** argv) {
                                            "baudgate/write", NULL, NULL);
   dds_entity_t replies = dds_create_topic(participant, &baudgate_v1_WriteReply_desc,
                                           "baudgate/write_reply", NULL, NULL);
-  dds_entity_t reader = dds_create_reader(participant, replies, qos_of(false), NULL);
+  dds_entity_t reader = dds_create_reader(participant, replies, qos_of(true), NULL);
   dds_entity_t writer = dds_create_writer(participant, requests, qos_of(options.early), NULL);
   const bool done = reader > 0 && writer > 0 && converse(writer, reader, &options);
   dds_delete(participant);

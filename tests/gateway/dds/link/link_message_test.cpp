@@ -44,10 +44,10 @@ constexpr char kCounts[] =
     "00 02 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00";
 
-// Of writer 01 … 10, received at 1,000,000,007 ns.
+// Of writer 01 … 10, which is not volatile, received at 1,000,000,007 ns.
 constexpr char kRequest[] =
-    "43 03 84 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
-    "00 00 00 00 00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 00 00 "
+    "43 03 85 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
+    "00 00 00 00 01 00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 00 00 "
     "70 6C 63 2D 31 00 00 00 2A 00 00 00 00 00 00 00 09 00 00 00 66 65 65 64 "
     "65 72 2D 31 00 00 00 00 0E 00 00 00 73 65 74 74 69 6E 67 5F 67 72 6F 75 "
     "70 00 00 00 00 00 00 00 00 00 00 00 00 00 F0 3F 02 00 00 00 32 00 01 00 "
@@ -68,6 +68,7 @@ WriteArrival ARequest() {
   arrival.writer.publisher.bytes = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
   arrival.writer.entity = {13, 14, 15, 16};
   arrival.received = Instant(1'000'000'007ns);
+  arrival.lasting = true;
   return arrival;
 }
 
@@ -82,9 +83,13 @@ TEST(LinkMessage, RequestsAndRepliesBothWays) {
   EXPECT_EQ(back->request, ARequest().request);
   EXPECT_EQ(back->writer, ARequest().writer);
   EXPECT_EQ(back->received, ARequest().received);
+  EXPECT_TRUE(back->lasting);
   for (std::size_t size = 0; size < message->body.size(); ++size) {
     EXPECT_FALSE(DecodeRequest(message->body.first(size)).ok()) << size;
   }
+  Bytes neither(message->body.begin(), message->body.end());
+  neither[24] = 2;
+  EXPECT_FALSE(DecodeRequest(neither).ok());
   WriteArrival beyond = ARequest();
   beyond.request.point = std::string(kMaxKey + 1, 'p');
   EXPECT_TRUE(EncodeRequest(beyond).empty());

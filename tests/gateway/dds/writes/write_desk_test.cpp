@@ -119,6 +119,17 @@ TEST_F(WriteDeskTest, WhatTheRulesForbidIsDeniedAndRecorded) {
   EXPECT_EQ(sink_.denied[3].value, Value(std::string("nan")));
 }
 
+TEST_F(WriteDeskTest, WhatMayBeOldIsDeniedAndMayBeAskedAnew) {
+  WriteArrival old = Ask(7, "setting", 1);
+  old.lasting = true;
+  EXPECT_THAT(Take(old).reason, HasSubstr("is not volatile"));
+  EXPECT_THAT(sink_.commands, IsEmpty());
+  EXPECT_THAT(sink_.denied, SizeIs(1));
+  EXPECT_EQ(Take(Ask(7, "setting", 1)), ReplySample());
+  EXPECT_THAT(sink_.commands, SizeIs(1));
+  EXPECT_EQ(Take(old).outcome, "denied") << "not told of what another has asked";
+}
+
 TEST_F(WriteDeskTest, ConfirmStandsForTheSelection) {
   WriteArrival trip = Ask(1, "trip", 1);
   trip.request.confirm = true;
