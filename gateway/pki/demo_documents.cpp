@@ -28,8 +28,7 @@ std::string Topics(const std::string& tag, std::initializer_list<const char*> to
 /// A gateway publishes no requests: its key commands no other gateway.
 std::string Rights(Part part) {
   if (part == Part::publish) {
-    return Topics("publish", {"baudgate/points", "baudgate/devices", "baudgate/gateways",
-                              "baudgate/events", "baudgate/alarms", "baudgate/write_reply"}) +
+    return Topics("publish", {"baudgate/[!w]*", "baudgate/write_reply"}) +
            Topics("subscribe", {"baudgate/write"});
   }
   const std::string subscribe = Topics("subscribe", {"baudgate/*"});

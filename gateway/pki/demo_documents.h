@@ -10,7 +10,7 @@
 namespace baudgate::pki {
 
 enum class Part {
-  publish,    ///< a gateway: publish what gateways publish, subscribe baudgate/write
+  publish,    ///< a gateway: publish all but requests to write, which it subscribes
   subscribe,  ///< baudgate/*, and publish nothing
   write,      ///< the same, and publish baudgate/write
 };
