@@ -22,6 +22,7 @@ constexpr std::size_t kLongestSocketPath = 107;  // what sockaddr_un takes, with
 constexpr int kLastDomain = 232;                 // beyond, DDS would compute ports above 65535
 constexpr std::array<Word<Dds::Process>, 2> kProcesses = {
     {{"own", Dds::Process::own}, {"inside", Dds::Process::inside}}};
+constexpr std::array<Word<bool>, 2> kDdsWrite = {{{"deny", false}, {"allow", true}}};
 
 // The daemon has no working directory of its own choosing. Empty when the key is absent or wrong.
 std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::string& example) {
@@ -102,6 +103,7 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
   Assign(dds.enabled, map.Flag("enabled"));
   Assign(dds.process, map.OneOf("process", kProcesses));
   Assign(dds.domain, map.Integer("domain", 0, kLastDomain));
+  Assign(dds.write, map.OneOf("write", kDdsWrite));
   Assign(dds.shared_memory, map.Flag("shared_memory"));
   Assign(dds.heartbeat, map.Time("heartbeat", 100ms, 1h));
   if (const auto interfaces = map.Get("interfaces")) {

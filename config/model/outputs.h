@@ -39,6 +39,7 @@ struct Dds {
   Process process = Process::own;
   Duration heartbeat = std::chrono::seconds(10);  ///< every point is published at least so often
   DdsSecurity security;
+  bool write = false;  ///< take write requests
 };
 
 }  // namespace baudgate::config

@@ -63,6 +63,8 @@ void AddCerts(CLI::App& app, Action& action) {
       ->take_all();
   command->add_option("--subscribers", options->subscribers, "How many subscribers")
       ->check(CLI::Range(0, 100));
+  command->add_option("--writers", options->writers, "How many subscribers that may write, too")
+      ->check(CLI::Range(0, 100));
   command->callback([options, &action] {
     action = [options](const auto&) { return RunCerts(*options, std::cout, std::cerr); };
   });

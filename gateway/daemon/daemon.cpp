@@ -138,6 +138,9 @@ Status Daemon::Start() {
 void Daemon::Stop() {
   impl_->StopControl();
   impl_->StopModbus();
+#ifdef BAUDGATE_WITH_DDS
+  if (impl_->dds) impl_->dds->StopWrites();
+#endif
   if (impl_->writes) impl_->writes->Stop();
   for (const auto& runner : impl_->runners) runner->RequestStop();
   for (const auto& runner : impl_->runners) runner->Stop();
@@ -292,7 +295,7 @@ void Daemon::Impl::StopControl() {
 Status Daemon::Impl::StartDds() {
   if (!config.dds.enabled) return {};
 #ifdef BAUDGATE_WITH_DDS
-  auto output = DdsOutput::Start(config, store);
+  auto output = DdsOutput::Start(config, store, Commands());
   if (!output) return Error{output.error()};
   dds = std::move(*output);
 #else

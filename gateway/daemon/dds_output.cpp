@@ -26,6 +26,7 @@ dds::LinkOpen OpenFor(const config::Config& config, const PointStore& store) {
   dds::LinkOpen open;
   open.gateway = config.name;
   open.participant = dds::ParticipantOf(config.dds);
+  open.requests = config.dds.write;
   open.devices = store.device_count();
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     open.points += static_cast<std::uint32_t>(store.device(device).points.size());
@@ -62,15 +63,16 @@ Result<std::shared_ptr<dds::SampleWriter>> MakeInsideWriter(const dds::LinkOpen&
                  "; install the one of this release"};
   }
   std::string error;
-  dds::SampleWriter* writer = make(open.participant, open.points, open.devices, error);
+  dds::SampleWriter* writer = make(open.participant, open.points, open.devices,
+                                   open.requests ? open.gateway : std::string(), error);
   if (writer == nullptr) return Error{error};
   return std::shared_ptr<dds::SampleWriter>(writer);
 }
 
 }  // namespace
 
-Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config,
-                                                    PointStore& store) {
+Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config, PointStore& store,
+                                                    CommandSink& sink) {
   std::unique_ptr<DdsOutput> output(new DdsOutput);
   std::shared_ptr<dds::SampleWriter> writer;
   const dds::LinkOpen open = OpenFor(config, store);
@@ -87,21 +89,38 @@ Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config
     output->link_ = std::move(*link);
     writer = output->link_->writer();
   }
-  auto publisher = dds::DdsPublisher::Create(config, store, std::move(writer), Log);
+  auto publisher = dds::DdsPublisher::Create(config, store, writer, Log);
   if (!publisher) return Error{publisher.error()};
   output->publisher_ = std::move(*publisher);
+  if (config.dds.write) {
+    output->writes_ = std::make_unique<dds::DdsWrites>(config, store, sink, writer);
+  }
+  output->writer_ = std::move(writer);
   return output;
 }
 
 DdsOutput::~DdsOutput() { Stop(); }
 
+void DdsOutput::StopWrites() {
+  if (writes_) writes_->StopTaking();
+}
+
 void DdsOutput::Stop() {
+  StopWrites();
+  if (writes_) writes_->Stop();
   if (publisher_) publisher_->Stop();
   if (link_) link_->Stop();
 }
 
 dds::LinkState DdsOutput::state() const {
-  if (link_) return link_->state();
+  dds::LinkState state = link_ ? link_->state() : StateInside();
+  if (!writes_) return state;
+  state.requests = writes_->taken();
+  state.requests_dropped += writes_->dropped();
+  return state;
+}
+
+dds::LinkState DdsOutput::StateInside() const {
   const dds::DdsCounters counters = publisher_->counters();
   dds::LinkState state;
   state.phase = dds::LinkState::Phase::up;
@@ -109,6 +128,7 @@ dds::LinkState DdsOutput::state() const {
   state.subscribers = counters.subscribers;
   state.written = counters.written;
   state.refused = counters.failed;
+  state.requests_dropped = writer_->dropped_requests();
   state.datagrams = counters.datagrams;
   return state;
 }

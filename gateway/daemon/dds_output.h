@@ -1,5 +1,5 @@
 // The DDS output as the configuration wants it: a publisher and, for `process: own`, the process
-// that speaks DDS; for `process: inside` a module with the library.
+// that speaks DDS; for `process: inside` a module with the library; for `write: allow` the writes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,17 +9,22 @@
 #include "gateway/base/result.h"
 #include "gateway/dds/link/process_link.h"
 #include "gateway/dds/publisher.h"
+#include "gateway/dds/writes/dds_writes.h"
+#include "gateway/requests/commands.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate {
 
 class DdsOutput {
  public:
-  /// Both outlive it. The error says which name or setting to change; a process that can not be had
-  /// is a state.
-  static Result<std::unique_ptr<DdsOutput>> Start(const config::Config& config, PointStore& store);
+  /// All outlive it; writes go to `sink`. The error says which name or setting to change; a process
+  /// that can not be had is a state.
+  static Result<std::unique_ptr<DdsOutput>> Start(const config::Config& config, PointStore& store,
+                                                  CommandSink& sink);
   ~DdsOutput();  ///< as Stop
 
+  /// No write goes to the sink after this; those under way are answered. Idempotent.
+  void StopWrites();
   /// Tells subscribers the end; within about a second. Idempotent.
   void Stop();
   /// From any thread.
@@ -27,8 +32,11 @@ class DdsOutput {
 
  private:
   DdsOutput() = default;
+  dds::LinkState StateInside() const;
 
   std::unique_ptr<dds::ProcessLink> link_;  // nothing: inside
+  std::shared_ptr<dds::SampleWriter> writer_;
+  std::unique_ptr<dds::DdsWrites> writes_;  // nothing: denied
   std::unique_ptr<dds::DdsPublisher> publisher_;
 };
 

@@ -24,6 +24,16 @@ bool InBounds(const GatewaySample& s) {
   return Fits(s.gateway, kMaxKey) && Fits(s.version, kMaxVersion);
 }
 
+bool InBounds(const RequestSample& s) {
+  return Fits(s.gateway, kMaxKey) && Fits(s.client, kMaxKey) && Fits(s.device, kMaxKey) &&
+         Fits(s.point, kMaxKey) && Fits(s.text, kMaxText);
+}
+
+bool InBounds(const ReplySample& s) {
+  return Fits(s.gateway, kMaxKey) && Fits(s.client, kMaxKey) && Fits(s.outcome, kMaxOutcome) &&
+         Fits(s.reason, kMaxReason);
+}
+
 // The order of baudgate.idl, for both directions.
 template <typename Sample, typename Op>
 requires std::is_same_v<std::remove_const_t<Sample>, PointSample>
@@ -46,6 +56,21 @@ template <typename Sample, typename Op>
 requires std::is_same_v<std::remove_const_t<Sample>, GatewaySample>
 void ForEachField(Sample& s, Op op) { op(s.gateway), op(s.start_time_ns), op(s.version); }
 
+template <typename Sample, typename Op>
+requires std::is_same_v<std::remove_const_t<Sample>, RequestSample>
+void ForEachField(Sample& s, Op op) {
+  op(s.gateway), op(s.client), op(s.seq);
+  op(s.device), op(s.point), op(s.value), op(s.text);
+  op(s.confirm), op(s.deadline_ms), op(s.not_after_ns);
+}
+
+template <typename Sample, typename Op>
+requires std::is_same_v<std::remove_const_t<Sample>, ReplySample>
+void ForEachField(Sample& s, Op op) {
+  op(s.gateway), op(s.client), op(s.seq);
+  op(s.outcome), op(s.reason), op(s.took_us);
+}
+
 // Representation identifier (CDR_BE 00 00, CDR_LE 00 01) and two bytes of options.
 constexpr std::size_t kEncapsulation = 4;
 
@@ -64,6 +89,7 @@ class Writer {
     for (const char c : text) PutByte(static_cast<std::uint8_t>(c));
     PutByte(0);
   }
+  void Put(bool value) { PutByte(value ? 1 : 0); }
   void Put(double value) { Put(std::bit_cast<std::uint64_t>(value)); }
   template <typename T>
   requires std::is_integral_v<T>
@@ -104,6 +130,12 @@ class Reader {
     std::uint64_t bits = 0;
     Get(bits);
     value = std::bit_cast<double>(bits);
+  }
+  void Get(bool& value) {
+    std::uint8_t byte = 0;
+    Get(byte);
+    if (byte > 1) return Fail();
+    value = byte == 1;
   }
   template <typename T>
   requires std::is_integral_v<T>
@@ -155,8 +187,16 @@ std::size_t Encode(const DeviceSample& sample, std::span<std::uint8_t> to) {
 std::size_t Encode(const GatewaySample& sample, std::span<std::uint8_t> to) {
   return EncodeAny(sample, to);
 }
+std::size_t Encode(const RequestSample& sample, std::span<std::uint8_t> to) {
+  return EncodeAny(sample, to);
+}
+std::size_t Encode(const ReplySample& sample, std::span<std::uint8_t> to) {
+  return EncodeAny(sample, to);
+}
 bool Decode(View bytes, PointSample& sample) { return DecodeAny(bytes, sample); }
 bool Decode(View bytes, DeviceSample& sample) { return DecodeAny(bytes, sample); }
 bool Decode(View bytes, GatewaySample& sample) { return DecodeAny(bytes, sample); }
+bool Decode(View bytes, RequestSample& sample) { return DecodeAny(bytes, sample); }
+bool Decode(View bytes, ReplySample& sample) { return DecodeAny(bytes, sample); }
 
 }  // namespace baudgate::dds

@@ -1,5 +1,5 @@
-// Where the publisher's samples go: the seam between the publisher and the DDS library, which may
-// be in this process or in another one.
+// Where the publisher's samples go, and where write requests come from: the seam between the
+// gateway and the DDS library, which may be in this process or in another one.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,6 +8,7 @@
 
 #include "gateway/base/time.h"
 #include "gateway/dds/datagram_counters.h"
+#include "gateway/dds/request_intake.h"
 #include "gateway/dds/samples.h"
 
 namespace baudgate::dds {
@@ -19,7 +20,8 @@ enum class Sent : std::uint8_t {
   later,    ///< there is no room or nobody now: nothing is lost when it is tried again in a moment
 };
 
-/// Used by one thread, save for subscribers(), datagrams() and session().
+/// Used by one thread, save for subscribers(), datagrams() and session(), and for replies, which
+/// have a thread of their own.
 class SampleWriter {
  public:
   virtual ~SampleWriter() = default;
@@ -27,6 +29,8 @@ class SampleWriter {
   virtual Sent Write(const PointSample& sample) = 0;
   virtual Sent Write(const DeviceSample& sample) = 0;
   virtual Sent Write(const GatewaySample& sample) = 0;
+  /// To a request that OnRequest was told of.
+  virtual Sent Write(const ReplySample&) { return Sent::refused; }
   /// The last call: waits until all subscribers have everything; false after `most`.
   virtual bool WaitAcknowledged(Duration most) = 0;
   /// Readers of the points topic that are connected now.
@@ -39,6 +43,13 @@ class SampleWriter {
   virtual std::uint64_t session() const { return 1; }
   /// Before the first sample: `changed` is called, from any thread, whenever session() changes.
   virtual void OnSession([[maybe_unused]] const std::function<void()>& changed) {}
+
+  using TakeRequest = std::function<void(WriteArrival arrival)>;
+  /// `take` is called, from any thread, with each request to this gateway; null: no longer, and no
+  /// call is under way when this returns. Where writing is denied nobody listens for them.
+  virtual void OnRequest([[maybe_unused]] TakeRequest take) {}
+  /// Requests that came faster than they can be handed on.
+  virtual std::uint64_t dropped_requests() const { return 0; }
 };
 
 }  // namespace baudgate::dds

@@ -13,12 +13,16 @@ namespace baudgate::dds {
 inline constexpr char kPointTopic[] = "baudgate/points";
 inline constexpr char kDeviceTopic[] = "baudgate/devices";
 inline constexpr char kGatewayTopic[] = "baudgate/gateways";
+inline constexpr char kRequestTopic[] = "baudgate/write";
+inline constexpr char kReplyTopic[] = "baudgate/write_reply";
 
 /// Bounds of baudgate.idl, in bytes.
 inline constexpr std::size_t kMaxKey = 64;
 inline constexpr std::size_t kMaxText = 128;
 inline constexpr std::size_t kMaxUnit = 16;
 inline constexpr std::size_t kMaxVersion = 32;
+inline constexpr std::size_t kMaxOutcome = 16;
+inline constexpr std::size_t kMaxReason = 256;
 
 struct PointSample {
   std::string gateway;  ///< key
@@ -60,6 +64,34 @@ struct GatewaySample {
   std::string version;
 
   bool operator==(const GatewaySample&) const = default;
+};
+
+/// A client asks for one point to be written. docs/dds.md, "Writing".
+struct RequestSample {
+  std::string gateway;    ///< key
+  std::string client;     ///< key; the client's own name for itself
+  std::uint64_t seq = 0;  ///< counts this client's requests; one that comes twice is done once
+  std::string device;
+  std::string point;
+  double value = 0;               ///< as users see it; where `text` says nothing
+  std::string text;               ///< as on the command line; counts unless it is empty
+  bool confirm = false;           ///< in place of a selection
+  std::uint32_t deadline_ms = 0;  ///< from its arrival; 0: the gateway's own
+  std::int64_t not_after_ns = 0;  ///< since 1970 UTC, by the gateway's clock; 0: any time
+
+  bool operator==(const RequestSample&) const = default;
+};
+
+/// What became of it.
+struct ReplySample {
+  std::string gateway;  ///< key
+  std::string client;   ///< key
+  std::uint64_t seq = 0;
+  std::string outcome;  ///< Name() of a WriteEnd
+  std::string reason;   ///< one sentence; empty when ok
+  std::uint32_t took_us = 0;
+
+  bool operator==(const ReplySample&) const = default;
 };
 
 /// Puts `text` into `to` so that it fits `bound` bytes: what is too long is cut at a UTF-8 boundary

@@ -14,7 +14,7 @@
 namespace baudgate::dds {
 
 struct TypeField {
-  enum class Kind : std::uint8_t { text, float64, uint16, uint32, int64, uint64 };
+  enum class Kind : std::uint8_t { text, boolean, float64, uint16, uint32, int64, uint64 };
   std::string_view name;
   Kind kind = Kind::text;
   std::uint32_t bound = 0;  ///< of a text, in bytes
@@ -72,10 +72,34 @@ inline constexpr std::array kGateway = {
     TypeField::Text("version", kMaxVersion),
 };
 
+inline constexpr std::array kRequest = {
+    TypeField::Key("gateway"),
+    TypeField::Key("client"),
+    TypeField{"seq", Kind::uint64},
+    TypeField::Text("device", kMaxKey),
+    TypeField::Text("point", kMaxKey),
+    TypeField{"value", Kind::float64},
+    TypeField::Text("text", kMaxText),
+    TypeField{"confirm", Kind::boolean},
+    TypeField{"deadline_ms", Kind::uint32},
+    TypeField{"not_after_ns", Kind::int64},
+};
+
+inline constexpr std::array kReply = {
+    TypeField::Key("gateway"),
+    TypeField::Key("client"),
+    TypeField{"seq", Kind::uint64},
+    TypeField::Text("outcome", kMaxOutcome),
+    TypeField::Text("reason", kMaxReason),
+    TypeField{"took_us", Kind::uint32},
+};
+
 }  // namespace type_fields
 
 inline constexpr TypeDescription kPointType = {"PointSample", type_fields::kPoint};
 inline constexpr TypeDescription kDeviceType = {"DeviceStatus", type_fields::kDevice};
 inline constexpr TypeDescription kGatewayType = {"GatewayStatus", type_fields::kGateway};
+inline constexpr TypeDescription kRequestType = {"WriteRequest", type_fields::kRequest};
+inline constexpr TypeDescription kReplyType = {"WriteReply", type_fields::kReply};
 
 }  // namespace baudgate::dds

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/pki/demo_documents.h"
 
+#include <initializer_list>
+
 namespace baudgate::pki {
 namespace {
 
@@ -16,6 +18,22 @@ constexpr char kAllDomains[] =
     "      <domains>\n"
     "        <id_range><min>0</min><max>230</max></id_range>\n"
     "      </domains>\n";
+
+std::string Topics(const std::string& tag, std::initializer_list<const char*> topics) {
+  std::string text = "        <" + tag + ">\n          <topics>";
+  for (const char* topic : topics) text += std::string("<topic>") + topic + "</topic>";
+  return text + "</topics>\n        </" + tag + ">\n";
+}
+
+/// A gateway publishes no requests: its key commands no other gateway.
+std::string Rights(Part part) {
+  if (part == Part::publish) {
+    return Topics("publish", {"baudgate/[!w]*", "baudgate/write_reply"}) +
+           Topics("subscribe", {"baudgate/write"});
+  }
+  const std::string subscribe = Topics("subscribe", {"baudgate/*"});
+  return part == Part::write ? Topics("publish", {"baudgate/write"}) + subscribe : subscribe;
+}
 
 /// 2026-11-22T20:00:00, which is UTC.
 std::string Time(WallTime time) { return FormatWallTime(time).substr(0, 19); }
@@ -49,7 +67,6 @@ std::string Governance() {
 }
 
 std::string Permissions(const std::string& name, Part part, WallTime from, WallTime until) {
-  const std::string tag = part == Part::publish ? "publish" : "subscribe";
   return Head("omg_shared_ca_permissions.xsd") + "  <permissions>\n    <grant name=\"" + name +
          "\">\n      <subject_name>CN=" + name +
          "</subject_name>\n"
@@ -57,9 +74,8 @@ std::string Permissions(const std::string& name, Part part, WallTime from, WallT
          Time(from) + "</not_before>\n        <not_after>" + Time(until) +
          "</not_after>\n      </validity>\n"
          "      <allow_rule>\n" +
-         kAllDomains + "        <" + tag +
-         ">\n          <topics><topic>baudgate/*</topic></topics>\n" + "        </" + tag +
-         ">\n      </allow_rule>\n"
+         kAllDomains + Rights(part) +
+         "      </allow_rule>\n"
          "      <default>DENY</default>\n"
          "    </grant>\n"
          "  </permissions>\n"

@@ -9,7 +9,11 @@
 
 namespace baudgate::pki {
 
-enum class Part { publish, subscribe };
+enum class Part {
+  publish,    ///< a gateway: publish all but requests to write, which it subscribes
+  subscribe,  ///< baudgate/*, and publish nothing
+  write,      ///< the same, and publish baudgate/write
+};
 
 /// Everything encrypted, for the domains 0 to 230; of topics baudgate/* alone.
 std::string Governance();

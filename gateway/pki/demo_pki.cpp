@@ -51,18 +51,32 @@ class DemoPki {
     for (const std::string& name : options_.gateways) {
       if (const Status status = Add(name, Part::publish); !status) return Error{status.error()};
     }
-    int number = 0;
-    for (int left = options_.subscribers; left > 0; --left) {
-      do ++number;
-      while (fs::exists(root_ / SubscriberName(number)));
-      const Status status = Add(SubscriberName(number), Part::subscribe);
-      if (!status) return Error{status.error()};
+    for (const auto& [name, count, part] :
+         {Numbered{"subscriber-", options_.subscribers, Part::subscribe},
+          Numbered{"writer-", options_.writers, Part::write}}) {
+      if (const Status status = AddNumbered(name, count, part); !status) {
+        return Error{status.error()};
+      }
     }
     return made_;
   }
 
  private:
-  static std::string SubscriberName(int number) { return "subscriber-" + std::to_string(number); }
+  struct Numbered {
+    const char* name;
+    int count;
+    Part part;
+  };
+
+  Status AddNumbered(const std::string& name, int count, Part part) {
+    int number = 0;
+    for (int left = count; left > 0; --left) {
+      do ++number;
+      while (fs::exists(root_ / (name + std::to_string(number))));
+      if (Status status = Add(name + std::to_string(number), part); !status) return status;
+    }
+    return {};
+  }
 
   Status FindAuthority() {
     const fs::path folder = root_ / "ca";

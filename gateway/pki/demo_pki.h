@@ -3,6 +3,7 @@
 //   DIR/ca/ca.pem key.pem                       the authority; its key belongs nowhere else
 //   DIR/NAME/ca.pem identity.pem key.pem governance.p7s permissions.p7s       of a gateway
 //   DIR/subscriber-1/…                          the same five of a subscriber
+//   DIR/writer-1/…                              of a subscriber who may write
 //
 // Written by `baudgate certs dds`.
 // SPDX-License-Identifier: Apache-2.0
@@ -20,8 +21,9 @@ inline constexpr Duration kDemoValidity = 5 * 365 * 24h;
 
 struct DemoPkiOptions {
   std::string directory;
-  std::vector<std::string> gateways;  ///< names: may publish baudgate/*, and nothing else
+  std::vector<std::string> gateways;  ///< names
   int subscribers = 0;                ///< numbered on from those that are there; may subscribe only
+  int writers = 0;                    ///< likewise; may publish baudgate/write as well
   Duration validity = kDemoValidity;  ///< of identities and permissions; the authority's at least
 };
 

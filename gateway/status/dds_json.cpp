@@ -75,6 +75,16 @@ Json DatagramsJson(const dds::DatagramCounters& datagrams) {
           {"text", DatagramText(datagrams)}};
 }
 
+/// "took 12 write requests, 3 more came too fast"
+Json RequestsJson(const dds::LinkState& state) {
+  if (!state.requests) return nullptr;
+  std::string text = "took " + Plural(*state.requests, "write request");
+  if (state.requests_dropped > 0) {
+    text += ", " + std::to_string(state.requests_dropped) + " more came too fast";
+  }
+  return {{"taken", *state.requests}, {"dropped", state.requests_dropped}, {"text", text}};
+}
+
 }  // namespace
 
 Json DdsJson(int domain, const dds::LinkState& state, Instant now) {
@@ -90,6 +100,7 @@ Json DdsJson(int domain, const dds::LinkState& state, Instant now) {
       state.phase == Phase::waiting ? Json(nullptr) : Json((now - state.heard) / 1ms);
   json["next_start_ms"] =
       state.next_start ? Json(std::max(Duration(0), *state.next_start - now) / 1ms) : Json(nullptr);
+  json["requests"] = RequestsJson(state);
   json["datagrams"] = DatagramsJson(state.datagrams);
   const std::string trouble = Diagnose(state, now);
   json["advice"] = trouble.empty() ? Json::array() : Json::array({trouble});

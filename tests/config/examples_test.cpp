@@ -74,6 +74,7 @@ TEST(Examples, AnnotatedDefaultsAreTheDefaults) {
   EXPECT_EQ(loaded.config.socket, "/run/baudgate/baudgate.sock");
   EXPECT_EQ(loaded.config.dds.heartbeat, defaults.dds.heartbeat);
   EXPECT_EQ(loaded.config.dds.process, defaults.dds.process);
+  EXPECT_EQ(loaded.config.dds.write, defaults.dds.write);
   EXPECT_EQ(loaded.config.dds.interfaces, defaults.dds.interfaces);
   const config::Listener listener;
   const config::Listener& shown = loaded.config.modbus.listen.at(0);

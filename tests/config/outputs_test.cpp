@@ -86,6 +86,9 @@ TEST(Outputs, DdsKeys) {
   EXPECT_EQ(dds.heartbeat, 2s);
   EXPECT_EQ(dds.process, config::Dds::Process::inside);
   EXPECT_EQ(Good("dds: { domain: 1 }").dds.process, config::Dds::Process::own);
+  EXPECT_FALSE(Good("dds: { domain: 1 }").dds.write);
+  EXPECT_FALSE(Good("dds: { write: deny }").dds.write);
+  EXPECT_TRUE(Good("dds: { write: allow }").dds.write);
   EXPECT_TRUE(Good("dds: { domain: 1 }").dds.multicast);
 }
 
@@ -146,6 +149,7 @@ TEST(Outputs, OneSentenceEach) {
        "28: error: allow: an empty list would let nobody in; leave the key out to allow everybody"},
       {"modbus: { listen: { write: no } }",
        "28: error: write: 'no' is unknown; allowed: allow, deny"},
+      {"dds: { write: yes }", "15: error: write: 'yes' is unknown; allowed: deny, allow"},
       {"modbus: { listen: [\"127.0.0.1:1\", \"localhost:1\"] }",
        "35: error: listen: 127.0.0.1:1 stands twice; first in line 1"},
       {"modbus: { listen: { at: \"0.0.0.0:502\", allow: [127.0.0.0/8, \"::1\"] } }",

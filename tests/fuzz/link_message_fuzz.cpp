@@ -58,6 +58,17 @@ void Check(View packet) {
     case LinkKind::gateway:
       CheckSample<GatewaySample>(*message);
       break;
+    case LinkKind::reply:
+      CheckSample<ReplySample>(*message);
+      break;
+    case LinkKind::request: {
+      const auto request = DecodeRequest(message->body);
+      if (!request.ok()) break;
+      const Bytes again = EncodeRequest(*request);
+      const auto back = DecodeRequest(ParseLink(again)->body);
+      Require(back.ok() && EncodeRequest(*back) == again, "a request has one meaning");
+      break;
+    }
     case LinkKind::end:
     case LinkKind::opened:
       break;

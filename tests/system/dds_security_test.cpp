@@ -95,7 +95,7 @@ TEST_F(DdsSecurity, AnIdentityThatHasExpiredSinceIsNotLetIn) {
   constexpr Duration kShort = 8s;  // enough to begin on a busy machine
   const auto begun = ReadClocks();
   const auto made =
-      pki::WriteDemoPki({Pki(), {}, 1, kShort}, begun.wall);  // subscriber-2, for a few seconds
+      pki::WriteDemoPki({Pki(), {}, 1, 0, kShort}, begun.wall);  // subscriber-2, for a few seconds
   ASSERT_TRUE(made.ok()) << made.error();
   const auto expired = Start(Watch("subscriber-2"));
   ASSERT_TRUE(Eventually([&] { return ReadClocks().instant > begun.instant + kShort + 1s; }));

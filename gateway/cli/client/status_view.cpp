@@ -209,14 +209,18 @@ std::string DdsLine(const Json& status) {
                      Text(dds, "state") == "starting" ? ", the process is starting" : "");
 }
 
-/// "DDS let in 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists".
-std::string DatagramLine(const Json& status) {
+/// "DDS took 12 write requests" and "DDS let in 12345 datagrams, refused 40: 38 fragments, 2 broken
+/// parameter lists", each in a line.
+std::string DdsTraffic(const Json& status) {
   const Json& dds = DdsOf(status);
   if (dds.is_null()) return {};
-  const auto datagrams = dds.find("datagrams");  // an older gateway has none
-  if (datagrams == dds.end() || Text(*datagrams, "text").empty()) return {};
-  const char* apart = dds.at("advice").empty() ? "" : "\n";
-  return apart + ("DDS " + Harmless(Text(*datagrams, "text"))) + "\n";
+  std::string lines;
+  for (const char* part : {"requests", "datagrams"}) {
+    const auto found = dds.find(part);  // an older gateway has none
+    if (found == dds.end() || found->is_null() || Text(*found, "text").empty()) continue;
+    lines += "DDS " + Harmless(Text(*found, "text")) + "\n";
+  }
+  return (lines.empty() || dds.at("advice").empty() ? "" : "\n") + lines;
 }
 
 std::string Overview(const Json& status, const TableView& view) {
@@ -231,7 +235,7 @@ std::string Overview(const Json& status, const TableView& view) {
                      Text(status, "gateway"), Text(status, "version"),
                      Milliseconds(status.at("uptime_ms")), lines.size(), devices, alive) +
          LineTable(lines, view) + (devices == 0 ? "" : "\n" + DeviceTable(lines, view)) +
-         RenderTraffic(status.at("modbus"), view) + DdsLine(status) + DatagramLine(status) +
+         RenderTraffic(status.at("modbus"), view) + DdsLine(status) + DdsTraffic(status) +
          Advice(status);
 }
 

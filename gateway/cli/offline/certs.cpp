@@ -24,10 +24,11 @@ int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err) 
   demo.directory = folder;
   demo.gateways = options.gateways;
   demo.subscribers = options.subscribers.value_or(0);
-  if (demo.gateways.empty() && demo.subscribers == 0) {
+  demo.writers = options.writers;
+  if (demo.gateways.empty() && demo.subscribers == 0 && demo.writers == 0) {
     if (fs::exists(fs::path(folder) / "ca", error)) {
       err << "certs: " << folder << " has an authority; say what else it shall issue, with "
-          << "--gateway NAME or --subscribers N\n";
+          << "--gateway NAME, --subscribers N or --writers N\n";
       return kNotWritten;
     }
     demo.gateways = {"baudgate"};
@@ -51,7 +52,8 @@ int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err) 
         << ":\n  dds: { security: " << (fs::path(folder) / name).string() << " }\n";
   }
   if (demo.subscribers > 0) {
-    out << "a subscriber: baudgate watch --security " << made->back() << '\n';
+    out << "a subscriber: baudgate watch --security "
+        << (*made)[made->size() - 1 - static_cast<std::size_t>(demo.writers)] << '\n';
   }
   out << "Keep " << folder << "/ca/key.pem apart: whoever has it can issue identities.\n";
   return kDone;

@@ -13,6 +13,7 @@ struct CertsOptions {
   std::string directory;
   std::vector<std::string> gateways;  ///< names; with nothing asked for and no authority: baudgate
   std::optional<int> subscribers;     ///< likewise one
+  int writers = 0;
 };
 
 /// Exit codes: 0 done, 2 a name that can not be, 4 something is there already or can not be

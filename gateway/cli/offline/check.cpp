@@ -110,7 +110,10 @@ std::string Describe(const config::Dds& dds) {
             });
   }
   if (!dds.profiles.empty()) text += ", profiles of " + dds.profiles;
-  return text + "; topics baudgate/points, baudgate/devices, baudgate/gateways";
+  text += "; topics baudgate/points, baudgate/devices, baudgate/gateways";
+  return text + (dds.write ? "; write: allow, so that whoever reaches the domain may write what "
+                             "devices allow, on baudgate/write"
+                           : "; write: deny");
 }
 
 std::string Describe(const config::Line& line) {

@@ -11,12 +11,14 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <functional>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "gateway/dds/fast/participant.h"
 #include "gateway/dds/fast/qos_profiles.h"
 #include "gateway/dds/fast/types.h"
+#include "gateway/dds/fast/write_topics.h"
 
 namespace baudgate::dds {
 namespace {
@@ -155,7 +157,8 @@ class TopicWriters {
 
 class FastWriter : public SampleWriter {
  public:
-  explicit FastWriter(fast::DomainParticipant* participant) : participant_(participant) {}
+  FastWriter(fast::DomainParticipant* participant, std::unique_ptr<VolatileWriters> askers)
+      : askers_(std::move(askers)), participant_(participant) {}
   ~FastWriter() override {
     points_.Clear();
     devices_.Clear();
@@ -173,9 +176,25 @@ class FastWriter : public SampleWriter {
            gateways_.Open(*participant_, *publisher, NewGatewayType(), kGatewayTopic, 1, nullptr);
   }
 
-  Sent Write(const PointSample& sample) override { return points_.Write(sample); }
+  Sent Write(const PointSample& sample) override {
+    if (requests_) requests_->Renew();
+    return points_.Write(sample);
+  }
   Sent Write(const DeviceSample& sample) override { return devices_.Write(sample); }
   Sent Write(const GatewaySample& sample) override { return gateways_.Write(sample); }
+
+  Sent Write(const ReplySample& reply) override {
+    return requests_ ? requests_->Write(reply) : Sent::refused;
+  }
+  void OnRequest(TakeRequest take) override {
+    if (requests_) requests_->OnRequest(std::move(take));
+  }
+  std::uint64_t dropped_requests() const override { return requests_ ? requests_->dropped() : 0; }
+
+  bool Listen(const std::string& gateway) {
+    requests_.emplace(gateway, *askers_);
+    return requests_->Open(*participant_);
+  }
 
   bool WaitAcknowledged(Duration most) override {
     const Instant deadline = std::chrono::steady_clock::now() + most;
@@ -188,23 +207,34 @@ class FastWriter : public SampleWriter {
 
  private:
   MatchCounter matches_;
+  const std::unique_ptr<VolatileWriters> askers_;  // hears what the participant does
   fast::DomainParticipant* participant_;
   TopicWriters points_;
   TopicWriters devices_;
   TopicWriters gateways_;
+  std::optional<WriteTopics> requests_;
 };
 
 }  // namespace
 
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
-                                                       std::size_t points, std::size_t devices) {
-  auto participant = CreateParticipant(options, nullptr, Role::publishes);
+                                                       std::size_t points, std::size_t devices,
+                                                       const std::string& requests_for) {
+  auto askers = std::make_unique<VolatileWriters>(kRequestTopic);
+  auto participant = CreateParticipant(options, askers.get(), Role::publishes);
   if (!participant) return Error{participant.error()};
-  auto writer = std::make_unique<FastWriter>(*participant);
+  auto writer = std::make_unique<FastWriter>(*participant, std::move(askers));
   if (!writer->Open(points, devices)) {
     return Error{"dds: no writer for " + std::to_string(points) + " points could be made" +
                  (options.security.on() ? "; do " + options.security.permissions +
                                               " let this gateway publish baudgate/*?"
+                                        : "")};
+  }
+  if (!requests_for.empty() && !writer->Listen(requests_for)) {
+    return Error{std::string("dds: write requests can not be listened for") +
+                 (options.security.on() ? "; do " + options.security.permissions +
+                                              " let this gateway subscribe baudgate/write and "
+                                              "publish baudgate/write_reply?"
                                         : "")};
   }
   return std::unique_ptr<SampleWriter>(std::move(writer));
@@ -216,7 +246,8 @@ Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& con
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     points += store.device(device).points.size();
   }
-  return CreateFastWriter(ParticipantOf(config.dds), points, store.device_count());
+  return CreateFastWriter(ParticipantOf(config.dds), points, store.device_count(),
+                          config.dds.write ? config.name : std::string());
 }
 
 }  // namespace baudgate::dds

@@ -22,6 +22,8 @@ const TypeIdentifier& IdentifierOf(const TypeField& field) {
   switch (field.kind) {
     case TypeField::Kind::text:
       return *Factory().get_string_identifier(field.bound, false);
+    case TypeField::Kind::boolean:
+      return *Factory().get_type_identifier("bool", false);
     case TypeField::Kind::float64:
       return *Factory().get_type_identifier("double", false);
     case TypeField::Kind::uint16:

@@ -75,4 +75,13 @@ TopicDataType* NewGatewayType() {
                                                                kGatewayType);
 }
 
+TopicDataType* NewRequestType() {
+  return new SampleType<RequestSample, kRequestSampleMaxBytes>("baudgate::v1::WriteRequest",
+                                                               kRequestType);
+}
+
+TopicDataType* NewReplyType() {
+  return new SampleType<ReplySample, kReplySampleMaxBytes>("baudgate::v1::WriteReply", kReplyType);
+}
+
 }  // namespace baudgate::dds

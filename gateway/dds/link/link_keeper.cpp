@@ -52,6 +52,7 @@ void LinkKeeper::Counted(const LinkCounts& counts, Instant now) {
   state_.subscribers = counts.subscribers;
   state_.written = before_.written + counts.written;
   state_.refused = before_.refused + counts.refused;
+  state_.requests_dropped = before_.dropped + counts.dropped;
   state_.datagrams = counts.datagrams;
   state_.datagrams.AddEarlier(before_.datagrams);
 }
@@ -67,7 +68,7 @@ void LinkKeeper::Ended(std::string reason, Instant now) {
   state_.reason = std::move(reason);
   state_.subscribers = 0;
   state_.datagrams.participants = 0;
-  before_ = {0, state_.written, state_.refused, state_.datagrams};
+  before_ = {0, state_.written, state_.refused, state_.requests_dropped, state_.datagrams};
 }
 
 }  // namespace baudgate::dds

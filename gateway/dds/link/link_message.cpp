@@ -20,10 +20,12 @@ constexpr std::size_t kMaxPath = 255;  // whose length is one byte
 constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
 constexpr int kLastDomain = 232;
+constexpr std::size_t kArrivalBytes =
+    12 + 4 + 8 + 1;  // participant, entity, time, lasting; then the sample
 
 static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 1 + 1 +
                   config::kMostPeers * (1 + kMaxIpv4) + 1 +
-                  config::kMostDiscoveryServers * (3 + kMaxIpv4) + 1 + kMaxPath + 8 + 1 +
+                  config::kMostDiscoveryServers * (3 + kMaxIpv4) + 1 + kMaxPath + 9 + 1 +
                   kSecurityFiles * (1 + kMaxPath) <=
               kMaxLinkMessage);
 static_assert(kLinkHeaderBytes + kPointSampleMaxBytes <= kMaxLinkMessage);
@@ -162,7 +164,7 @@ std::size_t EncodeAny(LinkKind kind, const Sample& sample, std::span<std::uint8_
   return kLinkHeaderBytes + body;
 }
 
-bool IsKind(std::uint8_t byte) { return (byte >= 1 && byte <= 5) || (byte >= 64 && byte <= 66); }
+bool IsKind(std::uint8_t byte) { return (byte >= 1 && byte <= 6) || (byte >= 64 && byte <= 67); }
 
 }  // namespace
 
@@ -178,6 +180,7 @@ Bytes EncodeOpen(const LinkOpen& open) {
   PutText(body, open.participant.profiles.substr(0, kMaxPath));
   Put(body, open.points);
   Put(body, open.devices);
+  body.push_back(open.requests ? 1 : 0);
   PutSecurity(body, open.participant.security);
   return Packet(LinkKind::open, body);
 }
@@ -191,6 +194,7 @@ Bytes EncodeCounts(const LinkCounts& counts) {
   Put(body, counts.subscribers);
   Put(body, counts.written);
   Put(body, counts.refused);
+  Put(body, counts.dropped);
   Put(body, counts.datagrams.participants);
   Put(body, counts.datagrams.passed);
   body.push_back(static_cast<std::uint8_t>(kRefusals));
@@ -208,6 +212,21 @@ std::size_t EncodeSample(LinkKind kind, const DeviceSample& sample, std::span<st
 }
 std::size_t EncodeSample(LinkKind kind, const GatewaySample& sample, std::span<std::uint8_t> to) {
   return EncodeAny(kind, sample, to);
+}
+std::size_t EncodeSample(LinkKind kind, const ReplySample& sample, std::span<std::uint8_t> to) {
+  return EncodeAny(kind, sample, to);
+}
+
+Bytes EncodeRequest(const WriteArrival& arrival) {
+  Bytes body(arrival.writer.publisher.bytes.begin(), arrival.writer.publisher.bytes.end());
+  Append(body, arrival.writer.entity);
+  Put(body, static_cast<std::uint64_t>(arrival.received.time_since_epoch().count()));
+  body.push_back(arrival.lasting ? 1 : 0);
+  body.resize(kArrivalBytes + kRequestSampleMaxBytes);
+  const std::size_t size = Encode(arrival.request, std::span(body).subspan(kArrivalBytes));
+  if (size == 0) return {};
+  body.resize(kArrivalBytes + size);
+  return Packet(LinkKind::request, body);
 }
 
 Result<LinkMessage> ParseLink(View packet) {
@@ -243,14 +262,16 @@ Result<LinkOpen> DecodeOpen(View body) {
   open.participant.profiles = fields.Text(kMaxPath);
   open.points = fields.Number<std::uint32_t>();
   open.devices = fields.Number<std::uint32_t>();
+  const auto requests = fields.Number<std::uint8_t>();
   if (!TakeSecurity(fields, open.participant.security) || !fields.AllTaken() ||
       domain > kLastDomain || shared_memory > 1 || multicast > 1 || open.points > kMostInstances ||
-      open.devices > kMostInstances) {
+      open.devices > kMostInstances || requests > 1) {
     return damaged;
   }
   open.participant.domain = static_cast<int>(domain);
   open.participant.shared_memory = shared_memory == 1;
   open.participant.multicast = multicast == 1;
+  open.requests = requests == 1;
   return open;
 }
 
@@ -260,12 +281,28 @@ Result<LinkCounts> DecodeCounts(View body) {
   counts.subscribers = fields.Number<std::uint32_t>();
   counts.written = fields.Number<std::uint64_t>();
   counts.refused = fields.Number<std::uint64_t>();
+  counts.dropped = fields.Number<std::uint64_t>();
   counts.datagrams.participants = fields.Number<std::uint32_t>();
   counts.datagrams.passed = fields.Number<std::uint64_t>();
   const bool same_reasons = fields.Number<std::uint8_t>() == kRefusals;
   for (std::uint64_t& refused : counts.datagrams.refused) refused = fields.Number<std::uint64_t>();
   if (!same_reasons || !fields.AllTaken()) return Error{"damaged counts"};
   return counts;
+}
+
+Result<WriteArrival> DecodeRequest(View body) {
+  WriteArrival arrival;
+  if (body.size() < kArrivalBytes || !Decode(body.subspan(kArrivalBytes), arrival.request)) {
+    return Error{"a damaged write request"};
+  }
+  std::ranges::copy(body.first(12), arrival.writer.publisher.bytes.begin());
+  std::ranges::copy(body.subspan(12, 4), arrival.writer.entity.begin());
+  Fields fields(body.subspan(16, 9));
+  arrival.received = Instant(Duration(static_cast<std::int64_t>(fields.Number<std::uint64_t>())));
+  const auto lasting = fields.Number<std::uint8_t>();
+  if (lasting > 1) return Error{"a damaged write request"};
+  arrival.lasting = lasting == 1;
+  return arrival;
 }
 
 std::string DecodeFailed(View body) {

@@ -3,8 +3,8 @@
 // link_server.h carry them.
 // SPDX-License-Identifier: Apache-2.0
 //
-//   02 02 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
-//   kind point, version 2, 92 bytes follow | the sample as in gateway/dds/cdr.h
+//   02 03 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
+//   kind point, version 3, 92 bytes follow | the sample as in gateway/dds/cdr.h
 //
 // All numbers are little-endian.
 #pragma once
@@ -17,11 +17,12 @@
 #include "gateway/base/result.h"
 #include "gateway/dds/datagram_counters.h"
 #include "gateway/dds/participant_options.h"
+#include "gateway/dds/request_intake.h"
 #include "gateway/dds/samples.h"
 
 namespace baudgate::dds {
 
-inline constexpr std::uint8_t kLinkVersion = 2;
+inline constexpr std::uint8_t kLinkVersion = 3;
 inline constexpr std::size_t kLinkHeaderBytes = 4;
 /// No message is longer; a packet that is longer is refused.
 inline constexpr std::size_t kMaxLinkMessage = 8192;
@@ -33,17 +34,20 @@ enum class LinkKind : std::uint8_t {
   device = 3,   ///< likewise
   gateway = 4,  ///< likewise
   end = 5,      ///< wait until subscribers have everything, then leave
+  reply = 6,    ///< what became of a write request: publish it
   // From the process.
-  opened = 64,  ///< the answer to open: samples may come
-  failed = 65,  ///< the other answer: a sentence that says what to change
-  counts = 66,  ///< at a change, and once a second as a sign of life
+  opened = 64,   ///< the answer to open: samples may come
+  failed = 65,   ///< the other answer: a sentence that says what to change
+  counts = 66,   ///< at a change, and once a second as a sign of life
+  request = 67,  ///< somebody asks for a point to be written
 };
 
 struct LinkOpen {
-  std::string gateway;  ///< its name, for the process' own log
+  std::string gateway;  ///< its name
   ParticipantOptions participant;
   std::uint32_t points = 0;
   std::uint32_t devices = 0;
+  bool requests = false;  ///< listen for write requests to `gateway`
 };
 
 /// Since the process has opened.
@@ -51,6 +55,7 @@ struct LinkCounts {
   std::uint32_t subscribers = 0;  ///< readers of the points topic, now
   std::uint64_t written = 0;      ///< samples
   std::uint64_t refused = 0;      ///< samples that the library did not take
+  std::uint64_t dropped = 0;      ///< write requests that found no room
   DatagramCounters datagrams{};
 
   bool operator==(const LinkCounts&) const = default;
@@ -66,6 +71,9 @@ Bytes EncodeBare(LinkKind kind);  ///< end, opened
 std::size_t EncodeSample(LinkKind kind, const PointSample& sample, std::span<std::uint8_t> to);
 std::size_t EncodeSample(LinkKind kind, const DeviceSample& sample, std::span<std::uint8_t> to);
 std::size_t EncodeSample(LinkKind kind, const GatewaySample& sample, std::span<std::uint8_t> to);
+std::size_t EncodeSample(LinkKind kind, const ReplySample& sample, std::span<std::uint8_t> to);
+/// Empty when the sample is beyond its bounds. The clock of `received` is that of the machine.
+Bytes EncodeRequest(const WriteArrival& arrival);
 
 struct LinkMessage {
   LinkKind kind{};
@@ -79,6 +87,7 @@ Result<LinkMessage> ParseLink(View packet);
 /// Bodies. Everything is checked against its bounds, and nothing may stand behind it.
 Result<LinkOpen> DecodeOpen(View body);
 Result<LinkCounts> DecodeCounts(View body);
+Result<WriteArrival> DecodeRequest(View body);
 std::string DecodeFailed(View body);  ///< printable, at most 1,000 bytes
 
 }  // namespace baudgate::dds

@@ -26,6 +26,8 @@ Status LinkServer::Take(View packet) {
       return Publish(message->body, device_);
     case LinkKind::gateway:
       return Publish(message->body, gateway_);
+    case LinkKind::reply:
+      return Reply(message->body);
     case LinkKind::end:
       writer_->WaitAcknowledged(kAcknowledgeTime);
       writer_.reset();
@@ -46,6 +48,12 @@ Status LinkServer::Open(View body) {
     return {};
   }
   writer_ = std::move(*writer);
+  if (open->requests) {
+    writer_->OnRequest([this](WriteArrival arrival) {
+      const Instant now = arrival.received;
+      requests_.Offer(std::move(arrival), now);
+    });
+  }
   answer_ = EncodeBare(LinkKind::opened);
   return {};
 }
@@ -56,6 +64,20 @@ Status LinkServer::Publish(View body, Sample& sample) {
   const Sent sent = writer_->Write(sample);
   ++(sent == Sent::yes ? counts_.written : counts_.refused);
   return {};
+}
+
+/// One that the library does not take is asked for again by its client.
+Status LinkServer::Reply(View body) {
+  ReplySample reply;
+  if (!Decode(body, reply)) return Error{"the daemon sent a damaged reply"};
+  writer_->Write(reply);
+  return {};
+}
+
+std::optional<Bytes> LinkServer::NextRequest() {
+  const auto arrival = requests_.Take();
+  if (!arrival) return std::nullopt;
+  return EncodeRequest(*arrival);
 }
 
 std::optional<Bytes> LinkServer::Answer(Instant now) {
@@ -79,7 +101,10 @@ Instant LinkServer::NextAnswer() const {
 
 LinkCounts LinkServer::Counts() const {
   LinkCounts counts = counts_;
-  if (writer_) counts.subscribers = writer_->subscribers();
+  counts.dropped = requests_.dropped();
+  if (!writer_) return counts;
+  counts.subscribers = writer_->subscribers();
+  counts.dropped += writer_->dropped_requests();
   return counts;
 }
 

@@ -18,13 +18,17 @@ namespace baudgate::dds {
 class LinkServer {
  public:
   using MakeWriter = std::function<Result<std::unique_ptr<SampleWriter>>(const LinkOpen& open)>;
-  explicit LinkServer(MakeWriter make) : make_(std::move(make)) {}
+  /// `wake`: on any thread, when NextRequest has something.
+  explicit LinkServer(MakeWriter make, std::function<void()> wake = {})
+      : make_(std::move(make)), requests_(std::move(wake)) {}
 
   /// Nothing: go on. An error: the link is to be closed; its sentence says why.
   Status Take(View packet);
   /// The packet that is due to the daemon now, if any: the answer to open, then counts.
   std::optional<Bytes> Answer(Instant now);
   Instant NextAnswer() const;
+  /// The packet with the next write request.
+  std::optional<Bytes> NextRequest();
   /// The daemon said that this is the end, and subscribers have been waited for.
   bool ended() const { return ended_; }
 
@@ -32,9 +36,11 @@ class LinkServer {
   Status Open(View body);
   template <typename Sample>
   Status Publish(View body, Sample& sample);
+  Status Reply(View body);
   LinkCounts Counts() const;
 
   const MakeWriter make_;
+  RequestIntake requests_;  // outlives the writer, whose threads fill it
   std::unique_ptr<SampleWriter> writer_;
   PointSample point_;  ///< kept to save its memory
   DeviceSample device_;

@@ -26,7 +26,11 @@ struct LinkState {
   std::uint32_t subscribers = 0;        ///< readers of the points topic, now
   std::uint64_t written = 0;            ///< samples, by all processes so far
   std::uint64_t refused = 0;            ///< samples that the library did not take, likewise
-  DatagramCounters datagrams;           ///< likewise; its participants now
+  /// Where `dds: { write: allow }` stands: write requests that were looked at, and those that came
+  /// too fast to be.
+  std::optional<std::uint64_t> requests{};
+  std::uint64_t requests_dropped = 0;
+  DatagramCounters datagrams;  ///< likewise; its participants now
 };
 
 }  // namespace baudgate::dds

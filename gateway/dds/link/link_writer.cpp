@@ -22,6 +22,7 @@ Sent LinkWriter::Put(LinkKind kind, const Sample& sample) {
 Sent LinkWriter::Write(const PointSample& sample) { return Put(LinkKind::point, sample); }
 Sent LinkWriter::Write(const DeviceSample& sample) { return Put(LinkKind::device, sample); }
 Sent LinkWriter::Write(const GatewaySample& sample) { return Put(LinkKind::gateway, sample); }
+Sent LinkWriter::Write(const ReplySample& reply) { return Put(LinkKind::reply, reply); }
 
 Sent LinkWriter::SendHeld(std::size_t size) {
   switch (SendPacket(socket_, View(packet_).first(size))) {
@@ -63,6 +64,16 @@ std::uint64_t LinkWriter::session() const {
 void LinkWriter::OnSession(const std::function<void()>& changed) {
   const MutexLock lock(telling_);
   on_session_ = changed;
+}
+
+void LinkWriter::OnRequest(TakeRequest take) {
+  const MutexLock lock(telling_);
+  on_request_ = std::move(take);
+}
+
+void LinkWriter::HandOn(WriteArrival arrival) const {
+  const MutexLock lock(telling_);
+  if (on_request_) on_request_(std::move(arrival));
 }
 
 void LinkWriter::Attach(int socket) {

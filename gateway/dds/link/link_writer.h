@@ -20,17 +20,21 @@ class LinkWriter : public SampleWriter {
   Sent Write(const PointSample& sample) override;
   Sent Write(const DeviceSample& sample) override;
   Sent Write(const GatewaySample& sample) override;
+  Sent Write(const ReplySample& reply) override;
   /// Tells the process that this is the end, and waits until it has left: as long again as it needs
   /// for its own goodbye.
   bool WaitAcknowledged(Duration most) override;
   std::uint32_t subscribers() const override;
   std::uint64_t session() const override;
   void OnSession(const std::function<void()>& changed) override;
+  void OnRequest(TakeRequest take) override;
 
   /// Samples go to this socket from now on, which stays open until Detach.
   void Attach(int socket);
   void Detach();
   void SetSubscribers(std::uint32_t subscribers);
+  /// From the process.
+  void HandOn(WriteArrival arrival) const;
   /// The end has been told.
   bool ending() const;
 
@@ -49,6 +53,7 @@ class LinkWriter : public SampleWriter {
   std::array<std::uint8_t, kMaxLinkMessage> packet_ BAUDGATE_GUARDED_BY(mutex_){};
   mutable Mutex telling_;
   std::function<void()> on_session_ BAUDGATE_GUARDED_BY(telling_);
+  TakeRequest on_request_ BAUDGATE_GUARDED_BY(telling_);
 };
 
 }  // namespace baudgate::dds

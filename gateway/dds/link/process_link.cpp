@@ -19,6 +19,7 @@ namespace {
 
 constexpr Duration kReapTime = 300ms;  // between the end of its link and that of the process
 constexpr int kMostPacketsAtOnce = 100;
+constexpr Duration kOldest = 1h;  // of a request: older is as much too old
 
 Instant Clock() { return ReadClocks().instant; }
 
@@ -166,6 +167,14 @@ Status ProcessLink::Understand(View packet, Instant now) {
       if (!counts) return Error{"sent " + counts.error()};
       keeper_.Counted(*counts, now);
       writer_->SetSubscribers(counts->subscribers);
+      return {};
+    }
+    case LinkKind::request: {
+      if (!options_.open.requests) return Error{"sent a write request, and writing is denied"};
+      auto arrival = DecodeRequest(message->body);
+      if (!arrival) return Error{"sent " + arrival.error()};
+      arrival->received = std::clamp(arrival->received, now - kOldest, now);
+      writer_->HandOn(std::move(*arrival));
       return {};
     }
     default:

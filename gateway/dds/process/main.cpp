@@ -48,10 +48,14 @@ void Say(const std::string& sentence) {
 }
 
 Result<ServeEnd> ServeOne(const Descriptor& link, const StopSignals& stop) {
-  LinkServer server([](const LinkOpen& open) {
-    return CreateFastWriter(open.participant, open.points, open.devices);
-  });
-  return Serve(link, server, stop.descriptor(), [] { sd_notify(0, "WATCHDOG=1"); });
+  const WakeUp wake;
+  LinkServer server(
+      [](const LinkOpen& open) {
+        return CreateFastWriter(open.participant, open.points, open.devices,
+                                open.requests ? open.gateway : std::string());
+      },
+      [&wake] { wake.Ring(); });
+  return Serve(link, server, wake, stop.descriptor(), [] { sd_notify(0, "WATCHDOG=1"); });
 }
 
 /// 0: as much memory as there is.

@@ -2,6 +2,8 @@
 #include "gateway/dds/process/serve.h"
 
 #include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -15,12 +17,38 @@ namespace {
 constexpr Duration kLook = 100ms;  // how late a change of the number of subscribers may be told
 constexpr int kMostPacketsAtOnce = 256;
 
+/// What does not fit into the socket now stays in `held`. False: the daemon is gone.
+bool SendRequests(const Descriptor& link, LinkServer& server, std::optional<Bytes>& held) {
+  for (;;) {
+    if (!held) held = server.NextRequest();
+    if (!held) return true;
+    const PacketSent sent = SendPacket(link.get(), *held);
+    if (sent == PacketSent::closed) return false;
+    if (sent == PacketSent::full) return true;
+    held.reset();
+  }
+}
+
 }  // namespace
 
-Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, int stop,
+WakeUp::WakeUp() : event_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+
+void WakeUp::Ring() const {
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const auto written = ::write(event_.get(), &one, sizeof one);
+}
+
+void WakeUp::Clear() const {
+  std::uint64_t rung = 0;
+  [[maybe_unused]] const auto read = ::read(event_.get(), &rung, sizeof rung);
+}
+
+Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp& wake, int stop,
                        const std::function<void()>& alive) {
   const auto buffer = std::make_unique<PacketBuffer>();
-  std::array<pollfd, 2> waited{{{link.get(), POLLIN, 0}, {stop, POLLIN, 0}}};
+  std::array<pollfd, 3> waited{
+      {{link.get(), POLLIN, 0}, {stop, POLLIN, 0}, {wake.descriptor(), POLLIN, 0}}};
+  std::optional<Bytes> held;
   Instant next_alive{};
   for (;;) {
     for (int i = 0; i < kMostPacketsAtOnce; ++i) {
@@ -30,6 +58,8 @@ Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, int stop,
       if (const Status status = server.Take(received.packet); !status) return Error{status.error()};
       if (server.ended()) return ServeEnd::ended;
     }
+    wake.Clear();
+    if (!SendRequests(link, server, held)) return ServeEnd::closed;
     const Instant now = ReadClocks().instant;
     if (const auto answer = server.Answer(now)) {
       // A daemon that does not read this second reads the next counts.

@@ -17,9 +17,21 @@ enum class ServeEnd {
   stopped,  ///< `stop` became readable
 };
 
+/// Wakes the loop from any thread.
+class WakeUp {
+ public:
+  WakeUp();
+  void Ring() const;
+  void Clear() const;
+  int descriptor() const { return event_.get(); }
+
+ private:
+  Descriptor event_;
+};
+
 /// Until the link ends; the error is what was wrong with it. `alive` is called at least once a
-/// second, by the thread that reads the link.
-Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, int stop,
+/// second, by the thread that reads the link. `wake` rings when the server has a request.
+Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp& wake, int stop,
                        const std::function<void()>& alive);
 
 }  // namespace baudgate::dds

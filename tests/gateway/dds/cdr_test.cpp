@@ -35,6 +35,23 @@ constexpr char kGatewayLe[] =
     "00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 00 00 00 00 80 D6 9D F9 82 EB E9 18 "
     "06 00 00 00 31 2E 32 2E 33 00";
 
+constexpr char kRequestLe[] =
+    "00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 00 00 70 6C 63 2D "
+    "31 00 00 00 2A 00 00 00 00 00 00 00 09 00 00 00 66 65 65 64 65 72 2D 31 "
+    "00 00 00 00 0E 00 00 00 73 65 74 74 69 6E 67 5F 67 72 6F 75 70 00 00 00 "
+    "00 00 00 00 00 00 00 00 00 00 F0 3F 02 00 00 00 32 00 01 00 C4 09 00 00 "
+    "00 00 00 00 80 D6 9D F9 82 EB E9 18";
+constexpr char kRequestBe[] =
+    "00 00 00 00 00 00 00 06 73 75 62 2D 37 00 00 00 00 00 00 06 70 6C 63 2D "
+    "31 00 00 00 00 00 00 00 00 00 00 2A 00 00 00 09 66 65 65 64 65 72 2D 31 "
+    "00 00 00 00 00 00 00 0E 73 65 74 74 69 6E 67 5F 67 72 6F 75 70 00 00 00 "
+    "00 00 00 00 3F F0 00 00 00 00 00 00 00 00 00 02 32 00 01 00 00 00 09 C4 "
+    "00 00 00 00 18 E9 EB 82 F9 9D D6 80";
+constexpr char kReplyLe[] =
+    "00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 00 00 70 6C 63 2D "
+    "31 00 00 00 2A 00 00 00 00 00 00 00 09 00 00 00 6E 6F 74 5F 73 65 6E 74 "
+    "00 00 00 00 05 00 00 00 6C 61 74 65 00 00 00 00 39 30 00 00";
+
 PointSample APoint() {
   return {.gateway = "sub-7",
           .device = "feeder-1",
@@ -68,6 +85,21 @@ GatewaySample AGateway() {
   return {.gateway = "sub-7", .start_time_ns = 1795224874250000000, .version = "1.2.3"};
 }
 
+RequestSample ARequest() {
+  return {.gateway = "sub-7",
+          .client = "plc-1",
+          .seq = 42,
+          .device = "feeder-1",
+          .point = "setting_group",
+          .value = 1,
+          .text = "2",
+          .confirm = true,
+          .deadline_ms = 2500,
+          .not_after_ns = 1795224874250000000};
+}
+
+ReplySample AReply() { return {"sub-7", "plc-1", 42, "not_sent", "late", 12345}; }
+
 template <typename Sample>
 Bytes Encoded(const Sample& sample) {
   Bytes bytes(512);
@@ -99,6 +131,46 @@ TEST(Cdr, DecodesBothByteOrders) {
   GatewaySample gateway;
   ASSERT_TRUE(Decode(*ParseHex(kGatewayLe), gateway));
   EXPECT_EQ(gateway, AGateway());
+}
+
+TEST(Cdr, RequestsAndRepliesOfTheContract) {
+  EXPECT_EQ(ToHex(Encoded(ARequest())), kRequestLe);
+  EXPECT_EQ(ToHex(Encoded(AReply())), kReplyLe);
+  for (const char* hex : {kRequestLe, kRequestBe}) {
+    RequestSample request;
+    ASSERT_TRUE(Decode(*ParseHex(hex), request)) << hex;
+    EXPECT_EQ(request, ARequest());
+  }
+  ReplySample reply;
+  ASSERT_TRUE(Decode(*ParseHex(kReplyLe), reply));
+  EXPECT_EQ(reply, AReply());
+}
+
+TEST(Cdr, RefusesDamagedRequestsAndReplies) {
+  const Bytes request = Encoded(ARequest());
+  for (std::size_t length = 0; length < request.size(); ++length) {
+    RequestSample read;
+    EXPECT_FALSE(Decode(Bytes(request.begin(), request.begin() + static_cast<long>(length)), read));
+  }
+  const Bytes reply = Encoded(AReply());
+  for (std::size_t length = 0; length < reply.size(); ++length) {
+    ReplySample read;
+    EXPECT_FALSE(Decode(Bytes(reply.begin(), reply.begin() + static_cast<long>(length)), read));
+  }
+  Bytes maybe = request;
+  maybe[90] = 2;  // `confirm`
+  RequestSample read;
+  ASSERT_EQ(request[90], 1);
+  EXPECT_FALSE(Decode(maybe, read)) << "neither true nor false";
+  std::mt19937 random(7);
+  for (int round = 0; round < 50'000; ++round) {
+    Bytes bent = request;
+    bent[random() % bent.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
+    if (Decode(bent, read)) {
+      EXPECT_LE(read.client.size(), kMaxKey);
+      EXPECT_LE(read.text.size(), kMaxText);
+    }
+  }
 }
 
 TEST(Cdr, RoundTripsNaNAndLimits) {
@@ -136,6 +208,22 @@ TEST(Cdr, FullTextsFitTheDeclaredSize) {
   const Bytes gateway_bytes = Encoded(gateway);
   ASSERT_FALSE(gateway_bytes.empty());
   EXPECT_LE(gateway_bytes.size(), kGatewaySampleMaxBytes);
+}
+
+TEST(Cdr, FullRequestsAndRepliesFitTheDeclaredSize) {
+  RequestSample request = ARequest();
+  request.gateway = request.client = request.device = request.point = std::string(kMaxKey, 'k');
+  request.text = std::string(kMaxText, 't');
+  EXPECT_EQ(Encoded(request).size(), kRequestSampleMaxBytes);
+  ReplySample reply = AReply();
+  reply.gateway = reply.client = std::string(kMaxKey, 'k');
+  reply.outcome = std::string(kMaxOutcome, 'o');
+  reply.reason = std::string(kMaxReason, 'r');
+  EXPECT_EQ(Encoded(reply).size(), kReplySampleMaxBytes);
+  reply.reason += 'r';
+  EXPECT_TRUE(Encoded(reply).empty());
+  request.client += 'k';
+  EXPECT_TRUE(Encoded(request).empty());
 }
 
 TEST(Cdr, RefusesToEncodeWhatBreaksTheContract) {

@@ -21,6 +21,12 @@ TEST(KeyHash, IsWhatEveryVendorComputes) {
   GatewaySample gateway;
   gateway.gateway = "sub-7", gateway.start_time_ns = 7;
   EXPECT_EQ(ToHex(HashKey(gateway)), "2C C4 20 7D 86 5D 85 C9 56 B2 53 AC 57 6B 24 86");
+  RequestSample request;
+  request.gateway = "sub-7", request.client = "plc-1", request.seq = 7;
+  EXPECT_EQ(ToHex(HashKey(request)), "95 F9 18 16 00 1F 3F F8 E6 FC 89 D5 9D 2B 83 E7");
+  ReplySample reply;
+  reply.gateway = "sub-7", reply.client = "plc-1";
+  EXPECT_EQ(HashKey(reply), HashKey(request));
 }
 
 }  // namespace

@@ -15,6 +15,8 @@ class RememberingWriter : public SampleWriter {
   Sent Write(const PointSample& sample) override { return Keep(points, sample); }
   Sent Write(const DeviceSample& sample) override { return Keep(devices, sample); }
   Sent Write(const GatewaySample& sample) override { return Keep(gateways, sample); }
+  Sent Write(const ReplySample& reply) override { return Keep(replies, reply); }
+  void OnRequest(TakeRequest take) override { on_request = std::move(take); }
   bool WaitAcknowledged(Duration) override { return true; }
   std::uint32_t subscribers() const override { return 0; }
   DatagramCounters datagrams() const override { return counted; }
@@ -29,6 +31,8 @@ class RememberingWriter : public SampleWriter {
   std::vector<PointSample> points;
   std::vector<DeviceSample> devices;
   std::vector<GatewaySample> gateways;
+  std::vector<ReplySample> replies;
+  TakeRequest on_request;
   DatagramCounters counted;
   int asked = 0;            ///< how often anything was given to it
   Sent answer = Sent::yes;  ///< to every sample; only with `yes` it is kept

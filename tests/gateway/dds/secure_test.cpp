@@ -11,6 +11,7 @@
 #include "tests/gateway/dds/datagrams.h"
 #include "tests/gateway/dds/fixture.h"
 #include "tests/gateway/dds/sent_bytes.h"
+#include "tests/gateway/dds/write_client.h"
 #include "tests/gateway/pki/pki_folder.h"
 
 namespace baudgate::dds {
@@ -22,17 +23,20 @@ using eprosima::fastrtps::xmlparser::XMLProfileManager;
 using pki::testing::PkiFolder;
 using testing::Announcement;
 using testing::DatagramSender;
+using testing::Eventually;
 using testing::Gap;
 using ::testing::HasSubstr;
 using testing::Heard;
 using testing::Heartbeat;
 using testing::MakeConfig;
 using testing::Publish;
+using testing::Request;
 using testing::Rtps;
 using testing::SentBytes;
 using testing::Set;
 using testing::TestDomain;
 using testing::TestSubscriber;
+using testing::WriteClient;
 
 constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
 constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
@@ -40,7 +44,9 @@ constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
 class SecureTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    ASSERT_TRUE(folder_.Make({"substation-7", "substation-8"}, 2, ReadClocks().wall).ok());
+    ASSERT_TRUE(
+        folder_.Make({"substation-7", "substation-8"}, 2, ReadClocks().wall, pki::kDemoValidity, 1)
+            .ok());
     ASSERT_TRUE(stranger_.Make({"substation-7"}, 1, ReadClocks().wall).ok());
     config_.dds.security = folder_.Of("substation-7");
   }
@@ -137,6 +143,30 @@ TEST_F(SecureTest, RightsAreKept) {
   const auto publishing = CreateFastWriter(config_, store_);
   ASSERT_FALSE(publishing.ok());
   EXPECT_THAT(publishing.error(), HasSubstr("subscriber-1/permissions.p7s let this gateway "));
+}
+
+TEST_F(SecureTest, OnlyWritersWrite) {
+  config_.dds.write = true;
+  auto gateway = CreateFastWriter(config_, store_);
+  ASSERT_TRUE(gateway.ok()) << gateway.error();
+  std::atomic<std::uint64_t> asked = 0;
+  (*gateway)->OnRequest([&](const WriteArrival& arrival) { asked = arrival.request.seq; });
+  const WriteClient subscriber(false, folder_.Of("subscriber-1"));
+  EXPECT_FALSE(subscriber.made());
+  const WriteClient other_gateway(false, folder_.Of("substation-8"));
+  EXPECT_FALSE(other_gateway.made());
+  WriteClient open;
+  WriteClient writer(false, folder_.Of("writer-1"));
+  ASSERT_TRUE(writer.made() && open.made());
+  ASSERT_TRUE(Eventually([&] { return writer.matched(); }));
+  open.Ask(Request(6));
+  ASSERT_TRUE(writer.Ask(Request(7)));
+  ASSERT_TRUE(Eventually([&] { return asked == 7; }));
+  const ReplySample reply{"substation-7", "plc-1", 7, "ok", "", 42};
+  EXPECT_EQ((*gateway)->Write(reply), Sent::yes);
+  EXPECT_TRUE(Eventually([&] { return writer.Take() == reply; }));
+  EXPECT_FALSE(open.matched());
+  (*gateway)->OnRequest({});
 }
 
 TEST_F(SecureTest, WithoutRightFilesThereIsNoParticipant) {

@@ -45,11 +45,9 @@ Types OfIdl() {
 }
 
 Types OfXml() {
-  const std::map<std::string, std::string> idl = {{"float64", "double"},
-                                                  {"uint16", "unsigned short"},
-                                                  {"uint32", "unsigned long"},
-                                                  {"int64", "long long"},
-                                                  {"uint64", "unsigned long long"}};
+  const std::map<std::string, std::string> idl = {
+      {"boolean", "boolean"},      {"float64", "double"},  {"uint16", "unsigned short"},
+      {"uint32", "unsigned long"}, {"int64", "long long"}, {"uint64", "unsigned long long"}};
   const std::string text = Read("baudgate_types.xml");
   Types types;
   for (const auto& found :
@@ -71,6 +69,8 @@ std::string TypeName(const TypeField& field) {
   switch (field.kind) {
     case TypeField::Kind::text:
       return "string<" + std::to_string(field.bound) + ">";
+    case TypeField::Kind::boolean:
+      return "boolean";
     case TypeField::Kind::float64:
       return "double";
     case TypeField::Kind::uint16:
@@ -101,6 +101,10 @@ TEST(TypeFields, AreThoseOfTheIdl) {
   EXPECT_EQ(Announced(kPointType), idl.at("PointSample"));
   EXPECT_EQ(Announced(kDeviceType), idl.at("DeviceStatus"));
   EXPECT_EQ(Announced(kGatewayType), idl.at("GatewayStatus"));
+  ASSERT_EQ(idl.count("WriteRequest"), 1U);
+  ASSERT_EQ(idl.count("WriteReply"), 1U);
+  EXPECT_EQ(Announced(kRequestType), idl.at("WriteRequest"));
+  EXPECT_EQ(Announced(kReplyType), idl.at("WriteReply"));
 }
 
 TEST(TypeFields, TheXmlSaysWhatTheIdlSays) { EXPECT_EQ(OfXml(), OfIdl()); }

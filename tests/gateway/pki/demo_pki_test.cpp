@@ -47,17 +47,26 @@ TEST(DemoPki, MakesWhatIsAskedFor) {
   }
 }
 
-TEST(DemoPki, AGatewayPublishesAndASubscriberSubscribes) {
+TEST(DemoPki, AGatewayPublishesASubscriberSubscribesAndAWriterWrites) {
   const PkiFolder folder("rights");
-  ASSERT_TRUE(folder.Make({"g"}, 1, kNow).ok());
+  ASSERT_TRUE(folder.Make({"g"}, 1, kNow, kDemoValidity, 1).ok());
+  const std::string write_only = "<topics><topic>baudgate/write</topic></topics>";
+  const std::string all = "<topics><topic>baudgate/*</topic></topics>";
   const std::string gateway = ReadText(folder.In("g/permissions.p7s"));
-  EXPECT_THAT(gateway, HasSubstr("<publish>"));
-  EXPECT_THAT(gateway, Not(HasSubstr("<subscribe>")));
+  EXPECT_THAT(gateway, HasSubstr("<subscribe>\r\n          " + write_only));
+  EXPECT_THAT(gateway, HasSubstr("<publish>\r\n          <topics><topic>baudgate/[!w]*</topic>"));
+  EXPECT_THAT(gateway, HasSubstr("<topic>baudgate/write_reply</topic>"));
+  EXPECT_THAT(gateway, Not(HasSubstr("<publish>\r\n          " + write_only)));
+  EXPECT_THAT(gateway, Not(HasSubstr("baudgate/*")));
   const std::string subscriber = ReadText(folder.In("subscriber-1/permissions.p7s"));
   EXPECT_THAT(subscriber, Not(HasSubstr("<publish>")));
   EXPECT_THAT(subscriber, HasSubstr("<subscribe>"));
-  for (const std::string& text : {gateway, subscriber}) {
-    EXPECT_THAT(text, HasSubstr("<topic>baudgate/*</topic>"));
+  const std::string writer = ReadText(folder.In("writer-1/permissions.p7s"));
+  EXPECT_THAT(writer, HasSubstr("<publish>\r\n          " + write_only));
+  for (const std::string& text : {subscriber, writer}) {
+    EXPECT_THAT(text, HasSubstr("<subscribe>\r\n          " + all));
+  }
+  for (const std::string& text : {gateway, subscriber, writer}) {
     EXPECT_THAT(text, HasSubstr("<default>DENY</default>"));
   }
 }

@@ -34,8 +34,9 @@ class PkiFolder {
   config::DdsSecurity Of(const std::string& name) const { return config::SecurityIn(In(name)); }
 
   Result<std::vector<std::string>> Make(std::vector<std::string> gateways, int subscribers,
-                                        WallTime now, Duration validity = kDemoValidity) const {
-    return WriteDemoPki({path_.string(), std::move(gateways), subscribers, validity}, now);
+                                        WallTime now, Duration validity = kDemoValidity,
+                                        int writers = 0) const {
+    return WriteDemoPki({path_.string(), std::move(gateways), subscribers, writers, validity}, now);
   }
 
  private:

@@ -46,13 +46,14 @@ std::string Shown(const LinkState& state, const std::string& target = {}) {
 }
 
 TEST(DdsJson, Fields) {
-  EXPECT_EQ(DdsJson(7, Up(), kNow.instant).dump(),
-            R"({"domain":7,"state":"up","subscribers":3,"samples":1234,"refused":0,)"
-            R"("times_lost":0,"last_end":null,"heard_ms":300,"next_start_ms":null,)"
-            R"("datagrams":{"let_in":0,"refused":{"not_rtps":0,"length":0,"fragment":0,)"
-            R"("vendor_submessage":0,"data":0,"parameters":0,"numbers":0,"window":0,"security":0,)"
-            R"("participants":0,"address":0,"endpoints":0,"secured":0,"clear_text":0,)"
-            R"("handshakes":0},"participants":0,"text":""},"advice":[]})");
+  EXPECT_EQ(
+      DdsJson(7, Up(), kNow.instant).dump(),
+      R"({"domain":7,"state":"up","subscribers":3,"samples":1234,"refused":0,)"
+      R"("times_lost":0,"last_end":null,"heard_ms":300,"next_start_ms":null,)"
+      R"("requests":null,"datagrams":{"let_in":0,"refused":{"not_rtps":0,"length":0,"fragment":0,)"
+      R"("vendor_submessage":0,"data":0,"parameters":0,"numbers":0,"window":0,"security":0,)"
+      R"("participants":0,"address":0,"endpoints":0,"secured":0,"clear_text":0,)"
+      R"("handshakes":0},"participants":0,"text":""},"advice":[]})");
   const auto lost = DdsJson(7, Lost(), kNow.instant);
   EXPECT_EQ(lost["state"], "waiting");
   EXPECT_EQ(lost["heard_ms"], nullptr);
@@ -87,6 +88,20 @@ TEST(DdsJson, WhatWasRefusedAndWhy) {
   LinkState peaceful = Up();
   peaceful.datagrams.passed = 1;
   EXPECT_THAT(Shown(peaceful), HasSubstr("\nDDS let in 1 datagram, refused none\n"));
+}
+
+TEST(DdsJson, WriteRequestsWhereTheyAreTaken) {
+  EXPECT_EQ(DdsJson(7, Up(), kNow.instant)["requests"], nullptr);
+  LinkState state = Up();
+  state.requests = 1;
+  EXPECT_THAT(Shown(state), HasSubstr(" samples\nDDS took 1 write request\n"));
+  state.requests = 12;
+  state.requests_dropped = 3;
+  const auto json = DdsJson(7, state, kNow.instant)["requests"];
+  EXPECT_EQ(json["taken"], 12);
+  EXPECT_EQ(json["dropped"], 3);
+  EXPECT_THAT(Shown(Attacked(state)),
+              HasSubstr("\nDDS took 12 write requests, 3 more came too fast\nDDS let in 12345 "));
 }
 
 TEST(DdsJson, SamplesThatTheLibraryDidNotTake) {

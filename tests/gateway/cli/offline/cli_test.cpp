@@ -83,7 +83,9 @@ TEST(Check, GoodConfigurationIsSummedUp) {
               HasSubstr("modbus 0.0.0.0:502, Modbus TCP, reading only (functions 1-4), for "
                         "10.0.0.0/8\n"));
   EXPECT_THAT(ran.out, HasSubstr("line bay: /dev/l, 19200 8E1, fake, 2 devices\n"));
-  EXPECT_THAT(ran.out, HasSubstr("topics baudgate/points, baudgate/devices, baudgate/gateways"));
+  EXPECT_THAT(
+      ran.out,
+      HasSubstr("topics baudgate/points, baudgate/devices, baudgate/gateways; write: deny\n"));
   EXPECT_THAT(
       ran.out,
       HasSubstr("  device  address  protocol  profile  unit  points  on Modbus  poll  slow  note\n"
@@ -91,6 +93,14 @@ TEST(Check, GoodConfigurationIsSummedUp) {
                 "  e       2        fake               none  1       0          1s    1min  "
                 "disabled\n"));
   EXPECT_THAT(ran.out, Not(HasSubstr("hunter")));
+}
+
+TEST(Check, SaysThatDdsMayWrite) {
+  const Ran ran = Check(std::string(kGood) + "dds: { write: allow }\n");
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out,
+              HasSubstr("; write: allow, so that whoever reaches the domain may write what "
+                        "devices allow, on baudgate/write\n"));
 }
 
 TEST(Check, BadConfigurationIsExitCode3) {

@@ -25,22 +25,83 @@ LinkOpen AnOpen() {
                           .discovery_servers = {{"10.0.0.8", 11811}},
                           .profiles = "/x"},
           .points = 5000,
-          .devices = 31};
+          .devices = 31,
+          .requests = true};
 }
 
 constexpr char kOpen[] =
-    "01 02 3D 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
+    "01 03 3E 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
     "00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E 02 2F 78 88 13 00 00 1F "
-    "00 00 00 00";
-// 3 subscribers, 1,234 samples, 2^32 refused; 7 participants, 12,345 datagrams; 16 reasons: 38
-// fragments, 2 participants too many of one address.
+    "00 00 00 01 00";
+// 3 subscribers, 1,234 samples, 2^32 refused, 5 requests dropped; 7 participants, 12,345 datagrams;
+// 16 reasons: 38 fragments, 2 participants too many of one address.
 constexpr char kCounts[] =
-    "42 02 A1 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 07 00 00 00 39 30 00 "
+    "42 03 A9 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 05 00 00 00 00 00 00 "
+    "00 07 00 00 00 39 30 00 "
     "00 00 00 00 00 10 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 26 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "00 02 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00";
+
+// Of writer 01 … 10, which is not volatile, received at 1,000,000,007 ns.
+constexpr char kRequest[] =
+    "43 03 85 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
+    "00 00 00 00 01 00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 00 00 "
+    "70 6C 63 2D 31 00 00 00 2A 00 00 00 00 00 00 00 09 00 00 00 66 65 65 64 "
+    "65 72 2D 31 00 00 00 00 0E 00 00 00 73 65 74 74 69 6E 67 5F 67 72 6F 75 "
+    "70 00 00 00 00 00 00 00 00 00 00 00 00 00 F0 3F 02 00 00 00 32 00 01 00 "
+    "C4 09 00 00 00 00 00 00 80 D6 9D F9 82 EB E9 18";
+
+WriteArrival ARequest() {
+  WriteArrival arrival;
+  arrival.request = {.gateway = "sub-7",
+                     .client = "plc-1",
+                     .seq = 42,
+                     .device = "feeder-1",
+                     .point = "setting_group",
+                     .value = 1,
+                     .text = "2",
+                     .confirm = true,
+                     .deadline_ms = 2500,
+                     .not_after_ns = 1795224874250000000};
+  arrival.writer.publisher.bytes = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+  arrival.writer.entity = {13, 14, 15, 16};
+  arrival.received = Instant(1'000'000'007ns);
+  arrival.lasting = true;
+  return arrival;
+}
+
+TEST(LinkMessage, RequestsAndRepliesBothWays) {
+  const Bytes packet = EncodeRequest(ARequest());
+  EXPECT_EQ(ToHex(packet), kRequest);
+  const auto message = ParseLink(packet);
+  ASSERT_TRUE(message.ok()) << message.error();
+  EXPECT_EQ(message->kind, LinkKind::request);
+  const auto back = DecodeRequest(message->body);
+  ASSERT_TRUE(back.ok()) << back.error();
+  EXPECT_EQ(back->request, ARequest().request);
+  EXPECT_EQ(back->writer, ARequest().writer);
+  EXPECT_EQ(back->received, ARequest().received);
+  EXPECT_TRUE(back->lasting);
+  for (std::size_t size = 0; size < message->body.size(); ++size) {
+    EXPECT_FALSE(DecodeRequest(message->body.first(size)).ok()) << size;
+  }
+  Bytes neither(message->body.begin(), message->body.end());
+  neither[24] = 2;
+  EXPECT_FALSE(DecodeRequest(neither).ok());
+  WriteArrival beyond = ARequest();
+  beyond.request.point = std::string(kMaxKey + 1, 'p');
+  EXPECT_TRUE(EncodeRequest(beyond).empty());
+
+  const ReplySample reply{"sub-7", "plc-1", 42, "ok", "", 12345};
+  Bytes answer(kMaxLinkMessage);
+  answer.resize(EncodeSample(LinkKind::reply, reply, answer));
+  EXPECT_EQ(ToHex(View(answer).first(8)), "06 03 38 00 00 01 00 00");
+  ReplySample reply_back;
+  ASSERT_TRUE(Decode(ParseLink(answer)->body, reply_back));
+  EXPECT_EQ(reply_back, reply);
+}
 
 TEST(LinkMessage, OpenBothWays) {
   const Bytes packet = EncodeOpen(AnOpen());
@@ -60,6 +121,7 @@ TEST(LinkMessage, OpenBothWays) {
   EXPECT_EQ(open->participant.profiles, "/x");
   EXPECT_EQ(open->points, 5000U);
   EXPECT_EQ(open->devices, 31U);
+  EXPECT_TRUE(open->requests);
 }
 
 TEST(LinkMessage, OpenWithSecurityBothWays) {
@@ -84,7 +146,7 @@ TEST(LinkMessage, OpenWithSecurityBothWays) {
   }
   // Never open to everybody by a damaged list: another number, or no identity.
   Bytes six = packet;
-  six[4 + 0x3D - 1] = 6;
+  six[4 + 0x3E - 1] = 6;
   EXPECT_FALSE(DecodeOpen(ParseLink(six)->body).ok());
   open.participant.security = {};
   Bytes none = EncodeOpen(open);
@@ -95,7 +157,7 @@ TEST(LinkMessage, OpenWithSecurityBothWays) {
 }
 
 TEST(LinkMessage, CountsBothWays) {
-  LinkCounts counts{.subscribers = 3, .written = 1234, .refused = 1ULL << 32};
+  LinkCounts counts{.subscribers = 3, .written = 1234, .refused = 1ULL << 32, .dropped = 5};
   counts.datagrams.passed = 12345;
   counts.datagrams.participants = 7;
   counts.datagrams.refused[static_cast<std::size_t>(Refusal::fragment)] = 38;
@@ -111,7 +173,7 @@ TEST(LinkMessage, SamplesBothWays) {
   point.gateway = "g", point.device = "d", point.point = "p", point.value = 2.5, point.seq = 9;
   Bytes packet(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::point, point, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "02 02 48 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "02 03 48 00 00 01 00 00");
   PointSample back;
   ASSERT_TRUE(Decode(ParseLink(packet)->body, back));
   EXPECT_EQ(back, point);
@@ -130,7 +192,7 @@ TEST(LinkMessage, SamplesBothWays) {
   const GatewaySample gateway{"g", -1, "1.2.3"};
   packet.resize(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::gateway, gateway, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "04 02 1E 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "04 03 1E 00 00 01 00 00");
   GatewaySample gateway_back;
   ASSERT_TRUE(Decode(ParseLink(packet)->body, gateway_back));
   EXPECT_EQ(gateway_back, gateway);
@@ -189,7 +251,7 @@ TEST(LinkMessage, EveryTruncationIsRefused) {
   for (std::size_t size = 0; size < 0x30; ++size) {
     EXPECT_FALSE(DecodeOpen(body_of(kOpen, size)).ok()) << size;
   }
-  for (std::size_t size = 0; size < 0xA1; ++size) {
+  for (std::size_t size = 0; size < 0xA9; ++size) {
     EXPECT_FALSE(DecodeCounts(body_of(kCounts, size)).ok()) << size;
   }
 }
@@ -202,13 +264,13 @@ struct Wrong {
 TEST(LinkMessage, WhatIsWrongIsNamed) {
   for (const Wrong& wrong : {
            Wrong{"", "0 bytes"},
-           Wrong{"05 02 00", "3 bytes"},
-           Wrong{"05 01 00 00", "version 1, not 2"},
-           Wrong{"00 02 00 00", "unknown kind 0"},
-           Wrong{"06 02 00 00", "unknown kind 6"},
-           Wrong{"43 02 00 00", "unknown kind 67"},
-           Wrong{"05 02 01 00", "0 bytes that says it has 1"},
-           Wrong{"05 02 00 01 00", "1 bytes that says it has 256"},
+           Wrong{"05 03 00", "3 bytes"},
+           Wrong{"05 02 00 00", "version 2, not 3"},
+           Wrong{"00 03 00 00", "unknown kind 0"},
+           Wrong{"07 03 00 00", "unknown kind 7"},
+           Wrong{"44 03 00 00", "unknown kind 68"},
+           Wrong{"05 03 01 00", "0 bytes that says it has 1"},
+           Wrong{"05 03 00 01 00", "1 bytes that says it has 256"},
        }) {
     const auto message = ParseLink(*ParseHex(wrong.bytes));
     ASSERT_FALSE(message.ok()) << wrong.bytes;
@@ -221,7 +283,7 @@ TEST(LinkMessage, CountsOfOtherReasonsAreRefused) {
   Bytes body = *ParseHex(kCounts);
   body.erase(body.begin(), body.begin() + kLinkHeaderBytes);
   ASSERT_TRUE(DecodeCounts(body).ok());
-  body[32] = 14;
+  body[40] = 14;
   EXPECT_FALSE(DecodeCounts(body).ok());
   body.resize(body.size() + 8);
   EXPECT_FALSE(DecodeCounts(body).ok());
@@ -235,9 +297,10 @@ TEST(LinkMessage, AnOpenBeyondItsBoundsIsRefused) {
   const Bytes whole = *ParseHex(kOpen);
   const Bytes body(whole.begin() + kLinkHeaderBytes, whole.end());
   ASSERT_TRUE(DecodeOpen(body).ok());
-  for (const Change& change : {Change{0, 65}, Change{6, 233}, Change{10, 2}, Change{11, 65},
-                               Change{12, 46}, Change{26, 2}, Change{27, 65}, Change{37, 17},
-                               Change{38, 16}, Change{55, 0xFF}, Change{59, 0xFF}, Change{60, 6}}) {
+  for (const Change& change :
+       {Change{0, 65}, Change{6, 233}, Change{10, 2}, Change{11, 65}, Change{12, 46}, Change{26, 2},
+        Change{27, 65}, Change{37, 17}, Change{38, 16}, Change{55, 0xFF}, Change{59, 0xFF},
+        Change{60, 2}, Change{61, 6}}) {
     Bytes changed = body;
     changed[change.at] = change.byte;
     EXPECT_FALSE(DecodeOpen(changed).ok()) << change.at;

@@ -40,13 +40,15 @@ class LinkServerTest : public ::testing::Test {
   RememberingWriter* writer_ = nullptr;
   std::string refusal_;
   LinkOpen asked_;
+  int woken_ = 0;
   LinkServer server_{[this](const LinkOpen& open) -> Result<std::unique_ptr<SampleWriter>> {
-    asked_ = open;
-    if (!refusal_.empty()) return Error{refusal_};
-    auto writer = std::make_unique<RememberingWriter>();
-    writer_ = writer.get();
-    return std::unique_ptr<SampleWriter>(std::move(writer));
-  }};
+                       asked_ = open;
+                       if (!refusal_.empty()) return Error{refusal_};
+                       auto writer = std::make_unique<RememberingWriter>();
+                       writer_ = writer.get();
+                       return std::unique_ptr<SampleWriter>(std::move(writer));
+                     },
+                     [this] { ++woken_; }};
 };
 
 TEST_F(LinkServerTest, OpensOnceAndPublishes) {
@@ -63,6 +65,49 @@ TEST_F(LinkServerTest, OpensOnceAndPublishes) {
   ASSERT_TRUE(Take(LinkKind::gateway, gateway));
   EXPECT_THAT(writer_->gateways, ElementsAre(gateway));
   EXPECT_THAT(Take(EncodeOpen({})).error(), HasSubstr("twice"));
+}
+
+WriteArrival Arrival(std::uint64_t seq, Instant received) {
+  WriteArrival arrival;
+  arrival.request.gateway = "g", arrival.request.client = "c", arrival.request.seq = seq;
+  arrival.received = received;
+  return arrival;
+}
+
+TEST_F(LinkServerTest, HandsRequestsOnAndPublishesReplies) {
+  ASSERT_TRUE(Take(EncodeOpen(
+      {.gateway = "g", .participant = {}, .points = 5, .devices = 2, .requests = true})));
+  EXPECT_EQ(server_.NextRequest(), std::nullopt);
+  ASSERT_TRUE(writer_->on_request);
+  writer_->on_request(Arrival(7, kBegin));
+  EXPECT_EQ(woken_, 1);
+  const auto packet = server_.NextRequest();
+  ASSERT_TRUE(packet);
+  EXPECT_EQ(*packet, EncodeRequest(Arrival(7, kBegin)));
+  EXPECT_EQ(server_.NextRequest(), std::nullopt);
+
+  const ReplySample reply{"g", "c", 7, "ok", "", 1};
+  ASSERT_TRUE(Take(LinkKind::reply, reply));
+  EXPECT_THAT(writer_->replies, ElementsAre(reply));
+  EXPECT_THAT(Take(*ParseHex("06 03 01 00 00")).error(), HasSubstr("damaged reply"));
+}
+
+TEST_F(LinkServerTest, ListensForNoRequestsWhereWritingIsDenied) {
+  Open();
+  EXPECT_FALSE(writer_->on_request);
+}
+
+TEST_F(LinkServerTest, AFloodOfRequestsIsBoundedAndCounted) {
+  ASSERT_TRUE(Take(EncodeOpen(
+      {.gateway = "g", .participant = {}, .points = 5, .devices = 2, .requests = true})));
+  for (std::uint64_t seq = 0; seq < 10'000; ++seq) writer_->on_request(Arrival(seq, kBegin));
+  std::uint64_t handed = 0;
+  while (server_.NextRequest()) ++handed;
+  EXPECT_EQ(handed, RequestIntake::kMost);
+  ASSERT_EQ(*server_.Answer(kBegin), EncodeBare(LinkKind::opened));
+  const auto counts = server_.Answer(kBegin + 2s);
+  ASSERT_TRUE(counts);
+  EXPECT_EQ(DecodeCounts(ParseLink(*counts)->body)->dropped, 10'000 - handed);
 }
 
 TEST_F(LinkServerTest, SaysWhyItCanNotOpenAndMayBeAskedAgain) {
@@ -110,10 +155,10 @@ TEST_F(LinkServerTest, TheEndIsTheEnd) {
 TEST_F(LinkServerTest, WhatIsWrongClosesTheLink) {
   EXPECT_THAT(Take(LinkKind::point, Point("p")).error(), HasSubstr("before its request to open"));
   EXPECT_THAT(Take(*ParseHex("01 01 00 00")).error(), HasSubstr("version 1"));
-  EXPECT_THAT(Take(*ParseHex("01 02 01 00 00")).error(), HasSubstr("damaged request"));
+  EXPECT_THAT(Take(*ParseHex("01 03 01 00 00")).error(), HasSubstr("damaged request"));
   Open();
   EXPECT_THAT(Take(EncodeBare(LinkKind::opened)).error(), HasSubstr("not its to send"));
-  EXPECT_THAT(Take(*ParseHex("02 02 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
+  EXPECT_THAT(Take(*ParseHex("02 03 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
   Bytes long_version(kMaxLinkMessage);
   long_version.resize(
       EncodeSample(LinkKind::gateway, GatewaySample{"g", 7, std::string(32, 'v')}, long_version));

@@ -15,6 +15,7 @@
 #include <mutex>
 
 #include "gateway/base/text.h"
+#include "gateway/base/time.h"
 
 namespace baudgate::dds {
 namespace {
@@ -163,8 +164,9 @@ TEST_F(ProcessLinkAtASocket, WhatIsWrongEndsTheLinkAndTheNextOneIsWelcome) {
       {Bytes(3, 0x41), "sent a message of 3 bytes"},
       {Bytes(kMaxLinkMessage + 1, 0x41), "sent a message that is too long"},
       {EncodeBare(LinkKind::end), "sent a message that is not its to send"},
-      {*ParseHex("42 02 01 00 00"), "sent damaged counts"},
+      {*ParseHex("42 03 01 00 00"), "sent damaged counts"},
       {*ParseHex("40 01 00 00"), "sent a message of version 1"},
+      {EncodeRequest({}), "sent a write request, and writing is denied"},
       {EncodeFailed("dds: interface 192.0.2.1 is not ours"), "has not begun: dds: interface"},
   };
   for (const auto& wrong : kWrong) {
@@ -178,6 +180,49 @@ TEST_F(ProcessLinkAtASocket, WhatIsWrongEndsTheLinkAndTheNextOneIsWelcome) {
   process.Receive();
   process.Send(EncodeBare(LinkKind::opened));
   lines_.WaitFor("takes samples");
+}
+
+TEST(ProcessLink, RequestsAreHandedOnWithATimeThatCanBe) {
+  Lines lines;
+  const Directory directory;
+  ProcessLinkOptions options;
+  options.socket = directory / "dds.sock";
+  options.open.requests = true;
+  auto link = std::move(*ProcessLink::Create(options, lines.Log()));
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<WriteArrival> arrived;
+  link->writer()->OnRequest([&](WriteArrival arrival) {
+    const std::lock_guard lock(mutex);
+    arrived.push_back(std::move(arrival));
+    changed.notify_all();
+  });
+  Played process(options.socket);
+  EXPECT_TRUE(DecodeOpen(ParseLink(process.Receive())->body)->requests);
+  process.Send(EncodeBare(LinkKind::opened));
+  WriteArrival arrival;
+  for (const Instant received : {Instant::min(), Instant::max(), Instant()}) {
+    arrival.received = received;
+    ++arrival.request.seq;
+    process.Send(EncodeRequest(arrival));
+  }
+  {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] { return arrived.size() == 3; });
+  }
+  const Instant now = ReadClocks().instant;
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(arrived[i].request.seq, i + 1);
+    EXPECT_LE(arrived[i].received, now) << "never in the future";
+    EXPECT_GE(arrived[i].received, Instant() - 1h) << "nothing that overflows";
+  }
+  const ReplySample reply{"g", "c", 3, "ok", "", 1};
+  lines.WaitFor("takes samples");
+  EXPECT_EQ(link->writer()->Write(reply), Sent::yes);
+  EXPECT_EQ(ParseLink(process.Receive())->kind, LinkKind::reply);
+  link->writer()->OnRequest({});
+  process.Send(*ParseHex("43 03 01 00 00"));
+  lines.WaitFor("sent a damaged write request");
 }
 
 TEST_F(ProcessLinkAtASocket, OneThatLeavesIsReplacedByTheNextSession) {

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/fast/volatile_writers.h"
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+
+namespace baudgate::dds {
+
+bool VolatileWriters::Has(const Handle& writer) const {
+  const MutexLock lock(mutex_);
+  return writers_.contains(writer);
+}
+
+void VolatileWriters::on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant*,
+                                             eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) {
+  using Info = eprosima::fastrtps::rtps::WriterDiscoveryInfo;
+  if (info.info.topicName() != topic_) return;
+  const Handle writer = HandleOf(eprosima::fastdds::dds::InstanceHandle_t(info.info.guid()));
+  const bool there = info.status != Info::REMOVED_WRITER;
+  const bool keeps_nothing =
+      info.info.m_qos.m_durability.kind == eprosima::fastdds::dds::VOLATILE_DURABILITY_QOS;
+  const MutexLock lock(mutex_);
+  if (!there || !keeps_nothing) {
+    writers_.erase(writer);
+  } else if (writers_.size() < kMost) {
+    writers_.insert(writer);
+  }
+}
+
+}  // namespace baudgate::dds

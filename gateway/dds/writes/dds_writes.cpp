@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/writes/dds_writes.h"
+
+#include <pthread.h>
+
+#include <condition_variable>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/guarded.h"
+
+namespace baudgate::dds {
+namespace {
+
+constexpr Duration kReplyPause = 10ms;  // until one that found no room is tried again
+// Replies that wait for room. Beyond it the oldest is gone: its client asks again.
+constexpr std::size_t kMostReplies = 1024;
+
+}  // namespace
+
+struct DdsWrites::Mail {
+  struct End {
+    WriteDesk::Ticket ticket;
+    WriteResult result;
+  };
+
+  void Wake() {
+    {
+      const MutexLock lock(mutex);
+      woken = true;
+    }
+    changed.notify_one();
+  }
+  /// Those of one client, and so all, are bounded by the desk's book.
+  void Add(WriteDesk::Ticket ticket, const WriteResult& result) {
+    {
+      const MutexLock lock(mutex);
+      woken = true;
+      ended.push_back({std::move(ticket), result});
+    }
+    changed.notify_one();
+  }
+
+  RequestIntake requests{[this] { Wake(); }};
+  Mutex mutex;
+  std::condition_variable changed;
+  bool woken BAUDGATE_GUARDED_BY(mutex) = false;
+  bool stop BAUDGATE_GUARDED_BY(mutex) = false;
+  std::vector<End> ended BAUDGATE_GUARDED_BY(mutex);
+  Mutex looking;  // held while a request is looked at
+  bool taking BAUDGATE_GUARDED_BY(looking) = true;
+};
+
+DdsWrites::DdsWrites(const config::Config& config, const PointStore& store, CommandSink& sink,
+                     std::shared_ptr<SampleWriter> writer)
+    : writer_(std::move(writer)),
+      mail_(std::make_shared<Mail>()),
+      desk_(
+          config, store, sink, [this](ReplySample reply) { replies_.push_back(std::move(reply)); },
+          [mail = mail_](WriteDesk::Ticket ticket, const WriteResult& result) {
+            mail->Add(std::move(ticket), result);
+          }) {
+  thread_ = std::thread([this] { Run(); });
+  writer_->OnRequest([mail = mail_](WriteArrival arrival) {
+    mail->requests.Offer(std::move(arrival), ReadClocks().instant);
+  });
+}
+
+DdsWrites::~DdsWrites() {
+  StopTaking();
+  Stop();
+}
+
+void DdsWrites::StopTaking() {
+  writer_->OnRequest({});
+  const MutexLock lock(mail_->looking);
+  mail_->taking = false;
+}
+
+void DdsWrites::Stop() {
+  {
+    const MutexLock lock(mail_->mutex);
+    mail_->stop = true;
+  }
+  mail_->Wake();
+  if (thread_.joinable()) thread_.join();
+}
+
+std::uint64_t DdsWrites::dropped() const { return mail_->requests.dropped(); }
+
+void DdsWrites::Run() {
+  pthread_setname_np(pthread_self(), "dds writes");
+  for (;;) {
+    std::vector<Mail::End> ended;
+    bool stop = false;
+    {
+      MutexLock lock(mail_->mutex);
+      const Instant again = ReadClocks().instant + kReplyPause;
+      while (!mail_->woken) {
+        if (replies_.empty()) {
+          lock.Wait(mail_->changed);
+        } else if (!lock.WaitUntil(mail_->changed, again)) {
+          break;
+        }
+      }
+      mail_->woken = false;
+      ended.swap(mail_->ended);
+      stop = mail_->stop;
+    }
+    for (const Mail::End& one : ended) desk_.End(one.ticket, one.result, ReadClocks().instant);
+    while (const auto arrival = mail_->requests.Take()) {
+      const MutexLock lock(mail_->looking);
+      if (mail_->taking) desk_.Take(*arrival, ReadClocks());
+    }
+    SendReplies();
+    if (stop) return;
+  }
+}
+
+void DdsWrites::SendReplies() {
+  while (!replies_.empty() && writer_->Write(replies_.front()) != Sent::later) {
+    replies_.pop_front();
+  }
+  while (replies_.size() > kMostReplies) replies_.pop_front();
+}
+
+}  // namespace baudgate::dds

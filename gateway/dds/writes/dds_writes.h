@@ -1,0 +1,44 @@
+// The thread on which write requests that come by DDS are looked at, and from which they are
+// answered: between a SampleWriter and gateway/dds/writes/write_desk.h. Lines never wait for it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <thread>
+
+#include "gateway/dds/sample_writer.h"
+#include "gateway/dds/writes/write_desk.h"
+
+namespace baudgate::dds {
+
+class DdsWrites {
+ public:
+  /// Requests that `writer` has, from now on, until StopTaking. `config`, `store` and `sink`
+  /// outlive it.
+  DdsWrites(const config::Config& config, const PointStore& store, CommandSink& sink,
+            std::shared_ptr<SampleWriter> writer);
+  ~DdsWrites();  ///< as both
+
+  /// Nothing goes to the sink after this. Idempotent.
+  void StopTaking();
+  /// Sends the answers that are there and ends the thread; later ones are gone. Idempotent.
+  void Stop();
+
+  std::uint64_t taken() const { return desk_.taken(); }
+  /// Requests that came too fast to be looked at.
+  std::uint64_t dropped() const;
+
+ private:
+  struct Mail;
+
+  void Run();
+  void SendReplies();
+
+  const std::shared_ptr<SampleWriter> writer_;
+  const std::shared_ptr<Mail> mail_;  // the lines have it, too
+  std::deque<ReplySample> replies_;   // of the thread
+  WriteDesk desk_;
+  std::thread thread_;
+};
+
+}  // namespace baudgate::dds

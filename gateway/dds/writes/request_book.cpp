@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/writes/request_book.h"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+namespace baudgate::dds {
+namespace {
+
+using What = RequestBook::Verdict::What;
+
+RequestBook::Verdict Refused(WriteEnd end, std::string reason) {
+  return {What::refused, {end, std::move(reason)}};
+}
+
+/// Bit by bit: a NaN is the same NaN.
+bool AskTheSame(const RequestSample& a, const RequestSample& b) {
+  return a.device == b.device && a.point == b.point && a.text == b.text && a.confirm == b.confirm &&
+         std::bit_cast<std::uint64_t>(a.value) == std::bit_cast<std::uint64_t>(b.value);
+}
+
+RequestSample WithoutTimes(RequestSample request) {
+  request.gateway.clear();
+  request.client.clear();
+  request.deadline_ms = 0;
+  request.not_after_ns = 0;
+  return request;
+}
+
+}  // namespace
+
+RequestBook::Verdict RequestBook::Begin(const RequestSample& request, Instant now) {
+  Client* const client = PlaceFor(request.client, now);
+  if (client == nullptr) {
+    return Refused(WriteEnd::busy, "too many clients have asked within the last ten minutes");
+  }
+  client->last = now;
+  const auto known = client->entries.find(request.seq);
+  if (known != client->entries.end()) {
+    const Entry& entry = known->second;
+    if (!AskTheSame(entry.request, request)) {
+      return Refused(WriteEnd::denied, "this client has used this seq for another request");
+    }
+    return entry.answer ? Verdict{What::answered, *entry.answer} : Verdict{What::under_way, {}};
+  }
+  if (client->forgotten && request.seq <= *client->forgotten) {
+    return Refused(WriteEnd::denied,
+                   "seq is not above those that are forgotten already; the last " +
+                       std::to_string(kRemembered) + " are remembered: go on counting");
+  }
+  if (client->entries.size() >= kRemembered) ForgetOldest(*client);
+  Entry& entry = client->entries[request.seq];
+  entry.request = WithoutTimes(request);
+  if (client->under_way < kUnderWay) {
+    ++client->under_way;
+    return {};
+  }
+  entry.answer = {WriteEnd::busy, std::to_string(kUnderWay) +
+                                      " requests of this client are under way; wait for replies"};
+  return {What::refused, *entry.answer};
+}
+
+void RequestBook::End(const std::string& client, std::uint64_t seq, RequestAnswer answer) {
+  const auto at = clients_.find(client);
+  if (at == clients_.end()) return;
+  const auto entry = at->second.entries.find(seq);
+  if (entry == at->second.entries.end() || entry->second.answer) return;
+  entry->second.answer = std::move(answer);
+  --at->second.under_way;
+}
+
+/// Null: every place is taken.
+RequestBook::Client* RequestBook::PlaceFor(const std::string& client, Instant now) {
+  const auto known = clients_.find(client);
+  if (known != clients_.end()) return &known->second;
+  if (clients_.size() >= kClients) {
+    const auto longest_silent = std::ranges::min_element(clients_, {}, [](const auto& one) {
+      return one.second.under_way > 0 ? Instant::max() : one.second.last;
+    });
+    const Client& silent = longest_silent->second;
+    if (silent.under_way > 0 || now - silent.last < kKept) return nullptr;
+    clients_.erase(longest_silent);
+  }
+  return &clients_[client];
+}
+
+/// Fewer are under way than are remembered, so there is one.
+void RequestBook::ForgetOldest(Client& client) {
+  const auto oldest = std::ranges::find_if(
+      client.entries, [](const auto& one) { return one.second.answer.has_value(); });
+  client.forgotten = std::max(client.forgotten.value_or(0), oldest->first);
+  client.entries.erase(oldest);
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,72 @@
+// Which requests have been seen, by client and number: one that comes twice is answered twice and
+// carried out once.
+//
+//   plc-1 7 setting_group 1    fresh
+//   plc-1 7 setting_group 1    under way, and as of its end: ok, again
+//   plc-1 7 setting_group 2    denied: another one has that number
+//   plc-1 3 setting_group 1    denied, once 32 later ones have pushed 3 out
+//
+// Bounded, and knows no clock. docs/dds.md, "Writing".
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "gateway/base/time.h"
+#include "gateway/base/write_result.h"
+#include "gateway/dds/samples.h"
+
+namespace baudgate::dds {
+
+struct RequestAnswer {
+  WriteEnd end = WriteEnd::ok;
+  std::string reason;  ///< one sentence; empty when ok
+  std::uint32_t took_us = 0;
+};
+
+class RequestBook {
+ public:
+  static constexpr std::size_t kClients = 128;
+  static constexpr std::size_t kRemembered = 32;  ///< requests of a client
+  static constexpr std::size_t kUnderWay = 8;     ///< of these
+  /// A client that asks for nothing for so long may be forgotten, where another needs its place.
+  static constexpr Duration kKept = 10min;
+
+  struct Verdict {
+    enum class What : std::uint8_t {
+      fresh,      ///< carry it out, then say End
+      under_way,  ///< its answer will come
+      answered,   ///< before, with `answer`
+      refused,    ///< with `answer`
+    };
+    What what = What::fresh;
+    RequestAnswer answer{};
+  };
+  Verdict Begin(const RequestSample& request, Instant now);
+  /// Of one that was fresh.
+  void End(const std::string& client, std::uint64_t seq, RequestAnswer answer);
+
+  std::size_t clients() const { return clients_.size(); }
+
+ private:
+  struct Entry {
+    RequestSample request;  ///< what it asked for: without its times
+    std::optional<RequestAnswer> answer;
+  };
+  struct Client {
+    std::map<std::uint64_t, Entry> entries;  ///< by `seq`
+    std::size_t under_way = 0;
+    std::optional<std::uint64_t> forgotten{};  ///< the highest `seq` that was
+    Instant last{};
+  };
+
+  Client* PlaceFor(const std::string& client, Instant now);
+  static void ForgetOldest(Client& client);
+
+  std::map<std::string, Client> clients_;
+};
+
+}  // namespace baudgate::dds
