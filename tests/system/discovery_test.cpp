@@ -94,5 +94,20 @@ TEST_F(Discovery, TheServerSaysWhyItCanNotBegin) {
   EXPECT_THAT(name.errors, HasSubstr("'plant' has no port; write for example plant:11811"));
 }
 
+TEST_F(Discovery, WatchAsksMachinesOnly) {
+  for (const char* group : {"239.255.0.1", "240.0.0.1", "0.0.0.0"}) {
+    for (const auto& [option, ask] : {std::pair("--peer", std::string(group)),
+                                      std::pair("--discovery-server", group + At().substr(9))}) {
+      const Finished watch = Command({"watch", "--seconds", "1", option, ask});
+      EXPECT_EQ(watch.code, 2) << option << " " << ask;
+      EXPECT_THAT(watch.errors, HasSubstr(group));
+      EXPECT_THAT(watch.errors, HasSubstr("write for example 10.0.0.7"));
+    }
+  }
+  const Finished nobody = Command({"watch", "--no-multicast", "--seconds", "1"});
+  EXPECT_EQ(nobody.code, 2);
+  EXPECT_THAT(nobody.errors, HasSubstr("asks nobody"));
+}
+
 }  // namespace
 }  // namespace baudgate::system_test

@@ -19,14 +19,14 @@ LinkKeeper::Wish LinkKeeper::Look(Instant now) {
     const bool due = first_ || (state_.next_start && now >= *state_.next_start);
     return starts_ && due ? Wish::start : Wish::nothing;
   }
-  if (now - state_.heard >= kGivenUp) return Wish::give_up;
+  if (now - state_.heard >= patience()) return Wish::give_up;
   if (now - state_.heard >= kSilent) state_.phase = Phase::silent;
   return Wish::nothing;
 }
 
 Instant LinkKeeper::NextLook() const {
   using Phase = LinkState::Phase;
-  if (state_.phase == Phase::silent) return state_.heard + kGivenUp;
+  if (state_.phase == Phase::silent) return state_.heard + patience();
   if (state_.phase != Phase::waiting) return state_.heard + kSilent;
   if (!starts_) return Instant::max();
   return first_ ? Instant() : state_.next_start.value_or(Instant::max());

@@ -17,9 +17,11 @@ class LinkKeeper {
     start,    ///< a process, then say Started
     give_up,  ///< end the link, then say Ended
   };
-  /// No sign of life for so long is shown; for so long, it is given up.
+  /// No sign of life for so long is shown; for so long, it is given up. While it opens it can give
+  /// none, and a slow machine takes its time.
   static constexpr Duration kSilent = 2s;
   static constexpr Duration kGivenUp = 10s;
+  static constexpr Duration kOpening = 1min;
 
   /// `starts`: we start the process (the first time at once, then 0.1, 0.5, 1, 2, 5, 10 s after
   /// each end, and from the beginning again after a minute of life); otherwise somebody else does.
@@ -38,6 +40,8 @@ class LinkKeeper {
   void Ended(std::string reason, Instant now);
 
   const LinkState& state() const { return state_; }
+  /// How long its silence may last now.
+  Duration patience() const { return opened_ ? kGivenUp : kOpening; }
 
  private:
   const bool starts_;

@@ -95,7 +95,7 @@ void ProcessLink::Act(Instant now) {
       Start(now);
       break;
     case LinkKeeper::Wish::give_up:
-      End("did not read for " + FormatDuration(LinkKeeper::kGivenUp), now);
+      End("did not read for " + FormatDuration(keeper_.patience()), now);
       break;
     case LinkKeeper::Wish::nothing:
       if (listener_ && !socket_) Welcome(now);

@@ -9,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cinttypes>
 #include <cstdio>
 #include <iostream>
 #include <string>
@@ -19,6 +20,7 @@
 #include "gateway/cli/terminal/output.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/fast_writer.h"
+#include "gateway/dds/link/link_keeper.h"
 #include "gateway/dds/process/confine.h"
 #include "gateway/dds/process/serve.h"
 #include "gateway/dds/watch/guarded.h"
@@ -47,10 +49,28 @@ void Say(const std::string& sentence) {
   std::fprintf(stderr, "baudgate-dds: %s\n", sentence.c_str());
 }
 
+/// While it lives, systemd's watchdog has patience: the library opens without giving signs of life.
+class SlowWhile {
+ public:
+  SlowWhile() : watched_(sd_watchdog_enabled(0, &usual_) > 0) { Allow(LinkKeeper::kOpening / 1us); }
+  ~SlowWhile() { Allow(static_cast<std::int64_t>(usual_)); }
+  SlowWhile(const SlowWhile&) = delete;
+  SlowWhile& operator=(const SlowWhile&) = delete;
+
+ private:
+  void Allow(std::int64_t most) const {
+    if (watched_) sd_notifyf(0, "WATCHDOG_USEC=%" PRId64 "\nWATCHDOG=1", most);
+  }
+
+  std::uint64_t usual_ = 0;  // microseconds
+  const bool watched_;
+};
+
 Result<ServeEnd> ServeOne(const Descriptor& link, const StopSignals& stop) {
   const WakeUp wake;
   LinkServer server(
       [](const LinkOpen& open) {
+        const SlowWhile opening;
         return CreateFastWriter(open.participant, open.points, open.devices,
                                 open.requests ? open.gateway : std::string());
       },

@@ -1,10 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/watch/watch_words.h"
 
+#include "config/model/network.h"
+#include "gateway/base/spelling.h"
 #include "gateway/cli/terminal/words.h"
 #include "gateway/dds/fast/participant.h"
 
 namespace baudgate {
+namespace {
+
+/// What is wrong with it, or nothing.
+std::string NotAMachine(const std::string& address) {
+  if (config::IsMachineIpv4(address)) return {};
+  return config::Quoted(address) +
+         " is not the IPv4 address of a machine; write for example 10.0.0.7";
+}
+
+}  // namespace
 
 CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
   auto* command = app.add_subcommand("watch", "Show what gateways publish on DDS");
@@ -14,7 +26,7 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
   command->add_option("--security", options.security,
                       "Folder with ca.pem, identity.pem, key.pem, governance.p7s, permissions.p7s");
   command->add_option("--peer", options.peers, "Machines that are asked beside the multicast group")
-      ->check(CLI::ValidIPV4)
+      ->check(CLI::Validator(NotAMachine, "IPV4"))
       ->expected(1, config::kMostPeers);
   command
       ->add_option_function<std::vector<std::string>>(
@@ -23,6 +35,9 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
             for (const std::string& text : texts) {
               const auto server = config::ParseDiscoveryServer(text);
               if (!server) throw CLI::ValidationError("--discovery-server", server.error());
+              if (const std::string wrong = NotAMachine(server->host); !wrong.empty()) {
+                throw CLI::ValidationError("--discovery-server", wrong);
+              }
               options.discovery_servers.push_back(*server);
             }
           },

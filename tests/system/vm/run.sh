@@ -8,6 +8,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
 . packaging/prepare.sh
+. tests/system/vm/kernel.sh
 
 PATH=$PATH:/usr/sbin:/sbin
 readonly sources=tests/system/vm
@@ -25,42 +26,10 @@ root=$work/root
 children=()
 trap 'kill "${children[@]}" 2>/dev/null || true' EXIT
 
-# The kernel and udev are unpacked here, not installed: they are no business of this machine.
-kernel_of_debian() { apt-cache depends linux-image-amd64 2>/dev/null | awk '$1 == "Depends:" { print $2; exit }'; }
-
-fetch() {
-  mkdir -p "$work/packages" "$work/unpacked"
-  kernel_package=$(kernel_of_debian)
-  if [ -z "$kernel_package" ]; then
-    as_root apt-get -qq update
-    kernel_package=$(kernel_of_debian)
-  fi
-  local package
-  for package in "$kernel_package" udev; do
-    compgen -G "$work/packages/${package}_*.deb" >/dev/null && continue
-    say "fetching $package"
-    (cd "$work/packages" && apt-get -qq -o APT::Sandbox::User=root download "$package")
-    dpkg-deb -x "$work/packages/${package}"_*.deb "$work/unpacked"
-  done
-  release=${kernel_package#linux-image-}
-  depmod -b "$work/unpacked" "$release"
-}
-
 copy_with_libraries() {  # PROGRAM… that are in $root already
   local library
   ldd "$@" | awk '$2 == "=>" && $3 ~ /^\// { print $3 } $1 ~ /^\// && $2 ~ /^\(/ { print $1 }' | sort -u |
     while read -r library; do cp -L --parents "$library" "$root"; done
-}
-
-copy_drivers() {
-  local driver file
-  for driver in xhci_pci ftdi_sio; do
-    modprobe -d "$work/unpacked" -S "$release" --show-depends "$driver" | awk '{ print $2 }'
-  done | sort -u | while read -r file; do
-    install -D "$file" "$root/usr/lib/modules/$release/${file##*/}"
-  done
-  cp "$work/unpacked/lib/modules/$release"/modules.{builtin,builtin.modinfo,order} "$root/usr/lib/modules/$release"
-  depmod -b "$root" "$release"
 }
 
 make_initramfs() {
@@ -86,7 +55,7 @@ make_initramfs() {
   mkdir "$root/vm"
   cp -r "$sources"/{checks.sh,tools.sh,profiles} "$root/vm"
   install "$sources/init" "$root/init"
-  copy_drivers
+  copy_drivers "$root" xhci_pci ftdi_sio
   copy_with_libraries "$root/opt/baudgate/baudgate" "$root"/opt/baudgate/protocols/*.so \
     "$root"/bin/{udevadm,mbpoll,port_facts}
   (cd "$root" && find . | cpio --quiet -o -H newc | gzip -1) >"$work/initramfs"
@@ -148,7 +117,7 @@ serve_guest() {
 }
 
 install_packages
-fetch
+fetch udev
 make_initramfs
 start_twin relay 7
 start_twin module 1

@@ -106,11 +106,15 @@ TEST(LinkKeeper, OneThatReadsAgainIsUpAgain) {
   EXPECT_EQ(keeper.Look(kBegin + 7s), Wish::nothing);
 }
 
-TEST(LinkKeeper, OneThatNeverSaysAWordIsGivenUp) {
+TEST(LinkKeeper, OneThatNeverOpensIsGivenUpAfterAMinute) {
   LinkKeeper keeper(true);
   keeper.Look(kBegin);
   keeper.Started(kBegin);
-  EXPECT_EQ(keeper.Look(kBegin + 10s), Wish::give_up);
+  EXPECT_EQ(keeper.Look(kBegin + 59s), Wish::nothing);
+  EXPECT_EQ(keeper.state().phase, Phase::silent);
+  EXPECT_EQ(keeper.NextLook(), kBegin + 1min);
+  EXPECT_EQ(keeper.Look(kBegin + 1min), Wish::give_up);
+  EXPECT_EQ(keeper.patience(), 1min);
 }
 
 TEST(LinkKeeper, CountsGoOnOverProcesses) {

@@ -1,0 +1,109 @@
+#!/usr/bin/env bash
+# Boots Debian 12 with systemd as PID 1 in a virtual machine, with what `cmake --install` puts there, and
+# starts, polls, kills, stops and restarts the units as they are shipped. Software emulation, or with
+# ACCEL=kvm faster; no network beyond the machine. As root, by hand or nightly, never in CI.
+# docs/boot-test.md says what it shows.
+# usage: tests/system/vm/boot.sh [BUILD]    the directory with the built baudgate, default build/release
+# SPDX-License-Identifier: Apache-2.0
+set -euo pipefail
+cd "$(dirname "$0")/../../.."
+. packaging/prepare.sh
+. tests/system/vm/kernel.sh
+
+PATH=$PATH:/usr/sbin:/sbin
+readonly sources=tests/system/vm/boot
+readonly time_limit=2400
+packages=(qemu-system-x86 debootstrap busybox-static kmod cpio e2fsprogs)
+readonly guest_packages=(systemd-sysv dbus libpam-systemd udev kmod iproute2 procps socat jq mbpoll)
+
+made=${1:-build/release}
+if [ ! -x "$made/baudgate-dds" ]; then
+  echo "no $made/baudgate-dds; build it first: cmake --preset release && cmake --build --preset release" >&2
+  exit 2
+fi
+if [ "$(id -u)" != 0 ]; then
+  echo "debootstrap makes files of root: run as root" >&2
+  exit 2
+fi
+made=$(realpath "$made")
+work=$made/boot-test
+root=$work/root
+
+# Debian's packages with the libraries that the build links.
+libraries() {
+  ldd "$made"/{baudgate,baudgate-dds,baudgate-dds-inside.so} "$made"/protocols/*.so |
+    awk '$2 == "=>" && $3 ~ /^\// { print $3 }' | sort -u |
+    while read -r file; do dpkg -S "$file" 2>/dev/null || dpkg -S "$(realpath "$file")"; done | cut -d: -f1 | sort -u
+}
+
+make_base() {
+  [ ! -e "$work/base/made" ] || return 0
+  say "making a bare Debian 12: some minutes, once"
+  rm -rf "$work/base"
+  local mirror
+  mirror=$(apt-get indextargets --format '$(REPO_URI) $(CODENAME)' | awk '$2 == "bookworm" { print $1; exit }')
+  debootstrap --variant=minbase --include="$({ printf '%s\n' "${guest_packages[@]}" && libraries; } | paste -sd,)" \
+    bookworm "$work/base" "$mirror" >"$work/debootstrap.log" 2>&1 || { tail "$work/debootstrap.log" >&2; exit 4; }
+  rm -rf "$work"/base/var/{cache/apt,lib/apt/lists}/*
+  touch "$work/base/made"
+}
+
+# As README.md says: cmake --install, systemd-sysusers, a configuration, enable.
+make_root() {
+  say "installing into it"
+  rm -rf "$root"
+  cp -a "$work/base" "$root"
+  DESTDIR=$root cmake --install "$made" --strip >/dev/null
+  chroot "$root" systemd-sysusers
+  "$made/baudgate" check -c "$sources/baudgate.yaml" >"$work/check.log" || { cat "$work/check.log" >&2; exit 2; }
+  install -D -m 644 "$sources/baudgate.yaml" "$root/etc/baudgate/baudgate.yaml"
+  chroot "$root" systemctl --quiet enable baudgate
+  chroot "$root" useradd --create-home --uid 1000 --groups baudgate visitor
+  install -d "$root/test"
+  cp "$sources"/{checks,tools}.sh "$root/test"
+  cp "$sources/boot-test.service" "$root/etc/systemd/system"
+  chroot "$root" systemctl --quiet enable boot-test
+  chroot "$root" systemctl --quiet mask serial-getty@ttyS0 getty@tty1 apt-daily.timer apt-daily-upgrade.timer
+  echo boot >"$root/etc/hostname"
+  echo "127.0.0.1 localhost boot" >"$root/etc/hosts"
+  copy_drivers "$root" veth
+  rm -f "$work/disk"
+  truncate -s 2G "$work/disk"
+  mke2fs -q -t ext4 -d "$root" "$work/disk"
+}
+
+make_initramfs() {
+  local start=$work/start
+  rm -rf "$start"
+  mkdir -p "$start"/{bin,dev,root,usr/lib/modules}
+  ln -s usr/lib "$start/lib"
+  cp /bin/busybox "$start/bin"
+  install "$sources/init" "$start/init"
+  copy_drivers "$start" virtio_pci virtio_blk crc32c_generic ext4
+  (cd "$start" && find . | cpio --quiet -o -H newc | gzip -1) >"$work/initramfs"
+}
+
+# ttyS0 is the console, ttyS1 the gateway's port; a cable leads from it to ttyS2, where the twin is.
+start_machine() {
+  rm -f "$work/cable"
+  timeout "$time_limit" nice qemu-system-x86_64 -accel "${ACCEL:-tcg}" -cpu max -smp 2 -m 1024 -nodefaults -no-user-config \
+    -display none -no-reboot -kernel "$work/unpacked/boot/vmlinuz-$release" -initrd "$work/initramfs" \
+    -append "console=ttyS0 quiet loglevel=3 panic=-1 systemd.show_status=no" \
+    -drive "file=$work/disk,format=raw,if=virtio,cache=unsafe" \
+    -chardev stdio,id=console,signal=off -serial chardev:console \
+    -chardev "socket,id=near,path=$work/cable,server=on,wait=off" -serial chardev:near \
+    -chardev "socket,id=far,path=$work/cable" -device pci-serial,chardev=far \
+    </dev/null 2>"$work/qemu.log" | sed -u 's,\r$,,' | tee "$work/transcript"
+}
+
+install_packages
+mkdir -p "$work"
+fetch
+make_base
+make_root
+make_initramfs
+say "starting the machine ($(qemu-system-x86_64 --version | head -n 1), Linux $release)"
+start_machine || true
+cat "$work/qemu.log" >&2
+say "transcript: $work/transcript"
+grep -q '^== 0 failed$' "$work/transcript"

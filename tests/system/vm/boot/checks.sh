@@ -1,0 +1,210 @@
+# Runs in the virtual machine as a service; each check is a line PASS or FAIL.
+# SPDX-License-Identifier: Apache-2.0
+. /test/tools.sh
+
+both="baudgate baudgate-dds"
+daemon_is_up() { active baudgate && active baudgate-dds && dds_is up; }
+
+restart_with() {  # SED-SCRIPT over the configuration
+  sed "$1" /test/baudgate.yaml >/etc/baudgate/baudgate.yaml
+  systemctl restart baudgate
+  eventually $patience daemon_is_up
+}
+
+whole() {  # WHAT: both outputs serve both lines
+  check "$1: Modbus reads the twin behind ttyS1" eventually $patience reads 1 0 1.5
+  check "$1: Modbus reads the twin on a pty" eventually $patience reads 2 2 2.5
+  check "$1: a subscriber gets both" eventually $patience subscriber_gets_both
+}
+
+killed() {  # UNIT
+  local before process
+  process=$(main_process "$1")
+  before=$(restarts "$1")
+  systemctl kill --signal=KILL --kill-who=main "$1"
+  check "kill -9 of $1: another process" eventually $patience another_process "$1" "$process"
+  echo "  observed: after $took s"
+  check "kill -9 of $1: systemd has counted it" [ "$(restarts "$1")" -gt "$before" ]
+  eventually $patience daemon_is_up
+  whole "kill -9 of $1"
+}
+
+# From the first unit that was told to end to the last that had ended, without systemctl's own time.
+stop_took() {
+  local unit
+  for unit in $both; do
+    property "$unit" ActiveExitTimestampMonotonic
+    property "$unit" InactiveEnterTimestampMonotonic
+  done | sort -n | awk 'NR == 1 { first = $1 } { last = $1 } END { printf "%.2f", (last - first) / 1e6 }'
+}
+
+# The unit has at most this exposure, by systemd's own reckoning.
+sandboxed() {  # UNIT LIMIT
+  local level
+  level=$(exposure "$1")
+  check "exposure of $1 is $level, at most $2" at_most "${level:-10}" "$2"
+}
+
+cp /etc/baudgate/baudgate.yaml /test
+systemctl --version | head -n 1
+echo "$(uname -sr), $(nproc) processors, $(systemd-detect-virt)"
+make_network
+start_twins
+# It waits for its address no longer than RestartSec.
+systemctl restart baudgate-dds
+
+chapter "1 Booted"
+check "PID 1 is systemd" [ "$(cat /proc/1/comm)" = systemd ]
+check "baudgate is active: it said READY" eventually $patience active baudgate
+check "baudgate-dds is active, though nobody enabled it" eventually $patience active baudgate-dds
+check "Type=notify" [ "$(property baudgate Type) $(property baudgate-dds Type)" = "notify notify" ]
+check "each is a user of its own" \
+  [ "$(stat -c %U /proc/"$(main_process baudgate)" /proc/"$(main_process baudgate-dds)" | paste -sd' ')" = "$both" ]
+whole "booted"
+check "status says that DDS is up" dds_is up
+print_journal
+
+chapter "2 State: a write is kept"
+check "a write over Modbus" in_plant mbpoll -m tcp -p 502 -a 1 -0 -r 2 -t 4:float -B -q 10.9.0.1 7.25
+check "is read back from the twin" eventually $patience reads 1 2 7.25
+state=/var/lib/baudgate
+check "the state folder is the service's: $(stat -c '%U:%G %a' $state)" [ "$(stat -c %U:%G $state)" = baudgate:baudgate ]
+check "events.db is there: $(stat -c '%U:%G %a' $state/plant/events.db)" \
+  [ "$(stat -c %U:%G $state/plant/events.db)" = baudgate:baudgate ]
+check "nobody but the gateway writes it" [ -z "$(find $state -perm /022)" ]
+check "others do not read it" [ "$(stat -c %a $state)" = 750 ]
+check "baudgate writes knows it" [ "$(baudgate writes --json | jq -s '[.[] | select(.outcome == "ok")] | length')" = 1 ]
+print_journal
+
+chapter "3 kill -9"
+killed baudgate-dds
+check "the gateway's status counts it" [ "$(status .dds.times_lost)" -ge 1 ]
+killed baudgate
+check "the write is still known" [ "$(baudgate writes --json | jq -s length)" -ge 1 ]
+print_journal
+
+chapter "4 baudgate-dds is stopped (SIGSTOP)"
+begin_reading
+process=$(main_process baudgate-dds)
+systemctl kill --signal=STOP baudgate-dds
+check "status says that it is silent" eventually $patience dds_is silent
+check "it is given up and started again" eventually $patience another_process baudgate-dds "$process"
+echo "  observed: after $took s"
+check "DDS is up again" eventually $patience dds_is up
+check "a subscriber gets both" eventually $patience subscriber_gets_both
+answers=$(end_reading)
+check "Modbus meanwhile: $answers" grep -q '^[1-9][0-9]* good, 0 other$' <<<"$answers"
+print_journal
+
+chapter "5 Memory limit of baudgate-dds"
+begin_reading
+mkdir -p /run/systemd/system/baudgate-dds.service.d
+printf '[Service]\nMemoryMax=4M\n' >/run/systemd/system/baudgate-dds.service.d/small.conf
+systemctl daemon-reload
+before=$(restarts baudgate-dds)
+systemctl --no-block restart baudgate-dds
+killed_for_memory() { journalctl -b -u baudgate-dds | grep -q "oom-kill"; }
+check "systemd ends it for its memory" eventually $patience killed_for_memory
+sleep 3
+check "the gateway runs" active baudgate
+check "its status says that DDS is not there" [ "$(status .dds.state)" != up ]
+rm -r /run/systemd/system/baudgate-dds.service.d
+systemctl daemon-reload
+systemctl restart baudgate-dds
+check "with its own limit DDS is up again" eventually $patience dds_is up
+check "a subscriber gets both" eventually $patience subscriber_gets_both
+answers=$(end_reading)
+check "Modbus meanwhile: $answers" grep -q '^[1-9][0-9]* good, 0 other$' <<<"$answers"
+print_journal
+
+chapter "6 Stop, start, restart"
+in_plant baudgate watch --interface 10.9.0.2 --json >/run/last 2>&1 &
+watcher=$!
+check "a subscriber has begun" eventually $patience grep -q '^{' /run/last
+systemctl stop baudgate
+took=$(stop_took)
+check "both units stopped within $took s, at most 2" at_most "$took" 2
+check "and took baudgate-dds along" [ "$(systemctl is-active baudgate-dds)" = inactive ]
+check "nothing failed" [ "$(property baudgate Result) $(property baudgate-dds Result)" = "success success" ]
+sleep 1
+kill $watcher
+wait $watcher 2>/dev/null
+last=$(jq -rs '[.[] | select(.quality)] | group_by(.device + .point) | map(.[-1].quality) | unique | map(tostring) | join(" ")' \
+  <(grep '^{' /run/last))
+check "the last words on every point: quality 8 (seen: $last)" [ "$last" = 8 ]
+systemctl start baudgate
+whole "start"
+before="$(main_process baudgate) $(main_process baudgate-dds)"
+timed systemctl restart baudgate
+echo "  observed: restart took $took s"
+both_new() { another_process baudgate "${before% *}" && another_process baudgate-dds "${before#* }"; }
+check "restart: both are new processes" eventually $patience both_new
+whole "restart"
+print_journal
+
+chapter "7 A bad configuration"
+echo "nonsense: [" >/etc/baudgate/baudgate.yaml
+systemctl restart baudgate 2>/dev/null
+sleep 8
+check "is not tried again: exit code $(property baudgate ExecMainStatus)" \
+  [ "$(property baudgate ExecMainStatus) $(systemctl is-active baudgate)" = "3 failed" ]
+print_journal
+
+chapter "8 Discovery server"
+restart_with 's/discovery_servers/multicast: false, &/'
+mkdir -p /run/systemd/system/baudgate-discovery.service.d
+printf '[Service]\nEnvironment=BAUDGATE_DISCOVERY_LISTEN=10.9.0.1:11811\n' \
+  >/run/systemd/system/baudgate-discovery.service.d/listen.conf
+systemctl daemon-reload
+check "without a server a subscriber gets nothing" \
+  [ -z "$(watch_once --no-multicast --discovery-server 10.9.0.1:11811)" ]
+systemctl start baudgate-discovery
+check "it is active" active baudgate-discovery
+by_server() { subscriber_gets_both --no-multicast --discovery-server 10.9.0.1:11811; }
+check "with it a subscriber gets values" eventually $patience by_server
+process=$(main_process baudgate-discovery)
+systemctl kill --signal=KILL baudgate-discovery
+check "kill -9: another process" eventually $patience another_process baudgate-discovery "$process"
+check "and a subscriber gets values" eventually $patience by_server
+systemctl stop baudgate-discovery
+check "it stops" [ "$(systemctl is-active baudgate-discovery)" = inactive ]
+print_journal
+
+chapter "9 Shared memory"
+restart_with 's/dds: {/& shared_memory: true,/'
+whole "shared memory"
+before=$(segments)
+check "it is used: $(wc -w <<<"$before") files in /dev/shm, of $(stat -c %U /dev/shm/*fastrtps* | sort -u | paste -sd' ')" \
+  [ -n "$before" ]
+check "logind removes what a user leaves (RemoveIPC)" \
+  [ "$(busctl get-property org.freedesktop.login1 /org/freedesktop/login1 org.freedesktop.login1.Manager RemoveIPC)" = "b true" ]
+su --login visitor -c 'touch /dev/shm/visitors; loginctl --no-legend list-sessions' </dev/null | sed 's/^/  session: /'
+check "a visitor logs in and out, and loses his" eventually 60 test ! -e /dev/shm/visitors
+check "the service's are still there" [ "$(segments)" = "$before" ]
+whole "after the logout"
+killed baudgate-dds
+after=$(segments)
+check "nothing is left of the killed process" [ -z "$(comm -12 <(echo "$before") <(echo "$after") | grep -v port)" ]
+check "as many files as before" [ "$(wc -w <<<"$after")" = "$(wc -w <<<"$before")" ]
+systemctl stop baudgate
+check "nothing is left after a stop" [ -z "$(segments)" ]
+systemctl start baudgate
+eventually $patience daemon_is_up
+systemctl kill --signal=KILL $both
+sleep 8
+eventually $patience daemon_is_up
+check "kill -9 of both: as many files as before" [ "$(segments | wc -l)" = "$(wc -w <<<"$before")" ]
+print_journal
+
+chapter "10 What they may reach"
+for unit in $both baudgate-discovery; do
+  echo "  -- $unit"
+  systemd-analyze security --no-pager "$unit" | grep -E '✗|→' | sed 's/^/  /'
+done
+sandboxed baudgate-dds 1.3
+sandboxed baudgate-discovery 1.3
+echo "  observed: exposure of baudgate is $(exposure baudgate)"
+systemctl stop baudgate
+print_journal
+
+chapter "$failed failed"
