@@ -32,10 +32,16 @@ class Writers : public RouteStation {
 
   std::string socket() const { return (directory() / "gate.sock").string(); }
   std::string Yaml() const {
-    return RouteStation::Yaml({}, Line("io", "dcon",
-                                       std::string("address: 0x") + kAddress +
-                                           ", profile: icpdas-i-7024, unit: 1, poll: 1s, slow: 1h, "
-                                           "write: allow"));
+    std::string yaml = RouteStation::Yaml(
+        {}, Line("io", "dcon",
+                 std::string("address: 0x") + kAddress +
+                     ", profile: icpdas-i-7024, unit: 1, poll: 1s, slow: 1h, write: allow"));
+#ifdef CYCLONE_WRITER
+    const std::string off = "enabled: false";
+    yaml.replace(yaml.find(off), off.size(),
+                 "domain: " + std::to_string(domain()) + ", write: allow");
+#endif
+    return yaml;
   }
 
   RunPymodbus Pymodbus() const {
@@ -54,6 +60,23 @@ class Writers : public RouteStation {
       return Command({"write", "io.io-1." + step.point, step.value, "--socket", socket()});
     };
   }
+
+#ifdef CYCLONE_WRITER
+  /// What it was told, in place of whether it was told anything.
+  RunOnce Cyclone() const {
+    return [this, seq = 0](const WriteStep& step) mutable {
+      Finished asked = RunToEnd({CYCLONE_WRITER, "--domain", std::to_string(domain()), "--gateway",
+                                 gateway(), "--client", "plc-1", "--seq", std::to_string(++seq),
+                                 "--device", "io-1", "--point", step.point, "--text", step.value},
+                                directory());
+      const std::string told = std::to_string(seq) + " ";
+      const bool confirmed = asked.output.find("\n" + told + "ok") != std::string::npos;
+      const bool denied = asked.output.find("\n" + told + "denied") != std::string::npos;
+      asked.code = confirmed ? 0 : denied ? 1 : 2;
+      return asked;
+    };
+  }
+#endif
 
   /// All at once. The first `quick` go on until the others have done their `count` writes.
   static void RunAll(std::vector<Part>& parts, std::size_t quick, int count) {
@@ -139,6 +162,9 @@ TEST_F(Writers, OfEveryKindAtOnce) {
   parts.push_back({PymodbusWriter(Pymodbus())});
   parts.push_back({ProgramWriter("mbpoll", 1, Mbpoll())});
   parts.push_back({ProgramWriter("baudgate write", 1, Baudgate())});
+#ifdef CYCLONE_WRITER
+  parts.push_back({ProgramWriter("Cyclone DDS", 1, Cyclone())});
+#endif
   RunAll(parts, kQuick, kCount);
 
   int forbidden = 0;
