@@ -8,6 +8,7 @@
 #include "gateway/audit/audit_source.h"
 #include "gateway/base/spelling.h"
 #include "gateway/control/request_text.h"
+#include "gateway/events/event_source.h"
 #include "gateway/status/audit_json.h"
 #include "gateway/status/events_json.h"
 #include "gateway/status/settings_json.h"

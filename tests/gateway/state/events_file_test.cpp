@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "gateway/state/events_connection.h"
 
@@ -52,9 +53,16 @@ TEST_F(EventsFileTest, ADamagedFileIsPutAsideOnceByTwoConnections) {
   EventsConnection b(file(), {}, turn);
   ASSERT_TRUE(a.Open().ok);
   ASSERT_TRUE(b.Open().ok);
-  // Both are told so by SQLite.
-  std::filesystem::resize_file(file(), 100);
-  std::filesystem::remove(file().string() + "-wal");
+  // Behind its header nothing is right any more, and both are told so by SQLite.
+  ASSERT_TRUE(a.database().Execute("PRAGMA wal_checkpoint(TRUNCATE)"));
+  constexpr int kHeader = 100;
+  std::fstream bytes(file(), std::ios::in | std::ios::out | std::ios::binary);
+  bytes.seekp(kHeader);
+  bytes << std::string(std::filesystem::file_size(file()) - kHeader, 'x');
+  bytes.close();
+  for (EventsConnection* one : {&a, &b}) {
+    ASSERT_TRUE(one->database().Execute("PRAGMA shrink_memory"));
+  }
   EXPECT_FALSE(a.database().Execute("SELECT * FROM events"));
   EXPECT_FALSE(b.database().Execute("SELECT * FROM events"));
   a.Failed();
