@@ -6,6 +6,7 @@
 #include "config/catalog/option_values.h"
 #include "config/checks/pace_checks.h"
 #include "config/checks/serial_checks.h"
+#include "config/events.h"
 #include "config/identity.h"
 #include "config/model/modbus_addresses.h"
 #include "config/names.h"
@@ -190,6 +191,8 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   const RawProfile* raw = FindProfile(map, protocol, device, context);
   const Profile profile = raw ? raw->profile : Profile();
   device.title = profile.title;
+  device.event_texts = profile.event_texts;
+  ReadDeviceEvents(map, context.events, device);
   device.identity = IdentityOf(map, profile, protocol, context);
   const Pace pace = ReadTimes(map, profile, of.pace, device);
   Recheck recheck = pace.recheck.value_or(Recheck::off);

@@ -27,7 +27,8 @@ struct LoadContext {
   std::filesystem::path base;  ///< what relative profile paths are relative to
   Problems& problems;
   Uniques uniques;
-  Pace pace;  ///< what the gateway says for all lines
+  Pace pace;            ///< what the gateway says for all lines
+  bool events = false;  ///< it has the key events:
   std::map<std::pair<std::string, std::string>, RawProfile> profiles;  ///< by protocol and path
   /// By protocol: names of devices, and the profile that lists them.
   std::map<std::string, std::map<std::string, std::string>> listed_names;

@@ -6,6 +6,7 @@
 #include "config/catalog/option_values.h"
 #include "config/checks/line_checks.h"
 #include "config/checks/route_checks.h"
+#include "config/events.h"
 #include "config/lines.h"
 #include "config/outputs.h"
 #include "config/profile.h"
@@ -22,6 +23,8 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   MapReader map(root, "the configuration", problems);
   if (root.kind() != YamlNode::Kind::map) return config;
   if (const auto node = map.Get("gateway")) context.pace = ReadGateway(*node, config, problems);
+  if (const auto node = map.Get("events")) config.events = ReadEvents(*node, problems);
+  context.events = config.events.given;
   const auto modbus = map.Get("modbus");
   if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, context);
   if (const auto node = map.Need("lines", "[ { name: bay-1, port: /dev/ttyUSB0, … } ]")) {
@@ -108,6 +111,7 @@ Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::
   device.options = DefaultOptions(protocol);
   Override(device.options, profile.options);
   device.points = profile.points;
+  device.event_texts = profile.event_texts;
   return device;
 }
 

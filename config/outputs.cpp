@@ -24,7 +24,8 @@ constexpr std::array<Word<Dds::Process>, 2> kProcesses = {
     {{"own", Dds::Process::own}, {"inside", Dds::Process::inside}}};
 constexpr std::array<Word<bool>, 2> kDdsWrite = {{{"deny", false}, {"allow", true}}};
 
-// The daemon has no working directory of its own choosing. Empty when the key is absent or wrong.
+}  // namespace
+
 std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::string& example) {
   const auto path = map.Label(key);
   if (!path) return {};
@@ -34,8 +35,6 @@ std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::
       key + ": " + Quoted(*path) + " is not an absolute path; write for example " + example);
   return {};
 }
-
-}  // namespace
 
 Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems) {
   MapReader map(node, "gateway", problems);

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "config/lines.h"
@@ -11,6 +12,8 @@
 
 namespace baudgate::config {
 
+/// The daemon has no working directory of its own choosing. Empty when the key is absent or wrong.
+std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::string& example);
 /// Name, recordings and socket go to `config`; returned is what the section says for all lines.
 Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems);
 /// After the lines: routes lead to them, and no port serves two masters.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/profile.h"
 
+#include "config/events.h"
 #include "config/identity.h"
 #include "config/options.h"
 #include "config/serial.h"
@@ -60,6 +61,9 @@ RawProfile ReadProfileText(const std::string& text, const std::string& file,
   profile.options = ReadOptions(map, protocol, OptionSpec::Scope::device);
   if (const auto points = map.Need("points", "[ … ]")) {
     raw.points = ReadRawPoints(*points, problems);
+  }
+  if (const auto events = map.Get("events")) {
+    profile.event_texts = ReadEventTable(*events, problems);
   }
   map.Finish();
   return raw;

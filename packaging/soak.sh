@@ -7,6 +7,7 @@
 #        packaging/soak.sh datagrams [MINUTES]  what DDS is let read, fuzzed for 10 minutes from its corpus
 #        packaging/soak.sh discovery [ROUNDS]  ten DDS gateways found by two discovery servers, then by peers; 50 kills each
 #        packaging/soak.sh audit [KILLS]    the gateway killed 200 times while a client writes; every write on the wire has its record
+#        packaging/soak.sh events [KILLS]   the gateway killed 200 times in bursts of events of a relay, which forgets what it has told; each is kept once
 #        packaging/soak.sh fuzz [RUNS]      every fuzz target, 10,000,000 executions each: some hours
 # An existing build of the targets is taken from $BAUDGATE_FUZZ_BUILD.
 set -euo pipefail
@@ -90,6 +91,16 @@ soak_audit() {
   BAUDGATE_AUDIT_KILLS=$kills build/release/tests/system_audit_tests --gtest_filter='*Killed*'
 }
 
+# One line: kills, events.
+soak_events() {
+  local kills=${1:-200}
+  whole "$kills"
+  install_packages
+  build release baudgate spabus_module system_events_tests
+  say "a gateway that is killed $kills times while a relay has bursts of events"
+  BAUDGATE_EVENT_KILLS=$kills build/release/tests/system_events_tests --gtest_filter='*Killed*'
+}
+
 usage() {
   sed -n '2,/^set /{/^#/s/^# //p}' "$0" >&2
   exit 2
@@ -103,6 +114,7 @@ if [ $# = 0 ]; then
   soak_datagrams
   soak_discovery
   soak_audit
+  soak_events
   soak_fuzz
   exit
 fi

@@ -47,13 +47,16 @@ Fields<2> ListOf(PointValue*);
 Fields<5> ListOf(Task*);
 Fields<7> ListOf(Request*);
 Fields<4> ListOf(Reading*);
-Fields<6> ListOf(Answer*);
+Fields<2> ListOf(SaidTime*);
+Fields<4> ListOf(DeviceEvent*);
+Fields<4> ListOf(EventBatch*);
+Fields<7> ListOf(Answer*);
 Fields<2> ListOf(DeviceTrouble*);
 Fields<2> ListOf(Quality*);
 Fields<3> ListOf(Shape*);
 Fields<8> ListOf(Expectation*);
 Fields<4> ListOf(Cut*);
-Fields<22> ListOf(config::Device*);
+Fields<24> ListOf(config::Device*);
 Fields<3> ListOf(config::Identity*);
 Fields<21> ListOf(config::Point*);
 Fields<8> ListOf(config::Writing*);
@@ -61,20 +64,21 @@ Fields<6> ListOf(config::AllowWhen*);
 Fields<2> ListOf(config::Sentinel*);
 Fields<2> ListOf(config::OnFault*);
 Fields<3> ListOf(config::Simulate*);
+Fields<4> ListOf(config::EventText*);
 Fields<3> ListOf(config::Mark*);
 Fields<6> ListOf(config::Timing*);
 Fields<8> ListOf(config::SerialSettings*);
 Fields<5> ListOf(config::Rs485*);
 
-Methods<&Conversation::Queries, &Conversation::Ask, &Conversation::WritesTogether,
-        &Conversation::OnFrame, &Conversation::OnSent, &Conversation::OnFailure,
-        &Conversation::Instead, &Conversation::OnReconnect, &Conversation::OnEnabled,
-        &Conversation::trouble, &Conversation::Memory, &Conversation::Recall,
-        &Conversation::ForgetRefusals, &Conversation::Check, &Conversation::Interpret,
-        &Conversation::LeastTimes, &Conversation::WhatIsLearned>
+Methods<&Conversation::Queries, &Conversation::HasEvents, &Conversation::Ask,
+        &Conversation::WritesTogether, &Conversation::OnFrame, &Conversation::OnSent,
+        &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
+        &Conversation::OnEnabled, &Conversation::trouble, &Conversation::Memory,
+        &Conversation::Recall, &Conversation::ForgetRefusals, &Conversation::Check,
+        &Conversation::Interpret, &Conversation::LeastTimes, &Conversation::WhatIsLearned>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
-Methods<&Twin::Answer, &Twin::ReplyAs> ListOf(Twin*);
+Methods<&Twin::Answer, &Twin::ReplyAs, &Twin::Raise> ListOf(Twin*);
 Methods<> ListOf(Bus*);
 
 Types<config::OptionValue> ListOf(config::Options*);
@@ -150,6 +154,14 @@ auto Split(T& s, Fields<22>) {
                decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
                decltype(t), decltype(u), decltype(v), decltype(w)>();
+}
+template <typename T>
+auto Split(T& s, Fields<24>) {
+  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y] = s;
+  return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
+               decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
+               decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
+               decltype(t), decltype(u), decltype(v), decltype(w), decltype(x), decltype(y)>();
 }
 // clang-format on
 

@@ -55,9 +55,10 @@ struct PointValue {
 /// opened first, or a password closed behind a write.
 struct Task {
   enum class Kind : std::uint8_t {
-    poll,   ///< read Queries()[query]
-    probe,  ///< find out with one short exchange whether the device is there
-    write,  ///< write `value` to `point`, and leave the device as it was found
+    poll,    ///< read Queries()[query]
+    probe,   ///< find out with one short exchange whether the device is there
+    write,   ///< write `value` to `point`, and leave the device as it was found
+    events,  ///< take what has happened since out of the device
   };
   Kind kind = Kind::poll;
   std::size_t query = 0;         ///< of a poll: less than Queries().size()
@@ -98,6 +99,30 @@ struct Reading {
       label{};  ///< where no point fits (`baudgate decode`): the item in the protocol's words
 };
 
+/// A time as a device has said it: "12.345" of a minute is {12345ms, 1min}, a whole date is the
+/// time since 1970 and no period. Whose clock it is, and whether that is right, nobody knows here.
+struct SaidTime {
+  Duration time{};
+  Duration period{};  ///< what is left of it when whole ones are taken out; zero: nothing is
+};
+
+/// Something that a device says has happened.
+struct DeviceEvent {
+  std::uint32_t channel = 0;  ///< 0: the device as a whole
+  std::uint32_t code = 0;     ///< the device's own; 0: it can not be read, and `text` is all
+  std::optional<SaidTime> time{};
+  std::string text{};  ///< what it says beyond that; mostly empty
+};
+
+/// What one reply has taken out of a device, the oldest first. It forgets them when it is asked for
+/// more: the poller does not before they are kept (gateway/poll/poller_listener.h).
+struct EventBatch {
+  std::vector<DeviceEvent> events{};
+  std::string said{};    ///< as it came: a batch that comes once more is known by it
+  bool again = false;    ///< it may be the last batch once more
+  bool drained = false;  ///< nothing is left in the device: no event is older than this exchange
+};
+
 /// How a task goes on after an exchange.
 enum class Then : std::uint8_t {
   done,       ///< it has ended
@@ -117,6 +142,8 @@ struct Answer {
   /// has gone to its limit.
   bool may_have_acted = false;
   Duration wait{};  ///< the device wants to be left alone so long: "busy, ask me in 2 s"
+  /// Of a task of events. One that brings some ends the task.
+  std::optional<EventBatch> batch{};
 };
 
 /// What is wrong with a device as a whole, as it has said itself. As long as it is, no value of it
@@ -140,6 +167,10 @@ class Conversation {
   /// The requests that read all readable points, in the order in which to ask. The same until an
   /// Answer or OnFailure says replan, or OnReconnect is called.
   virtual std::span<const Query> Queries() const = 0;
+
+  /// It can be asked for events, and is wanted to: tasks of events come as often as fast polls, and
+  /// again as soon as a batch is kept. Asked when Queries() are.
+  virtual bool HasEvents() const { return false; }
 
   /// The next request for `task`. That may be one which the task itself does not name, such as a
   /// login; then the Answer to it says ask_again. An error, one sentence, ends the task as

@@ -9,6 +9,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
+#include "protocols/conversation.h"
 
 namespace baudgate {
 
@@ -35,6 +36,9 @@ class Twin {
   /// its own are answered as before. Address 7, ReplyAs("9"): "?7A1" is answered by "!9…". Where
   /// replies of the protocol carry no address, nothing changes. For the fault wrong_address.
   virtual void ReplyAs(std::string_view address) = 0;
+  /// It happens now; `event.time` is its own clock's, and not looked at. False: this twin has no
+  /// events.
+  virtual bool Raise(const DeviceEvent& /*event*/, Now /*now*/) { return false; }
 };
 
 }  // namespace baudgate

@@ -18,10 +18,17 @@ enum class Audit : std::uint8_t {
   require,      ///< it is refused
 };
 
+/// What happens in devices is asked for and kept (gateway/events).
+struct Events {
+  bool given = false;     ///< of all devices whose profiles say what their events mean
+  std::string directory;  ///< folder of the databases; empty = as `state`
+};
+
 struct Config {
   std::string name = "baudgate";  ///< gateway.name: the key of every DDS sample
   std::string recordings;         ///< folder of the flight recorder's files; empty = not given
   std::string state;              ///< folder of what outlives the program; empty = not given
+  Events events;
   Audit audit = Audit::best_effort;
   std::string socket;  ///< path of the local control socket; empty = not given
   Modbus modbus;

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/model/event_text.h"
 #include "config/model/mark.h"
 #include "config/model/options.h"
 #include "config/model/point.h"
@@ -58,6 +59,8 @@ struct Device {
   Identity identity;
   Options options;            ///< the protocol's own
   std::vector<Point> points;  ///< profile and inline points merged
+  bool events = false;        ///< what happens in it is asked for, and kept
+  std::vector<EventText> event_texts;
   Mark mark;
 };
 
@@ -71,6 +74,7 @@ struct Profile {
   std::vector<std::string> identity;  ///< what devices of this type call themselves
   Options options;                    ///< only those that the profile sets
   std::vector<Point> points;
+  std::vector<EventText> event_texts;  ///< empty: it has no events, or nobody has said which
 };
 
 std::string_view Name(WordOrder order);  ///< "ABCD"

@@ -11,22 +11,18 @@
 #include <vector>
 
 #include "gateway/audit/write_table.h"
-#include "gateway/state/events_file.h"
+#include "gateway/state/events_connection.h"
 
 namespace baudgate::audit {
 
 class AuditFile {
  public:
-  /// `vfs`: as in Database.
+  /// As EventsConnection.
   explicit AuditFile(std::filesystem::path path, std::string vfs = {},
-                     const std::array<Room, kKinds>& rooms = kRooms);
+                     const std::array<Room, kKinds>& rooms = kRooms,
+                     std::shared_ptr<FileTurn> turn = {});
 
-  struct Opened {
-    bool ok = false;
-    std::string error{};
-    std::string put_aside{};  ///< see OpenedEvents
-    bool new_file = false;    ///< rows that were written before are not in it
-  };
+  using Opened = EventsConnection::Opened;
   /// Nothing where it is open and fit for use.
   std::optional<Opened> Open();
   /// Open; all of them are on the disk, with their seq, or none is.
@@ -35,22 +31,12 @@ class AuditFile {
   void Tidy(Now now);
 
   bool is_open() const { return table_.has_value(); }
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return connection_.path(); }
 
  private:
-  Error Failed();
-  /// The file that is open has been removed or replaced.
-  bool IsGone() const;
-  std::uint64_t Inode() const;
-
-  const std::filesystem::path path_;
-  const std::string vfs_;
   const std::array<Room, kKinds> rooms_;
-  std::unique_ptr<Database> database_;
+  EventsConnection connection_;
   std::optional<WriteTable> table_;
-  bool damaged_ = false;
-  std::uint64_t inode_ = 0;  ///< of the file that is open; 0: it is no file of the system's
-  bool gone_ = false;        ///< the last one that was open
   std::optional<Instant> drop_old_at_;
 };
 

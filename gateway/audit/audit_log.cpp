@@ -9,7 +9,7 @@
 namespace baudgate::audit {
 
 AuditLog::AuditLog(Options options)
-    : options_(std::move(options)), file_(options_.file, options_.vfs) {
+    : options_(std::move(options)), file_(options_.file, options_.vfs, kRooms, options_.turn) {
   {
     const MutexLock lock(mutex_);
     state_.require = options_.require;

@@ -24,7 +24,8 @@ class AuditLog final : public WriteLog, public AuditSource {
     std::filesystem::path file;  ///< empty: there is no place for it
     std::string why_no_file{};
     bool require = false;
-    std::string vfs{};  ///< as in Database
+    std::string vfs{};                 ///< as in Database
+    std::shared_ptr<FileTurn> turn{};  ///< as in EventsConnection
     std::function<Now()> clocks;
     /// One line when the disk begins to fail, and one when it is well again; from any thread.
     std::function<void(const std::string&)> warn;

@@ -5,16 +5,9 @@
 #include <string>
 
 #include "gateway/audit/write_page.h"
+#include "gateway/state/disk.h"
 
 namespace baudgate::audit {
-
-enum class Disk : std::uint8_t {
-  opening,  ///< the file is being checked
-  fine,
-  stalled,  ///< it does not answer in time
-  failing,
-};
-std::string_view Name(Disk disk);
 
 struct AuditState {
   Disk disk = Disk::opening;

@@ -3,8 +3,10 @@
 
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "gateway/base/since.h"
+#include "gateway/cli/client/events.h"
 #include "gateway/cli/client/in_use.h"
 #include "gateway/cli/client/points.h"
 #include "gateway/cli/client/release.h"
@@ -19,6 +21,18 @@ namespace {
 
 void AddSocket(CLI::App& command, std::string& socket) {
   command.add_option("--socket", socket, "Control socket of the gateway, if it is not found");
+}
+
+/// `since` lives as long as the command.
+void AddSince(CLI::App& command, std::optional<WallTime>& since) {
+  command.add_option_function<std::string>(
+      "--since",
+      [&since](const std::string& text) {
+        const auto time = ParseSince(text, ReadClocks().wall);
+        if (!time) throw CLI::ValidationError("--since", time.error());
+        since = *time;
+      },
+      "A time (UTC), or a span before now: 2h");
 }
 
 void AddStatus(CLI::App& app, Action& action) {
@@ -66,18 +80,27 @@ void AddWrites(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("writes", "Who has written what, and what became of it");
   auto options = std::make_shared<WritesOptions>();
   command->add_flag("--follow", options->follow, "Go on with what comes");
-  command->add_option_function<std::string>(
-      "--since",
-      [options](const std::string& text) {
-        const auto since = ParseSince(text, ReadClocks().wall);
-        if (!since) throw CLI::ValidationError("--since", since.error());
-        options->since = *since;
-      },
-      "A time (UTC), or a span before now: 2h");
+  AddSince(*command, options->since);
   command->add_flag("--json", options->json, "Print one JSON object a line");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     action = [=](const auto&) { return RunWrites(*options, std::cout, std::cerr); };
+  });
+}
+
+void AddEvents(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("events", "What has happened in devices, oldest first");
+  auto options = std::make_shared<EventsOptions>();
+  command->add_flag("--follow", options->follow, "Go on with what comes");
+  command->add_option("--from", options->from, "The first number (seq)")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--device", options->device, "Only this device: DEVICE or LINE.DEVICE");
+  AddSince(*command, options->since);
+  auto* json = command->add_flag("--json", options->json, "Print one JSON object a line");
+  command->add_flag("--csv", options->csv, "Print a table for spreadsheets")->excludes(json);
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunEvents(*options, std::cout, std::cerr); };
   });
 }
 
@@ -154,6 +177,7 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddRelease(app, action);
   AddTrace(app, action);
   AddWrites(app, action);
+  AddEvents(app, action);
   AddSettings(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);

@@ -132,6 +132,14 @@ void AddSimulate(CLI::App& app, Action& action) {
           },
           "Misbehave: KIND[:key=value,...], for example loss:rate=0.1; may be repeated")
       ->take_all();
+  command->add_option_function<std::string>(
+      "--events",
+      [options](const std::string& text) {
+        const auto schedule = ParseEventSchedule(text);
+        if (!schedule) throw CLI::ValidationError("--events", schedule.error());
+        options->events = *schedule;
+      },
+      "Raise events of its profile: every:DURATION[,count=N][,numbered]");
   command->callback([options, &action] {
     action = [=](const auto& catalog) {
       return RunSimulate(*options, catalog, std::cout, std::cerr);

@@ -8,7 +8,9 @@
 #include "gateway/audit/audit_source.h"
 #include "gateway/base/spelling.h"
 #include "gateway/control/request_text.h"
+#include "gateway/events/event_source.h"
 #include "gateway/status/audit_json.h"
+#include "gateway/status/events_json.h"
 #include "gateway/status/settings_json.h"
 
 namespace baudgate::control {
@@ -25,6 +27,20 @@ std::string Dump(const Json& json) {
 
 Reply Refused(std::string_view kind, std::string_view message) {
   return {ErrorLine(kind, message)};
+}
+
+/// Nothing where it is absent, or no whole number.
+std::optional<std::int64_t> NumberOf(const Json& request, const char* key) {
+  const auto found = request.find(key);
+  if (found == request.end() || !found->is_number_integer()) return std::nullopt;
+  return found->get<std::int64_t>();
+}
+
+std::optional<WallTime> SinceOf(const Json& request) {
+  const auto since = NumberOf(request, "since_ms");
+  if (!since) return std::nullopt;
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1'000'000;
+  return WallTime(std::chrono::milliseconds(std::clamp(*since, -kMost, kMost)));
 }
 
 Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}; }
@@ -84,15 +100,16 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
   if (command == "trace") return Trace(request, false);
   if (command == "recorded") return Trace(request, true);
   if (command == "writes") return Writes(request);
+  if (command == "events") return Events(request);
   const auto answered = [later](const Json& answer) { later(Dump(answer)); };
   if (command == "read" || command == "write") {
     const Status status = command == "read" ? points_.Read(request, client, now, answered)
                                             : points_.Write(request, client, now.instant, answered);
     return status ? Reply{} : Refused(kUnknown, status.error());
   }
-  constexpr std::string_view kCommands[] = {"status", "read",     "write",   "may_write",
-                                            "writes", "settings", "release", "take_back",
-                                            "enable", "disable",  "trace",   "recorded"};
+  constexpr std::string_view kCommands[] = {"status",  "read",     "write",   "may_write", "writes",
+                                            "events",  "settings", "release", "take_back", "enable",
+                                            "disable", "trace",    "recorded"};
   return Refused(kUsage, config::Quoted(command) + " is no command;" +
                              config::DidYouMean(command, kCommands) +
                              " there are: " + config::Join(kCommands));
@@ -186,24 +203,57 @@ Reply RequestHandler::Writes(const Json& request) {
                    "nothing of this gateway can be written, so that there are no records of "
                    "writes: no device has 'write: allow', and no route can be written through");
   }
-  const auto number = [&](const char* key) -> std::optional<std::int64_t> {
-    const auto found = request.find(key);
-    if (found == request.end() || !found->is_number_integer()) return std::nullopt;
-    return found->get<std::int64_t>();
-  };
   audit::PageQuery query;
   if (TextOf(request, "order") == "settled") query.order = audit::PageQuery::Order::settled;
-  query.after = number("after").value_or(0);
-  if (const auto since = number("since_ms")) {
-    constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1'000'000;
-    query.since = WallTime(std::chrono::milliseconds(std::clamp(*since, -kMost, kMost)));
-  }
+  query.after = NumberOf(request, "after").value_or(0);
+  query.since = SinceOf(request);
   const audit::AuditState state = info_.audit->state();  // before the page: it may open meanwhile
   const auto page = info_.audit->Read(query);
   if (!page) return Refused(kUnavailable, "the records of writes can not be read: " + page.error());
   Json json = PageJson(*page);
   json["audit"] = AuditJson(state);
   return {Dump(json)};
+}
+
+/// One page, as of writes. A device that is not configured any more still has its events.
+Reply RequestHandler::Events(const Json& request) {
+  if (info_.events == nullptr) {
+    return Refused(kUnavailable,
+                   "no device of this gateway is asked for events: write 'events: {}' into its "
+                   "configuration, for all whose profiles say what their events mean, or 'events: "
+                   "on' at one device");
+  }
+  events::PageQuery query;
+  query.after = NumberOf(request, "after").value_or(0);
+  query.since = SinceOf(request);
+  const std::string target = TextOf(request, "target");
+  const std::size_t dot = target.find('.');
+  if (dot != std::string::npos) query.line = target.substr(0, dot);
+  query.device = dot == std::string::npos ? target : target.substr(dot + 1);
+  const auto page = info_.events->Read(query);
+  if (!page) return Refused(kUnavailable, "the events can not be read: " + page.error());
+  if (page->records.empty() && !target.empty()) {
+    if (const Status known = KnowsDevice(query.line, query.device); !known) {
+      return Refused(kUnknown, known.error());
+    }
+  }
+  Json json = PageJson(*page);
+  json["events"] = EventsJson(info_.events->state());
+  return {Dump(json)};
+}
+
+/// `line` empty: any.
+Status RequestHandler::KnowsDevice(const std::string& line, const std::string& device) const {
+  std::vector<std::string_view> names;
+  for (const config::Line& one : config_.lines) {
+    for (const config::Device& its : one.devices) {
+      if (its.name == device && (line.empty() || one.name == line)) return {};
+      names.push_back(its.name);
+    }
+  }
+  return Error{"there is no device " + config::Quoted(device) +
+               (line.empty() ? "" : " on line " + config::Quoted(line)) + ";" +
+               config::DidYouMean(device, names) + " there are: " + config::Join(names)};
 }
 
 }  // namespace baudgate::control

@@ -55,6 +55,8 @@ class RequestHandler {
   Reply SetInUse(const Json& request, bool in_use);
   Reply Trace(const Json& request, bool recorded);
   Reply Writes(const Json& request);
+  Reply Events(const Json& request);
+  Status KnowsDevice(const std::string& line, const std::string& device) const;
   Result<Target> TargetOf(const Json& request) const;
   /// A line as a whole.
   Result<Target> LineOf(const Json& request) const;

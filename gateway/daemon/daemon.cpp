@@ -18,6 +18,7 @@
 #include "gateway/control/control_server.h"
 #include "gateway/daemon/age_timer.h"
 #include "gateway/daemon/descriptors.h"
+#include "gateway/daemon/event_path.h"
 #include "gateway/daemon/line_runner.h"
 #include "gateway/daemon/placement.h"
 #include "gateway/daemon/write_path.h"
@@ -79,6 +80,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
   }
 
   Status OpenState();
+  Status PlaceEvents(const std::string& why_no_state, EventsPlace& place);
   void MakeLines();
   Status StartModbus();
   Status StartDds();
@@ -94,11 +96,13 @@ struct Daemon::Impl final : CommandSink, LineControl {
   std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
   std::unique_ptr<StateFolder> state;      // nothing: nothing is kept
   std::unique_ptr<DeviceMemory> memory;
+  std::unique_ptr<StateFolder> databases;          // nothing: they lie in `state`
   std::unique_ptr<WritePath> writes;               // nothing: nothing is written, or nothing kept
   std::vector<std::unique_ptr<LoopThread>> loops;  // the shared ones first
   std::unique_ptr<AgeTimer> ageing;
   std::vector<std::unique_ptr<LineRunner>> runners;
-  std::vector<std::size_t> line_of;  // by device
+  std::vector<std::size_t> line_of;   // by device
+  std::unique_ptr<EventPath> events;  // nothing: no device is asked for any
   Instant started = ReadClocks().instant;
   modbus::ModbusLimits limits;
   asio::io_context modbus_io{1};
@@ -144,6 +148,7 @@ void Daemon::Stop() {
   if (impl_->writes) impl_->writes->Stop();
   for (const auto& runner : impl_->runners) runner->RequestStop();
   for (const auto& runner : impl_->runners) runner->Stop();
+  impl_->events.reset();  // keeps what is left; the loops still hear of it
   for (const auto& loop : impl_->loops) loop->Stop();
 #ifdef BAUDGATE_WITH_DDS
   if (impl_->dds) impl_->dds->Stop();
@@ -182,8 +187,14 @@ Status Daemon::Impl::OpenState() {
   StateFolder::Failure failure{false, "there is no place for it"};
   if (!path.empty()) state = StateFolder::Open(path, failure);
   if (failure.in_use) return Error{failure.text};
-  const auto folder = state ? state->path() : std::filesystem::path();
-  writes = std::make_unique<WritePath>(config, store, *this, folder, failure.text);
+  EventsPlace place;
+  if (Status status = PlaceEvents(failure.text, place); !status) return status;
+  writes = std::make_unique<WritePath>(config, store, *this, place);
+  if (AsksForEvents(config)) {
+    events = std::make_unique<EventPath>(config, place, [this](std::uint32_t device) {
+      runners[line_of[device]]->OnEventsKept(device);
+    });
+  }
   if (state) {
     memory = std::make_unique<DeviceMemory>(
         state->path() / "devices.json", config,
@@ -194,6 +205,21 @@ Status Daemon::Impl::OpenState() {
       "state: {}: what is learned of devices is forgotten at the next start; give a folder with "
       "gateway.state",
       failure.text);
+  return {};
+}
+
+/// In a folder of their own, if the configuration gives one.
+Status Daemon::Impl::PlaceEvents(const std::string& why_no_state, EventsPlace& place) {
+  constexpr const char* kEventsFile = "events.db";
+  StateFolder::Failure failure{false, why_no_state};
+  if (const auto path = EventsFolderOf(config); !path.empty()) {
+    databases = StateFolder::Open(path, failure);
+    if (failure.in_use) return Error{failure.text};
+    if (databases) place.file = databases->path() / kEventsFile;
+  } else if (state) {
+    place.file = state->path() / kEventsFile;
+  }
+  place.why_no_file = "there is no state folder for it: " + failure.text;
   return {};
 }
 
@@ -220,8 +246,10 @@ void Daemon::Impl::MakeLines() {
       loops.push_back(std::make_unique<LoopThread>("line " + line.name));
     }
     line_of.insert(line_of.end(), line.devices.size(), runners.size());
+    LineDriver::EventSink take;
+    if (events) take = [this](ReportedEvents reported) { events->Take(std::move(reported)); };
     runners.push_back(std::make_unique<LineRunner>(loops[loop]->io(), line, first_device, find,
-                                                   store, sink, memory.get()));
+                                                   store, sink, memory.get(), std::move(take)));
   }
 }
 
@@ -257,6 +285,7 @@ void Daemon::Impl::StopModbus() {
 control::GatewayInfo Daemon::Impl::GatewayForStatus() const {
   control::GatewayInfo info{kVersion, started, modbus.get()};
   if (writes) info.audit = &writes->log();
+  if (events) info.events = &events->log();
 #ifdef BAUDGATE_WITH_DDS
   if (dds) info.dds = [this] { return dds->state(); };
 #endif

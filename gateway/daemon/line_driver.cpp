@@ -24,7 +24,8 @@ constexpr Duration kPatience = 1s;
 
 LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
                        const Poller::FindProtocol& find, PointStore& store, Transport& port,
-                       PortRetries& retries, LineRecorder::Sink recordings, DeviceMemory* memory)
+                       PortRetries& retries, LineRecorder::Sink recordings, DeviceMemory* memory,
+                       EventSink events)
     : config_(line),
       first_device_(first_device),
       store_(store),
@@ -33,6 +34,7 @@ LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
       retries_(retries),
       recorder_(line, first_device, std::move(recordings)),
       memory_(memory),
+      events_(std::move(events)),
       lanes_(line, first_device, find, store, *this) {
   lanes_.Attach(recorder_);
 }
@@ -55,6 +57,10 @@ void LineDriver::Recall() {
 
 void LineDriver::OnMemory(std::uint32_t device, const std::string& memory) {
   if (memory_ != nullptr) memory_->Set(device, memory);
+}
+
+void LineDriver::OnEvents(ReportedEvents events) {
+  if (events_) events_(std::move(events));
 }
 
 void LineDriver::Stop(Now now, std::function<void()> stopped) {
@@ -282,6 +288,12 @@ std::size_t LineDriver::Forget(std::uint64_t client, Now now) {
 void LineDriver::SetInUse(std::uint32_t device, bool in_use, Now now) {
   now_ = now;
   lanes_.SetInUse(device, in_use, now);
+  Settle();
+}
+
+void LineDriver::OnEventsKept(std::uint32_t device, Now now) {
+  now_ = now;
+  lanes_.OnEventsKept(device, now);
   Settle();
 }
 

@@ -25,12 +25,15 @@ namespace baudgate {
 /// One thread at a time, but recorder() and is_open(). `now` never goes back.
 class LineDriver final : private PollerListener {
  public:
+  /// See PollerListener::OnEvents.
+  using EventSink = std::function<void(ReportedEvents events)>;
   /// All references outlive the driver. `port` is closed; what it tells its listener goes to the
   /// functions of the same names here. `retries` opens the port again after OnDown. Without
-  /// `memory` what conversations learn ends with the program.
+  /// `memory` what conversations learn ends with the program; without `events` devices are asked
+  /// for them no more than once.
   LineDriver(const config::Line& line, std::uint32_t first_device, const Poller::FindProtocol& find,
              PointStore& store, Transport& port, PortRetries& retries,
-             LineRecorder::Sink recordings, DeviceMemory* memory = nullptr);
+             LineRecorder::Sink recordings, DeviceMemory* memory = nullptr, EventSink events = {});
 
   void Start(Now now);
   /// Closes the port, once the write under way has ended, and answers what is queued; then calls
@@ -52,6 +55,7 @@ class LineDriver final : private PollerListener {
   void Submit(RoutedRequest request, Now now);
   std::size_t Forget(std::uint64_t client, Now now);
   void SetInUse(std::uint32_t device, bool in_use, Now now);
+  void OnEventsKept(std::uint32_t device, Now now);
 
   /// See LineControl; the write under way ends first.
   void Release(Duration time, Now now);
@@ -75,6 +79,7 @@ class LineDriver final : private PollerListener {
                      const std::string& reason) override;
   void OnWarning(std::uint32_t device, const std::string& message) override;
   void OnMemory(std::uint32_t device, const std::string& memory) override;
+  void OnEvents(ReportedEvents events) override;
 
   void Recall();
   void Announce();
@@ -100,6 +105,7 @@ class LineDriver final : private PollerListener {
   PortRetries& retries_;
   LineRecorder recorder_;
   DeviceMemory* const memory_;  // null: there is none
+  const EventSink events_;
   Lanes lanes_;
   Now now_{};                                        // of the input that is being handled
   std::optional<Instant> lanes_due_;                 // the pollers' deadline

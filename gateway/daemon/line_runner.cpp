@@ -5,13 +5,14 @@ namespace baudgate {
 
 LineRunner::LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
                        const Poller::FindProtocol& find, PointStore& store,
-                       LineRecorder::Sink recordings, DeviceMemory* memory)
+                       LineRecorder::Sink recordings, DeviceMemory* memory,
+                       LineDriver::EventSink events)
     : io_(loop),
       timer_(loop),
       keeper_(loop, line.port, [this] { transport_->Open(); }),
       transport_(MakeTransport(line, loop, *this)),
-      driver_(line, first_device, find, store, *transport_, keeper_, std::move(recordings),
-              memory) {}
+      driver_(line, first_device, find, store, *transport_, keeper_, std::move(recordings), memory,
+              std::move(events)) {}
 
 void LineRunner::Start() {
   started_ = true;
@@ -69,6 +70,10 @@ void LineRunner::Forget(std::uint64_t client) {
 
 void LineRunner::SetInUse(std::uint32_t device, bool in_use) {
   Post([this, device, in_use](Now now) { driver_.SetInUse(device, in_use, now); });
+}
+
+void LineRunner::OnEventsKept(std::uint32_t device) {
+  Post([this, device](Now now) { driver_.OnEventsKept(device, now); });
 }
 
 void LineRunner::Release(Duration time) {

@@ -23,7 +23,8 @@ class LineRunner final : public RouteTarget, private TransportListener {
   /// All references outlive the runner. Nothing happens before Start.
   LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
              const Poller::FindProtocol& find, PointStore& store,
-             LineRecorder::Sink recordings = {}, DeviceMemory* memory = nullptr);
+             LineRecorder::Sink recordings = {}, DeviceMemory* memory = nullptr,
+             LineDriver::EventSink events = {});
   /// Stopped, if it was started: the loop must not have ended before.
   ~LineRunner() override { Stop(); }
 
@@ -46,6 +47,8 @@ class LineRunner final : public RouteTarget, private TransportListener {
   void Release(Duration time);
   void TakeBack();
   void SetInUse(std::uint32_t device, bool in_use);
+  /// From any thread, as long as the runner lives.
+  void OnEventsKept(std::uint32_t device);
   LineRecorder& recorder() { return driver_.recorder(); }
 
   bool is_open() const { return driver_.is_open(); }

@@ -6,13 +6,11 @@
 namespace baudgate {
 namespace {
 
-constexpr const char* kEventsFile = "events.db";
-
-audit::AuditLog::Options OptionsOf(const config::Config& config,
-                                   const std::filesystem::path& folder, const std::string& why) {
+audit::AuditLog::Options OptionsOf(const config::Config& config, const EventsPlace& place) {
   audit::AuditLog::Options options;
-  if (!folder.empty()) options.file = folder / kEventsFile;
-  options.why_no_file = "there is no state folder for it: " + why;
+  options.file = place.file;
+  options.why_no_file = place.why_no_file;
+  options.turn = place.turn;
   options.require = config.audit == config::Audit::require;
   options.clocks = ReadClocks;
   options.warn = [](const std::string& text) { log::Warn("{}", text); };
@@ -23,8 +21,7 @@ audit::AuditLog::Options OptionsOf(const config::Config& config,
 }  // namespace
 
 WritePath::WritePath(const config::Config& config, const PointStore& store, CommandSink& lines,
-                     const std::filesystem::path& folder, const std::string& why)
-    : log_(OptionsOf(config, folder, why)),
-      audited_(store, lines, log_, config.audit, ReadClocks) {}
+                     const EventsPlace& place)
+    : log_(OptionsOf(config, place)), audited_(store, lines, log_, config.audit, ReadClocks) {}
 
 }  // namespace baudgate

@@ -3,13 +3,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <string>
 
 #include "config/model/config.h"
 #include "gateway/audit/audit_log.h"
 #include "gateway/audit/audited_writes.h"
+#include "gateway/daemon/events_place.h"
 #include "gateway/requests/commands.h"
 #include "gateway/store/point_store.h"
 
@@ -17,10 +17,9 @@ namespace baudgate {
 
 class WritePath {
  public:
-  /// `folder`: of the state; empty: there is none, and `why` says the reason. All but these outlive
-  /// it.
+  /// All but `place` outlive it.
   WritePath(const config::Config& config, const PointStore& store, CommandSink& lines,
-            const std::filesystem::path& folder, const std::string& why);
+            const EventsPlace& place);
 
   /// What outputs submit to.
   CommandSink& entrance() { return audited_; }

@@ -70,6 +70,7 @@ class Lanes::Lane final : public PollerListener {
   void OnMemory(std::uint32_t device, const std::string& memory) override {
     all_.listener_.OnMemory(device, memory);
   }
+  void OnEvents(ReportedEvents events) override { all_.listener_.OnEvents(std::move(events)); }
   void OnWarning(std::uint32_t device, const std::string& message) override {
     all_.listener_.OnWarning(device, message);
   }
@@ -224,6 +225,12 @@ void Lanes::SetInUse(std::uint32_t device, bool in_use, Now now) {
   now_ = now;
   in_use_[device] = in_use;
   PollerOf(device).SetInUse(device, in_use, now);
+  SendOut();
+}
+
+void Lanes::OnEventsKept(std::uint32_t device, Now now) {
+  now_ = now;
+  PollerOf(device).OnEventsKept(device, now);
   SendOut();
 }
 

@@ -158,6 +158,10 @@ std::unique_ptr<Job> Chooser::TakeParked(Instant now) {
 std::unique_ptr<Job> Chooser::TakePoll(Instant now) {
   const auto pick = schedule_.Next(now, turns_.HealthyFirst());
   if (!pick) return nullptr;
+  if (pick->query == kEventsQuery) {
+    return std::make_unique<Job>(roster_.device(pick->device), Job::Events{},
+                                 Task{.kind = Task::Kind::events}, now);
+  }
   return std::make_unique<Job>(roster_.device(pick->device),
                                Job::Poll{pick->group, pick->last_of_round},
                                Task{.kind = Task::Kind::poll, .query = pick->query}, now);

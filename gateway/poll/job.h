@@ -24,6 +24,7 @@ struct Job {
     config::Group group = config::Group::fast;
     bool last_of_round = false;
   };
+  struct Events {};  ///< what has happened in the device
   struct Probe {};
   struct ReadBack {};  ///< of a query whose points were written, or are in doubt
   struct Write {
@@ -42,7 +43,8 @@ struct Job {
     bool is_read() const { return !batch.empty() && !IsWrite(batch.front()); }
   };
 
-  Job(Member& who, std::variant<Poll, Probe, ReadBack, Write, Routed> kind, Task what, Instant now)
+  Job(Member& who, std::variant<Poll, Events, Probe, ReadBack, Write, Routed> kind, Task what,
+      Instant now)
       : member(&who), kind(std::move(kind)), task(std::move(what)), began(now) {}
 
   template <typename Kind>
@@ -70,7 +72,7 @@ struct Job {
   }
 
   Member* member;
-  std::variant<Poll, Probe, ReadBack, Write, Routed> kind;
+  std::variant<Poll, Events, Probe, ReadBack, Write, Routed> kind;
   Task task;  ///< for the conversation
   Instant began;
   std::optional<Probes::Kind> looks;  ///< its member is offline: which budget has allowed it

@@ -40,6 +40,7 @@ namespace {
 /// False: its device has fewer queries since it began. Example: a poll of query 7 waits behind a
 /// probe, and what the probe is answered leaves 5 queries.
 bool IsPlanned(const Task& task, const Conversation& conversation) {
+  if (task.kind == Task::Kind::events) return conversation.HasEvents();
   return task.kind != Task::Kind::poll || task.query < conversation.Queries().size();
 }
 
@@ -241,7 +242,10 @@ Outcome Poller::Judge(View frame, Instant now) {
   answer = planned ? device->conversation->OnFrame(job.task, job.request, frame, now)
                    : device->conversation->Interpret(job.request.bytes, frame);
   // What a probe reads may be nobody's, and what is not planned any more has not been checked.
-  if (!planned || !job.verdict.proven) answer.readings.clear();
+  if (!planned || !job.verdict.proven) {
+    answer.readings.clear();
+    answer.batch.reset();
+  }
   return answer.outcome;
 }
 
@@ -327,13 +331,14 @@ void Poller::TakeAnswer() {
   Job& job = *job_;
   Device& device = *roster_.AsDevice(*job.member);
   const Outcome outcome = job.answer.outcome;
-  const Answer answer = std::exchange(job.answer, {});
+  Answer answer = std::exchange(job.answer, {});
   upkeep_.OnHeard(device, now_.instant);
   if (auto* const write = job.As<Job::Write>(); write != nullptr) {
     write->may_have_acted = answer.may_have_acted;
     if (write->sent && !job.request.closes) write->told = outcome;
   }
   Store(device, answer);
+  if (answer.batch) Report(device, std::move(*answer.batch));
   if (answer.wait > Duration::zero()) schedule_.Hold(device.place, now_.instant + answer.wait);
   if (answer.then == Then::ask_again) return Ask();
   if (answer.then == Then::replan) {
@@ -350,6 +355,16 @@ void Poller::TakeAnswer() {
   const Instant until = now_.instant + std::max<Duration>(answer.wait, device.times.quiet);
   schedule_.Hold(device.place, until);
   chooser_.Park(std::move(job_), until);
+}
+
+/// The device has looked whether it has any after its request was sent.
+void Poller::Report(Device& device, EventBatch batch) {
+  if (batch.drained) device.drained_at = job_->exchange_began;
+  if (batch.events.empty()) return;
+  schedule_.HoldEvents(device.place);
+  ReportedEvents events{device.index, std::move(batch), job_->answered, {}};
+  if (device.drained_at) events.oldest = job_->answered.instant - *device.drained_at;
+  listener_.OnEvents(std::move(events));
 }
 
 /// What must not be read twice counts as it comes.

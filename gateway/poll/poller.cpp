@@ -160,6 +160,12 @@ void Poller::Submit(RoutedRequest request, Now now) {
   Settle();
 }
 
+void Poller::OnEventsKept(std::uint32_t index, Now now) {
+  Advance(now);
+  schedule_.ReleaseEvents(roster_.DeviceAt(index).place, now.instant);
+  if (open_) Settle();
+}
+
 std::size_t Poller::Forget(std::uint64_t client, Now now) {
   Advance(now);
   std::size_t forgotten = routes_.queue().Forget(client);
@@ -279,8 +285,8 @@ void Poller::Pump() {
 /// from, the line does not.
 bool Poller::SetAside(Instant until) {
   const Member& member = *job_->member;
-  const bool poll = job_->task.kind == Task::Kind::poll && job_->asked().named();
-  if (!poll || chooser_.IsParked(member)) return false;
+  const bool reads = job_->task.kind == Task::Kind::poll || job_->task.kind == Task::Kind::events;
+  if (!reads || !job_->asked().named() || chooser_.IsParked(member)) return false;
   schedule_.Hold(member.place, until);
   chooser_.Park(std::move(job_), until);
   return true;

@@ -4,13 +4,24 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "config/model/serial.h"
 #include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
 #include "gateway/store/device_status.h"
+#include "protocols/conversation.h"
 
 namespace baudgate {
+
+/// What a device has said has happened, to be kept.
+struct ReportedEvents {
+  std::uint32_t device = 0;          ///< index in the point store
+  EventBatch batch{};                ///< with at least one event
+  Now received{};                    ///< the end of the reply
+  std::optional<Duration> oldest{};  ///< none is older, seen from `received`; nothing: not known
+};
 
 class PollerListener {
  public:
@@ -24,6 +35,8 @@ class PollerListener {
                              const std::string& reason) = 0;
   /// What the device's conversation wants to know after a restart has changed.
   virtual void OnMemory(std::uint32_t /*device*/, const std::string& /*memory*/) {}
+  /// The device is not asked for more before Poller::OnEventsKept, which is not called from here.
+  virtual void OnEvents(ReportedEvents /*events*/) {}
   /// Something the user should know that is not a state: an echo suspected, a late device.
   virtual void OnWarning(std::uint32_t device, const std::string& message) = 0;
 };

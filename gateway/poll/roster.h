@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,7 +49,9 @@ struct Device : Member {
   const config::Device* config = nullptr;
   std::unique_ptr<Conversation> conversation;
   JumpCheck jumps;
-  std::string memory;         // of the conversation, as it was told last
+  std::string memory;  // of the conversation, as it was told last
+  /// Nothing that has happened in it before was left in it; nothing: not known.
+  std::optional<Instant> drained_at;
   config::Timing configured;  // `timing`, if it needs no longer times
 
   /// Takes over what the conversation has learned of its times. True: they are others now.

@@ -10,11 +10,12 @@ std::size_t Schedule::AddDevice(Duration fast_period, Duration slow_period, Dura
   device.rounds[static_cast<std::size_t>(config::Group::fast)].period = fast_period;
   device.rounds[static_cast<std::size_t>(config::Group::slow)].period = slow_period;
   device.rounds[static_cast<std::size_t>(config::Group::daily)].period = daily_period;
+  device.rounds[kEvents].period = fast_period;
   devices_.push_back(std::move(device));
   return devices_.size() - 1;
 }
 
-void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups) {
+void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups, bool events) {
   Device& device = devices_[index];
   Round& once = device.rounds[static_cast<std::size_t>(config::Group::once)];
   Round& daily = device.rounds[static_cast<std::size_t>(config::Group::daily)];
@@ -25,6 +26,7 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups) 
   for (std::size_t query = 0; query < groups.size(); ++query) {
     device.rounds[static_cast<std::size_t>(groups[query])].queries.push_back(query);
   }
+  if (events) device.rounds[kEvents].queries.push_back(kEventsQuery);
   for (Round& round : device.rounds) round.cursor = round.queries.size();
   // Of four, two were asked and one of them is gone: of three, one was asked and two are left. With
   // more than before nobody knows which are new.
@@ -32,11 +34,24 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups) 
   daily.cursor = now_daily > asked_daily + left ? 0 : now_daily - std::min(left, now_daily);
 }
 
+void Schedule::HoldEvents(std::size_t index) {
+  Round& round = devices_[index].rounds[kEvents];
+  round.held = true;
+  round.due.reset();
+  round.cursor = round.queries.size();
+}
+
+void Schedule::ReleaseEvents(std::size_t index, Instant now) {
+  Round& round = devices_[index].rounds[kEvents];
+  round.held = false;
+  round.due = now;
+}
+
 void Schedule::Restart(std::size_t index, Instant now) {
   Device& device = devices_[index];
   device.suspended = false;
   for (Round& round : device.rounds) {
-    round.due = now;
+    if (!round.held) round.due = now;
     round.repeats = false;
     round.cursor = round.queries.size();
   }
@@ -124,7 +139,8 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
   if (best == nullptr) return std::nullopt;
   Pick pick;
   pick.device = static_cast<std::size_t>(best_device - devices_.data());
-  pick.group = static_cast<config::Group>(best - best_device->rounds.data());
+  const auto round = static_cast<std::size_t>(best - best_device->rounds.data());
+  if (round != kEvents) pick.group = static_cast<config::Group>(round);
   pick.query = best->queries[best->cursor++];
   pick.last_of_round = !best->active();
   best->turn = ++turn_;

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -18,6 +19,9 @@
 #include "gateway/base/time.h"
 
 namespace baudgate {
+
+/// In place of the number of a query: what has happened in the device since it was asked last.
+inline constexpr std::size_t kEventsQuery = std::numeric_limits<std::size_t>::max();
 
 /// A query of a device of the line, by their numbers.
 struct QueryRef {
@@ -30,7 +34,7 @@ class Schedule {
  public:
   struct Pick {
     std::size_t device = 0;
-    std::size_t query = 0;
+    std::size_t query = 0;  ///< or kEventsQuery
     config::Group group = config::Group::fast;
     bool last_of_round = false;
   };
@@ -41,7 +45,12 @@ class Schedule {
 
   /// The groups of the device's queries, in the order of asking. Rounds in progress end; that of
   /// what is read once starts again, the daily one goes on where it was, or starts again as well.
-  void SetQueries(std::size_t device, std::vector<config::Group> groups);
+  /// `events`: it is asked for events as often as for the fast group.
+  void SetQueries(std::size_t device, std::vector<config::Group> groups, bool events = false);
+  /// It is not asked for events until ReleaseEvents: the last ones are not kept yet.
+  void HoldEvents(std::size_t device);
+  /// At once: there may be more.
+  void ReleaseEvents(std::size_t device, Instant now);
 
   /// All groups of the device are due at once, or when its hold ends: the port opened, or the
   /// device came back.
@@ -91,16 +100,19 @@ class Schedule {
     std::size_t cursor = 0;      // next query; queries.size(): no round in progress
     std::uint64_t turn = 0;      // when it was last served, counted in picks
     bool repeats = false;        // due earlier than by its period
+    bool held = false;           // never due
     bool active() const { return cursor < queries.size(); }
   };
   struct Device {
-    std::array<Round, config::kGroups> rounds;  // by config::Group
+    std::array<Round, config::kGroups + 1> rounds;  // by config::Group; the last: events
     Instant hold_until{};
     bool suspended = true;
     bool doubted = false;
     std::size_t go_first = 0;  // so many polls before the next write
     std::uint32_t missed = 0;
   };
+
+  static constexpr std::size_t kEvents = config::kGroups;
 
   static std::uint32_t Passed(const Round& round, Instant now);
   static void StartIfDue(Device& device, Round& round, Instant now);

@@ -97,6 +97,7 @@ void Upkeep::OnEnabled(Device& device, bool open, Instant now) {
 
 void Upkeep::OnReplaced(Device& device, Now now) {
   device.conversation->OnReconnect();
+  device.drained_at.reset();
   if (device.LearnTimes()) ledger_.ShowTimes(device);
   Plan(device);
   std::vector<Sample> unknown;
@@ -175,7 +176,7 @@ void Upkeep::DoubtAll(const Device& device, Instant now) {
 void Upkeep::Plan(Device& device) {
   std::vector<config::Group> groups;
   for (const Query& query : device.conversation->Queries()) groups.push_back(query.group);
-  schedule_.SetQueries(device.place, std::move(groups));
+  schedule_.SetQueries(device.place, std::move(groups), device.conversation->HasEvents());
   chooser_.DropParked(device);  // its query may be another one now
   ledger_.OnPlan(device);
 }

@@ -34,6 +34,7 @@ struct Inhabitant {
   config::Device device;
   std::unique_ptr<SimulatedValues> values;
   std::unique_ptr<Twin> twin;
+  std::optional<TwinEvents> events{};
 };
 using Inhabitants = std::vector<std::unique_ptr<Inhabitant>>;
 
@@ -258,6 +259,9 @@ Bytes Simulator::Impl::Answer(View frame, Instant now) {
     leaving.clear();
     return {};
   }
+  for (const auto& one : inhabitants) {
+    if (one->events) one->events->CatchUp(*one->twin, one->device, ReadClocks());
+  }
   return AnswerOf(inhabitants, frame, now);
 }
 
@@ -303,6 +307,9 @@ Result<std::unique_ptr<Simulator>> Simulator::Create(asio::io_context& io, const
   if (!pty) return Error{pty.error()};
   auto impl = std::make_shared<Impl>(io, protocol, options, std::move(*pty), std::move(devices));
   impl->SetFaults(options.faults);
+  for (const auto& one : impl->inhabitants) {
+    if (options.events) one->events.emplace(*options.events, ReadClocks());
+  }
   const config::Options& shared = impl->inhabitants.front()->device.options;
   impl->assembler.Begin(protocol.request_rule, protocol.expect({}, shared));
   impl->Read();
@@ -316,6 +323,15 @@ std::uint64_t Simulator::answered() const { return impl_->answered; }
 std::uint64_t Simulator::characters() const { return impl_->characters; }
 std::vector<FaultCount> Simulator::fault_counts() const {
   return impl_->faults ? impl_->faults->Counts() : std::vector<FaultCount>();
+}
+
+std::pair<std::uint64_t, std::uint64_t> Simulator::event_counts() const {
+  std::pair<std::uint64_t, std::uint64_t> counts;
+  for (const auto& one : impl_->inhabitants) {
+    counts.first += one->events ? one->events->raised() : 0;
+    counts.second += one->events ? one->events->refused() : 0;
+  }
+  return counts;
 }
 
 void Simulator::SetFaults(const std::vector<Fault>& faults) { impl_->SetFaults(faults); }

@@ -10,10 +10,12 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/model/device.h"
 #include "gateway/base/result.h"
+#include "gateway/simulate/twin_events.h"
 #include "gateway/simulate/twin_faults.h"
 #include "protocols/protocol.h"
 
@@ -44,6 +46,7 @@ struct SimulatorOptions {
   std::optional<config::SerialSettings> pace;
   Duration think_time = 5ms;  ///< end of request to first byte of the reply
   std::vector<Fault> faults;  ///< their schedules count from the creation of the simulator
+  std::optional<EventSchedule> events;  ///< of each twin
   /// Hears every request, what the twins answer (empty: nothing) and what of it goes out: held
   /// back replies and an echo included. Called from the thread of the io_context.
   std::function<void(View request, View reply, View delivered)> observer;
@@ -64,6 +67,9 @@ class Simulator {
   std::uint64_t characters() const;
   /// How often each fault has struck. From the thread of the io_context.
   std::vector<FaultCount> fault_counts() const;
+  /// Events that the twins have raised, and those that were lost because a register was full. From
+  /// the thread of the io_context.
+  std::pair<std::uint64_t, std::uint64_t> event_counts() const;
   /// From now on these and no others; counts and schedules begin anew. From the thread of the
   /// io_context.
   void SetFaults(const std::vector<Fault>& faults);

@@ -34,6 +34,27 @@ CREATE TABLE writes (
 );
 CREATE INDEX writes_point ON writes (kind, line, device, point, seq);
 CREATE UNIQUE INDEX writes_settled ON writes (settled);
+)sql",
+                                                                 R"sql(
+CREATE TABLE events (
+  seq           INTEGER PRIMARY KEY,
+  receive_time  INTEGER NOT NULL,
+  device_time   INTEGER NOT NULL,
+  clock_quality INTEGER NOT NULL,
+  line          TEXT NOT NULL,
+  device        TEXT NOT NULL,
+  channel       INTEGER NOT NULL,
+  code          INTEGER NOT NULL,
+  state         TEXT NOT NULL,
+  text          TEXT NOT NULL
+);
+CREATE INDEX events_device ON events (device, seq);
+CREATE TABLE event_sources (
+  line   TEXT NOT NULL,
+  device TEXT NOT NULL,
+  said   TEXT NOT NULL,
+  PRIMARY KEY (line, device)
+) WITHOUT ROWID;
 )sql"};
 
 constexpr int kMostPutAside = 99;

@@ -1,6 +1,6 @@
 // events.db in the state folder: the file of what has to be known for ever, audit and events alike.
-// Every commit is on the disk before it returns (WAL, synchronous=FULL). docs/audit.md has its
-// tables.
+// Every commit is on the disk before it returns (WAL, synchronous=FULL). docs/audit.md and
+// docs/events.md have its tables.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +14,7 @@ namespace baudgate {
 /// Written into the file, so that it is not taken for another program's: "BGev".
 inline constexpr std::int64_t kEventsApplication = 0x42476576;
 /// Of the tables; one more for each change of them.
-inline constexpr std::int64_t kEventsVersion = 1;
+inline constexpr std::int64_t kEventsVersion = 2;
 
 struct OpenedEvents {
   std::unique_ptr<Database> database;  ///< null: `error` says why, and nothing was changed

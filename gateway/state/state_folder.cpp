@@ -51,6 +51,7 @@ bool NeedsState(const config::Config& config, const config::Catalog& catalog) {
   if (CanWrite(config)) return true;
   return std::ranges::any_of(config.lines, [&](const config::Line& line) {
     return std::ranges::any_of(line.devices, [&](const config::Device& device) {
+      if (device.events) return true;
       const auto remembers = catalog.FindProtocol(device.protocol)->remembers;
       return remembers != nullptr && remembers(device);
     });
@@ -71,6 +72,13 @@ fs::path StateFolderOf(const StatePlaces& places, const std::string& gateway) {
   if (!places.xdg_state_home.empty()) return fs::path(places.xdg_state_home) / "baudgate" / gateway;
   if (places.home.empty()) return {};
   return fs::path(places.home) / ".local/state/baudgate" / gateway;
+}
+
+fs::path EventsFolderOf(const config::Config& config) {
+  const fs::path folder = fs::path(config.events.directory) / config.name;
+  const bool own = !config.events.directory.empty() &&
+                   folder != StateFolderOf(StatePlaces::Here(config.state), config.name);
+  return own ? folder : fs::path();
 }
 
 std::unique_ptr<StateFolder> StateFolder::Open(const fs::path& path, Failure& failure) {

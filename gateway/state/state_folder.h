@@ -36,6 +36,10 @@ inline constexpr const char* kSystemState = "/var/lib/baudgate";
 /// is none.
 std::filesystem::path StateFolderOf(const StatePlaces& places, const std::string& gateway);
 
+/// Of the databases, where they have one of their own (events.directory). Empty: they have not, and
+/// lie in the state folder.
+std::filesystem::path EventsFolderOf(const config::Config& config);
+
 class StateFolder {
  public:
   struct Failure {

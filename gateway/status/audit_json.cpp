@@ -31,7 +31,7 @@ Json AdviceOf(const audit::AuditState& state) {
 
 Json AuditJson(const audit::AuditState& state) {
   Json json;
-  json["state"] = audit::Name(state.disk);
+  json["state"] = Name(state.disk);
   json["since"] = TimeJson(state.since);
   json["mode"] = state.require ? "require" : "best_effort";
   json["trouble"] = state.trouble;

@@ -7,6 +7,7 @@
 #include "gateway/status/audit_json.h"
 #include "gateway/status/dds_json.h"
 #include "gateway/status/diagnose.h"
+#include "gateway/status/events_json.h"
 #include "gateway/status/json_time.h"
 #include "gateway/status/traffic_json.h"
 #include "gateway/status/value_json.h"
@@ -222,6 +223,7 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
       TrafficJson(traffic, target ? config.lines[target->line].name : std::string(), now.wall);
   json["dds"] = info.dds ? DdsJson(config.dds.domain, info.dds(), now.instant) : Json(nullptr);
   json["audit"] = info.audit ? AuditJson(info.audit->state()) : Json(nullptr);
+  json["events"] = info.events ? EventsJson(info.events->state()) : Json(nullptr);
   return json;
 }
 

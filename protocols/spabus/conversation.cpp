@@ -8,6 +8,8 @@
 #include "gateway/base/text.h"
 #include "protocols/common/designation.h"
 #include "protocols/spabus/decode.h"
+#include "protocols/spabus/event_session.h"
+#include "protocols/spabus/events.h"
 #include "protocols/spabus/expect.h"
 #include "protocols/spabus/nack.h"
 #include "protocols/spabus/plan.h"
@@ -24,7 +26,7 @@ constexpr int kDoubtsBeforeForgetting = 3;
 /// All that is asked of a relay which is not what its profile says: what it is now.
 const Query kWhatIsIt{config::Group::slow, {}};
 constexpr int kFailuresOfChannels = 2;
-constexpr int kOverflow = 2;
+constexpr int kInputOverflow = 2;
 constexpr int kTooComplicated = 3;
 constexpr int kSyntax = 5;
 constexpr int kOtherError = 9;
@@ -37,6 +39,7 @@ class SpaConversation final : public Conversation {
         points_(ReadablePoints(device.points)),
         settings_(ReadSettings(device.options)),
         writes_(settings_.password),
+        events_(device.events),
         slave_(ParseSlave(device.address).value()),
         limits_{settings_.max_items, true, settings_.write_items},
         plan_(MakePlan(points_, limits_)) {}
@@ -45,6 +48,7 @@ class SpaConversation final : public Conversation {
     if (trouble_) return {&kWhatIsIt, 1};
     return plan_.queries();
   }
+  bool HasEvents() const override { return !trouble_ && events_.has_events(); }
   const DeviceTrouble& trouble() const override { return trouble_; }
   void OnEnabled() override { writes_.OnEnabled(); }
 
@@ -66,6 +70,8 @@ class SpaConversation final : public Conversation {
       }
       case Task::Kind::write:
         return AskWrite(task);
+      case Task::Kind::events:
+        return Seal(WantsName() ? ReadOf(slave_, kIdentification, 0) : events_.Next(slave_));
     }
     return Error{"the SPA Bus does not know this kind of task"};
   }
@@ -74,7 +80,7 @@ class SpaConversation final : public Conversation {
     return CountTogether(writes, device_.points, limits_.written);
   }
 
-  Answer OnFrame(const Task& task, const Request& request, View frame, Instant) override {
+  Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override {
     Exchange exchange = Decode(request.bytes, frame, points_);
     Confirm(request, frame, exchange.answer);
     if (task.kind == Task::Kind::write) {
@@ -88,6 +94,7 @@ class SpaConversation final : public Conversation {
       return std::move(exchange.answer);
     }
     if (std::exchange(asked_name_, false)) return OnName(std::move(exchange.answer));
+    if (task.kind == Task::Kind::events) return events_.OnAnswer(std::move(exchange), now);
     if (task.kind != Task::Kind::poll) return std::move(exchange.answer);
     // "Other error" is worth one more try: reading again does no harm.
     if (exchange.nack == kOtherError && !std::exchange(repeated_, true)) {
@@ -111,10 +118,17 @@ class SpaConversation final : public Conversation {
       return Then::done;
     }
     if (task.kind == Task::Kind::write) return writes_.OnFailure(outcome);
+    if (task.kind == Task::Kind::events) return events_.OnFailure(outcome);
     if (task.kind == Task::Kind::poll && !request.closes && DoubtChannels(task.query, outcome)) {
       return Then::replan;
     }
     return request.closes && outcome != Outcome::line_down ? Then::ask_again : Then::done;
+  }
+
+  std::optional<Request> Instead(const Request& request, Outcome, Instant) override {
+    const auto command = ParseRequest(request.bytes).command;
+    if (!command || command->write || command->category != 'L') return std::nullopt;
+    return Seal(events_.Instead(slave_));
   }
 
   void OnReconnect() override {
@@ -124,13 +138,19 @@ class SpaConversation final : public Conversation {
     channel_failures_ = 0;
     plan_.OnReconnect();
     writes_.Reset();
+    events_.OnReconnect();
     checksum_.Forget();
   }
 
   bool ForgetRefusals() override { return plan_.ForgetRefusals(); }
 
   Outcome Check(View request, View frame) const override {
-    const Answer answer = Decode(request, frame, points_).answer;
+    const Exchange exchange = Decode(request, frame, points_);
+    const Answer& answer = exchange.answer;
+    const bool lists = exchange.command && IsEventList(exchange.command->category);
+    if (lists && answer.outcome == Outcome::ok && !LooksLikeEvents(exchange.data)) {
+      return Outcome::unexpected;
+    }
     const auto is_odd = [](const Reading& reading) {
       return reading.quality == Quality::bad_configuration;  // a text in place of a number
     };
@@ -157,6 +177,7 @@ class SpaConversation final : public Conversation {
     }
     if (!limits_.channels) say("one channel in one request");
     if (limits_.written < settings_.write_items) say("one value in one write");
+    if (device_.events && !events_.has_events()) say("no events: it refuses L");
     if (channels_work_) say("several channels in one request");
     if (sends_wildcard_) say("XX in place of its checksums");
     if (const char reading = checksum_.letter()) {
@@ -237,7 +258,7 @@ class SpaConversation final : public Conversation {
     const std::size_t items = plan_.block(query).size();
     const bool unknown = nack == kTooComplicated || nack == kSyntax;
     if (unknown && IsChannelRange(query) && !channels_work_) return ForgoChannels();
-    if (items > 1 && (nack == kTooComplicated || nack == kOverflow)) {
+    if (items > 1 && (nack == kTooComplicated || nack == kInputOverflow)) {
       limits_.items = std::min(limits_.items, items / 2);
       plan_.Make();
       return true;
@@ -265,6 +286,7 @@ class SpaConversation final : public Conversation {
   std::vector<ReadPoint> points_;
   const Settings settings_;
   WriteSession writes_;
+  EventSession events_;
   const unsigned slave_;
   RequestLimits limits_;  ///< less once the device has called it too much
   ItemPlan plan_;

@@ -2,6 +2,7 @@
 #include "protocols/spabus/decode.h"
 
 #include "gateway/base/text.h"
+#include "protocols/spabus/events.h"
 #include "protocols/spabus/nack.h"
 #include "protocols/spabus/settings.h"
 #include "protocols/spabus/values.h"
@@ -62,7 +63,7 @@ Answer DecodeList(const Command& command, const Reply& reply) {
 }
 
 Answer DecodeData(const Command& command, const Reply& reply, std::span<const ReadPoint> points) {
-  if (command.category == 'L' || command.category == 'B') return DecodeList(command, reply);
+  if (IsEventList(command.category)) return DecodeList(command, reply);
   // An alarm is text for people, and a slash in it separates nothing.
   const auto texts =
       command.category == 'A' ? std::vector<std::string_view>{reply.data} : Split(reply.data, '/');
@@ -135,6 +136,7 @@ Exchange Decode(View request, View frame, std::span<const ReadPoint> points) {
                                                : "an acknowledge came in answer to a read");
   } else if (!command.write) {
     exchange.answer = DecodeData(command, *reply, points);
+    exchange.data = reply->data;
   }
   return exchange;
 }

@@ -17,6 +17,7 @@ struct Exchange {
   Answer answer;
   std::optional<Command> command;  ///< what was asked, when the request could be read
   std::optional<int> nack;         ///< the code, when the right slave refused
+  std::string data;                ///< of an answered read, as it came
 };
 
 /// Readings carry the index of each point of `points` with the item's address, or a label where

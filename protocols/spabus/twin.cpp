@@ -2,6 +2,7 @@
 #include "protocols/spabus/twin.h"
 
 #include "gateway/base/text.h"
+#include "protocols/spabus/events.h"
 #include "protocols/spabus/points.h"
 #include "protocols/spabus/reply.h"
 #include "protocols/spabus/settings.h"
@@ -18,6 +19,11 @@ constexpr int kNotNow = 7;
 constexpr int kBadValue = 8;
 /// More values than any reply could carry are not even looked up.
 constexpr std::size_t kMostItems = 500;
+
+constexpr std::size_t kRegister = 65;
+constexpr std::size_t kEventsOfReply = 5;
+constexpr int kStatusOverflow = 2;
+constexpr Address kModuleStatus{0, 'C', std::nullopt};
 
 /// The one reading of the continued checksum that this device uses.
 int OwnReading(const config::Options& options) {
@@ -66,11 +72,34 @@ Bytes SpaTwin::Answer(View request, Instant now) {
   return received.command->write ? Write(*received.command) : Read(*received.command, now);
 }
 
+bool SpaTwin::Raise(const DeviceEvent& event, Now now) {
+  if (events_.size() > kRegister) return false;
+  const bool full = events_.size() == kRegister;
+  DeviceEvent stored = event;
+  if (full) {
+    stored = {0, kOverflow, std::nullopt, {}};
+    status_ |= kStatusOverflow;
+  }
+  stored.time = SaidTime{now.wall.time_since_epoch() % 1min, 1min};
+  events_.push_back(PrintEvent(stored));
+  return !full;
+}
+
+std::string SpaTwin::TakeEvents() {
+  std::string text;
+  for (std::size_t i = 0; i < kEventsOfReply && !events_.empty(); ++i) {
+    text += (i == 0 ? "" : "/") + events_.front();
+    events_.pop_front();
+  }
+  return text;
+}
+
 Bytes SpaTwin::Nack(int code) const { return EncodeNack(reply_as_, code, reading_); }
 
 Bytes SpaTwin::Read(const Command& command, Instant now) {
-  if (command.category == 'L' || command.category == 'B') {
-    return *EncodeData(reply_as_, {}, reading_);  // no event is waiting
+  if (IsEventList(command.category)) {
+    if (command.category == 'L') last_events_ = TakeEvents();
+    return *EncodeData(reply_as_, last_events_, reading_);
   }
   if (command.ItemCount() > kMostItems) return Nack(kTooComplicated);
   std::string data;
@@ -90,6 +119,7 @@ Bytes SpaTwin::Read(const Command& command, Instant now) {
 }
 
 Result<std::string> SpaTwin::Text(const Address& item, Instant now) const {
+  if (item == kModuleStatus && status_ != 0) return std::to_string(status_);
   const auto* known = points_.Find([&item](const Address& address) { return address == item; });
   if (known != nullptr) return PrintValue(points_.Get(*known, now), *known->point);
   if (item == Address{0, 'F', std::nullopt}) {
@@ -97,7 +127,7 @@ Result<std::string> SpaTwin::Text(const Address& item, Instant now) const {
     type.type = config::Type::string;
     return PrintValue(Value(device_.title), type);
   }
-  if (item == Address{0, 'C', std::nullopt}) return std::string("0");
+  if (item == kModuleStatus) return std::string("0");
   return Error{"the profile has no such item"};
 }
 
@@ -120,6 +150,10 @@ Bytes SpaTwin::Write(const Command& command) {
 std::optional<int> SpaTwin::WriteItem(const Address& item, const std::string& data) {
   const auto is_item = [&item](const Address& address) { return address == item; };
   const auto* known = points_.FindWritable(is_item);
+  if (item == kModuleStatus && data == "0") {
+    status_ = 0;
+    if (known == nullptr) return std::nullopt;
+  }
   if (known == nullptr) return points_.Find(is_item) != nullptr ? kNotNow : kMissing;
   if (password_ != 0 && !open_) return kNotNow;
   const Decoded decoded = DecodeValue(data, *known->point);

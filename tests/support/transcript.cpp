@@ -22,7 +22,8 @@ using Script = TranscriptScript;
 
 /// What a line does with the reply, without its clock.
 Answer Carry(const Protocol& protocol, Conversation& conversation, const Task& task,
-             const Request& request, const Step& step, Instant now) {
+             const Request& request, const Step& step, Instant now,
+             std::optional<Request>& instead) {
   if (request.expect.reply == Expectation::Reply::none) {
     Answer answer;
     answer.then = conversation.OnSent(task, request, now);
@@ -42,7 +43,8 @@ Answer Carry(const Protocol& protocol, Conversation& conversation, const Task& t
   if (frame) return conversation.OnFrame(task, request, *frame, now);
   Answer answer;
   answer.outcome = assembler.blame() == Outcome::none ? Outcome::no_reply : assembler.blame();
-  answer.then = conversation.OnFailure(task, request, answer.outcome, now);
+  instead = conversation.Instead(request, answer.outcome, now);
+  if (!instead) answer.then = conversation.OnFailure(task, request, answer.outcome, now);
   return answer;
 }
 
@@ -54,6 +56,14 @@ std::vector<std::string> ValuesOf(const config::Device& device, const Answer& an
     const Sample sample = ToSample(point, reading);
     const std::string value = HasValue(sample.value) ? ToText(sample.value) + " " : "";
     values.push_back(point.name + " " + value + Name(sample.quality));
+  }
+  if (!answer.batch) return values;
+  if (answer.batch->drained) values.emplace_back("drained");
+  if (answer.batch->again) values.emplace_back("again");
+  for (const DeviceEvent& event : answer.batch->events) {
+    std::string text = "event " + std::to_string(event.channel) + " " + std::to_string(event.code);
+    if (event.time) text += " " + FormatDuration(event.time->time);
+    values.push_back(text + (event.text.empty() ? "" : " " + event.text));
   }
   return values;
 }
@@ -69,8 +79,8 @@ class Player {
     std::size_t query = 0;
     while (next_ < script_.steps.size() && !::testing::Test::HasFailure()) {
       const Step& step = script_.steps[next_];
-      if (step.write) {
-        PlayTask(*conversation, *step.write);
+      if (step.task) {
+        PlayTask(*conversation, *step.task);
         continue;
       }
       const std::size_t count = conversation->Queries().size();
@@ -86,24 +96,26 @@ class Player {
   }
 
   Then PlayTask(Conversation& conversation, const Task& task) {
+    std::optional<Request> instead;
     for (int i = 0; i < kMostSteps; ++i) {
-      if (next_ == script_.steps.size() || (i > 0 && script_.steps[next_].write)) {
+      if (next_ == script_.steps.size() || (i > 0 && script_.steps[next_].task)) {
         Fail(script_.steps[next_ - 1], "what is asked here is not at its end");
         return Then::done;
       }
       const Step& step = script_.steps[next_++];
       now_ += 1s;
-      const auto request = conversation.Ask(task, now_);
+      const auto request =
+          instead ? Result<Request>(*std::exchange(instead, {})) : conversation.Ask(task, now_);
       if (!request || !step.request) {
         CheckUnsent(step, request);
         return Then::done;
       }
       EXPECT_EQ(ToHex(request->bytes), ToHex(*step.request)) << path_ << ":" << step.line;
-      const Answer answer = Carry(protocol_, conversation, task, *request, step, now_);
+      const Answer answer = Carry(protocol_, conversation, task, *request, step, now_, instead);
       EXPECT_EQ(Name(answer.outcome), Name(step.outcome))
           << path_ << ":" << step.line << ": " << answer.reason;
       EXPECT_EQ(ValuesOf(script_.device, answer), step.values) << path_ << ":" << step.line;
-      if (answer.then != Then::ask_again) return answer.then;
+      if (!instead && answer.then != Then::ask_again) return answer.then;
     }
     return Then::done;
   }

@@ -73,6 +73,8 @@ class Reader {
         Point(Words(trimmed.substr(6)));
       } else if (trimmed.starts_with("write:")) {
         Write(Words(trimmed.substr(6)));
+      } else if (trimmed == "events:") {
+        Begin(Task{.kind = Task::Kind::events});
       } else {
         Exchange(trimmed.front(), Trim(trimmed.substr(1)));
       }
@@ -88,6 +90,10 @@ class Reader {
       const auto [key, value] = KeyAndValue(word);
       if (key == "address") {
         script_.device.address = value;
+        continue;
+      }
+      if (key == "events") {
+        script_.device.events = true;
         continue;
       }
       bool known = false;
@@ -150,14 +156,17 @@ class Reader {
       if (!value) return Fail("no value: " + words[1]);
       auto raw = ToRaw(point, *value);
       if (!raw) return Fail(raw.error());
-      TranscriptStep step;
-      step.line = line_;
-      step.write = Task{Task::Kind::write, 0, i, std::move(*raw)};
-      script_.steps.push_back(std::move(step));
-      silence_ = false;
-      return;
+      return Begin(Task{Task::Kind::write, 0, i, std::move(*raw)});
     }
     Fail("no point " + words[0]);
+  }
+
+  void Begin(Task task) {
+    TranscriptStep step;
+    step.line = line_;
+    step.task = std::move(task);
+    script_.steps.push_back(std::move(step));
+    silence_ = false;
   }
 
   void Exchange(char mark, std::string_view rest) {
@@ -174,13 +183,13 @@ class Reader {
     } else if (mark == '!') {
       step.outcome = OutcomeOf(rest);
     } else {
-      Fail("lines begin with # device: point: write: > < + = or !");
+      Fail("lines begin with # device: point: write: events: > < + = or !");
     }
   }
 
   void Request(Bytes bytes) {
     silence_ = false;
-    const bool first = !script_.steps.empty() && script_.steps.back().write &&
+    const bool first = !script_.steps.empty() && script_.steps.back().task &&
                        !script_.steps.back().request && script_.steps.back().outcome == Outcome::ok;
     if (!first) script_.steps.emplace_back();
     script_.steps.back().line = line_;

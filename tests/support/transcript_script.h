@@ -20,11 +20,11 @@ struct TranscriptPiece {
 /// One request and what came of it.
 struct TranscriptStep {
   int line = 0;
-  std::optional<Task> write;     ///< a write begins here; its value is raw
+  std::optional<Task> task;      ///< begins here: a write, with a raw value, or events
   std::optional<Bytes> request;  ///< nothing: the write must end without one
   std::vector<TranscriptPiece> reply;
   Outcome outcome = Outcome::ok;
-  std::vector<std::string> values;  ///< "name value quality"
+  std::vector<std::string> values;  ///< "name value quality", "event 0 1 12.345s"
 };
 
 struct TranscriptScript {

@@ -68,8 +68,13 @@ void VirtualLine::Close() {
   poller_->OnClosed(now());
 }
 
+void VirtualLine::OnEvents(ReportedEvents reported) {
+  keeping_.emplace(instant_ + keep_time, std::move(reported));
+}
+
 void VirtualLine::Restart() {
   Close();
+  keeping_.clear();
   MakePoller();
   Open();
 }
@@ -98,7 +103,19 @@ bool VirtualLine::RunUntil(const std::function<bool()>& done, Duration limit) {
 void VirtualLine::Step(Instant until) {
   const auto deadline = poller_->Deadline();
   const Instant timer = deadline ? std::max(*deadline, instant_) : Instant::max();
-  if (!arriving_.empty() && arriving_.begin()->first <= std::min(timer, until)) {
+  const Instant arrives = arriving_.empty() ? Instant::max() : arriving_.begin()->first;
+  if (!keeping_.empty() && keeping_.begin()->first <= std::min({timer, until, arrives})) {
+    auto first = keeping_.extract(keeping_.begin());
+    instant_ = std::max(instant_, first.key());
+    const std::uint32_t device = first.mapped().device;
+    const bool kept = !keep || keep(first.mapped());
+    if (!kept) {
+      keeping_.emplace(instant_ + 1s, std::move(first.mapped()));
+      return;
+    }
+    if (!keep) events.push_back(std::move(first.mapped()));
+    poller_->OnEventsKept(device, now());
+  } else if (!arriving_.empty() && arriving_.begin()->first <= std::min(timer, until)) {
     auto first = arriving_.extract(arriving_.begin());
     instant_ = std::max(instant_, first.key());
     if (open_) poller_->OnBytes(first.mapped(), now());

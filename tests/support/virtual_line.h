@@ -122,6 +122,11 @@ class VirtualLine : private PollerListener {
   /// where they are silent: what arrives, and when. In place of all manners but `dead` and
   /// `instead`.
   std::function<std::vector<TimedPiece>(View request, Bytes reply, Instant end_of_request)> server;
+  /// So long the disk takes for a batch of events; a kill loses what it has not taken yet.
+  Duration keep_time = 5ms;
+  /// Whether it has; if not, it is asked again after a second. Without it they go to `events`.
+  std::function<bool(const ReportedEvents& reported)> keep;
+  std::vector<ReportedEvents> events;  ///< that were kept, in their order
   /// Looks at the line after every event, for what must hold at any time.
   std::function<void()> always;
 
@@ -131,6 +136,7 @@ class VirtualLine : private PollerListener {
   void Send(View bytes, const config::SerialSettings& serial) override;
   void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                      const std::string& reason) override;
+  void OnEvents(ReportedEvents reported) override;
   void OnWarning(std::uint32_t, const std::string& message) override {
     warnings.push_back(message);
   }
@@ -148,6 +154,7 @@ class VirtualLine : private PollerListener {
   Instant instant_ = kStart;
   std::vector<std::unique_ptr<WireTwin>> twins_;
   std::multimap<Instant, Bytes> arriving_;
+  std::multimap<Instant, ReportedEvents> keeping_;
   std::unique_ptr<PointStore> store_;
   std::unique_ptr<Poller> poller_;
   bool open_ = false;

@@ -193,6 +193,7 @@ std::string Advice(const Json& status) {
   }
   if (const Json& dds = DdsOf(status); !dds.is_null()) add("DDS", dds);
   if (const Json& audit = PartOf(status, "audit"); !audit.is_null()) add("audit", audit);
+  if (const Json& events = PartOf(status, "events"); !events.is_null()) add("events", events);
   return "\n" + (text.empty() ? "all is well\n" : text);
 }
 

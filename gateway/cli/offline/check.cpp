@@ -185,6 +185,20 @@ void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std
   out << '\n';
 }
 
+void PrintEvents(const config::Config& config, std::ostream& out) {
+  std::string names;
+  for (const config::Line& line : config.lines) {
+    for (const config::Device& device : line.devices) {
+      if (device.events) names += (names.empty() ? "" : ", ") + line.name + "." + device.name;
+    }
+  }
+  if (names.empty()) return;
+  const auto folder = EventsFolderOf(config);
+  out << "events of " << names;
+  if (!folder.empty()) out << ", and every write, in " << folder.string();
+  out << '\n';
+}
+
 void PrintSummary(const config::Config& config, const config::Catalog& catalog,
                   const std::string& security, std::ostream& out) {
   out << "gateway " << config.name << '\n';
@@ -198,6 +212,7 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
     out << "state " << StateFolderOf(StatePlaces::Here(config.state), config.name).string()
         << (CanWrite(config) ? ": what is remembered of devices, and every write\n"
                              : ": what is remembered of devices\n");
+    PrintEvents(config, out);
   }
   for (const config::Line& line : config.lines) {
     out << '\n' << Describe(line) << '\n';
@@ -244,6 +259,7 @@ Json ToJson(const config::Config& config) {
       one["points"] = device.points.size();
       one["points_on_modbus"] = ServedPoints(device);
       one["writes"] = WritesJson(device);
+      one["events"] = device.events;
       devices.push_back(std::move(one));
     }
     lines.push_back({{"name", line.name},

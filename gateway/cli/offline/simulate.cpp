@@ -26,6 +26,7 @@ int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, 
   simulator_options.link = options.pty;
   simulator_options.think_time = options.think_time;
   simulator_options.faults = options.faults;
+  simulator_options.events = options.events;
   if (!options.serial.empty()) simulator_options.pace = line->serial;
 
   asio::io_context io(1);
@@ -43,6 +44,10 @@ int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, 
   for (const FaultCount& count : (*simulator)->fault_counts()) {
     out << "fault " << count.fault << " struck " << count.struck << " of " << count.exchanges
         << " exchanges\n";
+  }
+  if (options.events) {
+    const auto [raised, lost] = (*simulator)->event_counts();
+    out << "events raised " << raised << ", lost for want of room " << lost << "\n";
   }
   return 0;
 }

@@ -9,6 +9,7 @@
 
 #include "config/catalog/catalog.h"
 #include "gateway/base/time.h"
+#include "gateway/simulate/twin_events.h"
 #include "gateway/simulate/twin_faults.h"
 
 namespace baudgate {
@@ -22,9 +23,11 @@ struct SimulateOptions {
   Duration think_time = 5ms;
   std::vector<std::string> set;  ///< device options, "key=value"
   std::vector<Fault> faults;
+  std::optional<EventSchedule> events{};
 };
 
-/// Until SIGTERM or SIGINT; then one line a fault says how often it struck. Exit codes: 0 stopped,
+/// Until SIGTERM or SIGINT; then one line a fault says how often it struck, and one how many events
+/// there were. Exit codes: 0 stopped,
 /// 3 no such profile, bad address or option, 4 no pty.
 int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err);

@@ -46,6 +46,57 @@ TEST(Schedule, QueriesOfARoundComeInTheirOrder) {
   EXPECT_FALSE(schedule.Next(kStart));
 }
 
+TEST(Schedule, EventsAreAskedForWithThePollsAndAgainWhenTheLastAreKept) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast}, true);
+  schedule.Restart(0, kStart);
+  const auto ask = [&](Instant now) {
+    const auto pick = schedule.Next(now);
+    return pick ? pick->query : 99;
+  };
+  EXPECT_EQ(ask(kStart), 0U);
+  EXPECT_EQ(ask(kStart), kEventsQuery) << "in turn with the polls";
+  schedule.HoldEvents(0);
+  EXPECT_EQ(ask(kStart), 1U);
+  EXPECT_EQ(ask(kStart + 1s), 0U);
+  EXPECT_EQ(ask(kStart + 1s), 1U) << "polls go on";
+  EXPECT_EQ(ask(kStart + 1s), 99U);
+  schedule.Restart(0, kStart + 1s);
+  EXPECT_EQ(ask(kStart + 1s), 0U);
+  EXPECT_EQ(ask(kStart + 1s), 1U);
+  EXPECT_EQ(ask(kStart + 1s), 99U) << "the port has opened again, and they are not kept yet";
+  schedule.ReleaseEvents(0, kStart + 1200ms);
+  EXPECT_EQ(schedule.NextDue(), kStart + 1200ms);
+  EXPECT_EQ(ask(kStart + 1200ms), kEventsQuery) << "at once";
+  EXPECT_EQ(schedule.NextDue(), kStart + 2s);
+}
+
+TEST(Schedule, ADeviceThatFloodsTakesNoMoreThanItsTurn) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
+  schedule.Restart(0, kStart);
+  schedule.Restart(1, kStart);
+  std::map<std::size_t, int> events;
+  int polls = 0;
+  Instant now = kStart;
+  for (int i = 0; i < 1000; ++i, now += 100ms) {
+    const auto pick = schedule.Next(now);
+    if (!pick) continue;
+    if (pick->query != kEventsQuery) {
+      ++polls;
+      continue;
+    }
+    ++events[pick->device];
+    schedule.HoldEvents(pick->device);
+    // Device 0 always has more; device 1 has none, and is asked with its polls.
+    schedule.ReleaseEvents(pick->device, pick->device == 0 ? now : now + 1s);
+  }
+  EXPECT_GE(polls, 195) << "all of two devices in 100 s";
+  EXPECT_GE(events[1], 80);
+  EXPECT_GT(events[0], 500);
+}
+
 TEST(Schedule, OnceIsAskedOnceUntilRestart) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::once});

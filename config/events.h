@@ -1,0 +1,26 @@
+// The key events: of the gateway, of a device, and the table of a profile.
+//
+//   events: {}                                      all devices whose profiles have a table
+//   events: { directory: /data/baudgate }           and where events.db lies
+//   - { name: feeder-1, …, events: on }             this one, or `off`: not this one
+//   events:                                         in a profile
+//     - { code: 1, text: "stage I> started", state: on }
+//     - { channel: 2, code: 1, text: "…" }          of one channel; state: message, if it is not
+//     said
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "config/model/config.h"
+#include "config/model/event_text.h"
+#include "config/yaml/yaml_reader.h"
+
+namespace baudgate::config {
+
+Events ReadEvents(const YamlNode& node, Problems& problems);
+/// `given`: the gateway has the key.
+void ReadDeviceEvents(MapReader& map, bool given, Device& device);
+std::vector<EventText> ReadEventTable(const YamlNode& node, Problems& problems);
+
+}  // namespace baudgate::config

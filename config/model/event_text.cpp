@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/model/event_text.h"
+
+#include <array>
+
+namespace baudgate::config {
+
+const EventText* FindEvent(std::span<const EventText> table, std::uint32_t channel,
+                           std::uint32_t code) {
+  const EventText* found = nullptr;
+  for (const EventText& one : table) {
+    if (one.code != code || (one.channel && *one.channel != channel)) continue;
+    if (found == nullptr || one.channel) found = &one;
+  }
+  return found;
+}
+
+std::string_view Name(EventState state) {
+  constexpr std::array<std::string_view, kEventStates> kNames = {"off", "on", "message"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
+}  // namespace baudgate::config

@@ -1,0 +1,30 @@
+// What an event of a device means: the table `events:` of a profile.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace baudgate::config {
+
+/// As Modbus and the command line say it.
+enum class EventState : std::uint8_t { off, on, message };
+inline constexpr std::size_t kEventStates = 3;
+
+struct EventText {
+  std::optional<std::uint32_t> channel;  ///< nothing: of every channel
+  std::uint32_t code = 0;
+  EventState state = EventState::message;
+  std::string text;
+};
+
+/// That of the channel before that of all; null: the table does not have it.
+const EventText* FindEvent(std::span<const EventText> table, std::uint32_t channel,
+                           std::uint32_t code);
+
+std::string_view Name(EventState state);  ///< "on"
+
+}  // namespace baudgate::config

@@ -1,0 +1,41 @@
+// The way of an event from its line to the file, and back the leave to ask for more. Made and ended
+// by daemon.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/daemon/events_place.h"
+#include "gateway/events/event_log.h"
+#include "gateway/poll/poller_listener.h"
+
+namespace baudgate {
+
+/// Some device of the gateway is asked for events.
+bool AsksForEvents(const config::Config& config);
+
+class EventPath {
+ public:
+  /// `kept`: events of this device are on the disk; called on a thread of its own. `config`
+  /// outlives it.
+  EventPath(const config::Config& config, const EventsPlace& place,
+            std::function<void(std::uint32_t device)> kept);
+
+  /// From any thread.
+  void Take(ReportedEvents reported);
+  events::EventLog& log() { return log_; }
+
+ private:
+  struct Place {
+    const config::Line* line = nullptr;
+    const config::Device* device = nullptr;
+  };
+
+  std::vector<Place> places_;  // by device
+  events::EventLog log_;
+};
+
+}  // namespace baudgate

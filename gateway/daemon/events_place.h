@@ -1,0 +1,19 @@
+// Where events.db lies, for those who write to it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "gateway/state/file_turn.h"
+
+namespace baudgate {
+
+struct EventsPlace {
+  std::filesystem::path file;  ///< empty: there is no place for it
+  std::string why_no_file{};
+  std::shared_ptr<FileTurn> turn = std::make_shared<FileTurn>();
+};
+
+}  // namespace baudgate

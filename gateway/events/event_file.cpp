@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/events/event_file.h"
+
+#include <utility>
+
+namespace baudgate::events {
+
+EventFile::EventFile(std::filesystem::path path, const SourceNames& names, std::string vfs,
+                     std::shared_ptr<FileTurn> turn)
+    : names_(names), connection_(std::move(path), std::move(vfs), std::move(turn)) {}
+
+std::optional<EventFile::Opened> EventFile::Open() {
+  if (table_) return std::nullopt;
+  const FileTurn::Hold turn(connection_.turn());
+  Opened opened{connection_.Open(), {}};
+  if (!opened.ok) return opened;
+  table_.emplace(connection_.database(), names_);
+  opened.contents = table_->Read();
+  opened.ok = opened.contents.ok;
+  if (opened.ok) return opened;
+  table_.reset();
+  opened.error = connection_.Failed().message;
+  connection_.Close();
+  return opened;
+}
+
+Status EventFile::Write(const std::vector<Batch>& batches) {
+  const FileTurn::Hold turn(connection_.turn());
+  Status status = connection_.CheckThere();
+  if (status && !batches.empty() && !table_->Write(batches)) status = connection_.Failed();
+  if (!connection_.is_open()) table_.reset();
+  return status;
+}
+
+}  // namespace baudgate::events

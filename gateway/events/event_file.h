@@ -1,0 +1,39 @@
+// The events' side of events.db: opens it when it is needed, writes what the book has due, and says
+// what went wrong. On one thread (gateway/events/event_log.h), without a clock.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/events/event_table.h"
+#include "gateway/state/events_connection.h"
+
+namespace baudgate::events {
+
+class EventFile {
+ public:
+  /// As EventsConnection; `names` outlives it.
+  EventFile(std::filesystem::path path, const SourceNames& names, std::string vfs = {},
+            std::shared_ptr<FileTurn> turn = {});
+
+  struct Opened : EventsConnection::Opened {
+    EventTable::Contents contents{};
+  };
+  /// Nothing where it is open and fit for use.
+  std::optional<Opened> Open();
+  /// Open; all of them are on the disk, or none is.
+  Status Write(const std::vector<Batch>& batches);
+
+  const std::filesystem::path& path() const { return connection_.path(); }
+
+ private:
+  const SourceNames& names_;
+  EventsConnection connection_;
+  std::optional<EventTable> table_;
+};
+
+}  // namespace baudgate::events

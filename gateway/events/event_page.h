@@ -1,0 +1,37 @@
+// Reads what events are kept, page by page: for `baudgate events`, over a connection of its own
+// that holds up nobody. What stands in the file may be anything; every field is checked.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/base/result.h"
+#include "gateway/events/event_record.h"
+#include "gateway/state/database.h"
+
+namespace baudgate::events {
+
+/// Records of one page: about 40 kB of the control socket.
+inline constexpr std::size_t kPage = 200;
+
+struct PageQuery {
+  std::int64_t after = 0;           ///< a number
+  std::string line{};               ///< empty: of all
+  std::string device{};             ///< its bare name; empty: of all
+  std::optional<WallTime> since{};  ///< none that was received earlier
+};
+
+struct Page {
+  std::vector<EventRecord> records;  ///< by their numbers
+  std::int64_t next = 0;             ///< `after` of the next page
+  bool more = false;                 ///< there was more at that time
+};
+
+Result<Page> ReadPage(Database& database, const PageQuery& query);
+/// One read, in a connection that ends with it.
+Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query);
+
+}  // namespace baudgate::events

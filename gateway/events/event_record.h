@@ -1,0 +1,38 @@
+// One event as it is kept for ever. docs/events.md has the fields for users.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/model/device.h"
+#include "gateway/base/time.h"
+#include "gateway/events/placed_time.h"
+#include "protocols/conversation.h"
+
+namespace baudgate::events {
+
+struct EventRecord {
+  std::int64_t seq = 0;  ///< from 1 on without a gap, over restarts; 0: it is not in the file yet
+  WallTime received{};
+  WallTime device_time{};
+  ClockQuality clock = ClockQuality::none;
+  std::string line;
+  std::string device;
+  std::uint32_t channel = 0;
+  std::uint32_t code = 0;
+  config::EventState state = config::EventState::message;
+  std::string text;
+};
+
+/// Longer texts are cut.
+inline constexpr std::size_t kLongestText = 128;
+
+/// With the words of the device's table. `oldest`: as for Place.
+std::vector<EventRecord> RecordsOf(const EventBatch& batch, const std::string& line,
+                                   const config::Device& device, WallTime received,
+                                   std::optional<Duration> oldest);
+
+}  // namespace baudgate::events

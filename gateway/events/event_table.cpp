@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/events/event_table.h"
+
+namespace baudgate::events {
+namespace {
+
+constexpr const char* kInsert =
+    "INSERT INTO events (seq, receive_time, device_time, clock_quality, line, device, channel, "
+    "code, state, text) VALUES (?,?,?,?,?,?,?,?,?,?)";
+constexpr const char* kSaid =
+    "INSERT INTO event_sources (line, device, said) VALUES (?,?,?) ON CONFLICT (line, device) DO "
+    "UPDATE SET said=excluded.said";
+constexpr const char* kDrop = "DELETE FROM events WHERE seq<=?";
+
+std::int64_t Microseconds(WallTime time) { return time.time_since_epoch() / 1us; }
+
+}  // namespace
+
+EventTable::EventTable(Database& database, const SourceNames& names, std::int64_t most)
+    : database_(database),
+      names_(names),
+      most_(most),
+      insert_(database, kInsert),
+      said_(database, kSaid),
+      drop_(database, kDrop) {}
+
+EventTable::Contents EventTable::Read() {
+  Contents contents;
+  const Value last = database_.First("SELECT coalesce(max(seq), 0) FROM events");
+  if (!std::holds_alternative<std::int64_t>(last)) return contents;
+  contents.last = std::get<std::int64_t>(last);
+  Statement rows(database_, "SELECT line, device, said FROM event_sources");
+  Statement::Step step = rows.Next();
+  for (; step == Statement::Step::row; step = rows.Next()) {
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      if (names_[i].first != rows.Text(0) || names_[i].second != rows.Text(1)) continue;
+      contents.said[static_cast<Source>(i)] = std::string(rows.Text(2));
+    }
+  }
+  contents.ok = step == Statement::Step::done;
+  return contents;
+}
+
+bool EventTable::Write(const std::vector<Batch>& batches) {
+  bool ok = database_.Execute("BEGIN IMMEDIATE");
+  for (const Batch& batch : batches) ok = ok && Insert(batch);
+  ok = ok && database_.Execute("COMMIT");
+  if (!ok) database_.Rollback();
+  return ok;
+}
+
+/// What is beyond the room goes with what comes: a few rows at a time, and never the newest.
+bool EventTable::Insert(const Batch& batch) {
+  for (const EventRecord& event : batch.events) {
+    insert_.Bind(1, event.seq);
+    insert_.Bind(2, Microseconds(event.received));
+    insert_.Bind(3, Microseconds(event.device_time));
+    insert_.Bind(4, std::int64_t{static_cast<std::uint16_t>(event.clock)});
+    insert_.Bind(5, event.line);
+    insert_.Bind(6, event.device);
+    insert_.Bind(7, std::int64_t{event.channel});
+    insert_.Bind(8, std::int64_t{event.code});
+    insert_.Bind(9, Name(event.state));
+    insert_.Bind(10, event.text);
+    if (!insert_.Run()) return false;
+  }
+  if (batch.events.empty()) return true;
+  const auto& [line, device] = names_[batch.source];
+  said_.Bind(1, line);
+  said_.Bind(2, device);
+  said_.Bind(3, batch.said);
+  if (!said_.Run()) return false;
+  drop_.Bind(1, batch.events.back().seq - most_);
+  return drop_.Run();
+}
+
+}  // namespace baudgate::events

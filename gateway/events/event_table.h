@@ -1,0 +1,48 @@
+// The tables `events` and `event_sources` of events.db: batches in, in one transaction, and the
+// oldest out. One thread; gateway/events/event_page.h reads from another connection.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/events/event_book.h"
+#include "gateway/state/database.h"
+
+namespace baudgate::events {
+
+/// Line and device of each source, by its number.
+using SourceNames = std::vector<std::pair<std::string, std::string>>;
+
+/// So many are kept: about 200 MB.
+inline constexpr std::int64_t kMostEvents = 1'000'000;
+
+class EventTable {
+ public:
+  /// `database` is of OpenEvents, and outlives it, as `names` does.
+  EventTable(Database& database, const SourceNames& names, std::int64_t most = kMostEvents);
+
+  struct Contents {
+    bool ok = false;
+    std::int64_t last = 0;
+    std::map<Source, std::string> said{};
+  };
+  Contents Read();
+  /// All or none.
+  bool Write(const std::vector<Batch>& batches);
+
+ private:
+  bool Insert(const Batch& batch);
+
+  Database& database_;
+  const SourceNames& names_;
+  const std::int64_t most_;
+  Statement insert_;
+  Statement said_;
+  Statement drop_;
+};
+
+}  // namespace baudgate::events

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/state/events_connection.h"
+
+#include <sys/stat.h>
+
+#include <utility>
+
+namespace baudgate {
+
+EventsConnection::EventsConnection(std::filesystem::path path, std::string vfs,
+                                   std::shared_ptr<FileTurn> turn)
+    : path_(std::move(path)),
+      vfs_(std::move(vfs)),
+      turn_(turn ? std::move(turn) : std::make_shared<FileTurn>()) {}
+
+/// A connection is kept over errors of the disk: what a failed commit has left in the log is
+/// written over by the next one. Another connection might take it for done, and it would be
+/// doubled.
+EventsConnection::Opened EventsConnection::Open() {
+  // Another connection may have put it aside meanwhile: what is there now is a new one.
+  const bool was_damaged = std::exchange(damaged_, false);
+  const bool again = was_damaged && file_ == turn_->file;
+  OpenedEvents events = OpenEvents(path_, vfs_, again);
+  Opened opened{false, std::move(events.error), std::move(events.put_aside), false};
+  const bool aside = again || !opened.put_aside.empty();
+  if (aside && events.database) ++turn_->file;
+  opened.new_file = was_damaged || std::exchange(gone_, false) || aside;
+  damaged_ = again && !events.database;
+  if (!events.database) return opened;
+  file_ = turn_->file;
+  database_ = std::move(events.database);
+  inode_ = Inode();
+  opened.ok = true;
+  return opened;
+}
+
+Error EventsConnection::Failed() {
+  Error error{path_.string() + ": " + database_->error()};
+  damaged_ = database_->damaged();
+  if (damaged_) Close();
+  return error;
+}
+
+Status EventsConnection::CheckThere() {
+  if (inode_ == 0 || Inode() == inode_) return {};
+  gone_ = true;
+  Close();
+  return Error{path_.string() + ": it was removed, and all records in it"};
+}
+
+std::uint64_t EventsConnection::Inode() const {
+  struct stat found {};
+  if (!vfs_.empty() || ::stat(path_.c_str(), &found) != 0) return 0;
+  return found.st_ino;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,52 @@
+// Whose turn it is to use events.db: the audit and the events have a connection and a thread each,
+// and SQLite lets one of them write at a time. Who comes second would be told "busy" after 250 ms,
+// which the disk may well take, so they wait for each other here instead, first come first served.
+// Neither has to know of the other's tables, and what the audit holds up (a start with "audit:
+// require") does not wait behind a queue of events: behind one commit at most.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+
+namespace baudgate {
+
+/// From any thread.
+class FileTurn {
+ public:
+  class Hold {
+   public:
+    explicit Hold(FileTurn& turn) : turn_(turn) { turn_.Take(); }
+    ~Hold() { turn_.Give(); }
+    Hold(const Hold&) = delete;
+    Hold& operator=(const Hold&) = delete;
+
+   private:
+    FileTurn& turn_;
+  };
+
+  /// How often the file has been put aside. With a Hold.
+  std::uint64_t file = 0;
+
+ private:
+  void Take() {
+    std::unique_lock lock(mutex_);
+    const std::uint64_t own = next_++;
+    changed_.wait(lock, [&] { return own == serving_; });
+  }
+  void Give() {
+    {
+      const std::lock_guard lock(mutex_);
+      ++serving_;
+    }
+    changed_.notify_all();
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::uint64_t next_ = 0;
+  std::uint64_t serving_ = 0;
+};
+
+}  // namespace baudgate

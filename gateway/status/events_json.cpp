@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/status/events_json.h"
+
+#include "gateway/base/shown.h"
+#include "gateway/status/json_time.h"
+
+namespace baudgate::control {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+Json AdviceOf(const events::EventsState& state) {
+  Json advice = Json::array();
+  if (state.trouble.empty()) return advice;
+  std::string text = state.trouble + "; devices are not asked for events until it works again";
+  if (state.waiting > 0) text += ", the last of " + Plural(state.waiting, "device") + " wait";
+  advice.push_back(text + ": make room on the disk, or mend it");
+  return advice;
+}
+
+Json RecordJson(const events::EventRecord& record) {
+  Json json;
+  json["seq"] = record.seq;
+  json["receive_time"] = FormatWallTime(record.received);
+  json["device_time"] = FormatWallTime(record.device_time);
+  json["clock_quality"] = static_cast<std::uint16_t>(record.clock);
+  json["line"] = record.line;
+  json["device"] = record.device;
+  json["channel"] = record.channel;
+  json["code"] = record.code;
+  json["state"] = config::Name(record.state);
+  json["text"] = record.text;
+  return json;
+}
+
+}  // namespace
+
+Json EventsJson(const events::EventsState& state) {
+  Json json;
+  json["state"] = Name(state.disk);
+  json["since"] = TimeJson(state.since);
+  json["trouble"] = state.trouble;
+  json["newest"] = state.newest;
+  json["waiting"] = state.waiting;
+  json["repeats"] = state.repeats;
+  json["file"] = state.file;
+  json["advice"] = AdviceOf(state);
+  return json;
+}
+
+Json PageJson(const events::Page& page) {
+  Json records = Json::array();
+  for (const events::EventRecord& record : page.records) records.push_back(RecordJson(record));
+  return {{"records", std::move(records)}, {"next", page.next}, {"more", page.more}};
+}
+
+}  // namespace baudgate::control

@@ -1,0 +1,18 @@
+// The events in the answers of the control socket: how they are kept, and the records.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "gateway/events/event_source.h"
+
+namespace baudgate::control {
+
+/// {"state":"fine","since":…,"trouble":"","newest":412,"waiting":0,"repeats":3,"file":…,
+///  "advice":[…]}
+nlohmann::ordered_json EventsJson(const events::EventsState& state);
+
+/// {"records":[…],"next":412,"more":false}; a record as `baudgate events --json` prints it.
+nlohmann::ordered_json PageJson(const events::Page& page);
+
+}  // namespace baudgate::control

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/spabus/event_session.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/base/text.h"
+#include "protocols/spabus/events.h"
+#include "protocols/spabus/nack.h"
+
+namespace baudgate::protocols::spabus {
+namespace {
+
+constexpr Address kEvents{0, 'L', std::nullopt};
+constexpr Address kBackup{0, 'B', std::nullopt};
+constexpr Address kStatus{0, 'C', std::nullopt};
+/// Tasks in a row whose B nobody answers, while the relay answers all else: it does not know B.
+constexpr int kSilentBackups = 3;
+/// Events carry the time within a minute: the same text can not be said of others so soon.
+constexpr Duration kNeverTwiceWithin = 50s;
+
+Answer GoOn() {
+  Answer answer;
+  answer.then = Then::ask_again;
+  return answer;
+}
+
+}  // namespace
+
+Command EventSession::Next(unsigned slave) {
+  if (owes_backup_) {
+    step_ = Step::backup;
+    return ReadOf(slave, kBackup, 0);
+  }
+  if (clears_) {
+    step_ = Step::clear;
+    return WriteOf(slave, kStatus, "0");
+  }
+  step_ = owes_status_ ? Step::status : Step::events;
+  return ReadOf(slave, owes_status_ ? kStatus : kEvents, 0);
+}
+
+Command EventSession::Instead(unsigned slave) {
+  owes_backup_ = true;
+  return Next(slave);
+}
+
+Answer EventSession::OnAnswer(Exchange exchange, Instant now) {
+  const Step step = std::exchange(step_, Step::none);
+  if (exchange.answer.outcome != Outcome::ok) return OnRefused(step, std::move(exchange));
+  switch (step) {
+    case Step::backup:
+      owes_backup_ = false;
+      silent_backups_ = 0;
+      return OnEvents(std::move(exchange), true, now);
+    case Step::events:
+      return OnEvents(std::move(exchange), false, now);
+    case Step::status:
+      return OnStatus(exchange);
+    case Step::clear:
+    case Step::none:
+      break;
+  }
+  clears_ = false;
+  exchange.answer.then = Then::replan;
+  return std::move(exchange.answer);
+}
+
+Answer EventSession::OnEvents(Exchange exchange, bool again, Instant now) {
+  Answer answer;
+  EventBatch batch{ParseEvents(exchange.data), std::move(exchange.data), again, false};
+  if (batch.events.empty()) {
+    if (again) return GoOn();
+    batch.drained = true;
+    answer.batch = std::move(batch);
+    return answer;
+  }
+  if (!again && batch.said == last_ && now - last_at_ < kNeverTwiceWithin) {
+    owes_backup_ = true;
+    return GoOn();
+  }
+  last_ = batch.said;
+  last_at_ = now;
+  const auto breaks_history = [](const DeviceEvent& event) {
+    return event.code == kRestarted || event.code == kOverflow;
+  };
+  owes_status_ = owes_status_ || std::ranges::any_of(batch.events, breaks_history);
+  answer.batch = std::move(batch);
+  return answer;
+}
+
+/// 1: it was restarted, 2: events were lost, 3: both.
+Answer EventSession::OnStatus(const Exchange& exchange) {
+  owes_status_ = false;
+  const auto status = ParseInteger<int>(Trim(exchange.data));
+  clears_ = status && *status != 0;
+  return GoOn();
+}
+
+/// Without B or C it goes on with L; a relay that does not know L is not asked again.
+Answer EventSession::OnRefused(Step step, Exchange exchange) {
+  Answer answer = std::move(exchange.answer);
+  answer.readings.clear();
+  const bool judged = exchange.nack && RuleOf(*exchange.nack).judged;
+  if (!judged || answer.outcome == Outcome::busy) return answer;
+  if (step == Step::events) {
+    refused_ = answer.outcome == Outcome::unsupported;
+    if (refused_) answer.then = Then::replan;
+    return answer;
+  }
+  (step == Step::backup ? owes_backup_ : owes_status_) = false;
+  clears_ = false;
+  return GoOn();
+}
+
+Then EventSession::OnFailure(Outcome outcome) {
+  const Step step = std::exchange(step_, Step::none);
+  if (outcome == Outcome::busy) return Then::done;  // it was not sent
+  if (step == Step::events) owes_backup_ = true;
+  if (step == Step::status || step == Step::clear) owes_status_ = clears_ = false;
+  const bool silent = step == Step::backup && outcome == Outcome::no_reply;
+  silent_backups_ = silent ? silent_backups_ + 1 : 0;
+  if (silent_backups_ >= kSilentBackups) owes_backup_ = false;
+  return Then::done;
+}
+
+void EventSession::OnReconnect() {
+  refused_ = clears_ = false;
+  owes_backup_ = owes_status_ = true;
+  silent_backups_ = 0;
+  step_ = Step::none;
+}
+
+}  // namespace baudgate::protocols::spabus

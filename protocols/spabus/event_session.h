@@ -1,0 +1,62 @@
+// The steps of taking events out of a relay: what is asked next, and what an answer leads to. Facts
+// come from the conversation, commands go to it.
+//
+//   after a start, and when the port opens     B, the status C, then L
+//   L, answered with events                    done; L again when they are kept
+//   L, answered without                        done: the relay has nothing left
+//   L, lost or damaged                         B, until it is answered: L would take away what the
+//                                              relay has just given
+//   L, answered with the last batch again      B: a late reply to an earlier request, maybe
+//   restarted (E50), overflow (E51)            C; what is not 0 is cleared (WC:0), and all points
+//                                              are read anew
+//
+// Whether a batch that B has brought is an old one is for the store of events to say, which also
+// knows what was kept before a restart (EventBatch::again).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "protocols/conversation.h"
+#include "protocols/spabus/codec.h"
+#include "protocols/spabus/decode.h"
+
+namespace baudgate::protocols::spabus {
+
+class EventSession {
+ public:
+  /// `wanted`: the configuration asks for events.
+  explicit EventSession(bool wanted) : wanted_(wanted) {}
+
+  /// The relay has not refused L.
+  bool has_events() const { return wanted_ && !refused_; }
+
+  Command Next(unsigned slave);
+  /// In place of L, which has failed.
+  Command Instead(unsigned slave);
+
+  Answer OnAnswer(Exchange exchange, Instant now);
+  Then OnFailure(Outcome outcome);
+  /// Another relay may hang there now, or another master may have asked this one.
+  void OnReconnect();
+
+ private:
+  enum class Step : std::uint8_t { none, events, backup, status, clear };
+
+  Answer OnEvents(Exchange exchange, bool again, Instant now);
+  Answer OnStatus(const Exchange& exchange);
+  Answer OnRefused(Step step, Exchange exchange);
+
+  const bool wanted_;
+  bool refused_ = false;
+  Step step_ = Step::none;
+  bool owes_backup_ = true;  ///< B before L
+  bool owes_status_ = true;
+  bool clears_ = false;
+  int silent_backups_ = 0;  ///< in a row
+  std::string last_;        ///< the last batch, as it was said
+  Instant last_at_{};
+};
+
+}  // namespace baudgate::protocols::spabus

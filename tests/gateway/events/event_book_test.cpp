@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/events/event_book.h"
+
+#include <gmock/gmock.h>
+
+namespace baudgate::events {
+namespace {
+
+using ::testing::ElementsAre;
+
+Batch BatchOf(Source source, const std::string& said, std::size_t events, bool again = false) {
+  return {source, said, again, std::vector<EventRecord>(events)};
+}
+
+std::vector<std::int64_t> Numbers(const std::vector<Batch>& batches) {
+  std::vector<std::int64_t> numbers;
+  for (const Batch& batch : batches) {
+    for (const EventRecord& event : batch.events) numbers.push_back(event.seq);
+  }
+  return numbers;
+}
+
+TEST(EventBook, GivesNumbersWithoutAGapInTheOrderOfComing) {
+  EventBook book;
+  book.OnOpened(0, {});
+  book.Add(BatchOf(1, "a", 2));
+  book.Add(BatchOf(0, "b", 1));
+  EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3));
+  EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3)) << "the same until they are kept";
+  EXPECT_EQ(book.newest(), 0);
+  EXPECT_THAT(book.Kept(2), ElementsAre(1, 0));
+  EXPECT_EQ(book.newest(), 3);
+  book.Add(BatchOf(1, "c", 1));
+  EXPECT_THAT(Numbers(book.Due()), ElementsAre(4));
+}
+
+TEST(EventBook, GoesOnBehindWhatTheFileHolds) {
+  EventBook book;
+  book.Add(BatchOf(0, "a", 1));
+  book.OnOpened(41, {});
+  EXPECT_THAT(Numbers(book.Due()), ElementsAre(42));
+  book.Kept(1);
+  book.OnOpened(0, {});
+  book.Add(BatchOf(0, "b", 1));
+  EXPECT_THAT(Numbers(book.Due()), ElementsAre(43)) << "in a new file no number comes twice";
+}
+
+TEST(EventBook, KnowsWhatComesOnceMore) {
+  EventBook book;
+  book.OnOpened(7, {{0, "a"}, {1, "x"}});
+  book.Add(BatchOf(0, "a", 2, true));  // of before the restart
+  book.Add(BatchOf(1, "y", 1, true));  // that was not kept then
+  book.Add(BatchOf(2, "a", 1, true));  // another device's
+  EXPECT_THAT(Numbers(book.Due()), ElementsAre(8, 9));
+  EXPECT_THAT(book.Kept(3), ElementsAre(0, 1, 2)) << "all may be asked for more";
+  EXPECT_EQ(book.repeats(), 2U);
+  book.Add(BatchOf(0, "a", 1));
+  EXPECT_THAT(Numbers(book.Due()), ElementsAre(10)) << "not asked again: it has happened again";
+  book.Kept(1);
+  book.Add(BatchOf(0, "b", 1));
+  book.Add(BatchOf(0, "b", 1, true));
+  EXPECT_THAT(Numbers(book.Due()), ElementsAre(11)) << "behind one that waits";
+  book.Kept(2);
+  EXPECT_EQ(book.newest(), 11);
+  EXPECT_EQ(book.repeats(), 3U);
+}
+
+TEST(EventBook, TakesMoreWhileSomeAreWritten) {
+  EventBook book;
+  book.OnOpened(0, {});
+  book.Add(BatchOf(0, "a", 1));
+  const std::size_t written = book.Due().size();
+  book.Add(BatchOf(1, "b", 1));
+  EXPECT_THAT(book.Kept(written), ElementsAre(0));
+  EXPECT_EQ(book.waiting(), 1U);
+  EXPECT_THAT(Numbers(book.Due()), ElementsAre(2));
+}
+
+}  // namespace
+}  // namespace baudgate::events

@@ -1,0 +1,159 @@
+// The events with their thread, on disks that work, hang and fail, and beside the audit.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/events/event_log.h"
+
+#include <gmock/gmock.h>
+#include <sqlite3.h>
+
+#include "tests/gateway/audit/faulty_disk.h"
+#include "tests/gateway/audit/fixture.h"
+
+namespace baudgate::events {
+namespace {
+
+using audit::FaultyDisk;
+using ::testing::HasSubstr;
+
+class EventLogTest : public audit::FolderTest {
+ protected:
+  std::unique_ptr<EventLog> Start(const std::filesystem::path& path, const std::string& vfs = {},
+                                  std::shared_ptr<FileTurn> turn = {}) {
+    EventLog::Options options;
+    options.file = path;
+    options.vfs = vfs;
+    options.turn = std::move(turn);
+    options.why_no_file = "there is no place for it";
+    options.sources = {{"bay-1", "feeder-1"}, {"bay-1", "feeder-2"}};
+    options.clocks = ReadClocks;
+    options.kept = [this](const std::vector<Source>& sources) {
+      const std::lock_guard lock(mutex_);
+      kept_ += sources.size();
+    };
+    options.warn = [this](const std::string& text) { Hear("warn", text); };
+    options.inform = [this](const std::string& text) { Hear("inform", text); };
+    return std::make_unique<EventLog>(std::move(options));
+  }
+  static Batch BatchOf(Source source, const std::string& said, bool again = false) {
+    EventRecord record;
+    record.received = record.device_time = audit::kWall;
+    record.line = "bay-1";
+    record.device = source == 0 ? "feeder-1" : "feeder-2";
+    record.text = said;
+    return {source, said, again, {record}};
+  }
+  void Hear(const std::string& how, const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    heard_.push_back(how + ": " + text);
+  }
+  std::vector<std::string> heard() {
+    const std::lock_guard lock(mutex_);
+    return heard_;
+  }
+  void AwaitKept(std::size_t count) {
+    for (;;) {
+      {
+        const std::lock_guard lock(mutex_);
+        if (kept_ >= count) return;
+      }
+      std::this_thread::yield();
+    }
+  }
+  static std::vector<std::string> Texts(const EventLog& log) {
+    const auto page = log.Read({});
+    EXPECT_TRUE(page) << page.error();
+    std::vector<std::string> texts;
+    std::int64_t seq = 0;
+    for (const EventRecord& record : page->records) {
+      EXPECT_EQ(record.seq, ++seq);
+      texts.push_back(record.text);
+    }
+    return texts;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::size_t kept_ = 0;
+  std::vector<std::string> heard_;
+};
+
+TEST_F(EventLogTest, KeepsOverRestartsAndKnowsWhatComesOnceMore) {
+  {
+    const auto log = Start(file());
+    log->Add(BatchOf(0, "a"));
+    log->Add(BatchOf(1, "b"));
+    AwaitKept(2);
+  }
+  const auto log = Start(file());
+  log->Add(BatchOf(0, "a", true));
+  log->Add(BatchOf(1, "c", true));
+  AwaitKept(4);
+  EXPECT_EQ(Texts(*log), (std::vector<std::string>{"a", "b", "c"}));
+  EXPECT_EQ(log->state().newest, 3);
+  EXPECT_EQ(log->state().repeats, 1U);
+  EXPECT_EQ(log->state().disk, Disk::fine);
+}
+
+TEST_F(EventLogTest, WaitsForADiskThatFails) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs());
+  log->Add(BatchOf(0, "a"));
+  AwaitKept(1);
+  disk.write_error = SQLITE_FULL;
+  log->Add(BatchOf(0, "b"));
+  while (log->state().disk != Disk::failing) std::this_thread::yield();
+  EXPECT_EQ(log->state().waiting, 1U);
+  EXPECT_FALSE(log->state().trouble.empty());
+  disk.write_error = 0;
+  AwaitKept(2);
+  while (log->state().disk != Disk::fine) std::this_thread::yield();
+  EXPECT_EQ(log->state().newest, 2);
+  const auto lines = heard();
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_THAT(lines[0], HasSubstr("devices are not asked for events"));
+  EXPECT_THAT(lines[1], HasSubstr("inform: events: they are kept again"));
+}
+
+TEST_F(EventLogTest, SaysSoWhereThereIsNoPlace) {
+  const auto log = Start({});
+  EXPECT_EQ(log->state().disk, Disk::failing);
+  EXPECT_FALSE(log->Read({}));
+}
+
+TEST_F(EventLogTest, BeginsANewFileWhereTheOldOneIsRemoved) {
+  const auto log = Start(file());
+  log->Add(BatchOf(0, "a"));
+  AwaitKept(1);
+  std::filesystem::remove(file());
+  log->Add(BatchOf(0, "b"));
+  AwaitKept(2);
+  const auto page = log->Read({});
+  ASSERT_TRUE(page) << page.error();
+  ASSERT_EQ(page->records.size(), 1U);
+  EXPECT_EQ(page->records[0].seq, 2) << "no number comes twice";
+}
+
+/// Both write without a pause: neither is ever told that the file is busy.
+TEST_F(EventLogTest, SharesTheFileWithTheAudit) {
+  const auto turn = std::make_shared<FileTurn>();
+  const auto log = Start(file(), {}, turn);
+  audit::AuditFile writes(file(), {}, audit::kRooms, turn);
+  audit::AuditBook book;
+  constexpr int kRounds = 100;
+  std::thread other([&] {
+    for (int i = 0; i < kRounds; ++i) {
+      ASSERT_TRUE(book.Begin(audit::PointWrite("c" + std::to_string(i))));
+      const Status status = audit::Keep(writes, book);
+      EXPECT_TRUE(status) << status.error();
+    }
+  });
+  for (std::size_t i = 0; i < kRounds; ++i) {
+    log->Add(BatchOf(0, std::to_string(i)));
+    AwaitKept(i + 1);
+  }
+  other.join();
+  EXPECT_EQ(Texts(*log).size(), static_cast<std::size_t>(kRounds));
+  EXPECT_TRUE(heard().empty());
+}
+
+}  // namespace
+}  // namespace baudgate::events

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/events/event_record.h"
+
+#include <gtest/gtest.h>
+
+namespace baudgate::events {
+namespace {
+
+using config::EventState;
+
+constexpr WallTime kWall = WallTime(std::chrono::hours(498'000)) + 12s;
+
+config::Device Relay() {
+  config::Device device;
+  device.name = "feeder-1";
+  device.event_texts = {{std::nullopt, 1, EventState::on, "stage I> started"},
+                        {2, 1, EventState::off, "blocking released"},
+                        {std::nullopt, 51, EventState::message, "event register overflow"}};
+  return device;
+}
+
+TEST(EventRecord, HasTheWordsOfTheProfile) {
+  const SaidTime said{11s, 1min};
+  const EventBatch batch{
+      {{0, 1, said, ""}, {2, 1, said, ""}, {3, 51, said, "7"}, {0, 9, said, ""}, {0, 0, {}, "?"}},
+      "",
+      false,
+      false};
+  const auto records = RecordsOf(batch, "bay-1", Relay(), kWall, 2s);
+  ASSERT_EQ(records.size(), 5U);
+  EXPECT_EQ(records[0].line, "bay-1");
+  EXPECT_EQ(records[0].device, "feeder-1");
+  EXPECT_EQ(records[0].received, kWall);
+  EXPECT_EQ(records[0].device_time, kWall - 1s);
+  EXPECT_EQ(records[0].clock, ClockQuality::device);
+  EXPECT_EQ(records[0].text, "stage I> started");
+  EXPECT_EQ(records[0].state, EventState::on);
+  EXPECT_EQ(records[1].text, "blocking released") << "of its channel";
+  EXPECT_EQ(records[1].state, EventState::off);
+  EXPECT_EQ(records[2].text, "event register overflow: 7");
+  EXPECT_EQ(records[3].text, "") << "not in the table";
+  EXPECT_EQ(records[3].code, 9U);
+  EXPECT_EQ(records[3].state, EventState::message);
+  EXPECT_EQ(records[4].text, "?") << "what can not be read";
+  EXPECT_EQ(records[4].clock, ClockQuality::none);
+  EXPECT_EQ(records[4].device_time, kWall);
+}
+
+TEST(EventRecord, CutsLongTexts) {
+  const EventBatch batch{{{0, 9, {}, std::string(1000, 'x')}}, "", false, false};
+  EXPECT_EQ(RecordsOf(batch, "l", Relay(), kWall, {})[0].text.size(), kLongestText);
+}
+
+}  // namespace
+}  // namespace baudgate::events

@@ -1,0 +1,96 @@
+// events.db over its versions, and two connections to it.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "gateway/state/events_connection.h"
+
+namespace baudgate {
+namespace {
+
+class EventsFileTest : public ::testing::Test {
+ protected:
+  EventsFileTest() : folder_(std::filesystem::path(::testing::TempDir()) / "baudgate-events-file") {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  ~EventsFileTest() override {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  std::filesystem::path file() const { return folder_ / "events.db"; }
+  static std::string First(Database& database, const std::string& sql) {
+    return ToText(database.First(sql));
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+/// What a file of version 1 was: the audit alone.
+TEST_F(EventsFileTest, OneOfVersionOneKeepsItsWritesAndGetsEvents) {
+  {
+    OpenedEvents opened = OpenEvents(file());
+    ASSERT_TRUE(opened.database) << opened.error;
+    ASSERT_TRUE(opened.database->Execute(
+        "DROP TABLE events; DROP TABLE event_sources; PRAGMA user_version=1;"
+        "INSERT INTO writes (kind, time, last, client, line, device, point, reason, took, count) "
+        "VALUES ('point', 1, 1, 'c', 'l', 'd', 'p', '', 0, 1)"))
+        << opened.database->error();
+  }
+  OpenedEvents opened = OpenEvents(file());
+  ASSERT_TRUE(opened.database) << opened.error;
+  EXPECT_EQ(First(*opened.database, "PRAGMA user_version"), std::to_string(kEventsVersion));
+  EXPECT_EQ(First(*opened.database, "SELECT count(*) FROM writes"), "1");
+  EXPECT_EQ(First(*opened.database, "SELECT count(*) FROM events"), "0");
+}
+
+TEST_F(EventsFileTest, ADamagedFileIsPutAsideOnceByTwoConnections) {
+  const auto turn = std::make_shared<FileTurn>();
+  EventsConnection a(file(), {}, turn);
+  EventsConnection b(file(), {}, turn);
+  ASSERT_TRUE(a.Open().ok);
+  ASSERT_TRUE(b.Open().ok);
+  // Behind its header nothing is right any more, and both are told so by SQLite.
+  ASSERT_TRUE(a.database().Execute("PRAGMA wal_checkpoint(TRUNCATE)"));
+  constexpr int kHeader = 100;
+  std::fstream bytes(file(), std::ios::in | std::ios::out | std::ios::binary);
+  bytes.seekp(kHeader);
+  bytes << std::string(std::filesystem::file_size(file()) - kHeader, 'x');
+  bytes.close();
+  for (EventsConnection* one : {&a, &b}) {
+    ASSERT_TRUE(one->database().Execute("PRAGMA shrink_memory"));
+  }
+  EXPECT_FALSE(a.database().Execute("SELECT * FROM events"));
+  EXPECT_FALSE(b.database().Execute("SELECT * FROM events"));
+  a.Failed();
+  b.Failed();
+  ASSERT_FALSE(a.is_open());
+  ASSERT_FALSE(b.is_open());
+  const auto first = a.Open();
+  EXPECT_TRUE(first.ok) << first.error;
+  EXPECT_TRUE(first.new_file);
+  ASSERT_TRUE(a.database().Execute("INSERT INTO event_sources VALUES ('l', 'd', 's')"));
+  const auto second = b.Open();
+  EXPECT_TRUE(second.ok) << second.error;
+  EXPECT_TRUE(second.new_file) << "what it had written is not there";
+  EXPECT_EQ(First(b.database(), "SELECT count(*) FROM event_sources"), "1")
+      << "the new file is not put aside as well";
+}
+
+TEST_F(EventsFileTest, ARemovedFileIsFoundOut) {
+  EventsConnection connection(file());
+  ASSERT_TRUE(connection.Open().ok);
+  EXPECT_TRUE(connection.CheckThere());
+  std::filesystem::remove(file());
+  EXPECT_FALSE(connection.CheckThere());
+  EXPECT_FALSE(connection.is_open());
+  const auto opened = connection.Open();
+  EXPECT_TRUE(opened.ok) << opened.error;
+  EXPECT_TRUE(opened.new_file);
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,240 @@
+// Every event that a relay raises is in the file exactly once and in order, at the time when it was
+// raised: over a line that damages and loses requests and replies, kills of the program, and power
+// cuts that keep of the disk what was synced. The relays forget what the next L confirms.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+#include <set>
+
+#include "gateway/events/event_file.h"
+#include "gateway/events/event_page.h"
+#include "tests/gateway/audit/faulty_disk.h"
+#include "tests/protocols/runs/rig.h"
+
+namespace baudgate {
+namespace {
+
+using events::EventBook;
+using events::EventFile;
+using events::EventRecord;
+
+constexpr const char* kFile = "/events.db";
+
+struct Troubles {
+  unsigned wire_one_in = 0;  ///< exchanges
+  bool kills = false;
+  bool power_cuts = false;
+};
+
+struct Raised {
+  std::uint32_t code = 0;
+  WallTime time{};
+};
+
+class Station {
+ public:
+  Station(unsigned seed, Troubles troubles)
+      : random_(seed),
+        troubles_(troubles),
+        rig_(RealLine("Spa9600"),
+             [](config::Line& line) {
+               for (config::Device& device : line.devices) device.events = true;
+             }),
+        raised_(rig_.devices()) {
+    for (std::uint32_t i = 0; i < rig_.devices(); ++i) names_.emplace_back("line", NameOf(i));
+    rig_->keep_sent = false;
+    rig_->keep = [this](const ReportedEvents& reported) { return Keep(reported); };
+    for (std::uint32_t i = 0; i < rig_.devices(); ++i) SpoilWire(rig_->twin(i).manner);
+    Begin();
+    rig_->Open();
+  }
+
+  void RunFor(Duration time) {
+    const Duration until = rig_->elapsed() + time;
+    while (rig_->elapsed() < until) {
+      rig_->RunFor(std::chrono::milliseconds(1 + random_() % 3000));
+      if (random_() % 3 == 0) Raise();
+      if (disk_.power_failed() || (troubles_.kills && random_() % 40 == 0)) Restart();
+    }
+  }
+
+  /// In peace, until all is told.
+  void End() {
+    troubles_ = {};
+    Restart();
+    rig_->RunFor(2min);
+  }
+
+  /// All that is in the file: without a gap, and of each device what it has raised, in order.
+  void Check() {
+    std::vector<std::vector<EventRecord>> kept(rig_.devices());
+    std::int64_t seq = 0;
+    for (const EventRecord& record : ReadAll()) {
+      EXPECT_EQ(record.seq, ++seq) << "without a gap";
+      for (std::uint32_t i = 0; i < rig_.devices(); ++i) {
+        if (record.device == NameOf(i)) kept[i].push_back(record);
+      }
+    }
+    for (std::uint32_t i = 0; i < rig_.devices(); ++i) CheckDevice(raised_[i], kept[i]);
+    repeats += book_->repeats();
+  }
+
+  std::size_t raised() const { return serial_; }
+  std::size_t restarts = 0;
+  std::size_t asked_again = 0;  ///< batches that B has brought
+  std::uint64_t repeats = 0;    ///< events of those that had been kept
+  std::size_t guessed = 0;      ///< times whose minute could not be known
+
+ private:
+  std::string NameOf(std::uint32_t device) { return rig_.device(device).name; }
+
+  void SpoilWire(Manner& manner) {
+    manner.distort = [this, &manner](Bytes reply) {
+      manner.dead = false;
+      if (!Strikes() || reply.empty()) return reply;
+      const std::size_t at = random_() % reply.size();
+      switch (random_() % 3) {
+        case 0:
+          return Bytes();
+        case 1:
+          reply.resize(at);
+          return reply;
+        default:
+          reply[at] ^= static_cast<std::uint8_t>(1U << random_() % 7);  // the checksum tells
+          return reply;
+      }
+    };
+  }
+  bool Strikes() { return troubles_.wire_one_in > 0 && random_() % troubles_.wire_one_in == 0; }
+
+  /// Bursts of up to a dozen, at most what the register holds.
+  void Raise() {
+    const auto device = static_cast<std::uint32_t>(random_() % rig_.devices());
+    for (std::size_t i = 0; i <= random_() % 12; ++i) {
+      const DeviceEvent event{device, ++serial_, {}, {}};
+      ASSERT_TRUE(rig_->twin(device).twin->Raise(event, rig_->now()));
+      raised_[device].push_back({serial_, rig_->now().wall});
+    }
+    // A request that does not arrive.
+    rig_->twin(device).manner.dead = Strikes();
+    if (rig_->twin(device).manner.dead) {
+      rig_->RunFor(300ms);
+      rig_->twin(device).manner.dead = false;
+    }
+  }
+
+  void Begin() {
+    book_ = std::make_unique<EventBook>();
+    file_ = std::make_unique<EventFile>(kFile, names_, disk_.vfs());
+    disk_.power_left = troubles_.power_cuts ? static_cast<int>(1 + random_() % 400) : -1;
+  }
+  void Restart() {
+    ++restarts;
+    repeats += book_->repeats();
+    file_.reset();
+    if (disk_.power_failed()) disk_.Restore(random_);
+    Begin();
+    waiting_.clear();
+    rig_->Restart();
+  }
+
+  /// As the thread of gateway/events/event_log.cpp does.
+  bool Keep(const ReportedEvents& reported) {
+    const config::Device& device = rig_.device(reported.device);
+    if (waiting_.insert(reported.device).second) {
+      asked_again += reported.batch.again ? 1 : 0;
+      book_->Add({reported.device, reported.batch.said, reported.batch.again,
+                  events::RecordsOf(reported.batch, "line", device, reported.received.wall,
+                                    reported.oldest)});
+    }
+    if (const auto opened = file_->Open()) {
+      if (!opened->ok) return false;
+      EXPECT_TRUE(opened->put_aside.empty()) << opened->put_aside;
+      book_->OnOpened(opened->contents.last, opened->contents.said);
+    }
+    const auto due = book_->Due();
+    if (!file_->Write(due)) return false;
+    for (const events::Source source : book_->Kept(due.size())) waiting_.erase(source);
+    return waiting_.count(reported.device) == 0;
+  }
+
+  std::vector<EventRecord> ReadAll() {
+    Database database(kFile, Database::Mode::write, disk_.vfs());
+    std::vector<EventRecord> all;
+    events::PageQuery query;
+    for (bool more = true; more;) {
+      const auto page = ReadPage(database, query);
+      EXPECT_TRUE(page) << page.error();
+      if (!page) break;
+      all.insert(all.end(), page->records.begin(), page->records.end());
+      query.after = page->next;
+      more = page->more;
+    }
+    return all;
+  }
+
+  void CheckDevice(const std::vector<Raised>& raised, const std::vector<EventRecord>& kept) {
+    ASSERT_EQ(kept.size(), raised.size()) << "lost or doubled";
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      ASSERT_EQ(kept[i].code, raised[i].code) << "in order";
+      if (kept[i].clock == events::ClockQuality::minute_guessed) ++guessed;
+      const Duration away = kept[i].device_time - raised[i].time;
+      ASSERT_LE(std::chrono::abs(away), 5ms) << Name(kept[i].clock) << " event " << i;
+    }
+  }
+
+  std::mt19937 random_;
+  Troubles troubles_;
+  Rig rig_;
+  audit::FaultyDisk disk_;
+  events::SourceNames names_;
+  std::unique_ptr<EventBook> book_;
+  std::unique_ptr<EventFile> file_;
+  std::set<std::uint32_t> waiting_;  // devices whose batch is in the book
+  std::uint32_t serial_ = 0;
+  std::vector<std::vector<Raised>> raised_;
+};
+
+TEST(SpaEvents, ComeOnceAndInOrderOverAGoodLine) {
+  Station station(1, {});
+  station.RunFor(10min);
+  station.End();
+  station.Check();
+  EXPECT_GT(station.raised(), 300U);
+  EXPECT_LT(station.guessed, station.raised() / 20)
+      << "only what came before the first empty reply";
+}
+
+TEST(SpaEvents, ComeOnceAndInOrderOverABadLine) {
+  std::size_t asked_again = 0;
+  for (unsigned seed = 1; seed <= 6 && !testing::Test::HasFailure(); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Station station(seed, {.wire_one_in = seed % 2 == 0 ? 20U : 100U});
+    station.RunFor(15min);
+    station.End();
+    station.Check();
+    asked_again += station.asked_again;
+  }
+  EXPECT_GT(asked_again, 20U) << "no reply was lost";
+}
+
+TEST(SpaEvents, OutliveKillsAndPowerCutsOverABadLine) {
+  std::size_t restarts = 0;
+  std::uint64_t repeats = 0;
+  for (unsigned seed = 1; seed <= 12 && !testing::Test::HasFailure(); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Station station(seed, {.wire_one_in = 100, .kills = seed % 2 == 0, .power_cuts = true});
+    station.RunFor(10min);
+    station.End();
+    station.Check();
+    restarts += station.restarts;
+    repeats += station.repeats;
+  }
+  EXPECT_GT(restarts, 60U);
+  EXPECT_GT(repeats, 0U) << "nothing came once more";
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,146 @@
+// The events of the whole program: a relay's twin that forgets what it has told, a gateway that is
+// killed in bursts of events, and what `baudgate events` says.
+// $BAUDGATE_EVENT_KILLS: how often, 5 if not given.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+
+#include "tests/system/station.h"
+
+namespace baudgate::system_test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+using Json = nlohmann::json;
+
+class Events : public Station {
+ protected:
+  std::string Yaml(const std::string& events = "events: {}\n") const {
+    std::string head = Head();
+    head.replace(0, head.find('\n'),
+                 "gateway: { name: " + gateway() + ", socket: " + socket() +
+                     ", state: " + (directory() / "state").string() + " }");
+    return events + head +
+           Line("bay", "spabus", "address: 1, unit: 1, profile: spaj140c, poll: 100ms");
+  }
+  std::string socket() const { return (directory() / "gate.sock").string(); }
+  std::unique_ptr<Child> StartRelay(const std::string& events) const {
+    auto twin = Start({"simulate", "--profile", "spaj140c", "--address", "1", "--pty",
+                       LinkOf("bay"), "--think", "1ms", "--events", events});
+    EXPECT_TRUE(Eventually([&] { return !twin->Output().empty(); })) << twin->Errors();
+    return twin;
+  }
+  Finished Ask(std::vector<std::string> more = {}) const {
+    std::vector<std::string> words = {"events", "--socket", socket()};
+    words.insert(words.end(), more.begin(), more.end());
+    return Command(words);
+  }
+  std::vector<Json> Records(std::vector<std::string> more = {}) const {
+    more.emplace_back("--json");
+    const Finished events = Ask(more);
+    std::vector<Json> records;
+    std::istringstream lines(events.output);
+    for (std::string line; std::getline(lines, line);) records.push_back(Json::parse(line));
+    return records;
+  }
+  Json Status() const {
+    return Json::parse(Command({"status", "--json", "--socket", socket()}).output);
+  }
+};
+
+TEST_F(Events, AreTold) {
+  const auto relay = StartRelay("every:300ms,count=2,numbered");
+  const auto daemon = StartDaemon(Yaml());
+  ASSERT_TRUE(Eventually([&] { return Records().size() >= 6; })) << Ask().errors;
+  const Json first = Records().front();
+  const std::vector<std::string> fields = {"seq",   "receive_time", "device_time", "clock_quality",
+                                           "line",  "device",       "channel",     "code",
+                                           "state", "text"};
+  EXPECT_EQ(first.size(), fields.size());
+  for (const std::string& field : fields) EXPECT_TRUE(first.contains(field)) << field;
+  EXPECT_EQ(first["seq"], 1);
+  EXPECT_EQ(first["line"], "bay");
+  EXPECT_EQ(first["device"], "bay-1");
+  EXPECT_EQ(first["channel"], 0);
+  EXPECT_EQ(first["code"], 1);
+  EXPECT_EQ(first["state"], "on");
+  EXPECT_EQ(first["text"], "stage I> started: 1");
+  EXPECT_TRUE(first["clock_quality"].is_number_unsigned());
+  EXPECT_THAT(first["receive_time"].get<std::string>(), StartsWith("20"));
+  EXPECT_EQ(Records().back()["clock_quality"], 2) << "the relay's time, which the minute fits";
+
+  EXPECT_EQ(Records({"--from", "3"}).front()["seq"], 3);
+  EXPECT_GE(Records({"--device", "bay-1"}).size(), 6U);
+  EXPECT_GE(Records({"--device", "bay.bay-1", "--since", "1h"}).size(), 6U);
+  EXPECT_TRUE(Records({"--since", "2200-01-01"}).empty());
+  const Finished unknown = Ask({"--device", "bay-7"});
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_THAT(unknown.errors, HasSubstr("there is no device 'bay-7'"));
+  EXPECT_THAT(Ask().output, HasSubstr("stage I> started: 1"));
+  EXPECT_THAT(Ask({"--csv"}).output,
+              StartsWith("seq,receive_time,device_time,clock_quality,line,device,channel,code,"
+                         "state,text\r\n1,20"));
+  EXPECT_EQ(Ask({"--csv", "--json"}).code, 2);
+  const Json status = Status()["events"];
+  EXPECT_EQ(status["state"], "fine");
+  EXPECT_GE(status["newest"].get<int>(), 6);
+
+  const auto follower =
+      Start({"events", "--follow", "--json", "--from", "1000000", "--socket", socket()});
+  const auto all = Start({"events", "--follow", "--json", "--socket", socket()});
+  const auto newest = Status()["events"]["newest"].get<int>();
+  EXPECT_TRUE(Eventually([&] {
+    return all->Output().find("\"seq\":" + std::to_string(newest + 2) + ",") != std::string::npos;
+  }));
+  EXPECT_EQ(follower->Output(), "");
+  all->Signal(SIGINT);
+  EXPECT_EQ(all->WaitForEnd(), 0);
+}
+
+TEST_F(Events, AreNotAskedForByThemselves) {
+  const auto relay = StartRelay("every:300ms");
+  const auto daemon = StartDaemon(Yaml(""));
+  const Finished events = Ask();
+  EXPECT_EQ(events.code, 4);
+  EXPECT_THAT(events.errors, HasSubstr("no device of this gateway is asked for events"));
+  EXPECT_TRUE(Status()["events"].is_null());
+}
+
+TEST_F(Events, OfAGatewayThatIsKilledAreNeitherLostNorDoubled) {
+  const char* wanted = std::getenv("BAUDGATE_EVENT_KILLS");
+  const int kills = wanted != nullptr ? std::atoi(wanted) : 5;
+  const auto relay = StartRelay("every:150ms,count=12,numbered");
+  std::mt19937 random(static_cast<unsigned>(::getpid()));
+  std::size_t known = 0;
+  for (int kill = 0; kill < kills; ++kill) {
+    const auto daemon = StartDaemon(Yaml());
+    ASSERT_TRUE(Eventually([&] { return Status()["events"]["newest"] > known; }))
+        << daemon->Errors();
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % 300'000));
+    daemon->Signal(SIGKILL);
+    daemon->WaitForEnd();
+    known += 1;
+  }
+  const auto daemon = StartDaemon(Yaml());
+  ASSERT_TRUE(Eventually([&] { return Status()["events"]["newest"] > 20 * (kills + 1); }));
+  int number = 0;
+  for (const Json& record : Records()) {
+    EXPECT_EQ(record["seq"], ++number);
+    const std::string text = record["text"];
+    if (record["code"] == 51) {
+      ADD_FAILURE() << "the register has overflown: the machine is too slow for this test";
+      break;
+    }
+    ASSERT_EQ(text.substr(text.rfind(' ') + 1), std::to_string(number)) << record;
+  }
+  std::cout << kills << " kills, " << number << " events\n";
+}
+
+}  // namespace
+}  // namespace baudgate::system_test
