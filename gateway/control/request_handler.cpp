@@ -230,6 +230,7 @@ Reply RequestHandler::Events(const Json& request) {
   const std::size_t dot = target.find('.');
   if (dot != std::string::npos) query.line = target.substr(0, dot);
   query.device = dot == std::string::npos ? target : target.substr(dot + 1);
+  const events::EventsState state = info_.events->state();  // before the page, as above
   const auto page = info_.events->Read(query);
   if (!page) return Refused(kUnavailable, "the events can not be read: " + page.error());
   if (page->records.empty() && !target.empty()) {
@@ -238,7 +239,7 @@ Reply RequestHandler::Events(const Json& request) {
     }
   }
   Json json = PageJson(*page);
-  json["events"] = EventsJson(info_.events->state());
+  json["events"] = EventsJson(state);
   return {Dump(json)};
 }
 

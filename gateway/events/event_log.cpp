@@ -54,6 +54,7 @@ EventsState EventLog::state() const {
 
 Result<Page> EventLog::Read(const PageQuery& query) const {
   if (options_.file.empty()) return Error{options_.why_no_file};
+  if (state().disk == Disk::opening) return Page{.records = {}, .next = query.after};
   return ReadPage(options_.file, query);
 }
 

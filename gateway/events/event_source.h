@@ -23,6 +23,7 @@ class EventSource {
  public:
   virtual ~EventSource() = default;
   virtual EventsState state() const = 0;
+  /// Nothing while the file is being opened.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
 };
 
