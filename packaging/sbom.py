@@ -84,7 +84,7 @@ def document(name, version, seconds, folder):
         "filesAnalyzed": False,
         "licenseConcluded": "Apache-2.0",
         "licenseDeclared": "Apache-2.0",
-        "copyrightText": "The baudgate authors",
+        "copyrightText": "2026 The baudgate authors",
     }
     kinds = {each: "DYNAMIC_LINK" for each in linked(folder)} | {each: "STATIC_LINK" for each in COMPILED_IN[name]}
     others = {each: package(each, known) for each in sorted(kinds)}
