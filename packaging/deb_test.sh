@@ -58,7 +58,7 @@ trap unmount EXIT
 files() {
   (cd "$root" && find . -path ./proc -prune -o -path ./dev -prune -o -path ./tmp -prune -o -path ./packages -prune -o \
     -path ./var/cache -prune -o -path ./var/log -prune -o -path ./var/lib/apt -prune -o -path ./var/lib/dpkg -prune -o \
-    -path ./var/lib/systemd/deb-systemd-helper-enabled -prune -o -printf '%p %y %m %u:%g\n') | sort
+    -printf '%p %y %m %u:%g\n') | sort
 }
 
 # later DEB: the same package, one version on, with another configuration as its default.
