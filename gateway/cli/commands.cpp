@@ -30,11 +30,17 @@ namespace baudgate {
 namespace {
 
 constexpr int kCannotOpen = 4;
+constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
+
+void AddConfig(CLI::App& command, std::string& file) {
+  file = kInstalledConfig;
+  command.add_option("-c,--config", file, "Configuration file")->capture_default_str();
+}
 
 void AddRun(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("run", "Run the gateway in the foreground");
   auto file = std::make_shared<std::string>();
-  command->add_option("-c,--config", *file, "Configuration file")->required();
+  AddConfig(*command, *file);
   command->callback([file, &action] {
     action = [file](const auto& catalog) { return RunDaemon(*file, catalog, std::cerr); };
   });
@@ -44,7 +50,7 @@ void AddCheck(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("check", "Check a configuration and list every error");
   auto file = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
-  command->add_option("-c,--config", *file, "Configuration file")->required();
+  AddConfig(*command, *file);
   command->add_flag("--json", *json, "Print one JSON object");
   command->callback([file, json, &action] {
     action = [=](const auto& catalog) {
@@ -74,9 +80,13 @@ void AddMap(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("map", "Print the register and topic table, point by point");
   auto file = std::make_shared<std::string>();
   auto format = std::make_shared<MapFormat>(MapFormat::table);
-  command->add_option("-c,--config", *file, "Configuration file")->required();
-  auto* csv = command->add_flag_callback("--csv", [format] { *format = MapFormat::csv; });
-  command->add_flag_callback("--json", [format] { *format = MapFormat::json; })->excludes(csv);
+  AddConfig(*command, *file);
+  auto* csv = command->add_flag_callback(
+      "--csv", [format] { *format = MapFormat::csv; }, "Print CSV");
+  command
+      ->add_flag_callback(
+          "--json", [format] { *format = MapFormat::json; }, "Print JSON")
+      ->excludes(csv);
   command->callback([file, format, &action] {
     action = [=](const auto& catalog) {
       return RunMap(*file, catalog, *format, std::cout, std::cerr);
@@ -198,8 +208,11 @@ void AddListings(CLI::App& app, Action& action) {
   auto profile = std::make_shared<std::string>();
   auto format = std::make_shared<ProfileFormat>(ProfileFormat::table);
   profiles->add_option("NAME", *profile, "Profile");
-  auto* json = profiles->add_flag_callback("--json", [format] { *format = ProfileFormat::json; });
-  profiles->add_flag_callback("--markdown", [format] { *format = ProfileFormat::markdown; })
+  auto* json = profiles->add_flag_callback(
+      "--json", [format] { *format = ProfileFormat::json; }, "Print JSON");
+  profiles
+      ->add_flag_callback(
+          "--markdown", [format] { *format = ProfileFormat::markdown; }, "Print Markdown")
       ->excludes(json);
   profiles->callback([=, &action] {
     action = [=](const auto& catalog) {

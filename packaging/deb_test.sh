@@ -1,0 +1,147 @@
+#!/usr/bin/env bash
+# Called by `packaging/deb.sh --test`, as root: the packages in build/deb in a bare Debian 12 (debootstrap). Installs them,
+# runs the tests of packaging/debian/tests and the service's own command, upgrades with and without an edited configuration,
+# removes and purges, and compares what is left with what was there before. There is no systemd in it: units are not started.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. packaging/prepare.sh
+PATH=$PATH:/usr/sbin:/sbin
+
+readonly out=build/deb base=build/deb-root.base root=build/deb-root
+readonly config=/etc/baudgate/baudgate.yaml
+packages=(debootstrap dpkg-dev)
+failed=0
+
+inside() { chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive "$@"; }
+quiet() { "$@" >"$root.log" 2>&1 || { tail -n 20 "$root.log" >&2; return 1; }; }
+apt_install() { quiet inside apt-get install -y -qq --no-install-recommends -o Dpkg::Options::=--force-confold "$@"; }
+apt_purge() { quiet inside apt-get purge -y -qq "$@"; }
+
+# check SENTENCE COMMAND…
+check() {
+  local sentence=$1
+  shift
+  if "$@" >"$root.log" 2>&1; then
+    echo "PASS $sentence"
+  else
+    echo "FAIL $sentence: $(tail -n 3 "$root.log")"
+    failed=$((failed + 1))
+  fi
+}
+says() { [ "$("${@:2}")" = "$1" ]; }
+absent() { local path; for path in "$@"; do [ ! -e "$root$path" ] || { echo "$path is there"; return 1; }; done; }
+not() { ! "$@"; }
+
+bare_root() {
+  local mirror
+  if [ ! -d "$base" ]; then
+    say "making a bare Debian 12"
+    mirror=$(apt-get indextargets --format '$(REPO_URI) $(CODENAME)' 2>/dev/null | awk '$2 == "bookworm" { print $1; exit }')
+    quiet debootstrap --variant=minbase bookworm "$base.new" "${mirror:-http://deb.debian.org/debian}"
+    cp -r /etc/apt/sources.list.d /etc/apt/apt.conf.d "$base.new/etc/apt/"
+    cp /etc/apt/sources.list "$base.new/etc/apt/sources.list" 2>/dev/null || : >"$base.new/etc/apt/sources.list"
+    cp -rL /etc/resolv.conf /etc/hosts /etc/ssl "$base.new/etc/"
+    cp -r /usr/share/keyrings "$base.new/usr/share/"
+    mv "$base.new" "$base"
+  fi
+  rm -rf --one-file-system "$root"
+  cp -a "$base" "$root"
+  mount -t proc proc "$root/proc"
+  mount -t devtmpfs devtmpfs "$root/dev" 2>/dev/null || mount --bind /dev "$root/dev"
+  mkdir -p "$root/dev/pts"
+  mountpoint -q "$root/dev/pts" || mount --bind /dev/pts "$root/dev/pts"
+}
+unmount() { local part; for part in dev/pts dev proc; do umount -l "$root/$part" 2>/dev/null || true; done; }
+trap unmount EXIT
+
+# Everything but what programs that work write by themselves.
+files() {
+  (cd "$root" && find . -path ./proc -prune -o -path ./dev -prune -o -path ./tmp -prune -o -path ./packages -prune -o \
+    -path ./var/cache -prune -o -path ./var/log -prune -o -path ./var/lib/apt -prune -o -path ./var/lib/dpkg -prune -o \
+    -printf '%p %y %m %u:%g\n') | sort
+}
+
+# later DEB: the same package, one version on, with another configuration as its default.
+later() {
+  local tree=$root.later
+  rm -rf "$tree"
+  dpkg-deb -R "$1" "$tree"
+  sed -i 's/^Version: .*/&+later/' "$tree/DEBIAN/control"
+  echo '# of the later version' >>"$tree$config"
+  dpkg-deb --root-owner-group -b "$tree" "$root/packages/later.deb" >/dev/null
+  rm -rf "$tree"
+}
+
+# The service as its unit starts it, without systemd; then what it listens at.
+service_runs() {
+  inside install -d -o baudgate -g baudgate /run/baudgate /var/lib/baudgate
+  inside setpriv --reuid baudgate --regid baudgate --init-groups env STATE_DIRECTORY=/var/lib/baudgate \
+    RUNTIME_DIRECTORY=/run/baudgate sh -c 'baudgate run & for i in $(seq 40); do
+      mbpoll -m tcp -p 1502 -a 0 -0 -r 9000 -c 1 -t 3 -1 127.0.0.1 && break; sleep 0.5; done; code=$?
+      grep -h " 0A " /proc/net/tcp | grep -q " 0100007F:05DE " || code=9
+      kill $!; wait $!; exit $code'
+}
+
+[ "$(id -u)" = 0 ] || { echo "deb_test.sh: debootstrap and chroot need root" >&2; exit 2; }
+install_packages
+bare_root
+mkdir "$root/packages"
+cp "$out"/baudgate*.deb "$root/packages/"
+rm -f "$root"/packages/*-dbgsym_*.deb
+gateway=/packages/$(cd "$root/packages" && echo baudgate_*.deb)
+dds=/packages/$(cd "$root/packages" && echo baudgate-dds_*.deb)
+dev=/packages/$(cd "$root/packages" && echo baudgate-dev_*.deb)
+later "$root$gateway"
+quiet inside apt-get -qq update
+
+say "baudgate alone"
+check "installs" apt_install ".$gateway"
+check "without Fast DDS" not inside dpkg-query -W 'libfastrtps*'
+check "its configuration is for the service only" says "640 root:baudgate" inside stat -c '%a %U:%G' $config
+check "its configuration is good" inside baudgate check
+check "man pages" inside sh -c 'ls /usr/share/man/man1/baudgate.1.gz /usr/share/man/man5/baudgate.yaml.5.gz'
+check "its unit is enabled" inside test -L /etc/systemd/system/multi-user.target.wants/baudgate.service
+check "that of the discovery server is not" absent /etc/systemd/system/multi-user.target.wants/baudgate-discovery.service
+apt_install mbpoll
+check "the service's command listens on loopback" service_runs
+cp packaging/debian/tests/* "$root/tmp/"
+check "a twin is read over Modbus" inside sh /tmp/twin
+
+say "upgrades"
+check "upgrade with the configuration as it came" apt_install ./packages/later.deb
+check "brings the new one" inside grep -q 'of the later version' $config
+check "for the service only" says "640 root:baudgate" inside stat -c '%a %U:%G' $config
+apt_purge baudgate
+apt_install ".$gateway"
+inside sh -c "echo '# edited' >>$config; install -d -o baudgate /var/lib/baudgate/x; echo kept >/var/lib/baudgate/x/state"
+check "upgrade with an edited configuration" apt_install ./packages/later.deb
+check "keeps it" says '# edited' inside tail -n 1 $config
+check "for the service only" says "640 root:baudgate" inside stat -c '%a %U:%G' $config
+check "keeps the state" says kept inside cat /var/lib/baudgate/x/state
+check "remove" quiet inside apt-get remove -y -qq baudgate
+check "takes the programs" absent /usr/bin/baudgate /lib/systemd/system/baudgate.service /usr/share/baudgate
+check "and leaves configuration and state" says kept inside sh -c "grep -q edited $config && cat /var/lib/baudgate/x/state"
+check "install again" apt_install ".$gateway"
+check "takes the edited configuration up" inside grep -q edited $config
+apt_purge baudgate
+
+say "all three"
+quiet inside apt-get satisfy -y -qq --no-install-recommends \
+  "$(for each in "$gateway" "$dds" "$dev"; do dpkg-deb -f "$root$each" Depends; done | sed 's/baudgate (=[^)]*), //' | paste -sd,)"
+apt_install cmake g++ make
+files >"$root.before"
+check "install" apt_install ".$gateway" ".$dds" ".$dev"
+check "watch" inside baudgate watch --help
+check "DDS and the gateway in one process" inside sh -c \
+  'printf "dds: { process: inside }\nlines: []\n" >/tmp/inside.yaml && timeout 5 baudgate run -c /tmp/inside.yaml; [ $? = 124 ] || [ $? = 0 ]'
+check "the example of a protocol builds and is loaded" inside sh /tmp/protocol
+check "baudgate-dds goes, the gateway stays" quiet inside apt-get purge -y -qq baudgate-dds
+check "its configuration is still good" inside baudgate check
+inside install -d -o baudgate /var/lib/baudgate/recordings
+check "purge" apt_purge baudgate baudgate-dev
+files >"$root.after"
+check "leaves nothing" diff "$root.before" "$root.after"
+check "but its two locked users" says '! !' inside sh -c 'grep -E "^baudgate(-dds)?:" /etc/shadow | cut -d: -f2 | cut -c1 | paste -sd" "'
+echo
+echo "== $failed failed"
+[ $failed = 0 ]

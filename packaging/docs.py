@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Copies the documents of users into a folder, with their links right there.
+
+usage: docs.py FOLDER
+
+They stand to each other as in the sources. A link to what is not installed becomes plain text.
+"""
+# SPDX-License-Identifier: Apache-2.0
+import os
+import pathlib
+import re
+import sys
+
+SOURCE = pathlib.Path(__file__).resolve().parent.parent
+PATTERNS = ["README.md", "CHANGELOG.md", "LICENSE", "docs/**/*.md", "docs/*.svg", "docs/NOTICE", "docs/rooms.txt",
+            "protocols/**/README.md", "config/examples/*.yaml", "gateway/dds/baudgate.idl"]
+LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]*)(#[^)]*)?\)")
+
+
+def documents():
+    return sorted(path.relative_to(SOURCE) for pattern in PATTERNS for path in SOURCE.glob(pattern))
+
+
+def linked(text, folder, installed):
+    """The text of a document in `folder`, without links to what is not installed."""
+    folders = {parent for path in installed for parent in path.parents}
+
+    def one(match):
+        target = match.group(3)
+        if not target or "://" in target:
+            return match.group(0)
+        path = pathlib.Path(os.path.normpath(folder / target))
+        return match.group(0) if path in installed or path in folders else match.group(2)
+
+    return LINK.sub(one, text)
+
+
+def main(out):
+    installed = set(documents())
+    for path in sorted(installed):
+        made = pathlib.Path(out) / path
+        made.parent.mkdir(parents=True, exist_ok=True)
+        text = (SOURCE / path).read_text(encoding="utf-8")
+        made.write_text(linked(text, path.parent, installed) if path.suffix == ".md" else text, encoding="utf-8")
+        made.chmod(0o644)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    main(sys.argv[1])
