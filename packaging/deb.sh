@@ -41,8 +41,10 @@ END
 # build_packages FOLDER: the packages appear beside it.
 build_packages() {
   source_tree "$1"
-  dpkg-checkbuilddeps "$1/debian/control" 2>/dev/null ||
+  if ! dpkg-checkbuilddeps "$1/debian/control" 2>/dev/null; then
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq update
     as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq build-dep -y --no-install-recommends "$(realpath "$1")" >/dev/null
+  fi
   if ! (cd "$1" && dpkg-buildpackage -b --no-sign) >"$1.log" 2>&1; then
     tail -n 30 "$1.log" >&2
     echo "deb.sh: all of it is in $1.log" >&2
