@@ -41,7 +41,7 @@ struct FakeAudit final : audit::AuditSource {
 class WritesTest : public ControlTest {
  protected:
   WritesTest() {
-    audit_.shown.disk = audit::Disk::fine;
+    audit_.shown.disk = Disk::fine;
     for (int i = 1; i <= 5; ++i) {
       audit::WriteRecord record;
       record.seq = i;
@@ -164,7 +164,7 @@ TEST_F(WritesTest, TroubleIsTold) {
 }
 
 TEST_F(WritesTest, ADiskThatFailsIsInTheStatus) {
-  audit_.shown = {audit::Disk::failing, "events.db: disk full", kNow.wall, true, 3, 2, "events.db"};
+  audit_.shown = {Disk::failing, "events.db: disk full", kNow.wall, true, 3, 2, "events.db"};
   Start();
   EXPECT_EQ(Run(), 0);
   EXPECT_THAT(err_.str(), HasSubstr("baudgate: audit: events.db: disk full"));
