@@ -49,8 +49,7 @@ TEST_F(Cli, WrongWordsAreWrongUsage) {
   for (const std::vector<std::string>& words :
        std::vector<std::vector<std::string>>{{},
                                              {"serve"},
-                                             {"run"},
-                                             {"check"},
+                                             {"run", "-c"},
                                              {"check", "--colour"},
                                              {"map", "-c", "x", "--csv", "--json"},
                                              {"simulate", "--profile", "spaj140c"},
