@@ -195,7 +195,8 @@ void Ledger::MeasureCycle() {
 }
 
 bool Ledger::OnTrouble(const Device& device) {
-  const auto& [reason, text] = device.conversation->trouble();
+  const Reason reason = device.conversation->trouble().reason;
+  const std::string& text = device.conversation->trouble().text;
   State& state = Of(device);
   if (text == state.trouble) return false;
   const bool over = state.in_trouble && reason == Reason::none;
