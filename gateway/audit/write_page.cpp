@@ -12,14 +12,6 @@ constexpr std::string_view kColumns =
     "SELECT seq, kind, time, last, client, line, device, point, old, first, new, outcome, reason, "
     "took, count, settled FROM writes ";
 
-/// Of years that FormatWallTime can say.
-WallTime TimeOf(std::int64_t microseconds) {
-  constexpr WallTime kMost = std::chrono::sys_days(std::chrono::year(2200) / 1 / 1);
-  constexpr std::int64_t kMicroseconds = kMost.time_since_epoch() / 1us;
-  return WallTime(
-      std::chrono::microseconds(std::clamp<std::int64_t>(microseconds, 0, kMicroseconds)));
-}
-
 Duration DurationOf(std::int64_t microseconds) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1000;
   return std::chrono::microseconds(std::clamp<std::int64_t>(microseconds, 0, kMost));
@@ -35,8 +27,8 @@ WriteRecord RecordOf(const Statement& row) {
   WriteRecord record;
   record.seq = row.Number(0);
   record.kind = KindNamed(row.Text(1)).value_or(Kind::point);
-  record.time = TimeOf(row.Number(2));
-  record.last = TimeOf(row.Number(3));
+  record.time = row.Time(2);
+  record.last = row.Time(3);
   record.client = text(4);
   record.line = text(5);
   record.device = text(6);
@@ -64,7 +56,7 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
   sql += " ORDER BY " + order + " LIMIT " + std::to_string(kPage + 1);
   Statement rows(database, sql);
   rows.Bind(1, query.after);
-  if (query.since) rows.Bind(2, std::int64_t{query.since->time_since_epoch() / 1us});
+  if (query.since) rows.Bind(2, *query.since);
   Page page;
   page.next = query.after;
   for (;;) {

@@ -30,8 +30,6 @@ std::int64_t Whole(const Value& value) {
   return number != nullptr ? *number : 0;
 }
 
-std::int64_t Microseconds(WallTime time) { return time.time_since_epoch() / 1us; }
-
 }  // namespace
 
 WriteTable::WriteTable(Database& database, const std::array<Room, kKinds>& rooms)
@@ -92,8 +90,8 @@ bool WriteTable::Write(std::vector<Draft>& drafts) {
 bool WriteTable::Insert(Draft& draft) {
   const WriteRecord& record = draft.record;
   insert_.Bind(1, Name(record.kind));
-  insert_.Bind(2, Microseconds(record.time));
-  insert_.Bind(3, Microseconds(record.last));
+  insert_.Bind(2, record.time);
+  insert_.Bind(3, record.last);
   insert_.Bind(4, record.client);
   insert_.Bind(5, record.line);
   insert_.Bind(6, record.device);
@@ -114,7 +112,7 @@ bool WriteTable::Insert(Draft& draft) {
 
 bool WriteTable::Update(const Draft& draft) {
   const WriteRecord& record = draft.record;
-  update_.Bind(1, Microseconds(record.last));
+  update_.Bind(1, record.last);
   update_.Bind(2, record.first);
   update_.Bind(3, record.value);
   if (record.end) update_.Bind(4, Name(*record.end));
@@ -160,7 +158,7 @@ bool WriteTable::DropOld(WallTime now) {
   for (std::size_t kind = 0; kind < kKinds && ok; ++kind) {
     Statement old(database_, "DELETE FROM writes WHERE kind=? AND time<? AND settled IS NOT NULL");
     old.Bind(1, Name(static_cast<Kind>(kind)));
-    old.Bind(2, Microseconds(now - rooms_[kind].age));
+    old.Bind(2, now - rooms_[kind].age);
     ok = old.Run();
   }
   return Transaction(ok) && Count();

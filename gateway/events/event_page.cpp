@@ -11,12 +11,6 @@ constexpr std::string_view kColumns =
     "SELECT seq, receive_time, device_time, clock_quality, line, device, channel, code, state, "
     "text FROM events ";
 
-/// Whatever stands there, a time that can be printed.
-WallTime TimeOf(std::int64_t microseconds) {
-  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1000;
-  return WallTime(std::chrono::microseconds(std::clamp(microseconds, -kMost, kMost)));
-}
-
 std::uint32_t CodeOf(std::int64_t number) {
   return static_cast<std::uint32_t>(
       std::clamp<std::int64_t>(number, 0, std::numeric_limits<std::uint32_t>::max()));
@@ -33,8 +27,8 @@ config::EventState StateNamed(std::string_view name) {
 EventRecord RecordOf(const Statement& row) {
   EventRecord record;
   record.seq = row.Number(0);
-  record.received = TimeOf(row.Number(1));
-  record.device_time = TimeOf(row.Number(2));
+  record.received = row.Time(1);
+  record.device_time = row.Time(2);
   const std::int64_t clock = row.Number(3);
   const bool known = clock >= 0 && clock < static_cast<std::int64_t>(kClockQualities);
   record.clock = known ? static_cast<ClockQuality>(clock) : ClockQuality::none;
@@ -58,7 +52,7 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
   sql += " ORDER BY seq LIMIT " + std::to_string(kPage + 1);
   Statement rows(database, sql);
   rows.Bind(1, query.after);
-  if (query.since) rows.Bind(2, std::int64_t{query.since->time_since_epoch() / 1us});
+  if (query.since) rows.Bind(2, *query.since);
   if (!query.line.empty()) rows.Bind(3, query.line);
   if (!query.device.empty()) rows.Bind(4, query.device);
   Page page;

@@ -12,8 +12,6 @@ constexpr const char* kSaid =
     "UPDATE SET said=excluded.said";
 constexpr const char* kDrop = "DELETE FROM events WHERE seq<=?";
 
-std::int64_t Microseconds(WallTime time) { return time.time_since_epoch() / 1us; }
-
 }  // namespace
 
 EventTable::EventTable(Database& database, const SourceNames& names, std::int64_t most)
@@ -53,8 +51,8 @@ bool EventTable::Write(const std::vector<Batch>& batches) {
 bool EventTable::Insert(const Batch& batch) {
   for (const EventRecord& event : batch.events) {
     insert_.Bind(1, event.seq);
-    insert_.Bind(2, Microseconds(event.received));
-    insert_.Bind(3, Microseconds(event.device_time));
+    insert_.Bind(2, event.received);
+    insert_.Bind(3, event.device_time);
     insert_.Bind(4, std::int64_t{static_cast<std::uint16_t>(event.clock)});
     insert_.Bind(5, event.line);
     insert_.Bind(6, event.device);

@@ -3,6 +3,7 @@
 
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <limits>
 
 namespace baudgate {
@@ -119,6 +120,13 @@ std::string_view Statement::Text(int column) const {
   const int size = sqlite3_column_bytes(handle_.get(), column);
   if (text == nullptr || size <= 0) return {};
   return {reinterpret_cast<const char*>(text), static_cast<std::size_t>(size)};
+}
+
+WallTime Statement::Time(int column) const {
+  constexpr WallTime kMost = std::chrono::sys_days(std::chrono::year(2200) / 1 / 1);
+  constexpr std::int64_t kMicroseconds = kMost.time_since_epoch() / 1us;
+  return WallTime(
+      std::chrono::microseconds(std::clamp<std::int64_t>(Number(column), 0, kMicroseconds)));
 }
 
 bool Statement::IsNull(int column) const {

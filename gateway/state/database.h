@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "gateway/base/result.h"
+#include "gateway/base/time.h"
 #include "gateway/base/value.h"
 
 struct sqlite3;
@@ -64,6 +65,8 @@ class Statement {
   void Bind(int place, std::string_view text);
   void Bind(int place, const std::string& text) { Bind(place, std::string_view(text)); }
   void Bind(int place, const Value& value);
+  /// As microseconds since 1970.
+  void Bind(int place, WallTime time) { Bind(place, std::int64_t{time.time_since_epoch() / 1us}); }
 
   Step Next();
   /// Runs it to its end, and is ready to be bound again.
@@ -73,6 +76,8 @@ class Statement {
   /// Columns from 0 on, of any type: text where a number is wanted is 0.
   std::int64_t Number(int column) const;
   std::string_view Text(int column) const;
+  /// Of microseconds since 1970: whatever stands there, one that FormatWallTime can say.
+  WallTime Time(int column) const;
   bool IsNull(int column) const;
   /// Nothing, an integer, a number or a text; bytes are nothing.
   Value At(int column) const;

@@ -8,7 +8,8 @@
 
 #include <condition_variable>
 #include <cstdint>
-#include <mutex>
+
+#include "gateway/base/guarded.h"
 
 namespace baudgate {
 
@@ -31,22 +32,22 @@ class FileTurn {
 
  private:
   void Take() {
-    std::unique_lock lock(mutex_);
+    MutexLock lock(mutex_);
     const std::uint64_t own = next_++;
-    changed_.wait(lock, [&] { return own == serving_; });
+    while (own != serving_) lock.Wait(changed_);
   }
   void Give() {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       ++serving_;
     }
     changed_.notify_all();
   }
 
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable changed_;
-  std::uint64_t next_ = 0;
-  std::uint64_t serving_ = 0;
+  std::uint64_t next_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  std::uint64_t serving_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace baudgate

@@ -125,18 +125,20 @@ TEST(WriteTopics, WhatTheLibraryKeptBackIsNeverDone) {
     for (int i = 0; i < 100; ++i, ++names) {
       many->Ask(Request(names, "substation-7", "made-up " + std::to_string(names)));
     }
-    std::this_thread::sleep_for(20ms);
+    ASSERT_TRUE(Eventually([&] {
+      return gateway.writer().dropped_requests() > 0 || gateway.arrived().size() == names;
+    }));
   }
   const std::size_t before = gateway.arrived().size();
   EXPECT_GE(before, 1000U);
   many.reset();  // there is room again
+  const std::uint64_t dropped = gateway.writer().dropped_requests();
   client.Ask(Request(1, "substation-7", "kept back"));
-  std::this_thread::sleep_for(500ms);
+  EXPECT_TRUE(Eventually([&] { return gateway.writer().dropped_requests() > dropped; }));
   EXPECT_EQ(gateway.arrived().size(), before);
   gateway.writer().Write(PointSample());
   EXPECT_TRUE(Eventually([&] {
     client.Ask(Request(2, "substation-7", "late"));
-    std::this_thread::sleep_for(20ms);
     return gateway.arrived().back().request.client == "late";
   }));
   for (const WriteArrival& arrival : gateway.arrived()) {

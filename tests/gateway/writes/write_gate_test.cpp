@@ -5,6 +5,8 @@
 
 #include <gmock/gmock.h>
 
+#include "tests/support/keeping_sink.h"
+
 namespace baudgate {
 namespace {
 
@@ -16,20 +18,6 @@ using ::testing::IsEmpty;
 using Why = WriteRefusal::Why;
 
 constexpr Instant kStart{1h};
-
-class KeepingSink final : public CommandSink {
- public:
-  bool Submit(WriteCommand command) override {
-    if (full) return false;
-    commands.push_back(std::move(command));
-    return true;
-  }
-  void OnDenied(const DeniedWrite& write) override { denied.push_back(write); }
-
-  bool full = false;
-  std::vector<WriteCommand> commands;
-  std::vector<DeniedWrite> denied;
-};
 
 config::Point MakePoint(const std::string& name, Type type, Access access) {
   config::Point point;

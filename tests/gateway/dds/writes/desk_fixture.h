@@ -7,22 +7,9 @@
 #include "config/model/config.h"
 #include "gateway/dds/request_intake.h"
 #include "gateway/requests/commands.h"
+#include "tests/support/keeping_sink.h"
 
 namespace baudgate::dds::testing {
-
-class KeepingSink final : public CommandSink {
- public:
-  bool Submit(WriteCommand command) override {
-    if (full) return false;
-    commands.push_back(std::move(command));
-    return true;
-  }
-  void OnDenied(const DeniedWrite& write) override { denied.push_back(write); }
-
-  bool full = false;
-  std::vector<WriteCommand> commands;
-  std::vector<DeniedWrite> denied;
-};
 
 inline config::Point PointNamed(const std::string& name, config::Type type, bool allowed) {
   config::Point point;

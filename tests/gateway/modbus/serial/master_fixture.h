@@ -15,17 +15,9 @@
 #include "gateway/modbus/serial/master_session.h"
 #include "protocols/modbus/protocol.h"
 #include "tests/gateway/modbus/registers/points.h"
+#include "tests/support/keeping_sink.h"
 
 namespace baudgate::modbus {
-
-class KeepingSink final : public CommandSink {
- public:
-  bool Submit(WriteCommand command) override {
-    commands.push_back(std::move(command));
-    return true;
-  }
-  std::vector<WriteCommand> commands;
-};
 
 class KeepingTarget final : public RouteTarget {
  public:

@@ -1,0 +1,26 @@
+// A place for writes that keeps what it is given, in place of the lines.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "gateway/requests/commands.h"
+
+namespace baudgate {
+
+class KeepingSink final : public CommandSink {
+ public:
+  bool Submit(WriteCommand command) override {
+    if (full) return false;
+    commands.push_back(std::move(command));
+    return true;
+  }
+  void OnDenied(const DeniedWrite& write) override { denied.push_back(write); }
+
+  bool full = false;
+  std::vector<WriteCommand> commands;
+  std::vector<DeniedWrite> denied;
+};
+
+}  // namespace baudgate
