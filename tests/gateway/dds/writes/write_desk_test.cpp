@@ -16,7 +16,6 @@ using testing::DeskConfig;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using testing::KeepingSink;
 using ::testing::SizeIs;
 
 constexpr char kClient[] = "dds:01.0f.02.03.04.05.06.07.08.09.0a.0b|0.0.1.2";
