@@ -31,18 +31,8 @@ class FileTurn {
   std::uint64_t file = 0;
 
  private:
-  void Take() {
-    MutexLock lock(mutex_);
-    const std::uint64_t own = next_++;
-    while (own != serving_) lock.Wait(changed_);
-  }
-  void Give() {
-    {
-      const MutexLock lock(mutex_);
-      ++serving_;
-    }
-    changed_.notify_all();
-  }
+  void Take();
+  void Give();
 
   Mutex mutex_;
   std::condition_variable changed_;
