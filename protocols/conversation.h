@@ -192,6 +192,8 @@ class Conversation {
   /// `request` has failed, and is not repeated any more. The outcome is why: no_reply, partial,
   /// corrupt, unexpected; line_down: the port is gone; busy: the task's time was over before the
   /// request was sent. ask_again: another exchange is needed all the same, to close what is open.
+  /// Of a task of events also behind OnFrame: whose batch that was can not be known, and it is not
+  /// kept.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }
 
   /// What to send before a failed request is repeated, or in place of one that is not repeatable.

@@ -60,6 +60,10 @@ struct Job {
   /// Something of it has been sent.
   bool begun() const { return steps > 1 || attempts > 0; }
   bool is_probe() const { return task.kind == Task::Kind::probe; }
+  /// Its answer tells what would be filed under the device's name.
+  bool has_news() const {
+    return answer.batch || (task.kind == Task::Kind::poll && !answer.readings.empty());
+  }
 
   Asked asked() const {
     return {.member = member,

@@ -128,12 +128,16 @@ void Poller::Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string
   const bool is_write = job_->As<Job::Write>() != nullptr;
   const bool allowed = !in_peace || (is_write && outcome == Outcome::ok);
   if (ProvesLife(outcome) && member.in_use && whose_reply_.MayBeInStep(job_->asked()) && allowed) {
-    if (job_->As<Job::Routed>() != nullptr) return;           // its request is as it was
-    if (!job_->answer.readings.empty()) return TakeAnswer();  // only its proof was awaited
+    if (job_->As<Job::Routed>() != nullptr) return;  // its request is as it was
+    if (job_->has_news()) return TakeAnswer();       // only its proof was awaited
     job_->steps = job_->broadcasts = 0;
     return Ask();
   }
   job_->mute = true;
+  if (job_->answer.batch) {
+    const Device& device = *roster_.AsDevice(member);
+    device.conversation->OnFailure(job_->task, job_->request, Outcome::unexpected, now_.instant);
+  }
   if (!member.in_use) return Finish(Outcome::no_reply, "the device is disabled");
   Finish(outcome == Outcome::ok ? Outcome::busy : outcome, reason);
 }

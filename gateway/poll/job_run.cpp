@@ -295,7 +295,7 @@ bool Poller::GoesOnBehindBroadcast() {
 
 /// A read is repeated while its reply may be that to one of long ago, and a probe until its reply
 /// can not be that to the probe of an earlier task: behind a server that lags, tasks look alike but
-/// for one probe more. Somebody else may have answered a repetition: its readings wait until a
+/// for one probe more. Somebody else may have answered a repetition: what it says waits until a
 /// device that tells its name has told it.
 void Poller::OnAnswered(const ExchangeEnd& end) {
   Job& job = *job_;
@@ -319,7 +319,7 @@ void Poller::OnAnswered(const ExchangeEnd& end) {
   if (old || alike) {
     ++job.attempts;
     job.sending = true;
-  } else if (IsReading(job) && (job.missed || job.attempts > 0) &&
+  } else if (job.has_news() && (job.missed || job.attempts > 0) &&
              whose_reply_.HasName(*job.member)) {
     PutProbeFirst();
   } else {

@@ -116,7 +116,7 @@ Answer EventSession::OnRefused(Step step, Exchange exchange) {
 Then EventSession::OnFailure(Outcome outcome) {
   const Step step = std::exchange(step_, Step::none);
   if (outcome == Outcome::busy) return Then::done;  // it was not sent
-  if (step == Step::events) owes_backup_ = true;
+  if (step == Step::events || step == Step::none) owes_backup_ = true;
   if (step == Step::status || step == Step::clear) owes_status_ = clears_ = false;
   const bool silent = step == Step::backup && outcome == Outcome::no_reply;
   silent_backups_ = silent ? silent_backups_ + 1 : 0;

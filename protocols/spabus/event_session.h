@@ -7,6 +7,7 @@
 //   L, lost or damaged                         B, until it is answered: L would take away what the
 //                                              relay has just given
 //   L, answered with the last batch again      B: a late reply to an earlier request, maybe
+//   a batch that was not taken                 B, likewise
 //   restarted (E50), overflow (E51)            C; what is not 0 is cleared (WC:0), and all points
 //                                              are read anew
 //
