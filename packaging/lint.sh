@@ -18,6 +18,10 @@ if [ ! -f "$build/compile_commands.json" ]; then
   exit 2
 fi
 
+# clang can not read the headers that g++ has precompiled.
+mkdir -p "$build/lint"
+sed 's/-Winvalid-pch -include [^ ]*cmake_pch.hxx//' "$build/compile_commands.json" >"$build/lint/compile_commands.json"
+
 files() { git ls-files "$@"; }
 if [ "${1:-}" = --changed ]; then
   base=${2:-main}
@@ -25,7 +29,7 @@ if [ "${1:-}" = --changed ]; then
 fi
 # tidy [OPTION…]: the sources named on standard input. A header is looked at with the sources that include it.
 tidy() {
-  xargs -r -n 2 -P "$(nproc)" clang-tidy-14 -p "$build" --quiet "$@" 2> >(grep -v 'warnings generated' >&2)
+  xargs -r -n 2 -P "$(nproc)" clang-tidy-14 -p "$build/lint" --quiet "$@" 2> >(grep -v 'warnings generated' >&2)
 }
 # The sources of the headers that mark members; of a header without a source of its own those beside which it is included.
 marked() {
