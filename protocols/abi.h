@@ -45,7 +45,7 @@ Fields<2> ListOf(DecoderSpec*);
 Fields<2> ListOf(Query*);
 Fields<2> ListOf(PointValue*);
 Fields<5> ListOf(Task*);
-Fields<7> ListOf(Request*);
+Fields<8> ListOf(Request*);
 Fields<4> ListOf(Reading*);
 Fields<2> ListOf(SaidTime*);
 Fields<4> ListOf(DeviceEvent*);
@@ -72,10 +72,11 @@ Fields<5> ListOf(config::Rs485*);
 
 Methods<&Conversation::Queries, &Conversation::HasEvents, &Conversation::Ask,
         &Conversation::WritesTogether, &Conversation::OnFrame, &Conversation::OnSent,
-        &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
-        &Conversation::OnEnabled, &Conversation::trouble, &Conversation::Memory,
-        &Conversation::Recall, &Conversation::ForgetRefusals, &Conversation::Check,
-        &Conversation::Interpret, &Conversation::LeastTimes, &Conversation::WhatIsLearned>
+        &Conversation::Stamp, &Conversation::OnHostClock, &Conversation::OnFailure,
+        &Conversation::Instead, &Conversation::OnReconnect, &Conversation::OnEnabled,
+        &Conversation::trouble, &Conversation::Memory, &Conversation::Recall,
+        &Conversation::ForgetRefusals, &Conversation::Check, &Conversation::Interpret,
+        &Conversation::LeastTimes, &Conversation::WhatIsLearned>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
 Methods<&Twin::Answer, &Twin::ReplyAs, &Twin::Raise> ListOf(Twin*);
@@ -85,6 +86,7 @@ Types<config::OptionValue> ListOf(config::Options*);
 Leaf ListOf(Status*);
 Leaf ListOf(Duration*);
 Leaf ListOf(Instant*);
+Leaf ListOf(WallTime*);
 Leaf ListOf(Now*);
 Leaf ListOf(std::monostate*);
 template <template <typename...> class Template, typename... T>

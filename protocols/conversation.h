@@ -85,6 +85,8 @@ struct Request {
   /// Of a write: it only makes the write possible, as a password does. When it fails, nothing has
   /// been written.
   bool prepares = false;
+  /// It tells the time: Conversation::Stamp is called when it is sent. A broadcast.
+  bool stamped = false;
   /// The device may take so long until the first byte of this reply, where that is longer than the
   /// device's reply time. Example: 5 s to clear all parameters, where reads take 500 ms.
   Duration reply{};
@@ -188,6 +190,14 @@ class Conversation {
   /// `request` was a broadcast (Expectation::Reply::none), and is sent. ask_again: the task goes on
   /// behind it; what it began with is then the next request.
   virtual Then OnSent(const Task&, const Request&, Instant) { return Then::done; }
+
+  /// A stamped request is sent now: its bytes anew, as many as before. `arrives`: when the last of
+  /// them is out.
+  virtual void Stamp(Request&, WallTime /*arrives*/) {}
+
+  /// This machine's clock is known to be right (synchronised), or not any more. It is not before
+  /// the first call.
+  virtual void OnHostClock(bool /*right*/) {}
 
   /// `request` has failed, and is not repeated any more. The outcome is why: no_reply, partial,
   /// corrupt, unexpected; line_down: the port is gone; busy: the task's time was over before the

@@ -87,6 +87,12 @@ constexpr OptionSpec Choice(std::string_view name, std::string_view fallback,
   return spec;
 }
 
+/// The same option, for the line as a whole: it stands at lines only.
+constexpr OptionSpec OnLine(OptionSpec spec) {
+  spec.scope = OptionSpec::Scope::line;
+  return spec;
+}
+
 /// The same option, never shown: Secret(Text("password", …)).
 constexpr OptionSpec Secret(OptionSpec spec) {
   spec.secret = true;

@@ -19,6 +19,7 @@
 #include "gateway/daemon/age_timer.h"
 #include "gateway/daemon/descriptors.h"
 #include "gateway/daemon/event_path.h"
+#include "gateway/daemon/host_clock.h"
 #include "gateway/daemon/line_runner.h"
 #include "gateway/daemon/placement.h"
 #include "gateway/daemon/write_path.h"
@@ -100,6 +101,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
   std::unique_ptr<WritePath> writes;               // nothing: nothing is written, or nothing kept
   std::vector<std::unique_ptr<LoopThread>> loops;  // the shared ones first
   std::unique_ptr<AgeTimer> ageing;
+  std::unique_ptr<HostClock> host_clock;
   std::vector<std::unique_ptr<LineRunner>> runners;
   std::vector<std::size_t> line_of;   // by device
   std::unique_ptr<EventPath> events;  // nothing: no device is asked for any
@@ -132,6 +134,7 @@ Status Daemon::Start() {
   if (Status status = impl_->StartModbus(); !status) return status;
   if (Status status = impl_->StartDds(); !status) return status;
   impl_->ageing->Start();
+  impl_->host_clock->Start();
   for (const auto& loop : impl_->loops) loop->Start();
   for (const auto& runner : impl_->runners) runner->Start();
   if (impl_->writes) impl_->writes->Start();
@@ -238,6 +241,9 @@ void Daemon::Impl::MakeLines() {
     loops.push_back(std::make_unique<LoopThread>(fmt::format("lines {}", loops.size() + 1)));
   }
   ageing = std::make_unique<AgeTimer>(loops.front()->io(), [this](Instant now) { store.Age(now); });
+  host_clock = std::make_unique<HostClock>(loops.front()->io(), [this](bool right) {
+    for (const auto& runner : runners) runner->OnHostClock(right);
+  });
   for (const config::Line& line : config.lines) {
     const std::uint32_t first_device = config::FirstDevice(config, runners.size());
     std::size_t loop = placement.loop_of[runners.size()];

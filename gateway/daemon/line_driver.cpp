@@ -195,6 +195,7 @@ void LineDriver::Narrow() {
   }
   lanes_.Narrow(now_);
   Recall();
+  lanes_.OnHostClock(host_clock_right_);
   log::Warn("line {}: {}", config_.name, lanes_.Describe());
   if (!was_open || stopping_) return;
   ShowPort(LineStatus::Port::closed, "opened again, for " + lanes_.Describe());
@@ -295,6 +296,11 @@ void LineDriver::OnEventsKept(std::uint32_t device, Now now) {
   now_ = now;
   lanes_.OnEventsKept(device, now);
   Settle();
+}
+
+void LineDriver::OnHostClock(bool right) {
+  host_clock_right_ = right;
+  lanes_.OnHostClock(right);
 }
 
 void LineDriver::OnTimer(Now now) {

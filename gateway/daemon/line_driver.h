@@ -56,6 +56,8 @@ class LineDriver final : private PollerListener {
   std::size_t Forget(std::uint64_t client, Now now);
   void SetInUse(std::uint32_t device, bool in_use, Now now);
   void OnEventsKept(std::uint32_t device, Now now);
+  /// See Conversation.
+  void OnHostClock(bool right);
 
   /// See LineControl; the write under way ends first.
   void Release(Duration time, Now now);
@@ -120,6 +122,7 @@ class LineDriver final : private PollerListener {
   std::string shown_;            // of the port, in the status
   bool out_of_service_ = false;  // the points, since the port was lent
   bool stopping_ = false;
+  bool host_clock_right_ = false;
   Instant errors_counted_{};
   std::atomic<bool> open_ = false;
 };

@@ -76,6 +76,10 @@ void LineRunner::OnEventsKept(std::uint32_t device) {
   Post([this, device](Now now) { driver_.OnEventsKept(device, now); });
 }
 
+void LineRunner::OnHostClock(bool right) {
+  Post([this, right](Now) { driver_.OnHostClock(right); });
+}
+
 void LineRunner::Release(Duration time) {
   Post([this, time](Now now) { driver_.Release(time, now); });
 }

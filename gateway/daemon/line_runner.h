@@ -49,6 +49,7 @@ class LineRunner final : public RouteTarget, private TransportListener {
   void SetInUse(std::uint32_t device, bool in_use);
   /// From any thread, as long as the runner lives.
   void OnEventsKept(std::uint32_t device);
+  void OnHostClock(bool right);
   LineRecorder& recorder() { return driver_.recorder(); }
 
   bool is_open() const { return driver_.is_open(); }

@@ -228,6 +228,10 @@ void Lanes::SetInUse(std::uint32_t device, bool in_use, Now now) {
   SendOut();
 }
 
+void Lanes::OnHostClock(bool right) {
+  for (Poller* poller : pollers_) poller->OnHostClock(right);
+}
+
 void Lanes::OnEventsKept(std::uint32_t device, Now now) {
   now_ = now;
   PollerOf(device).OnEventsKept(device, now);

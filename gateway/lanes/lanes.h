@@ -48,6 +48,8 @@ class Lanes {
   std::size_t Forget(std::uint64_t client, Now now);
   void SetInUse(std::uint32_t device, bool in_use, Now now);
   void OnEventsKept(std::uint32_t device, Now now);
+  /// See Conversation; what Narrow makes has not heard of it.
+  void OnHostClock(bool right);
 
   void WindUp();
   bool IsWriting() const;

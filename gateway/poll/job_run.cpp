@@ -151,7 +151,12 @@ void Poller::Start() {
 }
 
 void Poller::Send() {
-  const Request& request = job_->request;
+  Request& request = job_->request;
+  if (request.stamped) {
+    const auto characters = static_cast<std::int64_t>(request.bytes.size());
+    const WallTime arrives = now_.wall + characters * job_->member->times.character;
+    roster_.AsDevice(*job_->member)->conversation->Stamp(request, arrives);
+  }
   auto* const write = job_->As<Job::Write>();
   if (write != nullptr && !request.prepares && !request.closes) write->sent = true;
   echo_.OnSent(request.bytes);

@@ -160,6 +160,10 @@ void Poller::Submit(RoutedRequest request, Now now) {
   Settle();
 }
 
+void Poller::OnHostClock(bool right) {
+  for (const auto& device : roster_.devices()) device->conversation->OnHostClock(right);
+}
+
 void Poller::OnEventsKept(std::uint32_t index, Now now) {
   Advance(now);
   schedule_.ReleaseEvents(roster_.DeviceAt(index).place, now.instant);

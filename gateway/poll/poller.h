@@ -61,6 +61,8 @@ class Poller : private LineClient {
   void Submit(RoutedRequest request, Now now);
   /// What OnEvents has reported of the device is on the disk: it may forget it.
   void OnEventsKept(std::uint32_t device, Now now);
+  /// See Conversation.
+  void OnHostClock(bool right);
   /// The client has left. Says how many of its requests will not be answered.
   std::size_t Forget(std::uint64_t client, Now now);
 

@@ -6,11 +6,6 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-constexpr OptionSpec OnLine(OptionSpec spec) {
-  spec.scope = OptionSpec::Scope::line;
-  return spec;
-}
-
 constexpr auto kTable = SettingsTable(
     Bind<&Settings::checksum>(option::Flag(
         "checksum", "false",
@@ -65,9 +60,9 @@ constexpr auto kTable = SettingsTable(
     Bind<&Settings::types>(option::Texts(
         "types", "",
         "Type codes that the module may have, in hex; of another one no value is good.")),
-    Bind<&Settings::host_watchdog>(
-        OnLine(option::Time("host_watchdog", "0s",
-                            "How often ~** tells all modules that the host is there; 0s: never."))),
+    Bind<&Settings::host_watchdog>(option::OnLine(
+        option::Time("host_watchdog", "0s",
+                     "How often ~** tells all modules that the host is there; 0s: never."))),
     Bind<&Settings::channel_types>(option::Flag(
         "channel_types", "false", "Each input of the module has a type code of its own.")));
 

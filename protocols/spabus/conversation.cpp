@@ -33,9 +33,10 @@ constexpr int kOtherError = 9;
 
 class SpaConversation final : public Conversation {
  public:
-  SpaConversation(const config::Device& device, ContinuationChecksum& checksum)
+  SpaConversation(const config::Device& device, SpaBus& bus)
       : device_(device),
-        checksum_(checksum),
+        checksum_(bus.checksum),
+        clock_(bus.clock),
         points_(ReadablePoints(device.points)),
         settings_(ReadSettings(device.options)),
         writes_(settings_.password),
@@ -52,7 +53,9 @@ class SpaConversation final : public Conversation {
   const DeviceTrouble& trouble() const override { return trouble_; }
   void OnEnabled() override { writes_.OnEnabled(); }
 
-  Result<Request> Ask(const Task& task, Instant) override {
+  Result<Request> Ask(const Task& task, Instant now) override {
+    const auto clock = clock_.Due(ClockSettingsOf(settings_), now);
+    if (clock && task.kind != Task::Kind::write) return ClockRequest(*clock, {});
     switch (task.kind) {
       case Task::Kind::probe: {
         Request request = Seal(ReadOf(slave_, kIdentification, 0));
@@ -108,6 +111,17 @@ class SpaConversation final : public Conversation {
     }
     return std::move(exchange.answer);
   }
+
+  void Stamp(Request& request, WallTime arrives) override {
+    request = ClockRequest(ItemOf(request), arrives + settings_.clock_delay);
+  }
+
+  Then OnSent(const Task&, const Request& request, Instant now) override {
+    clock_.OnSent(ItemOf(request), now);
+    return Then::ask_again;
+  }
+
+  void OnHostClock(bool right) override { clock_.OnHostClock(right); }
 
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant) override {
     repeated_ = false;
@@ -179,6 +193,9 @@ class SpaConversation final : public Conversation {
     if (limits_.written < settings_.write_items) say("one value in one write");
     if (device_.events && !events_.has_events()) say("no events: it refuses L");
     if (channels_work_) say("several channels in one request");
+    const bool tells = settings_.send_seconds > Duration() || settings_.send_date > Duration();
+    if (tells && !clock_.right())
+      say("not told the time: this machine's clock is not synchronised");
     if (sends_wildcard_) say("XX in place of its checksums");
     if (const char reading = checksum_.letter()) {
       say(std::string("continued replies with checksum ") + reading);
@@ -209,6 +226,17 @@ class SpaConversation final : public Conversation {
     const bool changed = was_in_trouble != static_cast<bool>(trouble_);
     answer.then = changed ? Then::replan : trouble_ ? Then::done : Then::ask_again;
     return answer;
+  }
+
+  static char ItemOf(const Request& request) {
+    return ParseRequest(request.bytes).command->category;
+  }
+
+  Request ClockRequest(char item, WallTime arrives) const {
+    Request request = Seal(WriteOf(kBroadcast, {0, item, std::nullopt},
+                                   ClockText(item, arrives, settings_.date_zone)));
+    request.stamped = true;
+    return request;
   }
 
   Request Seal(const Command& command) const {
@@ -283,6 +311,7 @@ class SpaConversation final : public Conversation {
 
   const config::Device& device_;
   ContinuationChecksum& checksum_;
+  ClockMessages& clock_;
   std::vector<ReadPoint> points_;
   const Settings settings_;
   WriteSession writes_;
@@ -327,7 +356,7 @@ void ContinuationChecksum::Forget() {
 }
 
 std::unique_ptr<Conversation> MakeConversation(const config::Device& device, SpaBus& bus) {
-  return std::make_unique<SpaConversation>(device, bus.checksum);
+  return std::make_unique<SpaConversation>(device, bus);
 }
 
 }  // namespace baudgate::protocols::spabus

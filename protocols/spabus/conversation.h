@@ -7,6 +7,7 @@
 
 #include "protocols/conversation.h"
 #include "protocols/protocol.h"
+#include "protocols/spabus/clock_messages.h"
 #include "protocols/spabus/reply.h"
 
 namespace baudgate::protocols::spabus {
@@ -33,6 +34,7 @@ class ContinuationChecksum {
 /// What the devices of a line share.
 struct SpaBus final : Bus {
   ContinuationChecksum checksum;
+  ClockMessages clock;
 };
 
 /// `device` and `bus` outlive the conversation.

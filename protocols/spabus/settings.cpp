@@ -32,7 +32,19 @@ constexpr auto kTable = SettingsTable(
         "continuation_checksum", "auto", "auto,a,b,c,d",
         "What the checksum of a reply in several lines covers: a everything, b without "
         "CR and LF, c also without &, d the last line only; auto learns it from the "
-        "replies.")));
+        "replies.")),
+    Bind<&Settings::send_seconds>(option::OnLine(
+        option::Time("send_seconds", "0s",
+                     "How often all relays are told the second of the minute (T); 0s: never."))),
+    Bind<&Settings::send_date>(option::OnLine(
+        option::Time("send_date", "0s",
+                     "How often they are told date and time (D), where they know it; 0s: never."))),
+    Bind<&Settings::date_zone>(option::OnLine(option::Choice(
+        "date_zone", "local", "local,standard,utc",
+        "What D counts hours in: local time of this machine, without its summer time, or UTC."))),
+    Bind<&Settings::clock_delay>(option::OnLine(option::Time(
+        "clock_delay", "0s",
+        "How long converters hold T and D up, beyond the time of their characters."))));
 
 int Covered(Continuation continuation) {
   switch (continuation) {
@@ -55,6 +67,10 @@ int Covered(Continuation continuation) {
 std::span<const OptionSpec> OptionTable() { return kTable.specs(); }
 
 Settings ReadSettings(const config::Options& options) { return kTable.Read(options); }
+
+ClockSettings ClockSettingsOf(const Settings& settings) {
+  return {settings.send_seconds, settings.send_date, settings.date_zone, settings.clock_delay};
+}
 
 int ChecksumBits(const Settings& settings) {
   int bits = Covered(settings.continuation);

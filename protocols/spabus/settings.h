@@ -9,6 +9,7 @@
 
 #include "config/model/options.h"
 #include "protocols/option_specs.h"
+#include "protocols/spabus/clock_messages.h"
 #include "protocols/spabus/codec.h"
 
 namespace baudgate::protocols::spabus {
@@ -28,10 +29,16 @@ struct Settings {
   bool accept_wildcard = true;
   bool line_feed_in_checksum = false;
   Continuation continuation = Continuation::learned;
+  Duration send_seconds{};
+  Duration send_date{};
+  Zone date_zone = Zone::local;
+  Duration clock_delay{};
 };
 
 std::span<const OptionSpec> OptionTable();
 Settings ReadSettings(const config::Options& options);
+
+ClockSettings ClockSettingsOf(const Settings& settings);
 
 /// As Expectation::checksum wants it.
 int ChecksumBits(const Settings& settings);
