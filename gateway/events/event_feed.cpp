@@ -75,10 +75,10 @@ std::uint64_t EventFeed::Lost(std::optional<Source> source, std::int64_t first) 
     if (!had_none) lost = static_cast<std::uint64_t>(known - first);
   }
   const auto from = std::ranges::lower_bound(gone_, first, {}, &GoneEvent::seq);
-  return lost + static_cast<std::uint64_t>(std::count_if(
-                    from, gone_.end(), [&](const GoneEvent& gone) {
-                      return !source || gone.source == *source;
-                    }));
+  return lost +
+         static_cast<std::uint64_t>(std::count_if(from, gone_.end(), [&](const GoneEvent& gone) {
+           return !source || gone.source == *source;
+         }));
 }
 
 EventFeed::Shown EventFeed::Show(std::optional<Source> source, std::uint32_t first,

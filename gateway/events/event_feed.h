@@ -1,7 +1,7 @@
 // The newest events that are on the disk, for outputs that must never wait for it: Modbus looks at
-// them (gateway/modbus/desk), DDS takes them in order (gateway/dds). Filled by the writing thread of
-// gateway/events/event_log.h after each commit, never before; each output keeps its own place, and
-// one that is slow misses what has left, by numbers that it can count.
+// them (gateway/modbus/desk), DDS takes them in order (gateway/dds). Filled by the writing thread
+// of gateway/events/event_log.h after each commit, never before; each output keeps its own place,
+// and one that is slow misses what has left, by numbers that it can count.
 //
 //   number  1 … 60   61 … 80         81 … 90
 //           old      whose they were  shown whole
@@ -67,9 +67,9 @@ class EventFeed {
     std::uint64_t lost = 0;   ///< of `source`, from the first asked for on, that can not be shown
     std::vector<EventRecord> events{};  ///< at most `most`, by their numbers
   };
-  /// Of one device, or of all, from this number on (of a longer one the low 32 bits); 0: the newest.
-  /// What is so old that it is not known whose it was counts as lost, unless the device had none
-  /// then.
+  /// Of one device, or of all, from this number on (of a longer one the low 32 bits); 0: the
+  /// newest. What is so old that it is not known whose it was counts as lost, unless the device had
+  /// none then.
   Shown Show(std::optional<Source> source, std::uint32_t first, std::size_t most) const;
 
   /// Those behind `after`, of all devices, at most `most`.
