@@ -2,7 +2,7 @@
 // The check of a configuration and the map that serves it read the same numbers here.
 //
 //   0…8999, 9100…19999   values       for example register 100
-//   9000…9099            status block of the unit
+//   9000…9099            status block of the unit, its events from 9016
 //   N + 20000            quality of the value at N: 20100
 //   N + 40000            age of the value at N: 40100
 //   N + 60000            select register of the point at N, where it has one: 60100
@@ -17,6 +17,8 @@ namespace baudgate::config {
 inline constexpr std::uint8_t kLastSlave = 247;
 
 inline constexpr std::uint16_t kStatusBlock = 9000;
+/// Writable, two registers: the first event to show.
+inline constexpr std::uint16_t kEventBlock = 9016;
 inline constexpr std::uint16_t kValuesAfterStatus = 9100;
 inline constexpr std::uint16_t kValuesEnd = 20000;
 inline constexpr std::uint16_t kQualityOffset = 20000;

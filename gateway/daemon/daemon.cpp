@@ -265,6 +265,7 @@ Status Daemon::Impl::StartModbus() {
   for (const auto& runner : runners) links.lines.push_back(runner.get());
   links.rtu = catalog.RtuProtocol();
   if (writes) links.writes = &writes->log();
+  if (events) links.events = events->feed();
   modbus = std::make_unique<modbus::ModbusServer>(
       config, store, Commands(), [this] { return Info(); }, limits, std::move(links));
   if (Status status = modbus->Listen(modbus_io); !status) {

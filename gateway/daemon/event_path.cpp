@@ -10,6 +10,7 @@ namespace baudgate {
 namespace {
 
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
+                                    std::shared_ptr<events::EventFeed> feed,
                                     std::function<void(std::uint32_t)> kept) {
   events::EventLog::Options options;
   options.file = place.file;
@@ -21,6 +22,7 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
     }
   }
   options.clocks = ReadClocks;
+  options.feed = std::move(feed);
   options.kept = [kept = std::move(kept)](const std::vector<events::Source>& sources) {
     for (const events::Source source : sources) kept(source);
   };
@@ -39,7 +41,7 @@ bool AsksForEvents(const config::Config& config) {
 
 EventPath::EventPath(const config::Config& config, const EventsPlace& place,
                      std::function<void(std::uint32_t)> kept)
-    : log_(OptionsOf(config, place, std::move(kept))) {
+    : log_(OptionsOf(config, place, feed_, std::move(kept))) {
   for (const config::Line& line : config.lines) {
     for (const config::Device& device : line.devices) places_.push_back({&line, &device});
   }

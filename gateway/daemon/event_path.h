@@ -9,6 +9,7 @@
 
 #include "config/model/config.h"
 #include "gateway/daemon/events_place.h"
+#include "gateway/events/event_feed.h"
 #include "gateway/events/event_log.h"
 #include "gateway/poll/poller_listener.h"
 
@@ -27,6 +28,8 @@ class EventPath {
   /// From any thread.
   void Take(ReportedEvents reported);
   events::EventLog& log() { return log_; }
+  /// What is on the disk, for outputs, which may keep it longer than this lives.
+  std::shared_ptr<events::EventFeed> feed() const { return feed_; }
 
  private:
   struct Place {
@@ -35,6 +38,7 @@ class EventPath {
   };
 
   std::vector<Place> places_;  // by device
+  const std::shared_ptr<events::EventFeed> feed_ = std::make_shared<events::EventFeed>();
   events::EventLog log_;
 };
 

@@ -83,12 +83,15 @@ bool EventLog::Sleep() {
 }
 
 Status EventLog::Open() {
-  const auto opened = file_.Open();
+  auto opened = file_.Open();
   if (!opened) return {};
   if (!opened->put_aside.empty()) options_.warn("events: " + opened->put_aside);
   if (!opened->ok) return Error{opened->error};
-  const MutexLock lock(mutex_);
-  book_.OnOpened(opened->contents.last, opened->contents.said);
+  {
+    const MutexLock lock(mutex_);
+    book_.OnOpened(opened->contents.last, opened->contents.said);
+  }
+  if (options_.feed) options_.feed->Begin(std::move(opened->contents.image));
   return {};
 }
 
@@ -109,7 +112,9 @@ void EventLog::WriteDue() {
     if (status) kept = book_.Kept(due.size());
     Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
   }
-  if (!kept.empty()) options_.kept(kept);
+  if (kept.empty()) return;
+  if (options_.feed) options_.feed->Add(due);
+  options_.kept(kept);
 }
 
 /// The log hears of the first trouble and of its end.

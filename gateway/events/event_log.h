@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gateway/base/guarded.h"
+#include "gateway/events/event_feed.h"
 #include "gateway/events/event_file.h"
 #include "gateway/events/event_source.h"
 
@@ -29,6 +30,7 @@ class EventLog final : public EventSource {
     std::shared_ptr<FileTurn> turn{};  ///< as in EventsConnection
     SourceNames sources;
     std::function<Now()> clocks;
+    std::shared_ptr<EventFeed> feed{};  ///< hears of what is on the disk; null: nobody does
     /// They are on the disk, so that their sources may be asked for more; on the writing thread.
     std::function<void(const std::vector<Source>& sources)> kept;
     /// One line when the disk begins to fail, and one when it is well again; from any thread.

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/event_table.h"
 
+#include <algorithm>
+#include <utility>
+
+#include "gateway/events/event_page.h"
+
 namespace baudgate::events {
 namespace {
 
@@ -11,6 +16,8 @@ constexpr const char* kSaid =
     "INSERT INTO event_sources (line, device, said) VALUES (?,?,?) ON CONFLICT (line, device) DO "
     "UPDATE SET said=excluded.said";
 constexpr const char* kDrop = "DELETE FROM events WHERE seq<=?";
+constexpr const char* kGone = "SELECT seq, device FROM events WHERE seq>? AND seq<=? ORDER BY seq";
+constexpr const char* kOlder = "SELECT max(seq) FROM events WHERE device=? AND seq<=?";
 
 }  // namespace
 
@@ -22,7 +29,7 @@ EventTable::EventTable(Database& database, const SourceNames& names, std::int64_
       said_(database, kSaid),
       drop_(database, kDrop) {}
 
-EventTable::Contents EventTable::Read() {
+EventTable::Contents EventTable::Read(FeedLimits limits) {
   Contents contents;
   const Value last = database_.First("SELECT coalesce(max(seq), 0) FROM events");
   if (!std::holds_alternative<std::int64_t>(last)) return contents;
@@ -35,8 +42,48 @@ EventTable::Contents EventTable::Read() {
       contents.said[static_cast<Source>(i)] = std::string(rows.Text(2));
     }
   }
-  contents.ok = step == Statement::Step::done;
+  contents.image.newest = contents.last;
+  contents.ok = step == Statement::Step::done && ReadImage(limits, contents.image);
   return contents;
+}
+
+bool EventTable::ReadImage(FeedLimits limits, FeedImage& image) {
+  const std::int64_t gone =
+      std::max<std::int64_t>(0, image.newest - static_cast<std::int64_t>(limits.events));
+  const std::int64_t older =
+      std::max<std::int64_t>(0, gone - static_cast<std::int64_t>(limits.remembered));
+  for (PageQuery query{.after = gone};;) {
+    auto page = ReadPage(database_, query);
+    if (!page) return false;
+    for (EventRecord& record : page->records) {
+      image.events.push_back({SourceOf(record.device), std::move(record)});
+    }
+    if (!page->more) break;
+    query.after = page->next;
+  }
+  Statement rows(database_, kGone);
+  rows.Bind(1, older);
+  rows.Bind(2, gone);
+  Statement::Step step = rows.Next();
+  for (; step == Statement::Step::row; step = rows.Next()) {
+    image.gone.push_back({rows.Number(0), SourceOf(rows.Text(1))});
+  }
+  if (step == Statement::Step::failed) return false;
+  Statement newest(database_, kOlder);
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    newest.Bind(1, names_[i].second);
+    newest.Bind(2, older);
+    if (newest.Next() != Statement::Step::row) return false;
+    if (!newest.IsNull(0)) image.older[static_cast<Source>(i)] = newest.Number(0);
+    newest.Reset();
+  }
+  return true;
+}
+
+/// By its name alone, so that a device that has moved to another line keeps what it said there.
+Source EventTable::SourceOf(std::string_view device) const {
+  const auto found = std::ranges::find(names_, device, &SourceNames::value_type::second);
+  return found == names_.end() ? kNoSource : static_cast<Source>(found - names_.begin());
 }
 
 bool EventTable::Write(const std::vector<Batch>& batches) {

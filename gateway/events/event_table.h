@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gateway/events/event_book.h"
+#include "gateway/events/event_feed.h"
 #include "gateway/state/database.h"
 
 namespace baudgate::events {
@@ -29,13 +30,16 @@ class EventTable {
     bool ok = false;
     std::int64_t last = 0;
     std::map<Source, std::string> said{};
+    FeedImage image{};
   };
-  Contents Read();
+  Contents Read(FeedLimits limits = {});
   /// All or none.
   bool Write(const std::vector<Batch>& batches);
 
  private:
   bool Insert(const Batch& batch);
+  bool ReadImage(FeedLimits limits, FeedImage& image);
+  Source SourceOf(std::string_view device) const;
 
   Database& database_;
   const SourceNames& names_;

@@ -143,7 +143,7 @@ void PrintTable(const config::Config& config, std::ostream& out) {
          "Each register N has its quality (OPC code) at N + 20000 and its age in 0.1 s at N + "
          "40000;"
          "\na bit N is good when the bit N + 20000 is set. Every unit has its device status block "
-         "at 9000;\nunits 0 and 255 are the gateway itself.\n";
+         "at 9000\nand its events at 9016 to 9095; units 0 and 255 are the gateway itself.\n";
 }
 
 void PrintCsv(const config::Config& config, std::ostream& out) {

@@ -3,9 +3,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "gateway/audit/write_log.h"
+#include "gateway/events/event_feed.h"
 #include "gateway/requests/routed.h"
 #include "protocols/protocol.h"
 
@@ -16,6 +18,7 @@ struct ModbusLinks {
   std::vector<RouteTarget*> lines;  ///< by index in config.lines; empty when no route leads to one
   const Protocol* rtu = nullptr;    ///< modbus_rtu: frames of RTU clients; null: none are served
   audit::WriteLog* writes = nullptr;  ///< of routed writes; null: they are not recorded
+  std::shared_ptr<const events::EventFeed> events{};  ///< null: none are kept
 };
 
 }  // namespace baudgate::modbus

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/modbus/registers/event_block.h"
 #include "gateway/modbus/registers/write_request.h"
 
 namespace baudgate::modbus {
@@ -39,6 +40,7 @@ PointDesk::PointDesk(const config::Config& config, const PointStore& store, Comm
       targets_(config.modbus, links),
       rtu_(links.rtu),
       writes_(links.writes),
+      events_(links.events),
       book_(std::make_shared<TrafficBook>(config.modbus)) {
   pieces_.reserve(kMostBits);
   for (std::size_t id = 0; id < images_.size(); ++id) {
@@ -52,14 +54,16 @@ ExceptionCode PointDesk::Check(View frame, ModbusRequest& request) const {
   return ParseRequest(frame, request);
 }
 
-ExceptionCode PointDesk::Read(const ModbusRequest& request, Holes holes, Instant now) {
+ExceptionCode PointDesk::Read(const ModbusRequest& request, Holes holes, Instant now,
+                              std::uint64_t client) {
   if (const auto answer = ReadImage(request, now)) return *answer;
   const UnitMap& unit = map_.unit(request.unit);
-  const auto exception =
-      PlanRead(unit, request.table(), request.start, request.count, pieces_, holes);
+  auto exception = PlanRead(unit, request.table(), request.start, request.count, pieces_, holes);
   if (exception != kNoException) return exception;
-  return unit.kind == UnitMap::Kind::gateway ? ReadGateway(request)
-                                             : ReadRecord(request, unit, now);
+  exception =
+      unit.kind == UnitMap::Kind::gateway ? ReadGateway(request) : ReadRecord(request, unit, now);
+  if (exception == kNoException) FillEvents(request, unit, client);
+  return exception;
 }
 
 std::optional<ExceptionCode> PointDesk::ReadImage(const ModbusRequest& request, Instant now) {
@@ -105,18 +109,39 @@ ExceptionCode PointDesk::ReadGateway(const ModbusRequest& request) {
   const GatewayBlock block =
       GatewayBlockOf(info_ ? info_() : GatewayFigures{}, counters_.Snapshot());
   for (const Piece& piece : pieces_) {
-    if (piece.area == Area::hole) {
-      std::ranges::fill(responder_.registers().subspan(piece.offset, piece.count), 0);
-    } else {
+    if (piece.area == Area::status) {
       FillFromBlock(block, piece, responder_.registers());
+    } else {
+      std::ranges::fill(responder_.registers().subspan(piece.offset, piece.count), 0);
     }
   }
   return kNoException;
 }
 
+/// Of a device its own, of the gateway all.
+void PointDesk::FillEvents(const ModbusRequest& request, const UnitMap& unit,
+                           std::uint64_t client) {
+  const auto piece = std::ranges::find(pieces_, Area::events, &Piece::area);
+  if (piece == pieces_.end()) return;
+  const auto asked = first_events_.find({client, request.unit});
+  const std::uint32_t first = asked == first_events_.end() ? 0 : asked->second;
+  std::optional<events::Source> source;
+  if (unit.kind == UnitMap::Kind::device) source = unit.device;
+  const auto shown =
+      events_ ? events_->Show(source, first, kShownEvents) : events::EventFeed::Shown{};
+  FillFromBlock(EventBlockOf(shown, first), *piece, responder_.registers());
+}
+
 ExceptionCode PointDesk::Submit(const ModbusRequest& request, const Writer& writer, Instant now,
                                 std::shared_ptr<const std::atomic<bool>> dropped, Done done) {
   const UnitMap& unit = map_.unit(request.unit);
+  if (IsFirstEvent(request)) {
+    const auto first = FirstEvent(request);
+    if (!first) return kIllegalValue;
+    first_events_[{writer.number, request.unit}] = *first;
+    done({});
+    return kNoException;
+  }
   if (unit.kind != UnitMap::Kind::device) return kIllegalAddress;
   if (const auto point = SelectedPoint(unit, request)) {
     if (!IsSelectKey(request)) return kIllegalValue;
@@ -136,6 +161,11 @@ ExceptionCode PointDesk::Submit(const ModbusRequest& request, const Writer& writ
                                      .done = std::move(done)},
                                     now);
   return refusal ? ExceptionOf(*refusal) : kNoException;
+}
+
+void PointDesk::Forget(const Writer& writer) {
+  gate_.Forget(writer);
+  std::erase_if(first_events_, [&](const auto& of) { return of.first.first == writer.number; });
 }
 
 void PointDesk::Deny(View frame, const Writer& writer, const std::string& reason) {

@@ -8,8 +8,10 @@
 #include <array>
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "config/model/config.h"
@@ -65,16 +67,18 @@ class PointDesk {
   /// Unit, function, counts and lengths; fills `request` when there is no
   /// exception.
   ExceptionCode Check(View frame, ModbusRequest& request) const;
-  /// Fills responder() for the answer. Never waits for a line.
-  ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now);
+  /// Fills responder() for the answer. Never waits for a line or the disk. `client`: the number of
+  /// its Writer, whose place among the events is its own.
+  ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now,
+                     std::uint64_t client = 0);
   /// Queues a write, which is not begun once `dropped` is true; `done` comes once, on any thread,
-  /// unless there is an exception. Or selects a point.
+  /// unless there is an exception. Or selects a point, or says which events are shown first.
   ExceptionCode Submit(const ModbusRequest& request, const Writer& writer, Instant now,
                        std::shared_ptr<const std::atomic<bool>> dropped, Done done);
   /// A write that others have refused: what it names is recorded.
   void Deny(View frame, const Writer& writer, const std::string& reason);
   /// The client has left.
-  void Forget(const Writer& writer) { gate_.Forget(writer); }
+  void Forget(const Writer& writer);
   /// How a write ended, as Modbus says it.
   static ExceptionCode ExceptionOf(WriteEnd end);
   /// Why it was not begun.
@@ -101,6 +105,7 @@ class PointDesk {
   std::optional<ExceptionCode> ReadImage(const ModbusRequest& request, Instant now);
   ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);
   ExceptionCode ReadGateway(const ModbusRequest& request);
+  void FillEvents(const ModbusRequest& request, const UnitMap& unit, std::uint64_t client);
 
   const config::Config& config_;
   const PointStore& store_;
@@ -112,6 +117,9 @@ class PointDesk {
   RouteTargets targets_;
   const Protocol* rtu_;
   audit::WriteLog* writes_;
+  std::shared_ptr<const events::EventFeed> events_;  ///< null: none are kept
+  /// The first event that a client wants to see of a unit; none: the newest.
+  std::map<std::pair<std::uint64_t, std::uint8_t>, std::uint32_t> first_events_;
   std::shared_ptr<TrafficBook> book_;
   std::array<std::unique_ptr<RegisterImage>, 256> images_;  ///< by unit; none where no device is
   Responder responder_;

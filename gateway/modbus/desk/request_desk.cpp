@@ -55,7 +55,7 @@ void RequestDesk::HandleOwn(View frame, const Now& now) {
   if (exception != kNoException) return Refuse(frame, exception, now.instant);
   const bool write = IsPlainWrite(request.function);
   exception = write ? StartWrite(request, now.instant)
-                    : points_.Read(request, listener_.holes, now.instant);
+                    : points_.Read(request, listener_.holes, now.instant, record_->id);
   if (exception != kNoException) return Refuse(frame, exception, now.instant);
   if (!write) Answer(request, now.instant);
 }

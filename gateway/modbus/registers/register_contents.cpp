@@ -3,8 +3,8 @@
 #include "gateway/modbus/registers/register_contents.h"
 
 #include <algorithm>
-#include <limits>
 
+#include "gateway/modbus/registers/block_words.h"
 #include "gateway/modbus/registers/value_registers.h"
 
 namespace baudgate::modbus {
@@ -13,19 +13,8 @@ namespace {
 /// Of a good value that its registers can not hold.
 constexpr Quality kDoesNotFit{Quality::bad_configuration, Reason::out_of_range};
 
-template <typename T>
-T Saturated(std::uint64_t number) {
-  constexpr std::uint64_t kMost = std::numeric_limits<T>::max();
-  return static_cast<T>(std::min(number, kMost));
-}
-
 std::uint64_t Count(Duration duration, Duration unit) {
   return duration < Duration::zero() ? 0 : static_cast<std::uint64_t>(duration / unit);
-}
-
-void Put32(std::span<std::uint16_t> block, std::size_t at, std::uint32_t number) {
-  block[at] = static_cast<std::uint16_t>(number >> 16);
-  block[at + 1] = static_cast<std::uint16_t>(number);
 }
 
 std::uint16_t AgeRegister(const DeviceRecord& record, std::uint32_t point, Instant now) {
@@ -130,6 +119,7 @@ ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> p
       case Area::status:
         FillFromBlock(DeviceBlockOf(record.status, now), piece, out);
         break;
+      case Area::events:  // not of the device's record
       case Area::hole:
         std::ranges::fill(place, std::uint16_t{0});
         break;

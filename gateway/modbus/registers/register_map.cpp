@@ -3,7 +3,9 @@
 #include "gateway/modbus/registers/register_map.h"
 
 #include <algorithm>
+#include <span>
 
+#include "gateway/modbus/registers/event_block.h"
 #include "gateway/modbus/registers/register_contents.h"
 
 namespace baudgate::modbus {
@@ -112,7 +114,12 @@ class Planner {
       return table_ == config::Table::registers && AddMirror(Area::age, kAgeOffset);
     }
     if (at_ >= kQualityOffset) return AddMirror(Area::quality, kQualityOffset);
-    if (at_ >= kStatusBlock && at_ < kValuesAfterStatus) return AddStatus();
+    if (at_ >= kEventBlock && at_ < kValuesAfterStatus) {
+      return AddBlock(Area::events, kEventBlock, kEventBlockLayout);
+    }
+    if (at_ >= kStatusBlock && at_ < kEventBlock) {
+      return AddBlock(Area::status, kStatusBlock, unit_.status_layout);
+    }
     const Span* span = finder_.Find(at_);
     if (span == nullptr || !span->readable) return false;
     AddValue(*span);
@@ -131,17 +138,16 @@ class Planner {
     return true;
   }
 
-  bool AddStatus() {
-    const std::vector<std::uint16_t>& layout = unit_.status_layout;
+  bool AddBlock(Area area, std::uint32_t start, std::span<const std::uint16_t> layout) {
     if (table_ != config::Table::registers || layout.empty()) return false;
-    const std::uint32_t block_end = std::uint32_t{kStatusBlock} + layout.back();
+    const std::uint32_t block_end = start + layout.back();
     if (at_ >= block_end) return false;
     const std::uint32_t stop = std::min(block_end, end_);
     const auto boundary = [&](std::uint32_t address) {
-      return std::binary_search(layout.begin(), layout.end(), address - kStatusBlock);
+      return std::binary_search(layout.begin(), layout.end(), address - start);
     };
     if (!boundary(at_) || !boundary(stop)) cut_ = true;
-    Add(Area::status, at_ - kStatusBlock, stop);
+    Add(area, at_ - start, stop);
     return true;
   }
 

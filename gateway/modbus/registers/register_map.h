@@ -16,6 +16,7 @@
 namespace baudgate::modbus {
 
 using config::kAgeOffset;
+using config::kEventBlock;
 using config::kQualityOffset;
 using config::kStatusBlock;
 using config::kValuesAfterStatus;
@@ -31,12 +32,12 @@ struct Span {
   std::uint32_t end() const { return static_cast<std::uint32_t>(start) + count; }
 };
 
-enum class Area : std::uint8_t { value, quality, age, status, hole };
+enum class Area : std::uint8_t { value, quality, age, status, events, hole };
 
-/// What a run of requested addresses is: a whole value, or any part of a mirror or status block.
+/// What a run of requested addresses is: a whole value, or any part of a mirror or block.
 struct Piece {
   Area area = Area::value;
-  std::uint32_t index = 0;   ///< the point; in the status block its first register; of a hole 0
+  std::uint32_t index = 0;   ///< the point; in a block its first register; of a hole 0
   std::uint16_t offset = 0;  ///< from the start of the request
   std::uint16_t count = 0;
 };

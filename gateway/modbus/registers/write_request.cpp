@@ -35,6 +35,16 @@ bool IsSelectKey(const ModbusRequest& request) {
   return ByteReader(request.data).U16Be(0) == config::kSelectKey;
 }
 
+bool IsFirstEvent(const ModbusRequest& request) {
+  return request.table() == config::Table::registers && request.start >= config::kEventBlock &&
+         request.start + request.count <= config::kEventBlock + 2;
+}
+
+std::optional<std::uint32_t> FirstEvent(const ModbusRequest& request) {
+  if (request.count != 2) return std::nullopt;
+  return ByteReader(request.data).U32Be(0);
+}
+
 Writes ConvertWrites(const UnitMap& unit, const config::Device& device,
                      const ModbusRequest& request) {
   std::vector<Piece> pieces;

@@ -24,6 +24,11 @@ struct Writes {
 std::optional<std::uint32_t> SelectedPoint(const UnitMap& unit, const ModbusRequest& request);
 bool IsSelectKey(const ModbusRequest& request);
 
+/// The request is for where a unit shows its events from (config::kEventBlock), and nothing else.
+bool IsFirstEvent(const ModbusRequest& request);
+/// Nothing: it is half of it.
+std::optional<std::uint32_t> FirstEvent(const ModbusRequest& request);
+
 /// illegal_address: not mapped. illegal_value: part of a value, or a number that the
 /// type can not hold.
 Writes ConvertWrites(const UnitMap& unit, const config::Device& device,

@@ -25,6 +25,7 @@ class EventLogTest : public audit::FolderTest {
     options.why_no_file = "there is no place for it";
     options.sources = {{"bay-1", "feeder-1"}, {"bay-1", "feeder-2"}};
     options.clocks = ReadClocks;
+    options.feed = feed_;
     options.kept = [this](const std::vector<Source>& sources) {
       const std::lock_guard lock(mutex_);
       kept_ += sources.size();
@@ -70,6 +71,14 @@ class EventLogTest : public audit::FolderTest {
     return texts;
   }
 
+  std::vector<std::string> Fed() const {
+    std::vector<std::string> texts;
+    for (const FedEvent& event : feed_->Take(0, 100)) texts.push_back(event.record.text);
+    return texts;
+  }
+
+  std::shared_ptr<EventFeed> feed_ = std::make_shared<EventFeed>();
+
  private:
   std::mutex mutex_;
   std::size_t kept_ = 0;
@@ -83,10 +92,12 @@ TEST_F(EventLogTest, KeepsOverRestartsAndKnowsWhatComesOnceMore) {
     log->Add(BatchOf(1, "b"));
     AwaitKept(2);
   }
+  feed_ = std::make_shared<EventFeed>();
   const auto log = Start(file());
   log->Add(BatchOf(0, "a", true));
   log->Add(BatchOf(1, "c", true));
   AwaitKept(4);
+  EXPECT_EQ(Fed(), (std::vector<std::string>{"a", "b", "c"})) << "the file's first, none twice";
   EXPECT_EQ(Texts(*log), (std::vector<std::string>{"a", "b", "c"}));
   EXPECT_EQ(log->state().newest, 3);
   EXPECT_EQ(log->state().repeats, 1U);
@@ -102,11 +113,13 @@ TEST_F(EventLogTest, WaitsForADiskThatFails) {
   log->Add(BatchOf(0, "b"));
   while (log->state().disk != Disk::failing) std::this_thread::yield();
   EXPECT_EQ(log->state().waiting, 1U);
+  EXPECT_EQ(Fed(), (std::vector<std::string>{"a"})) << "nothing is shown before its commit";
   EXPECT_FALSE(log->state().trouble.empty());
   disk.write_error = 0;
   AwaitKept(2);
   while (log->state().disk != Disk::fine) std::this_thread::yield();
   EXPECT_EQ(log->state().newest, 2);
+  EXPECT_EQ(Fed(), (std::vector<std::string>{"a", "b"}));
   const auto lines = heard();
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_THAT(lines[0], HasSubstr("devices are not asked for events"));

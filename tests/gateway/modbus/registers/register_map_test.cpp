@@ -131,14 +131,41 @@ TEST_F(RegisterMapTest, StatusBlock) {
   EXPECT_EQ(Read(9015, 1), kNone);
   EXPECT_EQ(Read(9002, 1), kValue);
   EXPECT_EQ(Read(9003, 1), kValue);
-  EXPECT_EQ(Read(9016, 1), kAddress);
-  EXPECT_EQ(Read(9000, 17), kAddress);
   EXPECT_EQ(Read(8999, 2), kNone) << "a value and the status block in one range";
   EXPECT_EQ(Read(9000, 1, Table::bits), kAddress);
   EXPECT_EQ(Write(9000, 1), kAddress);
   EXPECT_EQ(PlanRead(map_.unit(5), Table::registers, 9000, 16, pieces_), kNone);
   EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9000, 12, pieces_), kNone);
   EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 0, 1, pieces_), kAddress);
+}
+
+TEST_F(RegisterMapTest, EventBlock) {
+  const struct {
+    std::uint16_t start;
+    std::uint16_t count;
+    ExceptionCode expected;
+  } cases[] = {
+      {9016, 80, kNone}, {9016, 81, kAddress}, {9016, 10, kNone},   {9016, 2, kNone},
+      {9016, 1, kValue}, {9017, 1, kValue},    {9017, 2, kValue},   {9018, 2, kNone},
+      {9024, 1, kNone},  {9025, 1, kNone},     {9026, 10, kNone},   {9026, 2, kNone},
+      {9026, 1, kValue}, {9027, 9, kValue},    {9030, 1, kNone},    {9033, 1, kValue},
+      {9033, 2, kNone},  {9035, 1, kNone},     {9086, 10, kNone},   {9094, 2, kValue},
+      {9095, 1, kNone},  {9095, 2, kAddress},  {9096, 1, kAddress}, {9000, 96, kNone},
+      {9000, 18, kNone}, {9000, 17, kValue},   {9099, 1, kAddress},
+  };
+  for (const auto& c : cases) {
+    EXPECT_EQ(Read(c.start, c.count), c.expected) << c.start << ", " << c.count;
+    EXPECT_EQ(Read(c.start, c.count, Table::bits), kAddress);
+    EXPECT_EQ(Write(c.start, c.count), kAddress);
+  }
+  ASSERT_EQ(Read(9014, 4), kNone);
+  ASSERT_EQ(pieces_.size(), 2U);
+  EXPECT_EQ(pieces_[1].area, Area::events);
+  EXPECT_EQ(pieces_[1].index, 0U);
+  EXPECT_EQ(pieces_[1].offset, 2);
+  EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9016, 80, pieces_), kNone);
+  EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9000, 96, pieces_), kAddress);
+  EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9000, 96, pieces_, Holes::zero), kNone);
 }
 
 TEST_F(RegisterMapTest, BitsAreATableOfTheirOwn) {
