@@ -1,4 +1,5 @@
-// The way of an event from its line to the file, and back the leave to ask for more. Made and ended
+// The way of an event from its line to the file, and back the leave to ask for more; the gateway's
+// own ones get their codes and words here. Made and ended
 // by daemon.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -8,24 +9,26 @@
 #include <vector>
 
 #include "config/model/config.h"
+#include "gateway/base/version.h"
+#include "gateway/daemon/event_sink.h"
 #include "gateway/daemon/events_place.h"
 #include "gateway/events/event_log.h"
-#include "gateway/poll/poller_listener.h"
 
 namespace baudgate {
 
-/// Some device of the gateway is asked for events.
-bool AsksForEvents(const config::Config& config);
-
-class EventPath {
+class EventPath final : public EventSink {
  public:
   /// `kept`: events of this device are on the disk; called on a thread of its own. `config`
   /// outlives it.
   EventPath(const config::Config& config, const EventsPlace& place,
             std::function<void(std::uint32_t device)> kept);
 
-  /// From any thread.
-  void Take(ReportedEvents reported);
+  /// The lines are about to start.
+  void Started() { log_.Started(kVersion); }
+
+  void OnReported(ReportedEvents reported) override;
+  void OnNews(const config::Line& line, const News& news, Now at) override;
+  void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) override;
   events::EventLog& log() { return log_; }
 
  private:
@@ -34,6 +37,7 @@ class EventPath {
     const config::Device* device = nullptr;
   };
 
+  const bool tells_own_;
   std::vector<Place> places_;  // by device
   events::EventLog log_;
 };

@@ -8,6 +8,24 @@ namespace baudgate::events {
 
 void EventBook::Add(Batch batch) { waiting_.push_back(std::move(batch)); }
 
+void EventBook::Put(EventRecord record) {
+  ++own_;
+  waiting_.push_back({.source = kGateway, .events = {std::move(record)}});
+}
+
+void EventBook::Tell(EventRecord record, Instant now) {
+  if (shares_.Take(record, own_ < kMostOwn, now)) Put(std::move(record));
+}
+
+void EventBook::TellFirst(EventRecord record) {
+  ++own_;
+  waiting_.push_front({.source = kGateway, .events = {std::move(record)}});
+}
+
+void EventBook::TellLeftOut(Now now) {
+  for (EventRecord& record : shares_.TakeLeftOut(now)) Put(std::move(record));
+}
+
 void EventBook::OnOpened(std::int64_t last, const std::map<Source, std::string>& said) {
   last_ = std::max(last_, last);
   said_.insert(said.begin(), said.end());
@@ -25,7 +43,7 @@ std::vector<Batch> EventBook::Due() {
   for (Batch& batch : due) {
     if (IsRepeat(batch, said)) batch.events.clear();
     for (EventRecord& event : batch.events) event.seq = ++seq;
-    said[batch.source] = batch.said;
+    if (batch.source != kGateway) said[batch.source] = batch.said;
   }
   return due;
 }
@@ -40,8 +58,13 @@ std::vector<Source> EventBook::Kept(std::size_t batches) {
     } else {
       last_ += events;
     }
-    sources.push_back(batch.source);
-    said_[batch.source] = std::move(batch.said);
+    if (batch.source == kGateway) {
+      --own_;
+      for (const EventRecord& event : batch.events) shares_.OnKept(event);
+    } else {
+      sources.push_back(batch.source);
+      said_[batch.source] = std::move(batch.said);
+    }
     waiting_.pop_front();
   }
   return sources;

@@ -8,21 +8,25 @@
 //   Kept()  → {3}                        it may be asked for more
 //
 // Bounded: a source is not asked again before its batch is kept, so that one of each waits at most.
-// What has no source to wait for it (the gateway's own events, of a later day) needs a limit here.
+// The gateway's own events have nobody who would wait with them: they keep to their shares
+// (gateway/events/shares.h), and to a limit for all.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "gateway/events/event_record.h"
+#include "gateway/events/shares.h"
 
 namespace baudgate::events {
 
 using Source = std::uint32_t;  ///< a device, as in the point store
+inline constexpr Source kGateway = ~Source{0};
 
 struct Batch {
   Source source = 0;
@@ -33,7 +37,17 @@ struct Batch {
 
 class EventBook {
  public:
+  /// So many of the gateway's own wait at most: some megabytes.
+  static constexpr std::size_t kMostOwn = 10'000;
+
   void Add(Batch batch);
+  /// An event of the gateway's own. It may be left out, and told later.
+  void Tell(EventRecord record, Instant now);
+  /// The same before all that waits, and never left out. Not between Due and Kept.
+  void TellFirst(EventRecord record);
+  /// What was left out and may be told by now waits, too.
+  void TellLeftOut(Now now);
+  std::optional<Instant> LeftOutAt() const { return shares_.NextAt(); }
 
   /// What the file holds: its last number, and what each source has said last. What the book knows
   /// of them itself goes before: a new file may have begun.
@@ -41,17 +55,24 @@ class EventBook {
 
   /// What waits, in the order of Add, with its numbers. The same until Kept. After OnOpened.
   std::vector<Batch> Due();
-  /// The first so many that wait are on the disk. Their sources, in their order.
+  /// The first so many that wait are on the disk. Their sources, in their order; kGateway is none.
   std::vector<Source> Kept(std::size_t batches);
 
-  std::size_t waiting() const { return waiting_.size(); }
+  bool empty() const { return waiting_.empty(); }
+  std::size_t waiting() const { return waiting_.size() - own_; }  ///< of devices
+  std::size_t waiting_own() const { return own_; }
+  std::uint64_t left_out() const { return shares_.left_out(); }
   std::int64_t newest() const { return last_; }       ///< that is on the disk
   std::uint64_t repeats() const { return repeats_; }  ///< events that came once more
 
  private:
   bool IsRepeat(const Batch& batch, const std::map<Source, std::string>& said) const;
 
+  void Put(EventRecord record);
+
   std::deque<Batch> waiting_;
+  std::size_t own_ = 0;  // of them
+  Shares shares_;
   std::map<Source, std::string> said_;  // last, and kept
   std::int64_t last_ = 0;
   std::uint64_t repeats_ = 0;

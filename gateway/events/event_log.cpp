@@ -6,6 +6,8 @@
 
 #include <utility>
 
+#include "gateway/base/shown.h"
+
 namespace baudgate::events {
 
 EventLog::EventLog(Options options)
@@ -23,16 +25,22 @@ EventLog::EventLog(Options options)
 EventLog::~EventLog() {
   {
     const MutexLock lock(mutex_);
+    if (tells_end_) book_.Tell(Own(OwnCode::stops, "the gateway ends"), options_.clocks().instant);
     stop_ = true;
   }
   due_.notify_one();
   thread_.join();
   const MutexLock lock(mutex_);
-  if (book_.waiting() == 0) return;
-  options_.warn(fmt::format(
-      "events: the gateway ends, and the last events of {} devices are not kept; it will ask for "
-      "them once more: {}",
-      book_.waiting(), state_.trouble));
+  if (book_.waiting() > 0) {
+    options_.warn(fmt::format(
+        "events: the gateway ends, and the last events of {} devices are not kept; it will ask for "
+        "them once more: {}",
+        book_.waiting(), state_.trouble));
+  }
+  if (book_.waiting_own() > 0) {
+    options_.warn(fmt::format("events: the gateway ends, and {} of its own are not kept: {}",
+                              Plural(book_.waiting_own(), "event"), state_.trouble));
+  }
 }
 
 void EventLog::Add(Batch batch) {
@@ -43,12 +51,42 @@ void EventLog::Add(Batch batch) {
   due_.notify_one();
 }
 
+void EventLog::Tell(EventRecord record) {
+  const Instant now = options_.clocks().instant;
+  {
+    const MutexLock lock(mutex_);
+    book_.Tell(std::move(record), now);
+  }
+  due_.notify_one();
+}
+
+void EventLog::Started(const std::string& version) {
+  if (!options_.tells_own) return;
+  {
+    const MutexLock lock(mutex_);
+    started_ = Own(OwnCode::started, "baudgate " + version + " has started");
+    tells_end_ = true;
+  }
+  due_.notify_one();
+}
+
+EventRecord EventLog::Own(OwnCode code, std::string text) const {
+  EventRecord record;
+  record.received = record.device_time = options_.clocks().wall;
+  record.clock = ClockQuality::gateway;
+  record.code = CodeOf(code);
+  record.text = std::move(text);
+  if (record.text.size() > kLongestText) record.text.resize(kLongestText);
+  return record;
+}
+
 EventsState EventLog::state() const {
   const MutexLock lock(mutex_);
   EventsState state = state_;
   state.waiting = book_.waiting();
   state.newest = book_.newest();
   state.repeats = book_.repeats();
+  state.left_out = book_.left_out();
   return state;
 }
 
@@ -64,6 +102,11 @@ void EventLog::Run() {
   pthread_setname_np(pthread_self(), "events");
   while (Sleep()) WriteDue();
   WriteDue();
+  // The end of a trouble is told, too.
+  const MutexLock lock(mutex_);
+  if (state_.disk != Disk::fine || book_.empty()) return;
+  const auto due = book_.Due();
+  if (file_.Write(due)) book_.Kept(due.size());
 }
 
 bool EventLog::Sleep() {
@@ -72,15 +115,18 @@ bool EventLog::Sleep() {
   // A disk that fails is left in peace until then.
   while (!stop_) {
     const bool rests = state_.disk == Disk::failing;
-    if (state_.disk == Disk::opening || (book_.waiting() > 0 && !rests)) break;
-    if (!rests) {
+    if (!rests && !IsIdle()) break;
+    const auto until = rests ? tick : book_.LeftOutAt();
+    if (!until) {
       lock.Wait(due_);
-    } else if (!lock.WaitUntil(due_, tick)) {
+    } else if (!lock.WaitUntil(due_, *until)) {
       break;
     }
   }
   return !stop_;
 }
+
+bool EventLog::IsIdle() const { return state_.disk != Disk::opening && book_.empty() && !started_; }
 
 Status EventLog::Open() {
   const auto opened = file_.Open();
@@ -89,6 +135,7 @@ Status EventLog::Open() {
   if (!opened->ok) return Error{opened->error};
   const MutexLock lock(mutex_);
   book_.OnOpened(opened->contents.last, opened->contents.said);
+  if (!last_run_) last_run_ = opened->contents.last_run;
   return {};
 }
 
@@ -97,10 +144,7 @@ void EventLog::WriteDue() {
   Status status = Open();
   std::vector<Batch> due;
   if (status) {
-    {
-      const MutexLock lock(mutex_);
-      due = book_.Due();
-    }
+    due = TakeDue();
     status = file_.Write(due);
   }
   std::vector<Source> kept;
@@ -112,17 +156,39 @@ void EventLog::WriteDue() {
   if (!kept.empty()) options_.kept(kept);
 }
 
+std::vector<Batch> EventLog::TakeDue() {
+  const Now now = options_.clocks();
+  const MutexLock lock(mutex_);
+  if (started_) {
+    if (last_run_->end == LastRun::End::in_order) {
+      started_->text += "; the one before had ended in order";
+    } else if (last_run_->end == LastRun::End::broken_off) {
+      started_->text += "; the one before was broken off after " + FormatWallTime(last_run_->last);
+    }
+    book_.TellFirst(*std::exchange(started_, std::nullopt));
+  }
+  if (state_.disk == Disk::fine) book_.TellLeftOut(now);
+  return book_.Due();
+}
+
 /// The log hears of the first trouble and of its end.
 void EventLog::Show(Disk disk, const std::string& trouble) {
-  const bool was_in_trouble = !std::exchange(state_.trouble, trouble).empty();
+  std::string was = std::exchange(state_.trouble, trouble);
+  const WallTime since = state_.since;
   if (std::exchange(state_.disk, disk) != disk) state_.since = options_.clocks().wall;
-  if (!trouble.empty() && !was_in_trouble) {
+  if (!trouble.empty() && was.empty()) {
     options_.warn(fmt::format(
         "events: {}; devices are not asked for events until it works again, and keep them as long "
         "as they have room",
         trouble));
-  } else if (trouble.empty() && was_in_trouble) {
+  } else if (trouble.empty() && !was.empty()) {
     options_.inform("events: they are kept again in " + state_.file);
+    if (!options_.tells_own) return;
+    const std::string file = state_.file + ": ";
+    if (was.starts_with(file)) was.erase(0, file.size());
+    book_.Tell(Own(OwnCode::disk_trouble,
+                   "no event could be kept since " + FormatWallTime(since) + ": " + was),
+               options_.clocks().instant);
   }
 }
 

@@ -15,6 +15,7 @@
 #include "gateway/base/guarded.h"
 #include "gateway/events/event_file.h"
 #include "gateway/events/event_source.h"
+#include "gateway/events/own_codes.h"
 
 namespace baudgate::events {
 
@@ -29,6 +30,7 @@ class EventLog final : public EventSource {
     std::shared_ptr<FileTurn> turn{};  ///< as in EventsConnection
     SourceNames sources;
     std::function<Now()> clocks;
+    bool tells_own = false;  ///< the gateway's own events are kept, too
     /// They are on the disk, so that their sources may be asked for more; on the writing thread.
     std::function<void(const std::vector<Source>& sources)> kept;
     /// One line when the disk begins to fail, and one when it is well again; from any thread.
@@ -41,6 +43,11 @@ class EventLog final : public EventSource {
 
   /// From any thread; returns at once.
   void Add(Batch batch);
+  /// An event of the gateway's own. The same; it is left out where there are too many like it.
+  void Tell(EventRecord record);
+  /// The gateway has started: told before all else, with how the one before has ended. So is then
+  /// its end.
+  void Started(const std::string& version);
 
   EventsState state() const override;
   Result<Page> Read(const PageQuery& query) const override;
@@ -51,7 +58,10 @@ class EventLog final : public EventSource {
   bool Sleep();
   void WriteDue();
   Status Open();
+  std::vector<Batch> TakeDue();
   void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
+  bool IsIdle() const BAUDGATE_REQUIRES(mutex_);
+  EventRecord Own(OwnCode code, std::string text) const;
 
   const Options options_;
   EventFile file_;  // of the writing thread
@@ -59,6 +69,9 @@ class EventLog final : public EventSource {
   std::condition_variable due_;
   EventBook book_ BAUDGATE_GUARDED_BY(mutex_);
   EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
+  std::optional<LastRun> last_run_ BAUDGATE_GUARDED_BY(mutex_);     // nothing: not opened yet
+  std::optional<EventRecord> started_ BAUDGATE_GUARDED_BY(mutex_);  // to be told
+  bool tells_end_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

@@ -25,6 +25,8 @@ struct EventRecord {
   std::uint32_t code = 0;
   config::EventState state = config::EventState::message;
   std::string text;
+  /// Of the gateway's own: what of the device it concerns, "current_l1 above 5"; not in the file.
+  std::string subject{};
 };
 
 /// Longer texts are cut.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/event_table.h"
 
+#include "gateway/events/own_codes.h"
+
 namespace baudgate::events {
 namespace {
 
@@ -27,6 +29,7 @@ EventTable::Contents EventTable::Read() {
   const Value last = database_.First("SELECT coalesce(max(seq), 0) FROM events");
   if (!std::holds_alternative<std::int64_t>(last)) return contents;
   contents.last = std::get<std::int64_t>(last);
+  if (!ReadRun(contents)) return contents;
   Statement rows(database_, "SELECT line, device, said FROM event_sources");
   Statement::Step step = rows.Next();
   for (; step == Statement::Step::row; step = rows.Next()) {
@@ -37,6 +40,20 @@ EventTable::Contents EventTable::Read() {
   }
   contents.ok = step == Statement::Step::done;
   return contents;
+}
+
+bool EventTable::ReadRun(Contents& contents) {
+  Statement run(database_,
+                "SELECT code, (SELECT receive_time FROM events ORDER BY seq DESC LIMIT 1) FROM "
+                "events WHERE device='' AND code IN (?,?) ORDER BY seq DESC LIMIT 1");
+  run.Bind(1, std::int64_t{CodeOf(OwnCode::started)});
+  run.Bind(2, std::int64_t{CodeOf(OwnCode::stops)});
+  const Statement::Step step = run.Next();
+  if (step == Statement::Step::row) {
+    const bool ended = run.Number(0) == std::int64_t{CodeOf(OwnCode::stops)};
+    contents.last_run = {ended ? LastRun::End::in_order : LastRun::End::broken_off, run.Time(1)};
+  }
+  return step != Statement::Step::failed;
 }
 
 bool EventTable::Write(const std::vector<Batch>& batches) {
@@ -63,11 +80,13 @@ bool EventTable::Insert(const Batch& batch) {
     if (!insert_.Run()) return false;
   }
   if (batch.events.empty()) return true;
-  const auto& [line, device] = names_[batch.source];
-  said_.Bind(1, line);
-  said_.Bind(2, device);
-  said_.Bind(3, batch.said);
-  if (!said_.Run()) return false;
+  if (batch.source != kGateway) {
+    const auto& [line, device] = names_[batch.source];
+    said_.Bind(1, line);
+    said_.Bind(2, device);
+    said_.Bind(3, batch.said);
+    if (!said_.Run()) return false;
+  }
   drop_.Bind(1, batch.events.back().seq - most_);
   return drop_.Run();
 }

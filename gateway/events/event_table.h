@@ -20,6 +20,12 @@ using SourceNames = std::vector<std::pair<std::string, std::string>>;
 /// So many are kept: about 200 MB.
 inline constexpr std::int64_t kMostEvents = 1'000'000;
 
+/// How the gateway that wrote to the file before has ended.
+struct LastRun {
+  enum class End : std::uint8_t { unknown, in_order, broken_off } end = End::unknown;
+  WallTime last{};  ///< the last that it has written
+};
+
 class EventTable {
  public:
   /// `database` is of OpenEvents, and outlives it, as `names` does.
@@ -29,12 +35,14 @@ class EventTable {
     bool ok = false;
     std::int64_t last = 0;
     std::map<Source, std::string> said{};
+    LastRun last_run{};
   };
   Contents Read();
   /// All or none.
   bool Write(const std::vector<Batch>& batches);
 
  private:
+  bool ReadRun(Contents& contents);
   bool Insert(const Batch& batch);
 
   Database& database_;

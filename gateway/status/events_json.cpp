@@ -44,6 +44,7 @@ Json EventsJson(const events::EventsState& state) {
   json["newest"] = state.newest;
   json["waiting"] = state.waiting;
   json["repeats"] = state.repeats;
+  json["left_out"] = state.left_out;
   json["file"] = state.file;
   json["advice"] = AdviceOf(state);
   return json;

@@ -8,8 +8,8 @@
 
 namespace baudgate::control {
 
-/// {"state":"fine","since":…,"trouble":"","newest":412,"waiting":0,"repeats":3,"file":…,
-///  "advice":[…]}
+/// {"state":"fine","since":…,"trouble":"","newest":412,"waiting":0,"repeats":3,"left_out":0,
+///  "file":…,"advice":[…]}
 nlohmann::ordered_json EventsJson(const events::EventsState& state);
 
 /// {"records":[…],"next":412,"more":false}; a record as `baudgate events --json` prints it.

@@ -76,5 +76,36 @@ TEST(EventBook, TakesMoreWhileSomeAreWritten) {
   EXPECT_THAT(Numbers(book.Due()), ElementsAre(2));
 }
 
+TEST(EventBook, TakesTheGatewaysOwnAmongTheOthers) {
+  EventBook book;
+  book.OnOpened(0, {});
+  book.Add(BatchOf(1, "a", 1));
+  book.Tell({}, Instant());
+  book.Add(BatchOf(2, "a", 1));
+  book.TellFirst({});
+  EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3, 4));
+  EXPECT_EQ(book.waiting(), 2U) << "of devices";
+  EXPECT_EQ(book.waiting_own(), 2U);
+  EXPECT_THAT(book.Kept(4), ElementsAre(1, 2));
+  EXPECT_TRUE(book.empty());
+  EXPECT_EQ(book.newest(), 4);
+}
+
+TEST(EventBook, HasRoomForSoManyOfItsOwn) {
+  EventBook book;
+  book.OnOpened(0, {});
+  for (std::uint32_t i = 0; i < EventBook::kMostOwn + 5; ++i) {
+    EventRecord record;
+    record.code = i;
+    book.Tell(record, Instant());
+  }
+  EXPECT_EQ(book.waiting_own(), EventBook::kMostOwn);
+  EXPECT_EQ(book.left_out(), 5U);
+  book.Kept(book.Due().size());
+  EXPECT_TRUE(book.LeftOutAt().has_value());
+  book.TellLeftOut({});
+  EXPECT_EQ(book.waiting_own(), 5U);
+}
+
 }  // namespace
 }  // namespace baudgate::events

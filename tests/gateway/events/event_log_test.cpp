@@ -17,8 +17,9 @@ using ::testing::HasSubstr;
 class EventLogTest : public audit::FolderTest {
  protected:
   std::unique_ptr<EventLog> Start(const std::filesystem::path& path, const std::string& vfs = {},
-                                  std::shared_ptr<FileTurn> turn = {}) {
+                                  std::shared_ptr<FileTurn> turn = {}, bool tells_own = false) {
     EventLog::Options options;
+    options.tells_own = tells_own;
     options.file = path;
     options.vfs = vfs;
     options.turn = std::move(turn);
@@ -130,6 +131,47 @@ TEST_F(EventLogTest, BeginsANewFileWhereTheOldOneIsRemoved) {
   ASSERT_TRUE(page) << page.error();
   ASSERT_EQ(page->records.size(), 1U);
   EXPECT_EQ(page->records[0].seq, 2) << "no number comes twice";
+}
+
+TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
+  const auto run = [this](const std::string& version) {
+    const auto log = Start(file(), {}, {}, true);
+    log->Started(version);
+    log->Add(BatchOf(0, version));
+  };
+  run("1");
+  run("2");
+  const auto log = Start(file(), {}, {}, true);
+  log->Started("3");
+  while (log->state().newest < 7) std::this_thread::yield();
+  const auto texts = Texts(*log);
+  ASSERT_EQ(texts.size(), 7U);
+  EXPECT_EQ(texts[0], "baudgate 1 has started");
+  EXPECT_EQ(texts[1], "1");
+  EXPECT_EQ(texts[2], "the gateway ends");
+  EXPECT_EQ(texts[3], "baudgate 2 has started; the one before had ended in order");
+  // A gateway that is killed writes nothing any more.
+  const std::string other = (file().parent_path() / "killed.db").string();
+  std::filesystem::copy(file(), other);
+  std::filesystem::copy(file().string() + "-wal", other + "-wal");
+  const auto next = Start(other, {}, {}, true);
+  next->Started("4");
+  while (next->state().newest < 8) std::this_thread::yield();
+  EXPECT_THAT(Texts(*next).back(), HasSubstr("4 has started; the one before was broken off after"));
+}
+
+TEST_F(EventLogTest, TellsThatTheDiskHasFailed) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs(), {}, true);
+  log->Add(BatchOf(0, "a"));
+  AwaitKept(1);
+  disk.write_error = SQLITE_FULL;
+  log->Add(BatchOf(0, "b"));
+  while (log->state().disk != Disk::failing) std::this_thread::yield();
+  disk.write_error = 0;
+  while (log->state().newest < 3) std::this_thread::yield();
+  EXPECT_EQ(log->state().disk, Disk::fine);
+  EXPECT_EQ(log->state().waiting, 0U);
 }
 
 /// Both write without a pause: neither is ever told that the file is busy.
