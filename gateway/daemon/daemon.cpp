@@ -192,7 +192,7 @@ Status Daemon::Impl::OpenState() {
   if (Status status = PlaceEvents(failure.text, place); !status) return status;
   writes = std::make_unique<WritePath>(config, store, *this, place);
   if (KeepsEvents(config)) {
-    events = std::make_unique<EventPath>(config, place, [this](std::uint32_t device) {
+    events = std::make_unique<EventPath>(config, store, place, [this](std::uint32_t device) {
       runners[line_of[device]]->OnEventsKept(device);
     });
   }

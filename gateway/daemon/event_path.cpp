@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/event_path.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -8,6 +9,33 @@
 
 namespace baudgate {
 namespace {
+
+bool Watches(const config::Device& device, const events::Alarm& alarm) {
+  const auto raises = [&](const config::EventText& text) {
+    return text.alarm != config::AlarmPriority::none &&
+           alarm.name.ends_with(":" + std::to_string(text.code));
+  };
+  if (alarm.point.empty()) {
+    return device.events && std::ranges::any_of(device.event_texts, raises);
+  }
+  return device.point_events && std::ranges::any_of(device.points, [&](const auto& point) {
+           return point.name == alarm.point &&
+                  std::ranges::any_of(point.events, [&](const config::PointEvent& event) {
+                    return event.alarm != config::AlarmPriority::none &&
+                           events::SubjectOf(point, event) == alarm.name;
+                  });
+         });
+}
+
+bool Watches(const config::Config& config, const events::Alarm& alarm) {
+  for (const config::Line& line : config.lines) {
+    if (line.name != alarm.line) continue;
+    for (const config::Device& device : line.devices) {
+      if (device.name == alarm.device) return Watches(device, alarm);
+    }
+  }
+  return false;
+}
 
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
                                     std::function<void(std::uint32_t)> kept) {
@@ -22,6 +50,7 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
   }
   options.clocks = ReadClocks;
   options.tells_own = config.events.given;
+  options.watches = [&config](const events::Alarm& alarm) { return Watches(config, alarm); };
   options.kept = [kept = std::move(kept)](const std::vector<events::Source>& sources) {
     for (const events::Source source : sources) kept(source);
   };
@@ -53,11 +82,19 @@ const Fact& FactOf(News::What what) {
 
 }  // namespace
 
-EventPath::EventPath(const config::Config& config, const EventsPlace& place,
-                     std::function<void(std::uint32_t)> kept)
-    : tells_own_(config.events.given), log_(OptionsOf(config, place, std::move(kept))) {
+EventPath::EventPath(const config::Config& config, const PointStore& store,
+                     const EventsPlace& place, std::function<void(std::uint32_t)> kept)
+    : store_(store),
+      tells_own_(config.events.given),
+      log_(OptionsOf(config, place, std::move(kept))) {
   for (const config::Line& line : config.lines) {
-    for (const config::Device& device : line.devices) places_.push_back({&line, &device});
+    for (const config::Device& device : line.devices) {
+      Place& its = places_.emplace_back();
+      its.line = &line;
+      its.device = &device;
+      if (!device.point_events) continue;
+      its.watch = std::make_unique<events::DeviceWatch>(line.name, device);
+    }
   }
 }
 
@@ -83,10 +120,30 @@ void EventPath::OnNews(const config::Line& line, const News& news, Now at) {
                                : config::EventState::on;
   record.text = news.over ? fact.over : fact.begins;
   if (!news.text.empty() && news.text != record.text) record.text += ": " + news.text;
-  if (record.text.size() > events::kLongestText) record.text.resize(events::kLongestText);
+  events::Shorten(record.text);
   log_.Tell(std::move(record));
 }
 
-void EventPath::OnRead(std::uint32_t, std::span<const std::uint32_t>, Now) {}
+void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {
+  events::DeviceWatch* const watch = places_[device].watch.get();
+  if (watch == nullptr) return;
+  struct Seen {
+    std::uint32_t point = 0;
+    Value value;
+    Quality quality;
+  };
+  std::vector<Seen> seen;
+  store_.Read(device, [&](const DeviceRecord& record) {
+    for (const std::uint32_t point : points) {
+      if (!watch->Watches(point)) continue;
+      seen.push_back({point, record.points[point].value, QualityAt(record, point, at.instant)});
+    }
+  });
+  for (const Seen& one : seen) {
+    for (auto& record : watch->Take(one.point, one.value, one.quality, at)) {
+      log_.Tell(std::move(record));
+    }
+  }
+}
 
 }  // namespace baudgate

@@ -13,14 +13,16 @@
 #include "gateway/daemon/event_sink.h"
 #include "gateway/daemon/events_place.h"
 #include "gateway/events/event_log.h"
+#include "gateway/events/point_watch.h"
+#include "gateway/store/point_store.h"
 
 namespace baudgate {
 
 class EventPath final : public EventSink {
  public:
   /// `kept`: events of this device are on the disk; called on a thread of its own. `config`
-  /// outlives it.
-  EventPath(const config::Config& config, const EventsPlace& place,
+  /// and `store` outlive it.
+  EventPath(const config::Config& config, const PointStore& store, const EventsPlace& place,
             std::function<void(std::uint32_t device)> kept);
 
   /// The lines are about to start.
@@ -35,8 +37,10 @@ class EventPath final : public EventSink {
   struct Place {
     const config::Line* line = nullptr;
     const config::Device* device = nullptr;
+    std::unique_ptr<events::DeviceWatch> watch{};  // of its line's thread; null: of no point
   };
 
+  const PointStore& store_;
   const bool tells_own_;
   std::vector<Place> places_;  // by device
   events::EventLog log_;

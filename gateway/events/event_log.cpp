@@ -76,7 +76,7 @@ EventRecord EventLog::Own(OwnCode code, std::string text) const {
   record.clock = ClockQuality::gateway;
   record.code = CodeOf(code);
   record.text = std::move(text);
-  if (record.text.size() > kLongestText) record.text.resize(kLongestText);
+  Shorten(record.text);
   return record;
 }
 
@@ -87,7 +87,42 @@ EventsState EventLog::state() const {
   state.newest = book_.newest();
   state.repeats = book_.repeats();
   state.left_out = book_.left_out();
+  for (const auto& [key, alarm] : book_.alarms()) {
+    state.alarms_active += IsActive(alarm.state) ? 1 : 0;
+    state.alarms_unacknowledged += IsUnacknowledged(alarm.state) ? 1 : 0;
+  }
   return state;
+}
+
+std::vector<Alarm> EventLog::Alarms() const {
+  std::vector<Alarm> alarms;
+  const MutexLock lock(mutex_);
+  for (const auto& [key, alarm] : book_.alarms()) alarms.push_back(alarm);
+  return alarms;
+}
+
+void EventLog::Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done) {
+  Acknowledged now;
+  {
+    const MutexLock lock(mutex_);
+    for (const auto& [key, alarm] : book_.alarms()) {
+      if (!IsUnacknowledged(alarm.state) || !query.Means(alarm)) continue;
+      EventRecord record =
+          Own(OwnCode::acknowledged, "acknowledged by " + query.by + ": " + alarm.text);
+      record.line = alarm.line;
+      record.device = alarm.device;
+      record.subject = alarm.name;
+      record.mark = {.step = AlarmMark::Step::acknowledge, .by = query.by, .seq = query.seq};
+      book_.TellAlways(std::move(record));
+      ++now.alarms;
+    }
+    now.trouble = state_.trouble;
+    if (now.alarms > 0 && now.trouble.empty()) {
+      acks_.push_back({now.alarms, std::exchange(done, nullptr)});
+    }
+  }
+  due_.notify_one();
+  if (done) done(now);
 }
 
 Result<Page> EventLog::Read(const PageQuery& query) const {
@@ -134,29 +169,57 @@ Status EventLog::Open() {
   if (!opened->put_aside.empty()) options_.warn("events: " + opened->put_aside);
   if (!opened->ok) return Error{opened->error};
   const MutexLock lock(mutex_);
-  book_.OnOpened(opened->contents.last, opened->contents.said);
-  if (!last_run_) last_run_ = opened->contents.last_run;
+  book_.OnOpened(opened->contents.last, opened->contents.said, opened->contents.alarms);
+  restores_ = last_run_.has_value();
+  if (!restores_) OnFirstOpened(opened->contents);
   return {};
+}
+
+/// An alarm that nobody watches any more would be active for ever.
+void EventLog::OnFirstOpened(const EventTable::Contents& contents) {
+  last_run_ = contents.last_run;
+  for (const Alarm& alarm : contents.alarms) {
+    if (!IsActive(alarm.state) || !options_.watches || options_.watches(alarm)) continue;
+    EventRecord record =
+        Own(OwnCode::not_watched, "not in the configuration any more: " + alarm.text);
+    record.line = alarm.line;
+    record.device = alarm.device;
+    record.state = config::EventState::off;
+    record.subject = alarm.name;
+    record.mark = {.step = AlarmMark::Step::clear};
+    book_.TellAlways(std::move(record));
+  }
+}
+
+Status EventLog::RestoreAlarms() {
+  if (!restores_) return {};
+  const Status status = file_.WriteAlarms(Alarms());
+  if (status) restores_ = false;
+  return status;
 }
 
 void EventLog::WriteDue() {
   if (options_.file.empty()) return;
   Status status = Open();
+  if (status) status = RestoreAlarms();
   std::vector<Batch> due;
+  std::vector<Ack> acks;
   if (status) {
-    due = TakeDue();
+    due = TakeDue(acks);
     status = file_.Write(due);
   }
   std::vector<Source> kept;
   {
     const MutexLock lock(mutex_);
     if (status) kept = book_.Kept(due.size());
+    if (!status && acks.empty()) acks.swap(acks_);
     Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
   }
   if (!kept.empty()) options_.kept(kept);
+  for (const Ack& ack : acks) ack.done({ack.alarms, status ? std::string() : status.error()});
 }
 
-std::vector<Batch> EventLog::TakeDue() {
+std::vector<Batch> EventLog::TakeDue(std::vector<Ack>& acks) {
   const Now now = options_.clocks();
   const MutexLock lock(mutex_);
   if (started_) {
@@ -168,6 +231,7 @@ std::vector<Batch> EventLog::TakeDue() {
     book_.TellFirst(*std::exchange(started_, std::nullopt));
   }
   if (state_.disk == Disk::fine) book_.TellLeftOut(now);
+  acks.swap(acks_);
   return book_.Due();
 }
 

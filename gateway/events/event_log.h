@@ -31,6 +31,8 @@ class EventLog final : public EventSource {
     SourceNames sources;
     std::function<Now()> clocks;
     bool tells_own = false;  ///< the gateway's own events are kept, too
+    /// Whether the configuration still has it; empty: it has all.
+    std::function<bool(const Alarm&)> watches{};
     /// They are on the disk, so that their sources may be asked for more; on the writing thread.
     std::function<void(const std::vector<Source>& sources)> kept;
     /// One line when the disk begins to fail, and one when it is well again; from any thread.
@@ -50,15 +52,25 @@ class EventLog final : public EventSource {
   void Started(const std::string& version);
 
   EventsState state() const override;
+  std::vector<Alarm> Alarms() const override;
+  void Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done) override;
   Result<Page> Read(const PageQuery& query) const override;
 
  private:
+  struct Ack {
+    std::size_t alarms = 0;
+    std::function<void(const Acknowledged&)> done;
+  };
+
   void Run();
   /// Until there is something to be written, or it is time to look.
   bool Sleep();
   void WriteDue();
   Status Open();
-  std::vector<Batch> TakeDue();
+  void OnFirstOpened(const EventTable::Contents& contents) BAUDGATE_REQUIRES(mutex_);
+  Status RestoreAlarms();
+  /// `acks`: of these batches.
+  std::vector<Batch> TakeDue(std::vector<Ack>& acks);
   void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
   bool IsIdle() const BAUDGATE_REQUIRES(mutex_);
   EventRecord Own(OwnCode code, std::string text) const;
@@ -72,6 +84,8 @@ class EventLog final : public EventSource {
   std::optional<LastRun> last_run_ BAUDGATE_GUARDED_BY(mutex_);     // nothing: not opened yet
   std::optional<EventRecord> started_ BAUDGATE_GUARDED_BY(mutex_);  // to be told
   bool tells_end_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::vector<Ack> acks_ BAUDGATE_GUARDED_BY(mutex_);  // of what waits
+  bool restores_ = false;  // of the writing thread: the file may lack alarms
   bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

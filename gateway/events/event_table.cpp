@@ -22,14 +22,15 @@ EventTable::EventTable(Database& database, const SourceNames& names, std::int64_
       most_(most),
       insert_(database, kInsert),
       said_(database, kSaid),
-      drop_(database, kDrop) {}
+      drop_(database, kDrop),
+      alarms_(database) {}
 
 EventTable::Contents EventTable::Read() {
   Contents contents;
   const Value last = database_.First("SELECT coalesce(max(seq), 0) FROM events");
   if (!std::holds_alternative<std::int64_t>(last)) return contents;
   contents.last = std::get<std::int64_t>(last);
-  if (!ReadRun(contents)) return contents;
+  if (!ReadRun(contents) || !alarms_.Read(contents.alarms)) return contents;
   Statement rows(database_, "SELECT line, device, said FROM event_sources");
   Statement::Step step = rows.Next();
   for (; step == Statement::Step::row; step = rows.Next()) {
@@ -64,6 +65,14 @@ bool EventTable::Write(const std::vector<Batch>& batches) {
   return ok;
 }
 
+bool EventTable::WriteAlarms(const std::vector<Alarm>& alarms) {
+  bool ok = database_.Execute("BEGIN IMMEDIATE; DELETE FROM alarms;");
+  for (const Alarm& alarm : alarms) ok = ok && alarms_.Write(alarm);
+  ok = ok && database_.Execute("COMMIT");
+  if (!ok) database_.Rollback();
+  return ok;
+}
+
 /// What is beyond the room goes with what comes: a few rows at a time, and never the newest.
 bool EventTable::Insert(const Batch& batch) {
   for (const EventRecord& event : batch.events) {
@@ -77,7 +86,7 @@ bool EventTable::Insert(const Batch& batch) {
     insert_.Bind(8, std::int64_t{event.code});
     insert_.Bind(9, Name(event.state));
     insert_.Bind(10, event.text);
-    if (!insert_.Run()) return false;
+    if (!insert_.Run() || (event.alarm && !alarms_.Write(*event.alarm))) return false;
   }
   if (batch.events.empty()) return true;
   if (batch.source != kGateway) {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/events/alarm_table.h"
 #include "gateway/events/event_book.h"
 #include "gateway/state/database.h"
 
@@ -36,10 +37,13 @@ class EventTable {
     std::int64_t last = 0;
     std::map<Source, std::string> said{};
     LastRun last_run{};
+    std::vector<Alarm> alarms{};
   };
   Contents Read();
-  /// All or none.
+  /// All or none, and with them the alarms that they have changed.
   bool Write(const std::vector<Batch>& batches);
+  /// These alarms and no others.
+  bool WriteAlarms(const std::vector<Alarm>& alarms);
 
  private:
   bool ReadRun(Contents& contents);
@@ -51,6 +55,7 @@ class EventTable {
   Statement insert_;
   Statement said_;
   Statement drop_;
+  AlarmTable alarms_;
 };
 
 }  // namespace baudgate::events

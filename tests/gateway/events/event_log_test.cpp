@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <sqlite3.h>
 
+#include <future>
+
 #include "tests/gateway/audit/faulty_disk.h"
 #include "tests/gateway/audit/fixture.h"
 
@@ -26,6 +28,7 @@ class EventLogTest : public audit::FolderTest {
     options.why_no_file = "there is no place for it";
     options.sources = {{"bay-1", "feeder-1"}, {"bay-1", "feeder-2"}};
     options.clocks = ReadClocks;
+    options.watches = watches_;
     options.kept = [this](const std::vector<Source>& sources) {
       const std::lock_guard lock(mutex_);
       kept_ += sources.size();
@@ -70,6 +73,8 @@ class EventLogTest : public audit::FolderTest {
     }
     return texts;
   }
+
+  std::function<bool(const Alarm&)> watches_;
 
  private:
   std::mutex mutex_;
@@ -158,6 +163,82 @@ TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
   next->Started("4");
   while (next->state().newest < 8) std::this_thread::yield();
   EXPECT_THAT(Texts(*next).back(), HasSubstr("4 has started; the one before was broken off after"));
+}
+
+EventRecord Raised(const std::string& name) {
+  EventRecord record;
+  record.line = "bay-1";
+  record.device = "feeder-1";
+  record.text = record.subject = name;
+  record.mark = {.step = AlarmMark::Step::raise, .priority = config::AlarmPriority::high};
+  return record;
+}
+Acknowledged Ack(EventLog& log, const AckQuery& query) {
+  std::promise<Acknowledged> done;
+  log.Acknowledge(query, [&done](const Acknowledged& told) { done.set_value(told); });
+  return done.get_future().get();
+}
+
+TEST_F(EventLogTest, KeepsAlarmsAndWhoHasSeenThem) {
+  const AckQuery of_device{.line = "bay-1", .device = "feeder-1", .by = "user:anna"};
+  {
+    const auto log = Start(file());
+    log->Tell(Raised("a"));
+    log->Tell(Raised("b"));
+    while (log->state().newest < 2) std::this_thread::yield();
+    EXPECT_EQ(log->state().alarms_active, 2U);
+    EXPECT_EQ(log->state().alarms_unacknowledged, 2U);
+    const Acknowledged one = Ack(*log, {.seq = 1, .by = "user:bob"});
+    EXPECT_EQ(one.alarms, 1U);
+    EXPECT_EQ(one.trouble, "");
+    EXPECT_EQ(log->state().newest, 3) << "it is on the disk when it is told";
+    EXPECT_EQ(log->state().alarms_unacknowledged, 1U);
+    EXPECT_EQ(Texts(*log).back(), "acknowledged by user:bob: a");
+    EXPECT_EQ(Ack(*log, {.seq = 1}).alarms, 0U);
+  }
+  const auto log = Start(file());
+  EXPECT_EQ(Ack(*log, {.line = "bay-1", .device = "feeder-2"}).alarms, 0U);
+  while (log->state().disk != Disk::fine) std::this_thread::yield();
+  EXPECT_EQ(Ack(*log, of_device).alarms, 1U);
+  const auto alarms = log->Alarms();
+  ASSERT_EQ(alarms.size(), 2U);
+  EXPECT_EQ(alarms[0].name, "a");
+  EXPECT_EQ(alarms[0].by, "user:bob");
+  EXPECT_EQ(alarms[1].by, "user:anna");
+  EXPECT_EQ(alarms[1].state, AlarmState::acknowledged);
+  EXPECT_EQ(alarms[1].priority, config::AlarmPriority::high);
+  std::filesystem::remove(file());
+  log->Tell(Raised("c"));
+  while (log->state().newest < 5) std::this_thread::yield();
+  Database database(file().string(), Database::Mode::read);
+  EXPECT_EQ(ToText(database.First("SELECT count(*) FROM alarms")), "3") << "in the new file, too";
+}
+
+TEST_F(EventLogTest, ForgetsAlarmsThatNobodyWatches) {
+  {
+    const auto log = Start(file());
+    log->Tell(Raised("a"));
+    log->Tell(Raised("b"));
+  }
+  watches_ = [](const Alarm& alarm) { return alarm.name == "b"; };
+  const auto log = Start(file());
+  while (log->state().newest < 3) std::this_thread::yield();
+  EXPECT_EQ(Texts(*log).back(), "not in the configuration any more: a");
+  EXPECT_EQ(log->state().alarms_active, 1U);
+  EXPECT_EQ(log->state().alarms_unacknowledged, 2U) << "nobody has seen it yet";
+}
+
+TEST_F(EventLogTest, SaysThatAnAcknowledgementWaits) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs());
+  log->Tell(Raised("a"));
+  while (log->state().newest < 1) std::this_thread::yield();
+  disk.write_error = SQLITE_FULL;
+  const Acknowledged done = Ack(*log, {.seq = 1});
+  EXPECT_EQ(done.alarms, 1U);
+  EXPECT_THAT(done.trouble, HasSubstr("full"));
+  disk.write_error = 0;
+  while (log->state().alarms_unacknowledged > 0) std::this_thread::yield();
 }
 
 TEST_F(EventLogTest, TellsThatTheDiskHasFailed) {
