@@ -192,7 +192,6 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   const Profile profile = raw ? raw->profile : Profile();
   device.title = profile.title;
   device.event_texts = profile.event_texts;
-  ReadDeviceEvents(map, context.events, device);
   device.identity = IdentityOf(map, profile, protocol, context);
   const Pace pace = ReadTimes(map, profile, of.pace, device);
   Recheck recheck = pace.recheck.value_or(Recheck::off);
@@ -202,6 +201,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   ReadModbusSide(map, profile, device, context);
   ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
   ReadPoints(map, raw, protocol, recheck, device, context);
+  ReadDeviceEvents(map, context.events, device);
   ApplyRatios(map, device);
   ApplyWritePermit(map, device);
   if (raw) BlameProfile(map, *raw, context);

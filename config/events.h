@@ -5,8 +5,8 @@
 //   - { name: feeder-1, …, events: on }             this one, or `off`: not this one
 //   events:                                         in a profile
 //     - { code: 1, text: "stage I> started", state: on }
-//     - { channel: 2, code: 1, text: "…" }          of one channel; state: message, if it is not
-//     said
+//     - { channel: 2, code: 1, text: "…" }          of one channel; state: message if not said
+//     - { code: 3, state: on, text: "…", alarm: high, until: 4 }
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,7 +19,7 @@
 namespace baudgate::config {
 
 Events ReadEvents(const YamlNode& node, Problems& problems);
-/// `given`: the gateway has the key.
+/// `given`: the gateway has the key. `device` has its table and its points.
 void ReadDeviceEvents(MapReader& map, bool given, Device& device);
 std::vector<EventText> ReadEventTable(const YamlNode& node, Problems& problems);
 

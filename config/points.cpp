@@ -6,6 +6,7 @@
 
 #include "config/checks/name_checks.h"
 #include "config/checks/point_checks.h"
+#include "config/point_events.h"
 #include "config/point_values.h"
 #include "config/writing.h"
 #include "gateway/base/spelling.h"
@@ -93,6 +94,7 @@ Point ReadPoint(const RawPoint& raw, Recheck recheck, MapReader& map) {
   ReadPlace(map, point);
   ReadMeaning(map, point);
   point.writing = ReadWriting(map);
+  point.events = ReadPointEvents(map, point);
   map.Finish();
   return point;
 }

@@ -18,9 +18,9 @@ enum class Audit : std::uint8_t {
   require,      ///< it is refused
 };
 
-/// What happens in devices is asked for and kept (gateway/events).
+/// What happens is kept (gateway/events): in devices, to their points, and to the gateway itself.
 struct Events {
-  bool given = false;     ///< of all devices whose profiles say what their events mean
+  bool given = false;     ///< without it only of devices that say `events: on`
   std::string directory;  ///< folder of the databases; empty = as `state`
 };
 

@@ -60,6 +60,7 @@ struct Device {
   Options options;            ///< the protocol's own
   std::vector<Point> points;  ///< profile and inline points merged
   bool events = false;        ///< what happens in it is asked for, and kept
+  bool point_events = false;  ///< those of its points are kept
   std::vector<EventText> event_texts;
   Mark mark;
 };

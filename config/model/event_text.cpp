@@ -15,6 +15,15 @@ const EventText* FindEvent(std::span<const EventText> table, std::uint32_t chann
   return found;
 }
 
+const EventText* FindEndedAlarm(std::span<const EventText> table, std::uint32_t channel,
+                                std::uint32_t code) {
+  for (const EventText& one : table) {
+    if (one.until != code || (one.channel && *one.channel != channel)) continue;
+    if (FindEvent(table, channel, one.code) == &one) return &one;
+  }
+  return nullptr;
+}
+
 std::string_view Name(EventState state) {
   constexpr std::array<std::string_view, kEventStates> kNames = {"off", "on", "message"};
   return kNames[static_cast<std::size_t>(state)];

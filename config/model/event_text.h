@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "config/model/point_event.h"
+
 namespace baudgate::config {
 
 /// As Modbus and the command line say it.
@@ -19,11 +21,19 @@ struct EventText {
   std::uint32_t code = 0;
   EventState state = EventState::message;
   std::string text;
+  AlarmPriority alarm = AlarmPriority::none;
+  /// The code that ends the alarm, of the same channel; nothing: it has no end of its own, and only
+  /// waits to be acknowledged.
+  std::optional<std::uint32_t> until{};
 };
 
 /// That of the channel before that of all; null: the table does not have it.
 const EventText* FindEvent(std::span<const EventText> table, std::uint32_t channel,
                            std::uint32_t code);
+
+/// The alarm that this event ends; null: none.
+const EventText* FindEndedAlarm(std::span<const EventText> table, std::uint32_t channel,
+                                std::uint32_t code);
 
 std::string_view Name(EventState state);  ///< "on"
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "config/model/mark.h"
+#include "config/model/point_event.h"
 #include "config/model/recheck.h"
 #include "gateway/base/quality.h"
 #include "gateway/base/time.h"
@@ -104,6 +105,7 @@ struct Point {
   std::optional<double> jump;
   Recheck recheck = Recheck::off;
   double deadband = 0;  ///< DDS: smaller changes are not published, in units of the value
+  std::vector<PointEvent> events;
   std::optional<Simulate> simulate;
   std::string description;
   Mark mark;

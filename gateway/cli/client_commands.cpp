@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "gateway/base/since.h"
+#include "gateway/cli/client/alarms.h"
 #include "gateway/cli/client/events.h"
 #include "gateway/cli/client/in_use.h"
 #include "gateway/cli/client/points.h"
@@ -89,7 +90,7 @@ void AddWrites(CLI::App& app, Action& action) {
 }
 
 void AddEvents(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("events", "What has happened in devices, oldest first");
+  auto* command = app.add_subcommand("events", "What has happened, in devices and to the gateway, oldest first");
   auto options = std::make_shared<EventsOptions>();
   command->add_flag("--follow", options->follow, "Go on with what comes");
   command->add_option("--from", options->from, "The first number (seq)")
@@ -101,6 +102,29 @@ void AddEvents(CLI::App& app, Action& action) {
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     action = [=](const auto&) { return RunEvents(*options, std::cout, std::cerr); };
+  });
+}
+
+void AddAlarms(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("alarms", "What is wrong, or was and nobody has seen it");
+  auto options = std::make_shared<AlarmsOptions>();
+  command->add_flag("--json", options->json, "Print one JSON object a line");
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunAlarms(*options, std::cout, std::cerr); };
+  });
+}
+
+void AddAck(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("ack", "Acknowledge alarms: somebody has seen them");
+  auto options = std::make_shared<AckOptions>();
+  command
+      ->add_option("TARGET", options->target,
+                   "LINE.DEVICE, LINE.DEVICE.POINT or the number (seq) of an event")
+      ->required();
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunAck(*options, std::cout, std::cerr); };
   });
 }
 
@@ -178,6 +202,8 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddTrace(app, action);
   AddWrites(app, action);
   AddEvents(app, action);
+  AddAlarms(app, action);
+  AddAck(app, action);
   AddSettings(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);

@@ -7,6 +7,7 @@
 
 #include "gateway/audit/audit_source.h"
 #include "gateway/base/spelling.h"
+#include "gateway/control/alarm_requests.h"
 #include "gateway/control/request_text.h"
 #include "gateway/events/event_source.h"
 #include "gateway/status/audit_json.h"
@@ -28,6 +29,10 @@ std::string Dump(const Json& json) {
 Reply Refused(std::string_view kind, std::string_view message) {
   return {ErrorLine(kind, message)};
 }
+
+constexpr std::string_view kNoEvents =
+    "no device of this gateway is asked for events: write 'events: {}' into its configuration, for "
+    "all whose profiles say what their events mean, or 'events: on' at one device";
 
 /// Nothing where it is absent, or no whole number.
 std::optional<std::int64_t> NumberOf(const Json& request, const char* key) {
@@ -101,15 +106,17 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
   if (command == "recorded") return Trace(request, true);
   if (command == "writes") return Writes(request);
   if (command == "events") return Events(request);
+  if (command == "alarms") return Alarms(request);
   const auto answered = [later](const Json& answer) { later(Dump(answer)); };
+  if (command == "ack") return Acknowledge(request, client, answered);
   if (command == "read" || command == "write") {
     const Status status = command == "read" ? points_.Read(request, client, now, answered)
                                             : points_.Write(request, client, now.instant, answered);
     return status ? Reply{} : Refused(kUnknown, status.error());
   }
-  constexpr std::string_view kCommands[] = {"status",  "read",     "write",   "may_write", "writes",
-                                            "events",  "settings", "release", "take_back", "enable",
-                                            "disable", "trace",    "recorded"};
+  constexpr std::string_view kCommands[] = {
+      "status",   "read",    "write",     "may_write", "writes",  "events", "alarms",  "ack",
+      "settings", "release", "take_back", "enable",    "disable", "trace",  "recorded"};
   return Refused(kUsage, config::Quoted(command) + " is no command;" +
                              config::DidYouMean(command, kCommands) +
                              " there are: " + config::Join(kCommands));
@@ -217,12 +224,7 @@ Reply RequestHandler::Writes(const Json& request) {
 
 /// One page, as of writes. A device that is not configured any more still has its events.
 Reply RequestHandler::Events(const Json& request) {
-  if (info_.events == nullptr) {
-    return Refused(kUnavailable,
-                   "no device of this gateway is asked for events: write 'events: {}' into its "
-                   "configuration, for all whose profiles say what their events mean, or 'events: "
-                   "on' at one device");
-  }
+  if (info_.events == nullptr) return Refused(kUnavailable, kNoEvents);
   events::PageQuery query;
   query.after = NumberOf(request, "after").value_or(0);
   query.since = SinceOf(request);
@@ -241,6 +243,25 @@ Reply RequestHandler::Events(const Json& request) {
   Json json = PageJson(*page);
   json["events"] = EventsJson(state);
   return {Dump(json)};
+}
+
+Reply RequestHandler::Alarms(const Json& request) {
+  if (info_.events == nullptr) return Refused(kUnavailable, kNoEvents);
+  const events::EventsState state = info_.events->state();  // before the page, as above
+  Json json = AlarmsPage(*info_.events, NumberOf(request, "after").value_or(0));
+  json["events"] = EventsJson(state);
+  return {Dump(json)};
+}
+
+Reply RequestHandler::Acknowledge(const Json& request, const Writer& client,
+                                  const std::function<void(const Json&)>& answered) {
+  if (info_.events == nullptr) return Refused(kUnavailable, kNoEvents);
+  auto query = FindAlarms(config_, *info_.events, TextOf(request, "target"));
+  if (!query) return Refused(kUnknown, query.error());
+  query->by = client.name;
+  info_.events->Acknowledge(
+      *query, [answered](const events::Acknowledged& done) { answered(AckJson(done)); });
+  return {};
 }
 
 /// `line` empty: any.

@@ -56,6 +56,9 @@ class RequestHandler {
   Reply Trace(const Json& request, bool recorded);
   Reply Writes(const Json& request);
   Reply Events(const Json& request);
+  Reply Alarms(const Json& request);
+  Reply Acknowledge(const Json& request, const Writer& client,
+                    const std::function<void(const Json&)>& answered);
   Status KnowsDevice(const std::string& line, const std::string& device) const;
   Result<Target> TargetOf(const Json& request) const;
   /// A line as a whole.

@@ -104,7 +104,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
   std::unique_ptr<HostClock> host_clock;
   std::vector<std::unique_ptr<LineRunner>> runners;
   std::vector<std::size_t> line_of;   // by device
-  std::unique_ptr<EventPath> events;  // nothing: no device is asked for any
+  std::unique_ptr<EventPath> events;  // nothing: none are kept
   Instant started = ReadClocks().instant;
   modbus::ModbusLimits limits;
   asio::io_context modbus_io{1};
@@ -133,6 +133,7 @@ Status Daemon::Start() {
   // of the one that runs already under the same name.
   if (Status status = impl_->StartModbus(); !status) return status;
   if (Status status = impl_->StartDds(); !status) return status;
+  if (impl_->events) impl_->events->Started();
   impl_->ageing->Start();
   impl_->host_clock->Start();
   for (const auto& loop : impl_->loops) loop->Start();
@@ -193,8 +194,8 @@ Status Daemon::Impl::OpenState() {
   EventsPlace place;
   if (Status status = PlaceEvents(failure.text, place); !status) return status;
   writes = std::make_unique<WritePath>(config, store, *this, place);
-  if (AsksForEvents(config)) {
-    events = std::make_unique<EventPath>(config, place, [this](std::uint32_t device) {
+  if (KeepsEvents(config)) {
+    events = std::make_unique<EventPath>(config, store, place, [this](std::uint32_t device) {
       runners[line_of[device]]->OnEventsKept(device);
     });
   }
@@ -252,10 +253,8 @@ void Daemon::Impl::MakeLines() {
       loops.push_back(std::make_unique<LoopThread>("line " + line.name));
     }
     line_of.insert(line_of.end(), line.devices.size(), runners.size());
-    LineDriver::EventSink take;
-    if (events) take = [this](ReportedEvents reported) { events->Take(std::move(reported)); };
     runners.push_back(std::make_unique<LineRunner>(loops[loop]->io(), line, first_device, find,
-                                                   store, sink, memory.get(), std::move(take)));
+                                                   store, sink, memory.get(), events.get()));
   }
 }
 

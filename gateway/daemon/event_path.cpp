@@ -2,12 +2,40 @@
 #include "gateway/daemon/event_path.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "gateway/base/log.h"
 
 namespace baudgate {
 namespace {
+
+bool Watches(const config::Device& device, const events::Alarm& alarm) {
+  const auto raises = [&](const config::EventText& text) {
+    return text.alarm != config::AlarmPriority::none &&
+           alarm.name.ends_with(":" + std::to_string(text.code));
+  };
+  if (alarm.point.empty()) {
+    return device.events && std::ranges::any_of(device.event_texts, raises);
+  }
+  return device.point_events && std::ranges::any_of(device.points, [&](const auto& point) {
+           return point.name == alarm.point &&
+                  std::ranges::any_of(point.events, [&](const config::PointEvent& event) {
+                    return event.alarm != config::AlarmPriority::none &&
+                           events::SubjectOf(point, event) == alarm.name;
+                  });
+         });
+}
+
+bool Watches(const config::Config& config, const events::Alarm& alarm) {
+  for (const config::Line& line : config.lines) {
+    if (line.name != alarm.line) continue;
+    for (const config::Device& device : line.devices) {
+      if (device.name == alarm.device) return Watches(device, alarm);
+    }
+  }
+  return false;
+}
 
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
                                     std::shared_ptr<events::EventFeed> feed,
@@ -23,6 +51,8 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
   }
   options.clocks = ReadClocks;
   options.feed = std::move(feed);
+  options.tells_own = config.events.given;
+  options.watches = [&config](const events::Alarm& alarm) { return Watches(config, alarm); };
   options.kept = [kept = std::move(kept)](const std::vector<events::Source>& sources) {
     for (const events::Source source : sources) kept(source);
   };
@@ -31,28 +61,91 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
   return options;
 }
 
-}  // namespace
+struct Fact {
+  events::OwnCode code;
+  const char* begins;
+  const char* over;
+  bool has_end = true;
+};
 
-bool AsksForEvents(const config::Config& config) {
-  return std::ranges::any_of(config.lines, [](const config::Line& line) {
-    return std::ranges::any_of(line.devices, &config::Device::events);
-  });
+const Fact& FactOf(News::What what) {
+  using events::OwnCode;
+  static constexpr std::array<Fact, 8> kFacts = {
+      {{OwnCode::no_answer, "does not answer", "answers again"},
+       {OwnCode::not_in_use, "taken out of use", "in use again"},
+       {OwnCode::wrong_device, "not what it should be", "what it should be again"},
+       {OwnCode::replaced, "another device", "", false},
+       {OwnCode::port_down, "port down", "port open again"},
+       {OwnCode::port_lent, "port lent to another program", "port taken back"},
+       {OwnCode::collisions, "collisions", "no collisions for a minute"},
+       {OwnCode::ring_open, "the ring is open", "the ring is closed again"}}};
+  return kFacts[static_cast<std::size_t>(what)];
 }
 
-EventPath::EventPath(const config::Config& config, const EventsPlace& place,
-                     std::function<void(std::uint32_t)> kept)
-    : log_(OptionsOf(config, place, feed_, std::move(kept))) {
+}  // namespace
+
+EventPath::EventPath(const config::Config& config, const PointStore& store,
+                     const EventsPlace& place, std::function<void(std::uint32_t)> kept)
+    : store_(store),
+      tells_own_(config.events.given),
+      log_(OptionsOf(config, place, feed_, std::move(kept))) {
   for (const config::Line& line : config.lines) {
-    for (const config::Device& device : line.devices) places_.push_back({&line, &device});
+    for (const config::Device& device : line.devices) {
+      Place& its = places_.emplace_back();
+      its.line = &line;
+      its.device = &device;
+      if (!device.point_events) continue;
+      its.watch = std::make_unique<events::DeviceWatch>(line.name, device);
+    }
   }
 }
 
-void EventPath::Take(ReportedEvents reported) {
+void EventPath::OnReported(ReportedEvents reported) {
   const Place& place = places_[reported.device];
   auto records = events::RecordsOf(reported.batch, place.line->name, *place.device,
                                    reported.received.wall, reported.oldest);
   log_.Add(
       {reported.device, std::move(reported.batch.said), reported.batch.again, std::move(records)});
+}
+
+void EventPath::OnNews(const config::Line& line, const News& news, Now at) {
+  if (!tells_own_) return;
+  const Fact& fact = FactOf(news.what);
+  events::EventRecord record;
+  record.received = record.device_time = at.wall;
+  record.clock = events::ClockQuality::gateway;
+  record.line = line.name;
+  if (news.device) record.device = places_[*news.device].device->name;
+  record.code = events::CodeOf(fact.code);
+  record.state = !fact.has_end ? config::EventState::message
+                 : news.over   ? config::EventState::off
+                               : config::EventState::on;
+  record.text = news.over ? fact.over : fact.begins;
+  if (!news.text.empty() && news.text != record.text) record.text += ": " + news.text;
+  events::Shorten(record.text);
+  log_.Tell(std::move(record));
+}
+
+void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {
+  events::DeviceWatch* const watch = places_[device].watch.get();
+  if (watch == nullptr) return;
+  struct Seen {
+    std::uint32_t point = 0;
+    Value value;
+    Quality quality;
+  };
+  std::vector<Seen> seen;
+  store_.Read(device, [&](const DeviceRecord& record) {
+    for (const std::uint32_t point : points) {
+      if (!watch->Watches(point)) continue;
+      seen.push_back({point, record.points[point].value, QualityAt(record, point, at.instant)});
+    }
+  });
+  for (const Seen& one : seen) {
+    for (auto& record : watch->Take(one.point, one.value, one.quality, at)) {
+      log_.Tell(std::move(record));
+    }
+  }
 }
 
 }  // namespace baudgate

@@ -1,4 +1,5 @@
-// The way of an event from its line to the file, and back the leave to ask for more. Made and ended
+// The way of an event from its line to the file, and back the leave to ask for more; the gateway's
+// own ones get their codes and words here. Made and ended
 // by daemon.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -8,25 +9,29 @@
 #include <vector>
 
 #include "config/model/config.h"
+#include "gateway/base/version.h"
+#include "gateway/daemon/event_sink.h"
 #include "gateway/daemon/events_place.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_log.h"
-#include "gateway/poll/poller_listener.h"
+#include "gateway/events/point_watch.h"
+#include "gateway/store/point_store.h"
 
 namespace baudgate {
 
-/// Some device of the gateway is asked for events.
-bool AsksForEvents(const config::Config& config);
-
-class EventPath {
+class EventPath final : public EventSink {
  public:
   /// `kept`: events of this device are on the disk; called on a thread of its own. `config`
-  /// outlives it.
-  EventPath(const config::Config& config, const EventsPlace& place,
+  /// and `store` outlive it.
+  EventPath(const config::Config& config, const PointStore& store, const EventsPlace& place,
             std::function<void(std::uint32_t device)> kept);
 
-  /// From any thread.
-  void Take(ReportedEvents reported);
+  /// The lines are about to start.
+  void Started() { log_.Started(kVersion); }
+
+  void OnReported(ReportedEvents reported) override;
+  void OnNews(const config::Line& line, const News& news, Now at) override;
+  void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) override;
   events::EventLog& log() { return log_; }
   /// What is on the disk, for outputs, which may keep it longer than this lives.
   std::shared_ptr<events::EventFeed> feed() const { return feed_; }
@@ -35,8 +40,11 @@ class EventPath {
   struct Place {
     const config::Line* line = nullptr;
     const config::Device* device = nullptr;
+    std::unique_ptr<events::DeviceWatch> watch{};  // of its line's thread; null: of no point
   };
 
+  const PointStore& store_;
+  const bool tells_own_;
   std::vector<Place> places_;  // by device
   const std::shared_ptr<events::EventFeed> feed_ = std::make_shared<events::EventFeed>();
   events::EventLog log_;

@@ -25,7 +25,7 @@ constexpr Duration kPatience = 1s;
 LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
                        const Poller::FindProtocol& find, PointStore& store, Transport& port,
                        PortRetries& retries, LineRecorder::Sink recordings, DeviceMemory* memory,
-                       EventSink events)
+                       EventSink* events)
     : config_(line),
       first_device_(first_device),
       store_(store),
@@ -34,7 +34,8 @@ LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
       retries_(retries),
       recorder_(line, first_device, std::move(recordings)),
       memory_(memory),
-      events_(std::move(events)),
+      events_(events),
+      news_(line, events),
       lanes_(line, first_device, find, store, *this) {
   lanes_.Attach(recorder_);
 }
@@ -60,7 +61,11 @@ void LineDriver::OnMemory(std::uint32_t device, const std::string& memory) {
 }
 
 void LineDriver::OnEvents(ReportedEvents events) {
-  if (events_) events_(std::move(events));
+  if (events_ != nullptr) events_->OnReported(std::move(events));
+}
+
+void LineDriver::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {
+  if (events_ != nullptr) events_->OnRead(device, points, at);
 }
 
 void LineDriver::Stop(Now now, std::function<void()> stopped) {
@@ -107,6 +112,8 @@ void LineDriver::Announce() {
   const std::string text = port_.Describe() + (about.empty() ? "" : ", " + about);
   log::Info("line {}: open ({})", config_.name, text);
   ShowPort(LineStatus::Port::open, text);
+  news_.Tell({News::What::port_down, true, {}, text}, now_);
+  news_.Tell({News::What::port_lent, true, {}, text}, now_);
 }
 
 void LineDriver::Prove() {
@@ -147,6 +154,7 @@ void LineDriver::Down(const std::string& reason) {
     log::Warn("line {}: down: {}; trying again until it works", config_.name, reason);
   }
   if (reason != shown_) ShowPort(LineStatus::Port::closed, reason);
+  news_.Tell({News::What::port_down, false, {}, reason}, now_);
 }
 
 void LineDriver::ShowPort(LineStatus::Port port, const std::string& text, WallTime released_until) {
@@ -235,7 +243,9 @@ void LineDriver::Lend(Duration time) {
   lanes_.OnClosed(now_, Quality::bad_out_of_service);
   log::Info("line {}: {} is released for {}; its points are out of service", config_.name,
             config_.port, FormatDuration(time));
-  ShowPort(LineStatus::Port::released, "released for " + FormatDuration(time), now_.wall + time);
+  const std::string text = "released for " + FormatDuration(time);
+  ShowPort(LineStatus::Port::released, text, now_.wall + time);
+  news_.Tell({News::What::port_lent, false, {}, text}, now_);
 }
 
 void LineDriver::EndLoan() {
@@ -337,6 +347,7 @@ std::optional<Instant> LineDriver::Deadline() const {
 
 void LineDriver::OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                                const std::string& reason) {
+  news_.OnDeviceState(device, from, to, reason, now_);
   const std::string name = recorder_.NameOf(device);
   if (to == DeviceState::online) {
     log::Info("line {}: device {}: {} (was {})", config_.name, name, Name(to), Name(from));

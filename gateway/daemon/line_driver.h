@@ -8,8 +8,10 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "config/model/line.h"
+#include "gateway/daemon/news_desk.h"
 #include "gateway/lanes/lanes.h"
 #include "gateway/poll/poller.h"
 #include "gateway/requests/commands.h"
@@ -25,15 +27,14 @@ namespace baudgate {
 /// One thread at a time, but recorder() and is_open(). `now` never goes back.
 class LineDriver final : private PollerListener {
  public:
-  /// See PollerListener::OnEvents.
-  using EventSink = std::function<void(ReportedEvents events)>;
   /// All references outlive the driver. `port` is closed; what it tells its listener goes to the
   /// functions of the same names here. `retries` opens the port again after OnDown. Without
   /// `memory` what conversations learn ends with the program; without `events` devices are asked
   /// for them no more than once.
   LineDriver(const config::Line& line, std::uint32_t first_device, const Poller::FindProtocol& find,
              PointStore& store, Transport& port, PortRetries& retries,
-             LineRecorder::Sink recordings, DeviceMemory* memory = nullptr, EventSink events = {});
+             LineRecorder::Sink recordings, DeviceMemory* memory = nullptr,
+             EventSink* events = nullptr);
 
   void Start(Now now);
   /// Closes the port, once the write under way has ended, and answers what is queued; then calls
@@ -82,6 +83,8 @@ class LineDriver final : private PollerListener {
   void OnWarning(std::uint32_t device, const std::string& message) override;
   void OnMemory(std::uint32_t device, const std::string& memory) override;
   void OnEvents(ReportedEvents events) override;
+  void OnNews(News news) override { news_.Tell(std::move(news), now_); }
+  void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) override;
 
   void Recall();
   void Announce();
@@ -107,7 +110,8 @@ class LineDriver final : private PollerListener {
   PortRetries& retries_;
   LineRecorder recorder_;
   DeviceMemory* const memory_;  // null: there is none
-  const EventSink events_;
+  EventSink* const events_;     // null: nothing is kept
+  NewsDesk news_;
   Lanes lanes_;
   Now now_{};                                        // of the input that is being handled
   std::optional<Instant> lanes_due_;                 // the pollers' deadline

@@ -5,14 +5,13 @@ namespace baudgate {
 
 LineRunner::LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
                        const Poller::FindProtocol& find, PointStore& store,
-                       LineRecorder::Sink recordings, DeviceMemory* memory,
-                       LineDriver::EventSink events)
+                       LineRecorder::Sink recordings, DeviceMemory* memory, EventSink* events)
     : io_(loop),
       timer_(loop),
       keeper_(loop, line.port, [this] { transport_->Open(); }),
       transport_(MakeTransport(line, loop, *this)),
       driver_(line, first_device, find, store, *transport_, keeper_, std::move(recordings), memory,
-              std::move(events)) {}
+              events) {}
 
 void LineRunner::Start() {
   started_ = true;

@@ -24,7 +24,7 @@ class LineRunner final : public RouteTarget, private TransportListener {
   LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
              const Poller::FindProtocol& find, PointStore& store,
              LineRecorder::Sink recordings = {}, DeviceMemory* memory = nullptr,
-             LineDriver::EventSink events = {});
+             EventSink* events = nullptr);
   /// Stopped, if it was started: the loop must not have ended before.
   ~LineRunner() override { Stop(); }
 

@@ -8,9 +8,30 @@ namespace baudgate::events {
 
 void EventBook::Add(Batch batch) { waiting_.push_back(std::move(batch)); }
 
-void EventBook::OnOpened(std::int64_t last, const std::map<Source, std::string>& said) {
+void EventBook::TellAlways(EventRecord record) {
+  ++own_;
+  waiting_.push_back({.source = kGateway, .events = {std::move(record)}});
+}
+
+void EventBook::Tell(EventRecord record, Instant now) {
+  if (shares_.Take(record, own_ < kMostOwn, now)) TellAlways(std::move(record));
+}
+
+void EventBook::TellFirst(EventRecord record) {
+  ++own_;
+  waiting_.push_front({.source = kGateway, .events = {std::move(record)}});
+}
+
+void EventBook::TellLeftOut(Now now) {
+  for (EventRecord& record : shares_.TakeLeftOut(now)) TellAlways(std::move(record));
+}
+
+void EventBook::OnOpened(std::int64_t last, const std::map<Source, std::string>& said,
+                         const std::vector<Alarm>& alarms) {
   last_ = std::max(last_, last);
   said_.insert(said.begin(), said.end());
+  if (std::exchange(opened_, true)) return;
+  for (const Alarm& alarm : alarms) alarms_.emplace(alarm.key(), alarm);
 }
 
 bool EventBook::IsRepeat(const Batch& batch, const std::map<Source, std::string>& said) const {
@@ -18,14 +39,46 @@ bool EventBook::IsRepeat(const Batch& batch, const std::map<Source, std::string>
   return batch.again && found != said.end() && found->second == batch.said;
 }
 
+const Alarm* EventBook::Find(const AlarmKey& key) const {
+  const auto changed = after_.alarms.find(key);
+  if (changed != after_.alarms.end()) {
+    return changed->second.state == AlarmState::normal ? nullptr : &changed->second;
+  }
+  const auto kept = alarms_.find(key);
+  return kept == alarms_.end() ? nullptr : &kept->second;
+}
+
+/// With its number, and what it makes of its alarm.
+bool EventBook::Counts(EventRecord& event) {
+  event.seq = after_.last + 1;
+  if (event.mark.step != AlarmMark::Step::none) {
+    const AlarmKey key(event.line, event.device, event.subject);
+    const Alarm* const before = Find(key);
+    AlarmChange change = Apply(before, event);
+    if (!change.counts) return false;
+    const bool room = before != nullptr || alarms_.size() + after_.alarms.size() < kMostAlarms;
+    if (change.alarm && room) {
+      after_.alarms[key] = *change.alarm;
+      event.alarm = std::move(change.alarm);
+    }
+  }
+  ++after_.last;
+  return true;
+}
+
 std::vector<Batch> EventBook::Due() {
+  after_ = {.last = last_, .said = said_, .repeats = repeats_};
   std::vector<Batch> due(waiting_.begin(), waiting_.end());
-  std::map<Source, std::string> said = said_;
-  std::int64_t seq = last_;
   for (Batch& batch : due) {
-    if (IsRepeat(batch, said)) batch.events.clear();
-    for (EventRecord& event : batch.events) event.seq = ++seq;
-    said[batch.source] = batch.said;
+    std::vector<EventRecord> events = std::exchange(batch.events, {});
+    if (IsRepeat(batch, after_.said)) {
+      after_.repeats += events.size();
+      events.clear();
+    }
+    for (EventRecord& event : events) {
+      if (Counts(event)) batch.events.push_back(std::move(event));
+    }
+    if (batch.source != kGateway) after_.said[batch.source] = batch.said;
   }
   return due;
 }
@@ -33,16 +86,24 @@ std::vector<Batch> EventBook::Due() {
 std::vector<Source> EventBook::Kept(std::size_t batches) {
   std::vector<Source> sources;
   for (; batches > 0; --batches) {
-    Batch& batch = waiting_.front();
-    const auto events = static_cast<std::int64_t>(batch.events.size());
-    if (IsRepeat(batch, said_)) {
-      repeats_ += batch.events.size();
+    const Batch& batch = waiting_.front();
+    if (batch.source == kGateway) {
+      --own_;
+      for (const EventRecord& event : batch.events) shares_.OnKept(event);
     } else {
-      last_ += events;
+      sources.push_back(batch.source);
     }
-    sources.push_back(batch.source);
-    said_[batch.source] = std::move(batch.said);
     waiting_.pop_front();
+  }
+  last_ = after_.last;
+  said_ = std::move(after_.said);
+  repeats_ = after_.repeats;
+  for (auto& [key, alarm] : after_.alarms) {
+    if (alarm.state == AlarmState::normal) {
+      alarms_.erase(key);
+    } else {
+      alarms_.insert_or_assign(key, std::move(alarm));
+    }
   }
   return sources;
 }

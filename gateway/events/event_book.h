@@ -8,21 +8,25 @@
 //   Kept()  → {3}                        it may be asked for more
 //
 // Bounded: a source is not asked again before its batch is kept, so that one of each waits at most.
-// What has no source to wait for it (the gateway's own events, of a later day) needs a limit here.
+// The gateway's own events have nobody who would wait with them: they keep to their shares
+// (gateway/events/shares.h), and to a limit for all.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "gateway/events/event_record.h"
+#include "gateway/events/shares.h"
 
 namespace baudgate::events {
 
 using Source = std::uint32_t;  ///< a device, as in the point store
+inline constexpr Source kGateway = ~Source{0};
 
 struct Batch {
   Source source = 0;
@@ -33,28 +37,63 @@ struct Batch {
 
 class EventBook {
  public:
+  /// So many of the gateway's own wait at most: some megabytes.
+  static constexpr std::size_t kMostOwn = 10'000;
+
   void Add(Batch batch);
+  /// An event of the gateway's own. It may be left out, and told later.
+  void Tell(EventRecord record, Instant now);
+  /// The same, and never left out.
+  void TellAlways(EventRecord record);
+  /// The same before all that waits. Not between Due and Kept.
+  void TellFirst(EventRecord record);
+  /// What was left out and may be told by now waits, too.
+  void TellLeftOut(Now now);
+  std::optional<Instant> LeftOutAt() const { return shares_.NextAt(); }
 
-  /// What the file holds: its last number, and what each source has said last. What the book knows
-  /// of them itself goes before: a new file may have begun.
-  void OnOpened(std::int64_t last, const std::map<Source, std::string>& said);
+  /// What the file holds: its last number, what each source has said last, and the alarms. What
+  /// the book knows of them itself goes before: a new file may have begun.
+  void OnOpened(std::int64_t last, const std::map<Source, std::string>& said,
+                const std::vector<Alarm>& alarms = {});
 
-  /// What waits, in the order of Add, with its numbers. The same until Kept. After OnOpened.
+  /// What waits, in the order of Add, with its numbers, and what becomes of alarms. After OnOpened.
   std::vector<Batch> Due();
-  /// The first so many that wait are on the disk. Their sources, in their order.
+  /// All that Due said last, so many, is on the disk. Their sources, in their order; kGateway is
+  /// none.
   std::vector<Source> Kept(std::size_t batches);
 
-  std::size_t waiting() const { return waiting_.size(); }
+  bool empty() const { return waiting_.empty(); }
+  std::size_t waiting() const { return waiting_.size() - own_; }  ///< of devices
+  std::size_t waiting_own() const { return own_; }
+  std::uint64_t left_out() const { return shares_.left_out(); }
   std::int64_t newest() const { return last_; }       ///< that is on the disk
   std::uint64_t repeats() const { return repeats_; }  ///< events that came once more
+  /// Those that are not normal, on the disk.
+  const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
+  static constexpr std::size_t kMostAlarms = 10'000;
 
  private:
   bool IsRepeat(const Batch& batch, const std::map<Source, std::string>& said) const;
 
+  /// What Kept makes true.
+  struct After {
+    std::int64_t last = 0;
+    std::map<Source, std::string> said{};
+    std::uint64_t repeats = 0;
+    std::map<AlarmKey, Alarm> alarms{};  // that have changed
+  };
+  bool Counts(EventRecord& event);
+  const Alarm* Find(const AlarmKey& key) const;
+
   std::deque<Batch> waiting_;
+  std::size_t own_ = 0;  // of them
+  Shares shares_;
   std::map<Source, std::string> said_;  // last, and kept
   std::int64_t last_ = 0;
   std::uint64_t repeats_ = 0;
+  std::map<AlarmKey, Alarm> alarms_;
+  bool opened_ = false;
+  After after_;
 };
 
 }  // namespace baudgate::events

@@ -25,15 +25,11 @@ void EventFeed::Begin(FeedImage image) {
   Wake();
 }
 
-void EventFeed::Add(const std::vector<Batch>& batches) {
+void EventFeed::Add(const std::vector<FedEvent>& events) {
   {
     const MutexLock lock(mutex_);
-    for (const Batch& batch : batches) {
-      for (const EventRecord& event : batch.events) {
-        events_.push_back({batch.source, event});
-        newest_ = event.seq;
-      }
-    }
+    events_.insert(events_.end(), events.begin(), events.end());
+    newest_ = NumberOf(events_.back());
     Drop();
   }
   Wake();

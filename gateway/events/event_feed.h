@@ -22,18 +22,15 @@
 
 namespace baudgate::events {
 
-/// Of an event whose device is no longer configured.
-inline constexpr Source kNoSource = 0xFFFFFFFF;
-
 struct FedEvent {
-  Source source = kNoSource;
+  Source source = kGateway;  ///< also where the device is no longer configured
   EventRecord record{};
 };
 
 /// An event that is no longer shown: whose it was.
 struct GoneEvent {
   std::int64_t seq = 0;
-  Source source = kNoSource;
+  Source source = kGateway;
 };
 
 struct FeedLimits {
@@ -56,7 +53,7 @@ class EventFeed {
   /// Nothing where events are there already: the file is opened once more.
   void Begin(FeedImage image);
   /// They are on the disk, by their numbers.
-  void Add(const std::vector<Batch>& batches);
+  void Add(const std::vector<FedEvent>& events);
   /// `wake` is called after each of these, on the writing thread; it returns at once. Null: no
   /// longer, and no call is under way when this returns.
   void OnNew(std::function<void()> wake);

@@ -32,4 +32,12 @@ Status EventFile::Write(const std::vector<Batch>& batches) {
   return status;
 }
 
+Status EventFile::WriteAlarms(const std::vector<Alarm>& alarms) {
+  const FileTurn::Hold turn(connection_.turn());
+  Status status;
+  if (!table_->WriteAlarms(alarms)) status = connection_.Failed();
+  if (!connection_.is_open()) table_.reset();
+  return status;
+}
+
 }  // namespace baudgate::events

@@ -28,6 +28,9 @@ class EventFile {
   /// Open; all of them are on the disk, or none is.
   Status Write(const std::vector<Batch>& batches);
 
+  /// Open; these alarms are on the disk, and no others.
+  Status WriteAlarms(const std::vector<Alarm>& alarms);
+
   const std::filesystem::path& path() const { return connection_.path(); }
 
  private:

@@ -16,6 +16,7 @@
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_file.h"
 #include "gateway/events/event_source.h"
+#include "gateway/events/own_codes.h"
 
 namespace baudgate::events {
 
@@ -31,6 +32,9 @@ class EventLog final : public EventSource {
     SourceNames sources;
     std::function<Now()> clocks;
     std::shared_ptr<EventFeed> feed{};  ///< hears of what is on the disk; null: nobody does
+    bool tells_own = false;             ///< the gateway's own events are kept, too
+    /// Whether the configuration still has it; empty: it has all.
+    std::function<bool(const Alarm&)> watches{};
     /// They are on the disk, so that their sources may be asked for more; on the writing thread.
     std::function<void(const std::vector<Source>& sources)> kept;
     /// One line when the disk begins to fail, and one when it is well again; from any thread.
@@ -43,17 +47,36 @@ class EventLog final : public EventSource {
 
   /// From any thread; returns at once.
   void Add(Batch batch);
+  /// An event of the gateway's own. The same; it is left out where there are too many like it.
+  void Tell(EventRecord record);
+  /// The gateway has started: told before all else, with how the one before has ended. So is then
+  /// its end.
+  void Started(const std::string& version);
 
   EventsState state() const override;
+  std::vector<Alarm> Alarms() const override;
+  void Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done) override;
   Result<Page> Read(const PageQuery& query) const override;
 
  private:
+  struct Ack {
+    std::size_t alarms = 0;
+    std::function<void(const Acknowledged&)> done;
+  };
+
   void Run();
   /// Until there is something to be written, or it is time to look.
   bool Sleep();
   void WriteDue();
   Status Open();
+  void OnFirstOpened(const EventTable::Contents& contents) BAUDGATE_REQUIRES(mutex_);
+  Status RestoreAlarms();
+  /// `acks`: of these batches.
+  std::vector<Batch> TakeDue(std::vector<Ack>& acks);
+  void Feed(const std::vector<Batch>& batches);
   void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
+  bool IsIdle() const BAUDGATE_REQUIRES(mutex_);
+  EventRecord Own(OwnCode code, std::string text) const;
 
   const Options options_;
   EventFile file_;  // of the writing thread
@@ -61,6 +84,11 @@ class EventLog final : public EventSource {
   std::condition_variable due_;
   EventBook book_ BAUDGATE_GUARDED_BY(mutex_);
   EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
+  std::optional<LastRun> last_run_ BAUDGATE_GUARDED_BY(mutex_);     // nothing: not opened yet
+  std::optional<EventRecord> started_ BAUDGATE_GUARDED_BY(mutex_);  // to be told
+  bool tells_end_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::vector<Ack> acks_ BAUDGATE_GUARDED_BY(mutex_);  // of what waits
+  bool restores_ = false;  // of the writing thread: the file may lack alarms
   bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

@@ -9,6 +9,7 @@
 
 #include "config/model/device.h"
 #include "gateway/base/time.h"
+#include "gateway/events/alarm.h"
 #include "gateway/events/placed_time.h"
 #include "protocols/conversation.h"
 
@@ -25,10 +26,18 @@ struct EventRecord {
   std::uint32_t code = 0;
   config::EventState state = config::EventState::message;
   std::string text;
+  /// Of the gateway's own: what of the device it concerns, "current_l1 above 5"; not in the file.
+  /// Also what its alarm is called.
+  std::string subject{};
+  AlarmMark mark{};
+  std::optional<Alarm> alarm{};  ///< as it is behind this; nothing: as before, or there is none
 };
 
 /// Longer texts are cut.
 inline constexpr std::size_t kLongestText = 128;
+
+/// To kLongestText, and no half character at its end.
+void Shorten(std::string& text);
 
 /// With the words of the device's table. `oldest`: as for Place.
 std::vector<EventRecord> RecordsOf(const EventBatch& batch, const std::string& line,

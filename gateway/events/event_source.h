@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "gateway/events/event_page.h"
 #include "gateway/state/disk.h"
@@ -11,18 +13,45 @@ namespace baudgate::events {
 
 struct EventsState {
   Disk disk = Disk::opening;
-  std::string trouble;        ///< why it fails; empty: it does not
-  WallTime since{};           ///< of `disk`
-  std::size_t waiting = 0;    ///< devices that are not asked for more until theirs are kept
-  std::int64_t newest = 0;    ///< number of the last that is kept; 0: none is
-  std::uint64_t repeats = 0;  ///< that came once more, since the start
+  std::string trouble;         ///< why it fails; empty: it does not
+  WallTime since{};            ///< of `disk`
+  std::size_t waiting = 0;     ///< devices that are not asked for more until theirs are kept
+  std::int64_t newest = 0;     ///< number of the last that is kept; 0: none is
+  std::uint64_t repeats = 0;   ///< that came once more, since the start
+  std::uint64_t left_out = 0;  ///< of the gateway's own, too many of one kind, since the start
+  std::size_t alarms_active = 0;
+  std::size_t alarms_unacknowledged = 0;
   std::string file;
+};
+
+/// Whose alarms somebody has seen, and who.
+struct AckQuery {
+  std::string line{};
+  std::string device{};
+  std::string point{};   ///< empty: of the device, and of all its points
+  std::int64_t seq = 0;  ///< not 0: what this event has raised, whosesoever
+  std::string by{};      ///< "user:anna"
+
+  bool Means(const Alarm& alarm) const {
+    if (seq != 0) return alarm.seq == seq;
+    return alarm.line == line && alarm.device == device && (point.empty() || alarm.point == point);
+  }
+};
+
+struct Acknowledged {
+  std::size_t alarms = 0;  ///< that waited for it
+  std::string trouble{};   ///< why it is not on the disk yet; empty: it is
 };
 
 class EventSource {
  public:
   virtual ~EventSource() = default;
   virtual EventsState state() const = 0;
+  /// Those that are not normal.
+  virtual std::vector<Alarm> Alarms() const = 0;
+  /// `done` is called once, from any thread, also from within this call.
+  virtual void Acknowledge(const AckQuery& query,
+                           std::function<void(const Acknowledged&)> done) = 0;
   /// Nothing while the file is being opened.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
 };

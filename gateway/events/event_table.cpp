@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gateway/events/event_page.h"
+#include "gateway/events/own_codes.h"
 
 namespace baudgate::events {
 namespace {
@@ -21,19 +22,26 @@ constexpr const char* kOlder = "SELECT max(seq) FROM events WHERE device=? AND s
 
 }  // namespace
 
+Source SourceOf(const SourceNames& names, std::string_view device) {
+  const auto found = std::ranges::find(names, device, &SourceNames::value_type::second);
+  return found == names.end() ? kGateway : static_cast<Source>(found - names.begin());
+}
+
 EventTable::EventTable(Database& database, const SourceNames& names, std::int64_t most)
     : database_(database),
       names_(names),
       most_(most),
       insert_(database, kInsert),
       said_(database, kSaid),
-      drop_(database, kDrop) {}
+      drop_(database, kDrop),
+      alarms_(database) {}
 
 EventTable::Contents EventTable::Read(FeedLimits limits) {
   Contents contents;
   const Value last = database_.First("SELECT coalesce(max(seq), 0) FROM events");
   if (!std::holds_alternative<std::int64_t>(last)) return contents;
   contents.last = std::get<std::int64_t>(last);
+  if (!ReadRun(contents) || !alarms_.Read(contents.alarms)) return contents;
   Statement rows(database_, "SELECT line, device, said FROM event_sources");
   Statement::Step step = rows.Next();
   for (; step == Statement::Step::row; step = rows.Next()) {
@@ -56,7 +64,7 @@ bool EventTable::ReadImage(FeedLimits limits, FeedImage& image) {
     auto page = ReadPage(database_, query);
     if (!page) return false;
     for (EventRecord& record : page->records) {
-      image.events.push_back({SourceOf(record.device), std::move(record)});
+      image.events.push_back({SourceOf(names_, record.device), std::move(record)});
     }
     if (!page->more) break;
     query.after = page->next;
@@ -66,7 +74,7 @@ bool EventTable::ReadImage(FeedLimits limits, FeedImage& image) {
   rows.Bind(2, gone);
   Statement::Step step = rows.Next();
   for (; step == Statement::Step::row; step = rows.Next()) {
-    image.gone.push_back({rows.Number(0), SourceOf(rows.Text(1))});
+    image.gone.push_back({rows.Number(0), SourceOf(names_, rows.Text(1))});
   }
   if (step == Statement::Step::failed) return false;
   Statement newest(database_, kOlder);
@@ -80,15 +88,31 @@ bool EventTable::ReadImage(FeedLimits limits, FeedImage& image) {
   return true;
 }
 
-/// By its name alone, so that a device that has moved to another line keeps what it said there.
-Source EventTable::SourceOf(std::string_view device) const {
-  const auto found = std::ranges::find(names_, device, &SourceNames::value_type::second);
-  return found == names_.end() ? kNoSource : static_cast<Source>(found - names_.begin());
+bool EventTable::ReadRun(Contents& contents) {
+  Statement run(database_,
+                "SELECT code, (SELECT receive_time FROM events ORDER BY seq DESC LIMIT 1) FROM "
+                "events WHERE device='' AND code IN (?,?) ORDER BY seq DESC LIMIT 1");
+  run.Bind(1, std::int64_t{CodeOf(OwnCode::started)});
+  run.Bind(2, std::int64_t{CodeOf(OwnCode::stops)});
+  const Statement::Step step = run.Next();
+  if (step == Statement::Step::row) {
+    const bool ended = run.Number(0) == std::int64_t{CodeOf(OwnCode::stops)};
+    contents.last_run = {ended ? LastRun::End::in_order : LastRun::End::broken_off, run.Time(1)};
+  }
+  return step != Statement::Step::failed;
 }
 
 bool EventTable::Write(const std::vector<Batch>& batches) {
   bool ok = database_.Execute("BEGIN IMMEDIATE");
   for (const Batch& batch : batches) ok = ok && Insert(batch);
+  ok = ok && database_.Execute("COMMIT");
+  if (!ok) database_.Rollback();
+  return ok;
+}
+
+bool EventTable::WriteAlarms(const std::vector<Alarm>& alarms) {
+  bool ok = database_.Execute("BEGIN IMMEDIATE; DELETE FROM alarms;");
+  for (const Alarm& alarm : alarms) ok = ok && alarms_.Write(alarm);
   ok = ok && database_.Execute("COMMIT");
   if (!ok) database_.Rollback();
   return ok;
@@ -107,14 +131,16 @@ bool EventTable::Insert(const Batch& batch) {
     insert_.Bind(8, std::int64_t{event.code});
     insert_.Bind(9, Name(event.state));
     insert_.Bind(10, event.text);
-    if (!insert_.Run()) return false;
+    if (!insert_.Run() || (event.alarm && !alarms_.Write(*event.alarm))) return false;
   }
   if (batch.events.empty()) return true;
-  const auto& [line, device] = names_[batch.source];
-  said_.Bind(1, line);
-  said_.Bind(2, device);
-  said_.Bind(3, batch.said);
-  if (!said_.Run()) return false;
+  if (batch.source != kGateway) {
+    const auto& [line, device] = names_[batch.source];
+    said_.Bind(1, line);
+    said_.Bind(2, device);
+    said_.Bind(3, batch.said);
+    if (!said_.Run()) return false;
+  }
   drop_.Bind(1, batch.events.back().seq - most_);
   return drop_.Run();
 }

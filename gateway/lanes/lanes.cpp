@@ -71,6 +71,10 @@ class Lanes::Lane final : public PollerListener {
     all_.listener_.OnMemory(device, memory);
   }
   void OnEvents(ReportedEvents events) override { all_.listener_.OnEvents(std::move(events)); }
+  void OnNews(News news) override { all_.listener_.OnNews(std::move(news)); }
+  void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) override {
+    all_.listener_.OnRead(device, points, at);
+  }
   void OnWarning(std::uint32_t device, const std::string& message) override {
     all_.listener_.OnWarning(device, message);
   }

@@ -402,6 +402,10 @@ void Poller::Store(Device& device, const Answer& answer) {
     upkeep_.Repeat(device, config::Group::once, now_.instant);
   }
   if (jumps.spoils) upkeep_.Repeat(device, *jumps.spoils, now_.instant);
+  std::vector<std::uint32_t> points;
+  points.reserve(samples.size());
+  for (const Sample& sample : samples) points.push_back(sample.point);
+  listener_.OnRead(device.index, points, at);
   if (job_->task.kind == Task::Kind::poll) whose_reply_.OnStored({device.place, job_->task.query});
 }
 

@@ -35,6 +35,7 @@ void Ledger::OnTime(Now now, bool busy, const Member* member) {
     if (member != nullptr) Of(*member).busy += passed;
   }
   now_ = now;
+  if (others_.EndsAt(now.instant)) listener_.OnNews({News::What::collisions, true});
   if (now.instant - minute_began_ < 1min) return;
   use_ = UseSince(minute_began_);
   minute_began_ = now.instant;
@@ -87,10 +88,17 @@ void Ledger::OnReceived(View bytes) {
 void Ledger::OnRing(const Member& member, bool cut) {
   if (cut == cut_since_.has_value()) return;
   cut_since_ = cut ? std::optional(now_.wall) : std::nullopt;
+  listener_.OnNews({News::What::ring_open, !cut});
   listener_.OnWarning(member.index,
                       cut ? "the line does not echo any more: its ring is open, or a device on it "
                             "has no power; until it is mended no device of the line can answer"
                           : "the line echoes again: its ring is closed");
+}
+
+void Ledger::OnSecondMaster() {
+  if (!others_.Add(now_.instant)) return;
+  listener_.OnNews({.what = News::What::collisions,
+                    .text = "echoes differ from what was sent: another master speaks on the line"});
 }
 
 void Ledger::OnLate(const Member& member, Duration lateness) {
@@ -204,6 +212,7 @@ bool Ledger::OnTrouble(const Device& device) {
   state.trouble = text;
   ShowOverride(device);
   Change(device, [&text](DeviceStatus& status) { status.trouble = text; });
+  listener_.OnNews({News::What::wrong_device, text.empty(), device.index, text});
   listener_.OnWarning(device.index, text.empty() ? "it is what it should be again" : text);
   return over;
 }
@@ -220,10 +229,11 @@ void Ledger::OnMemory(Device& device) {
 }
 
 void Ledger::OnReplaced(const Member& member) {
-  listener_.OnWarning(
-      member.index,
-      "it identifies itself otherwise than before: another device answers here, and "
-      "everything is read anew");
+  const std::string text =
+      "it identifies itself otherwise than before: another device answers here, and everything is "
+      "read anew";
+  listener_.OnNews({.what = News::What::replaced, .device = member.index, .text = text});
+  listener_.OnWarning(member.index, text);
 }
 
 /// Its outage is no judgement of how it works when it is back.

@@ -12,6 +12,7 @@
 
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
+#include "gateway/poll/burst.h"
 #include "gateway/poll/late_answers.h"
 #include "gateway/poll/poller_listener.h"
 #include "gateway/poll/roster.h"
@@ -41,6 +42,8 @@ class Ledger {
   void OnReceived(View bytes);
   void OnEcho() { ++counters_.echoes; }
   void OnCollision() { ++counters_.collisions; }
+  /// An echo was there, and differed: somebody else has spoken.
+  void OnSecondMaster();
   /// `cut`: the bus has stopped echoing (gateway/line/echo_watch.h), as `member` was asked.
   void OnRing(const Member& member, bool cut);
   void OnProbe() { ++counters_.probes; }
@@ -118,6 +121,7 @@ class Ledger {
   bool open_ = false;
   Override closed_as_ = Quality::bad_not_connected;
   std::optional<WallTime> cut_since_;  // the ring
+  Burst others_;                       // echoes that differed
   Instant minute_began_{};
   Duration busy_before_minute_{};
   std::optional<double> use_;           // of the last full minute; nothing before there is one

@@ -102,6 +102,7 @@ void Poller::OnBytes(View bytes, Now now) {
   if (heard.warning != nullptr) listener_.OnWarning(job_->member->index, heard.warning);
   if (heard.collision) {
     ledger_.OnCollision();
+    ledger_.OnSecondMaster();
     Hear(line_.OnCollision(now.instant));
   }
   if (!heard.bytes.empty()) {

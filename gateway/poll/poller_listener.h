@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "config/model/serial.h"
@@ -23,6 +24,24 @@ struct ReportedEvents {
   std::optional<Duration> oldest{};  ///< none is older, seen from `received`; nothing: not known
 };
 
+/// What the gateway has seen happen itself, to be kept.
+struct News {
+  enum class What : std::uint8_t {
+    no_answer,     ///< of a device: it is offline
+    not_in_use,    ///< of a device
+    wrong_device,  ///< of a device: nothing that it says counts, or is worth a remark
+    replaced,      ///< of a device: another one answers in its place; without an end
+    port_down,     ///< of the line, as all below
+    port_lent,
+    collisions,  ///< another master is on the line
+    ring_open,
+  };
+  What what = What::no_answer;
+  bool over = false;                      ///< it was told before, and has ended
+  std::optional<std::uint32_t> device{};  ///< index in the point store
+  std::string text{};
+};
+
 class PollerListener {
  public:
   virtual ~PollerListener() = default;
@@ -37,6 +56,11 @@ class PollerListener {
   virtual void OnMemory(std::uint32_t /*device*/, const std::string& /*memory*/) {}
   /// The device is not asked for more before Poller::OnEventsKept, which is not called from here.
   virtual void OnEvents(ReportedEvents /*events*/) {}
+  /// A fact without a call of its own above.
+  virtual void OnNews(News /*news*/) {}
+  /// These points of the device have been read; the point store holds what is thought of it.
+  virtual void OnRead(std::uint32_t /*device*/, std::span<const std::uint32_t> /*points*/,
+                      Now /*at*/) {}
   /// Something the user should know that is not a state: an echo suspected, a late device.
   virtual void OnWarning(std::uint32_t device, const std::string& message) = 0;
 };

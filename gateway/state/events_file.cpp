@@ -55,6 +55,22 @@ CREATE TABLE event_sources (
   said   TEXT NOT NULL,
   PRIMARY KEY (line, device)
 ) WITHOUT ROWID;
+)sql",
+                                                                 R"sql(
+CREATE TABLE alarms (
+  line            TEXT NOT NULL,
+  device          TEXT NOT NULL,
+  name            TEXT NOT NULL,
+  point           TEXT NOT NULL,
+  state           TEXT NOT NULL,
+  priority        TEXT NOT NULL,
+  seq             INTEGER NOT NULL,
+  raised          INTEGER NOT NULL,
+  changed         INTEGER NOT NULL,
+  text            TEXT NOT NULL,
+  acknowledged_by TEXT NOT NULL,
+  PRIMARY KEY (line, device, name)
+) WITHOUT ROWID;
 )sql"};
 
 constexpr int kMostPutAside = 99;

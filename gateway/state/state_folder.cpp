@@ -47,11 +47,19 @@ bool CanWrite(const config::Config& config) {
   });
 }
 
+bool KeepsEvents(const config::Config& config) {
+  if (config.events.given) return true;
+  return std::ranges::any_of(config.lines, [](const config::Line& line) {
+    return std::ranges::any_of(line.devices, [](const config::Device& device) {
+      return device.events || device.point_events;
+    });
+  });
+}
+
 bool NeedsState(const config::Config& config, const config::Catalog& catalog) {
-  if (CanWrite(config)) return true;
+  if (CanWrite(config) || KeepsEvents(config)) return true;
   return std::ranges::any_of(config.lines, [&](const config::Line& line) {
     return std::ranges::any_of(line.devices, [&](const config::Device& device) {
-      if (device.events) return true;
       const auto remembers = catalog.FindProtocol(device.protocol)->remembers;
       return remembers != nullptr && remembers(device);
     });

@@ -15,6 +15,9 @@ namespace baudgate {
 /// Something can be written: a point of a device, or behind a route that a listener permits.
 bool CanWrite(const config::Config& config);
 
+/// Events are kept: the configuration says so, or one of its devices does.
+bool KeepsEvents(const config::Config& config);
+
 /// Something of this configuration is kept. `catalog` has all its protocols.
 bool NeedsState(const config::Config& config, const config::Catalog& catalog);
 

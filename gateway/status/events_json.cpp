@@ -44,8 +44,27 @@ Json EventsJson(const events::EventsState& state) {
   json["newest"] = state.newest;
   json["waiting"] = state.waiting;
   json["repeats"] = state.repeats;
+  json["left_out"] = state.left_out;
+  json["alarms"] = {{"active", state.alarms_active},
+                    {"unacknowledged", state.alarms_unacknowledged}};
   json["file"] = state.file;
   json["advice"] = AdviceOf(state);
+  return json;
+}
+
+Json AlarmJson(const events::Alarm& alarm) {
+  Json json;
+  json["seq"] = alarm.seq;
+  json["state"] = Name(alarm.state);
+  json["priority"] = Name(alarm.priority);
+  json["line"] = alarm.line;
+  json["device"] = alarm.device;
+  json["point"] = alarm.point;
+  json["name"] = alarm.name;
+  json["raised"] = FormatWallTime(alarm.raised);
+  json["changed"] = FormatWallTime(alarm.changed);
+  json["text"] = alarm.text;
+  json["acknowledged_by"] = alarm.by;
   return json;
 }
 

@@ -8,9 +8,12 @@
 
 namespace baudgate::control {
 
-/// {"state":"fine","since":…,"trouble":"","newest":412,"waiting":0,"repeats":3,"file":…,
-///  "advice":[…]}
+/// {"state":"fine","since":…,"trouble":"","newest":412,"waiting":0,"repeats":3,"left_out":0,
+///  "alarms":{"active":1,"unacknowledged":1},"file":…,"advice":[…]}
 nlohmann::ordered_json EventsJson(const events::EventsState& state);
+
+/// As `baudgate alarms --json` prints it.
+nlohmann::ordered_json AlarmJson(const events::Alarm& alarm);
 
 /// {"records":[…],"next":412,"more":false}; a record as `baudgate events --json` prints it.
 nlohmann::ordered_json PageJson(const events::Page& page);

@@ -25,7 +25,7 @@ struct GatewayInfo {
   const modbus::TrafficSource* traffic = nullptr;  ///< null: no Modbus server
   std::function<dds::LinkState()> dds{};           ///< empty: DDS is off
   const audit::AuditSource* audit = nullptr;       ///< null: nothing can be written
-  const events::EventSource* events = nullptr;     ///< null: no device is asked for events
+  events::EventSource* events = nullptr;           ///< null: no device is asked for events
 };
 
 /// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}

@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -101,6 +102,61 @@ TEST_F(Events, AreTold) {
   EXPECT_EQ(follower->Output(), "");
   all->Signal(SIGINT);
   EXPECT_EQ(all->WaitForEnd(), 0);
+}
+
+std::vector<Json> Lines(const Finished& finished) {
+  std::vector<Json> all;
+  std::istringstream lines(finished.output);
+  for (std::string line; std::getline(lines, line);) all.push_back(Json::parse(line));
+  return all;
+}
+
+/// A point that exceeds its limit, seen by somebody, over a kill; and a relay that goes away.
+TEST_F(Events, OfPointsAreAlarmsUntilSomebodyHasSeenThem) {
+  std::string yaml = Yaml();
+  yaml.replace(yaml.rfind("poll: 100ms"), std::string("poll: 100ms").size(),
+               "poll: 100ms, points: [{ name: current_l1, events: [{ on: above, value: -1, alarm: "
+               "high, text: too much }, { on: below, value: -1 }] }]");
+  const auto alarms = [this] { return Lines(Command({"alarms", "--json", "--socket", socket()})); };
+  const auto ack = [this](const std::string& target) {
+    return Command({"ack", target, "--socket", socket()});
+  };
+  const auto count = [this](int code) {
+    const auto records = Records();
+    return std::ranges::count_if(records, [&](const Json& one) { return one["code"] == code; });
+  };
+  auto relay = StartRelay("every:1h");
+  {
+    const auto daemon = StartDaemon(yaml);
+    ASSERT_TRUE(Eventually([&] { return alarms().size() == 1; })) << daemon->Errors();
+    const Json alarm = alarms().front();
+    EXPECT_EQ(alarm["state"], "active");
+    EXPECT_EQ(alarm["priority"], "high");
+    EXPECT_EQ(alarm["point"], "current_l1");
+    EXPECT_THAT(alarm["text"].get<std::string>(), HasSubstr(": too much"));
+    EXPECT_EQ(Status()["events"]["alarms"]["unacknowledged"], 1);
+    EXPECT_THAT(Command({"status", "--socket", socket()}).output, HasSubstr("1 alarm active"));
+    const Finished first = Ask();
+    EXPECT_THAT(first.output, HasSubstr("has started"));
+    EXPECT_EQ(ack("bay.bay-1.nothing").code, 2);
+    EXPECT_EQ(ack("999").code, 2);
+    const Finished seen = ack("bay.bay-1.current_l1");
+    EXPECT_EQ(seen.code, 0) << seen.errors;
+    EXPECT_EQ(seen.output, "1 alarm acknowledged\n");
+    EXPECT_THAT(ack("bay.bay-1").output, StartsWith("no alarm of bay.bay-1 waits"));
+    EXPECT_EQ(alarms().front()["state"], "acknowledged");
+    EXPECT_THAT(alarms().front()["acknowledged_by"].get<std::string>(), StartsWith("user:"));
+    daemon->Signal(SIGKILL);
+    daemon->WaitForEnd();
+  }
+  const auto daemon = StartDaemon(yaml);
+  ASSERT_TRUE(Eventually([&] { return count(1000001) == 2; })) << daemon->Errors();
+  EXPECT_THAT(Ask().output, HasSubstr("the one before was broken off"));
+  EXPECT_EQ(alarms().front()["state"], "acknowledged");
+  relay.reset();
+  ASSERT_TRUE(Eventually([&] { return count(1000005) + count(1000009) > 0; })) << Ask().output;
+  EXPECT_EQ(count(1000014), 1) << "it was above before: " << Ask().output;
+  EXPECT_EQ(count(1000016), 1);
 }
 
 TEST_F(Events, AreNotAskedForByThemselves) {

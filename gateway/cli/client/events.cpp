@@ -22,13 +22,15 @@ constexpr std::array<const char*, 10> kFields = {
     "device", "channel",      "code",        "state",         "text"};
 
 std::string Row(const Json& record) {
+  const std::string device = FieldText(record, "device");
   const auto clock = record.value("clock_quality", std::size_t{0});
-  std::string row = fmt::format(
-      kRow, FieldText(record, "seq"), FieldText(record, "receive_time"),
-      FieldText(record, "device_time"),
-      clock < kClocks.size() ? std::string(kClocks[clock]) : std::to_string(clock),
-      FieldText(record, "line") + "." + FieldText(record, "device"), FieldText(record, "channel"),
-      FieldText(record, "code"), FieldText(record, "state"), FieldText(record, "text"));
+  std::string row =
+      fmt::format(kRow, FieldText(record, "seq"), FieldText(record, "receive_time"),
+                  FieldText(record, "device_time"),
+                  clock < kClocks.size() ? std::string(kClocks[clock]) : std::to_string(clock),
+                  FieldText(record, "line") + (device.empty() ? "" : "." + device),
+                  FieldText(record, "channel"), FieldText(record, "code"),
+                  FieldText(record, "state"), FieldText(record, "text"));
   row.erase(row.find_last_not_of(" \n") + 1);
   return row + "\n";
 }

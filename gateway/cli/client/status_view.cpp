@@ -224,6 +224,17 @@ std::string DdsTraffic(const Json& status) {
   return (lines.empty() || dds.at("advice").empty() ? "" : "\n") + lines;
 }
 
+/// "2 alarms active, 1 not acknowledged: see 'baudgate alarms'"; nothing where there is none.
+std::string AlarmsLine(const Json& status) {
+  const Json& alarms = PartOf(PartOf(status, "events"), "alarms");
+  if (!alarms.is_object()) return {};
+  const std::uint64_t active = Number(alarms, "active");
+  const std::uint64_t unseen = Number(alarms, "unacknowledged");
+  if (active + unseen == 0) return {};
+  return fmt::format("\n{} active, {} not acknowledged: see 'baudgate alarms'\n",
+                     Plural(active, "alarm"), unseen);
+}
+
 std::string Overview(const Json& status, const TableView& view) {
   const Json& lines = status.at("lines");
   std::size_t devices = 0;
@@ -237,7 +248,7 @@ std::string Overview(const Json& status, const TableView& view) {
                      Milliseconds(status.at("uptime_ms")), lines.size(), devices, alive) +
          LineTable(lines, view) + (devices == 0 ? "" : "\n" + DeviceTable(lines, view)) +
          RenderTraffic(status.at("modbus"), view) + DdsLine(status) + DdsTraffic(status) +
-         Advice(status);
+         AlarmsLine(status) + Advice(status);
 }
 
 std::string PortText(const Json& line) {

@@ -186,10 +186,12 @@ void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std
 }
 
 void PrintEvents(const config::Config& config, std::ostream& out) {
-  std::string names;
+  std::string names = config.events.given ? "the gateway" : "";
   for (const config::Line& line : config.lines) {
     for (const config::Device& device : line.devices) {
-      if (device.events) names += (names.empty() ? "" : ", ") + line.name + "." + device.name;
+      if (!device.events && !device.point_events) continue;
+      names += (names.empty() ? "" : ", ") + line.name + "." + device.name;
+      if (!device.events) names += " (points)";
     }
   }
   if (names.empty()) return;
@@ -260,6 +262,7 @@ Json ToJson(const config::Config& config) {
       one["points_on_modbus"] = ServedPoints(device);
       one["writes"] = WritesJson(device);
       one["events"] = device.events;
+      one["point_events"] = device.point_events;
       devices.push_back(std::move(one));
     }
     lines.push_back({{"name", line.name},

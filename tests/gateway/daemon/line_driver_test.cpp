@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <deque>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,9 +19,11 @@
 namespace baudgate {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Pair;
 
 class FakePort final : public Transport {
  public:
@@ -52,6 +55,20 @@ class FakeRetries final : public PortRetries {
   std::vector<std::string> downs;
 };
 
+class FakeSink final : public EventSink {
+ public:
+  void OnReported(ReportedEvents) override {}
+  void OnNews(const config::Line&, const News& one, Now) override {
+    news.emplace_back(one.what, one.over);
+  }
+  void OnRead(std::uint32_t, std::span<const std::uint32_t> points, Now) override {
+    read.insert(points.begin(), points.end());
+  }
+
+  std::vector<std::pair<News::What, bool>> news;
+  std::set<std::uint32_t> read;
+};
+
 class LineDriverTest : public testing::Test {
  protected:
   explicit LineDriverTest(const std::string& port = "tcp://server:4001") {
@@ -61,7 +78,7 @@ class LineDriverTest : public testing::Test {
     twin_ = ToyProtocol().make_twin(config_.lines[0].devices[0], values_);
     driver_ = std::make_unique<LineDriver>(
         config_.lines[0], 0U, [](const std::string&) -> const Protocol& { return ToyProtocol(); },
-        *store_, port_, retries_, LineRecorder::Sink());
+        *store_, port_, retries_, LineRecorder::Sink(), nullptr, &sink_);
     driver_->Start(now_);
   }
 
@@ -109,6 +126,7 @@ class LineDriverTest : public testing::Test {
   bool answers_ = true;
   FakePort port_;
   FakeRetries retries_;
+  FakeSink sink_;
   std::unique_ptr<LineDriver> driver_;
   Now now_{Instant() + 1h, WallTime(1'790'000'000s)};
   std::vector<WriteEnd> ends_;
@@ -134,6 +152,27 @@ TEST_F(LocalPort, HasWorkedOnceItOpens) {
   EXPECT_EQ(status().port_text, "gone");
   EXPECT_EQ(status().times_lost, 1U);
   EXPECT_FALSE(driver_->is_open());
+}
+
+TEST_F(LocalPort, TellsWhatIsToBeKept) {
+  using What = News::What;
+  Open();
+  Pass(3s);
+  EXPECT_THAT(sink_.read, Contains(0U));
+  EXPECT_THAT(sink_.news, IsEmpty());
+  answers_ = false;
+  Pass(30s);
+  Lose("gone");
+  driver_->OnOpenFailed("no such file", now_);
+  answers_ = true;
+  Open();
+  Pass(10s);
+  driver_->Release(1min, now_);
+  driver_->TakeBack(now_);
+  Open();
+  EXPECT_THAT(sink_.news, ElementsAre(Pair(What::no_answer, false), Pair(What::port_down, false),
+                                      Pair(What::port_down, true), Pair(What::no_answer, true),
+                                      Pair(What::port_lent, false), Pair(What::port_lent, true)));
 }
 
 TEST_F(LocalPort, IsPolledAndWritten) {

@@ -7,6 +7,7 @@ namespace baudgate::events {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::IsEmpty;
 
 Batch BatchOf(Source source, const std::string& said, std::size_t events, bool again = false) {
   return {source, said, again, std::vector<EventRecord>(events)};
@@ -74,6 +75,78 @@ TEST(EventBook, TakesMoreWhileSomeAreWritten) {
   EXPECT_THAT(book.Kept(written), ElementsAre(0));
   EXPECT_EQ(book.waiting(), 1U);
   EXPECT_THAT(Numbers(book.Due()), ElementsAre(2));
+}
+
+TEST(EventBook, TakesTheGatewaysOwnAmongTheOthers) {
+  EventBook book;
+  book.OnOpened(0, {});
+  book.Add(BatchOf(1, "a", 1));
+  book.Tell({}, Instant());
+  book.Add(BatchOf(2, "a", 1));
+  book.TellFirst({});
+  EXPECT_THAT(Numbers(book.Due()), ElementsAre(1, 2, 3, 4));
+  EXPECT_EQ(book.waiting(), 2U) << "of devices";
+  EXPECT_EQ(book.waiting_own(), 2U);
+  EXPECT_THAT(book.Kept(4), ElementsAre(1, 2));
+  EXPECT_TRUE(book.empty());
+  EXPECT_EQ(book.newest(), 4);
+}
+
+TEST(EventBook, HasRoomForSoManyOfItsOwn) {
+  EventBook book;
+  book.OnOpened(0, {});
+  for (std::uint32_t i = 0; i < EventBook::kMostOwn + 5; ++i) {
+    EventRecord record;
+    record.code = i;
+    book.Tell(record, Instant());
+  }
+  EXPECT_EQ(book.waiting_own(), EventBook::kMostOwn);
+  EXPECT_EQ(book.left_out(), 5U);
+  book.Kept(book.Due().size());
+  EXPECT_TRUE(book.LeftOutAt().has_value());
+  book.TellLeftOut({});
+  EXPECT_EQ(book.waiting_own(), 5U);
+}
+
+EventRecord AlarmEvent(AlarmMark::Step step, bool first = false) {
+  EventRecord event;
+  event.line = "bay";
+  event.device = "relay";
+  event.subject = "0:1";
+  event.mark.step = step;
+  event.mark.first = first;
+  return event;
+}
+
+TEST(EventBook, FollowsAlarmsAsTheyAreKept) {
+  using Step = AlarmMark::Step;
+  EventBook book;
+  Alarm kept;
+  kept.line = "bay";
+  kept.device = "relay";
+  kept.name = "0:1";
+  kept.state = AlarmState::active;
+  kept.seq = 2;
+  book.Add({1, "a", true, {AlarmEvent(Step::clear)}});  // came before the restart, and is kept
+  book.TellAlways(AlarmEvent(Step::raise, true));
+  book.OnOpened(4, {{1, "a"}}, {kept});
+  EXPECT_THAT(Numbers(book.Due()), IsEmpty()) << "nothing of it is new";
+  book.Kept(2);
+  book.TellAlways(AlarmEvent(Step::acknowledge));
+  book.TellAlways(AlarmEvent(Step::acknowledge));
+  book.TellAlways(AlarmEvent(Step::clear));
+  book.Due();
+  const auto due = book.Due();
+  EXPECT_THAT(Numbers(due), ElementsAre(5, 6)) << "acknowledged once; the same again";
+  EXPECT_EQ(due[0].events[0].alarm->state, AlarmState::acknowledged);
+  EXPECT_EQ(due[2].events[0].alarm->state, AlarmState::normal);
+  EXPECT_EQ(book.alarms().size(), 1U) << "not before it is kept";
+  EXPECT_EQ(book.alarms().begin()->second.state, AlarmState::active);
+  book.Kept(3);
+  EXPECT_TRUE(book.alarms().empty());
+  EXPECT_EQ(book.newest(), 6);
+  book.OnOpened(0, {}, {kept});
+  EXPECT_TRUE(book.alarms().empty()) << "what it knows itself goes before";
 }
 
 }  // namespace

@@ -37,6 +37,12 @@ class Events {
   std::int64_t seq_ = 0;
 };
 
+std::vector<FedEvent> Fed(const std::vector<Batch>& batches) {
+  std::vector<FedEvent> events;
+  for (const Batch& batch : batches) events.push_back({batch.source, batch.events.front()});
+  return events;
+}
+
 std::vector<std::int64_t> Numbers(const std::vector<EventRecord>& records) {
   std::vector<std::int64_t> numbers;
   for (const EventRecord& record : records) numbers.push_back(record.seq);
@@ -59,7 +65,7 @@ TEST(EventFeed, ShowsNothingBeforeThereIsAny) {
 TEST(EventFeed, ShowsTheNewestOrFromANumberOn) {
   EventFeed feed;
   Events events;
-  feed.Add(events.Of({0, 1, 0, 1, 1, 1, 1, 1, 1, 1}));
+  feed.Add(Fed(events.Of({0, 1, 0, 1, 1, 1, 1, 1, 1, 1})));
   const struct {
     std::optional<Source> source;
     std::uint32_t first;
@@ -89,7 +95,7 @@ TEST(EventFeed, ShowsTheNewestOrFromANumberOn) {
 TEST(EventFeed, CountsWhatADeviceHasLostAndNotWhatOthersHave) {
   EventFeed feed({.events = 3, .remembered = 4});
   Events events;
-  feed.Add(events.Of({0, 0, 1, 1, 1, 0, 1, 0, 1, 1, 1, 0}));
+  feed.Add(Fed(events.Of({0, 0, 1, 1, 1, 0, 1, 0, 1, 1, 1, 0})));
   const struct {
     std::optional<Source> source;
     std::uint32_t first;
@@ -127,17 +133,17 @@ TEST(EventFeed, GivesConsumersWhatIsBehindTheirPlace) {
   int woken = 0;
   feed.OnNew([&] { ++woken; });
   EXPECT_TRUE(feed.Take(0, 10).empty());
-  feed.Add(events.Of({0, 1}));
+  feed.Add(Fed(events.Of({0, 1})));
   EXPECT_EQ(feed.Take(0, 1).size(), 1U);
   EXPECT_EQ(feed.Take(1, 10).front().record.seq, 2);
   EXPECT_EQ(feed.Take(1, 10).front().source, 1U);
-  feed.Add(events.Of({0, 0, 0}));
+  feed.Add(Fed(events.Of({0, 0, 0})));
   const auto late = feed.Take(1, 10);
   ASSERT_EQ(late.size(), 3U);
   EXPECT_EQ(late.front().record.seq, 3) << "2 has left, which whoever was at 1 can count";
   EXPECT_TRUE(feed.Take(5, 10).empty());
   feed.OnNew({});
-  feed.Add(events.Of({0}));
+  feed.Add(Fed(events.Of({0})));
   EXPECT_EQ(woken, 2);
 }
 
@@ -171,7 +177,7 @@ TEST(EventFeed, BeginsWithTheFileAndOnlyOnce) {
   EXPECT_EQ(feed.Show(Source{1}, 4, kMost).lost, 1U);
   EXPECT_EQ(feed.Show(Source{1}, 2, kMost).lost, 1U) << "its newest before these is 1";
   EXPECT_EQ(feed.Show(Source{1}, 1, kMost).lost, 4U) << "4, and three of which not all are known";
-  EXPECT_EQ(feed.Take(0, 1).front().source, kNoSource);
+  EXPECT_EQ(feed.Take(0, 1).front().source, kGateway);
 
   feed.Begin(contents.image);
   EXPECT_EQ(feed.Take(0, 1000).size(), 250U);

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <sqlite3.h>
 
+#include <future>
+
 #include "tests/gateway/audit/faulty_disk.h"
 #include "tests/gateway/audit/fixture.h"
 
@@ -17,8 +19,9 @@ using ::testing::HasSubstr;
 class EventLogTest : public audit::FolderTest {
  protected:
   std::unique_ptr<EventLog> Start(const std::filesystem::path& path, const std::string& vfs = {},
-                                  std::shared_ptr<FileTurn> turn = {}) {
+                                  std::shared_ptr<FileTurn> turn = {}, bool tells_own = false) {
     EventLog::Options options;
+    options.tells_own = tells_own;
     options.file = path;
     options.vfs = vfs;
     options.turn = std::move(turn);
@@ -26,6 +29,7 @@ class EventLogTest : public audit::FolderTest {
     options.sources = {{"bay-1", "feeder-1"}, {"bay-1", "feeder-2"}};
     options.clocks = ReadClocks;
     options.feed = feed_;
+    options.watches = watches_;
     options.kept = [this](const std::vector<Source>& sources) {
       const std::lock_guard lock(mutex_);
       kept_ += sources.size();
@@ -78,6 +82,7 @@ class EventLogTest : public audit::FolderTest {
   }
 
   std::shared_ptr<EventFeed> feed_ = std::make_shared<EventFeed>();
+  std::function<bool(const Alarm&)> watches_;
 
  private:
   std::mutex mutex_;
@@ -143,6 +148,123 @@ TEST_F(EventLogTest, BeginsANewFileWhereTheOldOneIsRemoved) {
   ASSERT_TRUE(page) << page.error();
   ASSERT_EQ(page->records.size(), 1U);
   EXPECT_EQ(page->records[0].seq, 2) << "no number comes twice";
+}
+
+TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
+  const auto run = [this](const std::string& version) {
+    const auto log = Start(file(), {}, {}, true);
+    log->Started(version);
+    log->Add(BatchOf(0, version));
+  };
+  run("1");
+  run("2");
+  const auto log = Start(file(), {}, {}, true);
+  log->Started("3");
+  while (log->state().newest < 7) std::this_thread::yield();
+  const auto texts = Texts(*log);
+  ASSERT_EQ(texts.size(), 7U);
+  EXPECT_EQ(texts[0], "baudgate 1 has started");
+  EXPECT_EQ(texts[1], "1");
+  EXPECT_EQ(texts[2], "the gateway ends");
+  EXPECT_EQ(texts[3], "baudgate 2 has started; the one before had ended in order");
+  // A gateway that is killed writes nothing any more.
+  const std::string other = (file().parent_path() / "killed.db").string();
+  std::filesystem::copy(file(), other);
+  std::filesystem::copy(file().string() + "-wal", other + "-wal");
+  const auto next = Start(other, {}, {}, true);
+  next->Started("4");
+  while (next->state().newest < 8) std::this_thread::yield();
+  EXPECT_THAT(Texts(*next).back(), HasSubstr("4 has started; the one before was broken off after"));
+}
+
+EventRecord Raised(const std::string& name) {
+  EventRecord record;
+  record.line = "bay-1";
+  record.device = "feeder-1";
+  record.text = record.subject = name;
+  record.mark = {.step = AlarmMark::Step::raise, .priority = config::AlarmPriority::high};
+  return record;
+}
+Acknowledged Ack(EventLog& log, const AckQuery& query) {
+  std::promise<Acknowledged> done;
+  log.Acknowledge(query, [&done](const Acknowledged& told) { done.set_value(told); });
+  return done.get_future().get();
+}
+
+TEST_F(EventLogTest, KeepsAlarmsAndWhoHasSeenThem) {
+  const AckQuery of_device{.line = "bay-1", .device = "feeder-1", .by = "user:anna"};
+  {
+    const auto log = Start(file());
+    log->Tell(Raised("a"));
+    log->Tell(Raised("b"));
+    while (log->state().newest < 2) std::this_thread::yield();
+    EXPECT_EQ(log->state().alarms_active, 2U);
+    EXPECT_EQ(log->state().alarms_unacknowledged, 2U);
+    const Acknowledged one = Ack(*log, {.seq = 1, .by = "user:bob"});
+    EXPECT_EQ(one.alarms, 1U);
+    EXPECT_EQ(one.trouble, "");
+    EXPECT_EQ(log->state().newest, 3) << "it is on the disk when it is told";
+    EXPECT_EQ(log->state().alarms_unacknowledged, 1U);
+    EXPECT_EQ(Texts(*log).back(), "acknowledged by user:bob: a");
+    EXPECT_EQ(Ack(*log, {.seq = 1}).alarms, 0U);
+  }
+  const auto log = Start(file());
+  EXPECT_EQ(Ack(*log, {.line = "bay-1", .device = "feeder-2"}).alarms, 0U);
+  while (log->state().disk != Disk::fine) std::this_thread::yield();
+  EXPECT_EQ(Ack(*log, of_device).alarms, 1U);
+  const auto alarms = log->Alarms();
+  ASSERT_EQ(alarms.size(), 2U);
+  EXPECT_EQ(alarms[0].name, "a");
+  EXPECT_EQ(alarms[0].by, "user:bob");
+  EXPECT_EQ(alarms[1].by, "user:anna");
+  EXPECT_EQ(alarms[1].state, AlarmState::acknowledged);
+  EXPECT_EQ(alarms[1].priority, config::AlarmPriority::high);
+  std::filesystem::remove(file());
+  log->Tell(Raised("c"));
+  while (log->state().newest < 5) std::this_thread::yield();
+  Database database(file().string(), Database::Mode::read);
+  EXPECT_EQ(ToText(database.First("SELECT count(*) FROM alarms")), "3") << "in the new file, too";
+}
+
+TEST_F(EventLogTest, ForgetsAlarmsThatNobodyWatches) {
+  {
+    const auto log = Start(file());
+    log->Tell(Raised("a"));
+    log->Tell(Raised("b"));
+  }
+  watches_ = [](const Alarm& alarm) { return alarm.name == "b"; };
+  const auto log = Start(file());
+  while (log->state().newest < 3) std::this_thread::yield();
+  EXPECT_EQ(Texts(*log).back(), "not in the configuration any more: a");
+  EXPECT_EQ(log->state().alarms_active, 1U);
+  EXPECT_EQ(log->state().alarms_unacknowledged, 2U) << "nobody has seen it yet";
+}
+
+TEST_F(EventLogTest, SaysThatAnAcknowledgementWaits) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs());
+  log->Tell(Raised("a"));
+  while (log->state().newest < 1) std::this_thread::yield();
+  disk.write_error = SQLITE_FULL;
+  const Acknowledged done = Ack(*log, {.seq = 1});
+  EXPECT_EQ(done.alarms, 1U);
+  EXPECT_THAT(done.trouble, HasSubstr("full"));
+  disk.write_error = 0;
+  while (log->state().alarms_unacknowledged > 0) std::this_thread::yield();
+}
+
+TEST_F(EventLogTest, TellsThatTheDiskHasFailed) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs(), {}, true);
+  log->Add(BatchOf(0, "a"));
+  AwaitKept(1);
+  disk.write_error = SQLITE_FULL;
+  log->Add(BatchOf(0, "b"));
+  while (log->state().disk != Disk::failing) std::this_thread::yield();
+  disk.write_error = 0;
+  while (log->state().newest < 3) std::this_thread::yield();
+  EXPECT_EQ(log->state().disk, Disk::fine);
+  EXPECT_EQ(log->state().waiting, 0U);
 }
 
 /// Both write without a pause: neither is ever told that the file is busy.

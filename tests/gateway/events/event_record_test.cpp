@@ -46,6 +46,29 @@ TEST(EventRecord, HasTheWordsOfTheProfile) {
   EXPECT_EQ(records[4].device_time, kWall);
 }
 
+TEST(EventRecord, MarksItsAlarm) {
+  config::Device relay = Relay();
+  relay.event_texts[0].alarm = config::AlarmPriority::high;
+  relay.event_texts[0].until = 2;
+  relay.event_texts[2].alarm = config::AlarmPriority::low;
+  const EventBatch batch{
+      {{0, 1, {}, ""}, {3, 2, {}, ""}, {3, 51, {}, ""}, {2, 1, {}, ""}}, "", false, false};
+  const auto records = RecordsOf(batch, "bay-1", relay, kWall, {});
+  EXPECT_EQ(records[0].mark.step, AlarmMark::Step::raise);
+  EXPECT_EQ(records[0].mark.priority, config::AlarmPriority::high);
+  EXPECT_EQ(records[0].subject, "0:1");
+  EXPECT_EQ(records[1].mark.step, AlarmMark::Step::clear);
+  EXPECT_EQ(records[1].subject, "3:1") << "of its channel";
+  EXPECT_EQ(records[2].mark.step, AlarmMark::Step::pulse) << "it has no end";
+  EXPECT_EQ(records[3].mark.step, AlarmMark::Step::none) << "that of the channel is another";
+}
+
+TEST(EventRecord, CutsNoCharacterInTwo) {
+  std::string text = std::string(kLongestText - 1, 'x') + "é";
+  Shorten(text);
+  EXPECT_EQ(text.size(), kLongestText - 1);
+}
+
 TEST(EventRecord, CutsLongTexts) {
   const EventBatch batch{{{0, 9, {}, std::string(1000, 'x')}}, "", false, false};
   EXPECT_EQ(RecordsOf(batch, "l", Relay(), kWall, {})[0].text.size(), kLongestText);

@@ -27,6 +27,7 @@ class LedgerTest : public ::testing::Test, protected PollerListener {
     states_.push_back(to);
   }
   void OnWarning(std::uint32_t, const std::string&) override { ++warnings_; }
+  void OnNews(News news) override { news_.emplace_back(news.what, news.over); }
 
   static Now At(Duration at) { return {Instant() + 1h + at, WallTime(1'790'000'000s) + at}; }
   DeviceStatus StatusOf(const Member& member) const {
@@ -43,7 +44,28 @@ class LedgerTest : public ::testing::Test, protected PollerListener {
   Ledger ledger_{members_.roster, schedule_, store_, 0, *this};
   std::vector<DeviceState> states_;
   int warnings_ = 0;
+  std::vector<std::pair<News::What, bool>> news_;
 };
+
+/// One echo that differs may be noise.
+TEST_F(LedgerTest, AnotherMasterIsThereAfterThreeCollisionsAndGoneAfterAMinuteWithout) {
+  const std::pair<News::What, bool> began{News::What::collisions, false};
+  const std::pair<News::What, bool> ended{News::What::collisions, true};
+  for (const Duration at : {0s, 70s, 100s}) {
+    ledger_.OnTime(At(at), false, nullptr);
+    ledger_.OnSecondMaster();
+  }
+  EXPECT_THAT(news_, IsEmpty());
+  ledger_.OnTime(At(120s), false, nullptr);
+  ledger_.OnSecondMaster();
+  ledger_.OnSecondMaster();
+  EXPECT_THAT(news_, ElementsAre(began));
+  ledger_.OnTime(At(179s), false, nullptr);
+  EXPECT_THAT(news_, ElementsAre(began));
+  ledger_.OnTime(At(180s), false, nullptr);
+  ledger_.OnTime(At(300s), false, nullptr);
+  EXPECT_THAT(news_, ElementsAre(began, ended));
+}
 
 TEST_F(LedgerTest, BusyTimeIsChargedToTheLineAndToWhoTookIt) {
   ledger_.OnTime(At(3s), true, &a_);

@@ -22,7 +22,7 @@ class EventDesk : public DeskTest {
     for (; count > 0; --count) {
       record.seq = ++seq_;
       record.code = static_cast<std::uint32_t>(seq_);
-      feed_->Add({{source, {}, false, {record}}});
+      feed_->Add({{source, record}});
     }
   }
   struct Block {

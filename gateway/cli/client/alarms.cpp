@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/client/alarms.h"
+
+#include <fmt/format.h>
+
+#include "gateway/base/shown.h"
+#include "gateway/cli/client/record_pages.h"
+
+namespace baudgate {
+namespace {
+
+using Json = ControlClient::Json;
+
+constexpr const char* kRow = "{:>8}  {:<24}  {:<12}  {:<8}  {:<32}  {}\n";
+
+std::string Row(const Json& alarm) {
+  std::string where = FieldText(alarm, "line") + "." + FieldText(alarm, "device");
+  if (!FieldText(alarm, "point").empty()) where += "." + FieldText(alarm, "point");
+  const std::string by = FieldText(alarm, "acknowledged_by");
+  return fmt::format(kRow, FieldText(alarm, "seq"), FieldText(alarm, "raised"),
+                     FieldText(alarm, "state"), FieldText(alarm, "priority"), where,
+                     FieldText(alarm, "text") + (by.empty() ? "" : " (" + by + ")"));
+}
+
+}  // namespace
+
+int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err) {
+  bool any = false;
+  const auto print = [&](const Json& alarms) {
+    for (const Json& alarm : alarms) {
+      if (options.json) {
+        out << alarm.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
+      } else {
+        if (!any) out << fmt::format(kRow, "seq", "raised", "state", "priority", "of", "text");
+        out << Row(alarm);
+      }
+      any = true;
+    }
+  };
+  const int code =
+      ReadPages({.request = {{"command", "alarms"}}, .state = "events", .socket = options.socket},
+                print, out, err);
+  if (code == 0 && !any) (options.json ? err : out) << "there is no alarm\n";
+  return code;
+}
+
+int RunAck(const AckOptions& options, std::ostream& out, std::ostream& err) {
+  Json answer;
+  const Json request = {{"command", "ack"}, {"target", options.target}};
+  if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
+  const auto count = answer.value("acknowledged", std::uint64_t{0});
+  if (count == 0) {
+    out << "no alarm of " << options.target << " waits to be acknowledged\n";
+    return 0;
+  }
+  out << Plural(count, "alarm") << " acknowledged\n";
+  const std::string trouble = FieldText(answer, "trouble");
+  if (!trouble.empty()) err << "baudgate: not on the disk yet: " << trouble << '\n';
+  return 0;
+}
+
+}  // namespace baudgate

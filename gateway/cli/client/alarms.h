@@ -1,0 +1,25 @@
+// `baudgate alarms` and `baudgate ack`: what somebody has to know of, and that somebody does.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <ostream>
+#include <string>
+
+namespace baudgate {
+
+struct AlarmsOptions {
+  bool json = false;
+  std::string socket{};  ///< empty: the gateway in the default places
+};
+/// Exit code 0, also where there is none, which is said; 4 when no gateway answers, or it keeps no
+/// events.
+int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err);
+
+struct AckOptions {
+  std::string target;    ///< LINE.DEVICE, LINE.DEVICE.POINT or the number of an event
+  std::string socket{};  ///< as above
+};
+/// The same; 2 where there is no such device, point or alarm.
+int RunAck(const AckOptions& options, std::ostream& out, std::ostream& err);
+
+}  // namespace baudgate

@@ -1,0 +1,26 @@
+// The requests `alarms` and `ack` of the control socket. Part of request_handler.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "config/model/config.h"
+#include "gateway/base/result.h"
+#include "gateway/events/event_source.h"
+#include "gateway/status/status_json.h"
+
+namespace baudgate::control {
+
+/// One page, by the numbers of the events that have raised them.
+Json AlarmsPage(const events::EventSource& events, std::int64_t after);
+
+/// "bay-1.feeder-1", "bay-1.feeder-1.current_l1" or "412". An error where there is no such device
+/// or point; of a device that is not configured any more alarms may still be there.
+Result<events::AckQuery> FindAlarms(const config::Config& config, const events::EventSource& events,
+                                    const std::string& target);
+
+/// {"ok":true,"acknowledged":2,"trouble":""}.
+Json AckJson(const events::Acknowledged& done);
+
+}  // namespace baudgate::control

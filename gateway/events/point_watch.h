@@ -1,0 +1,77 @@
+// Decides what happens at a point: takes its readings, gives events. No clock, no lock, no disk.
+//
+//   above 5, hysteresis 1:   4 6 5 4     on at 6, off at 4
+//   above 5, delay 3 s:      6 6 6 6     on at the first that is 3 s behind the one that began it
+//   change:                  1 1 2 bad 2 3   at 2 and 3
+//
+// A bad reading is none: it makes no event and ends no delay. The first since the start tells of a
+// limit that is exceeded; where the point has an alarm it is told either way, and is an event where
+// the kept state of the alarm differs (AlarmMark::first). Between limit and hysteresis nobody
+// knows.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/model/device.h"
+#include "gateway/base/quality.h"
+#include "gateway/base/value.h"
+#include "gateway/events/event_record.h"
+
+namespace baudgate::events {
+
+/// One rule of one point.
+class PointWatch {
+ public:
+  explicit PointWatch(const config::PointEvent& rule) : rule_(rule) {}
+
+  struct Finding {
+    config::EventState state = config::EventState::message;
+    bool first = false;
+  };
+  std::optional<Finding> Take(const Value& value, Quality quality, Instant now);
+
+ private:
+  std::optional<Finding> Compare(double value, Instant now);
+  std::optional<Finding> Change(const Value& value, Instant now);
+  bool IsSame(const Value& a, const Value& b) const;
+  /// What is seen now is so for long enough.
+  bool Lasts(const Value& seen, Instant now);
+
+  const config::PointEvent& rule_;
+  Value told_;                    // of a limit whether it is exceeded; nothing: not known
+  Value seen_;                    // another than that
+  std::optional<Instant> since_;  // it is
+};
+
+/// All rules of one device.
+class DeviceWatch {
+ public:
+  /// Both outlive it.
+  DeviceWatch(const std::string& line, const config::Device& device);
+
+  bool Watches(std::uint32_t point) const { return rules_.contains(point); }
+  /// `at`: of the reading.
+  std::vector<EventRecord> Take(std::uint32_t point, const Value& value, Quality quality, Now at);
+
+ private:
+  struct Rule {
+    const config::PointEvent& event;
+    PointWatch watch;
+  };
+  EventRecord RecordOf(const config::Point& point, const config::PointEvent& event,
+                       const PointWatch::Finding& found, const Value& value, Now at) const;
+
+  const std::string& line_;
+  const config::Device& device_;
+  std::map<std::uint32_t, std::vector<Rule>> rules_;  // by point
+};
+
+/// "current_l1 above 5": the subject of its events.
+std::string SubjectOf(const config::Point& point, const config::PointEvent& event);
+
+}  // namespace baudgate::events

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/news_desk.h"
+
+#include <gmock/gmock.h>
+
+#include <string>
+#include <vector>
+
+#include "gateway/trace/tap.h"
+
+namespace baudgate {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using What = News::What;
+
+class NewsDeskTest : public ::testing::Test, private EventSink {
+ protected:
+  void State(DeviceState from, DeviceState to, std::uint32_t device = 3) {
+    desk_.OnDeviceState(device, from, to, "no reply", now_);
+  }
+  std::vector<std::string> TakeTold() { return std::exchange(told_, {}); }
+
+  const config::Line line_;
+  Now now_{};
+  NewsDesk desk_{line_, this};
+
+ private:
+  void OnReported(ReportedEvents) override {}
+  void OnRead(std::uint32_t, std::span<const std::uint32_t>, Now) override {}
+  void OnNews(const config::Line&, const News& news, Now) override {
+    told_.push_back(std::to_string(static_cast<int>(news.what)) + (news.over ? " over" : "") +
+                    (news.device ? " of " + std::to_string(*news.device) : "") +
+                    (news.text.empty() ? "" : ": " + news.text));
+  }
+
+  std::vector<std::string> told_;
+};
+
+TEST_F(NewsDeskTest, TellsOfADeviceThatGoesAndComes) {
+  State(DeviceState::never_seen, DeviceState::online);
+  State(DeviceState::online, DeviceState::degraded);
+  EXPECT_THAT(TakeTold(), IsEmpty()) << "nothing has happened yet";
+  State(DeviceState::degraded, DeviceState::offline);
+  State(DeviceState::offline, DeviceState::online);
+  EXPECT_THAT(TakeTold(), ElementsAre("0 of 3: no reply", "0 over of 3"));
+  State(DeviceState::never_seen, DeviceState::offline, 4);
+  EXPECT_THAT(TakeTold(), ElementsAre("0 of 4: no reply")) << "it has never answered";
+  State(DeviceState::online, DeviceState::offline, kFirstSlave + 7);
+  EXPECT_THAT(TakeTold(), IsEmpty()) << "of a route, no device";
+}
+
+/// Behind a closed port all devices are offline, which nobody tells: their first answers are news
+/// for the log, but no events.
+TEST_F(NewsDeskTest, TellsOfAPortAndNotOfAllBehindIt) {
+  desk_.Tell({What::port_down, false, {}, "unplugged"}, now_);
+  desk_.Tell({What::port_down, false, {}, "no such file"}, now_);
+  desk_.Tell({What::port_down, true, {}, "/dev/x"}, now_);
+  State(DeviceState::offline, DeviceState::online);
+  desk_.Tell({What::port_down, true, {}, "/dev/x"}, now_);
+  EXPECT_THAT(TakeTold(), ElementsAre("4: unplugged", "4 over: /dev/x"));
+}
+
+TEST_F(NewsDeskTest, TellsEveryTroubleOfAWrongDevice) {
+  desk_.Tell({What::wrong_device, false, 3, "type 0D"}, now_);
+  desk_.Tell({What::wrong_device, false, 3, "type 0E"}, now_);
+  desk_.Tell({What::wrong_device, true, 3, ""}, now_);
+  desk_.Tell({What::replaced, false, 3, "a"}, now_);
+  desk_.Tell({What::replaced, false, 3, "b"}, now_);
+  EXPECT_THAT(TakeTold(), ElementsAre("2 of 3: type 0D", "2 of 3: type 0E", "2 over of 3",
+                                      "3 of 3: a", "3 of 3: b"));
+}
+
+TEST_F(NewsDeskTest, TellsOfADeviceOutOfUse) {
+  State(DeviceState::online, DeviceState::disabled);
+  State(DeviceState::disabled, DeviceState::online);
+  EXPECT_THAT(TakeTold(), ElementsAre("1 of 3: no reply", "1 over of 3: no reply"));
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/events/shares.h"
+
+#include <gmock/gmock.h>
+
+#include "gateway/events/own_codes.h"
+
+namespace baudgate::events {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+EventRecord Port(const std::string& line, const std::string& text) {
+  EventRecord record;
+  record.line = line;
+  record.code = CodeOf(OwnCode::port_down);
+  record.text = text;
+  return record;
+}
+
+class SharesTest : public ::testing::Test {
+ protected:
+  bool Take(const std::string& line, const std::string& text = "", bool room = true) {
+    return shares_.Take(Port(line, text), room, now_.instant);
+  }
+  void Pass(Duration time) {
+    now_.instant += time;
+    now_.wall += time;
+  }
+  int Taken(const std::string& line, int events) {
+    int taken = 0;
+    for (int i = 0; i < events; ++i) taken += Take(line, std::to_string(i)) ? 1 : 0;
+    return taken;
+  }
+  void Keep(const std::string& line, int events) {
+    for (int i = 0; i < events; ++i) shares_.OnKept(Port(line, ""));
+  }
+
+  Now now_{Instant() + 1h, WallTime() + 1h};
+  Shares shares_;
+};
+
+TEST_F(SharesTest, OfOneAreNotTakenFromAnother) {
+  EXPECT_EQ(Taken("a", 1000), Shares::kAtOnce);
+  EXPECT_EQ(Taken("b", 5), 5);
+  EXPECT_EQ(shares_.left_out(), 1000U - Shares::kAtOnce);
+}
+
+TEST_F(SharesTest, TellHowManyAndTheLast) {
+  Taken("a", 40);
+  Keep("a", Shares::kAtOnce);
+  EXPECT_THAT(shares_.TakeLeftOut(now_), IsEmpty());
+  ASSERT_EQ(shares_.NextAt(), now_.instant + Shares::kEach);
+  Pass(Shares::kEach);
+  const auto told = shares_.TakeLeftOut(now_);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].code, CodeOf(OwnCode::left_out));
+  EXPECT_EQ(told[0].line, "a");
+  EXPECT_THAT(told[0].text, HasSubstr("19 events"));
+  EXPECT_EQ(told[1].code, CodeOf(OwnCode::port_down));
+  EXPECT_EQ(told[1].text, "39");
+  EXPECT_EQ(shares_.NextAt(), std::nullopt);
+  EXPECT_FALSE(Take("a")) << "that was this minute's";
+  Pass(Shares::kEach);
+  EXPECT_EQ(shares_.TakeLeftOut(now_).size(), 1U) << "one alone is told as it is";
+}
+
+TEST_F(SharesTest, AreWholeAgainAfterAWhile) {
+  EXPECT_EQ(Taken("a", Shares::kAtOnce), Shares::kAtOnce);
+  Keep("a", Shares::kAtOnce);
+  Pass(Shares::kAtOnce * Shares::kEach);
+  EXPECT_EQ(Taken("a", 100), Shares::kAtOnce);
+}
+
+/// While the disk fails nothing is kept, however long: memory has an end.
+TEST_F(SharesTest, WaitInBoundedMemory) {
+  int taken = 0;
+  for (int minute = 0; minute < 10'000; ++minute, Pass(Shares::kEach)) taken += Take("a") ? 1 : 0;
+  EXPECT_EQ(taken, Shares::kAtOnce);
+  EXPECT_FALSE(Take("b", "last", false)) << "no room for anybody";
+  Keep("a", Shares::kAtOnce);
+  const auto told = shares_.TakeLeftOut(now_);
+  ASSERT_EQ(told.size(), 3U);
+  EXPECT_EQ(told[2].text, "last");
+}
+
+}  // namespace
+}  // namespace baudgate::events
