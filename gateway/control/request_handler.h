@@ -56,6 +56,8 @@ class RequestHandler {
   Reply Trace(const Json& request, bool recorded);
   Reply Writes(const Json& request);
   Reply Events(const Json& request);
+  Reply History(const Json& request);
+  Status KeepsPoint(const std::string& text) const;
   Status KnowsDevice(const std::string& line, const std::string& device) const;
   Result<Target> TargetOf(const Json& request) const;
   /// A line as a whole.
