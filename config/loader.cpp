@@ -7,6 +7,7 @@
 #include "config/checks/line_checks.h"
 #include "config/checks/route_checks.h"
 #include "config/events.h"
+#include "config/history.h"
 #include "config/lines.h"
 #include "config/outputs.h"
 #include "config/profile.h"
@@ -25,6 +26,7 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   if (const auto node = map.Get("gateway")) context.pace = ReadGateway(*node, config, problems);
   if (const auto node = map.Get("events")) config.events = ReadEvents(*node, problems);
   context.events = config.events.given;
+  const auto history = map.Get("history");
   const auto modbus = map.Get("modbus");
   if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, context);
   if (const auto node = map.Need("lines", "[ { name: bay-1, port: /dev/ttyUSB0, … } ]")) {
@@ -32,6 +34,7 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   }
   map.Finish();
   ResolveInterlocks(config, problems);
+  if (history) config.history = ReadHistory(*history, config, problems);
   if (modbus) config.modbus = ReadModbus(*modbus, config.lines, context);
   CheckUse(config, problems);
   return config;

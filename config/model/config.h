@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "config/model/history.h"
 #include "config/model/line.h"
 #include "config/model/outputs.h"
 
@@ -29,6 +30,7 @@ struct Config {
   std::string recordings;         ///< folder of the flight recorder's files; empty = not given
   std::string state;              ///< folder of what outlives the program; empty = not given
   Events events;
+  History history;
   Audit audit = Audit::best_effort;
   std::string socket;  ///< path of the local control socket; empty = not given
   Modbus modbus;

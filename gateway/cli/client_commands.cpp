@@ -8,6 +8,7 @@
 #include "gateway/base/since.h"
 #include "gateway/cli/client/alarms.h"
 #include "gateway/cli/client/events.h"
+#include "gateway/cli/client/history.h"
 #include "gateway/cli/client/in_use.h"
 #include "gateway/cli/client/points.h"
 #include "gateway/cli/client/release.h"
@@ -24,16 +25,20 @@ void AddSocket(CLI::App& command, std::string& socket) {
   command.add_option("--socket", socket, "Control socket of the gateway, if it is not found");
 }
 
-/// `since` lives as long as the command.
-void AddSince(CLI::App& command, std::optional<WallTime>& since) {
+/// `target` lives as long as the command.
+void AddTime(CLI::App& command, const std::string& name, std::optional<WallTime>& target) {
   command.add_option_function<std::string>(
-      "--since",
-      [&since](const std::string& text) {
+      name,
+      [name, &target](const std::string& text) {
         const auto time = ParseSince(text, ReadClocks().wall);
-        if (!time) throw CLI::ValidationError("--since", time.error());
-        since = *time;
+        if (!time) throw CLI::ValidationError(name, time.error());
+        target = *time;
       },
       "A time (UTC), or a span before now: 2h");
+}
+
+void AddSince(CLI::App& command, std::optional<WallTime>& since) {
+  AddTime(command, "--since", since);
 }
 
 void AddStatus(CLI::App& app, Action& action) {
@@ -90,7 +95,8 @@ void AddWrites(CLI::App& app, Action& action) {
 }
 
 void AddEvents(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("events", "What has happened, in devices and to the gateway, oldest first");
+  auto* command = app.add_subcommand(
+      "events", "What has happened, in devices and to the gateway, oldest first");
   auto options = std::make_shared<EventsOptions>();
   command->add_flag("--follow", options->follow, "Go on with what comes");
   command->add_option("--from", options->from, "The first number (seq)")
@@ -125,6 +131,31 @@ void AddAck(CLI::App& app, Action& action) {
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     action = [=](const auto&) { return RunAck(*options, std::cout, std::cerr); };
+  });
+}
+
+void AddHistory(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("history", "Values that were kept, or what they come to");
+  auto options = std::make_shared<HistoryOptions>();
+  command->add_option("POINT", options->points, "LINE.DEVICE.POINT")->required();
+  AddSince(*command, options->since);
+  AddTime(*command, "--until", options->until);
+  command->add_option_function<std::string>(
+      "--every",
+      [options = options.get()](const std::string& text) {
+        const auto every = ParseDuration(text);
+        if (!every) throw CLI::ValidationError("--every", every.error());
+        if (*every < 1min || *every % 1min != Duration::zero()) {
+          throw CLI::ValidationError("--every", "write whole minutes, for example 15min or 1d");
+        }
+        options->every = *every;
+      },
+      "Means, minima and maxima of so long, for example 15min");
+  auto* json = command->add_flag("--json", options->json, "Print one JSON object a line");
+  command->add_flag("--csv", options->csv, "Print a table for spreadsheets")->excludes(json);
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunHistory(*options, std::cout, std::cerr); };
   });
 }
 
@@ -204,6 +235,7 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddEvents(app, action);
   AddAlarms(app, action);
   AddAck(app, action);
+  AddHistory(app, action);
   AddSettings(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);

@@ -12,6 +12,7 @@
 #include "gateway/events/event_source.h"
 #include "gateway/status/audit_json.h"
 #include "gateway/status/events_json.h"
+#include "gateway/status/history_json.h"
 #include "gateway/status/settings_json.h"
 
 namespace baudgate::control {
@@ -46,6 +47,16 @@ std::optional<WallTime> SinceOf(const Json& request) {
   if (!since) return std::nullopt;
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1'000'000;
   return WallTime(std::chrono::milliseconds(std::clamp(*since, -kMost, kMost)));
+}
+
+constexpr std::int64_t kMostEvery = 31 * history::kDay;
+
+/// Nothing: the first page.
+std::optional<history::Cursor> CursorOf(const Json& request) {
+  const auto found = request.find("after");
+  if (found == request.end() || !found->is_array() || found->size() != 2) return std::nullopt;
+  if (!(*found)[0].is_number_integer() || !(*found)[1].is_number_integer()) return std::nullopt;
+  return history::Cursor{(*found)[0].get<std::int64_t>(), (*found)[1].get<std::int64_t>()};
 }
 
 Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}; }
@@ -107,6 +118,7 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
   if (command == "writes") return Writes(request);
   if (command == "events") return Events(request);
   if (command == "alarms") return Alarms(request);
+  if (command == "history") return History(request);
   const auto answered = [later](const Json& answer) { later(Dump(answer)); };
   if (command == "ack") return Acknowledge(request, client, answered);
   if (command == "read" || command == "write") {
@@ -115,8 +127,8 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
     return status ? Reply{} : Refused(kUnknown, status.error());
   }
   constexpr std::string_view kCommands[] = {
-      "status",   "read",    "write",     "may_write", "writes",  "events", "alarms",  "ack",
-      "settings", "release", "take_back", "enable",    "disable", "trace",  "recorded"};
+      "status", "read",     "write",   "may_write", "writes", "events",  "alarms", "history",
+      "ack",    "settings", "release", "take_back", "enable", "disable", "trace",  "recorded"};
   return Refused(kUsage, config::Quoted(command) + " is no command;" +
                              config::DidYouMean(command, kCommands) +
                              " there are: " + config::Join(kCommands));
@@ -262,6 +274,60 @@ Reply RequestHandler::Acknowledge(const Json& request, const Writer& client,
   info_.events->Acknowledge(
       *query, [answered](const events::Acknowledged& done) { answered(AckJson(done)); });
   return {};
+}
+
+/// One page. A point that is not configured any more still has its values; of one that has none it
+/// is said why.
+Reply RequestHandler::History(const Json& request) {
+  if (info_.history == nullptr) {
+    return Refused(kUnavailable,
+                   "this gateway keeps no values: write 'history: { points: [ \"*.*.*\" ] }' into "
+                   "its configuration, or the points that are wanted");
+  }
+  const std::string point = TextOf(request, "point");
+  const std::int64_t every = NumberOf(request, "every_ms").value_or(0);
+  if (every < 0 || every % history::kMinute != 0 || every > kMostEvery) {
+    return Refused(kUsage, "'every' is a whole number of minutes, 31d at most");
+  }
+  const auto since = SinceOf(request);
+  Json json;
+  bool known = false;
+  if (every > 0) {
+    history::TrendQuery query{.point = point, .every = every};
+    if (since) query.since = history::ToMillis(*since);
+    query.until = NumberOf(request, "until_ms").value_or(query.until);
+    if (const auto next = CursorOf(request)) query.since = std::max(query.since, next->time);
+    const auto page = info_.history->ReadTrends(query);
+    if (!page) return Refused(kUnavailable, "the history can not be read: " + page.error());
+    known = page->known;
+    json = PageJson(*page, point);
+  } else {
+    history::PageQuery query{.point = point};
+    if (since) query.since = history::ToMillis(*since);
+    query.until = NumberOf(request, "until_ms").value_or(query.until);
+    if (const auto next = CursorOf(request)) query.after = *next;
+    const auto page = info_.history->Read(query);
+    if (!page) return Refused(kUnavailable, "the history can not be read: " + page.error());
+    known = page->known;
+    json = PageJson(*page, point);
+  }
+  if (!known) {
+    if (const Status kept = KeepsPoint(point); !kept) return Refused(kUnknown, kept.error());
+  }
+  json["history"] = HistoryJson(info_.history->state());
+  return {Dump(json)};
+}
+
+Status RequestHandler::KeepsPoint(const std::string& text) const {
+  const auto target = FindPoint(config_, text);
+  if (!target) return Error{target.error()};
+  const auto& points = config_.history.points;
+  const bool kept = std::ranges::any_of(points, [&](const config::HistoryPoint& point) {
+    return point.device == target->device && point.point == target->point;
+  });
+  if (kept) return {};
+  return Error{"the values of " + config::Quoted(text) +
+               " are not kept: it is not among history.points of the configuration"};
 }
 
 /// `line` empty: any.

@@ -59,6 +59,8 @@ class RequestHandler {
   Reply Alarms(const Json& request);
   Reply Acknowledge(const Json& request, const Writer& client,
                     const std::function<void(const Json&)>& answered);
+  Reply History(const Json& request);
+  Status KeepsPoint(const std::string& text) const;
   Status KnowsDevice(const std::string& line, const std::string& device) const;
   Result<Target> TargetOf(const Json& request) const;
   /// A line as a whole.

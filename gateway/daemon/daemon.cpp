@@ -20,6 +20,7 @@
 #include "gateway/daemon/descriptors.h"
 #include "gateway/daemon/event_path.h"
 #include "gateway/daemon/host_clock.h"
+#include "gateway/daemon/history_path.h"
 #include "gateway/daemon/line_runner.h"
 #include "gateway/daemon/placement.h"
 #include "gateway/daemon/write_path.h"
@@ -82,6 +83,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
 
   Status OpenState();
   Status PlaceEvents(const std::string& why_no_state, EventsPlace& place);
+  Status StartHistory(const std::string& why_no_state);
   void MakeLines();
   Status StartModbus();
   Status StartDds();
@@ -98,6 +100,8 @@ struct Daemon::Impl final : CommandSink, LineControl {
   std::unique_ptr<StateFolder> state;      // nothing: nothing is kept
   std::unique_ptr<DeviceMemory> memory;
   std::unique_ptr<StateFolder> databases;          // nothing: they lie in `state`
+  std::unique_ptr<StateFolder> histories;          // nothing: it lies in `state` or `databases`
+  std::unique_ptr<history::HistoryLog> history;    // nothing: no values are kept
   std::unique_ptr<WritePath> writes;               // nothing: nothing is written, or nothing kept
   std::vector<std::unique_ptr<LoopThread>> loops;  // the shared ones first
   std::unique_ptr<AgeTimer> ageing;
@@ -150,6 +154,7 @@ void Daemon::Stop() {
   if (impl_->dds) impl_->dds->StopWrites();
 #endif
   if (impl_->writes) impl_->writes->Stop();
+  impl_->history.reset();  // before lines that end look as if their devices were lost
   for (const auto& runner : impl_->runners) runner->RequestStop();
   for (const auto& runner : impl_->runners) runner->Stop();
   impl_->events.reset();  // keeps what is left; the loops still hear of it
@@ -193,6 +198,7 @@ Status Daemon::Impl::OpenState() {
   if (failure.in_use) return Error{failure.text};
   EventsPlace place;
   if (Status status = PlaceEvents(failure.text, place); !status) return status;
+  if (Status status = StartHistory(failure.text); !status) return status;
   writes = std::make_unique<WritePath>(config, store, *this, place);
   if (KeepsEvents(config)) {
     events = std::make_unique<EventPath>(config, store, place, [this](std::uint32_t device) {
@@ -224,6 +230,24 @@ Status Daemon::Impl::PlaceEvents(const std::string& why_no_state, EventsPlace& p
     place.file = state->path() / kEventsFile;
   }
   place.why_no_file = "there is no state folder for it: " + failure.text;
+  return {};
+}
+
+/// In a folder of its own, if the configuration gives one.
+Status Daemon::Impl::StartHistory(const std::string& why_no_state) {
+  if (!config.history.on()) return {};
+  StateFolder::Failure failure{false, why_no_state};
+  const auto path = HistoryFolderOf(config);
+  const StateFolder* folder = state.get();
+  if (!path.empty() && databases && databases->path() == path) {
+    folder = databases.get();
+  } else if (!path.empty()) {
+    histories = StateFolder::Open(path, failure);
+    if (failure.in_use) return Error{failure.text};
+    folder = histories.get();
+  }
+  history = MakeHistory(config, store, folder == nullptr ? std::filesystem::path() : folder->path(),
+                        "there is no folder for it: " + failure.text);
   return {};
 }
 
@@ -292,6 +316,7 @@ control::GatewayInfo Daemon::Impl::GatewayForStatus() const {
   control::GatewayInfo info{kVersion, started, modbus.get()};
   if (writes) info.audit = &writes->log();
   if (events) info.events = &events->log();
+  info.history = history.get();
 #ifdef BAUDGATE_WITH_DDS
   if (dds) info.dds = [this] { return dds->state(); };
 #endif

@@ -55,6 +55,15 @@ Value Database::First(const std::string& sql) {
   return statement.Next() == Statement::Step::row ? statement.At(0) : Value();
 }
 
+std::uint64_t Database::size() {
+  const Value pages = First("PRAGMA page_count");
+  const Value each = First("PRAGMA page_size");
+  const auto* count = std::get_if<std::int64_t>(&pages);
+  const auto* bytes = std::get_if<std::int64_t>(&each);
+  if (count == nullptr || bytes == nullptr) return 0;
+  return static_cast<std::uint64_t>(*count) * static_cast<std::uint64_t>(*bytes);
+}
+
 void Statement::Closer::operator()(sqlite3_stmt* handle) const { sqlite3_finalize(handle); }
 
 Statement::Statement(Database& database, std::string_view sql) : database_(&database) {
@@ -73,6 +82,12 @@ void Statement::Bind(int place, std::string_view text) {
   // A null pointer would bind NULL.
   sqlite3_bind_text(handle_.get(), place, text.empty() ? "" : text.data(),
                     static_cast<int>(text.size()), SQLITE_TRANSIENT);
+}
+
+void Statement::Bind(int place, View bytes) {
+  static constexpr std::uint8_t kNothing = 0;
+  sqlite3_bind_blob(handle_.get(), place, bytes.empty() ? &kNothing : bytes.data(),
+                    static_cast<int>(bytes.size()), SQLITE_TRANSIENT);
 }
 
 void Statement::Bind(int place, const Value& value) {
@@ -120,6 +135,15 @@ std::string_view Statement::Text(int column) const {
   const int size = sqlite3_column_bytes(handle_.get(), column);
   if (text == nullptr || size <= 0) return {};
   return {reinterpret_cast<const char*>(text), static_cast<std::size_t>(size)};
+}
+
+double Statement::Real(int column) const { return sqlite3_column_double(handle_.get(), column); }
+
+View Statement::Blob(int column) const {
+  const auto* bytes = static_cast<const std::uint8_t*>(sqlite3_column_blob(handle_.get(), column));
+  const int size = sqlite3_column_bytes(handle_.get(), column);
+  if (bytes == nullptr || size <= 0) return {};
+  return {bytes, static_cast<std::size_t>(size)};
 }
 
 WallTime Statement::Time(int column) const {

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
@@ -30,6 +31,8 @@ class Database {
   bool is_open() const { return handle_ != nullptr; }
   /// Of the last call that failed, in words for users.
   const std::string& error() const { return error_; }
+  /// Bytes of the file, its log not counted; 0: that can not be said.
+  std::uint64_t size();
   /// The last call failed because the file is no database, or a damaged one.
   bool damaged() const { return damaged_; }
 
@@ -65,6 +68,7 @@ class Statement {
   void Bind(int place, std::string_view text);
   void Bind(int place, const std::string& text) { Bind(place, std::string_view(text)); }
   void Bind(int place, const Value& value);
+  void Bind(int place, View bytes);
   /// As microseconds since 1970.
   void Bind(int place, WallTime time) { Bind(place, std::int64_t{time.time_since_epoch() / 1us}); }
 
@@ -76,6 +80,8 @@ class Statement {
   /// Columns from 0 on, of any type: text where a number is wanted is 0.
   std::int64_t Number(int column) const;
   std::string_view Text(int column) const;
+  double Real(int column) const;
+  View Blob(int column) const;
   /// Of microseconds since 1970: whatever stands there, one that FormatWallTime can say.
   WallTime Time(int column) const;
   bool IsNull(int column) const;

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "gateway/state/database.h"
+#include "gateway/state/database_file.h"
 
 namespace baudgate {
 
@@ -16,17 +16,9 @@ inline constexpr std::int64_t kEventsApplication = 0x42476576;
 /// Of the tables; one more for each change of them.
 inline constexpr std::int64_t kEventsVersion = 3;
 
-struct OpenedEvents {
-  std::unique_ptr<Database> database;  ///< null: `error` says why, and nothing was changed
-  std::string error{};
-  /// One line for the log: a damaged file was put aside and a new one begun; empty: it was not.
-  std::string put_aside{};
-};
+using OpenedEvents = OpenedDatabase;
 
-/// Checks the file, brings its tables up to date, makes it where it is not there. One that is
-/// damaged is renamed to events.db.bad, or .bad2 and so on; one of a newer version is not touched.
-/// Takes as long as reading the whole file does.
-/// `put_aside`: whatever it is, because it was found damaged while it was in use.
+/// As OpenDatabase.
 OpenedEvents OpenEvents(const std::filesystem::path& file, const std::string& vfs = {},
                         bool put_aside = false);
 

@@ -57,7 +57,7 @@ bool KeepsEvents(const config::Config& config) {
 }
 
 bool NeedsState(const config::Config& config, const config::Catalog& catalog) {
-  if (CanWrite(config) || KeepsEvents(config)) return true;
+  if (CanWrite(config) || KeepsEvents(config) || config.history.on()) return true;
   return std::ranges::any_of(config.lines, [&](const config::Line& line) {
     return std::ranges::any_of(line.devices, [&](const config::Device& device) {
       const auto remembers = catalog.FindProtocol(device.protocol)->remembers;
@@ -82,11 +82,23 @@ fs::path StateFolderOf(const StatePlaces& places, const std::string& gateway) {
   return fs::path(places.home) / ".local/state/baudgate" / gateway;
 }
 
-fs::path EventsFolderOf(const config::Config& config) {
-  const fs::path folder = fs::path(config.events.directory) / config.name;
-  const bool own = !config.events.directory.empty() &&
-                   folder != StateFolderOf(StatePlaces::Here(config.state), config.name);
+namespace {
+
+fs::path OwnFolderOf(const std::string& directory, const config::Config& config) {
+  const fs::path folder = fs::path(directory) / config.name;
+  const bool own =
+      !directory.empty() && folder != StateFolderOf(StatePlaces::Here(config.state), config.name);
   return own ? folder : fs::path();
+}
+
+}  // namespace
+
+fs::path EventsFolderOf(const config::Config& config) {
+  return OwnFolderOf(config.events.directory, config);
+}
+
+fs::path HistoryFolderOf(const config::Config& config) {
+  return OwnFolderOf(config.history.directory, config);
 }
 
 std::unique_ptr<StateFolder> StateFolder::Open(const fs::path& path, Failure& failure) {

@@ -42,6 +42,8 @@ std::filesystem::path StateFolderOf(const StatePlaces& places, const std::string
 /// Of the databases, where they have one of their own (events.directory). Empty: they have not, and
 /// lie in the state folder.
 std::filesystem::path EventsFolderOf(const config::Config& config);
+/// The same of the values that are kept (history.directory).
+std::filesystem::path HistoryFolderOf(const config::Config& config);
 
 class StateFolder {
  public:

@@ -8,6 +8,7 @@
 #include "gateway/status/dds_json.h"
 #include "gateway/status/diagnose.h"
 #include "gateway/status/events_json.h"
+#include "gateway/status/history_json.h"
 #include "gateway/status/json_time.h"
 #include "gateway/status/traffic_json.h"
 #include "gateway/status/value_json.h"
@@ -224,6 +225,7 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
   json["dds"] = info.dds ? DdsJson(config.dds.domain, info.dds(), now.instant) : Json(nullptr);
   json["audit"] = info.audit ? AuditJson(info.audit->state()) : Json(nullptr);
   json["events"] = info.events ? EventsJson(info.events->state()) : Json(nullptr);
+  json["history"] = info.history ? HistoryJson(info.history->state()) : Json(nullptr);
   return json;
 }
 

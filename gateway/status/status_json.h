@@ -11,6 +11,7 @@
 #include "gateway/audit/audit_source.h"
 #include "gateway/dds/link/link_state.h"
 #include "gateway/events/event_source.h"
+#include "gateway/history/history_source.h"
 #include "gateway/modbus/desk/traffic.h"
 #include "gateway/status/target.h"
 #include "gateway/store/point_store.h"
@@ -21,11 +22,12 @@ using Json = nlohmann::ordered_json;
 
 struct GatewayInfo {
   std::string version;
-  Instant started{};                               ///< when the lines began to poll
-  const modbus::TrafficSource* traffic = nullptr;  ///< null: no Modbus server
-  std::function<dds::LinkState()> dds{};           ///< empty: DDS is off
-  const audit::AuditSource* audit = nullptr;       ///< null: nothing can be written
-  events::EventSource* events = nullptr;           ///< null: no device is asked for events
+  Instant started{};                                ///< when the lines began to poll
+  const modbus::TrafficSource* traffic = nullptr;   ///< null: no Modbus server
+  std::function<dds::LinkState()> dds{};            ///< empty: DDS is off
+  const audit::AuditSource* audit = nullptr;        ///< null: nothing can be written
+  events::EventSource* events = nullptr;            ///< null: none are kept
+  const history::HistorySource* history = nullptr;  ///< null: nothing is kept
 };
 
 /// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}

@@ -6,6 +6,7 @@
 #include <array>
 #include <utility>
 
+#include "gateway/cli/client/csv.h"
 #include "gateway/cli/client/record_pages.h"
 
 namespace baudgate {
@@ -35,17 +36,6 @@ std::string Row(const Json& record) {
   return row + "\n";
 }
 
-/// RFC 4180, and no cell that a spreadsheet takes for a formula.
-std::string Cell(std::string text) {
-  if (!text.empty() && std::string_view("=+-@").find(text.front()) != std::string_view::npos) {
-    text.insert(0, "'");
-  }
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
-
 class Printer {
  public:
   Printer(const EventsOptions& options, std::ostream& out, std::ostream& err)
@@ -61,7 +51,7 @@ class Printer {
         out_ << record.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
       } else if (options_.csv) {
         for (const char* field : kFields) {
-          out_ << (field == kFields[0] ? "" : ",") << Cell(FieldText(record, field));
+          out_ << (field == kFields[0] ? "" : ",") << CsvCell(FieldText(record, field));
         }
         out_ << "\r\n";
       } else {

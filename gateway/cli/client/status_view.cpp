@@ -194,6 +194,7 @@ std::string Advice(const Json& status) {
   if (const Json& dds = DdsOf(status); !dds.is_null()) add("DDS", dds);
   if (const Json& audit = PartOf(status, "audit"); !audit.is_null()) add("audit", audit);
   if (const Json& events = PartOf(status, "events"); !events.is_null()) add("events", events);
+  if (const Json& history = PartOf(status, "history"); !history.is_null()) add("history", history);
   return "\n" + (text.empty() ? "all is well\n" : text);
 }
 

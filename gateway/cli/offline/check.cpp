@@ -2,15 +2,18 @@
 #include "gateway/cli/offline/check.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "config/checks/round.h"
 #include "config/loader.h"
 #include "gateway/base/shown.h"
+#include "gateway/base/text.h"
 #include "gateway/cli/offline/check_writes.h"
 #include "gateway/cli/offline/security_problems.h"
 #include "gateway/cli/offline/unit_table.h"
 #include "gateway/cli/terminal/text_table.h"
+#include "gateway/history/estimate.h"
 #include "gateway/state/state_folder.h"
 
 namespace baudgate {
@@ -201,6 +204,39 @@ void PrintEvents(const config::Config& config, std::ostream& out) {
   out << '\n';
 }
 
+std::string Megabytes(std::uint64_t bytes) {
+  return FormatNumber(std::round(static_cast<double>(bytes) / 1e5) / 10) + " MB";
+}
+
+void PrintHistory(const config::Config& config, std::ostream& out) {
+  const config::History& history = config.history;
+  if (!history.on()) return;
+  const history::Estimate estimate = history::EstimateOf(config);
+  const auto folder = HistoryFolderOf(config);
+  const auto days = [&](std::uint64_t bytes) {
+    return Plural(estimate.Days(history.limit, bytes), "day");
+  };
+  out << "history of " << Plural(history.points.size(), "point");
+  if (!folder.empty()) out << " in " << folder.string();
+  out << ": about " << Megabytes(estimate.least) << " a day while nothing changes, at most "
+      << Megabytes(estimate.most) << ", and " << Megabytes(estimate.minutes)
+      << " of minutes; the limit of " << Megabytes(history.limit) << " is reached after "
+      << days(estimate.least) << ", or " << days(estimate.most) << " if every reading differs; "
+      << "days older than " << FormatDuration(history.keep) << " go\n";
+}
+
+Json HistoryJson(const config::Config& config) {
+  if (!config.history.on()) return {};
+  const history::Estimate estimate = history::EstimateOf(config);
+  return {{"points", config.history.points.size()},
+          {"limit", config.history.limit},
+          {"bytes_a_day_least", estimate.least},
+          {"bytes_a_day_most", estimate.most},
+          {"bytes_of_minutes", estimate.minutes},
+          {"days_least", estimate.Days(config.history.limit, estimate.most)},
+          {"days_most", estimate.Days(config.history.limit, estimate.least)}};
+}
+
 void PrintSummary(const config::Config& config, const config::Catalog& catalog,
                   const std::string& security, std::ostream& out) {
   out << "gateway " << config.name << '\n';
@@ -215,6 +251,7 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
         << (CanWrite(config) ? ": what is remembered of devices, and every write\n"
                              : ": what is remembered of devices\n");
     PrintEvents(config, out);
+    PrintHistory(config, out);
   }
   for (const config::Line& line : config.lines) {
     out << '\n' << Describe(line) << '\n';
@@ -278,6 +315,7 @@ Json ToJson(const config::Config& config) {
   return {{"gateway", config.name},
           {"modbus", ToJson(config.modbus)},
           {"units", std::move(units)},
+          {"history", HistoryJson(config)},
           {"lines", std::move(lines)}};
 }
 

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/history.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "config/outputs.h"
+#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
+
+namespace baudgate::config {
+namespace {
+
+constexpr std::size_t kMostPatterns = 1000;
+constexpr Duration kLeastMaxGap = 1s;
+constexpr Duration kMostMaxGap = 24h;
+constexpr Duration kLeastKeep = 24h;
+constexpr Duration kMostKeep = 24h * 3660;
+constexpr std::uint64_t kLeastLimit = 50 * kMegabyte;
+constexpr std::uint64_t kMostLimit = 10'000'000 * kMegabyte;
+
+enum class Log : std::uint8_t { changes, all, off };
+constexpr std::array<Word<Log>, 3> kLogs = {
+    {{"changes", Log::changes}, {"all", Log::all}, {"off", Log::off}}};
+
+struct Pattern {
+  std::array<std::string, 3> parts;  // of line, device and point
+  Log log = Log::changes;
+  std::optional<double> deadband;
+  std::optional<Duration> max_gap;
+  Mark mark;
+  std::string text;
+  bool used = false;
+};
+
+/// "500MB", "2GB".
+std::optional<std::uint64_t> ParseSize(std::string_view text) {
+  const auto digits = text.find_first_not_of("0123456789.");
+  if (digits == std::string_view::npos) return std::nullopt;
+  const auto number = ParseDecimal(text.substr(0, digits));
+  const std::string_view unit = Trim(text.substr(digits));
+  const double factor = unit == "MB" ? 1 : unit == "GB" ? 1000 : unit == "TB" ? 1'000'000 : 0;
+  if (!number || factor == 0 || *number > 1e9) return std::nullopt;
+  return static_cast<std::uint64_t>(std::llround(*number * factor * double{kMegabyte}));
+}
+
+void ReadLimit(MapReader& map, History& history) {
+  const auto text = map.Text("limit");
+  if (!text) return;
+  const auto size = ParseSize(*text);
+  if (!size) {
+    map.problems().Error(map.MarkOf("limit"),
+                         "limit: " + Quoted(*text) + " is no size; write for example 500MB or 2GB");
+  } else if (*size < kLeastLimit || *size > kMostLimit) {
+    map.problems().Error(map.MarkOf("limit"), "limit: it is from 50MB to 10TB");
+  } else {
+    history.limit = *size;
+  }
+}
+
+/// Nothing: it is no pattern, and that was said.
+bool Split(Pattern& pattern, Problems& problems) {
+  std::string_view rest = pattern.text;
+  for (std::size_t i = 0; i < pattern.parts.size(); ++i) {
+    const bool last = i + 1 == pattern.parts.size();
+    const std::size_t dot = rest.find('.');
+    if (rest.empty() || dot == 0 || (dot == std::string_view::npos) != last) {
+      problems.Error(pattern.mark, "points: " + Quoted(pattern.text) +
+                                       " is no pattern: write LINE.DEVICE.POINT, each with * for "
+                                       "any text and ? for any character");
+      return false;
+    }
+    pattern.parts[i] = std::string(rest.substr(0, dot));
+    if (!last) rest.remove_prefix(dot + 1);
+  }
+  return true;
+}
+
+std::optional<Pattern> ReadPattern(const YamlNode& node, Problems& problems) {
+  Pattern pattern;
+  if (node.kind() == YamlNode::Kind::map) {
+    MapReader map(node, "points", problems);
+    if (map.Need("match", "\"bay-1.*.current_*\"")) Assign(pattern.text, map.Text("match"));
+    pattern.mark = map.MarkOf("match");
+    Assign(pattern.log, map.OneOf("log", kLogs));
+    pattern.deadband = map.Number("deadband");
+    if (pattern.deadband && !(*pattern.deadband >= 0 && std::isfinite(*pattern.deadband))) {
+      problems.Error(map.MarkOf("deadband"), "deadband: it is 0 or more");
+    }
+    pattern.max_gap = map.Time("max_gap", kLeastMaxGap, kMostMaxGap);
+    map.Finish();
+    if (pattern.text.empty()) return std::nullopt;
+  } else {
+    const auto text = ReadText(node, "points", problems);
+    if (!text) return std::nullopt;
+    pattern.text = *text;
+    pattern.mark = node.mark();
+  }
+  if (!Split(pattern, problems)) return std::nullopt;
+  return pattern;
+}
+
+Pattern* FirstMatch(std::vector<Pattern>& patterns, const std::string& line,
+                    const std::string& device, const std::string& point) {
+  Pattern* first = nullptr;
+  for (Pattern& pattern : patterns) {
+    if (!MatchesPattern(pattern.parts[0], line) || !MatchesPattern(pattern.parts[1], device) ||
+        !MatchesPattern(pattern.parts[2], point)) {
+      continue;
+    }
+    pattern.used = true;
+    if (first == nullptr) first = &pattern;
+  }
+  return first;
+}
+
+void Choose(std::vector<Pattern>& patterns, const Config& config, Duration max_gap,
+            History& history) {
+  std::uint32_t number = 0;
+  for (const Line& line : config.lines) {
+    for (const Device& device : line.devices) {
+      for (std::uint32_t i = 0; i < device.points.size(); ++i) {
+        const Point& point = device.points[i];
+        if (point.access == Access::write) continue;
+        const Pattern* pattern = FirstMatch(patterns, line.name, device.name, point.name);
+        if (pattern == nullptr || pattern->log == Log::off) continue;
+        history.points.push_back({number, i, pattern->log == Log::all,
+                                  pattern->deadband.value_or(point.deadband),
+                                  pattern->max_gap.value_or(max_gap)});
+      }
+      ++number;
+    }
+  }
+}
+
+}  // namespace
+
+bool MatchesPattern(std::string_view pattern, std::string_view text) {
+  std::size_t p = 0;
+  std::size_t star = std::string_view::npos;  // the last one, and where it was tried
+  std::size_t tried = 0;
+  for (std::size_t t = 0; t < text.size();) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      tried = t;
+    } else if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == text[t])) {
+      ++p;
+      ++t;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      t = ++tried;
+    } else {
+      return false;
+    }
+  }
+  return pattern.find_first_not_of('*', p) == std::string_view::npos;
+}
+
+History ReadHistory(const YamlNode& node, const Config& config, Problems& problems) {
+  History history;
+  MapReader map(node, "history", problems);
+  history.directory = ReadAbsolutePath(map, "directory", "/data/baudgate");
+  Duration max_gap = HistoryPoint().max_gap;
+  Assign(max_gap, map.Time("max_gap", kLeastMaxGap, kMostMaxGap));
+  ReadLimit(map, history);
+  Assign(history.keep, map.Time("keep", kLeastKeep, kMostKeep));
+  std::vector<Pattern> patterns;
+  if (const auto points = map.Need("points", "[ \"bay-1.*.current_*\" ]")) {
+    for (const YamlNode& element : ReadList(*points, "points", kMostPatterns, problems)) {
+      if (auto pattern = ReadPattern(element, problems)) patterns.push_back(std::move(*pattern));
+    }
+  }
+  map.Finish();
+  Choose(patterns, config, max_gap, history);
+  const bool whole = !problems.has_error();  // else points may be missing
+  for (const Pattern& pattern : patterns) {
+    if (pattern.used || !whole) continue;
+    problems.Error(pattern.mark, "points: " + Quoted(pattern.text) +
+                                     " matches no point that can be read; 'baudgate map' lists "
+                                     "them");
+  }
+  return history;
+}
+
+}  // namespace baudgate::config

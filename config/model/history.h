@@ -1,0 +1,34 @@
+// Which values are kept, and how long (gateway/history).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::config {
+
+/// One point whose values are kept: every change of its quality, and of its value as said here.
+struct HistoryPoint {
+  std::uint32_t device = 0;  ///< through all lines, as FirstDevice counts
+  std::uint32_t point = 0;   ///< in that device's points
+  bool every = false;        ///< every reading, changed or not
+  double deadband = 0;       ///< smaller changes are not kept, in units of the value
+  Duration max_gap = std::chrono::minutes(10);  ///< an unchanged value is kept again after this
+};
+
+inline constexpr std::uint64_t kMegabyte = 1'000'000;
+
+struct History {
+  std::string directory;  ///< folder of the files; empty = as `state`
+  std::uint64_t limit = 1000 * kMegabyte;  ///< bytes of all files together
+  Duration keep = std::chrono::hours(24) * 365;
+  std::vector<HistoryPoint> points;  ///< by device and point; empty: nothing is kept
+
+  bool on() const { return !points.empty(); }
+};
+
+}  // namespace baudgate::config

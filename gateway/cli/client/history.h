@@ -1,0 +1,28 @@
+// `baudgate history`: values that were kept, or what they come to, oldest first.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+struct HistoryOptions {
+  std::vector<std::string> points;  ///< LINE.DEVICE.POINT
+  std::optional<WallTime> since{};
+  std::optional<WallTime> until{};
+  std::optional<Duration> every{};  ///< means, minima and maxima of so long; nothing: the values
+  bool json = false;
+  bool csv = false;
+  std::string socket{};  ///< empty: the gateway in the default places
+};
+
+/// Exit code 0, also where there is nothing, which is said; 4 when no gateway answers, or it keeps
+/// no values; 2 there is no such point, or its values are not kept.
+int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& err);
+
+}  // namespace baudgate

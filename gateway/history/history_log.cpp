@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/history/history_log.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate::history {
+namespace {
+
+constexpr std::size_t kLeastQueue = 65'536;
+
+std::vector<PointName> NamesOf(const config::Config& config) {
+  std::vector<PointName> names;
+  for (std::size_t line = 0; line < config.lines.size(); ++line) {
+    const std::uint32_t first = config::FirstDevice(config, line);
+    const config::Line& its = config.lines[line];
+    for (const config::HistoryPoint& point : config.history.points) {
+      if (point.device < first || point.device >= first + its.devices.size()) continue;
+      const config::Device& device = its.devices[point.device - first];
+      const config::Point& one = device.points[point.point];
+      names.push_back({its.name + "." + device.name + "." + one.name, one.type});
+    }
+  }
+  return names;
+}
+
+StoreLimits LimitsOf(const config::History& history) {
+  StoreLimits limits;
+  limits.bytes = history.limit;
+  limits.keep = history.keep / std::chrono::milliseconds(1);
+  return limits;
+}
+
+}  // namespace
+
+HistoryLog::HistoryLog(Options options)
+    : options_(std::move(options)),
+      most_samples_(std::max(kLeastQueue, 4 * options_.config->history.points.size())),
+      most_trends_(most_samples_),
+      feed_(options_.store->Subscribe()),
+      recorder_(options_.config->history, *options_.store, options_.clocks()),
+      files_(options_.folder, NamesOf(*options_.config), LimitsOf(options_.config->history),
+             options_.vfs) {
+  {
+    const MutexLock lock(mutex_);
+    state_.folder = options_.folder.string();
+    state_.points = options_.config->history.points.size();
+    state_.limit = options_.config->history.limit;
+    state_.since = options_.clocks().wall;
+    if (options_.folder.empty()) Show(Disk::failing, options_.why_no_folder);
+  }
+  recording_ = std::thread([this] { Record(); });
+  writing_ = std::thread([this] { WriteOn(); });
+}
+
+HistoryLog::~HistoryLog() {
+  {
+    const MutexLock lock(mutex_);
+    stop_recording_ = true;
+  }
+  changed_.notify_all();
+  feed_->Wake();
+  recording_.join();
+  {
+    const MutexLock lock(mutex_);
+    stop_writing_ = true;
+  }
+  changed_.notify_all();
+  writing_.join();
+  const MutexLock lock(mutex_);
+  if (state_.trouble.empty() || state_.waiting == 0) return;
+  options_.warn(fmt::format("history: the gateway ends, and {} values are not kept: {}",
+                            state_.waiting, state_.trouble));
+}
+
+HistoryState HistoryLog::state() const {
+  const MutexLock lock(mutex_);
+  return state_;
+}
+
+Result<Page> HistoryLog::Read(const PageQuery& query) const {
+  if (options_.folder.empty()) return Error{options_.why_no_folder};
+  if (state().disk == Disk::opening) return Page{.next = query.after, .known = true};
+  return ReadPage(options_.folder, query);
+}
+
+Result<TrendPage> HistoryLog::ReadTrends(const TrendQuery& query) const {
+  if (options_.folder.empty()) return Error{options_.why_no_folder};
+  if (state().disk == Disk::opening) return TrendPage{.next = query.since, .known = true};
+  return history::ReadTrends(options_.folder, query);
+}
+
+// ---------------------------------------------------------------- the recording thread
+
+void HistoryLog::Record() {
+  pthread_setname_np(pthread_self(), "history");
+  Changes changes;
+  Batch batch;
+  Now now = options_.clocks();
+  Instant tick = now.instant;
+  std::size_t room = most_samples_;
+  for (bool stop = false; !stop;) {
+    feed_->Drain(tick, changes);
+    now = options_.clocks();
+    recorder_.Take(changes, now, room, batch);
+    if (now.instant >= tick) {
+      recorder_.Tick(now, room, batch);
+      tick = now.instant + kCommit;
+    }
+    MutexLock lock(mutex_);
+    stop = stop_recording_;
+    if (stop) recorder_.End(now, batch);
+    HandOver(std::move(batch));
+    batch = {};
+    if (writing_since_ && now.instant - *writing_since_ > kPatience) {
+      Show(Disk::stalled, "the disk does not answer in time");
+    }
+    const Instant next = now.instant + kLook;
+    while (!stop && !stop_recording_ && lock.WaitUntil(changed_, next)) {
+    }
+    room = Room();
+  }
+}
+
+void HistoryLog::HandOver(Batch&& batch) {
+  // Spans have a queue of their own: there are few, and they are worth more.
+  if (queue_.trends.size() + batch.trends.size() > most_trends_) {
+    state_.trends_dropped += batch.trends.size();
+    batch.trends.clear();
+  }
+  queue_.Append(std::move(batch));
+  state_.counters = recorder_.counters();
+}
+
+std::size_t HistoryLog::Room() const {
+  return most_samples_ - std::min(most_samples_, queue_.samples.size());
+}
+
+// ---------------------------------------------------------------- the writing thread
+
+void HistoryLog::WriteOn() {
+  pthread_setname_np(pthread_self(), "history files");
+  for (bool stop = false; !stop;) {
+    {
+      MutexLock lock(mutex_);
+      const Instant next = options_.clocks().instant + kCommit;
+      while (!stop_writing_ && lock.WaitUntil(changed_, next)) {
+      }
+      stop = stop_writing_;
+    }
+    WriteOnce(stop);
+  }
+}
+
+/// What waits in the files goes first; the queue is left alone until then, and fills up.
+void HistoryLog::WriteOnce(bool last) {
+  if (options_.folder.empty()) {
+    const MutexLock lock(mutex_);
+    queue_ = {};
+    return;
+  }
+  const Now clocks = options_.clocks();
+  const Millis now = ToMillis(clocks.wall);
+  {
+    const MutexLock lock(mutex_);
+    writing_since_ = clocks.instant;
+  }
+  Status status = files_.Open(now);
+  if (status) {
+    Batch batch;
+    if (!files_.waits()) {
+      const MutexLock lock(mutex_);
+      std::swap(batch, queue_);
+    }
+    status = files_.Write(std::move(batch), now, last);
+  }
+  for (const std::string& news : files_.TakeNews()) options_.warn("history: " + news);
+  const MutexLock lock(mutex_);
+  state_.waiting = queue_.samples.size() + files_.waiting();
+  state_.bytes = files_.shelf().bytes();
+  state_.oldest = files_.shelf().days.empty() ? WallTime{} : ToWall(files_.shelf().days[0].day);
+  writing_since_.reset();
+  Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
+}
+
+/// The log hears of the first trouble and of its end.
+void HistoryLog::Show(Disk disk, const std::string& trouble) {
+  const bool was_in_trouble = !std::exchange(state_.trouble, trouble).empty();
+  if (std::exchange(state_.disk, disk) != disk) state_.since = options_.clocks().wall;
+  if (!trouble.empty() && !was_in_trouble) {
+    options_.warn(fmt::format(
+        "history: {}; values wait until it works again, and are dropped when there is no room for "
+        "more",
+        trouble));
+  } else if (trouble.empty() && was_in_trouble) {
+    options_.inform(fmt::format("history: values are kept again in {}; {} were dropped",
+                                state_.folder, state_.counters.dropped));
+  }
+}
+
+}  // namespace baudgate::history

@@ -1,0 +1,75 @@
+// The history while the gateway runs. One thread looks at what has changed in the point store and
+// decides what is kept; another writes it, once a second. Lines wait for neither. While the disk is
+// slow, full or failing, entries wait in a queue that has an end; beyond it they are dropped and
+// counted, and the history has a gap.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gateway/base/guarded.h"
+#include "gateway/history/history_source.h"
+#include "gateway/history/value_store.h"
+
+namespace baudgate::history {
+
+class HistoryLog final : public HistorySource {
+ public:
+  /// Values are on the disk so soon: as many as a power cut may take.
+  static constexpr Duration kCommit = 1s;
+  /// What changes within it is looked at together.
+  static constexpr Duration kLook = 20ms;
+  /// A disk that takes longer does not answer in time.
+  static constexpr Duration kPatience = 3s;
+
+  struct Options {
+    const config::Config* config = nullptr;
+    PointStore* store = nullptr;   ///< before the lines start
+    std::filesystem::path folder;  ///< empty: there is no place for it
+    std::string why_no_folder{};
+    std::string vfs{};  ///< as in Database
+    std::function<Now()> clocks;
+    /// One line when the disk begins to fail, and one when it is well again; from any thread.
+    std::function<void(const std::string&)> warn;
+    std::function<void(const std::string&)> inform;
+  };
+  explicit HistoryLog(Options options);
+  /// Writes what is left; as long as the disk takes.
+  ~HistoryLog() override;
+
+  HistoryState state() const override;
+  Result<Page> Read(const PageQuery& query) const override;
+  Result<TrendPage> ReadTrends(const TrendQuery& query) const override;
+
+ private:
+  void Record();
+  void HandOver(Batch&& batch) BAUDGATE_REQUIRES(mutex_);
+  std::size_t Room() const BAUDGATE_REQUIRES(mutex_);
+  void WriteOn();
+  void WriteOnce(bool last);
+  void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
+
+  const Options options_;
+  const std::size_t most_samples_;
+  const std::size_t most_trends_;
+  const std::shared_ptr<ChangeFeed> feed_;
+  Recorder recorder_;  // of the recording thread
+  ValueStore files_;   // of the writing thread
+  mutable Mutex mutex_;
+  std::condition_variable changed_;
+  Batch queue_ BAUDGATE_GUARDED_BY(mutex_);
+  HistoryState state_ BAUDGATE_GUARDED_BY(mutex_);
+  std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);
+  bool stop_recording_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  bool stop_writing_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::thread recording_;
+  std::thread writing_;
+};
+
+}  // namespace baudgate::history

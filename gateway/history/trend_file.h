@@ -1,0 +1,67 @@
+// trends.db: minutes and hours of each point. docs/history.md has the tables.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gateway/history/batch.h"
+#include "gateway/state/database_file.h"
+
+namespace baudgate::history {
+
+/// "BGtr".
+inline constexpr std::int64_t kTrendsApplication = 0x42477472;
+inline constexpr const char* kTrendsFile = "trends.db";
+
+/// Minutes older than this go, 60 for each hour that comes; and hours.
+inline constexpr Millis kKeepMinutes = 14 * kDay;
+inline constexpr Millis kKeepHours = 3660 * kDay;
+
+/// One thread. After a call that failed error() has words.
+class TrendFile {
+ public:
+  /// `names` outlives it.
+  TrendFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {});
+
+  struct Opened {
+    bool ok = false;
+    std::string put_aside{};
+    std::int64_t last_run = 0;
+  };
+  /// `damaged`: it was found so while it was in use.
+  Opened Open(bool damaged = false);
+  /// All or none. The same once more changes nothing.
+  bool Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs);
+
+  const std::string& error() const { return error_; }
+  bool damaged() const { return damaged_; }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  bool Fail();
+  bool ReadPoints();
+  bool MendHours();
+  bool MendHours(std::int64_t point, const Run& run);
+  bool Insert(const TrendRow& row);
+  static bool InsertSpan(Statement& insert, std::int64_t point, std::int64_t run,
+                         const Trend& trend);
+  std::int64_t IdOf(PointNumber point);
+
+  const std::filesystem::path path_;
+  const std::vector<PointName>& names_;
+  const std::string vfs_;
+  std::unique_ptr<Database> database_;
+  Statement minute_;
+  Statement hour_;
+  Statement drop_minutes_;
+  Statement drop_hours_;
+  Statement run_;
+  std::vector<std::int64_t> ids_;  // by point; 0: it has none yet
+  bool damaged_ = false;
+  std::string error_;
+};
+
+}  // namespace baudgate::history

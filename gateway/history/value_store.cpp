@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/history/value_store.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+namespace baudgate::history {
+namespace {
+
+/// That the gateway lives is written so often where nothing else is: disks wear.
+constexpr Millis kMark = 10 * kSecond;
+/// A reading may come so late that belongs to the hour before.
+constexpr Millis kLate = 5 * kSecond;
+constexpr Millis kLookEvery = 10 * kSecond;
+
+Millis Apart(Millis a, Millis b) { return a > b ? a - b : b - a; }
+
+}  // namespace
+
+ValueStore::ValueStore(std::filesystem::path folder, std::vector<PointName> names,
+                       StoreLimits limits, std::string vfs)
+    : folder_(std::move(folder)), names_(std::move(names)), limits_(limits), vfs_(std::move(vfs)) {}
+
+Status ValueStore::Open(Millis now) {
+  if (Status status = OpenTrends(); !status) return status;
+  if (runs_before_) return {};
+  // The newest file may know of runs that trends.db has lost.
+  shelf_ = vfs_.empty() ? LookAtShelf(folder_) : Shelf{};
+  std::int64_t last = known_run_;
+  const Millis today = FloorTo(now, kDay);
+  std::vector<Millis> looked = {today};
+  if (!shelf_.days.empty() && shelf_.days.back().day != today) {
+    looked.push_back(shelf_.days.back().day);
+  }
+  for (const Millis day : looked) {
+    auto file = std::make_unique<DayFile>(folder_ / DayFileName(day), names_, vfs_);
+    const DayFile::Opened opened = file->Open();
+    if (!opened.put_aside.empty()) news_.push_back(opened.put_aside);
+    if (!opened.ok) return Error{file->error()};
+    last = std::max(last, opened.last_run);
+    if (day == today) days_[day] = std::move(file);
+  }
+  runs_before_ = last;
+  return {};
+}
+
+Status ValueStore::OpenTrends() {
+  if (trends_) return {};
+  auto file = std::make_unique<TrendFile>(folder_ / kTrendsFile, names_, vfs_);
+  const TrendFile::Opened opened = file->Open(std::exchange(damaged_trends_, false));
+  if (!opened.put_aside.empty()) news_.push_back(opened.put_aside);
+  if (!opened.ok) return Error{file->error()};
+  known_run_ = std::max(known_run_, opened.last_run);
+  trends_ = std::move(file);
+  return {};
+}
+
+Result<DayFile*> ValueStore::FileOf(Millis day) {
+  auto& file = days_[day];
+  if (file) return file.get();
+  auto fresh = std::make_unique<DayFile>(folder_ / DayFileName(day), names_, vfs_);
+  const bool damaged = damaged_day_ == day;
+  const DayFile::Opened opened = fresh->Open(damaged);
+  if (!opened.put_aside.empty()) news_.push_back(opened.put_aside);
+  if (!opened.ok) {
+    days_.erase(day);
+    return Error{fresh->error()};
+  }
+  if (damaged) damaged_day_.reset();
+  file = std::move(fresh);
+  return file.get();
+}
+
+Error ValueStore::Failed(DayFile& file) {
+  Error error{file.error()};
+  if (!file.damaged()) return error;
+  const auto found =
+      std::ranges::find_if(days_, [&](const auto& day) { return day.second.get() == &file; });
+  damaged_day_ = found->first;
+  days_.erase(found);
+  return error;
+}
+
+Status ValueStore::Write(Batch&& batch, Millis now, bool last) {
+  for (Run& run : batch.runs) run.number += *runs_before_;
+  for (Sample& sample : batch.samples) sample.run += *runs_before_;
+  for (TrendRow& row : batch.trends) row.run += *runs_before_;
+  pending_.Append(std::move(batch));
+  Status status = Clear(now);
+  if (status) status = WriteDays(now, last);
+  if (status) status = WriteTrends(now);
+  if (status) status = Pack(now);
+  return status;
+}
+
+Status ValueStore::WriteDays(Millis now, bool last) {
+  const Millis today = FloorTo(now, kDay);
+  const bool due = last || pending_.runs.size() > 1 || Apart(now, marked_) >= kMark;
+  const bool mark = due && !pending_.runs.empty();
+  // Without samples, what is to be said is that the runs went on.
+  while (!pending_.samples.empty() || (mark && marked_ != now)) {
+    const bool marks = pending_.samples.empty();
+    const Millis day = marks ? today : FloorTo(pending_.samples.front().entry.time, kDay);
+    const auto file = FileOf(day);
+    if (!file) return Error{file.error()};
+    const auto other = std::ranges::stable_partition(pending_.samples, [day](const Sample& sample) {
+      return FloorTo(sample.entry.time, kDay) == day;
+    });
+    std::vector<Sample> rest(std::make_move_iterator(other.begin()),
+                             std::make_move_iterator(other.end()));
+    pending_.samples.erase(other.begin(), other.end());
+    if (!(*file)->Write(pending_.samples, pending_.runs)) {
+      pending_.samples.insert(pending_.samples.end(), std::make_move_iterator(rest.begin()),
+                              std::make_move_iterator(rest.end()));
+      return Failed(**file);
+    }
+    pending_.samples = std::move(rest);
+    if (day == today) marked_ = now;
+    if (marks) break;
+  }
+  return {};
+}
+
+Status ValueStore::WriteTrends(Millis now) {
+  if (pending_.runs.empty() && pending_.trends.empty()) return {};
+  const bool is_new = !pending_.runs.empty() && pending_.runs.back().number > known_run_;
+  if (!pending_.trends.empty() || is_new) {
+    if (!trends_->Write(pending_.trends, pending_.runs)) {
+      Error error{trends_->error()};
+      damaged_trends_ = trends_->damaged();
+      if (damaged_trends_) trends_.reset();
+      return error;
+    }
+    if (!pending_.runs.empty()) known_run_ = pending_.runs.back().number;
+  }
+  pending_.trends.clear();
+  // Runs that have ended have been told to all; the last is told again.
+  if (marked_ == now || pending_.runs.size() > 1) pending_.runs.clear();
+  return {};
+}
+
+Status ValueStore::Pack(Millis now) {
+  const Millis today = FloorTo(now, kDay);
+  for (auto at = days_.begin(); at != days_.end();) {
+    DayFile& file = *at->second;
+    const bool past = at->first != today && now - FloorTo(now, kDay) >= kLate;
+    if (!file.packing() && file.open_rows() > 0) {
+      const bool hour = FloorTo(file.oldest_row(), kHour) != FloorTo(now - kLate, kHour);
+      if (past || hour || file.open_rows() >= limits_.open_rows) file.BeginPacking();
+    }
+    if (file.packing() && !file.Pack(limits_.pack_each)) return Failed(file);
+    if (past && !file.packing() && file.open_rows() == 0) {
+      at = days_.erase(at);  // its log goes into the file
+    } else {
+      ++at;
+    }
+  }
+  return {};
+}
+
+/// Makes room before it is needed.
+Status ValueStore::Clear(Millis now) {
+  if (!vfs_.empty()) return {};
+  const Millis today = FloorTo(now, kDay);
+  const bool near = shelf_.bytes() > limits_.bytes / 10 * 9;
+  if (!near && Apart(now, looked_) < kLookEvery) return {};
+  looked_ = now;
+  shelf_ = LookAtShelf(folder_);
+  for (auto at = days_.begin(); at != days_.end();) {
+    const bool there =
+        std::ranges::find(shelf_.days, at->first, &Shelf::Day::day) != shelf_.days.end();
+    at = there ? std::next(at) : days_.erase(at);  // removed behind our back
+  }
+  std::error_code none;
+  if (trends_ && !std::filesystem::exists(trends_->path(), none)) trends_.reset();
+  for (const Millis day : TooMuch(shelf_, limits_.bytes, limits_.keep, today)) {
+    days_.erase(day);
+    RemoveDay(folder_, day);
+  }
+  shelf_ = LookAtShelf(folder_);
+  if (Status status = OpenTrends(); !status) return status;
+  if (shelf_.bytes() <= Ceiling(limits_.bytes)) return {};
+  return Error{fmt::format("history.limit of {} MB is reached by {} alone",
+                           limits_.bytes / config::kMegabyte, DayFileName(today))};
+}
+
+}  // namespace baudgate::history

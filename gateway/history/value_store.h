@@ -1,0 +1,77 @@
+// The files of the history: which of them are open, what goes to which, when rows become chunks,
+// and which have to go. On one thread (gateway/history/history_log.h), without a clock.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/model/history.h"
+#include "gateway/base/result.h"
+#include "gateway/history/day_file.h"
+#include "gateway/history/shelf.h"
+#include "gateway/history/trend_file.h"
+
+namespace baudgate::history {
+
+struct StoreLimits {
+  std::uint64_t bytes = 1000 * config::kMegabyte;
+  Millis keep = 365 * kDay;
+  /// Rows of a day's file that become chunks before the hour is over.
+  std::size_t open_rows = 1'500'000;
+  std::size_t pack_each = 40'000;  ///< entries that are packed at a time
+};
+
+class ValueStore {
+ public:
+  /// `vfs`: as in Database; with one nothing is listed or removed.
+  ValueStore(std::filesystem::path folder, std::vector<PointName> names, StoreLimits limits,
+             std::string vfs = {});
+
+  /// Opens what is needed now. Before the first batch, and again after a failure.
+  Status Open(Millis now);
+  /// Takes the batch, and writes it as far as it goes. What is left waits for the next call.
+  /// `last`: nothing comes after it.
+  Status Write(Batch&& batch, Millis now, bool last = false);
+  /// Of a batch before: its rest waits.
+  bool waits() const { return !pending_.samples.empty() || !pending_.trends.empty(); }
+
+  std::size_t waiting() const { return pending_.samples.size(); }
+
+  /// One line for the log each, since the last call: files that were put aside.
+  std::vector<std::string> TakeNews() { return std::exchange(news_, {}); }
+  const Shelf& shelf() const { return shelf_; }
+
+ private:
+  Status OpenTrends();
+  Result<DayFile*> FileOf(Millis day);
+  Status WriteDays(Millis now, bool last);
+  Status WriteTrends(Millis now);
+  Status Pack(Millis now);
+  Status Clear(Millis now);
+  Error Failed(DayFile& file);
+
+  const std::filesystem::path folder_;
+  const std::vector<PointName> names_;
+  const StoreLimits limits_;
+  const std::string vfs_;
+  std::map<Millis, std::unique_ptr<DayFile>> days_;  // that are open
+  std::unique_ptr<TrendFile> trends_;
+  std::optional<Millis> damaged_day_;  // found so while it was in use
+  bool damaged_trends_ = false;
+  std::optional<std::int64_t> runs_before_;  // of this start: the last number in the files
+  Batch pending_;                            // with numbers of the files
+  Millis marked_ = 0;                        // when runs were last written to today's file
+  std::int64_t known_run_ = 0;               // to trends.db
+  Millis looked_ = 0;                        // at the shelf
+  Shelf shelf_;
+  std::vector<std::string> news_;
+};
+
+}  // namespace baudgate::history

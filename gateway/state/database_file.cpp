@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/state/database_file.h"
+
+#include <fmt/format.h>
+
+#include <system_error>
+
+namespace baudgate {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMostPutAside = 99;
+
+/// What the file is; failed: `database` says why.
+enum class Look : std::uint8_t { fine, failed, damaged, newer };
+
+bool Migrate(Database& database, const DatabaseKind& kind, std::int64_t version) {
+  if (version == kind.version()) return true;
+  if (!database.Execute("BEGIN IMMEDIATE")) return false;
+  bool ok = true;
+  for (auto step = static_cast<std::size_t>(version); ok && step < kind.migrations.size(); ++step) {
+    ok = database.Execute(kind.migrations[step]);
+  }
+  ok = ok && database.Execute(fmt::format("PRAGMA application_id={}", kind.application)) &&
+       database.Execute(fmt::format("PRAGMA user_version={}", kind.version())) &&
+       database.Execute("COMMIT");
+  if (!ok) database.Rollback();
+  return ok;
+}
+
+Look LookAt(Database& database, const DatabaseKind& kind, std::string& why) {
+  const auto whole = [&](const char* sql) {
+    const Value value = database.First(sql);
+    return std::holds_alternative<std::int64_t>(value) ? std::get<std::int64_t>(value) : -1;
+  };
+  const auto broken = [&] {
+    why = database.error();
+    return database.damaged() ? Look::damaged : Look::failed;
+  };
+  // A reader of a file that is being recovered waits; a file in WAL mode stays so.
+  const Value mode = database.First("PRAGMA journal_mode=WAL");
+  if (!HasValue(mode)) return broken();
+  if (ToText(mode) != "wal") {
+    why = "its folder can not be written";
+    return Look::failed;
+  }
+  if (!database.Execute(std::string(kind.pragmas))) return broken();
+  const Value check = database.First("PRAGMA quick_check(1)");
+  if (!HasValue(check)) return broken();
+  const std::int64_t application = whole("PRAGMA application_id");
+  const std::int64_t version = whole("PRAGMA user_version");
+  const std::int64_t tables = whole("SELECT count(*) FROM sqlite_schema");
+  if (application < 0 || version < 0 || tables < 0) return broken();
+  if (ToText(check) != "ok") {
+    why = ToText(check);
+    return Look::damaged;
+  }
+  const bool fresh = application == 0 && version == 0 && tables == 0;
+  if (!fresh && application != kind.application) {
+    why = "it is another program's";
+    return Look::damaged;
+  }
+  if (version > kind.version()) {
+    why = fmt::format("a newer baudgate has made it (version {}, this one knows {})", version,
+                      kind.version());
+    return Look::newer;
+  }
+  return Migrate(database, kind, version) ? Look::fine : broken();
+}
+
+/// With its log, which belongs to it. The new name; empty: it can not be renamed.
+fs::path PutAside(const fs::path& file) {
+  fs::path to;
+  std::error_code error;
+  for (int n = 1; n <= kMostPutAside; ++n) {
+    to = file.string() + ".bad" + (n == 1 ? "" : std::to_string(n));
+    if (!fs::exists(to, error)) break;
+  }
+  fs::rename(file, to, error);
+  if (error) return {};
+  for (const char* part : {"-wal", "-shm"}) {
+    fs::rename(file.string() + part, to.string() + part, error);
+  }
+  return to;
+}
+
+}  // namespace
+
+OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, const std::string& vfs,
+                            bool put_aside) {
+  OpenedDatabase opened;
+  std::error_code none;
+  if (put_aside && fs::exists(file, none) && PutAside(file).empty()) {
+    opened.error = file.string() + " is damaged, and can not be renamed";
+    return opened;
+  }
+  for (int tries = 0; tries < 2; ++tries) {
+    auto database = std::make_unique<Database>(file.string(), Database::Mode::write, vfs);
+    std::string why = database->error();
+    const Look look = database->is_open() ? LookAt(*database, kind, why) : Look::failed;
+    if (look == Look::fine) {
+      opened.database = std::move(database);
+      return opened;
+    }
+    opened.error = fmt::format("{}: {}", file.string(), why);
+    if (look != Look::damaged) return opened;
+    database.reset();
+    const fs::path to = PutAside(file);
+    if (to.empty()) return opened;
+    opened.put_aside = fmt::format("{} is damaged ({}) and is {} now; a new one is begun",
+                                   file.string(), why, to.filename().string());
+  }
+  return opened;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,91 @@
+// The key history: which points it means, and what is wrong with it.
+// SPDX-License-Identifier: Apache-2.0
+#include "config/history.h"
+
+#include <gmock/gmock.h>
+
+#include "config/loader.h"
+#include "tests/config/fake_protocol.h"
+
+namespace baudgate::testing {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr const char* kLines =
+    "lines:\n- { name: bay, port: /dev/l, protocol: fake, devices: [\n"
+    "{ name: f1, address: 1, points: [{ name: current_l1, read: A1, type: float32, deadband: 0.25 "
+    "}, "
+    "{ name: group, read: A2, type: uint16 }] },\n"
+    "{ name: f2, address: 2, points: [{ name: current_l1, read: A1, type: float32 }] }] }\n";
+
+config::Loaded LoadHistory(const std::string& history) {
+  return Load("history: " + history + "\n" + kLines);
+}
+
+std::vector<std::string> Names(const config::Loaded& loaded) {
+  std::vector<std::string> names;
+  for (const config::HistoryPoint& point : loaded.config.history.points) {
+    const config::Device& device = loaded.config.lines.at(0).devices.at(point.device);
+    names.push_back(device.name + "." + device.points.at(point.point).name);
+  }
+  return names;
+}
+
+TEST(HistoryPattern, HasStarsAndQuestionMarks) {
+  EXPECT_TRUE(config::MatchesPattern("*", ""));
+  EXPECT_TRUE(config::MatchesPattern("current_*", "current_l1"));
+  EXPECT_TRUE(config::MatchesPattern("c*l?", "current_l1"));
+  EXPECT_TRUE(config::MatchesPattern("*a*b", "aabab"));
+  EXPECT_FALSE(config::MatchesPattern("*a*b", "aaba"));
+  EXPECT_FALSE(config::MatchesPattern("current", "current_l1"));
+  EXPECT_FALSE(config::MatchesPattern("?", ""));
+}
+
+TEST(HistoryKey, IsOffUntilItIsGiven) {
+  EXPECT_FALSE(Load(kLines).config.history.on());
+  const auto loaded = LoadHistory("{ points: [ '*.*.*' ] }");
+  EXPECT_EQ(Shown(loaded.problems), "");
+  EXPECT_EQ(loaded.config.history.limit, 1'000'000'000U);
+  EXPECT_EQ(loaded.config.history.keep, 365 * 24h);
+  EXPECT_EQ(loaded.config.history.points.size(), 3U);
+}
+
+TEST(HistoryKey, TheFirstThatFitsDecides) {
+  const auto loaded = LoadHistory(
+      "{ max_gap: 1h, points: [ { match: bay.f2.*, log: off }, { match: 'bay.*.cur*', max_gap: "
+      "2min }, { match: '*.*.*', log: all, deadband: 2 } ] }");
+  EXPECT_EQ(Shown(loaded.problems), "");
+  EXPECT_THAT(Names(loaded), ElementsAre("f1.current_l1", "f1.group"));
+  const auto& points = loaded.config.history.points;
+  EXPECT_EQ(points[0].deadband, 0.25) << "the point's own";
+  EXPECT_EQ(points[0].max_gap, 2min);
+  EXPECT_FALSE(points[0].every);
+  EXPECT_EQ(points[1].deadband, 2);
+  EXPECT_EQ(points[1].max_gap, 1h);
+  EXPECT_TRUE(points[1].every);
+}
+
+TEST(HistoryKey, SaysWhatIsWrong) {
+  const auto wrong = [](const std::string& history) {
+    return Shown(LoadHistory(history).problems);
+  };
+  EXPECT_THAT(wrong("{}"), HasSubstr("points"));
+  EXPECT_THAT(wrong("{ points: [ bay.f1 ] }"),
+              HasSubstr("t.yaml:1:22: error: points: 'bay.f1' is no pattern"));
+  EXPECT_THAT(wrong("{ points: [ bay.f1.a.b ] }"), HasSubstr("is no pattern"));
+  EXPECT_THAT(wrong("{ points: [ bay..a ] }"), HasSubstr("is no pattern"));
+  EXPECT_THAT(wrong("{ points: [ bay.f7.* ] }"),
+              HasSubstr("t.yaml:1:22: error: points: 'bay.f7.*' matches no point"));
+  EXPECT_THAT(wrong("{ points: [ '*.*.*' ], limit: 5 }"), HasSubstr("t.yaml:1:33: error: limit"));
+  EXPECT_THAT(wrong("{ points: [ '*.*.*' ], limit: 5MB }"), HasSubstr("from 50MB to 10TB"));
+  EXPECT_THAT(wrong("{ points: [ '*.*.*' ], keep: 5s }"), HasSubstr("keep"));
+  EXPECT_THAT(wrong("{ points: [ '*.*.*' ], directory: data }"), HasSubstr("absolute path"));
+  EXPECT_THAT(wrong("{ points: [ { match: '*.*.*', deadband: -1 } ] }"), HasSubstr("deadband"));
+  EXPECT_THAT(wrong("{ points: [ { match: '*.*.*', log: some } ] }"), HasSubstr("some"));
+  EXPECT_THAT(wrong("{ points: [ { match: '*.*.*', dead: 1 } ] }"), HasSubstr("dead"));
+}
+
+}  // namespace
+}  // namespace baudgate::testing

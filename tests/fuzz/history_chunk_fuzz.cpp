@@ -1,0 +1,102 @@
+// What the history reads from its files, whatever stands there. The first byte chooses: the bytes
+// as they are; or columns that are compressed here, so that they get past the check sum of zlib; or
+// entries that have to come back as they were.
+// SPDX-License-Identifier: Apache-2.0
+#include <zlib.h>
+
+#include <bit>
+#include <cmath>
+
+#include "gateway/history/chunk.h"
+#include "gateway/history/columns.h"
+#include "tests/fuzz/fuzz.h"
+
+namespace {
+
+using namespace baudgate;
+using namespace baudgate::history;
+using baudgate::fuzz::Input;
+using baudgate::fuzz::Require;
+
+void Decode(View bytes) {
+  const auto entries = DecodeChunk(bytes);
+  if (!entries) return;
+  Require(!entries->empty() && entries->size() <= kMostInChunk, "a chunk is bounded");
+  for (std::size_t i = 1; i < entries->size(); ++i) {
+    Require((*entries)[i].time > (*entries)[i - 1].time, "times rise");
+  }
+}
+
+Bytes Packed(Input& input) {
+  Bytes chunk = {1, input.U8(), input.U8()};
+  const View plain = input.Rest();
+  ColumnWriter size;
+  size.Unsigned(plain.size());
+  Append(chunk, View(size.bytes()));
+  const std::size_t begin = chunk.size();
+  uLongf room = compressBound(plain.size());
+  chunk.resize(begin + room);
+  compress2(chunk.data() + begin, &room, plain.data(), plain.size(), 1);
+  chunk.resize(begin + room);
+  return chunk;
+}
+
+std::uint64_t Bits(Input& input) {
+  std::uint64_t bits = 0;
+  for (const std::uint8_t byte : input.Take(1 + input.Below(8))) bits = bits << 8U | byte;
+  return bits;
+}
+
+Value AnyValue(Input& input) {
+  switch (input.Below(7)) {
+    case 0:
+      return {};
+    case 1:
+      return input.U8() % 2 == 1;
+    case 2:
+      return static_cast<std::int64_t>(Bits(input));
+    case 3:
+      return Bits(input);
+    case 4: {
+      const double number = std::bit_cast<double>(Bits(input));
+      return std::isnan(number) ? Value() : Value(number);
+    }
+    case 5:
+      return static_cast<double>(input.U8()) / 10;
+    default: {
+      const View text = input.TakeCounted();
+      return std::string(text.begin(), text.end()).substr(0, kLongestText);
+    }
+  }
+}
+
+void ThereAndBack(Input& input) {
+  std::vector<Entry> entries;
+  Millis time = 0;
+  while (!input.empty()) {
+    time += 1 + input.U8() * (input.U8() % 2 == 0 ? 1 : 1'000'000);
+    entries.push_back({time, AnyValue(input), Quality::OfWord(input.U8())});
+  }
+  if (entries.empty()) return;
+  const auto back = DecodeChunk(EncodeChunk(entries));
+  Require(back.has_value(), "a chunk of ours is one");
+  Require(*back == entries, "what was kept comes back");
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  Input input(data, size);
+  switch (input.Below(3)) {
+    case 0:
+      Decode(input.Rest());
+      break;
+    case 1:
+      Decode(Packed(input));
+      break;
+    default:
+      ThereAndBack(input);
+      break;
+  }
+  return 0;
+}

@@ -1,0 +1,136 @@
+// The history with its threads, on disks that work, fail and hang.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/history/history_log.h"
+
+#include <gmock/gmock.h>
+#include <sqlite3.h>
+
+#include "tests/gateway/audit/faulty_disk.h"
+#include "tests/gateway/history/folder.h"
+
+namespace baudgate::history {
+namespace {
+
+using audit::FaultyDisk;
+using ::testing::HasSubstr;
+
+class HistoryLogTest : public FolderTest {
+ protected:
+  HistoryLogTest() {
+    config::Line line;
+    line.name = "bay";
+    config::Device device;
+    device.name = "f1";
+    config::Point point;
+    point.name = "a";
+    point.type = config::Type::int32;
+    device.points = {point};
+    line.devices = {device};
+    config_.lines = {line};
+    config_.history.points = {{.device = 0, .point = 0}};
+    store_ = std::make_unique<PointStore>(config_);
+  }
+  std::unique_ptr<HistoryLog> Start(const std::filesystem::path& folder,
+                                    const std::string& vfs = {}) {
+    HistoryLog::Options options;
+    options.config = &config_;
+    options.store = store_.get();
+    options.folder = folder;
+    options.why_no_folder = "there is no place for it";
+    options.vfs = vfs;
+    options.clocks = ReadClocks;
+    options.warn = [this](const std::string& text) { Hear("warn: " + text); };
+    options.inform = [this](const std::string& text) { Hear("inform: " + text); };
+    return std::make_unique<HistoryLog>(std::move(options));
+  }
+  void Set(std::int64_t value) {
+    const baudgate::Sample sample{0, value, Quality::good};
+    store_->Update(0, {&sample, 1}, ReadClocks(), 1ms);
+  }
+  void Hear(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    heard_.push_back(text);
+  }
+  std::vector<std::string> heard() {
+    const std::lock_guard lock(mutex_);
+    return heard_;
+  }
+  template <typename Ready>
+  static void Await(Ready ready) {
+    while (!ready()) std::this_thread::sleep_for(1ms);
+  }
+
+  config::Config config_;
+  std::unique_ptr<PointStore> store_;
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::string> heard_;
+};
+
+TEST_F(HistoryLogTest, KeepsOverRestarts) {
+  const auto path = folder();
+  {
+    const auto log = Start(path);
+    Set(1);
+    Await([&] { return log->state().counters.kept == 1; });
+    Set(2);
+    Await([&] { return log->state().counters.kept == 2; });
+    Await([&] { return log->state().disk == Disk::fine; });
+  }
+  store_ = std::make_unique<PointStore>(config_);
+  const auto log = Start(path);
+  Set(2);
+  Await([&] { return log->Read({.point = "bay.f1.a"})->records.size() == 4; });
+  const auto page = log->Read({.point = "bay.f1.a"});
+  EXPECT_EQ(page->records[0].entry.value, Value(std::int64_t{1}));
+  EXPECT_EQ(page->records[1].entry.value, Value(std::int64_t{2}));
+  EXPECT_TRUE(page->records[2].gap) << "nobody knows what was while it was down";
+  EXPECT_EQ(page->records[3].entry.value, Value(std::int64_t{2}));
+  const auto spans = log->ReadTrends({.point = "bay.f1.a"});
+  ASSERT_TRUE(spans) << spans.error();
+  ASSERT_FALSE(spans->spans.empty());
+  EXPECT_EQ(spans->spans[0].count, 2);
+  EXPECT_EQ(log->state().points, 1U);
+  EXPECT_EQ(log->state().counters.dropped, 0U);
+}
+
+TEST_F(HistoryLogTest, ADiskThatFailsHoldsUpNobody) {
+  FaultyDisk disk;
+  const auto log = Start("/", disk.vfs());
+  Set(1);
+  Await([&] { return log->state().disk == Disk::fine; });
+  disk.write_error = SQLITE_FULL;
+  Set(2);
+  Await([&] { return log->state().disk == Disk::failing; });
+  for (int i = 0; i < 1000; ++i) Set(i);
+  Await([&] { return log->state().counters.readings > 2; });
+  EXPECT_FALSE(log->state().trouble.empty());
+  disk.write_error = 0;
+  Await([&] { return log->state().disk == Disk::fine && log->state().waiting == 0; });
+  const auto lines = heard();
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_THAT(lines[0], HasSubstr("warn: history: "));
+  EXPECT_THAT(lines[1], HasSubstr("inform: history: values are kept again"));
+}
+
+TEST_F(HistoryLogTest, ADiskThatHangsIsShown) {
+  FaultyDisk disk;
+  const auto log = Start("/", disk.vfs());
+  disk.Hang(true);
+  Set(1);
+  Await([&] { return log->state().disk == Disk::stalled; });
+  Set(2);
+  disk.Hang(false);
+  Await([&] { return log->state().disk == Disk::fine && log->state().counters.kept == 2; });
+}
+
+TEST_F(HistoryLogTest, SaysSoWhereThereIsNoPlace) {
+  const auto log = Start({});
+  Set(1);
+  EXPECT_EQ(log->state().disk, Disk::failing);
+  EXPECT_FALSE(log->Read({}));
+}
+
+}  // namespace
+}  // namespace baudgate::history
