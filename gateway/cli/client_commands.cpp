@@ -90,7 +90,8 @@ void AddWrites(CLI::App& app, Action& action) {
 }
 
 void AddEvents(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("events", "What has happened, in devices and to the gateway, oldest first");
+  auto* command = app.add_subcommand(
+      "events", "What has happened, in devices and to the gateway, oldest first");
   auto options = std::make_shared<EventsOptions>();
   command->add_flag("--follow", options->follow, "Go on with what comes");
   command->add_option("--from", options->from, "The first number (seq)")
