@@ -56,18 +56,6 @@ void LineDriver::Recall() {
   }
 }
 
-void LineDriver::OnMemory(std::uint32_t device, const std::string& memory) {
-  if (memory_ != nullptr) memory_->Set(device, memory);
-}
-
-void LineDriver::OnEvents(ReportedEvents events) {
-  if (events_ != nullptr) events_->OnReported(std::move(events));
-}
-
-void LineDriver::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {
-  if (events_ != nullptr) events_->OnRead(device, points, at);
-}
-
 void LineDriver::Stop(Now now, std::function<void()> stopped) {
   now_ = now;
   stopping_ = true;

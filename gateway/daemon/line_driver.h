@@ -81,10 +81,16 @@ class LineDriver final : private PollerListener {
   void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                      const std::string& reason) override;
   void OnWarning(std::uint32_t device, const std::string& message) override;
-  void OnMemory(std::uint32_t device, const std::string& memory) override;
-  void OnEvents(ReportedEvents events) override;
+  void OnMemory(std::uint32_t device, const std::string& memory) override {
+    if (memory_ != nullptr) memory_->Set(device, memory);
+  }
+  void OnEvents(ReportedEvents events) override {
+    if (events_ != nullptr) events_->OnReported(std::move(events));
+  }
   void OnNews(News news) override { news_.Tell(std::move(news), now_); }
-  void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) override;
+  void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) override {
+    if (events_ != nullptr) events_->OnRead(device, points, at);
+  }
 
   void Recall();
   void Announce();

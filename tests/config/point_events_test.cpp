@@ -67,7 +67,7 @@ TEST(PointEvents, SayWhatIsWrong) {
     return Shown(LoadPoint(events, type).problems);
   };
   EXPECT_THAT(wrong("{ on: above }"),
-              HasSubstr("t.yaml:4:80: error: on: 'above' needs a limit: { on: above, value: 5 }"));
+              HasSubstr("t.yaml:4:83: error: on: 'above' needs a limit: { on: above, value: 5 }"));
   EXPECT_THAT(wrong("{ value: 5 }"), HasSubstr("'on'"));
   EXPECT_THAT(wrong("{ on: rises }"), HasSubstr("'rises' is unknown"));
   EXPECT_THAT(wrong("{ on: change, value: 5 }"), HasSubstr("value: every change counts"));
@@ -119,7 +119,7 @@ TEST(EventTable, SaysWhatIsWrongWithAlarms) {
   EXPECT_THAT(Table("- { code: 1, text: a, state: off, alarm: yes }\n"),
               HasSubstr("it stands at the event that begins it"));
   EXPECT_THAT(Table("- { code: 1, text: a, state: on, alarm: yes, until: 2 }\n"),
-              HasSubstr("p.yaml:4:59: error: until: the table has no code 2 with state: off"));
+              HasSubstr("p.yaml:4:53: error: until: the table has no code 2 with state: off"));
   EXPECT_THAT(Table("- { code: 1, text: a, state: on, until: 2 }\n" + off),
               HasSubstr("only an alarm has an end"));
   EXPECT_THAT(Table("- { code: 1, text: a, alarm: yes, until: 2 }\n" + off),

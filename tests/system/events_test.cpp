@@ -22,13 +22,14 @@ using Json = nlohmann::json;
 
 class Events : public Station {
  protected:
-  std::string Yaml(const std::string& events = "events: {}\n") const {
+  /// Of the relay alone; with "events: {}\n" at the top the gateway's own stand among them.
+  std::string Yaml(const std::string& keys = ", events: on", const std::string& top = "") const {
     std::string head = Head();
     head.replace(0, head.find('\n'),
                  "gateway: { name: " + gateway() + ", socket: " + socket() +
                      ", state: " + (directory() / "state").string() + " }");
-    return events + head +
-           Line("bay", "spabus", "address: 1, unit: 1, profile: spaj140c, poll: 100ms");
+    return top + head +
+           Line("bay", "spabus", "address: 1, unit: 1, profile: spaj140c, poll: 100ms" + keys);
   }
   std::string socket() const { return (directory() / "gate.sock").string(); }
   std::unique_ptr<Child> StartRelay(const std::string& events) const {
@@ -113,10 +114,10 @@ std::vector<Json> Lines(const Finished& finished) {
 
 /// A point that exceeds its limit, seen by somebody, over a kill; and a relay that goes away.
 TEST_F(Events, OfPointsAreAlarmsUntilSomebodyHasSeenThem) {
-  std::string yaml = Yaml();
-  yaml.replace(yaml.rfind("poll: 100ms"), std::string("poll: 100ms").size(),
-               "poll: 100ms, points: [{ name: current_l1, events: [{ on: above, value: -1, alarm: "
-               "high, text: too much }, { on: below, value: -1 }] }]");
+  const std::string yaml = Yaml(
+      ", points: [{ name: current_l1, events: [{ on: above, value: -1, alarm: high, text: too "
+      "much }, { on: below, value: -1 }] }]",
+      "events: {}\n");
   const auto alarms = [this] { return Lines(Command({"alarms", "--json", "--socket", socket()})); };
   const auto ack = [this](const std::string& target) {
     return Command({"ack", target, "--socket", socket()});
