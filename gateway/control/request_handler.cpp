@@ -9,6 +9,7 @@
 #include "gateway/base/spelling.h"
 #include "gateway/control/request_text.h"
 #include "gateway/events/event_source.h"
+#include "gateway/history/history_source.h"
 #include "gateway/status/audit_json.h"
 #include "gateway/status/events_json.h"
 #include "gateway/status/history_json.h"
