@@ -10,6 +10,7 @@
 #include "gateway/control/alarm_requests.h"
 #include "gateway/control/request_text.h"
 #include "gateway/events/event_source.h"
+#include "gateway/history/history_source.h"
 #include "gateway/status/audit_json.h"
 #include "gateway/status/events_json.h"
 #include "gateway/status/history_json.h"

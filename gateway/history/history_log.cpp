@@ -153,6 +153,7 @@ void HistoryLog::WriteOn() {
     }
     WriteOnce(stop);
   }
+  WriteOnce(true);  // what came while an earlier rest was written
 }
 
 /// What waits in the files goes first; the queue is left alone until then, and fills up.

@@ -78,7 +78,7 @@ TEST(HistoryKey, SaysWhatIsWrong) {
   EXPECT_THAT(wrong("{ points: [ bay..a ] }"), HasSubstr("is no pattern"));
   EXPECT_THAT(wrong("{ points: [ bay.f7.* ] }"),
               HasSubstr("t.yaml:1:22: error: points: 'bay.f7.*' matches no point"));
-  EXPECT_THAT(wrong("{ points: [ '*.*.*' ], limit: 5 }"), HasSubstr("t.yaml:1:33: error: limit"));
+  EXPECT_THAT(wrong("{ points: [ '*.*.*' ], limit: 5 }"), HasSubstr("t.yaml:1:40: error: limit"));
   EXPECT_THAT(wrong("{ points: [ '*.*.*' ], limit: 5MB }"), HasSubstr("from 50MB to 10TB"));
   EXPECT_THAT(wrong("{ points: [ '*.*.*' ], keep: 5s }"), HasSubstr("keep"));
   EXPECT_THAT(wrong("{ points: [ '*.*.*' ], directory: data }"), HasSubstr("absolute path"));
