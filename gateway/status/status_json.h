@@ -26,6 +26,8 @@ struct GatewayInfo {
   std::function<dds::LinkState()> dds{};           ///< empty: DDS is off
   const audit::AuditSource* audit = nullptr;       ///< null: nothing can be written
   const events::EventSource* events = nullptr;     ///< null: no device is asked for events
+  /// Since when the thread of a line hangs; empty: nobody watches them.
+  std::function<std::optional<WallTime>(std::uint32_t line)> stuck_since{};
 };
 
 /// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}
