@@ -101,6 +101,8 @@ check "its configuration is for the service only" says "640 root:baudgate" insid
 check "its configuration is good" inside baudgate check
 check "man pages" inside sh -c 'ls /usr/share/man/man1/baudgate.1.gz /usr/share/man/man5/baudgate.yaml.5.gz'
 check "its unit is enabled" inside test -L /etc/systemd/system/multi-user.target.wants/baudgate.service
+check "names of serial adapters" inside test -e /lib/udev/rules.d/70-baudgate.rules
+check "ports, also where there is none" quiet inside baudgate ports
 check "that of the discovery server is not" absent /etc/systemd/system/multi-user.target.wants/baudgate-discovery.service
 apt_install mbpoll
 check "the service's command listens on loopback" service_runs

@@ -8,6 +8,8 @@ packages=(
   libgtest-dev libgmock-dev libbenchmark-dev mbpoll cyclonedds-dev cyclonedds-tools
   # pymodbus only recommends the other two, and imports them all the same.
   python3-pymodbus python3-serial python3-serial-asyncio
+  # What systemd thinks of our units, and their system calls refused without it.
+  systemd libseccomp-dev
 )
 # Only for fuzzing: install_packages "${fuzz_packages[@]}".
 fuzz_packages=(clang libclang-rt-14-dev)

@@ -69,6 +69,16 @@ std::uint32_t Milliseconds(Duration delay) {
   return static_cast<std::uint32_t>(std::chrono::ceil<std::chrono::milliseconds>(delay).count());
 }
 
+config::Rs485 FromDriver(const serial_rs485& mode) {
+  config::Rs485 rs485;
+  rs485.enabled = (mode.flags & SER_RS485_ENABLED) != 0;
+  rs485.rts_active_high = (mode.flags & SER_RS485_RTS_ON_SEND) != 0;
+  rs485.receive_while_sending = (mode.flags & SER_RS485_RX_DURING_TX) != 0;
+  rs485.delay_before_send = std::chrono::milliseconds(mode.delay_rts_before_send);
+  rs485.delay_after_send = std::chrono::milliseconds(mode.delay_rts_after_send);
+  return rs485;
+}
+
 Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) {
   serial_rs485 mode{};
   if (!wanted.enabled) {
@@ -91,12 +101,11 @@ Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) 
   }
   serial_rs485 actual{};
   if (ioctl(fd, TIOCGRS485, &actual) != 0) return NotTaken(port, "to read back RS-485 mode");
-  if (actual.flags != asked.flags || actual.delay_rts_before_send != asked.delay_rts_before_send ||
-      actual.delay_rts_after_send != asked.delay_rts_after_send) {
-    return Error{"the driver of " + port +
-                 " changed the RS-485 settings it was given; try other delays or polarity"};
-  }
-  return {};
+  if (const Status same = CompareRs485(wanted, FromDriver(actual), port); !same) return same;
+  if (actual.flags == asked.flags) return {};
+  return Error{"the driver of " + port +
+               " does not keep RTS as `rts_active_high` says, before, during and after sending; "
+               "use an adapter that switches direction by itself"};
 }
 
 /// Best effort: many drivers have no such flag, and they then need none or have it elsewhere.
@@ -166,6 +175,26 @@ Status CompareSettings(const config::SerialSettings& asked, const config::Serial
     return Error{"the driver of " + port + " has no RTS/CTS flow control; remove `rtscts`"};
   }
   return {};
+}
+
+Status CompareRs485(const config::Rs485& asked, const config::Rs485& actual,
+                    const std::string& port) {
+  std::string differences;
+  const auto compare = [&](const char* key, const std::string& wants, const std::string& does) {
+    if (wants == does) return;
+    differences += std::string(differences.empty() ? "" : ", ") + key + " is " + does;
+  };
+  const auto flag = [](bool on) { return std::string(on ? "true" : "false"); };
+  const auto delay = [](Duration time) { return std::to_string(Milliseconds(time)) + "ms"; };
+  compare("enabled", flag(asked.enabled), flag(actual.enabled));
+  compare("rts_active_high", flag(asked.rts_active_high), flag(actual.rts_active_high));
+  compare("receive_while_sending", flag(asked.receive_while_sending),
+          flag(actual.receive_while_sending));
+  compare("delay_before_send", delay(asked.delay_before_send), delay(actual.delay_before_send));
+  compare("delay_after_send", delay(asked.delay_after_send), delay(actual.delay_after_send));
+  if (differences.empty()) return {};
+  return Error{"the driver of " + port + " can not do this `rs485:`: with it " + differences +
+               "; write what it can do, or use an adapter that switches direction by itself"};
 }
 
 Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const std::string& port) {

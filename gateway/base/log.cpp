@@ -4,17 +4,19 @@
 #include <fmt/chrono.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <condition_variable>
 #include <csignal>
-#include <cstdlib>
 #include <ctime>
+#include <memory>
 #include <mutex>
 #include <stop_token>
 #include <thread>
 #include <vector>
 
 #include "gateway/base/guarded.h"
+#include "gateway/base/journal.h"
 #include "gateway/base/log_folder.h"
 #include "gateway/base/time.h"
 
@@ -44,26 +46,15 @@ spdlog::level::level_enum LevelOf(Level level) {
   return spdlog::level::info;
 }
 
-/// "<4>": what journald takes for the priority of a line on standard error.
-std::string_view Priority(Level level) {
-  switch (level) {
-    case Level::debug:
-      return "<7>";
-    case Level::info:
-      return "<6>";
-    case Level::warning:
-      return "<4>";
-    case Level::error:
-      return "<3>";
-  }
-  return "<6>";
-}
+/// Nothing: standard error is not the journal.
+std::unique_ptr<Journal> g_journal;
 
-bool g_journal = false;
-
-void Print(Level level, const std::string& text) {
-  const std::string line = g_journal ? std::string(Priority(level)) + text : text;
-  spdlog::log(LevelOf(level), "{}", line);
+/// A journal that takes nothing just now gets the line as any program's standard error does.
+void Print(Level level, const About& about, const std::string& text) {
+  const auto weight = LevelOf(level);
+  if (!g_journal) return spdlog::log(weight, "{}", text);
+  if (!spdlog::should_log(weight) || g_journal->Send(level, about, text)) return;
+  spdlog::log(weight, "<{}>{}", Priority(level), text);
 }
 
 using Repeats = std::vector<Folder::Repeat>;
@@ -77,8 +68,9 @@ void PrintRepeats(Repeats (Folder::*take)(Instant)) {
   for (const Folder::Repeat& repeat : repeats) {
     const std::time_t last = std::chrono::system_clock::to_time_t(
         std::chrono::time_point_cast<std::chrono::system_clock::duration>(repeat.last.wall));
-    Print(repeat.level, fmt::format("{} ({} more, the last at {:%H:%M:%S})", repeat.text,
-                                    repeat.times, fmt::localtime(last)));
+    Print(repeat.level, repeat.about,
+          fmt::format("{} ({} more, the last at {:%H:%M:%S})", repeat.text, repeat.times,
+                      fmt::localtime(last)));
   }
 }
 
@@ -108,16 +100,16 @@ class Teller {
   std::jthread thread_;
 };
 
-void PrintOrHold(bool passed, Level level, const std::string& text) {
-  if (passed) return Print(level, text);
+void PrintOrHold(bool passed, Level level, const About& about, const std::string& text) {
+  if (passed) return Print(level, about, text);
   // Made with the first repeat, long after the log it prints to, and therefore gone before it.
   static Teller teller;
 }
 
 }  // namespace
 
-void Begin(Level least) {
-  g_journal = std::getenv("JOURNAL_STREAM") != nullptr;
+void Begin(Level least, const std::string& socket) {
+  if (IsJournal(STDERR_FILENO)) g_journal = std::make_unique<Journal>(socket);
   auto logger = spdlog::stderr_logger_mt("baudgate");
   logger->set_pattern(g_journal ? "%v" : "%Y-%m-%d %H:%M:%S.%e %-7l %v");
   logger->set_level(LevelOf(least));
@@ -134,13 +126,17 @@ void ForgetRepeats() {
   TheFolder() = Folder();
 }
 
-void Write(Level level, const std::string& text) {
+void Write(Level level, const std::string& text) { Write(level, About{}, text); }
+
+void Write(Level level, const About& about, const std::string& text) {
+  const std::string whole = (about.line.empty() ? "" : "line " + about.line + ": ") +
+                            (about.device.empty() ? "" : "device " + about.device + ": ") + text;
   bool passed = false;
   {
     const MutexLock lock(g_mutex);
-    passed = TheFolder().Pass(text, level, ReadClocks());
+    passed = TheFolder().Pass(whole, level, ReadClocks(), about);
   }
-  PrintOrHold(passed, level, text);
+  PrintOrHold(passed, level, about, whole);
 }
 
 void Write(Level level, const std::string& key, const std::string& text) {
@@ -149,7 +145,7 @@ void Write(Level level, const std::string& key, const std::string& text) {
     const MutexLock lock(g_mutex);
     passed = TheFolder().Pass(key, text, level, ReadClocks());
   }
-  PrintOrHold(passed, level, text);
+  PrintOrHold(passed, level, {}, text);
 }
 
 }  // namespace baudgate::log

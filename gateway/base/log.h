@@ -13,15 +13,24 @@ namespace baudgate::log {
 
 enum class Level { debug, info, warning, error };
 
-/// Once, from the composition root. Under systemd (JOURNAL_STREAM) lines carry the syslog priority
-/// in place of the time, which the journal knows better.
-void Begin(Level least);
+/// What a text is about: said before it ("line bay: device relay: offline"). In the journal they
+/// are fields besides (LINE=, DEVICE=, OUTCOME=); the outcome, as of outcome.h, is only there.
+struct About {
+  std::string line{};
+  std::string device{};
+  std::string outcome{};
+};
+
+/// Once, from the composition root. Where standard error is systemd's journal, lines go to its
+/// `socket` with priority and fields; it knows the time better.
+void Begin(Level least, const std::string& socket = "/run/systemd/journal/socket");
 
 /// Keeps the log from drawing over a live table.
 void SetLeast(Level least);
 
 /// Thread-safe.
 void Write(Level level, const std::string& text);
+void Write(Level level, const About& about, const std::string& text);
 /// Texts with the same key are repeats of each other; of those held back the last is told.
 void Write(Level level, const std::string& key, const std::string& text);
 
@@ -40,6 +49,14 @@ void Warn(fmt::format_string<Args...> form, Args&&... args) {
 template <typename... Args>
 void Fail(fmt::format_string<Args...> form, Args&&... args) {
   Write(Level::error, fmt::format(form, std::forward<Args>(args)...));
+}
+template <typename... Args>
+void Info(const About& about, fmt::format_string<Args...> form, Args&&... args) {
+  Write(Level::info, about, fmt::format(form, std::forward<Args>(args)...));
+}
+template <typename... Args>
+void Warn(const About& about, fmt::format_string<Args...> form, Args&&... args) {
+  Write(Level::warning, about, fmt::format(form, std::forward<Args>(args)...));
 }
 /// For texts in which something differs every time, such as the port of a client.
 template <typename... Args>

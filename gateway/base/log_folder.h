@@ -21,19 +21,20 @@ class Folder {
     Level level = Level::info;
     int times = 0;
     Now last;
+    About about{};
   };
 
   /// True: write it. False: the same text was written less than a minute ago; it is held back.
-  bool Pass(const std::string& text, Level level, const Now& now) {
+  bool Pass(const std::string& text, Level level, const Now& now, const About& about = {}) {
     // Written at least; such texts name what is configured, so there is an end of them.
     if (!HasRoom(text, kRemembered, now.instant)) return true;
-    return Note(text, text, level, now);
+    return Note(text, text, level, now, about);
   }
 
   /// Alike, with the key in the place of the text. Keys may name strangers, of whom there is no
   /// end: those that are too many share one entry.
   bool Pass(const std::string& key, const std::string& text, Level level, const Now& now) {
-    return Note(HasRoom(key, kMostWithKeys, now.instant) ? key : "", text, level, now);
+    return Note(HasRoom(key, kMostWithKeys, now.instant) ? key : "", text, level, now, {});
   }
 
   /// The held back texts, the latest last, once a minute has passed for any of them. All at once:
@@ -70,12 +71,14 @@ class Folder {
     Repeat held;
   };
 
-  bool Note(const std::string& key, const std::string& text, Level level, const Now& now) {
-    const auto [entry, is_new] = seen_.try_emplace(key, Seen{now.instant, {text, level, 0, now}});
+  bool Note(const std::string& key, const std::string& text, Level level, const Now& now,
+            const About& about) {
+    const auto [entry, is_new] =
+        seen_.try_emplace(key, Seen{now.instant, {text, level, 0, now, about}});
     Seen& seen = entry->second;
     if (is_new) return true;
     if (now.instant - seen.written < kMinute) {
-      seen.held = {text, level, seen.held.times + 1, now};
+      seen.held = {text, level, seen.held.times + 1, now, about};
       return false;
     }
     // Repeats that nobody has fetched yet are told by Due; this one is written now.

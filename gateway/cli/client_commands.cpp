@@ -15,6 +15,7 @@
 #include "gateway/cli/client/status.h"
 #include "gateway/cli/client/trace.h"
 #include "gateway/cli/client/writes.h"
+#include "gateway/cli/ports/ports.h"
 #include "gateway/cli/settings/settings.h"
 #include "gateway/cli/terminal/words.h"
 
@@ -188,6 +189,17 @@ void AddSettings(CLI::App& app, Action& action) {
   restore->add_flag("--confirm", restored->confirm, "Write; without it, it is only shown");
 }
 
+void AddPorts(CLI::App& app, Action& action) {
+  auto* command =
+      app.add_subcommand("ports", "Serial ports: what to call them, who has them, who may");
+  auto options = std::make_shared<PortsOptions>();
+  command->add_flag("--json", options->json, "Print one JSON object");
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunPorts(*options, std::cout); };
+  });
+}
+
 void AddInUse(CLI::App& app, Action& action, const char* name, const char* help, bool in_use) {
   auto* command = app.add_subcommand(name, help);
   auto options = std::make_shared<InUseOptions>();
@@ -237,6 +249,7 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddAck(app, action);
   AddHistory(app, action);
   AddSettings(app, action);
+  AddPorts(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);
 }

@@ -22,6 +22,7 @@
 #include "gateway/daemon/host_clock.h"
 #include "gateway/daemon/history_path.h"
 #include "gateway/daemon/line_runner.h"
+#include "gateway/daemon/loop_watch.h"
 #include "gateway/daemon/placement.h"
 #include "gateway/daemon/write_path.h"
 #include "gateway/modbus/server/modbus_server.h"
@@ -38,6 +39,12 @@ namespace {
 
 /// glibc gives every thread an arena of its own; with a thread per line that is memory for nothing.
 constexpr int kMostArenas = 2;
+/// For all lines together to end: a second for a write under way (line_driver.cpp), and some room.
+constexpr Duration kPatienceWithLines = 1300ms;
+
+LoopWatch::Ask AskOn(asio::io_context& io) {
+  return [&io](std::function<void()> sign) { asio::post(io, std::move(sign)); };
+}
 
 modbus::ModbusLimits LimitsOf(const config::Config& config) {
   const modbus::DescriptorNeeds needs = modbus::DescriptorNeedsOf(config);
@@ -91,6 +98,8 @@ struct Daemon::Impl final : CommandSink, LineControl {
   control::GatewayInfo GatewayForStatus() const;
   void StartControl();
   void StopControl();
+  void EndLines();
+  void OnLoop(const LoopWatch::Change& change);
   modbus::GatewayFigures Info() const;
 
   const config::Config config;
@@ -104,6 +113,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
   std::unique_ptr<history::HistoryLog> history;    // nothing: no values are kept
   std::unique_ptr<WritePath> writes;               // nothing: nothing is written, or nothing kept
   std::vector<std::unique_ptr<LoopThread>> loops;  // the shared ones first
+  LoopWatch watch;
   std::unique_ptr<AgeTimer> ageing;
   std::unique_ptr<HostClock> host_clock;
   std::vector<std::unique_ptr<LineRunner>> runners;
@@ -127,7 +137,10 @@ Daemon::Daemon(config::Config config, const config::Catalog& catalog)
   mallopt(M_ARENA_MAX, kMostArenas);
 }
 
-Daemon::~Daemon() { Stop(); }
+Daemon::~Daemon() {
+  Stop();
+  impl_->EndLines();
+}
 
 Status Daemon::Start() {
   impl_->limits = LimitsOf(impl_->config);
@@ -147,7 +160,7 @@ Status Daemon::Start() {
   return {};
 }
 
-void Daemon::Stop() {
+bool Daemon::Stop() {
   impl_->StopControl();
   impl_->StopModbus();
 #ifdef BAUDGATE_WITH_DDS
@@ -156,14 +169,28 @@ void Daemon::Stop() {
   if (impl_->writes) impl_->writes->Stop();
   impl_->history.reset();  // before lines that end look as if their devices were lost
   for (const auto& runner : impl_->runners) runner->RequestStop();
-  for (const auto& runner : impl_->runners) runner->Stop();
-  impl_->events.reset();  // keeps what is left; the loops still hear of it
-  for (const auto& loop : impl_->loops) loop->Stop();
+  const Instant deadline = ReadClocks().instant + kPatienceWithLines;
+  bool ended = true;
+  for (std::size_t line = 0; line < impl_->runners.size(); ++line) {
+    if (impl_->runners[line]->StopBefore(deadline)) continue;
+    ended = false;
+    log::Warn({.line = impl_->config.lines[line].name},
+              "does not end: a call of its driver does not come back; the gateway ends without it");
+  }
+  if (ended) impl_->EndLines();
 #ifdef BAUDGATE_WITH_DDS
   if (impl_->dds) impl_->dds->Stop();
   impl_->dds.reset();
 #endif
   log::TellRepeats();
+  return ended;
+}
+
+bool Daemon::Look() {
+  for (const LoopWatch::Change& change : impl_->watch.Look(ReadClocks().wall)) {
+    impl_->OnLoop(change);
+  }
+  return impl_->watch.complete();
 }
 
 const config::Config& Daemon::config() const { return impl_->config; }
@@ -263,7 +290,9 @@ void Daemon::Impl::MakeLines() {
   }
   const Placement placement = PlaceLines(config.lines, std::thread::hardware_concurrency());
   while (loops.size() < placement.loops) {
-    loops.push_back(std::make_unique<LoopThread>(fmt::format("lines {}", loops.size() + 1)));
+    const std::string name = fmt::format("lines {}", loops.size() + 1);
+    loops.push_back(std::make_unique<LoopThread>(name));
+    watch.Add(name, {}, AskOn(loops.back()->io()));
   }
   ageing = std::make_unique<AgeTimer>(loops.front()->io(), [this](Instant now) { store.Age(now); });
   host_clock = std::make_unique<HostClock>(loops.front()->io(), [this](bool right) {
@@ -275,11 +304,36 @@ void Daemon::Impl::MakeLines() {
     if (loop == Placement::kOwn) {
       loop = loops.size();
       loops.push_back(std::make_unique<LoopThread>("line " + line.name));
+      watch.Add("line " + line.name, static_cast<std::uint32_t>(runners.size()),
+                AskOn(loops.back()->io()));
     }
     line_of.insert(line_of.end(), line.devices.size(), runners.size());
     runners.push_back(std::make_unique<LineRunner>(loops[loop]->io(), line, first_device, find,
                                                    store, sink, memory.get(), events.get()));
   }
+}
+
+/// Waits for every driver.
+void Daemon::Impl::EndLines() {
+  for (const auto& runner : runners) runner->Stop();
+  events.reset();  // keeps what is left; the loops still hear of it
+  for (const auto& loop : loops) loop->Stop();
+}
+
+void Daemon::Impl::OnLoop(const LoopWatch::Change& change) {
+  const bool stuck = change.stuck_since.has_value();
+  if (!change.line) {
+    if (!stuck) return log::Info("{}: its thread runs again", change.loop);
+    return log::Fail("{}: its thread hangs; until it runs again, systemd's watchdog gets no sign",
+                     change.loop);
+  }
+  runners[*change.line]->SetStuck(change.stuck_since);
+  const log::About about{.line = config.lines[*change.line].name};
+  if (!stuck) return log::Info(about, "its thread runs again");
+  log::Warn(about,
+            "its thread hangs: the driver of {} does not come back from a call; all other lines "
+            "go on",
+            config.lines[*change.line].port);
 }
 
 Status Daemon::Impl::StartModbus() {
@@ -295,6 +349,7 @@ Status Daemon::Impl::StartModbus() {
     modbus.reset();
     return status;
   }
+  watch.Add("modbus", {}, AskOn(modbus_io));
   modbus_thread = std::thread([this] {
     pthread_setname_np(pthread_self(), "modbus");
     const auto work = asio::make_work_guard(modbus_io);
@@ -317,6 +372,7 @@ control::GatewayInfo Daemon::Impl::GatewayForStatus() const {
   if (writes) info.audit = &writes->log();
   if (events) info.events = &events->log();
   info.history = history.get();
+  info.stuck_since = [this](std::uint32_t line) { return runners[line]->stuck_since(); };
 #ifdef BAUDGATE_WITH_DDS
   if (dds) info.dds = [this] { return dds->state(); };
 #endif
@@ -336,6 +392,7 @@ void Daemon::Impl::StartControl() {
     return;
   }
   log::Info("control socket {}", control->path());
+  watch.Add("control", {}, AskOn(control_io));
   control_thread = std::thread([this] {
     pthread_setname_np(pthread_self(), "control");
     const auto work = asio::make_work_guard(control_io);

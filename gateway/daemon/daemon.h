@@ -22,9 +22,14 @@ class Daemon {
   /// Opens the outputs, then starts the lines. A port of the network that is taken is an error; a
   /// serial port that is absent is not.
   Status Start();
-  /// Closes the lines, says so of what was published and releases every port; within two seconds,
-  /// unless a driver keeps one longer.
-  void Stop();
+  /// Closes the lines, says so of what was published and releases every port; within two seconds.
+  /// False: a line hangs in a call of its driver. All others have ended as they should, and the
+  /// process may end (_Exit); the destructor would wait for the driver.
+  bool Stop();
+
+  /// To be called once a second between Start and Stop. False: something that the whole gateway
+  /// needs hangs. A line that hangs is told in log and status, and the rest goes on.
+  bool Look();
 
   const config::Config& config() const;
   const PointStore& store() const;

@@ -98,7 +98,7 @@ void LineDriver::OnOpened(Now now) {
 void LineDriver::Announce() {
   const std::string about = lanes_.Describe();
   const std::string text = port_.Describe() + (about.empty() ? "" : ", " + about);
-  log::Info("line {}: open ({})", config_.name, text);
+  log::Info({.line = config_.name}, "open ({})", text);
   ShowPort(LineStatus::Port::open, text);
   news_.Tell({News::What::port_down, true, {}, text}, now_);
   news_.Tell({News::What::port_lent, true, {}, text}, now_);
@@ -139,7 +139,8 @@ void LineDriver::Lost(const std::string& reason) {
 
 void LineDriver::Down(const std::string& reason) {
   if (retries_.OnDown(reason)) {
-    log::Warn("line {}: down: {}; trying again until it works", config_.name, reason);
+    log::Warn({.line = config_.name, .outcome = std::string(Name(Outcome::line_down))},
+              "down: {}; trying again until it works", reason);
   }
   if (reason != shown_) ShowPort(LineStatus::Port::closed, reason);
   news_.Tell({News::What::port_down, false, {}, reason}, now_);
@@ -192,7 +193,7 @@ void LineDriver::Narrow() {
   lanes_.Narrow(now_);
   Recall();
   lanes_.OnHostClock(host_clock_right_);
-  log::Warn("line {}: {}", config_.name, lanes_.Describe());
+  log::Warn({.line = config_.name}, "{}", lanes_.Describe());
   if (!was_open || stopping_) return;
   ShowPort(LineStatus::Port::closed, "opened again, for " + lanes_.Describe());
   port_.Open();
@@ -229,7 +230,7 @@ void LineDriver::Lend(Duration time) {
   open_ = false;
   ClosePort();
   lanes_.OnClosed(now_, Quality::bad_out_of_service);
-  log::Info("line {}: {} is released for {}; its points are out of service", config_.name,
+  log::Info({.line = config_.name}, "{} is released for {}; its points are out of service",
             config_.port, FormatDuration(time));
   const std::string text = "released for " + FormatDuration(time);
   ShowPort(LineStatus::Port::released, text, now_.wall + time);
@@ -239,7 +240,7 @@ void LineDriver::Lend(Duration time) {
 void LineDriver::EndLoan() {
   if (!lent_until_) return;
   lent_until_.reset();
-  log::Info("line {}: takes {} back", config_.name, config_.port);
+  log::Info({.line = config_.name}, "takes {} back", config_.port);
   ShowPort(LineStatus::Port::closed, "being taken back");
   port_.Open();
 }
@@ -257,7 +258,7 @@ void LineDriver::OnBytes(View bytes, Now now) {
 void LineDriver::Send(View bytes, const config::SerialSettings& serial) {
   if (&serial != applied_) {
     const Status status = port_.Apply(serial);
-    if (!status) log::Warn("line {}: {}", config_.name, status.error());
+    if (!status) log::Warn({.line = config_.name}, "{}", status.error());
     applied_ = &serial;
   }
   port_.Send(bytes);
@@ -305,9 +306,8 @@ void LineDriver::OnTimer(Now now) {
   now_ = now;
   const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
   if (is_due(patience_until_) && lanes_.IsWriting()) {
-    log::Warn(
-        "line {}: a write is broken off; what it has opened, such as a password, may stay open",
-        config_.name);
+    log::Warn({.line = config_.name},
+              "a write is broken off; what it has opened, such as a password, may stay open");
     GoOn();
   }
   if (is_due(lent_until_)) EndLoan();
@@ -336,20 +336,21 @@ std::optional<Instant> LineDriver::Deadline() const {
 void LineDriver::OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                                const std::string& reason) {
   news_.OnDeviceState(device, from, to, reason, now_);
-  const std::string name = recorder_.NameOf(device);
+  log::About about{config_.name, std::string(recorder_.NameOf(device))};
   if (to == DeviceState::online) {
-    log::Info("line {}: device {}: {} (was {})", config_.name, name, Name(to), Name(from));
+    log::Info(about, "{} (was {})", Name(to), Name(from));
   } else if (to == DeviceState::disabled || from == DeviceState::disabled) {
-    log::Info("line {}: device {}: {} (was {}): {}", config_.name, name, Name(to), Name(from),
-              reason);
+    log::Info(about, "{} (was {}): {}", Name(to), Name(from), reason);
   } else {
-    log::Warn("line {}: device {}: {} (was {}): {}", config_.name, name, Name(to), Name(from),
-              reason);
+    store_.Read(device, [&](const DeviceRecord& record) {
+      about.outcome = Name(record.status.last_outcome);
+    });
+    log::Warn(about, "{} (was {}): {}", Name(to), Name(from), reason);
   }
 }
 
 void LineDriver::OnWarning(std::uint32_t device, const std::string& message) {
-  log::Warn("line {}: device {}: {}", config_.name, recorder_.NameOf(device), message);
+  log::Warn({config_.name, std::string(recorder_.NameOf(device))}, "{}", message);
 }
 
 }  // namespace baudgate

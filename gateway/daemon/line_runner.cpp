@@ -32,11 +32,19 @@ void LineRunner::RequestStop() {
 
 void LineRunner::Stop() {
   RequestStop();
-  if (std::exchange(started_, false)) stopped_->get_future().wait();
+  if (std::exchange(started_, false)) ended_.wait();
+}
+
+bool LineRunner::StopBefore(Instant deadline) {
+  RequestStop();
+  if (!started_) return true;
+  if (ended_.wait_until(deadline) != std::future_status::ready) return false;
+  started_ = false;
+  return true;
 }
 
 bool LineRunner::Submit(WriteCommand command) {
-  if (!queued_.Take(command.client)) return false;
+  if (stuck_since() || !queued_.Take(command.client)) return false;
   command.done = [this, client = command.client,
                   done = std::move(command.done)](const WriteResult& result) {
     queued_.Give(client);
@@ -49,6 +57,7 @@ bool LineRunner::Submit(WriteCommand command) {
 }
 
 bool LineRunner::Submit(RoutedRequest request) {
+  if (stuck_since()) return false;
   if (routed_.fetch_add(1) >= RouteQueue::LimitFor(request)) {
     --routed_;
     return false;

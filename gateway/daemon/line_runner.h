@@ -10,6 +10,7 @@
 #include <atomic>
 #include <future>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -35,6 +36,17 @@ class LineRunner final : public RouteTarget, private TransportListener {
   /// The same, and waits for the end, after which nothing of this line is left on the loop: as long
   /// as the driver needs for a call that it is in. Any thread but the loop's.
   void Stop();
+  /// The same, but waits no longer than that; false: Stop has to be called again before anything
+  /// that the line uses goes.
+  bool StopBefore(Instant deadline);
+
+  /// Since when the loop hangs; nothing: it does not. What it can not do now is refused. From any
+  /// thread.
+  void SetStuck(std::optional<WallTime> since) { stuck_since_ = since.value_or(WallTime{}); }
+  std::optional<WallTime> stuck_since() const {
+    const WallTime since = stuck_since_;
+    return since == WallTime{} ? std::nullopt : std::optional(since);
+  }
 
   /// From any thread; see CommandSink.
   bool Submit(WriteCommand command);
@@ -78,9 +90,11 @@ class LineRunner final : public RouteTarget, private TransportListener {
   LineDriver driver_;
   CommandRoom queued_{Poller::kQueueLimit};  // for commands handed over and not yet answered
   std::atomic<std::size_t> routed_ = 0;      // routed requests, alike
+  std::atomic<WallTime> stuck_since_ = WallTime{};
   bool started_ = false;
   bool stopping_ = false;
   std::shared_ptr<std::promise<void>> stopped_ = std::make_shared<std::promise<void>>();
+  const std::future<void> ended_ = stopped_->get_future();
 };
 
 }  // namespace baudgate

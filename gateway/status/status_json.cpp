@@ -160,6 +160,16 @@ void AddCounters(const LineStatus& status, Json& json) {
   json["round_trips"] = RoundTripsJson(status.round_trips);
 }
 
+std::optional<WallTime> StuckSince(std::uint32_t line, const View& view) {
+  return view.info.stuck_since ? view.info.stuck_since(line) : std::nullopt;
+}
+
+/// While the thread hangs, everything else that is known of the line is of before.
+std::string ExplainHang(const config::Line& line, WallTime since) {
+  return "hangs since " + FormatWallTime(since) + ": the driver of " + line.port +
+         " does not come back from a call; unplug the adapter, or restart the gateway";
+}
+
 Json LineJson(const config::Config& config, const PointStore& store, Target target,
               const View& view) {
   const config::Line& line = config.lines[target.line];
@@ -185,10 +195,13 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
   json["port_since"] = TimeJson(status.port_since);
   json["released_until"] =
       status.port == LineStatus::Port::released ? TimeJson(status.released_until) : Json(nullptr);
+  const auto stuck = StuckSince(target.line, view);
+  json["stuck_since"] = stuck ? TimeJson(*stuck) : Json(nullptr);
   json["times_lost"] = status.times_lost;
   json["echo_lost_since"] = status.cut_since ? TimeJson(*status.cut_since) : Json(nullptr);
   AddCounters(status, json);
-  json["advice"] = DiagnoseLine(line, status, together, view.now);
+  json["advice"] = stuck ? Json::array({ExplainHang(line, *stuck)})
+                         : Json(DiagnoseLine(line, status, together, view.now));
   json["devices"] = std::move(devices);
   return json;
 }

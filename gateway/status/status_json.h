@@ -28,6 +28,8 @@ struct GatewayInfo {
   const audit::AuditSource* audit = nullptr;        ///< null: nothing can be written
   events::EventSource* events = nullptr;            ///< null: none are kept
   const history::HistorySource* history = nullptr;  ///< null: nothing is kept
+  /// Since when the thread of a line hangs; empty: nobody watches them.
+  std::function<std::optional<WallTime>(std::uint32_t line)> stuck_since{};
 };
 
 /// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}

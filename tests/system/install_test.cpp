@@ -67,6 +67,13 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
   EXPECT_THAT(unit, HasSubstr("\nLimitNOFILE=65536\n"));
   EXPECT_THAT(unit, HasSubstr("\nEnvironment=BAUDGATE_DDS_SOCKET=/run/baudgate/dds.sock\n"));
   EXPECT_THAT(unit, HasSubstr("\nAmbientCapabilities=CAP_NET_BIND_SERVICE\n"));
+  EXPECT_THAT(unit, HasSubstr("\nWatchdogSec=10\n"));
+  EXPECT_THAT(unit, HasSubstr("\nDeviceAllow=char-188 rw\n")) << "ttyUSB, loaded or not";
+  EXPECT_THAT(ReadWholeFile(At(INSTALL_PREFIX "/lib/modules-load.d/baudgate.conf")),
+              AllOf(HasSubstr("\nusbserial\n"), HasSubstr("\ncdc-acm\n")));
+  EXPECT_THAT(ReadWholeFile(At(INSTALL_PREFIX "/lib/udev/rules.d/70-baudgate.rules")),
+              AllOf(HasSubstr("DRIVER==\"ftdi_sio\", ATTR{latency_timer}=\"1\""),
+                    HasSubstr("SYMLINK+=\"baudgate/sn-"), HasSubstr("SYMLINK+=\"baudgate/at-")));
   EXPECT_THAT(ReadWholeFile(At(INSTALL_PREFIX "/lib/sysusers.d/baudgate.conf")),
               AllOf(HasSubstr("\nu baudgate - "), HasSubstr("\nu baudgate-dds - ")));
 

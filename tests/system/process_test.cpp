@@ -2,11 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <unistd.h>
 
 #include "tests/support/raw_client.h"
+#include "tests/system/notify_socket.h"
 #include "tests/system/station.h"
 
 namespace baudgate::system_test {
@@ -29,35 +27,6 @@ class Process : public Station {
   bool PortRefuses() const { return !RawClient(port()).connected(); }
 
   ModbusClient client{port()};
-};
-
-/// What systemd would hear.
-class NotifySocket {
- public:
-  explicit NotifySocket(const std::filesystem::path& path)
-      : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    path.string().copy(address.sun_path, sizeof address.sun_path - 1);
-    bound_ = ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-    const timeval patience{20, 0};
-    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  }
-  ~NotifySocket() { ::close(socket_); }
-  NotifySocket(const NotifySocket&) = delete;
-  NotifySocket& operator=(const NotifySocket&) = delete;
-
-  bool bound() const { return bound_; }
-  /// The next message; empty when there is none.
-  std::string Receive(int flags = 0) const {
-    char buffer[4096];
-    const ssize_t count = ::recv(socket_, buffer, sizeof buffer, flags);
-    return count > 0 ? std::string(buffer, static_cast<std::size_t>(count)) : std::string();
-  }
-
- private:
-  int socket_;
-  bool bound_ = false;
 };
 
 TEST_F(Process, TellsTheServiceManagerWhenItsPortAnswersAndWhenItStops) {

@@ -120,6 +120,23 @@ TEST(CompareSettings, RoundingOfTheDividerIsFine) {
                   .ok());
 }
 
+/// What a driver can not do it leaves out of its answer, as Linux wants it.
+TEST(CompareRs485, EachKeyThatTheDriverDoesNotKeepIsNamed) {
+  config::Rs485 asked;
+  asked.enabled = true;
+  asked.delay_before_send = 1500us;  // the driver gets 2ms
+  EXPECT_TRUE(CompareRs485(asked, asked, "/dev/ttyS2"));
+  config::Rs485 actual = asked;
+  actual.delay_before_send = 2ms;
+  EXPECT_TRUE(CompareRs485(asked, actual, "/dev/ttyS2"));
+  actual.delay_before_send = {};
+  actual.rts_active_high = false;
+  EXPECT_EQ(CompareRs485(asked, actual, "/dev/ttyS2").error(),
+            "the driver of /dev/ttyS2 can not do this `rs485:`: with it rts_active_high is false, "
+            "delay_before_send is 0ms; write what it can do, or use an adapter that switches "
+            "direction by itself");
+}
+
 TEST(CompareSettings, EveryOtherDifferenceIsAnErrorWithAHint) {
   using config::Parity;
   const auto error = [](const config::SerialSettings& asked, const config::SerialSettings& actual) {

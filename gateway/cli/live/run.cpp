@@ -4,6 +4,10 @@
 #include <signal.h>
 #include <systemd/sd-daemon.h>
 
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+
 #include "config/loader.h"
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
@@ -14,13 +18,28 @@ namespace baudgate {
 
 namespace {
 
-/// A terminal that closes and whoever rotates logs send SIGHUP: neither wants the lines to stop.
-void WaitForStop(const sigset_t& signals) {
+constexpr auto kLookEvery = 1000ms;
+
+/// A tenth of WatchdogSec, a second at most; systemd gets nine tries to be late.
+timespec LookInterval(std::uint64_t watchdog_us) {
+  auto interval = std::chrono::microseconds(kLookEvery);
+  if (watchdog_us > 0) interval = std::min(interval, std::chrono::microseconds(watchdog_us) / 10);
+  return {interval / 1s, std::chrono::nanoseconds(interval % 1s).count()};
+}
+
+/// The sign of life is this thread's: a thread that hangs, this one too, keeps it back. A terminal
+/// that closes and whoever rotates logs send SIGHUP: neither wants the lines to stop.
+void WaitForStop(const sigset_t& signals, Daemon& daemon) {
+  std::uint64_t watchdog_us = 0;
+  const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
+  const timespec interval = LookInterval(watched ? watchdog_us : 0);
   for (;;) {
-    int caught = 0;
-    sigwait(&signals, &caught);
-    if (caught != SIGHUP) return;
-    log::Info("SIGHUP is ignored: nothing is reloaded; restart to read the configuration anew");
+    const int caught = sigtimedwait(&signals, nullptr, &interval);
+    if (caught == SIGTERM || caught == SIGINT) return;
+    if (caught == SIGHUP) {
+      log::Info("SIGHUP is ignored: nothing is reloaded; restart to read the configuration anew");
+    }
+    if (daemon.Look() && watched) sd_notify(0, "WATCHDOG=1");
   }
 }
 
@@ -48,10 +67,11 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostr
   log::Info("baudgate {} runs: {}", kVersion, daemon.Summary());
   sd_notifyf(0, "READY=1\nSTATUS=%s", daemon.Summary().c_str());
 
-  WaitForStop(signals);
+  WaitForStop(signals, daemon);
   sd_notify(0, "STOPPING=1");
   log::Info("baudgate stops");
-  daemon.Stop();
+  // Without destructors: they would wait for the driver.
+  if (!daemon.Stop()) std::_Exit(0);
   return 0;
 }
 

@@ -66,7 +66,7 @@ make_root() {
   chroot "$root" systemctl --quiet mask serial-getty@ttyS0 getty@tty1 apt-daily.timer apt-daily-upgrade.timer
   echo boot >"$root/etc/hostname"
   echo "127.0.0.1 localhost boot" >"$root/etc/hosts"
-  copy_drivers "$root" veth
+  copy_drivers "$root" veth xhci_pci usbserial cdc_acm ftdi_sio
   rm -f "$work/disk"
   truncate -s 2G "$work/disk"
   mke2fs -q -t ext4 -d "$root" "$work/disk"
@@ -83,16 +83,20 @@ make_initramfs() {
   (cd "$start" && find . | cpio --quiet -o -H newc | gzip -1) >"$work/initramfs"
 }
 
-# ttyS0 is the console, ttyS1 the gateway's port; a cable leads from it to ttyS2, where the twin is.
+# ttyS0 is the console, ttyS1 the gateway's port; a cable leads from it to ttyS2, where the twin is. Another leads from
+# a USB adapter, which the kernel leaves alone until it is told of it (authorized), to ttyS3.
 start_machine() {
-  rm -f "$work/cable"
+  rm -f "$work/cable" "$work/usb"
   timeout "$time_limit" nice qemu-system-x86_64 -accel "${ACCEL:-tcg}" -cpu max -smp 2 -m 1024 -nodefaults -no-user-config \
     -display none -no-reboot -kernel "$work/unpacked/boot/vmlinuz-$release" -initrd "$work/initramfs" \
-    -append "console=ttyS0 quiet loglevel=3 panic=-1 systemd.show_status=no" \
+    -append "console=ttyS0 quiet loglevel=3 panic=-1 systemd.show_status=no usbcore.authorized_default=0" \
     -drive "file=$work/disk,format=raw,if=virtio,cache=unsafe" \
     -chardev stdio,id=console,signal=off -serial chardev:console \
     -chardev "socket,id=near,path=$work/cable,server=on,wait=off" -serial chardev:near \
-    -chardev "socket,id=far,path=$work/cable" -device pci-serial,chardev=far \
+    -chardev "socket,id=far,path=$work/cable" -device pci-serial,chardev=far,addr=10 \
+    -chardev "socket,id=adapter,path=$work/usb,server=on,wait=off" -device qemu-xhci,id=usb,addr=12 \
+    -device usb-serial,chardev=adapter,bus=usb.0,serial=BG1 \
+    -chardev "socket,id=behind,path=$work/usb" -device pci-serial,chardev=behind,addr=11 \
     </dev/null 2>"$work/qemu.log" | sed -u 's,\r$,,' | tee "$work/transcript"
 }
 

@@ -201,9 +201,59 @@ for unit in $both baudgate-discovery; do
   echo "  -- $unit"
   systemd-analyze security --no-pager "$unit" | grep -E '✗|→' | sed 's/^/  /'
 done
+sandboxed baudgate 1.8
 sandboxed baudgate-dds 1.3
 sandboxed baudgate-discovery 1.3
-echo "  observed: exposure of baudgate is $(exposure baudgate)"
+check "it writes its state and its sockets" inside_service sh -c 'touch /var/lib/baudgate/a /run/baudgate/a && rm /var/lib/baudgate/a /run/baudgate/a'
+for folder in /etc /usr /opt /srv /var/log /boot /proc/sys/kernel /sys/kernel /sys/fs/cgroup; do
+  check "it does not write $folder" not inside_service touch $folder/a
+done
+check "homes are empty for it" [ -z "$(inside_service ls -A /home /root)" ]
+touch /tmp/of-others
+check "and /tmp is its own" not inside_service test -e /tmp/of-others
+check "it sees which process locks a port" inside_service test -e /proc/locks
+check "one capability, that for port 502" [ "$(process_state CapEff) $(process_state CapBnd)" = "0000000000000400 0000000000000400" ]
+check "no new ones, and a filter on system calls" [ "$(process_state NoNewPrivs) $(process_state Seccomp)" = "1 2" ]
+check "its group may open serial ports" service_opens /dev/ttyS2
+check "and ptys" service_opens /dev/ptmx
+for device in /dev/vda /dev/kmsg /dev/mem /dev/loop-control; do
+  [ ! -e $device ] || check "not $device" not service_opens $device
+done
+print_journal
+
+chapter "11 A USB adapter, the first of its kind since the service runs"
+check "modules-load.d has loaded usbserial" grep -qw ttyUSB /proc/devices
+modprobe -r ftdi_sio usbserial
+check "now there is no driver" not grep -qw ttyUSB /proc/devices
+restart_with ''
+whole "without it"
+check "quality of its values is 8" eventually $patience quality_is 3 8
+adapter 1
+check "plugged in: udev has named it" eventually $patience test -e /dev/baudgate/sn-BG1
+check "and by place" [ -n "$(ls /dev/baudgate/at-* 2>/dev/null)" ]
+check "its waiting time is 1 ms" [ "$(cat /sys/class/tty/ttyUSB0/device/latency_timer)" = 1 ]
+check "it is read" eventually $patience reads 3 2 2.5
+echo "  observed: after $took s"
+baudgate ports | sed 's/^/  /'
+check "ports: the line has it" [ "$(baudgate ports --json | jq -r '.ports[] | select(.port == "/dev/ttyUSB0") | .held_by[0]')" = "line usb of plant (open)" ]
+check "ports: nothing is missing" [ "$(baudgate ports --json | jq '[.ports[] | select(.port == "/dev/ttyUSB0") | .advice[]] | length')" = 0 ]
+adapter 0
+check "unplugged: quality 8" eventually $patience quality_is 3 8
+check "the others are served" eventually $patience reads 1 0 1.5
+adapter 1
+check "plugged in again: it is read" eventually $patience reads 3 2 2.5
+check "the journal knows of lines" grep -q 'is gone' <(journal_of LINE=usb OUTCOME=line_down)
+check "and of devices" grep -q 'online' <(journal_of LINE=usb DEVICE=third)
+print_journal
+
+chapter "12 The gateway is stopped (SIGSTOP)"
+check "systemd waits 10 s for a sign of life" [ "$(property baudgate WatchdogUSec)" = 10s ]
+process=$(main_process baudgate)
+systemctl kill --signal=STOP --kill-who=main baudgate
+check "another process takes its place" eventually $patience another_process baudgate "$process"
+echo "  observed: after $took s"
+check "because of the watchdog" grep -q 'watchdog' <(journalctl -b -u baudgate -o cat | tail -n 40)
+whole "after the watchdog"
 systemctl stop baudgate
 print_journal
 

@@ -43,6 +43,7 @@ timed() {  # COMMAND…; $took says how long
 }
 
 property() { systemctl show --value -p "$2" "$1"; }  # UNIT NAME
+not() { ! "$@"; }
 active() { [ "$(systemctl is-active "$1")" = active ]; }
 main_process() { property "$1" MainPID; }
 another_process() { active "$1" && [ "$(main_process "$1")" != "$2" ]; }  # UNIT EARLIER
@@ -71,6 +72,7 @@ modbus() {
   in_plant mbpoll -m tcp -p 502 -a "$1" -0 -r "$2" -c 1 -t "${3:-3:float}" -B -1 -q 10.9.0.1 2>&1 |
     awk -F '\t' '/^\[/ { sub(/^ +/, "", $2); print $2 } /failed/ { print }'
 }
+quality_is() { [ "$(modbus "$1" 20000 3)" = "$2" ]; }  # UNIT QUALITY
 reads() { [ "$(modbus "$1" "$2")" = "$3" ]; }  # UNIT REGISTER VALUE
 
 # The values that a new subscriber gets, as objects.
@@ -106,11 +108,23 @@ start_twins() {
   mkdir -p /run/twins
   start_twin first 1
   start_twin second 2
+  start_twin third 3
   # As udev does for a serial adapter.
   chgrp dialout "$(readlink -f /run/twins/second)"
   chmod 660 "$(readlink -f /run/twins/second)"
   systemd-run --quiet --unit=cable socat OPEN:/dev/ttyS2,raw,echo=0,vmin=255,vtime=1 OPEN:/run/twins/first,raw,echo=0
+  systemd-run --quiet --unit=usb-cable socat OPEN:/dev/ttyS3,raw,echo=0,vmin=255,vtime=1 OPEN:/run/twins/third,raw,echo=0
 }
 
 exposure() { systemd-analyze security --no-pager "$1" | sed -n 's/.*exposure level for .*: \([0-9.]*\) .*/\1/p'; }
 segments() { find /dev/shm -name '*fastrtps*' -printf '%f\n' | sort; }
+
+# As the service: its mounts, and what its control group may open.
+inside_service() { nsenter --mount --target "$(main_process baudgate)" -- "$@" 2>/dev/null; }
+service_opens() {  # FILE
+  sh -c 'echo $$ >/sys/fs/cgroup/system.slice/baudgate.service/cgroup.procs && exec 3<>"$1"' - "$1" 2>/dev/null
+}
+process_state() { awk -v key="$1:" '$1 == key { print $2 }' /proc/"$(main_process baudgate)"/status; }  # NAME
+
+adapter() { for one in /sys/bus/usb/devices/1-[0-9]/authorized; do echo "$1" >"$one"; done; }  # 1: plugged in, 0: unplugged
+journal_of() { journalctl -b -u baudgate -o json "$@" | jq -r .MESSAGE; }  # FIELD=VALUE…

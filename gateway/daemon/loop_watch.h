@@ -1,0 +1,55 @@
+// Sees which event loops still run: each is asked once a second for a sign of life. A gateway
+// without one of its own loops has to be started again; the loop of a single line is that line's
+// trouble. No thread, no clock and no loop of its own: daemon.cpp brings them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+/// One thread at a time; signs come from any.
+class LoopWatch {
+ public:
+  /// So many times in a row without a sign: it hangs. Looks are counted and not seconds: a machine
+  /// that slept has missed none.
+  static constexpr int kStuckAfter = 5;
+
+  /// Puts `sign` at the end of what the loop has to do.
+  using Ask = std::function<void(std::function<void()> sign)>;
+  struct Change {
+    std::string loop;
+    std::optional<std::uint32_t> line;
+    std::optional<WallTime> stuck_since;  ///< nothing: it runs again
+  };
+
+  /// `line`: nothing but this line depends on the loop.
+  void Add(std::string name, std::optional<std::uint32_t> line, Ask ask);
+  /// Which loops hang or run again since the last look. Asks all that have answered.
+  std::vector<Change> Look(WallTime now);
+  /// All that the gateway depends on had answered at the last look.
+  bool complete() const { return complete_; }
+
+ private:
+  struct Loop {
+    std::string name;
+    std::optional<std::uint32_t> line;
+    Ask ask;
+    std::shared_ptr<std::atomic<bool>> answered;  // the loop may outlive this
+    WallTime asked{};
+    int missed = 0;
+  };
+
+  std::vector<Loop> loops_;
+  bool complete_ = true;
+};
+
+}  // namespace baudgate

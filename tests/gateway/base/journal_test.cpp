@@ -1,0 +1,110 @@
+// What journald gets of a text: a datagram with its line, device and outcome as fields.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/base/journal.h"
+
+#include <gmock/gmock.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "gateway/base/log_folder.h"
+
+namespace baudgate::log {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// Stands for journald.
+class Journald {
+ public:
+  Journald() : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    std::string form = (std::filesystem::temp_directory_path() / "baudgate-log-XXXXXX").string();
+    folder_ = ::mkdtemp(form.data());
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path().copy(address.sun_path, sizeof address.sun_path - 1);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  }
+  ~Journald() {
+    ::close(socket_);
+    std::filesystem::remove_all(folder_);
+  }
+  std::string path() const { return folder_ / "socket"; }
+  /// The next message; empty: there is none.
+  std::string Next() const {
+    char buffer[4096];
+    const ssize_t count = ::recv(socket_, buffer, sizeof buffer, MSG_DONTWAIT);
+    return count > 0 ? std::string(buffer, static_cast<std::size_t>(count)) : std::string();
+  }
+
+ private:
+  int socket_;
+  std::filesystem::path folder_;
+};
+
+TEST(Journal, AMessageHasItsFields) {
+  EXPECT_EQ(JournalMessage(Level::warning, {"bay", "relay", "no_reply"}, "offline"),
+            "MESSAGE=offline\nPRIORITY=4\nSYSLOG_IDENTIFIER=baudgate\nLINE=bay\nDEVICE=relay\n"
+            "OUTCOME=no_reply\n");
+  EXPECT_EQ(JournalMessage(Level::info, {}, "runs"),
+            "MESSAGE=runs\nPRIORITY=6\nSYSLOG_IDENTIFIER=baudgate\n");
+}
+
+/// Nobody writes a field of ours into a text: LINE=other stays part of the message.
+TEST(Journal, LinesInAValueMakeNoField) {
+  const std::string message = JournalMessage(Level::error, {}, "a\nLINE=other");
+  EXPECT_THAT(message, HasSubstr(std::string("MESSAGE\n\x0C\0\0\0\0\0\0\0a\nLINE=other\n", 29)));
+}
+
+TEST(Journal, NobodyThere) {
+  const Journal journal("/nowhere/socket");
+  EXPECT_FALSE(journal.Send(Level::info, {}, "runs"));
+  EXPECT_FALSE(Journal(std::string(200, 'x')).Send(Level::info, {}, "runs"));
+}
+
+TEST(Journal, AnInheritedVariableIsNotEnough) {
+  struct stat info {};
+  ASSERT_EQ(::fstat(STDERR_FILENO, &info), 0);
+  ::setenv("JOURNAL_STREAM", "1:2", 1);
+  EXPECT_FALSE(IsJournal(STDERR_FILENO)) << "our output goes elsewhere";
+  ::setenv("JOURNAL_STREAM", fmt::format("{}:{}", info.st_dev, info.st_ino).c_str(), 1);
+  EXPECT_TRUE(IsJournal(STDERR_FILENO));
+  ::unsetenv("JOURNAL_STREAM");
+  EXPECT_FALSE(IsJournal(STDERR_FILENO));
+}
+
+/// The log as the program uses it.
+TEST(Journal, TheLogGoesThereWithAllItKnows) {
+  const Journald journald;
+  struct stat info {};
+  ASSERT_EQ(::fstat(STDERR_FILENO, &info), 0);
+  ::setenv("JOURNAL_STREAM", fmt::format("{}:{}", info.st_dev, info.st_ino).c_str(), 1);
+  Begin(Level::info, journald.path());
+  ::unsetenv("JOURNAL_STREAM");
+  ForgetRepeats();
+
+  const About relay{"bay", "relay", "no_reply"};
+  Warn(relay, "offline ({} of {})", 3, 3);
+  EXPECT_EQ(journald.Next(),
+            "MESSAGE=line bay: device relay: offline (3 of 3)\nPRIORITY=4\n"
+            "SYSLOG_IDENTIFIER=baudgate\nLINE=bay\nDEVICE=relay\nOUTCOME=no_reply\n");
+  Warn(relay, "offline ({} of {})", 3, 3);
+  EXPECT_EQ(journald.Next(), "") << "held back";
+  TellRepeats();
+  const std::string repeat = journald.Next();
+  EXPECT_THAT(repeat, HasSubstr("MESSAGE=line bay: device relay: offline (3 of 3) (1 more"));
+  EXPECT_THAT(repeat, HasSubstr("\nLINE=bay\nDEVICE=relay\nOUTCOME=no_reply\n"));
+  Info("control socket {}", "/run/x");
+  EXPECT_THAT(journald.Next(), Not(HasSubstr("LINE=")));
+  SetLeast(Level::error);
+  Info("nobody asked for it");
+  EXPECT_EQ(journald.Next(), "");
+}
+
+}  // namespace
+}  // namespace baudgate::log

@@ -1,0 +1,188 @@
+// Threads of the running gateway that hang: the test stops them one by one, as a call of a driver
+// that does not come back would.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/ptrace.h>
+#include <sys/wait.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "gateway/base/text.h"
+#include "tests/system/notify_socket.h"
+#include "tests/system/station.h"
+
+namespace baudgate::system_test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using ::testing::HasSubstr;
+
+constexpr int kBusy = 0x06;
+constexpr Duration kWatchdog = 2s;
+
+/// While it lives, the thread does not run.
+class HeldThread {
+ public:
+  HeldThread(const Child& process, const std::string& name) : id_(Find(process, name)) {
+    if (id_ == 0 || ::ptrace(PTRACE_SEIZE, id_, nullptr, nullptr) != 0) return;
+    ::ptrace(PTRACE_INTERRUPT, id_, nullptr, nullptr);
+    int status = 0;
+    held_ = ::waitpid(id_, &status, __WALL) == id_ && WIFSTOPPED(status);
+  }
+  ~HeldThread() {
+    if (held_) ::ptrace(PTRACE_DETACH, id_, nullptr, nullptr);
+  }
+  HeldThread(const HeldThread&) = delete;
+  HeldThread& operator=(const HeldThread&) = delete;
+
+  bool held() const { return held_; }
+  /// Its process has ended, and it with it.
+  bool EndsWithItsProcess() {
+    int status = 0;
+    const bool ended = Eventually(
+        [&] { return ::waitpid(id_, &status, __WALL | WNOHANG) == id_ && !WIFSTOPPED(status); });
+    held_ = held_ && !ended;
+    return ended;
+  }
+
+ private:
+  static pid_t Find(const Child& process, const std::string& name) {
+    const fs::path tasks = "/proc/" + std::to_string(process.id()) + "/task";
+    for (const auto& task : fs::directory_iterator(tasks)) {
+      std::ifstream file(task.path() / "comm");
+      std::string found;
+      std::getline(file, found);
+      if (found == name) return std::stoi(task.path().filename());
+    }
+    return 0;
+  }
+
+  pid_t id_;
+  bool held_ = false;
+};
+
+class Hang : public Station {
+ protected:
+  Hang() : notify_(directory() / "notify") {}
+
+  void Begin(bool dds = false) {
+    std::string yaml = Head(dds);
+    const std::string name = "name: " + gateway();
+    yaml.replace(yaml.find(name), name.size(), name + ", socket: " + socket());
+    for (const char* line : {"bay", "io"}) {
+      twins_.push_back(StartTwin(line, "icpdas-i-7024", "1"));
+      yaml += Line(line, "dcon",
+                   std::string("address: 1, profile: icpdas-i-7024, poll: 100ms, write: allow, ") +
+                       (line == std::string("io") ? "unit: 1" : "unit: 2"));
+    }
+    const auto limit = kWatchdog / 1us;
+    daemon_ = Start({"run", "-c", Write("baudgate.yaml", yaml).string()},
+                    {{"NOTIFY_SOCKET", (directory() / "notify").string()},
+                     {"WATCHDOG_USEC", std::to_string(limit)}});
+    ASSERT_TRUE(EventuallyFloat(client_, 1, 0, 1.5F)) << daemon_->Errors();
+    ASSERT_TRUE(EventuallyFloat(client_, 2, 0, 1.5F)) << daemon_->Errors();
+  }
+  std::string socket() const { return (directory() / "gate.sock").string(); }
+  Json LineStatus(const std::string& line) const {
+    const Finished status = Command({"status", line, "--json", "--socket", socket()});
+    return Json::parse(status.output, nullptr, false).at("lines").at(0);
+  }
+  /// There is a sign of life that was not there before.
+  bool SignsOfLife() const {
+    while (!notify_.Receive(MSG_DONTWAIT).empty()) {
+    }
+    return notify_.Receive() == "WATCHDOG=1";
+  }
+
+  const NotifySocket notify_;
+  ModbusClient client_{port()};
+  std::vector<std::unique_ptr<Child>> twins_;
+  std::unique_ptr<Child> daemon_;
+};
+
+TEST_F(Hang, ALineHangsAlone) {
+  Begin();
+  {
+    const HeldThread held(*daemon_, "line io");
+    ASSERT_TRUE(held.held());
+    ASSERT_TRUE(EventuallyLogged(*daemon_, "line io: its thread hangs: the driver of " +
+                                               LinkOf("io") + " does not come back"));
+    const Json io = LineStatus("io");
+    EXPECT_TRUE(io["stuck_since"].is_string()) << io;
+    EXPECT_THAT(io["advice"].dump(), HasSubstr("hangs since"));
+    const Json bay = LineStatus("bay");
+    EXPECT_TRUE(bay["stuck_since"].is_null()) << bay;
+    const auto before = bay["exchanges"].get<int>();
+    EXPECT_TRUE(Eventually([&] { return LineStatus("bay")["exchanges"].get<int>() > before + 5; }));
+    EXPECT_EQ(client_.WriteRegisters(1, 2, {0, 0}), kBusy) << "refused at once";
+    EXPECT_EQ(client_.WriteRegisters(2, 2, {0, 0}), kNoException);
+    EXPECT_TRUE(SignsOfLife());
+    EXPECT_TRUE(SignsOfLife());
+  }
+  EXPECT_TRUE(EventuallyLogged(*daemon_, "line io: its thread runs again"));
+  EXPECT_TRUE(Eventually([&] { return LineStatus("io")["stuck_since"].is_null(); }));
+  EXPECT_TRUE(EventuallyFloat(client_, 1, 0, 1.5F));
+  EXPECT_EQ(client_.WriteRegisters(1, 2, {0, 0}), kNoException);
+}
+
+/// The rest ends in order: DDS subscribers hear the end of every point, of the line that hangs,
+/// too.
+TEST_F(Hang, TheGatewayStopsWithoutALineThatHangs) {
+  Begin(true);
+  const auto watch =
+      Start({"watch", "--domain", std::to_string(domain()), "--gateway", gateway(), "--json"});
+  const auto last_quality = [&](const std::string& device) {
+    int quality = -1;
+    for (const std::string_view line : Split(watch->Output(), '\n')) {
+      const Json sample = Json::parse(line, nullptr, false);
+      if (sample.is_object() && sample.value("device", "") == device &&
+          sample.value("point", "") == "output_0" && sample.contains("quality")) {
+        quality = sample["quality"].get<int>();
+      }
+    }
+    return quality;
+  };
+  ASSERT_TRUE(Eventually([&] { return last_quality("io-1") == 0xC0; })) << watch->Errors();
+  HeldThread held(*daemon_, "line io");
+  ASSERT_TRUE(held.held());
+  daemon_->Signal(SIGTERM);
+  EXPECT_TRUE(held.EndsWithItsProcess());
+  EXPECT_EQ(daemon_->WaitForEnd(), 0) << daemon_->Errors();
+  EXPECT_THAT(daemon_->Errors(), HasSubstr("line io: does not end: a call of its driver"));
+  EXPECT_TRUE(Eventually([&] { return last_quality("io-1") == 8; }));
+  EXPECT_TRUE(Eventually([&] { return last_quality("bay-1") == 8; }));
+}
+
+class HangOf : public Hang, public testing::WithParamInterface<const char*> {};
+
+TEST_P(HangOf, KeepsTheSignOfLifeBack) {
+  Begin();
+  EXPECT_TRUE(SignsOfLife());
+  {
+    const HeldThread held(*daemon_, GetParam());
+    ASSERT_TRUE(held.held());
+    std::this_thread::sleep_for(kWatchdog / 4);  // what was on its way
+    while (!notify_.Receive(MSG_DONTWAIT).empty()) {
+    }
+    std::this_thread::sleep_for(kWatchdog / 2);
+    EXPECT_EQ(notify_.Receive(MSG_DONTWAIT), "");
+    if (GetParam() != std::string("baudgate")) {
+      EXPECT_TRUE(EventuallyLogged(*daemon_, std::string(GetParam()) + ": its thread hangs"));
+    }
+  }
+  EXPECT_TRUE(SignsOfLife()) << "it was not too late";
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, HangOf,
+                         testing::Values("baudgate", "modbus", "control", "lines 1"),
+                         [](const auto& one) {
+                           std::string name = one.param;
+                           std::erase(name, ' ');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace baudgate::system_test

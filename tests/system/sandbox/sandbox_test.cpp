@@ -1,0 +1,131 @@
+// The gateway does all its work under what its unit forbids; and would not, if the unit forbade
+// more.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <filesystem>
+
+#include "tests/system/libmodbus_slave.h"
+#include "tests/system/null_modem.h"
+#include "tests/system/route_station.h"
+
+namespace baudgate::system_test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr int kForbidden = 128 + SIGSYS;
+constexpr int kUnit = 1;
+
+class Sandbox : public RouteStation {
+ protected:
+  /// A line on a tty whose outputs may be written, routes to a line and to a server by its name, a
+  /// serial master, IPv6 and DDS: one of each thing that has a system call of its own.
+  std::string Everything(const std::string& dds = {}) const {
+    std::string yaml =
+        Yaml({"{ units: 20-21, line: drive }",
+              "{ units: 50, server: \"localhost:" + std::to_string(server_) + "\" }"},
+             Line("io", "dcon",
+                  "address: 1, profile: icpdas-i-7024, unit: 1, poll: 100ms, "
+                  "write: allow") +
+                 BareLine("drive", "timing: { reply: 100ms }"),
+             {"\"[::1]:" + std::to_string(port()) + "\"",
+              "{ at: " + LinkOf("panel") + ", serial: 19200 8E1 }"});
+    const std::string off = "dds: { enabled: false";
+    yaml.replace(yaml.find(off), off.size(),
+                 "dds: { enabled: true, " + dds + "domain: " + std::to_string(domain()));
+    return yaml;
+  }
+  /// The gateway's unit, with more lines in its sandbox.
+  fs::path Unit(const std::string& more = {}) const {
+    return Write("baudgate.service", ReadWholeFile(BAUDGATE_UNIT) + "[Service]\n" + more);
+  }
+  std::unique_ptr<Child> Run(const fs::path& unit, const std::string& yaml) const {
+    auto environment = Environment();
+    environment["BAUDGATE_DDS_SOCKET"] = (directory() / "dds.sock").string();
+    return std::make_unique<Child>(
+        std::vector<std::string>{SANDBOXED, unit.string(), BAUDGATE_BINARY, "run", "-c",
+                                 Write("baudgate.yaml", yaml).string()},
+        directory(), environment);
+  }
+
+  std::uint16_t server_ = FreePort();
+  NullModem panel_{LinkOf("panel"), FarEnd("panel")};
+  NullModem cable_{LinkOf("drive"), FarEnd("drive")};
+  std::unique_ptr<LibmodbusSlave> slave_ = LibmodbusSlave::OnTcp(server_);
+  ModbusClient client_{port()};
+};
+
+TEST_F(Sandbox, TheGatewayDoesAllItsWork) {
+  const auto twin = StartTwin("io", "icpdas-i-7024", "1");
+  const auto daemon = Run(Unit(), Everything());
+  ASSERT_TRUE(EventuallyFloat(client_, kUnit, 0, 1.5F)) << daemon->Errors();
+  EXPECT_EQ(client_.WriteRegisters(kUnit, 2, {0x40E4, 0}), kNoException);
+  EXPECT_TRUE(EventuallyFloat(client_, kUnit, 2, 7.125F));
+  EXPECT_TRUE(Eventually([&] { return client_.Holding(50, 0, 1).ok(); })) << "the server by name";
+  EXPECT_FALSE(client_.Holding(20, 0, 1).ok()) << "nobody is on that line, but it was asked";
+  EXPECT_TRUE(EventuallyLogged(*daemon, "listening for a master"));
+
+  const std::string socket = (directory() / "gate.sock").string();
+  EXPECT_EQ(Command({"status", "--json", "--socket", socket}).code, 0);
+  EXPECT_THAT(Command({"writes", "--socket", socket}).output, HasSubstr("7.125"));
+  EXPECT_EQ(Command({"release", "drive", "--for", "1s", "--socket", socket}).code, 0);
+  const Child dds({fs::path(BAUDGATE_BINARY).parent_path() / "baudgate-dds", "--socket",
+                   (directory() / "dds.sock").string()},
+                  directory());
+  EXPECT_TRUE(Eventually([&] { return Status()["dds"]["state"] == "up"; }));
+
+  twin->Signal(SIGSTOP);  // silence: the flight recorder saves what was before
+  EXPECT_TRUE(Eventually([&] {
+    std::error_code error;
+    return !fs::is_empty(directory() / "state/recordings", error) && !error;
+  }));
+  twin->Signal(SIGCONT);
+  EXPECT_TRUE(EventuallyFloat(client_, kUnit, 0, 1.5F));
+  daemon->Signal(SIGTERM);
+  EXPECT_EQ(daemon->WaitForEnd(), 0) << daemon->Errors();
+}
+
+TEST_F(Sandbox, WithTheDdsLibraryInside) {
+  const auto twin = StartTwin("io", "icpdas-i-7024", "1");
+  const auto daemon = Run(Unit(), Everything("process: inside, "));
+  ASSERT_TRUE(EventuallyFloat(client_, kUnit, 0, 1.5F)) << daemon->Errors();
+  const Finished watch = Command(
+      {"watch", "--domain", std::to_string(domain()), "--gateway", gateway(), "--json", "--once"});
+  EXPECT_THAT(watch.output, HasSubstr("output_0"));
+  daemon->Signal(SIGTERM);
+  EXPECT_EQ(daemon->WaitForEnd(), 0) << daemon->Errors();
+}
+
+/// Else the tests above would show nothing.
+TEST_F(Sandbox, WhatBitesIsNoticed) {
+  const auto twin = StartTwin("io", "icpdas-i-7024", "1");
+  for (const char* more :
+       {"SystemCallFilter=~flock", "SystemCallFilter=~ioctl", "SystemCallFilter=~@network-io",
+        "SystemCallFilter=~@io-event", "SystemCallFilter=~clone"}) {
+    const auto daemon = Run(Unit(more), Everything());
+    EXPECT_EQ(daemon->WaitForEnd(), kForbidden) << more << "\n" << daemon->Errors();
+  }
+}
+
+/// Each family that the unit lists is one that the gateway needs.
+TEST_F(Sandbox, EveryFamilyOfAddressesIsNeeded) {
+  const auto twin = StartTwin("io", "icpdas-i-7024", "1");
+  const std::string all = "RestrictAddressFamilies=AF_UNIX AF_INET AF_INET6 AF_NETLINK\n";
+  const std::string text = ReadWholeFile(BAUDGATE_UNIT);
+  ASSERT_THAT(text, HasSubstr(all));
+  for (const std::string family : {"AF_UNIX", "AF_INET ", "AF_INET6", "AF_NETLINK"}) {
+    std::string fewer = all;
+    fewer.erase(fewer.find(family), family.size());
+    std::string unit = text;
+    unit.replace(unit.find(all), all.size(), fewer);
+    // With the DDS library inside, which asks for the addresses of this machine.
+    const auto daemon = Run(Write("fewer.service", unit), Everything("process: inside, "));
+    EXPECT_EQ(daemon->WaitForEnd(), kForbidden) << "without " << family << daemon->Errors();
+  }
+}
+
+}  // namespace
+}  // namespace baudgate::system_test
