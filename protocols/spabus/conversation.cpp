@@ -195,7 +195,7 @@ class SpaConversation final : public Conversation {
     if (channels_work_) say("several channels in one request");
     const bool tells = settings_.send_seconds > Duration() || settings_.send_date > Duration();
     if (tells && !clock_.right())
-      say("not told the time: this machine's clock is not synchronised");
+      say("not told the time: this machine's clock is not known to be synchronised");
     if (sends_wildcard_) say("XX in place of its checksums");
     if (const char reading = checksum_.letter()) {
       say(std::string("continued replies with checksum ") + reading);
