@@ -412,7 +412,7 @@ void Daemon::Impl::StopControl() {
 Status Daemon::Impl::StartDds() {
   if (!config.dds.enabled) return {};
 #ifdef BAUDGATE_WITH_DDS
-  auto output = DdsOutput::Start(config, store, Commands());
+  auto output = DdsOutput::Start(config, store, Commands(), events ? events->feed() : nullptr);
   if (!output) return Error{output.error()};
   dds = std::move(*output);
 #else

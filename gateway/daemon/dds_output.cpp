@@ -3,6 +3,7 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "gateway/base/log.h"
 #include "gateway/base/time.h"
+#include "gateway/daemon/event_samples.h"
 #include "gateway/daemon/modules.h"
 #include "gateway/dds/inside_module.h"
 
@@ -30,6 +32,7 @@ dds::LinkOpen OpenFor(const config::Config& config, const PointStore& store) {
   open.devices = store.device_count();
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     open.points += static_cast<std::uint32_t>(store.device(device).points.size());
+    if (store.device(device).events) ++open.events;
   }
   return open;
 }
@@ -63,8 +66,9 @@ Result<std::shared_ptr<dds::SampleWriter>> MakeInsideWriter(const dds::LinkOpen&
                  "; install the one of this release"};
   }
   std::string error;
-  dds::SampleWriter* writer = make(open.participant, open.points, open.devices,
-                                   open.requests ? open.gateway : std::string(), error);
+  dds::SampleWriter* writer =
+      make(open.participant, open.points, open.devices,
+           open.requests ? open.gateway : std::string(), open.events, error);
   if (writer == nullptr) return Error{error};
   return std::shared_ptr<dds::SampleWriter>(writer);
 }
@@ -72,7 +76,8 @@ Result<std::shared_ptr<dds::SampleWriter>> MakeInsideWriter(const dds::LinkOpen&
 }  // namespace
 
 Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config, PointStore& store,
-                                                    CommandSink& sink) {
+                                                    CommandSink& sink,
+                                                    std::shared_ptr<events::EventFeed> events) {
   std::unique_ptr<DdsOutput> output(new DdsOutput);
   std::shared_ptr<dds::SampleWriter> writer;
   const dds::LinkOpen open = OpenFor(config, store);
@@ -89,7 +94,10 @@ Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config
     output->link_ = std::move(*link);
     writer = output->link_->writer();
   }
-  auto publisher = dds::DdsPublisher::Create(config, store, writer, Log);
+  std::shared_ptr<dds::EventSupply> samples;
+  if (events) samples = std::make_shared<EventSamples>(config.name, std::move(events));
+  output->has_events_ = samples != nullptr;
+  auto publisher = dds::DdsPublisher::Create(config, store, writer, Log, std::move(samples));
   if (!publisher) return Error{publisher.error()};
   output->publisher_ = std::move(*publisher);
   if (config.dds.write) {
@@ -114,6 +122,11 @@ void DdsOutput::Stop() {
 
 dds::LinkState DdsOutput::state() const {
   dds::LinkState state = link_ ? link_->state() : StateInside();
+  if (has_events_) {
+    const dds::DdsCounters counters = publisher_->counters();
+    state.events = counters.events;
+    state.events_skipped += counters.events_skipped;
+  }
   if (!writes_) return state;
   state.requests = writes_->taken();
   state.requests_dropped += writes_->dropped();

@@ -10,6 +10,7 @@
 #include "gateway/dds/link/process_link.h"
 #include "gateway/dds/publisher.h"
 #include "gateway/dds/writes/dds_writes.h"
+#include "gateway/events/event_feed.h"
 #include "gateway/requests/commands.h"
 #include "gateway/store/point_store.h"
 
@@ -19,8 +20,10 @@ class DdsOutput {
  public:
   /// All outlive it; writes go to `sink`. The error says which name or setting to change; a process
   /// that can not be had is a state.
+  /// `events`: null: no device is asked for any.
   static Result<std::unique_ptr<DdsOutput>> Start(const config::Config& config, PointStore& store,
-                                                  CommandSink& sink);
+                                                  CommandSink& sink,
+                                                  std::shared_ptr<events::EventFeed> events);
   ~DdsOutput();  ///< as Stop
 
   /// No write goes to the sink after this; those under way are answered. Idempotent.
@@ -34,6 +37,7 @@ class DdsOutput {
   DdsOutput() = default;
   dds::LinkState StateInside() const;
 
+  bool has_events_ = false;
   std::unique_ptr<dds::ProcessLink> link_;  // nothing: inside
   std::shared_ptr<dds::SampleWriter> writer_;
   std::unique_ptr<dds::DdsWrites> writes_;  // nothing: denied

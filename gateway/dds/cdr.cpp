@@ -24,6 +24,10 @@ bool InBounds(const GatewaySample& s) {
   return Fits(s.gateway, kMaxKey) && Fits(s.version, kMaxVersion);
 }
 
+bool InBounds(const EventSample& s) {
+  return Fits(s.gateway, kMaxKey) && Fits(s.device, kMaxKey) && Fits(s.text, kMaxText);
+}
+
 bool InBounds(const RequestSample& s) {
   return Fits(s.gateway, kMaxKey) && Fits(s.client, kMaxKey) && Fits(s.device, kMaxKey) &&
          Fits(s.point, kMaxKey) && Fits(s.text, kMaxText);
@@ -55,6 +59,14 @@ void ForEachField(Sample& s, Op op) {
 template <typename Sample, typename Op>
 requires std::is_same_v<std::remove_const_t<Sample>, GatewaySample>
 void ForEachField(Sample& s, Op op) { op(s.gateway), op(s.start_time_ns), op(s.version); }
+
+template <typename Sample, typename Op>
+requires std::is_same_v<std::remove_const_t<Sample>, EventSample>
+void ForEachField(Sample& s, Op op) {
+  op(s.gateway), op(s.device), op(s.seq);
+  op(s.device_time_ns), op(s.receive_time_ns);
+  op(s.clock_quality), op(s.channel), op(s.code), op(s.text);
+}
 
 template <typename Sample, typename Op>
 requires std::is_same_v<std::remove_const_t<Sample>, RequestSample>
@@ -187,6 +199,9 @@ std::size_t Encode(const DeviceSample& sample, std::span<std::uint8_t> to) {
 std::size_t Encode(const GatewaySample& sample, std::span<std::uint8_t> to) {
   return EncodeAny(sample, to);
 }
+std::size_t Encode(const EventSample& sample, std::span<std::uint8_t> to) {
+  return EncodeAny(sample, to);
+}
 std::size_t Encode(const RequestSample& sample, std::span<std::uint8_t> to) {
   return EncodeAny(sample, to);
 }
@@ -196,6 +211,7 @@ std::size_t Encode(const ReplySample& sample, std::span<std::uint8_t> to) {
 bool Decode(View bytes, PointSample& sample) { return DecodeAny(bytes, sample); }
 bool Decode(View bytes, DeviceSample& sample) { return DecodeAny(bytes, sample); }
 bool Decode(View bytes, GatewaySample& sample) { return DecodeAny(bytes, sample); }
+bool Decode(View bytes, EventSample& sample) { return DecodeAny(bytes, sample); }
 bool Decode(View bytes, RequestSample& sample) { return DecodeAny(bytes, sample); }
 bool Decode(View bytes, ReplySample& sample) { return DecodeAny(bytes, sample); }
 

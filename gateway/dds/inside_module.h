@@ -21,9 +21,9 @@ inline std::string InsideTag() {
 extern "C" {
 /// InsideTag of its build; asked before anything else.
 const char* baudgate_dds_inside_tag();
-/// `requests_for`: see CreateFastWriter. The caller owns what comes; null: `error` says what in
-/// `dds:` to change.
+/// `requests_for`, `events`: see CreateFastWriter. The caller owns what comes; null: `error` says
+/// what in `dds:` to change.
 baudgate::dds::SampleWriter* baudgate_dds_inside(
     const baudgate::dds::ParticipantOptions& participant, std::size_t points, std::size_t devices,
-    const std::string& requests_for, std::string& error);
+    const std::string& requests_for, std::size_t events, std::string& error);
 }

@@ -41,10 +41,11 @@ Status CheckKeys(const config::Config& config) {
 Result<std::unique_ptr<DdsPublisher>> DdsPublisher::Create(const config::Config& config,
                                                            PointStore& store,
                                                            std::shared_ptr<SampleWriter> writer,
-                                                           Log log) {
+                                                           Log log,
+                                                           std::shared_ptr<EventSupply> events) {
   if (const Status status = CheckKeys(config); !status) return Error{status.error()};
   std::unique_ptr<DdsPublisher> publisher(
-      new DdsPublisher(config, store, std::move(log), std::move(writer)));
+      new DdsPublisher(config, store, std::move(log), std::move(writer), std::move(events)));
   publisher->writer_->OnSession([raw = publisher.get()] {
     {
       const MutexLock lock(raw->stop_mutex_);
@@ -53,19 +54,25 @@ Result<std::unique_ptr<DdsPublisher>> DdsPublisher::Create(const config::Config&
     raw->stop_changed_.notify_all();
     raw->feed_->Wake();
   });
+  if (publisher->events_) {
+    publisher->events_->OnNew([raw = publisher.get()] { raw->feed_->Wake(); });
+  }
   publisher->thread_ = std::thread([raw = publisher.get()] { raw->Run(); });
   return publisher;
 }
 
 DdsPublisher::DdsPublisher(const config::Config& config, PointStore& store, Log log,
-                           std::shared_ptr<SampleWriter> writer)
+                           std::shared_ptr<SampleWriter> writer,
+                           std::shared_ptr<EventSupply> events)
     : writer_(std::move(writer)),
+      events_(std::move(events)),
       feed_(store.Subscribe()),
-      sender_(config, store, *writer_, std::move(log), ReadClocks()) {}
+      sender_(config, store, *writer_, std::move(log), ReadClocks(), events_.get()) {}
 
 DdsPublisher::~DdsPublisher() {
   Stop();
-  writer_->OnSession({});  // it may outlive this
+  if (events_) events_->OnNew({});
+  writer_->OnSession({});  // they may outlive this
 }
 
 void DdsPublisher::Stop() {

@@ -23,12 +23,13 @@ class DdsPublisher {
   using Log = SampleSender::Log;
 
   /// Starts publishing to `writer`: everything to each that takes samples there, then what changes.
-  /// `config` and `store` outlive it; call before the lines start.
+  /// `config` and `store` outlive it; call before the lines start. `events`: null: there are none.
   /// The error says which name to change.
   static Result<std::unique_ptr<DdsPublisher>> Create(const config::Config& config,
                                                       PointStore& store,
                                                       std::shared_ptr<SampleWriter> writer,
-                                                      Log log = {});
+                                                      Log log = {},
+                                                      std::shared_ptr<EventSupply> events = {});
   ~DdsPublisher();
 
   /// Tells subscribers that all points are gone and ends; within about a second. Idempotent.
@@ -38,7 +39,7 @@ class DdsPublisher {
 
  private:
   DdsPublisher(const config::Config& config, PointStore& store, Log log,
-               std::shared_ptr<SampleWriter> writer);
+               std::shared_ptr<SampleWriter> writer, std::shared_ptr<EventSupply> events);
 
   void Run();
   std::uint64_t AwaitSession();
@@ -46,6 +47,7 @@ class DdsPublisher {
   bool stopping() const;
 
   std::shared_ptr<SampleWriter> writer_;
+  std::shared_ptr<EventSupply> events_;  // null: there are none
   std::shared_ptr<ChangeFeed> feed_;
   SampleSender sender_;
 

@@ -16,7 +16,8 @@ constexpr std::uint32_t kPaceBurst = 100;
 constexpr Duration kEndInterval = 20us;
 constexpr Duration kEndTime = 700ms;
 constexpr std::size_t kDueBatch = 64;
-constexpr Duration kGatewayRetry = 1s;
+constexpr Duration kRetry = 1s;  // of the gateway and of an event
+constexpr std::size_t kEventBatch = 64;
 // A writer that wants a sample later is asked again after 1, 2, 4, 8, 10, 10 … ms.
 constexpr Duration kShortestHold = 1ms;
 constexpr Duration kLongestHold = 10ms;
@@ -56,7 +57,7 @@ std::uint32_t Microseconds(Duration duration) {
 }  // namespace
 
 SampleSender::SampleSender(const config::Config& config, const PointStore& store,
-                           SampleWriter& writer, Log log, Now now)
+                           SampleWriter& writer, Log log, Now now, const EventSupply* events)
     : config_(config),
       store_(store),
       writer_(writer),
@@ -64,7 +65,9 @@ SampleSender::SampleSender(const config::Config& config, const PointStore& store
       first_slot_(FirstSlots(store)),
       plan_(NewPlan(now.instant)),
       pacer_(kPaceInterval, kPaceBurst),
-      gateway_due_(now.instant) {
+      gateway_due_(now.instant),
+      events_(events),
+      events_due_(now.instant + kDiscoveryTime) {
   gateway_sample_.gateway = config_.name;
   gateway_sample_.start_time_ns = now.wall.time_since_epoch().count();
   AssignBounded(gateway_sample_.version, kVersion, kMaxVersion);
@@ -82,6 +85,8 @@ void SampleSender::StartAnew(Instant now) {
   round_ = {};
   held_until_ = {};
   gateway_due_ = now;
+  events_.StartAnew();
+  events_due_ = now + kDiscoveryTime;
 }
 
 void SampleSender::Add(Changes& changes) {
@@ -98,14 +103,14 @@ bool SampleSender::idle() const {
 }
 
 Instant SampleSender::Send(Instant now) {
-  if (!SendGateway(now)) return GoOnAt();
+  if (!SendGateway(now) || !SendEvents(now)) return GoOnAt();
   if (!SendRound(now)) return GoOnAt();
   // What has changed meanwhile goes before the next few that are due: it does not wait for the
   // whole start-up image.
   if (!std::exchange(due_may_follow_, false)) return now;
   TakeDue(now);
   if (!SendRound(now)) return GoOnAt();
-  return std::min(plan_.NextDue(), gateway_due_);
+  return std::min({plan_.NextDue(), gateway_due_, EventsDue()});
 }
 
 /// False: the pace or the writer does not allow it now.
@@ -114,9 +119,33 @@ bool SampleSender::SendGateway(Instant now) {
   if (!MaySend(now)) return false;
   const Sent sent = writer_.Write(gateway_sample_);
   if (!Keep(sent, now)) return false;
-  gateway_due_ = sent == Sent::yes ? Instant::max() : now + kGatewayRetry;
+  gateway_due_ = sent == Sent::yes ? Instant::max() : now + kRetry;
   Count(sent, "gateway ", config_.name);
   return true;
+}
+
+/// False: the pace or the writer does not allow it now. In their order: one that is refused holds
+/// up those behind it.
+bool SampleSender::SendEvents(Instant now) {
+  if (now < events_due_) return true;
+  for (std::size_t sent = 0; sent < kEventBatch; ++sent) {
+    const EventSample* event = events_.Next();
+    if (event == nullptr) return true;
+    if (!MaySend(now)) return false;
+    const Sent said = writer_.Write(*event);
+    if (!Keep(said, now)) return false;
+    Count(said, "device ", event->device);
+    if (said == Sent::refused) {
+      events_due_ = now + kRetry;
+      return true;
+    }
+    events_.OnSent();
+  }
+  return true;
+}
+
+Instant SampleSender::EventsDue() {
+  return events_.Next() == nullptr ? Instant::max() : events_due_;
 }
 
 void SampleSender::TakeDue(Instant now) {
@@ -274,12 +303,26 @@ void SampleSender::FillDevice(const DeviceRecord& record) {
 
 std::optional<Instant> SampleSender::End(Instant now) {
   if (!ending_) ending_ = Ending{now + kEndTime, Pacer(kEndInterval, kPaceBurst)};
+  if (const auto next = EndEvents(now)) return next;
   Ending& at = *ending_;
   for (; at.slot < first_slot_.back(); ++at.slot) {
     if (!plan_.WasSent(at.slot)) continue;
     if (now >= at.deadline) return std::nullopt;
     if (!at.pacer.Take(now)) return at.pacer.ReadyAt();
     if (EndPoint(at.slot) == Sent::later) return now + kLongestHold;
+  }
+  return std::nullopt;
+}
+
+/// What has happened until now; nothing: all is told, or can not be.
+std::optional<Instant> SampleSender::EndEvents(Instant now) {
+  while (const EventSample* event = events_.Next()) {
+    if (now >= ending_->deadline) return std::nullopt;
+    if (!ending_->pacer.Take(now)) return ending_->pacer.ReadyAt();
+    const Sent said = writer_.Write(*event);
+    if (said == Sent::later) return now + kLongestHold;
+    if (said == Sent::refused) return std::nullopt;
+    events_.OnSent();
   }
   return std::nullopt;
 }

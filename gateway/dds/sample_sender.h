@@ -13,6 +13,7 @@
 
 #include "config/model/config.h"
 #include "gateway/base/log.h"
+#include "gateway/dds/event_sender.h"
 #include "gateway/dds/publish_plan.h"
 #include "gateway/dds/sample_writer.h"
 #include "gateway/dds/samples.h"
@@ -26,6 +27,8 @@ struct DdsCounters {
   std::uint64_t failed = 0;       ///< samples that the library did not take; they are tried again
   std::uint32_t subscribers = 0;  ///< readers of the points topic, now
   DatagramCounters datagrams;
+  std::uint64_t events = 0;          ///< of `written`
+  std::uint64_t events_skipped = 0;  ///< that were no longer to be had
 };
 
 class SampleSender {
@@ -36,8 +39,9 @@ class SampleSender {
   /// All outlive the sender; it is asked to Send only while the writer has a session. `now` is told
   /// as the gateway's start. Everything is due then: the start-up image. A long image waits 500 ms,
   /// until subscribers that are already there have found the gateway.
+  /// `events`: null: there are none.
   SampleSender(const config::Config& config, const PointStore& store, SampleWriter& writer, Log log,
-               Now now);
+               Now now, const EventSupply* events = nullptr);
 
   /// Whoever takes the samples knows nothing yet: forgets what was sent, and everything is due at
   /// `now` again.
@@ -48,8 +52,9 @@ class SampleSender {
   void Add(Changes& changes);
   /// Everything added has been sent; false: the pace holds some of it back.
   bool idle() const;
-  /// Sends what was added, then at most 64 points and 64 devices that are due by themselves, as far
-  /// as the pace allows. Returns when to call it again at the latest; `now`: at once.
+  /// Sends at most 64 events, what was added, then at most 64 points and 64 devices that are due by
+  /// themselves, as far as the pace allows. Returns when to call it again at the latest; `now`: at
+  /// once.
   Instant Send(Instant now);
 
   /// Tells subscribers that nobody reads the points any more: each that was ever sent goes out once
@@ -59,7 +64,8 @@ class SampleSender {
 
   /// From any thread.
   DdsCounters counters() const {
-    return {written_, failed_, writer_.subscribers(), writer_.datagrams()};
+    return {written_,       failed_,          writer_.subscribers(), writer_.datagrams(),
+            events_.sent(), events_.skipped()};
   }
 
  private:
@@ -87,6 +93,9 @@ class SampleSender {
 
   PublishPlan NewPlan(Instant now) const;
   bool SendGateway(Instant now);
+  bool SendEvents(Instant now);
+  Instant EventsDue();
+  std::optional<Instant> EndEvents(Instant now);
   bool SendRound(Instant now);
   bool MaySend(Instant now);
   bool Keep(Sent sent, Instant now);
@@ -117,6 +126,8 @@ class SampleSender {
   DeviceSample device_sample_;      ///< so is this
   GatewaySample gateway_sample_;
   Instant gateway_due_;  ///< Instant::max(): it has been sent
+  EventSender events_;
+  Instant events_due_;  ///< not before
   std::optional<Ending> ending_;
   std::uint64_t failing_ = 0;  ///< failures since the last success; the edge is logged
   std::atomic<std::uint64_t> written_ = 0;

@@ -29,6 +29,8 @@ class SampleWriter {
   virtual Sent Write(const PointSample& sample) = 0;
   virtual Sent Write(const DeviceSample& sample) = 0;
   virtual Sent Write(const GatewaySample& sample) = 0;
+  /// Where the gateway has events.
+  virtual Sent Write(const EventSample&) { return Sent::refused; }
   /// To a request that OnRequest was told of.
   virtual Sent Write(const ReplySample&) { return Sent::refused; }
   /// The last call: waits until all subscribers have everything; false after `most`.

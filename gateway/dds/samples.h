@@ -13,6 +13,7 @@ namespace baudgate::dds {
 inline constexpr char kPointTopic[] = "baudgate/points";
 inline constexpr char kDeviceTopic[] = "baudgate/devices";
 inline constexpr char kGatewayTopic[] = "baudgate/gateways";
+inline constexpr char kEventTopic[] = "baudgate/events";
 inline constexpr char kRequestTopic[] = "baudgate/write";
 inline constexpr char kReplyTopic[] = "baudgate/write_reply";
 
@@ -64,6 +65,21 @@ struct GatewaySample {
   std::string version;
 
   bool operator==(const GatewaySample&) const = default;
+};
+
+/// What a device has written down, or the gateway has seen; docs/events.md. Once it is on the disk.
+struct EventSample {
+  std::string gateway;              ///< key
+  std::string device;               ///< key
+  std::uint64_t seq = 0;            ///< of the gateway's events, over restarts
+  std::int64_t device_time_ns = 0;  ///< since 1970 UTC
+  std::int64_t receive_time_ns = 0;
+  std::uint16_t clock_quality = 0;  ///< of gateway/events/placed_time.h
+  std::uint16_t channel = 0;
+  std::uint32_t code = 0;
+  std::string text;
+
+  bool operator==(const EventSample&) const = default;
 };
 
 /// A client asks for one point to be written. docs/dds.md, "Writing".

@@ -72,6 +72,18 @@ inline constexpr std::array kGateway = {
     TypeField::Text("version", kMaxVersion),
 };
 
+inline constexpr std::array kEvent = {
+    TypeField::Key("gateway"),
+    TypeField::Key("device"),
+    TypeField{"seq", Kind::uint64},
+    TypeField{"device_time_ns", Kind::int64},
+    TypeField{"receive_time_ns", Kind::int64},
+    TypeField{"clock_quality", Kind::uint16},
+    TypeField{"channel", Kind::uint16},
+    TypeField{"code", Kind::uint32},
+    TypeField::Text("text", kMaxText),
+};
+
 inline constexpr std::array kRequest = {
     TypeField::Key("gateway"),
     TypeField::Key("client"),
@@ -99,6 +111,7 @@ inline constexpr std::array kReply = {
 inline constexpr TypeDescription kPointType = {"PointSample", type_fields::kPoint};
 inline constexpr TypeDescription kDeviceType = {"DeviceStatus", type_fields::kDevice};
 inline constexpr TypeDescription kGatewayType = {"GatewayStatus", type_fields::kGateway};
+inline constexpr TypeDescription kEventType = {"DeviceEvent", type_fields::kEvent};
 inline constexpr TypeDescription kRequestType = {"WriteRequest", type_fields::kRequest};
 inline constexpr TypeDescription kReplyType = {"WriteReply", type_fields::kReply};
 

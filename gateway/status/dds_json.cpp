@@ -85,6 +85,16 @@ Json RequestsJson(const dds::LinkState& state) {
   return {{"taken", *state.requests}, {"dropped", state.requests_dropped}, {"text", text}};
 }
 
+/// "published 30 events, 2 more were gone before they could be"
+Json EventsJson(const dds::LinkState& state) {
+  if (!state.events) return nullptr;
+  std::string text = "published " + Plural(*state.events, "event");
+  if (state.events_skipped > 0) {
+    text += ", " + std::to_string(state.events_skipped) + " more were gone before they could be";
+  }
+  return {{"published", *state.events}, {"skipped", state.events_skipped}, {"text", text}};
+}
+
 }  // namespace
 
 Json DdsJson(int domain, const dds::LinkState& state, Instant now) {
@@ -101,6 +111,7 @@ Json DdsJson(int domain, const dds::LinkState& state, Instant now) {
   json["next_start_ms"] =
       state.next_start ? Json(std::max(Duration(0), *state.next_start - now) / 1ms) : Json(nullptr);
   json["requests"] = RequestsJson(state);
+  json["events"] = EventsJson(state);
   json["datagrams"] = DatagramsJson(state.datagrams);
   const std::string trouble = Diagnose(state, now);
   json["advice"] = trouble.empty() ? Json::array() : Json::array({trouble});

@@ -58,6 +58,9 @@ void Check(View packet) {
     case LinkKind::gateway:
       CheckSample<GatewaySample>(*message);
       break;
+    case LinkKind::event:
+      CheckSample<EventSample>(*message);
+      break;
     case LinkKind::reply:
       CheckSample<ReplySample>(*message);
       break;

@@ -217,7 +217,7 @@ std::string DdsTraffic(const Json& status) {
   const Json& dds = DdsOf(status);
   if (dds.is_null()) return {};
   std::string lines;
-  for (const char* part : {"requests", "datagrams"}) {
+  for (const char* part : {"events", "requests", "datagrams"}) {
     const auto found = dds.find(part);  // an older gateway has none
     if (found == dds.end() || found->is_null() || Text(*found, "text").empty()) continue;
     lines += "DDS " + Harmless(Text(*found, "text")) + "\n";

@@ -35,6 +35,15 @@ constexpr std::size_t kSpareInstances = 16;
 // one.
 constexpr std::size_t kInstancesPerWriter = 4096;
 
+// What subscribers that come later get of each device, as long as all devices do not have more than
+// this together: some 60 MB.
+constexpr std::size_t kEventDepth = 1000;
+constexpr std::size_t kMostEvents = 100'000;
+
+std::size_t EventDepth(std::size_t devices) {
+  return std::clamp<std::size_t>(kMostEvents / std::max<std::size_t>(1, devices), 1, kEventDepth);
+}
+
 std::size_t WritersFor(std::size_t instances) {
   return std::max<std::size_t>(1, (instances + kInstancesPerWriter - 1) / kInstancesPerWriter);
 }
@@ -54,6 +63,9 @@ std::size_t Scatter(const DeviceSample& sample) {
   return std::hash<std::string_view>()(sample.device);
 }
 std::size_t Scatter(const GatewaySample&) { return 0; }
+std::size_t Scatter(const EventSample& sample) {
+  return std::hash<std::string_view>()(sample.device);
+}
 
 Duration_t Seconds(Duration duration) {
   return Duration_t(static_cast<std::int32_t>(duration / 1s),
@@ -62,7 +74,7 @@ Duration_t Seconds(Duration duration) {
 
 // All limits together: Fast DDS takes 10 instances by default, and fewer samples than instances
 // times samples per instance make no writer at all.
-fast::DataWriterQos WriterQos(std::size_t room, const fast::Publisher& publisher,
+fast::DataWriterQos WriterQos(std::size_t room, std::size_t depth, const fast::Publisher& publisher,
                               const char* topic) {
   const fast::DataWriterQos fresh;
   fast::DataWriterQos qos;
@@ -73,11 +85,10 @@ fast::DataWriterQos WriterQos(std::size_t room, const fast::Publisher& publisher
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
   qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = 1;
-  const auto limit = static_cast<std::int32_t>(room);
-  qos.resource_limits().max_instances = limit;
-  qos.resource_limits().max_samples = limit;
-  qos.resource_limits().max_samples_per_instance = 1;
+  qos.history().depth = static_cast<std::int32_t>(depth);
+  qos.resource_limits().max_instances = static_cast<std::int32_t>(room);
+  qos.resource_limits().max_samples = static_cast<std::int32_t>(room * depth);
+  qos.resource_limits().max_samples_per_instance = static_cast<std::int32_t>(depth);
   auto& heartbeat = qos.reliable_writer_qos().times.heartbeatPeriod;
   if (heartbeat == fresh.reliable_writer_qos().times.heartbeatPeriod) heartbeat = Seconds(100ms);
   return qos;
@@ -104,14 +115,14 @@ class TopicWriters {
  public:
   bool Open(fast::DomainParticipant& participant, fast::Publisher& publisher,
             fast::TopicDataType* type, const char* name, std::size_t instances,
-            fast::DataWriterListener* listener) {
+            fast::DataWriterListener* listener, std::size_t depth = 1) {
     const fast::TypeSupport support(type);
     if (support.register_type(&participant) != ReturnCode_t::RETCODE_OK) return false;
     auto* topic = participant.create_topic(name, support.get_type_name(), fast::TOPIC_QOS_DEFAULT);
     if (topic == nullptr) return false;
     while (writers_.size() < WritersFor(instances)) {
       auto* writer =
-          publisher.create_datawriter(topic, WriterQos(RoomFor(instances), publisher, name),
+          publisher.create_datawriter(topic, WriterQos(RoomFor(instances), depth, publisher, name),
                                       writers_.empty() ? listener : nullptr);
       if (writer == nullptr) return false;
       writers_.push_back(writer);
@@ -122,6 +133,7 @@ class TopicWriters {
   // The library takes no const samples; it only reads them.
   template <typename Sample>
   Sent Write(const Sample& sample) {
+    if (writers_.empty()) return Sent::refused;
     try {
       return Said(Of(sample).write(const_cast<Sample*>(&sample), fast::HANDLE_NIL));
     } catch (const std::exception&) {
@@ -163,17 +175,20 @@ class FastWriter : public SampleWriter {
     points_.Clear();
     devices_.Clear();
     gateways_.Clear();
+    events_.Clear();
     DeleteParticipant(participant_);
   }
 
-  bool Open(std::size_t points, std::size_t devices) {
+  bool Open(std::size_t points, std::size_t devices, std::size_t events) {
     auto* publisher = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
     return publisher != nullptr &&
            points_.Open(*participant_, *publisher, NewPointType(), kPointTopic, points,
                         &matches_) &&
            devices_.Open(*participant_, *publisher, NewDeviceType(), kDeviceTopic, devices,
                          nullptr) &&
-           gateways_.Open(*participant_, *publisher, NewGatewayType(), kGatewayTopic, 1, nullptr);
+           gateways_.Open(*participant_, *publisher, NewGatewayType(), kGatewayTopic, 1, nullptr) &&
+           (events == 0 || events_.Open(*participant_, *publisher, NewEventType(), kEventTopic,
+                                        devices, nullptr, EventDepth(events)));
   }
 
   Sent Write(const PointSample& sample) override {
@@ -182,6 +197,8 @@ class FastWriter : public SampleWriter {
   }
   Sent Write(const DeviceSample& sample) override { return devices_.Write(sample); }
   Sent Write(const GatewaySample& sample) override { return gateways_.Write(sample); }
+
+  Sent Write(const EventSample& sample) override { return events_.Write(sample); }
 
   Sent Write(const ReplySample& reply) override {
     return requests_ ? requests_->Write(reply) : Sent::refused;
@@ -199,7 +216,7 @@ class FastWriter : public SampleWriter {
   bool WaitAcknowledged(Duration most) override {
     const Instant deadline = std::chrono::steady_clock::now() + most;
     return points_.WaitAcknowledged(deadline) && devices_.WaitAcknowledged(deadline) &&
-           gateways_.WaitAcknowledged(deadline);
+           gateways_.WaitAcknowledged(deadline) && events_.WaitAcknowledged(deadline);
   }
 
   std::uint32_t subscribers() const override { return matches_.current(); }
@@ -212,6 +229,7 @@ class FastWriter : public SampleWriter {
   TopicWriters points_;
   TopicWriters devices_;
   TopicWriters gateways_;
+  TopicWriters events_;  ///< empty: there are none
   std::optional<WriteTopics> requests_;
 };
 
@@ -219,12 +237,13 @@ class FastWriter : public SampleWriter {
 
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
                                                        std::size_t points, std::size_t devices,
-                                                       const std::string& requests_for) {
+                                                       const std::string& requests_for,
+                                                       std::size_t events) {
   auto askers = std::make_unique<VolatileWriters>(kRequestTopic);
   auto participant = CreateParticipant(options, askers.get(), Role::publishes);
   if (!participant) return Error{participant.error()};
   auto writer = std::make_unique<FastWriter>(*participant, std::move(askers));
-  if (!writer->Open(points, devices)) {
+  if (!writer->Open(points, devices, events)) {
     return Error{"dds: no writer for " + std::to_string(points) + " points could be made" +
                  (options.security.on() ? "; do " + options.security.permissions +
                                               " let this gateway publish baudgate/*?"

@@ -40,6 +40,7 @@ KeyHash HashKey(const PointSample& sample) {
 }
 KeyHash HashKey(const DeviceSample& sample) { return HashTexts({sample.gateway, sample.device}); }
 KeyHash HashKey(const GatewaySample& sample) { return HashTexts({sample.gateway}); }
+KeyHash HashKey(const EventSample& sample) { return HashTexts({sample.gateway, sample.device}); }
 KeyHash HashKey(const RequestSample& sample) { return HashTexts({sample.gateway, sample.client}); }
 KeyHash HashKey(const ReplySample& sample) { return HashTexts({sample.gateway, sample.client}); }
 

@@ -14,6 +14,7 @@ using KeyHash = std::array<std::uint8_t, 16>;
 KeyHash HashKey(const PointSample& sample);
 KeyHash HashKey(const DeviceSample& sample);
 KeyHash HashKey(const GatewaySample& sample);
+KeyHash HashKey(const EventSample& sample);
 KeyHash HashKey(const RequestSample& sample);
 KeyHash HashKey(const ReplySample& sample);
 

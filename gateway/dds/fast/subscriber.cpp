@@ -18,16 +18,18 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-fast::DataReaderQos ReaderQos(std::size_t instances) {
+constexpr std::size_t kEventDevices = 10'000;
+constexpr std::size_t kEventDepth = 1000;
+
+fast::DataReaderQos ReaderQos(std::size_t instances, std::size_t depth) {
   fast::DataReaderQos qos;
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
   qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = 1;
-  const auto limit = static_cast<std::int32_t>(instances);
-  qos.resource_limits().max_instances = limit;
-  qos.resource_limits().max_samples = limit;
-  qos.resource_limits().max_samples_per_instance = 1;
+  qos.history().depth = static_cast<std::int32_t>(depth);
+  qos.resource_limits().max_instances = static_cast<std::int32_t>(instances);
+  qos.resource_limits().max_samples = static_cast<std::int32_t>(instances * depth);
+  qos.resource_limits().max_samples_per_instance = static_cast<std::int32_t>(depth);
   qos.reader_resource_limits().max_samples_per_read = kTakenAtOnce;
   return qos;
 }
@@ -46,7 +48,9 @@ struct DdsSubscriber::Impl {
                 {std::move(callbacks.on_device), std::move(callbacks.on_device_gone), {}, {}, {}}),
         gateways(
             [this] { taking.Wake(); },
-            {std::move(callbacks.on_gateway), std::move(callbacks.on_gateway_gone), {}, {}, {}}) {}
+            {std::move(callbacks.on_gateway), std::move(callbacks.on_gateway_gone), {}, {}, {}}),
+        wants_events(callbacks.on_event),
+        events([this] { taking.Wake(); }, {std::move(callbacks.on_event), {}, {}, {}, {}}) {}
   ~Impl() {
     taking.Stop();
     DeleteParticipant(participant);
@@ -57,24 +61,28 @@ struct DdsSubscriber::Impl {
     return subscriber != nullptr &&
            OpenReader(NewPointType(), kPointTopic, max_instances, &points) &&
            OpenReader(NewDeviceType(), kDeviceTopic, max_instances, &devices) &&
-           OpenReader(NewGatewayType(), kGatewayTopic, max_instances, &gateways);
+           OpenReader(NewGatewayType(), kGatewayTopic, max_instances, &gateways) &&
+           (!wants_events ||
+            OpenReader(NewEventType(), kEventTopic, kEventDevices, &events, kEventDepth));
   }
 
   /// Starts of gateways first: the samples that count from there come after them.
   Duration TakeAll() {
     Duration busy = gateways.TakeAll();
     busy += points.TakeAll();
-    return busy + devices.TakeAll();
+    busy += devices.TakeAll();
+    return busy + events.TakeAll();
   }
 
   bool OpenReader(fast::TopicDataType* type, const char* topic_name, std::size_t max_instances,
-                  fast::DataReaderListener* listener) {
+                  fast::DataReaderListener* listener, std::size_t depth = 1) {
     const fast::TypeSupport support(type);
     if (support.register_type(participant) != ReturnCode_t::RETCODE_OK) return false;
     auto* topic =
         participant->create_topic(topic_name, support.get_type_name(), fast::TOPIC_QOS_DEFAULT);
     if (topic == nullptr) return false;
-    return subscriber->create_datareader(topic, ReaderQos(max_instances), listener) != nullptr;
+    return subscriber->create_datareader(topic, ReaderQos(max_instances, depth), listener) !=
+           nullptr;
   }
 
   fast::DomainParticipant* participant;
@@ -83,6 +91,8 @@ struct DdsSubscriber::Impl {
   Inbox<PointSample> points;
   Inbox<DeviceSample> devices;
   Inbox<GatewaySample> gateways;
+  const bool wants_events;
+  Inbox<EventSample> events;
 };
 
 DdsSubscriber::DdsSubscriber(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -91,8 +101,10 @@ DdsSubscriber::~DdsSubscriber() = default;
 DatagramCounters DdsSubscriber::datagrams() const { return DatagramsOf(*impl_->participant); }
 
 SubscriberCounters DdsSubscriber::counters() const {
-  return {impl_->points.takes() + impl_->devices.takes() + impl_->gateways.takes(),
-          impl_->points.refused() + impl_->devices.refused() + impl_->gateways.refused()};
+  return {impl_->points.takes() + impl_->devices.takes() + impl_->gateways.takes() +
+              impl_->events.takes(),
+          impl_->points.refused() + impl_->devices.refused() + impl_->gateways.refused() +
+              impl_->events.refused()};
 }
 
 Result<std::unique_ptr<DdsSubscriber>> DdsSubscriber::Create(const SubscriberOptions& options,

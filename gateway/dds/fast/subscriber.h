@@ -43,6 +43,9 @@ struct SubscriberCallbacks {
   std::function<void(const PublisherId&)> on_publisher_left;
   /// Samples of points lost so far because max_instances is too small.
   std::function<void(std::uint64_t samples)> on_rejected;
+  /// Up to the newest thousand of each device, then each as it comes; one may come twice, by its
+  /// number. Null: they are not subscribed to.
+  std::function<void(const EventSample&, const Origin&)> on_event{};
 };
 
 /// Since the beginning, of all topics.

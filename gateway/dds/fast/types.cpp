@@ -75,6 +75,10 @@ TopicDataType* NewGatewayType() {
                                                                kGatewayType);
 }
 
+TopicDataType* NewEventType() {
+  return new SampleType<EventSample, kEventSampleMaxBytes>("baudgate::v1::DeviceEvent", kEventType);
+}
+
 TopicDataType* NewRequestType() {
   return new SampleType<RequestSample, kRequestSampleMaxBytes>("baudgate::v1::WriteRequest",
                                                                kRequestType);

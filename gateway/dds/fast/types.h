@@ -9,12 +9,13 @@ class TopicDataType;
 
 namespace baudgate::dds {
 
-/// Named baudgate::v1::PointSample, DeviceStatus, GatewayStatus, WriteRequest and WriteReply. The
-/// caller gives them to a Fast DDS TypeSupport, which owns them. Samples pass as PointSample*,
-/// DeviceSample*, GatewaySample*, RequestSample*, ReplySample*.
+/// Named baudgate::v1::PointSample, DeviceStatus, GatewayStatus, DeviceEvent, WriteRequest and
+/// WriteReply. The caller gives them to a Fast DDS TypeSupport, which owns them. Samples pass as
+/// PointSample*, DeviceSample*, GatewaySample*, EventSample*, RequestSample*, ReplySample*.
 eprosima::fastdds::dds::TopicDataType* NewPointType();
 eprosima::fastdds::dds::TopicDataType* NewDeviceType();
 eprosima::fastdds::dds::TopicDataType* NewGatewayType();
+eprosima::fastdds::dds::TopicDataType* NewEventType();
 eprosima::fastdds::dds::TopicDataType* NewRequestType();
 eprosima::fastdds::dds::TopicDataType* NewReplyType();
 

@@ -13,8 +13,8 @@ const char* baudgate_dds_inside_tag() {
 
 baudgate::dds::SampleWriter* baudgate_dds_inside(
     const baudgate::dds::ParticipantOptions& participant, std::size_t points, std::size_t devices,
-    const std::string& requests_for, std::string& error) {
-  auto writer = baudgate::dds::CreateFastWriter(participant, points, devices, requests_for);
+    const std::string& requests_for, std::size_t events, std::string& error) {
+  auto writer = baudgate::dds::CreateFastWriter(participant, points, devices, requests_for, events);
   if (writer) return writer->release();
   error = writer.error();
   return nullptr;

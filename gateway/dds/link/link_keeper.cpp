@@ -53,6 +53,7 @@ void LinkKeeper::Counted(const LinkCounts& counts, Instant now) {
   state_.written = before_.written + counts.written;
   state_.refused = before_.refused + counts.refused;
   state_.requests_dropped = before_.dropped + counts.dropped;
+  state_.events_skipped = before_.events_dropped + counts.events_dropped;
   state_.datagrams = counts.datagrams;
   state_.datagrams.AddEarlier(before_.datagrams);
 }
@@ -68,7 +69,12 @@ void LinkKeeper::Ended(std::string reason, Instant now) {
   state_.reason = std::move(reason);
   state_.subscribers = 0;
   state_.datagrams.participants = 0;
-  before_ = {0, state_.written, state_.refused, state_.requests_dropped, state_.datagrams};
+  before_ = {0,
+             state_.written,
+             state_.refused,
+             state_.requests_dropped,
+             state_.events_skipped,
+             state_.datagrams};
 }
 
 }  // namespace baudgate::dds

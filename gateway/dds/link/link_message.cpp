@@ -19,13 +19,14 @@ constexpr std::size_t kMaxSentence = 1000;
 constexpr std::size_t kMaxPath = 255;  // whose length is one byte
 constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
+constexpr std::uint32_t kMostEventDevices = 1'000'000;
 constexpr int kLastDomain = 232;
 constexpr std::size_t kArrivalBytes =
     12 + 4 + 8 + 1;  // participant, entity, time, lasting; then the sample
 
 static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 1 + 1 +
                   config::kMostPeers * (1 + kMaxIpv4) + 1 +
-                  config::kMostDiscoveryServers * (3 + kMaxIpv4) + 1 + kMaxPath + 9 + 1 +
+                  config::kMostDiscoveryServers * (3 + kMaxIpv4) + 1 + kMaxPath + 13 + 1 +
                   kSecurityFiles * (1 + kMaxPath) <=
               kMaxLinkMessage);
 static_assert(kLinkHeaderBytes + kPointSampleMaxBytes <= kMaxLinkMessage);
@@ -164,7 +165,7 @@ std::size_t EncodeAny(LinkKind kind, const Sample& sample, std::span<std::uint8_
   return kLinkHeaderBytes + body;
 }
 
-bool IsKind(std::uint8_t byte) { return (byte >= 1 && byte <= 6) || (byte >= 64 && byte <= 67); }
+bool IsKind(std::uint8_t byte) { return (byte >= 1 && byte <= 7) || (byte >= 64 && byte <= 67); }
 
 }  // namespace
 
@@ -181,6 +182,7 @@ Bytes EncodeOpen(const LinkOpen& open) {
   Put(body, open.points);
   Put(body, open.devices);
   body.push_back(open.requests ? 1 : 0);
+  Put(body, open.events);
   PutSecurity(body, open.participant.security);
   return Packet(LinkKind::open, body);
 }
@@ -195,6 +197,7 @@ Bytes EncodeCounts(const LinkCounts& counts) {
   Put(body, counts.written);
   Put(body, counts.refused);
   Put(body, counts.dropped);
+  Put(body, counts.events_dropped);
   Put(body, counts.datagrams.participants);
   Put(body, counts.datagrams.passed);
   body.push_back(static_cast<std::uint8_t>(kRefusals));
@@ -211,6 +214,9 @@ std::size_t EncodeSample(LinkKind kind, const DeviceSample& sample, std::span<st
   return EncodeAny(kind, sample, to);
 }
 std::size_t EncodeSample(LinkKind kind, const GatewaySample& sample, std::span<std::uint8_t> to) {
+  return EncodeAny(kind, sample, to);
+}
+std::size_t EncodeSample(LinkKind kind, const EventSample& sample, std::span<std::uint8_t> to) {
   return EncodeAny(kind, sample, to);
 }
 std::size_t EncodeSample(LinkKind kind, const ReplySample& sample, std::span<std::uint8_t> to) {
@@ -263,9 +269,10 @@ Result<LinkOpen> DecodeOpen(View body) {
   open.points = fields.Number<std::uint32_t>();
   open.devices = fields.Number<std::uint32_t>();
   const auto requests = fields.Number<std::uint8_t>();
+  open.events = fields.Number<std::uint32_t>();
   if (!TakeSecurity(fields, open.participant.security) || !fields.AllTaken() ||
       domain > kLastDomain || shared_memory > 1 || multicast > 1 || open.points > kMostInstances ||
-      open.devices > kMostInstances || requests > 1) {
+      open.devices > kMostInstances || requests > 1 || open.events > kMostEventDevices) {
     return damaged;
   }
   open.participant.domain = static_cast<int>(domain);
@@ -282,6 +289,7 @@ Result<LinkCounts> DecodeCounts(View body) {
   counts.written = fields.Number<std::uint64_t>();
   counts.refused = fields.Number<std::uint64_t>();
   counts.dropped = fields.Number<std::uint64_t>();
+  counts.events_dropped = fields.Number<std::uint64_t>();
   counts.datagrams.participants = fields.Number<std::uint32_t>();
   counts.datagrams.passed = fields.Number<std::uint64_t>();
   const bool same_reasons = fields.Number<std::uint8_t>() == kRefusals;

@@ -3,8 +3,8 @@
 // link_server.h carry them.
 // SPDX-License-Identifier: Apache-2.0
 //
-//   02 03 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
-//   kind point, version 3, 92 bytes follow | the sample as in gateway/dds/cdr.h
+//   02 04 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
+//   kind point, version 4, 92 bytes follow | the sample as in gateway/dds/cdr.h
 //
 // All numbers are little-endian.
 #pragma once
@@ -22,7 +22,7 @@
 
 namespace baudgate::dds {
 
-inline constexpr std::uint8_t kLinkVersion = 3;
+inline constexpr std::uint8_t kLinkVersion = 4;
 inline constexpr std::size_t kLinkHeaderBytes = 4;
 /// No message is longer; a packet that is longer is refused.
 inline constexpr std::size_t kMaxLinkMessage = 8192;
@@ -35,6 +35,7 @@ enum class LinkKind : std::uint8_t {
   gateway = 4,  ///< likewise
   end = 5,      ///< wait until subscribers have everything, then leave
   reply = 6,    ///< what became of a write request: publish it
+  event = 7,    ///< a sample to publish
   // From the process.
   opened = 64,   ///< the answer to open: samples may come
   failed = 65,   ///< the other answer: a sentence that says what to change
@@ -48,14 +49,17 @@ struct LinkOpen {
   std::uint32_t points = 0;
   std::uint32_t devices = 0;
   bool requests = false;  ///< listen for write requests to `gateway`
+  /// Devices that have events; 0: there is no such topic.
+  std::uint32_t events = 0;
 };
 
 /// Since the process has opened.
 struct LinkCounts {
-  std::uint32_t subscribers = 0;  ///< readers of the points topic, now
-  std::uint64_t written = 0;      ///< samples
-  std::uint64_t refused = 0;      ///< samples that the library did not take
-  std::uint64_t dropped = 0;      ///< write requests that found no room
+  std::uint32_t subscribers = 0;     ///< readers of the points topic, now
+  std::uint64_t written = 0;         ///< samples
+  std::uint64_t refused = 0;         ///< samples that the library did not take
+  std::uint64_t dropped = 0;         ///< write requests that found no room
+  std::uint64_t events_dropped = 0;  ///< that the library did not take, and that found no room
   DatagramCounters datagrams{};
 
   bool operator==(const LinkCounts&) const = default;
@@ -71,6 +75,7 @@ Bytes EncodeBare(LinkKind kind);  ///< end, opened
 std::size_t EncodeSample(LinkKind kind, const PointSample& sample, std::span<std::uint8_t> to);
 std::size_t EncodeSample(LinkKind kind, const DeviceSample& sample, std::span<std::uint8_t> to);
 std::size_t EncodeSample(LinkKind kind, const GatewaySample& sample, std::span<std::uint8_t> to);
+std::size_t EncodeSample(LinkKind kind, const EventSample& sample, std::span<std::uint8_t> to);
 std::size_t EncodeSample(LinkKind kind, const ReplySample& sample, std::span<std::uint8_t> to);
 /// Empty when the sample is beyond its bounds. The clock of `received` is that of the machine.
 Bytes EncodeRequest(const WriteArrival& arrival);

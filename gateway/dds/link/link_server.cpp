@@ -11,6 +11,8 @@ namespace {
 constexpr Duration kSignOfLife = 1s;
 constexpr Duration kAtMostEvery = 100ms;  // counts that change all the time
 constexpr Duration kAcknowledgeTime = 250ms;
+constexpr Duration kEventRetry = 1s;
+constexpr std::size_t kMostEvents = 1000;  // that wait for it
 
 }  // namespace
 
@@ -26,9 +28,12 @@ Status LinkServer::Take(View packet) {
       return Publish(message->body, device_);
     case LinkKind::gateway:
       return Publish(message->body, gateway_);
+    case LinkKind::event:
+      return PublishEvent(message->body);
     case LinkKind::reply:
       return Reply(message->body);
     case LinkKind::end:
+      RetryEvents(events_retry_);
       writer_->WaitAcknowledged(kAcknowledgeTime);
       writer_.reset();
       ended_ = true;
@@ -66,6 +71,30 @@ Status LinkServer::Publish(View body, Sample& sample) {
   return {};
 }
 
+/// Points go again with their heartbeat; an event comes once.
+Status LinkServer::PublishEvent(View body) {
+  EventSample event;
+  if (!Decode(body, event)) return Error{"the daemon sent a damaged sample"};
+  if (events_.empty() && writer_->Write(event) == Sent::yes) {
+    ++counts_.written;
+    return {};
+  }
+  if (events_.size() == kMostEvents) {
+    events_.pop_front();
+    ++counts_.events_dropped;
+  }
+  events_.push_back(std::move(event));
+  return {};
+}
+
+void LinkServer::RetryEvents(Instant now) {
+  if (events_.empty() || now < events_retry_) return;
+  for (; !events_.empty() && writer_->Write(events_.front()) == Sent::yes; events_.pop_front()) {
+    ++counts_.written;
+  }
+  events_retry_ = now + kEventRetry;
+}
+
 /// One that the library does not take is asked for again by its client.
 Status LinkServer::Reply(View body) {
   ReplySample reply;
@@ -85,7 +114,9 @@ std::optional<Bytes> LinkServer::Answer(Instant now) {
     told_at_ = now;
     return std::exchange(answer_, std::nullopt);
   }
-  if (!writer_ || now < NextAnswer()) return std::nullopt;
+  if (!writer_) return std::nullopt;
+  RetryEvents(now);
+  if (now < NextAnswer()) return std::nullopt;
   told_ = Counts();
   told_.datagrams = writer_->datagrams();
   told_at_ = now;
@@ -95,7 +126,8 @@ std::optional<Bytes> LinkServer::Answer(Instant now) {
 Instant LinkServer::NextAnswer() const {
   if (answer_) return Instant();
   const LinkCounts now = Counts();
-  const bool changed = now.subscribers != told_.subscribers || now.refused != told_.refused;
+  const bool changed = now.subscribers != told_.subscribers || now.refused != told_.refused ||
+                       now.events_dropped != told_.events_dropped;
   return told_at_ + (changed ? kAtMostEvery : kSignOfLife);
 }
 

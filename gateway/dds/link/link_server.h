@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -37,6 +38,8 @@ class LinkServer {
   template <typename Sample>
   Status Publish(View body, Sample& sample);
   Status Reply(View body);
+  Status PublishEvent(View body);
+  void RetryEvents(Instant now);
   LinkCounts Counts() const;
 
   const MakeWriter make_;
@@ -45,6 +48,8 @@ class LinkServer {
   PointSample point_;  ///< kept to save its memory
   DeviceSample device_;
   GatewaySample gateway_;
+  std::deque<EventSample> events_;  ///< that the library has not taken yet, in their order
+  Instant events_retry_{};
   std::optional<Bytes> answer_;  ///< to open
   LinkCounts counts_;
   LinkCounts told_;

@@ -30,6 +30,9 @@ struct LinkState {
   /// too fast to be.
   std::optional<std::uint64_t> requests{};
   std::uint64_t requests_dropped = 0;
+  /// Where devices have events: those that were published, and those that could not be.
+  std::optional<std::uint64_t> events{};
+  std::uint64_t events_skipped = 0;
   DatagramCounters datagrams;  ///< likewise; its participants now
 };
 

@@ -22,6 +22,7 @@ Sent LinkWriter::Put(LinkKind kind, const Sample& sample) {
 Sent LinkWriter::Write(const PointSample& sample) { return Put(LinkKind::point, sample); }
 Sent LinkWriter::Write(const DeviceSample& sample) { return Put(LinkKind::device, sample); }
 Sent LinkWriter::Write(const GatewaySample& sample) { return Put(LinkKind::gateway, sample); }
+Sent LinkWriter::Write(const EventSample& sample) { return Put(LinkKind::event, sample); }
 Sent LinkWriter::Write(const ReplySample& reply) { return Put(LinkKind::reply, reply); }
 
 Sent LinkWriter::SendHeld(std::size_t size) {

@@ -20,6 +20,7 @@ class LinkWriter : public SampleWriter {
   Sent Write(const PointSample& sample) override;
   Sent Write(const DeviceSample& sample) override;
   Sent Write(const GatewaySample& sample) override;
+  Sent Write(const EventSample& sample) override;
   Sent Write(const ReplySample& reply) override;
   /// Tells the process that this is the end, and waits until it has left: as long again as it needs
   /// for its own goodbye.

@@ -72,7 +72,7 @@ Result<ServeEnd> ServeOne(const Descriptor& link, const StopSignals& stop) {
       [](const LinkOpen& open) {
         const SlowWhile opening;
         return CreateFastWriter(open.participant, open.points, open.devices,
-                                open.requests ? open.gateway : std::string());
+                                open.requests ? open.gateway : std::string(), open.events);
       },
       [&wake] { wake.Ring(); });
   return Serve(link, server, wake, stop.descriptor(), [] { sd_notify(0, "WATCHDOG=1"); });

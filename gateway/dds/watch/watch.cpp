@@ -19,6 +19,7 @@
 #include "gateway/dds/watch/mailbox.h"
 #include "gateway/dds/watch/publishers.h"
 #include "gateway/dds/watch/watch_any.h"
+#include "gateway/dds/watch/watch_events.h"
 #include "gateway/dds/watch/watch_lines.h"
 
 namespace baudgate {
@@ -294,6 +295,7 @@ int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err) 
            "them\n";
     return kExitUsage;
   }
+  if (options.events) return RunWatchEvents(options, out, err);
   return options.any ? RunWatchAny(options, out, err) : Watch(options, out, err).Run();
 }
 

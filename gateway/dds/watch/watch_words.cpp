@@ -47,13 +47,21 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
       "--no-multicast", [&options] { options.multicast = false; },
       "Ask peers and discovery servers only");
   auto* once = command->add_flag("--once", options.once, "Print the values once, then end");
-  command->add_flag("--any", options.any, "Every topic whose type is announced, one line a sample")
-      ->excludes(once);
+  auto* any =
+      command
+          ->add_flag("--any", options.any, "Every topic whose type is announced, one line a sample")
+          ->excludes(once);
   command->add_flag("--json", options.json, "One JSON object a line for each sample");
   AddSeconds(*command, options.seconds);
   command->add_option("--gateway", options.gateway, "Only this gateway");
   command->add_option("--device", options.device, "Only this device");
-  command->add_option("--point", options.point, "Only this point");
+  auto* point = command->add_option("--point", options.point, "Only this point");
+  command
+      ->add_flag("--events", options.events,
+                 "What happens in devices: the newest events, then each as it comes")
+      ->excludes(once)
+      ->excludes(any)
+      ->excludes(point);
   return command;
 }
 

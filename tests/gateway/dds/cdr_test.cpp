@@ -35,6 +35,16 @@ constexpr char kGatewayLe[] =
     "00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 00 00 00 00 80 D6 9D F9 82 EB E9 18 "
     "06 00 00 00 31 2E 32 2E 33 00";
 
+constexpr char kEventLe[] =
+    "00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 09 00 00 00 66 65 65 64 "
+    "65 72 2D 31 00 00 00 00 00 00 00 00 67 12 00 00 00 00 00 00 80 D6 9D F9 "
+    "82 EB E9 18 00 C7 98 FC 82 EB E9 18 02 00 03 00 70 11 01 00 11 00 00 00 "
+    "73 74 61 67 65 20 49 3E 20 73 74 61 72 74 65 64 00";
+constexpr char kEventBe[] =
+    "00 00 00 00 00 00 00 06 73 75 62 2D 37 00 00 00 00 00 00 09 66 65 65 64 "
+    "65 72 2D 31 00 00 00 00 00 00 00 00 00 00 00 00 00 00 12 67 18 E9 EB 82 "
+    "F9 9D D6 80 18 E9 EB 82 FC 98 C7 00 00 02 00 03 00 01 11 70 00 00 00 11 "
+    "73 74 61 67 65 20 49 3E 20 73 74 61 72 74 65 64 00";
 constexpr char kRequestLe[] =
     "00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 00 00 70 6C 63 2D "
     "31 00 00 00 2A 00 00 00 00 00 00 00 09 00 00 00 66 65 65 64 65 72 2D 31 "
@@ -83,6 +93,18 @@ DeviceSample ADevice() {
 
 GatewaySample AGateway() {
   return {.gateway = "sub-7", .start_time_ns = 1795224874250000000, .version = "1.2.3"};
+}
+
+EventSample AnEvent() {
+  return {.gateway = "sub-7",
+          .device = "feeder-1",
+          .seq = 4711,
+          .device_time_ns = 1795224874250000000,
+          .receive_time_ns = 1795224874300000000,
+          .clock_quality = 2,
+          .channel = 3,
+          .code = 70000,
+          .text = "stage I> started"};
 }
 
 RequestSample ARequest() {
@@ -144,6 +166,34 @@ TEST(Cdr, RequestsAndRepliesOfTheContract) {
   ReplySample reply;
   ASSERT_TRUE(Decode(*ParseHex(kReplyLe), reply));
   EXPECT_EQ(reply, AReply());
+}
+
+TEST(Cdr, EventsOfTheContract) {
+  EXPECT_EQ(ToHex(Encoded(AnEvent())), kEventLe);
+  EventSample event;
+  for (const char* hex : {kEventLe, kEventBe}) {
+    ASSERT_TRUE(Decode(*ParseHex(hex), event)) << hex;
+    EXPECT_EQ(event, AnEvent());
+  }
+  const Bytes bytes = *ParseHex(kEventLe);
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    EXPECT_FALSE(Decode(Bytes(bytes.begin(), bytes.begin() + static_cast<long>(length)), event));
+  }
+  std::mt19937 random(7);
+  for (int round = 0; round < 50'000; ++round) {
+    Bytes bent = bytes;
+    bent[random() % bent.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
+    if (Decode(bent, event)) {
+      EXPECT_LE(event.device.size(), kMaxKey);
+      EXPECT_LE(event.text.size(), kMaxText);
+    }
+  }
+  EventSample full = AnEvent();
+  full.gateway = full.device = std::string(kMaxKey, 'k');
+  full.text = std::string(kMaxText, 't');
+  EXPECT_EQ(Encoded(full).size(), kEventSampleMaxBytes);
+  full.text += 't';
+  EXPECT_TRUE(Encoded(full).empty());
 }
 
 TEST(Cdr, RefusesDamagedRequestsAndReplies) {

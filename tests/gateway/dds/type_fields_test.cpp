@@ -101,6 +101,8 @@ TEST(TypeFields, AreThoseOfTheIdl) {
   EXPECT_EQ(Announced(kPointType), idl.at("PointSample"));
   EXPECT_EQ(Announced(kDeviceType), idl.at("DeviceStatus"));
   EXPECT_EQ(Announced(kGatewayType), idl.at("GatewayStatus"));
+  ASSERT_EQ(idl.count("DeviceEvent"), 1U);
+  EXPECT_EQ(Announced(kEventType), idl.at("DeviceEvent"));
   ASSERT_EQ(idl.count("WriteRequest"), 1U);
   ASSERT_EQ(idl.count("WriteReply"), 1U);
   EXPECT_EQ(Announced(kRequestType), idl.at("WriteRequest"));

@@ -50,7 +50,7 @@ TEST(DdsJson, Fields) {
       DdsJson(7, Up(), kNow.instant).dump(),
       R"({"domain":7,"state":"up","subscribers":3,"samples":1234,"refused":0,)"
       R"("times_lost":0,"last_end":null,"heard_ms":300,"next_start_ms":null,)"
-      R"("requests":null,"datagrams":{"let_in":0,"refused":{"not_rtps":0,"length":0,"fragment":0,)"
+      R"("requests":null,"events":null,"datagrams":{"let_in":0,"refused":{"not_rtps":0,"length":0,"fragment":0,)"
       R"("vendor_submessage":0,"data":0,"parameters":0,"numbers":0,"window":0,"security":0,)"
       R"("participants":0,"address":0,"endpoints":0,"secured":0,"clear_text":0,)"
       R"("handshakes":0},"participants":0,"text":""},"advice":[]})");

@@ -26,18 +26,19 @@ LinkOpen AnOpen() {
                           .profiles = "/x"},
           .points = 5000,
           .devices = 31,
-          .requests = true};
+          .requests = true,
+          .events = 5};
 }
 
 constexpr char kOpen[] =
-    "01 03 3E 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
+    "01 04 42 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
     "00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E 02 2F 78 88 13 00 00 1F "
-    "00 00 00 01 00";
-// 3 subscribers, 1,234 samples, 2^32 refused, 5 requests dropped; 7 participants, 12,345 datagrams;
-// 16 reasons: 38 fragments, 2 participants too many of one address.
+    "00 00 00 01 05 00 00 00 00";
+// 3 subscribers, 1,234 samples, 2^32 refused, 5 requests and 6 events dropped; 7 participants,
+// 12,345 datagrams; 16 reasons: 38 fragments, 2 participants too many of one address.
 constexpr char kCounts[] =
-    "42 03 A9 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 05 00 00 00 00 00 00 "
-    "00 07 00 00 00 39 30 00 "
+    "42 04 B1 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 05 00 00 00 00 00 00 "
+    "00 06 00 00 00 00 00 00 00 07 00 00 00 39 30 00 "
     "00 00 00 00 00 10 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 26 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
@@ -46,7 +47,7 @@ constexpr char kCounts[] =
 
 // Of writer 01 … 10, which is not volatile, received at 1,000,000,007 ns.
 constexpr char kRequest[] =
-    "43 03 85 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
+    "43 04 85 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
     "00 00 00 00 01 00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 00 00 "
     "70 6C 63 2D 31 00 00 00 2A 00 00 00 00 00 00 00 09 00 00 00 66 65 65 64 "
     "65 72 2D 31 00 00 00 00 0E 00 00 00 73 65 74 74 69 6E 67 5F 67 72 6F 75 "
@@ -97,7 +98,7 @@ TEST(LinkMessage, RequestsAndRepliesBothWays) {
   const ReplySample reply{"sub-7", "plc-1", 42, "ok", "", 12345};
   Bytes answer(kMaxLinkMessage);
   answer.resize(EncodeSample(LinkKind::reply, reply, answer));
-  EXPECT_EQ(ToHex(View(answer).first(8)), "06 03 38 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(answer).first(8)), "06 04 38 00 00 01 00 00");
   ReplySample reply_back;
   ASSERT_TRUE(Decode(ParseLink(answer)->body, reply_back));
   EXPECT_EQ(reply_back, reply);
@@ -122,6 +123,7 @@ TEST(LinkMessage, OpenBothWays) {
   EXPECT_EQ(open->points, 5000U);
   EXPECT_EQ(open->devices, 31U);
   EXPECT_TRUE(open->requests);
+  EXPECT_EQ(open->events, 5U);
 }
 
 TEST(LinkMessage, OpenWithSecurityBothWays) {
@@ -146,7 +148,7 @@ TEST(LinkMessage, OpenWithSecurityBothWays) {
   }
   // Never open to everybody by a damaged list: another number, or no identity.
   Bytes six = packet;
-  six[4 + 0x3E - 1] = 6;
+  six[4 + 0x42 - 1] = 6;
   EXPECT_FALSE(DecodeOpen(ParseLink(six)->body).ok());
   open.participant.security = {};
   Bytes none = EncodeOpen(open);
@@ -157,7 +159,8 @@ TEST(LinkMessage, OpenWithSecurityBothWays) {
 }
 
 TEST(LinkMessage, CountsBothWays) {
-  LinkCounts counts{.subscribers = 3, .written = 1234, .refused = 1ULL << 32, .dropped = 5};
+  LinkCounts counts{
+      .subscribers = 3, .written = 1234, .refused = 1ULL << 32, .dropped = 5, .events_dropped = 6};
   counts.datagrams.passed = 12345;
   counts.datagrams.participants = 7;
   counts.datagrams.refused[static_cast<std::size_t>(Refusal::fragment)] = 38;
@@ -173,7 +176,7 @@ TEST(LinkMessage, SamplesBothWays) {
   point.gateway = "g", point.device = "d", point.point = "p", point.value = 2.5, point.seq = 9;
   Bytes packet(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::point, point, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "02 03 48 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "02 04 48 00 00 01 00 00");
   PointSample back;
   ASSERT_TRUE(Decode(ParseLink(packet)->body, back));
   EXPECT_EQ(back, point);
@@ -192,10 +195,27 @@ TEST(LinkMessage, SamplesBothWays) {
   const GatewaySample gateway{"g", -1, "1.2.3"};
   packet.resize(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::gateway, gateway, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "04 03 1E 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "04 04 1E 00 00 01 00 00");
   GatewaySample gateway_back;
   ASSERT_TRUE(Decode(ParseLink(packet)->body, gateway_back));
   EXPECT_EQ(gateway_back, gateway);
+}
+
+TEST(LinkMessage, EventsBothWays) {
+  const EventSample event{"sub-7", "feeder-1", 4711, 1, 2, 3, 4, 5, "stage I> started"};
+  Bytes packet(kMaxLinkMessage);
+  packet.resize(EncodeSample(LinkKind::event, event, packet));
+  EXPECT_EQ(ToHex(View(packet).first(8)), "07 04 59 00 00 01 00 00");
+  const auto message = ParseLink(packet);
+  ASSERT_TRUE(message.ok()) << message.error();
+  EXPECT_EQ(message->kind, LinkKind::event);
+  EventSample back;
+  ASSERT_TRUE(Decode(message->body, back));
+  EXPECT_EQ(back, event);
+  EventSample beyond = event;
+  beyond.text = std::string(kMaxText + 1, 't');
+  packet.resize(kMaxLinkMessage);
+  EXPECT_EQ(EncodeSample(LinkKind::event, beyond, packet), 0U);
 }
 
 TEST(LinkMessage, WhatIsBeyondItsBoundsIsNotEncoded) {
@@ -248,10 +268,10 @@ TEST(LinkMessage, EveryTruncationIsRefused) {
     const auto body = View(whole).subspan(kLinkHeaderBytes).first(size);
     return Bytes(body.begin(), body.end());
   };
-  for (std::size_t size = 0; size < 0x30; ++size) {
+  for (std::size_t size = 0; size < 0x42; ++size) {
     EXPECT_FALSE(DecodeOpen(body_of(kOpen, size)).ok()) << size;
   }
-  for (std::size_t size = 0; size < 0xA9; ++size) {
+  for (std::size_t size = 0; size < 0xB1; ++size) {
     EXPECT_FALSE(DecodeCounts(body_of(kCounts, size)).ok()) << size;
   }
 }
@@ -264,13 +284,13 @@ struct Wrong {
 TEST(LinkMessage, WhatIsWrongIsNamed) {
   for (const Wrong& wrong : {
            Wrong{"", "0 bytes"},
-           Wrong{"05 03 00", "3 bytes"},
-           Wrong{"05 02 00 00", "version 2, not 3"},
-           Wrong{"00 03 00 00", "unknown kind 0"},
-           Wrong{"07 03 00 00", "unknown kind 7"},
-           Wrong{"44 03 00 00", "unknown kind 68"},
-           Wrong{"05 03 01 00", "0 bytes that says it has 1"},
-           Wrong{"05 03 00 01 00", "1 bytes that says it has 256"},
+           Wrong{"05 04 00", "3 bytes"},
+           Wrong{"05 03 00 00", "version 3, not 4"},
+           Wrong{"00 04 00 00", "unknown kind 0"},
+           Wrong{"08 04 00 00", "unknown kind 8"},
+           Wrong{"44 04 00 00", "unknown kind 68"},
+           Wrong{"05 04 01 00", "0 bytes that says it has 1"},
+           Wrong{"05 04 00 01 00", "1 bytes that says it has 256"},
        }) {
     const auto message = ParseLink(*ParseHex(wrong.bytes));
     ASSERT_FALSE(message.ok()) << wrong.bytes;
@@ -283,7 +303,7 @@ TEST(LinkMessage, CountsOfOtherReasonsAreRefused) {
   Bytes body = *ParseHex(kCounts);
   body.erase(body.begin(), body.begin() + kLinkHeaderBytes);
   ASSERT_TRUE(DecodeCounts(body).ok());
-  body[40] = 14;
+  body[48] = 14;
   EXPECT_FALSE(DecodeCounts(body).ok());
   body.resize(body.size() + 8);
   EXPECT_FALSE(DecodeCounts(body).ok());
@@ -300,7 +320,7 @@ TEST(LinkMessage, AnOpenBeyondItsBoundsIsRefused) {
   for (const Change& change :
        {Change{0, 65}, Change{6, 233}, Change{10, 2}, Change{11, 65}, Change{12, 46}, Change{26, 2},
         Change{27, 65}, Change{37, 17}, Change{38, 16}, Change{55, 0xFF}, Change{59, 0xFF},
-        Change{60, 2}, Change{61, 6}}) {
+        Change{60, 2}, Change{64, 0xFF}, Change{65, 6}}) {
     Bytes changed = body;
     changed[change.at] = change.byte;
     EXPECT_FALSE(DecodeOpen(changed).ok()) << change.at;

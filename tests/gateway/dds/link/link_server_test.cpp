@@ -67,6 +67,43 @@ TEST_F(LinkServerTest, OpensOnceAndPublishes) {
   EXPECT_THAT(Take(EncodeOpen({})).error(), HasSubstr("twice"));
 }
 
+EventSample Event(std::uint64_t seq) {
+  EventSample event;
+  event.gateway = "g", event.device = "d", event.seq = seq;
+  return event;
+}
+
+TEST_F(LinkServerTest, AnEventThatIsNotTakenIsTriedAgainBeforeThoseBehindIt) {
+  Open();
+  ASSERT_TRUE(Take(LinkKind::event, Event(1)));
+  EXPECT_THAT(writer_->events, ElementsAre(Event(1)));
+  writer_->answer = Sent::refused;
+  ASSERT_TRUE(Take(LinkKind::event, Event(2)));
+  server_.Answer(kBegin + 1s);
+  writer_->answer = Sent::yes;
+  ASSERT_TRUE(Take(LinkKind::event, Event(3)));
+  EXPECT_THAT(writer_->events, SizeIs(1)) << "in their order";
+  server_.Answer(kBegin + 1500ms);
+  EXPECT_THAT(writer_->events, SizeIs(1)) << "not before a second";
+  server_.Answer(kBegin + 2s);
+  EXPECT_THAT(writer_->events, ElementsAre(Event(1), Event(2), Event(3)));
+  EXPECT_THAT(Take(*ParseHex("07 04 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
+}
+
+TEST_F(LinkServerTest, EventsThatAreNeverTakenAreBoundedAndCounted) {
+  Open();
+  writer_->answer = Sent::refused;
+  for (std::uint64_t seq = 1; seq <= 1005; ++seq) {
+    ASSERT_TRUE(Take(LinkKind::event, Event(seq)));
+  }
+  const auto counts = DecodeCounts(ParseLink(*server_.Answer(kBegin + 1s))->body);
+  EXPECT_EQ(counts->events_dropped, 5U);
+  writer_->answer = Sent::yes;
+  server_.Answer(kBegin + 3s);
+  ASSERT_THAT(writer_->events, SizeIs(1000));
+  EXPECT_EQ(writer_->events.front().seq, 6U);
+}
+
 WriteArrival Arrival(std::uint64_t seq, Instant received) {
   WriteArrival arrival;
   arrival.request.gateway = "g", arrival.request.client = "c", arrival.request.seq = seq;
@@ -89,7 +126,7 @@ TEST_F(LinkServerTest, HandsRequestsOnAndPublishesReplies) {
   const ReplySample reply{"g", "c", 7, "ok", "", 1};
   ASSERT_TRUE(Take(LinkKind::reply, reply));
   EXPECT_THAT(writer_->replies, ElementsAre(reply));
-  EXPECT_THAT(Take(*ParseHex("06 03 01 00 00")).error(), HasSubstr("damaged reply"));
+  EXPECT_THAT(Take(*ParseHex("06 04 01 00 00")).error(), HasSubstr("damaged reply"));
 }
 
 TEST_F(LinkServerTest, ListensForNoRequestsWhereWritingIsDenied) {
@@ -155,10 +192,10 @@ TEST_F(LinkServerTest, TheEndIsTheEnd) {
 TEST_F(LinkServerTest, WhatIsWrongClosesTheLink) {
   EXPECT_THAT(Take(LinkKind::point, Point("p")).error(), HasSubstr("before its request to open"));
   EXPECT_THAT(Take(*ParseHex("01 01 00 00")).error(), HasSubstr("version 1"));
-  EXPECT_THAT(Take(*ParseHex("01 03 01 00 00")).error(), HasSubstr("damaged request"));
+  EXPECT_THAT(Take(*ParseHex("01 04 01 00 00")).error(), HasSubstr("damaged request"));
   Open();
   EXPECT_THAT(Take(EncodeBare(LinkKind::opened)).error(), HasSubstr("not its to send"));
-  EXPECT_THAT(Take(*ParseHex("02 03 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
+  EXPECT_THAT(Take(*ParseHex("02 04 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
   Bytes long_version(kMaxLinkMessage);
   long_version.resize(
       EncodeSample(LinkKind::gateway, GatewaySample{"g", 7, std::string(32, 'v')}, long_version));

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/event_samples.h"
+
+#include <algorithm>
+
+namespace baudgate {
+
+std::vector<dds::EventSample> EventSamples::Take(std::uint64_t after, std::size_t most) const {
+  std::vector<dds::EventSample> samples;
+  for (const events::FedEvent& event : feed_->Take(static_cast<std::int64_t>(after), most)) {
+    samples.push_back(SampleOf(event));
+  }
+  return samples;
+}
+
+dds::EventSample EventSamples::SampleOf(const events::FedEvent& event) const {
+  const events::EventRecord& record = event.record;
+  dds::EventSample sample;
+  sample.gateway = gateway_;
+  if (event.source != events::kNoSource) sample.device = record.device;
+  sample.seq = static_cast<std::uint64_t>(record.seq);
+  sample.device_time_ns = record.device_time.time_since_epoch() / 1ns;
+  sample.receive_time_ns = record.received.time_since_epoch() / 1ns;
+  sample.clock_quality = static_cast<std::uint16_t>(record.clock);
+  sample.channel = static_cast<std::uint16_t>(std::min<std::uint32_t>(record.channel, 0xFFFF));
+  sample.code = record.code;
+  dds::AssignBounded(sample.text, record.text, dds::kMaxText);
+  return sample;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,30 @@
+// Events as DDS publishes them: the feed of gateway/events in the words of gateway/dds.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "gateway/dds/event_supply.h"
+#include "gateway/events/event_feed.h"
+
+namespace baudgate {
+
+class EventSamples final : public dds::EventSupply {
+ public:
+  EventSamples(std::string gateway, std::shared_ptr<events::EventFeed> feed)
+      : gateway_(std::move(gateway)), feed_(std::move(feed)) {}
+
+  std::vector<dds::EventSample> Take(std::uint64_t after, std::size_t most) const override;
+  std::uint64_t newest() const override { return static_cast<std::uint64_t>(feed_->newest()); }
+  void OnNew(std::function<void()> wake) override { feed_->OnNew(std::move(wake)); }
+
+ private:
+  dds::EventSample SampleOf(const events::FedEvent& event) const;
+
+  const std::string gateway_;
+  const std::shared_ptr<events::EventFeed> feed_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/event_sender.h"
+
+#include <algorithm>
+
+namespace baudgate::dds {
+namespace {
+
+constexpr std::size_t kBatch = 64;
+
+}  // namespace
+
+void EventSender::StartAnew() {
+  placed_ = false;
+  batch_.clear();
+  next_ = 0;
+}
+
+/// False: the file has not been read yet.
+bool EventSender::FindPlace() {
+  const std::uint64_t newest = supply_->newest();
+  if (newest == 0) return false;
+  const std::uint64_t image = newest > kEventImage ? newest - kEventImage : 0;
+  place_ = ever_ ? std::min(place_, image) : image;
+  placed_ = ever_ = true;
+  return true;
+}
+
+bool EventSender::Load() {
+  batch_ = supply_->Take(place_, kBatch);
+  next_ = 0;
+  if (batch_.empty()) return false;
+  const std::uint64_t first = batch_.front().seq;
+  if (first > place_ + 1) skipped_ += first - place_ - 1;
+  return true;
+}
+
+const EventSample* EventSender::Next() {
+  if (supply_ == nullptr || (!placed_ && !FindPlace())) return nullptr;
+  for (;;) {
+    if (next_ == batch_.size() && !Load()) return nullptr;
+    const EventSample& event = batch_[next_];
+    if (!event.device.empty()) return &event;
+    place_ = event.seq;
+    ++next_;
+  }
+}
+
+void EventSender::OnSent() {
+  place_ = batch_[next_].seq;
+  ++next_;
+  ++sent_;
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,52 @@
+// Which event is published next: each once, in the order of the numbers, and to whoever takes
+// samples anew the newest ones once more. Pure; gateway/dds/sample_sender.h sends.
+//
+//   there are 1 … 5000, and somebody comes   → 4001, 4002 … 5000
+//   5001 happens                             → 5001
+//   he leaves after 5001, another comes      → 4002 … 5001
+//   5002 … 7500 happen before another comes  → 5002 … 7500: those that nobody had, too
+//
+// What has left the supply before it was taken is skipped, and counted.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "gateway/dds/event_supply.h"
+
+namespace baudgate::dds {
+
+/// Of the newest, to whoever takes samples anew.
+inline constexpr std::uint64_t kEventImage = 1000;
+
+class EventSender {
+ public:
+  /// Null: there are no events. It outlives this.
+  explicit EventSender(const EventSupply* supply) : supply_(supply) {}
+
+  void StartAnew();
+  /// The one to be sent; null: none now. The same until OnSent.
+  const EventSample* Next();
+  void OnSent();
+
+  /// From any thread.
+  std::uint64_t sent() const { return sent_; }
+  std::uint64_t skipped() const { return skipped_; }
+
+ private:
+  bool FindPlace();
+  bool Load();
+
+  const EventSupply* const supply_;
+  bool placed_ = false;      ///< for whoever takes samples now
+  bool ever_ = false;        ///< for anybody
+  std::uint64_t place_ = 0;  ///< number of the last that was sent
+  std::vector<EventSample> batch_;
+  std::size_t next_ = 0;  ///< of batch_
+  std::atomic<std::uint64_t> sent_ = 0;
+  std::atomic<std::uint64_t> skipped_ = 0;
+};
+
+}  // namespace baudgate::dds

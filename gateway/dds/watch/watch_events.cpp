@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/dds/watch/watch_events.h"
+
+#include <poll.h>
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "gateway/base/shown.h"
+#include "gateway/base/time.h"
+#include "gateway/cli/terminal/stop_signals.h"
+#include "gateway/dds/fast/subscriber.h"
+#include "gateway/dds/watch/mailbox.h"
+
+namespace baudgate {
+namespace {
+
+constexpr int kExitDone = 0;
+constexpr int kExitNotOpened = 4;
+
+std::string TimeText(std::int64_t since_1970) {
+  return FormatWallTime(WallTime(Duration(since_1970)));
+}
+
+bool Matches(const dds::EventSample& event, const WatchOptions& options) {
+  const auto is = [](const std::string& filter, const std::string& name) {
+    return filter.empty() || filter == name;
+  };
+  return is(options.gateway, event.gateway) && is(options.device, event.device);
+}
+
+/// Milliseconds.
+int Left(std::optional<Instant> until) {
+  if (!until) return -1;
+  const Duration left = std::max<Duration>(*until - ReadClocks().instant, Duration::zero());
+  return static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(left).count());
+}
+
+}  // namespace
+
+std::string JsonLine(const dds::EventSample& event) {
+  nlohmann::ordered_json line;
+  line["gateway"] = event.gateway;
+  line["device"] = event.device;
+  line["seq"] = event.seq;
+  line["receive_time"] = TimeText(event.receive_time_ns);
+  line["device_time"] = TimeText(event.device_time_ns);
+  line["clock_quality"] = event.clock_quality;
+  line["channel"] = event.channel;
+  line["code"] = event.code;
+  line["text"] = event.text;
+  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+std::string PlainLine(const dds::EventSample& event) {
+  return Harmless(TimeText(event.device_time_ns) + "  " + event.gateway + "  " + event.device +
+                  "  " + std::to_string(event.seq) + "  channel " + std::to_string(event.channel) +
+                  "  code " + std::to_string(event.code) + "  " + event.text);
+}
+
+int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err) {
+  const StopSignals signals;  // before the library's threads, which inherit the mask
+  Mailbox<std::string> mailbox;
+  const auto subscriber = dds::DdsSubscriber::Create(
+      {.participant = ParticipantOf(options)},
+      {.on_point = {},
+       .on_point_gone = {},
+       .on_device = {},
+       .on_device_gone = {},
+       .on_gateways = {},
+       .on_publisher_left = {},
+       .on_rejected = {},
+       .on_event = [&](const dds::EventSample& event, const dds::Origin&) {
+         if (Matches(event, options)) {
+           mailbox.Put(options.json ? JsonLine(event) : PlainLine(event));
+         }
+       }});
+  if (!subscriber) {
+    err << "watch: " << subscriber.error() << '\n';
+    return kExitNotOpened;
+  }
+  std::optional<Instant> until;
+  if (options.seconds) until = ReadClocks().instant + *options.seconds;
+  while (!until || ReadClocks().instant < *until) {
+    pollfd waited[] = {{signals.descriptor(), POLLIN, 0}, {mailbox.descriptor(), POLLIN, 0}};
+    ::poll(waited, 2, Left(until));
+    for (const std::string& line : mailbox.TakeAll()) out << line << '\n';
+    out.flush();
+    if ((waited[0].revents & POLLIN) != 0 || !out) break;
+  }
+  mailbox.Close();
+  return kExitDone;
+}
+
+}  // namespace baudgate

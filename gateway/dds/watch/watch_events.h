@@ -1,0 +1,19 @@
+// `baudgate watch --events`: what happens in the devices of all gateways, one line an event.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <ostream>
+#include <string>
+
+#include "gateway/dds/samples.h"
+#include "gateway/dds/watch/watch.h"
+
+namespace baudgate {
+
+std::string JsonLine(const dds::EventSample& event);
+std::string PlainLine(const dds::EventSample& event);
+
+/// As RunWatch.
+int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err);
+
+}  // namespace baudgate
