@@ -115,7 +115,8 @@ void HistoryLog::Record() {
     if (stop) recorder_.End(now, batch);
     HandOver(std::move(batch));
     batch = {};
-    if (writing_since_ && now.instant - *writing_since_ > kPatience) {
+    const bool opening = state_.disk == Disk::opening;  // which takes as long as reading the file
+    if (!opening && writing_since_ && now.instant - *writing_since_ > kPatience) {
       Show(Disk::stalled, "the disk does not answer in time");
     }
     const Instant next = now.instant + kLook;

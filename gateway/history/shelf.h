@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <vector>
@@ -23,8 +24,11 @@ struct Shelf {
 /// Of a folder that can not be read: empty.
 Shelf LookAtShelf(const std::filesystem::path& folder);
 
-/// The limit itself is never reached: it is looked once a second.
-constexpr std::uint64_t Ceiling(std::uint64_t limit) { return limit - limit / 100; }
+/// The limit itself is not reached: it is looked once a second, and a commit may be large.
+constexpr std::uint64_t Ceiling(std::uint64_t limit) {
+  constexpr std::uint64_t kCommit = 10'000'000;
+  return limit - std::max(limit / 100, std::min(limit / 10, kCommit));
+}
 
 /// Days whose files go, oldest first: those that ended longer than `keep` before `today`, and as
 /// many as are too much for the limit; never today's, and none that came after it.

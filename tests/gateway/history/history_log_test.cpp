@@ -117,6 +117,7 @@ TEST_F(HistoryLogTest, ADiskThatFailsHoldsUpNobody) {
 TEST_F(HistoryLogTest, ADiskThatHangsIsShown) {
   FaultyDisk disk;
   const auto log = Start("/", disk.vfs());
+  Await([&] { return log->state().disk == Disk::fine; });
   disk.Hang(true);
   Set(1);
   Await([&] { return log->state().disk == Disk::stalled; });

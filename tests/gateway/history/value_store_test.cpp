@@ -148,10 +148,8 @@ TEST_F(ValueStoreTest, TheLimitHolds) {
   std::size_t failed = 0;
   for (int day = 0; day < 14; ++day) {
     for (Millis time = kBegin + day * kDay; time < kBegin + day * kDay + kHour / 2;
-         time += 10 * kSecond) {
-      if (!store->Write(Seconds(1, time, time + 10 * kSecond, {}, kBegin), time + 10 * kSecond)) {
-        ++failed;
-      }
+         time += kMinute) {
+      if (!store->Write(Seconds(1, time, time + kMinute, {}, kBegin), time + kMinute)) ++failed;
       most = std::max(most, LookAtShelf(folder()).bytes());
     }
   }
