@@ -14,6 +14,7 @@
 #include "gateway/daemon/event_samples.h"
 #include "gateway/daemon/modules.h"
 #include "gateway/dds/inside_module.h"
+#include "gateway/state/state_folder.h"
 
 namespace baudgate {
 namespace {
@@ -31,9 +32,11 @@ dds::LinkOpen OpenFor(const config::Config& config, const PointStore& store) {
   open.requests = config.dds.write;
   open.devices = store.device_count();
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    open.points += static_cast<std::uint32_t>(store.device(device).points.size());
-    if (store.device(device).events) ++open.events;
+    const config::Device& its = store.device(device);
+    open.points += static_cast<std::uint32_t>(its.points.size());
+    if (its.events || its.point_events) ++open.events;
   }
+  if (KeepsEvents(config)) ++open.events;  // the gateway has some itself
   return open;
 }
 

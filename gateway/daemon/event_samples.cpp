@@ -17,14 +17,18 @@ dds::EventSample EventSamples::SampleOf(const events::FedEvent& event) const {
   const events::EventRecord& record = event.record;
   dds::EventSample sample;
   sample.gateway = gateway_;
-  if (event.source != events::kNoSource) sample.device = record.device;
+  if (event.source != events::kGateway) sample.device = record.device;
   sample.seq = static_cast<std::uint64_t>(record.seq);
   sample.device_time_ns = record.device_time.time_since_epoch() / 1ns;
   sample.receive_time_ns = record.received.time_since_epoch() / 1ns;
   sample.clock_quality = static_cast<std::uint16_t>(record.clock);
   sample.channel = static_cast<std::uint16_t>(std::min<std::uint32_t>(record.channel, 0xFFFF));
   sample.code = record.code;
-  dds::AssignBounded(sample.text, record.text, dds::kMaxText);
+  // A sample has no line: "line bay-1: port down".
+  const bool of_line = record.device.empty() && !record.line.empty();
+  dds::AssignBounded(sample.text,
+                     of_line ? "line " + record.line + ": " + record.text : record.text,
+                     dds::kMaxText);
   return sample;
 }
 

@@ -49,7 +49,7 @@ struct LinkOpen {
   std::uint32_t points = 0;
   std::uint32_t devices = 0;
   bool requests = false;  ///< listen for write requests to `gateway`
-  /// Devices that have events; 0: there is no such topic.
+  /// Devices that have events, and the gateway; 0: there is no such topic.
   std::uint32_t events = 0;
 };
 
