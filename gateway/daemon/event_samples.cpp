@@ -16,8 +16,9 @@ std::vector<dds::EventSample> EventSamples::Take(std::uint64_t after, std::size_
 dds::EventSample EventSamples::SampleOf(const events::FedEvent& event) const {
   const events::EventRecord& record = event.record;
   dds::EventSample sample;
-  sample.gateway = gateway_;
-  if (event.source != events::kGateway) sample.device = record.device;
+  const bool known = event.source != events::kGateway || record.device.empty();
+  if (known) sample.gateway = gateway_;
+  sample.device = record.device;
   sample.seq = static_cast<std::uint64_t>(record.seq);
   sample.device_time_ns = record.device_time.time_since_epoch() / 1ns;
   sample.receive_time_ns = record.received.time_since_epoch() / 1ns;

@@ -40,7 +40,7 @@ const EventSample* EventSender::Next() {
   for (;;) {
     if (next_ == batch_.size() && !Load()) return nullptr;
     const EventSample& event = batch_[next_];
-    if (!event.device.empty()) return &event;
+    if (!event.gateway.empty()) return &event;
     place_ = event.seq;
     ++next_;
   }

@@ -15,8 +15,8 @@ namespace baudgate::dds {
 class EventSupply {
  public:
   virtual ~EventSupply() = default;
-  /// Those behind the number `after`, in their order, at most `most`. The device of one that is no
-  /// longer configured is empty.
+  /// Those behind the number `after`, in their order, at most `most`. One without `gateway` is not
+  /// published: its device is no longer configured.
   virtual std::vector<EventSample> Take(std::uint64_t after, std::size_t most) const = 0;
   virtual std::uint64_t newest() const = 0;  ///< 0: none, or not known yet
   /// `wake`, on any thread, when there are more; null: no longer, and no call is under way when

@@ -15,10 +15,10 @@ namespace {
 
 class Supply final : public EventSupply {
  public:
-  void Happen(std::uint64_t count = 1, const std::string& device = "d0") {
+  void Happen(std::uint64_t count = 1, const std::string& gateway = "g") {
     for (; count > 0; --count) {
       EventSample event;
-      event.gateway = "g", event.device = device, event.seq = ++last;
+      event.gateway = gateway, event.device = "d0", event.seq = ++last;
       kept.push_back(event);
     }
     if (kept.size() > most) kept.erase(kept.begin(), kept.end() - static_cast<long>(most));
