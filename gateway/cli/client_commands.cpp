@@ -140,9 +140,8 @@ void AddPorts(CLI::App& app, Action& action) {
   auto options = std::make_shared<PortsOptions>();
   command->add_flag("--json", options->json, "Print one JSON object");
   AddSocket(*command, options->socket);
-  command->callback([options, &action] {
-    action = [=](const auto&) { return RunPorts(*options, std::cout); };
-  });
+  command->callback(
+      [options, &action] { action = [=](const auto&) { return RunPorts(*options, std::cout); }; });
 }
 
 void AddInUse(CLI::App& app, Action& action, const char* name, const char* help, bool in_use) {
