@@ -9,7 +9,6 @@
 #include "gateway/base/shown.h"
 #include "gateway/base/time.h"
 #include "gateway/cli/terminal/stop_signals.h"
-#include "gateway/dds/fast/subscriber.h"
 #include "gateway/dds/watch/mailbox.h"
 
 namespace baudgate {

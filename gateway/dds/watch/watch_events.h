@@ -5,7 +5,7 @@
 #include <ostream>
 #include <string>
 
-#include "gateway/dds/samples.h"
+#include "gateway/dds/fast/subscriber.h"
 #include "gateway/dds/watch/watch.h"
 
 namespace baudgate {
