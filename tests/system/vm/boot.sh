@@ -89,7 +89,7 @@ start_machine() {
   rm -f "$work/cable" "$work/usb"
   timeout "$time_limit" nice qemu-system-x86_64 -accel "${ACCEL:-tcg}" -cpu max -smp 2 -m 1024 -nodefaults -no-user-config \
     -display none -no-reboot -kernel "$work/unpacked/boot/vmlinuz-$release" -initrd "$work/initramfs" \
-    -append "console=ttyS0 quiet loglevel=3 panic=-1 systemd.show_status=no usbcore.authorized_default=0" \
+    -append "console=ttyS0 quiet loglevel=3 panic=-1 systemd.show_status=no usbcore.authorized_default=0 no_timer_check" \
     -drive "file=$work/disk,format=raw,if=virtio,cache=unsafe" \
     -chardev stdio,id=console,signal=off -serial chardev:console \
     -chardev "socket,id=near,path=$work/cable,server=on,wait=off" -serial chardev:near \
