@@ -23,7 +23,7 @@ struct HistoryPoint {
 inline constexpr std::uint64_t kMegabyte = 1'000'000;
 
 struct History {
-  std::string directory;  ///< folder of the files; empty = as `state`
+  std::string directory;                   ///< folder of the files; empty = as `state`
   std::uint64_t limit = 1000 * kMegabyte;  ///< bytes of all files together
   Duration keep = std::chrono::hours(24) * 365;
   std::vector<HistoryPoint> points;  ///< by device and point; empty: nothing is kept
