@@ -142,7 +142,7 @@ TEST_F(ValueStoreTest, OldDaysGoByAgeAndBySize) {
 
 TEST_F(ValueStoreTest, TheLimitHolds) {
   StoreLimits limits;
-  limits.bytes = 2'500'000;
+  limits.bytes = 1'800'000;
   auto store = Open(kBegin, limits);
   std::uint64_t most = 0;
   std::size_t failed = 0;
