@@ -56,15 +56,16 @@ Fields<2> ListOf(Quality*);
 Fields<3> ListOf(Shape*);
 Fields<8> ListOf(Expectation*);
 Fields<4> ListOf(Cut*);
-Fields<24> ListOf(config::Device*);
+Fields<25> ListOf(config::Device*);
 Fields<3> ListOf(config::Identity*);
-Fields<21> ListOf(config::Point*);
+Fields<22> ListOf(config::Point*);
+Fields<6> ListOf(config::PointEvent*);
 Fields<8> ListOf(config::Writing*);
 Fields<6> ListOf(config::AllowWhen*);
 Fields<2> ListOf(config::Sentinel*);
 Fields<2> ListOf(config::OnFault*);
 Fields<3> ListOf(config::Simulate*);
-Fields<4> ListOf(config::EventText*);
+Fields<6> ListOf(config::EventText*);
 Fields<3> ListOf(config::Mark*);
 Fields<6> ListOf(config::Timing*);
 Fields<8> ListOf(config::SerialSettings*);
@@ -140,14 +141,6 @@ auto Split(T& s, Fields<9>) {
                decltype(g), decltype(h), decltype(i)>();
 }
 template <typename T>
-auto Split(T& s, Fields<21>) {
-  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v] = s;
-  return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
-               decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
-               decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
-               decltype(t), decltype(u), decltype(v)>();
-}
-template <typename T>
 auto Split(T& s, Fields<22>) {
   auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w] = s;
   return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
@@ -156,12 +149,13 @@ auto Split(T& s, Fields<22>) {
                decltype(t), decltype(u), decltype(v), decltype(w)>();
 }
 template <typename T>
-auto Split(T& s, Fields<24>) {
-  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y] = s;
+auto Split(T& s, Fields<25>) {
+  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z] = s;
   return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
                decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
-               decltype(t), decltype(u), decltype(v), decltype(w), decltype(x), decltype(y)>();
+               decltype(t), decltype(u), decltype(v), decltype(w), decltype(x), decltype(y),
+               decltype(z)>();
 }
 // clang-format on
 
