@@ -59,6 +59,7 @@ Fields<4> ListOf(Cut*);
 Fields<25> ListOf(config::Device*);
 Fields<3> ListOf(config::Identity*);
 Fields<22> ListOf(config::Point*);
+Fields<6> ListOf(config::PointEvent*);
 Fields<8> ListOf(config::Writing*);
 Fields<6> ListOf(config::AllowWhen*);
 Fields<2> ListOf(config::Sentinel*);
