@@ -66,7 +66,6 @@ Fields<2> ListOf(config::Sentinel*);
 Fields<2> ListOf(config::OnFault*);
 Fields<3> ListOf(config::Simulate*);
 Fields<6> ListOf(config::EventText*);
-Fields<6> ListOf(config::PointEvent*);
 Fields<3> ListOf(config::Mark*);
 Fields<6> ListOf(config::Timing*);
 Fields<8> ListOf(config::SerialSettings*);

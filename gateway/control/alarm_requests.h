@@ -5,10 +5,10 @@
 #include <functional>
 #include <string>
 
-#include "config/model/config.h"
 #include "gateway/base/result.h"
 #include "gateway/events/event_source.h"
 #include "gateway/status/status_json.h"
+#include "gateway/status/target.h"
 
 namespace baudgate::control {
 

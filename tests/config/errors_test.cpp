@@ -14,12 +14,10 @@ struct Case {
 };
 
 constexpr const char* kDeviceKeys =
-    "allowed: name, protocol, address, enabled, trust_order, serial, profile, events, identity, "
-    "poll, "
-    "slow, daily, retries, recheck, timing, max_age, dead_age, unit, on_bad, word_order, checksum, "
-    "width, ratio, mode, password, "
-    "pin, "
-    "pause, tags, points, ratios, allow_when, write\n";
+    "allowed: name, protocol, address, enabled, trust_order, serial, profile, identity, poll, "
+    "slow, "
+    "daily, retries, recheck, timing, max_age, dead_age, unit, on_bad, word_order, checksum, "
+    "width, ratio, mode, password, pin, pause, tags, points, events, ratios, allow_when, write\n";
 
 std::string ProblemsOfLine(const std::string& keys) {
   return Shown(
@@ -255,7 +253,7 @@ TEST(GatewayErrors, EverythingAtOnceInTheOrderOfTheFile) {
   EXPECT_FALSE(loaded.ok());
   EXPECT_EQ(Shown(loaded.problems),
             "t.yaml:1:1: error: unknown key 'gatewai' in the configuration; did you mean "
-            "'gateway'? allowed: gateway, events, modbus, dds, lines\n"
+            "'gateway'? allowed: gateway, events, history, modbus, dds, lines\n"
             "t.yaml:2:19: error: listen: 'here' is not host:port; write for example "
             "127.0.0.1:1502, or /dev/ttyUSB4\n"
             "t.yaml:3:16: error: domain: '233' is out of range; allowed: 0…232\n"
