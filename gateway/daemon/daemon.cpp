@@ -134,6 +134,7 @@ Status Daemon::Start() {
   impl_->ageing->Start();
   for (const auto& loop : impl_->loops) loop->Start();
   for (const auto& runner : impl_->runners) runner->Start();
+  if (impl_->events) impl_->events->Start();
   if (impl_->writes) impl_->writes->Start();
   impl_->StartControl();
   return {};
@@ -191,9 +192,10 @@ Status Daemon::Impl::OpenState() {
   if (Status status = PlaceEvents(failure.text, place); !status) return status;
   writes = std::make_unique<WritePath>(config, store, *this, place);
   if (AsksForEvents(config)) {
-    events = std::make_unique<EventPath>(config, place, [this](std::uint32_t device) {
-      runners[line_of[device]]->OnEventsKept(device);
-    });
+    events = std::make_unique<EventPath>(
+        config, place, [this](std::uint32_t device, std::string said, bool reported) {
+          runners[line_of[device]]->OnEventsKept(device, std::move(said), reported);
+        });
   }
   if (state) {
     memory = std::make_unique<DeviceMemory>(

@@ -10,7 +10,7 @@ namespace baudgate {
 namespace {
 
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
-                                    std::function<void(std::uint32_t)> kept) {
+                                    std::function<void(events::Source)> kept) {
   events::EventLog::Options options;
   options.file = place.file;
   options.why_no_file = place.why_no_file;
@@ -37,12 +37,21 @@ bool AsksForEvents(const config::Config& config) {
   });
 }
 
-EventPath::EventPath(const config::Config& config, const EventsPlace& place,
-                     std::function<void(std::uint32_t)> kept)
-    : log_(OptionsOf(config, place, std::move(kept))) {
+EventPath::EventPath(const config::Config& config, const EventsPlace& place, Kept kept)
+    : kept_(std::move(kept)), log_(OptionsOf(config, place, [this](events::Source source) {
+        kept_(source, log_.said(source), true);
+      })) {
   for (const config::Line& line : config.lines) {
     for (const config::Device& device : line.devices) places_.push_back({&line, &device});
   }
+}
+
+void EventPath::Start() {
+  log_.WhenOpened([this] {
+    for (std::uint32_t device = 0; device < places_.size(); ++device) {
+      if (places_[device].device->events) kept_(device, log_.said(device), false);
+    }
+  });
 }
 
 void EventPath::Take(ReportedEvents reported) {

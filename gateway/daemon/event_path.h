@@ -19,11 +19,14 @@ bool AsksForEvents(const config::Config& config);
 
 class EventPath {
  public:
-  /// `kept`: events of this device are on the disk; called on a thread of its own. `config`
-  /// outlives it.
-  EventPath(const config::Config& config, const EventsPlace& place,
-            std::function<void(std::uint32_t device)> kept);
+  /// `said` of the device's last events that are on the disk (see Conversation::OnEventsKept):
+  /// `reported` by Take, or from before the start. On a thread of its own, or from Start.
+  using Kept = std::function<void(std::uint32_t device, std::string said, bool reported)>;
+  /// `config` outlives it.
+  EventPath(const config::Config& config, const EventsPlace& place, Kept kept);
 
+  /// The lines can hear what is kept from before, as soon as the file is open.
+  void Start();
   /// From any thread.
   void Take(ReportedEvents reported);
   events::EventLog& log() { return log_; }
@@ -34,6 +37,7 @@ class EventPath {
     const config::Device* device = nullptr;
   };
 
+  const Kept kept_;
   std::vector<Place> places_;  // by device
   events::EventLog log_;
 };

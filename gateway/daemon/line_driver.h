@@ -6,7 +6,9 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "config/model/line.h"
@@ -55,7 +57,9 @@ class LineDriver final : private PollerListener {
   void Submit(RoutedRequest request, Now now);
   std::size_t Forget(std::uint64_t client, Now now);
   void SetInUse(std::uint32_t device, bool in_use, Now now);
-  void OnEventsKept(std::uint32_t device, Now now);
+  /// `reported`: it is what OnEvents has told last. Otherwise the store of events has opened, and
+  /// this is what it holds.
+  void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);
 
   /// See LineControl; the write under way ends first.
   void Release(Duration time, Now now);
@@ -82,6 +86,7 @@ class LineDriver final : private PollerListener {
   void OnEvents(ReportedEvents events) override;
 
   void Recall();
+  void RecallEvents();
   void Announce();
   void Prove();
   void CheckConnection();
@@ -106,6 +111,8 @@ class LineDriver final : private PollerListener {
   LineRecorder recorder_;
   DeviceMemory* const memory_;  // null: there is none
   const EventSink events_;
+  std::set<std::uint32_t> reported_;           // devices whose events are not kept yet
+  std::map<std::uint32_t, std::string> kept_;  // what their kept ones have said
   Lanes lanes_;
   Now now_{};                                        // of the input that is being handled
   std::optional<Instant> lanes_due_;                 // the pollers' deadline

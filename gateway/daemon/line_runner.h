@@ -48,7 +48,7 @@ class LineRunner final : public RouteTarget, private TransportListener {
   void TakeBack();
   void SetInUse(std::uint32_t device, bool in_use);
   /// From any thread, as long as the runner lives.
-  void OnEventsKept(std::uint32_t device);
+  void OnEventsKept(std::uint32_t device, std::string said, bool reported);
   LineRecorder& recorder() { return driver_.recorder(); }
 
   bool is_open() const { return driver_.is_open(); }

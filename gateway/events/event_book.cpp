@@ -13,6 +13,11 @@ void EventBook::OnOpened(std::int64_t last, const std::map<Source, std::string>&
   said_.insert(said.begin(), said.end());
 }
 
+std::string EventBook::said(Source source) const {
+  const auto found = said_.find(source);
+  return found == said_.end() ? std::string() : found->second;
+}
+
 bool EventBook::IsRepeat(const Batch& batch, const std::map<Source, std::string>& said) const {
   const auto found = said.find(batch.source);
   return batch.again && found != said.end() && found->second == batch.said;

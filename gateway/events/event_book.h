@@ -44,6 +44,8 @@ class EventBook {
   /// The first so many that wait are on the disk. Their sources, in their order.
   std::vector<Source> Kept(std::size_t batches);
 
+  /// What the last batch of the source that is kept has said; empty: none is.
+  std::string said(Source source) const;
   std::size_t waiting() const { return waiting_.size(); }
   std::int64_t newest() const { return last_; }       ///< that is on the disk
   std::uint64_t repeats() const { return repeats_; }  ///< events that came once more

@@ -43,6 +43,22 @@ void EventLog::Add(Batch batch) {
   due_.notify_one();
 }
 
+void EventLog::WhenOpened(std::function<void()> opened) {
+  {
+    const MutexLock lock(mutex_);
+    if (!opened_) {
+      tell_opened_ = std::move(opened);
+      return;
+    }
+  }
+  opened();
+}
+
+std::string EventLog::said(Source source) const {
+  const MutexLock lock(mutex_);
+  return book_.said(source);
+}
+
 EventsState EventLog::state() const {
   const MutexLock lock(mutex_);
   EventsState state = state_;
@@ -87,8 +103,14 @@ Status EventLog::Open() {
   if (!opened) return {};
   if (!opened->put_aside.empty()) options_.warn("events: " + opened->put_aside);
   if (!opened->ok) return Error{opened->error};
-  const MutexLock lock(mutex_);
-  book_.OnOpened(opened->contents.last, opened->contents.said);
+  std::function<void()> tell;
+  {
+    const MutexLock lock(mutex_);
+    book_.OnOpened(opened->contents.last, opened->contents.said);
+    opened_ = true;
+    tell = std::exchange(tell_opened_, {});
+  }
+  if (tell) tell();
   return {};
 }
 

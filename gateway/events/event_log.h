@@ -42,6 +42,11 @@ class EventLog final : public EventSource {
   /// From any thread; returns at once.
   void Add(Batch batch);
 
+  /// `opened` is called once, when the file has opened: on the writing thread, or from here.
+  void WhenOpened(std::function<void()> opened);
+  /// What the last batch of the source that is kept has said; from any thread. When opened.
+  std::string said(Source source) const;
+
   EventsState state() const override;
   Result<Page> Read(const PageQuery& query) const override;
 
@@ -58,6 +63,8 @@ class EventLog final : public EventSource {
   mutable Mutex mutex_;
   std::condition_variable due_;
   EventBook book_ BAUDGATE_GUARDED_BY(mutex_);
+  bool opened_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);
   EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
   bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::thread thread_;

@@ -228,9 +228,9 @@ void Lanes::SetInUse(std::uint32_t device, bool in_use, Now now) {
   SendOut();
 }
 
-void Lanes::OnEventsKept(std::uint32_t device, Now now) {
+void Lanes::OnEventsKept(std::uint32_t device, const std::string& said, Now now) {
   now_ = now;
-  PollerOf(device).OnEventsKept(device, now);
+  PollerOf(device).OnEventsKept(device, said, now);
   SendOut();
 }
 
