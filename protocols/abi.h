@@ -71,13 +71,13 @@ Fields<6> ListOf(config::Timing*);
 Fields<8> ListOf(config::SerialSettings*);
 Fields<5> ListOf(config::Rs485*);
 
-Methods<&Conversation::Queries, &Conversation::HasEvents, &Conversation::Ask,
-        &Conversation::WritesTogether, &Conversation::OnFrame, &Conversation::OnSent,
-        &Conversation::Stamp, &Conversation::OnHostClock, &Conversation::OnFailure,
-        &Conversation::Instead, &Conversation::OnReconnect, &Conversation::OnEnabled,
-        &Conversation::trouble, &Conversation::Memory, &Conversation::Recall,
-        &Conversation::ForgetRefusals, &Conversation::Check, &Conversation::Interpret,
-        &Conversation::LeastTimes, &Conversation::WhatIsLearned>
+Methods<&Conversation::Queries, &Conversation::HasEvents, &Conversation::OnEventsKept,
+        &Conversation::Ask, &Conversation::WritesTogether, &Conversation::OnFrame,
+        &Conversation::OnSent, &Conversation::Stamp, &Conversation::OnHostClock,
+        &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
+        &Conversation::OnEnabled, &Conversation::trouble, &Conversation::Memory,
+        &Conversation::Recall, &Conversation::ForgetRefusals, &Conversation::Check,
+        &Conversation::Interpret, &Conversation::LeastTimes, &Conversation::WhatIsLearned>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
 Methods<&Twin::Answer, &Twin::ReplyAs, &Twin::Raise> ListOf(Twin*);

@@ -174,6 +174,13 @@ class Conversation {
   /// again as soon as a batch is kept. Asked when Queries() are.
   virtual bool HasEvents() const { return false; }
 
+  /// What the latest batch of its events that is on the disk has said (EventBatch::said), empty:
+  /// none has. Called when the store of events is open, with what it holds from before a restart,
+  /// and whenever a batch is kept; HasEvents is asked again behind it. For devices that forget
+  /// nothing: their conversations tell by it what they have given already. Until it is called
+  /// nobody knows, and such a conversation says that it has no events.
+  virtual void OnEventsKept(std::string_view /*said*/) {}
+
   /// The next request for `task`. That may be one which the task itself does not name, such as a
   /// login; then the Answer to it says ask_again. An error, one sentence, ends the task as
   /// unsupported: the value does not fit what is written.

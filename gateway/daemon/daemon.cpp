@@ -155,6 +155,7 @@ Status Daemon::Start() {
   impl_->host_clock->Start();
   for (const auto& loop : impl_->loops) loop->Start();
   for (const auto& runner : impl_->runners) runner->Start();
+  if (impl_->events) impl_->events->Start();
   if (impl_->writes) impl_->writes->Start();
   impl_->StartControl();
   return {};
@@ -228,9 +229,10 @@ Status Daemon::Impl::OpenState() {
   if (Status status = StartHistory(failure.text); !status) return status;
   writes = std::make_unique<WritePath>(config, store, *this, place);
   if (KeepsEvents(config)) {
-    events = std::make_unique<EventPath>(config, store, place, [this](std::uint32_t device) {
-      runners[line_of[device]]->OnEventsKept(device);
-    });
+    events = std::make_unique<EventPath>(
+        config, store, place, [this](std::uint32_t device, std::string said, bool reported) {
+          runners[line_of[device]]->OnEventsKept(device, std::move(said), reported);
+        });
   }
   if (state) {
     memory = std::make_unique<DeviceMemory>(

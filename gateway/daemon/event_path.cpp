@@ -39,7 +39,7 @@ bool Watches(const config::Config& config, const events::Alarm& alarm) {
 
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
                                     std::shared_ptr<events::EventFeed> feed,
-                                    std::function<void(std::uint32_t)> kept) {
+                                    std::function<void(events::Source)> kept) {
   events::EventLog::Options options;
   options.file = place.file;
   options.why_no_file = place.why_no_file;
@@ -82,6 +82,7 @@ const Fact& FactOf(News::What what) {
   return kFacts[static_cast<std::size_t>(what)];
 }
 
+<<<<<<< ours
 }  // namespace
 
 EventPath::EventPath(const config::Config& config, const PointStore& store,
@@ -89,6 +90,16 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
     : store_(store),
       tells_own_(config.events.given),
       log_(OptionsOf(config, place, feed_, std::move(kept))) {
+||||||| base
+EventPath::EventPath(const config::Config& config, const EventsPlace& place,
+                     std::function<void(std::uint32_t)> kept)
+    : log_(OptionsOf(config, place, std::move(kept))) {
+=======
+EventPath::EventPath(const config::Config& config, const EventsPlace& place, Kept kept)
+    : kept_(std::move(kept)), log_(OptionsOf(config, place, [this](events::Source source) {
+        kept_(source, log_.said(source), true);
+      })) {
+>>>>>>> theirs
   for (const config::Line& line : config.lines) {
     for (const config::Device& device : line.devices) {
       Place& its = places_.emplace_back();
@@ -98,6 +109,14 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
       its.watch = std::make_unique<events::DeviceWatch>(line.name, device);
     }
   }
+}
+
+void EventPath::Start() {
+  log_.WhenOpened([this] {
+    for (std::uint32_t device = 0; device < places_.size(); ++device) {
+      if (places_[device].device->events) kept_(device, log_.said(device), false);
+    }
+  });
 }
 
 void EventPath::OnReported(ReportedEvents reported) {

@@ -21,11 +21,15 @@ namespace baudgate {
 
 class EventPath final : public EventSink {
  public:
-  /// `kept`: events of this device are on the disk; called on a thread of its own. `config`
-  /// and `store` outlive it.
+  /// `said` of the device's last events that are on the disk (see Conversation::OnEventsKept):
+  /// `reported` by Take, or from before the start. On a thread of its own, or from Start.
+  using Kept = std::function<void(std::uint32_t device, std::string said, bool reported)>;
+  /// `config` and `store` outlive it.
   EventPath(const config::Config& config, const PointStore& store, const EventsPlace& place,
-            std::function<void(std::uint32_t device)> kept);
+            Kept kept);
 
+  /// The lines can hear what is kept from before, as soon as the file is open.
+  void Start();
   /// The lines are about to start.
   void Started() { log_.Started(kVersion); }
 
@@ -45,6 +49,7 @@ class EventPath final : public EventSink {
 
   const PointStore& store_;
   const bool tells_own_;
+  const Kept kept_;
   std::vector<Place> places_;  // by device
   const std::shared_ptr<events::EventFeed> feed_ = std::make_shared<events::EventFeed>();
   events::EventLog log_;

@@ -56,6 +56,34 @@ void LineDriver::Recall() {
   }
 }
 
+<<<<<<< ours
+||||||| base
+void LineDriver::OnMemory(std::uint32_t device, const std::string& memory) {
+  if (memory_ != nullptr) memory_->Set(device, memory);
+}
+
+void LineDriver::OnEvents(ReportedEvents events) {
+  if (events_) events_(std::move(events));
+}
+
+=======
+/// Of what is not kept yet it hears when it is.
+void LineDriver::RecallEvents() {
+  for (const auto& [device, said] : kept_) {
+    if (reported_.count(device) == 0) lanes_.OnEventsKept(device, said, now_);
+  }
+}
+
+void LineDriver::OnMemory(std::uint32_t device, const std::string& memory) {
+  if (memory_ != nullptr) memory_->Set(device, memory);
+}
+
+void LineDriver::OnEvents(ReportedEvents events) {
+  reported_.insert(events.device);
+  if (events_) events_(std::move(events));
+}
+
+>>>>>>> theirs
 void LineDriver::Stop(Now now, std::function<void()> stopped) {
   now_ = now;
   stopping_ = true;
@@ -193,6 +221,7 @@ void LineDriver::Narrow() {
   lanes_.Narrow(now_);
   Recall();
   lanes_.OnHostClock(host_clock_right_);
+  RecallEvents();
   log::Warn({.line = config_.name}, "{}", lanes_.Describe());
   if (!was_open || stopping_) return;
   ShowPort(LineStatus::Port::closed, "opened again, for " + lanes_.Describe());
@@ -291,9 +320,13 @@ void LineDriver::SetInUse(std::uint32_t device, bool in_use, Now now) {
   Settle();
 }
 
-void LineDriver::OnEventsKept(std::uint32_t device, Now now) {
+void LineDriver::OnEventsKept(std::uint32_t device, const std::string& said, bool reported,
+                              Now now) {
   now_ = now;
-  lanes_.OnEventsKept(device, now);
+  if (reported) reported_.erase(device);
+  if (reported_.count(device) > 0) return;
+  kept_[device] = said;
+  lanes_.OnEventsKept(device, said, now);
   Settle();
 }
 

@@ -6,7 +6,9 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -56,7 +58,9 @@ class LineDriver final : private PollerListener {
   void Submit(RoutedRequest request, Now now);
   std::size_t Forget(std::uint64_t client, Now now);
   void SetInUse(std::uint32_t device, bool in_use, Now now);
-  void OnEventsKept(std::uint32_t device, Now now);
+  /// `reported`: it is what OnEvents has told last. Otherwise the store of events has opened, and
+  /// this is what it holds.
+  void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);
   /// See Conversation.
   void OnHostClock(bool right);
 
@@ -93,6 +97,7 @@ class LineDriver final : private PollerListener {
   }
 
   void Recall();
+  void RecallEvents();
   void Announce();
   void Prove();
   void CheckConnection();
@@ -118,6 +123,8 @@ class LineDriver final : private PollerListener {
   DeviceMemory* const memory_;  // null: there is none
   EventSink* const events_;     // null: nothing is kept
   NewsDesk news_;
+  std::set<std::uint32_t> reported_;           // devices whose events are not kept yet
+  std::map<std::uint32_t, std::string> kept_;  // what their kept ones have said
   Lanes lanes_;
   Now now_{};                                        // of the input that is being handled
   std::optional<Instant> lanes_due_;                 // the pollers' deadline

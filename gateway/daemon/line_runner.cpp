@@ -80,8 +80,10 @@ void LineRunner::SetInUse(std::uint32_t device, bool in_use) {
   Post([this, device, in_use](Now now) { driver_.SetInUse(device, in_use, now); });
 }
 
-void LineRunner::OnEventsKept(std::uint32_t device) {
-  Post([this, device](Now now) { driver_.OnEventsKept(device, now); });
+void LineRunner::OnEventsKept(std::uint32_t device, std::string said, bool reported) {
+  Post([this, device, said = std::move(said), reported](Now now) {
+    driver_.OnEventsKept(device, said, reported, now);
+  });
 }
 
 void LineRunner::OnHostClock(bool right) {

@@ -60,7 +60,7 @@ class LineRunner final : public RouteTarget, private TransportListener {
   void TakeBack();
   void SetInUse(std::uint32_t device, bool in_use);
   /// From any thread, as long as the runner lives.
-  void OnEventsKept(std::uint32_t device);
+  void OnEventsKept(std::uint32_t device, std::string said, bool reported);
   void OnHostClock(bool right);
   LineRecorder& recorder() { return driver_.recorder(); }
 

@@ -34,6 +34,11 @@ void EventBook::OnOpened(std::int64_t last, const std::map<Source, std::string>&
   for (const Alarm& alarm : alarms) alarms_.emplace(alarm.key(), alarm);
 }
 
+std::string EventBook::said(Source source) const {
+  const auto found = said_.find(source);
+  return found == said_.end() ? std::string() : found->second;
+}
+
 bool EventBook::IsRepeat(const Batch& batch, const std::map<Source, std::string>& said) const {
   const auto found = said.find(batch.source);
   return batch.again && found != said.end() && found->second == batch.said;

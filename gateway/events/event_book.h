@@ -63,6 +63,8 @@ class EventBook {
   std::vector<Source> Kept(std::size_t batches);
 
   bool empty() const { return waiting_.empty(); }
+  /// What the last batch of the source that is kept has said; empty: none is.
+  std::string said(Source source) const;
   std::size_t waiting() const { return waiting_.size() - own_; }  ///< of devices
   std::size_t waiting_own() const { return own_; }
   std::uint64_t left_out() const { return shares_.left_out(); }

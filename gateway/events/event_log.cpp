@@ -80,6 +80,22 @@ EventRecord EventLog::Own(OwnCode code, std::string text) const {
   return record;
 }
 
+void EventLog::WhenOpened(std::function<void()> opened) {
+  {
+    const MutexLock lock(mutex_);
+    if (!opened_) {
+      tell_opened_ = std::move(opened);
+      return;
+    }
+  }
+  opened();
+}
+
+std::string EventLog::said(Source source) const {
+  const MutexLock lock(mutex_);
+  return book_.said(source);
+}
+
 EventsState EventLog::state() const {
   const MutexLock lock(mutex_);
   EventsState state = state_;
@@ -169,10 +185,16 @@ Status EventLog::Open() {
   if (!opened->put_aside.empty()) options_.warn("events: " + opened->put_aside);
   if (!opened->ok) return Error{opened->error};
   if (options_.feed) options_.feed->Begin(std::move(opened->contents.image));
-  const MutexLock lock(mutex_);
-  book_.OnOpened(opened->contents.last, opened->contents.said, opened->contents.alarms);
-  restores_ = last_run_.has_value();
-  if (!restores_) OnFirstOpened(opened->contents);
+  std::function<void()> tell;
+  {
+    const MutexLock lock(mutex_);
+    book_.OnOpened(opened->contents.last, opened->contents.said, opened->contents.alarms);
+    restores_ = last_run_.has_value();
+    if (!restores_) OnFirstOpened(opened->contents);
+    opened_ = true;
+    tell = std::exchange(tell_opened_, {});
+  }
+  if (tell) tell();
   return {};
 }
 

@@ -53,6 +53,11 @@ class EventLog final : public EventSource {
   /// its end.
   void Started(const std::string& version);
 
+  /// `opened` is called once, when the file has opened: on the writing thread, or from here.
+  void WhenOpened(std::function<void()> opened);
+  /// What the last batch of the source that is kept has said; from any thread. When opened.
+  std::string said(Source source) const;
+
   EventsState state() const override;
   std::vector<Alarm> Alarms() const override;
   void Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done) override;
@@ -83,6 +88,8 @@ class EventLog final : public EventSource {
   mutable Mutex mutex_;
   std::condition_variable due_;
   EventBook book_ BAUDGATE_GUARDED_BY(mutex_);
+  bool opened_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);
   EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
   std::optional<LastRun> last_run_ BAUDGATE_GUARDED_BY(mutex_);     // nothing: not opened yet
   std::optional<EventRecord> started_ BAUDGATE_GUARDED_BY(mutex_);  // to be told

@@ -236,9 +236,9 @@ void Lanes::OnHostClock(bool right) {
   for (Poller* poller : pollers_) poller->OnHostClock(right);
 }
 
-void Lanes::OnEventsKept(std::uint32_t device, Now now) {
+void Lanes::OnEventsKept(std::uint32_t device, const std::string& said, Now now) {
   now_ = now;
-  PollerOf(device).OnEventsKept(device, now);
+  PollerOf(device).OnEventsKept(device, said, now);
   SendOut();
 }
 

@@ -165,9 +165,11 @@ void Poller::OnHostClock(bool right) {
   for (const auto& device : roster_.devices()) device->conversation->OnHostClock(right);
 }
 
-void Poller::OnEventsKept(std::uint32_t index, Now now) {
+void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now) {
   Advance(now);
-  schedule_.ReleaseEvents(roster_.DeviceAt(index).place, now.instant);
+  Device& device = roster_.DeviceAt(index);
+  device.conversation->OnEventsKept(said);
+  schedule_.ReleaseEvents(device.place, device.conversation->HasEvents(), now.instant);
   if (open_) Settle();
 }
 

@@ -59,8 +59,9 @@ class Poller : private LineClient {
   /// Takes a request of a transparent route; the caller keeps to RouteQueue::kLimit. On a closed
   /// line, and for a slave that does not answer, it may be answered at once.
   void Submit(RoutedRequest request, Now now);
-  /// What OnEvents has reported of the device is on the disk: it may forget it.
-  void OnEventsKept(std::uint32_t device, Now now);
+  /// What OnEvents has reported of the device is on the disk: it may forget it. `said`: see
+  /// Conversation.
+  void OnEventsKept(std::uint32_t device, const std::string& said, Now now);
   /// See Conversation.
   void OnHostClock(bool right);
   /// The client has left. Says how many of its requests will not be answered.

@@ -41,8 +41,10 @@ void Schedule::HoldEvents(std::size_t index) {
   round.cursor = round.queries.size();
 }
 
-void Schedule::ReleaseEvents(std::size_t index, Instant now) {
+void Schedule::ReleaseEvents(std::size_t index, bool events, Instant now) {
   Round& round = devices_[index].rounds[kEvents];
+  round.queries.assign(events ? 1 : 0, kEventsQuery);
+  round.cursor = round.queries.size();
   round.held = false;
   round.due = now;
 }

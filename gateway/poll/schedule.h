@@ -49,8 +49,8 @@ class Schedule {
   void SetQueries(std::size_t device, std::vector<config::Group> groups, bool events = false);
   /// It is not asked for events until ReleaseEvents: the last ones are not kept yet.
   void HoldEvents(std::size_t device);
-  /// At once: there may be more.
-  void ReleaseEvents(std::size_t device, Instant now);
+  /// At once: there may be more. `events`: as SetQueries.
+  void ReleaseEvents(std::size_t device, bool events, Instant now);
 
   /// All groups of the device are due at once, or when its hold ends: the port opened, or the
   /// device came back.

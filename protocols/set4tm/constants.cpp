@@ -57,7 +57,8 @@ Scale Merge(const Scale& first, const Scale& second) {
           first.convert_voltage || second.convert_voltage,
           first.convert_current || second.convert_current,
           Either(first.voltage_in_floats, second.voltage_in_floats),
-          Either(first.current_in_floats, second.current_in_floats)};
+          Either(first.current_in_floats, second.current_in_floats),
+          Either(first.zone, second.zone)};
 }
 
 Scale ParseVariant(View data) {

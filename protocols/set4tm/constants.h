@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "gateway/base/bytes.h"
+#include "protocols/common/civil_zone.h"
 
 namespace baudgate::protocols::set4tm {
 
@@ -23,6 +24,8 @@ struct Scale {
   bool convert_current = false;
   std::optional<double> voltage_in_floats{};  ///< what the meter has multiplied them with already
   std::optional<double> current_in_floats{};
+
+  std::optional<CivilZone> zone{};  ///< of the meter's clock
 };
 
 /// `first` wins where it says something, else `second`.

@@ -24,6 +24,8 @@ const Bytes kAskSerial = {kRead, kSerialNumber};
 
 bool IsFloatRead(View pdu) { return pdu.size() == 4 && pdu[0] == kRead && pdu[1] == kFloats; }
 
+bool IsJournal(View pdu) { return pdu[0] == kJournal || pdu[0] == kJournalExtended; }
+
 bool Is(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
 
 /// Reference, chapter 4: the multiplier stretches the silence that ends a frame, and the answer
@@ -53,6 +55,7 @@ MeterConversation::MeterConversation(const config::Device& device)
       fields_(device.points),
       identification_(device, settings_),
       plan_(fields_.MakePlan(false)),
+      journals_(device.events, static_cast<std::size_t>(settings_.journal_records)),
       address_(ParseAddress(device.address).value()),
       memory_(settings_.password) {
   OnReconnect();
@@ -60,6 +63,7 @@ MeterConversation::MeterConversation(const config::Device& device)
 
 void MeterConversation::OnReconnect() {
   identification_.OnReconnect();
+  journals_.OnReconnect();
   integers_ = false;
   fields_.UseIntegers(false);
   open_ = verified_ = accepted_ = false;
@@ -124,7 +128,12 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
     request.expect.repeatable = accepted_;
     return request;
   }
-  if (!verified_ && (settings_.serial_number || memory_.is_kept())) return Make(kAskSerial);
+  const bool wants_serial = settings_.serial_number || memory_.is_kept() || journals_.has_events();
+  if (!verified_ && wants_serial) return Make(kAskSerial);
+  if (task.kind == Task::Kind::events) {
+    if (const auto question = identification_.Question({})) return Make(*question);
+    return Make(journals_.Next(now));
+  }
   const auto trial = Trial(task.query);
   Bytes pdu = trial ? *trial : fields_.PduOf(plan_, task.query);
   if (const auto question = identification_.Question(fields_.Matches(pdu))) return Make(*question);
@@ -150,6 +159,7 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   if (Is(reply.pdu, kAskSerial) && !Verify(ByteReader(reply.data).U32Be(0).value_or(0))) {
     return End(Swapped());
   }
+  if (task.kind == Task::Kind::events) return AfterJournal(std::move(reply), now);
   if (task.kind != Task::Kind::poll) return End(std::move(reply.answer));
   if (ChooseIntegers()) {
     reply.answer.then = Then::replan;
@@ -165,6 +175,19 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   if (identification_.trouble()) return End(OtherType());
   reply.answer.then = Then::ask_again;
   return std::move(reply.answer);
+}
+
+/// Steps of the session before it are the poll's as well.
+Answer MeterConversation::AfterJournal(Reply reply, Instant now) {
+  if (!IsJournal(reply.pdu)) {
+    if (identification_.trouble()) return End(OtherType());
+    Answer answer = AskAgain();
+    if (!ChooseIntegers()) return answer;
+    answer.then = Then::replan;
+    return End(std::move(answer));
+  }
+  const JournalReader reader{settings_.time_zone, identification_.KnowsStatusWord()};
+  return End(journals_.OnRecord(reply.data, reader, now));
 }
 
 /// What it does not give so, it may give by 08 1B.
@@ -193,6 +216,7 @@ bool MeterConversation::Verify(std::uint32_t serial) {
   if (!expected) memory_.OnSerial(serial);
   verified_ = serial == expected.value_or(serial);
   if (verified_) {
+    journals_.OnMeter(serial);
     if (trouble_.reason == Reason::swapped) trouble_ = {};
     return true;
   }
@@ -286,8 +310,11 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
     tries_masks_ = false;
     return AskAgain();
   }
+  if (task.kind == Task::Kind::events && IsJournal(reply.pdu)) {
+    return End(journals_.OnRefused(std::move(reply.answer), now));
+  }
   const bool own = task.kind == Task::Kind::poll;
-  if (Is(reply.pdu, kAskSerial) && !settings_.serial_number && task.kind == Task::Kind::poll) {
+  if (Is(reply.pdu, kAskSerial) && !settings_.serial_number && task.kind != Task::Kind::probe) {
     verified_ = true;  // it does not tell, which contradicts nothing
     return AskAgain();
   }
@@ -319,6 +346,9 @@ Then MeterConversation::OnFailure(const Task& task, const Request& request, Outc
   if (opening && outcome == Outcome::unexpected && trouble_.reason == Reason::password_refused) {
     memory_.OnRefused(now);
   }
+  if (task.kind == Task::Kind::events && asked && IsJournal(asked->body)) {
+    journals_.OnFailure(outcome, now);
+  }
   verified_ = false;
   reopened_ = repeated_ = 0;
   const bool was_sent = outcome != Outcome::line_down && outcome != Outcome::busy;
@@ -334,6 +364,7 @@ Then MeterConversation::OnFailure(const Task& task, const Request& request, Outc
 bool MeterConversation::ForgetRefusals() {
   tries_masks_ = MasksMayHelp();
   identification_.ForgetRefusals();
+  journals_.ForgetRefusals();
   return plan_.ForgetRefusals();
 }
 
@@ -346,6 +377,9 @@ config::Timing MeterConversation::LeastTimes(Duration character) const {
 std::string MeterConversation::WhatIsLearned() const {
   std::string text = masked_ ? "floats together (08 23)" : "";
   if (integers_) text = "integers in place of floats, which its type does not have";
+  if (device_.events && journals_.has_refused()) {
+    text += (text.empty() ? "" : ", ") + std::string("no journals: it refuses them");
+  }
   if (identification_.multiplier() > 1) {
     text += (text.empty() ? "" : ", ") + std::string("times by its multiplier ") +
             std::to_string(identification_.multiplier());

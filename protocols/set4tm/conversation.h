@@ -9,6 +9,7 @@
 
 #include "protocols/protocol.h"
 #include "protocols/set4tm/identification.h"
+#include "protocols/set4tm/journal_session.h"
 #include "protocols/set4tm/meter_memory.h"
 #include "protocols/set4tm/plan.h"
 #include "protocols/set4tm/settings.h"
@@ -21,6 +22,8 @@ class MeterConversation : public Conversation {
   explicit MeterConversation(const config::Device& device);
 
   std::span<const Query> Queries() const override { return plan_.queries(); }
+  bool HasEvents() const override { return journals_.has_events(); }
+  void OnEventsKept(std::string_view said) override { journals_.OnKept(said); }
   Result<Request> Ask(const Task& task, Instant now) override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
@@ -62,6 +65,7 @@ class MeterConversation : public Conversation {
   Answer OtherType();
   /// The step behind a status: reopen, repeat, forget the request, or nothing.
   Answer AfterStatus(const Task& task, Reply reply, Instant now);
+  Answer AfterJournal(Reply reply, Instant now);
   Answer AfterOpen(const Task& task, Reply reply, Instant now);
   Answer AfterClosed(Answer answer);
   bool Verify(std::uint32_t serial);
@@ -75,6 +79,7 @@ class MeterConversation : public Conversation {
   PointFields fields_;
   Identification identification_;
   PduPlan plan_;
+  JournalSession journals_;
   Bytes address_;
 
   // The session: gone with OnReconnect.

@@ -41,6 +41,7 @@ constexpr DecoderRow kDecoders[] = {
     {Decoder::date, "date", Kind::text, 3},
     {Decoder::time, "time", Kind::text, 7},
     {Decoder::time_min, "time_min", Kind::text, 6},
+    {Decoder::clock, "clock", Kind::number, 8},
     {Decoder::flag, "flag", Kind::truth, 1},
     {Decoder::alarm, "alarm", Kind::truth, 5},
 };
@@ -67,6 +68,9 @@ constexpr DecoderSpec kSpecs[] = {
     {"date@n", "BCD day, month, year as text: 2002-09-06"},
     {"time@n", "BCD second, minute, hour, weekday, day, month, year as text: 2002-09-02T15:30:31"},
     {"time_min@n", "BCD minute, hour, weekday, day, month, year as text: 2002-09-02T15:30"},
+    {"clock@n",
+     "the meter's clock (04 00, 09 00 00) as seconds since 1970, UTC by `time_zone`, without which "
+     "it is not good"},
     {"flag@nn", "bit E-nn (1 to 40) of the status word, 08 0A"},
     {"alarm@n", "any bit of the status word but E-38, E-39, E-40"},
 };
@@ -134,6 +138,10 @@ Status CheckPdu(std::string_view read, const Field& field) {
     return Wrong(read,
                  "08 23 is made by the planner: name the value as 08 1B 00 rr or 08 1B 02 rr "
                  "and set `snapshot: true`");
+  }
+  const bool asks_clock = pdu == Bytes{kJournal, 0} || pdu == Bytes{kJournalExtended, 0, 0};
+  if (field.decoder == Decoder::clock && (!asks_clock || field.offset != 0)) {
+    return Wrong(read, "clock reads the meter's clock: write \"04 00 clock@0\"");
   }
   const auto length = LengthOfData(pdu);
   if (!length) return Wrong(read, "no reply to this request is documented; check its length");

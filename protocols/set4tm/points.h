@@ -36,6 +36,7 @@ enum class Decoder : std::uint8_t {
   date,
   time,
   time_min,
+  clock,
   flag,
   alarm,
 };

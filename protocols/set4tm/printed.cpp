@@ -98,17 +98,6 @@ void AddIntegers(Printed& printed, std::uint8_t parameter) {
 
 // ---------------------------------------------------------------- times and memory
 
-/// "E-05 E-40" of five bytes (reference, 9.4).
-std::string FlagsOf(View word) {
-  std::string text;
-  for (std::size_t bit = 0; bit < word.size() * 8; ++bit) {
-    if (((word[bit / 8] >> (bit % 8)) & 1U) == 0) continue;
-    const std::string number = std::to_string(bit + 1);
-    text += (text.empty() ? "E-" : " E-") + std::string(bit < 9 ? "0" : "") + number;
-  }
-  return text.empty() ? "none" : text;
-}
-
 constexpr std::string_view kFlags = "flags, as .02M and .03M number them";
 
 void AddJournal(Printed& printed, std::uint8_t journal) {
@@ -291,6 +280,16 @@ void AddParameter(Printed& printed, View pdu) {
 }
 
 }  // namespace
+
+std::string FlagsOf(View word) {
+  std::string text;
+  for (std::size_t bit = 0; bit < word.size() * 8; ++bit) {
+    if (((word[bit / 8] >> (bit % 8)) & 1U) == 0) continue;
+    const std::string number = std::to_string(bit + 1);
+    text += (text.empty() ? "E-" : " E-") + std::string(bit < 9 ? "0" : "") + number;
+  }
+  return text.empty() ? "none" : text;
+}
 
 std::vector<Reading> ReadPrinted(View pdu, View data, const Scale& scale) {
   Printed printed(pdu, data, scale);

@@ -24,7 +24,7 @@ Result<std::string> CanonicalAddress(std::string_view address) {
 Status CheckDevice(const config::Device& device) { return CheckSettings(device.options); }
 
 /// Before ratios counted for floats, a `scale` at each point had to do it.
-std::vector<Doubt> Doubts(const config::Device& device) {
+std::vector<Doubt> DoubtsOfRatios(const config::Device& device) {
   std::vector<Doubt> doubts;
   const Scale scale = ReadSettings(device.options).scale();
   if (!scale.voltage_ratio && !scale.current_ratio) return doubts;
@@ -39,6 +39,18 @@ std::vector<Doubt> Doubts(const config::Device& device) {
     doubts.push_back({i,
                       "has a scale, and voltage_ratio or current_ratio multiplies it as well; "
                       "leave one of them out"});
+  }
+  return doubts;
+}
+
+/// Events without a time are hardly meant.
+std::vector<Doubt> Doubts(const config::Device& device) {
+  std::vector<Doubt> doubts = DoubtsOfRatios(device);
+  if (device.events && !ReadSettings(device.options).time_zone) {
+    doubts.push_back(
+        {kNoPoint,
+         "of a meter whose events have no time; give the zone of its clock, as time_zone: "
+         "\"+03:00\""});
   }
   return doubts;
 }

@@ -20,6 +20,13 @@ Result<std::vector<std::uint8_t>> ParseTypes(const std::vector<std::string>& wor
   return types;
 }
 
+Result<std::optional<CivilZone>> ParseZone(const std::string& text) {
+  if (text.empty()) return std::optional<CivilZone>();
+  const auto zone = CivilZone::Parse(text);
+  if (!zone) return Error{"time_zone: " + zone.error()};
+  return std::optional(*zone);
+}
+
 constexpr auto kTable = SettingsTable(
     Bind<&Settings::password, ParsePassword>(option::Secret(
         option::Text("password", "000000",
@@ -56,6 +63,12 @@ constexpr auto kTable = SettingsTable(
         "snapshot", "auto", "auto,true,false",
         "Read float values together by mask (08 23). auto: tried once, 08 1B where the meter "
         "refuses or is silent.")),
+    Bind<&Settings::time_zone, ParseZone>(option::Text(
+        "time_zone", "",
+        "Of the meter's clock: +03:00, or \"+01:00 eu\" if it follows summer time. For the times "
+        "of events; without it they have none of the meter's.")),
+    Bind<&Settings::journal_records>(option::Integer(
+        "journal_records", "10", 1, 20, "Records that the meter keeps in each journal.")),
     Bind<&Settings::types, ParseTypes>(option::Texts(
         "types", "",
         "Type codes (08 12, 0 to B) that the meter may have; of another one no value is good.")));
@@ -66,6 +79,7 @@ Scale Settings::scale() const {
   Scale scale = {meter_constant, power_coefficient, current_coefficient, voltage_ratio,
                  current_ratio};
   const bool secondary = floats == Floats::secondary;
+  scale.zone = time_zone;
   scale.convert_voltage = secondary || voltage_ratio;
   scale.convert_current = secondary || current_ratio;
   if (secondary) scale.voltage_in_floats = scale.current_in_floats = 1;

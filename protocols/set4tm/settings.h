@@ -10,6 +10,7 @@
 
 #include "config/model/options.h"
 #include "gateway/base/bytes.h"
+#include "protocols/common/civil_zone.h"
 #include "protocols/option_specs.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/constants.h"
@@ -34,7 +35,9 @@ struct Settings {
   Checksum checksum = Checksum::crc;
   Floats floats = Floats::primary;
   Snapshot snapshot = Snapshot::automatic;
-  std::vector<std::uint8_t> types;  ///< type codes of 08 12; empty: any
+  std::optional<CivilZone> time_zone;  ///< of its clock
+  int journal_records = 10;            ///< in each journal
+  std::vector<std::uint8_t> types;     ///< type codes of 08 12; empty: any
 
   /// What need not be asked of the meter.
   Scale scale() const;

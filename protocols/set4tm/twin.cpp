@@ -38,6 +38,12 @@ std::optional<std::uint8_t> TypeOf(const config::Device& device) {
   return settings.types.empty() ? std::nullopt : std::optional(settings.types.front());
 }
 
+TwinJournals JournalsOf(const config::Device& device) {
+  const Settings settings = ReadSettings(device.options);
+  return {settings.time_zone.value_or(CivilZone()),
+          static_cast<std::size_t>(settings.journal_records)};
+}
+
 bool HasFloats(const config::Device& device) {
   const auto code = TypeOf(device);
   const MeterType* type = code ? FindType(*code) : nullptr;
@@ -55,7 +61,8 @@ MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
             if (field && !floats) *field = AsInteger(*field).value_or(*field);
             return field;
           },
-          [](const config::Point&) { return Result<Field>(Error{"a meter is not written to"}); }) {
+          [](const config::Point&) { return Result<Field>(Error{"a meter is not written to"}); }),
+      journals_(JournalsOf(device)) {
   for (const auto& point : points_.all()) {
     if (!point.read || point.read->decoder != Decoder::float_le) continue;
     if (const auto parameter = ParameterAt(point.read->pdu, point.read->offset)) {
@@ -86,6 +93,10 @@ bool MeterTwin::Hears(View address) const {
 }
 
 void MeterTwin::ReplyAs(std::string_view address) { reply_as_ = ParseAddress(address).value(); }
+
+bool MeterTwin::Raise(const DeviceEvent& event, Now now) {
+  return journals_.Raise(event, now.wall);
+}
 
 Bytes MeterTwin::Answer(View request, Instant now) {
   const auto parts = SplitFrame(request, checksum_);
@@ -164,6 +175,7 @@ bool MeterTwin::Fill(View pdu, Instant now, Bytes& data) const {
   if (pdu[0] != kRead || pdu[1] == 0x0D || (pdu[1] >= 0x11 && pdu[1] != kVariant)) {
     scale = ScaleNow(now);
   }
+  scale.zone = ReadSettings(device_.options).time_zone;
   for (const auto& point : points_.all()) {
     if (!point.read || !std::ranges::equal(point.read->pdu, pdu)) continue;
     found = true;
@@ -219,13 +231,14 @@ std::optional<Bytes> MeterTwin::Data(View pdu, Instant now) const {
     const bool knows = pdu[1] == kFloats ? knows_floats_ : knows_masks_;
     return knows ? Floats(pdu, now) : std::nullopt;
   }
+  if (auto record = journals_.Record(pdu)) return record;
   auto own = OwnData(pdu);
   Bytes data = own ? *own : Bytes(*length);
   const bool found = Fill(pdu, now, data);
   if (type_ && pdu[0] == kRead && pdu[1] == kVariant) {
     data[2] = static_cast<std::uint8_t>(unsigned{*type_} << 4U | (data[2] & 0x0FU));
   }
-  return own || found ? std::optional(std::move(data)) : std::nullopt;
+  return own || found || journals_.Has(pdu) ? std::optional(std::move(data)) : std::nullopt;
 }
 
 }  // namespace baudgate::protocols::set4tm

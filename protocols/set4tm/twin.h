@@ -12,6 +12,7 @@
 #include "protocols/common/twin_points.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/points.h"
+#include "protocols/set4tm/twin_journals.h"
 #include "protocols/twin.h"
 
 namespace baudgate::protocols::set4tm {
@@ -23,6 +24,7 @@ class MeterTwin : public Twin {
 
   Bytes Answer(View request, Instant now) override;
   void ReplyAs(std::string_view address) override;
+  bool Raise(const DeviceEvent& event, Now now) override;
 
  private:
   bool Hears(View address) const;
@@ -50,6 +52,7 @@ class MeterTwin : public Twin {
   bool knows_masks_ = true;
   std::optional<Instant> last_correct_;  // of an open channel
   bool clock_corrected_ = false;
+  TwinJournals journals_;
 };
 
 }  // namespace baudgate::protocols::set4tm

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "gateway/base/text.h"
+#include "protocols/set4tm/civil_bcd.h"
 #include "protocols/set4tm/cp1251.h"
 
 namespace baudgate::protocols::set4tm {
@@ -119,6 +120,27 @@ Decoded DecodeInteger(const Field& field, View data, const Scale& scale) {
   const double magnitude = *raw & kMagnitude;
   const bool negative = (*raw & SignOf(field.decoder)) != 0 && magnitude != 0;
   return Scaled(negative ? -magnitude : magnitude, MeasureOf(field), scale);
+}
+
+/// The byte behind it tells which of two hours it is: 0 in summer (reference, 8.1).
+Decoded DecodeClock(const Field& field, View data, const Scale& scale) {
+  if (!scale.zone) return Bad({Quality::bad_configuration, Reason::not_fitted});
+  const auto time = ByteReader(data).Slice(field.offset, kCivilSize);
+  const auto season = ByteReader(data).U8(field.offset + kCivilSize);
+  const auto civil = time && season ? CivilOf(*time) : std::nullopt;
+  if (!civil) return Bad(Quality::bad_device_failure);
+  const CivilZone::Moment moment = scale.zone->ToUtc(*civil);
+  const bool first = moment.fit == CivilZone::Fit::twice && *season == 0;
+  const auto utc = moment.utc - std::chrono::hours(first ? 1 : 0);
+  return Number(static_cast<std::uint64_t>(utc.time_since_epoch().count()));
+}
+
+Bytes EncodeClock(double value, const Scale& scale) {
+  const CivilZone zone = scale.zone.value_or(CivilZone());
+  const CivilZone::Utc utc(std::chrono::seconds(static_cast<std::int64_t>(value)));
+  Bytes bytes = BytesOf(zone.ToCivil(utc));
+  bytes.push_back(zone.IsDaylight(utc) ? 0 : 1);
+  return bytes;
 }
 
 template <typename T>
@@ -294,6 +316,8 @@ Decoded DecodeField(const Field& field, View data, const Scale& scale) {
     case Decoder::factor_be:
     case Decoder::hundredths_be:
       return DecodeInteger(field, data, scale);
+    case Decoder::clock:
+      return DecodeClock(field, data, scale);
     case Decoder::flag: {
       const auto byte = reader.U8((field.offset - 1) / 8);
       if (!byte) return Bad(Quality::bad_device_failure);
@@ -320,6 +344,7 @@ bool EncodeField(const Field& field, const Value& value, const Scale& scale, Byt
     data[at] = static_cast<std::uint8_t>(number != 0 ? data[at] | bit : data[at] & ~bit);
     return true;
   }
+  if (field.decoder == Decoder::clock) return Put(data, field.offset, EncodeClock(number, scale));
   // `alarm` follows from the flags; it has no place of its own.
   const Bytes bytes =
       field.decoder <= Decoder::hundredths_be ? EncodeNumber(field, number, scale) : Bytes();

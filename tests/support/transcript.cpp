@@ -76,6 +76,7 @@ class Player {
   void Play() {
     const auto bus = MakeBus(protocol_);
     const auto conversation = protocol_.make_conversation(script_.device, bus.get());
+    if (script_.device.events) conversation->OnEventsKept({});
     std::size_t query = 0;
     while (next_ < script_.steps.size() && !::testing::Test::HasFailure()) {
       const Step& step = script_.steps[next_];
@@ -115,6 +116,9 @@ class Player {
       EXPECT_EQ(Name(answer.outcome), Name(step.outcome))
           << path_ << ":" << step.line << ": " << answer.reason;
       EXPECT_EQ(ValuesOf(script_.device, answer), step.values) << path_ << ":" << step.line;
+      if (answer.batch && !answer.batch->events.empty()) {
+        conversation.OnEventsKept(answer.batch->said);
+      }
       if (!instead && answer.then != Then::ask_again) return answer.then;
     }
     return Then::done;

@@ -21,7 +21,8 @@
 //   device: address=1 events              its events are wanted
 //   events:                               they are asked for now; its exchanges follow, and what
 //                                         is sent in place of a lost one
-//   = event 0 1 12.345s                   an event: channel, code, time, and what it says beyond
+//   = event 0 1 12.345s                   an event: channel, code, time, and what it says beyond.
+//                                         It is kept at once
 //   = again                               before them: the batch may be the last one once more
 //   = drained                             there are no more in the device
 //   write: relay 7                        without an exchange: nothing may be sent, and the write

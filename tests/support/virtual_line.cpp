@@ -47,6 +47,10 @@ void VirtualLine::MakePoller() {
   PollerListener& listener = *this;
   poller_ = std::make_unique<Poller>(config_.lines[0], 0U, find_, *store_, listener);
   sends_ = 0;
+  const auto& devices = config_.lines[0].devices;
+  for (std::uint32_t i = 0; i < devices.size(); ++i) {
+    if (devices[i].events) poller_->OnEventsKept(i, said ? said(i) : std::string(), now());
+  }
 }
 
 VirtualLine::~VirtualLine() = default;
@@ -108,13 +112,14 @@ void VirtualLine::Step(Instant until) {
     auto first = keeping_.extract(keeping_.begin());
     instant_ = std::max(instant_, first.key());
     const std::uint32_t device = first.mapped().device;
+    const std::string its_words = first.mapped().batch.said;
     const bool kept = !keep || keep(first.mapped());
     if (!kept) {
       keeping_.emplace(instant_ + 1s, std::move(first.mapped()));
       return;
     }
     if (!keep) events.push_back(std::move(first.mapped()));
-    poller_->OnEventsKept(device, now());
+    poller_->OnEventsKept(device, its_words, now());
   } else if (!arriving_.empty() && arriving_.begin()->first <= std::min(timer, until)) {
     auto first = arriving_.extract(arriving_.begin());
     instant_ = std::max(instant_, first.key());

@@ -127,6 +127,9 @@ class VirtualLine : private PollerListener {
   /// Whether it has; if not, it is asked again after a second. Without it they go to `events`.
   std::function<bool(const ReportedEvents& reported)> keep;
   std::vector<ReportedEvents> events;  ///< that were kept, in their order
+  /// What the store of events holds at a start of what the device has said last; without it
+  /// nothing.
+  std::function<std::string(std::uint32_t device)> said;
   /// Looks at the line after every event, for what must hold at any time.
   std::function<void()> always;
 

@@ -65,7 +65,7 @@ TEST(Schedule, EventsAreAskedForWithThePollsAndAgainWhenTheLastAreKept) {
   EXPECT_EQ(ask(kStart + 1s), 0U);
   EXPECT_EQ(ask(kStart + 1s), 1U);
   EXPECT_EQ(ask(kStart + 1s), 99U) << "the port has opened again, and they are not kept yet";
-  schedule.ReleaseEvents(0, kStart + 1200ms);
+  schedule.ReleaseEvents(0, true, kStart + 1200ms);
   EXPECT_EQ(schedule.NextDue(), kStart + 1200ms);
   EXPECT_EQ(ask(kStart + 1200ms), kEventsQuery) << "at once";
   EXPECT_EQ(schedule.NextDue(), kStart + 2s);
@@ -90,7 +90,7 @@ TEST(Schedule, ADeviceThatFloodsTakesNoMoreThanItsTurn) {
     ++events[pick->device];
     schedule.HoldEvents(pick->device);
     // Device 0 always has more; device 1 has none, and is asked with its polls.
-    schedule.ReleaseEvents(pick->device, pick->device == 0 ? now : now + 1s);
+    schedule.ReleaseEvents(pick->device, true, pick->device == 0 ? now : now + 1s);
   }
   EXPECT_GE(polls, 195) << "all of two devices in 100 s";
   EXPECT_GE(events[1], 80);

@@ -4,23 +4,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include <map>
 #include <random>
-#include <set>
 
-#include "gateway/events/event_file.h"
-#include "gateway/events/event_page.h"
-#include "tests/gateway/audit/faulty_disk.h"
+#include "tests/protocols/runs/event_keeper.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {
 namespace {
 
-using events::EventBook;
-using events::EventFile;
 using events::EventRecord;
-
-constexpr const char* kFile = "/events.db";
 
 struct Troubles {
   unsigned wire_one_in = 0;  ///< exchanges
@@ -42,10 +34,12 @@ class Station {
              [](config::Line& line) {
                for (config::Device& device : line.devices) device.events = true;
              }),
+        keeper_({NameOf(0), NameOf(1)}),
         raised_(rig_.devices()) {
-    for (std::uint32_t i = 0; i < rig_.devices(); ++i) names_.emplace_back("line", NameOf(i));
     rig_->keep_sent = false;
-    rig_->keep = [this](const ReportedEvents& reported) { return Keep(reported); };
+    rig_->keep = [this](const ReportedEvents& reported) {
+      return keeper_.Keep(reported, rig_.device(reported.device));
+    };
     for (std::uint32_t i = 0; i < rig_.devices(); ++i) SpoilWire(rig_->twin(i).manner);
     Begin();
     rig_->Open();
@@ -56,7 +50,7 @@ class Station {
     while (rig_->elapsed() < until) {
       rig_->RunFor(std::chrono::milliseconds(1 + random_() % 3000));
       if (random_() % 3 == 0) Raise();
-      if (disk_.power_failed() || (troubles_.kills && random_() % 40 == 0)) Restart();
+      if (keeper_.power_failed() || (troubles_.kills && random_() % 40 == 0)) Restart();
     }
   }
 
@@ -70,15 +64,14 @@ class Station {
   /// All that is in the file: without a gap, and of each device what it has raised, in order.
   void Check() {
     std::vector<std::vector<EventRecord>> kept(rig_.devices());
-    std::int64_t seq = 0;
-    for (const EventRecord& record : ReadAll()) {
-      EXPECT_EQ(record.seq, ++seq) << "without a gap";
+    for (const EventRecord& record : keeper_.ReadAll()) {
       for (std::uint32_t i = 0; i < rig_.devices(); ++i) {
         if (record.device == NameOf(i)) kept[i].push_back(record);
       }
     }
     for (std::uint32_t i = 0; i < rig_.devices(); ++i) CheckDevice(raised_[i], kept[i]);
-    repeats += book_->repeats();
+    repeats += keeper_.repeats();
+    asked_again = keeper_.asked_again;
   }
 
   std::size_t raised() const { return serial_; }
@@ -125,54 +118,13 @@ class Station {
     }
   }
 
-  void Begin() {
-    book_ = std::make_unique<EventBook>();
-    file_ = std::make_unique<EventFile>(kFile, names_, disk_.vfs());
-    disk_.power_left = troubles_.power_cuts ? static_cast<int>(1 + random_() % 400) : -1;
-  }
+  void Begin() { keeper_.Begin(troubles_.power_cuts ? static_cast<int>(1 + random_() % 400) : -1); }
   void Restart() {
     ++restarts;
-    repeats += book_->repeats();
-    file_.reset();
-    if (disk_.power_failed()) disk_.Restore(random_);
+    repeats += keeper_.repeats();
+    keeper_.End(random_);
     Begin();
-    waiting_.clear();
     rig_->Restart();
-  }
-
-  /// As the thread of gateway/events/event_log.cpp does.
-  bool Keep(const ReportedEvents& reported) {
-    const config::Device& device = rig_.device(reported.device);
-    if (waiting_.insert(reported.device).second) {
-      asked_again += reported.batch.again ? 1 : 0;
-      book_->Add({reported.device, reported.batch.said, reported.batch.again,
-                  events::RecordsOf(reported.batch, "line", device, reported.received.wall,
-                                    reported.oldest)});
-    }
-    if (const auto opened = file_->Open()) {
-      if (!opened->ok) return false;
-      EXPECT_TRUE(opened->put_aside.empty()) << opened->put_aside;
-      book_->OnOpened(opened->contents.last, opened->contents.said);
-    }
-    const auto due = book_->Due();
-    if (!file_->Write(due)) return false;
-    for (const events::Source source : book_->Kept(due.size())) waiting_.erase(source);
-    return waiting_.count(reported.device) == 0;
-  }
-
-  std::vector<EventRecord> ReadAll() {
-    Database database(kFile, Database::Mode::write, disk_.vfs());
-    std::vector<EventRecord> all;
-    events::PageQuery query;
-    for (bool more = true; more;) {
-      const auto page = ReadPage(database, query);
-      EXPECT_TRUE(page) << page.error();
-      if (!page) break;
-      all.insert(all.end(), page->records.begin(), page->records.end());
-      query.after = page->next;
-      more = page->more;
-    }
-    return all;
   }
 
   void CheckDevice(const std::vector<Raised>& raised, const std::vector<EventRecord>& kept) {
@@ -188,11 +140,7 @@ class Station {
   std::mt19937 random_;
   Troubles troubles_;
   Rig rig_;
-  audit::FaultyDisk disk_;
-  events::SourceNames names_;
-  std::unique_ptr<EventBook> book_;
-  std::unique_ptr<EventFile> file_;
-  std::set<std::uint32_t> waiting_;  // devices whose batch is in the book
+  EventKeeper keeper_;
   std::uint32_t serial_ = 0;
   std::vector<std::vector<Raised>> raised_;
 };

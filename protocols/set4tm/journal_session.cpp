@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/journal_session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
+
+namespace baudgate::protocols::set4tm {
+namespace {
+
+/// Both ways, so often in vain: replies come to other requests.
+constexpr int kMostTimes = 6;
+constexpr Duration kRest = std::chrono::minutes(1);
+
+using Records = std::vector<Bytes>;
+
+std::string Written(const Records& records) {
+  std::string text;
+  for (const Bytes& record : records) {
+    if (!text.empty()) text += '.';
+    if (IsEmpty(record)) text += '-';
+    if (IsEmpty(record)) continue;
+    for (const std::uint8_t byte : record) text += HexByte(byte);
+  }
+  return text;
+}
+
+std::optional<Records> ReadRecords(std::string_view text) {
+  Records records;
+  for (const std::string_view word : Split(text, '.')) {
+    if (word == "-") {
+      records.emplace_back();
+      continue;
+    }
+    auto bytes = ParseHex(word);
+    if (!bytes || bytes->empty()) return std::nullopt;
+    records.push_back(std::move(*bytes));
+  }
+  return records;
+}
+
+/// The last place that holds something.
+std::optional<std::size_t> Newest(const Records& records) {
+  for (std::size_t i = records.size(); i-- > 0;) {
+    if (!IsEmpty(records[i])) return i;
+  }
+  return std::nullopt;
+}
+
+/// What of `records` is not in `told` is told by `tell`, with what it was then; in their order.
+/// Says how many of `told` are still there.
+template <typename Tell>
+std::size_t Compare(const Records& records, Records told, const Tell& tell) {
+  std::erase_if(told, [](const Bytes& record) { return IsEmpty(record); });
+  std::size_t found = 0;
+  const auto take = [&told, &found](const auto& is) -> std::optional<Bytes> {
+    const auto one = std::ranges::find_if(told, is);
+    if (one == told.end()) return std::nullopt;
+    ++found;
+    Bytes record = std::move(*one);
+    told.erase(one);
+    return record;
+  };
+  Records fresh;
+  for (const Bytes& record : records) {
+    if (IsEmpty(record)) continue;
+    const bool known = take([&](const Bytes& other) { return other == record; }).has_value();
+    if (!known) fresh.push_back(record);
+  }
+  for (const Bytes& record : fresh) {
+    const auto before = take([&](const Bytes& other) { return HasEnded(other, record); });
+    tell(record, before.value_or(Bytes()));
+  }
+  return found;
+}
+
+}  // namespace
+
+JournalSession::JournalSession(bool wanted, std::size_t records)
+    : wanted_(wanted), records_(records) {
+  for (const Journal& journal : Journals()) {
+    State& state = states_.emplace_back();
+    state.journal = &journal;
+    state.records = records;
+  }
+}
+
+bool JournalSession::has_events() const { return wanted_ && recalled_ && !has_refused(); }
+
+bool JournalSession::has_refused() const {
+  return std::ranges::all_of(states_, [](const State& state) { return state.refused; });
+}
+
+// ---------------------------------------------------------------- what was told
+
+/// "9020001 01:31301501….-;07:-.-", each record in hex. The meter, 0: it does not say its number.
+std::string JournalSession::Said(const State& instead, const Records& records) const {
+  std::string text = std::to_string(meter_.value_or(0)) + ' ';
+  for (const State& state : states_) {
+    const bool is_this = &state == &instead;
+    if (!is_this && !state.told) continue;
+    if (text.back() != ' ') text += ';';
+    text += HexByte(state.journal->number) + ':' + Written(is_this ? records : *state.told);
+  }
+  return text;
+}
+
+void JournalSession::OnKept(std::string_view said) {
+  recalled_ = true;
+  for (State& state : states_) state.told.reset();
+  told_meter_.reset();
+  const auto head = said.find(' ');
+  if (head == std::string_view::npos) return;
+  const auto meter = ParseInteger<std::uint32_t>(said.substr(0, head));
+  if (!meter) return;
+  if (*meter != 0) told_meter_ = *meter;
+  if (told_meter_ && meter_ && *meter_ != *told_meter_) return;
+  for (const std::string_view part : Split(said.substr(head + 1), ';')) {
+    const auto number =
+        ParseInteger<unsigned>(part.substr(0, std::min<std::size_t>(2, part.size())), 16);
+    if (!number || part.size() < 4 || part[2] != ':') continue;
+    for (State& state : states_) {
+      if (state.journal->number == *number) state.told = ReadRecords(part.substr(3));
+    }
+  }
+}
+
+void JournalSession::OnMeter(std::uint32_t serial) {
+  if (meter_ && *meter_ != serial) pass_.reset();
+  meter_ = serial;
+  if (!told_meter_ || *told_meter_ == serial) return;
+  told_meter_.reset();
+  for (State& state : states_) {
+    state.told.reset();
+    state.due = true;
+  }
+}
+
+// ---------------------------------------------------------------- what is asked
+
+bool JournalSession::MayAsk(const State& state, Instant now) const {
+  return !state.refused && state.rests_until <= now;
+}
+
+/// Of those that are to be read whole one that was never told, else the one that was read longest
+/// ago.
+bool JournalSession::Begin(Instant now) {
+  std::optional<std::size_t> first;
+  const auto rank = [this](std::size_t i) {
+    return std::pair(states_[i].told.has_value(), states_[i].read_at);
+  };
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    State& state = states_[i];
+    if (state.told && now - state.read_at >= kWholeEvery) state.due = true;
+    if (!MayAsk(state, now) || (state.told && !state.due)) continue;
+    if (!first || rank(i) < rank(*first)) first = i;
+  }
+  if (first) pass_ = Pass{.state = *first};
+  return first.has_value();
+}
+
+/// The next one of its kind that is known.
+bool JournalSession::LookAt(bool urgent, Instant now) {
+  std::size_t& turn = urgent ? urgent_turn_ : other_turn_;
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    turn = (turn + 1) % states_.size();
+    const State& state = states_[turn];
+    if (state.journal->urgent != urgent || !state.told || !MayAsk(state, now)) continue;
+    asked_ = turn;
+    return true;
+  }
+  return false;
+}
+
+/// Once in a task. What takes long gives way to looks every other time.
+void JournalSession::Choose(Instant now) {
+  if (pass_ && !MayAsk(states_[pass_->state], now)) pass_.reset();
+  const bool whole = pass_ || Begin(now);
+  const unsigned turn = ++turn_;
+  if (!whole) {
+    const bool urgent = turn % 2 != 0;
+    looks_ = LookAt(urgent, now) || LookAt(!urgent, now);
+  } else {
+    looks_ = !pass_->soon && turn % 2 != 0 && LookAt(turn % 4 == 1, now);
+  }
+  if (looks_) return;
+  if (!pass_) {
+    // All are in peace: the one whose peace ends first.
+    const auto rests = [](const State& state) {
+      return std::pair(state.refused, state.rests_until);
+    };
+    const auto first = std::ranges::min_element(states_, {}, rests);
+    pass_ = Pass{.state = static_cast<std::size_t>(first - states_.begin())};
+  }
+  asked_ = pass_->state;
+}
+
+/// Where a new record shows: at the newest, which moves on in a full journal, or behind it.
+std::size_t JournalSession::PlaceToLook(State& state) const {
+  const std::size_t last = state.records - 1;
+  const auto newest = state.told ? Newest(*state.told) : std::nullopt;
+  if (newest && *newest >= last) return last;
+  state.beyond = !state.beyond;
+  if (!newest) return state.beyond ? 0 : last;
+  return state.beyond ? *newest + 1 : *newest;
+}
+
+Bytes JournalSession::Next(Instant now) {
+  if (++exchanges_ == 1 || (!looks_ && !pass_)) Choose(now);
+  State& state = states_[asked_];
+  if (looks_) {
+    place_ = PlaceToLook(state);
+  } else {
+    const std::size_t read = pass_->records.size();
+    place_ = pass_->backwards ? state.records - 1 - read : read;
+  }
+  return JournalRequest(*state.journal, place_);
+}
+
+// ---------------------------------------------------------------- what comes
+
+Answer JournalSession::GoOn() {
+  if (exchanges_ >= (pass_ && pass_->soon ? kMostExchanges : 1)) return End();
+  Answer answer;
+  answer.then = Then::ask_again;
+  return answer;
+}
+
+Answer JournalSession::End(Answer answer) {
+  exchanges_ = 0;
+  return answer;
+}
+
+Answer JournalSession::OnRecord(View record, const JournalReader& reader, Instant now) {
+  State& state = states_[asked_];
+  state.failures = 0;
+  if (looks_) return OnLook(state, record);
+  Pass& pass = *pass_;
+  pass.records.emplace_back(record.begin(), record.end());
+  if (pass.records.size() < state.records) return GoOn();
+  if (pass.backwards) std::ranges::reverse(pass.records);
+  return OnWhole(state, std::exchange(pass.records, {}), reader, now);
+}
+
+Answer JournalSession::OnLook(State& state, View record) {
+  const Bytes nothing;
+  const bool known = state.told && place_ < state.told->size();
+  const View before = known ? View((*state.told)[place_]) : View(nothing);
+  const bool same = IsEmpty(record) ? IsEmpty(before) : std::ranges::equal(record, before);
+  if (same) return End();
+  state.due = true;
+  looks_ = false;
+  pass_ = Pass{.state = asked_, .soon = true};
+  return GoOn();
+}
+
+Answer JournalSession::OnWhole(State& state, Records records, const JournalReader& reader,
+                               Instant now) {
+  Pass& pass = *pass_;
+  const auto same = [](const Bytes& a, const Bytes& b) {
+    return a == b || (IsEmpty(a) && IsEmpty(b));
+  };
+  const auto equal = [&same](const std::optional<Records>& other, const Records& these) {
+    return other && std::ranges::equal(*other, these, same);
+  };
+  if (equal(state.told, records) || equal(pass.before, records)) {
+    pass_.reset();
+    return Tell(state, std::move(records), reader, now);
+  }
+  pass.before = std::move(records);
+  pass.backwards = !pass.backwards;
+  if (++pass.times < kMostTimes) return GoOn();
+  pass_.reset();
+  state.rests_until = now + kRest;
+  return End();
+}
+
+/// Events are told when they are kept, and not before: until then the journal stays due.
+Answer JournalSession::Tell(State& state, Records records, const JournalReader& reader,
+                            Instant now) {
+  EventBatch batch;
+  const Records told = state.told.value_or(Records());
+  const std::size_t left = Compare(records, told, [&](const Bytes& record, const Bytes& before) {
+    for (DeviceEvent& event : reader.EventsOf(*state.journal, record, before)) {
+      batch.events.push_back(std::move(event));
+    }
+  });
+  const bool full = std::ranges::none_of(records, [](const Bytes& one) { return IsEmpty(one); });
+  if (full && left == 0 && Newest(told)) {
+    batch.events.insert(batch.events.begin(),
+                        {0,
+                         GapCode(*state.journal),
+                         {},
+                         fmt::format("journal {:02X}, {}: all its records are new; earlier ones "
+                                     "may be missing",
+                                     state.journal->number, state.journal->name)});
+  }
+  state.read_at = now;
+  if (batch.events.empty()) {
+    state.due = false;
+    state.told = std::move(records);
+    return End();
+  }
+  batch.said = Said(state, records);
+  state.due = false;
+  Answer answer;
+  answer.batch = std::move(batch);
+  return End(std::move(answer));
+}
+
+/// A journal may have fewer records than were expected.
+Answer JournalSession::OnRefused(Answer answer, Instant now) {
+  State& state = states_[asked_];
+  const bool known = state.told && place_ < state.told->size() && !IsEmpty((*state.told)[place_]);
+  answer.readings.clear();
+  looks_ = false;
+  pass_.reset();
+  if (place_ == 0) {
+    state.refused = true;
+    if (!has_events()) answer.then = Then::replan;
+    return End(std::move(answer));
+  }
+  state.due = true;
+  if (known) {
+    // It was there.
+    OnFailure(answer.outcome, now);
+    return End(std::move(answer));
+  }
+  state.records = place_;
+  return GoOn();
+}
+
+void JournalSession::OnFailure(Outcome outcome, Instant now) {
+  exchanges_ = 0;
+  if (outcome == Outcome::busy || outcome == Outcome::line_down) return;
+  State& state = states_[asked_];
+  if (++state.failures < kMostFailures) return;
+  state.failures = 0;
+  state.rests_until = now + kWholeEvery;
+}
+
+void JournalSession::OnReconnect() {
+  pass_.reset();
+  looks_ = false;
+  exchanges_ = 0;
+  for (State& state : states_) {
+    state.due = true;
+    state.failures = 0;
+    state.rests_until = {};
+  }
+  ForgetRefusals();
+}
+
+void JournalSession::ForgetRefusals() {
+  for (State& state : states_) {
+    state.refused = false;
+    state.records = records_;
+  }
+}
+
+}  // namespace baudgate::protocols::set4tm

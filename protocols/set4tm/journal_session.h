@@ -1,0 +1,111 @@
+// How the journals of a meter are read, so that each record is told once. Reading takes nothing
+// away: the meter keeps its last records, and what was told already is known from what the store of
+// events holds (Conversation::OnEventsKept). PDUs go to the conversation, records come from it.
+//
+//   a journal that is not known, or after a reconnect, and once an hour     all its records
+//   in between, one after the other, urgent ones every other time           its newest record;
+//                                                                           another one: all, soon
+//   all records         from the oldest to the newest, then back: replies carry no number, and one
+//                       that is late, or a record that came meanwhile, makes the two differ; then
+//                       once more
+//   what both say alike, and is not among what was told                     events
+//
+// Records are told apart by their bytes alone, those that are equal by how many there are: neither
+// a clock that was set nor another order of the records matters.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/conversation.h"
+#include "protocols/set4tm/journal.h"
+
+namespace baudgate::protocols::set4tm {
+
+class JournalSession {
+ public:
+  /// So many exchanges a task of events has at most, where a journal has something new; else one.
+  static constexpr int kMostExchanges = 4;
+  static constexpr Duration kWholeEvery = std::chrono::hours(1);
+  /// After that many failures in a row a journal is left in peace.
+  static constexpr int kMostFailures = 3;
+
+  /// `wanted`: the configuration asks for events. `records`: of each journal.
+  JournalSession(bool wanted, std::size_t records);
+
+  /// It is known what was told, and the meter has not refused all journals.
+  bool has_events() const;
+  /// All of them.
+  bool has_refused() const;
+  /// See Conversation::OnEventsKept.
+  void OnKept(std::string_view said);
+  /// The serial number of the meter that answers.
+  void OnMeter(std::uint32_t serial);
+
+  /// has_events(): the PDU to be sent next.
+  Bytes Next(Instant now);
+  /// It answers the PDU of Next.
+  Answer OnRecord(View record, const JournalReader& reader, Instant now);
+  /// The meter does not give this record: `answer` says why.
+  Answer OnRefused(Answer answer, Instant now);
+  void OnFailure(Outcome outcome, Instant now);
+  void OnReconnect();
+  void ForgetRefusals();
+
+ private:
+  using Records = std::vector<Bytes>;  // by their places in the journal
+
+  struct State {
+    const Journal* journal = nullptr;
+    std::optional<Records> told;  // nothing: the journal was never read
+    std::size_t records = 0;      // it has so many
+    bool refused = false;
+    bool due = true;  // to be read whole
+    Instant read_at{};
+    int failures = 0;
+    Instant rests_until{};
+    bool beyond = false;  // the newest record was looked at, now the place behind it
+  };
+  /// A journal that is being read whole.
+  struct Pass {
+    std::size_t state = 0;
+    Records records{};  // of this time, as far as they came
+    bool backwards = false;
+    bool soon = false;                // it has something new
+    std::optional<Records> before{};  // of the last time, the other way round
+    int times = 0;
+  };
+
+  void Choose(Instant now);
+  bool Begin(Instant now);
+  bool LookAt(bool urgent, Instant now);
+  bool MayAsk(const State& state, Instant now) const;
+  std::size_t PlaceToLook(State& state) const;
+  Answer OnLook(State& state, View record);
+  Answer OnWhole(State& state, Records records, const JournalReader& reader, Instant now);
+  Answer Tell(State& state, Records records, const JournalReader& reader, Instant now);
+  Answer GoOn();
+  Answer End(Answer answer = {});
+  std::string Said(const State& instead, const Records& records) const;
+
+  const bool wanted_;
+  const std::size_t records_;
+  bool recalled_ = false;
+  std::optional<std::uint32_t> meter_;       // that answers
+  std::optional<std::uint32_t> told_meter_;  // whose records were told
+  std::vector<State> states_;
+  std::optional<Pass> pass_;
+  std::size_t asked_ = 0;  // whose record was asked for
+  std::size_t place_ = 0;  // and which
+  bool looks_ = false;     // it is not of the pass
+  int exchanges_ = 0;      // of the task under way
+  unsigned turn_ = 0;
+  std::size_t urgent_turn_ = 0;
+  std::size_t other_turn_ = 0;
+};
+
+}  // namespace baudgate::protocols::set4tm

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/protocols/runs/event_keeper.h"
+
+#include <gtest/gtest.h>
+
+namespace baudgate {
+namespace {
+
+constexpr const char* kFile = "/events.db";
+
+}  // namespace
+
+EventKeeper::EventKeeper(const std::vector<std::string>& devices) {
+  for (const std::string& device : devices) names_.emplace_back("line", device);
+}
+
+void EventKeeper::Begin(int power_left) {
+  disk_.power_left = -1;
+  book_ = std::make_unique<events::EventBook>();
+  {
+    events::EventFile file(kFile, names_, disk_.vfs());
+    const auto opened = file.Open();
+    ASSERT_TRUE(opened && opened->ok);
+    EXPECT_TRUE(opened->put_aside.empty()) << opened->put_aside;
+    said_ = opened->contents.said;
+  }
+  file_ = std::make_unique<events::EventFile>(kFile, names_, disk_.vfs());
+  disk_.power_left = power_left;
+}
+
+void EventKeeper::End(std::mt19937& random) {
+  file_.reset();
+  waiting_.clear();
+  if (disk_.power_failed()) disk_.Restore(random);
+}
+
+std::string EventKeeper::Said(std::uint32_t device) const {
+  const auto found = said_.find(device);
+  return found == said_.end() ? std::string() : found->second;
+}
+
+bool EventKeeper::Keep(const ReportedEvents& reported, const config::Device& device) {
+  if (waiting_.insert(reported.device).second) {
+    asked_again += reported.batch.again ? 1 : 0;
+    book_->Add({reported.device, reported.batch.said, reported.batch.again,
+                events::RecordsOf(reported.batch, "line", device, reported.received.wall,
+                                  reported.oldest)});
+  }
+  if (const auto opened = file_->Open()) {
+    if (!opened->ok) return false;
+    EXPECT_TRUE(opened->put_aside.empty()) << opened->put_aside;
+    book_->OnOpened(opened->contents.last, opened->contents.said);
+  }
+  const auto due = book_->Due();
+  if (!file_->Write(due)) return false;
+  for (const events::Source source : book_->Kept(due.size())) waiting_.erase(source);
+  return waiting_.count(reported.device) == 0;
+}
+
+std::vector<events::EventRecord> EventKeeper::ReadAll() {
+  Database database(kFile, Database::Mode::write, disk_.vfs());
+  std::vector<events::EventRecord> all;
+  events::PageQuery query;
+  for (bool more = true; more;) {
+    const auto page = ReadPage(database, query);
+    EXPECT_TRUE(page) << page.error();
+    if (!page) break;
+    all.insert(all.end(), page->records.begin(), page->records.end());
+    query.after = page->next;
+    more = page->more;
+  }
+  std::int64_t seq = 0;
+  for (const events::EventRecord& record : all) EXPECT_EQ(record.seq, ++seq) << "without a gap";
+  return all;
+}
+
+}  // namespace baudgate

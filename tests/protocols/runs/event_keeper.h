@@ -1,0 +1,51 @@
+// The store of events in a run under virtual time: book and file as gateway/events/event_log.cpp
+// uses them, on a disk whose power may be cut.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <memory>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "gateway/events/event_file.h"
+#include "gateway/events/event_page.h"
+#include "gateway/poll/poller_listener.h"
+#include "tests/gateway/audit/faulty_disk.h"
+
+namespace baudgate {
+
+class EventKeeper {
+ public:
+  /// Devices of the line "line", by their numbers.
+  explicit EventKeeper(const std::vector<std::string>& devices);
+
+  /// The program starts. `power_left`: of the disk, from now on; -1: it does not fail.
+  void Begin(int power_left);
+  /// It was killed, and with the power all that the disk had not synced is gone.
+  void End(std::mt19937& random);
+
+  /// False: not yet.
+  bool Keep(const ReportedEvents& reported, const config::Device& device);
+  /// What the file held at Begin of what the device has said last.
+  std::string Said(std::uint32_t device) const;
+  bool power_failed() const { return disk_.power_failed(); }
+  std::uint64_t repeats() const { return book_->repeats(); }
+
+  /// Without a gap, or the test fails.
+  std::vector<events::EventRecord> ReadAll();
+
+  std::size_t asked_again = 0;  ///< batches that came once more
+
+ private:
+  audit::FaultyDisk disk_;
+  events::SourceNames names_;
+  std::unique_ptr<events::EventBook> book_;
+  std::unique_ptr<events::EventFile> file_;
+  std::map<events::Source, std::string> said_;
+  std::set<std::uint32_t> waiting_;  // devices whose batch is in the book
+};
+
+}  // namespace baudgate

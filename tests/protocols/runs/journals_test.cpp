@@ -1,0 +1,209 @@
+// Every record of a meter's journals is in the file exactly once, in the order of its journal and
+// at the time of the meter's clock: over a line that damages and loses, replies that come late,
+// kills of the program and power cuts. The meters forget only what ten records later takes the
+// place of.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+#include "tests/protocols/runs/event_keeper.h"
+#include "tests/protocols/runs/rig.h"
+
+namespace baudgate {
+namespace {
+
+using events::EventRecord;
+
+struct Troubles {
+  unsigned wire_one_in = 0;  ///< exchanges
+  unsigned late_one_in = 0;  ///< replies come after the device has been given up
+  bool kills = false;
+  bool power_cuts = false;
+};
+
+/// Of one journal: code and second, in the order in which they happened.
+using Told = std::vector<std::pair<std::uint32_t, std::int64_t>>;
+/// By the number of the journal.
+using History = std::map<std::uint32_t, Told>;
+
+class Meters {
+ public:
+  Meters(unsigned seed, Troubles troubles)
+      : random_(seed),
+        troubles_(troubles),
+        rig_(RealLine("Set4tm9600"),
+             [](config::Line& line) {
+               line.options.Set("time_zone", std::string("+03:00"));
+               for (config::Device& device : line.devices) {
+                 device.events = true;
+                 device.options.Set("time_zone", std::string("+03:00"));
+                 // What else it is asked is others' business.
+                 device.points.resize(30);
+               }
+             }),
+        keeper_({rig_.device(0).name, rig_.device(1).name}),
+        raised_(rig_.devices()) {
+    rig_->keep_sent = false;
+    rig_->said = [this](std::uint32_t device) { return keeper_.Said(device); };
+    rig_->keep = [this](const ReportedEvents& reported) {
+      return keeper_.Keep(reported, rig_.device(reported.device));
+    };
+    for (std::uint32_t i = 0; i < rig_.devices(); ++i) SpoilWire(rig_->twin(i).manner);
+    Begin();
+    rig_->Restart();
+  }
+
+  void RunFor(Duration time) {
+    const Duration until = rig_->elapsed() + time;
+    while (rig_->elapsed() < until) {
+      rig_->RunFor(std::chrono::milliseconds(1 + random_() % 60'000));
+      if (random_() % 2 == 0) Raise();
+      if (keeper_.power_failed() || (troubles_.kills && random_() % 10 == 0)) Restart();
+    }
+  }
+
+  /// Nobody asks the meters meanwhile.
+  void Sleep(int events) {
+    rig_->Close();
+    for (int i = 0; i < events; ++i) {
+      rig_->RunFor(1min);
+      Happen(0, 51);
+    }
+    Restart();
+  }
+
+  /// In peace, until all is told.
+  void End() {
+    troubles_ = {};
+    Restart();
+    rig_->RunFor(10min);
+  }
+
+  void Check() {
+    std::vector<History> kept(rig_.devices());
+    for (const EventRecord& record : keeper_.ReadAll()) {
+      const std::uint32_t device = record.device == rig_.device(0).name ? 0 : 1;
+      if (record.code % 10 == 9) {
+        gaps.push_back(record.text);
+        continue;
+      }
+      ASSERT_EQ(record.clock, events::ClockQuality::device) << record.text;
+      kept[device][record.code / 10].emplace_back(record.code,
+                                                  record.device_time.time_since_epoch() / 1s);
+      ++told;
+    }
+    if (!gaps.empty()) return;
+    ASSERT_EQ(kept, raised_);
+  }
+
+  std::size_t restarts = 0;
+  std::size_t told = 0;
+  std::vector<std::string> gaps;
+
+ private:
+  bool OneIn(unsigned n) { return n > 0 && random_() % n == 0; }
+
+  void SpoilWire(Manner& manner) {
+    manner.distort = [this, &manner](Bytes reply) {
+      manner.think = OneIn(troubles_.late_one_in) ? 1s : 20ms;
+      if (!OneIn(troubles_.wire_one_in) || reply.empty()) return reply;
+      const std::size_t at = random_() % reply.size();
+      switch (random_() % 3) {
+        case 0:
+          return Bytes();
+        case 1:
+          reply.resize(at);
+          return reply;
+        default:
+          reply[at] ^= static_cast<std::uint8_t>(1U << random_() % 7);  // the checksum tells
+          return reply;
+      }
+    };
+  }
+
+  void Happen(std::uint32_t device, std::uint32_t code) {
+    ASSERT_TRUE(rig_->twin(device).twin->Raise({0, code, {}, {}}, rig_->now()));
+    raised_[device][code / 10].emplace_back(code, rig_->now().wall.time_since_epoch() / 1s);
+  }
+
+  void Raise() {
+    const auto device = static_cast<std::uint32_t>(random_() % rig_.devices());
+    for (std::size_t i = 0; i <= random_() % 3; ++i) {
+      constexpr std::uint32_t kMoments[] = {22, 51, 61, 601};
+      constexpr std::uint32_t kIntervals[] = {11, 71, 81, 91, 101};
+      if (random_() % 3 == 0) {
+        Happen(device, kMoments[random_() % 4]);
+        continue;
+      }
+      const std::uint32_t code = kIntervals[random_() % 5];
+      bool& under_way = under_way_[{device, code}];
+      Happen(device, under_way ? code + 1 : code);
+      under_way = !under_way;
+    }
+  }
+
+  void Begin() { keeper_.Begin(troubles_.power_cuts ? static_cast<int>(1 + random_() % 400) : -1); }
+  void Restart() {
+    ++restarts;
+    keeper_.End(random_);
+    Begin();
+    rig_->Restart();
+  }
+
+  std::mt19937 random_;
+  Troubles troubles_;
+  Rig rig_;
+  EventKeeper keeper_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, bool> under_way_;
+  std::vector<History> raised_;
+};
+
+TEST(MeterJournals, ComeOnceAndInOrderOverAGoodLine) {
+  Meters meters(1, {});
+  meters.RunFor(1h);
+  meters.End();
+  meters.Check();
+  EXPECT_TRUE(meters.gaps.empty());
+  EXPECT_GT(meters.told, 100U);
+}
+
+TEST(MeterJournals, ComeOnceOverABadLineWithLateReplies) {
+  for (unsigned seed = 1; seed <= 2 && !testing::Test::HasFailure(); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Meters meters(seed, {.wire_one_in = 30, .late_one_in = seed % 2 == 0 ? 40U : 0U});
+    meters.RunFor(40min);
+    meters.End();
+    meters.Check();
+    EXPECT_TRUE(meters.gaps.empty());
+  }
+}
+
+TEST(MeterJournals, OutliveKillsAndPowerCutsOverABadLine) {
+  std::size_t restarts = 0;
+  for (unsigned seed = 1; seed <= 4 && !testing::Test::HasFailure(); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Meters meters(seed, {.wire_one_in = 100, .kills = true, .power_cuts = seed % 2 == 0});
+    meters.RunFor(40min);
+    meters.End();
+    meters.Check();
+    EXPECT_TRUE(meters.gaps.empty());
+    restarts += meters.restarts;
+  }
+  EXPECT_GT(restarts, 15U);
+}
+
+TEST(MeterJournals, AJournalThatWentRoundMeanwhileSaysSo) {
+  Meters meters(1, {});
+  meters.Sleep(10);
+  meters.End();
+  meters.Sleep(12);
+  meters.End();
+  meters.Check();
+  ASSERT_EQ(meters.gaps.size(), 1U);
+  EXPECT_EQ(meters.told, 20U);
+}
+
+}  // namespace
+}  // namespace baudgate

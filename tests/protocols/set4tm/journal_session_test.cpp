@@ -1,0 +1,275 @@
+// Journals that are read while they grow and wrap, over replies that come to the wrong request,
+// batches that are not kept, and restarts: each record is told once and in order.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/journal_session.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <random>
+#include <set>
+
+#include "gateway/base/text.h"
+#include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/twin_journals.h"
+
+namespace baudgate::protocols::set4tm {
+namespace {
+
+constexpr std::size_t kRecords = 10;
+constexpr std::uint32_t kMeter = 9020001;
+
+/// What was raised or told, by journal: code and time.
+using History = std::map<std::uint32_t, std::vector<std::pair<std::uint32_t, std::int64_t>>>;
+
+class Desk {
+ public:
+  Desk() { Restart(); }
+
+  /// The program is killed and started again; `said` is what was kept.
+  void Restart() {
+    session_ = std::make_unique<JournalSession>(true, kRecords);
+    EXPECT_FALSE(session_->has_events()) << "nobody knows what was told";
+    session_->OnKept(said);
+    session_->OnMeter(meter);
+    last_reply_.clear();
+  }
+
+  void Raise(std::uint32_t code) {
+    ASSERT_TRUE(twin.Raise({0, code, {}, {}}, wall()));
+    raised[code / 10].emplace_back(code, wall().time_since_epoch() / 1s);
+  }
+
+  /// Whole tasks of events.
+  void Run(int tasks) {
+    for (int i = 0; i < tasks; ++i) Task();
+  }
+
+  void Task() {
+    now_ += 1s;
+    for (int step = 0; step < kMostSteps; ++step) {
+      const Bytes pdu = session_->Next(now_);
+      asked.push_back(ToHex(pdu));
+      if (deaf.count(pdu[0] == kJournal ? pdu[1] >> 4U : pdu[1]) > 0) {
+        Answer refusal;
+        refusal.outcome = Outcome::unsupported;
+        if (session_->OnRefused(refusal, now_).then == Then::ask_again) continue;
+        return;
+      }
+      Bytes reply = twin.Record(pdu).value_or(Bytes(*LengthOfData(pdu)));
+      const Bytes whole = reply;
+      if (late && late() && last_reply_.size() == reply.size()) reply = last_reply_;
+      last_reply_ = whole;
+      const Answer answer = session_->OnRecord(reply, reader_, now_);
+      if (answer.batch) return Take(*answer.batch);
+      if (answer.then != Then::ask_again) return;
+    }
+    ADD_FAILURE() << "the task does not end";
+  }
+
+  WallTime wall() const { return WallTime(1'790'000'000s) + now_.time_since_epoch(); }
+  JournalSession& session() { return *session_; }
+
+  std::uint32_t meter = kMeter;
+  TwinJournals twin{CivilZone(), kRecords};
+  History raised;
+  History told;
+  std::vector<std::string> asked;
+  std::string said;               // of what is kept
+  std::function<bool()> late;     // the reply to the request before comes in place of this one's
+  std::function<bool()> dropped;  // the batch is not kept
+  std::set<unsigned> deaf;        // journals that this meter refuses
+  std::vector<std::string> gaps;
+
+ private:
+  void Take(const EventBatch& batch) {
+    ASSERT_FALSE(batch.events.empty());
+    if (dropped && dropped()) return session_->OnReconnect();
+    for (const DeviceEvent& event : batch.events) {
+      if (event.code % 10 == 9) {
+        gaps.push_back(event.text);
+        continue;
+      }
+      ASSERT_TRUE(event.time) << event.text;
+      told[event.code / 10].emplace_back(event.code, event.time->time / 1s);
+    }
+    said = batch.said;
+    session_->OnKept(said);
+  }
+
+  Instant now_{1h};
+  std::unique_ptr<JournalSession> session_;
+  const JournalReader reader_{CivilZone(), true};
+  Bytes last_reply_;
+};
+
+TEST(JournalSession, TellsTheWholeHistoryOnce) {
+  Desk desk;
+  for (const std::uint32_t code : {71, 72, 11, 12, 22, 51, 51, 601, 101, 61}) desk.Raise(code);
+  desk.Run(500);
+  EXPECT_EQ(desk.told, desk.raised);
+  desk.Run(4000);  // more than an hour
+  desk.Restart();
+  desk.Run(500);
+  EXPECT_EQ(desk.told, desk.raised);
+  EXPECT_TRUE(desk.gaps.empty());
+}
+
+TEST(JournalSession, UrgentJournalsComeFirstAndEveryOtherTime) {
+  Desk desk;
+  desk.Run(500);
+  EXPECT_EQ(desk.asked.front(), "04 10");
+  const std::vector<std::string> latest(desk.asked.end() - 100, desk.asked.end());
+  const auto urgent = std::ranges::count_if(latest, [](const std::string& pdu) {
+    return pdu.starts_with("04 1") || pdu.starts_with("04 7") || pdu.starts_with("04 8") ||
+           pdu.starts_with("04 9");
+  });
+  EXPECT_EQ(urgent, 50);
+}
+
+TEST(JournalSession, OneExchangeATaskWhereNothingIsNew) {
+  Desk desk;
+  desk.Run(500);
+  const std::size_t before = desk.asked.size();
+  desk.Run(100);
+  EXPECT_EQ(desk.asked.size(), before + 100);
+}
+
+TEST(JournalSession, APhaseThatIsLostAndComesBackIsTwoEvents) {
+  Desk desk;
+  desk.Run(500);
+  desk.Raise(81);
+  desk.Run(30);
+  EXPECT_EQ(desk.told, desk.raised) << "soon";
+  desk.Raise(82);
+  desk.Restart();
+  desk.Run(500);
+  EXPECT_EQ(desk.told, desk.raised);
+}
+
+TEST(JournalSession, AJournalThatWentRoundWhileNobodyReadItSaysSo) {
+  Desk desk;
+  for (int i = 0; i < 10; ++i) desk.Raise(51);
+  desk.Run(500);
+  ASSERT_EQ(desk.told, desk.raised);
+  for (int i = 0; i < 13; ++i) desk.Raise(51);
+  desk.Restart();
+  desk.Run(500);
+  ASSERT_EQ(desk.gaps.size(), 1U);
+  EXPECT_NE(desk.gaps[0].find("journal 05, energy reset"), std::string::npos);
+  EXPECT_EQ(desk.told[5].size(), 20U) << "what is left of them is told";
+  desk.Restart();
+  desk.Run(500);
+  EXPECT_EQ(desk.gaps.size(), 1U);
+}
+
+TEST(JournalSession, OneOldRecordIsEnoughToKnowThatNothingIsMissing) {
+  Desk desk;
+  desk.Run(500);
+  for (int i = 0; i < 10; ++i) {
+    desk.Raise(51);
+    desk.Run(60);
+  }
+  for (int i = 0; i < 9; ++i) desk.Raise(51);
+  desk.Run(500);
+  EXPECT_TRUE(desk.gaps.empty());
+  EXPECT_EQ(desk.told, desk.raised);
+}
+
+TEST(JournalSession, AnotherMeterHasAHistoryOfItsOwn) {
+  Desk desk;
+  desk.Raise(71);
+  desk.Run(500);
+  EXPECT_EQ(desk.told[7].size(), 1U);
+  desk.meter = kMeter + 1;  // that happens to hold the same record
+  desk.Restart();
+  desk.Run(500);
+  EXPECT_EQ(desk.told[7].size(), 2U);
+  desk.Restart();
+  desk.Run(500);
+  EXPECT_EQ(desk.told[7].size(), 2U);
+}
+
+TEST(JournalSession, WhatTheMeterDoesNotKnowIsLeftOut) {
+  Desk desk;
+  desk.deaf = {8, 9, 0x3C};
+  desk.Raise(51);
+  desk.Run(500);
+  EXPECT_EQ(desk.told, desk.raised);
+  EXPECT_TRUE(desk.session().has_events());
+  desk.asked.clear();
+  desk.Run(500);
+  for (const std::string& pdu : desk.asked) EXPECT_FALSE(pdu.starts_with("04 8")) << pdu;
+  desk.deaf = {1, 2, 5, 6, 7, 8, 9, 0x0A, 0x3C};
+  desk.session().OnReconnect();
+  desk.Run(200);
+  EXPECT_FALSE(desk.session().has_events());
+  EXPECT_TRUE(desk.session().has_refused());
+}
+
+TEST(JournalSession, AJournalThatIsNeverAnsweredRests) {
+  JournalSession session(true, kRecords);
+  session.OnKept({});
+  Instant now{1h};
+  const Bytes first = session.Next(now);
+  for (int i = 0; i < JournalSession::kMostFailures; ++i) {
+    EXPECT_EQ(session.Next(now), first);
+    session.OnFailure(Outcome::no_reply, now);
+  }
+  EXPECT_NE(session.Next(now)[1] >> 4U, first[1] >> 4U);
+}
+
+TEST(JournalSession, WordsThatNobodyUnderstandsCountAsNothing) {
+  for (const char* said : {"", "x", "9020001", "9020001 ", "9020001 05:zz", "-1 05:-", "9020001 05",
+                           "9020001 ;;:", "9020001 0G:31301501020902"}) {
+    Desk desk;
+    desk.said = said;
+    desk.Restart();
+    desk.Raise(51);
+    desk.Run(500);
+    EXPECT_EQ(desk.told, desk.raised) << said;
+  }
+}
+
+/// Against everything at once.
+TEST(JournalSession, EachRecordIsToldOnceWhateverHappens) {
+  std::size_t told = 0;
+  for (unsigned seed = 1; seed <= 60 && !testing::Test::HasFailure(); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    const auto one_in = [&random](unsigned n) { return random() % n == 0; };
+    Desk desk;
+    desk.late = [&] { return one_in(20); };
+    desk.dropped = [&] { return one_in(4); };
+    std::map<std::uint32_t, bool> lost;  // phases and power
+    desk.Run(600);
+    for (int round = 0; round < 30; ++round) {
+      for (std::size_t i = random() % 6; i > 0; --i) {
+        constexpr std::uint32_t kMoments[] = {22, 51, 61, 601};
+        if (one_in(2)) {
+          desk.Raise(kMoments[random() % 4]);
+        } else {
+          constexpr std::uint32_t kIntervals[] = {11, 71, 81, 91, 101};
+          const std::uint32_t code = kIntervals[random() % 5];
+          desk.Raise(code + (lost[code] ? 1 : 0));
+          lost[code] = !lost[code];
+        }
+        desk.Run(static_cast<int>(random() % 3));
+      }
+      desk.Run(static_cast<int>(100 + random() % 150));
+      if (one_in(4)) desk.Restart();
+    }
+    desk.late = desk.dropped = [] { return false; };
+    desk.session().OnReconnect();
+    desk.Run(600);
+    ASSERT_EQ(desk.told, desk.raised);
+    ASSERT_TRUE(desk.gaps.empty());
+    for (const auto& [journal, events] : desk.told) told += events.size();
+  }
+  EXPECT_GT(told, 2000U);
+}
+
+}  // namespace
+}  // namespace baudgate::protocols::set4tm
