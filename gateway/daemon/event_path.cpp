@@ -82,24 +82,15 @@ const Fact& FactOf(News::What what) {
   return kFacts[static_cast<std::size_t>(what)];
 }
 
-<<<<<<< ours
 }  // namespace
 
 EventPath::EventPath(const config::Config& config, const PointStore& store,
-                     const EventsPlace& place, std::function<void(std::uint32_t)> kept)
+                     const EventsPlace& place, Kept kept)
     : store_(store),
       tells_own_(config.events.given),
-      log_(OptionsOf(config, place, feed_, std::move(kept))) {
-||||||| base
-EventPath::EventPath(const config::Config& config, const EventsPlace& place,
-                     std::function<void(std::uint32_t)> kept)
-    : log_(OptionsOf(config, place, std::move(kept))) {
-=======
-EventPath::EventPath(const config::Config& config, const EventsPlace& place, Kept kept)
-    : kept_(std::move(kept)), log_(OptionsOf(config, place, [this](events::Source source) {
-        kept_(source, log_.said(source), true);
-      })) {
->>>>>>> theirs
+      kept_(std::move(kept)),
+      log_(OptionsOf(config, place, feed_,
+                     [this](events::Source source) { kept_(source, log_.said(source), true); })) {
   for (const config::Line& line : config.lines) {
     for (const config::Device& device : line.devices) {
       Place& its = places_.emplace_back();

@@ -56,17 +56,6 @@ void LineDriver::Recall() {
   }
 }
 
-<<<<<<< ours
-||||||| base
-void LineDriver::OnMemory(std::uint32_t device, const std::string& memory) {
-  if (memory_ != nullptr) memory_->Set(device, memory);
-}
-
-void LineDriver::OnEvents(ReportedEvents events) {
-  if (events_) events_(std::move(events));
-}
-
-=======
 /// Of what is not kept yet it hears when it is.
 void LineDriver::RecallEvents() {
   for (const auto& [device, said] : kept_) {
@@ -74,16 +63,6 @@ void LineDriver::RecallEvents() {
   }
 }
 
-void LineDriver::OnMemory(std::uint32_t device, const std::string& memory) {
-  if (memory_ != nullptr) memory_->Set(device, memory);
-}
-
-void LineDriver::OnEvents(ReportedEvents events) {
-  reported_.insert(events.device);
-  if (events_) events_(std::move(events));
-}
-
->>>>>>> theirs
 void LineDriver::Stop(Now now, std::function<void()> stopped) {
   now_ = now;
   stopping_ = true;

@@ -89,6 +89,7 @@ class LineDriver final : private PollerListener {
     if (memory_ != nullptr) memory_->Set(device, memory);
   }
   void OnEvents(ReportedEvents events) override {
+    reported_.insert(events.device);
     if (events_ != nullptr) events_->OnReported(std::move(events));
   }
   void OnNews(News news) override { news_.Tell(std::move(news), now_); }

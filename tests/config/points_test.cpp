@@ -122,7 +122,8 @@ TEST(Points, OneSentenceEach) {
        "45: error: unknown key 'acces' in point 'p'; did you mean 'access'? allowed: name, type, "
        "access, write, read, modbus, table, unit, group, scale, offset, deadband, jump, recheck, "
        "description, "
-       "sentinels, on_fault, simulate, min, max, step, decimals, select, select_time, allow_when"},
+       "sentinels, on_fault, simulate, min, max, step, decimals, select, select_time, allow_when, "
+       "events"},
       {"name: p, read: A1, type: int16, write: A2",
        "52: error: write: 'p' is read-only; add access: rw or remove 'write'"},
       {"name: p, read: A1, type: int16, modbus: 9000",
