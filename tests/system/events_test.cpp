@@ -11,7 +11,7 @@
 #include <random>
 #include <sstream>
 
-#include "tests/system/station.h"
+#include "tests/system/event_station.h"
 
 namespace baudgate::system_test {
 namespace {
@@ -20,6 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using Json = nlohmann::json;
 
+<<<<<<< ours
 class Events : public Station {
  protected:
   /// Of the relay alone; with "events: {}\n" at the top the gateway's own stand among them.
@@ -55,6 +56,44 @@ class Events : public Station {
     return Json::parse(Command({"status", "--json", "--socket", socket()}).output);
   }
 };
+||||||| base
+class Events : public Station {
+ protected:
+  std::string Yaml(const std::string& events = "events: {}\n") const {
+    std::string head = Head();
+    head.replace(0, head.find('\n'),
+                 "gateway: { name: " + gateway() + ", socket: " + socket() +
+                     ", state: " + (directory() / "state").string() + " }");
+    return events + head +
+           Line("bay", "spabus", "address: 1, unit: 1, profile: spaj140c, poll: 100ms");
+  }
+  std::string socket() const { return (directory() / "gate.sock").string(); }
+  std::unique_ptr<Child> StartRelay(const std::string& events) const {
+    auto twin = Start({"simulate", "--profile", "spaj140c", "--address", "1", "--pty",
+                       LinkOf("bay"), "--think", "1ms", "--events", events});
+    EXPECT_TRUE(Eventually([&] { return !twin->Output().empty(); })) << twin->Errors();
+    return twin;
+  }
+  Finished Ask(std::vector<std::string> more = {}) const {
+    std::vector<std::string> words = {"events", "--socket", socket()};
+    words.insert(words.end(), more.begin(), more.end());
+    return Command(words);
+  }
+  std::vector<Json> Records(std::vector<std::string> more = {}) const {
+    more.emplace_back("--json");
+    const Finished events = Ask(more);
+    std::vector<Json> records;
+    std::istringstream lines(events.output);
+    for (std::string line; std::getline(lines, line);) records.push_back(Json::parse(line));
+    return records;
+  }
+  Json Status() const {
+    return Json::parse(Command({"status", "--json", "--socket", socket()}).output);
+  }
+};
+=======
+using Events = EventStation;
+>>>>>>> theirs
 
 TEST_F(Events, AreTold) {
   const auto relay = StartRelay("every:300ms,count=2,numbered");
