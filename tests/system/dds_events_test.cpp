@@ -50,7 +50,7 @@ class EventsOnDds : public EventStation {
 TEST_F(EventsOnDds, AreHeardByBothSubscribersAsTheyWereKept) {
   const auto relay = StartRelay("every:300ms,count=2,numbered");
   const auto watch = Watch();
-  const auto daemon = StartDaemon(Yaml("events: {}\n", true));
+  const auto daemon = StartDaemon(Yaml(", events: on", "", true));
   ASSERT_TRUE(Eventually([&] { return Heard(*watch).size() >= 6; })) << daemon->Errors();
   const auto late = Cyclone(6);
   EXPECT_EQ(late->WaitForEnd(70s), 0) << late->Errors();
@@ -78,7 +78,7 @@ TEST_F(EventsOnDds, OfAGatewayThatIsKilledAreAllHeard) {
   const auto relay = StartRelay("every:150ms,count=4,numbered");
   const auto watch = Watch();
   const auto cyclone = Cyclone(100'000);
-  auto daemon = StartDaemon(Yaml("events: {}\n", true));
+  auto daemon = StartDaemon(Yaml(", events: on", "", true));
   for (int round = 0; round < 4; ++round) {
     const std::uint64_t now = Newest();
     ASSERT_TRUE(Eventually([&] { return Newest() > now + 8; })) << daemon->Errors();
@@ -89,7 +89,7 @@ TEST_F(EventsOnDds, OfAGatewayThatIsKilledAreAllHeard) {
     } else {
       daemon->Signal(SIGKILL);
       daemon->WaitForEnd();
-      daemon = StartDaemon(Yaml("events: {}\n", true));
+      daemon = StartDaemon(Yaml(", events: on", "", true));
     }
   }
   const std::uint64_t last = Newest() + 8;

@@ -14,13 +14,15 @@ namespace baudgate::system_test {
 
 class EventStation : public Station {
  protected:
-  std::string Yaml(const std::string& events = "events: {}\n", bool dds = false) const {
+  /// Of the relay alone; with "events: {}\n" at the top the gateway's own stand among them.
+  std::string Yaml(const std::string& keys = ", events: on", const std::string& top = "",
+                   bool dds = false) const {
     std::string head = Head(dds);
     head.replace(0, head.find('\n'),
                  "gateway: { name: " + gateway() + ", socket: " + socket() +
                      ", state: " + (directory() / "state").string() + " }");
-    return events + head +
-           Line("bay", "spabus", "address: 1, unit: 1, profile: spaj140c, poll: 100ms");
+    return top + head +
+           Line("bay", "spabus", "address: 1, unit: 1, profile: spaj140c, poll: 100ms" + keys);
   }
   std::string socket() const { return (directory() / "gate.sock").string(); }
   std::unique_ptr<Child> StartRelay(const std::string& events) const {
