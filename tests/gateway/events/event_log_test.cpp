@@ -177,6 +177,21 @@ TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
   EXPECT_THAT(Texts(*next).back(), HasSubstr("4 has started; the one before was broken off after"));
 }
 
+TEST_F(EventLogTest, FeedsWhatTheGatewayHasSeenOfADeviceAsTheDevices) {
+  const auto log = Start(file(), {}, {}, true);
+  log->Started("1");
+  EventRecord record;
+  record.line = "bay-1";
+  record.device = "feeder-2";
+  record.text = "does not answer";
+  log->Tell(record);
+  while (Fed().size() < 2) std::this_thread::yield();
+  const auto fed = feed_->Take(0, 10);
+  EXPECT_EQ(fed[0].source, kGateway);
+  EXPECT_EQ(fed[1].source, 1U);
+  EXPECT_EQ(fed[1].record.text, "does not answer");
+}
+
 EventRecord Raised(const std::string& name) {
   EventRecord record;
   record.line = "bay-1";
