@@ -26,6 +26,7 @@ void EventFeed::Begin(FeedImage image) {
 }
 
 void EventFeed::Add(const std::vector<FedEvent>& events) {
+  if (events.empty()) return;
   {
     const MutexLock lock(mutex_);
     events_.insert(events_.end(), events.begin(), events.end());

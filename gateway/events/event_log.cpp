@@ -253,7 +253,7 @@ void EventLog::Feed(const std::vector<Batch>& batches) {
       fed.push_back({own ? SourceOf(options_.sources, event.device) : batch.source, event});
     }
   }
-  if (!fed.empty()) options_.feed->Add(fed);
+  options_.feed->Add(fed);
 }
 
 std::vector<Batch> EventLog::TakeDue(std::vector<Ack>& acks) {

@@ -40,14 +40,14 @@ class EventRing : public ServerTest {
         std::this_thread::yield();
         continue;
       }
-      std::vector<events::Batch> batches;
+      std::vector<events::FedEvent> happened;
       for (auto count = random() % 24; count > 0 && seq < kLast; --count) {
         events::EventRecord record;
         record.seq = ++seq;
         record.code = CodeOf(seq);
-        batches.push_back({IsOwn(seq) ? 0U : 1U, "", false, {record}});
+        happened.push_back({IsOwn(seq) ? 0U : 1U, record});
       }
-      feed_->Add(batches);
+      feed_->Add(happened);
     }
   }
   Json Read(int unit) {
