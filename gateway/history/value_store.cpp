@@ -106,12 +106,14 @@ Status ValueStore::WriteDays(Millis now, bool last) {
     const Millis day = marks ? today : FloorTo(pending_.samples.front().entry.time, kDay);
     const auto file = FileOf(day);
     if (!file) return Error{file.error()};
-    const auto other = std::ranges::stable_partition(pending_.samples, [day](const Sample& sample) {
+    auto& samples = pending_.samples;
+    const auto is_of_day = [day](const Sample& sample) {
       return FloorTo(sample.entry.time, kDay) == day;
-    });
-    std::vector<Sample> rest(std::make_move_iterator(other.begin()),
-                             std::make_move_iterator(other.end()));
-    pending_.samples.erase(other.begin(), other.end());
+    };
+    const auto other = std::stable_partition(samples.begin(), samples.end(), is_of_day);
+    std::vector<Sample> rest(std::make_move_iterator(other),
+                             std::make_move_iterator(samples.end()));
+    samples.erase(other, samples.end());
     if (!(*file)->Write(pending_.samples, pending_.runs)) {
       pending_.samples.insert(pending_.samples.end(), std::make_move_iterator(rest.begin()),
                               std::make_move_iterator(rest.end()));

@@ -24,7 +24,7 @@ inline constexpr std::array<std::uint16_t, 56> kEventBlockLayout = [] {
   std::array<std::uint16_t, 56> layout{0, 2, 4, 6, 8, 9};
   std::size_t at = 6;
   for (std::size_t event = 0; event < kShownEvents; ++event) {
-    for (const std::size_t place : {0, 2, 4, 5, 6, 7, 9}) {
+    for (const std::size_t place : {0U, 2U, 4U, 5U, 6U, 7U, 9U}) {
       layout[at++] = static_cast<std::uint16_t>(kEventHead + event * kEventRecord + place);
     }
   }
