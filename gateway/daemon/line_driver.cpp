@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "gateway/base/log.h"
+#include "gateway/trace/tap.h"
 
 namespace baudgate {
 namespace {
@@ -354,9 +355,10 @@ void LineDriver::OnDeviceState(std::uint32_t device, DeviceState from, DeviceSta
   } else if (to == DeviceState::disabled || from == DeviceState::disabled) {
     log::Info(about, "{} (was {}): {}", Name(to), Name(from), reason);
   } else {
-    store_.Read(device, [&](const DeviceRecord& record) {
+    const auto take = [&](const DeviceRecord& record) {
       about.outcome = Name(record.status.last_outcome);
-    });
+    };
+    if (device < kFirstSlave) store_.Read(device, take);  // a slave of a route stands in no store
     log::Warn(about, "{} (was {}): {}", Name(to), Name(from), reason);
   }
 }

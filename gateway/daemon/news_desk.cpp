@@ -7,7 +7,6 @@ namespace baudgate {
 
 void NewsDesk::OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                              const std::string& reason, Now now) {
-  if (device >= kFirstSlave) return;
   if (to == DeviceState::disabled || from == DeviceState::disabled) {
     Tell({News::What::not_in_use, to != DeviceState::disabled, device, reason}, now);
   }
@@ -19,7 +18,7 @@ void NewsDesk::OnDeviceState(std::uint32_t device, DeviceState from, DeviceState
 }
 
 void NewsDesk::Tell(News news, Now now) {
-  if (sink_ == nullptr) return;
+  if (sink_ == nullptr || news.device >= kFirstSlave) return;
   const auto key = std::pair(news.what, news.device);
   if (news.over) {
     if (told_.erase(key) == 0) return;
