@@ -221,7 +221,7 @@ TEST(ProcessLink, RequestsAreHandedOnWithATimeThatCanBe) {
   EXPECT_EQ(link->writer()->Write(reply), Sent::yes);
   EXPECT_EQ(ParseLink(process.Receive())->kind, LinkKind::reply);
   link->writer()->OnRequest({});
-  process.Send(*ParseHex("43 03 01 00 00"));
+  process.Send({0x43, kLinkVersion, 1, 0, 0});
   lines.WaitFor("sent a damaged write request");
 }
 
