@@ -164,7 +164,7 @@ TEST_F(ProcessLinkAtASocket, WhatIsWrongEndsTheLinkAndTheNextOneIsWelcome) {
       {Bytes(3, 0x41), "sent a message of 3 bytes"},
       {Bytes(kMaxLinkMessage + 1, 0x41), "sent a message that is too long"},
       {EncodeBare(LinkKind::end), "sent a message that is not its to send"},
-      {*ParseHex("42 03 01 00 00"), "sent damaged counts"},
+      {{0x42, kLinkVersion, 1, 0, 0}, "sent damaged counts"},
       {*ParseHex("40 01 00 00"), "sent a message of version 1"},
       {EncodeRequest({}), "sent a write request, and writing is denied"},
       {EncodeFailed("dds: interface 192.0.2.1 is not ours"), "has not begun: dds: interface"},
