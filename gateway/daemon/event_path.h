@@ -1,6 +1,5 @@
 // The way of an event from its line to the file, and back the leave to ask for more; the gateway's
-// own ones get their codes and words here. Made and ended
-// by daemon.cpp.
+// own ones get their codes and words here. Made and ended by daemon.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
