@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/ptrace.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 
 #include <fstream>
@@ -22,15 +23,25 @@ using ::testing::HasSubstr;
 
 constexpr int kBusy = 0x06;
 constexpr Duration kWatchdog = 2s;
+#ifdef SYS_epoll_wait
+constexpr std::uint64_t kEpollWait = SYS_epoll_wait;
+#else
+constexpr std::uint64_t kEpollWait = SYS_epoll_pwait;  // arm64 has no other
+#endif
 
-/// While it lives, the thread does not run.
+/// While it lives, the thread does not run. It stands before its next system call that waits for
+/// events, where it holds no lock: stopped just anywhere, it would now and then hold the heap's or
+/// its queue's, as no call of a driver does.
 class HeldThread {
  public:
   HeldThread(const Child& process, const std::string& name) : id_(Find(process, name)) {
-    if (id_ == 0 || ::ptrace(PTRACE_SEIZE, id_, nullptr, nullptr) != 0) return;
+    if (id_ == 0 || ::ptrace(PTRACE_SEIZE, id_, nullptr, PTRACE_O_TRACESYSGOOD) != 0) return;
     ::ptrace(PTRACE_INTERRUPT, id_, nullptr, nullptr);
-    int status = 0;
-    held_ = ::waitpid(id_, &status, __WALL) == id_ && WIFSTOPPED(status);
+    held_ = Stopped();
+    while (held_ && !BeforeItWaits()) {
+      ::ptrace(PTRACE_SYSCALL, id_, nullptr, nullptr);
+      held_ = Stopped();
+    }
   }
   ~HeldThread() {
     if (held_) ::ptrace(PTRACE_DETACH, id_, nullptr, nullptr);
@@ -49,6 +60,16 @@ class HeldThread {
   }
 
  private:
+  bool Stopped() const {
+    int status = 0;
+    return ::waitpid(id_, &status, __WALL) == id_ && WIFSTOPPED(status);
+  }
+  bool BeforeItWaits() const {
+    __ptrace_syscall_info call{};
+    return ::ptrace(PTRACE_GET_SYSCALL_INFO, id_, sizeof call, &call) > 0 &&
+           call.op == PTRACE_SYSCALL_INFO_ENTRY &&
+           (call.entry.nr == SYS_epoll_pwait || call.entry.nr == kEpollWait);
+  }
   static pid_t Find(const Child& process, const std::string& name) {
     const fs::path tasks = "/proc/" + std::to_string(process.id()) + "/task";
     for (const auto& task : fs::directory_iterator(tasks)) {
@@ -136,7 +157,8 @@ TEST_F(Hang, TheGatewayStopsWithoutALineThatHangs) {
       Start({"watch", "--domain", std::to_string(domain()), "--gateway", gateway(), "--json"});
   const auto last_quality = [&](const std::string& device) {
     int quality = -1;
-    for (const std::string_view line : Split(watch->Output(), '\n')) {
+    const std::string output = watch->Output();
+    for (const std::string_view line : Split(output, '\n')) {
       const Json sample = Json::parse(line, nullptr, false);
       if (sample.is_object() && sample.value("device", "") == device &&
           sample.value("point", "") == "output_0" && sample.contains("quality")) {
