@@ -23,11 +23,6 @@ using ::testing::HasSubstr;
 
 constexpr int kBusy = 0x06;
 constexpr Duration kWatchdog = 2s;
-#ifdef SYS_epoll_wait
-constexpr std::uint64_t kEpollWait = SYS_epoll_wait;
-#else
-constexpr std::uint64_t kEpollWait = SYS_epoll_pwait;  // arm64 has no other
-#endif
 
 /// While it lives, the thread does not run. It stands before its next system call that waits for
 /// events, where it holds no lock: stopped just anywhere, it would now and then hold the heap's or
@@ -67,8 +62,13 @@ class HeldThread {
   bool BeforeItWaits() const {
     __ptrace_syscall_info call{};
     return ::ptrace(PTRACE_GET_SYSCALL_INFO, id_, sizeof call, &call) > 0 &&
-           call.op == PTRACE_SYSCALL_INFO_ENTRY &&
-           (call.entry.nr == SYS_epoll_pwait || call.entry.nr == kEpollWait);
+           call.op == PTRACE_SYSCALL_INFO_ENTRY && Waits(static_cast<long>(call.entry.nr));
+  }
+  static bool Waits(long call) {
+#ifdef SYS_epoll_wait  // arm64 has none
+    if (call == SYS_epoll_wait) return true;
+#endif
+    return call == SYS_epoll_pwait || call == SYS_rt_sigtimedwait;
   }
   static pid_t Find(const Child& process, const std::string& name) {
     const fs::path tasks = "/proc/" + std::to_string(process.id()) + "/task";
