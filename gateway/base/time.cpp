@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/time.h"
 
-#include <sys/timex.h>
-
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -35,12 +33,6 @@ std::string Plain(double value) {
 Now ReadClocks() {
   return {std::chrono::steady_clock::now(),
           std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now())};
-}
-
-bool IsClockSynchronised() {
-  timex state{};
-  const int found = ntp_adjtime(&state);
-  return found >= 0 && found != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
 }
 
 Result<Duration> ParseDuration(std::string_view text) {

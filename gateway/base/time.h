@@ -28,10 +28,6 @@ struct Now {
 /// The clocks of this machine; called by the composition root and the loop drivers only.
 Now ReadClocks();
 
-/// The kernel knows this machine's clock to be right; false as well where that may not be asked.
-/// Called by the composition root only.
-bool IsClockSynchronised();
-
 /// "250ms", "1s", "5min", "1.5h", "20us". A number without a unit is an error, and so are negative
 /// ones.
 Result<Duration> ParseDuration(std::string_view text);

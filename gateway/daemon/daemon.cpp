@@ -152,9 +152,11 @@ Status Daemon::Start() {
   if (Status status = impl_->StartDds(); !status) return status;
   if (impl_->events) impl_->events->Started();
   impl_->ageing->Start();
-  impl_->host_clock->Start();
   for (const auto& loop : impl_->loops) loop->Start();
   for (const auto& runner : impl_->runners) runner->Start();
+  impl_->host_clock = std::make_unique<HostClock>([impl = impl_.get()](bool right) {
+    for (const auto& runner : impl->runners) runner->OnHostClock(right);
+  });
   if (impl_->events) impl_->events->Start();
   if (impl_->writes) impl_->writes->Start();
   impl_->StartControl();
@@ -162,6 +164,7 @@ Status Daemon::Start() {
 }
 
 bool Daemon::Stop() {
+  if (impl_->host_clock) impl_->host_clock->RequestStop();
   impl_->StopControl();
   impl_->StopModbus();
 #ifdef BAUDGATE_WITH_DDS
@@ -178,6 +181,7 @@ bool Daemon::Stop() {
     log::Warn({.line = impl_->config.lines[line].name},
               "does not end: a call of its driver does not come back; the gateway ends without it");
   }
+  impl_->host_clock.reset();
   if (ended) impl_->EndLines();
 #ifdef BAUDGATE_WITH_DDS
   if (impl_->dds) impl_->dds->Stop();
@@ -297,9 +301,6 @@ void Daemon::Impl::MakeLines() {
     watch.Add(name, {}, AskOn(loops.back()->io()));
   }
   ageing = std::make_unique<AgeTimer>(loops.front()->io(), [this](Instant now) { store.Age(now); });
-  host_clock = std::make_unique<HostClock>(loops.front()->io(), [this](bool right) {
-    for (const auto& runner : runners) runner->OnHostClock(right);
-  });
   for (const config::Line& line : config.lines) {
     const std::uint32_t first_device = config::FirstDevice(config, runners.size());
     std::size_t loop = placement.loop_of[runners.size()];

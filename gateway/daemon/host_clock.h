@@ -1,27 +1,38 @@
-// Looks every few seconds whether the kernel knows this machine's clock to be synchronised (NTP,
-// PTP, GPS), and tells when that has changed: only then may devices be told the time.
+// Looks now and then whether this machine's clock is known to be synchronised (NTP, PTP, GPS), and
+// tells when that has changed: only then may devices be told the time. On a thread of its own,
+// because who is asked may take seconds.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <asio/io_context.hpp>
-#include <asio/steady_timer.hpp>
+#include <condition_variable>
 #include <functional>
+#include <thread>
+
+#include "gateway/base/guarded.h"
 
 namespace baudgate {
 
-/// All on the loop's thread, but Start before it runs. The loop stops before this goes.
 class HostClock {
  public:
-  /// `tell` hears of the first time that it is right, and of every change.
-  HostClock(asio::io_context& io, std::function<void(bool right)> tell);
-  void Start();
+  /// `tell` hears on the own thread of the first time that it is right, and of every change.
+  explicit HostClock(std::function<void(bool right)> tell);
+  /// Ends as soon as no answer is under way.
+  void RequestStop();
+  /// The same, and waits for it.
+  ~HostClock();
+  HostClock(const HostClock&) = delete;
+  HostClock& operator=(const HostClock&) = delete;
 
  private:
-  void Tick();
+  void Run();
+  /// False: it ends.
+  bool Sleep(Duration time);
 
-  asio::steady_timer timer_;
   const std::function<void(bool)> tell_;
-  bool right_ = false;
+  Mutex mutex_;
+  std::condition_variable ends_;
+  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::thread thread_;
 };
 
 }  // namespace baudgate
