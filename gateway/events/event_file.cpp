@@ -27,12 +27,21 @@ std::optional<EventFile::Opened> EventFile::Open() {
   return opened;
 }
 
-Status EventFile::Write(const std::vector<Batch>& batches) {
+Status EventFile::Write(const std::vector<Batch>& batches, const Cursors* cursors) {
   const FileTurn::Hold turn(connection_.turn());
   Status status = connection_.CheckThere();
-  if (status && !batches.empty() && !table_->Write(batches)) status = connection_.Failed();
+  const bool due = !batches.empty() || cursors != nullptr;
+  if (status && due && !table_->Write(batches, cursors)) status = connection_.Failed();
   if (!connection_.is_open()) table_.reset();
   return status;
+}
+
+Result<std::vector<FedEvent>> EventFile::ReadBehind(std::int64_t after) {
+  const FileTurn::Hold turn(connection_.turn());
+  auto events = table_->ReadBehind(after);
+  if (!events) events = connection_.Failed();
+  if (!connection_.is_open()) table_.reset();
+  return events;
 }
 
 Status EventFile::WriteAlarms(const std::vector<Alarm>& alarms) {
