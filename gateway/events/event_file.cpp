@@ -17,25 +17,41 @@ std::optional<EventFile::Opened> EventFile::Open() {
   table_.emplace(connection_.database(), names_);
   opened.contents = table_->Read();
   opened.ok = opened.contents.ok;
-  if (opened.ok) return opened;
+  if (opened.ok) {
+    lacks_alarms_ = std::exchange(was_open_, true);
+    return opened;
+  }
   table_.reset();
   opened.error = connection_.Failed().message;
   connection_.Close();
   return opened;
 }
 
-Status EventFile::Write(const std::vector<Batch>& batches) {
+Status EventFile::Write(const std::vector<Batch>& batches, const Cursors* cursors) {
   const FileTurn::Hold turn(connection_.turn());
   Status status = connection_.CheckThere();
-  if (status && !batches.empty() && !table_->Write(batches)) status = connection_.Failed();
+  const bool due = !batches.empty() || cursors != nullptr;
+  if (status && due && !table_->Write(batches, cursors)) status = connection_.Failed();
   if (!connection_.is_open()) table_.reset();
   return status;
+}
+
+Result<std::vector<FedEvent>> EventFile::ReadBehind(std::int64_t after) {
+  const FileTurn::Hold turn(connection_.turn());
+  auto events = table_->ReadBehind(after);
+  if (!events) events = connection_.Failed();
+  if (!connection_.is_open()) table_.reset();
+  return events;
 }
 
 Status EventFile::WriteAlarms(const std::vector<Alarm>& alarms) {
   const FileTurn::Hold turn(connection_.turn());
   Status status;
-  if (!table_->WriteAlarms(alarms)) status = connection_.Failed();
+  if (table_->WriteAlarms(alarms)) {
+    lacks_alarms_ = false;
+  } else {
+    status = connection_.Failed();
+  }
   if (!connection_.is_open()) table_.reset();
   return status;
 }

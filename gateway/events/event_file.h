@@ -25,9 +25,14 @@ class EventFile {
   };
   /// Nothing where it is open and fit for use.
   std::optional<Opened> Open();
-  /// Open; all of them are on the disk, or none is.
-  Status Write(const std::vector<Batch>& batches);
+  /// Open; all of them are on the disk, or none is. As EventTable.
+  Status Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr);
+  /// Open.
+  Result<std::vector<FedEvent>> ReadBehind(std::int64_t after);
+  std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }
 
+  /// Open, and not for the first time: another file may be there, without alarms.
+  bool lacks_alarms() const { return lacks_alarms_; }
   /// Open; these alarms are on the disk, and no others.
   Status WriteAlarms(const std::vector<Alarm>& alarms);
 
@@ -37,6 +42,8 @@ class EventFile {
   const SourceNames& names_;
   EventsConnection connection_;
   std::optional<EventTable> table_;
+  bool was_open_ = false;
+  bool lacks_alarms_ = false;
 };
 
 }  // namespace baudgate::events

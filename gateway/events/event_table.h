@@ -9,9 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/base/result.h"
 #include "gateway/events/alarm_table.h"
+#include "gateway/events/cursors.h"
 #include "gateway/events/event_book.h"
 #include "gateway/events/event_feed.h"
+#include "gateway/events/own_records.h"
 #include "gateway/state/database.h"
 
 namespace baudgate::events {
@@ -26,12 +29,6 @@ Source SourceOf(const SourceNames& names, std::string_view device);
 /// So many are kept: about 200 MB.
 inline constexpr std::int64_t kMostEvents = 1'000'000;
 
-/// How the gateway that wrote to the file before has ended.
-struct LastRun {
-  enum class End : std::uint8_t { unknown, in_order, broken_off } end = End::unknown;
-  WallTime last{};  ///< the last that it has written
-};
-
 class EventTable {
  public:
   /// `database` is of OpenEvents, and outlives it, as `names` does.
@@ -43,25 +40,37 @@ class EventTable {
     std::map<Source, std::string> said{};
     LastRun last_run{};
     std::vector<Alarm> alarms{};
+    Cursors cursors{};
     FeedImage image{};
   };
   Contents Read(FeedLimits limits = {});
-  /// All or none, and with them the alarms that they have changed.
-  bool Write(const std::vector<Batch>& batches);
+  /// All or none, and with them the alarms that they have changed. `cursors`: and no others; null:
+  /// as they are.
+  bool Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr);
   /// These alarms and no others.
   bool WriteAlarms(const std::vector<Alarm>& alarms);
+  /// The next events behind a number.
+  Result<std::vector<FedEvent>> ReadBehind(std::int64_t after);
+  /// The first that is kept; 0: none is.
+  std::int64_t oldest() const { return oldest_; }
 
  private:
   bool ReadRun(Contents& contents);
+  bool ReadCursors(Cursors& cursors);
+  bool WriteCursors(const Cursors& cursors);
   bool Insert(const Batch& batch);
+  bool Drop(std::int64_t newest);
+  bool FindOldest();
   bool ReadImage(FeedLimits limits, FeedImage& image);
 
   Database& database_;
   const SourceNames& names_;
   const std::int64_t most_;
+  std::int64_t oldest_ = 0;
   Statement insert_;
   Statement said_;
   Statement drop_;
+  Statement cursor_;
   AlarmTable alarms_;
 };
 

@@ -66,6 +66,13 @@ CREATE TABLE alarms (
   acknowledged_by TEXT NOT NULL,
   PRIMARY KEY (line, device, name)
 ) WITHOUT ROWID;
+)sql",
+                                                                 R"sql(
+CREATE TABLE event_cursors (
+  name TEXT PRIMARY KEY,
+  seq  INTEGER NOT NULL,
+  sure INTEGER NOT NULL
+) WITHOUT ROWID;
 )sql"};
 
 constexpr DatabaseKind kEvents = {kEventsApplication, kMigrations,
