@@ -24,10 +24,11 @@ std::optional<EventFile::Opened> EventFile::Open() {
   return opened;
 }
 
-Status EventFile::Write(const std::vector<Batch>& batches) {
+Status EventFile::Write(const std::vector<Batch>& batches, const std::vector<KeptRecord>& records) {
   const FileTurn::Hold turn(connection_.turn());
   Status status = connection_.CheckThere();
-  if (status && !batches.empty() && !table_->Write(batches)) status = connection_.Failed();
+  const bool nothing = batches.empty() && records.empty();
+  if (status && !nothing && !table_->Write(batches, records)) status = connection_.Failed();
   if (!connection_.is_open()) table_.reset();
   return status;
 }

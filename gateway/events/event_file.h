@@ -26,7 +26,7 @@ class EventFile {
   /// Nothing where it is open and fit for use.
   std::optional<Opened> Open();
   /// Open; all of them are on the disk, or none is.
-  Status Write(const std::vector<Batch>& batches);
+  Status Write(const std::vector<Batch>& batches, const std::vector<KeptRecord>& records = {});
 
   /// Open; these alarms are on the disk, and no others.
   Status WriteAlarms(const std::vector<Alarm>& alarms);

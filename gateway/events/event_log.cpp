@@ -60,6 +60,14 @@ void EventLog::Tell(EventRecord record) {
   due_.notify_one();
 }
 
+void EventLog::Keep(KeptRecord record) {
+  {
+    const MutexLock lock(mutex_);
+    if (records_.size() < EventBook::kMostOwn) records_.push_back(std::move(record));
+  }
+  due_.notify_one();
+}
+
 void EventLog::Started(const std::string& version) {
   if (!options_.tells_own) return;
   {
@@ -177,7 +185,9 @@ bool EventLog::Sleep() {
   return !stop_;
 }
 
-bool EventLog::IsIdle() const { return state_.disk != Disk::opening && book_.empty() && !started_; }
+bool EventLog::IsIdle() const {
+  return state_.disk != Disk::opening && book_.empty() && records_.empty() && !started_;
+}
 
 Status EventLog::Open() {
   auto opened = file_.Open();
@@ -186,13 +196,18 @@ Status EventLog::Open() {
   if (!opened->ok) return Error{opened->error};
   if (options_.feed) options_.feed->Begin(std::move(opened->contents.image));
   std::function<void()> tell;
+  bool first = false;
   {
     const MutexLock lock(mutex_);
     book_.OnOpened(opened->contents.last, opened->contents.said, opened->contents.alarms);
     restores_ = last_run_.has_value();
+    first = !restores_;
     if (!restores_) OnFirstOpened(opened->contents);
     opened_ = true;
     tell = std::exchange(tell_opened_, {});
+  }
+  if (first && options_.owed && !opened->contents.owed.empty()) {
+    options_.owed(opened->contents.owed);
   }
   if (tell) tell();
   return {};
@@ -227,20 +242,42 @@ void EventLog::WriteDue() {
   if (status) status = RestoreAlarms();
   std::vector<Batch> due;
   std::vector<Ack> acks;
+  std::vector<KeptRecord> records;
   if (status) {
     due = TakeDue(acks);
-    status = file_.Write(due);
+    {
+      const MutexLock lock(mutex_);
+      records = records_;
+    }
+    status = file_.Write(due, records);
   }
   std::vector<Source> kept;
   {
     const MutexLock lock(mutex_);
-    if (status) kept = book_.Kept(due.size());
+    if (status) {
+      kept = book_.Kept(due.size());
+      records_.erase(records_.begin(),
+                     records_.begin() + static_cast<std::ptrdiff_t>(records.size()));
+    }
     if (!status && acks.empty()) acks.swap(acks_);
     Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
   }
   if (status) Feed(due);
+  if (status) TellOwed(due);
   if (!kept.empty()) options_.kept(kept);
   for (const Ack& ack : acks) ack.done({ack.alarms, status ? std::string() : status.error()});
+}
+
+void EventLog::TellOwed(const std::vector<Batch>& batches) const {
+  std::vector<OwedRecord> owed;
+  for (const Batch& batch : batches) {
+    for (const EventRecord& event : batch.events) {
+      if (event.record.empty() || event.kept) continue;
+      owed.push_back(
+          {event.seq, event.line, event.device, event.record, event.device_time, event.clock});
+    }
+  }
+  if (options_.owed && !owed.empty()) options_.owed(owed);
 }
 
 /// What the gateway has seen of a device is shown with that device.
@@ -251,6 +288,7 @@ void EventLog::Feed(const std::vector<Batch>& batches) {
     for (const EventRecord& event : batch.events) {
       const bool own = batch.source == kGateway;
       fed.push_back({own ? SourceOf(options_.sources, event.device) : batch.source, event});
+      fed.back().record.kept.reset();  // outputs have no use for it
     }
   }
   options_.feed->Add(fed);

@@ -37,6 +37,9 @@ class EventLog final : public EventSource {
     std::function<bool(const Alarm&)> watches{};
     /// They are on the disk, so that their sources may be asked for more; on the writing thread.
     std::function<void(const std::vector<Source>& sources)> kept;
+    /// These are on the disk, too, and their records are still to be read: when the file has
+    /// opened, and before `kept`; on the writing thread. Empty: nobody reads them.
+    std::function<void(const std::vector<OwedRecord>& owed)> owed{};
     /// One line when the disk begins to fail, and one when it is well again; from any thread.
     std::function<void(const std::string&)> warn;
     std::function<void(const std::string&)> inform;
@@ -49,6 +52,9 @@ class EventLog final : public EventSource {
   void Add(Batch batch);
   /// An event of the gateway's own. The same; it is left out where there are too many like it.
   void Tell(EventRecord record);
+  /// From any thread; returns at once. All of it is in the file then, or none; what belongs to an
+  /// event that is not there any more, too.
+  void Keep(KeptRecord record);
   /// The gateway has started: told before all else, with how the one before has ended. So is then
   /// its end.
   void Started(const std::string& version);
@@ -79,6 +85,7 @@ class EventLog final : public EventSource {
   /// `acks`: of these batches.
   std::vector<Batch> TakeDue(std::vector<Ack>& acks);
   void Feed(const std::vector<Batch>& batches);
+  void TellOwed(const std::vector<Batch>& batches) const;
   void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
   bool IsIdle() const BAUDGATE_REQUIRES(mutex_);
   EventRecord Own(OwnCode code, std::string text) const;
@@ -94,7 +101,8 @@ class EventLog final : public EventSource {
   std::optional<LastRun> last_run_ BAUDGATE_GUARDED_BY(mutex_);     // nothing: not opened yet
   std::optional<EventRecord> started_ BAUDGATE_GUARDED_BY(mutex_);  // to be told
   bool tells_end_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::vector<Ack> acks_ BAUDGATE_GUARDED_BY(mutex_);  // of what waits
+  std::vector<Ack> acks_ BAUDGATE_GUARDED_BY(mutex_);            // of what waits
+  std::vector<KeptRecord> records_ BAUDGATE_GUARDED_BY(mutex_);  // that wait
   bool restores_ = false;  // of the writing thread: the file may lack alarms
   bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::thread thread_;

@@ -34,7 +34,8 @@ EventTable::EventTable(Database& database, const SourceNames& names, std::int64_
       insert_(database, kInsert),
       said_(database, kSaid),
       drop_(database, kDrop),
-      alarms_(database) {}
+      alarms_(database),
+      records_(database) {}
 
 EventTable::Contents EventTable::Read(FeedLimits limits) {
   Contents contents;
@@ -42,6 +43,7 @@ EventTable::Contents EventTable::Read(FeedLimits limits) {
   if (!std::holds_alternative<std::int64_t>(last)) return contents;
   contents.last = std::get<std::int64_t>(last);
   if (!ReadRun(contents) || !alarms_.Read(contents.alarms)) return contents;
+  if (!records_.ReadOwed(contents.owed)) return contents;
   Statement rows(database_, "SELECT line, device, said FROM event_sources");
   Statement::Step step = rows.Next();
   for (; step == Statement::Step::row; step = rows.Next()) {
@@ -102,9 +104,10 @@ bool EventTable::ReadRun(Contents& contents) {
   return step != Statement::Step::failed;
 }
 
-bool EventTable::Write(const std::vector<Batch>& batches) {
+bool EventTable::Write(const std::vector<Batch>& batches, const std::vector<KeptRecord>& records) {
   bool ok = database_.Execute("BEGIN IMMEDIATE");
   for (const Batch& batch : batches) ok = ok && Insert(batch);
+  for (const KeptRecord& record : records) ok = ok && records_.Insert(record);
   ok = ok && database_.Execute("COMMIT");
   if (!ok) database_.Rollback();
   return ok;
@@ -132,6 +135,7 @@ bool EventTable::Insert(const Batch& batch) {
     insert_.Bind(9, Name(event.state));
     insert_.Bind(10, event.text);
     if (!insert_.Run() || (event.alarm && !alarms_.Write(*event.alarm))) return false;
+    if (!InsertRecord(event)) return false;
   }
   if (batch.events.empty()) return true;
   if (batch.source != kGateway) {
@@ -141,8 +145,21 @@ bool EventTable::Insert(const Batch& batch) {
     said_.Bind(3, batch.said);
     if (!said_.Run()) return false;
   }
-  drop_.Bind(1, batch.events.back().seq - most_);
-  return drop_.Run();
+  const std::int64_t oldest = batch.events.back().seq - most_;
+  drop_.Bind(1, oldest);
+  return drop_.Run() && (oldest <= 0 || records_.Drop(oldest));
+}
+
+bool EventTable::InsertRecord(const EventRecord& event) {
+  if (event.record.empty()) return true;
+  if (!event.kept) {
+    return records_.Owe(
+        {event.seq, event.line, event.device, event.record, event.device_time, event.clock});
+  }
+  KeptRecord record = *event.kept;
+  record.kind = kEventRecord;
+  record.event = event.seq;
+  return records_.Insert(record);
 }
 
 }  // namespace baudgate::events

@@ -12,6 +12,7 @@
 #include "gateway/events/alarm_table.h"
 #include "gateway/events/event_book.h"
 #include "gateway/events/event_feed.h"
+#include "gateway/events/record_table.h"
 #include "gateway/state/database.h"
 
 namespace baudgate::events {
@@ -43,17 +44,19 @@ class EventTable {
     std::map<Source, std::string> said{};
     LastRun last_run{};
     std::vector<Alarm> alarms{};
+    std::vector<OwedRecord> owed{};
     FeedImage image{};
   };
   Contents Read(FeedLimits limits = {});
-  /// All or none, and with them the alarms that they have changed.
-  bool Write(const std::vector<Batch>& batches);
+  /// All or none, and with them the alarms that they have changed, and what they owe.
+  bool Write(const std::vector<Batch>& batches, const std::vector<KeptRecord>& records = {});
   /// These alarms and no others.
   bool WriteAlarms(const std::vector<Alarm>& alarms);
 
  private:
   bool ReadRun(Contents& contents);
   bool Insert(const Batch& batch);
+  bool InsertRecord(const EventRecord& event);
   bool ReadImage(FeedLimits limits, FeedImage& image);
 
   Database& database_;
@@ -63,6 +66,7 @@ class EventTable {
   Statement said_;
   Statement drop_;
   AlarmTable alarms_;
+  RecordTable records_;
 };
 
 }  // namespace baudgate::events
