@@ -94,6 +94,7 @@ struct Daemon::Impl final : CommandSink, LineControl {
   void MakeLines();
   Status StartModbus();
   Status StartDds();
+  void StopDds();
   void StopModbus();
   control::GatewayInfo GatewayForStatus() const;
   void StartControl();
@@ -179,10 +180,7 @@ bool Daemon::Stop() {
               "does not end: a call of its driver does not come back; the gateway ends without it");
   }
   if (ended) impl_->EndLines();
-#ifdef BAUDGATE_WITH_DDS
-  if (impl_->dds) impl_->dds->Stop();
-  impl_->dds.reset();
-#endif
+  impl_->StopDds();
   log::TellRepeats();
   return ended;
 }
@@ -318,6 +316,8 @@ void Daemon::Impl::MakeLines() {
 /// Waits for every driver.
 void Daemon::Impl::EndLines() {
   for (const auto& runner : runners) runner->Stop();
+  if (events) events->End();
+  StopDds();
   events.reset();  // keeps what is left; the loops still hear of it
   for (const auto& loop : loops) loop->Stop();
 }
@@ -421,6 +421,13 @@ Status Daemon::Impl::StartDds() {
   log::Warn("dds: this build has no DDS; set dds.enabled to false to silence this line");
 #endif
   return {};
+}
+
+void Daemon::Impl::StopDds() {
+#ifdef BAUDGATE_WITH_DDS
+  if (dds) dds->Stop();
+  dds.reset();
+#endif
 }
 
 modbus::GatewayFigures Daemon::Impl::Info() const {

@@ -1,41 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/event_path.h"
 
-#include <algorithm>
 #include <array>
 #include <utility>
 
 #include "gateway/base/log.h"
+#include "gateway/events/own_records.h"
+#include "gateway/events/watched.h"
 
 namespace baudgate {
 namespace {
 
-bool Watches(const config::Device& device, const events::Alarm& alarm) {
-  const auto raises = [&](const config::EventText& text) {
-    return text.alarm != config::AlarmPriority::none &&
-           alarm.name.ends_with(":" + std::to_string(text.code));
-  };
-  if (alarm.point.empty()) {
-    return device.events && std::ranges::any_of(device.event_texts, raises);
-  }
-  return device.point_events && std::ranges::any_of(device.points, [&](const auto& point) {
-           return point.name == alarm.point &&
-                  std::ranges::any_of(point.events, [&](const config::PointEvent& event) {
-                    return event.alarm != config::AlarmPriority::none &&
-                           events::SubjectOf(point, event) == alarm.name;
-                  });
-         });
-}
-
-bool Watches(const config::Config& config, const events::Alarm& alarm) {
-  for (const config::Line& line : config.lines) {
-    if (line.name != alarm.line) continue;
-    for (const config::Device& device : line.devices) {
-      if (device.name == alarm.device) return Watches(device, alarm);
-    }
-  }
-  return false;
-}
+/// A disk that hangs does not keep outputs from ending in time.
+constexpr Duration kEndTime = 300ms;
 
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
                                     std::shared_ptr<events::EventFeed> feed, RecordDesk& records,
@@ -52,7 +29,9 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
   options.clocks = ReadClocks;
   options.feed = std::move(feed);
   options.tells_own = config.events.given;
-  options.watches = [&config](const events::Alarm& alarm) { return Watches(config, alarm); };
+  options.watches = [&config](const events::Alarm& alarm) {
+    return events::Watches(config, alarm);
+  };
   options.kept = [kept = std::move(kept)](const std::vector<events::Source>& sources) {
     for (const events::Source source : sources) kept(source);
   };
@@ -62,25 +41,12 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
   return options;
 }
 
-struct Fact {
-  events::OwnCode code;
-  const char* begins;
-  const char* over;
-  bool has_end = true;
-};
-
-const Fact& FactOf(News::What what) {
+events::OwnCode CodeOf(News::What what) {
   using events::OwnCode;
-  static constexpr std::array<Fact, 8> kFacts = {
-      {{OwnCode::no_answer, "does not answer", "answers again"},
-       {OwnCode::not_in_use, "taken out of use", "in use again"},
-       {OwnCode::wrong_device, "not what it should be", "what it should be again"},
-       {OwnCode::replaced, "another device", "", false},
-       {OwnCode::port_down, "port down", "port open again"},
-       {OwnCode::port_lent, "port lent to another program", "port taken back"},
-       {OwnCode::collisions, "collisions", "no collisions for a minute"},
-       {OwnCode::ring_open, "the ring is open", "the ring is closed again"}}};
-  return kFacts[static_cast<std::size_t>(what)];
+  static constexpr std::array<OwnCode, 8> kCodes = {
+      OwnCode::no_answer, OwnCode::not_in_use, OwnCode::wrong_device, OwnCode::replaced,
+      OwnCode::port_down, OwnCode::port_lent,  OwnCode::collisions,   OwnCode::ring_open};
+  return kCodes[static_cast<std::size_t>(what)];
 }
 
 }  // namespace
@@ -117,6 +83,8 @@ void EventPath::Start() {
   });
 }
 
+void EventPath::End() { log_.End(kEndTime); }
+
 void EventPath::OnReported(ReportedEvents reported) {
   const Place& place = places_[reported.device];
   auto records = events::RecordsOf(reported.batch, place.line->name, *place.device,
@@ -127,20 +95,9 @@ void EventPath::OnReported(ReportedEvents reported) {
 
 void EventPath::OnNews(const config::Line& line, const News& news, Now at) {
   if (!tells_own_) return;
-  const Fact& fact = FactOf(news.what);
-  events::EventRecord record;
-  record.received = record.device_time = at.wall;
-  record.clock = events::ClockQuality::gateway;
-  record.line = line.name;
-  if (news.device) record.device = places_[*news.device].device->name;
-  record.code = events::CodeOf(fact.code);
-  record.state = !fact.has_end ? config::EventState::message
-                 : news.over   ? config::EventState::off
-                               : config::EventState::on;
-  record.text = news.over ? fact.over : fact.begins;
-  if (!news.text.empty() && news.text != record.text) record.text += ": " + news.text;
-  events::Shorten(record.text);
-  log_.Tell(std::move(record));
+  events::Fact fact{CodeOf(news.what), news.over, line.name, {}, news.text};
+  if (news.device) fact.device = places_[*news.device].device->name;
+  log_.Tell(events::FactRecord(fact, at.wall));
 }
 
 void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {

@@ -1,5 +1,5 @@
-// The way of an event from its line to the file, and back the leave to ask for more; the gateway's
-// own ones get their codes and words here. Made and ended by daemon.cpp.
+// The way of an event from its line to the file, and back the leave to ask for more; what the
+// gateway has seen itself goes in here. Made and ended by daemon.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,6 +32,8 @@ class EventPath final : public EventSink {
   void Start();
   /// The lines are about to start.
   void Started() { log_.Started(kVersion); }
+  /// The lines have ended; outputs may hear of the end of the gateway from here on.
+  void End();
 
   void OnReported(ReportedEvents reported) override;
   void OnNews(const config::Line& line, const News& news, Now at) override;

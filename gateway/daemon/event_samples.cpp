@@ -13,6 +13,11 @@ std::vector<dds::EventSample> EventSamples::Take(std::uint64_t after, std::size_
   return samples;
 }
 
+void EventSamples::OnNew(std::function<void()> wake) {
+  if (const auto listener = std::exchange(listener_, std::nullopt)) feed_->Leave(*listener);
+  if (wake) listener_ = feed_->Listen(std::move(wake));
+}
+
 dds::EventSample EventSamples::SampleOf(const events::FedEvent& event) const {
   const events::EventRecord& record = event.record;
   dds::EventSample sample;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -15,16 +16,18 @@ class EventSamples final : public dds::EventSupply {
  public:
   EventSamples(std::string gateway, std::shared_ptr<events::EventFeed> feed)
       : gateway_(std::move(gateway)), feed_(std::move(feed)) {}
+  ~EventSamples() override { OnNew({}); }
 
   std::vector<dds::EventSample> Take(std::uint64_t after, std::size_t most) const override;
   std::uint64_t newest() const override { return static_cast<std::uint64_t>(feed_->newest()); }
-  void OnNew(std::function<void()> wake) override { feed_->OnNew(std::move(wake)); }
+  void OnNew(std::function<void()> wake) override;
 
  private:
   dds::EventSample SampleOf(const events::FedEvent& event) const;
 
   const std::string gateway_;
   const std::shared_ptr<events::EventFeed> feed_;
+  std::optional<events::EventFeed::Listener> listener_;
 };
 
 }  // namespace baudgate

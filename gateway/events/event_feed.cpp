@@ -45,14 +45,20 @@ void EventFeed::Drop() {
   }
 }
 
-void EventFeed::OnNew(std::function<void()> wake) {
+EventFeed::Listener EventFeed::Listen(std::function<void()> wake) {
   const MutexLock lock(waking_);
-  wake_ = std::move(wake);
+  listeners_.emplace(next_, std::move(wake));
+  return next_++;
+}
+
+void EventFeed::Leave(Listener listener) {
+  const MutexLock lock(waking_);
+  listeners_.erase(listener);
 }
 
 void EventFeed::Wake() const {
   const MutexLock lock(waking_);
-  if (wake_) wake_();
+  for (const auto& [listener, wake] : listeners_) wake();
 }
 
 /// The number with these low bits that is nearest to what there is.

@@ -54,9 +54,11 @@ class EventFeed {
   void Begin(FeedImage image);
   /// They are on the disk, by their numbers.
   void Add(const std::vector<FedEvent>& events);
-  /// `wake` is called after each of these, on the writing thread; it returns at once. Null: no
-  /// longer, and no call is under way when this returns.
-  void OnNew(std::function<void()> wake);
+  using Listener = std::uint64_t;
+  /// `wake` is called after each of these, on the writing thread; it returns at once.
+  Listener Listen(std::function<void()> wake);
+  /// It is called no longer, and no call is under way when this returns.
+  void Leave(Listener listener);
 
   struct Shown {
     std::int64_t newest = 0;  ///< of all devices; 0: none
@@ -87,7 +89,8 @@ class EventFeed {
   std::deque<GoneEvent> gone_ BAUDGATE_GUARDED_BY(mutex_);
   std::map<Source, std::int64_t> older_ BAUDGATE_GUARDED_BY(mutex_);
   mutable Mutex waking_;
-  std::function<void()> wake_ BAUDGATE_GUARDED_BY(waking_);
+  std::map<Listener, std::function<void()>> listeners_ BAUDGATE_GUARDED_BY(waking_);
+  Listener next_ BAUDGATE_GUARDED_BY(waking_) = 1;
 };
 
 }  // namespace baudgate::events

@@ -17,7 +17,10 @@ std::optional<EventFile::Opened> EventFile::Open() {
   table_.emplace(connection_.database(), names_);
   opened.contents = table_->Read();
   opened.ok = opened.contents.ok;
-  if (opened.ok) return opened;
+  if (opened.ok) {
+    lacks_alarms_ = std::exchange(was_open_, true);
+    return opened;
+  }
   table_.reset();
   opened.error = connection_.Failed().message;
   connection_.Close();
@@ -36,7 +39,11 @@ Status EventFile::Write(const std::vector<Batch>& batches, const std::vector<Kep
 Status EventFile::WriteAlarms(const std::vector<Alarm>& alarms) {
   const FileTurn::Hold turn(connection_.turn());
   Status status;
-  if (!table_->WriteAlarms(alarms)) status = connection_.Failed();
+  if (table_->WriteAlarms(alarms)) {
+    lacks_alarms_ = false;
+  } else {
+    status = connection_.Failed();
+  }
   if (!connection_.is_open()) table_.reset();
   return status;
 }

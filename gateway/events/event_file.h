@@ -28,6 +28,8 @@ class EventFile {
   /// Open; all of them are on the disk, or none is.
   Status Write(const std::vector<Batch>& batches, const std::vector<KeptRecord>& records = {});
 
+  /// Open, and not for the first time: another file may be there, without alarms.
+  bool lacks_alarms() const { return lacks_alarms_; }
   /// Open; these alarms are on the disk, and no others.
   Status WriteAlarms(const std::vector<Alarm>& alarms);
 
@@ -37,6 +39,8 @@ class EventFile {
   const SourceNames& names_;
   EventsConnection connection_;
   std::optional<EventTable> table_;
+  bool was_open_ = false;
+  bool lacks_alarms_ = false;
 };
 
 }  // namespace baudgate::events

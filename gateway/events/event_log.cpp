@@ -1,152 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/event_log.h"
 
-#include <fmt/format.h>
 #include <pthread.h>
 
 #include <utility>
-
-#include "gateway/base/shown.h"
 
 namespace baudgate::events {
 
 EventLog::EventLog(Options options)
     : options_(std::move(options)),
+      queue_(options_),
       file_(options_.file, options_.sources, options_.vfs, options_.turn) {
-  {
-    const MutexLock lock(mutex_);
-    state_.file = options_.file.string();
-    state_.since = options_.clocks().wall;
-    if (options_.file.empty()) Show(Disk::failing, options_.why_no_file);
-  }
   thread_ = std::thread([this] { Run(); });
 }
 
 EventLog::~EventLog() {
-  {
-    const MutexLock lock(mutex_);
-    if (tells_end_) book_.Tell(Own(OwnCode::stops, "the gateway ends"), options_.clocks().instant);
-    stop_ = true;
-  }
-  due_.notify_one();
+  queue_.Stop();
   thread_.join();
-  const MutexLock lock(mutex_);
-  if (book_.waiting() > 0) {
-    options_.warn(fmt::format(
-        "events: the gateway ends, and the last events of {} devices are not kept; it will ask for "
-        "them once more: {}",
-        book_.waiting(), state_.trouble));
-  }
-  if (book_.waiting_own() > 0) {
-    options_.warn(fmt::format("events: the gateway ends, and {} of its own are not kept: {}",
-                              Plural(book_.waiting_own(), "event"), state_.trouble));
-  }
-}
-
-void EventLog::Add(Batch batch) {
-  {
-    const MutexLock lock(mutex_);
-    book_.Add(std::move(batch));
-  }
-  due_.notify_one();
-}
-
-void EventLog::Tell(EventRecord record) {
-  const Instant now = options_.clocks().instant;
-  {
-    const MutexLock lock(mutex_);
-    book_.Tell(std::move(record), now);
-  }
-  due_.notify_one();
-}
-
-void EventLog::Keep(KeptRecord record) {
-  {
-    const MutexLock lock(mutex_);
-    if (records_.size() < EventBook::kMostOwn) records_.push_back(std::move(record));
-  }
-  due_.notify_one();
-}
-
-void EventLog::Started(const std::string& version) {
-  if (!options_.tells_own) return;
-  {
-    const MutexLock lock(mutex_);
-    started_ = Own(OwnCode::started, "baudgate " + version + " has started");
-    tells_end_ = true;
-  }
-  due_.notify_one();
-}
-
-EventRecord EventLog::Own(OwnCode code, std::string text) const {
-  EventRecord record;
-  record.received = record.device_time = options_.clocks().wall;
-  record.clock = ClockQuality::gateway;
-  record.code = CodeOf(code);
-  record.text = std::move(text);
-  Shorten(record.text);
-  return record;
-}
-
-void EventLog::WhenOpened(std::function<void()> opened) {
-  {
-    const MutexLock lock(mutex_);
-    if (!opened_) {
-      tell_opened_ = std::move(opened);
-      return;
-    }
-  }
-  opened();
-}
-
-std::string EventLog::said(Source source) const {
-  const MutexLock lock(mutex_);
-  return book_.said(source);
-}
-
-EventsState EventLog::state() const {
-  const MutexLock lock(mutex_);
-  EventsState state = state_;
-  state.waiting = book_.waiting();
-  state.newest = book_.newest();
-  state.repeats = book_.repeats();
-  state.left_out = book_.left_out();
-  for (const auto& [key, alarm] : book_.alarms()) {
-    state.alarms_active += IsActive(alarm.state) ? 1 : 0;
-    state.alarms_unacknowledged += IsUnacknowledged(alarm.state) ? 1 : 0;
-  }
-  return state;
-}
-
-std::vector<Alarm> EventLog::Alarms() const {
-  std::vector<Alarm> alarms;
-  const MutexLock lock(mutex_);
-  for (const auto& [key, alarm] : book_.alarms()) alarms.push_back(alarm);
-  return alarms;
-}
-
-void EventLog::Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done) {
-  Acknowledged now;
-  {
-    const MutexLock lock(mutex_);
-    for (const auto& [key, alarm] : book_.alarms()) {
-      if (!IsUnacknowledged(alarm.state) || !query.Means(alarm)) continue;
-      EventRecord record =
-          Own(OwnCode::acknowledged, "acknowledged by " + query.by + ": " + alarm.text);
-      record.line = alarm.line;
-      record.device = alarm.device;
-      record.subject = alarm.name;
-      record.mark = {.step = AlarmMark::Step::acknowledge, .by = query.by, .seq = query.seq};
-      book_.TellAlways(std::move(record));
-      ++now.alarms;
-    }
-    now.trouble = state_.trouble;
-    if (now.alarms > 0 && now.trouble.empty()) {
-      acks_.push_back({now.alarms, std::exchange(done, nullptr)});
-    }
-  }
-  due_.notify_one();
-  if (done) done(now);
+  for (const std::string& line : queue_.LeftBehind()) options_.warn(line);
 }
 
 Result<Page> EventLog::Read(const PageQuery& query) const {
@@ -155,38 +26,29 @@ Result<Page> EventLog::Read(const PageQuery& query) const {
   return ReadPage(options_.file, query);
 }
 
-// ---------------------------------------------------------------- the writing thread
-
+/// The end of a trouble is told as well, in a commit behind the one that has ended it.
 void EventLog::Run() {
   pthread_setname_np(pthread_self(), "events");
-  while (Sleep()) WriteDue();
-  WriteDue();
-  // The end of a trouble is told, too.
-  const MutexLock lock(mutex_);
-  if (state_.disk != Disk::fine || book_.empty()) return;
-  const auto due = book_.Due();
-  if (file_.Write(due)) book_.Kept(due.size());
+  while (queue_.Await()) WriteDue();
+  do {
+    WriteDue();
+  } while (queue_.goes_on());
 }
 
-bool EventLog::Sleep() {
-  MutexLock lock(mutex_);
-  const Instant tick = options_.clocks().instant + kTick;
-  // A disk that fails is left in peace until then.
-  while (!stop_) {
-    const bool rests = state_.disk == Disk::failing;
-    if (!rests && !IsIdle()) break;
-    const auto until = rests ? tick : book_.LeftOutAt();
-    if (!until) {
-      lock.Wait(due_);
-    } else if (!lock.WaitUntil(due_, *until)) {
-      break;
-    }
+void EventLog::WriteDue() {
+  if (options_.file.empty()) return;
+  Status status = Open();
+  if (status && file_.lacks_alarms()) status = file_.WriteAlarms(queue_.Alarms());
+  EventQueue::Round round;
+  if (status) {
+    round = queue_.Take();
+    status = file_.Write(round.batches, round.records);
   }
-  return !stop_;
-}
-
-bool EventLog::IsIdle() const {
-  return state_.disk != Disk::opening && book_.empty() && records_.empty() && !started_;
+  if (status) Feed(round.batches);
+  if (status) TellOwed(round.batches);
+  const std::vector<Source> kept = queue_.Done(round, status);
+  if (!kept.empty()) options_.kept(kept);
+  AckDesk::Answer(round.acks, status ? std::string() : status.error());
 }
 
 Status EventLog::Open() {
@@ -195,77 +57,11 @@ Status EventLog::Open() {
   if (!opened->put_aside.empty()) options_.warn("events: " + opened->put_aside);
   if (!opened->ok) return Error{opened->error};
   if (options_.feed) options_.feed->Begin(std::move(opened->contents.image));
-  std::function<void()> tell;
-  bool first = false;
-  {
-    const MutexLock lock(mutex_);
-    book_.OnOpened(opened->contents.last, opened->contents.said, opened->contents.alarms);
-    restores_ = last_run_.has_value();
-    first = !restores_;
-    if (!restores_) OnFirstOpened(opened->contents);
-    opened_ = true;
-    tell = std::exchange(tell_opened_, {});
-  }
+  const bool first = queue_.OnOpened(opened->contents);
   if (first && options_.owed && !opened->contents.owed.empty()) {
     options_.owed(opened->contents.owed);
   }
-  if (tell) tell();
   return {};
-}
-
-/// An alarm that nobody watches any more would be active for ever.
-void EventLog::OnFirstOpened(const EventTable::Contents& contents) {
-  last_run_ = contents.last_run;
-  for (const Alarm& alarm : contents.alarms) {
-    if (!IsActive(alarm.state) || !options_.watches || options_.watches(alarm)) continue;
-    EventRecord record =
-        Own(OwnCode::not_watched, "not in the configuration any more: " + alarm.text);
-    record.line = alarm.line;
-    record.device = alarm.device;
-    record.state = config::EventState::off;
-    record.subject = alarm.name;
-    record.mark = {.step = AlarmMark::Step::clear};
-    book_.TellAlways(std::move(record));
-  }
-}
-
-Status EventLog::RestoreAlarms() {
-  if (!restores_) return {};
-  const Status status = file_.WriteAlarms(Alarms());
-  if (status) restores_ = false;
-  return status;
-}
-
-void EventLog::WriteDue() {
-  if (options_.file.empty()) return;
-  Status status = Open();
-  if (status) status = RestoreAlarms();
-  std::vector<Batch> due;
-  std::vector<Ack> acks;
-  std::vector<KeptRecord> records;
-  if (status) {
-    due = TakeDue(acks);
-    {
-      const MutexLock lock(mutex_);
-      records = records_;
-    }
-    status = file_.Write(due, records);
-  }
-  std::vector<Source> kept;
-  {
-    const MutexLock lock(mutex_);
-    if (status) {
-      kept = book_.Kept(due.size());
-      records_.erase(records_.begin(),
-                     records_.begin() + static_cast<std::ptrdiff_t>(records.size()));
-    }
-    if (!status && acks.empty()) acks.swap(acks_);
-    Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
-  }
-  if (status) Feed(due);
-  if (status) TellOwed(due);
-  if (!kept.empty()) options_.kept(kept);
-  for (const Ack& ack : acks) ack.done({ack.alarms, status ? std::string() : status.error()});
 }
 
 void EventLog::TellOwed(const std::vector<Batch>& batches) const {
@@ -292,43 +88,6 @@ void EventLog::Feed(const std::vector<Batch>& batches) {
     }
   }
   options_.feed->Add(fed);
-}
-
-std::vector<Batch> EventLog::TakeDue(std::vector<Ack>& acks) {
-  const Now now = options_.clocks();
-  const MutexLock lock(mutex_);
-  if (started_) {
-    if (last_run_->end == LastRun::End::in_order) {
-      started_->text += "; the one before had ended in order";
-    } else if (last_run_->end == LastRun::End::broken_off) {
-      started_->text += "; the one before was broken off after " + FormatWallTime(last_run_->last);
-    }
-    book_.TellFirst(*std::exchange(started_, std::nullopt));
-  }
-  if (state_.disk == Disk::fine) book_.TellLeftOut(now);
-  acks.swap(acks_);
-  return book_.Due();
-}
-
-/// The log hears of the first trouble and of its end.
-void EventLog::Show(Disk disk, const std::string& trouble) {
-  std::string was = std::exchange(state_.trouble, trouble);
-  const WallTime since = state_.since;
-  if (std::exchange(state_.disk, disk) != disk) state_.since = options_.clocks().wall;
-  if (!trouble.empty() && was.empty()) {
-    options_.warn(fmt::format(
-        "events: {}; devices are not asked for events until it works again, and keep them as long "
-        "as they have room",
-        trouble));
-  } else if (trouble.empty() && !was.empty()) {
-    options_.inform("events: they are kept again in " + state_.file);
-    if (!options_.tells_own) return;
-    const std::string file = state_.file + ": ";
-    if (was.starts_with(file)) was.erase(0, file.size());
-    book_.Tell(Own(OwnCode::disk_trouble,
-                   "no event could be kept since " + FormatWallTime(since) + ": " + was),
-               options_.clocks().instant);
-  }
 }
 
 }  // namespace baudgate::events

@@ -12,6 +12,7 @@
 #include "gateway/events/alarm_table.h"
 #include "gateway/events/event_book.h"
 #include "gateway/events/event_feed.h"
+#include "gateway/events/own_records.h"
 #include "gateway/events/record_table.h"
 #include "gateway/state/database.h"
 
@@ -26,12 +27,6 @@ Source SourceOf(const SourceNames& names, std::string_view device);
 
 /// So many are kept: about 200 MB.
 inline constexpr std::int64_t kMostEvents = 1'000'000;
-
-/// How the gateway that wrote to the file before has ended.
-struct LastRun {
-  enum class End : std::uint8_t { unknown, in_order, broken_off } end = End::unknown;
-  WallTime last{};  ///< the last that it has written
-};
 
 class EventTable {
  public:

@@ -131,7 +131,9 @@ TEST(EventFeed, GivesConsumersWhatIsBehindTheirPlace) {
   EventFeed feed({.events = 3, .remembered = 0});
   Events events;
   int woken = 0;
-  feed.OnNew([&] { ++woken; });
+  int other = 0;
+  const auto first = feed.Listen([&] { ++woken; });
+  feed.Listen([&] { ++other; });
   EXPECT_TRUE(feed.Take(0, 10).empty());
   feed.Add(Fed(events.Of({0, 1})));
   EXPECT_EQ(feed.Take(0, 1).size(), 1U);
@@ -142,9 +144,10 @@ TEST(EventFeed, GivesConsumersWhatIsBehindTheirPlace) {
   ASSERT_EQ(late.size(), 3U);
   EXPECT_EQ(late.front().record.seq, 3) << "2 has left, which whoever was at 1 can count";
   EXPECT_TRUE(feed.Take(5, 10).empty());
-  feed.OnNew({});
+  feed.Leave(first);
   feed.Add(Fed(events.Of({0})));
   EXPECT_EQ(woken, 2);
+  EXPECT_EQ(other, 3);
 }
 
 TEST(EventFeed, BeginsWithTheFileAndOnlyOnce) {
@@ -166,7 +169,7 @@ TEST(EventFeed, BeginsWithTheFileAndOnlyOnce) {
   EXPECT_EQ(contents.image.gone.size(), 51U);
   EventFeed feed(limits);
   int woken = 0;
-  feed.OnNew([&] { ++woken; });
+  feed.Listen([&] { ++woken; });
   feed.Begin(contents.image);
   auto shown = feed.Show(kAll, 4, kMost);
   EXPECT_EQ(shown.newest, 304);

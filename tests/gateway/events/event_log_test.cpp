@@ -187,6 +187,28 @@ TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
   EXPECT_THAT(Texts(*next).back(), HasSubstr("4 has started; the one before was broken off after"));
 }
 
+TEST_F(EventLogTest, FeedsItsEndOnceWhileOutputsStillRun) {
+  auto log = Start(file(), {}, {}, true);
+  log->Started("1");
+  log->End(1h);
+  EXPECT_EQ(Fed(), (std::vector<std::string>{"baudgate 1 has started", "the gateway ends"}));
+  log.reset();
+  EXPECT_EQ(Fed().size(), 2U);
+  feed_ = std::make_shared<EventFeed>();
+  Start(file(), {}, {}, true)->Started("2");
+  EXPECT_EQ(Fed().back(), "the gateway ends") << "also where nobody asked for it before";
+}
+
+TEST_F(EventLogTest, EndsWithoutADiskThatFails) {
+  FaultyDisk disk;
+  disk.write_error = SQLITE_FULL;
+  const auto log = Start("/events.db", disk.vfs(), {}, true);
+  log->Started("1");
+  log->End(1h);
+  EXPECT_TRUE(Fed().empty());
+  disk.write_error = 0;
+}
+
 TEST_F(EventLogTest, FeedsWhatTheGatewayHasSeenOfADeviceAsTheDevices) {
   const auto log = Start(file(), {}, {}, true);
   log->Started("1");

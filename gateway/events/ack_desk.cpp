@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/events/ack_desk.h"
+
+#include "gateway/events/own_records.h"
+
+namespace baudgate::events {
+
+std::size_t AckDesk::Tell(const AckQuery& query, EventBook& book, WallTime at) {
+  std::size_t alarms = 0;
+  for (const auto& [key, alarm] : book.alarms()) {
+    if (!IsUnacknowledged(alarm.state) || !query.Means(alarm)) continue;
+    book.TellAlways(AckRecord(alarm, query, at));
+    ++alarms;
+  }
+  return alarms;
+}
+
+void AckDesk::Answer(const std::vector<Ack>& acks, const std::string& trouble) {
+  for (const Ack& ack : acks) ack.done({ack.alarms, trouble});
+}
+
+}  // namespace baudgate::events

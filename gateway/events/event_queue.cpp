@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/events/event_queue.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "gateway/base/shown.h"
+
+namespace baudgate::events {
+
+EventQueue::EventQueue(const LogOptions& options) : options_(options) {
+  const MutexLock lock(mutex_);
+  state_.file = options_.file.string();
+  state_.since = options_.clocks().wall;
+  if (options_.file.empty()) Show(Disk::failing, options_.why_no_file);
+}
+
+void EventQueue::Add(Batch batch) {
+  {
+    const MutexLock lock(mutex_);
+    book_.Add(std::move(batch));
+  }
+  due_.notify_one();
+}
+
+void EventQueue::Tell(EventRecord record) {
+  const Instant now = options_.clocks().instant;
+  {
+    const MutexLock lock(mutex_);
+    book_.Tell(std::move(record), now);
+  }
+  due_.notify_one();
+}
+
+/// While the disk fails as many wait as events of the gateway's own.
+void EventQueue::Keep(KeptRecord record) {
+  {
+    const MutexLock lock(mutex_);
+    if (records_.size() < EventBook::kMostOwn) records_.push_back(std::move(record));
+  }
+  due_.notify_one();
+}
+
+void EventQueue::Started(const std::string& version) {
+  if (!options_.tells_own) return;
+  {
+    const MutexLock lock(mutex_);
+    start_ = {version, options_.clocks().wall};
+    tells_end_ = true;
+  }
+  due_.notify_one();
+}
+
+void EventQueue::TellEnd() {
+  if (std::exchange(tells_end_, false)) book_.TellAlways(EndRecord(options_.clocks().wall));
+}
+
+void EventQueue::End(Duration most) {
+  const Instant until = options_.clocks().instant + most;
+  MutexLock lock(mutex_);
+  TellEnd();
+  due_.notify_one();
+  while (!IsIdle() && state_.disk != Disk::failing && lock.WaitUntil(done_, until)) {
+  }
+}
+
+void EventQueue::Acknowledge(const AckQuery& query, AckDesk::Done done) {
+  Acknowledged now;
+  {
+    const MutexLock lock(mutex_);
+    now.alarms = AckDesk::Tell(query, book_, options_.clocks().wall);
+    now.trouble = state_.trouble;
+    if (now.alarms > 0 && now.trouble.empty()) {
+      acks_.Wait({now.alarms, std::exchange(done, nullptr)});
+    }
+  }
+  due_.notify_one();
+  if (done) done(now);
+}
+
+void EventQueue::WhenOpened(std::function<void()> opened) {
+  {
+    const MutexLock lock(mutex_);
+    if (!opened_) {
+      tell_opened_ = std::move(opened);
+      return;
+    }
+  }
+  opened();
+}
+
+std::string EventQueue::said(Source source) const {
+  const MutexLock lock(mutex_);
+  return book_.said(source);
+}
+
+EventsState EventQueue::state() const {
+  const MutexLock lock(mutex_);
+  EventsState state = state_;
+  state.waiting = book_.waiting();
+  state.newest = book_.newest();
+  state.repeats = book_.repeats();
+  state.left_out = book_.left_out();
+  for (const auto& [key, alarm] : book_.alarms()) {
+    state.alarms_active += IsActive(alarm.state) ? 1 : 0;
+    state.alarms_unacknowledged += IsUnacknowledged(alarm.state) ? 1 : 0;
+  }
+  return state;
+}
+
+std::vector<Alarm> EventQueue::Alarms() const {
+  std::vector<Alarm> alarms;
+  const MutexLock lock(mutex_);
+  for (const auto& [key, alarm] : book_.alarms()) alarms.push_back(alarm);
+  return alarms;
+}
+
+// ---------------------------------------------------------------- the writing thread
+
+bool EventQueue::Await() {
+  MutexLock lock(mutex_);
+  const Instant tick = options_.clocks().instant + kTick;
+  // A disk that fails is left in peace until then.
+  while (!stop_) {
+    const bool rests = state_.disk == Disk::failing;
+    if (!rests && !IsIdle()) break;
+    const auto until = rests ? tick : book_.LeftOutAt();
+    if (!until) {
+      lock.Wait(due_);
+    } else if (!lock.WaitUntil(due_, *until)) {
+      break;
+    }
+  }
+  return !stop_;
+}
+
+bool EventQueue::IsIdle() const {
+  return state_.disk != Disk::opening && book_.empty() && records_.empty() && !start_;
+}
+
+bool EventQueue::goes_on() const {
+  const MutexLock lock(mutex_);
+  return state_.disk == Disk::fine && !IsIdle();
+}
+
+void EventQueue::Stop() {
+  {
+    const MutexLock lock(mutex_);
+    TellEnd();
+    stop_ = true;
+  }
+  due_.notify_one();
+}
+
+bool EventQueue::OnOpened(const EventTable::Contents& contents) {
+  std::function<void()> tell;
+  bool first = false;
+  {
+    const MutexLock lock(mutex_);
+    book_.OnOpened(contents.last, contents.said, contents.alarms);
+    first = !std::exchange(opened_, true);
+    if (first) {
+      last_run_ = contents.last_run;
+      for (const Alarm& alarm : contents.alarms) {
+        if (!IsActive(alarm.state) || !options_.watches || options_.watches(alarm)) continue;
+        book_.TellAlways(NotWatchedRecord(alarm, options_.clocks().wall));
+      }
+    }
+    tell = std::exchange(tell_opened_, {});
+  }
+  if (tell) tell();
+  return first;
+}
+
+EventQueue::Round EventQueue::Take() {
+  const Now now = options_.clocks();
+  const MutexLock lock(mutex_);
+  if (const auto start = std::exchange(start_, std::nullopt)) {
+    book_.TellFirst(StartRecord(start->version, last_run_, start->at));
+  }
+  if (state_.disk == Disk::fine) book_.TellLeftOut(now);
+  return {book_.Due(), records_, acks_.Take()};
+}
+
+std::vector<Source> EventQueue::Done(Round& round, const Status& status) {
+  std::vector<Source> kept;
+  {
+    const MutexLock lock(mutex_);
+    if (status) {
+      kept = book_.Kept(round.batches.size());
+      records_.erase(records_.begin(),
+                     records_.begin() + static_cast<std::ptrdiff_t>(round.records.size()));
+    }
+    if (!status && round.acks.empty()) round.acks = acks_.Take();
+    Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
+  }
+  done_.notify_all();
+  return kept;
+}
+
+std::vector<std::string> EventQueue::LeftBehind() const {
+  std::vector<std::string> lines;
+  const MutexLock lock(mutex_);
+  if (book_.waiting() > 0) {
+    lines.push_back(fmt::format(
+        "events: the gateway ends, and the last events of {} devices are not kept; it will ask for "
+        "them once more: {}",
+        book_.waiting(), state_.trouble));
+  }
+  if (book_.waiting_own() > 0) {
+    lines.push_back(fmt::format("events: the gateway ends, and {} of its own are not kept: {}",
+                                Plural(book_.waiting_own(), "event"), state_.trouble));
+  }
+  return lines;
+}
+
+/// The log hears of the first trouble and of its end.
+void EventQueue::Show(Disk disk, const std::string& trouble) {
+  const std::string was = std::exchange(state_.trouble, trouble);
+  const WallTime since = state_.since;
+  const Now now = options_.clocks();
+  if (std::exchange(state_.disk, disk) != disk) state_.since = now.wall;
+  if (!trouble.empty() && was.empty()) {
+    options_.warn(fmt::format(
+        "events: {}; devices are not asked for events until it works again, and keep them as long "
+        "as they have room",
+        trouble));
+  } else if (trouble.empty() && !was.empty()) {
+    options_.inform("events: they are kept again in " + state_.file);
+    if (!options_.tells_own) return;
+    book_.Tell(DiskTroubleRecord(state_.file, was, since, now.wall), now.instant);
+  }
+}
+
+}  // namespace baudgate::events

@@ -1,0 +1,90 @@
+// Between those to whom something happens and the one thread that writes it down: the book under a
+// lock, who waits for it, and how the disk does. From any thread; the second half is of the thread
+// that writes (gateway/events/event_log.h).
+//
+//   Add, Tell, Acknowledge, …        Await → Take → (to the disk) → Done
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/base/guarded.h"
+#include "gateway/events/ack_desk.h"
+#include "gateway/events/event_book.h"
+#include "gateway/events/event_source.h"
+#include "gateway/events/log_options.h"
+#include "gateway/events/own_records.h"
+
+namespace baudgate::events {
+
+class EventQueue {
+ public:
+  static constexpr Duration kTick = 1s;
+
+  /// `options` outlive it.
+  explicit EventQueue(const LogOptions& options);
+
+  void Add(Batch batch);
+  void Tell(EventRecord record);
+  void Keep(KeptRecord record);
+  void Started(const std::string& version);
+  /// Tells the end, and waits so long until all is on the disk, or the disk fails.
+  void End(Duration most);
+  void Acknowledge(const AckQuery& query, AckDesk::Done done);
+  void WhenOpened(std::function<void()> opened);
+
+  std::string said(Source source) const;
+  EventsState state() const;
+  std::vector<Alarm> Alarms() const;
+
+  /// Until there is something to be written, or it is time to look; false: Stop was called.
+  bool Await();
+  void Stop();
+  /// Whether it is the first time.
+  bool OnOpened(const EventTable::Contents& contents);
+
+  /// What shares the next commit.
+  struct Round {
+    std::vector<Batch> batches{};
+    std::vector<KeptRecord> records{};
+    std::vector<AckDesk::Ack> acks{};
+  };
+  Round Take();
+  /// All of it is on the disk, or why not. The sources that may be asked for more.
+  std::vector<Source> Done(Round& round, const Status& status);
+  /// More is to be written, and can be.
+  bool goes_on() const;
+  /// One line for each kind of what is not on the disk and will not be.
+  std::vector<std::string> LeftBehind() const;
+
+ private:
+  struct Start {
+    std::string version;
+    WallTime at{};
+  };
+  void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
+  bool IsIdle() const BAUDGATE_REQUIRES(mutex_);
+  void TellEnd() BAUDGATE_REQUIRES(mutex_);
+
+  const LogOptions& options_;
+  mutable Mutex mutex_;
+  std::condition_variable due_;
+  std::condition_variable done_;
+  EventBook book_ BAUDGATE_GUARDED_BY(mutex_);
+  std::vector<KeptRecord> records_ BAUDGATE_GUARDED_BY(mutex_);  // that wait
+  AckDesk acks_ BAUDGATE_GUARDED_BY(mutex_);                     // of what waits
+  EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
+  bool opened_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);
+  LastRun last_run_ BAUDGATE_GUARDED_BY(mutex_);            // once it was opened
+  std::optional<Start> start_ BAUDGATE_GUARDED_BY(mutex_);  // to be told
+  bool tells_end_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
+};
+
+}  // namespace baudgate::events

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gateway/events/event_feed.h"
+#include "gateway/events/event_table.h"
+#include "gateway/state/file_turn.h"
+
+namespace baudgate::events {
+
+struct LogOptions {
+  std::filesystem::path file;  ///< empty: there is no place for it
+  std::string why_no_file{};
+  std::string vfs{};                 ///< as in Database
+  std::shared_ptr<FileTurn> turn{};  ///< as in EventsConnection
+  SourceNames sources;
+  std::function<Now()> clocks;
+  std::shared_ptr<EventFeed> feed{};  ///< hears of what is on the disk; null: nobody does
+  bool tells_own = false;             ///< the gateway's own events are kept, too
+  /// Whether the configuration still has it; empty: it has all.
+  std::function<bool(const Alarm&)> watches{};
+  /// They are on the disk, so that their sources may be asked for more; on the writing thread.
+  std::function<void(const std::vector<Source>& sources)> kept;
+  /// These are on the disk, too, and their records are still to be read: when the file has opened
+  /// first, and before `kept`; on the writing thread. Empty: nobody reads them.
+  std::function<void(const std::vector<OwedRecord>& owed)> owed{};
+  /// One line when the disk begins to fail, and one when it is well again; from any thread.
+  std::function<void(const std::string&)> warn;
+  std::function<void(const std::string&)> inform;
+};
+
+}  // namespace baudgate::events

@@ -1,0 +1,40 @@
+// What the gateway tells of itself and of what it looks after, in the codes and words that users
+// read (docs/events.md). No lock, no clock, no disk.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "gateway/events/event_record.h"
+#include "gateway/events/event_source.h"
+#include "gateway/events/own_codes.h"
+
+namespace baudgate::events {
+
+/// How the gateway that wrote to the file before has ended.
+struct LastRun {
+  enum class End : std::uint8_t { unknown, in_order, broken_off } end = End::unknown;
+  WallTime last{};  ///< the last that it has written
+};
+
+EventRecord StartRecord(const std::string& version, const LastRun& before, WallTime at);
+EventRecord EndRecord(WallTime at);
+/// It is over. `trouble` may begin with the name of the file.
+EventRecord DiskTroubleRecord(const std::string& file, std::string_view trouble, WallTime since,
+                              WallTime at);
+/// Of an alarm that the configuration does not have any more.
+EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at);
+EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at);
+
+/// What a line, or one of its devices, has come to.
+struct Fact {
+  OwnCode code = OwnCode::no_answer;  ///< port_down … replaced
+  bool over = false;
+  std::string line{};
+  std::string device{};  ///< empty: of the line
+  std::string why{};
+};
+EventRecord FactRecord(const Fact& fact, WallTime at);
+
+}  // namespace baudgate::events
