@@ -13,6 +13,7 @@
 #include "config/options.h"
 #include "config/points.h"
 #include "config/ratios.h"
+#include "config/records.h"
 #include "config/serial.h"
 #include "config/writing.h"
 #include "gateway/base/spelling.h"
@@ -202,6 +203,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
   ReadPoints(map, raw, protocol, recheck, device, context);
   ReadDeviceEvents(map, context.events, device);
+  ResolveRecords(profile.records, device, context.problems);
   ApplyRatios(map, device);
   ApplyWritePermit(map, device);
   if (raw) BlameProfile(map, *raw, context);

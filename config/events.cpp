@@ -5,6 +5,7 @@
 
 #include "config/outputs.h"
 #include "config/point_events.h"
+#include "config/records.h"
 #include "gateway/base/spelling.h"
 
 namespace baudgate::config {
@@ -93,7 +94,9 @@ void ReadDeviceEvents(MapReader& map, bool given, Device& device) {
           " table of events: they come without texts, and none come where the protocol has none");
 }
 
-std::vector<EventText> ReadEventTable(const YamlNode& node, Problems& problems) {
+std::vector<EventText> ReadEventTable(const YamlNode& node,
+                                      const std::vector<RecordPattern>& records,
+                                      Problems& problems) {
   std::vector<EventText> table;
   std::vector<Mark> ends;
   for (const YamlNode& element : ReadList(node, "events", kMostTexts, problems)) {
@@ -107,6 +110,8 @@ std::vector<EventText> ReadEventTable(const YamlNode& node, Problems& problems) 
     Assign(one.state, map.OneOf("state", kStates));
     one.alarm = ReadAlarm(map);
     one.until = map.Integer<std::uint32_t>("until", 1, kLastCode);
+    one.record = ReadRecordName(map);
+    CheckRecordName(one.record, map.MarkOf("record"), records, problems);
     CheckAlarm(one, map);
     map.Finish();
     const auto same = [&](const EventText& other) { return IsSame(one, other); };

@@ -21,6 +21,9 @@ namespace baudgate::config {
 Events ReadEvents(const YamlNode& node, Problems& problems);
 /// `given`: the gateway has the key. `device` has its table and its points.
 void ReadDeviceEvents(MapReader& map, bool given, Device& device);
-std::vector<EventText> ReadEventTable(const YamlNode& node, Problems& problems);
+/// `records`: of the same profile.
+std::vector<EventText> ReadEventTable(const YamlNode& node,
+                                      const std::vector<RecordPattern>& records,
+                                      Problems& problems);
 
 }  // namespace baudgate::config

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {
@@ -62,6 +63,18 @@ void CheckHysteresis(const PointEvent& event, const Point& point, const MapReade
   }
 }
 
+void CheckNormal(const PointEvent& event, const Point& point, const MapReader& map) {
+  if (event.normal.empty()) return;
+  const auto error = [&](const std::string& text) {
+    map.problems().Error(map.MarkOf("normal"), "normal: " + text);
+  };
+  if (event.on != PointEvent::On::change) return error("only on: change has one");
+  if (point.type == Type::boolean) return error("a bool is on and off by itself");
+  if (point.type != Type::string && !ParseDecimal(event.normal)) {
+    error("'" + point.name + "' is a number, and " + Quoted(event.normal) + " is none");
+  }
+}
+
 std::optional<PointEvent> ReadOne(const YamlNode& node, const Point& point, Problems& problems) {
   MapReader map(node, "event of '" + point.name + "'", problems);
   if (node.kind() != YamlNode::Kind::map) return std::nullopt;
@@ -73,8 +86,11 @@ std::optional<PointEvent> ReadOne(const YamlNode& node, const Point& point, Prob
   Assign(event.delay, map.Time("delay", 0ms, 24h));
   event.text = ReadEventText(map);
   event.alarm = ReadAlarm(map);
+  event.normal = map.Label("normal").value_or("");
+  event.record = ReadRecordName(map);
   map.Finish();
   if (!on) return std::nullopt;
+  CheckNormal(event, point, map);
   if (event.on != PointEvent::On::change) {
     CheckLimit(event, point, map);
   } else if (map.Has("value")) {
@@ -98,6 +114,12 @@ std::string ReadEventText(MapReader& map) {
                                                  std::to_string(kLongestEventText) + " bytes");
   }
   return text;
+}
+
+std::string ReadRecordName(MapReader& map) {
+  const auto node = map.Get("record");
+  if (!node) return {};
+  return ReadText(*node, "record", map.problems()).value_or("");
 }
 
 std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point) {

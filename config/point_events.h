@@ -22,4 +22,7 @@ AlarmPriority ReadAlarm(MapReader& map);
 /// `text`, and a problem where it is too long. Also of a table of events.
 std::string ReadEventText(MapReader& map);
 
+/// `record: trip`. Also of a table of events.
+std::string ReadRecordName(MapReader& map);
+
 }  // namespace baudgate::config

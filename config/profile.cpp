@@ -4,6 +4,7 @@
 #include "config/events.h"
 #include "config/identity.h"
 #include "config/options.h"
+#include "config/records.h"
 #include "config/serial.h"
 #include "gateway/base/spelling.h"
 
@@ -62,8 +63,9 @@ RawProfile ReadProfileText(const std::string& text, const std::string& file,
   if (const auto points = map.Need("points", "[ … ]")) {
     raw.points = ReadRawPoints(*points, problems);
   }
+  if (const auto records = map.Get("records")) profile.records = ReadRecords(*records, problems);
   if (const auto events = map.Get("events")) {
-    profile.event_texts = ReadEventTable(*events, problems);
+    profile.event_texts = ReadEventTable(*events, profile.records, problems);
   }
   map.Finish();
   return raw;

@@ -56,16 +56,17 @@ Fields<2> ListOf(Quality*);
 Fields<3> ListOf(Shape*);
 Fields<8> ListOf(Expectation*);
 Fields<4> ListOf(Cut*);
-Fields<25> ListOf(config::Device*);
+Fields<26> ListOf(config::Device*);
+Fields<2> ListOf(config::Record*);
 Fields<3> ListOf(config::Identity*);
 Fields<22> ListOf(config::Point*);
-Fields<6> ListOf(config::PointEvent*);
+Fields<8> ListOf(config::PointEvent*);
 Fields<8> ListOf(config::Writing*);
 Fields<6> ListOf(config::AllowWhen*);
 Fields<2> ListOf(config::Sentinel*);
 Fields<2> ListOf(config::OnFault*);
 Fields<3> ListOf(config::Simulate*);
-Fields<6> ListOf(config::EventText*);
+Fields<7> ListOf(config::EventText*);
 Fields<3> ListOf(config::Mark*);
 Fields<6> ListOf(config::Timing*);
 Fields<8> ListOf(config::SerialSettings*);
@@ -151,13 +152,13 @@ auto Split(T& s, Fields<22>) {
                decltype(t), decltype(u), decltype(v), decltype(w)>();
 }
 template <typename T>
-auto Split(T& s, Fields<25>) {
-  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z] = s;
+auto Split(T& s, Fields<26>) {
+  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, s26] = s;
   return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
                decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
                decltype(t), decltype(u), decltype(v), decltype(w), decltype(x), decltype(y),
-               decltype(z)>();
+               decltype(z), decltype(s26)>();
 }
 // clang-format on
 

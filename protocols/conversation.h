@@ -85,7 +85,7 @@ struct Request {
   /// Of a write: it only makes the write possible, as a password does. When it fails, nothing has
   /// been written.
   bool prepares = false;
-  /// It tells the time: Conversation::Stamp is called when it is sent. A broadcast.
+  /// It tells the time, or asks for it: Conversation::Stamp is called when it is sent.
   bool stamped = false;
   /// The device may take so long until the first byte of this reply, where that is longer than the
   /// device's reply time. Example: 5 s to clear all parameters, where reads take 500 ms.
@@ -199,8 +199,8 @@ class Conversation {
   virtual Then OnSent(const Task&, const Request&, Instant) { return Then::done; }
 
   /// A stamped request is sent now: its bytes anew, as many as before. `arrives`: when the last of
-  /// them is out.
-  virtual void Stamp(Request&, WallTime /*arrives*/) {}
+  /// them is out; `character`: the time of one on this line.
+  virtual void Stamp(Request&, Now /*arrives*/, Duration /*character*/) {}
 
   /// This machine's clock is known to be right (synchronised), or not any more. It is not before
   /// the first call.

@@ -35,6 +35,12 @@ struct Identity {
 /// "SPAJ 140 C" as " spaj 140c" and the like are compared: "SPAJ140C".
 std::string SpokenName(std::string_view name);
 
+/// Points that are read together behind an event, and kept with it as one.
+struct Record {
+  std::string name;
+  std::vector<std::uint32_t> points;  ///< indices into the device's points
+};
+
 struct Device {
   std::string name;
   std::string address;               ///< as written; the plugin reads it
@@ -62,6 +68,14 @@ struct Device {
   bool events = false;        ///< what happens in it is asked for, and kept
   bool point_events = false;  ///< those of its points are kept
   std::vector<EventText> event_texts;
+  std::vector<Record> records;
+  Mark mark;
+};
+
+/// `records: { trip: { points: [ trip_phases, "record?_*" ] } }` of a profile.
+struct RecordPattern {
+  std::string name;
+  std::vector<std::string> points;  ///< names, with * for any text and ? for any character
   Mark mark;
 };
 
@@ -76,6 +90,7 @@ struct Profile {
   Options options;                    ///< only those that the profile sets
   std::vector<Point> points;
   std::vector<EventText> event_texts;  ///< empty: it has no events, or nobody has said which
+  std::vector<RecordPattern> records;
 };
 
 std::string_view Name(WordOrder order);  ///< "ABCD"

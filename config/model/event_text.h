@@ -25,6 +25,7 @@ struct EventText {
   /// The code that ends the alarm, of the same channel; nothing: it has no end of its own, and only
   /// waits to be acknowledged.
   std::optional<std::uint32_t> until{};
+  std::string record{};  ///< which values are read behind it and kept with it; empty: none
 };
 
 /// That of the channel before that of all; null: the table does not have it.

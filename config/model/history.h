@@ -18,6 +18,9 @@ struct HistoryPoint {
   bool every = false;        ///< every reading, changed or not
   double deadband = 0;       ///< smaller changes are not kept, in units of the value
   Duration max_gap = std::chrono::minutes(10);  ///< an unchanged value is kept again after this
+  /// Numbers are kept where a straight line would leave the deadband
+  /// (gateway/history/swing_door.h).
+  bool swinging_door = false;
 };
 
 inline constexpr std::uint64_t kMegabyte = 1'000'000;

@@ -232,7 +232,7 @@ Status Daemon::Impl::OpenState() {
   writes = std::make_unique<WritePath>(config, store, *this, place);
   if (KeepsEvents(config)) {
     events = std::make_unique<EventPath>(
-        config, store, place, [this](std::uint32_t device, std::string said, bool reported) {
+        config, store, place, *this, [this](std::uint32_t device, std::string said, bool reported) {
           runners[line_of[device]]->OnEventsKept(device, std::move(said), reported);
         });
   }

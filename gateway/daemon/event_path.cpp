@@ -22,7 +22,7 @@ std::set<std::string> ConsumersOf(const config::Config& config) {
 }
 
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
-                                    std::shared_ptr<events::EventFeed> feed,
+                                    std::shared_ptr<events::EventFeed> feed, RecordDesk& records,
                                     std::function<void(events::Source)> kept) {
   events::EventLog::Options options;
   options.file = place.file;
@@ -42,6 +42,7 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
   options.kept = [kept = std::move(kept)](const std::vector<events::Source>& sources) {
     for (const events::Source source : sources) kept(source);
   };
+  options.owed = [&records](const std::vector<events::OwedRecord>& owed) { records.Owe(owed); };
   options.warn = [](const std::string& text) { log::Warn("{}", text); };
   options.inform = [](const std::string& text) { log::Info("{}", text); };
   return options;
@@ -58,12 +59,17 @@ events::OwnCode CodeOf(News::What what) {
 }  // namespace
 
 EventPath::EventPath(const config::Config& config, const PointStore& store,
-                     const EventsPlace& place, Kept kept)
+                     const EventsPlace& place, CommandSink& commands, Kept kept)
     : store_(store),
       tells_own_(config.events.given),
       kept_(std::move(kept)),
       feed_(std::make_shared<events::EventFeed>(events::FeedLimits(), ConsumersOf(config))),
-      log_(OptionsOf(config, place, feed_,
+      records_(
+          config, store,
+          {.clocks = ReadClocks,
+           .ask = [&commands](WriteCommand command) { return commands.Submit(std::move(command)); },
+           .keep = [this](events::KeptRecord record) { log_.Keep(std::move(record)); }}),
+      log_(OptionsOf(config, place, feed_, records_,
                      [this](events::Source source) { kept_(source, log_.said(source), true); })) {
   for (const config::Line& line : config.lines) {
     for (const config::Device& device : line.devices) {
@@ -77,6 +83,7 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
 }
 
 void EventPath::Start() {
+  records_.Start();
   log_.WhenOpened([this] {
     for (std::uint32_t device = 0; device < places_.size(); ++device) {
       if (places_[device].device->events) kept_(device, log_.said(device), false);
@@ -102,6 +109,7 @@ void EventPath::OnNews(const config::Line& line, const News& news, Now at) {
 }
 
 void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {
+  records_.OnRead(device, at.instant);
   events::DeviceWatch* const watch = places_[device].watch.get();
   if (watch == nullptr) return;
   struct Seen {

@@ -11,6 +11,7 @@
 #include "gateway/base/version.h"
 #include "gateway/daemon/event_sink.h"
 #include "gateway/daemon/events_place.h"
+#include "gateway/daemon/record_desk.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/event_log.h"
 #include "gateway/events/point_watch.h"
@@ -23,9 +24,9 @@ class EventPath final : public EventSink {
   /// `said` of the device's last events that are on the disk (see Conversation::OnEventsKept):
   /// `reported` by Take, or from before the start. On a thread of its own, or from Start.
   using Kept = std::function<void(std::uint32_t device, std::string said, bool reported)>;
-  /// `config` and `store` outlive it.
+  /// All references outlive it. `commands`: what events owe is read by it.
   EventPath(const config::Config& config, const PointStore& store, const EventsPlace& place,
-            Kept kept);
+            CommandSink& commands, Kept kept);
 
   /// The lines can hear what is kept from before, as soon as the file is open.
   void Start();
@@ -37,6 +38,9 @@ class EventPath final : public EventSink {
   void OnReported(ReportedEvents reported) override;
   void OnNews(const config::Line& line, const News& news, Now at) override;
   void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) override;
+  void OnDrained(std::uint32_t device, Instant asked) override {
+    records_.OnDrained(device, asked);
+  }
   events::EventLog& log() { return log_; }
   /// What is on the disk, for outputs, which may keep it longer than this lives.
   std::shared_ptr<events::EventFeed> feed() const { return feed_; }
@@ -53,7 +57,8 @@ class EventPath final : public EventSink {
   const Kept kept_;
   std::vector<Place> places_;  // by device
   const std::shared_ptr<events::EventFeed> feed_;
-  events::EventLog log_;
+  RecordDesk records_;
+  events::EventLog log_;  // its thread tells the desk
 };
 
 }  // namespace baudgate

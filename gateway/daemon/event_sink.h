@@ -17,6 +17,8 @@ class EventSink {
   virtual ~EventSink() = default;
   /// See PollerListener::OnEvents.
   virtual void OnReported(ReportedEvents events) = 0;
+  /// See PollerListener::OnDrained.
+  virtual void OnDrained(std::uint32_t device, Instant asked) = 0;
   /// Of that line.
   virtual void OnNews(const config::Line& line, const News& news, Now at) = 0;
   /// See PollerListener::OnRead.

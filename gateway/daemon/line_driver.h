@@ -92,6 +92,9 @@ class LineDriver final : private PollerListener {
     reported_.insert(events.device);
     if (events_ != nullptr) events_->OnReported(std::move(events));
   }
+  void OnDrained(std::uint32_t device, Instant asked) override {
+    if (events_ != nullptr) events_->OnDrained(device, asked);
+  }
   void OnNews(News news) override { news_.Tell(std::move(news), now_); }
   void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) override {
     if (events_ != nullptr) events_->OnRead(device, points, at);

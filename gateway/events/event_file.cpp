@@ -27,11 +27,19 @@ std::optional<EventFile::Opened> EventFile::Open() {
   return opened;
 }
 
-Status EventFile::Write(const std::vector<Batch>& batches, const Cursors* cursors) {
+Status EventFile::Write(const std::vector<Batch>& batches, const Cursors* cursors,
+                        const std::vector<KeptRecord>& records) {
   const FileTurn::Hold turn(connection_.turn());
   Status status = connection_.CheckThere();
+<<<<<<< ours
   const bool due = !batches.empty() || cursors != nullptr;
   if (status && due && !table_->Write(batches, cursors)) status = connection_.Failed();
+||||||| base
+  if (status && !batches.empty() && !table_->Write(batches)) status = connection_.Failed();
+=======
+  const bool nothing = batches.empty() && records.empty();
+  if (status && !nothing && !table_->Write(batches, records)) status = connection_.Failed();
+>>>>>>> theirs
   if (!connection_.is_open()) table_.reset();
   return status;
 }

@@ -26,7 +26,8 @@ class EventFile {
   /// Nothing where it is open and fit for use.
   std::optional<Opened> Open();
   /// Open; all of them are on the disk, or none is. As EventTable.
-  Status Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr);
+  Status Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
+               const std::vector<KeptRecord>& records = {});
   /// Open.
   Result<std::vector<FedEvent>> ReadBehind(std::int64_t after);
   std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }

@@ -56,10 +56,11 @@ void EventLog::WriteDue() {
   if (status) {
     const auto cursors = options_.feed ? options_.feed->cursors().Due() : std::nullopt;
     round = queue_.Take();
-    status = file_.Write(round.batches, cursors ? &*cursors : nullptr);
+    status = file_.Write(round.batches, cursors ? &*cursors : nullptr, round.records);
     if (status && cursors) options_.feed->cursors().OnKept(*cursors);
   }
   if (status) Feed(round.batches);
+  if (status) TellOwed(round.batches);
   const std::vector<Source> kept = queue_.Done(round, status, file_.oldest());
   if (status) ReadBacklog();
   if (!kept.empty()) options_.kept(kept);
@@ -75,7 +76,10 @@ Status EventLog::Open() {
     options_.feed->cursors().OnOpened(opened->contents.cursors);
     options_.feed->Begin(std::move(opened->contents.image));
   }
-  queue_.OnOpened(opened->contents);
+  const bool first = queue_.OnOpened(opened->contents);
+  if (first && options_.owed && !opened->contents.owed.empty()) {
+    options_.owed(opened->contents.owed);
+  }
   return {};
 }
 
@@ -88,6 +92,18 @@ void EventLog::ReadBacklog() {
   }
 }
 
+void EventLog::TellOwed(const std::vector<Batch>& batches) const {
+  std::vector<OwedRecord> owed;
+  for (const Batch& batch : batches) {
+    for (const EventRecord& event : batch.events) {
+      if (event.record.empty() || event.kept) continue;
+      owed.push_back(
+          {event.seq, event.line, event.device, event.record, event.device_time, event.clock});
+    }
+  }
+  if (options_.owed && !owed.empty()) options_.owed(owed);
+}
+
 /// What the gateway has seen of a device is shown with that device.
 void EventLog::Feed(const std::vector<Batch>& batches) {
   if (!options_.feed) return;
@@ -96,6 +112,7 @@ void EventLog::Feed(const std::vector<Batch>& batches) {
     for (const EventRecord& event : batch.events) {
       const bool own = batch.source == kGateway;
       fed.push_back({own ? SourceOf(options_.sources, event.device) : batch.source, event});
+      fed.back().record.kept.reset();  // outputs have no use for it
     }
   }
   options_.feed->Add(fed);

@@ -28,6 +28,9 @@ class EventLog final : public EventSource {
   void Add(Batch batch) { queue_.Add(std::move(batch)); }
   /// An event of the gateway's own. The same; it is left out where there are too many like it.
   void Tell(EventRecord record) { queue_.Tell(std::move(record)); }
+  /// From any thread; returns at once. All of it is in the file then, or none; what is there
+  /// already is left as it is.
+  void Keep(KeptRecord record) { queue_.Keep(std::move(record)); }
   /// The gateway has started: told before all else, with how the one before has ended. So is then
   /// its end.
   void Started(const std::string& version) { queue_.Started(version); }
@@ -53,6 +56,7 @@ class EventLog final : public EventSource {
   Status Open();
   void Feed(const std::vector<Batch>& batches);
   void ReadBacklog();
+  void TellOwed(const std::vector<Batch>& batches) const;
 
   const Options options_;
   EventQueue queue_;

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
+
+#include "gateway/events/record_page.h"
 
 namespace baudgate::events {
 namespace {
@@ -29,9 +32,7 @@ EventRecord RecordOf(const Statement& row) {
   record.seq = row.Number(0);
   record.received = row.Time(1);
   record.device_time = row.Time(2);
-  const std::int64_t clock = row.Number(3);
-  const bool known = clock >= 0 && clock < static_cast<std::int64_t>(kClockQualities);
-  record.clock = known ? static_cast<ClockQuality>(clock) : ClockQuality::none;
+  record.clock = ClockQualityOf(row.Number(3));
   record.line = std::string(row.Text(4));
   record.device = std::string(row.Text(5));
   record.channel = CodeOf(row.Number(6));
@@ -39,6 +40,41 @@ EventRecord RecordOf(const Statement& row) {
   record.state = StateNamed(row.Text(8));
   record.text = std::string(row.Text(9)).substr(0, kLongestText);
   return record;
+}
+
+bool AddKept(Database& database, Page& page) {
+  auto kept = ReadRecordsOf(database, page.records.front().seq, page.records.back().seq);
+  if (!kept) return false;
+  auto record = page.records.begin();
+  std::size_t values = 0;
+  for (KeptRecord& one : *kept) {
+    while (record != page.records.end() && record->seq < one.event) ++record;
+    if (record == page.records.end()) return true;
+    if (record->seq != one.event) continue;
+    values += one.values.size();
+    record->record = one.name;
+    record->kept = std::move(one);
+    if (values < kPageValues || record + 1 == page.records.end()) continue;
+    page.records.erase(record + 1, page.records.end());
+    page.next = page.records.back().seq;
+    return page.more = true;
+  }
+  return true;
+}
+
+/// A page with many values ends sooner.
+bool AddRecords(Database& database, Page& page) {
+  if (page.records.empty()) return true;
+  if (!AddKept(database, page)) return false;
+  Statement owed(database, "SELECT event, name FROM owed_records WHERE event>=? AND event<=?");
+  owed.Bind(1, page.records.front().seq);
+  owed.Bind(2, page.records.back().seq);
+  Statement::Step step = owed.Next();
+  for (; step == Statement::Step::row; step = owed.Next()) {
+    const auto found = std::ranges::find(page.records, owed.Number(0), &EventRecord::seq);
+    if (found != page.records.end()) found->record = std::string(owed.Text(1));
+  }
+  return step == Statement::Step::done;
 }
 
 }  // namespace
@@ -60,19 +96,22 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
   for (;;) {
     const Statement::Step step = rows.Next();
     if (step == Statement::Step::failed) return Error{database.error()};
-    if (step == Statement::Step::done) return page;
-    page.more = page.records.size() == kPage;
-    if (page.more) return page;
+    page.more = step == Statement::Step::row && page.records.size() == kPage;
+    if (step == Statement::Step::done || page.more) break;
     page.records.push_back(RecordOf(rows));
     page.next = page.records.back().seq;
   }
+  return page;
 }
 
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query) {
   Database database(file.string(), Database::Mode::read);
   if (!database.is_open()) return Error{file.string() + ": " + database.error()};
+  // Events and what belongs to them are of the same moment.
+  if (!database.Execute("BEGIN")) return Error{file.string() + ": " + database.error()};
   auto page = ReadPage(database, query);
   if (!page) return Error{file.string() + ": " + page.error()};
+  if (!AddRecords(database, *page)) return Error{file.string() + ": " + database.error()};
   return page;
 }
 

@@ -31,7 +31,8 @@ struct Page {
 };
 
 Result<Page> ReadPage(Database& database, const PageQuery& query);
-/// One read, in a connection that ends with it.
+/// One read, in a connection that ends with it, and with the records of the events. A page with
+/// many values is shorter.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query);
 
 }  // namespace baudgate::events

@@ -34,6 +34,15 @@ void EventQueue::Tell(EventRecord record) {
   due_.notify_one();
 }
 
+/// While the disk fails as many wait as events of the gateway's own.
+void EventQueue::Keep(KeptRecord record) {
+  {
+    const MutexLock lock(mutex_);
+    if (records_.size() < EventBook::kMostOwn) records_.push_back(std::move(record));
+  }
+  due_.notify_one();
+}
+
 void EventQueue::Started(const std::string& version) {
   if (!options_.tells_own) return;
   {
@@ -143,7 +152,9 @@ void EventQueue::Look(bool now) {
   due_.notify_one();
 }
 
-bool EventQueue::IsIdle() const { return state_.disk != Disk::opening && book_.empty() && !start_; }
+bool EventQueue::IsIdle() const {
+  return state_.disk != Disk::opening && book_.empty() && records_.empty() && !start_;
+}
 
 bool EventQueue::goes_on() const {
   const MutexLock lock(mutex_);
@@ -159,12 +170,14 @@ void EventQueue::Stop() {
   due_.notify_one();
 }
 
-void EventQueue::OnOpened(const EventTable::Contents& contents) {
+bool EventQueue::OnOpened(const EventTable::Contents& contents) {
   std::function<void()> tell;
+  bool first = false;
   {
     const MutexLock lock(mutex_);
     book_.OnOpened(contents.last, contents.said, contents.alarms);
-    if (!std::exchange(opened_, true)) {
+    first = !std::exchange(opened_, true);
+    if (first) {
       last_run_ = contents.last_run;
       for (const Alarm& alarm : contents.alarms) {
         if (!IsActive(alarm.state) || !options_.watches || options_.watches(alarm)) continue;
@@ -174,6 +187,7 @@ void EventQueue::OnOpened(const EventTable::Contents& contents) {
     tell = std::exchange(tell_opened_, {});
   }
   if (tell) tell();
+  return first;
 }
 
 EventQueue::Round EventQueue::Take() {
@@ -183,15 +197,19 @@ EventQueue::Round EventQueue::Take() {
     book_.TellFirst(StartRecord(start->version, last_run_, start->at));
   }
   if (state_.disk == Disk::fine) book_.TellLeftOut(now);
-  return {book_.Due(), acks_.Take()};
+  return {book_.Due(), records_, acks_.Take()};
 }
 
 std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::int64_t oldest) {
   std::vector<Source> kept;
   {
     const MutexLock lock(mutex_);
-    if (status) kept = book_.Kept(round.batches.size());
-    if (status) state_.oldest = oldest;
+    if (status) {
+      kept = book_.Kept(round.batches.size());
+      if (status) state_.oldest = oldest;
+      records_.erase(records_.begin(),
+                     records_.begin() + static_cast<std::ptrdiff_t>(round.records.size()));
+    }
     if (!status && round.acks.empty()) round.acks = acks_.Take();
     Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
   }

@@ -31,6 +31,7 @@ class EventQueue {
 
   void Add(Batch batch);
   void Tell(EventRecord record);
+  void Keep(KeptRecord record);
   void Started(const std::string& version);
   /// Tells the end, and waits so long until all is on the disk, or the disk fails.
   void End(Duration most);
@@ -46,11 +47,13 @@ class EventQueue {
   /// Until there is something to be written, or it is time to look; false: Stop was called.
   bool Await();
   void Stop();
-  void OnOpened(const EventTable::Contents& contents);
+  /// Whether it is the first time.
+  bool OnOpened(const EventTable::Contents& contents);
 
   /// What shares the next commit.
   struct Round {
     std::vector<Batch> batches{};
+    std::vector<KeptRecord> records{};
     std::vector<AckDesk::Ack> acks{};
   };
   Round Take();
@@ -77,7 +80,8 @@ class EventQueue {
   std::condition_variable due_;
   std::condition_variable done_;
   EventBook book_ BAUDGATE_GUARDED_BY(mutex_);
-  AckDesk acks_ BAUDGATE_GUARDED_BY(mutex_);  // of what waits
+  std::vector<KeptRecord> records_ BAUDGATE_GUARDED_BY(mutex_);  // that wait
+  AckDesk acks_ BAUDGATE_GUARDED_BY(mutex_);                     // of what waits
   EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
   bool opened_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);

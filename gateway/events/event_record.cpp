@@ -55,7 +55,10 @@ std::vector<EventRecord> RecordsOf(const EventBatch& batch, const std::string& l
     record.device = device.name;
     record.channel = event.channel;
     record.code = event.code;
-    if (known != nullptr) record.state = known->state;
+    if (known != nullptr) {
+      record.state = known->state;
+      record.record = known->record;
+    }
     record.text = TextOf(known, event.text);
     MarkAlarm(device, record);
   }

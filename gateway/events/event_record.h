@@ -10,6 +10,7 @@
 #include "config/model/device.h"
 #include "gateway/base/time.h"
 #include "gateway/events/alarm.h"
+#include "gateway/events/kept_record.h"
 #include "gateway/events/placed_time.h"
 #include "protocols/conversation.h"
 
@@ -30,7 +31,10 @@ struct EventRecord {
   /// Also what its alarm is called.
   std::string subject{};
   AlarmMark mark{};
-  std::optional<Alarm> alarm{};  ///< as it is behind this; nothing: as before, or there is none
+  /// Which values belong to it: `kept`, or they are still to be read. Empty: none.
+  std::string record{};
+  std::optional<KeptRecord> kept{};  ///< written with it, in one transaction
+  std::optional<Alarm> alarm{};      ///< as it is behind this; nothing: as before, or there is none
 };
 
 /// Longer texts are cut.

@@ -39,7 +39,8 @@ EventTable::EventTable(Database& database, const SourceNames& names, std::int64_
       said_(database, kSaid),
       drop_(database, kDrop),
       cursor_(database, kCursor),
-      alarms_(database) {}
+      alarms_(database),
+      records_(database) {}
 
 EventTable::Contents EventTable::Read(FeedLimits limits) {
   Contents contents;
@@ -50,6 +51,7 @@ EventTable::Contents EventTable::Read(FeedLimits limits) {
       !FindOldest()) {
     return contents;
   }
+  if (!records_.ReadOwed(contents.owed)) return contents;
   Statement rows(database_, "SELECT line, device, said FROM event_sources");
   Statement::Step step = rows.Next();
   for (; step == Statement::Step::row; step = rows.Next()) {
@@ -138,10 +140,12 @@ Result<std::vector<FedEvent>> EventTable::ReadBehind(std::int64_t after) {
   return events;
 }
 
-bool EventTable::Write(const std::vector<Batch>& batches, const Cursors* cursors) {
+bool EventTable::Write(const std::vector<Batch>& batches, const Cursors* cursors,
+                       const std::vector<KeptRecord>& records) {
   bool ok = database_.Execute("BEGIN IMMEDIATE");
   for (const Batch& batch : batches) ok = ok && Insert(batch);
   ok = ok && (cursors == nullptr || WriteCursors(*cursors));
+  for (const KeptRecord& record : records) ok = ok && records_.Insert(record);
   ok = ok && database_.Execute("COMMIT");
   if (!ok) database_.Rollback();
   return ok;
@@ -169,6 +173,7 @@ bool EventTable::Insert(const Batch& batch) {
     insert_.Bind(9, Name(event.state));
     insert_.Bind(10, event.text);
     if (!insert_.Run() || (event.alarm && !alarms_.Write(*event.alarm))) return false;
+    if (!InsertRecord(event)) return false;
   }
   if (batch.events.empty()) return true;
   if (batch.source != kGateway) {
@@ -184,8 +189,9 @@ bool EventTable::Insert(const Batch& batch) {
 bool EventTable::Drop(std::int64_t newest) {
   const std::int64_t beyond = newest - most_;
   if (oldest_ > 0 && beyond < oldest_) return true;
-  drop_.Bind(1, beyond);
-  return drop_.Run() && FindOldest();
+  const std::int64_t oldest = beyond;
+  drop_.Bind(1, oldest);
+  return drop_.Run() && FindOldest() && (oldest <= 0 || records_.Drop(oldest));
 }
 
 bool EventTable::FindOldest() {
@@ -193,6 +199,18 @@ bool EventTable::FindOldest() {
   if (!std::holds_alternative<std::int64_t>(oldest)) return false;
   oldest_ = std::get<std::int64_t>(oldest);
   return true;
+}
+
+bool EventTable::InsertRecord(const EventRecord& event) {
+  if (event.record.empty()) return true;
+  if (!event.kept) {
+    return records_.Owe(
+        {event.seq, event.line, event.device, event.record, event.device_time, event.clock});
+  }
+  KeptRecord record = *event.kept;
+  record.kind = kEventRecord;
+  record.event = event.seq;
+  return records_.Insert(record);
 }
 
 }  // namespace baudgate::events

@@ -15,6 +15,7 @@
 #include "gateway/events/event_book.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/own_records.h"
+#include "gateway/events/record_table.h"
 #include "gateway/state/database.h"
 
 namespace baudgate::events {
@@ -41,12 +42,14 @@ class EventTable {
     LastRun last_run{};
     std::vector<Alarm> alarms{};
     Cursors cursors{};
+    std::vector<OwedRecord> owed{};
     FeedImage image{};
   };
   Contents Read(FeedLimits limits = {});
-  /// All or none, and with them the alarms that they have changed. `cursors`: and no others; null:
-  /// as they are.
-  bool Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr);
+  /// All or none, and with them the alarms that they have changed, and what they owe. `cursors`:
+  /// and no others; null: as they are.
+  bool Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
+             const std::vector<KeptRecord>& records = {});
   /// These alarms and no others.
   bool WriteAlarms(const std::vector<Alarm>& alarms);
   /// The next events behind a number.
@@ -61,6 +64,7 @@ class EventTable {
   bool Insert(const Batch& batch);
   bool Drop(std::int64_t newest);
   bool FindOldest();
+  bool InsertRecord(const EventRecord& event);
   bool ReadImage(FeedLimits limits, FeedImage& image);
 
   Database& database_;
@@ -72,6 +76,7 @@ class EventTable {
   Statement drop_;
   Statement cursor_;
   AlarmTable alarms_;
+  RecordTable records_;
 };
 
 }  // namespace baudgate::events

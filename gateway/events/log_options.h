@@ -26,6 +26,9 @@ struct LogOptions {
   std::function<bool(const Alarm&)> watches{};
   /// They are on the disk, so that their sources may be asked for more; on the writing thread.
   std::function<void(const std::vector<Source>& sources)> kept;
+  /// These are on the disk, too, and their records are still to be read: when the file has opened
+  /// first, and before `kept`; on the writing thread. Empty: nobody reads them.
+  std::function<void(const std::vector<OwedRecord>& owed)> owed{};
   /// One line when the disk begins to fail, and one when it is well again; from any thread.
   std::function<void(const std::string&)> warn;
   std::function<void(const std::string&)> inform;

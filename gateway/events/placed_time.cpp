@@ -34,6 +34,11 @@ std::string_view Name(ClockQuality quality) {
   return kNames[static_cast<std::size_t>(quality)];
 }
 
+ClockQuality ClockQualityOf(std::int64_t number) {
+  const bool known = number >= 0 && number < static_cast<std::int64_t>(kClockQualities);
+  return known ? static_cast<ClockQuality>(number) : ClockQuality::none;
+}
+
 /// From the last to the first: what came later bounds what came before.
 std::vector<PlacedTime> Place(const std::vector<std::optional<SaidTime>>& said, WallTime received,
                               std::optional<Duration> oldest) {

@@ -29,7 +29,8 @@ enum class ClockQuality : std::uint16_t {
   out_of_step = 4,     ///< the device's, which no minute brings into step with the gateway's
 };
 inline constexpr std::size_t kClockQualities = 5;
-std::string_view Name(ClockQuality quality);  ///< "minute guessed"
+std::string_view Name(ClockQuality quality);       ///< "minute guessed"
+ClockQuality ClockQualityOf(std::int64_t number);  ///< none where there is no such
 
 /// A device's clock may be ahead of the gateway's, or behind it, by so much.
 inline constexpr Duration kClockTolerance = std::chrono::seconds(2);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gateway/base/shown.h"
+#include "gateway/base/text.h"
 #include "gateway/events/own_codes.h"
 
 namespace baudgate::events {
@@ -60,9 +61,19 @@ std::optional<PointWatch::Finding> PointWatch::Change(const Value& value, Instan
   }
   if (!Lasts(value, now)) return std::nullopt;
   told_ = value;
-  if (first && (flag == nullptr || !alarm)) return std::nullopt;
-  if (flag == nullptr) return Finding{EventState::message, false};
-  return Finding{*flag ? EventState::on : EventState::off, first};
+  const bool has_normal = !rule_.normal.empty();
+  const bool beyond = has_normal ? !IsNormal(value) : flag != nullptr && *flag;
+  const bool two_states = has_normal || flag != nullptr;
+  if (first && !(two_states && alarm) && !(has_normal && beyond)) return std::nullopt;
+  if (!two_states) return Finding{EventState::message, false};
+  return Finding{beyond ? EventState::on : EventState::off, first && alarm};
+}
+
+/// "0" is 0.0, too.
+bool PointWatch::IsNormal(const Value& value) const {
+  if (ToText(value) == rule_.normal) return true;
+  const auto number = ParseDecimal(rule_.normal);
+  return number && !std::holds_alternative<std::string>(value) && ToDouble(value) == *number;
 }
 
 bool PointWatch::IsSame(const Value& a, const Value& b) const {
@@ -126,6 +137,7 @@ EventRecord DeviceWatch::RecordOf(const config::Point& point, const config::Poin
   }
   Shorten(record.text);
   record.subject = SubjectOf(point, event);
+  if (found.state != config::EventState::off) record.record = event.record;
   if (event.alarm != config::AlarmPriority::none) {
     record.mark = {.step = StepOf(found.state),
                    .priority = event.alarm,

@@ -3,6 +3,7 @@
 //   above 5, hysteresis 1:   4 6 5 4     on at 6, off at 4
 //   above 5, delay 3 s:      6 6 6 6     on at the first that is 3 s behind the one that began it
 //   change:                  1 1 2 bad 2 3   at 2 and 3
+//   change, normal 0:        0 16 17 0       on at 16 and at 17, off at 0
 //
 // A bad reading is none: it makes no event and ends no delay. The first since the start tells of a
 // limit that is exceeded; where the point has an alarm it is told either way, and is an event where
@@ -38,6 +39,7 @@ class PointWatch {
  private:
   std::optional<Finding> Compare(double value, Instant now);
   std::optional<Finding> Change(const Value& value, Instant now);
+  bool IsNormal(const Value& value) const;
   bool IsSame(const Value& a, const Value& b) const;
   /// What is seen now is so for long enough.
   bool Lasts(const Value& seen, Instant now);

@@ -59,6 +59,7 @@ class DayFile {
   bool PackLeftovers(const char* table);
   bool WriteChunks(const char* table);
   std::int64_t IdOf(PointNumber point);
+  bool MarkLine(const Sample& sample);
 
   const std::filesystem::path path_;
   const std::vector<PointName>& names_;
@@ -66,8 +67,11 @@ class DayFile {
   std::unique_ptr<Database> database_;
   Statement insert_[2];
   Statement run_;
+  Statement line_;
   std::vector<std::int64_t> ids_;  // by point; 0: it has none yet
-  std::size_t table_ = 0;          // that takes rows
+  std::vector<std::int64_t>
+      marked_;             // by point: the run in which it is known to be a line; 0: none
+  std::size_t table_ = 0;  // that takes rows
   OpenRows active_;
   OpenRows packed_;  // of the other table
   std::vector<Chunk> chunks_;

@@ -92,6 +92,15 @@ class DayReader {
     return step != Statement::Step::failed;
   }
 
+  /// Files of before have no lines.
+  bool IsLine(std::int64_t run) {
+    if (!knows()) return false;
+    Statement row(database_, "SELECT 1 FROM lines WHERE point=? AND run=?");
+    row.Bind(1, *point_);
+    row.Bind(2, run);
+    return row.Next() == Statement::Step::row;
+  }
+
   void End() { database_.Rollback(); }
 
  private:
@@ -149,8 +158,10 @@ class PageReader {
       std::vector<Entry> entries;
       const std::size_t room = kPage - page_.records.size();
       const bool ok = day->ReadEntries(run->first, after, query_.until, room + 1, entries);
+      const std::string error = ok ? std::string() : day->error();
+      const bool line = day->IsLine(run->first);
       day->End();
-      if (!ok) return Error{DayFileName(day->day()) + ": " + day->error()};
+      if (!ok) return Error{DayFileName(day->day()) + ": " + error};
       for (Entry& entry : entries) {
         if (page_.records.size() == kPage) {
           page_.more = true;
@@ -158,7 +169,7 @@ class PageReader {
         }
         after = entry.time;
         page_.next = {run->first, after};
-        page_.records.push_back({std::move(entry), {}});
+        page_.records.push_back({std::move(entry), {}, line});
       }
     }
     AddGap(run, knew);

@@ -71,6 +71,9 @@ class Lanes::Lane final : public PollerListener {
     all_.listener_.OnMemory(device, memory);
   }
   void OnEvents(ReportedEvents events) override { all_.listener_.OnEvents(std::move(events)); }
+  void OnDrained(std::uint32_t device, Instant asked) override {
+    all_.listener_.OnDrained(device, asked);
+  }
   void OnNews(News news) override { all_.listener_.OnNews(std::move(news)); }
   void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) override {
     all_.listener_.OnRead(device, points, at);

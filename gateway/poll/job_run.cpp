@@ -154,8 +154,10 @@ void Poller::Send() {
   Request& request = job_->request;
   if (request.stamped) {
     const auto characters = static_cast<std::int64_t>(request.bytes.size());
-    const WallTime arrives = now_.wall + characters * job_->member->times.character;
-    roster_.AsDevice(*job_->member)->conversation->Stamp(request, arrives);
+    const Duration character = job_->member->times.character;
+    const Duration takes = characters * character;
+    roster_.AsDevice(*job_->member)
+        ->conversation->Stamp(request, {now_.instant + takes, now_.wall + takes}, character);
   }
   auto* const write = job_->As<Job::Write>();
   if (write != nullptr && !request.prepares && !request.closes) write->sent = true;
@@ -365,7 +367,10 @@ void Poller::TakeAnswer() {
 /// The device has looked whether it has any after its request was sent.
 void Poller::Report(Device& device, EventBatch batch) {
   if (batch.drained) device.drained_at = job_->exchange_began;
-  if (batch.events.empty()) return;
+  if (batch.events.empty()) {
+    if (batch.drained) listener_.OnDrained(device.index, job_->exchange_began);
+    return;
+  }
   schedule_.HoldEvents(device.place);
   ReportedEvents events{device.index, std::move(batch), job_->answered, {}};
   if (device.drained_at) events.oldest = job_->answered.instant - *device.drained_at;

@@ -56,6 +56,8 @@ class PollerListener {
   virtual void OnMemory(std::uint32_t /*device*/, const std::string& /*memory*/) {}
   /// The device is not asked for more before Poller::OnEventsKept, which is not called from here.
   virtual void OnEvents(ReportedEvents /*events*/) {}
+  /// Asked at `asked` or later the device had nothing to tell: all that it has told is kept.
+  virtual void OnDrained(std::uint32_t /*device*/, Instant /*asked*/) {}
   /// A fact without a call of its own above.
   virtual void OnNews(News /*news*/) {}
   /// These points of the device have been read; the point store holds what is thought of it.

@@ -73,6 +73,42 @@ CREATE TABLE event_cursors (
   seq  INTEGER NOT NULL,
   sure INTEGER NOT NULL
 ) WITHOUT ROWID;
+)sql",
+                                                                 R"sql(
+CREATE TABLE records (
+  kind          TEXT NOT NULL,
+  seq           INTEGER NOT NULL,
+  line          TEXT NOT NULL,
+  device        TEXT NOT NULL,
+  name          TEXT NOT NULL,
+  event         INTEGER NOT NULL,
+  device_time   INTEGER NOT NULL,
+  clock_quality INTEGER NOT NULL,
+  read_time     INTEGER NOT NULL,
+  state         TEXT NOT NULL,
+  text          TEXT NOT NULL,
+  PRIMARY KEY (kind, seq)
+) WITHOUT ROWID;
+CREATE UNIQUE INDEX records_same ON records (kind, device, name, device_time, event, line);
+CREATE INDEX records_event ON records (event) WHERE event>0;
+CREATE TABLE record_values (
+  kind    TEXT NOT NULL,
+  seq     INTEGER NOT NULL,
+  ordinal INTEGER NOT NULL,
+  name    TEXT NOT NULL,
+  value,
+  unit    TEXT NOT NULL,
+  quality INTEGER NOT NULL,
+  PRIMARY KEY (kind, seq, ordinal)
+) WITHOUT ROWID;
+CREATE TABLE owed_records (
+  event         INTEGER PRIMARY KEY,
+  line          TEXT NOT NULL,
+  device        TEXT NOT NULL,
+  name          TEXT NOT NULL,
+  device_time   INTEGER NOT NULL,
+  clock_quality INTEGER NOT NULL
+);
 )sql"};
 
 constexpr DatabaseKind kEvents = {kEventsApplication, kMigrations,

@@ -3,6 +3,7 @@
 
 #include "gateway/base/shown.h"
 #include "gateway/status/json_time.h"
+#include "gateway/status/value_json.h"
 
 namespace baudgate::control {
 
@@ -31,10 +32,40 @@ Json RecordJson(const events::EventRecord& record) {
   json["code"] = record.code;
   json["state"] = config::Name(record.state);
   json["text"] = record.text;
+  if (record.kept) {
+    json["record"] = KeptRecordJson(*record.kept);
+  } else if (!record.record.empty()) {
+    json["record"] = {{"name", record.record}, {"state", "owed"}};
+  }
   return json;
 }
 
 }  // namespace
+
+Json KeptRecordJson(const events::KeptRecord& record) {
+  Json json;
+  json["kind"] = record.kind;
+  json["seq"] = record.seq;
+  json["line"] = record.line;
+  json["device"] = record.device;
+  json["name"] = record.name;
+  json["event"] = record.event;
+  json["device_time"] = FormatWallTime(record.device_time);
+  json["clock_quality"] = static_cast<std::uint16_t>(record.clock);
+  json["read_time"] = FormatWallTime(record.read);
+  json["state"] = Name(record.state);
+  json["text"] = record.text;
+  Json values = Json::array();
+  for (const events::RecordValue& value : record.values) {
+    values.push_back({{"name", value.name},
+                      {"value", ValueJson(value.value)},
+                      {"unit", value.unit},
+                      {"quality", value.quality.word()},
+                      {"quality_text", Name(value.quality)}});
+  }
+  json["values"] = std::move(values);
+  return json;
+}
 
 Json EventsJson(const events::EventsState& state) {
   Json json;

@@ -16,6 +16,10 @@ nlohmann::ordered_json EventsJson(const events::EventsState& state);
 /// As `baudgate alarms --json` prints it.
 nlohmann::ordered_json AlarmJson(const events::Alarm& alarm);
 
+/// {"kind":"event","seq":7,…,"name":"trip","state":"read","values":[{"name":"trip_phases",
+///  "value":4,"unit":"","quality":192,"quality_text":"good"}]}
+nlohmann::ordered_json KeptRecordJson(const events::KeptRecord& record);
+
 /// {"records":[…],"next":412,"more":false}; a record as `baudgate events --json` prints it.
 nlohmann::ordered_json PageJson(const events::Page& page);
 

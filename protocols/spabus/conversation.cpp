@@ -7,6 +7,7 @@
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "protocols/common/designation.h"
+#include "protocols/spabus/clock_offset.h"
 #include "protocols/spabus/decode.h"
 #include "protocols/spabus/event_session.h"
 #include "protocols/spabus/events.h"
@@ -69,7 +70,7 @@ class SpaConversation final : public Conversation {
           request.closes = true;
           return request;
         }
-        return Seal(ReadOf(slave_, plan_.block(task.query)));
+        return AskItems(plan_.block(task.query));
       }
       case Task::Kind::write:
         return AskWrite(task);
@@ -106,14 +107,17 @@ class SpaConversation final : public Conversation {
     }
     repeated_ = false;
     if (exchange.answer.outcome == Outcome::ok && IsChannelRange(task.query)) channels_work_ = true;
+    AddOffsets(exchange, frame.size(), now);
     if (exchange.nack && LearnFromRefusal(task.query, *exchange.nack)) {
       exchange.answer.then = Then::replan;
     }
     return std::move(exchange.answer);
   }
 
-  void Stamp(Request& request, WallTime arrives) override {
-    request = ClockRequest(ItemOf(request), arrives + settings_.clock_delay);
+  void Stamp(Request& request, Now arrives, Duration character) override {
+    const bool asks = request.expect.reply != Expectation::Reply::none;
+    if (asks) return offset_.OnSent(arrives, character);
+    request = ClockRequest(ItemOf(request), arrives.wall + settings_.clock_delay);
   }
 
   Then OnSent(const Task&, const Request& request, Instant now) override {
@@ -168,6 +172,10 @@ class SpaConversation final : public Conversation {
     const auto is_odd = [](const Reading& reading) {
       return reading.quality == Quality::bad_configuration;  // a text in place of a number
     };
+    const bool clock = exchange.command && AsksOffset(*exchange.command);
+    if (clock && answer.outcome == Outcome::ok && !SecondsOf(exchange.data)) {
+      return Outcome::unexpected;
+    }
     const bool odd = answer.outcome == Outcome::ok && std::ranges::any_of(answer.readings, is_odd);
     return odd ? Outcome::unexpected : answer.outcome;
   }
@@ -204,6 +212,29 @@ class SpaConversation final : public Conversation {
   }
 
  private:
+  bool AsksOffset(const Command& command) const {
+    return command.category == kSeconds && !command.write &&
+           std::ranges::any_of(points_, &ReadPoint::offset);
+  }
+
+  Request AskItems(const Block<Row>& block) {
+    const Command command = ReadOf(slave_, block);
+    Request request = Seal(command);
+    request.stamped = AsksOffset(command);
+    if (request.stamped) offset_.OnAsked();
+    return request;
+  }
+
+  void AddOffsets(Exchange& exchange, std::size_t characters, Instant now) {
+    if (!exchange.command || !AsksOffset(*exchange.command)) return;
+    if (exchange.answer.outcome != Outcome::ok) return;
+    const auto offset = offset_.Of(exchange.data, characters, now, clock_.right());
+    for (const ReadPoint& point : points_) {
+      if (!point.offset) continue;
+      exchange.answer.readings.push_back({point.index, offset.value, offset.quality, {}});
+    }
+  }
+
   bool KnowsNames() const { return !device_.identity.ignore && !device_.identity.names.empty(); }
 
   /// Before the first poll, and in place of all polls where the relay is another.
@@ -319,6 +350,7 @@ class SpaConversation final : public Conversation {
   const unsigned slave_;
   RequestLimits limits_;  ///< less once the device has called it too much
   ItemPlan plan_;
+  ClockOffset offset_;
   bool named_ = false;       ///< it has said what it is, since OnReconnect
   bool asked_name_ = false;  ///< the request under way asks for it
   DeviceTrouble trouble_;

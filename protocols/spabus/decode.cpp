@@ -42,7 +42,7 @@ void AddValue(const Address& item, std::string_view text, std::span<const ReadPo
               std::vector<Reading>& readings) {
   bool known = false;
   for (const ReadPoint& candidate : points) {
-    if (candidate.address != item) continue;
+    if (candidate.address != item || candidate.offset) continue;
     known = true;
     const Decoded decoded = DecodeValue(text, *candidate.point);
     readings.push_back({candidate.index, decoded.value, decoded.quality, {}});

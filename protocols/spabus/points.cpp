@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/points.h"
 
+#include "protocols/spabus/clock_messages.h"
+#include "protocols/spabus/clock_offset.h"
 #include "protocols/spabus/settings.h"
 
 namespace baudgate::protocols::spabus {
@@ -16,6 +18,7 @@ constexpr DecoderSpec kDecoders[] = {
     {"C", "module status: 0 normal, 1 automatic reset, 2 event overflow, 3 both"},
     {"F", "type designation (string)"},
     {"T", "time within the minute, ss.sss"},
+    {"T offset", "how far the device's clock is ahead of this machine's, in s; read only"},
     {"D", "date and time (string)"},
     {"3A", "alarms of a channel (string)"},
 };
@@ -38,7 +41,17 @@ std::string_view Forbidden(const Address& address) {
   }
 }
 
+Status CheckOffset(const config::Point& point) {
+  if (point.access != config::Access::read) {
+    return Error{"'" + point.read + "' can only be read; the clock is set with send_seconds"};
+  }
+  const bool is_float = point.type == config::Type::float32 || point.type == config::Type::float64;
+  if (!is_float) return Error{"'" + point.read + "' is a number of seconds: use type float32"};
+  return {};
+}
+
 Status CheckRead(const config::Point& point) {
+  if (point.read == kOffsetItem) return CheckOffset(point);
   const auto address = ParseAddress(point.read);
   if (!address) return Error{address.error()};
   const char category = address->category;
@@ -84,7 +97,9 @@ std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points) {
   for (std::size_t index = 0; index < points.size(); ++index) {
     const config::Point& point = points[index];
     if (point.access == config::Access::write) continue;
-    if (const auto address = ParseAddress(point.read)) {
+    if (point.read == kOffsetItem) {
+      readable.push_back({{0, kSeconds, std::nullopt}, index, &point, true});
+    } else if (const auto address = ParseAddress(point.read)) {
       readable.push_back({*address, index, &point});
     }
   }

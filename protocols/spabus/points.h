@@ -18,6 +18,7 @@ struct ReadPoint {
   Address address;
   std::size_t index = 0;  ///< into the device's points
   const config::Point* point = nullptr;
+  bool offset = false;  ///< how far the relay's clock is off (clock_offset.h); its address is T
 };
 std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points);
 

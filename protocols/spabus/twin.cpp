@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/twin.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "gateway/base/text.h"
+#include "protocols/spabus/clock_offset.h"
 #include "protocols/spabus/events.h"
 #include "protocols/spabus/points.h"
 #include "protocols/spabus/reply.h"
@@ -24,6 +29,7 @@ constexpr std::size_t kRegister = 65;
 constexpr std::size_t kEventsOfReply = 5;
 constexpr int kStatusOverflow = 2;
 constexpr Address kModuleStatus{0, 'C', std::nullopt};
+constexpr Address kOwnClock{0, 'T', std::nullopt};
 
 /// The one reading of the continued checksum that this device uses.
 int OwnReading(const config::Options& options) {
@@ -42,6 +48,17 @@ bool Fits(const std::string& text, const Decoded& decoded, const config::Point& 
   const auto& decimals = point.writing.decimals;
   if (decimals && DecimalsOf(text) > static_cast<std::size_t>(*decimals)) return false;
   return decoded.quality == Quality::good && EncodeValue(decoded.value, point).ok();
+}
+
+bool HasOffset(const config::Device& device) {
+  return std::ranges::any_of(device.points,
+                             [](const config::Point& point) { return point.read == kOffsetItem; });
+}
+
+/// Its minutes begin where they will: it is not set.
+std::string PrintSeconds(Duration time) {
+  const auto millis = time / 1ms % 60'000;
+  return fmt::format("{:02}.{:03}", millis / 1000, millis % 1000);
 }
 
 bool IsPassword(const Address& item) {
@@ -128,6 +145,7 @@ Result<std::string> SpaTwin::Text(const Address& item, Instant now) const {
     return PrintValue(Value(device_.title), type);
   }
   if (item == kModuleStatus) return std::string("0");
+  if (item == kOwnClock && HasOffset(device_)) return PrintSeconds(now.time_since_epoch());
   return Error{"the profile has no such item"};
 }
 

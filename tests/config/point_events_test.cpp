@@ -130,5 +130,18 @@ TEST(EventTable, SaysWhatIsWrongWithAlarms) {
               HasSubstr("2 ends another alarm already"));
 }
 
+TEST(PointEvents, HaveANormalValue) {
+  const auto loaded = LoadPoint("{ on: change, normal: 0, alarm: high }", "uint16");
+  ASSERT_EQ(Shown(loaded.problems), "");
+  EXPECT_EQ(DeviceOf(loaded).points.at(0).events.at(0).normal, "0");
+  EXPECT_EQ(Shown(LoadPoint("{ on: change, normal: no fault }", "string(20)").problems), "");
+  EXPECT_THAT(Shown(LoadPoint("{ on: change, normal: none }", "uint16").problems),
+              HasSubstr("normal: 'a' is a number, and 'none' is none"));
+  EXPECT_THAT(Shown(LoadPoint("{ on: change, normal: 0 }", "bool").problems),
+              HasSubstr("normal: a bool is on and off by itself"));
+  EXPECT_THAT(Shown(LoadPoint("{ on: above, value: 1, normal: 0 }").problems),
+              HasSubstr("normal: only on: change has one"));
+}
+
 }  // namespace
 }  // namespace baudgate::testing

@@ -101,6 +101,7 @@ class VirtualLine : private PollerListener {
   /// An exchange is under way: a request went out and has not ended.
   bool asking() const;
   PointStore& store() { return *store_; }
+  const config::Config& config() const { return config_; }
 
   Quality QualityOf(std::uint32_t device, std::uint32_t point) const;
   Value ValueOf(std::uint32_t device, std::uint32_t point) const;
@@ -130,6 +131,9 @@ class VirtualLine : private PollerListener {
   /// What the store of events holds at a start of what the device has said last; without it
   /// nothing.
   std::function<std::string(std::uint32_t device)> said;
+  /// See PollerListener; within the poller, which must not be called from here.
+  std::function<void(std::uint32_t device, Instant asked)> drained;
+  std::function<void(std::uint32_t device, Instant at)> read;
   /// Looks at the line after every event, for what must hold at any time.
   std::function<void()> always;
 
@@ -140,6 +144,12 @@ class VirtualLine : private PollerListener {
   void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                      const std::string& reason) override;
   void OnEvents(ReportedEvents reported) override;
+  void OnDrained(std::uint32_t device, Instant asked) override {
+    if (drained) drained(device, asked);
+  }
+  void OnRead(std::uint32_t device, std::span<const std::uint32_t>, Now at) override {
+    if (read) read(device, at.instant);
+  }
   void OnWarning(std::uint32_t, const std::string& message) override {
     warnings.push_back(message);
   }

@@ -29,7 +29,7 @@ TEST_F(Events, AreTold) {
   const Json first = Records().front();
   const std::vector<std::string> fields = {"seq",   "receive_time", "device_time", "clock_quality",
                                            "line",  "device",       "channel",     "code",
-                                           "state", "text"};
+                                           "state", "text",         "record"};
   EXPECT_EQ(first.size(), fields.size());
   for (const std::string& field : fields) EXPECT_TRUE(first.contains(field)) << field;
   EXPECT_EQ(first["seq"], 1);
@@ -53,7 +53,7 @@ TEST_F(Events, AreTold) {
   EXPECT_THAT(Ask().output, HasSubstr("stage I> started: 1"));
   EXPECT_THAT(Ask({"--csv"}).output,
               StartsWith("seq,receive_time,device_time,clock_quality,line,device,channel,code,"
-                         "state,text\r\n1,20"));
+                         "state,text,record\r\n1,20"));
   EXPECT_EQ(Ask({"--csv", "--json"}).code, 2);
   const Json status = Status()["events"];
   EXPECT_EQ(status["state"], "fine");
@@ -69,6 +69,26 @@ TEST_F(Events, AreTold) {
   EXPECT_EQ(follower->Output(), "");
   all->Signal(SIGINT);
   EXPECT_EQ(all->WaitForEnd(), 0);
+}
+
+/// What the relay has recorded of a start is read behind it, and stands with it.
+TEST_F(Events, HaveTheirRecords) {
+  const auto relay = StartRelay("every:4s");
+  const auto daemon = StartDaemon(Yaml());
+  Json record;
+  ASSERT_TRUE(Eventually([&] {
+    for (const Json& one : Records()) {
+      if (one.contains("record") && one["record"]["state"] == "read") record = one["record"];
+    }
+    return !record.is_null();
+  })) << Ask().output;
+  EXPECT_EQ(record["name"], "trip");
+  EXPECT_EQ(record["values"].size(), 41U) << "V6 and V11 to V58";
+  EXPECT_EQ(record["values"][0]["name"], "trip_phases");
+  for (const Json& value : record["values"]) EXPECT_EQ(value["quality_text"], "good") << value;
+  EXPECT_THAT(Ask().output, HasSubstr("trip, read 20"));
+  EXPECT_THAT(Ask().output, HasSubstr("record1_current_l1 1.2 xIn"));
+  EXPECT_THAT(Ask({"--csv"}).output, HasSubstr("trip, read 20"));
 }
 
 std::vector<Json> Lines(const Finished& finished) {

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "gateway/cli/client/csv.h"
 #include "gateway/cli/client/record_pages.h"
@@ -21,6 +23,8 @@ constexpr std::array<std::string_view, 5> kClocks = {"none", "gateway", "device"
 constexpr std::array<const char*, 10> kFields = {
     "seq",    "receive_time", "device_time", "clock_quality", "line",
     "device", "channel",      "code",        "state",         "text"};
+constexpr std::size_t kLongestLine = 110;
+constexpr const char* kIndent = "          ";
 
 std::string Row(const Json& record) {
   const std::string device = FieldText(record, "device");
@@ -36,6 +40,61 @@ std::string Row(const Json& record) {
   return row + "\n";
 }
 
+/// "record1_current_l1 5.2 xIn", "record1_current_l2 none (bad: not connected)".
+std::string ValueText(const Json& value) {
+  const std::string shown = FieldText(value, "value");
+  const std::string unit = FieldText(value, "unit");
+  const std::string quality = FieldText(value, "quality_text");
+  std::string text = FieldText(value, "name") + " " + (shown.empty() ? "none" : shown);
+  if (!shown.empty() && !unit.empty()) text += " " + unit;
+  if (quality != "good") text += " (" + quality + ")";
+  return text;
+}
+
+/// Of an event: what was kept with it, and what became of it.
+struct Kept {
+  std::string title{};  ///< "trip, read 2026-11-23T12:00:03.120Z"; empty: nothing belongs to it
+  std::vector<std::string> values{};
+};
+
+Kept KeptOf(const Json& event) {
+  const auto found = event.find("record");
+  if (found == event.end() || !found->is_object()) return {};
+  const std::string state = FieldText(*found, "state");
+  Kept kept{FieldText(*found, "name") + ", " + (state == "owed" ? "not read yet" : state)};
+  if (state == "read") kept.title += " " + FieldText(*found, "read_time");
+  if (const std::string why = FieldText(*found, "text"); !why.empty()) kept.title += ": " + why;
+  for (const Json& value : found->value("values", Json::array())) {
+    kept.values.push_back(ValueText(value));
+  }
+  return kept;
+}
+
+/// Indented, below its event.
+std::string KeptRows(const Kept& kept) {
+  if (kept.title.empty()) return {};
+  std::string rows = kIndent + kept.title;
+  std::size_t width = kLongestLine;
+  for (const std::string& value : kept.values) {
+    if (width + value.size() > kLongestLine) {
+      rows += std::string("\n") + kIndent + "  ";
+      width = 0;
+    } else {
+      rows += "; ";
+    }
+    rows += value;
+    width += value.size() + 2;
+  }
+  return rows + "\n";
+}
+
+/// In one cell.
+std::string KeptCell(const Kept& kept) {
+  std::string cell = kept.title;
+  for (const std::string& value : kept.values) cell += "; " + value;
+  return CsvCell(std::move(cell));
+}
+
 class Printer {
  public:
   Printer(const EventsOptions& options, std::ostream& out, std::ostream& err)
@@ -43,23 +102,21 @@ class Printer {
 
   void Print(const Json& records) {
     if (options_.csv && !std::exchange(headed_, true)) {
-      for (const char* field : kFields) out_ << (field == kFields[0] ? "" : ",") << field;
-      out_ << "\r\n";
+      for (const char* field : kFields) out_ << field << ",";
+      out_ << "record\r\n";
     }
     for (const Json& record : records) {
       if (options_.json) {
         out_ << record.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
       } else if (options_.csv) {
-        for (const char* field : kFields) {
-          out_ << (field == kFields[0] ? "" : ",") << CsvCell(FieldText(record, field));
-        }
-        out_ << "\r\n";
+        for (const char* field : kFields) out_ << CsvCell(FieldText(record, field)) << ",";
+        out_ << KeptCell(KeptOf(record)) << "\r\n";
       } else {
         if (!any_) {
           out_ << fmt::format(kRow, "seq", "received", "time of the device", "its clock", "device",
                               "chan", "code", "state", "text");
         }
-        out_ << Row(record);
+        out_ << Row(record) << KeptRows(KeptOf(record));
       }
       any_ = true;
     }

@@ -117,6 +117,11 @@ class Printer {
     return fmt::format("{:.7g}", found->get<double>());
   }
 
+  /// "good, line": a straight line leads there.
+  static std::string QualityText(const Json& record) {
+    return FieldText(record, "quality_text") + (record.value("line", false) ? ", line" : "");
+  }
+
   void PrintRow(const Json& record) {
     const std::string time = FieldText(record, "time");
     const std::string point = FieldText(record, "point");
@@ -127,8 +132,7 @@ class Printer {
     } else if (record.contains("gap")) {
       out_ << fmt::format(kRow, time, point, "-", GapText(record));
     } else {
-      out_ << fmt::format(kRow, time, point, Shown(record, "value"),
-                          FieldText(record, "quality_text"));
+      out_ << fmt::format(kRow, time, point, Shown(record, "value"), QualityText(record));
     }
   }
 
@@ -147,7 +151,7 @@ class Printer {
       const bool text = value != record.end() && value->is_string();
       const std::string shown = FieldText(record, "value");
       out_ << ',' << (text ? CsvCell(shown) : shown) << ',' << FieldText(record, "quality") << ','
-           << CsvCell(record.contains("gap") ? GapText(record) : FieldText(record, "quality_text"));
+           << CsvCell(record.contains("gap") ? GapText(record) : QualityText(record));
     }
     out_ << "\r\n";
   }

@@ -50,7 +50,7 @@ class EventPathTest : public ::testing::Test {
   void Start() {
     path_.reset();
     path_ = std::make_unique<EventPath>(config_, store_, EventsPlace{folder_ / "events.db", "", {}},
-                                        [](std::uint32_t, const std::string&, bool) {});
+                                        commands_, [](std::uint32_t, const std::string&, bool) {});
   }
   void Tell(News news) { path_->OnNews(config_.lines[0], news, now_); }
   void ReadAs(double value, Quality quality = Quality::good) {
@@ -66,6 +66,11 @@ class EventPathTest : public ::testing::Test {
     return path_->log().Read({})->records;
   }
 
+  struct Commands final : CommandSink {
+    bool Submit(WriteCommand) override { return false; }
+  };
+
+  Commands commands_;
   const config::Config config_ = Configured();
   PointStore store_{config_};
   std::filesystem::path folder_;

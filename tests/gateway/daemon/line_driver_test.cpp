@@ -58,6 +58,7 @@ class FakeRetries final : public PortRetries {
 class FakeSink final : public EventSink {
  public:
   void OnReported(ReportedEvents) override {}
+  void OnDrained(std::uint32_t, Instant) override {}
   void OnNews(const config::Line&, const News& one, Now) override {
     news.emplace_back(one.what, one.over);
   }

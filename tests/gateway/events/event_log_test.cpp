@@ -14,6 +14,7 @@ namespace baudgate::events {
 namespace {
 
 using audit::FaultyDisk;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 class EventLogTest : public audit::FolderTest {
@@ -34,6 +35,10 @@ class EventLogTest : public audit::FolderTest {
       const std::lock_guard lock(mutex_);
       kept_ += sources.size();
     };
+    options.owed = [this](const std::vector<OwedRecord>& owed) {
+      const std::lock_guard lock(mutex_);
+      for (const OwedRecord& one : owed) owed_.push_back(one.event);
+    };
     options.warn = [this](const std::string& text) { Hear("warn", text); };
     options.inform = [this](const std::string& text) { Hear("inform", text); };
     return std::make_unique<EventLog>(std::move(options));
@@ -53,6 +58,10 @@ class EventLogTest : public audit::FolderTest {
   std::vector<std::string> heard() {
     const std::lock_guard lock(mutex_);
     return heard_;
+  }
+  std::vector<std::int64_t> owed() {
+    const std::lock_guard lock(mutex_);
+    return owed_;
   }
   void AwaitKept(std::size_t count) {
     for (;;) {
@@ -87,6 +96,7 @@ class EventLogTest : public audit::FolderTest {
  private:
   std::mutex mutex_;
   std::size_t kept_ = 0;
+  std::vector<std::int64_t> owed_;
   std::vector<std::string> heard_;
 };
 
@@ -372,6 +382,37 @@ TEST_F(EventLogTest, SharesTheFileWithTheAudit) {
   other.join();
   EXPECT_EQ(Texts(*log).size(), static_cast<std::size_t>(kRounds));
   EXPECT_TRUE(heard().empty());
+}
+
+TEST_F(EventLogTest, TellsWhatIsOwedAndAgainAfterARestart) {
+  {
+    const auto log = Start(file());
+    Batch batch = BatchOf(0, "tripped");
+    batch.events[0].record = "trip";
+    log->Add(std::move(batch));
+    log->Add(BatchOf(1, "reset"));
+    AwaitKept(2);
+    EXPECT_THAT(owed(), ElementsAre(1));
+    EXPECT_EQ(log->Read({})->records.at(0).record, "trip");
+  }
+  {
+    const auto log = Start(file());
+    log->Add(BatchOf(1, "again"));
+    AwaitKept(3);
+    EXPECT_THAT(owed(), ElementsAre(1, 1));
+    KeptRecord record;
+    record.kind = kEventRecord;
+    record.event = 1;
+    record.name = "trip";
+    record.values = {{"phases", std::int64_t{4}}};
+    log->Keep(record);  // the log ends behind it
+  }
+  const auto log = Start(file());
+  log->Add(BatchOf(0, "more"));
+  AwaitKept(4);
+  EXPECT_THAT(owed(), ElementsAre(1, 1));
+  ASSERT_TRUE(log->Read({})->records.at(0).kept);
+  EXPECT_EQ(log->Read({})->records.at(0).kept->values.at(0).name, "phases");
 }
 
 }  // namespace

@@ -52,6 +52,27 @@ PointEvent Alarming(PointEvent rule) {
   return rule;
 }
 
+PointEvent Normal(const std::string& normal) {
+  PointEvent rule = Rule(On::change);
+  rule.normal = normal;
+  return rule;
+}
+
+TEST(PointWatch, OfAFaultCode) {
+  const Seen none{Value(std::int64_t{0})};
+  const Seen oc1{Value(std::int64_t{16})};
+  const Seen oc2{Value(std::int64_t{17})};
+  EXPECT_THAT(Play(Normal("0"), {none, oc1, oc1, oc2, Bad(Value()), oc2, none, none}),
+              ElementsAre("1 on", "3 on", "6 off"));
+  EXPECT_THAT(Play(Normal("0"), {oc1, none}), ElementsAre("0 on", "1 off"));
+  EXPECT_THAT(Play(Normal("0"), {none, none}), IsEmpty());
+  EXPECT_THAT(Play(Alarming(Normal("0")), {none}), ElementsAre("0 off!"));
+  EXPECT_THAT(Play(Alarming(Normal("0")), {oc1}), ElementsAre("0 on!"));
+  EXPECT_THAT(Play(Normal("0"), {Num(0), Num(0.5), Num(0)}), ElementsAre("1 on", "2 off"));
+  EXPECT_THAT(Play(Normal("no fault"), {Word("no fault"), Word("E.OC1"), Word("no fault")}),
+              ElementsAre("1 on", "2 off"));
+}
+
 TEST(PointWatch, OfALimit) {
   EXPECT_THAT(Play(Rule(On::above, 5), {Num(4), Num(5), Num(5.1), Num(6), Num(5), Num(6)}),
               ElementsAre("2 on", "4 off", "5 on"));

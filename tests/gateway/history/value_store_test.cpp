@@ -83,6 +83,25 @@ TEST_F(ValueStoreTest, WhatIsWrittenIsReadBack) {
   EXPECT_FALSE(ReadPage(folder(), {.point = "bay.f1.z"})->known);
 }
 
+TEST_F(ValueStoreTest, ALineIsMarkedByItsRun) {
+  const auto write = [this](bool line, Millis at) {
+    const std::vector<PointName> names = {{"bay.f1.a", config::Type::float32, line},
+                                          {"bay.f1.on", config::Type::boolean}};
+    ValueStore store(folder(), names, {});
+    ASSERT_TRUE(store.Open(at));
+    ASSERT_TRUE(store.Write(Seconds(1, at, at + 2 * kSecond), at + 2 * kSecond, true));
+  };
+  write(false, kBegin);
+  write(true, kBegin + kHour);
+  write(false, kBegin + 2 * kHour);
+  std::vector<bool> lines;
+  for (const HistoryRecord& record : All({.point = "bay.f1.a"})) {
+    if (!record.gap) lines.push_back(record.line);
+  }
+  EXPECT_EQ(lines, (std::vector<bool>{false, false, true, true, false, false}));
+  for (const HistoryRecord& record : All({.point = "bay.f1.on"})) EXPECT_FALSE(record.line);
+}
+
 TEST_F(ValueStoreTest, ARestartIsAGap) {
   Open(kBegin)->Write(Seconds(1, kBegin, kBegin + 5 * kSecond), kBegin + 5 * kSecond, true);
   // It ended without packing: rows are left.

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace baudgate {
 namespace {
 
@@ -23,6 +25,7 @@ void EventKeeper::Begin(int power_left) {
     ASSERT_TRUE(opened && opened->ok);
     EXPECT_TRUE(opened->put_aside.empty()) << opened->put_aside;
     said_ = opened->contents.said;
+    owed_ = opened->contents.owed;
   }
   file_ = std::make_unique<events::EventFile>(kFile, names_, disk_.vfs());
   disk_.power_left = power_left;
@@ -53,8 +56,31 @@ bool EventKeeper::Keep(const ReportedEvents& reported, const config::Device& dev
   }
   const auto due = book_->Due();
   if (!file_->Write(due)) return false;
+  for (const events::Batch& batch : due) {
+    for (const events::EventRecord& event : batch.events) {
+      if (event.record.empty()) continue;
+      owed_.push_back(
+          {event.seq, event.line, event.device, event.record, event.device_time, event.clock});
+    }
+  }
   for (const events::Source source : book_->Kept(due.size())) waiting_.erase(source);
   return waiting_.count(reported.device) == 0;
+}
+
+bool EventKeeper::Keep(const events::KeptRecord& record) {
+  if (const auto opened = file_->Open()) {
+    if (!opened->ok) return false;
+    book_->OnOpened(opened->contents.last, opened->contents.said);
+  }
+  return file_->Write({}, {record}).ok();
+}
+
+std::vector<events::KeptRecord> EventKeeper::ReadRecords() {
+  Database database(kFile, Database::Mode::write, disk_.vfs());
+  auto records = events::ReadRecordsOf(database, 1, std::numeric_limits<std::int64_t>::max());
+  EXPECT_TRUE(records) << records.error();
+  if (!records) return {};
+  return std::move(*records);
 }
 
 std::vector<events::EventRecord> EventKeeper::ReadAll() {

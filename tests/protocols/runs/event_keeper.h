@@ -8,10 +8,12 @@
 #include <random>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gateway/events/event_file.h"
 #include "gateway/events/event_page.h"
+#include "gateway/events/record_page.h"
 #include "gateway/poll/poller_listener.h"
 #include "tests/gateway/audit/faulty_disk.h"
 
@@ -29,6 +31,9 @@ class EventKeeper {
 
   /// False: not yet.
   bool Keep(const ReportedEvents& reported, const config::Device& device);
+  /// What the file owes at Begin, or since this was called last.
+  std::vector<events::OwedRecord> TakeOwed() { return std::exchange(owed_, {}); }
+  bool Keep(const events::KeptRecord& record);
   /// What the file held at Begin of what the device has said last.
   std::string Said(std::uint32_t device) const;
   bool power_failed() const { return disk_.power_failed(); }
@@ -36,6 +41,7 @@ class EventKeeper {
 
   /// Without a gap, or the test fails.
   std::vector<events::EventRecord> ReadAll();
+  std::vector<events::KeptRecord> ReadRecords();
 
   std::size_t asked_again = 0;  ///< batches that came once more
 
@@ -45,6 +51,7 @@ class EventKeeper {
   std::unique_ptr<events::EventBook> book_;
   std::unique_ptr<events::EventFile> file_;
   std::map<events::Source, std::string> said_;
+  std::vector<events::OwedRecord> owed_;
   std::set<std::uint32_t> waiting_;  // devices whose batch is in the book
 };
 

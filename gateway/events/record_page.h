@@ -1,0 +1,46 @@
+// Kept records as they are read back. What stands in the file may be anything; every field is
+// checked.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/base/result.h"
+#include "gateway/events/kept_record.h"
+#include "gateway/state/database.h"
+
+namespace baudgate::events {
+
+struct RecordQuery {
+  std::string kind{};
+  std::int64_t after = 0;           ///< a number of that kind
+  std::string line{};               ///< empty: of all
+  std::string device{};             ///< its bare name; empty: of all
+  std::string name{};               ///< empty: of all
+  std::optional<WallTime> since{};  ///< none whose device_time is earlier
+  std::optional<WallTime> until{};  ///< none whose device_time is this or later
+};
+
+struct RecordPage {
+  std::vector<KeptRecord> records;  ///< by their numbers, each with all its values
+  std::int64_t next = 0;            ///< `after` of the next page
+  bool more = false;                ///< there was more at that time
+};
+
+/// A page ends behind so many records, or the record in which it has come to so many values.
+inline constexpr std::size_t kRecordPage = 100;
+inline constexpr std::size_t kPageValues = 1000;
+
+Result<RecordPage> ReadRecords(Database& database, const RecordQuery& query);
+/// One read, in a connection that ends with it.
+Result<RecordPage> ReadRecords(const std::filesystem::path& file, const RecordQuery& query);
+
+/// Of events from `first` to `last`, by their events.
+Result<std::vector<KeptRecord>> ReadRecordsOf(Database& database, std::int64_t first,
+                                              std::int64_t last);
+
+}  // namespace baudgate::events

@@ -1,0 +1,256 @@
+// What events owe, read once and whole: with a device that answers in part, late, or not at all,
+// and tells of another event meanwhile.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/record_desk.h"
+
+#include <gmock/gmock.h>
+
+#include <utility>
+
+namespace baudgate {
+namespace {
+
+using events::KeptRecord;
+using events::RecordState;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+config::Config Configured(bool tells_events) {
+  config::Config config;
+  config::Line line;
+  line.name = "bay-1";
+  config::Device device;
+  device.name = "feeder-1";
+  device.events = tells_events;
+  for (const char* name : {"phases", "other", "current"}) {
+    config::Point point;
+    point.name = name;
+    point.unit = "xIn";
+    device.points.push_back(point);
+  }
+  device.records = {{"trip", {0, 2}}};
+  line.devices = {device};
+  config.lines = {line};
+  return config;
+}
+
+class RecordDeskTest : public ::testing::Test {
+ protected:
+  explicit RecordDeskTest(bool tells_events = true)
+      : config_(Configured(tells_events)),
+        desk_(config_, store_,
+              {.clocks = [this] { return now_; },
+               .ask =
+                   [this](WriteCommand command) {
+                     if (takes_) asked_.push_back(std::move(command));
+                     return takes_;
+                   },
+               .keep = [this](KeptRecord record) { kept_.push_back(std::move(record)); }}) {}
+
+  void SetUp() override { desk_.Start(); }
+  void Owe(std::int64_t event) {
+    desk_.Owe({{event, "bay-1", "feeder-1", "trip", now_.wall, events::ClockQuality::device}});
+  }
+  void Pass(Duration time) {
+    now_.instant += time;
+    now_.wall += time;
+  }
+  void Read(std::uint32_t point, double value, Quality quality = Quality::good) {
+    Pass(100ms);
+    const Sample sample{point, value, quality};
+    store_.Update(0, std::span(&sample, 1), now_, 1ms);
+  }
+  void Answer(WriteResult result = {.read_back = true}) {
+    ASSERT_THAT(asked_, SizeIs(1));
+    Pass(10ms);
+    const auto done = std::exchange(asked_, {}).front().done;
+    done(result);
+  }
+  void ReadAll(double value = 5) {
+    Read(0, value);
+    Read(2, value);
+    Answer();
+  }
+  void Drain() {
+    Pass(1s);
+    desk_.OnDrained(0, now_.instant);
+  }
+  /// The device has answered something.
+  void Hear(Duration later) {
+    Pass(later);
+    desk_.OnRead(0, now_.instant);
+  }
+
+  Now now_{Instant(1h), WallTime(std::chrono::hours(498'000))};
+  const config::Config config_;
+  PointStore store_{config_};
+  std::vector<WriteCommand> asked_;
+  bool takes_ = true;
+  std::vector<KeptRecord> kept_;
+  RecordDesk desk_;
+};
+
+TEST_F(RecordDeskTest, ReadsAllBehindTheEventAndKeepsItWhenNothingElseHasHappened) {
+  Owe(412);
+  ASSERT_THAT(asked_, SizeIs(1));
+  EXPECT_THAT(asked_[0].reads, ElementsAre(0U, 2U));
+  EXPECT_THAT(asked_[0].writes, IsEmpty());
+  ReadAll();
+  EXPECT_THAT(kept_, IsEmpty()) << "another event may have come before it was read";
+  const WallTime read = now_.wall;
+  Drain();
+  ASSERT_THAT(kept_, SizeIs(1));
+  const KeptRecord& record = kept_[0];
+  EXPECT_EQ(record.kind, "event");
+  EXPECT_EQ(record.event, 412);
+  EXPECT_EQ(record.device, "feeder-1");
+  EXPECT_EQ(record.name, "trip");
+  EXPECT_EQ(record.read, read);
+  EXPECT_EQ(record.state, RecordState::read);
+  ASSERT_THAT(record.values, SizeIs(2));
+  EXPECT_EQ(record.values[0].name, "phases");
+  EXPECT_EQ(record.values[0].value, Value(5.0));
+  EXPECT_EQ(record.values[0].quality, Quality::good);
+  EXPECT_EQ(record.values[1].unit, "xIn");
+  Hear(1h);
+  Drain();
+  EXPECT_THAT(asked_, IsEmpty());
+  EXPECT_THAT(kept_, SizeIs(1));
+}
+
+TEST_F(RecordDeskTest, ALookForEventsBeforeItWasReadProvesNothing) {
+  Owe(1);
+  const Instant before = now_.instant;
+  ReadAll();
+  desk_.OnDrained(0, before);
+  EXPECT_THAT(kept_, IsEmpty());
+  Drain();
+  EXPECT_THAT(kept_, SizeIs(1));
+}
+
+TEST_F(RecordDeskTest, TheNextEventGetsTheValuesThatItMayHaveChanged) {
+  Owe(412);
+  ReadAll(5);
+  Owe(413);  // told by the relay before it had nothing more
+  ASSERT_THAT(kept_, SizeIs(1));
+  ASSERT_THAT(asked_, SizeIs(1)) << "it is read once more";
+  ReadAll(7);
+  Drain();
+  ASSERT_THAT(kept_, SizeIs(2));
+  EXPECT_EQ(kept_[0].event, 412);
+  EXPECT_EQ(kept_[0].state, RecordState::superseded);
+  EXPECT_THAT(kept_[0].values, IsEmpty());
+  EXPECT_THAT(kept_[0].text, HasSubstr("event 413"));
+  EXPECT_EQ(kept_[1].event, 413);
+  EXPECT_EQ(kept_[1].values.at(0).value, Value(7.0));
+}
+
+TEST_F(RecordDeskTest, WhatIsReadWhileTheNextEventComesIsReadAgain) {
+  Owe(412);
+  Owe(413);
+  ReadAll(5);
+  ASSERT_THAT(asked_, SizeIs(1));
+  ReadAll(7);
+  Drain();
+  ASSERT_THAT(kept_, SizeIs(2));
+  EXPECT_EQ(kept_[1].values.at(0).value, Value(7.0));
+}
+
+TEST_F(RecordDeskTest, APartIsNone) {
+  Read(2, 3);
+  Owe(412);
+  for (int i = 1; i < RecordDesk::kTries; ++i) {
+    Read(0, 1);
+    Answer({.reason = "not all was answered"});
+    Drain();
+    EXPECT_THAT(kept_, IsEmpty());
+    Hear(1s);
+    EXPECT_THAT(asked_, IsEmpty()) << "not at once";
+    Hear(RecordDesk::kAgain);
+  }
+  Read(0, 1);
+  Answer({.reason = "not all was answered"});
+  ASSERT_THAT(kept_, SizeIs(1));
+  EXPECT_EQ(kept_[0].state, RecordState::not_read);
+  EXPECT_EQ(kept_[0].text, "not all was answered");
+  EXPECT_THAT(kept_[0].values, IsEmpty());
+}
+
+TEST_F(RecordDeskTest, WaitsForADeviceThatIsAway) {
+  takes_ = false;
+  Owe(412);
+  takes_ = true;
+  for (int i = 0; i < 2 * RecordDesk::kTries; ++i) {
+    Hear(RecordDesk::kAgain);
+    Answer({.end = WriteEnd::not_sent, .reason = "the device is offline"});
+  }
+  EXPECT_THAT(kept_, IsEmpty());
+  Hear(1h);
+  ReadAll();
+  Drain();
+  ASSERT_THAT(kept_, SizeIs(1));
+  EXPECT_EQ(kept_[0].state, RecordState::read);
+}
+
+TEST_F(RecordDeskTest, AnItemThatTheDeviceDoesNotHaveIsNotWaitedFor) {
+  Read(2, 0, {Quality::bad_configuration, Reason::not_fitted});
+  Owe(412);
+  Read(0, 5);
+  Answer({.reason = "not all was answered"});
+  Drain();
+  ASSERT_THAT(kept_, SizeIs(1));
+  EXPECT_EQ(kept_[0].state, RecordState::read);
+  EXPECT_FALSE(HasValue(kept_[0].values.at(1).value));
+  EXPECT_EQ(kept_[0].values.at(1).quality, Quality::bad_configuration);
+}
+
+TEST_F(RecordDeskTest, WithoutAWordThatThereIsNothingElseItIsUncertain) {
+  Owe(412);
+  ReadAll();
+  Hear(RecordDesk::kUnproven);
+  ASSERT_THAT(kept_, SizeIs(1));
+  EXPECT_EQ(kept_[0].state, RecordState::read);
+  EXPECT_EQ(kept_[0].values.at(0).quality, Quality::uncertain);
+  EXPECT_NE(kept_[0].text, "");
+}
+
+TEST_F(RecordDeskTest, WhatIsNotConfiguredAnyMoreIsTold) {
+  desk_.Owe({{7, "bay-1", "feeder-1", "gone", {}, {}}, {8, "bay-1", "feeder-9", "trip", {}, {}}});
+  EXPECT_THAT(asked_, IsEmpty());
+  ASSERT_THAT(kept_, SizeIs(2));
+  EXPECT_EQ(kept_[0].state, RecordState::not_read);
+  EXPECT_EQ(kept_[1].event, 8);
+}
+
+TEST_F(RecordDeskTest, NobodyIsAskedBeforeTheLinesAreThere) {
+  RecordDesk early(config_, store_,
+                   {.clocks = [this] { return now_; },
+                    .ask =
+                        [this](WriteCommand command) {
+                          asked_.push_back(std::move(command));
+                          return true;
+                        },
+                    .keep = [this](KeptRecord record) { kept_.push_back(std::move(record)); }});
+  early.Owe({{412, "bay-1", "feeder-1", "trip", {}, {}}});
+  early.OnRead(0, now_.instant);
+  EXPECT_THAT(asked_, IsEmpty());
+  early.Start();
+  EXPECT_THAT(asked_, SizeIs(1));
+  Answer({.end = WriteEnd::not_sent});
+}
+
+class SilentDeskTest : public RecordDeskTest {
+ protected:
+  SilentDeskTest() : RecordDeskTest(false) {}
+};
+
+TEST_F(SilentDeskTest, ADeviceWithoutEventsOfItsOwnHasNothingMoreToTell) {
+  Owe(412);
+  ReadAll();
+  EXPECT_THAT(kept_, SizeIs(1));
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,221 @@
+// What a relay has recorded of a trip is kept with that trip, whole, and never with another: over a
+// line that damages and loses, kills of the program and power cuts. The registers of the relays
+// show the number of their latest trip.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+#include "gateway/daemon/record_desk.h"
+#include "tests/protocols/runs/event_keeper.h"
+#include "tests/protocols/runs/rig.h"
+
+namespace baudgate {
+namespace {
+
+using events::KeptRecord;
+using events::RecordState;
+
+constexpr std::uint32_t kTripped = 3;
+
+/// V6 and V11…V58.
+bool IsOfRecord(const config::Point& point) {
+  return point.name == "trip_phases" || point.name.starts_with("record");
+}
+
+void WithRecords(config::Line& line) {
+  for (config::Device& device : line.devices) {
+    device.events = true;
+    config::Record trip{"trip", {}};
+    for (std::uint32_t i = 0; i < device.points.size(); ++i) {
+      if (IsOfRecord(device.points[i])) trip.points.push_back(i);
+    }
+    device.records = {trip};
+  }
+}
+
+struct Troubles {
+  unsigned wire_one_in = 0;  ///< replies
+  bool kills = false;
+  bool power_cuts = false;
+};
+
+class Station {
+ public:
+  Station(unsigned seed, Troubles troubles)
+      : random_(seed),
+        troubles_(troubles),
+        rig_(RealLine("Spa9600"), WithRecords),
+        keeper_({rig_.device(0).name, rig_.device(1).name}) {
+    rig_->keep_sent = false;
+    rig_->keep = [this](const ReportedEvents& reported) {
+      const bool kept = keeper_.Keep(reported, rig_.device(reported.device));
+      if (kept) desk_->Owe(keeper_.TakeOwed());
+      return kept;
+    };
+    rig_->drained = [this](std::uint32_t device, Instant asked) {
+      desk_->OnDrained(device, asked);
+    };
+    rig_->read = [this](std::uint32_t device, Instant at) { desk_->OnRead(device, at); };
+    rig_->always = [this] { Work(); };
+    for (std::uint32_t i = 0; i < rig_.devices(); ++i) SpoilWire(rig_->twin(i).manner);
+    Begin();
+    rig_->Open();
+  }
+
+  void RunFor(Duration time) {
+    const Duration until = rig_->elapsed() + time;
+    while (rig_->elapsed() < until) {
+      rig_->RunFor(std::chrono::milliseconds(1 + random_() % (random_() % 4 == 0 ? 500 : 20'000)));
+      Trip();
+      if (keeper_.power_failed() || (troubles_.kills && random_() % 10 == 0)) Restart();
+    }
+  }
+
+  /// In peace, until all is told and read.
+  void End() {
+    troubles_ = {};
+    Restart();
+    rig_->RunFor(5min);
+  }
+
+  void Check() {
+    std::map<std::int64_t, KeptRecord> records;
+    for (KeptRecord& record : keeper_.ReadRecords()) {
+      const auto event = record.event;
+      ASSERT_TRUE(records.emplace(event, std::move(record)).second) << "kept twice";
+    }
+    for (const events::EventRecord& event : keeper_.ReadAll()) {
+      const auto found = records.find(event.seq);
+      ASSERT_NE(found, records.end()) << "event " << event.seq << " has none";
+      CheckRecord(event.text.substr(event.text.rfind(' ') + 1), found->second);
+    }
+    EXPECT_TRUE(keeper_.TakeOwed().empty());
+  }
+
+  std::size_t read = 0;
+  std::size_t superseded = 0;
+  std::size_t not_read = 0;
+  std::size_t restarts = 0;
+
+ private:
+  void CheckRecord(const std::string& number, const KeptRecord& record) {
+    read += record.state == RecordState::read ? 1U : 0U;
+    superseded += record.state == RecordState::superseded ? 1U : 0U;
+    not_read += record.state == RecordState::not_read ? 1U : 0U;
+    if (record.state != RecordState::read) {
+      ASSERT_TRUE(record.values.empty());
+      ASSERT_NE(record.text, "");
+      return;
+    }
+    ASSERT_EQ(record.values.size(), 41U);
+    for (const events::RecordValue& value : record.values) {
+      ASSERT_TRUE(IsGood(value.quality)) << Name(value.quality);
+      ASSERT_EQ(ToText(value.value), number) << value.name << " of another trip";
+    }
+  }
+
+  void SpoilWire(Manner& manner) {
+    manner.distort = [this](Bytes reply) {
+      if (troubles_.wire_one_in == 0 || random_() % troubles_.wire_one_in != 0 || reply.empty()) {
+        return reply;
+      }
+      if (random_() % 2 == 0) return Bytes();
+      reply[random_() % reply.size()] ^= static_cast<std::uint8_t>(1U << random_() % 7);
+      return reply;
+    };
+  }
+
+  void Trip() {
+    const auto device = static_cast<std::uint32_t>(random_() % rig_.devices());
+    const std::string number = std::to_string(++serial_);
+    ASSERT_TRUE(rig_->twin(device).twin->Raise({0, kTripped, {}, number}, rig_->now()));
+    const auto& points = rig_.device(device).points;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!IsOfRecord(points[i])) continue;
+      const bool whole = points[i].type == config::Type::uint16;
+      rig_->twin(device).values.Set(
+          i, whole ? Value(std::int64_t{serial_}) : Value(static_cast<double>(serial_)));
+    }
+  }
+
+  /// What the desk wanted while the poller was at work.
+  void Work() {
+    for (WriteCommand& command : std::exchange(asked_, {})) {
+      const std::uint32_t device = command.device;
+      if (!rig_->Submit(std::move(command))) ADD_FAILURE() << "device " << device;
+    }
+    std::erase_if(kept_, [this](const KeptRecord& record) { return keeper_.Keep(record); });
+  }
+
+  void Begin() {
+    keeper_.Begin(troubles_.power_cuts ? static_cast<int>(1 + random_() % 600) : -1);
+    asked_.clear();
+    kept_.clear();
+    const std::size_t generation = restarts;
+    desks_.push_back(
+        std::make_unique<RecordDesk>(rig_->config(), rig_->store(),
+                                     RecordDesk::Ends{.clocks = [this] { return rig_->now(); },
+                                                      .ask =
+                                                          [this, generation](WriteCommand command) {
+                                                            if (generation != restarts)
+                                                              return false;
+                                                            asked_.push_back(std::move(command));
+                                                            return true;
+                                                          },
+                                                      .keep =
+                                                          [this, generation](KeptRecord record) {
+                                                            if (generation == restarts)
+                                                              kept_.push_back(std::move(record));
+                                                          }}));
+    desk_ = desks_.back().get();
+    desk_->Start();
+    desk_->Owe(keeper_.TakeOwed());
+  }
+  void Restart() {
+    ++restarts;
+    keeper_.End(random_);
+    Begin();
+    rig_->Restart();
+  }
+
+  std::mt19937 random_;
+  Troubles troubles_;
+  Rig rig_;
+  EventKeeper keeper_;
+  std::vector<std::unique_ptr<RecordDesk>> desks_;  // of before, too: what they asked may end late
+  RecordDesk* desk_ = nullptr;
+  std::vector<WriteCommand> asked_;
+  std::vector<KeptRecord> kept_;
+  std::uint32_t serial_ = 0;
+};
+
+TEST(TripRecords, AreKeptWithTheirTripsOverAGoodLine) {
+  Station station(1, {});
+  station.RunFor(30min);
+  station.End();
+  station.Check();
+  EXPECT_GT(station.read, 50U);
+  EXPECT_GT(station.superseded, 5U);
+  EXPECT_EQ(station.not_read, 0U);
+}
+
+TEST(TripRecords, AreNeverThoseOfAnotherTripOverABadLineKillsAndPowerCuts) {
+  std::size_t read = 0;
+  std::size_t restarts = 0;
+  for (unsigned seed = 1; seed <= 8 && !testing::Test::HasFailure(); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Station station(seed, {.wire_one_in = 30, .kills = seed % 2 == 0, .power_cuts = seed % 3 == 0});
+    station.RunFor(20min);
+    station.End();
+    station.Check();
+    read += station.read;
+    restarts += station.restarts;
+  }
+  EXPECT_GT(read, 100U);
+  EXPECT_GT(restarts, 20U);
+}
+
+}  // namespace
+}  // namespace baudgate
