@@ -49,6 +49,13 @@ void CheckLimit(const PointEvent& event, const Point& point, const MapReader& ma
   if (above ? event.value >= high : event.value <= low) {
     error("value", "'" + point.name + "' is from " + FormatNumber(low) + " to " +
                        FormatNumber(high) + ", and never " + ConditionOf(event));
+    return;
+  }
+  const double back = event.value + (above ? -event.hysteresis : event.hysteresis);
+  if (above ? back < low : back > high) {
+    error("hysteresis", "'" + point.name + "' is from " + FormatNumber(low) + " to " +
+                            FormatNumber(high) + ", and never back " +
+                            (above ? "below " : "above ") + FormatNumber(back));
   }
 }
 
@@ -59,7 +66,14 @@ void CheckHysteresis(const PointEvent& event, const Point& point, const MapReade
   };
   if (event.hysteresis < 0) return error("must not be negative");
   if (!IsNumber(point.type)) {
-    error("only numbers have one, and '" + point.name + "' is " + std::string(Name(point.type)));
+    return error("only numbers have one, and '" + point.name + "' is " +
+                 std::string(Name(point.type)));
+  }
+  if (event.on != PointEvent::On::change || IsFloat(point.type)) return;
+  const auto [low, high] = EndsOf(point);
+  if (event.hysteresis >= high - low) {
+    error("'" + point.name + "' is from " + FormatNumber(low) + " to " + FormatNumber(high) +
+          ", and never changes by more");
   }
 }
 

@@ -22,8 +22,8 @@ void EventBook::TellFirst(EventRecord record) {
   waiting_.push_front({.source = kGateway, .events = {std::move(record)}});
 }
 
-void EventBook::TellLeftOut(Now now) {
-  for (EventRecord& record : shares_.TakeLeftOut(now)) TellAlways(std::move(record));
+void EventBook::TellLeftOut(Now now, bool all) {
+  for (EventRecord& record : shares_.TakeLeftOut(now, all)) TellAlways(std::move(record));
 }
 
 void EventBook::OnOpened(std::int64_t last, const std::map<Source, std::string>& said,

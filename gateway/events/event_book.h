@@ -48,7 +48,7 @@ class EventBook {
   /// The same before all that waits. Not between Due and Kept.
   void TellFirst(EventRecord record);
   /// What was left out and may be told by now waits, too.
-  void TellLeftOut(Now now);
+  void TellLeftOut(Now now, bool all = false);
   std::optional<Instant> LeftOutAt() const { return shares_.NextAt(); }
 
   /// What the file holds: its last number, what each source has said last, and the alarms. What

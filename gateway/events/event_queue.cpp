@@ -54,6 +54,7 @@ void EventQueue::Started(const std::string& version) {
 }
 
 void EventQueue::TellEnd() {
+  book_.TellLeftOut(options_.clocks(), true);
   if (std::exchange(tells_end_, false)) book_.TellAlways(EndRecord(options_.clocks().wall));
 }
 

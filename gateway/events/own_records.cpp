@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/base/shown.h"
+
 namespace baudgate::events {
 namespace {
 
@@ -62,6 +64,17 @@ EventRecord DiskTroubleRecord(const std::string& file, std::string_view trouble,
   return OwnRecord(
       OwnCode::disk_trouble,
       "no event could be kept since " + FormatWallTime(since) + ": " + std::string(trouble), at);
+}
+
+EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTime since,
+                          WallTime at) {
+  EventRecord record = OwnRecord(OwnCode::left_out,
+                                 Plural(events, "event") + " like the next left out since " +
+                                     FormatWallTime(since) + ": too many",
+                                 at);
+  record.line = last.line;
+  record.device = last.device;
+  return record;
 }
 
 EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at) {

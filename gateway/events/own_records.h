@@ -23,6 +23,9 @@ EventRecord EndRecord(WallTime at);
 /// It is over. `trouble` may begin with the name of the file.
 EventRecord DiskTroubleRecord(const std::string& file, std::string_view trouble, WallTime since,
                               WallTime at);
+/// So many events like `last`, from `since` on: of its line and device, and of no alarm.
+EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTime since,
+                          WallTime at);
 /// Of an alarm that the configuration does not have any more.
 EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at);
 EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/point_watch.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -24,6 +25,12 @@ AlarmMark::Step StepOf(EventState state) {
   return state == EventState::on ? AlarmMark::Step::raise : AlarmMark::Step::clear;
 }
 
+/// 53 times 0.1 is not beyond 5.3, although it is 5.300000000000001.
+bool IsAbove(double a, double b) {
+  constexpr double kExact = 1e-14;
+  return a - b > kExact * std::max(std::abs(a), std::abs(b));
+}
+
 }  // namespace
 
 std::optional<PointWatch::Finding> PointWatch::Take(const Value& value, Quality quality,
@@ -36,9 +43,9 @@ std::optional<PointWatch::Finding> PointWatch::Take(const Value& value, Quality 
 
 std::optional<PointWatch::Finding> PointWatch::Compare(double value, Instant now) {
   const bool below = rule_.on == On::below;
-  const bool beyond = below ? value < rule_.value : value > rule_.value;
-  const bool back =
-      below ? value >= rule_.value + rule_.hysteresis : value <= rule_.value - rule_.hysteresis;
+  const bool beyond = below ? IsAbove(rule_.value, value) : IsAbove(value, rule_.value);
+  const bool back = below ? !IsAbove(rule_.value + rule_.hysteresis, value)
+                          : !IsAbove(value, rule_.value - rule_.hysteresis);
   const Value is = beyond ? Value(true) : back ? Value(false) : told_;
   if (is == told_) {
     since_.reset();
@@ -78,7 +85,9 @@ bool PointWatch::IsNormal(const Value& value) const {
 
 bool PointWatch::IsSame(const Value& a, const Value& b) const {
   if (a == b || rule_.on != On::change || rule_.hysteresis == 0) return a == b;
-  return std::abs(ToDouble(a) - ToDouble(b)) <= rule_.hysteresis;
+  const double before = ToDouble(b);
+  return !IsAbove(ToDouble(a), before + rule_.hysteresis) &&
+         !IsAbove(before - rule_.hysteresis, ToDouble(a));
 }
 
 bool PointWatch::Lasts(const Value& seen, Instant now) {

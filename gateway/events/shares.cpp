@@ -3,8 +3,7 @@
 
 #include <algorithm>
 
-#include "gateway/base/shown.h"
-#include "gateway/events/own_codes.h"
+#include "gateway/events/own_records.h"
 
 namespace baudgate::events {
 
@@ -39,24 +38,16 @@ void Shares::OnKept(const EventRecord& record) {
   if (found != shares_.end() && found->second.waiting > 0) --found->second.waiting;
 }
 
-std::vector<EventRecord> Shares::TakeLeftOut(Now now) {
+std::vector<EventRecord> Shares::TakeLeftOut(Now now, bool all) {
   std::vector<EventRecord> records;
   for (auto& [key, share] : shares_) {
     if (share.left_out == 0) continue;
     Fill(share, now.instant);
-    if (share.left == 0) continue;
-    --share.left;
+    if (share.left == 0 && !all) continue;
+    share.left = std::max(0, share.left - 1);
     ++share.waiting;
     const std::uint64_t more = std::exchange(share.left_out, 0) - 1;
-    if (more > 0) {
-      EventRecord& told = records.emplace_back(share.last);
-      told.received = told.device_time = now.wall;
-      told.code = CodeOf(OwnCode::left_out);
-      told.state = config::EventState::message;
-      told.text = Plural(more, "event") + " like the next left out since " +
-                  FormatWallTime(share.since) + ": too many";
-      told.subject.clear();
-    }
+    if (more > 0) records.push_back(LeftOutRecord(more, share.last, share.since, now.wall));
     records.push_back(std::move(share.last));
     share.last = {};
   }

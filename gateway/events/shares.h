@@ -28,8 +28,9 @@ class Shares {
   bool Take(const EventRecord& record, bool room, Instant now);
   /// One that was taken is on the disk: of each so many wait at most.
   void OnKept(const EventRecord& record);
-  /// What may be told by now of those that were left out: how many, then the last of them.
-  std::vector<EventRecord> TakeLeftOut(Now now);
+  /// What may be told by now of those that were left out: how many, then the last of them. `all`:
+  /// it is now or never.
+  std::vector<EventRecord> TakeLeftOut(Now now, bool all = false);
   /// When there may be some; nothing: none was left out.
   std::optional<Instant> NextAt() const;
 

@@ -30,6 +30,14 @@ Value Fit(Type type, double number) {
   return static_cast<std::int64_t>(whole);
 }
 
+/// As the device meant it: 30.3 where a float32 of it is 30.299999237060547. What is whole stays.
+double NumberOf(const config::Point& point, const Value& raw) {
+  const double number = ToDouble(raw);
+  const auto single = static_cast<float>(number);
+  const bool is_single = point.type == Type::float32 && static_cast<double>(single) == number;
+  return is_single && std::trunc(number) != number ? ShortestDecimal(single) : number;
+}
+
 /// 64-bit integers pass whole where a double would round them.
 Value FitInteger(const config::Point& point, const Value& raw) {
   if (const auto* number = std::get_if<std::uint64_t>(&raw);
@@ -45,7 +53,7 @@ Value FitInteger(const config::Point& point, const Value& raw) {
     if (point.type == Type::int64) return raw;
     if (point.type == Type::uint64 && *number >= 0) return static_cast<std::uint64_t>(*number);
   }
-  return Fit(point.type, ToDouble(raw) * point.scale + point.offset);
+  return Fit(point.type, NumberOf(point, raw) * point.scale + point.offset);
 }
 
 /// A value in user's units that the point could hold; exact where it is an integer already.
