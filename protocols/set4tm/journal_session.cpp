@@ -320,6 +320,11 @@ Answer JournalSession::OnRefused(Answer answer, Instant now) {
   looks_ = false;
   pass_.reset();
   if (place_ == 0) {
+    // A meter has the journals that it has told.
+    if (state.told || ++state.refusals < kMostFailures) {
+      OnFailure(answer.outcome, now);
+      return End(std::move(answer));
+    }
     state.refused = true;
     if (!has_events()) answer.then = Then::replan;
     return End(std::move(answer));
@@ -358,6 +363,7 @@ void JournalSession::OnReconnect() {
 void JournalSession::ForgetRefusals() {
   for (State& state : states_) {
     state.refused = false;
+    state.refusals = 0;
     state.records = records_;
   }
 }

@@ -51,7 +51,9 @@ class SpaConversation final : public Conversation {
     return plan_.queries();
   }
   bool HasEvents() const override { return !trouble_ && events_.has_events(); }
-  const DeviceTrouble& trouble() const override { return trouble_; }
+  const DeviceTrouble& trouble() const override {
+    return trouble_.text.empty() ? events_.remark() : trouble_;
+  }
   void OnEnabled() override { writes_.OnEnabled(); }
 
   Result<Request> Ask(const Task& task, Instant now) override {
@@ -199,7 +201,6 @@ class SpaConversation final : public Conversation {
     }
     if (!limits_.channels) say("one channel in one request");
     if (limits_.written < settings_.write_items) say("one value in one write");
-    if (device_.events && !events_.has_events()) say("no events: it refuses L");
     if (channels_work_) say("several channels in one request");
     const bool tells = settings_.send_seconds > Duration() || settings_.send_date > Duration();
     if (tells && !clock_.right())

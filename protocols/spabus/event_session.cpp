@@ -16,6 +16,11 @@ constexpr Address kBackup{0, 'B', std::nullopt};
 constexpr Address kStatus{0, 'C', std::nullopt};
 /// Tasks in a row whose B nobody answers, while the relay answers all else: it does not know B.
 constexpr int kSilentBackups = 3;
+/// L in a row, refused by a relay that has never answered one: it does not know L. One that has is
+/// asked on: what looks like a refusal may be a damaged or somebody else's reply.
+constexpr int kMostRefusals = 3;
+/// Failures in a row that are worth a word.
+constexpr int kManyFailures = 10;
 /// Events carry the time within a minute: the same text can not be said of others so soon.
 constexpr Duration kNeverTwiceWithin = 50s;
 
@@ -47,6 +52,7 @@ Command EventSession::Instead(unsigned slave) {
 
 Answer EventSession::OnAnswer(Exchange exchange, Instant now) {
   const Step step = std::exchange(step_, Step::none);
+  failures_ = 0;
   if (exchange.answer.outcome != Outcome::ok) return OnRefused(step, std::move(exchange));
   switch (step) {
     case Step::backup:
@@ -54,6 +60,8 @@ Answer EventSession::OnAnswer(Exchange exchange, Instant now) {
       silent_backups_ = 0;
       return OnEvents(std::move(exchange), true, now);
     case Step::events:
+      refusals_ = 0;
+      answers_ = true;
       return OnEvents(std::move(exchange), false, now);
     case Step::status:
       return OnStatus(exchange);
@@ -104,8 +112,8 @@ Answer EventSession::OnRefused(Step step, Exchange exchange) {
   const bool judged = exchange.nack && RuleOf(*exchange.nack).judged;
   if (!judged || answer.outcome == Outcome::busy) return answer;
   if (step == Step::events) {
-    refused_ = answer.outcome == Outcome::unsupported;
-    if (refused_) answer.then = Then::replan;
+    if (answer.outcome == Outcome::unsupported) ++refusals_;
+    if (!has_events()) answer.then = Then::replan;
     return answer;
   }
   (step == Step::backup ? owes_backup_ : owes_status_) = false;
@@ -113,9 +121,21 @@ Answer EventSession::OnRefused(Step step, Exchange exchange) {
   return GoOn();
 }
 
+bool EventSession::has_events() const { return wanted_ && (answers_ || refusals_ < kMostRefusals); }
+
+const DeviceTrouble& EventSession::remark() const {
+  static const DeviceTrouble kNone;
+  static const DeviceTrouble kRefused{Reason::none, "gives no events: it refuses L"};
+  static const DeviceTrouble kFailed{Reason::none,
+                                     "its events can not be read: no good reply to L or B comes"};
+  if (refusals_ >= kMostRefusals) return kRefused;
+  return failures_ >= kManyFailures ? kFailed : kNone;
+}
+
 Then EventSession::OnFailure(Outcome outcome) {
   const Step step = std::exchange(step_, Step::none);
   if (outcome == Outcome::busy) return Then::done;  // it was not sent
+  ++failures_;
   if (step == Step::events || step == Step::none) owes_backup_ = true;
   if (step == Step::status || step == Step::clear) owes_status_ = clears_ = false;
   const bool silent = step == Step::backup && outcome == Outcome::no_reply;
@@ -125,9 +145,9 @@ Then EventSession::OnFailure(Outcome outcome) {
 }
 
 void EventSession::OnReconnect() {
-  refused_ = clears_ = false;
+  answers_ = clears_ = false;
   owes_backup_ = owes_status_ = true;
-  silent_backups_ = 0;
+  refusals_ = failures_ = silent_backups_ = 0;
   step_ = Step::none;
 }
 

@@ -7,6 +7,8 @@
 //   L, lost or damaged                         B, until it is answered: L would take away what the
 //                                              relay has just given
 //   L, answered with the last batch again      B: a late reply to an earlier request, maybe
+//   L, refused                                 L at the next poll; a relay that has never answered
+//                                              one, and refuses three, is not asked again
 //   a batch that was not taken                 B, likewise
 //   restarted (E50), overflow (E51)            C; what is not 0 is cleared (WC:0), and all points
 //                                              are read anew
@@ -30,8 +32,10 @@ class EventSession {
   /// `wanted`: the configuration asks for events.
   explicit EventSession(bool wanted) : wanted_(wanted) {}
 
-  /// The relay has not refused L.
-  bool has_events() const { return wanted_ && !refused_; }
+  /// They are wanted, and the relay knows L, as far as is known.
+  bool has_events() const;
+  /// Why none come, if that lasts.
+  const DeviceTrouble& remark() const;
 
   Command Next(unsigned slave);
   /// In place of L, which has failed.
@@ -50,7 +54,9 @@ class EventSession {
   Answer OnRefused(Step step, Exchange exchange);
 
   const bool wanted_;
-  bool refused_ = false;
+  bool answers_ = false;  ///< L, since the port has opened
+  int refusals_ = 0;      ///< of L in a row
+  int failures_ = 0;      ///< of any step in a row
   Step step_ = Step::none;
   bool owes_backup_ = true;  ///< B before L
   bool owes_status_ = true;

@@ -47,6 +47,7 @@ DeviceEvent ParseEvent(std::string_view part) {
       return event;
     }
   }
+  event.channel = 0;
   event.text = std::string(Trim(part));
   return event;
 }

@@ -79,6 +79,13 @@ TEST(PointEvents, SayWhatIsWrong) {
               HasSubstr("'a' is from 0 to 65535, and never above 65535"));
   EXPECT_THAT(wrong("{ on: below, value: 0 }", "bool"), HasSubstr("never below 0"));
   EXPECT_EQ(wrong("{ on: below, value: 1 }", "bool"), "");
+  EXPECT_THAT(wrong("{ on: above, value: 5, hysteresis: 10 }", "uint16"),
+              HasSubstr("hysteresis: 'a' is from 0 to 65535, and never back below -5"));
+  EXPECT_THAT(wrong("{ on: below, value: 65535, hysteresis: 1 }", "uint16"),
+              HasSubstr("never back above 65536"));
+  EXPECT_EQ(wrong("{ on: above, value: 5, hysteresis: 5 }", "uint16"), "");
+  EXPECT_THAT(wrong("{ on: change, hysteresis: 70000 }", "uint16"),
+              HasSubstr("and never changes by more"));
   EXPECT_THAT(wrong("{ on: above, value: 5, colour: red }"), HasSubstr("colour"));
   EXPECT_THAT(wrong("{ on: change, alarm: urgent }"), HasSubstr("'urgent' is unknown"));
   EXPECT_THAT(wrong("[{ on: change }, { on: change, alarm: yes }]"),

@@ -86,6 +86,16 @@ TEST(PointWatch, OfALimit) {
               ElementsAre("1 on", "2 off"));
 }
 
+/// Counted in binary 5.3 is 53 times 0.1 and a little less.
+TEST(PointWatch, CountsAsPeopleDo) {
+  EXPECT_THAT(Play(Rule(On::above, 5.3), {Num(5), Num(53 * 0.1), Num(5.4)}), ElementsAre("2 on"));
+  EXPECT_THAT(Play(Rule(On::below, -0.3), {Num(0), Num(-3 * 0.1), Num(-0.4)}), ElementsAre("2 on"));
+  EXPECT_THAT(Play(Rule(On::below, 4.9, 0.2), {Num(6), Num(4.8), Num(5.1)}),
+              ElementsAre("1 on", "2 off"));
+  EXPECT_THAT(Play(Rule(On::change, 0, 0.1), {Num(0.7), Num(0.8), Num(0.9)}),
+              ElementsAre("2 message"));
+}
+
 TEST(PointWatch, WaitsForItsDelay) {
   const PointEvent rule = Rule(On::above, 5, 2, 2s);
   EXPECT_THAT(Play(rule, {Num(1), Num(6), Num(6), Num(6), Num(6)}), ElementsAre("3 on"));

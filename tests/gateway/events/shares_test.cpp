@@ -66,6 +66,29 @@ TEST_F(SharesTest, TellHowManyAndTheLast) {
   EXPECT_EQ(shares_.TakeLeftOut(now_).size(), 1U) << "one alone is told as it is";
 }
 
+/// That some were left out is no alarm, whatever they were.
+TEST_F(SharesTest, WhatWasLeftOutRaisesNothing) {
+  EventRecord flaps = Port("a", "on");
+  flaps.subject = "a above 5";
+  flaps.record = "trip";
+  flaps.mark = {.step = AlarmMark::Step::raise, .priority = config::AlarmPriority::high};
+  for (int i = 0; i < 40; ++i) shares_.Take(flaps, true, now_.instant);
+  Pass(Shares::kEach);
+  const auto told = shares_.TakeLeftOut(now_);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].mark.step, AlarmMark::Step::none);
+  EXPECT_EQ(told[0].record, "");
+  EXPECT_EQ(told[1].mark.step, AlarmMark::Step::raise);
+}
+
+TEST_F(SharesTest, AreAllToldAtTheEnd) {
+  Taken("a", 40);
+  EXPECT_THAT(shares_.TakeLeftOut(now_), IsEmpty());
+  const auto told = shares_.TakeLeftOut(now_, true);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[1].text, "39");
+}
+
 TEST_F(SharesTest, AreWholeAgainAfterAWhile) {
   EXPECT_EQ(Taken("a", Shares::kAtOnce), Shares::kAtOnce);
   Keep("a", Shares::kAtOnce);

@@ -97,6 +97,13 @@ TEST(ToSample, FloatsMustBeFiniteAndInRange) {
   ExpectRefused(PointOf(Type::float64, 1e300), 1e300);
 }
 
+TEST(Conversion, AFloat32IsTheDecimalThatItStandsFor) {
+  ExpectGood(PointOf(Type::float32), static_cast<double>(5.3F), 5.3);
+  ExpectGood(PointOf(Type::float32), static_cast<double>(-0.3F), -0.3);
+  ExpectGood(PointOf(Type::float32), 123456792.0, 123456792.0);  // not ...790
+  ExpectGood(PointOf(Type::float64), static_cast<double>(5.3F), static_cast<double>(5.3F));
+}
+
 TEST(ToSample, NoTypeTakesWhatIsNoNumber) {
   for (const Type type : {Type::boolean, Type::int16, Type::uint16, Type::int32, Type::uint32,
                           Type::int64, Type::uint64, Type::float32, Type::float64}) {

@@ -202,11 +202,27 @@ TEST(JournalSession, WhatTheMeterDoesNotKnowIsLeftOut) {
   desk.asked.clear();
   desk.Run(500);
   for (const std::string& pdu : desk.asked) EXPECT_FALSE(pdu.starts_with("04 8")) << pdu;
+}
+
+TEST(JournalSession, AMeterWithoutJournalsIsLeftInPeace) {
+  Desk desk;
   desk.deaf = {1, 2, 5, 6, 7, 8, 9, 0x0A, 0x3C};
-  desk.session().OnReconnect();
   desk.Run(200);
   EXPECT_FALSE(desk.session().has_events());
   EXPECT_TRUE(desk.session().has_refused());
+}
+
+/// A damaged reply may look like one.
+TEST(JournalSession, ARefusalOfWhatWasThereIsNotTheEnd) {
+  Desk desk;
+  desk.Raise(11);
+  desk.Run(500);
+  desk.deaf = {1};
+  desk.Run(4);
+  desk.deaf = {};
+  desk.Raise(12);
+  desk.Run(500);
+  EXPECT_EQ(desk.told, desk.raised);
 }
 
 TEST(JournalSession, AJournalThatIsNeverAnsweredRests) {
