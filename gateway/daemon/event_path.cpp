@@ -2,6 +2,7 @@
 #include "gateway/daemon/event_path.h"
 
 #include <array>
+#include <set>
 #include <utility>
 
 #include "gateway/base/log.h"
@@ -13,6 +14,12 @@ namespace {
 
 /// A disk that hangs does not keep outputs from ending in time.
 constexpr Duration kEndTime = 300ms;
+
+std::set<std::string> ConsumersOf(const config::Config& config) {
+  std::set<std::string> consumers;
+  if (config.dds.enabled) consumers.insert(events::kDdsConsumer);
+  return consumers;
+}
 
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
                                     std::shared_ptr<events::EventFeed> feed, RecordDesk& records,
@@ -56,6 +63,7 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
     : store_(store),
       tells_own_(config.events.given),
       kept_(std::move(kept)),
+      feed_(std::make_shared<events::EventFeed>(events::FeedLimits(), ConsumersOf(config))),
       records_(
           config, store,
           {.clocks = ReadClocks,

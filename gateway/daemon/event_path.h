@@ -56,7 +56,7 @@ class EventPath final : public EventSink {
   const bool tells_own_;
   const Kept kept_;
   std::vector<Place> places_;  // by device
-  const std::shared_ptr<events::EventFeed> feed_ = std::make_shared<events::EventFeed>();
+  const std::shared_ptr<events::EventFeed> feed_;
   RecordDesk records_;
   events::EventLog log_;  // its thread tells the desk
 };

@@ -5,12 +5,22 @@
 
 namespace baudgate {
 
-std::vector<dds::EventSample> EventSamples::Take(std::uint64_t after, std::size_t most) const {
+std::vector<dds::EventSample> EventSamples::Take(std::uint64_t after, std::size_t most) {
   std::vector<dds::EventSample> samples;
   for (const events::FedEvent& event : feed_->Take(static_cast<std::int64_t>(after), most)) {
     samples.push_back(SampleOf(event));
   }
   return samples;
+}
+
+std::optional<dds::EventSupply::Place> EventSamples::place() const {
+  const auto cursor = feed_->cursor(events::kDdsConsumer);
+  if (!cursor) return std::nullopt;
+  return Place{static_cast<std::uint64_t>(std::max<std::int64_t>(cursor->seq, 0)), cursor->sure};
+}
+
+void EventSamples::Keep(Place place) {
+  feed_->SetCursor(events::kDdsConsumer, {static_cast<std::int64_t>(place.seq), place.sure});
 }
 
 void EventSamples::OnNew(std::function<void()> wake) {

@@ -18,8 +18,10 @@ class EventSamples final : public dds::EventSupply {
       : gateway_(std::move(gateway)), feed_(std::move(feed)) {}
   ~EventSamples() override { OnNew({}); }
 
-  std::vector<dds::EventSample> Take(std::uint64_t after, std::size_t most) const override;
+  std::vector<dds::EventSample> Take(std::uint64_t after, std::size_t most) override;
   std::uint64_t newest() const override { return static_cast<std::uint64_t>(feed_->newest()); }
+  std::optional<Place> place() const override;
+  void Keep(Place place) override;
   void OnNew(std::function<void()> wake) override;
 
  private:

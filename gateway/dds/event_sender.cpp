@@ -21,7 +21,11 @@ bool EventSender::FindPlace() {
   const std::uint64_t newest = supply_->newest();
   if (newest == 0) return false;
   const std::uint64_t image = newest > kEventImage ? newest - kEventImage : 0;
-  place_ = ever_ ? std::min(place_, image) : image;
+  if (const auto before = supply_->place(); before && !ever_) {
+    place_ = std::min(before->seq, before->sure ? newest : image);
+  } else {
+    place_ = ever_ ? std::min(place_, image) : image;
+  }
   placed_ = ever_ = true;
   return true;
 }
@@ -41,15 +45,23 @@ const EventSample* EventSender::Next() {
     if (next_ == batch_.size() && !Load()) return nullptr;
     const EventSample& event = batch_[next_];
     if (!event.gateway.empty()) return &event;
-    place_ = event.seq;
-    ++next_;
+    GoTo(event.seq);
   }
 }
 
-void EventSender::OnSent() {
-  place_ = batch_[next_].seq;
+void EventSender::GoTo(std::uint64_t seq) {
+  place_ = seq;
   ++next_;
+  supply_->Keep({seq, false});
+}
+
+void EventSender::OnSent() {
+  GoTo(batch_[next_].seq);
   ++sent_;
+}
+
+void EventSender::Confirm() {
+  if (ever_ && Next() == nullptr) supply_->Keep({place_, true});
 }
 
 }  // namespace baudgate::dds

@@ -1,10 +1,13 @@
-// Which event is published next: each once, in the order of the numbers, and to whoever takes
-// samples anew the newest ones once more. Pure; gateway/dds/sample_sender.h sends.
+// Which event is published next: each once, in the order of the numbers; to whoever takes samples
+// anew the newest ones once more. Over restarts it goes on where it was, if subscribers have
+// confirmed so. Pure; gateway/dds/sample_sender.h sends.
 //
-//   there are 1 … 5000, and somebody comes   → 4001, 4002 … 5000
-//   5001 happens                             → 5001
-//   he leaves after 5001, another comes      → 4002 … 5001
-//   5002 … 7500 happen before another comes  → 5002 … 7500: those that nobody had, too
+//   there are 1 … 5000, and somebody comes    → 4001, 4002 … 5000
+//   5001 happens                              → 5001
+//   he leaves after 5001, another comes       → 4002 … 5001
+//   5002 … 7500 happen before another comes   → 5002 … 7500: those that nobody had, too
+//   an orderly end, a start, and 7501         → 7501
+//   a kill and a start                        → 6502 … 7501
 //
 // What has left the supply before it was taken is skipped, and counted.
 // SPDX-License-Identifier: Apache-2.0
@@ -24,12 +27,14 @@ inline constexpr std::uint64_t kEventImage = 1000;
 class EventSender {
  public:
   /// Null: there are no events. It outlives this.
-  explicit EventSender(const EventSupply* supply) : supply_(supply) {}
+  explicit EventSender(EventSupply* supply) : supply_(supply) {}
 
   void StartAnew();
   /// The one to be sent; null: none now. The same until OnSent.
   const EventSample* Next();
   void OnSent();
+  /// Subscribers have all that there is.
+  void Confirm();
 
   /// From any thread.
   std::uint64_t sent() const { return sent_; }
@@ -37,9 +42,10 @@ class EventSender {
 
  private:
   bool FindPlace();
+  void GoTo(std::uint64_t seq);
   bool Load();
 
-  const EventSupply* const supply_;
+  EventSupply* const supply_;
   bool placed_ = false;      ///< for whoever takes samples now
   bool ever_ = false;        ///< for anybody
   std::uint64_t place_ = 0;  ///< number of the last that was sent

@@ -1,10 +1,11 @@
-// The newest events that are on the disk, as samples: what gateway/dds/event_sender.h takes from.
+// The events that are on the disk, as samples: what gateway/dds/event_sender.h takes from.
 // gateway/daemon joins it with gateway/events/event_feed.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "gateway/dds/samples.h"
@@ -15,10 +16,19 @@ namespace baudgate::dds {
 class EventSupply {
  public:
   virtual ~EventSupply() = default;
-  /// Those behind the number `after`, in their order, at most `most`. One without `gateway` is not
+  /// Those behind the number `after`, in their order, at most `most`. None also where
+  /// they have to be fetched first; OnNew is told then. One without `gateway` is not
   /// published: its device is no longer configured.
-  virtual std::vector<EventSample> Take(std::uint64_t after, std::size_t most) const = 0;
+  virtual std::vector<EventSample> Take(std::uint64_t after, std::size_t most) = 0;
   virtual std::uint64_t newest() const = 0;  ///< 0: none, or not known yet
+
+  struct Place {
+    std::uint64_t seq = 0;
+    bool sure = false;  ///< subscribers have confirmed all up to there
+  };
+  /// Where Keep was, the last time also before the start; nothing: nowhere. Known with newest().
+  virtual std::optional<Place> place() const { return std::nullopt; }
+  virtual void Keep(Place /*place*/) {}
   /// `wake`, on any thread, when there are more; null: no longer, and no call is under way when
   /// this returns.
   virtual void OnNew(std::function<void()> wake) = 0;

@@ -110,7 +110,8 @@ void DdsPublisher::Run() {
   }
   if (writer_->session() != session) return;  // nobody is there who has anything
   while (const auto next = sender_.End(ReadClocks().instant)) std::this_thread::sleep_until(*next);
-  writer_->WaitAcknowledged(kAcknowledgeTime);
+  const bool heard = writer_->subscribers() > 0;
+  if (writer_->WaitAcknowledged(kAcknowledgeTime) && heard) sender_.Confirm();
 }
 
 /// Waits until somebody takes samples; 0: Stop was called.

@@ -57,7 +57,7 @@ std::uint32_t Microseconds(Duration duration) {
 }  // namespace
 
 SampleSender::SampleSender(const config::Config& config, const PointStore& store,
-                           SampleWriter& writer, Log log, Now now, const EventSupply* events)
+                           SampleWriter& writer, Log log, Now now, EventSupply* events)
     : config_(config),
       store_(store),
       writer_(writer),

@@ -41,7 +41,7 @@ class SampleSender {
   /// until subscribers that are already there have found the gateway.
   /// `events`: null: there are none.
   SampleSender(const config::Config& config, const PointStore& store, SampleWriter& writer, Log log,
-               Now now, const EventSupply* events = nullptr);
+               Now now, EventSupply* events = nullptr);
 
   /// Whoever takes the samples knows nothing yet: forgets what was sent, and everything is due at
   /// `now` again.
@@ -61,6 +61,8 @@ class SampleSender {
   /// more with its last value, not connected, as far as the pace allows. Returns when to go on;
   /// nothing: all is told, or the 700 ms for it are over (the end of the writer tells the rest).
   std::optional<Instant> End(Instant now);
+  /// Behind End: subscribers have confirmed everything.
+  void Confirm() { events_.Confirm(); }
 
   /// From any thread.
   DdsCounters counters() const {

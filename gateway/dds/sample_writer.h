@@ -33,7 +33,8 @@ class SampleWriter {
   virtual Sent Write(const EventSample&) { return Sent::refused; }
   /// To a request that OnRequest was told of.
   virtual Sent Write(const ReplySample&) { return Sent::refused; }
-  /// The last call: waits until all subscribers have everything; false after `most`.
+  /// The last call: waits until all subscribers have everything; false after `most`, and
+  /// where nobody knows.
   virtual bool WaitAcknowledged(Duration most) = 0;
   /// Readers of the points topic that are connected now.
   virtual std::uint32_t subscribers() const = 0;

@@ -108,11 +108,59 @@ EventFeed::Shown EventFeed::Show(std::optional<Source> source, std::uint32_t fir
   return shown;
 }
 
-std::vector<FedEvent> EventFeed::Take(std::int64_t after, std::size_t most) const {
+bool EventFeed::HasLeft(std::int64_t after) const {
+  return !events_.empty() && after + 1 < NumberOf(events_.front());
+}
+
+std::vector<FedEvent> EventFeed::Take(std::int64_t after, std::size_t most) {
+  const bool served = IsServed();
+  {
+    const MutexLock lock(mutex_);
+    std::optional<std::vector<FedEvent>> read;
+    if (served && HasLeft(after)) read = backlog_.Take(after, most);
+    const bool helps =
+        read && !read->empty() && NumberOf(read->front()) < NumberOf(events_.front());
+    if (helps) return *read;
+    if (read || !served || !HasLeft(after)) {
+      const auto from = std::ranges::upper_bound(events_, after, {}, NumberOf);
+      const auto left = static_cast<std::size_t>(events_.end() - from);
+      return {from, from + static_cast<std::ptrdiff_t>(std::min(left, most))};
+    }
+  }
+  Ask(true);
+  return {};
+}
+
+std::optional<std::int64_t> EventFeed::wanted() const {
   const MutexLock lock(mutex_);
-  const auto from = std::ranges::upper_bound(events_, after, {}, NumberOf);
-  const auto left = static_cast<std::size_t>(events_.end() - from);
-  return {from, from + static_cast<std::ptrdiff_t>(std::min(left, most))};
+  return backlog_.wanted();
+}
+
+void EventFeed::Supply(std::int64_t after, std::vector<FedEvent> events) {
+  {
+    const MutexLock lock(mutex_);
+    backlog_.Supply(after, std::move(events));
+  }
+  Wake();
+}
+
+void EventFeed::SetCursor(const std::string& consumer, Cursor cursor) {
+  if (cursors_.Set(consumer, cursor)) Ask(false);
+}
+
+void EventFeed::ServeWith(std::function<void(bool now)> asked) {
+  const MutexLock lock(asking_);
+  asked_ = std::move(asked);
+}
+
+void EventFeed::Ask(bool now) const {
+  const MutexLock lock(asking_);
+  if (asked_) asked_(now);
+}
+
+bool EventFeed::IsServed() const {
+  const MutexLock lock(asking_);
+  return asked_ != nullptr;
 }
 
 std::int64_t EventFeed::newest() const {

@@ -1,7 +1,8 @@
 // The newest events that are on the disk, for outputs that must never wait for it: Modbus looks at
 // them (gateway/modbus/desk), DDS takes them in order (gateway/dds). Filled by the writing thread
-// of gateway/events/event_log.h after each commit, never before; each output keeps its own place,
-// and one that is slow misses what has left, by numbers that it can count.
+// of gateway/events/event_log.h after each commit, never before. A consumer that takes all of them
+// has a cursor, and gets from the file what has left the memory, by way of that thread. One that
+// only looks misses it, by numbers that it can count.
 //
 //   number  1 … 60   61 … 80         81 … 90
 //           old      whose they were  shown whole
@@ -14,18 +15,17 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "gateway/base/guarded.h"
+#include "gateway/events/backlog.h"
+#include "gateway/events/cursors.h"
 #include "gateway/events/event_book.h"
 #include "gateway/events/event_record.h"
 
 namespace baudgate::events {
-
-struct FedEvent {
-  Source source = kGateway;  ///< also where the device is no longer configured
-  EventRecord record{};
-};
 
 /// An event that is no longer shown: whose it was.
 struct GoneEvent {
@@ -48,7 +48,9 @@ struct FeedImage {
 
 class EventFeed {
  public:
-  explicit EventFeed(FeedLimits limits = {}) : limits_(limits) {}
+  /// `consumers`: those with a cursor.
+  explicit EventFeed(FeedLimits limits = {}, std::set<std::string> consumers = {})
+      : limits_(limits), cursors_(std::move(consumers)) {}
 
   /// Nothing where events are there already: the file is opened once more.
   void Begin(FeedImage image);
@@ -71,16 +73,33 @@ class EventFeed {
   /// none then.
   Shown Show(std::optional<Source> source, std::uint32_t first, std::size_t most) const;
 
-  /// Those behind `after`, of all devices, at most `most`.
-  std::vector<FedEvent> Take(std::int64_t after, std::size_t most) const;
+  /// Those behind `after`, of all devices, at most `most`. None also where they have to be read
+  /// from the file first: listeners are woken then.
+  std::vector<FedEvent> Take(std::int64_t after, std::size_t most);
   std::int64_t newest() const;
+
+  /// Where the consumer was; after Begin.
+  std::optional<Cursor> cursor(const std::string& consumer) const { return cursors_.Of(consumer); }
+  /// On the disk within a second or so.
+  void SetCursor(const std::string& consumer, Cursor cursor);
+
+  /// The rest is of the thread that writes the file. `asked` is called on any thread: `now`: some
+  /// events are to be read, else there are cursors to be written. Null: nobody reads the file.
+  void ServeWith(std::function<void(bool now)> asked);
+  CursorBook& cursors() { return cursors_; }
+  /// Behind which events are to be read; nothing: none are.
+  std::optional<std::int64_t> wanted() const;
+  void Supply(std::int64_t after, std::vector<FedEvent> events);
 
  private:
   void Drop() BAUDGATE_REQUIRES(mutex_);
   std::int64_t Whole(std::uint32_t number) const BAUDGATE_REQUIRES(mutex_);
   std::uint64_t Lost(std::optional<Source> source, std::int64_t first) const
       BAUDGATE_REQUIRES(mutex_);
+  bool HasLeft(std::int64_t after) const BAUDGATE_REQUIRES(mutex_);
   void Wake() const;
+  void Ask(bool now) const;
+  bool IsServed() const;
 
   const FeedLimits limits_;
   mutable Mutex mutex_;
@@ -88,6 +107,10 @@ class EventFeed {
   std::deque<FedEvent> events_ BAUDGATE_GUARDED_BY(mutex_);
   std::deque<GoneEvent> gone_ BAUDGATE_GUARDED_BY(mutex_);
   std::map<Source, std::int64_t> older_ BAUDGATE_GUARDED_BY(mutex_);
+  Backlog backlog_ BAUDGATE_GUARDED_BY(mutex_);
+  CursorBook cursors_;
+  mutable Mutex asking_;
+  std::function<void(bool now)> asked_ BAUDGATE_GUARDED_BY(asking_);
   mutable Mutex waking_;
   std::map<Listener, std::function<void()>> listeners_ BAUDGATE_GUARDED_BY(waking_);
   Listener next_ BAUDGATE_GUARDED_BY(waking_) = 1;

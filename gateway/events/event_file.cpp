@@ -27,13 +27,22 @@ std::optional<EventFile::Opened> EventFile::Open() {
   return opened;
 }
 
-Status EventFile::Write(const std::vector<Batch>& batches, const std::vector<KeptRecord>& records) {
+Status EventFile::Write(const std::vector<Batch>& batches, const Cursors* cursors,
+                        const std::vector<KeptRecord>& records) {
   const FileTurn::Hold turn(connection_.turn());
   Status status = connection_.CheckThere();
-  const bool nothing = batches.empty() && records.empty();
-  if (status && !nothing && !table_->Write(batches, records)) status = connection_.Failed();
+  const bool due = !batches.empty() || cursors != nullptr || !records.empty();
+  if (status && due && !table_->Write(batches, cursors, records)) status = connection_.Failed();
   if (!connection_.is_open()) table_.reset();
   return status;
+}
+
+Result<std::vector<FedEvent>> EventFile::ReadBehind(std::int64_t after) {
+  const FileTurn::Hold turn(connection_.turn());
+  auto events = table_->ReadBehind(after);
+  if (!events) events = connection_.Failed();
+  if (!connection_.is_open()) table_.reset();
+  return events;
 }
 
 Status EventFile::WriteAlarms(const std::vector<Alarm>& alarms) {

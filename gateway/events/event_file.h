@@ -25,8 +25,12 @@ class EventFile {
   };
   /// Nothing where it is open and fit for use.
   std::optional<Opened> Open();
-  /// Open; all of them are on the disk, or none is.
-  Status Write(const std::vector<Batch>& batches, const std::vector<KeptRecord>& records = {});
+  /// Open; all of them are on the disk, or none is. As EventTable.
+  Status Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
+               const std::vector<KeptRecord>& records = {});
+  /// Open.
+  Result<std::vector<FedEvent>> ReadBehind(std::int64_t after);
+  std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }
 
   /// Open, and not for the first time: another file may be there, without alarms.
   bool lacks_alarms() const { return lacks_alarms_; }

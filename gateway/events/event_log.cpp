@@ -3,6 +3,7 @@
 
 #include <pthread.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace baudgate::events {
@@ -11,13 +12,25 @@ EventLog::EventLog(Options options)
     : options_(std::move(options)),
       queue_(options_),
       file_(options_.file, options_.sources, options_.vfs, options_.turn) {
+  if (options_.feed) options_.feed->ServeWith([this](bool now) { queue_.Look(now); });
   thread_ = std::thread([this] { Run(); });
 }
 
 EventLog::~EventLog() {
+  if (options_.feed) options_.feed->ServeWith({});
   queue_.Stop();
   thread_.join();
   for (const std::string& line : queue_.LeftBehind()) options_.warn(line);
+}
+
+EventsState EventLog::state() const {
+  EventsState state = queue_.state();
+  if (!options_.feed) return state;
+  for (const auto& [name, cursor] : options_.feed->cursors().all()) {
+    state.consumers.push_back(
+        {name, cursor.seq, std::max<std::int64_t>(0, state.oldest - 1 - cursor.seq)});
+  }
+  return state;
 }
 
 Result<Page> EventLog::Read(const PageQuery& query) const {
@@ -41,12 +54,15 @@ void EventLog::WriteDue() {
   if (status && file_.lacks_alarms()) status = file_.WriteAlarms(queue_.Alarms());
   EventQueue::Round round;
   if (status) {
+    const auto cursors = options_.feed ? options_.feed->cursors().Due() : std::nullopt;
     round = queue_.Take();
-    status = file_.Write(round.batches, round.records);
+    status = file_.Write(round.batches, cursors ? &*cursors : nullptr, round.records);
+    if (status && cursors) options_.feed->cursors().OnKept(*cursors);
   }
   if (status) Feed(round.batches);
   if (status) TellOwed(round.batches);
-  const std::vector<Source> kept = queue_.Done(round, status);
+  const std::vector<Source> kept = queue_.Done(round, status, file_.oldest());
+  if (status) ReadBacklog();
   if (!kept.empty()) options_.kept(kept);
   AckDesk::Answer(round.acks, status ? std::string() : status.error());
 }
@@ -56,12 +72,24 @@ Status EventLog::Open() {
   if (!opened) return {};
   if (!opened->put_aside.empty()) options_.warn("events: " + opened->put_aside);
   if (!opened->ok) return Error{opened->error};
-  if (options_.feed) options_.feed->Begin(std::move(opened->contents.image));
+  if (options_.feed) {
+    options_.feed->cursors().OnOpened(opened->contents.cursors);
+    options_.feed->Begin(std::move(opened->contents.image));
+  }
   const bool first = queue_.OnOpened(opened->contents);
   if (first && options_.owed && !opened->contents.owed.empty()) {
     options_.owed(opened->contents.owed);
   }
   return {};
+}
+
+void EventLog::ReadBacklog() {
+  if (!options_.feed) return;
+  while (const auto after = options_.feed->wanted()) {
+    auto events = file_.ReadBehind(*after);
+    if (!events) return queue_.Look(false);
+    options_.feed->Supply(*after, std::move(*events));
+  }
 }
 
 void EventLog::TellOwed(const std::vector<Batch>& batches) const {

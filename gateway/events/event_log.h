@@ -43,7 +43,7 @@ class EventLog final : public EventSource {
   /// What the last batch of the source that is kept has said; from any thread. When opened.
   std::string said(Source source) const { return queue_.said(source); }
 
-  EventsState state() const override { return queue_.state(); }
+  EventsState state() const override;
   std::vector<Alarm> Alarms() const override { return queue_.Alarms(); }
   void Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done) override {
     queue_.Acknowledge(query, std::move(done));
@@ -56,6 +56,7 @@ class EventLog final : public EventSource {
   Status Open();
   void Feed(const std::vector<Batch>& batches);
   void TellOwed(const std::vector<Batch>& batches) const;
+  void ReadBacklog();
 
   const Options options_;
   EventQueue queue_;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "gateway/base/shown.h"
@@ -125,14 +126,30 @@ bool EventQueue::Await() {
   while (!stop_) {
     const bool rests = state_.disk == Disk::failing;
     if (!rests && !IsIdle()) break;
-    const auto until = rests ? tick : book_.LeftOutAt();
+    const auto until = rests ? tick : WakesAt();
     if (!until) {
       lock.Wait(due_);
     } else if (!lock.WaitUntil(due_, *until)) {
       break;
     }
   }
+  look_at_.reset();
   return !stop_;
+}
+
+std::optional<Instant> EventQueue::WakesAt() const {
+  const auto left_out = book_.LeftOutAt();
+  if (!left_out || !look_at_) return left_out ? left_out : look_at_;
+  return std::min(*left_out, *look_at_);
+}
+
+void EventQueue::Look(bool now) {
+  {
+    const MutexLock lock(mutex_);
+    const Instant at = now ? Instant() : options_.clocks().instant + kTick;
+    look_at_ = look_at_ ? std::min(*look_at_, at) : at;
+  }
+  due_.notify_one();
 }
 
 bool EventQueue::IsIdle() const {
@@ -183,7 +200,7 @@ EventQueue::Round EventQueue::Take() {
   return {book_.Due(), records_, acks_.Take()};
 }
 
-std::vector<Source> EventQueue::Done(Round& round, const Status& status) {
+std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::int64_t oldest) {
   std::vector<Source> kept;
   {
     const MutexLock lock(mutex_);
@@ -191,6 +208,7 @@ std::vector<Source> EventQueue::Done(Round& round, const Status& status) {
       kept = book_.Kept(round.batches.size());
       records_.erase(records_.begin(),
                      records_.begin() + static_cast<std::ptrdiff_t>(round.records.size()));
+      state_.oldest = oldest;
     }
     if (!status && round.acks.empty()) round.acks = acks_.Take();
     Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());

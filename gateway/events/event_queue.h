@@ -37,6 +37,8 @@ class EventQueue {
   void End(Duration most);
   void Acknowledge(const AckQuery& query, AckDesk::Done done);
   void WhenOpened(std::function<void()> opened);
+  /// Await returns: `now`, or within a tick.
+  void Look(bool now);
 
   std::string said(Source source) const;
   EventsState state() const;
@@ -55,8 +57,9 @@ class EventQueue {
     std::vector<AckDesk::Ack> acks{};
   };
   Round Take();
-  /// All of it is on the disk, or why not. The sources that may be asked for more.
-  std::vector<Source> Done(Round& round, const Status& status);
+  /// All of it is on the disk, or why not; `oldest` that the file has. The sources that may be
+  /// asked for more.
+  std::vector<Source> Done(Round& round, const Status& status, std::int64_t oldest = 0);
   /// More is to be written, and can be.
   bool goes_on() const;
   /// One line for each kind of what is not on the disk and will not be.
@@ -69,6 +72,7 @@ class EventQueue {
   };
   void Show(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
   bool IsIdle() const BAUDGATE_REQUIRES(mutex_);
+  std::optional<Instant> WakesAt() const BAUDGATE_REQUIRES(mutex_);
   void TellEnd() BAUDGATE_REQUIRES(mutex_);
 
   const LogOptions& options_;
@@ -84,6 +88,7 @@ class EventQueue {
   LastRun last_run_ BAUDGATE_GUARDED_BY(mutex_);            // once it was opened
   std::optional<Start> start_ BAUDGATE_GUARDED_BY(mutex_);  // to be told
   bool tells_end_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::optional<Instant> look_at_ BAUDGATE_GUARDED_BY(mutex_);
   bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 

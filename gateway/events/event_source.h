@@ -11,12 +11,21 @@
 
 namespace baudgate::events {
 
+/// Who takes all events, and keeps his place in the file.
+struct Consumer {
+  std::string name;
+  std::int64_t seq = 0;   ///< he has this, and all before
+  std::int64_t lost = 0;  ///< that he has not, and the file has no longer: there was no room
+};
+
 struct EventsState {
   Disk disk = Disk::opening;
-  std::string trouble;         ///< why it fails; empty: it does not
-  WallTime since{};            ///< of `disk`
-  std::size_t waiting = 0;     ///< devices that are not asked for more until theirs are kept
-  std::int64_t newest = 0;     ///< number of the last that is kept; 0: none is
+  std::string trouble;      ///< why it fails; empty: it does not
+  WallTime since{};         ///< of `disk`
+  std::size_t waiting = 0;  ///< devices that are not asked for more until theirs are kept
+  std::int64_t newest = 0;  ///< number of the last that is kept; 0: none is
+  std::int64_t oldest = 0;  ///< of the first
+  std::vector<Consumer> consumers{};
   std::uint64_t repeats = 0;   ///< that came once more, since the start
   std::uint64_t left_out = 0;  ///< of the gateway's own, too many of one kind, since the start
   std::size_t alarms_active = 0;

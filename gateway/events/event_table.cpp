@@ -2,6 +2,7 @@
 #include "gateway/events/event_table.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "gateway/events/event_page.h"
@@ -16,7 +17,10 @@ constexpr const char* kInsert =
 constexpr const char* kSaid =
     "INSERT INTO event_sources (line, device, said) VALUES (?,?,?) ON CONFLICT (line, device) DO "
     "UPDATE SET said=excluded.said";
-constexpr const char* kDrop = "DELETE FROM events WHERE seq<=?";
+/// A file with many more than its room, of before, comes to it little by little.
+constexpr const char* kDrop =
+    "DELETE FROM events WHERE seq IN (SELECT seq FROM events WHERE seq<=? ORDER BY seq LIMIT 1000)";
+constexpr const char* kCursor = "INSERT INTO event_cursors (name, seq, sure) VALUES (?,?,?)";
 constexpr const char* kGone = "SELECT seq, device FROM events WHERE seq>? AND seq<=? ORDER BY seq";
 constexpr const char* kOlder = "SELECT max(seq) FROM events WHERE device=? AND seq<=?";
 
@@ -34,6 +38,7 @@ EventTable::EventTable(Database& database, const SourceNames& names, std::int64_
       insert_(database, kInsert),
       said_(database, kSaid),
       drop_(database, kDrop),
+      cursor_(database, kCursor),
       alarms_(database),
       records_(database) {}
 
@@ -42,8 +47,10 @@ EventTable::Contents EventTable::Read(FeedLimits limits) {
   const Value last = database_.First("SELECT coalesce(max(seq), 0) FROM events");
   if (!std::holds_alternative<std::int64_t>(last)) return contents;
   contents.last = std::get<std::int64_t>(last);
-  if (!ReadRun(contents) || !alarms_.Read(contents.alarms)) return contents;
-  if (!records_.ReadOwed(contents.owed)) return contents;
+  if (!ReadRun(contents) || !alarms_.Read(contents.alarms) || !ReadCursors(contents.cursors) ||
+      !records_.ReadOwed(contents.owed) || !FindOldest()) {
+    return contents;
+  }
   Statement rows(database_, "SELECT line, device, said FROM event_sources");
   Statement::Step step = rows.Next();
   for (; step == Statement::Step::row; step = rows.Next()) {
@@ -62,14 +69,12 @@ bool EventTable::ReadImage(FeedLimits limits, FeedImage& image) {
       std::max<std::int64_t>(0, image.newest - static_cast<std::int64_t>(limits.events));
   const std::int64_t older =
       std::max<std::int64_t>(0, gone - static_cast<std::int64_t>(limits.remembered));
-  for (PageQuery query{.after = gone};;) {
-    auto page = ReadPage(database_, query);
-    if (!page) return false;
-    for (EventRecord& record : page->records) {
-      image.events.push_back({SourceOf(names_, record.device), std::move(record)});
-    }
-    if (!page->more) break;
-    query.after = page->next;
+  for (std::int64_t after = gone;;) {
+    auto events = ReadBehind(after);
+    if (!events) return false;
+    if (events->empty()) break;
+    after = events->back().record.seq;
+    std::ranges::move(*events, std::back_inserter(image.events));
   }
   Statement rows(database_, kGone);
   rows.Bind(1, older);
@@ -104,10 +109,42 @@ bool EventTable::ReadRun(Contents& contents) {
   return step != Statement::Step::failed;
 }
 
-bool EventTable::Write(const std::vector<Batch>& batches, const std::vector<KeptRecord>& records) {
+bool EventTable::ReadCursors(Cursors& cursors) {
+  Statement rows(database_, "SELECT name, seq, sure FROM event_cursors");
+  Statement::Step step = rows.Next();
+  for (; step == Statement::Step::row; step = rows.Next()) {
+    cursors[std::string(rows.Text(0))] = {rows.Number(1), rows.Number(2) != 0};
+  }
+  return step == Statement::Step::done;
+}
+
+bool EventTable::WriteCursors(const Cursors& cursors) {
+  bool ok = database_.Execute("DELETE FROM event_cursors");
+  for (const auto& [name, cursor] : cursors) {
+    cursor_.Bind(1, name);
+    cursor_.Bind(2, cursor.seq);
+    cursor_.Bind(3, std::int64_t{cursor.sure ? 1 : 0});
+    ok = ok && cursor_.Run();
+  }
+  return ok;
+}
+
+Result<std::vector<FedEvent>> EventTable::ReadBehind(std::int64_t after) {
+  auto page = ReadPage(database_, {.after = after});
+  if (!page) return Error{page.error()};
+  std::vector<FedEvent> events;
+  for (EventRecord& record : page->records) {
+    events.push_back({SourceOf(names_, record.device), std::move(record)});
+  }
+  return events;
+}
+
+bool EventTable::Write(const std::vector<Batch>& batches, const Cursors* cursors,
+                       const std::vector<KeptRecord>& records) {
   bool ok = database_.Execute("BEGIN IMMEDIATE");
   for (const Batch& batch : batches) ok = ok && Insert(batch);
   for (const KeptRecord& record : records) ok = ok && records_.Insert(record);
+  ok = ok && (cursors == nullptr || WriteCursors(*cursors));
   ok = ok && database_.Execute("COMMIT");
   if (!ok) database_.Rollback();
   return ok;
@@ -145,9 +182,7 @@ bool EventTable::Insert(const Batch& batch) {
     said_.Bind(3, batch.said);
     if (!said_.Run()) return false;
   }
-  const std::int64_t oldest = batch.events.back().seq - most_;
-  drop_.Bind(1, oldest);
-  return drop_.Run() && (oldest <= 0 || records_.Drop(oldest));
+  return Drop(batch.events.back().seq);
 }
 
 bool EventTable::InsertRecord(const EventRecord& event) {
@@ -160,6 +195,20 @@ bool EventTable::InsertRecord(const EventRecord& event) {
   record.kind = kEventRecord;
   record.event = event.seq;
   return records_.Insert(record);
+}
+
+bool EventTable::Drop(std::int64_t newest) {
+  const std::int64_t beyond = newest - most_;
+  if (oldest_ > 0 && beyond < oldest_) return true;
+  drop_.Bind(1, beyond);
+  return drop_.Run() && records_.Drop(beyond) && FindOldest();
+}
+
+bool EventTable::FindOldest() {
+  const Value oldest = database_.First("SELECT coalesce(min(seq), 0) FROM events");
+  if (!std::holds_alternative<std::int64_t>(oldest)) return false;
+  oldest_ = std::get<std::int64_t>(oldest);
+  return true;
 }
 
 }  // namespace baudgate::events

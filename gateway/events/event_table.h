@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/base/result.h"
 #include "gateway/events/alarm_table.h"
+#include "gateway/events/cursors.h"
 #include "gateway/events/event_book.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/own_records.h"
@@ -40,26 +42,39 @@ class EventTable {
     LastRun last_run{};
     std::vector<Alarm> alarms{};
     std::vector<OwedRecord> owed{};
+    Cursors cursors{};
     FeedImage image{};
   };
   Contents Read(FeedLimits limits = {});
-  /// All or none, and with them the alarms that they have changed, and what they owe.
-  bool Write(const std::vector<Batch>& batches, const std::vector<KeptRecord>& records = {});
+  /// All or none, and with them the alarms that they have changed, and what they owe. `cursors`:
+  /// and no others; null: as they are.
+  bool Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
+             const std::vector<KeptRecord>& records = {});
   /// These alarms and no others.
   bool WriteAlarms(const std::vector<Alarm>& alarms);
+  /// The next events behind a number.
+  Result<std::vector<FedEvent>> ReadBehind(std::int64_t after);
+  /// The first that is kept; 0: none is.
+  std::int64_t oldest() const { return oldest_; }
 
  private:
   bool ReadRun(Contents& contents);
+  bool ReadCursors(Cursors& cursors);
+  bool WriteCursors(const Cursors& cursors);
   bool Insert(const Batch& batch);
   bool InsertRecord(const EventRecord& event);
+  bool Drop(std::int64_t newest);
+  bool FindOldest();
   bool ReadImage(FeedLimits limits, FeedImage& image);
 
   Database& database_;
   const SourceNames& names_;
   const std::int64_t most_;
+  std::int64_t oldest_ = 0;
   Statement insert_;
   Statement said_;
   Statement drop_;
+  Statement cursor_;
   AlarmTable alarms_;
   RecordTable records_;
 };

@@ -68,6 +68,13 @@ CREATE TABLE alarms (
 ) WITHOUT ROWID;
 )sql",
                                                                  R"sql(
+CREATE TABLE event_cursors (
+  name TEXT PRIMARY KEY,
+  seq  INTEGER NOT NULL,
+  sure INTEGER NOT NULL
+) WITHOUT ROWID;
+)sql",
+                                                                 R"sql(
 CREATE TABLE records (
   kind          TEXT NOT NULL,
   seq           INTEGER NOT NULL,

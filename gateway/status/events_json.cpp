@@ -73,6 +73,11 @@ Json EventsJson(const events::EventsState& state) {
   json["since"] = TimeJson(state.since);
   json["trouble"] = state.trouble;
   json["newest"] = state.newest;
+  json["oldest"] = state.oldest;
+  json["consumers"] = Json::array();
+  for (const events::Consumer& one : state.consumers) {
+    json["consumers"].push_back({{"name", one.name}, {"seq", one.seq}, {"lost", one.lost}});
+  }
   json["waiting"] = state.waiting;
   json["repeats"] = state.repeats;
   json["left_out"] = state.left_out;

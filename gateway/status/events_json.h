@@ -8,7 +8,8 @@
 
 namespace baudgate::control {
 
-/// {"state":"fine","since":…,"trouble":"","newest":412,"waiting":0,"repeats":3,"left_out":0,
+/// {"state":"fine","since":…,"trouble":"","newest":412,"oldest":1,
+///  "consumers":[{"name":"dds","seq":412,"lost":0}],"waiting":0,"repeats":3,"left_out":0,
 ///  "alarms":{"active":1,"unacknowledged":1},"file":…,"advice":[…]}
 nlohmann::ordered_json EventsJson(const events::EventsState& state);
 

@@ -23,17 +23,20 @@ class Supply final : public EventSupply {
     }
     if (kept.size() > most) kept.erase(kept.begin(), kept.end() - static_cast<long>(most));
   }
-  std::vector<EventSample> Take(std::uint64_t after, std::size_t count) const override {
+  std::vector<EventSample> Take(std::uint64_t after, std::size_t count) override {
     const auto from = std::ranges::upper_bound(kept, after, {}, &EventSample::seq);
     const auto left = static_cast<std::size_t>(kept.end() - from);
     return {from, from + static_cast<long>(std::min(left, count))};
   }
   std::uint64_t newest() const override { return last; }
+  std::optional<Place> place() const override { return kept_place; }
+  void Keep(Place place) override { kept_place = place; }
   void OnNew(std::function<void()> wake) override { on_new = std::move(wake); }
 
   std::uint64_t last = 0;
   std::size_t most = 4000;
   std::vector<EventSample> kept;
+  std::optional<Place> kept_place;
   std::function<void()> on_new;
 };
 
@@ -94,6 +97,58 @@ TEST(EventSender, PassesOverThoseOfDevicesThatAreGone) {
   supply.Happen();
   EXPECT_EQ(SendAll(sender), Sent2(203, 203));
   EXPECT_EQ(sender.skipped(), 0U);
+}
+
+TEST(EventSender, GoesOnBehindAnOrderlyEnd) {
+  Supply supply;
+  supply.Happen(3000);
+  {
+    EventSender sender(&supply);
+    SendAll(sender);
+    EXPECT_FALSE(supply.kept_place->sure);
+    sender.Confirm();
+    EXPECT_TRUE(supply.kept_place->sure);
+  }
+  EventSender sender(&supply);
+  EXPECT_EQ(sender.Next(), nullptr) << "nothing twice";
+  supply.Happen(2);
+  EXPECT_EQ(SendAll(sender), Sent2(3001, 3002));
+}
+
+TEST(EventSender, SendsAfterAKillWhatMayHaveBeenLost) {
+  Supply supply;
+  supply.Happen(3000);
+  {
+    EventSender sender(&supply);
+    SendAll(sender);
+    sender.Confirm();
+    supply.Happen(2);
+    SendAll(sender);
+  }
+  supply.Happen(8);
+  EventSender sender(&supply);
+  EXPECT_EQ(SendAll(sender), Sent2(2011, 3010));
+}
+
+TEST(EventSender, SendsAfterALongKillAllThatNobodyHad) {
+  Supply supply;
+  supply.Happen(100);
+  {
+    EventSender sender(&supply);
+    SendAll(sender);
+  }
+  supply.Happen(3000);
+  {
+    EventSender sender(&supply);
+    EXPECT_EQ(sender.Next()->seq, 101U);
+    sender.Confirm();
+    EXPECT_FALSE(supply.kept_place->sure) << "there is more";
+  }
+  supply.kept_place = {9999, true};
+  EventSender sender(&supply);
+  EXPECT_EQ(sender.Next(), nullptr) << "an older file was put back";
+  supply.Happen();
+  EXPECT_EQ(SendAll(sender), Sent2(3101, 3101));
 }
 
 TEST(EventSender, WithoutASupplyHasNone) {

@@ -1,0 +1,41 @@
+// Events that a consumer still lacks and that have left the memory: asked for by the number that he
+// has, read from the file by whoever writes it, and taken from here. No lock, no disk.
+//
+//   Take(40)               → nothing: wanted() is 40
+//   Supply(40, {41 … 600})
+//   Take(40, 100)          → {41 … 140}, and so on with Take(140)
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "gateway/events/event_book.h"
+
+namespace baudgate::events {
+
+struct FedEvent {
+  Source source = kGateway;  ///< also where the device is no longer configured
+  EventRecord record{};
+};
+
+class Backlog {
+ public:
+  /// A page of a consumer that has gone elsewhere is not kept for ever.
+  static constexpr std::size_t kMostPages = 8;
+
+  /// Nothing: it is asked for now. Empty: the file has none behind `after` either.
+  std::optional<std::vector<FedEvent>> Take(std::int64_t after, std::size_t most);
+  std::optional<std::int64_t> wanted() const;
+  void Supply(std::int64_t after, std::vector<FedEvent> events);
+
+ private:
+  std::set<std::int64_t> wanted_;
+  std::map<std::int64_t, std::vector<FedEvent>> pages_;  // by what is before them
+};
+
+}  // namespace baudgate::events
