@@ -55,7 +55,8 @@ TEST_F(EventsFileTest, OneOfVersionThreeKeepsItsEventsAndGetsCursors) {
     OpenedEvents opened = OpenEvents(file());
     ASSERT_TRUE(opened.database) << opened.error;
     ASSERT_TRUE(opened.database->Execute(
-        "DROP TABLE event_cursors; PRAGMA user_version=3;"
+        "DROP TABLE event_cursors; DROP TABLE records; DROP TABLE record_values; "
+        "DROP TABLE owed_records; PRAGMA user_version=3;"
         "INSERT INTO events VALUES (7, 1, 1, 0, 'l', 'd', 0, 0, 'on', 't')"))
         << opened.database->error();
   }
