@@ -11,6 +11,7 @@
 #include "config/lines.h"
 #include "config/outputs.h"
 #include "config/profile.h"
+#include "config/records.h"
 #include "config/writing.h"
 #include "config/yaml/yaml_reader.h"
 
@@ -91,6 +92,9 @@ LoadedProfile LoadProfile(const std::string& profile, const Protocol& protocol,
     RawProfile raw = ReadProfile(*path, protocol, problems);
     loaded.profile = std::move(raw.profile);
     loaded.profile.points = BuildPoints(raw.points, &protocol, problems);
+    Device device;
+    device.points = loaded.profile.points;
+    ResolveRecords(loaded.profile.records, device, problems);
   });
   loaded.problems = problems.Sorted();
   return loaded;

@@ -152,7 +152,7 @@ void RecordDesk::Ask(Debt& debt, Steps& steps) {
 
 void RecordDesk::OnAnswer(Debt& debt, Instant asked, const WriteResult& result) {
   const Now now = ends_.clocks();
-  auto record = Look(debt, asked, now);
+  auto [away, record] = Look(debt, asked, now);
   Steps steps;
   {
     const MutexLock lock(mutex_);
@@ -169,7 +169,8 @@ void RecordDesk::OnAnswer(Debt& debt, Instant asked, const WriteResult& result) 
     } else {
       debt.again = now.instant + kAgain;
       // What was not sent, as to a device that is away, is no try.
-      if (result.end != WriteEnd::not_sent && ++debt.tries >= kTries) {
+      away = away || result.end == WriteEnd::not_sent;
+      if (!away && ++debt.tries >= kTries) {
         --owing_;
         const std::string why = result.reason.empty() ? "not all was answered" : result.reason;
         Settle(debt, NotRead(why, now.wall), steps);
@@ -179,13 +180,14 @@ void RecordDesk::OnAnswer(Debt& debt, Instant asked, const WriteResult& result) 
   Do(std::move(steps));
 }
 
-/// Nothing: not all of it has been read since then.
-std::optional<events::KeptRecord> RecordDesk::Look(const Debt& debt, Instant asked, Now now) const {
+/// Without a record not all of it has been read since then.
+RecordDesk::Found RecordDesk::Look(const Debt& debt, Instant asked, Now now) const {
+  Found found;
   events::KeptRecord record;
   record.read = now.wall;
   bool all = true;
   store_.Read(debt.device, [&](const DeviceRecord& device) {
-    all = !device.override_quality;
+    found.away = device.override_quality.has_value();
     for (const std::uint32_t index : debt.record->points) {
       const config::Point& point = device.device->points[index];
       const PointRecord& held = device.points[index];
@@ -196,8 +198,8 @@ std::optional<events::KeptRecord> RecordDesk::Look(const Debt& debt, Instant ask
           {point.name, IsBad(quality) ? Value() : held.value, point.unit, quality});
     }
   });
-  if (!all) return std::nullopt;
-  return record;
+  if (all && !found.away) found.record = std::move(record);
+  return found;
 }
 
 void RecordDesk::Settle(Debt& debt, const events::KeptRecord& record, Steps& steps) {

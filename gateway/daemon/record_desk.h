@@ -79,7 +79,11 @@ class RecordDesk {
 
   Debt* Find(const events::OwedRecord& owed) BAUDGATE_REQUIRES(mutex_);
   void OnAnswer(Debt& debt, Instant asked, const WriteResult& result);
-  std::optional<events::KeptRecord> Look(const Debt& debt, Instant asked, Now now) const;
+  struct Found {
+    bool away = false;  ///< the device, or another one is in its place
+    std::optional<events::KeptRecord> record{};
+  };
+  Found Look(const Debt& debt, Instant asked, Now now) const;
   static void Settle(Debt& debt, const events::KeptRecord& record, Steps& steps);
   void Ask(Debt& debt, Steps& steps) BAUDGATE_REQUIRES(mutex_);
   void Do(Steps steps);

@@ -210,6 +210,7 @@ std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::in
       if (status) state_.oldest = oldest;
       records_.erase(records_.begin(),
                      records_.begin() + static_cast<std::ptrdiff_t>(round.records.size()));
+      state_.oldest = oldest;
     }
     if (!status && round.acks.empty()) round.acks = acks_.Take();
     Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());

@@ -194,6 +194,23 @@ TEST_F(RecordDeskTest, WaitsForADeviceThatIsAway) {
   EXPECT_EQ(kept_[0].state, RecordState::read);
 }
 
+TEST_F(RecordDeskTest, WaitsWhileAnotherDeviceAnswersInItsPlace) {
+  Owe(412);
+  store_.SetOverride(0, Quality(Quality::bad_configuration, Reason::other_module));
+  for (int i = 0; i < 2 * RecordDesk::kTries; ++i) {
+    Read(0, 1);
+    Read(2, 1);
+    Answer();
+    Hear(RecordDesk::kAgain);
+  }
+  EXPECT_THAT(kept_, IsEmpty());
+  store_.SetOverride(0, {});
+  ReadAll();
+  Drain();
+  ASSERT_THAT(kept_, SizeIs(1));
+  EXPECT_EQ(kept_[0].state, RecordState::read);
+}
+
 TEST_F(RecordDeskTest, AnItemThatTheDeviceDoesNotHaveIsNotWaitedFor) {
   Read(2, 0, {Quality::bad_configuration, Reason::not_fitted});
   Owe(412);

@@ -92,7 +92,7 @@ TEST_F(RecordTest, IsOwedOverARestartAndThenStandsWithItsEvent) {
   EXPECT_EQ(owed[0].device_time, audit::kWall);
   EXPECT_EQ(owed[0].clock, ClockQuality::device);
 
-  ASSERT_TRUE(file_->Write({}, {Trip(2)}));
+  ASSERT_TRUE(file_->Write({}, nullptr, {Trip(2)}));
   EXPECT_TRUE(Reopen().contents.owed.empty());
   const auto records = Events().records;
   EXPECT_EQ(records[0].record, "");
@@ -125,9 +125,9 @@ TEST_F(RecordTest, ComesWithItsEventInOneTransaction) {
 }
 
 TEST_F(RecordTest, EachKindHasNumbersOfItsOwnAndEachRecordIsThereOnce) {
-  ASSERT_TRUE(file_->Write({}, {Billing(1), Billing(2), Billing(1)}));
-  ASSERT_TRUE(file_->Write({{0, "a", false, {Event(1, "trip")}}}, {Trip(1)}));
-  ASSERT_TRUE(file_->Write({}, {Billing(2), Billing(3)}));
+  ASSERT_TRUE(file_->Write({}, nullptr, {Billing(1), Billing(2), Billing(1)}));
+  ASSERT_TRUE(file_->Write({{0, "a", false, {Event(1, "trip")}}}, nullptr, {Trip(1)}));
+  ASSERT_TRUE(file_->Write({}, nullptr, {Billing(2), Billing(3)}));
   std::vector<std::int64_t> numbers;
   for (const KeptRecord& record : Records({.kind = std::string(kBillingRecord)}).records) {
     numbers.push_back(record.seq);
@@ -148,7 +148,8 @@ TEST_F(RecordTest, GoesWithItsEvent) {
   OpenedEvents opened = OpenEvents(path());
   ASSERT_TRUE(opened.database);
   EventTable table(*opened.database, names_, 2);
-  ASSERT_TRUE(table.Write({{0, "a", false, {Event(1, "trip"), Event(2, "trip")}}}, {Trip(1)}));
+  ASSERT_TRUE(
+      table.Write({{0, "a", false, {Event(1, "trip"), Event(2, "trip")}}}, nullptr, {Trip(1)}));
   ASSERT_TRUE(table.Write({{0, "b", false, {Event(3), Event(4)}}}));
   EXPECT_TRUE(Records({.kind = std::string(kEventRecord)}).records.empty());
   EXPECT_TRUE(Reopen().contents.owed.empty());

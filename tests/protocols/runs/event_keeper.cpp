@@ -72,7 +72,7 @@ bool EventKeeper::Keep(const events::KeptRecord& record) {
     if (!opened->ok) return false;
     book_->OnOpened(opened->contents.last, opened->contents.said);
   }
-  return file_->Write({}, {record}).ok();
+  return file_->Write({}, nullptr, {record}).ok();
 }
 
 std::vector<events::KeptRecord> EventKeeper::ReadRecords() {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/protocol.h"
 
+#include "protocols/spabus/clock_offset.h"
 #include "tests/protocols/spabus/support.h"
 
 namespace baudgate::protocols::spabus {
@@ -104,7 +105,8 @@ TEST(SpaProtocol, ThePasswordOptionIsSecret) {
 TEST(SpaProtocol, DecodersAreAddressesThatParse) {
   for (const DecoderSpec& decoder : Spa().decoders) {
     const std::string form(decoder.form);
-    EXPECT_TRUE(Check(form, Type::string)) << form;
+    const bool number = form == kOffsetItem;
+    EXPECT_TRUE(Check(form, number ? Type::float32 : Type::string)) << form;
   }
 }
 
