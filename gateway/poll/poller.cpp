@@ -63,6 +63,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   chooser_.probes().OnOpened();
   echo_.OnOpened();
   upkeep_.OnOpened(now.instant);
+  if (speaker_ != nullptr) ledger_.OnState(*speaker_, "the port is open");
   Pump();
 }
 
@@ -140,6 +141,9 @@ bool Poller::Submit(WriteCommand command, Now now) {
 void Poller::ReadNow(WriteCommand command) {
   const Device& device = roster_.DeviceAt(command.device);
   if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
+  if (&device == speaker_ && device.conversation->Queries().empty()) {
+    return NotSent(command, "it is not asked: it speaks by itself, and what it said last is shown");
+  }
   for (const std::uint32_t point : command.reads) ReadBack(device, point);
   writes_.Confirm(std::move(command), now_.instant);
 }

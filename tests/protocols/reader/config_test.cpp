@@ -59,6 +59,7 @@ TEST(ReaderConfig, NothingGrowsOldUnlessItIsSaid) {
   EXPECT_GT(limits("").dead_age, std::chrono::hours(24 * 365 * 10));
   EXPECT_EQ(limits(", max_age: 5s").max_age, 5s);
   EXPECT_EQ(limits(", max_age: 5s").dead_age, 15s);
+  EXPECT_EQ(limits(", max_age: 200ms").max_age, 200ms) << "it is not polled every second";
 }
 
 TEST(ReaderConfig, TheEightTagsStandInOneRow) {

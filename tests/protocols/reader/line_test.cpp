@@ -133,6 +133,7 @@ TEST_F(ReaderLineTest, APortThatIsLostTakesHalfATagWithIt) {
   line_.Open();
   line_.RunFor(1min);
   EXPECT_EQ(line_.QualityOf(0, kTag), Quality::uncertain) << "tags may have passed meanwhile";
+  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::online) << "its silence is no outage";
   EXPECT_EQ(ToText(line_.ValueOf(0, kPresent)), "false");
   const Bytes rest = TagFrame("0000000002");
   line_.Inject(Bytes(rest.begin() + 8, rest.end()));
@@ -153,6 +154,19 @@ TEST_F(ReaderLineTest, OutOfUseIsNotHeard) {
   line_.Inject(TagFrame("0000000002"));
   line_.RunFor(1s);
   EXPECT_EQ(Events(), "0000000002 ");
+}
+
+TEST_F(ReaderLineTest, WhoWantsItAskedNowIsToldThatItIsNot) {
+  line_.Open();
+  WriteResult result;
+  WriteCommand command;
+  command.device = 0;
+  command.reads = {kTag};
+  command.deadline = line_.now().instant + 1s;
+  command.done = [&](const WriteResult& its) { result = its; };
+  line_.Submit(std::move(command));
+  EXPECT_EQ(result.end, WriteEnd::not_sent);
+  EXPECT_EQ(result.reason, "it is not asked: it speaks by itself, and what it said last is shown");
 }
 
 TEST_F(ReaderLineTest, NumbersGoOnBehindARestart) {
