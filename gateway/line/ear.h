@@ -2,10 +2,10 @@
 // Sans-I/O and pure as the line, which owns it (gateway/line/line.h); what belongs to no message is
 // left for the exchange under way.
 //
-//   bytes come           part of a message is held    OnTimer at Deadline()
-//   whole by its rule    a message                    began_ and the rest anew
-//   silent for `idle`    the rule is asked once more: a message, or damaged
-//   longer than `whole`  damaged, and not heard again before silence or a marked beginning
+//   what is held          what it becomes
+//   whole by its rule     a message, at once
+//   silent for `idle`     the rule is asked once more: a message, or damaged
+//   longer than `whole`   damaged, and so is what follows up to a silence or a marked beginning
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -61,12 +61,12 @@ Cut CutText(View held, const Settings& form, bool idle) {
     return idle ? Checked(held, form) : Cut::NeedMore();
   }
   const std::size_t end = Find(held, *form.end, form.start ? 1 : 0);
-  if (form.start && form.start != form.end) {
+  if (form.start) {
     const std::size_t again = Find(held, *form.start, 1);
     if (again < end) return Cut::Discard(again, Outcome::partial, "stopped mid-frame");
+    if (end > form.most + 1) return cut::TooLong();
   }
   if (end < held.size()) return Checked(held.first(end + 1), form);
-  if (form.start && held.size() > form.most + 1) return cut::TooLong();
   if (idle && !form.start && TextIn(held, form).empty()) return Checked(held, form);
   return cut::Wait(idle, held.size());
 }

@@ -37,6 +37,9 @@ Status CheckOptions(const config::Options& options) {
   if (Status status = kTable.Check(options); !status) return status;
   const Settings settings = ReadSettings(options);
   if (settings.length > settings.most) return Error{"length is more than most"};
+  if (settings.start && settings.start == settings.end) {
+    return Error{"start and end are the same character: nobody could tell one from the other"};
+  }
   if (settings.idle < 1ms) return Error{"idle must be at least 1ms"};
   if (settings.whole < settings.idle) return Error{"whole must not be shorter than idle"};
   return {};

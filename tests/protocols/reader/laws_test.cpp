@@ -109,6 +109,58 @@ TEST(ReaderFrames, ATextThatIsTooLongGivesNoPartOfItself) {
   EXPECT_EQ(Cut(TextOptions("", "0x0D", 3), "1234\r12\r123\r"), Frames{"123\r"});
 }
 
+/// What is too long is trimmed while it comes, and never when it comes in one piece.
+TEST(ReaderFrames, AnyStreamGivesTheSameHoweverItIsCut) {
+  config::Options tags = config::DefaultOptions(ReaderProtocol());
+  std::vector<config::Options> forms = {tags};
+  for (const auto& [start, end, length] :
+       std::vector<std::tuple<std::string, std::string, int>>{{"", "0x0D", 0},
+                                                              {"", "0x0A", 0},
+                                                              {"", "0x0D", 5},
+                                                              {"", "", 0},
+                                                              {"", "", 5},
+                                                              {":", "0x0D", 0},
+                                                              {":", "", 5},
+                                                              {":", "", 0},
+                                                              {":", ":", 0}}) {
+    forms.push_back(TextOptions(start, end, length));
+    forms.back().Set("most", std::int64_t{10});
+  }
+  const std::vector<std::string> words = {"\r\n-",
+                                          "06001259E3",
+                                          "\r\n>",
+                                          "\r",
+                                          "\n",
+                                          std::string(1, '\0'),
+                                          "\xFF",
+                                          ":",
+                                          "12345",
+                                          "kg",
+                                          std::string(20, '\n'),
+                                          std::string(40, '7')};
+  std::mt19937 random(20261123);
+  for (int round = 0; round < 20'000; ++round) {
+    const config::Options& options = forms[random() % forms.size()];
+    std::string stream;
+    for (auto count = random() % 12; count > 0; --count) stream += words[random() % words.size()];
+    const Frames whole = Cut(options, stream);
+    Assembler assembler;
+    assembler.Begin(reader::MessageRule, reader::Expect({}, options));
+    Frames cut;
+    const auto take = [&](bool idle) {
+      while (auto frame = assembler.Next(idle)) cut.emplace_back(AsText(*frame));
+    };
+    for (std::size_t at = 0; at < stream.size();) {
+      const std::size_t size = std::min<std::size_t>(1 + random() % 9, stream.size() - at);
+      assembler.Feed(ToBytes(stream.substr(at, size)));
+      take(false);
+      at += size;
+    }
+    take(true);
+    ASSERT_EQ(cut, whole) << Printable(ToBytes(stream));
+  }
+}
+
 TEST(ReaderFrames, ABrokenTextGivesWayToTheNext) {
   EXPECT_EQ(Cut(TextOptions("0x02", "0x03", 0),
                 "\x02"

@@ -56,6 +56,7 @@ TEST(ReaderOptions, FitTogether) {
   EXPECT_EQ(error({{"form", "text"}, {"start", "0x02"}, {"end", ":"}}), "");
   EXPECT_NE(error({{"form", "text"}, {"start", "STX"}}), "");
   EXPECT_NE(error({{"form", "text"}, {"end", "0x100"}}), "");
+  EXPECT_NE(error({{"start", ":"}, {"end", ":"}}), "");
   EXPECT_NE(error({{"length", "100"}, {"most", "80"}}), "");
   EXPECT_NE(error({{"idle", "0s"}, {"whole", "1s"}}), "");
   EXPECT_NE(error({{"idle", "3s"}, {"whole", "2s"}}), "");
