@@ -66,7 +66,9 @@ const RawProfile* FindProfile(MapReader& map, const Protocol* protocol, Device& 
 
 // The line's timing and retries stay with the line, for its devices to fall back on.
 /// Returns what stands above all points, whoever has said it.
-Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device& device) {
+/// `unasked`: its silence is normal, and ages nothing.
+Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, bool unasked,
+               Device& device) {
   const Pace said = ReadPace(map, Level::device);
   const Pace own = Merge(said, profile.pace);
   CheckPaces({said, profile.pace, line}, device.name, device.mark, map.problems());
@@ -78,6 +80,10 @@ Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device&
   Assign(device.daily, all.daily);
   device.max_age = map.Time("max_age", 10ms, std::chrono::hours(24 * 30));
   device.dead_age = map.Time("dead_age", 10ms, std::chrono::hours(24 * 90));
+  if (unasked && !device.max_age) {
+    device.max_age = kNeverOld;
+    device.dead_age = device.dead_age.value_or(kNeverOld);
+  }
   return all;
 }
 
@@ -194,7 +200,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   device.title = profile.title;
   device.event_texts = profile.event_texts;
   device.identity = IdentityOf(map, profile, protocol, context);
-  const Pace pace = ReadTimes(map, profile, of.pace, device);
+  const Pace pace = ReadTimes(map, profile, of.pace, protocol && protocol->unasked, device);
   Recheck recheck = pace.recheck.value_or(Recheck::off);
   if (protocol && !pace.recheck) {
     recheck = DefaultRecheck(*protocol, device.serial.value_or(of.line.serial));

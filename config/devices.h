@@ -8,6 +8,9 @@
 
 namespace baudgate::config {
 
+/// Of devices that speak unasked: their silence is normal, and ages nothing.
+inline constexpr Duration kNeverOld = std::chrono::hours(24 * 365 * 50);
+
 /// The protocol that a `protocol:` names; null and a problem when it is not installed.
 const Protocol* ReadProtocol(const YamlNode& node, LoadContext& context);
 

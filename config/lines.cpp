@@ -58,6 +58,20 @@ void CompleteOptions(Line& line, const Options& given, const Catalog& catalog) {
   Override(line.options, given);
 }
 
+// Whatever else is spoken there might be taken for what it says, and the other way round.
+void CheckSpeakers(const Line& line, const Catalog& catalog, Problems& problems) {
+  if (line.devices.size() < 2) return;
+  for (const Device& device : line.devices) {
+    const Protocol* protocol = catalog.FindProtocol(device.protocol);
+    if (protocol == nullptr || !protocol->unasked) continue;
+    problems.Error(device.mark, "device '" + device.name +
+                                    "' speaks unasked and needs a line of its own; line '" +
+                                    line.name + "' has " + std::to_string(line.devices.size()) +
+                                    " devices");
+    return;
+  }
+}
+
 Line ReadLine(const YamlNode& node, LoadContext& context) {
   Line line;
   line.mark = node.mark();
@@ -102,6 +116,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
     }
   }
   CompleteOptions(line, given, context.catalog);
+  CheckSpeakers(line, context.catalog, context.problems);
   return line;
 }
 

@@ -6,6 +6,7 @@
 #include "config/catalog/option_values.h"
 #include "config/checks/line_checks.h"
 #include "config/checks/route_checks.h"
+#include "config/devices.h"
 #include "config/events.h"
 #include "config/history.h"
 #include "config/lines.h"
@@ -119,6 +120,7 @@ Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::
   Override(device.options, profile.options);
   device.points = profile.points;
   device.event_texts = profile.event_texts;
+  if (protocol.unasked) device.max_age = device.dead_age = kNeverOld;
   return device;
 }
 

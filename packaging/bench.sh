@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures the figures of docs/performance.md on this machine, each as a ratio in one run.
-# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [history] [harm] [image] [participants]    all but the last without arguments; a quarter of an hour
+# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [history] [tag] [harm] [image] [participants]    all but the last without arguments; a quarter of an hour
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh

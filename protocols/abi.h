@@ -35,7 +35,7 @@ struct Types {};
 /// By its name and size alone: types of the standard library and of gateway/base.
 struct Leaf {};
 
-Fields<22> ListOf(Protocol*);
+Fields<23> ListOf(Protocol*);
 Fields<2> ListOf(Doubt*);
 Fields<6> ListOf(PduCarrier*);
 Fields<7> ListOf(TimingRule*);
@@ -52,6 +52,7 @@ Fields<4> ListOf(DeviceEvent*);
 Fields<4> ListOf(EventBatch*);
 Fields<7> ListOf(Answer*);
 Fields<2> ListOf(DeviceTrouble*);
+Fields<5> ListOf(Standing*);
 Fields<2> ListOf(Quality*);
 Fields<3> ListOf(Shape*);
 Fields<8> ListOf(Expectation*);
@@ -75,13 +76,15 @@ Fields<5> ListOf(config::Rs485*);
 Methods<&Conversation::Queries, &Conversation::HasEvents, &Conversation::OnEventsKept,
         &Conversation::Ask, &Conversation::WritesTogether, &Conversation::OnFrame,
         &Conversation::OnSent, &Conversation::Stamp, &Conversation::OnHostClock,
-        &Conversation::OnFailure, &Conversation::Instead, &Conversation::OnReconnect,
-        &Conversation::OnEnabled, &Conversation::trouble, &Conversation::Memory,
-        &Conversation::Recall, &Conversation::ForgetRefusals, &Conversation::Check,
-        &Conversation::Interpret, &Conversation::LeastTimes, &Conversation::WhatIsLearned>
+        &Conversation::OnFailure, &Conversation::Instead, &Conversation::Listens,
+        &Conversation::OnUnasked, &Conversation::DueAt, &Conversation::OnDue,
+        &Conversation::OnReconnect, &Conversation::OnEnabled, &Conversation::trouble,
+        &Conversation::Memory, &Conversation::Recall, &Conversation::ForgetRefusals,
+        &Conversation::Check, &Conversation::Interpret, &Conversation::LeastTimes,
+        &Conversation::WhatIsLearned>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
-Methods<&Twin::Answer, &Twin::ReplyAs, &Twin::Raise> ListOf(Twin*);
+Methods<&Twin::Answer, &Twin::ReplyAs, &Twin::Raise, &Twin::Say> ListOf(Twin*);
 Methods<> ListOf(Bus*);
 
 Types<config::OptionValue> ListOf(config::Options*);
@@ -150,6 +153,14 @@ auto Split(T& s, Fields<22>) {
                decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
                decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
                decltype(t), decltype(u), decltype(v), decltype(w)>();
+}
+template <typename T>
+auto Split(T& s, Fields<23>) {
+  auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x] = s;
+  return Types<decltype(a), decltype(b), decltype(c), decltype(d), decltype(e), decltype(f),
+               decltype(g), decltype(h), decltype(i), decltype(j), decltype(k), decltype(l),
+               decltype(m), decltype(n), decltype(o), decltype(p), decltype(q), decltype(r),
+               decltype(t), decltype(u), decltype(v), decltype(w), decltype(x)>();
 }
 template <typename T>
 auto Split(T& s, Fields<26>) {

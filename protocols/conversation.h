@@ -157,6 +157,18 @@ struct DeviceTrouble {
   explicit operator bool() const { return reason != Reason::none; }
 };
 
+/// How messages that a device sends unasked are recognised: readers of tags and bar codes, weighing
+/// indicators. gateway/line/ear.h takes them in, whatever else goes on on the line.
+struct Standing {
+  FrameRule rule = nullptr;
+  Expectation expect{};  ///< reply: standing
+  Duration idle{};       ///< silence that ends a message: the rule is asked once more
+  Duration whole{};      ///< what takes longer from its first byte is damaged
+  /// A message is known by how it begins. Otherwise its begin is where the one before ended, or
+  /// where the line was silent.
+  bool marked = false;
+};
+
 /// The engine keeps these promises: the device's address, options and points have passed the checks
 /// of the Protocol; indices in a Task are valid at Ask and OnFrame; OnFrame and OnFailure follow
 /// the Ask or Instead that gave their request; a frame is one that the reply rule took for whole.
@@ -217,6 +229,18 @@ class Conversation {
   /// Examples: a DCON broadcast that is due; the SPA command L takes events out of the device, B
   /// gives the last answer to L once more. Nothing: it is repeated, or the exchange has failed.
   virtual std::optional<Request> Instead(const Request&, Outcome, Instant) { return std::nullopt; }
+
+  /// It says something unasked; null: it does not. The same as long as the conversation lives. Its
+  /// silence is then no failure: nothing is asked of it but what Queries() say, which may be none.
+  virtual const Standing* Listens() const { return nullptr; }
+  /// A whole message has come unasked. Readings and a batch of events are taken as those of a
+  /// reply; an outcome that is not ok counts it as damaged. What its batch has `said` is not
+  /// compared: every batch is kept, and OnEventsKept is called for each. `received`: its last byte.
+  virtual Answer OnUnasked(View /*message*/, Now /*received*/) { return {}; }
+  /// When OnDue is to be called next; nothing: not before something has come. Asked behind each of
+  /// the two.
+  virtual std::optional<Instant> DueAt() const { return std::nullopt; }
+  virtual Answer OnDue(Now /*now*/) { return {}; }
 
   /// The port was opened again, or the device has stopped answering. Another device may hang there
   /// now: forget open sessions and what was learned, such as "does not know command 5".

@@ -27,6 +27,8 @@ struct Expectation {
   enum class Reply : std::uint8_t {
     none,  ///< a broadcast: the exchange is over once the request is sent
     one,
+    standing,  ///< what the device says unasked, as often as it likes (Conversation::Listens); of a
+               ///< request: the next of these messages answers it
   } reply = Reply::one;
   std::vector<Shape> shapes{};  ///< empty: every frame that the rule takes for whole
   std::size_t max_bytes = 256;  ///< no frame is longer; no more bytes are ever kept

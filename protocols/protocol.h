@@ -138,6 +138,10 @@ struct Protocol {
   /// What may answer `request`; of an empty request: what requests look like. Pure.
   Expectation (*expect)(View request, const config::Options& options) = nullptr;
 
+  /// Its devices speak unasked (Conversation::Listens). Each has its line to itself, and its values
+  /// grow old only where `max_age` says so.
+  bool unasked = false;
+
   /// Nothing stronger than an 8-bit sum guards its replies: of the damaged ones at least one in 256
   /// looks whole.
   bool weak_check = false;

@@ -39,6 +39,8 @@ class Twin {
   /// It happens now; `event.time` is its own clock's, and not looked at. False: this twin has no
   /// events.
   virtual bool Raise(const DeviceEvent& /*event*/, Now /*now*/) { return false; }
+  /// The next message that it sends by itself; empty: there is none now.
+  virtual Bytes Say(Instant /*now*/) { return {}; }
 };
 
 }  // namespace baudgate

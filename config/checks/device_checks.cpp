@@ -13,9 +13,10 @@ std::string Called(const Device& device) {
   return device.name.empty() ? "device" : "device '" + device.name + "'";
 }
 
-void CheckAges(const Device& device, const Keys& keys, Problems& problems) {
+/// `unasked`: it is not polled.
+void CheckAges(const Device& device, bool unasked, const Keys& keys, Problems& problems) {
   const Duration max_age = device.max_age.value_or(3 * device.poll);
-  if (max_age < device.poll) {
+  if (max_age < device.poll && !unasked) {
     problems.Error(keys.MarkOf("max_age"),
                    "max_age: " + FormatDuration(max_age) + " is shorter than poll (" +
                        FormatDuration(device.poll) + "): every value would be stale");
@@ -27,7 +28,8 @@ void CheckAges(const Device& device, const Keys& keys, Problems& problems) {
   }
   const bool has_slow = std::any_of(device.points.begin(), device.points.end(),
                                     [](const Point& p) { return p.group == Group::slow; });
-  if (device.max_age && has_slow && *device.max_age < device.slow && max_age >= device.poll) {
+  if (device.max_age && has_slow && !unasked && *device.max_age < device.slow &&
+      max_age >= device.poll) {
     problems.Warning(keys.MarkOf("max_age"),
                      "max_age: " + FormatDuration(max_age) + " is shorter than slow (" +
                          FormatDuration(device.slow) + "): slow points will often be uncertain");
@@ -74,7 +76,7 @@ void CheckDevice(const Device& device, const Protocol* protocol, const Keys& key
                                       " has no points: nothing will be read from it; "
                                       "give it a profile or points");
   }
-  CheckAges(device, keys, problems);
+  CheckAges(device, protocol && protocol->unasked, keys, problems);
   if (!protocol) return;
   const Status status = protocol->check_device ? protocol->check_device(device) : Status();
   if (!status) problems.Error(device.mark, Called(device) + ": " + status.error());

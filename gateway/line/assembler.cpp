@@ -29,7 +29,11 @@ void Assembler::Feed(View bytes) {
   Append(held_, bytes);
 }
 
-std::optional<Bytes> Assembler::Next(bool idle) {
+std::optional<Bytes> Assembler::Next(bool idle, Bytes* discarded) {
+  const auto discard = [&](std::size_t size, Outcome blame, std::string_view why) {
+    if (discarded != nullptr) Append(*discarded, Held().first(size));
+    Discard(size, blame, why);
+  };
   while (held() > 0) {
     const Cut cut = rule_(Held(), expect_, idle);
     const std::size_t size = std::clamp<std::size_t>(cut.size, 1, held());
@@ -42,13 +46,13 @@ std::optional<Bytes> Assembler::Next(bool idle) {
         return whole;
       }
       case Cut::Kind::discard:
-        Discard(size, cut.blame, cut.why);
+        discard(size, cut.blame, cut.why);
         break;
       case Cut::Kind::need_more:
         if (held() > expect_.max_bytes) {
-          Discard(1, Outcome::corrupt, "longer than any reply");
+          discard(1, Outcome::corrupt, "longer than any reply");
         } else if (idle) {
-          Discard(held(), Outcome::partial, "stopped mid-frame");
+          discard(held(), Outcome::partial, "stopped mid-frame");
         } else {
           return std::nullopt;
         }

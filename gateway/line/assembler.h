@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
@@ -32,7 +33,8 @@ class Assembler {
 
   /// The next whole frame, or nothing. `idle`: the line has fallen silent, so a rule may now decide
   /// what it left open; bytes that it still wants more for are discarded as partial.
-  std::optional<Bytes> Next(bool idle);
+  /// `discarded`: what was discarded on the way is appended to it; null: it is wanted by nobody.
+  std::optional<Bytes> Next(bool idle, Bytes* discarded = nullptr);
 
   std::size_t held() const { return held_.size() - head_; }
 
@@ -40,6 +42,11 @@ class Assembler {
   /// over none.
   Outcome blame() const { return blame_; }
   std::string_view why() const { return why_; }
+  /// The same, and forgets it.
+  Outcome TakeBlame() {
+    why_ = {};
+    return std::exchange(blame_, Outcome::none);
+  }
 
   const AssemblerCounters& counters() const { return counters_; }
 

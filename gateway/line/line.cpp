@@ -4,6 +4,10 @@
 //   state        event                         next
 //   closed       opened                        idle
 //   idle         Start                         quiet, or sending when it has been quiet long enough
+//   idle         bytes of a standing           receiving (see ear.h), until the message is whole, damaged
+//                expectation                   or over; then idle. No exchange begins meanwhile
+//   any but      a whole message of a standing kept for the client, and no part of the exchange under way,
+//   closed       expectation                   whose reply it is only where its request says so
 //   idle         bytes                         idle; stray, and quiet counts anew. In idle, quiet and
 //                                              drain stray bytes may be a second, different reply
 //   quiet        bytes                         quiet anew, but never longer than the ceiling
@@ -55,18 +59,22 @@ void Line::OnOpened(Instant now, bool keeps_bit_rate) {
   state_ = State::idle;
   last_activity_ = now;
   ended_ = now;
+  if (standing_ != nullptr) ear_.Begin(*standing_, now);
 }
 
 LineNews Line::OnClosed() {
   const State was = std::exchange(state_, State::closed);
   const bool under_way = was != State::closed && was != State::idle && was != State::drain;
   if (under_way) news_.end = {Outcome::line_down, "the port was lost", {}, 0};
+  if (standing_ != nullptr) ear_.Begin(*standing_, last_activity_);
   return Told();
 }
 
 std::optional<Instant> Line::Deadline() const {
-  if (state_ == State::closed || state_ == State::idle) return std::nullopt;
-  return deadline_;
+  if (state_ == State::closed) return std::nullopt;
+  const auto heard = ear_.Deadline();
+  if (!OwnTimer()) return heard;
+  return heard ? std::min(deadline_, *heard) : deadline_;
 }
 
 LineNews Line::Start(Exchange exchange, Instant now) {
@@ -86,13 +94,35 @@ void Line::Cancel() {
 }
 
 LineNews Line::OnBytes(View bytes, Instant now) {
-  if (!bytes.empty()) TakeBytes(bytes, now);
+  if (bytes.empty()) return Told();
+  if (standing_ == nullptr || state_ == State::closed) {
+    TakeBytes(bytes, now);
+  } else {
+    last_activity_ = now;
+    if (state_ == State::quiet) deadline_ = std::min(now + exchange_.times.quiet, limit_);
+    if (state_ == State::receiving) deadline_ = std::min(now + exchange_.times.gap, limit_);
+    Hear(ear_.OnBytes(bytes, now), now);
+  }
   return Told();
 }
 
 LineNews Line::OnTimer(Instant now) {
+  if (standing_ != nullptr && state_ != State::closed) Hear(ear_.OnTimer(now), now);
   TakeTimer(now);
   return Told();
+}
+
+/// What belongs to no message may be the reply.
+void Line::Hear(Heard heard, Instant now) {
+  if (state_ == State::sending && now >= sent_until_) EndSending(now);  // the timer is late
+  const bool awaited = exchange_.request.expect.reply == Expectation::Reply::standing &&
+                       (state_ == State::await_first || state_ == State::receiving);
+  if (awaited && !heard.messages.empty()) {
+    Finish(client_.Judge(heard.messages.front().bytes, now), {}, now);
+  }
+  if (!heard.rest.empty() && state_ != State::idle) TakeBytes(heard.rest, now);
+  heard.rest.clear();
+  news_.unasked = std::move(heard);
 }
 
 void Line::TakeBytes(View bytes, Instant now) {
@@ -147,7 +177,7 @@ LineNews Line::OnCollision(Instant now) {
 }
 
 void Line::TakeTimer(Instant now) {
-  if (!Deadline() || now < deadline_) return;
+  if (!OwnTimer() || now < deadline_) return;
   switch (state_) {
     case State::closed:
     case State::idle:

@@ -14,6 +14,7 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/line/assembler.h"
+#include "gateway/line/ear.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {
@@ -62,6 +63,7 @@ struct StrayBytes {
 
 /// What one input has led to. Where several fields are set, they happened in this order.
 struct LineNews {
+  Heard unasked;                   ///< what the device that speaks unasked has said; no rest
   bool send = false;               ///< the request is to be sent now
   StrayBytes stray_before;         ///< in front of the end of the exchange under way
   std::optional<ExchangeEnd> end;  ///< the line may still drain: see idle()
@@ -94,6 +96,10 @@ class Line {
 
   explicit Line(LineClient& client) : client_(client) {}
 
+  /// A device of the line says this unasked, at any time. Before OnOpened; `what` outlives the
+  /// line.
+  void Listen(const Standing& what) { standing_ = &what; }
+
   /// `keeps_bit_rate`: characters take their time on this port, so that nothing can answer a
   /// request before its last one is out, and bytes that come so early are the rest of something
   /// else. Not so on a pty, or behind a network; a port that only claims to (in a virtual machine)
@@ -114,8 +120,8 @@ class Line {
   /// end.
   void Cancel();
 
-  bool idle() const { return state_ == State::idle; }
-  State state() const { return state_; }
+  bool idle() const { return state_ == State::idle && !ear_.receiving(); }
+  State state() const { return state_ == State::idle && !idle() ? State::receiving : state_; }
   /// When OnTimer is due; nothing while the line waits for bytes or work only.
   std::optional<Instant> Deadline() const;
 
@@ -123,6 +129,8 @@ class Line {
 
  private:
   LineNews Told() { return std::exchange(news_, {}); }
+  bool OwnTimer() const { return state_ != State::closed && state_ != State::idle; }
+  void Hear(Heard heard, Instant now);
   void TakeBytes(View bytes, Instant now);
   void TakeTimer(Instant now);
   void BeginSending(Instant now);
@@ -152,6 +160,8 @@ class Line {
   Bytes early_;                  // came during the transmission on a port that keeps its bit rate
   std::uint64_t in_before_ = 0;  // counters().in when the exchange began
   bool ended_badly_ = false;     // the last exchange, so that its drain is due
+  const Standing* standing_ = nullptr;  // null: nobody speaks unasked
+  Ear ear_;
   Exchange exchange_;
   Assembler assembler_;
   Bytes taken_;       // the last reply

@@ -176,6 +176,34 @@ void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute,
   if (tap_ != nullptr) tap_->OnExchangeEnd(member.index, end, now_);
 }
 
+void Ledger::OnSpeaks(const Member& member) {
+  Change(member, [](DeviceStatus& status) { status.unasked = true; });
+}
+
+void Ledger::OnUnasked(const Member& member, Outcome outcome, const std::string& reason) {
+  ++counters_.exchanges;
+  ++counters_.outcomes[static_cast<std::size_t>(outcome)];
+  Change(member, [&](DeviceStatus& status) {
+    ++status.exchanges;
+    ++status.outcomes[static_cast<std::size_t>(outcome)];
+    status.last_outcome = outcome;
+    status.recent.Add(outcome);
+    status.learned = roster_.AsDevice(member)->conversation->WhatIsLearned();
+    if (outcome != Outcome::ok) {
+      status.last_reason = reason;
+      return;
+    }
+    status.last_ok = now_.instant;
+    status.last_ok_wall = now_.wall;
+  });
+}
+
+void Ledger::OnLostEvents(const Member& member, std::size_t events) {
+  Change(member, [events](DeviceStatus& status) {
+    status.lost_events += static_cast<std::uint32_t>(events);
+  });
+}
+
 void Ledger::OnFastPoll(const Member& member, Duration wire, bool answered, bool last_of_round) {
   State& state = Of(member);
   state.round_wire += wire;

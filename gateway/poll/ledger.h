@@ -60,6 +60,11 @@ class Ledger {
   /// `mute`: its end says nothing about the member. `probe`: whether a member is back that is
   /// offline.
   void OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe);
+  /// The device speaks unasked.
+  void OnSpeaks(const Member& member);
+  /// It has said something, and this is what became of it.
+  void OnUnasked(const Member& member, Outcome outcome, const std::string& reason);
+  void OnLostEvents(const Member& member, std::size_t events);
   /// A poll of the fast group has ended after so much line time. Failures, retries and waiting say
   /// nothing about how long a round takes: an outage must not make old values look younger.
   void OnFastPoll(const Member& member, Duration wire, bool answered, bool last_of_round);

@@ -28,7 +28,9 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       whose_reply_(roster_),
       ledger_(roster_, schedule_, store, store.LineIndex(line), listener),
       chooser_(line, roster_, schedule_, writes_, routes_, late_),
-      upkeep_(roster_, schedule_, store, late_, whose_reply_, chooser_, ledger_) {}
+      upkeep_(roster_, schedule_, store, late_, whose_reply_, chooser_, ledger_) {
+  ListenToDevices();
+}
 
 // ---------------------------------------------------------------- inputs
 
@@ -61,6 +63,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   chooser_.probes().OnOpened();
   echo_.OnOpened();
   upkeep_.OnOpened(now.instant);
+  if (speaker_ != nullptr) ledger_.OnState(*speaker_, "the port is open");
   Pump();
 }
 
@@ -115,6 +118,7 @@ void Poller::OnBytes(View bytes, Now now) {
 void Poller::OnTimer(Now now) {
   Advance(now);
   Hear(line_.OnTimer(now.instant));
+  SpeakerDue();
   Settle();
 }
 
@@ -137,6 +141,9 @@ bool Poller::Submit(WriteCommand command, Now now) {
 void Poller::ReadNow(WriteCommand command) {
   const Device& device = roster_.DeviceAt(command.device);
   if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
+  if (&device == speaker_ && device.conversation->Queries().empty()) {
+    return NotSent(command, "it is not asked: it speaks by itself, and what it said last is shown");
+  }
   for (const std::uint32_t point : command.reads) ReadBack(device, point);
   writes_.Confirm(std::move(command), now_.instant);
 }
@@ -169,6 +176,7 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   Advance(now);
   Device& device = roster_.DeviceAt(index);
   device.conversation->OnEventsKept(said);
+  if (&device == speaker_) unkept_.OnKept();
   schedule_.ReleaseEvents(device.place, device.conversation->HasEvents(), now.instant);
   if (open_) Settle();
 }
@@ -194,6 +202,7 @@ std::optional<Instant> Poller::Deadline() const {
   };
   sooner(writes_.Deadline());
   sooner(routes_.queue().Deadline());
+  if (speaker_ != nullptr && speaker_->in_use) sooner(speaker_->conversation->DueAt());
   if (line_.state() == Line::State::quiet && job_) sooner(LatestStart(*job_));
   if (!line_.idle()) return soonest;
   if (job_) {  // waits until no late answer can meet its request
@@ -213,6 +222,7 @@ bool Poller::IsWriting() const {
 
 /// What an input has led to, in its order; what follows from an exchange's end is for Settle.
 void Poller::Hear(LineNews news) {
+  OnUnasked(news.unasked);
   if (news.send) Send();
   if (news.stray_before.count > 0) OnStray(news.stray_before);
   if (news.end && job_) {

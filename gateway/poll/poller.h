@@ -19,6 +19,7 @@
 #include "gateway/poll/roster.h"
 #include "gateway/poll/routed_side.h"
 #include "gateway/poll/schedule.h"
+#include "gateway/poll/unkept.h"
 #include "gateway/poll/upkeep.h"
 #include "gateway/poll/whose_reply.h"
 #include "gateway/poll/write_queue.h"
@@ -91,6 +92,14 @@ class Poller : private LineClient {
   void AnswerRouted();
   Chooser::Idle idle() const { return {now_.instant, idle_since_}; }
 
+  // unasked.cpp: the device that speaks by itself
+  void ListenToDevices();
+  void OnUnasked(const Heard& heard);
+  void OnUnasked(Outcome outcome, const std::string& reason);
+  void SpeakerDue();
+  void TakeUnasked(const Answer& answer, Now received);
+  void KeepUnasked(EventBatch batch, Now received);
+
   // job_run.cpp: the job under way
   void Ask(int attempts = 0);
   void NextWrite();
@@ -129,7 +138,10 @@ class Poller : private LineClient {
   Ledger ledger_;
   Chooser chooser_;
   Upkeep upkeep_;
-  std::unique_ptr<Job> job_;  // under way
+  std::unique_ptr<Job> job_;   // under way
+  Device* speaker_ = nullptr;  // who speaks unasked; null: nobody
+  Unkept unkept_;              // of it
+  bool told_lost_ = false;     // the user knows that events of it are lost
   bool open_ = false;
   bool winding_up_ = false;
   bool was_idle_ = false;  // the line, before the input that is being handled

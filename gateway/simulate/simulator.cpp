@@ -25,6 +25,9 @@ constexpr Duration kPiece = 2ms;
 /// A request that has stopped for so long, and for so many characters, is not going on.
 constexpr Duration kLeastSilence = 5ms;
 constexpr int kSilentCharacters = 4;
+/// How soon a twin that speaks unasked says what it has to say, and how often it has something.
+constexpr Duration kSpeech = 2ms;
+constexpr Duration kOwnEvents = 2s;
 
 TwinWire WireOf(const Protocol& protocol, const SimulatorOptions& options) {
   return {options.pace.value_or(protocol.serial), options.pace.has_value(), options.think_time};
@@ -111,6 +114,7 @@ struct Simulator::Impl : std::enable_shared_from_this<Impl> {
         descriptor(io, pty.TakeMaster()),
         timer(io),
         silence(io),
+        speech(io),
         observer(its_options.observer),
         inhabitants(MakeTwins(protocol, std::move(devices), 0)) {
     asio::error_code ignored;
@@ -128,6 +132,7 @@ struct Simulator::Impl : std::enable_shared_from_this<Impl> {
   Bytes Answer(View frame, Instant now);
   void Queue(Instant until, View bytes);
   void SendNext();
+  void Speak();
 
   const Protocol& protocol;
   TwinWire wire;
@@ -135,6 +140,7 @@ struct Simulator::Impl : std::enable_shared_from_this<Impl> {
   asio::posix::stream_descriptor descriptor;
   asio::steady_timer timer;
   asio::steady_timer silence;  // while part of a request is held
+  asio::steady_timer speech;   // of twins that speak unasked
   std::function<void(View, View, View)> observer;
   Inhabitants inhabitants;
   Inhabitants strangers;  // who answer in place of the inhabitants, for the fault wrong_address
@@ -300,6 +306,29 @@ void Simulator::Impl::SendNext() {
   });
 }
 
+/// Twins that speak unasked are asked, as it were, again and again whether they want to.
+void Simulator::Impl::Speak() {
+  const Now now = ReadClocks();
+  bool spoke = false;
+  for (const auto& one : inhabitants) {
+    if (one->events) one->events->CatchUp(*one->twin, one->device, now);
+    for (Bytes message = one->twin->Say(now.instant); !message.empty();
+         message = one->twin->Say(now.instant)) {
+      const Instant free = leaving.empty() ? now.instant : leaving.rbegin()->first;
+      Queue(std::max(now.instant, free) + wire.TimeOf(message.size()), message);
+      ++answered;
+      characters += message.size();
+      spoke = true;
+    }
+  }
+  if (spoke) SendNext();
+  speech.expires_after(kSpeech);
+  speech.async_wait([weak = weak_from_this()](const asio::error_code& error) {
+    const auto self = weak.lock();
+    if (!error && self) self->Speak();
+  });
+}
+
 Result<std::unique_ptr<Simulator>> Simulator::Create(asio::io_context& io, const Protocol& protocol,
                                                      std::vector<config::Device> devices,
                                                      const SimulatorOptions& options) {
@@ -307,12 +336,15 @@ Result<std::unique_ptr<Simulator>> Simulator::Create(asio::io_context& io, const
   if (!pty) return Error{pty.error()};
   auto impl = std::make_shared<Impl>(io, protocol, options, std::move(*pty), std::move(devices));
   impl->SetFaults(options.faults);
+  auto events = options.events;
+  if (!events && protocol.unasked) events = EventSchedule{.every = kOwnEvents};
   for (const auto& one : impl->inhabitants) {
-    if (options.events) one->events.emplace(*options.events, ReadClocks());
+    if (events) one->events.emplace(*events, ReadClocks());
   }
   const config::Options& shared = impl->inhabitants.front()->device.options;
   impl->assembler.Begin(protocol.request_rule, protocol.expect({}, shared));
   impl->Read();
+  if (protocol.unasked) impl->Speak();
   return std::unique_ptr<Simulator>(new Simulator(std::move(impl)));
 }
 

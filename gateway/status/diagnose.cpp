@@ -16,6 +16,8 @@ constexpr double kNotableStray = 0.05;
 constexpr double kNotableBusy = 0.1;
 /// A line is called full from here on.
 constexpr double kFullLine = 0.9;
+/// A device that speaks unasked may be silent so long without a word about it.
+constexpr Duration kNotableSilence = 1min;
 
 double Share(double part, double whole) { return whole > 0 ? part / whole : 0; }
 
@@ -207,6 +209,27 @@ bool IsForeign(const DeviceRecord& record) {
   return record.override_quality && ConcernsDevice(record.override_quality->reason);
 }
 
+/// Of a device that speaks when it likes.
+Sentences Silence(const DeviceRecord& record, Now now) {
+  const DeviceStatus& status = record.status;
+  if (!status.last_ok) {
+    return {
+        "has not spoken yet: normal where nothing has happened; if something has, check power, "
+        "bit rate, parity and wiring (" +
+        record.line->serial.ToString() + ") and its options"};
+  }
+  Sentences found;
+  if (const Duration silent = now.instant - *status.last_ok; silent >= kNotableSilence) {
+    found.push_back("silent for " + FormatAge(silent) +
+                    ": normal, it speaks only when it has something to say");
+  }
+  if (status.lost_events > 0) {
+    found.push_back(Plural(status.lost_events, "event") +
+                    " lost: it went on while the disk failed; see the events in 'baudgate status'");
+  }
+  return found;
+}
+
 /// Values that are not good although the device answers.
 Sentences Points(const DeviceRecord& record, Now now) {
   if (IsForeign(record)) return {};  // that explains them all
@@ -263,8 +286,13 @@ Sentences Diagnose(const LineStatus& line, const DeviceRecord& device, const Lin
             "' brings it back"};
   }
   if (line.port != LineStatus::Port::open) return {};
+  if (status.unasked && status.exchanges == 0) return Silence(device, now);
   if (status.exchanges == 0) return {"not asked yet"};
-  if (status.last_outcome == Outcome::line_down) return {"not asked since the port was opened"};
+  if (status.last_outcome == Outcome::line_down) {
+    return {status.unasked ? "has not spoken since the port was opened: normal where nothing has "
+                             "happened"
+                           : "not asked since the port was opened"};
+  }
   if (line.cut_since && IsAbsent(status)) {
     return {"can not be reached: the ring of line '" + device.line->name +
             "' is open; this says nothing about the device"};
@@ -274,6 +302,9 @@ Sentences Diagnose(const LineStatus& line, const DeviceRecord& device, const Lin
   Sentences found = IsForeign(device) ? Sentences() : Failures(device);
   if (!status.trouble.empty()) {
     found.insert(found.begin(), (IsForeign(device) ? "no value is good: " : "") + status.trouble);
+  }
+  if (status.unasked) {
+    for (std::string& sentence : Silence(device, now)) found.push_back(std::move(sentence));
   }
   if (Share(status.late, status.exchanges) >= kNotableShare / 10) found.push_back(Late(status));
   if (status.doubled > 0) {

@@ -127,6 +127,8 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDe
   json["lateness_ms"] = Milliseconds(status.lateness);
   json["doubled"] = status.doubled;
   json["rechecks"] = status.rechecks;
+  json["unasked"] = status.unasked;
+  json["lost_events"] = status.lost_events;
   json["writes"] = WritesJson(status);
   json["learned"] = status.learned;
   json["times"] = TimesJson(status.timing);

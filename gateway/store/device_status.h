@@ -100,7 +100,10 @@ struct DeviceStatus {
   std::uint32_t rechecks = 0;  ///< reads for the second time before a reading counts
   std::array<std::uint32_t, kWriteEnds> writes{};  ///< of points, indexed by WriteEnd
   std::uint32_t unread_writes = 0;                 ///< confirmed, but not read back
-  config::Timing timing;                           ///< the times in force
+  /// It speaks unasked: its messages count as exchanges, damaged ones as corrupt.
+  bool unasked = false;
+  std::uint32_t lost_events = 0;  ///< of what it said unasked, while they could not be kept
+  config::Timing timing;          ///< the times in force
   RecentOutcomes recent;
   std::string learned;  ///< how it wants to be asked (Conversation::WhatIsLearned)
   Duration busy{};      ///< the line time of its exchanges and of the silences after them

@@ -42,6 +42,7 @@ void RunHistory();
 void RunDdsHarm(const std::string& self);
 void RunDrive(const config::Catalog& catalog);
 void RunRoutes(const config::Catalog& catalog);
+void RunTagDelay(const config::Catalog& catalog);
 
 // Other processes of the same program: `self ROLE ARGS…`.
 int BeDelaySubscriber(int argc, char** argv);

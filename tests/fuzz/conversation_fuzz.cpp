@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "gateway/line/assembler.h"
+#include "gateway/line/ear.h"
 #include "tests/fuzz/devices.h"
 #include "tests/fuzz/stream.h"
 #include "tests/fuzz/under_test.h"
@@ -80,10 +81,14 @@ class Session {
   }
 
   /// One byte: 0…3 poll, 4 probe, 5 and 6 write, 7 the port was opened anew; the rest goes into
-  /// the time that passes before.
+  /// the time that passes before. Who speaks unasked does in place of a poll.
   void RunTask() {
     const std::uint8_t head = input_.U8();
     now_ += (head >> 3U) * 500ms;
+    if (const Standing* standing = conversation_->Listens();
+        standing != nullptr && (head & 7U) < 4) {
+      return Listen(*standing);
+    }
     Task task;
     switch (head & 7U) {
       case 4:
@@ -112,6 +117,39 @@ class Session {
       if (Exchange(task, *request) != Then::ask_again) return;
     }
   }
+
+  /// One byte: even the twin's words, odd any bytes.
+  void Listen(const Standing& standing) {
+    if (!ear_) {
+      ear_.emplace();
+      ear_->Begin(standing, now_);
+    }
+    const std::uint8_t head = input_.U8();
+    Bytes bytes;
+    if ((head & 1U) == 0) {
+      twin_->Raise({.code = head, .text = std::to_string(head)}, NowBoth());
+      bytes = twin_->Say(now_);
+    } else {
+      Append(bytes, input_.Take(head >> 1U));
+    }
+    Take(ear_->OnTimer(now_));
+    Take(ear_->OnBytes(bytes, now_));
+    if (const auto due = conversation_->DueAt(); due && *due <= now_) {
+      CheckAnswer(conversation_->OnDue(NowBoth()), device_);
+      const auto next = conversation_->DueAt();
+      Require(!next || *next > now_, "what was due is done");
+    }
+  }
+
+  void Take(const Heard& heard) {
+    for (const UnaskedMessage& message : heard.messages) {
+      const Answer answer = conversation_->OnUnasked(message.bytes, NowBoth());
+      CheckAnswer(answer, device_);
+      Require(!answer.batch || !answer.batch->events.empty(), "a batch has events");
+    }
+  }
+
+  Now NowBoth() const { return {now_, WallTime(now_.time_since_epoch())}; }
 
   static bool IsWhole(View request, const config::Options& options) {
     const Cut cut = UnderTest().request_rule(request, UnderTest().expect({}, options), true);
@@ -197,6 +235,7 @@ class Session {
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<Conversation> conversation_;
   Instant now_{1h};
+  std::optional<Ear> ear_;
 };
 
 }  // namespace

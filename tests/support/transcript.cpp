@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
 #include "gateway/line/assembler.h"
+#include "gateway/line/ear.h"
 #include "gateway/store/conversion.h"
 #include "tests/support/transcript_script.h"
 
@@ -80,6 +82,11 @@ class Player {
     std::size_t query = 0;
     while (next_ < script_.steps.size() && !::testing::Test::HasFailure()) {
       const Step& step = script_.steps[next_];
+      if (step.unasked) {
+        ++next_;
+        PlayUnasked(*conversation, step);
+        continue;
+      }
       if (step.task) {
         PlayTask(*conversation, *step.task);
         continue;
@@ -124,6 +131,49 @@ class Player {
     return Then::done;
   }
 
+  void PlayUnasked(Conversation& conversation, const Step& step) {
+    const Standing* const standing = conversation.Listens();
+    if (standing == nullptr) return Fail(step, "the device says nothing unasked");
+    if (!ear_) {
+      ear_.emplace();
+      ear_->Begin(*standing, now_);
+    }
+    std::vector<std::string> values;
+    Outcome outcome = Outcome::ok;
+    const auto take = [&](const Answer& answer) {
+      if (answer.outcome != Outcome::ok) outcome = answer.outcome;
+      for (std::string& value : ValuesOf(script_.device, answer)) values.push_back(value);
+    };
+    const auto hear = [&](const Heard& heard) {
+      if (heard.damaged > 0) outcome = Outcome::corrupt;
+      for (const UnaskedMessage& message : heard.messages) {
+        take(conversation.OnUnasked(message.bytes, At(now_ - message.since)));
+      }
+    };
+    const auto wait = [&](Duration time) {
+      const Instant until = now_ + time;
+      while (true) {
+        const Instant heard = ear_->Deadline().value_or(Instant::max());
+        const Instant due = conversation.DueAt().value_or(Instant::max());
+        if (std::min(heard, due) > until) break;
+        now_ = std::max(now_, std::min(heard, due));
+        if (heard <= now_) hear(ear_->OnTimer(now_));
+        if (due <= now_) take(conversation.OnDue(At(now_)));
+      }
+      now_ = until;
+    };
+    wait(1s);
+    for (const Piece& piece : step.reply) {
+      wait(piece.silence);
+      hear(ear_->OnBytes(piece.bytes, now_));
+    }
+    wait(standing->idle);
+    EXPECT_EQ(Name(outcome), Name(step.outcome)) << path_ << ":" << step.line;
+    EXPECT_EQ(values, step.values) << path_ << ":" << step.line;
+  }
+
+  static Now At(Instant instant) { return {instant, WallTime(instant.time_since_epoch())}; }
+
   /// A task that the conversation gives no request for ends as unsupported.
   void CheckUnsent(const Step& step, const Result<Request>& request) const {
     if (request) return Fail(step, "nothing may be sent, but this is: " + ToHex(request->bytes));
@@ -136,6 +186,7 @@ class Player {
   Script script_;
   std::size_t next_ = 0;
   Instant now_ = Instant() + 1h;
+  std::optional<Ear> ear_;
 };
 
 }  // namespace

@@ -25,6 +25,10 @@
 //                                         It is kept at once
 //   = again                               before them: the batch may be the last one once more
 //   = drained                             there are no more in the device
+//   unasked:                              the device says what follows by itself, a second after
+//   what < 0D 0A 2D ...                        came before; a time before a piece is kept. Its
+//   values are
+//                                         those of all messages and of what becomes due meanwhile
 //   write: relay 7                        without an exchange: nothing may be sent, and the write
 //   ! unsupported                         ends so
 //

@@ -75,6 +75,9 @@ class Reader {
         Write(Words(trimmed.substr(6)));
       } else if (trimmed == "events:") {
         Begin(Task{.kind = Task::Kind::events});
+      } else if (trimmed == "unasked:") {
+        Begin({});
+        script_.steps.back().unasked = true;
       } else {
         Exchange(trimmed.front(), Trim(trimmed.substr(1)));
       }
@@ -161,7 +164,7 @@ class Reader {
     Fail("no point " + words[0]);
   }
 
-  void Begin(Task task) {
+  void Begin(std::optional<Task> task) {
     TranscriptStep step;
     step.line = line_;
     step.task = std::move(task);
@@ -174,16 +177,18 @@ class Reader {
     if (script_.steps.empty()) return Fail("a request stands first");
     TranscriptStep& step = script_.steps.back();
     if (mark == '<') {
-      step.reply.push_back({Hex(rest), std::exchange(silence_, false)});
+      step.reply.push_back({Hex(rest), std::exchange(silence_, false), std::exchange(wait_, {})});
     } else if (mark == '+') {
-      if (!ParseDuration(rest)) Fail("no duration");
+      const auto wait = ParseDuration(rest);
+      if (!wait) return Fail("no duration");
       silence_ = true;
+      wait_ = *wait;
     } else if (mark == '=') {
       step.values.emplace_back(rest);
     } else if (mark == '!') {
       step.outcome = OutcomeOf(rest);
     } else {
-      Fail("lines begin with # device: point: write: events: > < + = or !");
+      Fail("lines begin with # device: point: write: events: unasked: > < + = or !");
     }
   }
 
@@ -214,6 +219,7 @@ class Reader {
   const std::string& path_;
   int line_ = 0;
   bool silence_ = false;
+  Duration wait_{};  // of the silence
   TranscriptScript script_;
 };
 

@@ -15,12 +15,14 @@ namespace baudgate {
 struct TranscriptPiece {
   Bytes bytes;
   bool after_silence = false;  ///< a time stood before it
+  Duration silence{};          ///< that time
 };
 
 /// One request and what came of it.
 struct TranscriptStep {
   int line = 0;
   std::optional<Task> task;      ///< begins here: a write, with a raw value, or events
+  bool unasked = false;          ///< nothing is asked: `reply` is what the device says by itself
   std::optional<Bytes> request;  ///< nothing: the write must end without one
   std::vector<TranscriptPiece> reply;
   Outcome outcome = Outcome::ok;

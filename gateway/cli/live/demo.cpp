@@ -66,22 +66,29 @@ std::vector<const Protocol*> ProtocolsOf(const config::Catalog& catalog) {
   return protocols;
 }
 
-/// One device of each of the protocol's own profiles, at the addresses from 1 on.
-WantedLine DemoLine(const Protocol& protocol, const std::filesystem::path& directory,
-                    const config::Catalog& catalog) {
-  WantedLine line;
-  line.name = line.protocol = std::string(protocol.name);
-  line.port = (directory / line.name).string();
-  for (const config::ProfileFile& profile : catalog.Profiles(line.name)) {
-    if (profile.protocol != line.name) continue;
-    line.devices.push_back({.name = DeviceName(profile.name),
-                            .profile = profile.name,
-                            .address = std::to_string(line.devices.size() + 1)});
+/// One device of each of the protocol's own profiles, at the addresses from 1 on: all on one line,
+/// or each on its own where they speak unasked.
+std::vector<WantedLine> DemoLines(const Protocol& protocol, const std::filesystem::path& directory,
+                                  const config::Catalog& catalog) {
+  std::vector<WantedLine> lines;
+  const std::string name(protocol.name);
+  for (const config::ProfileFile& profile : catalog.Profiles(name)) {
+    if (profile.protocol != name) continue;
+    if (lines.empty() || protocol.unasked) {
+      WantedLine& line = lines.emplace_back();
+      line.protocol = name;
+      line.name = protocol.unasked ? name + "-" + std::to_string(lines.size()) : name;
+      line.port = (directory / line.name).string();
+    }
+    auto& devices = lines.back().devices;
+    devices.push_back({.name = DeviceName(profile.name),
+                       .profile = profile.name,
+                       .address = std::to_string(devices.size() + 1)});
   }
-  return line;
+  return lines;
 }
 
-/// One line for each protocol that has profiles. A second demo beside the first has a name of its
+/// The lines of each protocol that has profiles. A second demo beside the first has a name of its
 /// own, because the name is the key of its DDS samples.
 Result<config::Config> DemoConfig(const config::Catalog& catalog,
                                   const std::filesystem::path& directory,
@@ -93,12 +100,12 @@ Result<config::Config> DemoConfig(const config::Catalog& catalog,
   config.dds.domain = options.domain;
   std::uint8_t unit = 1;
   for (const Protocol* protocol : ProtocolsOf(catalog)) {
-    const WantedLine wanted = DemoLine(*protocol, directory, catalog);
-    if (wanted.devices.empty()) continue;
-    auto line = MakeLine(wanted, catalog);
-    if (!line) return Error{line.error()};
-    for (config::Device& device : line->devices) device.unit = unit++;
-    config.lines.push_back(std::move(*line));
+    for (const WantedLine& wanted : DemoLines(*protocol, directory, catalog)) {
+      auto line = MakeLine(wanted, catalog);
+      if (!line) return Error{line.error()};
+      for (config::Device& device : line->devices) device.unit = unit++;
+      config.lines.push_back(std::move(*line));
+    }
   }
   return config;
 }

@@ -1,0 +1,63 @@
+// Takes in what a device says unasked: whole messages out of bytes that come whenever they like.
+// Sans-I/O and pure as the line, which owns it (gateway/line/line.h); what belongs to no message is
+// left for the exchange under way.
+//
+//   what is held          what it becomes
+//   whole by its rule     a message, at once
+//   silent for `idle`     the rule is asked once more: a message, or damaged
+//   longer than `whole`   damaged, and so is what follows up to a silence or a marked beginning
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
+#include "gateway/line/assembler.h"
+#include "protocols/conversation.h"
+
+namespace baudgate {
+
+struct UnaskedMessage {
+  Bytes bytes;
+  Duration since{};  ///< from its last byte to now, where silence had to show that it was the last
+};
+
+/// What one input has led to.
+struct Heard {
+  std::vector<UnaskedMessage> messages;
+  std::size_t damaged = 0;  ///< messages, as far as they can be told apart
+  std::string_view why{};   ///< of the last of them. Static text
+  Bytes rest;               ///< bytes of no message, in their order
+};
+
+class Ear {
+ public:
+  /// The port has opened. `what` outlives the ear.
+  void Begin(const Standing& what, Instant now);
+  Heard OnBytes(View bytes, Instant now);
+  /// When Deadline() has come. Early calls do nothing.
+  Heard OnTimer(Instant now);
+
+  /// Part of a message has come.
+  bool receiving() const { return assembler_.held() > 0; }
+  std::optional<Instant> Deadline() const;
+
+ private:
+  void Take(Heard& heard, bool idle, Instant now);
+  void End(Heard& heard, Instant now);
+  void Damage(Heard& heard, std::string_view why);
+  Instant TooLong() const;
+
+  const Standing* what_ = nullptr;
+  Assembler assembler_;
+  /// What comes next is the beginning of a message, or tells that it is.
+  bool aligned_ = true;
+  bool damaged_ = false;  // what came last
+  Instant began_{};       // the message that is held
+  Instant last_byte_{};   // or when the port opened
+};
+
+}  // namespace baudgate

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/reader/codec.h"
+
+#include <algorithm>
+
+#include "gateway/base/text.h"
+#include "protocols/common/frame_cuts.h"
+
+namespace baudgate::protocols::reader {
+
+Bytes EncodeTag(std::string_view digits) {
+  return ToBytes("\r\n-" + std::string(digits) + "\r\n>");
+}
+
+Bytes EncodeText(std::string_view text, const Settings& settings) {
+  Bytes frame;
+  if (settings.start) frame.push_back(*settings.start);
+  Append(frame, text);
+  if (settings.end) frame.push_back(*settings.end);
+  return frame;
+}
+
+View TextIn(View frame, const Settings& settings) {
+  if (settings.end && !frame.empty() && frame.back() == *settings.end) {
+    frame = frame.first(frame.size() - 1);
+  }
+  if (settings.start) return frame.subspan(std::min<std::size_t>(frame.size(), 1));
+  while (!frame.empty() && cut::IsHarmless(frame.front(), "\r\n")) frame = frame.subspan(1);
+  while (!frame.empty() && cut::IsHarmless(frame.back(), "\r\n"))
+    frame = frame.first(frame.size() - 1);
+  return frame;
+}
+
+Result<std::string> Decode(View frame, const Settings& settings) {
+  std::string text(AsText(frame));
+  if (settings.form == Form::tag) {
+    text = text.substr(kTagAt, kTagDigits);
+    std::ranges::transform(text, text.begin(), [](char c) { return c >= 'a' ? c - 'a' + 'A' : c; });
+    return text;
+  }
+  text = AsText(TextIn(frame, settings));
+  const auto foreign = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
+  if (std::ranges::any_of(text, foreign)) {
+    return Error{"characters that are no ASCII: parity, data bits or bit rate may differ"};
+  }
+  return Printable(ToBytes(Trim(text)));
+}
+
+Result<int> ParseAddress(std::string_view text) {
+  const bool hex = text.starts_with("0x");
+  const auto number = ParseInteger<int>(hex ? text.substr(2) : text, hex ? 16 : 10);
+  if (number && *number >= 1 && *number <= 255) return *number;
+  return Error{"'" + std::string(text) +
+               "' is no address: a reader has none, give it a number from 1 to 255"};
+}
+
+}  // namespace baudgate::protocols::reader

@@ -1,0 +1,53 @@
+// What a reader says, tag by tag. It is never asked.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <map>
+#include <vector>
+
+#include "config/model/device.h"
+#include "protocols/conversation.h"
+#include "protocols/reader/points.h"
+#include "protocols/reader/settings.h"
+#include "protocols/reader/values.h"
+
+namespace baudgate::protocols::reader {
+
+class ReaderConversation final : public Conversation {
+ public:
+  explicit ReaderConversation(const config::Device& device);
+
+  std::span<const Query> Queries() const override { return {}; }
+  Result<Request> Ask(const Task& task, Instant now) override;
+  Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
+  Outcome Check(View request, View frame) const override;
+  Answer Interpret(View request, View frame) override;
+
+  const Standing* Listens() const override { return &standing_; }
+  Answer OnUnasked(View message, Now received) override;
+  std::optional<Instant> DueAt() const override { return gone_at_; }
+  Answer OnDue(Now now) override;
+  void OnReconnect() override;
+  /// Numbers go on where they were before a restart, if that is known before the first tag.
+  void OnEventsKept(std::string_view said) override;
+
+ private:
+  bool IsRepeat(const std::string& text, Instant now);
+  void AddTag(const std::string& text, Now received, Answer& answer);
+  void TellRing(Answer& answer) const;
+  void Tell(Item::Kind kind, const Decoded& decoded, Answer& answer) const;
+
+  const config::Device& device_;
+  const Settings settings_;
+  const std::vector<Item> items_;  // by point
+  const Standing standing_;
+  std::vector<bool> had_number_;           // by point: before that it is never read, not bad
+  std::deque<Tag> ring_;                   // the last one first
+  std::map<std::string, Instant> latest_;  // when each text came last, within same_tag
+  std::uint64_t counter_ = 0;
+  std::uint64_t repeats_ = 0;
+  std::optional<Instant> gone_at_;  // when what is present is not any more
+};
+
+}  // namespace baudgate::protocols::reader

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/reader/frame_rule.h"
+
+#include <algorithm>
+
+#include "gateway/base/text.h"
+#include "protocols/common/frame_cuts.h"
+#include "protocols/reader/codec.h"
+#include "protocols/reader/expect.h"
+
+namespace baudgate::protocols::reader {
+namespace {
+
+constexpr std::string_view kTagForm = "\r\n-##########\r\n>";  // #: a hex digit
+static_assert(kTagForm.size() == kTagFrame);
+constexpr std::string_view kBetween = "\r\n>";  // what may stand between two messages
+
+Cut CutTag(View held, bool idle) {
+  const std::size_t size = std::min(held.size(), kTagFrame);
+  std::size_t fits = 0;
+  for (; fits < size; ++fits) {
+    const char c = static_cast<char>(held[fits]);
+    if (kTagForm[fits] == '#' ? !HexDigit(c) : c != kTagForm[fits]) break;
+  }
+  if (fits == kTagFrame) return Cut::Frame(kTagFrame);
+  // The prompt alone is missing: the digits are whole.
+  if (fits == kTagFrame - 1 && (idle || size > fits)) return Cut::Frame(fits);
+  if (fits == size && !idle) return Cut::NeedMore();
+  if (fits >= kTagAt) return Cut::Discard(1, Outcome::corrupt, "a damaged tag");
+  const bool harmless = cut::IsHarmless(held[0], kBetween);
+  return Cut::Discard(1, harmless ? Outcome::none : Outcome::partial, "noise before a tag");
+}
+
+/// A whole text, if it is as long as it should be.
+Cut Checked(View frame, const Settings& form) {
+  const View text = TextIn(frame, form);
+  const std::size_t around = frame.size() - text.size();
+  if (!form.start && text.empty()) {
+    return Cut::Discard(frame.size(), Outcome::none, "an empty line");
+  }
+  const bool right = text.size() <= form.most && around <= kMostAround &&
+                     (form.length == 0 || text.size() == form.length);
+  return right ? Cut::Frame(frame.size())
+               : Cut::Discard(frame.size(), Outcome::corrupt, "not as long as a text should be");
+}
+
+/// Its index, from `from` on; held.size(): it has not come yet.
+std::size_t Find(View held, std::uint8_t wanted, std::size_t from) {
+  const auto begin = held.begin() + static_cast<std::ptrdiff_t>(from);
+  return static_cast<std::size_t>(std::find(begin, held.end(), wanted) - held.begin());
+}
+
+Cut CutText(View held, const Settings& form, bool idle) {
+  if (form.start && held[0] != *form.start) {
+    return cut::SkipNoise(held, std::string(1, static_cast<char>(*form.start)), kBetween);
+  }
+  if (!form.end) {
+    const bool counted = form.start && form.length > 0;
+    if (counted && held.size() > form.length) return Checked(held.first(form.length + 1), form);
+    if (counted) return cut::Wait(idle, held.size());
+    return idle ? Checked(held, form) : Cut::NeedMore();
+  }
+  const std::size_t end = Find(held, *form.end, form.start ? 1 : 0);
+  if (form.start) {
+    const std::size_t again = Find(held, *form.start, 1);
+    if (again < end) return Cut::Discard(again, Outcome::partial, "stopped mid-frame");
+    if (end > form.most + 1) return cut::TooLong();
+  }
+  if (end < held.size()) return Checked(held.first(end + 1), form);
+  if (idle && !form.start && TextIn(held, form).empty()) return Checked(held, form);
+  return cut::Wait(idle, held.size());
+}
+
+}  // namespace
+
+Cut RequestRule(View held, const Expectation&, bool idle) {
+  const std::size_t end = Find(held, '\r', 0);
+  return end < held.size() ? Cut::Frame(end + 1) : cut::Wait(idle);
+}
+
+Cut MessageRule(View held, const Expectation& expect, bool idle) {
+  if (expect.shapes.empty()) return CutTag(held, idle);
+  return CutText(held, OfShape(expect.shapes.front()), idle);
+}
+
+}  // namespace baudgate::protocols::reader

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/reader/points.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "gateway/base/text.h"
+#include "protocols/reader/settings.h"
+
+namespace baudgate::protocols::reader {
+namespace {
+
+constexpr DecoderSpec kDecoders[] = {
+    {"tag",
+     "the last tag, ten hex digits, or the last text; tag@3: the one three before it, up to 15"},
+    {"high, middle, low", "the 48 bits of a tag, 16 each; high@3"},
+    {"counter", "number of the tag, one more for each; counter@3"},
+    {"time", "when it came, in seconds since 1970 UTC; time@3"},
+    {"present", "whether a tag is there: one came within `present`, and no 'no tag' since"},
+    {"repeats", "how often the same tag came again within `same_tag`"},
+    {"message", "the latest message, new or not"},
+    {"number", "the one number in it; number 4-11: the one in its characters 4 to 11"}};
+// In the order of Item::Kind.
+constexpr std::array<std::string_view, 10> kNames = {
+    "tag", "high", "middle", "low", "counter", "time", "present", "repeats", "message", "number"};
+
+}  // namespace
+
+Result<Item> ParseItem(const config::Point& point) {
+  const Error error{"read '" + point.read +
+                    "' is not known: 'baudgate protocols reader' lists what is"};
+  const std::string_view read = point.read;
+  const std::size_t end = std::min(read.find_first_of("@ "), read.size());
+  const auto* const name = std::ranges::find(kNames, read.substr(0, end));
+  if (name == kNames.end()) return error;
+  Item item{.kind = static_cast<Item::Kind>(name - kNames.begin())};
+  if (end == read.size()) return item;
+  const std::string_view rest = read.substr(end + 1);
+  if (read[end] == '@') {
+    const auto back = ParseInteger<std::size_t>(rest);
+    if (!back || *back >= kRing || !item.of_tag()) return error;
+    item.back = *back;
+    return item;
+  }
+  const auto parts = Split(rest, '-');
+  if (item.kind != Item::Kind::number || parts.size() != 2) return error;
+  item.first = ParseInteger<std::size_t>(parts[0]).value_or(0);
+  item.last = ParseInteger<std::size_t>(parts[1]).value_or(0);
+  if (item.first < 1 || item.last < item.first || item.last > 120) return error;
+  return item;
+}
+
+Status CheckPoint(const config::Point& point) {
+  using Kind = Item::Kind;
+  const auto item = ParseItem(point);
+  if (!item) return Error{item.error()};
+  if (point.access != config::Access::read) return Error{"a reader takes no writes"};
+  const bool text = item->kind == Kind::tag || item->kind == Kind::message;
+  const bool flag = item->kind == Kind::present;
+  if (text != (point.type == config::Type::string)) {
+    return Error{text ? "it is a text: give it type: string(20)"
+                      : "it is no text: give it a type of numbers"};
+  }
+  if (flag != (point.type == config::Type::boolean)) {
+    return Error{flag ? "it is true or false: give it type: bool"
+                      : "it is a number, not type bool"};
+  }
+  return {};
+}
+
+Status CheckDevice(const config::Device& device) {
+  if (Status status = CheckOptions(device.options); !status) return status;
+  if (ReadSettings(device.options).form == Form::tag) return {};
+  for (const config::Point& point : device.points) {
+    const auto item = ParseItem(point);
+    if (item && item->kind >= Item::Kind::high && item->kind <= Item::Kind::low) {
+      return Error{"point '" + point.name + "': '" + point.read +
+                   "' needs form: tag; a text has no such number"};
+    }
+  }
+  return {};
+}
+
+std::span<const DecoderSpec> DecoderTable() { return kDecoders; }
+
+}  // namespace baudgate::protocols::reader

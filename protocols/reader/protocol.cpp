@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/reader/protocol.h"
+
+#include "protocols/reader/codec.h"
+#include "protocols/reader/conversation.h"
+#include "protocols/reader/expect.h"
+#include "protocols/reader/frame_rule.h"
+#include "protocols/reader/points.h"
+#include "protocols/reader/settings.h"
+#include "protocols/reader/twin.h"
+
+namespace baudgate {
+
+using namespace protocols::reader;  // NOLINT
+
+const Protocol& ReaderProtocol() {
+  static const Protocol kProtocol = {
+      .name = "reader",
+      .title = "Readers of tags and bar codes, weighing indicators: they speak unasked",
+      .options = OptionTable(),
+      .decoders = DecoderTable(),
+      .canonical_address = [](std::string_view address) -> Result<std::string> {
+        const auto parsed = ParseAddress(address);
+        if (!parsed) return Error{parsed.error()};
+        return std::to_string(*parsed);
+      },
+      .check_point = CheckPoint,
+      .check_device = CheckDevice,
+      .serial = {.baud = 9600, .data_bits = 8},
+      .data_bits = 7,
+      .timing = {.quiet = {.least = 5ms},
+                 .reply = {.least = 500ms},
+                 .gap = {.least = 20ms, .characters = 4},
+                 .drain = {.least = 50ms, .characters = 4},
+                 .longest = 128},
+      .request_rule = RequestRule,
+      .reply_rule = MessageRule,
+      .expect = Expect,
+      .unasked = true,
+      .make_conversation = [](const config::Device& device, Bus*) -> std::unique_ptr<Conversation> {
+        return std::make_unique<ReaderConversation>(device);
+      },
+      .make_twin = [](const config::Device& device, TwinValues& values) -> std::unique_ptr<Twin> {
+        return std::make_unique<ReaderTwin>(device, values);
+      },
+  };
+  return kProtocol;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/reader/settings.h"
+
+#include "gateway/base/text.h"
+#include "protocols/common/settings.h"
+
+namespace baudgate::protocols::reader {
+namespace {
+
+constexpr auto kTable = SettingsTable(
+    Bind<&Settings::form>(option::Choice(
+        "form", "tag", "tag,text",
+        "tag: frames of an RFID reader; text: any text, framed by the options below.")),
+    Bind<&Settings::start, ParseCharacter>(
+        option::Text("start", "", "First character of a text, as ':' or '0x02'; empty: any.")),
+    Bind<&Settings::end, ParseCharacter>(
+        option::Text("end", "0x0D", "Last character of a text; empty: length or silence ends it.")),
+    Bind<&Settings::length>(option::Integer(
+        "length", "0", 0, 120, "A text has exactly so many characters between these; 0: any.")),
+    Bind<&Settings::most>(
+        option::Integer("most", "80", 1, 120, "A text that is longer is damaged.")),
+    Bind<&Settings::idle>(option::Time("idle", "100ms", "So much silence ends a message.")),
+    Bind<&Settings::whole>(option::Time("whole", "2s", "A message that takes longer is damaged.")),
+    Bind<&Settings::same_tag>(
+        option::Time("same_tag", "2s",
+                     "The same again, so soon after the last time, is no new one; 0s: it is.")),
+    Bind<&Settings::present>(option::Time(
+        "present", "2s", "It counts as present for so long; 0s: until the reader says 'no tag'.")));
+
+}  // namespace
+
+std::span<const OptionSpec> OptionTable() { return kTable.specs(); }
+
+Settings ReadSettings(const config::Options& options) { return kTable.Read(options); }
+
+Status CheckOptions(const config::Options& options) {
+  if (Status status = kTable.Check(options); !status) return status;
+  const Settings settings = ReadSettings(options);
+  if (settings.length > settings.most) return Error{"length is more than most"};
+  if (settings.start && settings.start == settings.end) {
+    return Error{"start and end are the same character: nobody could tell one from the other"};
+  }
+  if (settings.idle < 1ms) return Error{"idle must be at least 1ms"};
+  if (settings.whole < settings.idle) return Error{"whole must not be shorter than idle"};
+  return {};
+}
+
+Result<std::optional<std::uint8_t>> ParseCharacter(const std::string& text) {
+  if (text.empty()) return std::optional<std::uint8_t>();
+  if (text.size() == 1) return std::optional(static_cast<std::uint8_t>(text[0]));
+  const auto code =
+      text.starts_with("0x") ? ParseInteger<std::uint8_t>(text.substr(2), 16) : std::nullopt;
+  if (!code)
+    return Error{"'" + text + "' is no character; write it, as ':', or its number, as 0x02"};
+  return std::optional(*code);
+}
+
+}  // namespace baudgate::protocols::reader

@@ -1,0 +1,133 @@
+// RFID tag to a DDS subscriber: from the last byte of a tag on a pty to its event in a subscriber
+// of its own, through the disk. Beside it what the disk takes for one fsync: it is most of the
+// delay.
+// SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "gateway/daemon/daemon.h"
+#include "gateway/dds/fast/subscriber.h"
+#include "gateway/simulate/pty.h"
+#include "tests/bench/bench.h"
+
+namespace baudgate::bench {
+namespace {
+
+constexpr int kDomain = 113;
+constexpr int kTags = 200;
+constexpr auto kPeriod = std::chrono::milliseconds(50);
+constexpr double kWantedMs = 20;
+constexpr double kFsyncMs = 5;  // the figure holds where the disk needs no longer
+
+using Clock = std::chrono::steady_clock;
+
+double MillisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// Each of 4 KiB appended to a file where the events are.
+std::vector<double> FsyncTimes() {
+  const std::string path = Scratch() + "/fsync";
+  const int file = open(path.c_str(), O_CREAT | O_WRONLY | O_APPEND | O_CLOEXEC, 0600);
+  if (file < 0) std::exit(4);
+  const std::vector<char> page(4096, 'x');
+  std::vector<double> times;
+  for (int i = 0; i < 100; ++i) {
+    if (write(file, page.data(), page.size()) < 0) std::exit(4);
+    const auto start = Clock::now();
+    fdatasync(file);
+    times.push_back(MillisecondsSince(start));
+  }
+  close(file);
+  return times;
+}
+
+/// When each tag arrived, by its digits.
+class Arrivals {
+ public:
+  void Add(std::string_view tag) {
+    const std::lock_guard lock(mutex_);
+    at_.emplace(tag, Clock::now());
+    arrived_.notify_all();
+  }
+  std::optional<Clock::time_point> Wait(const std::string& tag) {
+    std::unique_lock lock(mutex_);
+    if (!arrived_.wait_for(lock, 5s, [&] { return at_.contains(tag); })) return std::nullopt;
+    return at_[tag];
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::map<std::string, Clock::time_point> at_;
+};
+
+std::string Digits(int tag) { return fmt::format("{:010X}", tag); }
+
+}  // namespace
+
+void RunTagDelay(const config::Catalog& catalog) {
+  const std::vector<double> fsyncs = FsyncTimes();
+  auto pty = Pty::Create();
+  if (!pty) std::exit(4);
+  Daemon daemon(
+      Load(fmt::format("gateway: {{ name: bench-tags }}\nmodbus: {{ enabled: false }}\n"
+                       "dds: {{ domain: {} }}\nevents: {{}}\nlines:\n"
+                       "  - name: gate\n    port: {}\n    protocol: reader\n    devices:\n"
+                       "      - {{ name: gate, address: 1, profile: olimex-mod-rfid125 }}\n",
+                       kDomain, pty->path()),
+           catalog),
+      catalog);
+  Arrivals arrivals;
+  dds::SubscriberOptions options;
+  options.participant.domain = kDomain;
+  dds::SubscriberCallbacks callbacks;
+  callbacks.on_point = [](const auto&, const auto&) {};
+  callbacks.on_point_gone = [](const auto&, auto) {};
+  callbacks.on_device = [](const auto&, const auto&) {};
+  callbacks.on_device_gone = [](const auto&, auto) {};
+  callbacks.on_gateways = [](int) {};
+  callbacks.on_publisher_left = [](const auto&) {};
+  callbacks.on_rejected = [](std::uint64_t) {};
+  callbacks.on_event = [&](const dds::EventSample& event, const dds::Origin&) {
+    const std::string_view text = event.text;
+    if (text.size() >= 10) arrivals.Add(text.substr(text.size() - 10));
+  };
+  const auto subscriber = dds::DdsSubscriber::Create(options, callbacks);
+  if (!subscriber || !daemon.Start()) std::exit(4);
+  std::vector<double> delays;
+  int lost = 0;
+  for (int tag = 1; tag <= kTags + 1; ++tag) {
+    const std::string frame = "\r\n-" + Digits(tag) + "\r\n>";
+    const auto sent = Clock::now();
+    if (write(pty->master(), frame.data(), frame.size()) < 0) std::exit(4);
+    const auto arrived = arrivals.Wait(Digits(tag));
+    if (tag > 1) {  // behind the first all have found each other
+      if (!arrived) ++lost;
+      if (arrived) {
+        delays.push_back(std::chrono::duration<double, std::milli>(*arrived - sent).count());
+      }
+    }
+    std::this_thread::sleep_for(kPeriod);
+  }
+  daemon.Stop();
+  const double p99 = Percentile(delays, 0.99);
+  const double fsync = Median(fsyncs);
+  fmt::print(
+      "tag to DDS subscriber: median {:.2f} ms, 99 % below {:.2f} ms, worst {:.2f} ms, {} of {} "
+      "lost; "
+      "wanted below {} ms: {}\n",
+      Median(delays), p99, Percentile(delays, 1), lost, kTags, kWantedMs,
+      Verdict(lost == 0 && p99 < kWantedMs));
+  fmt::print("  one fsync there: median {:.2f} ms, 99 % {:.2f} ms{}\n", fsync,
+             Percentile(fsyncs, 0.99),
+             fsync <= kFsyncMs ? "" : "; the figure is for disks of at most 5 ms");
+}
+
+}  // namespace baudgate::bench

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/catalog/option_values.h"
+#include "protocols/reader/codec.h"
+#include "protocols/reader/expect.h"
+#include "protocols/reader/frame_rule.h"
+#include "protocols/reader/protocol.h"
+#include "tests/laws/frame_rule_laws.h"
+
+namespace baudgate {
+namespace {
+
+namespace reader = protocols::reader;
+using ::testing::ValuesIn;
+
+config::Options TextOptions(const std::string& start, const std::string& end, int length) {
+  config::Options options = config::DefaultOptions(ReaderProtocol());
+  options.Set("form", std::string("text"));
+  options.Set("start", start);
+  options.Set("end", end);
+  options.Set("length", std::int64_t{length});
+  return options;
+}
+
+LawSubject Subject(const std::string& name, const config::Options& options,
+                   const std::vector<std::string>& frames, std::string_view noise) {
+  LawSubject subject;
+  subject.name = name;
+  subject.rule = reader::MessageRule;
+  subject.expect = reader::Expect({}, options);
+  for (const std::string& frame : frames) subject.frames.push_back(ToBytes(frame));
+  subject.garbage = [noise](std::mt19937& random) {
+    Bytes bytes(random() % 40);
+    for (auto& byte : bytes) byte = static_cast<std::uint8_t>(noise[random() % noise.size()]);
+    return bytes;
+  };
+  subject.checksum = false;
+  return subject;
+}
+
+std::vector<LawSubject> Subjects() {
+  LawSubject tags =
+      Subject("Tags", config::DefaultOptions(ReaderProtocol()),
+              {"\r\n-06001259E3\r\n>", "\r\n-0000000000\r\n>", "\r\n-ffFF00aa11\r\n>"},
+              "\r\n->0123456789AFx\x80");
+  LawSubject marked = Subject("StartAndEnd", TextOptions("0x02", "0x03", 0),
+                              {"\x02"
+                               "ST,GS,+  12.35kg\x03",
+                               "\x02\x03",
+                               "\x02"
+                               "4006381333931\x03"},
+                              "abc 123,\x02\r\n\x80");
+  LawSubject counted =
+      Subject("StartAndLength", TextOptions(":", "", 5), {":12345", ":a:b:c"}, "abc 123,\r\n\x80");
+  LawSubject line =
+      Subject("Line", TextOptions("", "0x0D", 0), {"4006381333931\r", "ST,GS 12\r"}, "abc 123,");
+  line.found_behind_garbage = false;  // it would be the beginning of the line
+  LawSubject silence = Subject("Silence", TextOptions("", "", 0), {"4006381333931", "a"}, "abc");
+  silence.found_behind_garbage = false;
+  return {tags, marked, counted, line, silence};
+}
+
+INSTANTIATE_TEST_SUITE_P(Reader, FrameRuleLaws, ValuesIn(Subjects()), LawSubjectName);
+INSTANTIATE_TEST_SUITE_P(Reader, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjects())),
+                         LawSubjectName);
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(ChecksumLaws);
+
+std::vector<std::string> Cut(const config::Options& options, std::string_view stream) {
+  Assembler assembler;
+  assembler.Begin(reader::MessageRule, reader::Expect({}, options));
+  assembler.Feed(ToBytes(stream));
+  std::vector<std::string> frames;
+  while (auto frame = assembler.Next(false)) frames.emplace_back(AsText(*frame));
+  while (auto frame = assembler.Next(true)) frames.emplace_back(AsText(*frame));
+  return frames;
+}
+
+using Frames = std::vector<std::string>;
+
+TEST(ReaderFrames, ThePromptMayBeMissingOrStandInFront) {
+  const config::Options tags = config::DefaultOptions(ReaderProtocol());
+  EXPECT_EQ(Cut(tags, ">\r\n-06001259E3\r\n>\r\n-06001259E4\r\n>"),
+            (Frames{"\r\n-06001259E3\r\n>", "\r\n-06001259E4\r\n>"}));
+  EXPECT_EQ(Cut(tags, "\r\n-06001259E3\r\n\r\n-06001259E4\r\n"),
+            (Frames{"\r\n-06001259E3\r\n", "\r\n-06001259E4\r\n"}));
+}
+
+TEST(ReaderFrames, ATagThatLacksOrHasACharacterIsNone) {
+  const config::Options tags = config::DefaultOptions(ReaderProtocol());
+  const std::string good = "\r\n-06001259E3\r\n>";
+  for (std::size_t at = 0; at + 1 < good.size(); ++at) {
+    std::string cut = good;
+    cut.erase(at, 1);
+    EXPECT_EQ(Cut(tags, cut), Frames{}) << at;
+    std::string more = good;
+    more.insert(at, "7");
+    // In front of the frame it is noise.
+    EXPECT_EQ(Cut(tags, more).size(), at == 0 ? 1U : 0U) << at;
+  }
+}
+
+TEST(ReaderFrames, ATextThatIsTooLongGivesNoPartOfItself) {
+  config::Options line = TextOptions("", "0x0D", 0);
+  line.Set("most", std::int64_t{10});
+  EXPECT_EQ(Cut(line, "12345678901\r123\r"), Frames{"123\r"});
+  EXPECT_EQ(Cut(line, std::string(500, '1') + "\r123\r"), Frames{"123\r"});
+  config::Options silence = TextOptions("", "", 0);
+  silence.Set("most", std::int64_t{10});
+  EXPECT_EQ(Cut(silence, std::string(500, '1')), Frames{});
+  EXPECT_EQ(Cut(TextOptions("", "0x0D", 3), "1234\r12\r123\r"), Frames{"123\r"});
+}
+
+/// What is too long is trimmed while it comes, and never when it comes in one piece.
+TEST(ReaderFrames, AnyStreamGivesTheSameHoweverItIsCut) {
+  config::Options tags = config::DefaultOptions(ReaderProtocol());
+  std::vector<config::Options> forms = {tags};
+  for (const auto& [start, end, length] :
+       std::vector<std::tuple<std::string, std::string, int>>{{"", "0x0D", 0},
+                                                              {"", "0x0A", 0},
+                                                              {"", "0x0D", 5},
+                                                              {"", "", 0},
+                                                              {"", "", 5},
+                                                              {":", "0x0D", 0},
+                                                              {":", "", 5},
+                                                              {":", "", 0},
+                                                              {":", ":", 0}}) {
+    forms.push_back(TextOptions(start, end, length));
+    forms.back().Set("most", std::int64_t{10});
+  }
+  const std::vector<std::string> words = {"\r\n-",
+                                          "06001259E3",
+                                          "\r\n>",
+                                          "\r",
+                                          "\n",
+                                          std::string(1, '\0'),
+                                          "\xFF",
+                                          ":",
+                                          "12345",
+                                          "kg",
+                                          std::string(20, '\n'),
+                                          std::string(40, '7')};
+  std::mt19937 random(20261123);
+  for (int round = 0; round < 20'000; ++round) {
+    const config::Options& options = forms[random() % forms.size()];
+    std::string stream;
+    for (auto count = random() % 12; count > 0; --count) stream += words[random() % words.size()];
+    const Frames whole = Cut(options, stream);
+    Assembler assembler;
+    assembler.Begin(reader::MessageRule, reader::Expect({}, options));
+    Frames cut;
+    const auto take = [&](bool idle) {
+      while (auto frame = assembler.Next(idle)) cut.emplace_back(AsText(*frame));
+    };
+    for (std::size_t at = 0; at < stream.size();) {
+      const std::size_t size = std::min<std::size_t>(1 + random() % 9, stream.size() - at);
+      assembler.Feed(ToBytes(stream.substr(at, size)));
+      take(false);
+      at += size;
+    }
+    take(true);
+    ASSERT_EQ(cut, whole) << Printable(ToBytes(stream));
+  }
+}
+
+TEST(ReaderFrames, ABrokenTextGivesWayToTheNext) {
+  EXPECT_EQ(Cut(TextOptions("0x02", "0x03", 0),
+                "\x02"
+                "12\x02"
+                "3456\x03"),
+            Frames{"\x02"
+                   "3456\x03"});
+}
+
+TEST(ReaderFrames, LineFeedsBetweenLinesAreNothing) {
+  EXPECT_EQ(Cut(TextOptions("", "0x0D", 0), "12\r\n34\r\n\r\n"), (Frames{"12\r", "\n34\r"}));
+  EXPECT_EQ(Cut(TextOptions("", "0x0D", 2), "12\r\n34\r\n"), (Frames{"12\r", "\n34\r"}));
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,101 @@
+// What may stand in the configuration, and the numbers in a text.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/reader/points.h"
+
+#include <gtest/gtest.h>
+
+#include "protocols/reader/codec.h"
+#include "protocols/reader/twin.h"
+#include "protocols/reader/values.h"
+#include "tests/protocols/reader/support.h"
+#include "tests/support/fixed_values.h"
+
+namespace baudgate {
+namespace {
+
+namespace reader = protocols::reader;
+using config::Type;
+
+std::string ErrorOf(const std::string& read, Type type) {
+  const Status status = reader::CheckPoint(ReaderPoint(read, type));
+  return status ? "" : status.error();
+}
+
+TEST(ReaderPoints, WhatIsKnown) {
+  EXPECT_EQ(ErrorOf("tag", Type::string), "");
+  EXPECT_EQ(ErrorOf("tag@15", Type::string), "");
+  EXPECT_EQ(ErrorOf("low@3", Type::uint16), "");
+  EXPECT_EQ(ErrorOf("present", Type::boolean), "");
+  EXPECT_EQ(ErrorOf("number", Type::float32), "");
+  EXPECT_EQ(ErrorOf("number 4-11", Type::float32), "");
+}
+
+TEST(ReaderPoints, WhatIsNot) {
+  for (const char* read : {"", "tags", "tag@16", "tag@", "tag 3", "present@1", "number 0-3",
+                           "number 4-3", "number 4", "number 4-121", "b"}) {
+    EXPECT_NE(ErrorOf(read, Type::uint16), "") << read;
+  }
+  EXPECT_NE(ErrorOf("tag", Type::uint64), "");
+  EXPECT_NE(ErrorOf("low", Type::string), "");
+  EXPECT_NE(ErrorOf("present", Type::uint16), "");
+  EXPECT_NE(ErrorOf("counter", Type::boolean), "");
+  config::Point written = ReaderPoint("counter");
+  written.access = config::Access::read_write;
+  EXPECT_FALSE(reader::CheckPoint(written));
+}
+
+TEST(ReaderOptions, FitTogether) {
+  using Texts = std::vector<std::pair<std::string, std::string>>;
+  const auto error = [](const Texts& texts) {
+    config::Device device = Reader(texts);
+    if (texts.size() > 1) device.points.clear();
+    const Status status = reader::CheckDevice(device);
+    return status ? "" : status.error();
+  };
+  EXPECT_EQ(error({}), "");
+  EXPECT_EQ(error({{"form", "text"}, {"start", "0x02"}, {"end", ":"}}), "");
+  EXPECT_NE(error({{"form", "text"}, {"start", "STX"}}), "");
+  EXPECT_NE(error({{"form", "text"}, {"end", "0x100"}}), "");
+  EXPECT_NE(error({{"start", ":"}, {"end", ":"}}), "");
+  EXPECT_NE(error({{"length", "100"}, {"most", "80"}}), "");
+  EXPECT_NE(error({{"idle", "0s"}, {"whole", "1s"}}), "");
+  EXPECT_NE(error({{"idle", "3s"}, {"whole", "2s"}}), "");
+  EXPECT_NE(error({{"form", "text"}}), "") << "high, middle and low of a text";
+}
+
+TEST(ReaderNumbers, OneAndNoOther) {
+  const auto shown = [](const std::string& text, const std::string& read = "number") {
+    const auto item = reader::ParseItem(ReaderPoint(read, Type::float32));
+    const Decoded decoded = reader::NumberIn(*item, text);
+    return IsGood(decoded.quality) ? ToText(decoded.value) : "bad";
+  };
+  EXPECT_EQ(shown("12.35"), "12.35");
+  EXPECT_EQ(shown("ST,GS,+  12.35kg"), "12.35");
+  EXPECT_EQ(shown("-  0.05 kg"), "-0.05");
+  EXPECT_EQ(shown("W=-7;"), "-7");
+  EXPECT_EQ(shown("1 12.35"), "bad") << "which one?";
+  EXPECT_EQ(shown("1.2.3"), "bad");
+  EXPECT_EQ(shown("12."), shown("12."));
+  EXPECT_EQ(shown(""), "bad");
+  EXPECT_EQ(shown("overload"), "bad");
+  EXPECT_EQ(shown("1 12.35", "number 2-7"), "12.35");
+  EXPECT_EQ(shown("1", "number 2-7"), "bad");
+}
+
+TEST(ReaderTwins, SayWhatIsRaised) {
+  const config::Device device = Reader();
+  FixedValues values;
+  reader::ReaderTwin twin(device, values);
+  EXPECT_TRUE(twin.Say(Instant()).empty());
+  EXPECT_TRUE(twin.Raise({.code = 1}, {}));
+  EXPECT_TRUE(twin.Raise({.code = 1, .text = "255"}, {}));
+  EXPECT_EQ(twin.Say(Instant()), TagFrame("06001259E3"));
+  EXPECT_EQ(twin.Say(Instant()), TagFrame("00000000FF"));
+  EXPECT_TRUE(twin.Say(Instant()).empty());
+  int raised = 0;
+  while (raised < 1000 && twin.Raise({.code = 1}, {})) ++raised;
+  EXPECT_EQ(raised, 100) << "a twin that nobody reads keeps so many";
+}
+
+}  // namespace
+}  // namespace baudgate
