@@ -31,23 +31,8 @@ Status EventFile::Write(const std::vector<Batch>& batches, const Cursors* cursor
                         const std::vector<KeptRecord>& records) {
   const FileTurn::Hold turn(connection_.turn());
   Status status = connection_.CheckThere();
-<<<<<<< ours
-  const bool due = !batches.empty() || !records.empty() || cursors != nullptr;
-  if (status && due && !table_->Write(batches, cursors, records)) status = connection_.Failed();
-||||||| base
-  const bool due = !batches.empty() || cursors != nullptr;
-  if (status && due && !table_->Write(batches, cursors)) status = connection_.Failed();
-  == == == == = Status EventFile::Write(const std::vector<Batch>& batches,
-                                        const std::vector<KeptRecord>& records) {
-    const FileTurn::Hold turn(connection_.turn());
-    Status status = connection_.CheckThere();
-    const bool nothing = batches.empty() && records.empty();
-    if (status && !nothing && !table_->Write(batches, records)) status = connection_.Failed();
-    >>>>>>>>> Temporary merge branch 2
-=======
   const bool due = !batches.empty() || cursors != nullptr || !records.empty();
   if (status && due && !table_->Write(batches, cursors, records)) status = connection_.Failed();
->>>>>>> theirs
   if (!connection_.is_open()) table_.reset();
   return status;
 }

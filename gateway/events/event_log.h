@@ -55,20 +55,8 @@ class EventLog final : public EventSource {
   void WriteDue();
   Status Open();
   void Feed(const std::vector<Batch>& batches);
-<<<<<<< ours
-  void ReadBacklog();
-||||||| base
-  < < < < < < < < < Temporary merge branch 1 void ReadBacklog();
-  == == == == =
-=======
->>>>>>> theirs
   void TellOwed(const std::vector<Batch>& batches) const;
-<<<<<<< ours
-||||||| base
-  >>>>>>>>> Temporary merge branch 2
-=======
   void ReadBacklog();
->>>>>>> theirs
 
   const Options options_;
   EventQueue queue_;

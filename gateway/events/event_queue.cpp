@@ -207,7 +207,6 @@ std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::in
     const MutexLock lock(mutex_);
     if (status) {
       kept = book_.Kept(round.batches.size());
-      if (status) state_.oldest = oldest;
       records_.erase(records_.begin(),
                      records_.begin() + static_cast<std::ptrdiff_t>(round.records.size()));
       state_.oldest = oldest;

@@ -51,14 +51,6 @@ EventTable::Contents EventTable::Read(FeedLimits limits) {
       !records_.ReadOwed(contents.owed) || !FindOldest()) {
     return contents;
   }
-<<<<<<< ours
-  if (!records_.ReadOwed(contents.owed)) return contents;
-||||||| base
-  == == == == = if (!ReadRun(contents) || !alarms_.Read(contents.alarms)) return contents;
-  if (!records_.ReadOwed(contents.owed)) return contents;
-  >>>>>>>>> Temporary merge branch 2
-=======
->>>>>>> theirs
   Statement rows(database_, "SELECT line, device, said FROM event_sources");
   Statement::Step step = rows.Next();
   for (; step == Statement::Step::row; step = rows.Next()) {
@@ -147,115 +139,76 @@ Result<std::vector<FedEvent>> EventTable::ReadBehind(std::int64_t after) {
   return events;
 }
 
-bool EventTable::Write(const std::vector<Batch>& batches, const std::vector<KeptRecord>& records,
+bool EventTable::Write(const std::vector<Batch>& batches, const Cursors* cursors,
                        const std::vector<KeptRecord>& records) {
   bool ok = database_.Execute("BEGIN IMMEDIATE");
   for (const Batch& batch : batches) ok = ok && Insert(batch);
-=======
-  bool EventTable::Write(const std::vector<Batch>& batches, const Cursors* cursors,
-                         const std::vector<KeptRecord>& records) {
-    bool ok = database_.Execute("BEGIN IMMEDIATE");
-    for (const Batch& batch : batches) ok = ok && Insert(batch);
-    for (const KeptRecord& record : records) ok = ok && records_.Insert(record);
-<<<<<<< ours
-||||||| base
-    >>>>>>>>> Temporary merge branch 2
-=======
-    ok = ok && (cursors == nullptr || WriteCursors(*cursors));
->>>>>>> theirs
-    ok = ok && database_.Execute("COMMIT");
-    if (!ok) database_.Rollback();
-    return ok;
-  }
+  for (const KeptRecord& record : records) ok = ok && records_.Insert(record);
+  ok = ok && (cursors == nullptr || WriteCursors(*cursors));
+  ok = ok && database_.Execute("COMMIT");
+  if (!ok) database_.Rollback();
+  return ok;
+}
 
-  bool EventTable::WriteAlarms(const std::vector<Alarm>& alarms) {
-    bool ok = database_.Execute("BEGIN IMMEDIATE; DELETE FROM alarms;");
-    for (const Alarm& alarm : alarms) ok = ok && alarms_.Write(alarm);
-    ok = ok && database_.Execute("COMMIT");
-    if (!ok) database_.Rollback();
-    return ok;
-  }
+bool EventTable::WriteAlarms(const std::vector<Alarm>& alarms) {
+  bool ok = database_.Execute("BEGIN IMMEDIATE; DELETE FROM alarms;");
+  for (const Alarm& alarm : alarms) ok = ok && alarms_.Write(alarm);
+  ok = ok && database_.Execute("COMMIT");
+  if (!ok) database_.Rollback();
+  return ok;
+}
 
-  /// What is beyond the room goes with what comes: a few rows at a time, and never the newest.
-  bool EventTable::Insert(const Batch& batch) {
-    for (const EventRecord& event : batch.events) {
-      insert_.Bind(1, event.seq);
-      insert_.Bind(2, event.received);
-      insert_.Bind(3, event.device_time);
-      insert_.Bind(4, std::int64_t{static_cast<std::uint16_t>(event.clock)});
-      insert_.Bind(5, event.line);
-      insert_.Bind(6, event.device);
-      insert_.Bind(7, std::int64_t{event.channel});
-      insert_.Bind(8, std::int64_t{event.code});
-      insert_.Bind(9, Name(event.state));
-      insert_.Bind(10, event.text);
-      if (!insert_.Run() || (event.alarm && !alarms_.Write(*event.alarm))) return false;
-      if (!InsertRecord(event)) return false;
-    }
-    if (batch.events.empty()) return true;
-    if (batch.source != kGateway) {
-      const auto& [line, device] = names_[batch.source];
-      said_.Bind(1, line);
-      said_.Bind(2, device);
-      said_.Bind(3, batch.said);
-      if (!said_.Run()) return false;
-    }
-    return Drop(batch.events.back().seq);
+/// What is beyond the room goes with what comes: a few rows at a time, and never the newest.
+bool EventTable::Insert(const Batch& batch) {
+  for (const EventRecord& event : batch.events) {
+    insert_.Bind(1, event.seq);
+    insert_.Bind(2, event.received);
+    insert_.Bind(3, event.device_time);
+    insert_.Bind(4, std::int64_t{static_cast<std::uint16_t>(event.clock)});
+    insert_.Bind(5, event.line);
+    insert_.Bind(6, event.device);
+    insert_.Bind(7, std::int64_t{event.channel});
+    insert_.Bind(8, std::int64_t{event.code});
+    insert_.Bind(9, Name(event.state));
+    insert_.Bind(10, event.text);
+    if (!insert_.Run() || (event.alarm && !alarms_.Write(*event.alarm))) return false;
+    if (!InsertRecord(event)) return false;
   }
+  if (batch.events.empty()) return true;
+  if (batch.source != kGateway) {
+    const auto& [line, device] = names_[batch.source];
+    said_.Bind(1, line);
+    said_.Bind(2, device);
+    said_.Bind(3, batch.said);
+    if (!said_.Run()) return false;
+  }
+  return Drop(batch.events.back().seq);
+}
 
-  bool EventTable::InsertRecord(const EventRecord& event) {
-    if (event.record.empty()) return true;
-    if (!event.kept) {
-      return records_.Owe(
-          {event.seq, event.line, event.device, event.record, event.device_time, event.clock});
-    }
-    KeptRecord record = *event.kept;
-    record.kind = kEventRecord;
-    record.event = event.seq;
-    return records_.Insert(record);
+bool EventTable::InsertRecord(const EventRecord& event) {
+  if (event.record.empty()) return true;
+  if (!event.kept) {
+    return records_.Owe(
+        {event.seq, event.line, event.device, event.record, event.device_time, event.clock});
   }
+  KeptRecord record = *event.kept;
+  record.kind = kEventRecord;
+  record.event = event.seq;
+  return records_.Insert(record);
+}
 
-  bool EventTable::Drop(std::int64_t newest) {
-    const std::int64_t beyond = newest - most_;
-    if (oldest_ > 0 && beyond < oldest_) return true;
-    const std::int64_t oldest = beyond;
-    drop_.Bind(1, oldest);
-    return drop_.Run() && records_.Drop(beyond) && FindOldest() &&
-           (oldest <= 0 || records_.Drop(oldest));
-  }
+bool EventTable::Drop(std::int64_t newest) {
+  const std::int64_t beyond = newest - most_;
+  if (oldest_ > 0 && beyond < oldest_) return true;
+  drop_.Bind(1, beyond);
+  return drop_.Run() && records_.Drop(beyond) && FindOldest();
+}
 
-  bool EventTable::FindOldest() {
-    const Value oldest = database_.First("SELECT coalesce(min(seq), 0) FROM events");
-    if (!std::holds_alternative<std::int64_t>(oldest)) return false;
-    oldest_ = std::get<std::int64_t>(oldest);
-    return true;
-  }
-
-  bool EventTable::InsertRecord(const EventRecord& event) {
-    if (event.record.empty()) return true;
-    if (!event.kept) {
-      return records_.Owe(
-          {event.seq, event.line, event.device, event.record, event.device_time, event.clock});
-    }
-    KeptRecord record const std::int64_t oldest = *event.kept;
-    record.kind batch.events.back().seq - most_;
-    drop_.Bind(1, oldest);
-    return drop_.Run() && (oldest <= kEventRecord; record.event = event.seq;
-                           return records_.Insert(record); 0 || records_.Drop(oldest));
-  }
-
-  bool EventTable::InsertRecord(const EventRecord& event) {
-    if (event.record.empty()) return true;
-    if (!event.kept) {
-      return records_.Owe(
-          {event.seq, event.line, event.device, event.record, event.device_time, event.clock});
-    }
-    KeptRecord record = *event.kept;
-    record.kind = kEventRecord;
-    record.event = event.seq;
-    return records_.Insert(record);
-    >>= == == ==
->>>>>>> theirs
-  }
+bool EventTable::FindOldest() {
+  const Value oldest = database_.First("SELECT coalesce(min(seq), 0) FROM events");
+  if (!std::holds_alternative<std::int64_t>(oldest)) return false;
+  oldest_ = std::get<std::int64_t>(oldest);
+  return true;
+}
 
 }  // namespace baudgate::events

@@ -41,19 +41,6 @@ class EventTable {
     std::map<Source, std::string> said{};
     LastRun last_run{};
     std::vector<Alarm> alarms{};
-<<<<<<< ours
-    Cursors cursors{};
-||||||| base
-    < < < < < < < < < Temporary merge branch 1 Cursors cursors{};
-    FeedImage image{};
-  };
-  Contents Read(FeedLimits limits = {});
-  /// All or none, and with them the alarms that they have changed. `cursors`: and no others; null:
-  /// as they are.
-  bool Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr);
-  == == == == =
-=======
->>>>>>> theirs
     std::vector<OwedRecord> owed{};
     Cursors cursors{};
     FeedImage image{};
@@ -75,21 +62,9 @@ class EventTable {
   bool ReadCursors(Cursors& cursors);
   bool WriteCursors(const Cursors& cursors);
   bool Insert(const Batch& batch);
-<<<<<<< ours
-||||||| base
-<<<<<<<<< Temporary merge branch 1
-=======
   bool InsertRecord(const EventRecord& event);
->>>>>>> theirs
   bool Drop(std::int64_t newest);
   bool FindOldest();
-<<<<<<< ours
-  bool InsertRecord(const EventRecord& event);
-||||||| base
-== == == == = bool InsertRecord(const EventRecord& event);
->>>>>>>>> Temporary merge branch 2
-=======
->>>>>>> theirs
   bool ReadImage(FeedLimits limits, FeedImage& image);
 
   Database& database_;

@@ -36,21 +36,8 @@ TEST_F(EventsFileTest, OneOfVersionOneKeepsItsWritesAndGetsEvents) {
     ASSERT_TRUE(opened.database) << opened.error;
     ASSERT_TRUE(opened.database->Execute(
         "DROP TABLE events; DROP TABLE event_sources; DROP TABLE alarms; "
-<<<<<<< ours
-        "DROP TABLE event_cursors; "
-        "DROP TABLE records; DROP TABLE record_values; DROP TABLE owed_records; PRAGMA "
-        "user_version=1;"
-||||||| base
-                < < < < < < < < <
-                Temporary merge branch 1 "DROP TABLE event_cursors; PRAGMA user_version=1;" ==
-            == == ==
-        = "DROP TABLE records; DROP TABLE record_values; DROP TABLE owed_records; PRAGMA "
-          "user_version=1;" >>>>>>>>>
-          Temporary merge branch 2
-=======
         "DROP TABLE event_cursors; DROP TABLE records; DROP TABLE record_values; "
         "DROP TABLE owed_records; PRAGMA user_version=1;"
->>>>>>> theirs
         "INSERT INTO writes (kind, time, last, client, line, device, point, reason, took, count) "
         "VALUES ('point', 1, 1, 'c', 'l', 'd', 'p', '', 0, 1)"))
         << opened.database->error();
