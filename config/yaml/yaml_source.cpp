@@ -11,33 +11,12 @@
 #include <fstream>
 #include <sstream>
 
+#include "gateway/base/text.h"
+
 namespace baudgate::config {
 namespace {
 
 constexpr std::size_t kLargestText = std::size_t{16} << 20U;
-
-bool IsContinuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
-
-std::size_t SequenceLength(unsigned char lead) {
-  if (lead < 0x80) return 1;
-  if (lead >= 0xC2 && lead < 0xE0) return 2;
-  if (lead >= 0xE0 && lead < 0xF0) return 3;
-  if (lead >= 0xF0 && lead < 0xF5) return 4;
-  return 0;
-}
-
-// The first byte that can not be part of UTF-8 text; NUL counts as such (UTF-16 is full of them).
-std::size_t FirstBadByte(std::string_view text) {
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t length = SequenceLength(static_cast<unsigned char>(text[at]));
-    if (length == 0 || text[at] == '\0' || length > text.size() - at) return at;
-    for (std::size_t i = 1; i < length; ++i) {
-      if (!IsContinuation(text[at + i])) return at;
-    }
-    at += length;
-  }
-  return std::string_view::npos;
-}
 
 // In YAML some characters open a comment, an alias or nothing at all: protocol addresses that begin
 // with one of them need quotes, and the parser's own message would not say so.
@@ -161,7 +140,7 @@ std::optional<YamlNode> ParseYaml(std::string name, std::string text, Problems& 
     return std::nullopt;
   }
   const auto source = std::make_shared<const Source>(std::move(name), std::move(text));
-  const std::size_t bad = FirstBadByte(source->text());
+  const std::size_t bad = FirstNotUtf8(source->text());
   if (bad != std::string::npos) {
     const auto line = std::count(source->text().begin(),
                                  source->text().begin() + static_cast<std::ptrdiff_t>(bad), '\n');

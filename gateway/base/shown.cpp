@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "gateway/base/text.h"
+
 namespace baudgate {
 namespace {
 
@@ -36,14 +38,20 @@ std::string Harmless(std::string_view text) {
       safe.erase(at + 1, 1);
     }
   }
+  for (auto at = FirstNotUtf8(safe); at != std::string::npos; at = FirstNotUtf8(safe, at + 1)) {
+    safe[at] = '?';
+  }
   return safe;
 }
 
 std::string FormatValue(double value) {
   if (std::isnan(value)) return "-";
+  constexpr double kMostWhole = 1e15;
+  const bool whole = std::trunc(value) == value && std::abs(value) < kMostWhole;
   char buffer[64];
-  const auto end =
-      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 6).ptr;
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general,
+                                 whole ? 15 : 9)
+                       .ptr;
   return std::string(buffer, end);
 }
 

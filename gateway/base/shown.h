@@ -10,13 +10,13 @@
 
 namespace baudgate {
 
-/// Six significant digits at most: "0.3", "12.25", "-"  for NaN.
+/// Whole numbers whole, others with nine digits at most: "1834523", "12.25", "-" for NaN.
 std::string FormatValue(double value);
 /// "0.3 s", "12 s", "5 min", "3 h", "2 d".
 std::string FormatAge(Duration age);
 /// "1 line", "2 lines".
 std::string Plural(std::uint64_t count, std::string_view word);
-/// Control characters become '?'.
+/// Control characters, and what is no UTF-8, become '?'.
 std::string Harmless(std::string_view text);
 
 }  // namespace baudgate

@@ -1,12 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/text.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace baudgate {
 namespace {
 
 constexpr std::string_view kHexDigits = "0123456789ABCDEF";
+
+struct Lead {
+  unsigned char first, last, second_from, second_to;
+  std::size_t length;
+};
+/// RFC 3629: nothing twice in two lengths, no halves of UTF-16, nothing beyond 10FFFF.
+constexpr Lead kLeads[] = {
+    {0x01, 0x7F, 0x00, 0x00, 1}, {0xC2, 0xDF, 0x80, 0xBF, 2}, {0xE0, 0xE0, 0xA0, 0xBF, 3},
+    {0xE1, 0xEC, 0x80, 0xBF, 3}, {0xED, 0xED, 0x80, 0x9F, 3}, {0xEE, 0xEF, 0x80, 0xBF, 3},
+    {0xF0, 0xF0, 0x90, 0xBF, 4}, {0xF1, 0xF3, 0x80, 0xBF, 4}, {0xF4, 0xF4, 0x80, 0x8F, 4}};
+
+/// Of the one that `text` begins with; 0: it is none.
+std::size_t CharacterLength(std::string_view text) {
+  const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const auto* const lead = std::ranges::find_if(
+      kLeads, [&](const Lead& one) { return byte(0) >= one.first && byte(0) <= one.last; });
+  if (lead == std::end(kLeads) || lead->length > text.size()) return 0;
+  for (std::size_t i = 1; i < lead->length; ++i) {
+    const unsigned char from = i == 1 ? lead->second_from : 0x80;
+    const unsigned char to = i == 1 ? lead->second_to : 0xBF;
+    if (byte(i) < from || byte(i) > to) return 0;
+  }
+  return lead->length;
+}
 
 }  // namespace
 
@@ -87,6 +112,15 @@ std::string Printable(View bytes) {
     }
   }
   return text;
+}
+
+std::size_t FirstNotUtf8(std::string_view text, std::size_t begin) {
+  for (std::size_t at = begin; at < text.size();) {
+    const std::size_t length = CharacterLength(text.substr(at));
+    if (length == 0) return at;
+    at += length;
+  }
+  return std::string_view::npos;
 }
 
 std::string HostAndPort(const std::string& host, std::uint16_t port) {

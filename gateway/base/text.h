@@ -44,6 +44,10 @@ std::string FormatNumber(double value);
 /// Printable ASCII for people: "\r" and other control bytes escaped.
 std::string Printable(View bytes);
 
+/// The first byte from `begin` on that can not be part of UTF-8 text, or is NUL (UTF-16 is full of
+/// them); npos: there is none.
+std::size_t FirstNotUtf8(std::string_view text, std::size_t begin = 0);
+
 /// "10.0.0.9:502", "[::1]:502".
 std::string HostAndPort(const std::string& host, std::uint16_t port);
 

@@ -148,11 +148,13 @@ void Ledger::CountMissed() {
   }
 }
 
-void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe) {
+void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe,
+                        bool routed) {
   const bool answered = ProvesLife(end.outcome) && !mute;
+  const Outcome outcome = routed && ProvesLife(end.outcome) ? Outcome::ok : end.outcome;
   CountMissed();
   ++counters_.exchanges;
-  ++counters_.outcomes[static_cast<std::size_t>(end.outcome)];
+  ++counters_.outcomes[static_cast<std::size_t>(outcome)];
   if (answered) {
     counters_.round_trips.Add(end.round_trip);
     silent_from_.reset();
@@ -162,11 +164,11 @@ void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute,
   }
   Change(member, [&](DeviceStatus& status) {
     ++status.exchanges;
-    ++status.outcomes[static_cast<std::size_t>(end.outcome)];
-    status.last_outcome = end.outcome;
-    if (!probe) status.recent.Add(end.outcome);
+    ++status.outcomes[static_cast<std::size_t>(outcome)];
+    status.last_outcome = outcome;
+    if (!probe) status.recent.Add(outcome);
     status.busy = Of(member).busy;
-    if (end.outcome != Outcome::ok) status.last_reason = end.reason;
+    if (outcome != Outcome::ok) status.last_reason = end.reason;
     status.learned = roster_.AsDevice(member)->conversation->WhatIsLearned();
     if (!answered) return;
     status.last_ok = now_.instant;

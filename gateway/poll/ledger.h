@@ -58,8 +58,8 @@ class Ledger {
   /// The conversation would not ask.
   void OnUnsupported(const Member& member, const std::string& reason);
   /// `mute`: its end says nothing about the member. `probe`: whether a member is back that is
-  /// offline.
-  void OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe);
+  /// offline. `routed`: a client has asked, and what it is refused says nothing about the member.
+  void OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe, bool routed);
   /// The device speaks unasked.
   void OnSpeaks(const Member& member);
   /// It has said something, and this is what became of it.

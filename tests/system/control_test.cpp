@@ -180,7 +180,7 @@ TEST_F(Control, ATraceShowsTheBytesAndEndsInPeace) {
   const auto other = Start({"trace", "relay", "--socket", socket()});
   EXPECT_TRUE(Eventually([&] { return !other->Output().empty(); }));
   daemon->Signal(SIGTERM);
-  EXPECT_EQ(other->WaitForEnd(), 0);
+  EXPECT_EQ(other->WaitForEnd(), 4);
   // "… is stopping", or "… has closed the connection" where a record was on its way just then.
   EXPECT_THAT(other->Errors(), HasSubstr("the trace has ended: the gateway "));
   EXPECT_EQ(daemon->WaitForEnd(), 0);

@@ -13,13 +13,22 @@ using Json = ControlClient::Json;
 
 constexpr const char* kRow = "{:>8}  {:<24}  {:<12}  {:<8}  {:<32}  {}\n";
 
+/// Of "3:5", channel and code of a device's event, ", channel 3".
+std::string ChannelOf(const Json& alarm) {
+  if (!FieldText(alarm, "point").empty()) return {};
+  const std::string name = FieldText(alarm, "name");
+  const std::string channel = name.substr(0, name.find(':'));
+  return channel.empty() || channel == "0" ? "" : ", channel " + channel;
+}
+
 std::string Row(const Json& alarm) {
   std::string where = FieldText(alarm, "line") + "." + FieldText(alarm, "device");
   if (!FieldText(alarm, "point").empty()) where += "." + FieldText(alarm, "point");
   const std::string by = FieldText(alarm, "acknowledged_by");
-  return fmt::format(kRow, FieldText(alarm, "seq"), FieldText(alarm, "raised"),
-                     FieldText(alarm, "state"), FieldText(alarm, "priority"), where,
-                     FieldText(alarm, "text") + (by.empty() ? "" : " (" + by + ")"));
+  return fmt::format(
+      kRow, FieldText(alarm, "seq"), FieldText(alarm, "raised"), FieldText(alarm, "state"),
+      FieldText(alarm, "priority"), where,
+      FieldText(alarm, "text") + ChannelOf(alarm) + (by.empty() ? "" : " (" + by + ")"));
 }
 
 }  // namespace
@@ -37,9 +46,14 @@ int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err
       any = true;
     }
   };
-  const int code =
-      ReadPages({.request = {{"command", "alarms"}}, .state = "events", .socket = options.socket},
-                print, out, err);
+  const int code = ReadPages({.request = {{"command", "alarms"}},
+                              .state = "events",
+                              .current = true,
+                              .socket = options.socket},
+                             print, out, err);
+  if (code == kNotCurrent) {
+    err << "baudgate: the list may lack alarms: what happens can not be kept\n";
+  }
   if (code == 0 && !any) (options.json ? err : out) << "there is no alarm\n";
   return code;
 }

@@ -29,6 +29,7 @@ class Troubles {
     }
     return told_ = state;
   }
+  bool none() const { return told_.empty() || told_ == "fine" || told_ == "opening"; }
 
  private:
   const std::string key_;
@@ -63,14 +64,14 @@ int ReadPages(const RecordPages& pages, const std::function<void(const Json& rec
     if (!out) return 0;  // its reader has left
     request["after"] = answer.value("next", std::int64_t{0});
     if (answer.value("more", false)) continue;
-    if (!pages.follow && !opening) return 0;
+    if (!pages.follow && !opening) return pages.current && !troubles.none() ? kNotCurrent : 0;
     const Instant next = ReadClocks().instant + kLookAgain;
     std::string line;
     const Got got = client->ReadLine(line, next, signals.descriptor());
     if (got == Got::stopped || (until && next >= *until)) return 0;
     if (got == Got::end) {
       err << "baudgate: the gateway has closed the connection\n";
-      return 0;
+      return kNoDaemon;
     }
   }
 }

@@ -46,7 +46,7 @@ int RunTrace(const TraceOptions& options, std::ostream& out, std::ostream& err) 
     if (!out) return 0;  // its reader has left
   }
   err << "baudgate: the trace has ended: " << why << '\n';
-  return 0;
+  return kNoDaemon;
 }
 
 }  // namespace baudgate

@@ -82,7 +82,9 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   }
   void on_sample_rejected(eprosima::fastdds::dds::DataReader*,
                           const eprosima::fastdds::dds::SampleRejectedStatus& status) override {
-    rejected_ = status.total_count;
+    // What there is no room for at the moment is sent again.
+    if (status.last_reason != eprosima::fastdds::dds::REJECTED_BY_INSTANCES_LIMIT) return;
+    rejected_ += static_cast<std::uint64_t>(status.total_count_change);
     wake_();
   }
 

@@ -3,8 +3,10 @@
 
 #include <poll.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "gateway/base/shown.h"
 #include "gateway/base/time.h"
@@ -27,6 +29,25 @@ bool Matches(const dds::EventSample& event, const WatchOptions& options) {
   };
   return is(options.gateway, event.gateway) && is(options.device, event.device);
 }
+
+/// Which events were not printed yet: a gateway that starts may publish some once more. By the
+/// number, which counts anew where the gateway's file is a new one.
+class Unseen {
+ public:
+  bool Take(const dds::EventSample& event) {
+    Last& last = last_[{event.gateway, event.device}];
+    if (event.seq <= last.seq && event.receive_time_ns <= last.received) return false;
+    last = {event.seq, event.receive_time_ns};
+    return true;
+  }
+
+ private:
+  struct Last {
+    std::uint64_t seq = 0;
+    std::int64_t received = 0;
+  };
+  std::map<std::pair<std::string, std::string>, Last> last_;
+};
 
 /// Milliseconds.
 int Left(std::optional<Instant> until) {
@@ -60,6 +81,7 @@ std::string PlainLine(const dds::EventSample& event) {
 int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err) {
   const StopSignals signals;  // before the library's threads, which inherit the mask
   Mailbox<std::string> mailbox;
+  Unseen unseen;  // of the subscriber's thread
   const auto subscriber = dds::DdsSubscriber::Create(
       {.participant = ParticipantOf(options)},
       {.on_point = {},
@@ -70,7 +92,7 @@ int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream&
        .on_publisher_left = {},
        .on_rejected = {},
        .on_event = [&](const dds::EventSample& event, const dds::Origin&) {
-         if (Matches(event, options)) {
+         if (Matches(event, options) && unseen.Take(event)) {
            mailbox.Put(options.json ? JsonLine(event) : PlainLine(event));
          }
        }});

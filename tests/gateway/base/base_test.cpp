@@ -8,6 +8,7 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/checksum.h"
+#include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
@@ -157,6 +158,18 @@ TEST(Text, SplitTrimAndPrintable) {
   EXPECT_EQ(Trim(" \t a b\r\n"), "a b");
   EXPECT_EQ(Trim(" \r\n"), "");
   EXPECT_EQ(Printable(Bytes{'A', '\r', '\n', 0x00, 0xE9}), "A\\r\\n\\x00\\xE9");
+}
+
+TEST(Text, WhatIsNoUtf8) {
+  EXPECT_EQ(FirstNotUtf8("A \xC2\xB0 \xE2\x82\xAC \xF0\x9F\x98\x80"), std::string::npos);
+  // Alone, twice in two lengths, half of UTF-16, beyond the last, cut short, NUL.
+  for (const std::string_view bad : {"\x80", "\xC0\x80", "\xE0\x9F\x80", "\xED\xA0\x80",
+                                     "\xF4\x90\x80\x80", "\xE2\x82", "\xFF"}) {
+    EXPECT_EQ(FirstNotUtf8("ab" + std::string(bad)), 2U) << ToHex(ToBytes(bad));
+  }
+  EXPECT_EQ(FirstNotUtf8(std::string_view("a\0b", 3)), 1U);
+  EXPECT_EQ(Harmless("A\xFF\x80\xC3("), "A???(");
+  EXPECT_EQ(Harmless("\x1B[2J \xC2\x9B \xC2\xB0"), "?[2J ? \xC2\xB0");
 }
 
 TEST(Values, AsNumberAndText) {

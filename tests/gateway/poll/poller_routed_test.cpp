@@ -34,6 +34,18 @@ TEST(PollerRouted, TheSlavesOwnExceptionPasses) {
   EXPECT_EQ(ToHex(line.Of("beyond").pdu), "83 02");
 }
 
+/// Whoever asked is told; the device has what its profile wants.
+TEST(PollerRouted, WhatAClientIsRefusedSaysNothingAboutTheDevice) {
+  RoutedLine line(DriveLine({Polled("20", 1)}), {"20"});
+  line.RunFor(100ms);
+  line.Ask("beyond", "03 03 E7 00 01");
+  line.RunFor(1s);
+  EXPECT_EQ(line.Of("beyond").outcome, Outcome::refused);
+  EXPECT_EQ(line.StatusOf(0).outcomes[static_cast<std::size_t>(Outcome::refused)], 0U);
+  EXPECT_EQ(line.StatusOf(0).exchanges,
+            line.StatusOf(0).outcomes[static_cast<std::size_t>(Outcome::ok)]);
+}
+
 TEST(PollerRouted, NobodyIsAskedBehindAClosedPort) {
   RoutedLine line;
   line.Ask("waiting", kBlock);

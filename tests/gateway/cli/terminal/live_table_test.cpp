@@ -85,7 +85,10 @@ TEST(LiveTable, FormatsValues) {
   EXPECT_EQ(FormatValue(static_cast<double>(0.3F)), "0.3");
   EXPECT_EQ(FormatValue(-12.25), "-12.25");
   EXPECT_EQ(FormatValue(0), "0");
-  EXPECT_EQ(FormatValue(1.0 / 3), "0.333333");
+  EXPECT_EQ(FormatValue(1.0 / 3), "0.333333333");
+  EXPECT_EQ(FormatValue(53 * 0.1), "5.3");
+  EXPECT_EQ(FormatValue(1834523.25), "1834523.25");
+  EXPECT_EQ(FormatValue(4294967295), "4294967295");
   EXPECT_EQ(FormatValue(std::numeric_limits<double>::quiet_NaN()), "-");
 }
 
