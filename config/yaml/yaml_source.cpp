@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::size_t kLargestText = std::size_t{16} << 20U;
 
+bool IsContinuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
 // In YAML some characters open a comment, an alias or nothing at all: protocol addresses that begin
 // with one of them need quotes, and the parser's own message would not say so.
 std::string QuotingHint(const Source& source, int last_line) {
