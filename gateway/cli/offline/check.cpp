@@ -195,7 +195,10 @@ void PrintEvents(const config::Config& config, std::ostream& out) {
       if (!device.events && !device.point_events) continue;
       names += (names.empty() ? "" : ", ") + line.name + "." + device.name;
       if (!device.events) names += " (points)";
-      for (const config::Record& record : device.records) names += ", its " + record.name;
+      bool first = true;
+      for (const config::Record& record : device.records) {
+        names += (std::exchange(first, false) ? " with " : " and ") + record.name;
+      }
     }
   }
   if (names.empty()) return;
