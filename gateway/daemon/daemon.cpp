@@ -345,7 +345,10 @@ Status Daemon::Impl::StartModbus() {
   for (const auto& runner : runners) links.lines.push_back(runner.get());
   links.rtu = catalog.RtuProtocol();
   if (writes) links.writes = &writes->log();
-  if (events) links.events = events->feed();
+  if (events) {
+    links.events = events->feed();
+    links.alarms = &events->log();
+  }
   modbus = std::make_unique<modbus::ModbusServer>(
       config, store, Commands(), [this] { return Info(); }, limits, std::move(links));
   if (Status status = modbus->Listen(modbus_io); !status) {

@@ -23,6 +23,28 @@ void EventSamples::Keep(Place place) {
   feed_->SetCursor(events::kDdsConsumer, {static_cast<std::int64_t>(place.seq), place.sure});
 }
 
+std::vector<dds::EventSupply::Alarm> EventSamples::TakeAlarms(std::uint64_t after,
+                                                              std::size_t most) {
+  std::vector<Alarm> alarms;
+  for (const events::AlarmBoard::Change& change : feed_->alarms().Take(after, most)) {
+    const events::Alarm& alarm = change.alarm;
+    dds::AlarmSample& sample = alarms.emplace_back(Alarm{change.version, {}}).sample;
+    sample.gateway = gateway_;
+    sample.line = alarm.line;
+    sample.device = alarm.device;
+    dds::AssignBounded(sample.name, alarm.name, dds::kMaxAlarmName);
+    sample.point = alarm.point;
+    sample.state = static_cast<std::uint16_t>(alarm.state);
+    sample.priority = static_cast<std::uint16_t>(alarm.priority);
+    sample.seq = static_cast<std::uint64_t>(alarm.seq);
+    sample.raised_time_ns = alarm.raised.time_since_epoch() / 1ns;
+    sample.changed_time_ns = alarm.changed.time_since_epoch() / 1ns;
+    dds::AssignBounded(sample.text, alarm.text, dds::kMaxText);
+    dds::AssignBounded(sample.acknowledged_by, alarm.by, dds::kMaxKey);
+  }
+  return alarms;
+}
+
 void EventSamples::OnNew(std::function<void()> wake) {
   if (const auto listener = std::exchange(listener_, std::nullopt)) feed_->Leave(*listener);
   if (wake) listener_ = feed_->Listen(std::move(wake));

@@ -22,6 +22,7 @@ class EventSamples final : public dds::EventSupply {
   std::uint64_t newest() const override { return static_cast<std::uint64_t>(feed_->newest()); }
   std::optional<Place> place() const override;
   void Keep(Place place) override;
+  std::vector<Alarm> TakeAlarms(std::uint64_t after, std::size_t most) override;
   void OnNew(std::function<void()> wake) override;
 
  private:

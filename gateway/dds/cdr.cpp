@@ -28,6 +28,12 @@ bool InBounds(const EventSample& s) {
   return Fits(s.gateway, kMaxKey) && Fits(s.device, kMaxKey) && Fits(s.text, kMaxText);
 }
 
+bool InBounds(const AlarmSample& s) {
+  return Fits(s.gateway, kMaxKey) && Fits(s.line, kMaxKey) && Fits(s.device, kMaxKey) &&
+         Fits(s.name, kMaxAlarmName) && Fits(s.point, kMaxKey) && Fits(s.text, kMaxText) &&
+         Fits(s.acknowledged_by, kMaxKey);
+}
+
 bool InBounds(const RequestSample& s) {
   return Fits(s.gateway, kMaxKey) && Fits(s.client, kMaxKey) && Fits(s.device, kMaxKey) &&
          Fits(s.point, kMaxKey) && Fits(s.text, kMaxText);
@@ -66,6 +72,14 @@ void ForEachField(Sample& s, Op op) {
   op(s.gateway), op(s.device), op(s.seq);
   op(s.device_time_ns), op(s.receive_time_ns);
   op(s.clock_quality), op(s.channel), op(s.code), op(s.text);
+}
+
+template <typename Sample, typename Op>
+requires std::is_same_v<std::remove_const_t<Sample>, AlarmSample>
+void ForEachField(Sample& s, Op op) {
+  op(s.gateway), op(s.line), op(s.device), op(s.name);
+  op(s.point), op(s.state), op(s.priority), op(s.seq);
+  op(s.raised_time_ns), op(s.changed_time_ns), op(s.text), op(s.acknowledged_by);
 }
 
 template <typename Sample, typename Op>
@@ -202,6 +216,9 @@ std::size_t Encode(const GatewaySample& sample, std::span<std::uint8_t> to) {
 std::size_t Encode(const EventSample& sample, std::span<std::uint8_t> to) {
   return EncodeAny(sample, to);
 }
+std::size_t Encode(const AlarmSample& sample, std::span<std::uint8_t> to) {
+  return EncodeAny(sample, to);
+}
 std::size_t Encode(const RequestSample& sample, std::span<std::uint8_t> to) {
   return EncodeAny(sample, to);
 }
@@ -212,6 +229,7 @@ bool Decode(View bytes, PointSample& sample) { return DecodeAny(bytes, sample); 
 bool Decode(View bytes, DeviceSample& sample) { return DecodeAny(bytes, sample); }
 bool Decode(View bytes, GatewaySample& sample) { return DecodeAny(bytes, sample); }
 bool Decode(View bytes, EventSample& sample) { return DecodeAny(bytes, sample); }
+bool Decode(View bytes, AlarmSample& sample) { return DecodeAny(bytes, sample); }
 bool Decode(View bytes, RequestSample& sample) { return DecodeAny(bytes, sample); }
 bool Decode(View bytes, ReplySample& sample) { return DecodeAny(bytes, sample); }
 

@@ -17,6 +17,7 @@ inline constexpr std::size_t kPointSampleMaxBytes = 4 + 424;
 inline constexpr std::size_t kDeviceSampleMaxBytes = 4 + 264;
 inline constexpr std::size_t kGatewaySampleMaxBytes = 4 + 120;
 inline constexpr std::size_t kEventSampleMaxBytes = 4 + 309;
+inline constexpr std::size_t kAlarmSampleMaxBytes = 4 + 661;
 inline constexpr std::size_t kRequestSampleMaxBytes = 4 + 456;
 inline constexpr std::size_t kReplySampleMaxBytes = 4 + 444;
 
@@ -26,6 +27,7 @@ std::size_t Encode(const PointSample& sample, std::span<std::uint8_t> to);
 std::size_t Encode(const DeviceSample& sample, std::span<std::uint8_t> to);
 std::size_t Encode(const GatewaySample& sample, std::span<std::uint8_t> to);
 std::size_t Encode(const EventSample& sample, std::span<std::uint8_t> to);
+std::size_t Encode(const AlarmSample& sample, std::span<std::uint8_t> to);
 std::size_t Encode(const RequestSample& sample, std::span<std::uint8_t> to);
 std::size_t Encode(const ReplySample& sample, std::span<std::uint8_t> to);
 
@@ -35,6 +37,7 @@ bool Decode(View bytes, PointSample& sample);
 bool Decode(View bytes, DeviceSample& sample);
 bool Decode(View bytes, GatewaySample& sample);
 bool Decode(View bytes, EventSample& sample);
+bool Decode(View bytes, AlarmSample& sample);
 bool Decode(View bytes, RequestSample& sample);
 bool Decode(View bytes, ReplySample& sample);
 

@@ -1,5 +1,5 @@
-// The events that are on the disk, as samples: what gateway/dds/event_sender.h takes from.
-// gateway/daemon joins it with gateway/events/event_feed.h.
+// The events and alarms that are on the disk, as samples: what gateway/dds/event_sender.h takes
+// from. gateway/daemon joins it with gateway/events/event_feed.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,6 +29,15 @@ class EventSupply {
   /// Where Keep was, the last time also before the start; nothing: nowhere. Known with newest().
   virtual std::optional<Place> place() const { return std::nullopt; }
   virtual void Keep(Place /*place*/) {}
+  struct Alarm {
+    std::uint64_t version = 0;  ///< counts the changes of all alarms, since the start
+    AlarmSample sample{};
+  };
+  /// Those that have changed behind this version, as they are now, by their versions; 0: all.
+  virtual std::vector<Alarm> TakeAlarms(std::uint64_t /*after*/, std::size_t /*most*/) {
+    return {};
+  }
+
   /// `wake`, on any thread, when there are more; null: no longer, and no call is under way when
   /// this returns.
   virtual void OnNew(std::function<void()> wake) = 0;

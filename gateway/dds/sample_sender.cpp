@@ -67,7 +67,9 @@ SampleSender::SampleSender(const config::Config& config, const PointStore& store
       pacer_(kPaceInterval, kPaceBurst),
       gateway_due_(now.instant),
       events_(events),
-      events_due_(now.instant + kDiscoveryTime) {
+      events_due_(now.instant + kDiscoveryTime),
+      alarms_(events),
+      alarms_due_(events_due_) {
   gateway_sample_.gateway = config_.name;
   gateway_sample_.start_time_ns = now.wall.time_since_epoch().count();
   AssignBounded(gateway_sample_.version, kVersion, kMaxVersion);
@@ -86,7 +88,8 @@ void SampleSender::StartAnew(Instant now) {
   held_until_ = {};
   gateway_due_ = now;
   events_.StartAnew();
-  events_due_ = now + kDiscoveryTime;
+  alarms_.StartAnew();
+  alarms_due_ = events_due_ = now + kDiscoveryTime;
 }
 
 void SampleSender::Add(Changes& changes) {
@@ -103,7 +106,8 @@ bool SampleSender::idle() const {
 }
 
 Instant SampleSender::Send(Instant now) {
-  if (!SendGateway(now) || !SendEvents(now)) return GoOnAt();
+  if (!SendGateway(now)) return GoOnAt();
+  if (!SendFrom(events_, events_due_, now) || !SendFrom(alarms_, alarms_due_, now)) return GoOnAt();
   if (!SendRound(now)) return GoOnAt();
   // What has changed meanwhile goes before the next few that are due: it does not wait for the
   // whole start-up image.
@@ -126,26 +130,28 @@ bool SampleSender::SendGateway(Instant now) {
 
 /// False: the pace or the writer does not allow it now. In their order: one that is refused holds
 /// up those behind it.
-bool SampleSender::SendEvents(Instant now) {
-  if (now < events_due_) return true;
+template <typename Sender>
+bool SampleSender::SendFrom(Sender& sender, Instant& due, Instant now) {
+  if (now < due) return true;
   for (std::size_t sent = 0; sent < kEventBatch; ++sent) {
-    const EventSample* event = events_.Next();
-    if (event == nullptr) return true;
+    const auto* sample = sender.Next();
+    if (sample == nullptr) return true;
     if (!MaySend(now)) return false;
-    const Sent said = writer_.Write(*event);
+    const Sent said = writer_.Write(*sample);
     if (!Keep(said, now)) return false;
-    Count(said, "device ", event->device);
+    Count(said, "device ", sample->device);
     if (said == Sent::refused) {
-      events_due_ = now + kRetry;
+      due = now + kRetry;
       return true;
     }
-    events_.OnSent();
+    sender.OnSent();
   }
   return true;
 }
 
 Instant SampleSender::EventsDue() {
-  return events_.Next() == nullptr ? Instant::max() : events_due_;
+  const Instant events = events_.Next() == nullptr ? Instant::max() : events_due_;
+  return std::min(events, alarms_.Next() == nullptr ? Instant::max() : alarms_due_);
 }
 
 void SampleSender::TakeDue(Instant now) {
@@ -303,7 +309,8 @@ void SampleSender::FillDevice(const DeviceRecord& record) {
 
 std::optional<Instant> SampleSender::End(Instant now) {
   if (!ending_) ending_ = Ending{now + kEndTime, Pacer(kEndInterval, kPaceBurst)};
-  if (const auto next = EndEvents(now)) return next;
+  if (const auto next = EndOf(events_, now)) return next;
+  if (const auto next = EndOf(alarms_, now)) return next;
   Ending& at = *ending_;
   for (; at.slot < first_slot_.back(); ++at.slot) {
     if (!plan_.WasSent(at.slot)) continue;
@@ -315,14 +322,15 @@ std::optional<Instant> SampleSender::End(Instant now) {
 }
 
 /// What has happened until now; nothing: all is told, or can not be.
-std::optional<Instant> SampleSender::EndEvents(Instant now) {
-  while (const EventSample* event = events_.Next()) {
+template <typename Sender>
+std::optional<Instant> SampleSender::EndOf(Sender& sender, Instant now) {
+  while (const auto* sample = sender.Next()) {
     if (now >= ending_->deadline) return std::nullopt;
     if (!ending_->pacer.Take(now)) return ending_->pacer.ReadyAt();
-    const Sent said = writer_.Write(*event);
+    const Sent said = writer_.Write(*sample);
     if (said == Sent::later) return now + kLongestHold;
     if (said == Sent::refused) return std::nullopt;
-    events_.OnSent();
+    sender.OnSent();
   }
   return std::nullopt;
 }

@@ -13,6 +13,7 @@
 
 #include "config/model/config.h"
 #include "gateway/base/log.h"
+#include "gateway/dds/alarm_sender.h"
 #include "gateway/dds/event_sender.h"
 #include "gateway/dds/publish_plan.h"
 #include "gateway/dds/sample_writer.h"
@@ -52,9 +53,9 @@ class SampleSender {
   void Add(Changes& changes);
   /// Everything added has been sent; false: the pace holds some of it back.
   bool idle() const;
-  /// Sends at most 64 events, what was added, then at most 64 points and 64 devices that are due by
-  /// themselves, as far as the pace allows. Returns when to call it again at the latest; `now`: at
-  /// once.
+  /// Sends at most 64 events and alarms, what was added, then at most 64 points and 64 devices that
+  /// are due by themselves, as far as the pace allows. Returns when to call it again at the latest;
+  /// `now`: at once.
   Instant Send(Instant now);
 
   /// Tells subscribers that nobody reads the points any more: each that was ever sent goes out once
@@ -95,9 +96,11 @@ class SampleSender {
 
   PublishPlan NewPlan(Instant now) const;
   bool SendGateway(Instant now);
-  bool SendEvents(Instant now);
+  template <typename Sender>
+  bool SendFrom(Sender& sender, Instant& due, Instant now);
   Instant EventsDue();
-  std::optional<Instant> EndEvents(Instant now);
+  template <typename Sender>
+  std::optional<Instant> EndOf(Sender& sender, Instant now);
   bool SendRound(Instant now);
   bool MaySend(Instant now);
   bool Keep(Sent sent, Instant now);
@@ -130,6 +133,8 @@ class SampleSender {
   Instant gateway_due_;  ///< Instant::max(): it has been sent
   EventSender events_;
   Instant events_due_;  ///< not before
+  AlarmSender alarms_;
+  Instant alarms_due_;  ///< not before
   std::optional<Ending> ending_;
   std::uint64_t failing_ = 0;  ///< failures since the last success; the edge is logged
   std::atomic<std::uint64_t> written_ = 0;

@@ -31,6 +31,7 @@ class SampleWriter {
   virtual Sent Write(const GatewaySample& sample) = 0;
   /// Where the gateway has events.
   virtual Sent Write(const EventSample&) { return Sent::refused; }
+  virtual Sent Write(const AlarmSample&) { return Sent::refused; }
   /// To a request that OnRequest was told of.
   virtual Sent Write(const ReplySample&) { return Sent::refused; }
   /// The last call: waits until all subscribers have everything; false after `most`, and

@@ -14,6 +14,7 @@ inline constexpr char kPointTopic[] = "baudgate/points";
 inline constexpr char kDeviceTopic[] = "baudgate/devices";
 inline constexpr char kGatewayTopic[] = "baudgate/gateways";
 inline constexpr char kEventTopic[] = "baudgate/events";
+inline constexpr char kAlarmTopic[] = "baudgate/alarms";
 inline constexpr char kRequestTopic[] = "baudgate/write";
 inline constexpr char kReplyTopic[] = "baudgate/write_reply";
 
@@ -22,6 +23,7 @@ inline constexpr std::size_t kMaxKey = 64;
 inline constexpr std::size_t kMaxText = 128;
 inline constexpr std::size_t kMaxUnit = 16;
 inline constexpr std::size_t kMaxVersion = 32;
+inline constexpr std::size_t kMaxAlarmName = 128;
 inline constexpr std::size_t kMaxOutcome = 16;
 inline constexpr std::size_t kMaxReason = 256;
 
@@ -80,6 +82,24 @@ struct EventSample {
   std::string text;
 
   bool operator==(const EventSample&) const = default;
+};
+
+/// What somebody has to know of, as it is now; docs/events.md. Once it is on the disk.
+struct AlarmSample {
+  std::string gateway;         ///< key
+  std::string line;            ///< key
+  std::string device;          ///< key
+  std::string name;            ///< key
+  std::string point;           ///< empty: of the device
+  std::uint16_t state = 0;     ///< gateway/events/alarm.h; 0: it is over and acknowledged
+  std::uint16_t priority = 0;  ///< 1 low, 2 medium, 3 high
+  std::uint64_t seq = 0;       ///< of the event that has raised it
+  std::int64_t raised_time_ns = 0;
+  std::int64_t changed_time_ns = 0;  ///< of `state`
+  std::string text;
+  std::string acknowledged_by;  ///< empty: nobody has
+
+  bool operator==(const AlarmSample&) const = default;
 };
 
 /// A client asks for one point to be written. docs/dds.md, "Writing".

@@ -20,8 +20,8 @@ struct TypeField {
   std::uint32_t bound = 0;  ///< of a text, in bytes
   bool key = false;
 
-  static constexpr TypeField Key(std::string_view name) {
-    return {name, Kind::text, kMaxKey, true};
+  static constexpr TypeField Key(std::string_view name, std::uint32_t bound = kMaxKey) {
+    return {name, Kind::text, bound, true};
   }
   static constexpr TypeField Text(std::string_view name, std::uint32_t bound) {
     return {name, Kind::text, bound, false};
@@ -84,6 +84,21 @@ inline constexpr std::array kEvent = {
     TypeField::Text("text", kMaxText),
 };
 
+inline constexpr std::array kAlarm = {
+    TypeField::Key("gateway"),
+    TypeField::Key("line"),
+    TypeField::Key("device"),
+    TypeField::Key("name", kMaxAlarmName),
+    TypeField::Text("point", kMaxKey),
+    TypeField{"state", Kind::uint16},
+    TypeField{"priority", Kind::uint16},
+    TypeField{"seq", Kind::uint64},
+    TypeField{"raised_time_ns", Kind::int64},
+    TypeField{"changed_time_ns", Kind::int64},
+    TypeField::Text("text", kMaxText),
+    TypeField::Text("acknowledged_by", kMaxKey),
+};
+
 inline constexpr std::array kRequest = {
     TypeField::Key("gateway"),
     TypeField::Key("client"),
@@ -112,6 +127,7 @@ inline constexpr TypeDescription kPointType = {"PointSample", type_fields::kPoin
 inline constexpr TypeDescription kDeviceType = {"DeviceStatus", type_fields::kDevice};
 inline constexpr TypeDescription kGatewayType = {"GatewayStatus", type_fields::kGateway};
 inline constexpr TypeDescription kEventType = {"DeviceEvent", type_fields::kEvent};
+inline constexpr TypeDescription kAlarmType = {"AlarmState", type_fields::kAlarm};
 inline constexpr TypeDescription kRequestType = {"WriteRequest", type_fields::kRequest};
 inline constexpr TypeDescription kReplyType = {"WriteReply", type_fields::kReply};
 

@@ -16,7 +16,7 @@ std::size_t AckDesk::Tell(const AckQuery& query, EventBook& book, WallTime at) {
 }
 
 void AckDesk::Answer(const std::vector<Ack>& acks, const std::string& trouble) {
-  for (const Ack& ack : acks) ack.done({ack.alarms, trouble});
+  for (const Ack& ack : acks) ack.done({ack.alarms, trouble, ack.at});
 }
 
 }  // namespace baudgate::events

@@ -21,6 +21,7 @@ class AckDesk {
 
   struct Ack {
     std::size_t alarms = 0;
+    WallTime at{};
     Done done;
   };
   void Wait(Ack ack) { acks_.push_back(std::move(ack)); }

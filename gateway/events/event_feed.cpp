@@ -17,6 +17,7 @@ void EventFeed::Begin(FeedImage image) {
     const MutexLock lock(mutex_);
     if (!events_.empty()) return;
     newest_ = std::max(newest_, image.newest);
+    for (const Alarm& alarm : image.alarms) alarms_.Update(alarm);
     std::ranges::move(image.events, std::back_inserter(events_));
     gone_.assign(image.gone.begin(), image.gone.end());
     older_ = std::move(image.older);
@@ -30,6 +31,9 @@ void EventFeed::Add(const std::vector<FedEvent>& events) {
   {
     const MutexLock lock(mutex_);
     events_.insert(events_.end(), events.begin(), events.end());
+    for (const FedEvent& event : events) {
+      if (event.record.alarm) alarms_.Update(*event.record.alarm);
+    }
     newest_ = NumberOf(events_.back());
     Drop();
   }

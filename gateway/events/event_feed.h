@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "gateway/base/guarded.h"
+#include "gateway/events/alarm_board.h"
 #include "gateway/events/backlog.h"
 #include "gateway/events/cursors.h"
 #include "gateway/events/event_book.h"
@@ -42,6 +43,7 @@ struct FeedLimits {
 struct FeedImage {
   std::int64_t newest = 0;
   std::vector<FedEvent> events{};
+  std::vector<Alarm> alarms{};
   std::vector<GoneEvent> gone{};
   std::map<Source, std::int64_t> older{};  ///< the newest of each device before these
 };
@@ -78,6 +80,9 @@ class EventFeed {
   std::vector<FedEvent> Take(std::int64_t after, std::size_t most);
   std::int64_t newest() const;
 
+  /// What the events have made of the alarms; before the listeners are woken.
+  const AlarmBoard& alarms() const { return alarms_; }
+
   /// Where the consumer was; after Begin.
   std::optional<Cursor> cursor(const std::string& consumer) const { return cursors_.Of(consumer); }
   /// On the disk within a second or so.
@@ -108,6 +113,7 @@ class EventFeed {
   std::deque<GoneEvent> gone_ BAUDGATE_GUARDED_BY(mutex_);
   std::map<Source, std::int64_t> older_ BAUDGATE_GUARDED_BY(mutex_);
   Backlog backlog_ BAUDGATE_GUARDED_BY(mutex_);
+  AlarmBoard alarms_;
   CursorBook cursors_;
   mutable Mutex asking_;
   std::function<void(bool now)> asked_ BAUDGATE_GUARDED_BY(asking_);

@@ -45,8 +45,9 @@ class EventLog final : public EventSource {
 
   EventsState state() const override;
   std::vector<Alarm> Alarms() const override { return queue_.Alarms(); }
-  void Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done) override {
-    queue_.Acknowledge(query, std::move(done));
+  std::size_t Acknowledge(const AckQuery& query,
+                          std::function<void(const Acknowledged&)> done) override {
+    return queue_.Acknowledge(query, std::move(done));
   }
   Result<Page> Read(const PageQuery& query) const override;
 

@@ -67,18 +67,20 @@ void EventQueue::End(Duration most) {
   }
 }
 
-void EventQueue::Acknowledge(const AckQuery& query, AckDesk::Done done) {
+std::size_t EventQueue::Acknowledge(const AckQuery& query, AckDesk::Done done) {
   Acknowledged now;
   {
     const MutexLock lock(mutex_);
-    now.alarms = AckDesk::Tell(query, book_, options_.clocks().wall);
+    now.at = options_.clocks().wall;
+    now.alarms = AckDesk::Tell(query, book_, now.at);
     now.trouble = state_.trouble;
     if (now.alarms > 0 && now.trouble.empty()) {
-      acks_.Wait({now.alarms, std::exchange(done, nullptr)});
+      acks_.Wait({now.alarms, now.at, std::exchange(done, nullptr)});
     }
   }
   due_.notify_one();
   if (done) done(now);
+  return now.alarms;
 }
 
 void EventQueue::WhenOpened(std::function<void()> opened) {

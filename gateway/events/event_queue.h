@@ -35,7 +35,7 @@ class EventQueue {
   void Started(const std::string& version);
   /// Tells the end, and waits so long until all is on the disk, or the disk fails.
   void End(Duration most);
-  void Acknowledge(const AckQuery& query, AckDesk::Done done);
+  std::size_t Acknowledge(const AckQuery& query, AckDesk::Done done);
   void WhenOpened(std::function<void()> opened);
   /// Await returns: `now`, or within a tick.
   void Look(bool now);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,17 +40,23 @@ struct AckQuery {
   std::string device{};
   std::string point{};   ///< empty: of the device, and of all its points
   std::int64_t seq = 0;  ///< not 0: what this event has raised, whosesoever
-  std::string by{};      ///< "user:anna"
+  /// Only what an event with these low 32 bits has raised.
+  std::optional<std::uint32_t> number{};
+  bool all = false;  ///< of every line and device
+  std::string by{};  ///< "user:anna"
 
   bool Means(const Alarm& alarm) const {
     if (seq != 0) return alarm.seq == seq;
-    return alarm.line == line && alarm.device == device && (point.empty() || alarm.point == point);
+    if (number && static_cast<std::uint32_t>(alarm.seq) != *number) return false;
+    return all || (alarm.line == line && alarm.device == device &&
+                   (point.empty() || alarm.point == point));
   }
 };
 
 struct Acknowledged {
   std::size_t alarms = 0;  ///< that waited for it
   std::string trouble{};   ///< why it is not on the disk yet; empty: it is
+  WallTime at{};           ///< when it was asked for
 };
 
 class EventSource {
@@ -58,9 +65,9 @@ class EventSource {
   virtual EventsState state() const = 0;
   /// Those that are not normal.
   virtual std::vector<Alarm> Alarms() const = 0;
-  /// `done` is called once, from any thread, also from within this call.
-  virtual void Acknowledge(const AckQuery& query,
-                           std::function<void(const Acknowledged&)> done) = 0;
+  /// How many wait for it. `done` is called once, from any thread, also from within this call.
+  virtual std::size_t Acknowledge(const AckQuery& query,
+                                  std::function<void(const Acknowledged&)> done) = 0;
   /// Nothing while the file is being opened.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
 };

@@ -60,6 +60,7 @@ EventTable::Contents EventTable::Read(FeedLimits limits) {
     }
   }
   contents.image.newest = contents.last;
+  contents.image.alarms = contents.alarms;
   contents.ok = step == Statement::Step::done && ReadImage(limits, contents.image);
   return contents;
 }

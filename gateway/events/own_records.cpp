@@ -88,7 +88,9 @@ EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at) {
 EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at) {
   EventRecord record =
       AlarmRecord(OwnCode::acknowledged, "acknowledged by " + query.by + ": ", alarm, at);
-  record.mark = {.step = AlarmMark::Step::acknowledge, .by = query.by, .seq = query.seq};
+  const bool of_one = query.seq != 0 || query.number;
+  record.mark = {
+      .step = AlarmMark::Step::acknowledge, .by = query.by, .seq = of_one ? alarm.seq : 0};
   return record;
 }
 

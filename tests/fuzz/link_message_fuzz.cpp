@@ -61,6 +61,9 @@ void Check(View packet) {
     case LinkKind::event:
       CheckSample<EventSample>(*message);
       break;
+    case LinkKind::alarm:
+      CheckSample<AlarmSample>(*message);
+      break;
     case LinkKind::reply:
       CheckSample<ReplySample>(*message);
       break;
@@ -74,6 +77,7 @@ void Check(View packet) {
     }
     case LinkKind::end:
     case LinkKind::opened:
+    case LinkKind::left:
       break;
   }
 }

@@ -39,6 +39,8 @@ constexpr std::size_t kInstancesPerWriter = 4096;
 // this together: some 60 MB.
 constexpr std::size_t kEventDepth = 1000;
 constexpr std::size_t kMostEvents = 100'000;
+// As many as gateway/events keeps.
+constexpr std::size_t kMostAlarms = 10'000;
 
 std::size_t EventDepth(std::size_t devices) {
   return std::clamp<std::size_t>(kMostEvents / std::max<std::size_t>(1, devices), 1, kEventDepth);
@@ -65,6 +67,11 @@ std::size_t Scatter(const DeviceSample& sample) {
 std::size_t Scatter(const GatewaySample&) { return 0; }
 std::size_t Scatter(const EventSample& sample) {
   return std::hash<std::string_view>()(sample.device);
+}
+
+std::size_t Scatter(const AlarmSample& sample) {
+  const std::hash<std::string_view> hash;
+  return hash(sample.device) * 31 + hash(sample.name);
 }
 
 Duration_t Seconds(Duration duration) {
@@ -176,6 +183,7 @@ class FastWriter : public SampleWriter {
     devices_.Clear();
     gateways_.Clear();
     events_.Clear();
+    alarms_.Clear();
     DeleteParticipant(participant_);
   }
 
@@ -188,7 +196,9 @@ class FastWriter : public SampleWriter {
                          nullptr) &&
            gateways_.Open(*participant_, *publisher, NewGatewayType(), kGatewayTopic, 1, nullptr) &&
            (events == 0 || events_.Open(*participant_, *publisher, NewEventType(), kEventTopic,
-                                        devices, nullptr, EventDepth(events)));
+                                        devices, nullptr, EventDepth(events))) &&
+           (events == 0 || alarms_.Open(*participant_, *publisher, NewAlarmType(), kAlarmTopic,
+                                        kMostAlarms, nullptr));
   }
 
   Sent Write(const PointSample& sample) override {
@@ -199,6 +209,7 @@ class FastWriter : public SampleWriter {
   Sent Write(const GatewaySample& sample) override { return gateways_.Write(sample); }
 
   Sent Write(const EventSample& sample) override { return events_.Write(sample); }
+  Sent Write(const AlarmSample& sample) override { return alarms_.Write(sample); }
 
   Sent Write(const ReplySample& reply) override {
     return requests_ ? requests_->Write(reply) : Sent::refused;
@@ -216,7 +227,8 @@ class FastWriter : public SampleWriter {
   bool WaitAcknowledged(Duration most) override {
     const Instant deadline = std::chrono::steady_clock::now() + most;
     return points_.WaitAcknowledged(deadline) && devices_.WaitAcknowledged(deadline) &&
-           gateways_.WaitAcknowledged(deadline) && events_.WaitAcknowledged(deadline);
+           gateways_.WaitAcknowledged(deadline) && events_.WaitAcknowledged(deadline) &&
+           alarms_.WaitAcknowledged(deadline);
   }
 
   std::uint32_t subscribers() const override { return matches_.current(); }
@@ -230,6 +242,7 @@ class FastWriter : public SampleWriter {
   TopicWriters devices_;
   TopicWriters gateways_;
   TopicWriters events_;  ///< empty: there are none
+  TopicWriters alarms_;  ///< likewise
   std::optional<WriteTopics> requests_;
 };
 

@@ -10,11 +10,14 @@
 namespace baudgate::dds {
 namespace {
 
+constexpr std::size_t kMostKeys = 4;
+constexpr std::size_t kLongestKey = std::max(kMaxKey, kMaxAlarmName);
+
 KeyHash HashTexts(std::initializer_list<std::string_view> texts) {
-  std::array<std::uint8_t, 3 * (4 + kMaxKey + 1 + 3)> key{};
+  std::array<std::uint8_t, kMostKeys*(4 + kLongestKey + 1 + 3)> key{};
   std::size_t used = 0;
   for (const std::string_view whole : texts) {
-    const std::string_view text = whole.substr(0, kMaxKey);
+    const std::string_view text = whole.substr(0, kLongestKey);
     used = (used + 3) / 4 * 4;
     const auto length = static_cast<std::uint32_t>(text.size() + 1);
     for (const unsigned shift : {24U, 16U, 8U, 0U}) {
@@ -41,6 +44,9 @@ KeyHash HashKey(const PointSample& sample) {
 KeyHash HashKey(const DeviceSample& sample) { return HashTexts({sample.gateway, sample.device}); }
 KeyHash HashKey(const GatewaySample& sample) { return HashTexts({sample.gateway}); }
 KeyHash HashKey(const EventSample& sample) { return HashTexts({sample.gateway, sample.device}); }
+KeyHash HashKey(const AlarmSample& sample) {
+  return HashTexts({sample.gateway, sample.line, sample.device, sample.name});
+}
 KeyHash HashKey(const RequestSample& sample) { return HashTexts({sample.gateway, sample.client}); }
 KeyHash HashKey(const ReplySample& sample) { return HashTexts({sample.gateway, sample.client}); }
 

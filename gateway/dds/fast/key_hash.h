@@ -15,6 +15,7 @@ KeyHash HashKey(const PointSample& sample);
 KeyHash HashKey(const DeviceSample& sample);
 KeyHash HashKey(const GatewaySample& sample);
 KeyHash HashKey(const EventSample& sample);
+KeyHash HashKey(const AlarmSample& sample);
 KeyHash HashKey(const RequestSample& sample);
 KeyHash HashKey(const ReplySample& sample);
 

@@ -20,6 +20,7 @@ using eprosima::fastrtps::types::ReturnCode_t;
 
 constexpr std::size_t kEventDevices = 10'000;
 constexpr std::size_t kEventDepth = 1000;
+constexpr std::size_t kMostAlarms = 100'000;
 
 fast::DataReaderQos ReaderQos(std::size_t instances, std::size_t depth) {
   fast::DataReaderQos qos;
@@ -50,7 +51,10 @@ struct DdsSubscriber::Impl {
             [this] { taking.Wake(); },
             {std::move(callbacks.on_gateway), std::move(callbacks.on_gateway_gone), {}, {}, {}}),
         wants_events(callbacks.on_event),
-        events([this] { taking.Wake(); }, {std::move(callbacks.on_event), {}, {}, {}, {}}) {}
+        events([this] { taking.Wake(); }, {std::move(callbacks.on_event), {}, {}, {}, {}}),
+        wants_alarms(callbacks.on_alarm),
+        alarms([this] { taking.Wake(); },
+               {std::move(callbacks.on_alarm), std::move(callbacks.on_alarm_gone), {}, {}, {}}) {}
   ~Impl() {
     taking.Stop();
     DeleteParticipant(participant);
@@ -63,7 +67,8 @@ struct DdsSubscriber::Impl {
            OpenReader(NewDeviceType(), kDeviceTopic, max_instances, &devices) &&
            OpenReader(NewGatewayType(), kGatewayTopic, max_instances, &gateways) &&
            (!wants_events ||
-            OpenReader(NewEventType(), kEventTopic, kEventDevices, &events, kEventDepth));
+            OpenReader(NewEventType(), kEventTopic, kEventDevices, &events, kEventDepth)) &&
+           (!wants_alarms || OpenReader(NewAlarmType(), kAlarmTopic, kMostAlarms, &alarms));
   }
 
   /// Starts of gateways first: the samples that count from there come after them.
@@ -71,7 +76,8 @@ struct DdsSubscriber::Impl {
     Duration busy = gateways.TakeAll();
     busy += points.TakeAll();
     busy += devices.TakeAll();
-    return busy + events.TakeAll();
+    busy += events.TakeAll();
+    return busy + alarms.TakeAll();
   }
 
   bool OpenReader(fast::TopicDataType* type, const char* topic_name, std::size_t max_instances,
@@ -93,6 +99,8 @@ struct DdsSubscriber::Impl {
   Inbox<GatewaySample> gateways;
   const bool wants_events;
   Inbox<EventSample> events;
+  const bool wants_alarms;
+  Inbox<AlarmSample> alarms;
 };
 
 DdsSubscriber::DdsSubscriber(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -102,9 +110,9 @@ DatagramCounters DdsSubscriber::datagrams() const { return DatagramsOf(*impl_->p
 
 SubscriberCounters DdsSubscriber::counters() const {
   return {impl_->points.takes() + impl_->devices.takes() + impl_->gateways.takes() +
-              impl_->events.takes(),
+              impl_->events.takes() + impl_->alarms.takes(),
           impl_->points.refused() + impl_->devices.refused() + impl_->gateways.refused() +
-              impl_->events.refused()};
+              impl_->events.refused() + impl_->alarms.refused()};
 }
 
 Result<std::unique_ptr<DdsSubscriber>> DdsSubscriber::Create(const SubscriberOptions& options,

@@ -46,6 +46,10 @@ struct SubscriberCallbacks {
   /// Up to the newest thousand of each device, then each as it comes; one may come twice, by its
   /// number. Null: they are not subscribed to.
   std::function<void(const EventSample&, const Origin&)> on_event{};
+  /// Each as it is, then whenever it has changed; state 0 is over. Null: they are not subscribed
+  /// to.
+  std::function<void(const AlarmSample&, const Origin&)> on_alarm{};
+  std::function<void(const AlarmSample&, Gone)> on_alarm_gone{};
 };
 
 /// Since the beginning, of all topics.

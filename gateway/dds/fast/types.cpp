@@ -79,6 +79,10 @@ TopicDataType* NewEventType() {
   return new SampleType<EventSample, kEventSampleMaxBytes>("baudgate::v1::DeviceEvent", kEventType);
 }
 
+TopicDataType* NewAlarmType() {
+  return new SampleType<AlarmSample, kAlarmSampleMaxBytes>("baudgate::v1::AlarmState", kAlarmType);
+}
+
 TopicDataType* NewRequestType() {
   return new SampleType<RequestSample, kRequestSampleMaxBytes>("baudgate::v1::WriteRequest",
                                                                kRequestType);

@@ -9,13 +9,15 @@ class TopicDataType;
 
 namespace baudgate::dds {
 
-/// Named baudgate::v1::PointSample, DeviceStatus, GatewayStatus, DeviceEvent, WriteRequest and
-/// WriteReply. The caller gives them to a Fast DDS TypeSupport, which owns them. Samples pass as
-/// PointSample*, DeviceSample*, GatewaySample*, EventSample*, RequestSample*, ReplySample*.
+/// Named baudgate::v1::PointSample, DeviceStatus, GatewayStatus, DeviceEvent, AlarmState,
+/// WriteRequest and WriteReply. The caller gives them to a Fast DDS TypeSupport, which owns them.
+/// Samples pass as PointSample*, DeviceSample*, GatewaySample*, EventSample*, AlarmSample*,
+/// RequestSample*, ReplySample*.
 eprosima::fastdds::dds::TopicDataType* NewPointType();
 eprosima::fastdds::dds::TopicDataType* NewDeviceType();
 eprosima::fastdds::dds::TopicDataType* NewGatewayType();
 eprosima::fastdds::dds::TopicDataType* NewEventType();
+eprosima::fastdds::dds::TopicDataType* NewAlarmType();
 eprosima::fastdds::dds::TopicDataType* NewRequestType();
 eprosima::fastdds::dds::TopicDataType* NewReplyType();
 

@@ -165,7 +165,7 @@ std::size_t EncodeAny(LinkKind kind, const Sample& sample, std::span<std::uint8_
   return kLinkHeaderBytes + body;
 }
 
-bool IsKind(std::uint8_t byte) { return (byte >= 1 && byte <= 7) || (byte >= 64 && byte <= 67); }
+bool IsKind(std::uint8_t byte) { return (byte >= 1 && byte <= 8) || (byte >= 64 && byte <= 68); }
 
 }  // namespace
 
@@ -217,6 +217,9 @@ std::size_t EncodeSample(LinkKind kind, const GatewaySample& sample, std::span<s
   return EncodeAny(kind, sample, to);
 }
 std::size_t EncodeSample(LinkKind kind, const EventSample& sample, std::span<std::uint8_t> to) {
+  return EncodeAny(kind, sample, to);
+}
+std::size_t EncodeSample(LinkKind kind, const AlarmSample& sample, std::span<std::uint8_t> to) {
   return EncodeAny(kind, sample, to);
 }
 std::size_t EncodeSample(LinkKind kind, const ReplySample& sample, std::span<std::uint8_t> to) {

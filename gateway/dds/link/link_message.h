@@ -3,8 +3,8 @@
 // link_server.h carry them.
 // SPDX-License-Identifier: Apache-2.0
 //
-//   02 04 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
-//   kind point, version 4, 92 bytes follow | the sample as in gateway/dds/cdr.h
+//   02 05 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
+//   kind point, version 5, 92 bytes follow | the sample as in gateway/dds/cdr.h
 //
 // All numbers are little-endian.
 #pragma once
@@ -22,7 +22,7 @@
 
 namespace baudgate::dds {
 
-inline constexpr std::uint8_t kLinkVersion = 4;
+inline constexpr std::uint8_t kLinkVersion = 5;
 inline constexpr std::size_t kLinkHeaderBytes = 4;
 /// No message is longer; a packet that is longer is refused.
 inline constexpr std::size_t kMaxLinkMessage = 8192;
@@ -36,11 +36,13 @@ enum class LinkKind : std::uint8_t {
   end = 5,      ///< wait until subscribers have everything, then leave
   reply = 6,    ///< what became of a write request: publish it
   event = 7,    ///< a sample to publish
+  alarm = 8,    ///< likewise
   // From the process.
   opened = 64,   ///< the answer to open: samples may come
   failed = 65,   ///< the other answer: a sentence that says what to change
   counts = 66,   ///< at a change, and once a second as a sign of life
   request = 67,  ///< somebody asks for a point to be written
+  left = 68,     ///< the answer to end, where subscribers have everything
 };
 
 struct LinkOpen {
@@ -49,7 +51,7 @@ struct LinkOpen {
   std::uint32_t points = 0;
   std::uint32_t devices = 0;
   bool requests = false;  ///< listen for write requests to `gateway`
-  /// Devices that have events, and the gateway; 0: there is no such topic.
+  /// Devices that have events, and the gateway; 0: there is no such topic, and none of alarms.
   std::uint32_t events = 0;
 };
 
@@ -69,13 +71,14 @@ struct LinkCounts {
 Bytes EncodeOpen(const LinkOpen& open);
 Bytes EncodeFailed(const std::string& sentence);  ///< what is longer than 1,000 bytes is cut
 Bytes EncodeCounts(const LinkCounts& counts);
-Bytes EncodeBare(LinkKind kind);  ///< end, opened
+Bytes EncodeBare(LinkKind kind);  ///< end, opened, left
 /// Writes a packet into `to`, without allocating; 0 when the sample is beyond its bounds or `to` is
 /// shorter than kMaxLinkMessage.
 std::size_t EncodeSample(LinkKind kind, const PointSample& sample, std::span<std::uint8_t> to);
 std::size_t EncodeSample(LinkKind kind, const DeviceSample& sample, std::span<std::uint8_t> to);
 std::size_t EncodeSample(LinkKind kind, const GatewaySample& sample, std::span<std::uint8_t> to);
 std::size_t EncodeSample(LinkKind kind, const EventSample& sample, std::span<std::uint8_t> to);
+std::size_t EncodeSample(LinkKind kind, const AlarmSample& sample, std::span<std::uint8_t> to);
 std::size_t EncodeSample(LinkKind kind, const ReplySample& sample, std::span<std::uint8_t> to);
 /// Empty when the sample is beyond its bounds. The clock of `received` is that of the machine.
 Bytes EncodeRequest(const WriteArrival& arrival);

@@ -29,12 +29,16 @@ Status LinkServer::Take(View packet) {
     case LinkKind::gateway:
       return Publish(message->body, gateway_);
     case LinkKind::event:
-      return PublishEvent(message->body);
+      return PublishOnce(message->body, events_);
+    case LinkKind::alarm:
+      return PublishOnce(message->body, alarms_);
     case LinkKind::reply:
       return Reply(message->body);
     case LinkKind::end:
       RetryEvents(events_retry_);
-      writer_->WaitAcknowledged(kAcknowledgeTime);
+      if (writer_->WaitAcknowledged(kAcknowledgeTime) && events_.empty()) {
+        answer_ = EncodeBare(LinkKind::left);
+      }
       writer_.reset();
       ended_ = true;
       return {};
@@ -71,27 +75,35 @@ Status LinkServer::Publish(View body, Sample& sample) {
   return {};
 }
 
-/// Points go again with their heartbeat; an event comes once.
-Status LinkServer::PublishEvent(View body) {
-  EventSample event;
-  if (!Decode(body, event)) return Error{"the daemon sent a damaged sample"};
-  if (events_.empty() && writer_->Write(event) == Sent::yes) {
+/// Points go again with their heartbeat; an event comes once, and so does what has become of an
+/// alarm.
+template <typename Sample>
+Status LinkServer::PublishOnce(View body, std::deque<Sample>& held) {
+  Sample sample;
+  if (!Decode(body, sample)) return Error{"the daemon sent a damaged sample"};
+  if (held.empty() && writer_->Write(sample) == Sent::yes) {
     ++counts_.written;
     return {};
   }
-  if (events_.size() == kMostEvents) {
-    events_.pop_front();
+  if (held.size() == kMostEvents) {
+    held.pop_front();
     ++counts_.events_dropped;
   }
-  events_.push_back(std::move(event));
+  held.push_back(std::move(sample));
   return {};
 }
 
-void LinkServer::RetryEvents(Instant now) {
-  if (events_.empty() || now < events_retry_) return;
-  for (; !events_.empty() && writer_->Write(events_.front()) == Sent::yes; events_.pop_front()) {
+template <typename Sample>
+void LinkServer::Retry(std::deque<Sample>& held) {
+  for (; !held.empty() && writer_->Write(held.front()) == Sent::yes; held.pop_front()) {
     ++counts_.written;
   }
+}
+
+void LinkServer::RetryEvents(Instant now) {
+  if ((events_.empty() && alarms_.empty()) || now < events_retry_) return;
+  Retry(events_);
+  Retry(alarms_);
   events_retry_ = now + kEventRetry;
 }
 

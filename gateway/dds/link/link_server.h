@@ -38,7 +38,10 @@ class LinkServer {
   template <typename Sample>
   Status Publish(View body, Sample& sample);
   Status Reply(View body);
-  Status PublishEvent(View body);
+  template <typename Sample>
+  Status PublishOnce(View body, std::deque<Sample>& held);
+  template <typename Sample>
+  void Retry(std::deque<Sample>& held);
   void RetryEvents(Instant now);
   LinkCounts Counts() const;
 
@@ -49,6 +52,7 @@ class LinkServer {
   DeviceSample device_;
   GatewaySample gateway_;
   std::deque<EventSample> events_;  ///< that the library has not taken yet, in their order
+  std::deque<AlarmSample> alarms_;  ///< likewise
   Instant events_retry_{};
   std::optional<Bytes> answer_;  ///< to open
   LinkCounts counts_;

@@ -23,6 +23,7 @@ Sent LinkWriter::Write(const PointSample& sample) { return Put(LinkKind::point, 
 Sent LinkWriter::Write(const DeviceSample& sample) { return Put(LinkKind::device, sample); }
 Sent LinkWriter::Write(const GatewaySample& sample) { return Put(LinkKind::gateway, sample); }
 Sent LinkWriter::Write(const EventSample& sample) { return Put(LinkKind::event, sample); }
+Sent LinkWriter::Write(const AlarmSample& sample) { return Put(LinkKind::alarm, sample); }
 Sent LinkWriter::Write(const ReplySample& reply) { return Put(LinkKind::reply, reply); }
 
 Sent LinkWriter::SendHeld(std::size_t size) {
@@ -49,7 +50,7 @@ bool LinkWriter::WaitAcknowledged(Duration most) {
     lock.WaitUntil(detached_, told ? until : now + kRoomPause);
     now = std::chrono::steady_clock::now();
   }
-  return told;
+  return left_;
 }
 
 std::uint32_t LinkWriter::subscribers() const {
@@ -99,6 +100,11 @@ void LinkWriter::Detach() {
 void LinkWriter::SetSubscribers(std::uint32_t subscribers) {
   const MutexLock lock(mutex_);
   subscribers_ = subscribers;
+}
+
+void LinkWriter::SetLeft() {
+  const MutexLock lock(mutex_);
+  left_ = true;
 }
 
 bool LinkWriter::ending() const {

@@ -21,6 +21,7 @@ class LinkWriter : public SampleWriter {
   Sent Write(const DeviceSample& sample) override;
   Sent Write(const GatewaySample& sample) override;
   Sent Write(const EventSample& sample) override;
+  Sent Write(const AlarmSample& sample) override;
   Sent Write(const ReplySample& reply) override;
   /// Tells the process that this is the end, and waits until it has left: as long again as it needs
   /// for its own goodbye.
@@ -34,6 +35,8 @@ class LinkWriter : public SampleWriter {
   void Attach(int socket);
   void Detach();
   void SetSubscribers(std::uint32_t subscribers);
+  /// The process has left, and subscribers have everything.
+  void SetLeft();
   /// From the process.
   void HandOn(WriteArrival arrival) const;
   /// The end has been told.
@@ -51,6 +54,7 @@ class LinkWriter : public SampleWriter {
   std::uint64_t sessions_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::uint32_t subscribers_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   bool ending_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  bool left_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::array<std::uint8_t, kMaxLinkMessage> packet_ BAUDGATE_GUARDED_BY(mutex_){};
   mutable Mutex telling_;
   std::function<void()> on_session_ BAUDGATE_GUARDED_BY(telling_);

@@ -169,6 +169,9 @@ Status ProcessLink::Understand(View packet, Instant now) {
       writer_->SetSubscribers(counts->subscribers);
       return {};
     }
+    case LinkKind::left:
+      writer_->SetLeft();
+      return {};
     case LinkKind::request: {
       if (!options_.open.requests) return Error{"sent a write request, and writing is denied"};
       auto arrival = DecodeRequest(message->body);

@@ -56,7 +56,10 @@ Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp&
       if (received.got == PacketGot::nothing_yet) break;
       if (received.got == PacketGot::closed) return ServeEnd::closed;
       if (const Status status = server.Take(received.packet); !status) return Error{status.error()};
-      if (server.ended()) return ServeEnd::ended;
+      if (server.ended()) {
+        if (const auto left = server.Answer(ReadClocks().instant)) SendPacket(link.get(), *left);
+        return ServeEnd::ended;
+      }
     }
     wake.Clear();
     if (!SendRequests(link, server, held)) return ServeEnd::closed;

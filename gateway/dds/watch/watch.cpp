@@ -295,7 +295,7 @@ int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err) 
            "them\n";
     return kExitUsage;
   }
-  if (options.events) return RunWatchEvents(options, out, err);
+  if (options.events || options.alarms) return RunWatchEvents(options, out, err);
   return options.any ? RunWatchAny(options, out, err) : Watch(options, out, err).Run();
 }
 

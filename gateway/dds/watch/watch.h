@@ -28,6 +28,7 @@ struct WatchOptions {
   bool once = false;                ///< print the image when it is whole, then end
   bool any = false;                 ///< every topic whose type is announced, whoever publishes it
   bool events = false;              ///< events in place of points
+  bool alarms = false;              ///< alarms in place of points
   bool json = false;                ///< one JSON object a line for each sample
   std::optional<Duration> seconds;  ///< end after this time; nothing: at SIGINT or SIGTERM
   std::string gateway;              ///< only of this name; empty = all

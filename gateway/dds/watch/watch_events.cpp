@@ -3,9 +3,12 @@
 
 #include <poll.h>
 
+#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <utility>
 
 #include "gateway/base/shown.h"
@@ -23,11 +26,37 @@ std::string TimeText(std::int64_t since_1970) {
   return FormatWallTime(WallTime(Duration(since_1970)));
 }
 
+bool Is(const std::string& filter, const std::string& name) {
+  return filter.empty() || filter == name;
+}
+
 bool Matches(const dds::EventSample& event, const WatchOptions& options) {
-  const auto is = [](const std::string& filter, const std::string& name) {
-    return filter.empty() || filter == name;
-  };
-  return is(options.gateway, event.gateway) && is(options.device, event.device);
+  return Is(options.gateway, event.gateway) && Is(options.device, event.device);
+}
+
+bool Matches(const dds::AlarmSample& alarm, const WatchOptions& options) {
+  return Is(options.gateway, alarm.gateway) && Is(options.device, alarm.device) &&
+         Is(options.point, alarm.point);
+}
+
+/// The numbers of the contract; one of a newer gateway has none.
+std::string NameOf(std::span<const std::string_view> names, std::uint16_t number) {
+  return number < names.size() ? std::string(names[number]) : std::to_string(number);
+}
+
+std::string StateOf(const dds::AlarmSample& alarm) {
+  static constexpr std::array<std::string_view, 4> kNames = {"normal", "active", "acknowledged",
+                                                             "returned"};
+  return NameOf(kNames, alarm.state);
+}
+
+std::string PriorityOf(const dds::AlarmSample& alarm) {
+  static constexpr std::array<std::string_view, 4> kNames = {"none", "low", "medium", "high"};
+  return NameOf(kNames, alarm.priority);
+}
+
+std::string Dump(const nlohmann::ordered_json& line) {
+  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 /// Which events were not printed yet: a gateway that starts may publish some once more. By the
@@ -69,7 +98,7 @@ std::string JsonLine(const dds::EventSample& event) {
   line["channel"] = event.channel;
   line["code"] = event.code;
   line["text"] = event.text;
-  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return Dump(line);
 }
 
 std::string PlainLine(const dds::EventSample& event) {
@@ -78,9 +107,35 @@ std::string PlainLine(const dds::EventSample& event) {
                   "  code " + std::to_string(event.code) + "  " + event.text);
 }
 
+std::string JsonLine(const dds::AlarmSample& alarm) {
+  nlohmann::ordered_json line;
+  line["gateway"] = alarm.gateway;
+  line["seq"] = alarm.seq;
+  line["state"] = StateOf(alarm);
+  line["priority"] = PriorityOf(alarm);
+  line["line"] = alarm.line;
+  line["device"] = alarm.device;
+  line["point"] = alarm.point;
+  line["name"] = alarm.name;
+  line["raised"] = TimeText(alarm.raised_time_ns);
+  line["changed"] = TimeText(alarm.changed_time_ns);
+  line["text"] = alarm.text;
+  line["acknowledged_by"] = alarm.acknowledged_by;
+  return Dump(line);
+}
+
+std::string PlainLine(const dds::AlarmSample& alarm) {
+  std::string line = TimeText(alarm.changed_time_ns) + "  " + alarm.gateway + "  " + alarm.line +
+                     "." + alarm.device + "  " + std::to_string(alarm.seq) + "  " + StateOf(alarm) +
+                     "  " + PriorityOf(alarm) + "  " + alarm.text;
+  if (!alarm.acknowledged_by.empty()) line += "  by " + alarm.acknowledged_by;
+  return Harmless(line);
+}
+
 int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err) {
   const StopSignals signals;  // before the library's threads, which inherit the mask
   Mailbox<std::string> mailbox;
+<<<<<<< ours
   Unseen unseen;  // of the subscriber's thread
   const auto subscriber = dds::DdsSubscriber::Create(
       {.participant = ParticipantOf(options)},
@@ -96,6 +151,31 @@ int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream&
            mailbox.Put(options.json ? JsonLine(event) : PlainLine(event));
          }
        }});
+||||||| base
+  const auto subscriber = dds::DdsSubscriber::Create(
+      {.participant = ParticipantOf(options)},
+      {.on_point = {},
+       .on_point_gone = {},
+       .on_device = {},
+       .on_device_gone = {},
+       .on_gateways = {},
+       .on_publisher_left = {},
+       .on_rejected = {},
+       .on_event = [&](const dds::EventSample& event, const dds::Origin&) {
+         if (Matches(event, options)) {
+           mailbox.Put(options.json ? JsonLine(event) : PlainLine(event));
+         }
+       }});
+=======
+  const auto put = [&](const auto& sample, const dds::Origin&) {
+    if (Matches(sample, options)) mailbox.Put(options.json ? JsonLine(sample) : PlainLine(sample));
+  };
+  dds::SubscriberCallbacks callbacks;
+  if (options.events) callbacks.on_event = put;
+  if (options.alarms) callbacks.on_alarm = put;
+  const auto subscriber =
+      dds::DdsSubscriber::Create({.participant = ParticipantOf(options)}, std::move(callbacks));
+>>>>>>> theirs
   if (!subscriber) {
     err << "watch: " << subscriber.error() << '\n';
     return kExitNotOpened;

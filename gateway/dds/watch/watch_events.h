@@ -1,4 +1,5 @@
-// `baudgate watch --events`: what happens in the devices of all gateways, one line an event.
+// `baudgate watch --events`, `--alarms`: what happens in the devices of all gateways, one line an
+// event or change of an alarm.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,6 +13,8 @@ namespace baudgate {
 
 std::string JsonLine(const dds::EventSample& event);
 std::string PlainLine(const dds::EventSample& event);
+std::string JsonLine(const dds::AlarmSample& alarm);
+std::string PlainLine(const dds::AlarmSample& alarm);
 
 /// As RunWatch.
 int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err);

@@ -56,12 +56,18 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
   command->add_option("--gateway", options.gateway, "Only this gateway");
   command->add_option("--device", options.device, "Only this device");
   auto* point = command->add_option("--point", options.point, "Only this point");
+  auto* events = command
+                     ->add_flag("--events", options.events,
+                                "What happens in devices: the newest events, then each as it comes")
+                     ->excludes(once)
+                     ->excludes(any)
+                     ->excludes(point);
   command
-      ->add_flag("--events", options.events,
-                 "What happens in devices: the newest events, then each as it comes")
+      ->add_flag("--alarms", options.alarms,
+                 "Alarms: those that are not over or not acknowledged, then each change")
       ->excludes(once)
       ->excludes(any)
-      ->excludes(point);
+      ->excludes(events);
   return command;
 }
 

@@ -8,6 +8,7 @@
 
 #include "gateway/audit/write_log.h"
 #include "gateway/events/event_feed.h"
+#include "gateway/events/event_source.h"
 #include "gateway/requests/routed.h"
 #include "protocols/protocol.h"
 
@@ -19,6 +20,7 @@ struct ModbusLinks {
   const Protocol* rtu = nullptr;    ///< modbus_rtu: frames of RTU clients; null: none are served
   audit::WriteLog* writes = nullptr;  ///< of routed writes; null: they are not recorded
   std::shared_ptr<const events::EventFeed> events{};  ///< null: none are kept
+  events::EventSource* alarms = nullptr;              ///< to be acknowledged; null: likewise
 };
 
 }  // namespace baudgate::modbus

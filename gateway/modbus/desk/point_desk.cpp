@@ -41,6 +41,7 @@ PointDesk::PointDesk(const config::Config& config, const PointStore& store, Comm
       rtu_(links.rtu),
       writes_(links.writes),
       events_(links.events),
+      acks_(store, links.alarms, links.writes),
       book_(std::make_shared<TrafficBook>(config.modbus)) {
   pieces_.reserve(kMostBits);
   for (std::size_t id = 0; id < images_.size(); ++id) {
@@ -142,6 +143,7 @@ ExceptionCode PointDesk::Submit(const ModbusRequest& request, const Writer& writ
     done({});
     return kNoException;
   }
+  if (AckRegister::IsFor(request)) return acks_.Submit(request, unit, writer, now, std::move(done));
   if (unit.kind != UnitMap::Kind::device) return kIllegalAddress;
   if (const auto point = SelectedPoint(unit, request)) {
     if (!IsSelectKey(request)) return kIllegalValue;
@@ -168,10 +170,12 @@ void PointDesk::Forget(const Writer& writer) {
   std::erase_if(first_events_, [&](const auto& of) { return of.first.first == writer.number; });
 }
 
-void PointDesk::Deny(View frame, const Writer& writer, const std::string& reason) {
+void PointDesk::Deny(View frame, const Writer& writer, const std::string& reason, const Now& now) {
   ModbusRequest request;
   if (!IsPlainWrite(FunctionOf(frame)) || Check(frame, request) != kNoException) return;
   const UnitMap& unit = map_.unit(request.unit);
+  if (AckRegister::IsFor(request)) return acks_.Deny(request, unit, writer, reason, now);
+  if (unit.kind != UnitMap::Kind::device) return;
   Writes converted = ConvertWrites(unit, store_.device(unit.device), request);
   gate_.Deny(writer, {.device = unit.device, .parts = std::move(converted.parts)}, reason);
 }

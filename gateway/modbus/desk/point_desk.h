@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "config/model/config.h"
+#include "gateway/modbus/desk/ack_register.h"
 #include "gateway/modbus/desk/inbox.h"
 #include "gateway/modbus/desk/links.h"
 #include "gateway/modbus/desk/route_table.h"
@@ -72,11 +73,12 @@ class PointDesk {
   ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now,
                      std::uint64_t client = 0);
   /// Queues a write, which is not begun once `dropped` is true; `done` comes once, on any thread,
-  /// unless there is an exception. Or selects a point, or says which events are shown first.
+  /// unless there is an exception. Or selects a point, acknowledges
+  /// alarms, or says which events are shown first.
   ExceptionCode Submit(const ModbusRequest& request, const Writer& writer, Instant now,
                        std::shared_ptr<const std::atomic<bool>> dropped, Done done);
   /// A write that others have refused: what it names is recorded.
-  void Deny(View frame, const Writer& writer, const std::string& reason);
+  void Deny(View frame, const Writer& writer, const std::string& reason, const Now& now);
   /// The client has left.
   void Forget(const Writer& writer);
   /// How a write ended, as Modbus says it.
@@ -118,6 +120,7 @@ class PointDesk {
   const Protocol* rtu_;
   audit::WriteLog* writes_;
   std::shared_ptr<const events::EventFeed> events_;  ///< null: none are kept
+  AckRegister acks_;
   /// The first event that a client wants to see of a unit; none: the newest.
   std::map<std::pair<std::uint64_t, std::uint8_t>, std::uint32_t> first_events_;
   std::shared_ptr<TrafficBook> book_;

@@ -39,7 +39,7 @@ void RequestDesk::Handle(View frame, const Now& now) {
     const bool routed = way.kind == Way::Kind::route;
     const auto witness = routed ? WitnessOf(frame, points_.targets().of(way.route), now) : nullptr;
     if (witness) witness->Refuse(WriteEnd::denied, kNotPermitted);
-    if (way.kind == Way::Kind::device) points_.Deny(frame, writer(), kNotPermitted);
+    if (way.kind == Way::Kind::device) points_.Deny(frame, writer(), kNotPermitted, now);
     return Refuse(frame, kIllegalFunction, now.instant);
   }
   if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);

@@ -22,6 +22,9 @@ using config::kStatusBlock;
 using config::kValuesAfterStatus;
 using config::kValuesEnd;
 
+/// Where alarms are acknowledged (u32): behind the events. It can not be read.
+inline constexpr std::uint16_t kAckRegister = kEventBlock + 80;
+
 /// The addresses of one point.
 struct Span {
   std::uint16_t start = 0;

@@ -14,8 +14,8 @@ using ::testing::HasSubstr;
 struct FakeEvents final : events::EventSource {
   events::EventsState state() const override { return {}; }
   std::vector<events::Alarm> Alarms() const override { return alarms; }
-  void Acknowledge(const AckQuery& query,
-                   std::function<void(const events::Acknowledged&)> done) override {
+  std::size_t Acknowledge(const AckQuery& query,
+                          std::function<void(const events::Acknowledged&)> done) override {
     asked = query;
     const auto meant = std::ranges::count_if(
         alarms, [&query](const events::Alarm& alarm) { return query.Means(alarm); });

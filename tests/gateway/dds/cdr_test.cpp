@@ -107,6 +107,36 @@ EventSample AnEvent() {
           .text = "stage I> started"};
 }
 
+constexpr char kAlarmLe[] =
+    "00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 00 00 62 61 79 2D 31 00 00 00 09 00 "
+    "00 00 66 65 65 64 65 72 2D 31 00 00 00 00 13 00 00 00 63 75 72 72 65 6E 74 5F 6C 31 20 61 "
+    "62 6F 76 65 20 35 00 00 0B 00 00 00 63 75 72 72 65 6E 74 5F 6C 31 00 00 03 00 02 00 00 00 "
+    "00 00 9C 01 00 00 00 00 00 00 80 D6 9D F9 82 EB E9 18 00 C7 98 FC 82 EB E9 18 1E 00 00 00 "
+    "63 75 72 72 65 6E 74 5F 6C 31 20 35 2E 33 20 41 3A 20 6F 76 65 72 63 75 72 72 65 6E 74 00 "
+    "00 00 0A 00 00 00 75 73 65 72 3A 61 6E 6E 61 00";
+constexpr char kAlarmBe[] =
+    "00 00 00 00 00 00 00 06 73 75 62 2D 37 00 00 00 00 00 00 06 62 61 79 2D 31 00 00 00 00 00 "
+    "00 09 66 65 65 64 65 72 2D 31 00 00 00 00 00 00 00 13 63 75 72 72 65 6E 74 5F 6C 31 20 61 "
+    "62 6F 76 65 20 35 00 00 00 00 00 0B 63 75 72 72 65 6E 74 5F 6C 31 00 00 00 03 00 02 00 00 "
+    "00 00 00 00 00 00 00 00 01 9C 18 E9 EB 82 F9 9D D6 80 18 E9 EB 82 FC 98 C7 00 00 00 00 1E "
+    "63 75 72 72 65 6E 74 5F 6C 31 20 35 2E 33 20 41 3A 20 6F 76 65 72 63 75 72 72 65 6E 74 00 "
+    "00 00 00 00 00 0A 75 73 65 72 3A 61 6E 6E 61 00";
+
+AlarmSample AnAlarm() {
+  return {.gateway = "sub-7",
+          .line = "bay-1",
+          .device = "feeder-1",
+          .name = "current_l1 above 5",
+          .point = "current_l1",
+          .state = 3,
+          .priority = 2,
+          .seq = 412,
+          .raised_time_ns = 1795224874250000000,
+          .changed_time_ns = 1795224874300000000,
+          .text = "current_l1 5.3 A: overcurrent",
+          .acknowledged_by = "user:anna"};
+}
+
 RequestSample ARequest() {
   return {.gateway = "sub-7",
           .client = "plc-1",
@@ -194,6 +224,28 @@ TEST(Cdr, EventsOfTheContract) {
   EXPECT_EQ(Encoded(full).size(), kEventSampleMaxBytes);
   full.text += 't';
   EXPECT_TRUE(Encoded(full).empty());
+}
+
+TEST(Cdr, AlarmsOfTheContract) {
+  EXPECT_EQ(ToHex(Encoded(AnAlarm())), kAlarmLe);
+  AlarmSample alarm;
+  for (const char* hex : {kAlarmLe, kAlarmBe}) {
+    ASSERT_TRUE(Decode(*ParseHex(hex), alarm)) << hex;
+    EXPECT_EQ(alarm, AnAlarm());
+  }
+  const Bytes bytes = *ParseHex(kAlarmLe);
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    EXPECT_FALSE(Decode(Bytes(bytes.begin(), bytes.begin() + static_cast<long>(length)), alarm));
+  }
+  AlarmSample full = AnAlarm();
+  full.gateway = full.line = full.device = full.point = full.acknowledged_by =
+      std::string(kMaxKey, 'k');
+  full.name = std::string(kMaxAlarmName, 'n');
+  full.text = std::string(kMaxText, 't');
+  Bytes room(1024);
+  EXPECT_EQ(Encode(full, room), kAlarmSampleMaxBytes);
+  full.name += 'n';
+  EXPECT_EQ(Encode(full, room), 0U);
 }
 
 TEST(Cdr, RefusesDamagedRequestsAndReplies) {

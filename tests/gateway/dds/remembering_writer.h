@@ -16,6 +16,7 @@ class RememberingWriter : public SampleWriter {
   Sent Write(const DeviceSample& sample) override { return Keep(devices, sample); }
   Sent Write(const GatewaySample& sample) override { return Keep(gateways, sample); }
   Sent Write(const EventSample& sample) override { return Keep(events, sample); }
+  Sent Write(const AlarmSample& sample) override { return Keep(alarms, sample); }
   Sent Write(const ReplySample& reply) override { return Keep(replies, reply); }
   void OnRequest(TakeRequest take) override { on_request = std::move(take); }
   bool WaitAcknowledged(Duration) override { return true; }
@@ -33,6 +34,7 @@ class RememberingWriter : public SampleWriter {
   std::vector<DeviceSample> devices;
   std::vector<GatewaySample> gateways;
   std::vector<EventSample> events;
+  std::vector<AlarmSample> alarms;
   std::vector<ReplySample> replies;
   TakeRequest on_request;
   DatagramCounters counted;

@@ -103,6 +103,8 @@ TEST(TypeFields, AreThoseOfTheIdl) {
   EXPECT_EQ(Announced(kGatewayType), idl.at("GatewayStatus"));
   ASSERT_EQ(idl.count("DeviceEvent"), 1U);
   EXPECT_EQ(Announced(kEventType), idl.at("DeviceEvent"));
+  ASSERT_EQ(idl.count("AlarmState"), 1U);
+  EXPECT_EQ(Announced(kAlarmType), idl.at("AlarmState"));
   ASSERT_EQ(idl.count("WriteRequest"), 1U);
   ASSERT_EQ(idl.count("WriteReply"), 1U);
   EXPECT_EQ(Announced(kRequestType), idl.at("WriteRequest"));

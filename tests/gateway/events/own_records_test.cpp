@@ -84,6 +84,7 @@ TEST(OwnRecords, SayWhatBecomesOfAnAlarm) {
   alarm.device = "d";
   alarm.name = "current above 5";
   alarm.text = "current 8: above 5";
+  alarm.seq = 7;
   const EventRecord seen = AckRecord(alarm, {.seq = 7, .by = "user:anna"}, kAt);
   EXPECT_EQ(seen.code, 1000016U);
   EXPECT_EQ(seen.text, "acknowledged by user:anna: current 8: above 5");

@@ -31,13 +31,13 @@ LinkOpen AnOpen() {
 }
 
 constexpr char kOpen[] =
-    "01 04 42 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
+    "01 05 42 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
     "00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E 02 2F 78 88 13 00 00 1F "
     "00 00 00 01 05 00 00 00 00";
 // 3 subscribers, 1,234 samples, 2^32 refused, 5 requests and 6 events dropped; 7 participants,
 // 12,345 datagrams; 16 reasons: 38 fragments, 2 participants too many of one address.
 constexpr char kCounts[] =
-    "42 04 B1 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 05 00 00 00 00 00 00 "
+    "42 05 B1 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 05 00 00 00 00 00 00 "
     "00 06 00 00 00 00 00 00 00 07 00 00 00 39 30 00 "
     "00 00 00 00 00 10 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 26 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
@@ -47,7 +47,7 @@ constexpr char kCounts[] =
 
 // Of writer 01 … 10, which is not volatile, received at 1,000,000,007 ns.
 constexpr char kRequest[] =
-    "43 04 85 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
+    "43 05 85 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
     "00 00 00 00 01 00 01 00 00 06 00 00 00 73 75 62 2D 37 00 00 00 06 00 00 00 "
     "70 6C 63 2D 31 00 00 00 2A 00 00 00 00 00 00 00 09 00 00 00 66 65 65 64 "
     "65 72 2D 31 00 00 00 00 0E 00 00 00 73 65 74 74 69 6E 67 5F 67 72 6F 75 "
@@ -98,7 +98,7 @@ TEST(LinkMessage, RequestsAndRepliesBothWays) {
   const ReplySample reply{"sub-7", "plc-1", 42, "ok", "", 12345};
   Bytes answer(kMaxLinkMessage);
   answer.resize(EncodeSample(LinkKind::reply, reply, answer));
-  EXPECT_EQ(ToHex(View(answer).first(8)), "06 04 38 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(answer).first(8)), "06 05 38 00 00 01 00 00");
   ReplySample reply_back;
   ASSERT_TRUE(Decode(ParseLink(answer)->body, reply_back));
   EXPECT_EQ(reply_back, reply);
@@ -176,7 +176,7 @@ TEST(LinkMessage, SamplesBothWays) {
   point.gateway = "g", point.device = "d", point.point = "p", point.value = 2.5, point.seq = 9;
   Bytes packet(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::point, point, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "02 04 48 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "02 05 48 00 00 01 00 00");
   PointSample back;
   ASSERT_TRUE(Decode(ParseLink(packet)->body, back));
   EXPECT_EQ(back, point);
@@ -195,7 +195,7 @@ TEST(LinkMessage, SamplesBothWays) {
   const GatewaySample gateway{"g", -1, "1.2.3"};
   packet.resize(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::gateway, gateway, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "04 04 1E 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "04 05 1E 00 00 01 00 00");
   GatewaySample gateway_back;
   ASSERT_TRUE(Decode(ParseLink(packet)->body, gateway_back));
   EXPECT_EQ(gateway_back, gateway);
@@ -205,7 +205,7 @@ TEST(LinkMessage, EventsBothWays) {
   const EventSample event{"sub-7", "feeder-1", 4711, 1, 2, 3, 4, 5, "stage I> started"};
   Bytes packet(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::event, event, packet));
-  EXPECT_EQ(ToHex(View(packet).first(8)), "07 04 59 00 00 01 00 00");
+  EXPECT_EQ(ToHex(View(packet).first(8)), "07 05 59 00 00 01 00 00");
   const auto message = ParseLink(packet);
   ASSERT_TRUE(message.ok()) << message.error();
   EXPECT_EQ(message->kind, LinkKind::event);
@@ -284,13 +284,13 @@ struct Wrong {
 TEST(LinkMessage, WhatIsWrongIsNamed) {
   for (const Wrong& wrong : {
            Wrong{"", "0 bytes"},
-           Wrong{"05 04 00", "3 bytes"},
-           Wrong{"05 03 00 00", "version 3, not 4"},
-           Wrong{"00 04 00 00", "unknown kind 0"},
-           Wrong{"08 04 00 00", "unknown kind 8"},
-           Wrong{"44 04 00 00", "unknown kind 68"},
-           Wrong{"05 04 01 00", "0 bytes that says it has 1"},
-           Wrong{"05 04 00 01 00", "1 bytes that says it has 256"},
+           Wrong{"05 05 00", "3 bytes"},
+           Wrong{"05 03 00 00", "version 3, not 5"},
+           Wrong{"00 05 00 00", "unknown kind 0"},
+           Wrong{"09 05 00 00", "unknown kind 9"},
+           Wrong{"45 05 00 00", "unknown kind 69"},
+           Wrong{"05 05 01 00", "0 bytes that says it has 1"},
+           Wrong{"05 05 00 01 00", "1 bytes that says it has 256"},
        }) {
     const auto message = ParseLink(*ParseHex(wrong.bytes));
     ASSERT_FALSE(message.ok()) << wrong.bytes;

@@ -1,0 +1,44 @@
+// The alarms as they are on the disk, for outputs that tell others of their states and never wait
+// for it. Each change has a number, so that an output that has come to one gets what is newer.
+// From any thread.
+//
+//   Update(a active), Update(b active), Update(a acknowledged)
+//   Take(0)   → b active, a acknowledged
+//   Take(2)   → a acknowledged
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "gateway/base/guarded.h"
+#include "gateway/events/alarm.h"
+
+namespace baudgate::events {
+
+class AlarmBoard {
+ public:
+  /// So many are known; beyond that the oldest of those that are normal are forgotten.
+  static constexpr std::size_t kMost = 10'000;
+
+  void Update(const Alarm& alarm);
+
+  struct Change {
+    std::uint64_t version = 0;
+    Alarm alarm{};  ///< as it is now: also normal
+  };
+  /// Those that have changed behind `after`, by their versions.
+  std::vector<Change> Take(std::uint64_t after, std::size_t most) const;
+
+ private:
+  void Forget() BAUDGATE_REQUIRES(mutex_);
+
+  mutable Mutex mutex_;
+  std::uint64_t version_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  std::map<AlarmKey, Change> alarms_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<std::uint64_t, AlarmKey> by_version_ BAUDGATE_GUARDED_BY(mutex_);
+};
+
+}  // namespace baudgate::events
