@@ -69,6 +69,7 @@ class Unseen {
     last = {event.seq, event.receive_time_ns};
     return true;
   }
+  bool Take(const dds::AlarmSample&) { return true; }  // a state, not something that happens
 
  private:
   struct Last {
@@ -135,47 +136,16 @@ std::string PlainLine(const dds::AlarmSample& alarm) {
 int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err) {
   const StopSignals signals;  // before the library's threads, which inherit the mask
   Mailbox<std::string> mailbox;
-<<<<<<< ours
   Unseen unseen;  // of the subscriber's thread
-  const auto subscriber = dds::DdsSubscriber::Create(
-      {.participant = ParticipantOf(options)},
-      {.on_point = {},
-       .on_point_gone = {},
-       .on_device = {},
-       .on_device_gone = {},
-       .on_gateways = {},
-       .on_publisher_left = {},
-       .on_rejected = {},
-       .on_event = [&](const dds::EventSample& event, const dds::Origin&) {
-         if (Matches(event, options) && unseen.Take(event)) {
-           mailbox.Put(options.json ? JsonLine(event) : PlainLine(event));
-         }
-       }});
-||||||| base
-  const auto subscriber = dds::DdsSubscriber::Create(
-      {.participant = ParticipantOf(options)},
-      {.on_point = {},
-       .on_point_gone = {},
-       .on_device = {},
-       .on_device_gone = {},
-       .on_gateways = {},
-       .on_publisher_left = {},
-       .on_rejected = {},
-       .on_event = [&](const dds::EventSample& event, const dds::Origin&) {
-         if (Matches(event, options)) {
-           mailbox.Put(options.json ? JsonLine(event) : PlainLine(event));
-         }
-       }});
-=======
   const auto put = [&](const auto& sample, const dds::Origin&) {
-    if (Matches(sample, options)) mailbox.Put(options.json ? JsonLine(sample) : PlainLine(sample));
+    if (!Matches(sample, options) || !unseen.Take(sample)) return;
+    mailbox.Put(options.json ? JsonLine(sample) : PlainLine(sample));
   };
   dds::SubscriberCallbacks callbacks;
   if (options.events) callbacks.on_event = put;
   if (options.alarms) callbacks.on_alarm = put;
   const auto subscriber =
       dds::DdsSubscriber::Create({.participant = ParticipantOf(options)}, std::move(callbacks));
->>>>>>> theirs
   if (!subscriber) {
     err << "watch: " << subscriber.error() << '\n';
     return kExitNotOpened;
