@@ -147,6 +147,12 @@ Result<Page> EventLog::Read(const PageQuery& query) const {
   return ReadPage(options_.file, query);
 }
 
+Result<PastPage> EventLog::ReadPast(const PastQuery& query) const {
+  if (options_.file.empty()) return Error{options_.why_no_file};
+  if (state().disk == Disk::opening) return PastPage{.rows = {}, .next = query.after};
+  return events::ReadPast(options_.file, query);
+}
+
 // ---------------------------------------------------------------- the writing thread
 
 void EventLog::Run() {

@@ -62,6 +62,7 @@ class EventLog final : public EventSource {
   std::vector<Alarm> Alarms() const override;
   void Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done) override;
   Result<Page> Read(const PageQuery& query) const override;
+  Result<PastPage> ReadPast(const PastQuery& query) const override;
 
  private:
   struct Ack {

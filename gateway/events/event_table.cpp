@@ -34,7 +34,8 @@ EventTable::EventTable(Database& database, const SourceNames& names, std::int64_
       insert_(database, kInsert),
       said_(database, kSaid),
       drop_(database, kDrop),
-      alarms_(database) {}
+      alarms_(database),
+      past_(database) {}
 
 EventTable::Contents EventTable::Read(FeedLimits limits) {
   Contents contents;
@@ -133,14 +134,15 @@ bool EventTable::Insert(const Batch& batch) {
     insert_.Bind(10, event.text);
     if (!insert_.Run() || (event.alarm && !alarms_.Write(*event.alarm))) return false;
   }
-  if (batch.events.empty()) return true;
+  if (batch.events.empty() && batch.past.empty()) return true;
   if (batch.source != kGateway) {
     const auto& [line, device] = names_[batch.source];
     said_.Bind(1, line);
     said_.Bind(2, device);
     said_.Bind(3, batch.said);
-    if (!said_.Run()) return false;
+    if (!said_.Run() || !past_.Insert(line, device, batch.past)) return false;
   }
+  if (batch.events.empty()) return true;
   drop_.Bind(1, batch.events.back().seq - most_);
   return drop_.Run();
 }

@@ -12,6 +12,7 @@
 #include "gateway/events/alarm_table.h"
 #include "gateway/events/event_book.h"
 #include "gateway/events/event_feed.h"
+#include "gateway/events/past_table.h"
 #include "gateway/state/database.h"
 
 namespace baudgate::events {
@@ -63,6 +64,7 @@ class EventTable {
   Statement said_;
   Statement drop_;
   AlarmTable alarms_;
+  PastTable past_;
 };
 
 }  // namespace baudgate::events

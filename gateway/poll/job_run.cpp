@@ -41,6 +41,7 @@ namespace {
 /// probe, and what the probe is answered leaves 5 queries.
 bool IsPlanned(const Task& task, const Conversation& conversation) {
   if (task.kind == Task::Kind::events) return conversation.HasEvents();
+  if (task.kind == Task::Kind::background) return conversation.BackgroundDue().has_value();
   return task.kind != Task::Kind::poll || task.query < conversation.Queries().size();
 }
 
@@ -154,8 +155,10 @@ void Poller::Send() {
   Request& request = job_->request;
   if (request.stamped) {
     const auto characters = static_cast<std::int64_t>(request.bytes.size());
-    const WallTime arrives = now_.wall + characters * job_->member->times.character;
-    roster_.AsDevice(*job_->member)->conversation->Stamp(request, arrives);
+    const Duration character = job_->member->times.character;
+    const Duration takes = characters * character;
+    roster_.AsDevice(*job_->member)
+        ->conversation->Stamp(request, {now_.instant + takes, now_.wall + takes}, character);
   }
   auto* const write = job_->As<Job::Write>();
   if (write != nullptr && !request.prepares && !request.closes) write->sent = true;
@@ -365,8 +368,9 @@ void Poller::TakeAnswer() {
 /// The device has looked whether it has any after its request was sent.
 void Poller::Report(Device& device, EventBatch batch) {
   if (batch.drained) device.drained_at = job_->exchange_began;
-  if (batch.events.empty()) return;
+  if (batch.events.empty() && batch.past.empty()) return;
   schedule_.HoldEvents(device.place);
+  chooser_.background().Hold(device.place);
   ReportedEvents events{device.index, std::move(batch), job_->answered, {}};
   if (device.drained_at) events.oldest = job_->answered.instant - *device.drained_at;
   listener_.OnEvents(std::move(events));

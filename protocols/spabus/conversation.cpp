@@ -75,6 +75,8 @@ class SpaConversation final : public Conversation {
         return AskWrite(task);
       case Task::Kind::events:
         return Seal(WantsName() ? ReadOf(slave_, kIdentification, 0) : events_.Next(slave_));
+      case Task::Kind::background:
+        break;
     }
     return Error{"the SPA Bus does not know this kind of task"};
   }
@@ -112,8 +114,8 @@ class SpaConversation final : public Conversation {
     return std::move(exchange.answer);
   }
 
-  void Stamp(Request& request, WallTime arrives) override {
-    request = ClockRequest(ItemOf(request), arrives + settings_.clock_delay);
+  void Stamp(Request& request, Now arrives, Duration /*character*/) override {
+    request = ClockRequest(ItemOf(request), arrives.wall + settings_.clock_delay);
   }
 
   Then OnSent(const Task&, const Request& request, Instant now) override {
