@@ -49,7 +49,9 @@ Fields<8> ListOf(Request*);
 Fields<4> ListOf(Reading*);
 Fields<2> ListOf(SaidTime*);
 Fields<4> ListOf(DeviceEvent*);
-Fields<4> ListOf(EventBatch*);
+Fields<5> ListOf(EventBatch*);
+Fields<4> ListOf(PastRecord*);
+Fields<4> ListOf(PastValue*);
 Fields<7> ListOf(Answer*);
 Fields<2> ListOf(DeviceTrouble*);
 Fields<5> ListOf(Standing*);
@@ -73,18 +75,18 @@ Fields<6> ListOf(config::Timing*);
 Fields<8> ListOf(config::SerialSettings*);
 Fields<5> ListOf(config::Rs485*);
 
-Methods<&Conversation::Queries, &Conversation::HasEvents, &Conversation::OnEventsKept,
-        &Conversation::Ask, &Conversation::WritesTogether, &Conversation::OnFrame,
-        &Conversation::OnSent, &Conversation::Stamp, &Conversation::OnHostClock,
-        &Conversation::OnFailure, &Conversation::Instead, &Conversation::Listens,
-        &Conversation::OnUnasked, &Conversation::DueAt, &Conversation::OnDue,
-        &Conversation::OnReconnect, &Conversation::OnEnabled, &Conversation::trouble,
-        &Conversation::Memory, &Conversation::Recall, &Conversation::ForgetRefusals,
-        &Conversation::Check, &Conversation::Interpret, &Conversation::LeastTimes,
-        &Conversation::WhatIsLearned>
+Methods<&Conversation::Queries, &Conversation::HasEvents, &Conversation::BackgroundDue,
+        &Conversation::OnEventsKept, &Conversation::Ask, &Conversation::WritesTogether,
+        &Conversation::OnFrame, &Conversation::OnSent, &Conversation::Stamp,
+        &Conversation::OnHostClock, &Conversation::OnFailure, &Conversation::Instead,
+        &Conversation::Listens, &Conversation::OnUnasked, &Conversation::DueAt,
+        &Conversation::OnDue, &Conversation::OnReconnect, &Conversation::OnEnabled,
+        &Conversation::trouble, &Conversation::Memory, &Conversation::Recall,
+        &Conversation::ForgetRefusals, &Conversation::Check, &Conversation::Interpret,
+        &Conversation::LeastTimes, &Conversation::WhatIsLearned>
 ListOf(Conversation*);
 Methods<&TwinValues::Get, &TwinValues::Set> ListOf(TwinValues*);
-Methods<&Twin::Answer, &Twin::ReplyAs, &Twin::Raise, &Twin::Say> ListOf(Twin*);
+Methods<&Twin::Answer, &Twin::ReplyAs, &Twin::SetClock, &Twin::Raise, &Twin::Say> ListOf(Twin*);
 Methods<> ListOf(Bus*);
 
 Types<config::OptionValue> ListOf(config::Options*);

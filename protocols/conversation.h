@@ -55,10 +55,11 @@ struct PointValue {
 /// opened first, or a password closed behind a write.
 struct Task {
   enum class Kind : std::uint8_t {
-    poll,    ///< read Queries()[query]
-    probe,   ///< find out with one short exchange whether the device is there
-    write,   ///< write `value` to `point`, and leave the device as it was found
-    events,  ///< take what has happened since out of the device
+    poll,        ///< read Queries()[query]
+    probe,       ///< find out with one short exchange whether the device is there
+    write,       ///< write `value` to `point`, and leave the device as it was found
+    events,      ///< take what has happened since out of the device
+    background,  ///< one exchange for what can wait, see Conversation::BackgroundDue
   };
   Kind kind = Kind::poll;
   std::size_t query = 0;         ///< of a poll: less than Queries().size()
@@ -116,10 +117,28 @@ struct DeviceEvent {
   std::string text{};  ///< what it says beyond that; mostly empty
 };
 
+/// One value of a PastRecord.
+struct PastValue {
+  std::string name{};  ///< "active_import"
+  Value value{};
+  Quality quality = Quality::good;
+  std::string unit{};
+};
+
+/// What a device has measured and kept itself, by its own clock: half an hour of a load profile,
+/// the energies at the begin of a month.
+struct PastRecord {
+  std::string series{};  ///< "load_1", of whose values one is "load_1.active_import"; "month"
+  Duration begin{};      ///< since 1970
+  Duration span{};       ///< zero: its values were read off at one moment, and belong together
+  std::vector<PastValue> values{};  ///< none: nobody can know any more what they were
+};
+
 /// What one reply has taken out of a device, the oldest first. It forgets them when it is asked for
 /// more: the poller does not before they are kept (gateway/poll/poller_listener.h).
 struct EventBatch {
   std::vector<DeviceEvent> events{};
+  std::vector<PastRecord> past{};
   std::string said{};    ///< as it came: a batch that comes once more is known by it
   bool again = false;    ///< it may be the last batch once more
   bool drained = false;  ///< nothing is left in the device: no event is older than this exchange
@@ -144,7 +163,7 @@ struct Answer {
   /// has gone to its limit.
   bool may_have_acted = false;
   Duration wait{};  ///< the device wants to be left alone so long: "busy, ask me in 2 s"
-  /// Of a task of events. One that brings some ends the task.
+  /// Of a task of events, or in the background. One that brings some ends the task.
   std::optional<EventBatch> batch{};
 };
 
@@ -186,6 +205,11 @@ class Conversation {
   /// again as soon as a batch is kept. Asked when Queries() are.
   virtual bool HasEvents() const { return false; }
 
+  /// From when on it wants a task in the background; nothing: it does not. Such tasks come when
+  /// nothing else of the line is due soon, at least once a minute, and never while a batch is not
+  /// kept yet. Asked behind each task, and when a batch is kept.
+  virtual std::optional<Instant> BackgroundDue() const { return std::nullopt; }
+
   /// What the latest batch of its events that is on the disk has said (EventBatch::said), empty:
   /// none has. Called when the store of events is open, with what it holds from before a restart,
   /// and whenever a batch is kept; HasEvents is asked again behind it. For devices that forget
@@ -221,8 +245,8 @@ class Conversation {
   /// `request` has failed, and is not repeated any more. The outcome is why: no_reply, partial,
   /// corrupt, unexpected; line_down: the port is gone; busy: the task's time was over before the
   /// request was sent. ask_again: another exchange is needed all the same, to close what is open.
-  /// Of a task of events also behind OnFrame: whose batch that was can not be known, and it is not
-  /// kept.
+  /// Of a task that brings a batch also behind OnFrame: whose that was can not be known, and it is
+  /// not kept.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }
 
   /// What to send before a failed request is repeated, or in place of one that is not repeatable.

@@ -36,6 +36,8 @@ class Twin {
   /// its own are answered as before. Address 7, ReplyAs("9"): "?7A1" is answered by "!9…". Where
   /// replies of the protocol carry no address, nothing changes. For the fault wrong_address.
   virtual void ReplyAs(std::string_view address) = 0;
+  /// Its own clock shows this, and runs on. A twin that is not told has no clock.
+  virtual void SetClock(Now /*now*/) {}
   /// It happens now; `event.time` is its own clock's, and not looked at. False: this twin has no
   /// events.
   virtual bool Raise(const DeviceEvent& /*event*/, Now /*now*/) { return false; }

@@ -138,7 +138,10 @@ void AddAck(CLI::App& app, Action& action) {
 void AddHistory(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("history", "Values that were kept, or what they come to");
   auto options = std::make_shared<HistoryOptions>();
-  command->add_option("POINT", options->points, "LINE.DEVICE.POINT")->required();
+  command
+      ->add_option("POINT", options->points,
+                   "LINE.DEVICE.POINT, or LINE.DEVICE.load_1.active_import and the like")
+      ->required();
   AddSince(*command, options->since);
   AddTime(*command, "--until", options->until);
   command->add_option_function<std::string>(

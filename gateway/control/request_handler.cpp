@@ -8,6 +8,7 @@
 #include "gateway/audit/audit_source.h"
 #include "gateway/base/spelling.h"
 #include "gateway/control/alarm_requests.h"
+#include "gateway/control/past_requests.h"
 #include "gateway/control/request_text.h"
 #include "gateway/events/event_source.h"
 #include "gateway/history/history_source.h"
@@ -43,12 +44,13 @@ std::optional<std::int64_t> NumberOf(const Json& request, const char* key) {
   return found->get<std::int64_t>();
 }
 
-std::optional<WallTime> SinceOf(const Json& request) {
-  const auto since = NumberOf(request, "since_ms");
-  if (!since) return std::nullopt;
+std::optional<WallTime> TimeOf(const Json& request, const char* key) {
+  const auto time = NumberOf(request, key);
+  if (!time) return std::nullopt;
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1'000'000;
-  return WallTime(std::chrono::milliseconds(std::clamp(*since, -kMost, kMost)));
+  return WallTime(std::chrono::milliseconds(std::clamp(*time, -kMost, kMost)));
 }
+std::optional<WallTime> SinceOf(const Json& request) { return TimeOf(request, "since_ms"); }
 
 constexpr std::int64_t kMostEvery = 31 * history::kDay;
 
@@ -280,6 +282,7 @@ Reply RequestHandler::Acknowledge(const Json& request, const Writer& client,
 /// One page. A point that is not configured any more still has its values; of one that has none it
 /// is said why.
 Reply RequestHandler::History(const Json& request) {
+  if (auto past = PastQueryOf(TextOf(request, "point"))) return Past(request, std::move(*past));
   if (info_.history == nullptr) {
     return Refused(kUnavailable,
                    "this gateway keeps no values: write 'history: { points: [ \"*.*.*\" ] }' into "
@@ -316,6 +319,35 @@ Reply RequestHandler::History(const Json& request) {
     if (const Status kept = KeepsPoint(point); !kept) return Refused(kUnknown, kept.error());
   }
   json["history"] = HistoryJson(info_.history->state());
+  return {Dump(json)};
+}
+
+/// The same of what a meter has kept itself.
+Reply RequestHandler::Past(const Json& request, events::PastQuery query) {
+  if (info_.events == nullptr) return Refused(kUnavailable, kNoEvents);
+  const std::string point = TextOf(request, "point");
+  if (NumberOf(request, "every_ms").value_or(0) != 0) {
+    return Refused(kUsage, config::Quoted(point) +
+                               " is kept by the spans of the meter: --every "
+                               "can not make others of them");
+  }
+  query.since = TimeOf(request, "since_ms");
+  query.until = TimeOf(request, "until_ms");
+  if (const auto after = CursorOf(request)) query.after = {after->run, after->time};
+  const events::EventsState state = info_.events->state();  // before the page, as above
+  const auto page = info_.events->ReadPast(query);
+  if (!page) return Refused(kUnavailable, "the history can not be read: " + page.error());
+  if (!page->known && state.disk != Disk::opening) {
+    if (const Status known = KnowsDevice(query.line, query.device); !known) {
+      return Refused(kUnknown, known.error());
+    }
+    return Refused(kUnknown, "nothing is kept of " + config::Quoted(point) +
+                                 ": load profiles of a meter are, where it says load_profile: [1] "
+                                 "(load_1.active_import), and billing readings, where it says "
+                                 "billing: [month] (month.active_import)");
+  }
+  Json json = PageJson(*page, point);
+  json["history"] = EventsJson(state);
   return {Dump(json)};
 }
 

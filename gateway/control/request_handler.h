@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "gateway/control/point_requests.h"
+#include "gateway/events/past_page.h"
 #include "gateway/requests/line_control.h"
 #include "gateway/status/status_json.h"
 
@@ -60,6 +61,7 @@ class RequestHandler {
   Reply Acknowledge(const Json& request, const Writer& client,
                     const std::function<void(const Json&)>& answered);
   Reply History(const Json& request);
+  Reply Past(const Json& request, events::PastQuery query);
   Status KeepsPoint(const std::string& text) const;
   Status KnowsDevice(const std::string& line, const std::string& device) const;
   Result<Target> TargetOf(const Json& request) const;

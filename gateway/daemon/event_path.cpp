@@ -97,8 +97,8 @@ void EventPath::OnReported(ReportedEvents reported) {
   const Place& place = places_[reported.device];
   auto records = events::RecordsOf(reported.batch, place.line->name, *place.device,
                                    reported.received.wall, reported.oldest);
-  log_.Add(
-      {reported.device, std::move(reported.batch.said), reported.batch.again, std::move(records)});
+  log_.Add({reported.device, std::move(reported.batch.said), reported.batch.again,
+            std::move(records), std::move(reported.batch.past)});
 }
 
 void EventPath::OnNews(const config::Line& line, const News& news, Now at) {

@@ -79,6 +79,7 @@ std::vector<Batch> EventBook::Due() {
     if (IsRepeat(batch, after_.said)) {
       after_.repeats += events.size();
       events.clear();
+      batch.past.clear();
     }
     for (EventRecord& event : events) {
       if (Counts(event)) batch.events.push_back(std::move(event));

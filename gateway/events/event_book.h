@@ -33,6 +33,7 @@ struct Batch {
   std::string said{};  ///< see EventBatch
   bool again = false;
   std::vector<EventRecord> events{};
+  std::vector<PastRecord> past{};
 };
 
 class EventBook {

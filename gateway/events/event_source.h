@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gateway/events/event_page.h"
+#include "gateway/events/past_page.h"
 #include "gateway/state/disk.h"
 
 namespace baudgate::events {
@@ -70,6 +71,7 @@ class EventSource {
                                   std::function<void(const Acknowledged&)> done) = 0;
   /// Nothing while the file is being opened.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
+  virtual Result<PastPage> ReadPast(const PastQuery& query) const = 0;
 };
 
 }  // namespace baudgate::events

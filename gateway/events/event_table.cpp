@@ -40,7 +40,8 @@ EventTable::EventTable(Database& database, const SourceNames& names, std::int64_
       drop_(database, kDrop),
       cursor_(database, kCursor),
       alarms_(database),
-      records_(database) {}
+      records_(database),
+      past_(database) {}
 
 EventTable::Contents EventTable::Read(FeedLimits limits) {
   Contents contents;
@@ -175,13 +176,13 @@ bool EventTable::Insert(const Batch& batch) {
     if (!insert_.Run() || (event.alarm && !alarms_.Write(*event.alarm))) return false;
     if (!InsertRecord(event)) return false;
   }
-  if (batch.events.empty()) return true;
+  if (batch.events.empty() && batch.past.empty()) return true;
   if (batch.source != kGateway) {
     const auto& [line, device] = names_[batch.source];
     said_.Bind(1, line);
     said_.Bind(2, device);
     said_.Bind(3, batch.said);
-    if (!said_.Run()) return false;
+    if (!said_.Run() || !past_.Insert(line, device, batch.past)) return false;
   }
   return Drop(batch.events.back().seq);
 }
@@ -201,6 +202,7 @@ bool EventTable::InsertRecord(const EventRecord& event) {
 bool EventTable::Drop(std::int64_t newest) {
   const std::int64_t beyond = newest - most_;
   if (oldest_ > 0 && beyond < oldest_) return true;
+  if (batch.events.empty()) return true;
   drop_.Bind(1, beyond);
   return drop_.Run() && records_.Drop(beyond) && FindOldest();
 }

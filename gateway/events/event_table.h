@@ -15,6 +15,7 @@
 #include "gateway/events/event_book.h"
 #include "gateway/events/event_feed.h"
 #include "gateway/events/own_records.h"
+#include "gateway/events/past_table.h"
 #include "gateway/events/record_table.h"
 #include "gateway/state/database.h"
 
@@ -77,6 +78,7 @@ class EventTable {
   Statement cursor_;
   AlarmTable alarms_;
   RecordTable records_;
+  PastTable past_;
 };
 
 }  // namespace baudgate::events

@@ -14,7 +14,8 @@ Chooser::Chooser(const config::Line& line, Roster& roster, Schedule& schedule, W
       writes_(writes),
       routes_(routes),
       late_(late),
-      probes_(roster, late) {}
+      probes_(roster, late),
+      background_(schedule) {}
 
 Turns::Waiting Chooser::Waiting() const {
   const RouteQueue& queue = routes_.queue();
@@ -33,7 +34,7 @@ std::unique_ptr<Job> Chooser::Next(const Idle& idle) {
     return job;
   }
   turns_.OnNothing();
-  return nullptr;
+  return TakeBackground(Background::Which::that_fits, idle.now);
 }
 
 std::unique_ptr<Job> Chooser::Take(Turns::Choice choice, const Idle& idle) {
@@ -67,6 +68,7 @@ std::optional<Instant> Chooser::NextAt(const Idle& idle) const {
   };
   const Probes::Facts facts = FactsOf(idle);
   sooner(schedule_.NextDue());
+  sooner(background_.NextAt(idle.now));
   sooner(probes_.NextAt(facts));
   for (const Parked& parked : parked_) sooner(parked.until);
   for (const QueryRef& query : writes_.read_backs()) {
@@ -155,7 +157,23 @@ std::unique_ptr<Job> Chooser::TakeParked(Instant now) {
   return job;
 }
 
+void Chooser::PlanBackground(const Device& device) {
+  constexpr int kCharacters = 100;
+  const LineTimes& times = device.times;
+  background_.Set(device.place, device.conversation->BackgroundDue(),
+                  times.quiet + times.reply + kCharacters * times.character);
+}
+
+std::unique_ptr<Job> Chooser::TakeBackground(Background::Which which, Instant now) {
+  const auto place = background_.Next(which, now);
+  if (!place) return nullptr;
+  Device& device = roster_.device(*place);
+  background_.OnTaken(*place, now);
+  return std::make_unique<Job>(device, Job::Events{}, Task{.kind = Task::Kind::background}, now);
+}
+
 std::unique_ptr<Job> Chooser::TakePoll(Instant now) {
+  if (auto job = TakeBackground(Background::Which::that_starves, now)) return job;
   const auto pick = schedule_.Next(now, turns_.HealthyFirst());
   if (!pick) return nullptr;
   if (pick->query == kEventsQuery) {

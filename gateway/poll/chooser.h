@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/model/line.h"
+#include "gateway/poll/background.h"
 #include "gateway/poll/job.h"
 #include "gateway/poll/late_answers.h"
 #include "gateway/poll/probes.h"
@@ -56,6 +57,10 @@ class Chooser {
   /// How long others would have waited for a probe that took the line all this time.
   Duration Waited(Instant from, Instant to) const;
 
+  /// Its conversation is asked when it wants its next task in the background.
+  void PlanBackground(const Device& device);
+  Background& background() { return background_; }
+
   Turns& turns() { return turns_; }
   const Turns& turns() const { return turns_; }
   Probes& probes() { return probes_; }
@@ -80,6 +85,7 @@ class Chooser {
   std::unique_ptr<Job> TakeParked(Instant now);
   std::unique_ptr<Job> TakeProbe(const Idle& idle);
   std::unique_ptr<Job> TakePoll(Instant now);
+  std::unique_ptr<Job> TakeBackground(Background::Which which, Instant now);
   std::unique_ptr<Job> TakeRouted(config::Priority priority, Instant now);
   std::unique_ptr<Job> ForRoute(RouteQueue::Batch batch, Instant now);
 
@@ -91,6 +97,7 @@ class Chooser {
   const LateAnswers& late_;
   Turns turns_;
   Probes probes_;
+  Background background_;
   std::vector<Parked> parked_;  // one of a device at most
 };
 

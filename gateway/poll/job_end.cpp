@@ -88,6 +88,12 @@ void Poller::Finish(Outcome outcome, const std::string& reason) {
   Member& member = *done->member;
   Device* const device = roster_.AsDevice(member);
   const bool life = ProvesLife(outcome);
+  if (device != nullptr) {
+    if (done->task.kind == Task::Kind::background) {
+      chooser_.background().OnEnd(device->place, life ? done->wire : Duration::zero());
+    }
+    chooser_.PlanBackground(*device);
+  }
   if (done->behind) {
     // That it answers probes does not make up for polls that fail.
     const bool news = !life || member.health.state() == DeviceState::never_seen;

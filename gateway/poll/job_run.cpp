@@ -41,6 +41,7 @@ namespace {
 /// probe, and what the probe is answered leaves 5 queries.
 bool IsPlanned(const Task& task, const Conversation& conversation) {
   if (task.kind == Task::Kind::events) return conversation.HasEvents();
+  if (task.kind == Task::Kind::background) return conversation.BackgroundDue().has_value();
   return task.kind != Task::Kind::poll || task.query < conversation.Queries().size();
 }
 
@@ -368,11 +369,12 @@ void Poller::TakeAnswer() {
 /// The device has looked whether it has any after its request was sent.
 void Poller::Report(Device& device, EventBatch batch) {
   if (batch.drained) device.drained_at = job_->exchange_began;
-  if (batch.events.empty()) {
+  if (batch.events.empty() && batch.past.empty()) {
     if (batch.drained) listener_.OnDrained(device.index, job_->exchange_began);
     return;
   }
   schedule_.HoldEvents(device.place);
+  chooser_.background().Hold(device.place);
   ReportedEvents events{device.index, std::move(batch), job_->answered, {}};
   if (device.drained_at) events.oldest = job_->answered.instant - *device.drained_at;
   listener_.OnEvents(std::move(events));

@@ -178,6 +178,8 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   device.conversation->OnEventsKept(said);
   if (&device == speaker_) unkept_.OnKept();
   schedule_.ReleaseEvents(device.place, device.conversation->HasEvents(), now.instant);
+  chooser_.background().Release(device.place);
+  chooser_.PlanBackground(device);
   if (open_) Settle();
 }
 
@@ -302,7 +304,9 @@ void Poller::Pump() {
 /// from, the line does not.
 bool Poller::SetAside(Instant until) {
   const Member& member = *job_->member;
-  const bool reads = job_->task.kind == Task::Kind::poll || job_->task.kind == Task::Kind::events;
+  const Task::Kind kind = job_->task.kind;
+  const bool reads =
+      kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
   if (!reads || !job_->asked().named() || chooser_.IsParked(member)) return false;
   schedule_.Hold(member.place, until);
   chooser_.Park(std::move(job_), until);

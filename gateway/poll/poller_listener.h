@@ -19,7 +19,7 @@ namespace baudgate {
 /// What a device has said has happened, to be kept.
 struct ReportedEvents {
   std::uint32_t device = 0;          ///< index in the point store
-  EventBatch batch{};                ///< with at least one event
+  EventBatch batch{};                ///< with at least one event, or record of the past
   Now received{};                    ///< the end of the reply
   std::optional<Duration> oldest{};  ///< none is older, seen from `received`; nothing: not known
 };

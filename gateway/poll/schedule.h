@@ -88,6 +88,7 @@ class Schedule {
   std::optional<Instant> NextDue() const;
 
   Instant held_until(std::size_t device) const { return devices_[device].hold_until; }
+  bool suspended(std::size_t device) const { return devices_[device].suspended; }
 
   /// Periods of the device that were skipped, with those that have passed whole since it was due.
   std::uint32_t Missed(std::size_t device, Instant now) const;

@@ -50,6 +50,7 @@ Inhabitants MakeTwins(const Protocol& protocol, std::vector<config::Device> devi
     inhabitant->device = std::move(device);
     inhabitant->values = std::make_unique<SimulatedValues>(inhabitant->device.points, seed++);
     inhabitant->twin = protocol.make_twin(inhabitant->device, *inhabitant->values);
+    inhabitant->twin->SetClock(ReadClocks());
     inhabitants.push_back(std::move(inhabitant));
   }
   return inhabitants;
@@ -259,6 +260,7 @@ Bytes Simulator::Impl::Answer(View frame, Instant now) {
   if (std::exchange(was_dead, dead) && !dead) {
     for (const auto& inhabitant : inhabitants) {
       inhabitant->twin = protocol.make_twin(inhabitant->device, *inhabitant->values);
+      inhabitant->twin->SetClock(ReadClocks());
     }
   }
   if (dead) {

@@ -109,6 +109,24 @@ CREATE TABLE owed_records (
   device_time   INTEGER NOT NULL,
   clock_quality INTEGER NOT NULL
 );
+)sql",
+                                                                 R"sql(
+CREATE TABLE past_points (
+  point  INTEGER PRIMARY KEY,
+  line   TEXT NOT NULL,
+  device TEXT NOT NULL,
+  name   TEXT NOT NULL,
+  UNIQUE (line, device, name)
+);
+CREATE TABLE past (
+  seq     INTEGER PRIMARY KEY,
+  point   INTEGER NOT NULL,
+  time    INTEGER NOT NULL,
+  span    INTEGER NOT NULL,
+  value,
+  quality INTEGER
+);
+CREATE INDEX past_point ON past (point, time, seq);
 )sql"};
 
 constexpr DatabaseKind kEvents = {kEventsApplication, kMigrations,

@@ -6,27 +6,19 @@
 #include <algorithm>
 
 #include "gateway/base/text.h"
+#include "protocols/set4tm/clock_drift.h"
 #include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/conversation_steps.h"
 #include "protocols/set4tm/expect.h"
 #include "protocols/set4tm/snapshot.h"
-#include "protocols/set4tm/status.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
 
 /// The channel lives 20 s; with less than a quarter left it is opened anew (reference, 14.5).
 constexpr Duration kChannelTrust = 15s;
-constexpr int kReopens = 1;
-constexpr int kRepeats = 1;
 
 const Bytes kLinkOnly = {kLinkTest};
-const Bytes kAskSerial = {kRead, kSerialNumber};
-
-bool IsFloatRead(View pdu) { return pdu.size() == 4 && pdu[0] == kRead && pdu[1] == kFloats; }
-
-bool IsJournal(View pdu) { return pdu[0] == kJournal || pdu[0] == kJournalExtended; }
-
-bool Is(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
 
 /// Reference, chapter 4: the multiplier stretches the silence that ends a frame, and the answer
 /// with it: no later than 100 ms behind it.
@@ -40,13 +32,6 @@ config::Timing StretchedTimes(int multiplier, Duration character) {
   return timing;
 }
 
-/// A step of the session that is nobody's news.
-Answer AskAgain() {
-  Answer answer;
-  answer.then = Then::ask_again;
-  return answer;
-}
-
 }  // namespace
 
 MeterConversation::MeterConversation(const config::Device& device)
@@ -56,6 +41,8 @@ MeterConversation::MeterConversation(const config::Device& device)
       identification_(device, settings_),
       plan_(fields_.MakePlan(false)),
       journals_(device.events, static_cast<std::size_t>(settings_.journal_records)),
+      loads_(settings_),
+      billing_(settings_),
       address_(ParseAddress(device.address).value()),
       memory_(settings_.password) {
   OnReconnect();
@@ -64,6 +51,8 @@ MeterConversation::MeterConversation(const config::Device& device)
 void MeterConversation::OnReconnect() {
   identification_.OnReconnect();
   journals_.OnReconnect();
+  drift_.Forget();
+  for (BackgroundJob* one : jobs_) one->OnReconnect();
   integers_ = false;
   fields_.UseIntegers(false);
   open_ = verified_ = accepted_ = false;
@@ -115,7 +104,10 @@ Request MeterConversation::Make(View pdu) const {
 }
 
 Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
-  if (task.kind == Task::Kind::write) return Error{"SET-4TM meters are read only here"};
+  const bool writes = task.kind == Task::Kind::write;
+  const auto correction =
+      writes ? CorrectionOf(task, now) : Result<Bytes>(Error{"nothing is to be written"});
+  if (writes && !correction) return Error{correction.error()};
   // Opening proves presence too: a link test (00) equals its own echo.
   if (task.kind == Task::Kind::probe || !open_ || now - last_good_ > kChannelTrust) {
     // Presence is proven without the password as well, if worse: its reply equals its echo.
@@ -126,22 +118,50 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
     request.distinct = true;  // answered by a status; "00" answers nothing else
     // A meter that answers too late must not get a wrong password three times.
     request.expect.repeatable = accepted_;
+    request.prepares = writes;
     return request;
   }
-  const bool wants_serial = settings_.serial_number || memory_.is_kept() || journals_.has_events();
-  if (!verified_ && wants_serial) return Make(kAskSerial);
+  const bool wants_serial =
+      settings_.serial_number || memory_.is_kept() || journals_.has_events() || loads_.wanted();
+  if (!verified_ && wants_serial) {
+    Request request = Make(kAskSerial);
+    request.prepares = writes;
+    return request;
+  }
+  if (writes) return Make(*correction);
   if (task.kind == Task::Kind::events) {
     if (const auto question = identification_.Question({})) return Make(*question);
     return Make(journals_.Next(now));
   }
+  if (task.kind == Task::Kind::background) return Make(NextInBackground(now));
   const auto trial = Trial(task.query);
   Bytes pdu = trial ? *trial : fields_.PduOf(plan_, task.query);
   if (const auto question = identification_.Question(fields_.Matches(pdu))) return Make(*question);
   // The meter repeats the id: a late reply to the masked read before this one is found out.
   if (IsMasked(pdu)) pdu[2] = ++mask_id_;
   Request request = Make(pdu);
+  request.stamped = AsksClock(pdu);
+  if (request.stamped) drift_.OnAsked();
   if (trial) request.expect.repeatable = false;
   return request;
+}
+
+Result<Bytes> MeterConversation::CorrectionOf(const Task& task, Instant now) const {
+  if (device_.points[task.point].write != kCorrectsClock) {
+    return Error{"SET-4TM meters are read only here"};
+  }
+  return ClockCorrection(task.value, drift_, now);
+}
+
+void MeterConversation::AddDrift(Reply& reply, std::size_t bytes, Instant now) {
+  const Decoded drift = drift_.Of(reply.data, bytes, identification_.scale(), now);
+  for (Reading& reading : reply.answer.readings) {
+    const bool its =
+        reading.point != kNoPoint && fields_.DecoderOf(reading.point) == Decoder::drift;
+    if (!its) continue;
+    reading.value = drift.value;
+    reading.quality = drift.quality;
+  }
 }
 
 Answer MeterConversation::End(Answer answer) {
@@ -160,7 +180,10 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
     return End(Swapped());
   }
   if (task.kind == Task::Kind::events) return AfterJournal(std::move(reply), now);
+  if (task.kind == Task::Kind::background) return AfterBackground(std::move(reply), now);
+  if (task.kind == Task::Kind::write) return AskAgain();
   if (task.kind != Task::Kind::poll) return End(std::move(reply.answer));
+  if (AsksClock(reply.pdu)) AddDrift(reply, frame.size(), now);
   if (ChooseIntegers()) {
     reply.answer.then = Then::replan;
     return End(std::move(reply.answer));
@@ -187,7 +210,7 @@ Answer MeterConversation::AfterJournal(Reply reply, Instant now) {
     return End(std::move(answer));
   }
   const JournalReader reader{settings_.time_zone, identification_.KnowsStatusWord()};
-  return End(journals_.OnRecord(reply.data, reader, now));
+  return End(kept_.With(KeptTexts::kJournals, journals_.OnRecord(reply.data, reader, now)));
 }
 
 /// What it does not give so, it may give by 08 1B.
@@ -201,42 +224,6 @@ Answer MeterConversation::AfterTrial(Answer answer) {
   return End(std::move(answer));
 }
 
-/// Nothing of it is good: it is asked for its type alone, until that is right.
-Answer MeterConversation::OtherType() {
-  Answer answer;
-  answer.outcome = Outcome::refused;
-  answer.wait = 1min;
-  answer.reason = identification_.trouble().text;
-  return answer;
-}
-
-/// The meter that is configured, else the first that has answered since a person enabled it.
-bool MeterConversation::Verify(std::uint32_t serial) {
-  const auto expected = settings_.serial_number ? settings_.serial_number : memory_.serial();
-  if (!expected) memory_.OnSerial(serial);
-  verified_ = serial == expected.value_or(serial);
-  if (verified_) {
-    journals_.OnMeter(serial);
-    if (trouble_.reason == Reason::swapped) trouble_ = {};
-    return true;
-  }
-  trouble_ = {Reason::swapped,
-              "meter " + std::to_string(serial) + " answers in place of " +
-                  std::to_string(*expected) +
-                  (settings_.serial_number
-                       ? "; correct `serial_number` or the address"
-                       : "; if it was replaced on purpose, 'baudgate enable' takes it")};
-  return false;
-}
-
-Answer MeterConversation::Swapped() const {
-  Answer answer;
-  answer.outcome = Outcome::refused;
-  answer.wait = 1min;
-  answer.reason = trouble_.text;
-  return answer;
-}
-
 /// Whoever answers is asked who it is, and gets the password.
 void MeterConversation::OnEnabled() {
   memory_.OnEnabled();
@@ -246,95 +233,6 @@ void MeterConversation::OnEnabled() {
 void MeterConversation::Recall(std::string_view memory, Now now) {
   memory_.Recall(memory, now);
   if (memory_.given_up()) trouble_ = {Reason::password_refused, RefusedText()};
-}
-
-std::string MeterConversation::RefusedText() const {
-  return std::string("the meter refuses the password; set `password`; ") +
-         (memory_.given_up() ? "it is not tried again before 'baudgate enable'"
-                             : "tried again in 1 h");
-}
-
-Answer MeterConversation::PasswordRefused(Answer answer, Instant now) {
-  if (memory_.MayTry(now)) memory_.OnRefused(now);
-  answer.wait = memory_.Wait(now);
-  answer.outcome = Outcome::refused;
-  answer.reason = RefusedText();
-  trouble_ = {Reason::password_refused, answer.reason};
-  return answer;
-}
-
-Answer MeterConversation::AfterOpen(const Task& task, Reply reply, Instant now) {
-  open_ = CodeOf(*reply.status) == kOk;
-  if (!open_) {
-    const bool refused = CodeOf(*reply.status) == kLevelTooLow;
-    return End(refused ? PasswordRefused(std::move(reply.answer), now) : std::move(reply.answer));
-  }
-  accepted_ = true;
-  memory_.OnAccepted();
-  if (trouble_.reason == Reason::password_refused) trouble_ = {};
-  last_good_ = now;
-  verified_ = false;  // another meter may have taken the address
-  if (task.kind == Task::Kind::probe) return End(std::move(reply.answer));
-  reply.answer.then = Then::ask_again;
-  return std::move(reply.answer);
-}
-
-Answer MeterConversation::AfterClosed(Answer answer) {
-  open_ = false;
-  if (reopened_ >= kReopens) return End(std::move(answer));
-  ++reopened_;
-  return AskAgain();
-}
-
-Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now) {
-  if (reply.pdu[0] == kOpenChannel) return AfterOpen(task, std::move(reply), now);
-  if (reply.pdu[0] == kLinkTest && task.kind != Task::Kind::probe) {
-    return PasswordRefused(std::move(reply.answer), now);
-  }
-  const bool trial = tries_masks_ && IsMasked(reply.pdu);
-  switch (CodeOf(*reply.status)) {
-    case kChannelClosed:
-      return AfterClosed(std::move(reply.answer));
-    case kRepeat:
-      if (repeated_ >= kRepeats) return End(std::move(reply.answer));
-      ++repeated_;
-      return AskAgain();
-    case kNotAllowed:
-    case kLevelTooLow:
-      break;
-    default:
-      if (!trial) return End(std::move(reply.answer));
-  }
-  last_good_ = now;
-  if (trial) {
-    tries_masks_ = false;
-    return AskAgain();
-  }
-  if (task.kind == Task::Kind::events && IsJournal(reply.pdu)) {
-    return End(journals_.OnRefused(std::move(reply.answer), now));
-  }
-  const bool own = task.kind == Task::Kind::poll;
-  if (Is(reply.pdu, kAskSerial) && !settings_.serial_number && task.kind != Task::Kind::probe) {
-    verified_ = true;  // it does not tell, which contradicts nothing
-    return AskAgain();
-  }
-  const bool question = identification_.OnRefused(reply.pdu);
-  if (own && IsMasked(reply.pdu)) {
-    // Older firmware: go back to 08 1B, the points are not to blame.
-    UseMasks(false);
-    reply.answer.readings.clear();
-  } else if (own && IsFloatRead(reply.pdu) && identification_.WantType()) {
-    return AskAgain();
-  } else if (own && Is(reply.pdu, fields_.PduOf(plan_, task.query))) {
-    plan_.OnRefused(task.query);
-  } else if (question) {
-    // Only the values that need it suffer; the options can give what the meter does not.
-    return AskAgain();
-  } else {
-    return End(std::move(reply.answer));
-  }
-  reply.answer.then = Then::replan;
-  return End(std::move(reply.answer));
 }
 
 Then MeterConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
@@ -349,6 +247,7 @@ Then MeterConversation::OnFailure(const Task& task, const Request& request, Outc
   if (task.kind == Task::Kind::events && asked && IsJournal(asked->body)) {
     journals_.OnFailure(outcome, now);
   }
+  if (task.kind == Task::Kind::background) job().OnFailure(now);
   verified_ = false;
   reopened_ = repeated_ = 0;
   const bool was_sent = outcome != Outcome::line_down && outcome != Outcome::busy;
@@ -379,6 +278,10 @@ std::string MeterConversation::WhatIsLearned() const {
   if (integers_) text = "integers in place of floats, which its type does not have";
   if (device_.events && journals_.has_refused()) {
     text += (text.empty() ? "" : ", ") + std::string("no journals: it refuses them");
+  }
+  for (const BackgroundJob* one : jobs_) {
+    const std::string shown = one->Shown();
+    if (!shown.empty()) text += (text.empty() ? "" : ", ") + shown;
   }
   if (identification_.multiplier() > 1) {
     text += (text.empty() ? "" : ", ") + std::string("times by its multiplier ") +

@@ -3,13 +3,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "protocols/protocol.h"
+#include "protocols/set4tm/billing_session.h"
+#include "protocols/set4tm/clock_drift.h"
 #include "protocols/set4tm/identification.h"
 #include "protocols/set4tm/journal_session.h"
+#include "protocols/set4tm/kept_texts.h"
+#include "protocols/set4tm/load_session.h"
 #include "protocols/set4tm/meter_memory.h"
 #include "protocols/set4tm/plan.h"
 #include "protocols/set4tm/settings.h"
@@ -23,9 +28,14 @@ class MeterConversation : public Conversation {
 
   std::span<const Query> Queries() const override { return plan_.queries(); }
   bool HasEvents() const override { return journals_.has_events(); }
-  void OnEventsKept(std::string_view said) override { journals_.OnKept(said); }
+  std::optional<Instant> BackgroundDue() const override;
+  void OnEventsKept(std::string_view said) override;
   Result<Request> Ask(const Task& task, Instant now) override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
+  void Stamp(Request& /*request*/, Now arrives, Duration character) override {
+    drift_.OnSent(arrives, character);
+  }
+  void OnHostClock(bool right) override { drift_.OnHostClock(right); }
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
   void OnEnabled() override;
@@ -55,6 +65,9 @@ class MeterConversation : public Conversation {
   void ReadData(Reply& reply) const;
 
   Request Make(View pdu) const;
+  /// The request of a write.
+  Result<Bytes> CorrectionOf(const Task& task, Instant now) const;
+  void AddDrift(Reply& reply, std::size_t bytes, Instant now);
   void UseMasks(bool masked);
   /// As the type of the meter says. True: the queries are others now.
   bool ChooseIntegers();
@@ -66,6 +79,9 @@ class MeterConversation : public Conversation {
   /// The step behind a status: reopen, repeat, forget the request, or nothing.
   Answer AfterStatus(const Task& task, Reply reply, Instant now);
   Answer AfterJournal(Reply reply, Instant now);
+  Bytes NextInBackground(Instant now);
+  Answer AfterBackground(Reply reply, Instant now);
+  BackgroundJob& job() const { return *jobs_[job_]; }
   Answer AfterOpen(const Task& task, Reply reply, Instant now);
   Answer AfterClosed(Answer answer);
   bool Verify(std::uint32_t serial);
@@ -79,7 +95,12 @@ class MeterConversation : public Conversation {
   PointFields fields_;
   Identification identification_;
   PduPlan plan_;
+  ClockDrift drift_;
   JournalSession journals_;
+  LoadSession loads_;
+  BillingSession billing_;
+  const std::array<BackgroundJob*, 2> jobs_ = {&loads_, &billing_};
+  KeptTexts kept_;
   Bytes address_;
 
   // The session: gone with OnReconnect.
@@ -95,6 +116,10 @@ class MeterConversation : public Conversation {
   // Kept over OnReconnect.
   MeterMemory memory_;
   DeviceTrouble trouble_;
+
+  // The task in the background that came last.
+  std::size_t job_ = 0;
+  Bytes asked_in_background_;
 
   // The task under way.
   int reopened_ = 0;

@@ -43,6 +43,7 @@ class Identification {
   Scale scale() const { return Merge(settings_.scale(), learned_); }
   /// Whether the bits of its status word are those that profiles name.
   bool KnowsStatusWord() const;
+  std::optional<std::uint8_t> type() const { return type_; }
   Knows masked_floats() const;
   /// What its type says of 08 1B; perhaps, while it is not known.
   Knows floats() const;

@@ -60,6 +60,9 @@ MeterConversation::Reply MeterConversation::Decode(View request, View frame) con
   if (IsMasked(pdu) && got->body[0] != pdu[2]) {
     return unexpected("reply to another snapshot: id " + HexByte(got->body[0]));
   }
+  if (pdu[0] == kMemoryTagged && got->body[0] != pdu[1]) {
+    return unexpected("reply to another read of memory: id " + HexByte(got->body[0]));
+  }
   reply.pdu = pdu;
   reply.data = got->body;
   ReadData(reply);

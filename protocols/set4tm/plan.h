@@ -31,6 +31,10 @@ class PointFields {
 
   /// Whether live floats are among them.
   bool HasFloats() const;
+  std::optional<Decoder> DecoderOf(std::size_t point) const {
+    const auto& field = fields_[point];
+    return field ? std::optional(field->decoder) : std::nullopt;
+  }
   /// Integers in place of floats, for meters that have none (integers.h), or as points say.
   void UseIntegers(bool integers);
 

@@ -42,6 +42,7 @@ constexpr DecoderRow kDecoders[] = {
     {Decoder::time, "time", Kind::text, 7},
     {Decoder::time_min, "time_min", Kind::text, 6},
     {Decoder::clock, "clock", Kind::number, 8},
+    {Decoder::drift, "drift", Kind::number, 8},
     {Decoder::flag, "flag", Kind::truth, 1},
     {Decoder::alarm, "alarm", Kind::truth, 5},
 };
@@ -71,6 +72,9 @@ constexpr DecoderSpec kSpecs[] = {
     {"clock@n",
      "the meter's clock (04 00, 09 00 00) as seconds since 1970, UTC by `time_zone`, without which "
      "it is not good"},
+    {"drift@n",
+     "the meter's clock (04 00, 09 00 00) minus this machine's, in seconds; good while the latter "
+     "is synchronised"},
     {"flag@nn", "bit E-nn (1 to 40) of the status word, 08 0A"},
     {"alarm@n", "any bit of the status word but E-38, E-39, E-40"},
 };
@@ -140,8 +144,10 @@ Status CheckPdu(std::string_view read, const Field& field) {
                  "and set `snapshot: true`");
   }
   const bool asks_clock = pdu == Bytes{kJournal, 0} || pdu == Bytes{kJournalExtended, 0, 0};
-  if (field.decoder == Decoder::clock && (!asks_clock || field.offset != 0)) {
-    return Wrong(read, "clock reads the meter's clock: write \"04 00 clock@0\"");
+  const bool of_clock = field.decoder == Decoder::clock || field.decoder == Decoder::drift;
+  if (of_clock && (!asks_clock || field.offset != 0)) {
+    const std::string name(RowOf(field.decoder).name);
+    return Wrong(read, name + " reads the meter's clock: write \"04 00 " + name + "@0\"");
   }
   const auto length = LengthOfData(pdu);
   if (!length) return Wrong(read, "no reply to this request is documented; check its length");
@@ -234,9 +240,21 @@ std::span<const DecoderSpec> DecoderSpecs() {
   return kSpecs;
 }
 
+namespace {
+
+constexpr const char* kCorrectionTypes =
+    "write \"03 0B\" needs type bool (by the drift) or a number type (seconds)";
+
+}  // namespace
+
 Status CheckPoint(const config::Point& point) {
+  if (point.write == kCorrectsClock && point.access == config::Access::write) {
+    return point.type == config::Type::string ? Status(Error{kCorrectionTypes}) : Status();
+  }
   if (point.access != config::Access::read || !point.write.empty()) {
-    return Error{"SET-4TM points are read only"};
+    return Error{
+        "SET-4TM points are read only, but for one that is only written: write: \"03 0B\" "
+        "corrects the clock"};
   }
   const auto field = ParseField(point.read);
   if (!field) return Error{field.error()};

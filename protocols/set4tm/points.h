@@ -37,6 +37,7 @@ enum class Decoder : std::uint8_t {
   time,
   time_min,
   clock,
+  drift,
   flag,
   alarm,
 };
@@ -51,6 +52,8 @@ struct Field {
 
 /// An error names the part that is wrong and what would be right.
 Result<Field> ParseField(std::string_view read);
+/// `write` of a point that corrects the clock.
+inline constexpr std::string_view kCorrectsClock = "03 0B";
 /// The form that ParseField reads: "08 1B 00 11 float_le@0".
 std::string FieldText(const Field& field);
 /// Whether `read` is a field, its value can be of the point's type, and nothing is written.

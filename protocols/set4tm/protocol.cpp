@@ -21,7 +21,23 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return FormatAddress(*parsed);
 }
 
-Status CheckDevice(const config::Device& device) { return CheckSettings(device.options); }
+Status CheckDevice(const config::Device& device) {
+  if (Status status = CheckSettings(device.options); !status) return status;
+  const Settings settings = ReadSettings(device.options);
+  if (settings.load_profiles.empty() && settings.billing.empty()) return {};
+  const std::string key = settings.load_profiles.empty() ? "billing" : "load_profile";
+  if (!settings.time_zone) {
+    return Error{key +
+                 ": its records have the time of the meter's clock; give its zone, as "
+                 "time_zone: \"+03:00\""};
+  }
+  if (!device.events) {
+    return Error{key +
+                 ": its records are kept with the events; write 'events: on' at the device, "
+                 "or 'events: {}' at the top level"};
+  }
+  return {};
+}
 
 /// Before ratios counted for floats, a `scale` at each point had to do it.
 std::vector<Doubt> DoubtsOfRatios(const config::Device& device) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/settings.h"
 
+#include <algorithm>
+
+#include "gateway/base/text.h"
 #include "protocols/common/settings.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/types.h"
@@ -18,6 +21,35 @@ Result<std::vector<std::uint8_t>> ParseTypes(const std::vector<std::string>& wor
     types.push_back(*type);
   }
   return types;
+}
+
+Result<std::vector<unsigned>> ParseLoads(const std::vector<std::string>& words) {
+  std::vector<unsigned> profiles;
+  for (const std::string& word : words) {
+    const auto profile = ParseInteger<unsigned>(word);
+    if (!profile || *profile < 1 || *profile > 3) {
+      return Error{"load_profile: \"" + word + "\" is no load profile; give 1, 2 or 3"};
+    }
+    if (std::ranges::count(profiles, *profile) > 0) {
+      return Error{"load_profile: " + word + " stands twice"};
+    }
+    profiles.push_back(*profile);
+  }
+  return profiles;
+}
+
+Result<std::vector<BillingPeriod>> ParseBilling(const std::vector<std::string>& words) {
+  std::vector<BillingPeriod> periods;
+  for (const std::string& word : words) {
+    if (word != "day" && word != "month") {
+      return Error{"billing: \"" + word + "\" is no period of readings; give day, month or both"};
+    }
+    periods.push_back(word == "day" ? BillingPeriod::day : BillingPeriod::month);
+    if (std::ranges::count(periods, periods.back()) > 1) {
+      return Error{"billing: " + word + " stands twice"};
+    }
+  }
+  return periods;
 }
 
 Result<std::optional<CivilZone>> ParseZone(const std::string& text) {
@@ -69,6 +101,20 @@ constexpr auto kTable = SettingsTable(
         "of events; without it they have none of the meter's.")),
     Bind<&Settings::journal_records>(option::Integer(
         "journal_records", "10", 1, 20, "Records that the meter keeps in each journal.")),
+    Bind<&Settings::load_profiles, ParseLoads>(
+        option::Texts("load_profile", "",
+                      "Load profiles (1 to 3) whose records are kept, for 'baudgate history'; "
+                      "needs time_zone and "
+                      "events.")),
+    Bind<&Settings::billing, ParseBilling>(option::Texts(
+        "billing", "",
+        "Billing readings that are kept: energies at the begin of each day, month, or both; needs "
+        "time_zone and events.")),
+    Bind<&Settings::billing_tariffs>(option::Integer(
+        "billing_tariffs", "4", 0, 8, "Tariffs of billing readings, beside the sum of all.")),
+    Bind<&Settings::load_records>(
+        option::Integer("load_records", "8192", 64, 8192,
+                        "Records of 8 bytes in the memory of each load profile.")),
     Bind<&Settings::types, ParseTypes>(option::Texts(
         "types", "",
         "Type codes (08 12, 0 to B) that the meter may have; of another one no value is good.")));

@@ -24,6 +24,9 @@ enum class Floats : std::uint8_t { primary, secondary };
 /// Whether 08 23 is used.
 enum class Snapshot : std::uint8_t { automatic, on, off };
 
+/// Energies at its begin are a billing reading.
+enum class BillingPeriod : std::uint8_t { day, month };
+
 struct Settings {
   Bytes password;                              ///< six bytes
   std::optional<std::uint32_t> serial_number;  ///< the meter that must answer
@@ -35,9 +38,13 @@ struct Settings {
   Checksum checksum = Checksum::crc;
   Floats floats = Floats::primary;
   Snapshot snapshot = Snapshot::automatic;
-  std::optional<CivilZone> time_zone;  ///< of its clock
-  int journal_records = 10;            ///< in each journal
-  std::vector<std::uint8_t> types;     ///< type codes of 08 12; empty: any
+  std::optional<CivilZone> time_zone;   ///< of its clock
+  int journal_records = 10;             ///< in each journal
+  std::vector<unsigned> load_profiles;  ///< 1 to 3, that are read; empty: none is
+  std::vector<BillingPeriod> billing;   ///< whose readings are kept; empty: none are
+  int billing_tariffs = 4;              ///< of them, beside the sum
+  int load_records = 8192;              ///< in the memory of each, hours' headers included
+  std::vector<std::uint8_t> types;      ///< type codes of 08 12; empty: any
 
   /// What need not be asked of the meter.
   Scale scale() const;

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/set4tm/civil_bcd.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/integers.h"
 #include "protocols/set4tm/settings.h"
 #include "protocols/set4tm/snapshot.h"
 #include "protocols/set4tm/status.h"
+#include "protocols/set4tm/twin_billing.h"
 #include "protocols/set4tm/types.h"
 #include "protocols/set4tm/values.h"
 
@@ -127,21 +129,84 @@ Bytes MeterTwin::Serve(View pdu, Instant now) {
   }
   if (!open) return {kChannelClosed};
   last_correct_ = now;
-  if (pdu[0] == kWrite) return {Write(pdu)};
+  if (const auto shown = ClockAt(now)) {
+    for (auto& [profile, load] : loads_) load.Advance(*shown);
+  }
+  if (pdu[0] == kWrite) return {Write(pdu, now)};
   const auto data = Data(pdu, now);
   return data ? *data : Bytes{kNotAllowed};
 }
 
 /// Level 1 may correct the clock by up to two minutes, once a day; nothing else.
-std::uint8_t MeterTwin::Write(View pdu) {
+std::uint8_t MeterTwin::Write(View pdu, Instant now) {
   constexpr std::uint8_t kCorrectClock = 0x0B;
   constexpr int kMostSeconds = 120;
   if (pdu[1] != kCorrectClock) return kLevelTooLow;
-  const auto seconds = static_cast<std::int16_t>(ByteReader(pdu).U16Be(2).value_or(0));
-  if (std::abs(seconds) > kMostSeconds) return kNotAllowed;
-  if (clock_corrected_) return kClockAlreadyCorrected;
-  clock_corrected_ = true;
+  const std::chrono::seconds by(static_cast<std::int16_t>(ByteReader(pdu).U16Be(2).value_or(0)));
+  if (std::abs(by.count()) > kMostSeconds) return kNotAllowed;
+  const auto shown = ClockAt(now).value_or(CivilZone::Utc());
+  if (std::chrono::floor<std::chrono::hours>(shown) !=
+      std::chrono::floor<std::chrono::hours>(shown + by)) {
+    return kNotAllowed;
+  }
+  const auto today = std::chrono::floor<std::chrono::days>(shown);
+  if (corrected_on_ == today) return kClockAlreadyCorrected;
+  corrected_on_ = today;
+  correction_ += by;
   return kOk;
+}
+
+void MeterTwin::SetClock(Now now) {
+  constexpr std::chrono::days kPast(7);
+  clock_ = now;
+  const Settings settings = ReadSettings(device_.options);
+  const CivilZone zone = settings.time_zone.value_or(CivilZone());
+  const auto bytes = static_cast<std::size_t>(settings.load_records) * kLoadRecord;
+  std::vector<unsigned> profiles = settings.load_profiles;
+  if (profiles.empty()) profiles.push_back(1);
+  for (const unsigned profile : profiles) {
+    constexpr unsigned kMinutes = 30;
+    loads_.insert_or_assign(profile,
+                            TwinLoad(zone, kMinutes, bytes, *ClockAt(now.instant) - kPast));
+  }
+}
+
+TwinLoad* MeterTwin::load(unsigned profile) {
+  const auto found = loads_.find(profile);
+  return found == loads_.end() ? nullptr : &found->second;
+}
+
+std::optional<CivilZone::Utc> MeterTwin::ClockAt(Instant now) const {
+  if (!clock_) return std::nullopt;
+  const WallTime wall = clock_->wall + (now - clock_->instant);
+  return std::chrono::floor<std::chrono::seconds>(wall) + correction_;
+}
+
+/// The time, the pointer and the interval of a load profile, and its memory.
+std::optional<Bytes> MeterTwin::OfClock(View pdu, Instant now) const {
+  const auto shown = ClockAt(now);
+  if (!shown) return std::nullopt;
+  if (std::ranges::equal(pdu, Bytes{kJournal, 0}) ||
+      std::ranges::equal(pdu, Bytes{kJournalExtended, 0, 0})) {
+    const CivilZone zone = ReadSettings(device_.options).time_zone.value_or(CivilZone());
+    Bytes data = BytesOf(zone.ToCivil(*shown));
+    data.push_back(zone.IsDaylight(*shown) ? 0 : 1);
+    return data;
+  }
+  const bool tagged = pdu[0] == kMemoryTagged;
+  if (tagged || pdu[0] == kMemory) {
+    const View place = pdu.subspan(tagged ? 2 : 1);
+    const auto load = loads_.find(place[0] == 0x03 ? 1 : place[0] - 6U);
+    if (load == loads_.end()) return std::nullopt;
+    auto memory = load->second.Memory(*ByteReader(place).U16Be(1), place[3]);
+    if (memory && tagged) memory->insert(memory->begin(), pdu[1]);
+    return memory;
+  }
+  if (pdu[0] != kRead || pdu.size() < 2 || (pdu[1] != 0x04 && pdu[1] != 0x06)) return std::nullopt;
+  const auto load = loads_.find(pdu.size() == 2 ? 1 : pdu[2] + 1U);
+  if (load == loads_.end()) return std::nullopt;
+  if (pdu[1] == 0x04) return load->second.Pointer();
+  return Bytes{0, static_cast<std::uint8_t>(load->second.minutes())};
 }
 
 std::optional<Bytes> MeterTwin::OwnData(View pdu) const {
@@ -232,11 +297,16 @@ std::optional<Bytes> MeterTwin::Data(View pdu, Instant now) const {
     return knows ? Floats(pdu, now) : std::nullopt;
   }
   if (auto record = journals_.Record(pdu)) return record;
+  if (auto bytes = OfClock(pdu, now)) return bytes;
   auto own = OwnData(pdu);
   Bytes data = own ? *own : Bytes(*length);
   const bool found = Fill(pdu, now, data);
   if (type_ && pdu[0] == kRead && pdu[1] == kVariant) {
     data[2] = static_cast<std::uint8_t>(unsigned{*type_} << 4U | (data[2] & 0x0FU));
+  }
+  if (const auto shown = ClockAt(now); shown && !own && !found) {
+    const CivilZone zone = ReadSettings(device_.options).time_zone.value_or(CivilZone());
+    if (auto registers = TwinRegisters(pdu, zone.ToCivil(*shown))) return registers;
   }
   return own || found || journals_.Has(pdu) ? std::optional(std::move(data)) : std::nullopt;
 }

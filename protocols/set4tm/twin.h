@@ -13,6 +13,7 @@
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/points.h"
 #include "protocols/set4tm/twin_journals.h"
+#include "protocols/set4tm/twin_load.h"
 #include "protocols/twin.h"
 
 namespace baudgate::protocols::set4tm {
@@ -24,13 +25,20 @@ class MeterTwin : public Twin {
 
   Bytes Answer(View request, Instant now) override;
   void ReplyAs(std::string_view address) override;
+  /// From then on it has a clock, and load profiles since a week before.
+  void SetClock(Now now) override;
   bool Raise(const DeviceEvent& event, Now now) override;
+  /// 1 to 3; null: it has no such profile, or no clock.
+  TwinLoad* load(unsigned profile);
 
  private:
   bool Hears(View address) const;
   /// The status byte, or the data; empty = silence.
   Bytes Serve(View pdu, Instant now);
-  std::uint8_t Write(View pdu);
+  std::uint8_t Write(View pdu, Instant now);
+  /// What its clock shows: of this machine, and what it was corrected by.
+  std::optional<CivilZone::Utc> ClockAt(Instant now) const;
+  std::optional<Bytes> OfClock(View pdu, Instant now) const;
   /// Nothing when this meter has no such parameter.
   std::optional<Bytes> Data(View pdu, Instant now) const;
   std::optional<Bytes> OwnData(View pdu) const;
@@ -51,7 +59,10 @@ class MeterTwin : public Twin {
   bool knows_floats_ = true;
   bool knows_masks_ = true;
   std::optional<Instant> last_correct_;  // of an open channel
-  bool clock_corrected_ = false;
+  std::optional<Now> clock_;
+  std::chrono::seconds correction_{};
+  std::optional<std::chrono::sys_days> corrected_on_;
+  std::map<unsigned, TwinLoad> loads_;
   TwinJournals journals_;
 };
 

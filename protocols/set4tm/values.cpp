@@ -318,6 +318,8 @@ Decoded DecodeField(const Field& field, View data, const Scale& scale) {
       return DecodeInteger(field, data, scale);
     case Decoder::clock:
       return DecodeClock(field, data, scale);
+    case Decoder::drift:
+      return Bad(Quality::bad_waiting);  // no time of this machine is known here
     case Decoder::flag: {
       const auto byte = reader.U8((field.offset - 1) / 8);
       if (!byte) return Bad(Quality::bad_device_failure);

@@ -78,6 +78,8 @@ class SpaConversation final : public Conversation {
         return AskWrite(task);
       case Task::Kind::events:
         return Seal(WantsName() ? ReadOf(slave_, kIdentification, 0) : events_.Next(slave_));
+      case Task::Kind::background:
+        break;
     }
     return Error{"the SPA Bus does not know this kind of task"};
   }
@@ -116,7 +118,7 @@ class SpaConversation final : public Conversation {
     return std::move(exchange.answer);
   }
 
-  void Stamp(Request& request, Now arrives, Duration character) override {
+  void Stamp(Request& request, Now arrives, Duration character, Duration /*character*/) override {
     const bool asks = request.expect.reply != Expectation::Reply::none;
     if (asks) return offset_.OnSent(arrives, character);
     request = ClockRequest(ItemOf(request), arrives.wall + settings_.clock_delay);

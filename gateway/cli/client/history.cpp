@@ -75,6 +75,7 @@ std::string GapText(const Json& record) {
   const std::string until = FieldText(record, "until");
   if (why == "clock") return "gap: the clock was set to " + until;
   if (why == "dropped") return "gap: the disk took no values until " + until;
+  if (why == "overwritten") return "gap: the meter has it no more, until " + until;
   return "gap: the gateway was down until " + until;
 }
 

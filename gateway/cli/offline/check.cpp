@@ -2,6 +2,7 @@
 #include "gateway/cli/offline/check.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -208,6 +209,27 @@ void PrintEvents(const config::Config& config, std::ostream& out) {
   out << '\n';
 }
 
+/// "load profiles of meters.m1 (1, 2), meters.m2 (1)": what meters keep themselves and is read
+/// back.
+void PrintOfMeters(const config::Config& config, std::ostream& out) {
+  constexpr std::array<std::pair<const char*, const char*>, 2> kKinds = {
+      {{"load_profile", "load profiles of "}, {"billing", "billing readings of "}}};
+  for (const auto& [option, title] : kKinds) {
+    std::string text;
+    for (const config::Line& line : config.lines) {
+      for (const config::Device& device : line.devices) {
+        if (!device.options.Has(option) || device.options.Texts(option).empty()) continue;
+        std::string words;
+        for (const std::string& word : device.options.Texts(option)) {
+          words += (words.empty() ? "" : ", ") + word;
+        }
+        text += (text.empty() ? title : ", ") + line.name + "." + device.name + " (" + words + ")";
+      }
+    }
+    if (!text.empty()) out << text << '\n';
+  }
+}
+
 std::string Megabytes(std::uint64_t bytes) {
   return FormatNumber(std::round(static_cast<double>(bytes) / 1e5) / 10) + " MB";
 }
@@ -257,6 +279,7 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
         << (CanWrite(config) ? ": what is remembered of devices, and every write\n"
                              : ": what is remembered of devices\n");
     PrintEvents(config, out);
+    PrintOfMeters(config, out);
     PrintHistory(config, out);
   }
   for (const config::Line& line : config.lines) {

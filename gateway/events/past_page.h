@@ -1,0 +1,57 @@
+// Reads what devices have measured themselves, page by page: for `baudgate history`, over a
+// connection of its own that holds up nobody. What stands in the file may be anything.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/base/quality.h"
+#include "gateway/base/result.h"
+#include "gateway/base/time.h"
+#include "gateway/base/value.h"
+#include "gateway/state/database.h"
+
+namespace baudgate::events {
+
+/// Rows of one page: about 100 kB of the control socket.
+inline constexpr std::size_t kPastPage = 1000;
+
+/// Where a page has ended: times of a device may come twice, numbers do not.
+struct PastCursor {
+  std::int64_t seq = 0;
+  std::int64_t time = std::numeric_limits<std::int64_t>::min();  ///< microseconds since 1970
+};
+
+struct PastQuery {
+  std::string line{};
+  std::string device{};
+  std::string name{};  ///< "load_1.active_import"
+  std::optional<WallTime> since{};
+  std::optional<WallTime> until{};
+  PastCursor after{};
+};
+
+/// Of a span of time that begins at `time`. Without a quality nobody knows its value any more.
+struct PastRow {
+  WallTime time{};
+  Duration span{};
+  Value value{};
+  std::optional<Quality> quality{};
+};
+
+struct PastPage {
+  std::vector<PastRow> rows{};  ///< by their times
+  PastCursor next{};
+  bool more = false;
+  bool known = false;  ///< there is something of that name
+};
+
+Result<PastPage> ReadPast(Database& database, const PastQuery& query);
+/// One read, in a connection that ends with it.
+Result<PastPage> ReadPast(const std::filesystem::path& file, const PastQuery& query);
+
+}  // namespace baudgate::events

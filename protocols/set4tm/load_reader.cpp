@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/load_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
+
+namespace baudgate::protocols::set4tm {
+
+// ---------------------------------------------------------------- places
+
+std::string LoadPlace::Text() const {
+  std::string text = fmt::format("{:04X}:", address);
+  for (const std::uint8_t byte : header) text += HexByte(byte);
+  return text + fmt::format(":{}", taken);
+}
+
+std::optional<LoadPlace> LoadPlace::Parse(std::string_view text) {
+  const auto words = Split(text, ':');
+  if (words.size() != 3) return std::nullopt;
+  const auto address = ParseInteger<std::uint16_t>(words[0], 16);
+  auto header = ParseHex(words[1]);
+  const auto taken = ParseInteger<std::uint8_t>(words[2]);
+  const auto hour = header ? ParseLoadHeader(*header) : std::nullopt;
+  if (!address || !hour || !taken || *taken > hour->slices()) return std::nullopt;
+  return LoadPlace{*address, std::move(*header), *taken};
+}
+
+CivilZone::Utc LoadReader::EndOf(const LoadPlace& place) const {
+  const auto header = ParseLoadHeader(place.header);
+  return UtcOf(*header, zone_) +
+         static_cast<std::int64_t>(place.taken) * std::chrono::minutes(header->minutes);
+}
+
+std::optional<CivilZone::Utc> LoadReader::end() const {
+  return place_ ? std::optional(EndOf(*place_)) : floor_;
+}
+
+void LoadReader::OnKept(std::optional<LoadPlace> place, bool another) {
+  if (!place) return;
+  floor_.reset();
+  place_ = std::move(place);
+  if (another) Lose();
+}
+
+/// Reading goes on with the oldest hour that there is.
+void LoadReader::Lose() {
+  floor_ = EndOf(*place_);
+  place_.reset();
+  knows_interval_ = false;
+  BreakOff();
+}
+
+void LoadReader::OnReconnect() {
+  knows_interval_ = false;
+  BreakOff();
+}
+
+void LoadReader::BreakOff() {
+  pointer_.reset();
+  scan_.reset();
+  read_.reset();
+}
+
+// ---------------------------------------------------------------- what is asked
+
+LoadReader::Step LoadReader::step() const {
+  if (!knows_interval_) return Step::interval;
+  return pointer_ && read_ ? Step::memory : Step::pointer;
+}
+
+bool LoadReader::OnInterval(unsigned minutes) {
+  if (minutes == 0 || minutes > 60 || 60 % minutes != 0) return false;
+  ring_.minutes = minutes;
+  knows_interval_ = true;
+  return true;
+}
+
+bool LoadReader::OnPointer(View data, const Manner& manner) {
+  pointer_ = ParseLoadPointer(data);
+  return GoOn(manner);
+}
+
+bool LoadReader::GoOn(const Manner& manner) {
+  read_.reset();
+  const auto current = pointer_ && knows_interval_ ? ring_.HourOf(*pointer_) : std::nullopt;
+  if (current && place_ && !Reaches(*current)) {
+    Lose();
+    return true;
+  }
+  const std::size_t finished = current ? pointer_->minute / ring_.minutes : 0;
+  const bool plans = current && (place_ ? PlanHours(*current, finished, manner)
+                                        : PlanScan(*current, finished, manner));
+  if (!plans) pointer_.reset();
+  return plans;
+}
+
+bool LoadReader::Reaches(std::size_t current) const {
+  std::size_t address = place_->address;
+  for (std::size_t hours = 0; address != current; ++hours) {
+    if (hours > ring_.hours()) return false;
+    address = ring_.Next(address);
+  }
+  return true;
+}
+
+/// A header may stand at each record. Where memory has wrapped the oldest hour is the next one to
+/// be overwritten.
+bool LoadReader::PlanScan(std::size_t current, std::size_t finished, const Manner& manner) {
+  const std::size_t end = current + (finished > 0 ? kLoadRecord : 0);
+  if (!scan_) scan_ = pointer_->wrapped ? ring_.Next(current) : 0;
+  if (*scan_ + kLoadRecord > ring_.bytes) scan_ = 0;
+  if (*scan_ == end) return false;
+  const std::size_t room = (*scan_ < end ? end : ring_.bytes) - *scan_;
+  const std::size_t most = std::min(manner.most, room);
+  const MemoryRead::Stretch stretch{*scan_, most - most % kLoadRecord};
+  read_.emplace(std::vector{stretch}, manner.most, manner.twice);
+  return true;
+}
+
+bool LoadReader::PlanHours(std::size_t current, std::size_t finished, const Manner& manner) {
+  const auto slices = [&](std::size_t address) {
+    return address == current ? finished : ring_.block() / kLoadRecord - 1;
+  };
+  const auto size = [](std::size_t count) { return kLoadRecord * (1 + count); };
+  const std::size_t place = place_->address;
+  blocks_ = {{place, slices(place), 0}};
+  std::size_t total = size(slices(place));
+  for (std::size_t last = place; last != current;) {
+    const std::size_t next = ring_.Next(last);
+    const std::size_t count = slices(next);
+    const bool fits = next == last + ring_.block() && total + size(count) <= manner.most;
+    if (count == 0 || !fits) break;
+    blocks_.push_back({next, count, total});
+    total += size(count);
+    last = next;
+  }
+  if (blocks_.size() > 1 || place_->taken < slices(place)) {
+    read_.emplace(std::vector{MemoryRead::Stretch{place, total}}, manner.most, manner.twice);
+    return true;
+  }
+  // The next hour is not in reach of the header of the last: they are read one after the other.
+  blocks_[0].slices = 0;
+  std::vector<MemoryRead::Stretch> stretches = {{place, kLoadRecord}};
+  if (place == current) {
+    if (ParseLoadHeader(place_->header)->begin == pointer_->hour) return false;
+  } else {
+    const std::size_t next = ring_.Next(place);
+    if (slices(next) == 0) return false;
+    blocks_.push_back({next, slices(next), kLoadRecord});
+    stretches.push_back({next, size(slices(next))});
+  }
+  read_.emplace(stretches, manner.most, manner.twice);
+  return true;
+}
+
+// ---------------------------------------------------------------- what comes
+
+LoadReader::Taken LoadReader::OnMemory(View bytes, const Scale& scale, const Manner& manner) {
+  Taken taken;
+  taken.more = true;
+  read_->OnPiece(bytes);
+  if (!read_->done()) return taken;
+  const Bytes whole = std::exchange(read_, std::nullopt)->bytes();
+  const bool alike = !whole.empty();
+  if (alike && !place_) {
+    TakeScan(whole);
+  } else if (!alike || !TakeHours(whole, scale, taken)) {
+    BreakOff();
+    taken.more = false;
+    return taken;
+  }
+  if (taken.records.empty() && step() != Step::interval && pointer_) taken.more = GoOn(manner);
+  return taken;
+}
+
+void LoadReader::TakeScan(View bytes) {
+  for (std::size_t at = 0; at + kLoadRecord <= bytes.size(); at += kLoadRecord) {
+    const View record = bytes.subspan(at, kLoadRecord);
+    const auto header = ParseLoadHeader(record);
+    if (!header || header->minutes != ring_.minutes || header->begin > pointer_->hour) continue;
+    place_ = LoadPlace{*scan_ + at, Bytes(record.begin(), record.end()), 0};
+    scan_.reset();
+    return;
+  }
+  *scan_ += bytes.size();
+}
+
+/// False: nothing has come of it.
+bool LoadReader::TakeHours(View bytes, const Scale& scale, Taken& taken) {
+  LoadPlace place = *place_;
+  bool moved = false;
+  for (const Block& block : blocks_) {
+    const View hour = bytes.subspan(block.offset, kLoadRecord * (1 + block.slices));
+    const View head = hour.first(kLoadRecord);
+    const bool first = &block == &blocks_.front();
+    if (first && !std::ranges::equal(head, place.header)) {
+      Lose();
+      return true;
+    }
+    const auto header = ParseLoadHeader(head);
+    if (!header || header->minutes != ring_.minutes) {
+      if (moved) break;
+      Lose();
+      scan_ = block.address;
+      return true;
+    }
+    if (!first) place = {block.address, Bytes(head.begin(), head.end()), 0};
+    for (; place.taken < block.slices; ++place.taken, moved = true) {
+      const LoadSlice slice =
+          ParseLoadSlice(hour.subspan(kLoadRecord * (1 + place.taken), kLoadRecord));
+      Add(RecordOf(profile_, *header, place.taken, slice, zone_, scale), taken.records);
+    }
+  }
+  if (taken.records.empty()) place_ = place;
+  taken.place = std::move(place);
+  return moved;
+}
+
+/// What was told is passed over; what is missing before it is a record without values.
+void LoadReader::Add(PastRecord record, std::vector<PastRecord>& records) const {
+  if (floor_) {
+    const Duration floor = floor_->time_since_epoch();
+    if (record.begin < floor) return;
+    if (records.empty() && record.begin > floor) {
+      records.push_back({record.series, floor, record.begin - floor, {}});
+    }
+  }
+  records.push_back(std::move(record));
+}
+
+}  // namespace baudgate::protocols::set4tm

@@ -1,0 +1,95 @@
+// What can wait: it goes where it holds up no poll, and does not starve.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/background.h"
+
+#include <gtest/gtest.h>
+
+namespace baudgate {
+namespace {
+
+using Which = Background::Which;
+
+constexpr Instant kStart = Instant() + 1h;
+constexpr Duration kRoom = 400ms;
+
+struct Line {
+  Line() {
+    for (int i = 0; i < 2; ++i) {
+      schedule.SetQueries(schedule.AddDevice(1s, 1min), {config::Group::fast});
+      schedule.Restart(static_cast<std::size_t>(i), kStart);
+    }
+  }
+  /// All polls that are due.
+  void Poll(Instant now) {
+    while (schedule.Next(now)) {
+    }
+  }
+  Schedule schedule;
+  Background background{schedule};
+};
+
+TEST(Background, GoesWhereItIsThroughBeforeTheNextPoll) {
+  Line line;
+  line.background.Set(1, kStart, kRoom);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart)) << "polls are due";
+  line.Poll(kStart);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 600ms), 1U);
+  EXPECT_EQ(line.background.NextAt(kStart + 600ms), kStart + 600ms);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 601ms));
+  EXPECT_FALSE(line.background.Next(Which::that_starves, kStart + 601ms));
+  EXPECT_EQ(line.background.NextAt(kStart + 601ms), kStart + 1min) << "the next poll ends the wait";
+}
+
+TEST(Background, WhatTheLastExchangeTookIsRoomEnough) {
+  Line line;
+  line.background.Set(0, kStart, kRoom);
+  line.Poll(kStart);
+  line.background.OnEnd(0, 100ms);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 850ms), 0U);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 851ms));
+  line.background.OnEnd(0, Duration::zero());
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 850ms));
+}
+
+TEST(Background, ALineThatIsNeverIdleAsksOnceAMinute) {
+  Line line;
+  line.background.Set(0, kStart, 2s);
+  EXPECT_FALSE(line.background.Next(Which::that_starves, kStart + 59s));
+  EXPECT_EQ(line.background.Next(Which::that_starves, kStart + 60s), 0U);
+  line.background.OnTaken(0, kStart + 60s);
+  EXPECT_FALSE(line.background.Next(Which::that_starves, kStart + 119s));
+  EXPECT_EQ(line.background.Next(Which::that_starves, kStart + 120s), 0U);
+}
+
+TEST(Background, DevicesTakeTurns) {
+  Line line;
+  line.background.Set(0, kStart, kRoom);
+  line.background.Set(1, kStart, kRoom);
+  line.Poll(kStart);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart), 0U);
+  line.background.OnTaken(0, kStart);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart), 1U);
+  line.background.OnTaken(1, kStart);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart), 0U);
+}
+
+TEST(Background, NothingIsAskedBeforeTheLastIsKeptNorOfADeviceThatIsAway) {
+  Line line;
+  line.background.Set(0, kStart, kRoom);
+  line.Poll(kStart);
+  line.background.Hold(0);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart));
+  EXPECT_FALSE(line.background.NextAt(kStart));
+  line.background.Release(0);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart), 0U);
+  line.schedule.Hold(0, kStart + 100ms);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart));
+  EXPECT_EQ(line.background.NextAt(kStart), kStart + 100ms);
+  line.schedule.Suspend(0);
+  EXPECT_FALSE(line.background.NextAt(kStart));
+  line.background.Set(0, std::nullopt, kRoom);
+  EXPECT_FALSE(line.background.NextAt(kStart));
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,134 @@
+// The drift of a meter's clock, and its correction: golden bytes, and a whole line.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/clock_drift.h"
+
+#include <gtest/gtest.h>
+
+#include "gateway/poll/poller.h"
+#include "tests/protocols/set4tm/support.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate::protocols::set4tm {
+namespace {
+
+constexpr Duration kCharacter = 1146us;  // 11 bits at 9600
+
+Scale InZone(std::string_view zone) {
+  Scale scale;
+  scale.zone = *CivilZone::Parse(zone);
+  return scale;
+}
+
+/// 2002-09-02T15:30:31, summer (MFR 2.4.1.1.1): 11:30:31 UTC in a zone of +04:00.
+TEST(ClockDrift, IsTakenAtTheMiddleOfTheExchange) {
+  const Bytes data = Hex("31 30 15 01 02 09 02 00");
+  const WallTime shown = std::chrono::sys_days(std::chrono::year(2002) / 9 / 2) + 11h + 30min + 31s;
+  ClockDrift drift;
+  drift.OnHostClock(true);
+  drift.OnAsked();
+  const Instant sent{1h};
+  drift.OnSent({sent, shown - 10s}, kCharacter);
+  const Instant whole = sent + 40ms + 11 * kCharacter;
+  const Decoded decoded = drift.Of(data, 11, InZone("+04:00"), whole);
+  EXPECT_TRUE(IsGood(decoded.quality));
+  EXPECT_NEAR(ToDouble(decoded.value), 10 + 0.5 - 0.02, 1e-6);
+  EXPECT_TRUE(drift.Latest(whole + 59min));
+  EXPECT_FALSE(drift.Latest(whole + 61min));
+  drift.OnHostClock(false);
+  EXPECT_FALSE(drift.Latest(whole));
+  EXPECT_TRUE(IsUncertain(drift.Of(data, 11, InZone("+04:00"), whole).quality));
+  EXPECT_TRUE(IsBad(drift.Of(data, 11, Scale(), whole).quality)) << "no zone";
+}
+
+TEST(ClockDrift, AnExchangeThatTookLongSaysNothingCertain) {
+  ClockDrift drift;
+  drift.OnHostClock(true);
+  drift.OnAsked();
+  drift.OnSent({Instant(1h), WallTime(1'000'000'000s)}, kCharacter);
+  drift.OnSent({Instant(1h + 2s), WallTime(1'000'000'002s)}, kCharacter);  // once more
+  const Decoded decoded =
+      drift.Of(Hex("31 30 15 01 02 09 02 00"), 11, InZone("+00:00"), Instant(1h + 2100ms));
+  EXPECT_TRUE(IsUncertain(decoded.quality));
+}
+
+/// Reference, 12, example 14: + 10 s.
+TEST(ClockDrift, CorrectionOfTheReference) {
+  const ClockDrift drift;
+  const auto pdu = ClockCorrection(Value(10.0), drift, Instant(1h));
+  ASSERT_TRUE(pdu);
+  EXPECT_EQ(ToHex(MakeFrame(Bytes{5}, *pdu)), "05 03 0B 00 0A 19 81");
+  EXPECT_EQ(ToHex(*ClockCorrection(Value(std::int64_t{-120}), drift, Instant(1h))), "03 0B FF 88");
+  EXPECT_FALSE(ClockCorrection(Value(121.0), drift, Instant(1h)));
+  EXPECT_FALSE(ClockCorrection(Value(std::int64_t{-70'000}), drift, Instant(1h)));
+  EXPECT_FALSE(ClockCorrection(Value(true), drift, Instant(1h))) << "no drift is known";
+  EXPECT_FALSE(ClockCorrection(Value(false), drift, Instant(1h)));
+}
+
+class ClockLine : public ::testing::Test {
+ protected:
+  ClockLine() {
+    config::Device device = MakeDevice("5", {MakePoint("04 00 drift@0")});
+    device.name = "m1";
+    device.protocol = "set4tm";
+    device.poll = 1s;
+    device.options.Set("time_zone", std::string("+03:00"));
+    config::Point correction;
+    correction.name = "correction";
+    correction.write = "03 0B";
+    correction.access = config::Access::write;
+    correction.type = config::Type::boolean;
+    device.points.push_back(correction);
+    config::Line its;
+    its.name = "meters";
+    its.protocol = "set4tm";
+    its.serial = {.baud = 9600, .data_bits = 8, .parity = config::Parity::odd};
+    its.devices = {device};
+    line = std::make_unique<VirtualLine>(std::move(its), std::vector{&Set4tmProtocol()});
+  }
+  void MeterIsAhead(Duration by) {
+    line->twin(0).twin->SetClock({line->now().instant, line->now().wall + by});
+  }
+  std::size_t Corrections() const {
+    return static_cast<std::size_t>(std::ranges::count_if(line->sent, [](const Sent& sent) {
+      return sent.text.size() > 2 && sent.text[1] == 0x03 && sent.text[2] == 0x0B;
+    }));
+  }
+
+  std::unique_ptr<VirtualLine> line;
+};
+
+TEST_F(ClockLine, TheDriftIsGoodWhileThisClockIs) {
+  MeterIsAhead(-42s);
+  line->Open();
+  line->RunFor(5s);
+  EXPECT_TRUE(IsUncertain(line->QualityOf(0, 0)));
+  line->poller().OnHostClock(true);
+  line->RunFor(5s);
+  EXPECT_TRUE(IsGood(line->QualityOf(0, 0)));
+  EXPECT_NEAR(ToDouble(line->ValueOf(0, 0)), -42, 0.6);
+  line->poller().OnHostClock(false);
+  line->RunFor(5s);
+  EXPECT_TRUE(IsUncertain(line->QualityOf(0, 0)));
+}
+
+TEST_F(ClockLine, IsCorrectedOnceADay) {
+  MeterIsAhead(30s);
+  line->Open();
+  line->RunFor(5s);
+  ASSERT_TRUE(line->Write(0, 1, Value(true)));
+  line->RunFor(5s);
+  EXPECT_EQ(Corrections(), 0U) << "this machine's clock is not known to be right";
+  line->poller().OnHostClock(true);
+  line->RunFor(5s);
+  ASSERT_TRUE(line->Write(0, 1, Value(true)));
+  line->RunFor(5s);
+  EXPECT_EQ(Corrections(), 1U);
+  EXPECT_NEAR(ToDouble(line->ValueOf(0, 0)), 0, 1.1);
+  MeterIsAhead(60s);
+  line->RunFor(5s);
+  ASSERT_EQ(line->ends.size(), 2U);
+  EXPECT_NE(line->ends[0], line->ends[1]);
+}
+
+}  // namespace
+}  // namespace baudgate::protocols::set4tm

@@ -1,0 +1,363 @@
+// Load profiles that are read while they grow and wrap, with outages of the gateway and the meter,
+// batches that are not kept, restarts and other meters: each record once, and what the twin had.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/load_session.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <random>
+
+#include "gateway/base/text.h"
+#include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/twin_load.h"
+
+namespace baudgate::protocols::set4tm {
+namespace {
+
+using Utc = CivilZone::Utc;
+
+constexpr std::uint32_t kMeter = 9020001;
+constexpr Utc kBegin = std::chrono::sys_days(std::chrono::year(2026) / 9 / 1);
+
+struct Ways {
+  std::string zone = "+03:00";
+  unsigned minutes = 30;
+  std::size_t bytes = 65536;
+  std::uint8_t type = 8;
+};
+
+Settings SettingsOf(const Ways& ways) {
+  Settings settings;
+  settings.time_zone = *CivilZone::Parse(ways.zone);
+  settings.load_profiles = {1};
+  settings.load_records = static_cast<int>(ways.bytes / kLoadRecord);
+  return settings;
+}
+
+Scale Unit() {
+  Scale scale;
+  scale.meter_constant = 0.5;  // one count is one kWh
+  scale.voltage_ratio = scale.current_ratio = 1;
+  return scale;
+}
+
+class Desk {
+ public:
+  explicit Desk(const Ways& its = {})
+      : ways(its), twin(*CivilZone::Parse(its.zone), its.minutes, its.bytes, kBegin) {
+    Restart();
+  }
+
+  void Restart() {
+    session_ = std::make_unique<LoadSession>(SettingsOf(ways));
+    EXPECT_FALSE(session_->due()) << "nobody knows what was told";
+    session_->OnKept(said);
+    session_->OnMeter(meter);
+    session_->OnType(ways.type);
+  }
+
+  /// The gateway is away, the meter goes on.
+  void Pass(Duration time) { now_ += time; }
+
+  /// Whole tasks, as they come due, for so long.
+  void Run(Duration time) {
+    const Instant end = now_ + time;
+    while (true) {
+      const auto due = session_->due();
+      if (!due || *due > end) break;
+      now_ = std::max(now_, *due) + 1s;
+      Task();
+    }
+    now_ = std::max(now_, end);
+  }
+
+  void Task() {
+    twin.Advance(utc());
+    const Bytes pdu = session_->Next(now_);
+    asked.push_back(ToHex(pdu));
+    if (lost && lost()) return session_->OnFailure(now_);
+    if (deaf && pdu[0] == kMemoryTagged) {
+      Answer refusal;
+      refusal.outcome = Outcome::unsupported;
+      EXPECT_EQ(session_->OnRefused(refusal, now_).outcome, Outcome::ok);
+      return;
+    }
+    const Answer answer = session_->OnData(Reply(pdu), Unit(), now_);
+    if (answer.batch) Take(*answer.batch);
+  }
+
+  Utc utc() const {
+    return kBegin + std::chrono::duration_cast<std::chrono::seconds>(now_ - Instant());
+  }
+  LoadSession& session() { return *session_; }
+
+  /// All that the twin has measured since, without a gap, up to the last look.
+  void ExpectAll(Utc from = kBegin) const {
+    const std::chrono::minutes span(ways.minutes);
+    Utc next = from;
+    for (const PastRecord& record : told) {
+      if (Begin(record) < from) continue;
+      ASSERT_EQ(FormatWallTime(WallTime(Begin(record))), FormatWallTime(WallTime(next)));
+      const auto pulses = TwinLoad::PulsesOf(next);
+      for (std::size_t i = 0; i < pulses.size(); ++i) {
+        const double power = pulses[i] * 60.0 / ways.minutes;
+        ASSERT_EQ(record.values[i].value, Value(power)) << FormatWallTime(WallTime(next));
+        ASSERT_TRUE(IsGood(record.values[i].quality));
+      }
+      next += span;
+    }
+    // An hour's slices show when its first is over; a slice when the meter is looked at.
+    EXPECT_GE(next, utc() - span - LoadSession::kLook - 1min);
+    EXPECT_LE(next, utc());
+  }
+  static Utc Begin(const PastRecord& record) {
+    return Utc(std::chrono::duration_cast<std::chrono::seconds>(record.begin));
+  }
+
+  const Ways ways;
+  TwinLoad twin;
+  std::uint32_t meter = kMeter;
+  std::string said;
+  std::vector<PastRecord> told;
+  std::vector<PastRecord> gaps;
+  std::vector<std::string> asked;
+  std::function<bool()> lost;     // the exchange fails
+  std::function<bool()> dropped;  // the batch is not kept, and the program killed
+  bool deaf = false;              // to 0C
+  bool odd = false;               // two bytes behind the id
+
+ private:
+  Bytes Reply(const Bytes& pdu) {
+    if (pdu[0] == kRead) {
+      if (pdu[1] == 0x04) return twin.Pointer();
+      return {0, static_cast<std::uint8_t>(ways.minutes)};
+    }
+    const bool tagged = pdu[0] == kMemoryTagged;
+    const View place = View(pdu).subspan(tagged ? 2 : 1);
+    EXPECT_EQ(place[0], 3);
+    const std::size_t most = ways.type == 0 ? 16 : 92;
+    EXPECT_LE(place[3], most);
+    Bytes data;
+    if (tagged) data.push_back(pdu[1]);
+    if (tagged && odd) Append(data, Bytes{0xAA, 0xBB});
+    const auto memory = twin.Memory(*ByteReader(place).U16Be(1), place[3]);
+    EXPECT_TRUE(memory) << ToHex(pdu);
+    Append(data, memory.value_or(Bytes(place[3])));
+    return data;
+  }
+
+  void Take(const EventBatch& batch) {
+    ASSERT_FALSE(batch.past.empty());
+    if (dropped && dropped()) return Restart();
+    for (const PastRecord& record : batch.past) {
+      (record.values.empty() ? gaps : told).push_back(record);
+    }
+    said = batch.said;
+    session_->OnKept(said);
+  }
+
+  Instant now_{};
+  std::unique_ptr<LoadSession> session_;
+};
+
+TEST(LoadSession, ReadsWhatThereIsAndThenWhatComes) {
+  Desk desk;
+  desk.Pass(5 * 24h);
+  desk.Run(1h);
+  desk.ExpectAll();
+  desk.Run(10 * 24h);
+  desk.ExpectAll();
+  EXPECT_TRUE(desk.gaps.empty());
+  EXPECT_EQ(desk.session().Shown(), "load_1 read to 2026-09-16T00:30:00.000Z");
+}
+
+TEST(LoadSession, AtMostThreeHoursAnExchange) {
+  Desk desk;
+  desk.Pass(100 * 24h);
+  desk.Run(1h);
+  EXPECT_GE(desk.told.size(), 100U * 48);
+  EXPECT_LE(desk.asked.size(), 100U * 24 / 2 + 20);
+  EXPECT_EQ(desk.asked[0], "08 06");
+  EXPECT_EQ(desk.asked[1], "08 04");
+  EXPECT_EQ(desk.asked[2], "0C 01 03 00 00 58");
+  EXPECT_EQ(desk.asked[3], "0C 02 03 00 00 48") << "three hours";
+}
+
+TEST(LoadSession, GoesOnAfterAnOutageOfDays) {
+  Desk desk;
+  desk.Run(26h);
+  desk.Pass(20 * 24h + 7min);
+  desk.Restart();
+  desk.Run(1h);
+  desk.ExpectAll();
+  EXPECT_TRUE(desk.gaps.empty());
+}
+
+TEST(LoadSession, TheRingWrapsWithoutALoss) {
+  Desk desk({.bytes = 4096});  // 170 hours
+  desk.Run(40 * 24h);
+  desk.ExpectAll();
+  EXPECT_TRUE(desk.gaps.empty());
+}
+
+TEST(LoadSession, ARingThatWentRoundIsAGap) {
+  Desk desk({.bytes = 4096});
+  desk.Run(100h);
+  desk.Pass(250h);
+  desk.Restart();
+  desk.Run(2h);
+  ASSERT_EQ(desk.gaps.size(), 1U);
+  const Utc lost = Desk::Begin(desk.gaps[0]);
+  const Utc found = lost + std::chrono::duration_cast<std::chrono::seconds>(desk.gaps[0].span);
+  EXPECT_GE(lost, kBegin + 99h);
+  EXPECT_EQ(found, kBegin + 350h - 169h);
+  for (auto& record : desk.told)
+    ASSERT_TRUE(Desk::Begin(record) < lost || Desk::Begin(record) >= found);
+  std::erase_if(desk.told, [found](const PastRecord& one) { return Desk::Begin(one) < found; });
+  desk.ExpectAll(found);
+  desk.Restart();
+  desk.Run(100h);
+  EXPECT_EQ(desk.gaps.size(), 1U);
+  desk.ExpectAll(found);
+}
+
+/// Exactly one hour is overwritten, or none.
+TEST(LoadSession, ARingThatIsJustFullIsNoGap) {
+  for (const int hours : {168, 169, 170, 171}) {
+    SCOPED_TRACE(hours);
+    Desk desk({.bytes = 4096});
+    desk.Run(100h);
+    desk.Pass(std::chrono::hours(hours));
+    desk.Restart();
+    desk.Run(2h);
+    EXPECT_EQ(desk.gaps.empty(), hours < 169) << "the half hour before the outage";
+  }
+}
+
+TEST(LoadSession, SummerTimeComesAndGoes) {
+  Desk desk({.zone = "+01:00 eu"});
+  desk.Run(70 * 24h);  // over 2026-10-25
+  desk.ExpectAll();
+  desk.Pass(80 * 24h);
+  desk.Run(90 * 24h);  // over 2027-03-28
+  desk.ExpectAll();
+}
+
+TEST(LoadSession, OldMetersAndOtherIntervals) {
+  for (const unsigned minutes : {1U, 3U, 15U, 30U, 60U}) {
+    for (const std::uint8_t type : {std::uint8_t{0}, std::uint8_t{8}}) {
+      for (const bool deaf : {false, true}) {
+        SCOPED_TRACE("T " + std::to_string(minutes) + ", type " + std::to_string(type));
+        Desk desk({.minutes = minutes, .bytes = 8192, .type = type});
+        desk.deaf = deaf;
+        desk.odd = !deaf;
+        desk.Run(12h);
+        desk.ExpectAll();
+        EXPECT_TRUE(desk.gaps.empty());
+      }
+    }
+  }
+}
+
+TEST(LoadSession, WhatTheMeterMissedIsIncompleteOrNotThere) {
+  Desk desk;
+  desk.Run(10h);
+  desk.twin.PowerOff(kBegin + 10h + 10min, kBegin + 10h + 20min);
+  desk.twin.PowerOff(kBegin + 12h + 40min, kBegin + 20h + 10min);
+  desk.Pass(20h);
+  desk.Run(2h);
+  std::map<std::string, bool> good;
+  for (const PastRecord& record : desk.told) {
+    good[FormatWallTime(WallTime(Desk::Begin(record))).substr(11, 5)] =
+        IsGood(record.values[0].quality);
+  }
+  EXPECT_EQ(good["10:00"], false);
+  EXPECT_EQ(good["10:30"], true);
+  EXPECT_EQ(good["12:30"], false);
+  EXPECT_EQ(good.count("13:00"), 0U);
+  EXPECT_EQ(good["20:00"], false);
+  EXPECT_EQ(good["20:30"], true);
+  EXPECT_TRUE(desk.gaps.empty()) << "nothing was lost";
+}
+
+TEST(LoadSession, AnotherMeterGoesOnWhereTheLastHasEnded) {
+  Desk desk;
+  desk.Run(50h);
+  desk.meter = kMeter + 1;
+  desk.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, kBegin - 100h);
+  desk.Pass(3h);
+  desk.Restart();
+  desk.Run(1h);
+  desk.ExpectAll();
+  EXPECT_TRUE(desk.gaps.empty());
+  desk.Restart();
+  desk.Run(20h);
+  desk.ExpectAll();
+  // One that was never there before.
+  desk.meter = kMeter + 2;
+  desk.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, desk.utc() + 10h);
+  desk.Pass(12h);
+  desk.Restart();
+  desk.Run(1h);
+  ASSERT_EQ(desk.gaps.size(), 1U);
+  EXPECT_GE(desk.gaps[0].span, 10h);
+}
+
+TEST(LoadSession, AMemoryThatWasClearedIsAGapAndNothingTwice) {
+  Desk desk;
+  desk.Run(50h);
+  desk.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, kBegin + 55h);
+  desk.Pass(10h);
+  desk.Run(2h);
+  ASSERT_EQ(desk.gaps.size(), 1U);
+  EXPECT_EQ(Desk::Begin(desk.gaps[0]) +
+                std::chrono::duration_cast<std::chrono::seconds>(desk.gaps[0].span),
+            kBegin + 55h);
+  desk.ExpectAll(kBegin + 55h);
+}
+
+TEST(LoadSession, WordsThatNobodyUnderstandsCountAsNothing) {
+  for (const char* said : {"", "x", "9020001", "9020001 ", "9020001 1:zz", "-1 1:-",
+                           "9020001 ;;:", "9020001 4:0000:1414080200023437:1"}) {
+    Desk desk;
+    desk.said = said;
+    desk.Restart();
+    desk.Run(5h);
+    desk.ExpectAll();
+  }
+}
+
+/// Against everything at once: an oracle over weeks.
+TEST(LoadSession, EachHalfHourIsToldOnceWhateverHappens) {
+  std::size_t told = 0;
+  for (unsigned seed = 1; seed <= 12 && !testing::Test::HasFailure(); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    const auto one_in = [&random](unsigned n) { return random() % n == 0; };
+    Desk desk({.zone = seed % 2 == 0 ? "+01:00 eu" : "-03:00",
+               .minutes = seed % 3 == 0 ? 15U : 30U,
+               .bytes = 16384,
+               .type = static_cast<std::uint8_t>(seed % 4 == 0 ? 0 : 8)});
+    desk.deaf = seed % 5 == 0;
+    desk.lost = [&] { return one_in(30); };
+    desk.dropped = [&] { return one_in(10); };
+    for (int round = 0; round < 30; ++round) {
+      desk.Run(std::chrono::minutes(random() % 4000));
+      if (one_in(2)) desk.Pass(std::chrono::minutes(random() % 9000));
+      if (one_in(3)) desk.Restart();
+      if (one_in(3)) desk.session().OnReconnect();
+    }
+    desk.lost = desk.dropped = [] { return false; };
+    desk.Run(4h);
+    desk.ExpectAll();
+    EXPECT_TRUE(desk.gaps.empty());
+    told += desk.told.size();
+  }
+  EXPECT_GT(told, 12'000U);
+}
+
+}  // namespace
+}  // namespace baudgate::protocols::set4tm
