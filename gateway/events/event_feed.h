@@ -54,6 +54,8 @@ class EventFeed {
   void Begin(FeedImage image);
   /// They are on the disk, by their numbers.
   void Add(const std::vector<FedEvent>& events);
+  /// Sources have other numbers, by those of before.
+  void Move(const std::map<Source, Source>& moved);
   /// `wake` is called after each of these, on the writing thread; it returns at once. Null: no
   /// longer, and no call is under way when this returns.
   void OnNew(std::function<void()> wake);

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <pthread.h>
 
+#include <algorithm>
+#include <map>
 #include <utility>
 
 #include "gateway/base/shown.h"
@@ -12,7 +14,8 @@ namespace baudgate::events {
 
 EventLog::EventLog(Options options)
     : options_(std::move(options)),
-      file_(options_.file, options_.sources, options_.vfs, options_.turn) {
+      sources_(options_.sources),
+      file_(options_.file, sources_, options_.vfs, options_.turn) {
   {
     const MutexLock lock(mutex_);
     state_.file = options_.file.string();
@@ -89,6 +92,21 @@ void EventLog::WhenOpened(std::function<void()> opened) {
     }
   }
   opened();
+}
+
+void EventLog::Renumber(SourceNames sources) {
+  const MutexLock lock(mutex_);
+  const SourceNames& before = renumbered_ ? *renumbered_ : sources_;
+  std::map<Source, Source> moved;
+  for (std::size_t now = 0; now < sources.size(); ++now) {
+    if (sources[now].second.empty()) continue;
+    const auto was = std::ranges::find(before, sources[now]);
+    if (was == before.end() || was - before.begin() == static_cast<std::ptrdiff_t>(now)) continue;
+    moved.emplace(static_cast<Source>(was - before.begin()), static_cast<Source>(now));
+  }
+  book_.Move(moved);
+  if (options_.feed) options_.feed->Move(moved);
+  renumbered_ = std::move(sources);
 }
 
 std::string EventLog::said(Source source) const {
@@ -221,8 +239,16 @@ Status EventLog::RestoreAlarms() {
   return status;
 }
 
+void EventLog::TakeNumbers() {
+  if (renumbered_) sources_ = std::move(*std::exchange(renumbered_, std::nullopt));
+}
+
 void EventLog::WriteDue() {
   if (options_.file.empty()) return;
+  {
+    const MutexLock lock(mutex_);
+    TakeNumbers();
+  }
   Status status = Open();
   if (status) status = RestoreAlarms();
   std::vector<Batch> due;
@@ -250,7 +276,7 @@ void EventLog::Feed(const std::vector<Batch>& batches) {
   for (const Batch& batch : batches) {
     for (const EventRecord& event : batch.events) {
       const bool own = batch.source == kGateway;
-      fed.push_back({own ? SourceOf(options_.sources, event.device) : batch.source, event});
+      fed.push_back({own ? SourceOf(sources_, event.device) : batch.source, event});
     }
   }
   options_.feed->Add(fed);
@@ -259,6 +285,7 @@ void EventLog::Feed(const std::vector<Batch>& batches) {
 std::vector<Batch> EventLog::TakeDue(std::vector<Ack>& acks) {
   const Now now = options_.clocks();
   const MutexLock lock(mutex_);
+  TakeNumbers();
   if (started_) {
     if (last_run_->end == LastRun::End::in_order) {
       started_->text += "; the one before had ended in order";

@@ -55,6 +55,14 @@ class EventLog final : public EventSource {
 
   /// `opened` is called once, when the file has opened: on the writing thread, or from here.
   void WhenOpened(std::function<void()> opened);
+  bool opened() const {
+    const MutexLock lock(mutex_);
+    return opened_;
+  }
+  /// A reload: all sources by their numbers; one that is gone has no names. What is known of a
+  /// source goes with its names.
+  void Renumber(SourceNames sources);
+
   /// What the last batch of the source that is kept has said; from any thread. When opened.
   std::string said(Source source) const;
 
@@ -76,6 +84,7 @@ class EventLog final : public EventSource {
   Status Open();
   void OnFirstOpened(const EventTable::Contents& contents) BAUDGATE_REQUIRES(mutex_);
   Status RestoreAlarms();
+  void TakeNumbers() BAUDGATE_REQUIRES(mutex_);
   /// `acks`: of these batches.
   std::vector<Batch> TakeDue(std::vector<Ack>& acks);
   void Feed(const std::vector<Batch>& batches);
@@ -84,8 +93,10 @@ class EventLog final : public EventSource {
   EventRecord Own(OwnCode code, std::string text) const;
 
   const Options options_;
-  EventFile file_;  // of the writing thread
+  SourceNames sources_;  // of the writing thread
+  EventFile file_;       // likewise
   mutable Mutex mutex_;
+  std::optional<SourceNames> renumbered_ BAUDGATE_GUARDED_BY(mutex_);  // to be sources_
   std::condition_variable due_;
   EventBook book_ BAUDGATE_GUARDED_BY(mutex_);
   bool opened_ BAUDGATE_GUARDED_BY(mutex_) = false;
