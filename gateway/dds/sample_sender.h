@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "config/model/config.h"
@@ -46,6 +47,10 @@ class SampleSender {
   /// Whoever takes the samples knows nothing yet: forgets what was sent, and everything is due at
   /// `now` again.
   void StartAnew(Instant now);
+
+  /// A reload: the store has other devices. Subscribers are told of points that are gone, and
+  /// everything is due again. What was added and is not sent yet is among that.
+  void Renumber(Instant now);
 
   /// Takes over what has changed; also when nothing has. Only while idle, and before each Send
   /// then.
@@ -92,6 +97,8 @@ class SampleSender {
   };
 
   PublishPlan NewPlan(Instant now) const;
+  std::unordered_map<std::string, std::uint32_t> SlotsByName() const;
+  std::string NameOf(std::uint32_t slot) const;
   bool SendGateway(Instant now);
   bool SendEvents(Instant now);
   Instant EventsDue();
@@ -107,7 +114,7 @@ class SampleSender {
   bool SendDevice(std::uint32_t device, Instant now);
   void FillPoint(const DeviceRecord& record, std::uint32_t point, Staged& staged) const;
   void FillDevice(const DeviceRecord& record);
-  Sent EndPoint(std::uint32_t slot);
+  Sent EndPoint(PointRef ref);
   void Count(Sent sent, std::string_view whose, const std::string& name);
   PointRef RefOf(std::uint32_t slot) const;
 
@@ -115,7 +122,7 @@ class SampleSender {
   const PointStore& store_;
   SampleWriter& writer_;
   const Log log_;
-  const std::vector<std::uint32_t> first_slot_;  ///< by device, and one more: the number of points
+  std::vector<std::uint32_t> first_slot_;  ///< by device, and one more: the number of points
   PublishPlan plan_;
   Pacer pacer_;
   Instant held_until_{};  ///< the writer said `later`
