@@ -10,8 +10,10 @@
 #include "gateway/cli/client/events.h"
 #include "gateway/cli/client/history.h"
 #include "gateway/cli/client/in_use.h"
+#include "gateway/cli/client/kept_configs.h"
 #include "gateway/cli/client/points.h"
 #include "gateway/cli/client/release.h"
+#include "gateway/cli/client/reload.h"
 #include "gateway/cli/client/status.h"
 #include "gateway/cli/client/trace.h"
 #include "gateway/cli/client/writes.h"
@@ -237,6 +239,60 @@ void AddWrite(CLI::App& app, Action& action) {
     action = [=](const auto&) { return RunWrite(*options, std::cout, std::cerr); };
   });
 }
+
+void AddReload(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("reload", "Have the gateway take its changed file in");
+  auto options = std::make_shared<ReloadCommand>();
+  auto* dry = command->add_flag("--dry-run", options->dry_run, "Only say what would change");
+  AddDuration(*command, "--confirm", options->confirm,
+              "Take it back after this time, unless 'baudgate confirm' comes")
+      ->excludes(dry);
+  command->add_flag("--json", options->json, "Print one JSON object");
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunReload(*options, std::cout, std::cerr); };
+  });
+}
+
+void AddConfirm(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("confirm", "What was reloaded stays");
+  auto options = std::make_shared<ConfirmCommand>();
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto&) { return RunConfirm(*options, std::cout, std::cerr); };
+  });
+}
+
+CLI::App& ConfigCommand(CLI::App& app) {
+  const auto there =
+      app.get_subcommands([](const CLI::App* one) { return one->get_name() == "config"; });
+  if (!there.empty()) return *there.front();
+  auto* command = app.add_subcommand("config", "Configuration files");
+  command->require_subcommand(1);
+  return *command;
+}
+
+void AddKeptConfigs(CLI::App& app, Action& action) {
+  const auto add = [&](const char* name, const char* help, bool numbered, auto run) {
+    auto* command = ConfigCommand(app).add_subcommand(name, help);
+    auto options = std::make_shared<KeptConfigsCommand>();
+    if (numbered) {
+      command->add_option("NUMBER", options->number, "Of 'config history'; the confirmed one")
+          ->check(CLI::PositiveNumber);
+      command->add_option("-c,--config", options->file, "Configuration file, if it is not found");
+    } else {
+      command->add_flag("--json", options->json, "Print one JSON object a line");
+    }
+    command->add_option("--folder", options->folder, "STATE/configurations, if it is not found");
+    AddSocket(*command, options->socket);
+    command->callback([options, run, &action] {
+      action = [=](const auto&) { return run(*options, std::cout, std::cerr); };
+    });
+  };
+  add("history", "The configurations that were applied", false, RunConfigHistory);
+  add("diff", "Where the file differs from one that was applied", true, RunConfigDiff);
+  add("restore", "Write one that was applied over the file", true, RunConfigRestore);
+}
 }  // namespace
 
 void AddClientCommands(CLI::App& app, Action& action) {
@@ -251,6 +307,9 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddAck(app, action);
   AddHistory(app, action);
   AddSettings(app, action);
+  AddReload(app, action);
+  AddConfirm(app, action);
+  AddKeptConfigs(app, action);
   AddPorts(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);

@@ -100,6 +100,12 @@ Status ControlServer::Bind(const std::string& path) {
   return {};
 }
 
+void ControlServer::Apply(const config::Config& config, const history::HistorySource* history) {
+  service_.Apply(config, history);
+  const auto sessions = sessions_;  // one that is closed leaves
+  for (const auto& [key, session] : sessions) session->OnReload(config);
+}
+
 void ControlServer::Stop() {
   if (std::exchange(stopped_, true)) return;
   retry_.cancel();

@@ -27,6 +27,11 @@ class ControlServer {
   /// Binds config.socket, or the first of the default places that can be had. A socket file that a
   /// dead process left is replaced, one that answers is not. The error names every place tried.
   Status Listen();
+  /// See RequestHandler; before Listen.
+  void SetReload(ReloadDesk& desk) { service_.SetReload(desk); }
+  /// A reload, on the thread of `io`: `config` is the one by now. Traces of lines that are gone
+  /// end.
+  void Apply(const config::Config& config, const history::HistorySource* history);
   /// On the thread of `io`, or when it does not run. Ends all traces and removes the socket file.
   void Stop();
 

@@ -60,6 +60,11 @@ void ControlSession::Close(const std::string& farewell) {
   on_closed_(*this);
 }
 
+void ControlSession::OnReload(const config::Config& config) {
+  if (!trace_ || !config.lines[wish_.line].name.empty()) return;
+  Close(R"({"end":"a reload has ended this line; one of its name may run anew"})");
+}
+
 void ControlSession::BePatient() {
   patience_.expires_after(limits_.patience);
   patience_.async_wait([self = shared_from_this()](const asio::error_code& stopped) {
@@ -138,6 +143,7 @@ void ControlSession::StartTrace(TraceWish wish) {
     });
   };
   trace_ = service_.control().Trace(wish_.line, std::move(wake));
+  if (!trace_) return Close();  // it has ended this moment
   patience_.cancel();
   Receive();
 }

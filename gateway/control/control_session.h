@@ -29,6 +29,8 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
                  std::function<void(ControlSession&)> closed);
 
   void Start();
+  /// A trace of a line that is gone ends.
+  void OnReload(const config::Config& config);
   /// `farewell`: a last line for whoever follows a trace.
   void Close(const std::string& farewell = {});
 

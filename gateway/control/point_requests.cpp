@@ -35,7 +35,7 @@ Json PointsAt(const PointStore& store, std::uint32_t device,
 }  // namespace
 
 Result<WriteAsk> PointRequests::AskOf(const Json& request) const {
-  const auto target = FindPoint(config_, TextOf(request, "target"));
+  const auto target = FindPoint(*config_, TextOf(request, "target"));
   if (!target) return Error{target.error()};
   const config::Point& point = store_.device(target->device).points[target->point];
   const auto value = ParseValue(point, TextOf(request, "value"));
@@ -75,7 +75,7 @@ Status PointRequests::Write(const Json& request, const Writer& writer, Instant n
 }
 
 Status PointRequests::Read(const Json& request, const Writer& writer, Now now, Answered answered) {
-  const auto target = FindPoints(config_, TextOf(request, "target"));
+  const auto target = FindPoints(*config_, TextOf(request, "target"));
   if (!target) return Error{target.error()};
   WriteCommand command;
   command.device = target->device;

@@ -31,7 +31,7 @@ class PointRequests {
 
   /// All references outlive it, and what it has asked for.
   PointRequests(const config::Config& config, const PointStore& store, CommandSink& sink)
-      : config_(config), store_(store), sink_(sink), gate_(store, sink) {}
+      : config_(&config), store_(store), sink_(sink), gate_(store, sink) {}
 
   /// `target`: LINE.DEVICE.POINT; `value` in its unit; `confirm`: in place of a selection. An
   /// error, one sentence, where nothing can be asked.
@@ -42,13 +42,14 @@ class PointRequests {
   /// `target`: LINE.DEVICE or LINE.DEVICE.POINT.
   Status Read(const Json& request, const Writer& writer, Now now, Answered answered);
 
+  void Apply(const config::Config& config) { config_ = &config; }
   void Forget(const Writer& writer) { gate_.Forget(writer); }
 
  private:
   /// The point and the value that are named; no deadline yet.
   Result<WriteAsk> AskOf(const Json& request) const;
 
-  const config::Config& config_;
+  const config::Config* config_;
   const PointStore& store_;
   CommandSink& sink_;
   WriteGate gate_;

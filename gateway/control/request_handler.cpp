@@ -52,6 +52,7 @@ std::optional<WallTime> TimeOf(const Json& request, const char* key) {
 }
 std::optional<WallTime> SinceOf(const Json& request) { return TimeOf(request, "since_ms"); }
 
+constexpr Duration kMostConfirm = 24h;
 constexpr std::int64_t kMostEvery = 31 * history::kDay;
 
 /// Nothing: the first page.
@@ -78,7 +79,7 @@ bool Wanted(const TraceWish& wish, const TraceRecord& record) {
 
 RequestHandler::RequestHandler(const config::Config& config, const PointStore& store,
                                LineControl& control, CommandSink& sink, GatewayInfo info)
-    : config_(config),
+    : config_(&config),
       store_(store),
       control_(control),
       info_(std::move(info)),
@@ -105,7 +106,7 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
       if (!found) return Refused(kUnknown, found.error());
       target = *found;
     }
-    return {Dump(StatusJson(config_, store_, info_, target, now))};
+    return {Dump(StatusJson(*config_, store_, info_, target, now))};
   }
   if (command == "settings") return Settings(request, now);
   if (command == "may_write") {
@@ -124,27 +125,30 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
   if (command == "history") return History(request);
   const auto answered = [later](const Json& answer) { later(Dump(answer)); };
   if (command == "ack") return Acknowledge(request, client, answered);
+  if (command == "reload") return Reload(request, client, false, answered);
+  if (command == "confirm") return Reload(request, client, true, answered);
   if (command == "read" || command == "write") {
     const Status status = command == "read" ? points_.Read(request, client, now, answered)
                                             : points_.Write(request, client, now.instant, answered);
     return status ? Reply{} : Refused(kUnknown, status.error());
   }
   constexpr std::string_view kCommands[] = {
-      "status", "read",     "write",   "may_write", "writes", "events",  "alarms", "history",
-      "ack",    "settings", "release", "take_back", "enable", "disable", "trace",  "recorded"};
+      "status", "read",    "write", "may_write", "writes",  "events",
+      "alarms", "history", "ack",   "settings",  "release", "take_back",
+      "enable", "disable", "trace", "recorded",  "reload",  "confirm"};
   return Refused(kUsage, config::Quoted(command) + " is no command;" +
                              config::DidYouMean(command, kCommands) +
                              " there are: " + config::Join(kCommands));
 }
 
 Result<Target> RequestHandler::TargetOf(const Json& request) const {
-  return FindTarget(config_, TextOf(request, "target"));
+  return FindTarget(*config_, TextOf(request, "target"));
 }
 
 Result<Target> RequestHandler::LineOf(const Json& request) const {
   const auto target = TargetOf(request);
   if (!target || !target->device) return target;
-  const std::string& line = config_.lines[target->line].name;
+  const std::string& line = config_->lines[target->line].name;
   return Error{config::Quoted(TextOf(request, "target")) +
                " is one device; this is done with a line as a whole: write " + line};
 }
@@ -152,7 +156,7 @@ Result<Target> RequestHandler::LineOf(const Json& request) const {
 Result<Target> RequestHandler::DeviceOf(const Json& request) const {
   const auto target = TargetOf(request);
   if (!target || target->device) return target;
-  return Error{"name one device: " + config_.lines[target->line].name + ".DEVICE"};
+  return Error{"name one device: " + config_->lines[target->line].name + ".DEVICE"};
 }
 
 Reply RequestHandler::Release(const Json& request, Now now) {
@@ -167,8 +171,8 @@ Reply RequestHandler::Release(const Json& request, Now now) {
   }
   const Duration time = std::chrono::milliseconds(wanted);
   control_.Release(target->line, time);
-  Json done = Done(config_.lines[target->line]);
-  done["port"] = config_.lines[target->line].port;
+  Json done = Done(config_->lines[target->line]);
+  done["port"] = config_->lines[target->line].port;
   done["until"] = FormatWallTime(now.wall + time);
   return {Dump(done)};
 }
@@ -176,7 +180,7 @@ Reply RequestHandler::Release(const Json& request, Now now) {
 Reply RequestHandler::TakeBack(const Json& request) {
   const auto target = LineOf(request);
   if (!target) return Refused(kUnknown, target.error());
-  Json done = Done(config_.lines[target->line]);
+  Json done = Done(config_->lines[target->line]);
   done["was_released"] = store_.ReadLine(target->line).port == LineStatus::Port::released;
   control_.TakeBack(target->line);
   return {Dump(done)};
@@ -185,7 +189,7 @@ Reply RequestHandler::TakeBack(const Json& request) {
 Reply RequestHandler::Settings(const Json& request, Now now) const {
   const auto target = DeviceOf(request);
   if (!target) return Refused(kUnknown, target.error());
-  const auto settings = SettingsJson(config_, store_, *target, now);
+  const auto settings = SettingsJson(*config_, store_, *target, now);
   if (!settings) return Refused(kUnknown, settings.error());
   return {Dump(*settings)};
 }
@@ -194,7 +198,7 @@ Reply RequestHandler::SetInUse(const Json& request, bool in_use) {
   const auto target = DeviceOf(request);
   if (!target) return Refused(kUnknown, target.error());
   control_.SetInUse(*target->device, in_use);
-  Json done = Done(config_.lines[target->line]);
+  Json done = Done(config_->lines[target->line]);
   done["device"] = store_.device(*target->device).name;
   done["in_use"] = in_use;
   done["enabled"] = store_.device(*target->device).enabled;
@@ -206,10 +210,10 @@ Reply RequestHandler::Trace(const Json& request, bool recorded) {
   if (!target) return Refused(kUnknown, target.error());
   TraceWish wish{target->line, TextOf(request, "device")};
   if (!wish.device.empty()) {
-    const auto device = FindDevice(config_, target->line, wish.device);
+    const auto device = FindDevice(*config_, target->line, wish.device);
     if (!device) return Refused(kUnknown, device.error());
   }
-  Json done = Done(config_.lines[target->line]);
+  Json done = Done(config_->lines[target->line]);
   if (!recorded) return {Dump(done), wish};
   Json& records = done["records"] = Json::array();
   for (const TraceRecord& record : control_.Recorded(target->line)) {
@@ -271,11 +275,40 @@ Reply RequestHandler::Alarms(const Json& request) {
 Reply RequestHandler::Acknowledge(const Json& request, const Writer& client,
                                   const std::function<void(const Json&)>& answered) {
   if (info_.events == nullptr) return Refused(kUnavailable, kNoEvents);
-  auto query = FindAlarms(config_, *info_.events, TextOf(request, "target"));
+  auto query = FindAlarms(*config_, *info_.events, TextOf(request, "target"));
   if (!query) return Refused(kUnknown, query.error());
   query->by = client.name;
   info_.events->Acknowledge(
       *query, [answered](const events::Acknowledged& done) { answered(AckJson(done)); });
+  return {};
+}
+
+Reply RequestHandler::Reload(const Json& request, const Writer& client, bool confirm,
+                             const std::function<void(const Json&)>& answered) {
+  if (reload_ == nullptr) {
+    return Refused(kUnavailable, "this gateway was not started with a file, which could be read");
+  }
+  const auto answer = [answered](const ReloadAnswer& end) {
+    answered({{"ok", end.ok},
+              {"applied", end.applied},
+              {"exit", end.exit_code},
+              {"changes", end.changes},
+              {"text", end.text}});
+  };
+  if (confirm) {
+    reload_->Confirm(client.name, answer);
+    return {};
+  }
+  ReloadAsk ask;
+  const auto dry = request.find("dry_run");
+  ask.dry_run = dry != request.end() && dry->is_boolean() && dry->get<bool>();
+  const std::int64_t confirm_ms = NumberOf(request, "confirm_ms").value_or(0);
+  if (confirm_ms != 0 && (confirm_ms < 1000 || confirm_ms > kMostConfirm / 1ms)) {
+    return Refused(kUsage, "a confirmation is awaited for a time from 1s to 24h");
+  }
+  ask.confirm = std::chrono::milliseconds(confirm_ms);
+  ask.by = client.name;
+  reload_->Reload(ask, answer);
   return {};
 }
 
@@ -352,9 +385,9 @@ Reply RequestHandler::Past(const Json& request, events::PastQuery query) {
 }
 
 Status RequestHandler::KeepsPoint(const std::string& text) const {
-  const auto target = FindPoint(config_, text);
+  const auto target = FindPoint(*config_, text);
   if (!target) return Error{target.error()};
-  const auto& points = config_.history.points;
+  const auto& points = config_->history.points;
   const bool kept = std::ranges::any_of(points, [&](const config::HistoryPoint& point) {
     return point.device == target->device && point.point == target->point;
   });
@@ -366,10 +399,10 @@ Status RequestHandler::KeepsPoint(const std::string& text) const {
 /// `line` empty: any.
 Status RequestHandler::KnowsDevice(const std::string& line, const std::string& device) const {
   std::vector<std::string_view> names;
-  for (const config::Line& one : config_.lines) {
+  for (const config::Line& one : config_->lines) {
     for (const config::Device& its : one.devices) {
       if (its.name == device && (line.empty() || one.name == line)) return {};
-      names.push_back(its.name);
+      if (!its.name.empty()) names.push_back(its.name);
     }
   }
   return Error{"there is no device " + config::Quoted(device) +

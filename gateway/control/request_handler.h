@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "gateway/control/point_requests.h"
+#include "gateway/control/reload_requests.h"
 #include "gateway/events/past_page.h"
 #include "gateway/requests/line_control.h"
 #include "gateway/status/status_json.h"
@@ -47,6 +48,14 @@ class RequestHandler {
   Reply Answer(std::string_view request, const Writer& client, Now now, const Later& later);
   void Forget(const Writer& client) { points_.Forget(client); }
   LineControl& control() { return control_; }
+  /// It outlives this; without it nothing is reloaded.
+  void SetReload(ReloadDesk& desk) { reload_ = &desk; }
+  /// A reload: what can be named, by the numbers of the store.
+  void Apply(const config::Config& config, const history::HistorySource* history) {
+    config_ = &config;
+    info_.history = history;
+    points_.Apply(config);
+  }
 
  private:
   Reply Dispatch(const Json& request, const Writer& client, Now now, const Later& later);
@@ -62,6 +71,8 @@ class RequestHandler {
                     const std::function<void(const Json&)>& answered);
   Reply History(const Json& request);
   Reply Past(const Json& request, events::PastQuery query);
+  Reply Reload(const Json& request, const Writer& client, bool confirm,
+               const std::function<void(const Json&)>& answered);
   Status KeepsPoint(const std::string& text) const;
   Status KnowsDevice(const std::string& line, const std::string& device) const;
   Result<Target> TargetOf(const Json& request) const;
@@ -69,11 +80,12 @@ class RequestHandler {
   Result<Target> LineOf(const Json& request) const;
   Result<Target> DeviceOf(const Json& request) const;
 
-  const config::Config& config_;
+  const config::Config* config_;
   const PointStore& store_;
   LineControl& control_;
-  const GatewayInfo info_;
+  GatewayInfo info_;
   PointRequests points_;
+  ReloadDesk* reload_ = nullptr;
 };
 
 }  // namespace baudgate::control

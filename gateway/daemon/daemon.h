@@ -8,6 +8,7 @@
 #include "config/catalog/catalog.h"
 #include "config/model/config.h"
 #include "gateway/base/result.h"
+#include "gateway/daemon/reloader.h"
 #include "gateway/requests/line_control.h"
 #include "gateway/store/point_store.h"
 
@@ -18,6 +19,11 @@ class Daemon {
   /// `catalog` outlives the daemon.
   Daemon(config::Config config, const config::Catalog& catalog);
   ~Daemon();
+
+  /// Before Start: `baudgate reload` and Reload have the file read anew.
+  void SetReload(ReloadOptions options);
+  /// From any thread, done soon after; the log tells what came of it.
+  void Reload(const std::string& by);
 
   /// Opens the outputs, then starts the lines. A port of the network that is taken is an error; a
   /// serial port that is absent is not.

@@ -21,6 +21,7 @@ namespace {
 
 /// systemd starts baudgate-dds, which connects to this path; see packaging/baudgate-dds.service.
 constexpr char kSocketVariable[] = "BAUDGATE_DDS_SOCKET";
+constexpr std::uint32_t kSpare = 512;
 constexpr char kInsideModule[] = "baudgate-dds-inside.so";
 
 void Log(log::Level level, const std::string& line) { log::Write(level, "dds: " + line); }
@@ -37,7 +38,22 @@ dds::LinkOpen OpenFor(const config::Config& config, const PointStore& store) {
     if (its.events || its.point_events) ++open.events;
   }
   if (KeepsEvents(config)) ++open.events;  // the gateway has some itself
+  // Room for what reloads bring: a name that was published once takes its place for good.
+  open.points += open.points / 4 + kSpare;
+  open.devices += open.devices / 4 + kSpare / 8;
   return open;
+}
+
+std::unordered_set<std::size_t> NamesOf(const config::Config& config) {
+  std::unordered_set<std::size_t> names;
+  for (const config::Line& line : config.lines) {
+    for (const config::Device& device : line.devices) {
+      for (const config::Point& point : device.points) {
+        names.insert(std::hash<std::string>()(device.name + "." + point.name));
+      }
+    }
+  }
+  return names;
 }
 
 Result<void*> LoadInside() {
@@ -84,6 +100,8 @@ Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config
   std::unique_ptr<DdsOutput> output(new DdsOutput);
   std::shared_ptr<dds::SampleWriter> writer;
   const dds::LinkOpen open = OpenFor(config, store);
+  output->opened_ = open;
+  output->seen_ = NamesOf(config);
   if (config.dds.process == config::Dds::Process::inside) {
     auto inside = MakeInsideWriter(open);
     if (!inside) return Error{inside.error()};
@@ -111,6 +129,23 @@ Result<std::unique_ptr<DdsOutput>> DdsOutput::Start(const config::Config& config
 }
 
 DdsOutput::~DdsOutput() { Stop(); }
+
+std::string DdsOutput::WhyNot(const config::Config& next) const {
+  if (const Status names = dds::DdsPublisher::CheckNames(next); !names) return names.error();
+  auto all = NamesOf(next);
+  all.insert(seen_.begin(), seen_.end());
+  if (all.size() > opened_.points) {
+    return "dds (more than the " + std::to_string(opened_.points) +
+           " points that there is room for)";
+  }
+  if (opened_.events == 0 && KeepsEvents(next)) return "dds (the topic of events)";
+  return {};
+}
+
+void DdsOutput::Renumber(const config::Config& config) {
+  seen_.merge(NamesOf(config));
+  publisher_->Renumber();
+}
 
 void DdsOutput::StopWrites() {
   if (writes_) writes_->StopTaking();

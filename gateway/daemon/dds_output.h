@@ -4,6 +4,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <unordered_set>
 
 #include "config/model/config.h"
 #include "gateway/base/result.h"
@@ -26,6 +28,11 @@ class DdsOutput {
                                                   std::shared_ptr<events::EventFeed> events);
   ~DdsOutput();  ///< as Stop
 
+  /// A reload: the store has other devices, those of `config`.
+  void Renumber(const config::Config& config);
+  /// What of `next` can not be published before a restart; empty: all can.
+  std::string WhyNot(const config::Config& next) const;
+
   /// No write goes to the sink after this; those under way are answered. Idempotent.
   void StopWrites();
   /// Tells subscribers the end; within about a second. Idempotent.
@@ -38,6 +45,8 @@ class DdsOutput {
   dds::LinkState StateInside() const;
 
   bool has_events_ = false;
+  dds::LinkOpen opened_;                    ///< with room for reloads
+  std::unordered_set<std::size_t> seen_;    ///< names of points that have been published, as hashes
   std::unique_ptr<dds::ProcessLink> link_;  // nothing: inside
   std::shared_ptr<dds::SampleWriter> writer_;
   std::unique_ptr<dds::DdsWrites> writes_;  // nothing: denied

@@ -21,6 +21,14 @@ std::set<std::string> ConsumersOf(const config::Config& config) {
   return consumers;
 }
 
+events::SourceNames SourcesOf(const config::Config& config) {
+  events::SourceNames sources;
+  for (const config::Line& line : config.lines) {
+    for (const config::Device& device : line.devices) sources.emplace_back(line.name, device.name);
+  }
+  return sources;
+}
+
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
                                     std::shared_ptr<events::EventFeed> feed, RecordDesk& records,
                                     std::function<void(events::Source)> kept) {
@@ -28,11 +36,7 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
   options.file = place.file;
   options.why_no_file = place.why_no_file;
   options.turn = place.turn;
-  for (const config::Line& line : config.lines) {
-    for (const config::Device& device : line.devices) {
-      options.sources.emplace_back(line.name, device.name);
-    }
-  }
+  options.sources = SourcesOf(config);
   options.clocks = ReadClocks;
   options.feed = std::move(feed);
   options.tells_own = config.events.given;
@@ -71,24 +75,40 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
            .keep = [this](events::KeptRecord record) { log_.Keep(std::move(record)); }}),
       log_(OptionsOf(config, place, feed_, records_,
                      [this](events::Source source) { kept_(source, log_.said(source), true); })) {
-  for (const config::Line& line : config.lines) {
-    for (const config::Device& device : line.devices) {
-      Place& its = places_.emplace_back();
-      its.line = &line;
-      its.device = &device;
-      if (!device.point_events) continue;
-      its.watch = std::make_unique<events::DeviceWatch>(line.name, device);
-    }
+  for (const config::Line& line : config.lines) AddPlaces(line);
+}
+
+void EventPath::AddPlaces(const config::Line& line) {
+  for (const config::Device& device : line.devices) {
+    Place& its = places_.Append();
+    its.line = &line;
+    its.device = &device;
+    if (!device.point_events) continue;
+    its.watch = std::make_unique<events::DeviceWatch>(line.name, device);
+  }
+}
+
+void EventPath::Renumber(const config::Config& config,
+                         const std::function<const config::Line&(std::uint32_t line)>& line) {
+  log_.Renumber(SourcesOf(config));
+  std::size_t devices = 0;
+  for (std::uint32_t i = 0; i < config.lines.size(); ++i) {
+    if (devices >= places_.size()) AddPlaces(line(i));
+    devices += config.lines[i].devices.size();
   }
 }
 
 void EventPath::Start() {
   records_.Start();
-  log_.WhenOpened([this] {
-    for (std::uint32_t device = 0; device < places_.size(); ++device) {
-      if (places_[device].device->events) kept_(device, log_.said(device), false);
-    }
-  });
+  log_.WhenOpened([this] { Tell(0, places_.size()); });
+}
+
+void EventPath::Tell(std::uint32_t first_device, std::size_t devices) {
+  if (!log_.opened()) return;  // Start sees to it then
+  const std::size_t end = std::min(first_device + devices, places_.size());
+  for (std::uint32_t device = first_device; device < end; ++device) {
+    if (places_[device].device->events) kept_(device, log_.said(device), false);
+  }
 }
 
 void EventPath::End() { log_.End(kEndTime); }
@@ -106,6 +126,18 @@ void EventPath::OnNews(const config::Line& line, const News& news, Now at) {
   events::Fact fact{CodeOf(news.what), news.over, line.name, {}, news.text};
   if (news.device) fact.device = places_[*news.device].device->name;
   log_.Tell(events::FactRecord(fact, at.wall));
+}
+
+void EventPath::OnReload(bool taken_back, const std::string& text) {
+  if (!tells_own_) return;
+  events::EventRecord record;
+  record.received = record.device_time = ReadClocks().wall;
+  record.clock = events::ClockQuality::gateway;
+  record.code =
+      events::CodeOf(taken_back ? events::OwnCode::taken_back : events::OwnCode::reloaded);
+  record.text = text;
+  events::Shorten(record.text);
+  log_.Tell(std::move(record));
 }
 
 void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {

@@ -16,6 +16,7 @@
 #include "gateway/events/event_log.h"
 #include "gateway/events/point_watch.h"
 #include "gateway/store/point_store.h"
+#include "gateway/store/steady_vector.h"
 
 namespace baudgate {
 
@@ -30,6 +31,14 @@ class EventPath final : public EventSink {
 
   /// The lines can hear what is kept from before, as soon as the file is open.
   void Start();
+  /// A reload: `config` has the lines of the store and those behind them, which `line` finds, and
+  /// which outlive this. Before the new ones start; then Tell.
+  void Renumber(const config::Config& config,
+                const std::function<const config::Line&(std::uint32_t line)>& line);
+  /// A line that a reload has started can hear what is kept from before.
+  void Tell(std::uint32_t first_device, std::size_t devices);
+  /// A configuration was applied, or taken back.
+  void OnReload(bool taken_back, const std::string& text);
   /// The lines are about to start.
   void Started() { log_.Started(kVersion); }
   /// The lines have ended; outputs may hear of the end of the gateway from here on.
@@ -55,7 +64,9 @@ class EventPath final : public EventSink {
   const PointStore& store_;
   const bool tells_own_;
   const Kept kept_;
-  std::vector<Place> places_;  // by device
+  void AddPlaces(const config::Line& line);
+
+  SteadyVector<Place> places_;  // by device
   const std::shared_ptr<events::EventFeed> feed_;
   RecordDesk records_;
   events::EventLog log_;  // its thread tells the desk

@@ -10,6 +10,10 @@ void LoopWatch::Add(std::string name, std::optional<std::uint32_t> line, Ask ask
       {std::move(name), line, std::move(ask), std::make_shared<std::atomic<bool>>(true)});
 }
 
+void LoopWatch::Remove(std::uint32_t line) {
+  std::erase_if(loops_, [line](const Loop& loop) { return loop.line == line; });
+}
+
 std::vector<LoopWatch::Change> LoopWatch::Look(WallTime now) {
   std::vector<Change> changes;
   complete_ = true;

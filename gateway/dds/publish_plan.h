@@ -43,6 +43,8 @@ class PublishPlan {
   void PointSent(std::uint32_t slot, const PointState& state, Instant now);
   /// Whether subscribers have ever been told of it, so that they have to be told of its end.
   bool WasSent(std::uint32_t slot) const { return points_[slot].was_sent; }
+  /// By a plan before this one.
+  void MarkSent(std::uint32_t slot) { points_[slot].was_sent = true; }
   /// It is tried again after `retry`, or when it changes.
   void PointFailed(std::uint32_t slot, Instant now);
 

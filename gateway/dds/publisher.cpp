@@ -20,8 +20,10 @@ Status CheckKey(const std::string& what, const std::string& name) {
   return Error{"dds: the name of " + what + " \"" + name + "\" is longer than 64 bytes"};
 }
 
+}  // namespace
+
 // Keys can not be cut: two of them might become one.
-Status CheckKeys(const config::Config& config) {
+Status DdsPublisher::CheckNames(const config::Config& config) {
   if (const Status status = CheckKey("gateway", config.name); !status) return status;
   for (const config::Line& line : config.lines) {
     if (const Status status = CheckKey("line", line.name); !status) return status;
@@ -36,14 +38,12 @@ Status CheckKeys(const config::Config& config) {
   return {};
 }
 
-}  // namespace
-
 Result<std::unique_ptr<DdsPublisher>> DdsPublisher::Create(const config::Config& config,
                                                            PointStore& store,
                                                            std::shared_ptr<SampleWriter> writer,
                                                            Log log,
                                                            std::shared_ptr<EventSupply> events) {
-  if (const Status status = CheckKeys(config); !status) return Error{status.error()};
+  if (const Status status = CheckNames(config); !status) return Error{status.error()};
   std::unique_ptr<DdsPublisher> publisher(
       new DdsPublisher(config, store, std::move(log), std::move(writer), std::move(events)));
   publisher->writer_->OnSession([raw = publisher.get()] {
@@ -75,6 +75,11 @@ DdsPublisher::~DdsPublisher() {
   writer_->OnSession({});  // they may outlive this
 }
 
+void DdsPublisher::Renumber() {
+  renumbered_ = true;
+  feed_->Wake();
+}
+
 void DdsPublisher::Stop() {
   {
     const MutexLock lock(stop_mutex_);
@@ -95,6 +100,10 @@ void DdsPublisher::Run() {
     if (current == 0) break;
     if (std::exchange(session, current) != current) {
       sender_.StartAnew(ReadClocks().instant);
+      next_sending = {};
+    }
+    if (renumbered_.exchange(false)) {
+      sender_.Renumber(ReadClocks().instant);
       next_sending = {};
     }
     const bool takes_changes = sender_.idle();

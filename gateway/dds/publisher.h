@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <memory>
 #include <thread>
@@ -32,6 +33,11 @@ class DdsPublisher {
                                                       std::shared_ptr<EventSupply> events = {});
   ~DdsPublisher();
 
+  /// Which name is too long to be published.
+  static Status CheckNames(const config::Config& config);
+
+  /// A reload: the store has other devices; taken in soon.
+  void Renumber();
   /// Tells subscribers that all points are gone and ends; within about a second. Idempotent.
   void Stop();
 
@@ -55,6 +61,7 @@ class DdsPublisher {
   std::condition_variable stop_changed_;
   bool stop_ BAUDGATE_GUARDED_BY(stop_mutex_) = false;
   bool session_changed_ BAUDGATE_GUARDED_BY(stop_mutex_) = false;
+  std::atomic<bool> renumbered_ = false;
   std::thread thread_;
 };
 

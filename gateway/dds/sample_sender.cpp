@@ -35,7 +35,8 @@ Instant ImageTime(std::size_t points, Instant now) {
 std::vector<std::uint32_t> FirstSlots(const PointStore& store) {
   std::vector<std::uint32_t> first{0};
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    first.push_back(first.back() + static_cast<std::uint32_t>(store.device(device).points.size()));
+    const std::size_t points = store.gone(device) ? 0 : store.device(device).points.size();
+    first.push_back(first.back() + static_cast<std::uint32_t>(points));
   }
   return first;
 }
@@ -43,6 +44,7 @@ std::vector<std::uint32_t> FirstSlots(const PointStore& store) {
 std::vector<double> Deadbands(const PointStore& store) {
   std::vector<double> deadbands;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    if (store.gone(device)) continue;
     for (const config::Point& point : store.device(device).points) {
       deadbands.push_back(point.deadband);
     }
@@ -92,7 +94,45 @@ void SampleSender::StartAnew(Instant now) {
   alarms_due_ = events_due_ = now + kDiscoveryTime;
 }
 
+/// By "device.point": the slots of what is not gone.
+std::unordered_map<std::string, std::uint32_t> SampleSender::SlotsByName() const {
+  std::unordered_map<std::string, std::uint32_t> slots;
+  for (std::uint32_t slot = 0; slot < first_slot_.back(); ++slot) slots[NameOf(slot)] = slot;
+  return slots;
+}
+
+std::string SampleSender::NameOf(std::uint32_t slot) const {
+  const PointRef ref = RefOf(slot);
+  const config::Device& device = store_.device(ref.device);
+  return device.name + "." + device.points[ref.point].name;
+}
+
+// One that finds no room for its end is lost, as at a stop.
+void SampleSender::Renumber(Instant now) {
+  std::vector<std::pair<std::string, PointRef>> sent;
+  for (std::uint32_t slot = 0; slot < first_slot_.back(); ++slot) {
+    if (plan_.WasSent(slot)) sent.emplace_back(NameOf(slot), RefOf(slot));
+  }
+  first_slot_ = FirstSlots(store_);
+  plan_ = NewPlan(now);
+  round_ = {};
+  const auto slots = SlotsByName();
+  for (const auto& [name, ref] : sent) {
+    const auto found = slots.find(name);
+    if (found == slots.end()) {
+      EndPoint(ref);
+    } else {
+      plan_.MarkSent(found->second);
+    }
+  }
+}
+
 void SampleSender::Add(Changes& changes) {
+  const auto gone = [this](std::uint32_t device) {
+    return device + 1 >= first_slot_.size() || store_.gone(device);
+  };
+  std::erase_if(changes.points, [&](const PointRef& ref) { return gone(ref.device); });
+  std::erase_if(changes.devices, gone);
   std::swap(round_.points, changes.points);
   std::swap(round_.devices, changes.devices);
   std::ranges::sort(round_.points, {}, &PointRef::device);
@@ -268,6 +308,10 @@ void SampleSender::FillPoint(const DeviceRecord& record, std::uint32_t point,
 /// False: the pace or the writer does not allow it now.
 bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
   DeviceState state{};
+  if (store_.gone(device)) {  // it is in the plan for its number alone
+    plan_.DeviceSent(device, state, now);
+    return true;
+  }
   bool wanted = false;
   const auto look = [&, this](const DeviceRecord& record) {
     state = record.status.state;
@@ -316,7 +360,7 @@ std::optional<Instant> SampleSender::End(Instant now) {
     if (!plan_.WasSent(at.slot)) continue;
     if (now >= at.deadline) return std::nullopt;
     if (!at.pacer.Take(now)) return at.pacer.ReadyAt();
-    if (EndPoint(at.slot) == Sent::later) return now + kLongestHold;
+    if (EndPoint(RefOf(at.slot)) == Sent::later) return now + kLongestHold;
   }
   return std::nullopt;
 }
@@ -336,8 +380,7 @@ std::optional<Instant> SampleSender::EndOf(Sender& sender, Instant now) {
 }
 
 /// Its last value, which nobody reads any more.
-Sent SampleSender::EndPoint(std::uint32_t slot) {
-  const PointRef ref = RefOf(slot);
+Sent SampleSender::EndPoint(PointRef ref) {
   Staged last;
   const auto look = [&, this](const DeviceRecord& record) {
     last.state = PointState::Of(record.points[ref.point].value, Quality::bad_not_connected);

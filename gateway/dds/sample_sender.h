@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "config/model/config.h"
@@ -47,6 +48,10 @@ class SampleSender {
   /// Whoever takes the samples knows nothing yet: forgets what was sent, and everything is due at
   /// `now` again.
   void StartAnew(Instant now);
+
+  /// A reload: the store has other devices. Subscribers are told of points that are gone, and
+  /// everything is due again. What was added and is not sent yet is among that.
+  void Renumber(Instant now);
 
   /// Takes over what has changed; also when nothing has. Only while idle, and before each Send
   /// then.
@@ -95,6 +100,8 @@ class SampleSender {
   };
 
   PublishPlan NewPlan(Instant now) const;
+  std::unordered_map<std::string, std::uint32_t> SlotsByName() const;
+  std::string NameOf(std::uint32_t slot) const;
   bool SendGateway(Instant now);
   template <typename Sender>
   bool SendFrom(Sender& sender, Instant& due, Instant now);
@@ -112,7 +119,7 @@ class SampleSender {
   bool SendDevice(std::uint32_t device, Instant now);
   void FillPoint(const DeviceRecord& record, std::uint32_t point, Staged& staged) const;
   void FillDevice(const DeviceRecord& record);
-  Sent EndPoint(std::uint32_t slot);
+  Sent EndPoint(PointRef ref);
   void Count(Sent sent, std::string_view whose, const std::string& name);
   PointRef RefOf(std::uint32_t slot) const;
 
@@ -120,7 +127,7 @@ class SampleSender {
   const PointStore& store_;
   SampleWriter& writer_;
   const Log log_;
-  const std::vector<std::uint32_t> first_slot_;  ///< by device, and one more: the number of points
+  std::vector<std::uint32_t> first_slot_;  ///< by device, and one more: the number of points
   PublishPlan plan_;
   Pacer pacer_;
   Instant held_until_{};  ///< the writer said `later`

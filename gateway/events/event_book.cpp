@@ -89,6 +89,18 @@ std::vector<Batch> EventBook::Due() {
   return due;
 }
 
+void EventBook::Move(const std::map<Source, Source>& moved) {
+  for (const auto& [was, now] : moved) {
+    for (auto* said : {&said_, &after_.said}) {
+      const auto found = said->find(was);
+      if (found != said->end()) (*said)[now] = found->second;
+    }
+    for (Batch& batch : waiting_) {
+      if (batch.source == was) batch.source = now;
+    }
+  }
+}
+
 std::vector<Source> EventBook::Kept(std::size_t batches) {
   std::vector<Source> sources;
   for (; batches > 0; --batches) {

@@ -63,6 +63,9 @@ class EventBook {
   /// none.
   std::vector<Source> Kept(std::size_t batches);
 
+  /// Sources have other numbers, by those of before: what waits and what they have said last.
+  void Move(const std::map<Source, Source>& moved);
+
   bool empty() const { return waiting_.empty(); }
   /// What the last batch of the source that is kept has said; empty: none is.
   std::string said(Source source) const;

@@ -40,6 +40,19 @@ void EventFeed::Add(const std::vector<FedEvent>& events) {
   Wake();
 }
 
+void EventFeed::Move(const std::map<Source, Source>& moved) {
+  const auto move = [&moved](Source& source) {
+    const auto found = moved.find(source);
+    if (found != moved.end()) source = found->second;
+  };
+  const MutexLock lock(mutex_);
+  for (FedEvent& event : events_) move(event.source);
+  for (GoneEvent& event : gone_) move(event.source);
+  for (const auto& [was, now] : moved) {
+    if (auto older = older_.extract(was)) older_[now] = older.mapped();
+  }
+}
+
 void EventFeed::Drop() {
   for (; events_.size() > limits_.events; events_.pop_front()) {
     gone_.push_back({NumberOf(events_.front()), events_.front().source});

@@ -59,6 +59,8 @@ class EventFeed {
   /// They are on the disk, by their numbers.
   void Add(const std::vector<FedEvent>& events);
   using Listener = std::uint64_t;
+  /// Sources have other numbers, by those of before.
+  void Move(const std::map<Source, Source>& moved);
   /// `wake` is called after each of these, on the writing thread; it returns at once.
   Listener Listen(std::function<void()> wake);
   /// It is called no longer, and no call is under way when this returns.

@@ -25,6 +25,8 @@ enum class OwnCode : std::uint32_t {
   point_below = 1'000'015,
   acknowledged = 1'000'016,  ///< an alarm
   not_watched = 1'000'017,   ///< an alarm that the configuration does not have any more
+  reloaded = 1'000'018,
+  taken_back = 1'000'019,  ///< a configuration that was not confirmed
 };
 
 constexpr std::uint32_t CodeOf(OwnCode code) { return static_cast<std::uint32_t>(code); }

@@ -71,6 +71,7 @@ HistoryLog::~HistoryLog() {
   }
   changed_.notify_all();
   writing_.join();
+  options_.store->Unsubscribe(feed_);
   const MutexLock lock(mutex_);
   if (state_.trouble.empty() || state_.waiting == 0) return;
   options_.warn(fmt::format("history: the gateway ends, and {} values are not kept: {}",

@@ -69,6 +69,10 @@ void Recorder::Take(const Changes& changes, Now now, std::size_t room, Batch& ou
     seen_.clear();
     std::size_t end = i;
     while (end < changes.points.size() && changes.points[end].device == device) ++end;
+    if (device >= numbers_.size()) {  // a reload has just brought it, and will make this anew
+      i = end;
+      continue;
+    }
     store_.Read(device, [&](const DeviceRecord& record) {
       for (; i < end; ++i) {
         const std::uint32_t point = changes.points[i].point;

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/state/device_memory.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <pthread.h>
-#include <unistd.h>
 
-#include <cerrno>
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
+
+#include "gateway/state/whole_file.h"
 
 namespace baudgate {
 namespace {
@@ -22,53 +22,16 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLongestMemory = 4096;
 
-Json KeyOf(const config::Line& line, const config::Device& device) {
-  return {{"line", line.name},
-          {"device", device.name},
-          {"protocol", device.protocol},
-          {"address", device.address},
-          {"profile", device.profile}};
-}
-
 std::string WordOf(const Json& map, const char* key) {
   const auto found = map.find(key);
   return found != map.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
-/// Whole or not at all, whenever the power fails. The error is errno's; 0: it is on the disk.
-int WriteWhole(const fs::path& file, std::string_view text) {
-  const fs::path part = file.string() + ".part";
-  const int out = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0640);
-  if (out < 0) return errno;
-  int error = 0;
-  while (!text.empty() && error == 0) {
-    const auto written = ::write(out, text.data(), text.size());
-    if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
-    if (written < 0 && errno != EINTR) error = errno;
-  }
-  if (error == 0 && ::fsync(out) != 0) error = errno;
-  if (::close(out) != 0 && error == 0) error = errno;
-  if (error == 0 && ::rename(part.c_str(), file.c_str()) != 0) error = errno;
-  if (error != 0) {
-    ::unlink(part.c_str());
-    return error;
-  }
-  const int folder = ::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder >= 0) {
-    ::fsync(folder);
-    ::close(folder);
-  }
-  return 0;
 }
 
 }  // namespace
 
 DeviceMemory::DeviceMemory(fs::path file, const config::Config& config,
                            std::function<void(const std::string&)> warn)
-    : file_(std::move(file)), warn_(std::move(warn)) {
-  for (const config::Line& line : config.lines) {
-    for (const config::Device& device : line.devices) places_.push_back({&line, &device});
-  }
+    : file_(std::move(file)), warn_(std::move(warn)), keys_(KeysOf(config)) {
   Read();
   thread_ = std::thread([this] { Run(); });
 }
@@ -84,7 +47,7 @@ DeviceMemory::~DeviceMemory() {
 
 void DeviceMemory::Read() {
   const MutexLock lock(mutex_);
-  memories_.resize(places_.size());
+  memories_.resize(keys_.size());
   std::error_code error;
   if (!fs::exists(file_, error)) return;
   std::ifstream in(file_, std::ios::binary);
@@ -103,15 +66,35 @@ void DeviceMemory::Read() {
     if (!one.is_object()) continue;
     const std::string memory = WordOf(one, "memory");
     if (memory.size() > kLongestMemory) continue;
-    for (std::size_t i = 0; i < places_.size(); ++i) {
-      const Json key = KeyOf(*places_[i].line, *places_[i].device);
-      bool same = true;
-      for (const auto& [name, value] : key.items()) {
-        same = same && WordOf(one, name.c_str()) == value.get<std::string>();
-      }
-      if (same) memories_[i] = memory;
+    const Key key{WordOf(one, "line"), WordOf(one, "device"), WordOf(one, "protocol"),
+                  WordOf(one, "address"), WordOf(one, "profile")};
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+      if (keys_[i] == key) memories_[i] = memory;
     }
   }
+}
+
+std::vector<DeviceMemory::Key> DeviceMemory::KeysOf(const config::Config& config) {
+  std::vector<Key> keys;
+  for (const config::Line& line : config.lines) {
+    for (const config::Device& device : line.devices) {
+      keys.push_back({line.name, device.name, device.protocol, device.address, device.profile});
+    }
+  }
+  return keys;
+}
+
+void DeviceMemory::Renumber(const config::Config& config) {
+  std::vector<Key> keys = KeysOf(config);
+  const MutexLock lock(mutex_);
+  std::vector<std::string> memories(keys.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto was = std::ranges::find(keys_, keys[i]);
+    if (keys[i].device.empty() || was == keys_.end()) continue;
+    memories[i] = memories_[static_cast<std::size_t>(was - keys_.begin())];
+  }
+  keys_ = std::move(keys);
+  memories_ = std::move(memories);
 }
 
 std::string DeviceMemory::Of(std::uint32_t device) const {
@@ -150,9 +133,14 @@ void DeviceMemory::Run() {
 
 std::string DeviceMemory::Text() const {
   Json devices = Json::array();
-  for (std::size_t i = 0; i < places_.size(); ++i) {
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
     if (memories_[i].empty()) continue;
-    Json one = KeyOf(*places_[i].line, *places_[i].device);
+    const Key& key = keys_[i];
+    Json one = {{"line", key.line},
+                {"device", key.device},
+                {"protocol", key.protocol},
+                {"address", key.address},
+                {"profile", key.profile}};
     one["memory"] = memories_[i];
     devices.push_back(std::move(one));
   }

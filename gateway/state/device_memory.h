@@ -23,7 +23,7 @@ namespace baudgate {
 class DeviceMemory {
  public:
   /// Reads `file`, which need not be there. `warn` gets one line: when it can not be read, and when
-  /// writing begins to fail; the latter from the writing thread. `config` outlives it.
+  /// writing begins to fail; the latter from the writing thread.
   DeviceMemory(std::filesystem::path file, const config::Config& config,
                std::function<void(const std::string&)> warn);
   /// Writes what has changed, then ends.
@@ -31,6 +31,8 @@ class DeviceMemory {
 
   /// Devices are numbered through all lines, in the order of the file. Empty: nothing is known.
   std::string Of(std::uint32_t device) const;
+  /// A reload: devices by their numbers; one without a name is gone.
+  void Renumber(const config::Config& config);
   /// From any thread; returns at once.
   void Set(std::uint32_t device, std::string memory);
 
@@ -42,15 +44,23 @@ class DeviceMemory {
 
   const std::filesystem::path file_;
   const std::function<void(const std::string&)> warn_;
-  struct Place {
-    const config::Line* line = nullptr;
-    const config::Device* device = nullptr;
+  /// Whose a memory is.
+  struct Key {
+    std::string line;
+    std::string device;
+    std::string protocol;
+    std::string address;
+    std::string profile;
+
+    bool operator==(const Key&) const = default;
   };
-  std::vector<Place> places_;  // by device
-  bool failing_ = false;       // of the writing thread
+  static std::vector<Key> KeysOf(const config::Config& config);
+
+  bool failing_ = false;  // of the writing thread
   mutable Mutex mutex_;
   std::condition_variable wake_;
-  std::vector<std::string> memories_ BAUDGATE_GUARDED_BY(mutex_);  // as places_
+  std::vector<Key> keys_ BAUDGATE_GUARDED_BY(mutex_);              // by device
+  std::vector<std::string> memories_ BAUDGATE_GUARDED_BY(mutex_);  // as keys_
   bool changed_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::thread thread_;

@@ -208,6 +208,14 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
   return json;
 }
 
+Json ReloadJson(const ReloadState& state) {
+  return {{"file", state.file},
+          {"folder", state.folder},
+          {"applied", TimeJson(state.applied)},
+          {"confirm_until", state.confirm_until ? TimeJson(*state.confirm_until) : Json(nullptr)},
+          {"not_the_file", state.not_the_file}};
+}
+
 }  // namespace
 
 Json PointJson(const DeviceRecord& record, std::size_t index, Instant now) {
@@ -231,7 +239,7 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
   json["uptime_ms"] = Milliseconds(now.instant - info.started);
   Json& lines = json["lines"] = Json::array();
   for (std::uint32_t line = 0; line < config.lines.size(); ++line) {
-    if (target && target->line != line) continue;
+    if (target ? target->line != line : config.lines[line].name.empty()) continue;
     lines.push_back(LineJson(config, store, target.value_or(Target{line}), view));
   }
   const auto traffic = info.traffic ? info.traffic->Traffic() : modbus::TrafficStatus{};
@@ -241,6 +249,7 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
   json["audit"] = info.audit ? AuditJson(info.audit->state()) : Json(nullptr);
   json["events"] = info.events ? EventsJson(info.events->state()) : Json(nullptr);
   json["history"] = info.history ? HistoryJson(info.history->state()) : Json(nullptr);
+  json["configuration"] = info.reload ? ReloadJson(info.reload()) : Json(nullptr);
   return json;
 }
 

@@ -13,6 +13,7 @@
 #include "gateway/events/event_source.h"
 #include "gateway/history/history_source.h"
 #include "gateway/modbus/desk/traffic.h"
+#include "gateway/status/reload_state.h"
 #include "gateway/status/target.h"
 #include "gateway/store/point_store.h"
 
@@ -30,6 +31,7 @@ struct GatewayInfo {
   const history::HistorySource* history = nullptr;  ///< null: nothing is kept
   /// Since when the thread of a line hangs; empty: nobody watches them.
   std::function<std::optional<WallTime>(std::uint32_t line)> stuck_since{};
+  std::function<ReloadState()> reload{};  ///< empty: nothing is reloaded
 };
 
 /// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}

@@ -17,7 +17,9 @@ using config::Quoted;
 template <typename Named>
 std::vector<std::string_view> NamesOf(const std::vector<Named>& all) {
   std::vector<std::string_view> names;
-  for (const Named& one : all) names.push_back(one.name);
+  for (const Named& one : all) {
+    if (!one.name.empty()) names.push_back(one.name);  // a reload has taken it out
+  }
   return names;
 }
 
@@ -39,7 +41,7 @@ Error NoSuchLine(const config::Config& config, std::string_view name) {
 Result<Target> FindDevice(const config::Config& config, std::uint32_t line, std::string_view name) {
   const auto& devices = config.lines[line].devices;
   for (std::size_t slot = 0; slot < devices.size(); ++slot) {
-    if (devices[slot].name != name) continue;
+    if (name.empty() || devices[slot].name != name) continue;
     return Target{line, config::FirstDevice(config, line) + static_cast<std::uint32_t>(slot)};
   }
   const auto names = NamesOf(devices);
@@ -51,7 +53,7 @@ Result<Target> FindTarget(const config::Config& config, std::string_view text) {
   const auto dot = text.find('.');
   const std::string_view name = text.substr(0, dot);
   for (std::uint32_t line = 0; line < config.lines.size(); ++line) {
-    if (config.lines[line].name != name) continue;
+    if (name.empty() || config.lines[line].name != name) continue;
     if (dot == std::string_view::npos) return Target{line};
     return FindDevice(config, line, text.substr(dot + 1));
   }

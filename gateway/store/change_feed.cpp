@@ -9,6 +9,12 @@ ChangeFeed::ChangeFeed(std::span<const std::size_t> points_per_device)
   for (const std::size_t count : points_per_device) point_pending_.emplace_back(count, false);
 }
 
+void ChangeFeed::AddDevice(std::size_t points) {
+  const MutexLock lock(mutex_);
+  point_pending_.emplace_back(points, false);
+  device_pending_.push_back(false);
+}
+
 void ChangeFeed::MarkPoints(std::uint32_t device, std::span<const std::uint32_t> points) {
   {
     const MutexLock lock(mutex_);

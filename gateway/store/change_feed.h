@@ -32,6 +32,9 @@ class ChangeFeed {
   /// points_per_device[d] is the number of points of device d.
   explicit ChangeFeed(std::span<const std::size_t> points_per_device);
 
+  /// One more device.
+  void AddDevice(std::size_t points);
+
   void MarkPoints(std::uint32_t device, std::span<const std::uint32_t> points);
   void MarkDevice(std::uint32_t device);
 

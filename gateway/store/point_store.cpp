@@ -5,37 +5,87 @@
 #include <numeric>
 
 namespace baudgate {
+namespace {
+
+/// Lanes have indices behind all lines, however many there will be.
+constexpr std::uint32_t kFirstLane = 1U << 31;
+
+}  // namespace
+
 PointStore::Entry::Entry(const config::Line& its_line, const config::Device& its_device)
-    : line(its_line), device(its_device) {
-  record.line = &line;
-  record.device = &device;
-  record.points.resize(device.points.size());
-  record.age_limits = LimitsOf(device, Duration::zero());
-  announced.assign(device.points.size(), Quality::bad_waiting);
-  if (device.enabled) return;
+    : line(&its_line), device(&its_device) {
+  record.line = &its_line;
+  record.device = &its_device;
+  record.points.resize(its_device.points.size());
+  record.age_limits = LimitsOf(its_device, Duration::zero());
+  announced.assign(its_device.points.size(), Quality::bad_waiting);
+  if (its_device.enabled) return;
   record.override_quality = Quality::bad_out_of_service;
   record.status.state = DeviceState::disabled;
 }
 
 PointStore::PointStore(const config::Config& config) {
-  for (const config::Line& line : config.lines) {
-    lines_.push_back(std::make_unique<LineEntry>(line));
-    for (const config::Device& device : line.devices) {
-      devices_.push_back(std::make_unique<Entry>(line, device));
+  for (const config::Line& line : config.lines) Append(line);
+}
+
+void PointStore::Append(const config::Line& line) {
+  lines_.Append(line, static_cast<std::uint32_t>(lines_.size()), device_count());
+  for (const config::Device& device : line.devices) {
+    {
+      const MutexLock lock(feeds_mutex_);
+      for (const auto& feed : feeds_) feed->AddDevice(device.points.size());
     }
+    devices_.Append(line, device);
   }
+}
+
+void PointStore::Show(std::uint32_t line, const config::Line& as) {
+  const std::uint32_t first = lines_[line].first_device;
+  for (std::size_t i = 0; i < as.devices.size(); ++i) {
+    const auto device = first + static_cast<std::uint32_t>(i);
+    Entry& entry = devices_[device];
+    {
+      const MutexLock lock(entry.mutex);
+      entry.line = entry.record.line = &as;
+      entry.device = entry.record.device = &as.devices[i];
+      ++entry.record.version;
+    }
+    std::vector<std::uint32_t> all(as.devices[i].points.size());
+    std::iota(all.begin(), all.end(), 0U);
+    Announce(device, all);
+  }
+}
+
+void PointStore::Retire(std::uint32_t line) {
+  lines_[line].line = nullptr;
+  for (std::size_t i = 0; i < lanes_.size(); ++i) {
+    if (lanes_[i].number == line) lanes_[i].line = nullptr;
+  }
+  const std::size_t end =
+      line + 1 < lines_.size() ? lines_[line + 1].first_device : devices_.size();
+  for (std::size_t device = lines_[line].first_device; device < end; ++device) {
+    devices_[device].gone = true;
+  }
+}
+
+std::uint32_t PointStore::present_count() const {
+  std::uint32_t present = 0;
+  for (std::size_t device = 0; device < devices_.size(); ++device) {
+    present += devices_[device].gone ? 0 : 1;
+  }
+  return present;
 }
 
 void PointStore::Read(std::uint32_t device,
                       const std::function<void(const DeviceRecord&)>& look) const {
-  const Entry& entry = *devices_[device];
+  const Entry& entry = devices_[device];
   const MutexLock lock(entry.mutex);
   look(entry.record);
 }
 
 void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, Now at,
                         Duration round_trip) {
-  Entry& entry = *devices_[device];
+  Entry& entry = devices_[device];
   std::vector<std::uint32_t> changed;
   changed.reserve(samples.size());
   {
@@ -60,7 +110,7 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
 }
 
 void PointStore::Doubt(std::uint32_t device, std::span<const std::size_t> points, Instant now) {
-  Entry& entry = *devices_[device];
+  Entry& entry = devices_[device];
   std::vector<std::uint32_t> changed;
   {
     const MutexLock lock(entry.mutex);
@@ -78,7 +128,7 @@ void PointStore::Doubt(std::uint32_t device, std::span<const std::size_t> points
 }
 
 void PointStore::SetOverride(std::uint32_t device, Override why) {
-  Entry& entry = *devices_[device];
+  Entry& entry = devices_[device];
   {
     const MutexLock lock(entry.mutex);
     if (entry.record.override_quality == why) return;
@@ -92,16 +142,16 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
     }
     entry.next_ageing = Instant::min();
   }
-  std::vector<std::uint32_t> all(entry.device.points.size());
+  std::vector<std::uint32_t> all(entry.device.load()->points.size());
   std::iota(all.begin(), all.end(), 0U);
   Announce(device, all);
 }
 
 void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now) {
-  Entry& entry = *devices_[device];
+  Entry& entry = devices_[device];
   const MutexLock lock(entry.mutex);
   const auto before = entry.record.age_limits;
-  const auto after = LimitsOf(entry.device, cycle);
+  const auto after = LimitsOf(*entry.device, cycle);
   if (after == before) return;
   // What was too old stays so until it is read again.
   for (std::size_t point = 0; point < entry.record.points.size(); ++point) {
@@ -115,55 +165,76 @@ void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now)
 
 void PointStore::UpdateStatus(std::uint32_t device,
                               const std::function<void(DeviceStatus&)>& change) {
-  Entry& entry = *devices_[device];
+  Entry& entry = devices_[device];
   {
     const MutexLock lock(entry.mutex);
     change(entry.record.status);
   }
+  const MutexLock lock(feeds_mutex_);
   for (const auto& feed : feeds_) feed->MarkDevice(device);
 }
 
 std::uint32_t PointStore::LineIndex(const config::Line& line) const {
-  const auto at = std::ranges::find_if(
-      lines_, [&line](const std::unique_ptr<LineEntry>& entry) { return &entry->line == &line; });
-  return static_cast<std::uint32_t>(at - lines_.begin());
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    if (lines_[i].line == &line) return static_cast<std::uint32_t>(i);
+  }
+  for (std::size_t i = 0; i < lanes_.size(); ++i) {
+    if (lanes_[i].line == &line) return kFirstLane + static_cast<std::uint32_t>(i);
+  }
+  return static_cast<std::uint32_t>(lines_.size());
+}
+
+PointStore::LineEntry& PointStore::EntryOf(std::uint32_t index) const {
+  return index < kFirstLane ? lines_[index] : lanes_[index - kFirstLane];
 }
 
 LineStatus PointStore::ReadLine(std::uint32_t line) const {
   LineStatus status;
   {
-    const LineEntry& entry = *lines_[line];
+    const LineEntry& entry = lines_[line];
     const MutexLock lock(entry.mutex);
     status = entry.status;
   }
-  for (const auto& lane : lines_) {
-    if (lane->whole != line) continue;
-    const MutexLock lock(lane->mutex);
-    status.AddLane(lane->status);
+  for (std::size_t i = 0; i < lanes_.size(); ++i) {
+    const LineEntry& lane = lanes_[i];
+    if (lane.number != line) continue;
+    const MutexLock lock(lane.mutex);
+    status.AddLane(lane.status);
   }
   return status;
 }
 
 void PointStore::AddLane(const config::Line& line, const config::Line& lane) {
-  lines_.push_back(std::make_unique<LineEntry>(lane, LineIndex(line)));
+  const LineEntry& whole = lines_[LineIndex(line)];
+  lanes_.Append(lane, whole.number, whole.first_device);
 }
 
 void PointStore::UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change) {
-  LineEntry& entry = *lines_[line];
+  LineEntry& entry = EntryOf(line);
   const MutexLock lock(entry.mutex);
   change(entry.status);
 }
 
 std::shared_ptr<ChangeFeed> PointStore::Subscribe() {
   std::vector<std::size_t> counts;
-  for (const auto& entry : devices_) counts.push_back(entry->device.points.size());
-  feeds_.push_back(std::make_shared<ChangeFeed>(counts));
-  return feeds_.back();
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    counts.push_back(devices_[i].device.load()->points.size());
+  }
+  auto feed = std::make_shared<ChangeFeed>(counts);
+  const MutexLock lock(feeds_mutex_);
+  feeds_.push_back(feed);
+  return feed;
+}
+
+void PointStore::Unsubscribe(const std::shared_ptr<ChangeFeed>& feed) {
+  const MutexLock lock(feeds_mutex_);
+  std::erase(feeds_, feed);
 }
 
 void PointStore::Age(Instant now) {
   for (std::uint32_t device = 0; device < devices_.size(); ++device) {
-    Entry& entry = *devices_[device];
+    Entry& entry = devices_[device];
+    if (entry.gone) continue;
     std::vector<std::uint32_t> aged;
     {
       const MutexLock lock(entry.mutex);
@@ -182,6 +253,7 @@ void PointStore::Age(Instant now) {
 
 void PointStore::Announce(std::uint32_t device, std::span<const std::uint32_t> points) {
   if (points.empty()) return;
+  const MutexLock lock(feeds_mutex_);
   for (const auto& feed : feeds_) feed->MarkPoints(device, points);
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -22,6 +23,7 @@
 #include "gateway/store/device_record.h"
 #include "gateway/store/device_status.h"
 #include "gateway/store/line_status.h"
+#include "gateway/store/steady_vector.h"
 
 namespace baudgate {
 
@@ -39,8 +41,12 @@ class PointStore {
   explicit PointStore(const config::Config& config);
 
   std::uint32_t device_count() const { return static_cast<std::uint32_t>(devices_.size()); }
-  const config::Line& line(std::uint32_t device) const { return devices_[device]->line; }
-  const config::Device& device(std::uint32_t device) const { return devices_[device]->device; }
+  const config::Line& line(std::uint32_t device) const { return *devices_[device].line; }
+  const config::Device& device(std::uint32_t device) const { return *devices_[device].device; }
+  /// A reload has taken it out; its number is nobody else's.
+  bool gone(std::uint32_t device) const { return devices_[device].gone; }
+  /// Without those that are gone.
+  std::uint32_t present_count() const;
 
   /// Calls `look` with the device's record under its lock. Keep it short; call nothing of the
   /// store.
@@ -67,8 +73,20 @@ class PointStore {
   /// Changes the status of a line under its lock.
   void UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change);
 
-  /// A feed of everything that changes from now on. Subscribe before the lines start.
+  /// A feed of everything that changes from now on.
   std::shared_ptr<ChangeFeed> Subscribe();
+  void Unsubscribe(const std::shared_ptr<ChangeFeed>& feed);
+
+  // A reload: one thread at a time, while others use the store.
+
+  /// One more line, which gets the number behind all others; so do its devices. It outlives them.
+  void Append(const config::Line& line);
+  /// The line, with another configuration of the same devices and points, which are shown as it
+  /// says. It outlives the store, or what comes after it; so does the one before, until nobody can
+  /// look at it any more.
+  void Show(std::uint32_t line, const config::Line& as);
+  /// Nobody asks the devices of this line any more. What is known of them stays.
+  void Retire(std::uint32_t line);
 
   /// Tells the feeds of points whose quality has changed by mere age since they were last told.
   /// Outputs that care call it a few times a second; devices that can not have aged cost nothing.
@@ -77,8 +95,9 @@ class PointStore {
  private:
   struct Entry {
     Entry(const config::Line& its_line, const config::Device& its_device);
-    const config::Line& line;
-    const config::Device& device;
+    std::atomic<const config::Line*> line;
+    std::atomic<const config::Device*> device;
+    std::atomic<bool> gone = false;
     mutable Mutex mutex;
     DeviceRecord record BAUDGATE_GUARDED_BY(mutex);
     /// The qualities that the feeds were last told of.
@@ -91,17 +110,21 @@ class PointStore {
       BAUDGATE_REQUIRES(entry.mutex);
 
   struct LineEntry {
-    explicit LineEntry(const config::Line& its_line, std::optional<std::uint32_t> its_whole = {})
-        : line(its_line), whole(its_whole) {}
-    const config::Line& line;
-    const std::optional<std::uint32_t> whole;  ///< of a lane: its line
+    LineEntry(const config::Line& its_line, std::uint32_t its_number, std::uint32_t its_first)
+        : line(&its_line), number(its_number), first_device(its_first) {}
+    std::atomic<const config::Line*> line;  // as it was appended; null: it is gone
+    const std::uint32_t number;             // of a lane: of its line
+    const std::uint32_t first_device;
     mutable Mutex mutex;
     LineStatus status BAUDGATE_GUARDED_BY(mutex);
   };
+  LineEntry& EntryOf(std::uint32_t index) const;
 
-  std::vector<std::unique_ptr<Entry>> devices_;
-  std::vector<std::unique_ptr<LineEntry>> lines_;
-  std::vector<std::shared_ptr<ChangeFeed>> feeds_;
+  SteadyVector<Entry> devices_;
+  SteadyVector<LineEntry> lines_;
+  SteadyVector<LineEntry> lanes_;
+  mutable Mutex feeds_mutex_;
+  std::vector<std::shared_ptr<ChangeFeed>> feeds_ BAUDGATE_GUARDED_BY(feeds_mutex_);
 };
 
 }  // namespace baudgate

@@ -1,23 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/live/run.h"
 
+#include <fmt/format.h>
 #include <signal.h>
 #include <systemd/sd-daemon.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <sstream>
 
 #include "config/loader.h"
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
 #include "gateway/cli/offline/check.h"
 #include "gateway/daemon/daemon.h"
+#include "gateway/reload/kept_configs.h"
+#include "gateway/state/state_folder.h"
 
 namespace baudgate {
 
 namespace {
 
+constexpr int kBadConfiguration = 3;
+constexpr int kCanNotOpen = 4;
 constexpr auto kLookEvery = 1000ms;
 
 /// A tenth of WatchdogSec, a second at most; systemd gets nine tries to be late.
@@ -27,8 +35,7 @@ timespec LookInterval(std::uint64_t watchdog_us) {
   return {interval / 1s, std::chrono::nanoseconds(interval % 1s).count()};
 }
 
-/// The sign of life is this thread's: a thread that hangs, this one too, keeps it back. A terminal
-/// that closes and whoever rotates logs send SIGHUP: neither wants the lines to stop.
+/// The sign of life is this thread's: a thread that hangs, this one too, keeps it back.
 void WaitForStop(const sigset_t& signals, Daemon& daemon) {
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
@@ -36,19 +43,77 @@ void WaitForStop(const sigset_t& signals, Daemon& daemon) {
   for (;;) {
     const int caught = sigtimedwait(&signals, nullptr, &interval);
     if (caught == SIGTERM || caught == SIGINT) return;
-    if (caught == SIGHUP) {
-      log::Info("SIGHUP is ignored: nothing is reloaded; restart to read the configuration anew");
-    }
+    if (caught == SIGHUP) daemon.Reload("SIGHUP");
     if (daemon.Look() && watched) sd_notify(0, "WATCHDOG=1");
   }
+}
+
+Result<std::string> ReadText(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return Error{"can not be read"};
+  return std::string((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+}
+
+std::string ProblemsText(const config::Loaded& loaded) {
+  std::ostringstream text;
+  PrintProblems(loaded.problems, text);
+  std::string all = text.str();
+  while (!all.empty() && all.back() == '\n') all.pop_back();
+  return all;
+}
+
+/// What a gateway starts with: the file, or what was confirmed before it was refused.
+struct Choice {
+  config::Loaded loaded;
+  ReloadOptions reload;
+};
+
+Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostream& err) {
+  Choice choice;
+  ReloadOptions& reload = choice.reload;
+  reload.file = file;
+  reload.read = [file] { return ReadText(file); };
+  reload.load = [file, &catalog](const std::string& text) {
+    config::Loaded loaded = config::LoadText(text, file, catalog);
+    std::string problems = ProblemsText(loaded);
+    if (!loaded.ok()) return LoadedText{{}, std::move(problems)};
+    return LoadedText{std::move(loaded.config), std::move(problems)};
+  };
+  reload.notify = [](const std::string& state) { sd_notify(0, state.c_str()); };
+  const auto text = ReadText(file);
+  choice.loaded = text ? config::LoadText(*text, file, catalog) : config::LoadFile(file, catalog);
+  PrintProblems(choice.loaded.problems, err);
+  if (!text || !choice.loaded.ok()) return choice;
+  reload.running = *text;
+  const config::Config& config = choice.loaded.config;
+  const auto folder = StateFolderOf(StatePlaces::Here(config.state), config.name);
+  if (folder.empty()) return choice;
+  reload.kept = std::make_unique<reload::KeptConfigs>(folder / reload::KeptConfigs::kFolder);
+  const auto copy = reload.kept->CopyInPlaceOf(*text);
+  if (!copy) return choice;
+  const auto confirmed = reload.kept->TextOf(*copy);
+  const bool cut_off = reload.kept->trial() != 0;
+  reload.not_the_file = fmt::format(
+      "{} was taken back: {}; what was confirmed before runs, and will at every start until the "
+      "file is changed",
+      file, cut_off ? "the gateway ended before it was confirmed" : reload.kept->why_refused());
+  err << "baudgate: " << reload.not_the_file << '\n';
+  if (!confirmed) {
+    choice.loaded.problems.push_back({{file, 0, 0}, confirmed.error(), false});
+    PrintProblems({choice.loaded.problems.back()}, err);
+    return choice;
+  }
+  reload.running = *confirmed;
+  choice.loaded = config::LoadText(*confirmed, file, catalog);
+  PrintProblems(choice.loaded.problems, err);
+  return choice;
 }
 
 }  // namespace
 
 int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostream& err) {
-  const config::Loaded loaded = config::LoadFile(file, catalog);
-  PrintProblems(loaded.problems, err);
-  if (!loaded.ok()) return 3;
+  Choice choice = Choose(file, catalog, err);
+  if (!choice.loaded.ok()) return kBadConfiguration;
 
   // Blocked before any thread starts, so that all of them inherit it and only this one takes them.
   sigset_t signals;
@@ -59,10 +124,12 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostr
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   for (const int ignored : {SIGPIPE, SIGUSR1, SIGUSR2}) signal(ignored, SIG_IGN);
 
-  Daemon daemon(loaded.config, catalog);
+  Daemon daemon(std::move(choice.loaded.config), catalog);
+  choice.reload.summary = [&daemon] { return daemon.Summary(); };
+  daemon.SetReload(std::move(choice.reload));
   if (const Status status = daemon.Start(); !status) {
     err << "baudgate: " << status.error() << "\n";
-    return 4;
+    return kCanNotOpen;
   }
   log::Info("baudgate {} runs: {}", kVersion, daemon.Summary());
   sd_notifyf(0, "READY=1\nSTATUS=%s", daemon.Summary().c_str());

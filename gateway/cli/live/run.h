@@ -1,5 +1,5 @@
-// `baudgate run`: the daemon in the foreground, until SIGTERM or SIGINT. SIGHUP, SIGUSR1
-// and SIGUSR2 are ignored.
+// `baudgate run`: the daemon in the foreground, until SIGTERM or SIGINT. SIGHUP has the file
+// read anew; SIGUSR1 and SIGUSR2 are ignored.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

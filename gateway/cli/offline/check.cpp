@@ -12,6 +12,7 @@
 #include "gateway/base/text.h"
 #include "gateway/cli/offline/check_writes.h"
 #include "gateway/cli/offline/security_problems.h"
+#include "gateway/cli/offline/taken_back.h"
 #include "gateway/cli/offline/unit_table.h"
 #include "gateway/cli/terminal/text_table.h"
 #include "gateway/history/estimate.h"
@@ -282,6 +283,8 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
     PrintOfMeters(config, out);
     PrintHistory(config, out);
   }
+  out << "reload applies all but gateway, modbus, dds, events and history.directory: these need a "
+         "restart\n";
   for (const config::Line& line : config.lines) {
     out << '\n' << Describe(line) << '\n';
     if (line.devices.empty()) continue;
@@ -384,6 +387,11 @@ int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostre
   config::Loaded loaded = config::LoadFile(file, catalog);
   std::string security;
   if (loaded.ok()) security = CheckDdsSecurity(loaded.config, ReadClocks().wall, loaded.problems);
+  if (loaded.ok()) {
+    if (auto taken_back = WhyTakenBack(file, loaded.config)) {
+      loaded.problems.push_back(*std::move(taken_back));
+    }
+  }
   if (json) {
     Json result = {{"file", file}, {"ok", loaded.ok()}, {"problems", ToJson(loaded.problems)}};
     if (loaded.ok()) result["summary"] = ToJson(loaded.config);

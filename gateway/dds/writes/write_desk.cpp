@@ -54,9 +54,11 @@ WriteDesk::WriteDesk(const config::Config& config, const PointStore& store, Comm
       store_(store),
       gate_(store, sink),
       answer_(std::move(answer)),
-      ended_(std::move(ended)) {
-  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    devices_[store.device(device).name] = device;
+      ended_(std::move(ended)) {}
+
+void WriteDesk::LearnDevices() {
+  for (const std::uint32_t end = store_.device_count(); known_ < end; ++known_) {
+    devices_[store_.device(known_).name] = known_;
   }
 }
 
@@ -125,9 +127,10 @@ void WriteDesk::Record(const WriteArrival& arrival, const std::string& reason) {
   gate_.Deny(WriterOf(arrival), ask, reason);
 }
 
-Result<WriteDesk::Place> WriteDesk::Find(const RequestSample& request) const {
+Result<WriteDesk::Place> WriteDesk::Find(const RequestSample& request) {
+  LearnDevices();
   const auto device = devices_.find(request.device);
-  if (device == devices_.end()) {
+  if (device == devices_.end() || store_.gone(device->second)) {
     return Error{Quoted(request.device) + " is no device of this gateway"};
   }
   const std::vector<config::Point>& points = store_.device(device->second).points;

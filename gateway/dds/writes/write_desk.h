@@ -51,7 +51,9 @@ class WriteDesk {
     std::uint32_t device = 0;  ///< index in the point store
     std::uint32_t point = 0;   ///< index in the device's points
   };
-  Result<Place> Find(const RequestSample& request) const;
+  Result<Place> Find(const RequestSample& request);
+  /// A reload may have brought more.
+  void LearnDevices();
   /// That it was denied, where it names a point.
   void Record(const WriteArrival& arrival, const std::string& reason);
   /// Nothing: it has gone to its line.
@@ -64,6 +66,7 @@ class WriteDesk {
   const Answer answer_;
   const Ended ended_;
   std::unordered_map<std::string, std::uint32_t> devices_;  ///< by name
+  std::uint32_t known_ = 0;                                 ///< so many of the store's are there
   RequestBook book_;
   std::atomic<std::uint64_t> taken_ = 0;
 };

@@ -44,6 +44,18 @@ PointDesk::PointDesk(const config::Config& config, const PointStore& store, Comm
       acks_(store, links.alarms, links.writes),
       book_(std::make_shared<TrafficBook>(config.modbus)) {
   pieces_.reserve(kMostBits);
+  MakeImages();
+}
+
+void PointDesk::Apply(const config::Config& config, std::span<RouteTarget* const> lines) {
+  map_ = RegisterMap(config);
+  table_ = RouteTable(config);
+  targets_.Relink(config.modbus, lines);
+  MakeImages();
+}
+
+void PointDesk::MakeImages() {
+  images_ = {};
   for (std::size_t id = 0; id < images_.size(); ++id) {
     const UnitMap& unit = map_.unit(static_cast<std::uint8_t>(id));
     if (unit.kind == UnitMap::Kind::device) images_[id] = std::make_unique<RegisterImage>(unit);

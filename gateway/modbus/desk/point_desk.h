@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -65,6 +66,9 @@ class PointDesk {
             std::function<GatewayFigures()> info, ModbusLimits limits,
             const ModbusLinks& links = {});
 
+  /// A reload: what has changed but `modbus`. Clients and what they wait for stay.
+  void Apply(const config::Config& config, std::span<RouteTarget* const> lines);
+
   /// Unit, function, counts and lengths; fills `request` when there is no
   /// exception.
   ExceptionCode Check(View frame, ModbusRequest& request) const;
@@ -103,6 +107,7 @@ class PointDesk {
   const std::shared_ptr<TrafficBook>& book() const { return book_; }
 
  private:
+  void MakeImages();
   /// From the unit's image, when it has the whole request and is fresh or due to be made anew.
   std::optional<ExceptionCode> ReadImage(const ModbusRequest& request, Instant now);
   ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);

@@ -14,10 +14,15 @@ namespace baudgate::modbus {
 
 RouteTargets::RouteTargets(const config::Modbus& modbus, const ModbusLinks& links)
     : modbus_(modbus), targets_(modbus.routes.size()) {
+  Relink(modbus, links.lines);
+}
+
+void RouteTargets::Relink(const config::Modbus& modbus, std::span<RouteTarget* const> lines) {
+  lines_.clear();
   for (std::size_t i = 0; i < targets_.size(); ++i) {
     const config::Route& route = modbus.routes[i];
-    if (route.line.empty() || route.line_index >= links.lines.size()) continue;
-    RouteTarget* const target = links.lines[route.line_index];
+    if (route.line.empty() || route.line_index >= lines.size()) continue;
+    RouteTarget* const target = lines[route.line_index];
     targets_[i] = target;
     const bool known =
         std::ranges::any_of(lines_, [&](const Line& line) { return line.target == target; });

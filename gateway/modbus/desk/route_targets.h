@@ -37,6 +37,9 @@ class RouteTargets {
   void Open(asio::io_context& io, const std::shared_ptr<TrafficBook>& book);
   void Close();
 
+  /// A reload: the same routes, lines of other numbers. On the server's thread.
+  void Relink(const config::Modbus& modbus, std::span<RouteTarget* const> lines);
+
   /// Of the route with this index; null: it leads nowhere now.
   RouteTarget* of(std::size_t route) const { return targets_[route]; }
   /// "drive" or "10.0.0.9:502", of the first route that leads there.

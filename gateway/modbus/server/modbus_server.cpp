@@ -49,6 +49,10 @@ Status ModbusServer::Open(asio::io_context& io, const config::Listener& listener
   return listeners_.back()->Open();
 }
 
+void ModbusServer::Apply(const config::Config& config, std::span<RouteTarget* const> lines) {
+  points_->Apply(config, lines);
+}
+
 TrafficStatus ModbusServer::Traffic() const { return points_->book()->Status(ReadClocks()); }
 
 void ModbusServer::Stop() {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "config/model/config.h"
@@ -38,6 +39,9 @@ class ModbusServer final : public TrafficSource {
   /// Opens every port of modbus.listen, or none: "127.0.0.1:1502: address already in use; …". A
   /// serial port that is absent is no error: it is opened when it appears.
   Status Listen(asio::io_context& io);
+  /// A reload, on the server's thread: units, points and lines, by the numbers of the store.
+  /// Clients stay, and `modbus` is as it was.
+  void Apply(const config::Config& config, std::span<RouteTarget* const> lines);
   /// Closes ports and clients. Writes under way go on; their answers are dropped.
   void Stop();
 

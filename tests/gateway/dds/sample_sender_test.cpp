@@ -341,5 +341,36 @@ TEST(SampleSender, AnEndThatNobodyTakesIsGivenUp) {
   EXPECT_LE(run.End(), 720ms);
 }
 
+/// A reload takes one device out, begins one anew and lets one go on.
+TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
+  Sending run(MakeConfig(2, 1));
+  run.Set(0, 0, 1.5);
+  run.Set(1, 0, 2.5);
+  run.RunFor(1s);
+  run.writer.points.clear();
+  config::Line line = run.config.lines[0];
+  line.devices[1].points[0].name = "other";
+  run.store.Append(line);
+  run.store.Retire(0);
+  run.sender.Renumber(run.now.instant);
+  run.RunFor(1s);
+  std::vector<std::string> told;
+  for (const PointSample& sample : run.writer.points) {
+    told.push_back(sample.device + "." + sample.point + " " + std::to_string(sample.quality));
+  }
+  const std::string was = run.config.lines[0].devices[1].name + "." +
+                          run.config.lines[0].devices[1].points[0].name + " ";
+  ASSERT_THAT(told, SizeIs(3));
+  EXPECT_EQ(told[0], was + std::to_string(Quality(Quality::bad_not_connected).word()));
+  EXPECT_EQ(told[1].find(run.config.lines[0].devices[0].name), 0U);
+  EXPECT_NE(told[2].find(".other "), std::string::npos);
+  run.Set(2, 0, 3.5);
+  run.RunFor(100ms);
+  EXPECT_THAT(run.writer.points, SizeIs(4));
+  run.writer.points.clear();
+  run.End();
+  EXPECT_THAT(run.writer.points, SizeIs(2)) << "what is gone has no second end";
+}
+
 }  // namespace
 }  // namespace baudgate::dds

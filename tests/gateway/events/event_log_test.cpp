@@ -415,5 +415,25 @@ TEST_F(EventLogTest, TellsWhatIsOwedAndAgainAfterARestart) {
   EXPECT_EQ(log->Read({})->records.at(0).kept->values.at(0).name, "phases");
 }
 
+/// A reload ends the line and begins it anew: its devices have other numbers, and are the same.
+TEST_F(EventLogTest, WhatADeviceHasSaidGoesWithItsName) {
+  {
+    const auto log = Start(file());
+    log->Add(BatchOf(1, "12.345 E1"));
+    AwaitKept(1);
+    log->Renumber({{"", ""}, {"", ""}, {"bay-1", "feeder-2"}});
+    EXPECT_EQ(log->said(2), "12.345 E1");
+    EXPECT_EQ(feed_->Show(2, 0, 7).events.size(), 1U);
+    EXPECT_EQ(feed_->Show(1, 0, 7).events.size(), 0U);
+    log->Add(BatchOf(2, "12.345 E1", true));  // once more: it did not hear that it was kept
+    log->Add(BatchOf(2, "12.346 E2"));
+    AwaitKept(3);
+    EXPECT_EQ(log->state().repeats, 1U);
+  }
+  const auto page = ReadPage(file(), {});
+  ASSERT_TRUE(page) << page.error();
+  EXPECT_EQ(page->records.size(), 2U);
+}
+
 }  // namespace
 }  // namespace baudgate::events

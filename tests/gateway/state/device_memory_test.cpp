@@ -89,6 +89,26 @@ TEST_F(DeviceMemoryTest, StrangeEntriesAreNobodys) {
   EXPECT_TRUE(warnings_.empty());
 }
 
+TEST_F(DeviceMemoryTest, GoesWithTheDeviceWhenAReloadNumbersAnew) {
+  {
+    const auto memory = Start();
+    memory->Set(0, "serial 1");
+    memory->Set(1, "serial 2");
+    config::Config slots = config_;  // the first line is gone, and was begun anew without a device
+    slots.lines[0] = {};
+    slots.lines[0].devices.resize(2);
+    slots.lines.push_back(config_.lines[0]);
+    slots.lines[1].devices.erase(slots.lines[1].devices.begin());
+    memory->Renumber(slots);
+    EXPECT_EQ(memory->Of(0), "");
+    EXPECT_EQ(memory->Of(1), "");
+    EXPECT_EQ(memory->Of(2), "serial 2");
+    memory->Set(2, "serial 3");
+  }
+  EXPECT_EQ(Start()->Of(0), "");
+  EXPECT_EQ(Start()->Of(1), "serial 3");
+}
+
 TEST_F(DeviceMemoryTest, ADiskThatFailsIsToldOnceAndTriedAgain) {
   fs::create_directories(file().string() + ".part");  // in the way of every write
   {

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/client/reload.h"
+
+#include "gateway/cli/client/control_client.h"
+
+namespace baudgate {
+namespace {
+
+using Json = ControlClient::Json;
+
+int Tell(const Json& answer, std::ostream& out, std::ostream& err) {
+  const bool ok = answer.value("ok", false);
+  for (const Json& change : answer.value("changes", Json::array())) {
+    out << change.get<std::string>() << '\n';
+  }
+  const std::string text = answer.value("text", "");
+  if (ok) {
+    out << text << '\n';
+  } else {
+    err << text << '\n';
+  }
+  return ok ? 0 : answer.value("exit", 2);
+}
+
+}  // namespace
+
+int RunReload(const ReloadCommand& options, std::ostream& out, std::ostream& err) {
+  Json request = {{"command", "reload"}, {"dry_run", options.dry_run}};
+  if (options.confirm > Duration::zero()) request["confirm_ms"] = options.confirm / 1ms;
+  Json answer;
+  if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
+  if (options.json) {
+    out << answer.dump() << '\n';
+    return answer.value("ok", false) ? 0 : answer.value("exit", 2);
+  }
+  const int code = Tell(answer, out, err);
+  if (answer.value("applied", false) && options.confirm > Duration::zero()) {
+    out << "it is taken back in " << FormatDuration(options.confirm)
+        << ", or when devices do not answer any more, unless you write: baudgate confirm\n";
+  }
+  return code;
+}
+
+int RunConfirm(const ConfirmCommand& options, std::ostream& out, std::ostream& err) {
+  Json answer;
+  if (const int code = Ask(options.socket, {{"command", "confirm"}}, answer, err); code != 0) {
+    return code;
+  }
+  return Tell(answer, out, err);
+}
+
+}  // namespace baudgate

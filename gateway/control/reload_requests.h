@@ -1,0 +1,44 @@
+// The requests `reload` and `confirm` of the control socket: who asks is answered when the reload
+// has ended, well or not. Implemented by gateway/daemon/reloader.h.
+//
+//   {"command":"reload","dry_run":false,"confirm_ms":60000}
+//   {"ok":true,"applied":true,"changes":["line bay-1: changed: poll of device feeder-1"],
+//    "text":"1 line changed, 3 go on"}
+//   {"ok":false,"exit":2,"text":"…baudgate.yaml:7:3: …"}
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::control {
+
+struct ReloadAsk {
+  bool dry_run = false;
+  Duration confirm{};  ///< zero: it needs no confirmation
+  std::string by;      ///< "user:anna"
+};
+
+struct ReloadAnswer {
+  bool ok = false;
+  bool applied = false;              ///< something is another than before
+  int exit_code = 0;                 ///< of the command: 2: the file is bad, or is not applied
+  std::vector<std::string> changes;  ///< one sentence each
+  std::string text;                  ///< one or more lines
+};
+
+class ReloadDesk {
+ public:
+  using Answered = std::function<void(const ReloadAnswer&)>;
+  virtual ~ReloadDesk() = default;
+  /// From any thread; `answered` once, on any thread.
+  virtual void Reload(const ReloadAsk& ask, Answered answered) = 0;
+  /// What was applied stays.
+  virtual void Confirm(const std::string& by, Answered answered) = 0;
+};
+
+}  // namespace baudgate::control

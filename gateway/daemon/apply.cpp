@@ -1,0 +1,118 @@
+// Another configuration for a gateway that runs. Lines that are the same are not touched; of the
+// others each part hears in the order that leaves nobody with a number that he does not know: lines
+// end, the store knows the new ones, then files and outputs do, then the new lines begin.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "gateway/daemon/daemon_impl.h"
+#include "gateway/daemon/descriptors.h"
+
+namespace baudgate {
+namespace {
+
+reload::Health HealthOf(const DeviceRecord& record) {
+  using reload::Health;
+  if (record.override_quality == Quality::bad_out_of_service) return Health::unasked;
+  if (record.status.state == DeviceState::offline) return Health::ill;
+  if (record.override_quality == Quality::bad_configuration) return Health::ill;
+  const bool well = Answers(record.status.state) && !record.override_quality;
+  return well ? Health::well : Health::unknown;
+}
+
+}  // namespace
+
+void Daemon::Impl::SetReload(ReloadOptions options) {
+  Reloader::Links links;
+  links.running = [this]() -> const config::Config& { return *slots; };
+  links.keeps = [this] { return records.open(); };
+  links.open_folder = [this]() -> Status {
+    if (Status status = records.OpenFolder(config); !status) return status;
+    if (records.state() == nullptr) return Error{records.why_no_state()};
+    return {};
+  };
+  links.examine = [this](const config::Config& next, reload::Difference& difference) {
+    Examine(next, difference);
+  };
+  links.apply = [this](config::Config next, const reload::Difference& difference) {
+    Apply(std::move(next), difference);
+  };
+  links.healths = [this] { return Healths(); };
+  links.tell = [this](bool taken_back, const std::string& text) {
+    if (records.events() != nullptr) records.events()->OnReload(taken_back, text);
+  };
+  reloader = std::make_unique<Reloader>(std::move(options), std::move(links));
+}
+
+std::vector<RouteTarget*> Daemon::Impl::Targets() const {
+  std::vector<RouteTarget*> targets;
+  for (std::uint32_t line = 0; line < lines.size(); ++line) targets.push_back(&lines.at(line));
+  return targets;
+}
+
+void Daemon::Impl::Examine(const config::Config& next, reload::Difference& difference) const {
+  if (NeedsState(next, catalog) && !records.open()) {
+    difference.restart.emplace_back("that anything is written or kept");
+  } else if (KeepsEvents(next) && records.events() == nullptr) {
+    difference.restart.emplace_back("that events are kept");
+  }
+#ifdef BAUDGATE_WITH_DDS
+  const std::string why_not = dds ? dds->WhyNot(next) : std::string();
+  if (!why_not.empty()) difference.restart.push_back(why_not);
+#endif
+}
+
+void Daemon::Impl::Apply(config::Config next, const reload::Difference& difference) {
+  reload::Slots placed = reload::PlaceInSlots(*slots, std::move(next), difference);
+  const auto before =
+      std::exchange(slots, std::make_shared<const config::Config>(std::move(placed.config)));
+  modbus::RaiseDescriptorLimit(modbus::DescriptorNeedsOf(*slots).all());
+  lines.Remove(placed.gone);
+  for (const std::uint32_t line : placed.gone) store.Retire(line);
+  for (const std::uint32_t line : placed.shown) {
+    shown.push_back(std::make_shared<const config::Line>(slots->lines[line]));
+    store.Show(line, *shown.back());
+  }
+  std::vector<std::shared_ptr<const config::Line>> begun;
+  const std::uint32_t first_device = store.device_count();
+  for (const std::uint32_t line : placed.begun) {
+    begun.push_back(std::make_shared<const config::Line>(slots->lines[line]));
+    store.Append(*begun.back());
+  }
+  const std::size_t first_line = lines.size();
+  records.Renumber(
+      *slots, [&](std::uint32_t line) -> const config::Line& { return *begun[line - first_line]; });
+  for (auto& line : begun) lines.Add(std::move(line));
+  if (modbus) modbus->Apply(*slots, Targets());
+#ifdef BAUDGATE_WITH_DDS
+  if (dds) dds->Renumber(*slots);
+#endif
+  ApplyHistory(*before);
+  lines.Start();
+  if (EventPath* const events = records.events()) {
+    events->Tell(first_device, store.device_count() - first_device);
+  }
+}
+
+/// Points of the history are numbers, too. Nobody may read it while it is made anew.
+void Daemon::Impl::ApplyHistory(const config::Config& before) {
+  if (before.history.on() || slots->history.on()) {
+    if (control) control->Apply(*slots, nullptr);
+    records.RenewHistory(*slots, store);
+  }
+  if (control) control->Apply(*slots, records.history());
+}
+
+reload::Healths Daemon::Impl::Healths() const {
+  reload::Healths healths;
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    if (store.gone(device)) continue;
+    const std::string name = store.line(device).name + "." + store.device(device).name;
+    store.Read(device,
+               [&](const DeviceRecord& record) { healths.emplace(name, HealthOf(record)); });
+  }
+  return healths;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,82 @@
+// The parts of the gateway, for daemon.cpp, which starts and stops them, and apply.cpp, which gives
+// them another configuration while they run.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "gateway/daemon/age_timer.h"
+#include "gateway/daemon/control_output.h"
+#include "gateway/daemon/daemon.h"
+#include "gateway/daemon/host_clock.h"
+#include "gateway/daemon/lines.h"
+#include "gateway/daemon/modbus_output.h"
+#include "gateway/daemon/placement.h"
+#include "gateway/daemon/records.h"
+#include "gateway/daemon/reloader.h"
+#include "gateway/reload/slots.h"
+#include "gateway/trace/recordings.h"
+#ifdef BAUDGATE_WITH_DDS
+#include "gateway/daemon/dds_output.h"
+#endif
+
+namespace baudgate {
+
+struct Daemon::Impl {
+  Impl(config::Config its_config, const config::Catalog& its_catalog)
+      : config(std::move(its_config)),
+        catalog(its_catalog),
+        store(config),
+        lines(store, catalog, PlaceLines(config.lines, std::thread::hardware_concurrency()).loops) {
+  }
+
+  /// Where commands go in.
+  CommandSink& Commands() {
+    CommandSink* const recorded = records.entrance();
+    return recorded != nullptr ? *recorded : lines;
+  }
+
+  /// By the numbers of the store.
+  std::vector<RouteTarget*> Targets() const;
+  /// See Reloader::Links.
+  void Examine(const config::Config& next, reload::Difference& difference) const;
+  void Apply(config::Config next, const reload::Difference& difference);
+  reload::Healths Healths() const;
+  void ApplyHistory(const config::Config& before);
+  void SetReload(ReloadOptions options);
+
+  Status OpenRecords();
+  void MakeLines();
+  Status StartModbus();
+  Status StartDds();
+  control::GatewayInfo GatewayForStatus();
+  void StartControl();
+  void EndLines();
+  modbus::GatewayFigures Figures() const;
+
+  const config::Config config;  // of the start: what only a restart can change is in it
+  /// By the numbers of the store. Replaced by the reloader's thread, which alone uses it then.
+  std::shared_ptr<const config::Config> slots{std::shared_ptr<void>(), &config};
+  const config::Catalog& catalog;
+  PointStore store;
+  std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
+  Records records;
+  Lines lines;
+  std::unique_ptr<AgeTimer> ageing;
+  std::unique_ptr<HostClock> host_clock;
+  Instant started = ReadClocks().instant;
+  modbus::ModbusLimits limits;
+  std::unique_ptr<ModbusOutput> modbus;
+  std::unique_ptr<ControlOutput> control;
+#ifdef BAUDGATE_WITH_DDS
+  std::unique_ptr<DdsOutput> dds;
+#endif
+  /// Lines as they are shown now, where they were made with another configuration.
+  std::vector<std::shared_ptr<const config::Line>> shown;
+  std::unique_ptr<Reloader> reloader;  // nothing: nothing is reloaded
+};
+
+}  // namespace baudgate

@@ -1,0 +1,55 @@
+// The number of a line, with the line behind it, for as long as the gateway runs: whoever submits
+// need not know whether a reload has ended the line meanwhile. All calls from any thread.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "gateway/base/guarded.h"
+#include "gateway/daemon/line_runner.h"
+#include "gateway/requests/routed.h"
+
+namespace baudgate {
+
+class LineSlot final : public RouteTarget {
+ public:
+  bool Submit(RoutedRequest request) override {
+    bool taken = false;
+    With([&](LineRunner& runner) { taken = runner.Submit(std::move(request)); });
+    return taken;
+  }
+  void Forget(std::uint64_t client) override {
+    With([client](LineRunner& runner) { runner.Forget(client); });
+  }
+
+  /// Calls `call` with the line, which stays until it returns; false: there is none.
+  template <typename Call>
+  bool With(Call call) const {
+    const MutexLock lock(mutex_);
+    if (!runner_) return false;
+    call(*runner_);
+    return true;
+  }
+
+  /// For whoever puts and takes it; null: there is none.
+  LineRunner* mine() const {
+    const MutexLock lock(mutex_);
+    return runner_.get();
+  }
+  void Put(std::unique_ptr<LineRunner> runner) {
+    const MutexLock lock(mutex_);
+    runner_ = std::move(runner);
+  }
+  /// Nobody calls it from now on.
+  std::unique_ptr<LineRunner> Take() {
+    const MutexLock lock(mutex_);
+    return std::move(runner_);
+  }
+
+ private:
+  mutable Mutex mutex_;
+  std::unique_ptr<LineRunner> runner_ BAUDGATE_GUARDED_BY(mutex_);
+};
+
+}  // namespace baudgate

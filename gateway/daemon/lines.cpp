@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/lines.h"
+
+#include <fmt/format.h>
+
+#include <asio/post.hpp>
+#include <utility>
+
+#include "gateway/base/log.h"
+#include "gateway/daemon/placement.h"
+
+namespace baudgate {
+namespace {
+
+LoopWatch::Ask AskOn(asio::io_context& io) {
+  return [&io](std::function<void()> sign) { asio::post(io, std::move(sign)); };
+}
+
+}  // namespace
+
+Lines::Lines(PointStore& store, const config::Catalog& catalog, std::size_t loops)
+    : store_(store), find_([&catalog](const std::string& name) -> const Protocol& {
+        return *catalog.FindProtocol(name);
+      }) {
+  while (shared_.size() < loops) {
+    const std::string name = fmt::format("lines {}", shared_.size() + 1);
+    shared_.push_back(std::make_unique<LoopThread>(name));
+    Watch(name, shared_.back()->io());
+  }
+}
+
+Lines::~Lines() {
+  End();
+  StopLoops();
+}
+
+asio::io_context& Lines::LoopFor(Place& place) {
+  const config::Line& line = *place.config;
+  if (PlaceOf(line.port) == baudgate::Place::shared_loop) {
+    return shared_[turn_++ % shared_.size()]->io();
+  }
+  place.own = std::make_unique<LoopThread>("line " + line.name);
+  const MutexLock lock(watch_mutex_);
+  watch_.Add("line " + line.name, static_cast<std::uint32_t>(slots_.size() - 1),
+             AskOn(place.own->io()));
+  return place.own->io();
+}
+
+void Lines::Add(std::shared_ptr<const config::Line> line) {
+  const auto number = static_cast<std::uint32_t>(slots_.size());
+  const auto first_device = static_cast<std::uint32_t>(line_of_.size());
+  Place& place = slots_.Append(std::move(line));
+  for (std::size_t i = 0; i < place.config->devices.size(); ++i) line_of_.Append(number);
+  place.slot.Put(std::make_unique<LineRunner>(LoopFor(place), *place.config, first_device, find_,
+                                              store_, links_.recordings, links_.memory,
+                                              links_.events));
+}
+
+void Lines::Start() {
+  if (!std::exchange(running_, true)) {
+    for (const auto& loop : shared_) loop->Start();
+  }
+  const MutexLock lock(clock_mutex_);
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    Place& place = slots_[i];
+    if (std::exchange(place.started, true)) continue;
+    if (place.own) place.own->Start();
+    place.slot.With([this](LineRunner& runner) {
+      runner.Start();
+      if (clock_right_) runner.OnHostClock(*clock_right_);
+    });
+  }
+}
+
+bool Lines::Remove(std::span<const std::uint32_t> lines) {
+  struct Ending {
+    std::uint32_t line = 0;
+    std::unique_ptr<LineRunner> runner;
+  };
+  std::vector<Ending> ending;
+  for (const std::uint32_t line : lines) {
+    auto runner = slots_[line].slot.Take();
+    if (runner) ending.push_back({line, std::move(runner)});
+  }
+  for (const Ending& one : ending) one.runner->RequestStop();
+  const Instant deadline = ReadClocks().instant + kPatience;
+  bool all = true;
+  for (Ending& one : ending) {
+    Place& place = slots_[one.line];
+    {
+      const MutexLock lock(watch_mutex_);
+      watch_.Remove(one.line);
+    }
+    if (!one.runner->StopBefore(deadline)) {
+      all = false;
+      log::Warn({.line = place.config->name},
+                "does not end: a call of its driver does not come back; it is left alone");
+      hanging_.push_back(std::move(one.runner));
+      continue;
+    }
+    one.runner.reset();
+    if (place.own) place.own->Stop();
+    place.own.reset();
+  }
+  return all;
+}
+
+// None of these waits with the lock of a slot: what ends may need a thread that waits for that.
+
+std::vector<LineRunner*> Lines::All() const {
+  std::vector<LineRunner*> all;
+  for (std::size_t i = 0; i < slots_.size(); ++i) all.push_back(slots_[i].slot.mine());
+  for (const auto& runner : hanging_) all.push_back(runner.get());
+  std::erase(all, nullptr);
+  return all;
+}
+
+std::vector<std::string> Lines::Stop() {
+  for (LineRunner* const runner : All()) runner->RequestStop();
+  const Instant deadline = ReadClocks().instant + kPatience;
+  std::vector<std::string> hang;
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    LineRunner* const runner = slots_[i].slot.mine();
+    if (runner != nullptr && !runner->StopBefore(deadline)) hang.push_back(slots_[i].config->name);
+  }
+  for (const auto& runner : hanging_) {
+    if (!runner->StopBefore(deadline)) hang.emplace_back("of before a reload");
+  }
+  return hang;
+}
+
+void Lines::End() {
+  for (LineRunner* const runner : All()) runner->Stop();
+}
+
+void Lines::StopLoops() {
+  for (const auto& loop : shared_) loop->Stop();
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    if (slots_[i].own) slots_[i].own->Stop();
+  }
+}
+
+std::size_t Lines::present() const {
+  std::size_t present = 0;
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    present += slots_[i].slot.With([](LineRunner&) {}) ? 1 : 0;
+  }
+  return present;
+}
+
+std::size_t Lines::open() const {
+  std::size_t open = 0;
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    slots_[i].slot.With([&](LineRunner& runner) { open += runner.is_open() ? 1 : 0; });
+  }
+  return open;
+}
+
+std::optional<WallTime> Lines::stuck_since(std::uint32_t line) const {
+  std::optional<WallTime> since;
+  at(line).With([&](LineRunner& runner) { since = runner.stuck_since(); });
+  return since;
+}
+
+void Lines::OnHostClock(bool right) {
+  const MutexLock lock(clock_mutex_);
+  clock_right_ = right;
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    slots_[i].slot.With([right](LineRunner& runner) { runner.OnHostClock(right); });
+  }
+}
+
+void Lines::Watch(const std::string& name, asio::io_context& io) {
+  const MutexLock lock(watch_mutex_);
+  watch_.Add(name, {}, AskOn(io));
+}
+
+bool Lines::Look(WallTime now) {
+  const MutexLock lock(watch_mutex_);
+  for (const LoopWatch::Change& change : watch_.Look(now)) OnLoop(change);
+  return watch_.complete();
+}
+
+void Lines::OnLoop(const LoopWatch::Change& change) {
+  const bool stuck = change.stuck_since.has_value();
+  if (!change.line) {
+    if (!stuck) return log::Info("{}: its thread runs again", change.loop);
+    return log::Fail("{}: its thread hangs; until it runs again, systemd's watchdog gets no sign",
+                     change.loop);
+  }
+  at(*change.line).With([&](LineRunner& runner) { runner.SetStuck(change.stuck_since); });
+  const config::Line& line = config(*change.line);
+  const log::About about{.line = line.name};
+  if (!stuck) return log::Info(about, "its thread runs again");
+  log::Warn(about,
+            "its thread hangs: the driver of {} does not come back from a call; all other lines "
+            "go on",
+            line.port);
+}
+
+bool Lines::Submit(WriteCommand command) {
+  bool taken = false;
+  OfDevice(command.device).With([&](LineRunner& runner) {
+    taken = runner.Submit(std::move(command));
+  });
+  return taken;
+}
+
+void Lines::OnDenied(const DeniedWrite& denied) {
+  store_.UpdateStatus(denied.device, [](DeviceStatus& status) {
+    ++status.writes[static_cast<std::size_t>(WriteEnd::denied)];
+  });
+}
+
+void Lines::Release(std::uint32_t line, Duration time) {
+  at(line).With([time](LineRunner& runner) { runner.Release(time); });
+}
+
+void Lines::TakeBack(std::uint32_t line) {
+  at(line).With([](LineRunner& runner) { runner.TakeBack(); });
+}
+
+void Lines::SetInUse(std::uint32_t device, bool in_use) {
+  OfDevice(device).With([&](LineRunner& runner) { runner.SetInUse(device, in_use); });
+}
+
+std::shared_ptr<TraceQueue> Lines::Trace(std::uint32_t line, std::function<void()> wake) {
+  std::shared_ptr<TraceQueue> queue;
+  at(line).With([&](LineRunner& runner) { queue = runner.recorder().Subscribe(std::move(wake)); });
+  return queue;
+}
+
+std::vector<TraceRecord> Lines::Recorded(std::uint32_t line) {
+  std::vector<TraceRecord> records;
+  at(line).With([&](LineRunner& runner) { records = runner.recorder().Recorded(); });
+  return records;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,111 @@
+// All lines of the gateway and the threads that they run on. Lines are numbered for good: one that
+// a reload ends keeps its number, a new one gets the next. Writes and requests of outputs go from
+// here to the line, from any thread.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/catalog/catalog.h"
+#include "gateway/base/guarded.h"
+#include "gateway/daemon/line_slot.h"
+#include "gateway/daemon/loop_watch.h"
+#include "gateway/requests/commands.h"
+#include "gateway/requests/line_control.h"
+#include "gateway/store/point_store.h"
+#include "gateway/store/steady_vector.h"
+#include "gateway/trace/recordings.h"
+#include "transports/loop_thread.h"
+
+namespace baudgate {
+
+class Lines final : public CommandSink, public LineControl {
+ public:
+  /// For lines to end: a second for a write under way (line_driver.cpp), and some room.
+  static constexpr Duration kPatience = 1300ms;
+
+  /// What lines are joined with, beside the store.
+  struct Links {
+    LineRecorder::Sink recordings{};
+    DeviceMemory* memory = nullptr;
+    EventSink* events = nullptr;
+  };
+  /// `loops`: so many threads for lines that never block (placement.h), at least one. All
+  /// references outlive it; lines have the numbers of the store.
+  Lines(PointStore& store, const config::Catalog& catalog, std::size_t loops);
+  ~Lines() override;
+
+  /// Of those that are added from now on; it outlives them.
+  void Link(Links links) { links_ = std::move(links); }
+  /// The next of the store's lines. It does not run before Start.
+  void Add(std::shared_ptr<const config::Line> line);
+  /// Those that do not run yet.
+  void Start();
+  /// Ends these lines and closes their ports, within about a second. False: a call of a driver does
+  /// not come back; that line is left alone from now on.
+  bool Remove(std::span<const std::uint32_t> lines);
+  /// All, within about a second. The names of those that hang.
+  std::vector<std::string> Stop();
+  /// All, and waits for every driver.
+  void End();
+  /// After End: nothing runs any more.
+  void StopLoops();
+
+  std::size_t size() const { return slots_.size(); }
+  LineSlot& at(std::uint32_t line) const { return slots_[line].slot; }
+  const config::Line& config(std::uint32_t line) const { return *slots_[line].config; }
+  LineSlot& OfDevice(std::uint32_t device) const { return at(line_of_[device]); }
+  /// Never blocks, and runs as long as any line.
+  asio::io_context& io() { return shared_.front()->io(); }
+  std::size_t present() const;
+  std::size_t open() const;
+  std::optional<WallTime> stuck_since(std::uint32_t line) const;
+  void OnHostClock(bool right);
+
+  /// One more loop that is watched, of others, which outlives this.
+  void Watch(const std::string& name, asio::io_context& io);
+  /// Tells of loops that hang, once a second; false: one that the whole gateway needs.
+  bool Look(WallTime now);
+
+  // See CommandSink and LineControl.
+  bool Submit(WriteCommand command) override;
+  void OnDenied(const DeniedWrite& denied) override;
+  void Release(std::uint32_t line, Duration time) override;
+  void TakeBack(std::uint32_t line) override;
+  void SetInUse(std::uint32_t device, bool in_use) override;
+  std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override;
+  std::vector<TraceRecord> Recorded(std::uint32_t line) override;
+
+ private:
+  struct Place {
+    explicit Place(std::shared_ptr<const config::Line> its) : config(std::move(its)) {}
+    const std::shared_ptr<const config::Line> config;
+    std::unique_ptr<LoopThread> own{};  // null: it shares one
+    LineSlot slot;
+    bool started = false;
+  };
+  void OnLoop(const LoopWatch::Change& change);
+  asio::io_context& LoopFor(Place& place);
+  std::vector<LineRunner*> All() const;
+
+  PointStore& store_;
+  const Poller::FindProtocol find_;
+  Links links_;
+  std::vector<std::unique_ptr<LoopThread>> shared_;
+  bool running_ = false;
+  std::size_t turn_ = 0;  // of the shared loops
+  SteadyVector<Place> slots_;
+  SteadyVector<std::uint32_t> line_of_;               // by device
+  std::vector<std::unique_ptr<LineRunner>> hanging_;  // their loops stay, too
+  Mutex watch_mutex_;
+  LoopWatch watch_ BAUDGATE_GUARDED_BY(watch_mutex_);
+  Mutex clock_mutex_;
+  std::optional<bool> clock_right_ BAUDGATE_GUARDED_BY(clock_mutex_);  // as told last
+};
+
+}  // namespace baudgate

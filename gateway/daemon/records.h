@@ -1,0 +1,79 @@
+// What the gateway keeps on the disk, as far as its configuration wants it: the state folder, what
+// conversations remember, the audit of writes, events, values. Made before the lines, ended behind
+// them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "config/model/config.h"
+#include "gateway/base/result.h"
+#include "gateway/daemon/event_path.h"
+#include "gateway/daemon/events_place.h"
+#include "gateway/daemon/write_path.h"
+#include "gateway/history/history_log.h"
+#include "gateway/requests/commands.h"
+#include "gateway/state/device_memory.h"
+#include "gateway/state/state_folder.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate {
+
+class Records {
+ public:
+  struct Links {
+    PointStore& store;
+    CommandSink& lines;
+    EventPath::Kept kept;  ///< see EventPath
+  };
+  /// The error: another gateway has the folder. `config` outlives this.
+  Status Open(const config::Config& config, const Links& links);
+  /// The folder alone: for what a gateway keeps that needs nothing else of this.
+  Status OpenFolder(const config::Config& config);
+  /// Something is kept.
+  bool open() const { return writes_ != nullptr; }
+
+  /// A reload: devices by their numbers; lines behind those that were known are found by `line`.
+  void Renumber(const config::Config& config,
+                const std::function<const config::Line&(std::uint32_t line)>& line);
+  /// The history of other points; whoever reads it has to be given the new one. As long as the disk
+  /// takes.
+  void RenewHistory(const config::Config& config, PointStore& store);
+
+  /// Where writes go in that are recorded; null: none are.
+  CommandSink* entrance() { return writes_ ? &writes_->entrance() : nullptr; }
+  WritePath* writes() const { return writes_.get(); }
+  DeviceMemory* memory() const { return memory_.get(); }
+  EventPath* events() const { return events_.get(); }
+  const history::HistoryLog* history() const { return history_.get(); }
+  /// Null: nothing is kept, or there is no place for it.
+  const StateFolder* state() const { return state_.get(); }
+  const std::string& why_no_state() const { return why_no_state_; }
+
+  /// Before lines that end look as if their devices were lost.
+  void EndHistory() { history_.reset(); }
+  /// Keeps what is left; the loops of the lines still run.
+  void EndEvents() { events_.reset(); }
+
+ private:
+  Status PlaceEvents(const config::Config& config, const std::string& why_no_state,
+                     EventsPlace& place);
+  Status PlaceHistory(const config::Config& config);
+  void StartHistory(const config::Config& config, PointStore& store);
+
+  std::unique_ptr<StateFolder> state_;
+  std::string why_no_state_;
+  std::unique_ptr<DeviceMemory> memory_;
+  std::unique_ptr<StateFolder> databases_;  // null: they lie in `state_`
+  std::unique_ptr<StateFolder> histories_;  // null: it lies in `state_` or `databases_`
+  std::filesystem::path history_folder_;    // empty: there is none
+  std::string why_no_history_folder_;
+  std::unique_ptr<history::HistoryLog> history_;  // null: no values are kept
+  std::unique_ptr<WritePath> writes_;
+  std::unique_ptr<EventPath> events_;  // null: none are kept
+};
+
+}  // namespace baudgate

@@ -1,0 +1,95 @@
+// Takes a changed configuration file in while the gateway runs: reads it, says what it changes, has
+// it applied, keeps what was applied, and takes it back where nobody confirms it. On a thread of
+// its own; lines, outputs and the watchdog do not wait for it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "config/model/config.h"
+#include "gateway/base/guarded.h"
+#include "gateway/base/result.h"
+#include "gateway/control/reload_requests.h"
+#include "gateway/reload/difference.h"
+#include "gateway/reload/kept_configs.h"
+#include "gateway/reload/probation.h"
+#include "gateway/status/reload_state.h"
+#include "transports/loop_thread.h"
+
+namespace baudgate {
+
+/// A text as a configuration, or why it is none.
+struct LoadedText {
+  std::optional<config::Config> config;
+  std::string problems;  ///< "…yaml:7:3: …", a line each
+};
+
+/// Whatever starts a gateway from a file gives these.
+struct ReloadOptions {
+  std::string file;
+  std::function<Result<std::string>()> read;                ///< the file, as it is now
+  std::function<LoadedText(const std::string& text)> load;  ///< paths in it are the file's
+  std::function<void(const std::string& state)> notify;     ///< as sd_notify
+  std::function<std::string()> summary;                     ///< what runs, for READY=1
+  std::string running;                                      ///< the text that runs
+  std::string not_the_file;                                 ///< see ReloadState
+  std::unique_ptr<reload::KeptConfigs> kept;                ///< null: there is no folder
+};
+
+class Reloader final : public control::ReloadDesk {
+ public:
+  /// How it is done; on the reloader's thread.
+  struct Links {
+    std::function<const config::Config&()> running;
+    /// Something is kept anyway. Else the state folder is made for the first reload.
+    std::function<bool()> keeps;
+    std::function<Status()> open_folder;
+    /// Adds what only a restart can change.
+    std::function<void(const config::Config& next, reload::Difference& difference)> examine;
+    std::function<void(config::Config next, const reload::Difference& difference)> apply;
+    std::function<reload::Healths()> healths;
+    /// An event of the gateway's own.
+    std::function<void(bool taken_back, const std::string& text)> tell;
+  };
+  Reloader(ReloadOptions options, Links links);
+  ~Reloader() override { Stop(); }
+
+  /// Keeps what runs.
+  void Start();
+  /// Ends what is under way; nothing is asked or answered after it. Idempotent.
+  void Stop();
+
+  // From any thread.
+  void Reload(const control::ReloadAsk& ask, Answered answered) override;
+  void Confirm(const std::string& by, Answered answered) override;
+  control::ReloadState state() const;
+
+ private:
+  static constexpr Duration kLook = 250ms;
+
+  control::ReloadAnswer Do(const control::ReloadAsk& ask);
+  control::ReloadAnswer Apply(const control::ReloadAsk& ask, const std::string& text,
+                              config::Config next, const reload::Difference& difference);
+  control::ReloadAnswer DoConfirm(const std::string& by);
+  void Watch();
+  void TakeBack(const std::string& why);
+  Status OpenFolder();
+  Status Keep(const std::string& by, const std::string& text, bool trial);
+  void Show(const std::function<void(control::ReloadState&)>& change);
+
+  ReloadOptions options_;
+  const Links links_;
+  LoopThread loop_{"reload"};
+  asio::steady_timer timer_{loop_.io()};
+  reload::Probation probation_;
+  bool started_ = false;
+  bool open_ = false;  // the folder is ours, and has what runs
+  mutable Mutex mutex_;
+  control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
+};
+
+}  // namespace baudgate

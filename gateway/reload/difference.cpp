@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/reload/difference.h"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "gateway/base/shown.h"
+#include "gateway/reload/members.h"
+
+namespace baudgate::reload {
+namespace {
+
+/// Of so many settings of a line is told; the rest is "…".
+constexpr std::size_t kMostNamed = 5;
+
+const config::Line* Find(const config::Config& config, const std::string& name) {
+  const auto found = std::ranges::find(config.lines, name, &config::Line::name);
+  return found == config.lines.end() ? nullptr : &*found;
+}
+
+/// What only outputs look at. A point without an address can still be asked.
+void WithoutOutputs(config::Line& line) {
+  for (config::Device& device : line.devices) {
+    device.unit.reset();
+    device.on_bad = {};
+    for (config::Point& point : device.points) {
+      point.modbus.reset();
+      point.table = {};
+      point.deadband = 0;
+      point.description.clear();
+    }
+  }
+}
+
+class Changes {
+ public:
+  void Add(std::string text) {
+    if (std::ranges::find(texts_, text) == texts_.end()) texts_.push_back(std::move(text));
+  }
+  std::string Text() const {
+    std::string all;
+    for (std::size_t i = 0; i < std::min(kMostNamed, texts_.size()); ++i) {
+      all += (i == 0 ? "" : ", ") + texts_[i];
+    }
+    return texts_.size() > kMostNamed ? all + ", …" : all;
+  }
+
+ private:
+  std::vector<std::string> texts_;
+};
+
+void CompareDevices(const config::Device& was, const config::Device& is, Changes& changes) {
+  EachDifferent(was, is, [&](std::string_view member) {
+    if (member != "points") return changes.Add(std::string(member) + " of " + is.name);
+    for (const config::Point& point : is.points) {
+      const auto old = std::ranges::find(was.points, point.name, &config::Point::name);
+      const std::string name = is.name + "." + point.name;
+      if (old == was.points.end()) {
+        changes.Add(name + " is new");
+        continue;
+      }
+      EachDifferent(*old, point,
+                    [&](std::string_view its) { changes.Add(std::string(its) + " of " + name); });
+    }
+    for (const config::Point& point : was.points) {
+      const auto left = std::ranges::find(is.points, point.name, &config::Point::name);
+      if (left == is.points.end()) changes.Add(is.name + "." + point.name + " is gone");
+    }
+  });
+}
+
+std::string WhatChanged(const config::Line& was, const config::Line& is) {
+  Changes changes;
+  EachDifferent(was, is, [&](std::string_view member) {
+    if (member != "devices") return changes.Add(std::string(member));
+    for (const config::Device& device : is.devices) {
+      const auto old = std::ranges::find(was.devices, device.name, &config::Device::name);
+      if (old == was.devices.end()) {
+        changes.Add("device " + device.name + " is new");
+      } else {
+        CompareDevices(*old, device, changes);
+      }
+    }
+    for (const config::Device& device : was.devices) {
+      const auto left = std::ranges::find(is.devices, device.name, &config::Device::name);
+      if (left == is.devices.end()) changes.Add("device " + device.name + " is gone");
+    }
+  });
+  const std::string text = changes.Text();
+  return text.empty() ? "the order of its devices or points" : text;
+}
+
+LineChange CompareLines(const config::Line* was, const config::Line& is) {
+  if (was == nullptr) return {is.name, Fate::added, {}};
+  if (Same(*was, is)) return {is.name, Fate::same, {}};
+  config::Line bare_was = *was;
+  config::Line bare_is = is;
+  WithoutOutputs(bare_was);
+  WithoutOutputs(bare_is);
+  const bool outputs = Same(bare_was, bare_is);
+  return {is.name, outputs ? Fate::outputs : Fate::changed, WhatChanged(*was, is)};
+}
+
+/// "line.device.point" with all that is kept of it.
+std::vector<std::string> HistoryOf(const config::Config& config) {
+  std::vector<std::string> points;
+  std::uint32_t first = 0;
+  for (const config::Line& line : config.lines) {
+    for (const config::Device& device : line.devices) {
+      for (const config::HistoryPoint& point : config.history.points) {
+        if (point.device != first) continue;
+        points.push_back(line.name + "." + device.name + "." + device.points[point.point].name +
+                         " " + std::to_string(point.every) + " " + std::to_string(point.deadband) +
+                         " " + std::to_string(point.max_gap.count()));
+      }
+      ++first;
+    }
+  }
+  std::ranges::sort(points);
+  return points;
+}
+
+void CompareHistory(const config::Config& running, const config::Config& next,
+                    Difference& difference) {
+  EachDifferent(running.history, next.history, [&](std::string_view member) {
+    const std::string name = "history." + std::string(member);
+    (member == "directory" ? difference.restart : difference.settings).push_back(name);
+  });
+  if (HistoryOf(running) != HistoryOf(next)) difference.settings.emplace_back("history.points");
+}
+
+}  // namespace
+
+bool Difference::empty() const {
+  return settings.empty() && restart.empty() && Count(Fate::same) == lines.size();
+}
+
+std::size_t Difference::Count(Fate fate) const {
+  return static_cast<std::size_t>(std::ranges::count(lines, fate, &LineChange::fate));
+}
+
+Difference Compare(const config::Config& running, const config::Config& next) {
+  Difference difference;
+  for (const config::Line& line : next.lines) {
+    difference.lines.push_back(CompareLines(Find(running, line.name), line));
+  }
+  for (const config::Line& line : running.lines) {
+    if (line.name.empty() || Find(next, line.name) != nullptr) continue;
+    difference.lines.push_back({line.name, Fate::removed, {}});
+  }
+  EachDifferent(running, next, [&](std::string_view member) {
+    const auto tell = [&](std::string_view its) {
+      difference.restart.push_back(std::string(member) + "." + std::string(its));
+    };
+    if (member == "modbus") return EachDifferent(running.modbus, next.modbus, tell);
+    if (member == "dds") return EachDifferent(running.dds, next.dds, tell);
+    difference.restart.emplace_back(member);
+  });
+  CompareHistory(running, next, difference);
+  return difference;
+}
+
+std::vector<std::string> Sentences(const Difference& difference) {
+  std::vector<std::string> sentences;
+  for (const LineChange& line : difference.lines) {
+    const std::string begin = "line " + line.line + ": ";
+    switch (line.fate) {
+      case Fate::same:
+        break;
+      case Fate::outputs:
+        sentences.push_back(begin + "goes on, shown otherwise: " + line.what);
+        break;
+      case Fate::changed:
+        sentences.push_back(begin + "begins anew: " + line.what);
+        break;
+      case Fate::added:
+        sentences.push_back(begin + "is new");
+        break;
+      case Fate::removed:
+        sentences.push_back(begin + "ends");
+        break;
+    }
+  }
+  for (const std::string& setting : difference.settings) sentences.push_back(setting + ": changed");
+  for (const std::string& setting : difference.restart) {
+    sentences.push_back(setting + ": only a restart can change it");
+  }
+  return sentences;
+}
+
+std::string Summary(const Difference& difference) {
+  if (difference.empty()) return "nothing has changed";
+  std::string text;
+  const auto say = [&](Fate fate, std::string_view what) {
+    const std::size_t count = difference.Count(fate);
+    if (count == 0) return;
+    text += (text.empty() ? "" : ", ") + Plural(count, "line") + " " + std::string(what);
+  };
+  say(Fate::added, "new");
+  say(Fate::changed, "begun anew");
+  say(Fate::removed, "ended");
+  say(Fate::outputs, "shown otherwise");
+  if (!difference.settings.empty()) {
+    text += (text.empty() ? "" : ", ") + Plural(difference.settings.size(), "setting");
+  }
+  const std::size_t same = difference.Count(Fate::same);
+  if (text.empty()) return Plural(same, "line") + " untouched";
+  return text + (same > 0 ? "; " + Plural(same, "line") + " untouched" : "");
+}
+
+std::string WhyNot(const Difference& difference) {
+  if (difference.restart.empty()) return {};
+  std::string names;
+  for (const std::string& name : difference.restart) names += (names.empty() ? "" : ", ") + name;
+  return "only a restart can change " + names;
+}
+
+}  // namespace baudgate::reload

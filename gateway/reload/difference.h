@@ -1,0 +1,49 @@
+// What a new configuration changes of the one that runs, told the same to whoever asks, in the log
+// and before it is done (`baudgate reload --dry-run`). Pure. Lines are compared by name, whatever
+// their place in the file; where something stands in it makes no difference.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "config/model/config.h"
+
+namespace baudgate::reload {
+
+enum class Fate : std::uint8_t {
+  same,     ///< it goes on, and does not notice
+  outputs,  ///< it goes on; its points are shown otherwise
+  changed,  ///< it is ended, and begun anew
+  added,
+  removed,
+};
+
+struct LineChange {
+  std::string line;
+  Fate fate = Fate::same;
+  std::string what;  ///< "port; poll of feeder-1"; of the second and third kind
+};
+
+struct Difference {
+  std::vector<LineChange> lines;      ///< all of the new one in its order, then those removed
+  std::vector<std::string> settings;  ///< beside lines, that are applied: "history.points"
+  std::vector<std::string> restart;   ///< that only a restart can change: "dds.domain"
+
+  /// Nothing changes but the text.
+  bool empty() const;
+  std::size_t Count(Fate fate) const;
+};
+
+/// In `running` a line without a name is one that is gone.
+Difference Compare(const config::Config& running, const config::Config& next);
+
+/// One for each change: "line bay-1: changed: port".
+std::vector<std::string> Sentences(const Difference& difference);
+/// "1 line changed, 1 added; 12 go on".
+std::string Summary(const Difference& difference);
+/// "only a restart can change dds.domain, gateway.name"; empty: nothing needs one.
+std::string WhyNot(const Difference& difference);
+
+}  // namespace baudgate::reload

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/reload/probation.h"
+
+#include <algorithm>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::reload {
+
+void Probation::Begin(Instant now, Duration time, const Healths& before) {
+  until_ = now + time;
+  time_ = time;
+  settled_ = now + std::min(kPatience, time / 2);
+  well_.clear();
+  for (const auto& [device, health] : before) {
+    if (health == Health::well) well_.insert(device);
+  }
+}
+
+std::optional<std::string> Probation::Look(Instant now, const Healths& healths) const {
+  if (!until_) return std::nullopt;
+  for (const std::string& device : well_) {
+    const auto found = healths.find(device);
+    if (found == healths.end()) continue;
+    if (found->second == Health::ill) return device + " was well before, and is not any more";
+    if (found->second == Health::unknown && now >= settled_) {
+      return device + " was well before, and has not answered since";
+    }
+  }
+  if (now < *until_) return std::nullopt;
+  return "nobody has confirmed it within " + FormatDuration(time_);
+}
+
+}  // namespace baudgate::reload

@@ -1,0 +1,50 @@
+// Whether a configuration that was applied for a trial stays: until it is confirmed in time, it is
+// given up when the time is over, or at once when devices that were well before are not any more.
+// Pure: no clock, no gateway.
+//
+//   Begin(0 s, 60 s, {bay-1.a})   Look(5 s, a well) → nothing    Confirm → it stays
+//                                 Look(5 s, a offline) → "bay-1.a was well before and is offline"
+//                                 Look(60 s) → "nobody has confirmed it within 60 s"
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::reload {
+
+enum class Health : std::uint8_t {
+  well,     ///< it answers, and is what it should be
+  unknown,  ///< it has not been asked long enough
+  ill,      ///< it does not answer, or is another one
+  unasked,  ///< out of use: nobody wants to know
+};
+
+/// "bay-1.feeder-1" → how it is. Devices that are not there are not asked for any more.
+using Healths = std::map<std::string, Health>;
+
+class Probation {
+ public:
+  /// A device that has not answered so long after Begin is ill; of shorter times half.
+  static constexpr Duration kPatience = 20s;
+
+  void Begin(Instant now, Duration time, const Healths& before);
+  bool running() const { return until_.has_value(); }
+  Instant until() const { return until_.value_or(Instant::max()); }
+  /// Why it is to be given up; nothing: it goes on, or none runs.
+  std::optional<std::string> Look(Instant now, const Healths& healths) const;
+  /// It has ended, either way.
+  void End() { until_.reset(); }
+
+ private:
+  std::optional<Instant> until_;
+  Duration time_{};
+  Instant settled_{};
+  std::set<std::string> well_;  // before
+};
+
+}  // namespace baudgate::reload

@@ -1,0 +1,23 @@
+// Which configuration the gateway runs with, as `baudgate status` says it. Written by
+// gateway/daemon/reloader.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::control {
+
+struct ReloadState {
+  std::string file;    ///< of the configuration
+  std::string folder;  ///< of what was applied; empty: it is not kept
+  WallTime applied{};  ///< what runs now
+  /// Until then somebody has to confirm it, or the one before is taken again.
+  std::optional<WallTime> confirm_until{};
+  /// Why `file` is not what runs: a sentence; empty: it is, for all that is known.
+  std::string not_the_file;
+};
+
+}  // namespace baudgate::control

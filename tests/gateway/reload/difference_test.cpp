@@ -1,0 +1,164 @@
+// What a changed configuration does to which line, and what it needs a restart for.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/reload/difference.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "tests/gateway/reload/sample_config.h"
+
+namespace baudgate::reload {
+namespace {
+
+using config::Config;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+Difference After(const std::function<void(Config&)>& change) {
+  Config next = Sample();
+  change(next);
+  return Compare(Sample(), next);
+}
+
+struct Case {
+  const char* what;
+  std::function<void(Config&)> change;
+  Fate fate;  // of line y
+  const char* named;
+};
+
+TEST(Difference, OfOneLineIsNamedAndTouchesNoOther) {
+  const Case cases[] = {
+      {"nothing", [](Config&) {}, Fate::same, ""},
+      {"its place in the file",
+       [](Config& config) {
+         config.lines[1].mark = {"other.yaml", 7, 3};
+       },
+       Fate::same, ""},
+      {"the port", [](Config& config) { config.lines[1].port = "/dev/q"; }, Fate::changed, "port"},
+      {"the rate", [](Config& config) { config.lines[1].serial.baud = 1200; }, Fate::changed,
+       "serial"},
+      {"a period", [](Config& config) { config.lines[1].devices[1].poll = 5s; }, Fate::changed,
+       "poll of y-b"},
+      {"a scale", [](Config& config) { config.lines[1].devices[0].points[1].scale = 2; },
+       Fate::changed, "scale of y-a.voltage"},
+      {"a permission",
+       [](Config& config) { config.lines[1].devices[0].points[0].writing.allowed = true; },
+       Fate::changed, "write of y-a.current"},
+      {"an option", [](Config& config) { config.lines[1].options.Set("checksum", true); },
+       Fate::changed, "options"},
+      {"a new point",
+       [](Config& config) { config.lines[1].devices[0].points.push_back(PointOf("power")); },
+       Fate::changed, "y-a.power is new"},
+      {"one device less", [](Config& config) { config.lines[1].devices.pop_back(); }, Fate::changed,
+       "device y-b is gone"},
+      {"the order of devices",
+       [](Config& config) { std::swap(config.lines[1].devices[0], config.lines[1].devices[1]); },
+       Fate::changed, "order"},
+      {"a unit", [](Config& config) { config.lines[1].devices[0].unit = 9; }, Fate::outputs,
+       "unit of y-a"},
+      {"a register", [](Config& config) { config.lines[1].devices[0].points[0].modbus = 40; },
+       Fate::outputs, "modbus of y-a.current"},
+      {"a deadband", [](Config& config) { config.lines[1].devices[0].points[0].deadband = 0.5; },
+       Fate::outputs, "deadband of y-a.current"},
+      {"what bad values are",
+       [](Config& config) { config.lines[1].devices[0].on_bad = config::OnBad::hold; },
+       Fate::outputs, "on_bad of y-a"},
+      {"a unit and a period",
+       [](Config& config) {
+         config.lines[1].devices[0].unit = 9;
+         config.lines[1].devices[0].poll = 5s;
+       },
+       Fate::changed, "unit of y-a, poll of y-a"},
+  };
+  for (const Case& one : cases) {
+    const Difference difference = After(one.change);
+    ASSERT_EQ(difference.lines.size(), 3U) << one.what;
+    EXPECT_EQ(difference.lines[1].fate, one.fate) << one.what;
+    EXPECT_THAT(difference.lines[1].what, HasSubstr(one.named)) << one.what;
+    EXPECT_EQ(difference.lines[0].fate, Fate::same) << one.what;
+    EXPECT_EQ(difference.lines[2].fate, Fate::same) << one.what;
+    EXPECT_THAT(difference.restart, IsEmpty()) << one.what;
+    EXPECT_EQ(difference.empty(), one.fate == Fate::same) << one.what;
+  }
+}
+
+TEST(Difference, LinesComeGoAndChangePlaces) {
+  const Difference difference = After([](Config& config) {
+    std::swap(config.lines[0], config.lines[1]);
+    config.lines.pop_back();
+    config.lines.insert(config.lines.begin(), LineOf("w"));
+  });
+  std::vector<std::pair<std::string, Fate>> fates;
+  for (const LineChange& line : difference.lines) fates.emplace_back(line.line, line.fate);
+  EXPECT_THAT(fates, ElementsAre(std::pair("w", Fate::added), std::pair("y", Fate::same),
+                                 std::pair("x", Fate::same), std::pair("z", Fate::removed)));
+  EXPECT_THAT(Sentences(difference), ElementsAre("line w: is new", "line z: ends"));
+  EXPECT_EQ(Summary(difference), "1 line new, 1 line ended; 2 lines untouched");
+}
+
+TEST(Difference, ALineThatIsGoneIsNoLine) {
+  Config running = Sample();
+  running.lines[0] = {};
+  running.lines[0].devices.resize(2);
+  Config next = Sample();
+  next.lines.erase(next.lines.begin());
+  EXPECT_TRUE(Compare(running, next).empty());
+  EXPECT_EQ(Compare(running, Sample()).lines[0].fate, Fate::added);
+}
+
+TEST(Difference, WhatOnlyARestartCanChangeIsNamed) {
+  const std::pair<std::function<void(Config&)>, const char*> cases[] = {
+      {[](Config& config) { config.name = "other"; }, "gateway.name"},
+      {[](Config& config) { config.state = "/srv"; }, "gateway.state"},
+      {[](Config& config) { config.recordings = "/srv"; }, "gateway.recordings"},
+      {[](Config& config) { config.socket = "/run/x"; }, "gateway.socket"},
+      {[](Config& config) { config.audit = config::Audit::require; }, "gateway.audit"},
+      {[](Config& config) { config.events.given = true; }, "events"},
+      {[](Config& config) { config.modbus.listen.emplace_back(); }, "modbus.listen"},
+      {[](Config& config) { config.modbus.routes.emplace_back(); }, "modbus.routes"},
+      {[](Config& config) { config.dds.domain = 7; }, "dds.domain"},
+      {[](Config& config) { config.dds.heartbeat = 1s; }, "dds.heartbeat"},
+      {[](Config& config) { config.dds.security.key = "k.pem"; }, "dds.security"},
+      {[](Config& config) { config.history.directory = "/srv"; }, "history.directory"},
+  };
+  for (const auto& [change, name] : cases) {
+    const Difference difference = After(change);
+    EXPECT_THAT(difference.restart, ElementsAre(name));
+    EXPECT_EQ(WhyNot(difference), std::string("only a restart can change ") + name);
+    EXPECT_FALSE(difference.empty());
+  }
+  EXPECT_EQ(WhyNot(After([](Config&) {})), "");
+}
+
+TEST(Difference, OfTheHistoryIsByNameAndNotByNumber) {
+  Config running = Sample();
+  running.history.points.push_back({.device = 2, .point = 1});  // y-a.voltage
+  Config next = Sample();
+  std::swap(next.lines[0], next.lines[1]);
+  next.history.points.push_back({.device = 0, .point = 1});
+  EXPECT_TRUE(Compare(running, next).empty());
+  next.history.points[0].point = 0;
+  EXPECT_THAT(Compare(running, next).settings, ElementsAre("history.points"));
+  next.history.keep = 48h;
+  EXPECT_THAT(Compare(running, next).settings, ElementsAre("history.keep", "history.points"));
+}
+
+/// What it looks at has another number and is the same.
+TEST(Difference, OfAnInterlockIsByName) {
+  Config running = Sample();
+  Config next = Sample();
+  for (auto [config, device] : {std::pair(&running, 4U), std::pair(&next, 0U)}) {
+    config->lines[1].devices[0].points[0].writing.allow_when = {
+        {.point = "z.z-a.current", .is = true, .device = device}};
+  }
+  EXPECT_TRUE(Compare(running, next).empty());
+  next.lines[1].devices[0].points[0].writing.allow_when[0].is = false;
+  EXPECT_EQ(Compare(running, next).lines[1].fate, Fate::changed);
+}
+
+}  // namespace
+}  // namespace baudgate::reload

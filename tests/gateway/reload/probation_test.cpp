@@ -1,0 +1,66 @@
+// When a configuration on trial is given up.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/reload/probation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace baudgate::reload {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr Instant kStart{1h};
+
+struct Case {
+  const char* what;
+  Health before;
+  Duration after;             // of a trial of 60 s
+  std::optional<Health> now;  // nothing: it is not configured any more
+  const char* gives_up;       // "": it does not
+};
+
+TEST(Probation, LooksAtTimeAndDevices) {
+  const Case cases[] = {
+      {"all is well", Health::well, 30s, Health::well, ""},
+      {"the last moment", Health::well, 59s, Health::well, ""},
+      {"nobody comes", Health::well, 60s, Health::well, "nobody has confirmed it within 1min"},
+      {"gone bad", Health::well, 1s, Health::ill, "bay.a was well before, and is not any more"},
+      {"bad before", Health::ill, 30s, Health::ill, ""},
+      {"not asked yet", Health::well, 19s, Health::unknown, ""},
+      {"not asked for long", Health::well, 20s, Health::unknown, "has not answered since"},
+      {"not known before", Health::unknown, 59s, Health::unknown, ""},
+      {"taken out of use", Health::well, 59s, Health::unasked, ""},
+      {"out of use before", Health::unasked, 59s, Health::ill, ""},
+      {"taken out", Health::well, 59s, std::nullopt, ""},
+  };
+  for (const Case& one : cases) {
+    Probation probation;
+    probation.Begin(kStart, 60s, {{"bay.a", one.before}});
+    Healths healths;
+    if (one.now) healths = {{"bay.a", *one.now}};
+    const auto why = probation.Look(kStart + one.after, healths);
+    EXPECT_EQ(why.has_value(), *one.gives_up != '\0') << one.what;
+    EXPECT_THAT(why.value_or(""), HasSubstr(one.gives_up)) << one.what;
+    EXPECT_TRUE(probation.running()) << one.what;
+  }
+}
+
+TEST(Probation, OfAShortTimeWaitsHalfOfIt) {
+  Probation probation;
+  probation.Begin(kStart, 4s, {{"bay.a", Health::well}});
+  EXPECT_FALSE(probation.Look(kStart + 1999ms, {{"bay.a", Health::unknown}}));
+  EXPECT_TRUE(probation.Look(kStart + 2s, {{"bay.a", Health::unknown}}));
+}
+
+TEST(Probation, ThatHasEndedAsksForNothing) {
+  Probation probation;
+  EXPECT_FALSE(probation.running());
+  EXPECT_FALSE(probation.Look(kStart, {}));
+  probation.Begin(kStart, 60s, {{"bay.a", Health::well}});
+  probation.End();
+  EXPECT_FALSE(probation.Look(kStart + 1h, {{"bay.a", Health::ill}}));
+}
+
+}  // namespace
+}  // namespace baudgate::reload

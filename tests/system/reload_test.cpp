@@ -1,0 +1,290 @@
+// A changed configuration while the gateway runs: what is the same does not notice, what is bad
+// changes nothing, and what nobody confirms is taken back, also after kill -9.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <atomic>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/system/notify_socket.h"
+#include "tests/system/three_devices.h"
+
+namespace baudgate::system_test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr int kNoPath = 0x0A;
+
+std::string Replaced(std::string text, const std::string& what, const std::string& by) {
+  const auto at = text.find(what);
+  EXPECT_NE(at, std::string::npos) << what;
+  return at == std::string::npos ? text : text.replace(at, what.size(), by);
+}
+
+class Reload : public ThreeDevices {
+ protected:
+  std::string socket() const { return (directory() / "gate.sock").string(); }
+  fs::path file() const { return directory() / "baudgate.yaml"; }
+  std::string YamlWithSocket(bool dds = false) const {
+    return Replaced(Yaml(dds), "{ name: " + gateway() + " }",
+                    "{ name: " + gateway() + ", socket: " + socket() + " }");
+  }
+  /// The second of the three lines.
+  std::string WithSlowerIo() const {
+    return Replaced(YamlWithSocket(), "unit: 11, poll: 200ms", "unit: 11, poll: 300ms");
+  }
+  void SetFile(const std::string& yaml) const { Station::Write("baudgate.yaml", yaml); }
+
+  Finished Ask(std::vector<std::string> words) const {
+    words.insert(words.end(), {"--socket", socket()});
+    return Command(words);
+  }
+  Json Status() const {
+    const Finished status = Ask({"status", "--json"});
+    EXPECT_EQ(status.code, 0) << status.errors;
+    return Json::parse(status.output, nullptr, false);
+  }
+  static Json LineOf(const Json& status, const std::string& name) {
+    for (const Json& line : status["lines"]) {
+      if (line["name"] == name) return line;
+    }
+    return {};
+  }
+  /// What runs is the file with the slower line, or the one before.
+  bool RunsSlower() const {
+    const auto io = Ask({"reload", "--dry-run"}).output;
+    return io.find("nothing has changed") != std::string::npos;
+  }
+};
+
+/// A client that asks all the time, and when it could not.
+class SteadyClient {
+ public:
+  SteadyClient(std::uint16_t port, int unit) : thread_([this, port, unit] { Run(port, unit); }) {}
+  ~SteadyClient() { Stop(); }
+  int Stop() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+    return failed_;
+  }
+  int asked() const { return asked_; }
+
+ private:
+  void Run(std::uint16_t port, int unit) {
+    ModbusClient client(port);
+    while (!stop_) {
+      if (client.Input(unit, 0, 2).exception != kNoException) ++failed_;
+      ++asked_;
+      std::this_thread::sleep_for(2ms);
+    }
+  }
+  std::atomic<bool> stop_ = false;
+  std::atomic<int> failed_ = 0;
+  std::atomic<int> asked_ = 0;
+  std::thread thread_;
+};
+
+TEST_F(Reload, OfOneLineIsNotNoticedByTheOthers) {
+  StartAll(YamlWithSocket());
+  SteadyClient steady(port(), kRelayUnit);
+  ASSERT_TRUE(Eventually([&] { return steady.asked() > 10; }));
+  const Json before = Status();
+
+  SetFile(WithSlowerIo());
+  const Finished dry = Ask({"reload", "--dry-run"});
+  EXPECT_EQ(dry.code, 0) << dry.errors;
+  EXPECT_EQ(dry.output,
+            "line io: begins anew: poll of io-1\n1 line begun anew; 2 lines untouched\n");
+  EXPECT_EQ(Status()["configuration"]["applied"], before["configuration"]["applied"]);
+
+  for (int round = 0; round < 5; ++round) {
+    SetFile(round % 2 == 0 ? WithSlowerIo() : YamlWithSocket());
+    const Finished reload = Ask({"reload"});
+    EXPECT_EQ(reload.code, 0) << reload.errors;
+    EXPECT_EQ(reload.output, dry.output);
+    ASSERT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
+  }
+  EXPECT_EQ(steady.Stop(), 0) << "of " << steady.asked();
+
+  const Json after = Status();
+  EXPECT_EQ(after["lines"].size(), 3U);
+  for (const char* name : {"relay", "meter"}) {
+    const Json was = LineOf(before, name);
+    const Json is = LineOf(after, name);
+    EXPECT_EQ(is["port_since"], was["port_since"]) << name;
+    EXPECT_EQ(is["times_lost"], 0) << name;
+    const Json& device = is["devices"][0];
+    EXPECT_EQ(device["missed"], was["devices"][0]["missed"]) << name;
+    EXPECT_GT(device["exchanges"], was["devices"][0]["exchanges"]) << name;
+    EXPECT_EQ(device["outcomes"]["ok"], device["exchanges"]) << name;
+  }
+  EXPECT_LT(LineOf(after, "io")["devices"][0]["exchanges"],
+            LineOf(after, "relay")["devices"][0]["exchanges"])
+      << "it was begun anew";
+}
+
+/// The relay is read once and then not for ten minutes.
+TEST_F(Reload, ThatChangesOutputsKeepsValuesAndAges) {
+  const std::string yaml =
+      Replaced(YamlWithSocket(), "unit: 1, poll: 200ms", "unit: 1, poll: 10min");
+  StartAll(yaml);
+  const Json before = LineOf(Status(), "relay");
+  SetFile(Replaced(yaml, "unit: 1, poll: 10min", "unit: 2, poll: 10min"));
+  const Finished reload = Ask({"reload"});
+  EXPECT_EQ(reload.code, 0) << reload.errors;
+  EXPECT_THAT(reload.output, HasSubstr("line relay: goes on, shown otherwise: unit of relay-1"));
+  EXPECT_EQ(client.Float(2, 0), 1.25F);
+  EXPECT_EQ(client.Input(1, 0, 2).exception, kNoPath);
+  const Json after = LineOf(Status(), "relay");
+  EXPECT_EQ(after["port_since"], before["port_since"]);
+  EXPECT_GE(after["devices"][0]["exchanges"], before["devices"][0]["exchanges"]);
+}
+
+TEST_F(Reload, LinesComeAndGo) {
+  StartAll(YamlWithSocket());
+  const std::string all = YamlWithSocket();
+  SetFile(all.substr(0, all.find("  - name: meter")));
+  Finished reload = Ask({"reload"});
+  EXPECT_EQ(reload.output, "line meter: ends\n1 line ended; 2 lines untouched\n") << reload.errors;
+  EXPECT_EQ(client.Input(kMeterUnit, 0, 2).exception, kNoPath);
+  EXPECT_EQ(Status()["lines"].size(), 2U);
+  EXPECT_EQ(Ask({"status", "meter"}).code, 2);
+
+  SetFile(all);
+  reload = Ask({"reload"});
+  EXPECT_EQ(reload.output, "line meter: is new\n1 line new; 2 lines untouched\n") << reload.errors;
+  EXPECT_TRUE(EventuallyFloat(client, kMeterUnit, 0, -61234.5F));
+  EXPECT_EQ(Ask({"status", "meter.meter-1"}).code, 0);
+  EXPECT_EQ(Ask({"reload"}).output, "nothing has changed\n");
+  daemon->Signal(SIGTERM);
+  EXPECT_EQ(daemon->WaitForEnd(10s), 0);
+}
+
+TEST_F(Reload, OfABadFileChangesNothingAndSaysWhy) {
+  NotifySocket notify(directory() / "notify");
+  StartTwins();
+  SetFile(YamlWithSocket());
+  daemon =
+      Start({"run", "-c", file().string()}, {{"NOTIFY_SOCKET", (directory() / "notify").string()}});
+  ASSERT_THAT(notify.Receive(), HasSubstr("READY=1"));
+  ASSERT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
+
+  const std::string bad = Replaced(YamlWithSocket(), "poll: 300ms", "poll: often");
+  SetFile(bad);
+  const Finished reload = Ask({"reload"});
+  EXPECT_EQ(reload.code, 2);
+  EXPECT_THAT(reload.errors, HasSubstr(file().string() + ":"));
+  EXPECT_THAT(reload.errors, HasSubstr("often"));
+  EXPECT_EQ(Ask({"reload", "--dry-run"}).code, 2);
+  daemon->Signal(SIGHUP);
+  EXPECT_TRUE(EventuallyLogged(*daemon, "reload: nothing is changed: " + file().string()));
+
+  SetFile(Replaced(YamlWithSocket(), "domain: " + std::to_string(domain()), "domain: 200"));
+  const Finished restart = Ask({"reload"});
+  EXPECT_EQ(restart.code, 2);
+  EXPECT_THAT(restart.errors, HasSubstr("only a restart can change dds.domain"));
+  EXPECT_EQ(client.Float(kModuleUnit, 0), 100.25F);
+  EXPECT_THAT(notify.Receive(MSG_DONTWAIT), Not(HasSubstr("RELOADING")));
+
+  SetFile(WithSlowerIo());
+  daemon->Signal(SIGHUP);
+  EXPECT_THAT(notify.Receive(), AllOf(HasSubstr("RELOADING=1"), HasSubstr("MONOTONIC_USEC=")));
+  EXPECT_THAT(notify.Receive(), AllOf(HasSubstr("READY=1"), HasSubstr("STATUS=")));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "reload by SIGHUP: 1 line begun anew"));
+}
+
+TEST_F(Reload, ThatNobodyConfirmsIsTakenBackAndStaysSo) {
+  StartAll(YamlWithSocket());
+  SetFile(WithSlowerIo());
+  const Finished reload = Ask({"reload", "--confirm", "2s"});
+  ASSERT_EQ(reload.code, 0) << reload.errors;
+  EXPECT_THAT(reload.output, HasSubstr("baudgate confirm"));
+  EXPECT_FALSE(Status()["configuration"]["confirm_until"].is_null());
+  ASSERT_TRUE(EventuallyLogged(*daemon, "nobody has confirmed it within 2s"));
+  ASSERT_TRUE(Eventually([&] { return Status()["configuration"]["not_the_file"] != ""; }));
+  EXPECT_FALSE(RunsSlower());
+  EXPECT_EQ(ReadWholeFile(file()), WithSlowerIo()) << "the file is the user's";
+  const Finished check = Command({"check", "-c", file().string()});
+  EXPECT_EQ(check.code, 0);
+  EXPECT_THAT(check.errors, HasSubstr("was taken back: nobody has confirmed it"));
+  EXPECT_EQ(Ask({"confirm"}).code, 2);
+
+  for (int start = 0; start < 2; ++start) {
+    daemon->Signal(SIGTERM);
+    ASSERT_EQ(daemon->WaitForEnd(10s), 0);
+    daemon = StartDaemon(WithSlowerIo());
+    EXPECT_THAT(daemon->Errors(), HasSubstr("was taken back"));
+    EXPECT_FALSE(RunsSlower());
+  }
+  daemon->Signal(SIGTERM);
+  ASSERT_EQ(daemon->WaitForEnd(10s), 0);
+  daemon = StartDaemon(WithSlowerIo() + "# meant\n");
+  EXPECT_EQ(Status()["configuration"]["not_the_file"], "");
+  EXPECT_TRUE(RunsSlower());
+}
+
+TEST_F(Reload, ThatIsConfirmedStaysOverAKill) {
+  StartAll(YamlWithSocket());
+  SetFile(WithSlowerIo());
+  ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
+  const Finished confirm = Ask({"confirm"});
+  ASSERT_EQ(confirm.code, 0) << confirm.errors;
+  daemon->Signal(SIGKILL);
+  daemon->WaitForEnd();
+  daemon = StartDaemon(WithSlowerIo());
+  EXPECT_TRUE(RunsSlower());
+}
+
+TEST_F(Reload, ThatIsOnTrialIsTakenBackAfterAKill) {
+  StartAll(YamlWithSocket());
+  SetFile(WithSlowerIo());
+  ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
+  EXPECT_TRUE(RunsSlower());
+  daemon->Signal(SIGKILL);
+  daemon->WaitForEnd();
+  daemon = StartDaemon(WithSlowerIo());
+  EXPECT_THAT(daemon->Errors(), HasSubstr("the gateway ended before it was confirmed"));
+  EXPECT_FALSE(RunsSlower());
+  EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
+}
+
+TEST_F(Reload, ThatLosesADeviceIsTakenBackAtOnce) {
+  StartAll(YamlWithSocket());
+  const std::string wrong =
+      Replaced(YamlWithSocket(), "address: 1, profile: module", "address: 5, profile: module");
+  SetFile(wrong);
+  ASSERT_EQ(Ask({"reload", "--confirm", "10s"}).code, 0);
+  ASSERT_TRUE(EventuallyLogged(*daemon, "io.io-1 was well before"));
+  EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
+}
+
+TEST_F(Reload, KeepsWhatWasAppliedAndRestoresIt) {
+  StartAll(YamlWithSocket());
+  SetFile(WithSlowerIo());
+  ASSERT_EQ(Ask({"reload"}).code, 0);
+  const Finished history = Ask({"config", "history", "--json"});
+  ASSERT_EQ(history.code, 0) << history.errors;
+  const auto lines = history.output;
+  EXPECT_THAT(lines, AllOf(HasSubstr(R"("by":"start")"), HasSubstr(R"("by":"user:)"),
+                           HasSubstr(R"("state":"confirmed")")));
+  const Finished diff = Ask({"config", "diff", "1"});
+  EXPECT_THAT(diff.output, AllOf(HasSubstr("+       - { name: io-1"), HasSubstr("poll: 300ms")))
+      << diff.errors;
+  const Finished restored = Ask({"config", "restore", "1"});
+  EXPECT_EQ(restored.code, 0) << restored.errors;
+  EXPECT_EQ(ReadWholeFile(file()), YamlWithSocket());
+  EXPECT_EQ(ReadWholeFile(file().string() + ".old"), WithSlowerIo());
+  EXPECT_EQ(Ask({"reload"}).code, 0);
+  EXPECT_EQ(Ask({"config", "restore", "99"}).code, 2);
+  EXPECT_EQ(Ask({"config", "diff"}).output, file().string() + " is configuration 3\n");
+}
+
+}  // namespace
+}  // namespace baudgate::system_test
