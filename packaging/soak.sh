@@ -8,6 +8,7 @@
 #        packaging/soak.sh discovery [ROUNDS]  ten DDS gateways found by two discovery servers, then by peers; 50 kills each
 #        packaging/soak.sh audit [KILLS]    the gateway killed 200 times while a client writes; every write on the wire has its record
 #        packaging/soak.sh events [KILLS]   the gateway killed 200 times in bursts of events of a relay, which forgets what it has told; each is kept once
+#        packaging/soak.sh service [MINUTES]  a gateway with 14 devices, without and with DDS: watched for 30 minutes, then killed 50 times
 #        packaging/soak.sh fuzz [RUNS]      every fuzz target, 10,000,000 executions each: some hours
 # An existing build of the targets is taken from $BAUDGATE_FUZZ_BUILD.
 set -euo pipefail
@@ -101,6 +102,19 @@ soak_events() {
   BAUDGATE_EVENT_KILLS=$kills build/release/tests/system_events_tests --gtest_filter='*Killed*'
 }
 
+# Four lines each: times, memory, descriptors, shared memory.
+soak_service() {
+  local minutes=${1:-30} dds
+  whole "$minutes"
+  install_packages
+  build release baudgate baudgate-dds baudgate_service_soak
+  for dds in 0 1; do
+    say "a gateway with 14 devices, $minutes minutes and 50 kills, DDS: $dds"
+    BAUDGATE_SOAK_DDS=$dds BAUDGATE_SOAK_SECONDS=$((minutes * 60)) BAUDGATE_SOAK_KILLS=50 \
+      build/release/tests/baudgate_service_soak
+  done
+}
+
 usage() {
   sed -n '2,/^set /{/^#/s/^# //p}' "$0" >&2
   exit 2
@@ -115,6 +129,7 @@ if [ $# = 0 ]; then
   soak_discovery
   soak_audit
   soak_events
+  soak_service
   soak_fuzz
   exit
 fi

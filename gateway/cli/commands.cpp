@@ -9,6 +9,7 @@
 
 #include "gateway/base/spelling.h"
 #include "gateway/cli/client_commands.h"
+#include "gateway/cli/config_commands.h"
 #include "gateway/cli/live/demo.h"
 #include "gateway/cli/live/run.h"
 #include "gateway/cli/offline/certs.h"
@@ -226,6 +227,7 @@ void AddListings(CLI::App& app, Action& action) {
 void AddCommands(CLI::App& app, Action& action) {
   AddRun(app, action);
   AddCheck(app, action);
+  AddMigrate(app, action);
   AddCerts(app, action);
   AddMap(app, action);
   AddWatch(app, action);

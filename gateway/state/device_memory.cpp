@@ -12,6 +12,7 @@
 #include <string_view>
 #include <utility>
 
+#include "gateway/state/versions.h"
 #include "gateway/state/whole_file.h"
 
 namespace baudgate {
@@ -144,8 +145,8 @@ std::string DeviceMemory::Text() const {
     one["memory"] = memories_[i];
     devices.push_back(std::move(one));
   }
-  return Json{{"devices", std::move(devices)}}.dump(2, ' ', false, Json::error_handler_t::replace) +
-         "\n";
+  const Json root = {{"version", kDevicesVersion}, {"devices", std::move(devices)}};
+  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 void DeviceMemory::Write(const std::string& text) {

@@ -2,7 +2,8 @@
 // folder. Lines put it in from their threads; one thread here writes. A memory belongs to line,
 // device, protocol, address and profile: a change of any of these forgets it.
 //
-//   {"devices": [{"line": "meters", "device": "incomer", "protocol": "set4tm", "address": "200",
+//   {"version": 1,
+//    "devices": [{"line": "meters", "device": "incomer", "protocol": "set4tm", "address": "200",
 //                 "profile": "set-4tm.03m", "memory": "serial 12345678"}]}
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

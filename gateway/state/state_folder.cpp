@@ -12,6 +12,8 @@
 #include <system_error>
 #include <utility>
 
+#include "gateway/state/versions.h"
+
 namespace baudgate {
 namespace {
 
@@ -115,6 +117,11 @@ std::unique_ptr<StateFolder> StateFolder::Open(const fs::path& path, Failure& fa
     failure = {true, "the state folder " + path.string() +
                          " is in use: another baudgate of this gateway.name runs; stop it, or give "
                          "this one another gateway.name or gateway.state"};
+    ::close(lock);
+    return nullptr;
+  }
+  if (std::string newer = NewerStateIn(path); !newer.empty()) {
+    failure = {true, std::move(newer)};
     ::close(lock);
     return nullptr;
   }

@@ -48,7 +48,9 @@ std::filesystem::path HistoryFolderOf(const config::Config& config);
 class StateFolder {
  public:
   struct Failure {
-    bool in_use = false;  ///< by another process; else it can not be made or written
+    /// By another process, or by a newer baudgate whose files are there: the gateway must not
+    /// start. Else it can not be made or written.
+    bool in_use = false;
     std::string text;
   };
   /// Makes the folder where it is not there, and locks it.

@@ -107,6 +107,32 @@ TEST_F(Process, StartsAgainAtOnceAfterItWasKilled) {
   EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
 }
 
+/// baudgate.socket: systemd listens, the first client starts the service, which is given the
+/// socket.
+TEST_F(Process, ServesTheSocketThatSystemdHasOpened) {
+  const auto twin = StartTwin("io", "module", "1");
+  const std::string file = Write("baudgate.yaml", Yaml()).string();
+  const std::uint16_t foreign = FreePort();
+  std::vector<std::string> words = {"systemd-socket-activate",
+                                    "-l127.0.0.1:" + std::to_string(port()),
+                                    "-l127.0.0.1:" + std::to_string(foreign)};
+  for (const auto& [name, value] : Environment()) words.push_back("-E" + name + "=" + value);
+  for (const std::string& word :
+       {std::string(BAUDGATE_BINARY), std::string("run"), std::string("-c"), file}) {
+    words.push_back(word);
+  }
+  Child daemon(words, directory());
+  ASSERT_TRUE(Eventually([&] { return !PortRefuses(); })) << "somebody listens, if not we";
+  EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F)) << daemon.Errors();
+  EXPECT_THAT(daemon.Errors(), HasSubstr("127.0.0.1:" + std::to_string(port()) +
+                                         ": the socket is one that systemd has passed"));
+  EXPECT_THAT(daemon.Errors(), HasSubstr("a socket at 127.0.0.1:" + std::to_string(foreign) +
+                                         ", which is no address of modbus.listen; closed"));
+  EXPECT_FALSE(RawClient(foreign).connected());
+  daemon.Signal(SIGTERM);
+  EXPECT_EQ(daemon.WaitForEnd(10s), 0);
+}
+
 TEST_F(Process, DoesNotStartOnABadConfiguration) {
   const auto file =
       Write("bad.yaml", "modbus: { listen: \"127.0.0.1:" + std::to_string(port()) +

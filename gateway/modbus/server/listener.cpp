@@ -64,7 +64,7 @@ Listener::Listener(asio::io_context& io, const config::Listener& listener, Point
   if (rtu) sweep_period_ = std::min(sweep_period_, kRtuSweep);
 }
 
-Status Listener::Open() {
+Status Listener::Open(PassedSockets& passed) {
   asio::error_code failed;
   tcp::resolver resolver(acceptor_.get_executor());
   const auto found =
@@ -73,8 +73,14 @@ Status Listener::Open() {
   if (failed || found.empty()) {
     return Error{listener_.Place() + ": unknown address; check modbus.listen"};
   }
-  const Status bound = Bind(found.begin()->endpoint());
-  if (!bound) return bound;
+  const tcp::endpoint endpoint = found.begin()->endpoint();
+  if (const auto descriptor = passed.Take(endpoint)) {
+    acceptor_.assign(endpoint.protocol(), *descriptor, failed);
+    if (failed) return Error{listener_.Place() + ": " + Explain(failed)};
+    log::Info("modbus: {}: the socket is one that systemd has passed", listener_.Place());
+  } else if (Status bound = Bind(endpoint); !bound) {
+    return bound;
+  }
   const Status clients = clients_->Open();
   if (!clients) return clients;
   port_ = acceptor_.local_endpoint(failed).port();

@@ -15,6 +15,7 @@
 #include "gateway/modbus/desk/point_desk.h"
 #include "gateway/modbus/server/client_poll.h"
 #include "gateway/modbus/server/client_session.h"
+#include "gateway/modbus/server/passed_sockets.h"
 
 namespace baudgate::modbus {
 
@@ -23,7 +24,8 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   /// Configuration and points outlive the listener until Stop.
   Listener(asio::io_context& io, const config::Listener& listener, PointDesk& points);
 
-  Status Open();
+  /// At a socket of `passed` where there is one for its address; else it opens its own.
+  Status Open(PassedSockets& passed);
   void Stop();
   /// The port that is really listened on; differs from the configured one only when that is 0.
   std::uint16_t port() const { return port_; }

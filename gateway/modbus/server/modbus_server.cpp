@@ -22,8 +22,9 @@ Status ModbusServer::Listen(asio::io_context& io) {
   if (!points_->responder().ready()) return points_->responder().ready();
   points_->inbox()->Open(io, ReadClocks);
   points_->targets().Open(io, points_->book());
+  PassedSockets passed;
   for (const config::Listener& listener : config_.modbus.listen) {
-    const Status opened = Open(io, listener);
+    const Status opened = Open(io, listener, passed);
     if (!opened) {
       Stop();
       return opened;
@@ -32,7 +33,8 @@ Status ModbusServer::Listen(asio::io_context& io) {
   return {};
 }
 
-Status ModbusServer::Open(asio::io_context& io, const config::Listener& listener) {
+Status ModbusServer::Open(asio::io_context& io, const config::Listener& listener,
+                          PassedSockets& passed) {
   const Protocol* const rtu = points_->rtu();
   const bool needs_rtu =
       listener.is_serial() || listener.protocol == config::Listener::Protocol::rtu;
@@ -46,7 +48,7 @@ Status ModbusServer::Open(asio::io_context& io, const config::Listener& listener
     return {};
   }
   listeners_.push_back(std::make_shared<Listener>(io, listener, *points_));
-  return listeners_.back()->Open();
+  return listeners_.back()->Open(passed);
 }
 
 void ModbusServer::Apply(const config::Config& config, std::span<RouteTarget* const> lines) {

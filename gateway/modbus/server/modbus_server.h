@@ -23,6 +23,7 @@
 namespace baudgate::modbus {
 
 class Listener;
+class PassedSockets;
 class SerialListener;
 
 class ModbusServer final : public TrafficSource {
@@ -53,7 +54,7 @@ class ModbusServer final : public TrafficSource {
   TrafficStatus Traffic() const override;
 
  private:
-  Status Open(asio::io_context& io, const config::Listener& listener);
+  Status Open(asio::io_context& io, const config::Listener& listener, PassedSockets& passed);
 
   const config::Config& config_;
   std::unique_ptr<PointDesk> points_;

@@ -3,7 +3,8 @@
 # starts, polls, kills, stops and restarts the units as they are shipped. Software emulation, or with
 # ACCEL=kvm faster; no network beyond the machine. As root, by hand or nightly, never in CI.
 # docs/boot-test.md says what it shows.
-# usage: tests/system/vm/boot.sh [BUILD]    the directory with the built baudgate, default build/release
+# usage: tests/system/vm/boot.sh [BUILD]    the directory with the built baudgate, default build/release; or the one with
+#                                           the packages, build/deb
 # SPDX-License-Identifier: Apache-2.0
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
@@ -17,7 +18,8 @@ packages=(qemu-system-x86 debootstrap busybox-static kmod cpio e2fsprogs)
 readonly guest_packages=(systemd-sysv dbus libpam-systemd udev kmod iproute2 procps socat jq mbpoll)
 
 made=${1:-build/release}
-if [ ! -x "$made/baudgate-dds" ]; then
+packaged=$(compgen -G "$made/baudgate_*.deb" || true)
+if [ -z "$packaged" ] && [ ! -x "$made/baudgate-dds" ]; then
   echo "no $made/baudgate-dds; build it first: cmake --preset release && cmake --build --preset release" >&2
   exit 2
 fi
@@ -29,8 +31,14 @@ made=$(realpath "$made")
 work=$made/boot-test
 root=$work/root
 
-# Debian's packages with the libraries that the build links.
+debs() { ls "$made"/baudgate{,-dds}_*.deb; }
+
+# Debian's packages with the libraries that the build links, or that ours depend on.
 libraries() {
+  if [ -n "$packaged" ]; then
+    for deb in $(debs); do dpkg-deb -f "$deb" Depends; done | tr ',' '\n' | sed 's/[(|].*//; s/ //g' | grep -v '^baudgate' | sort -u
+    return
+  fi
   ldd "$made"/{baudgate,baudgate-dds,baudgate-dds-inside.so} "$made"/protocols/*.so |
     awk '$2 == "=>" && $3 ~ /^\// { print $3 }' | sort -u |
     while read -r file; do dpkg -S "$file" 2>/dev/null || dpkg -S "$(realpath "$file")"; done | cut -d: -f1 | sort -u
@@ -48,15 +56,26 @@ make_base() {
   touch "$work/base/made"
 }
 
-# As README.md says: cmake --install, systemd-sysusers, a configuration, enable.
+# As README.md says: cmake --install, systemd-sysusers, a configuration, enable; or the packages.
+install_into_root() {
+  if [ -n "$packaged" ]; then
+    install -d "$root/packages"
+    cp $(debs) "$root/packages"
+    chroot "$root" sh -c 'DEBIAN_FRONTEND=noninteractive dpkg -i /packages/*.deb' >"$work/dpkg.log" 2>&1 ||
+      { tail "$work/dpkg.log" >&2; exit 4; }
+  else
+    DESTDIR=$root cmake --install "$made" --strip >/dev/null
+    chroot "$root" systemd-sysusers
+  fi
+}
+
 make_root() {
   say "installing into it"
   rm -rf "$root"
   cp -a "$work/base" "$root"
-  DESTDIR=$root cmake --install "$made" --strip >/dev/null
-  chroot "$root" systemd-sysusers
-  "$made/baudgate" check -c "$sources/baudgate.yaml" >"$work/check.log" || { cat "$work/check.log" >&2; exit 2; }
+  install_into_root
   install -D -m 644 "$sources/baudgate.yaml" "$root/etc/baudgate/baudgate.yaml"
+  chroot "$root" baudgate check >"$work/check.log" || { cat "$work/check.log" >&2; exit 2; }
   chroot "$root" systemctl --quiet enable baudgate
   chroot "$root" useradd --create-home --uid 1000 --groups baudgate visitor
   install -d "$root/test"
