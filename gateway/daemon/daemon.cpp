@@ -31,157 +31,6 @@ modbus::ModbusLimits LimitsOf(const config::Config& config) {
 
 }  // namespace
 
-<<<<<<< ours
-struct Daemon::Impl final : CommandSink, LineControl {
-  Impl(config::Config its_config, const config::Catalog& its_catalog)
-      : config(std::move(its_config)), catalog(its_catalog), store(config) {}
-
-  /// Where commands go in.
-  CommandSink& Commands() { return writes ? writes->entrance() : *this; }
-  bool Submit(WriteCommand command) override {
-    LineRunner& runner = *runners[line_of[command.device]];
-    return runner.Submit(std::move(command));
-  }
-
-  void OnDenied(const DeniedWrite& denied) override {
-    store.UpdateStatus(denied.device, [](DeviceStatus& status) {
-      ++status.writes[static_cast<std::size_t>(WriteEnd::denied)];
-    });
-  }
-
-  void Release(std::uint32_t line, Duration time) override { runners[line]->Release(time); }
-  void TakeBack(std::uint32_t line) override { runners[line]->TakeBack(); }
-  void SetInUse(std::uint32_t device, bool in_use) override {
-    runners[line_of[device]]->SetInUse(device, in_use);
-  }
-  std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override {
-    return runners[line]->recorder().Subscribe(std::move(wake));
-  }
-  std::vector<TraceRecord> Recorded(std::uint32_t line) override {
-    return runners[line]->recorder().Recorded();
-  }
-
-  Status OpenState();
-  Status PlaceEvents(const std::string& why_no_state, EventsPlace& place);
-  Status StartHistory(const std::string& why_no_state);
-  void MakeLines();
-  Status StartModbus();
-  Status StartDds();
-  void StopDds();
-  void StopModbus();
-  control::GatewayInfo GatewayForStatus() const;
-  void StartControl();
-  void StopControl();
-  void EndLines();
-  void OnLoop(const LoopWatch::Change& change);
-  modbus::GatewayFigures Info() const;
-
-  const config::Config config;
-  const config::Catalog& catalog;
-  PointStore store;
-  std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
-  std::unique_ptr<StateFolder> state;      // nothing: nothing is kept
-  std::unique_ptr<DeviceMemory> memory;
-  std::unique_ptr<StateFolder> databases;          // nothing: they lie in `state`
-  std::unique_ptr<StateFolder> histories;          // nothing: it lies in `state` or `databases`
-  std::unique_ptr<history::HistoryLog> history;    // nothing: no values are kept
-  std::unique_ptr<WritePath> writes;               // nothing: nothing is written, or nothing kept
-  std::vector<std::unique_ptr<LoopThread>> loops;  // the shared ones first
-  LoopWatch watch;
-  std::unique_ptr<AgeTimer> ageing;
-  std::unique_ptr<HostClock> host_clock;
-  std::vector<std::unique_ptr<LineRunner>> runners;
-  std::vector<std::size_t> line_of;   // by device
-  std::unique_ptr<EventPath> events;  // nothing: none are kept
-  Instant started = ReadClocks().instant;
-  modbus::ModbusLimits limits;
-  asio::io_context modbus_io{1};
-  std::unique_ptr<modbus::ModbusServer> modbus;
-  std::thread modbus_thread;
-  asio::io_context control_io{1};  // of its own: long answers must not delay registers
-  std::unique_ptr<control::ControlServer> control;
-  std::thread control_thread;
-#ifdef BAUDGATE_WITH_DDS
-  std::unique_ptr<DdsOutput> dds;
-#endif
-};
-
-||||||| base
-struct Daemon::Impl final : CommandSink, LineControl {
-  Impl(config::Config its_config, const config::Catalog& its_catalog)
-      : config(std::move(its_config)), catalog(its_catalog), store(config) {}
-
-  /// Where commands go in.
-  CommandSink& Commands() { return writes ? writes->entrance() : *this; }
-  bool Submit(WriteCommand command) override {
-    LineRunner& runner = *runners[line_of[command.device]];
-    return runner.Submit(std::move(command));
-  }
-
-  void OnDenied(const DeniedWrite& denied) override {
-    store.UpdateStatus(denied.device, [](DeviceStatus& status) {
-      ++status.writes[static_cast<std::size_t>(WriteEnd::denied)];
-    });
-  }
-
-  void Release(std::uint32_t line, Duration time) override { runners[line]->Release(time); }
-  void TakeBack(std::uint32_t line) override { runners[line]->TakeBack(); }
-  void SetInUse(std::uint32_t device, bool in_use) override {
-    runners[line_of[device]]->SetInUse(device, in_use);
-  }
-  std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override {
-    return runners[line]->recorder().Subscribe(std::move(wake));
-  }
-  std::vector<TraceRecord> Recorded(std::uint32_t line) override {
-    return runners[line]->recorder().Recorded();
-  }
-
-  Status OpenState();
-  Status PlaceEvents(const std::string& why_no_state, EventsPlace& place);
-  Status StartHistory(const std::string& why_no_state);
-  void MakeLines();
-  Status StartModbus();
-  Status StartDds();
-  void StopModbus();
-  control::GatewayInfo GatewayForStatus() const;
-  void StartControl();
-  void StopControl();
-  void EndLines();
-  void OnLoop(const LoopWatch::Change& change);
-  modbus::GatewayFigures Info() const;
-
-  const config::Config config;
-  const config::Catalog& catalog;
-  PointStore store;
-  std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
-  std::unique_ptr<StateFolder> state;      // nothing: nothing is kept
-  std::unique_ptr<DeviceMemory> memory;
-  std::unique_ptr<StateFolder> databases;          // nothing: they lie in `state`
-  std::unique_ptr<StateFolder> histories;          // nothing: it lies in `state` or `databases`
-  std::unique_ptr<history::HistoryLog> history;    // nothing: no values are kept
-  std::unique_ptr<WritePath> writes;               // nothing: nothing is written, or nothing kept
-  std::vector<std::unique_ptr<LoopThread>> loops;  // the shared ones first
-  LoopWatch watch;
-  std::unique_ptr<AgeTimer> ageing;
-  std::unique_ptr<HostClock> host_clock;
-  std::vector<std::unique_ptr<LineRunner>> runners;
-  std::vector<std::size_t> line_of;   // by device
-  std::unique_ptr<EventPath> events;  // nothing: none are kept
-  Instant started = ReadClocks().instant;
-  modbus::ModbusLimits limits;
-  asio::io_context modbus_io{1};
-  std::unique_ptr<modbus::ModbusServer> modbus;
-  std::thread modbus_thread;
-  asio::io_context control_io{1};  // of its own: long answers must not delay registers
-  std::unique_ptr<control::ControlServer> control;
-  std::thread control_thread;
-#ifdef BAUDGATE_WITH_DDS
-  std::unique_ptr<DdsOutput> dds;
-#endif
-};
-
-=======
->>>>>>> theirs
 Daemon::Daemon(config::Config config, const config::Catalog& catalog)
     : impl_(std::make_unique<Impl>(std::move(config), catalog)) {
   mallopt(M_ARENA_MAX, kMostArenas);
@@ -204,9 +53,8 @@ Status Daemon::Start() {
   if (events != nullptr) events->Started();
   impl_->ageing->Start();
   impl_->lines.Start();
-  impl_->host_clock = std::make_unique<HostClock>([impl = impl_.get()](bool right) {
-    for (const auto& runner : impl->runners) runner->OnHostClock(right);
-  });
+  impl_->host_clock = std::make_unique<HostClock>(
+      [impl = impl_.get()](bool right) { impl->lines.OnHostClock(right); });
   if (events != nullptr) events->Start();
   if (WritePath* const writes = impl_->records.writes()) writes->Start();
   impl_->StartControl();
@@ -273,11 +121,10 @@ std::string Daemon::Summary() const {
 Status Daemon::Impl::OpenRecords() {
   if (!NeedsState(config, catalog)) return {};
   return records.Open(
-      config,
-      {store, lines, *this, [this](std::uint32_t device, const std::string& said, bool reported) {
-         lines.OfDevice(device).With(
-             [&](LineRunner& runner) { runner.OnEventsKept(device, said, reported); });
-       }});
+      config, {store, lines, [this](std::uint32_t device, const std::string& said, bool reported) {
+                 lines.OfDevice(device).With(
+                     [&](LineRunner& runner) { runner.OnEventsKept(device, said, reported); });
+               }});
 }
 
 void Daemon::Impl::MakeLines() {
@@ -285,61 +132,10 @@ void Daemon::Impl::MakeLines() {
   if (const auto folder = Recordings::FolderOf(config); !folder.empty()) {
     recordings = std::make_unique<Recordings>(
         folder, kVersion, [](const std::string& trouble) { log::Warn("{}", trouble); });
-<<<<<<< ours
-    sink = [this](Recording recording) { recordings->Save(std::move(recording)); };
-  }
-  const Placement placement = PlaceLines(config.lines, std::thread::hardware_concurrency());
-  while (loops.size() < placement.loops) {
-    const std::string name = fmt::format("lines {}", loops.size() + 1);
-    loops.push_back(std::make_unique<LoopThread>(name));
-    watch.Add(name, {}, AskOn(loops.back()->io()));
-  }
-  ageing = std::make_unique<AgeTimer>(loops.front()->io(), [this](Instant now) { store.Age(now); });
-  for (const config::Line& line : config.lines) {
-    const std::uint32_t first_device = config::FirstDevice(config, runners.size());
-    std::size_t loop = placement.loop_of[runners.size()];
-    if (loop == Placement::kOwn) {
-      loop = loops.size();
-      loops.push_back(std::make_unique<LoopThread>("line " + line.name));
-      watch.Add("line " + line.name, static_cast<std::uint32_t>(runners.size()),
-                AskOn(loops.back()->io()));
-    }
-    line_of.insert(line_of.end(), line.devices.size(), runners.size());
-    runners.push_back(std::make_unique<LineRunner>(loops[loop]->io(), line, first_device, find,
-                                                   store, sink, memory.get(), events.get()));
-||||||| base
-    sink = [this](Recording recording) { recordings->Save(std::move(recording)); };
-  }
-  const Placement placement = PlaceLines(config.lines, std::thread::hardware_concurrency());
-  while (loops.size() < placement.loops) {
-    const std::string name = fmt::format("lines {}", loops.size() + 1);
-    loops.push_back(std::make_unique<LoopThread>(name));
-    watch.Add(name, {}, AskOn(loops.back()->io()));
-  }
-  ageing = std::make_unique<AgeTimer>(loops.front()->io(), [this](Instant now) { store.Age(now); });
-  host_clock = std::make_unique<HostClock>(loops.front()->io(), [this](bool right) {
-    for (const auto& runner : runners) runner->OnHostClock(right);
-  });
-  for (const config::Line& line : config.lines) {
-    const std::uint32_t first_device = config::FirstDevice(config, runners.size());
-    std::size_t loop = placement.loop_of[runners.size()];
-    if (loop == Placement::kOwn) {
-      loop = loops.size();
-      loops.push_back(std::make_unique<LoopThread>("line " + line.name));
-      watch.Add("line " + line.name, static_cast<std::uint32_t>(runners.size()),
-                AskOn(loops.back()->io()));
-    }
-    line_of.insert(line_of.end(), line.devices.size(), runners.size());
-    runners.push_back(std::make_unique<LineRunner>(loops[loop]->io(), line, first_device, find,
-                                                   store, sink, memory.get(), events.get()));
-=======
     links.recordings = [this](Recording recording) { recordings->Save(std::move(recording)); };
->>>>>>> theirs
   }
   lines.Link(std::move(links));
   ageing = std::make_unique<AgeTimer>(lines.io(), [this](Instant now) { store.Age(now); });
-  host_clock =
-      std::make_unique<HostClock>(lines.io(), [this](bool right) { lines.OnHostClock(right); });
   // Not owned: it is a part of the configuration, which outlives the lines.
   for (const config::Line& line : config.lines) lines.Add({std::shared_ptr<void>(), &line});
 }
@@ -347,7 +143,7 @@ void Daemon::Impl::MakeLines() {
 /// Waits for every driver.
 void Daemon::Impl::EndLines() {
   lines.End();
-  if (events) events->End();
+  if (EventPath* const events = records.events()) events->End();
   StopDds();
   records.EndEvents();
   lines.StopLoops();
@@ -361,7 +157,7 @@ Status Daemon::Impl::StartModbus() {
   if (records.writes() != nullptr) links.writes = &records.writes()->log();
   if (records.events() != nullptr) {
     links.events = records.events()->feed();
-    links.alarms = &events->log();
+    links.alarms = &records.events()->log();
   }
   auto output = ModbusOutput::Start(
       config, {store, Commands(), [this] { return Figures(); }, limits, std::move(links)});

@@ -52,6 +52,7 @@ struct Daemon::Impl {
   void MakeLines();
   Status StartModbus();
   Status StartDds();
+  void StopDds();
   control::GatewayInfo GatewayForStatus();
   void StartControl();
   void EndLines();

@@ -69,7 +69,7 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
       kept_(std::move(kept)),
       feed_(std::make_shared<events::EventFeed>(events::FeedLimits(), ConsumersOf(config))),
       records_(
-          config, store,
+          store,
           {.clocks = ReadClocks,
            .ask = [&commands](WriteCommand command) { return commands.Submit(std::move(command)); },
            .keep = [this](events::KeptRecord record) { log_.Keep(std::move(record)); }}),
@@ -86,6 +86,7 @@ void EventPath::AddPlaces(const config::Line& line) {
     if (!device.point_events) continue;
     its.watch = std::make_unique<events::DeviceWatch>(line.name, device);
   }
+  records_.Add(line);
 }
 
 void EventPath::Renumber(const config::Config& config,

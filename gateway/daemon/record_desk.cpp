@@ -40,16 +40,13 @@ bool IsGivenUp(const PointRecord& point) { return point.reported == Quality::bad
 
 }  // namespace
 
-RecordDesk::RecordDesk(const config::Config& config, const PointStore& store, Ends ends)
-    : store_(store), ends_(std::move(ends)) {
+void RecordDesk::Add(const config::Line& line) {
   const MutexLock lock(mutex_);
-  for (const config::Line& line : config.lines) {
-    for (const config::Device& device : line.devices) {
-      const auto index = static_cast<std::uint32_t>(debts_.size());
-      std::vector<Debt>& debts = debts_.emplace_back();
-      for (const config::Record& record : device.records) {
-        debts.push_back({.device = index, .record = &record});
-      }
+  for (const config::Device& device : line.devices) {
+    const auto index = static_cast<std::uint32_t>(debts_.size());
+    std::vector<Debt>& debts = debts_.emplace_back();
+    for (const config::Record& record : device.records) {
+      debts.push_back({.device = index, .record = &record});
     }
   }
 }
@@ -71,7 +68,7 @@ void RecordDesk::Start() {
 /// By the name of the device alone: it may have moved to another line.
 RecordDesk::Debt* RecordDesk::Find(const events::OwedRecord& owed) {
   for (std::uint32_t device = 0; device < debts_.size(); ++device) {
-    if (store_.device(device).name != owed.device) continue;
+    if (store_.gone(device) || store_.device(device).name != owed.device) continue;
     for (Debt& debt : debts_[device]) {
       if (debt.record->name == owed.name) return &debt;
     }

@@ -21,6 +21,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/model/config.h"
@@ -46,8 +47,11 @@ class RecordDesk {
     std::function<bool(WriteCommand command)> ask;  ///< as CommandSink::Submit
     std::function<void(events::KeptRecord record)> keep;
   };
-  /// `config` and `store` outlive it. What is asked for is answered before it goes.
-  RecordDesk(const config::Config& config, const PointStore& store, Ends ends);
+  /// `store` outlives it. What is asked for is answered before it goes.
+  RecordDesk(const PointStore& store, Ends ends) : store_(store), ends_(std::move(ends)) {}
+
+  /// The devices behind those that are known. `line` outlives this.
+  void Add(const config::Line& line);
 
   /// The lines can be asked. Not before.
   void Start();

@@ -16,7 +16,7 @@ Status Records::Open(const config::Config& config, const Links& links) {
   StartHistory(config, links.store);
   writes_ = std::make_unique<WritePath>(config, links.store, links.lines, place);
   if (KeepsEvents(config)) {
-    events_ = std::make_unique<EventPath>(config, links.store, place, links.kept);
+    events_ = std::make_unique<EventPath>(config, links.store, place, links.lines, links.kept);
   }
   if (state_) {
     memory_ = std::make_unique<DeviceMemory>(

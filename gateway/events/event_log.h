@@ -40,14 +40,10 @@ class EventLog final : public EventSource {
 
   /// `opened` is called once, when the file has opened: on the writing thread, or from here.
   void WhenOpened(std::function<void()> opened) { queue_.WhenOpened(std::move(opened)); }
-  bool opened() const {
-    const MutexLock lock(mutex_);
-    return opened_;
-  }
+  bool opened() const { return queue_.opened(); }
   /// A reload: all sources by their numbers; one that is gone has no names. What is known of a
   /// source goes with its names.
-  void Renumber(SourceNames sources);
-
+  void Renumber(SourceNames sources) { queue_.Renumber(std::move(sources)); }
   /// What the last batch of the source that is kept has said; from any thread. When opened.
   std::string said(Source source) const { return queue_.said(source); }
 
@@ -58,64 +54,19 @@ class EventLog final : public EventSource {
     return queue_.Acknowledge(query, std::move(done));
   }
   Result<Page> Read(const PageQuery& query) const override;
-  Result<PastPage> ReadPast(const PastQuery& query) const override;
 
  private:
   void Run();
   void WriteDue();
   Status Open();
-<<<<<<< ours
-||||||| base
-  void OnFirstOpened(const EventTable::Contents& contents) BAUDGATE_REQUIRES(mutex_);
-  Status RestoreAlarms();
-  /// `acks`: of these batches.
-  std::vector<Batch> TakeDue(std::vector<Ack>& acks);
-=======
-  void OnFirstOpened(const EventTable::Contents& contents) BAUDGATE_REQUIRES(mutex_);
-  Status RestoreAlarms();
-  void TakeNumbers() BAUDGATE_REQUIRES(mutex_);
-  /// `acks`: of these batches.
-  std::vector<Batch> TakeDue(std::vector<Ack>& acks);
->>>>>>> theirs
   void Feed(const std::vector<Batch>& batches);
   void TellOwed(const std::vector<Batch>& batches) const;
   void ReadBacklog();
 
   const Options options_;
-<<<<<<< ours
   EventQueue queue_;
-  EventFile file_;  // of the writing thread
-||||||| base
-  EventFile file_;  // of the writing thread
-  mutable Mutex mutex_;
-  std::condition_variable due_;
-  EventBook book_ BAUDGATE_GUARDED_BY(mutex_);
-  bool opened_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);
-  EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
-  std::optional<LastRun> last_run_ BAUDGATE_GUARDED_BY(mutex_);     // nothing: not opened yet
-  std::optional<EventRecord> started_ BAUDGATE_GUARDED_BY(mutex_);  // to be told
-  bool tells_end_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::vector<Ack> acks_ BAUDGATE_GUARDED_BY(mutex_);  // of what waits
-  bool restores_ = false;  // of the writing thread: the file may lack alarms
-  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
-=======
   SourceNames sources_;  // of the writing thread
   EventFile file_;       // likewise
-  mutable Mutex mutex_;
-  std::optional<SourceNames> renumbered_ BAUDGATE_GUARDED_BY(mutex_);  // to be sources_
-  std::condition_variable due_;
-  EventBook book_ BAUDGATE_GUARDED_BY(mutex_);
-  bool opened_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);
-  EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
-  std::optional<LastRun> last_run_ BAUDGATE_GUARDED_BY(mutex_);     // nothing: not opened yet
-  std::optional<EventRecord> started_ BAUDGATE_GUARDED_BY(mutex_);  // to be told
-  bool tells_end_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::vector<Ack> acks_ BAUDGATE_GUARDED_BY(mutex_);  // of what waits
-  bool restores_ = false;  // of the writing thread: the file may lack alarms
-  bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
->>>>>>> theirs
   std::thread thread_;
 };
 

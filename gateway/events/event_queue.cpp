@@ -4,13 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "gateway/base/shown.h"
 
 namespace baudgate::events {
 
-EventQueue::EventQueue(const LogOptions& options) : options_(options) {
+EventQueue::EventQueue(const LogOptions& options) : options_(options), sources_(options.sources) {
   const MutexLock lock(mutex_);
   state_.file = options_.file.string();
   state_.since = options_.clocks().wall;
@@ -92,6 +93,23 @@ void EventQueue::WhenOpened(std::function<void()> opened) {
     }
   }
   opened();
+}
+
+void EventQueue::Renumber(SourceNames sources) {
+  const MutexLock lock(mutex_);
+  std::map<Source, Source> moved;
+  for (std::size_t now = 0; now < sources.size(); ++now) {
+    if (sources[now].second.empty()) continue;
+    const auto was = std::ranges::find(sources_, sources[now]);
+    if (was == sources_.end() || was - sources_.begin() == static_cast<std::ptrdiff_t>(now)) {
+      continue;
+    }
+    moved.emplace(static_cast<Source>(was - sources_.begin()), static_cast<Source>(now));
+  }
+  book_.Move(moved);
+  if (options_.feed) options_.feed->Move(moved);
+  sources_ = std::move(sources);
+  renumbered_ = sources_;
 }
 
 std::string EventQueue::said(Source source) const {
@@ -193,6 +211,11 @@ bool EventQueue::OnOpened(const EventTable::Contents& contents) {
   return first;
 }
 
+std::optional<SourceNames> EventQueue::TakeNumbers() {
+  const MutexLock lock(mutex_);
+  return std::exchange(renumbered_, std::nullopt);
+}
+
 EventQueue::Round EventQueue::Take() {
   const Now now = options_.clocks();
   const MutexLock lock(mutex_);
@@ -200,7 +223,7 @@ EventQueue::Round EventQueue::Take() {
     book_.TellFirst(StartRecord(start->version, last_run_, start->at));
   }
   if (state_.disk == Disk::fine) book_.TellLeftOut(now);
-  return {book_.Due(), records_, acks_.Take()};
+  return {book_.Due(), records_, acks_.Take(), std::exchange(renumbered_, std::nullopt)};
 }
 
 std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::int64_t oldest) {

@@ -37,6 +37,11 @@ class EventQueue {
   void End(Duration most);
   std::size_t Acknowledge(const AckQuery& query, AckDesk::Done done);
   void WhenOpened(std::function<void()> opened);
+  bool opened() const {
+    const MutexLock lock(mutex_);
+    return opened_;
+  }
+  void Renumber(SourceNames sources);
   /// Await returns: `now`, or within a tick.
   void Look(bool now);
 
@@ -50,11 +55,14 @@ class EventQueue {
   /// Whether it is the first time.
   bool OnOpened(const EventTable::Contents& contents);
 
+  /// Others than before, from now on.
+  std::optional<SourceNames> TakeNumbers();
   /// What shares the next commit.
   struct Round {
     std::vector<Batch> batches{};
     std::vector<KeptRecord> records{};
     std::vector<AckDesk::Ack> acks{};
+    std::optional<SourceNames> numbers{};  ///< of these batches, where they are others than before
   };
   Round Take();
   /// All of it is on the disk, or why not; `oldest` that the file has. The sources that may be
@@ -80,8 +88,10 @@ class EventQueue {
   std::condition_variable due_;
   std::condition_variable done_;
   EventBook book_ BAUDGATE_GUARDED_BY(mutex_);
-  std::vector<KeptRecord> records_ BAUDGATE_GUARDED_BY(mutex_);  // that wait
-  AckDesk acks_ BAUDGATE_GUARDED_BY(mutex_);                     // of what waits
+  SourceNames sources_ BAUDGATE_GUARDED_BY(mutex_);                    // of the book
+  std::optional<SourceNames> renumbered_ BAUDGATE_GUARDED_BY(mutex_);  // to be taken
+  std::vector<KeptRecord> records_ BAUDGATE_GUARDED_BY(mutex_);        // that wait
+  AckDesk acks_ BAUDGATE_GUARDED_BY(mutex_);                           // of what waits
   EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
   bool opened_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);

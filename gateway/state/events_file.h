@@ -14,13 +14,7 @@ namespace baudgate {
 /// Written into the file, so that it is not taken for another program's: "BGev".
 inline constexpr std::int64_t kEventsApplication = 0x42476576;
 /// Of the tables; one more for each change of them.
-<<<<<<< ours
-inline constexpr std::int64_t kEventsVersion = 5;
-||||||| base
-inline constexpr std::int64_t kEventsVersion = 3;
-=======
-inline constexpr std::int64_t kEventsVersion = 4;
->>>>>>> theirs
+inline constexpr std::int64_t kEventsVersion = 6;
 
 using OpenedEvents = OpenedDatabase;
 
