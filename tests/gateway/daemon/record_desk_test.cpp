@@ -40,16 +40,19 @@ class RecordDeskTest : public ::testing::Test {
  protected:
   explicit RecordDeskTest(bool tells_events = true)
       : config_(Configured(tells_events)),
-        desk_(config_, store_,
-              {.clocks = [this] { return now_; },
-               .ask =
-                   [this](WriteCommand command) {
-                     if (takes_) asked_.push_back(std::move(command));
-                     return takes_;
-                   },
-               .keep = [this](KeptRecord record) { kept_.push_back(std::move(record)); }}) {}
+        desk_(store_, {.clocks = [this] { return now_; },
+                       .ask =
+                           [this](WriteCommand command) {
+                             if (takes_) asked_.push_back(std::move(command));
+                             return takes_;
+                           },
+                       .keep = [this](KeptRecord record) { kept_.push_back(std::move(record)); }}) {
+  }
 
-  void SetUp() override { desk_.Start(); }
+  void SetUp() override {
+    for (const config::Line& line : config_.lines) desk_.Add(line);
+    desk_.Start();
+  }
   void Owe(std::int64_t event) {
     desk_.Owe({{event, "bay-1", "feeder-1", "trip", now_.wall, events::ClockQuality::device}});
   }
@@ -242,7 +245,7 @@ TEST_F(RecordDeskTest, WhatIsNotConfiguredAnyMoreIsTold) {
 }
 
 TEST_F(RecordDeskTest, NobodyIsAskedBeforeTheLinesAreThere) {
-  RecordDesk early(config_, store_,
+  RecordDesk early(store_,
                    {.clocks = [this] { return now_; },
                     .ask =
                         [this](WriteCommand command) {
@@ -250,6 +253,7 @@ TEST_F(RecordDeskTest, NobodyIsAskedBeforeTheLinesAreThere) {
                           return true;
                         },
                     .keep = [this](KeptRecord record) { kept_.push_back(std::move(record)); }});
+  early.Add(config_.lines[0]);
   early.Owe({{412, "bay-1", "feeder-1", "trip", {}, {}}});
   early.OnRead(0, now_.instant);
   EXPECT_THAT(asked_, IsEmpty());

@@ -17,6 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const std::string kNextEvents = std::to_string(kEventsVersion + 1);
+
 class Versions : public ::testing::Test {
  protected:
   Versions() {
@@ -76,7 +78,8 @@ TEST_F(Versions, TodaysAndForeignFilesAreFine) {
 
 TEST_F(Versions, NewerEventsAreLeftAlone) {
   MakeNewer("events.db", kEventsApplication);
-  ExpectRefused("events.db", "version 4 of the file, this one knows 3");
+  ExpectRefused("events.db", "version " + kNextEvents + " of the file, this one knows " +
+                                 std::to_string(kEventsVersion));
 }
 
 TEST_F(Versions, NewerValuesAndTrendsAreLeftAlone) {
@@ -97,16 +100,17 @@ TEST_F(Versions, ALogThatWasLeftCounts) {
   const fs::path away = folder_ / "away.db";
   {
     Database database(away.string(), Database::Mode::write);
-    ASSERT_TRUE(
-        database.Execute("PRAGMA journal_mode=WAL; CREATE TABLE novel (x); PRAGMA application_id=" +
-                         std::to_string(kEventsApplication) + "; PRAGMA user_version=4"));
+    ASSERT_TRUE(database.Execute(
+        "PRAGMA journal_mode=WAL; CREATE TABLE novel (x); PRAGMA application_id=" +
+        std::to_string(kEventsApplication) + "; PRAGMA user_version=" + kNextEvents));
     for (const char* tail : {"", "-wal"}) {
       fs::copy_file(away.string() + tail, (folder_ / "events.db").string() + tail);
     }
   }
   fs::remove(away);
   ASSERT_GT(fs::file_size(folder_ / "events.db-wal"), 0U);
-  EXPECT_NE(NewerStateIn(folder_).find("version 4 of the file"), std::string::npos);
+  EXPECT_NE(NewerStateIn(folder_).find("version " + kNextEvents + " of the file"),
+            std::string::npos);
 }
 
 TEST_F(Versions, DevicesJsonOfTheFirstBaudgate) {
