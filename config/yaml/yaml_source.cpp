@@ -33,6 +33,11 @@ std::string QuotingHint(const Source& source, int last_line) {
       return "; the value after '" + std::string(key) + "' in line " + std::to_string(line) +
              " begins with '" + text[at] + "' and needs quotes";
     }
+    // "- *.*.current_*" and "[*.*.*]": patterns.
+    for (const char* const begin : {"- *", "[*", "[ *", ", *"}) {
+      if (text.find(begin) == std::string_view::npos) continue;
+      return "; what begins with '*' in line " + std::to_string(line) + " needs quotes";
+    }
   }
   return {};
 }

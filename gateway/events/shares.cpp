@@ -12,7 +12,10 @@ Shares::Key Shares::KeyOf(const EventRecord& record) {
 }
 
 void Shares::Fill(Share& share, Instant now) {
-  if (share.left == kAtOnce) share.filled = now;
+  if (share.left == kAtOnce) {
+    share.filled = now;
+    share.settles = kSettles;
+  }
   const auto more = std::min<std::int64_t>((now - share.filled) / kEach, kAtOnce - share.left);
   share.left += static_cast<int>(more);
   share.filled += more * kEach;
@@ -30,6 +33,7 @@ bool Shares::Take(const EventRecord& record, bool room, Instant now) {
   ++share.left_out;
   ++left_out_;
   share.last = record;
+  share.last_at = now;
   return false;
 }
 
@@ -43,8 +47,12 @@ std::vector<EventRecord> Shares::TakeLeftOut(Now now, bool all) {
   for (auto& [key, share] : shares_) {
     if (share.left_out == 0) continue;
     Fill(share, now.instant);
-    if (share.left == 0 && !all) continue;
-    share.left = std::max(0, share.left - 1);
+    if (share.left == 0) {
+      if (!all && now.instant < share.SettledAt()) continue;
+      share.settles = std::min(2 * share.settles, kEach);
+    } else {
+      --share.left;
+    }
     ++share.waiting;
     const std::uint64_t more = std::exchange(share.left_out, 0) - 1;
     if (more > 0) records.push_back(LeftOutRecord(more, share.last, share.since, now.wall));
@@ -58,7 +66,8 @@ std::optional<Instant> Shares::NextAt() const {
   std::optional<Instant> next;
   for (const auto& [key, share] : shares_) {
     if (share.left_out == 0) continue;
-    const Instant at = share.left > 0 ? Instant::min() : share.filled + kEach;
+    const Instant at =
+        share.left > 0 ? Instant::min() : std::min(share.filled + kEach, share.SettledAt());
     if (!next || at < *next) next = at;
   }
   return next;

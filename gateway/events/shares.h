@@ -1,9 +1,11 @@
 // How much of the log each thing that happens may take: what flaps must not crowd out the others.
 // Twenty at once, then one a minute. What is beyond is left out, but for the last, so that what the
-// log says in the end is how it is. Kept are events of one code of one device, port or point.
+// log says in the end is how it is: told in its minute, or as soon as it has settled, which takes
+// two seconds, and twice as long each time. Kept are events of one code of one device, port or
+// point.
 //
-//   40 x port down, port up within a minute     20 of them
-//   a minute later                              "20 more were left out", and the last of them
+//   61 x tripped, reset within seconds     20 of them
+//   2 s later                              "40 events like the next left out", and the last
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,6 +25,7 @@ class Shares {
  public:
   static constexpr int kAtOnce = 20;
   static constexpr Duration kEach = std::chrono::minutes(1);
+  static constexpr Duration kSettles = std::chrono::seconds(2);
 
   /// False: it is left out. `room`: there is some for anybody.
   bool Take(const EventRecord& record, bool room, Instant now);
@@ -45,6 +48,10 @@ class Shares {
     std::uint64_t left_out = 0;
     WallTime since{};  ///< of the first of them
     EventRecord last{};
+    Instant last_at{};
+    Duration settles = kSettles;
+
+    Instant SettledAt() const { return last_at + settles; }
   };
   static Key KeyOf(const EventRecord& record);
   static void Fill(Share& share, Instant now);

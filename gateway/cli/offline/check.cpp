@@ -101,7 +101,7 @@ void PrintListener(const config::Listener& listener, std::ostream& out) {
       << FormatDuration(listener.idle_timeout) << " without a request\n";
 }
 
-std::string Describe(const config::Dds& dds) {
+std::string Describe(const config::Dds& dds, bool events) {
   if (!dds.enabled) return "off";
   std::string text = "domain " + std::to_string(dds.domain) + " on " +
                      Joined(dds.interfaces, [](const std::string& address) { return address; });
@@ -116,6 +116,7 @@ std::string Describe(const config::Dds& dds) {
   }
   if (!dds.profiles.empty()) text += ", profiles of " + dds.profiles;
   text += "; topics baudgate/points, baudgate/devices, baudgate/gateways";
+  if (events) text += ", baudgate/events, baudgate/alarms";
   return text + (dds.write ? "; write: allow, so that whoever reaches the domain may write what "
                              "devices allow, on baudgate/write"
                            : "; write: deny");
@@ -273,7 +274,7 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
   for (const config::Listener& listener : config.modbus.listen) {
     if (config.modbus.enabled) PrintListener(listener, out);
   }
-  out << "dds " << Describe(config.dds) << '\n';
+  out << "dds " << Describe(config.dds, KeepsEvents(config)) << '\n';
   if (!security.empty()) out << "  security   " << security << '\n';
   if (NeedsState(config, catalog)) {
     out << "state " << StateFolderOf(StatePlaces::Here(config.state), config.name).string()

@@ -51,8 +51,8 @@ TEST_F(SharesTest, TellHowManyAndTheLast) {
   Taken("a", 40);
   Keep("a", Shares::kAtOnce);
   EXPECT_THAT(shares_.TakeLeftOut(now_), IsEmpty());
-  ASSERT_EQ(shares_.NextAt(), now_.instant + Shares::kEach);
-  Pass(Shares::kEach);
+  ASSERT_EQ(shares_.NextAt(), now_.instant + Shares::kSettles);
+  Pass(Shares::kSettles);
   const auto told = shares_.TakeLeftOut(now_);
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[0].code, CodeOf(OwnCode::left_out));
@@ -61,9 +61,29 @@ TEST_F(SharesTest, TellHowManyAndTheLast) {
   EXPECT_EQ(told[1].code, CodeOf(OwnCode::port_down));
   EXPECT_EQ(told[1].text, "39");
   EXPECT_EQ(shares_.NextAt(), std::nullopt);
-  EXPECT_FALSE(Take("a")) << "that was this minute's";
-  Pass(Shares::kEach);
+  EXPECT_FALSE(Take("a"));
+  EXPECT_EQ(shares_.NextAt(), now_.instant + 2 * Shares::kSettles);
+  Pass(2 * Shares::kSettles);
   EXPECT_EQ(shares_.TakeLeftOut(now_).size(), 1U) << "one alone is told as it is";
+}
+
+/// Every 2.5 s for an hour: more and more seldom, at last one a minute and a few.
+TEST_F(SharesTest, WhatFlapsForLongDoesNotSettle) {
+  Taken("a", Shares::kAtOnce);
+  Keep("a", Shares::kAtOnce);
+  std::size_t told = 0;
+  for (Duration passed{}; passed < 1h; passed += 2500ms) {
+    if (Take("a")) {
+      ++told;
+      Keep("a", 1);
+    }
+    Pass(2500ms);
+    for (const EventRecord& one : shares_.TakeLeftOut(now_)) {
+      told += one.code == CodeOf(OwnCode::port_down) ? 1 : 0;
+      Keep("a", 1);
+    }
+  }
+  EXPECT_LE(told, 65U);
 }
 
 /// That some were left out is no alarm, whatever they were.
