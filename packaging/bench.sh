@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures the figures of docs/performance.md on this machine, each as a ratio in one run.
-# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [history] [tag] [harm] [image] [participants]    all but the last without arguments; a quarter of an hour
+# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [history] [tag] [harm] [image] [participants] [events]    all but the last two without arguments; a quarter of an hour
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
@@ -12,7 +12,7 @@ dds=()
 others=()
 for part in "$@"; do
   case $part in
-    image | participants) dds+=("$part") ;;
+    image | participants | events) dds+=("$part") ;;
     *) others+=("$part") ;;
   esac
 done
@@ -22,5 +22,6 @@ for part in "${dds[@]}"; do
   case $part in
     image) build/release/baudgate_dds_bench image ;;
     participants) build/release/baudgate_dds_bench participants build/release/baudgate "${SUBSCRIBERS:-20}" ;;
+    events) tests/bench/event_to_dds.py build/release ;;
   esac
 done

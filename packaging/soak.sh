@@ -7,7 +7,8 @@
 #        packaging/soak.sh datagrams [MINUTES]  what DDS is let read, fuzzed for 10 minutes from its corpus
 #        packaging/soak.sh discovery [ROUNDS]  ten DDS gateways found by two discovery servers, then by peers; 50 kills each
 #        packaging/soak.sh audit [KILLS]    the gateway killed 200 times while a client writes; every write on the wire has its record
-#        packaging/soak.sh events [KILLS]   the gateway killed 200 times in bursts of events of a relay, which forgets what it has told; each is kept once
+#        packaging/soak.sh events [THOUSANDS] [KILLS]  a million events of relays and meters under virtual time, over kills and power cuts: file, DDS and Modbus
+#                                           get each once, in order; then the real gateway killed 200 times in bursts of events of a relay
 #        packaging/soak.sh service [MINUTES]  a gateway with 14 devices, without and with DDS: watched for 30 minutes, then killed 50 times
 #        packaging/soak.sh fuzz [RUNS]      every fuzz target, 10,000,000 executions each: some hours
 # An existing build of the targets is taken from $BAUDGATE_FUZZ_BUILD.
@@ -92,12 +93,15 @@ soak_audit() {
   BAUDGATE_AUDIT_KILLS=$kills build/release/tests/system_audit_tests --gtest_filter='*Killed*'
 }
 
-# One line: kills, events.
+# Two lines: events, kills, power cuts; kills, events.
 soak_events() {
-  local kills=${1:-200}
+  local thousands=${1:-1000} kills=${2:-200}
+  whole "$thousands"
   whole "$kills"
   install_packages
-  build release baudgate spabus_module system_events_tests
+  build release baudgate spabus_module event_soak_test system_events_tests
+  say "$thousands thousand events under virtual time"
+  BAUDGATE_SOAK_EVENTS=${thousands}000 build/release/tests/event_soak_test
   say "a gateway that is killed $kills times while a relay has bursts of events"
   BAUDGATE_EVENT_KILLS=$kills build/release/tests/system_events_tests --gtest_filter='*Killed*'
 }

@@ -20,12 +20,15 @@ void EventSender::StartAnew() {
 bool EventSender::FindPlace() {
   const std::uint64_t newest = supply_->newest();
   if (newest == 0) return false;
-  const std::uint64_t image = newest > kEventImage ? newest - kEventImage : 0;
-  if (const auto before = supply_->place(); before && !ever_) {
-    place_ = std::min(before->seq, before->sure ? newest : image);
+  const auto before = [](std::uint64_t seq) { return seq > kEventImage ? seq - kEventImage : 0; };
+  const auto kept = ever_ ? std::nullopt : supply_->place();
+  if (kept) reached_ = std::min(kept->seq, newest);
+  if (kept && kept->sure) {
+    place_ = reached_;
   } else {
-    place_ = ever_ ? std::min(place_, image) : image;
+    place_ = before(ever_ || kept ? reached_ : newest);
   }
+  reached_ = std::max(reached_, place_);
   placed_ = ever_ = true;
   return true;
 }
@@ -35,7 +38,7 @@ bool EventSender::Load() {
   next_ = 0;
   if (batch_.empty()) return false;
   const std::uint64_t first = batch_.front().seq;
-  if (first > place_ + 1) skipped_ += first - place_ - 1;
+  if (first > reached_ + 1) skipped_ += first - reached_ - 1;
   return true;
 }
 
@@ -51,8 +54,9 @@ const EventSample* EventSender::Next() {
 
 void EventSender::GoTo(std::uint64_t seq) {
   place_ = seq;
+  reached_ = std::max(reached_, seq);
   ++next_;
-  supply_->Keep({seq, false});
+  supply_->Keep({reached_, false});
 }
 
 void EventSender::OnSent() {
@@ -61,7 +65,7 @@ void EventSender::OnSent() {
 }
 
 void EventSender::Confirm() {
-  if (ever_ && Next() == nullptr) supply_->Keep({place_, true});
+  if (ever_ && place_ == reached_) supply_->Keep({reached_, true});
 }
 
 }  // namespace baudgate::dds

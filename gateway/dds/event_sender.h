@@ -5,9 +5,9 @@
 //   there are 1 … 5000, and somebody comes    → 4001, 4002 … 5000
 //   5001 happens                              → 5001
 //   he leaves after 5001, another comes       → 4002 … 5001
-//   5002 … 7500 happen before another comes   → 5002 … 7500: those that nobody had, too
+//   5002 … 7500 happen before another comes   → 4002 … 7500: those that nobody had, too
 //   an orderly end, a start, and 7501         → 7501
-//   a kill and a start                        → 6502 … 7501
+//   a kill and a start                        → 6502 … 7501: some may have been lost on their way
 //
 // What has left the supply before it was taken is skipped, and counted.
 // SPDX-License-Identifier: Apache-2.0
@@ -21,7 +21,7 @@
 
 namespace baudgate::dds {
 
-/// Of the newest, to whoever takes samples anew.
+/// Of the newest, to whoever takes samples anew; and so many before the last that was sent.
 inline constexpr std::uint64_t kEventImage = 1000;
 
 class EventSender {
@@ -33,7 +33,7 @@ class EventSender {
   /// The one to be sent; null: none now. The same until OnSent.
   const EventSample* Next();
   void OnSent();
-  /// Subscribers have all that there is.
+  /// Subscribers have all that was sent.
   void Confirm();
 
   /// From any thread.
@@ -46,9 +46,10 @@ class EventSender {
   bool Load();
 
   EventSupply* const supply_;
-  bool placed_ = false;      ///< for whoever takes samples now
-  bool ever_ = false;        ///< for anybody
-  std::uint64_t place_ = 0;  ///< number of the last that was sent
+  bool placed_ = false;        ///< for whoever takes samples now
+  bool ever_ = false;          ///< for anybody
+  std::uint64_t place_ = 0;    ///< number of the last that was sent
+  std::uint64_t reached_ = 0;  ///< the highest of these; what is sent before it comes once more
   std::vector<EventSample> batch_;
   std::size_t next_ = 0;  ///< of batch_
   std::atomic<std::uint64_t> sent_ = 0;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/alarm_board.h"
 
-#include <algorithm>
-
 namespace baudgate::events {
 
 void AlarmBoard::Update(const Alarm& alarm) {
@@ -16,12 +14,13 @@ void AlarmBoard::Update(const Alarm& alarm) {
 }
 
 void AlarmBoard::Forget() {
-  const auto normal = std::ranges::find_if(by_version_, [this](const auto& one) {
-    return alarms_.at(one.second).alarm.state == AlarmState::normal;
-  });
-  if (normal == by_version_.end()) return;
-  alarms_.erase(normal->second);
-  by_version_.erase(normal);
+  for (auto at = by_version_.begin(); at != by_version_.end(); ++at) {
+    const auto found = alarms_.find(at->second);
+    if (found->second.alarm.state != AlarmState::normal) continue;
+    alarms_.erase(found);
+    by_version_.erase(at);
+    return;
+  }
 }
 
 std::vector<AlarmBoard::Change> AlarmBoard::Take(std::uint64_t after, std::size_t most) const {

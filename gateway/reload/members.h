@@ -70,15 +70,20 @@ inline auto MembersOf(const config::Writing& its) {
 }
 
 inline auto MembersOf(const config::PointEvent& its) {
-  const auto& [on, value, hysteresis, delay, text, alarm] = its;
-  return Name({"on", "value", "hysteresis", "delay", "text", "alarm"}, on, value, hysteresis, delay,
-              text, alarm);
+  const auto& [on, value, hysteresis, delay, text, alarm, normal, record] = its;
+  return Name({"on", "value", "hysteresis", "delay", "text", "alarm", "normal", "record"}, on,
+              value, hysteresis, delay, text, alarm, normal, record);
 }
 
 inline auto MembersOf(const config::EventText& its) {
-  const auto& [channel, code, state, text, alarm, until] = its;
-  return Name({"channel", "code", "state", "text", "alarm", "until"}, channel, code, state, text,
-              alarm, until);
+  const auto& [channel, code, state, text, alarm, until, record] = its;
+  return Name({"channel", "code", "state", "text", "alarm", "until", "record"}, channel, code,
+              state, text, alarm, until, record);
+}
+
+inline auto MembersOf(const config::Record& its) {
+  const auto& [name, points] = its;
+  return Name({"name", "points"}, name, points);
 }
 
 inline auto MembersOf(const config::Identity& its) {
@@ -100,14 +105,15 @@ inline auto MembersOf(const config::Point& its) {
 inline auto MembersOf(const config::Device& its) {
   const auto& [name, address, protocol, profile, title, unit, enabled, trust_order, poll, slow,
                daily, max_age, dead_age, on_bad, word_order, retries, timing, serial, identity,
-               options, points, events, point_events, event_texts, mark] = its;
-  return Name({"name",     "address",     "protocol",   "profile", "title",        "unit",
-               "enabled",  "trust_order", "poll",       "slow",    "daily",        "max_age",
-               "dead_age", "on_bad",      "word_order", "retries", "timing",       "serial",
-               "identity", "options",     "points",     "events",  "point_events", "event texts"},
-              name, address, protocol, profile, title, unit, enabled, trust_order, poll, slow,
-              daily, max_age, dead_age, on_bad, word_order, retries, timing, serial, identity,
-              options, points, events, point_events, event_texts);
+               options, points, events, point_events, event_texts, records, mark] = its;
+  return Name(
+      {"name",        "address",      "protocol",    "profile", "title",    "unit",     "enabled",
+       "trust_order", "poll",         "slow",        "daily",   "max_age",  "dead_age", "on_bad",
+       "word_order",  "retries",      "timing",      "serial",  "identity", "options",  "points",
+       "events",      "point_events", "event texts", "records"},
+      name, address, protocol, profile, title, unit, enabled, trust_order, poll, slow, daily,
+      max_age, dead_age, on_bad, word_order, retries, timing, serial, identity, options, points,
+      events, point_events, event_texts, records);
 }
 
 inline auto MembersOf(const config::Line& its) {

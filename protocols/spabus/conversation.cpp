@@ -118,7 +118,7 @@ class SpaConversation final : public Conversation {
     return std::move(exchange.answer);
   }
 
-  void Stamp(Request& request, Now arrives, Duration character, Duration /*character*/) override {
+  void Stamp(Request& request, Now arrives, Duration character) override {
     const bool asks = request.expect.reply != Expectation::Reply::none;
     if (asks) return offset_.OnSent(arrives, character);
     request = ClockRequest(ItemOf(request), arrives.wall + settings_.clock_delay);

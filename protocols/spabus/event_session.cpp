@@ -76,7 +76,10 @@ Answer EventSession::OnAnswer(Exchange exchange, Instant now) {
 
 Answer EventSession::OnEvents(Exchange exchange, bool again, Instant now) {
   Answer answer;
-  EventBatch batch{ParseEvents(exchange.data), std::move(exchange.data), again, false};
+  EventBatch batch;
+  batch.events = ParseEvents(exchange.data);
+  batch.said = std::move(exchange.data);
+  batch.again = again;
   if (batch.events.empty()) {
     if (again) return GoOn();
     batch.drained = true;

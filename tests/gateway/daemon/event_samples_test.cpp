@@ -33,5 +33,50 @@ TEST(EventSamples, SayWhoseEventItIs) {
   EXPECT_EQ(samples[3].gateway, "") << "not configured any more: not published";
 }
 
+TEST(EventSamples, KeepTheirPlaceAmongTheEvents) {
+  const auto feed = std::make_shared<events::EventFeed>(
+      events::FeedLimits(), std::set<std::string>{events::kDdsConsumer});
+  EventSamples samples("plant", feed);
+  EXPECT_FALSE(samples.place());
+  samples.Keep({7, true});
+  EXPECT_EQ(feed->cursor("dds"), (events::Cursor{7, true}));
+  EXPECT_EQ(samples.place()->seq, 7U);
+  EXPECT_TRUE(samples.place()->sure);
+}
+
+TEST(EventSamples, AreAlarmsAsTheyAreNow) {
+  const auto feed = std::make_shared<events::EventFeed>();
+  events::FedEvent event = Event(4, "bay-1", "feeder-1", 0);
+  events::Alarm& alarm = event.record.alarm.emplace();
+  alarm.line = "bay-1";
+  alarm.device = "feeder-1";
+  alarm.name = "current above 5";
+  alarm.point = "current";
+  alarm.state = events::AlarmState::acknowledged;
+  alarm.priority = config::AlarmPriority::high;
+  alarm.seq = 4;
+  alarm.raised = WallTime(5s);
+  alarm.changed = WallTime(6s);
+  alarm.text = "current 8: above 5";
+  alarm.by = "modbus 10.0.0.7:40112";
+  feed->Add({event});
+  EventSamples samples("plant", feed);
+  const auto alarms = samples.TakeAlarms(0, 10);
+  ASSERT_EQ(alarms.size(), 1U);
+  EXPECT_EQ(alarms[0].sample, (dds::AlarmSample{.gateway = "plant",
+                                                .line = "bay-1",
+                                                .device = "feeder-1",
+                                                .name = "current above 5",
+                                                .point = "current",
+                                                .state = 2,
+                                                .priority = 3,
+                                                .seq = 4,
+                                                .raised_time_ns = 5'000'000'000,
+                                                .changed_time_ns = 6'000'000'000,
+                                                .text = "current 8: above 5",
+                                                .acknowledged_by = "modbus 10.0.0.7:40112"}));
+  EXPECT_TRUE(samples.TakeAlarms(alarms[0].version, 10).empty());
+}
+
 }  // namespace
 }  // namespace baudgate

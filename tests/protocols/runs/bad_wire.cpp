@@ -101,6 +101,21 @@ Bytes BadWire::Flip(Bytes reply, std::size_t from, std::size_t length, std::size
   return reply;
 }
 
+Bytes Spoiled(Bytes reply, std::mt19937& random) {
+  if (reply.empty()) return reply;
+  const std::size_t at = random() % reply.size();
+  switch (random() % 3) {
+    case 0:
+      return {};
+    case 1:
+      reply.resize(at);
+      return reply;
+    default:
+      reply[at] ^= static_cast<std::uint8_t>(1U << random() % 7);
+      return reply;
+  }
+}
+
 std::vector<Setup> DamagedLines() {
   std::vector<Setup> lines = RealLines();
   lines.push_back(RealLine("Spa9600"));

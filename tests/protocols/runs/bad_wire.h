@@ -62,6 +62,10 @@ class BadWire {
   std::size_t undetected_ = 0;
 };
 
+/// What becomes of a reply on the worst day: it is lost, cut short, or one of its bits is turned,
+/// which any checksum tells.
+Bytes Spoiled(Bytes reply, std::mt19937& random);
+
 /// The real lines, and SPA Bus with a port that does not check parity, which leaves the weak
 /// exclusive-or alone with the damage.
 std::vector<Setup> DamagedLines();

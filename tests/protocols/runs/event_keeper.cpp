@@ -33,6 +33,7 @@ void EventKeeper::Begin(int power_left) {
 
 void EventKeeper::End(std::mt19937& random) {
   file_.reset();
+  feed_.reset();
   waiting_.clear();
   if (disk_.power_failed()) disk_.Restore(random);
 }
@@ -49,13 +50,26 @@ bool EventKeeper::Keep(const ReportedEvents& reported, const config::Device& dev
                 events::RecordsOf(reported.batch, "line", device, reported.received.wall,
                                   reported.oldest)});
   }
-  if (const auto opened = file_->Open()) {
-    if (!opened->ok) return false;
-    EXPECT_TRUE(opened->put_aside.empty()) << opened->put_aside;
-    book_->OnOpened(opened->contents.last, opened->contents.said);
-  }
+  return Write() && waiting_.count(reported.device) == 0;
+}
+
+bool EventKeeper::Open() {
+  auto opened = file_->Open();
+  if (!opened) return true;
+  if (!opened->ok) return false;
+  EXPECT_TRUE(opened->put_aside.empty()) << opened->put_aside;
+  book_->OnOpened(opened->contents.last, opened->contents.said);
+  if (!feed_) return true;
+  feed_->cursors().OnOpened(opened->contents.cursors);
+  feed_->Begin(std::move(opened->contents.image));
+  return true;
+}
+
+bool EventKeeper::Write() {
+  if (!Open()) return false;
   const auto due = book_->Due();
-  if (!file_->Write(due)) return false;
+  const auto cursors = feed_ ? feed_->cursors().Due() : std::nullopt;
+  if (!file_->Write(due, cursors ? &*cursors : nullptr)) return false;
   for (const events::Batch& batch : due) {
     for (const events::EventRecord& event : batch.events) {
       if (event.record.empty()) continue;
@@ -63,8 +77,31 @@ bool EventKeeper::Keep(const ReportedEvents& reported, const config::Device& dev
           {event.seq, event.line, event.device, event.record, event.device_time, event.clock});
     }
   }
+  if (cursors) feed_->cursors().OnKept(*cursors);
+  if (feed_) {
+    std::vector<events::FedEvent> fed;
+    for (const events::Batch& batch : due) {
+      for (const auto& event : batch.events) fed.push_back({batch.source, event});
+    }
+    feed_->Add(fed);
+  }
   for (const events::Source source : book_->Kept(due.size())) waiting_.erase(source);
-  return waiting_.count(reported.device) == 0;
+  return true;
+}
+
+void EventKeeper::SetFeed(std::shared_ptr<events::EventFeed> feed) {
+  feed_ = std::move(feed);
+  feed_->ServeWith([](bool) {});
+}
+
+bool EventKeeper::Serve() {
+  if (!Write()) return false;
+  while (const auto after = feed_->wanted()) {
+    auto events = file_->ReadBehind(*after);
+    if (!events) return false;
+    feed_->Supply(*after, std::move(*events));
+  }
+  return true;
 }
 
 bool EventKeeper::Keep(const events::KeptRecord& record) {

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/events/event_feed.h"
 #include "gateway/events/event_file.h"
 #include "gateway/events/event_page.h"
 #include "gateway/events/record_page.h"
@@ -34,6 +35,11 @@ class EventKeeper {
   /// What the file owes at Begin, or since this was called last.
   std::vector<events::OwedRecord> TakeOwed() { return std::exchange(owed_, {}); }
   bool Keep(const events::KeptRecord& record);
+  /// Between Begin and End: hears of what is on the disk, and has its cursors kept.
+  void SetFeed(std::shared_ptr<events::EventFeed> feed);
+  /// What the feed asks for is done. False: the disk fails.
+  bool Serve();
+
   /// What the file held at Begin of what the device has said last.
   std::string Said(std::uint32_t device) const;
   bool power_failed() const { return disk_.power_failed(); }
@@ -46,10 +52,14 @@ class EventKeeper {
   std::size_t asked_again = 0;  ///< batches that came once more
 
  private:
+  bool Open();
+  bool Write();
+
   audit::FaultyDisk disk_;
   events::SourceNames names_;
   std::unique_ptr<events::EventBook> book_;
   std::unique_ptr<events::EventFile> file_;
+  std::shared_ptr<events::EventFeed> feed_;  // null: nobody hears
   std::map<events::Source, std::string> said_;
   std::vector<events::OwedRecord> owed_;
   std::set<std::uint32_t> waiting_;  // devices whose batch is in the book

@@ -6,6 +6,7 @@
 
 #include <random>
 
+#include "tests/protocols/runs/bad_wire.h"
 #include "tests/protocols/runs/event_keeper.h"
 #include "tests/protocols/runs/rig.h"
 
@@ -86,18 +87,7 @@ class Station {
   void SpoilWire(Manner& manner) {
     manner.distort = [this, &manner](Bytes reply) {
       manner.dead = false;
-      if (!Strikes() || reply.empty()) return reply;
-      const std::size_t at = random_() % reply.size();
-      switch (random_() % 3) {
-        case 0:
-          return Bytes();
-        case 1:
-          reply.resize(at);
-          return reply;
-        default:
-          reply[at] ^= static_cast<std::uint8_t>(1U << random_() % 7);  // the checksum tells
-          return reply;
-      }
+      return Strikes() ? Spoiled(std::move(reply), random_) : reply;
     };
   }
   bool Strikes() { return troubles_.wire_one_in > 0 && random_() % troubles_.wire_one_in == 0; }

@@ -8,6 +8,7 @@
 #include <map>
 #include <random>
 
+#include "tests/protocols/runs/bad_wire.h"
 #include "tests/protocols/runs/event_keeper.h"
 #include "tests/protocols/runs/rig.h"
 
@@ -108,18 +109,7 @@ class Meters {
   void SpoilWire(Manner& manner) {
     manner.distort = [this, &manner](Bytes reply) {
       manner.think = OneIn(troubles_.late_one_in) ? 1s : 20ms;
-      if (!OneIn(troubles_.wire_one_in) || reply.empty()) return reply;
-      const std::size_t at = random_() % reply.size();
-      switch (random_() % 3) {
-        case 0:
-          return Bytes();
-        case 1:
-          reply.resize(at);
-          return reply;
-        default:
-          reply[at] ^= static_cast<std::uint8_t>(1U << random_() % 7);  // the checksum tells
-          return reply;
-      }
+      return OneIn(troubles_.wire_one_in) ? Spoiled(std::move(reply), random_) : reply;
     };
   }
 
