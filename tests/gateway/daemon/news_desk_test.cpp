@@ -28,6 +28,7 @@ class NewsDeskTest : public ::testing::Test, private EventSink {
 
  private:
   void OnReported(ReportedEvents) override {}
+  void OnDrained(std::uint32_t, Instant) override {}
   void OnRead(std::uint32_t, std::span<const std::uint32_t>, Now) override {}
   void OnNews(const config::Line&, const News& news, Now) override {
     told_.push_back(std::to_string(static_cast<int>(news.what)) + (news.over ? " over" : "") +
