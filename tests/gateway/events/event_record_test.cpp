@@ -23,6 +23,7 @@ TEST(EventRecord, HasTheWordsOfTheProfile) {
   const SaidTime said{11s, 1min};
   const EventBatch batch{
       {{0, 1, said, ""}, {2, 1, said, ""}, {3, 51, said, "7"}, {0, 9, said, ""}, {0, 0, {}, "?"}},
+      {},
       "",
       false,
       false};
@@ -52,7 +53,7 @@ TEST(EventRecord, MarksItsAlarm) {
   relay.event_texts[0].until = 2;
   relay.event_texts[2].alarm = config::AlarmPriority::low;
   const EventBatch batch{
-      {{0, 1, {}, ""}, {3, 2, {}, ""}, {3, 51, {}, ""}, {2, 1, {}, ""}}, "", false, false};
+      {{0, 1, {}, ""}, {3, 2, {}, ""}, {3, 51, {}, ""}, {2, 1, {}, ""}}, {}, "", false, false};
   const auto records = RecordsOf(batch, "bay-1", relay, kWall, {});
   EXPECT_EQ(records[0].mark.step, AlarmMark::Step::raise);
   EXPECT_EQ(records[0].mark.priority, config::AlarmPriority::high);
