@@ -73,10 +73,11 @@ TEST_F(Process, StopsInOrderOnBothSignals) {
   }
 }
 
-/// A terminal that closes, `kill -HUP` by habit, a logrotate rule of another daemon.
+/// A terminal that closes, `kill -HUP` by habit, a logrotate rule of another daemon, a limit of
+/// file sizes.
 TEST_F(Process, OtherSignalsDoNotEndIt) {
   const auto daemon = StartDaemon(Yaml());
-  for (const int signal : {SIGUSR1, SIGUSR2, SIGHUP}) daemon->Signal(signal);
+  for (const int signal : {SIGUSR1, SIGUSR2, SIGXFSZ, SIGHUP}) daemon->Signal(signal);
   EXPECT_TRUE(EventuallyLogged(*daemon, "SIGHUP is ignored: nothing is reloaded; restart"));
   EXPECT_TRUE(client.Input(0, 9000, 1).ok());
   daemon->Signal(SIGTERM);

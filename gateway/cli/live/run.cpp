@@ -57,7 +57,8 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostr
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  for (const int ignored : {SIGPIPE, SIGUSR1, SIGUSR2}) signal(ignored, SIG_IGN);
+  // SIGXFSZ: a write beyond a limit of file sizes fails, as on a full disk.
+  for (const int ignored : {SIGPIPE, SIGUSR1, SIGUSR2, SIGXFSZ}) signal(ignored, SIG_IGN);
 
   Daemon daemon(loaded.config, catalog);
   if (const Status status = daemon.Start(); !status) {
