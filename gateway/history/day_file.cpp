@@ -104,6 +104,7 @@ DayFile::Opened DayFile::Open(bool damaged) {
   if (!file.database) return opened;
   damaged_ = false;
   database_ = std::move(file.database);
+  open_ = OpenFile(path_, vfs_);
   for (std::size_t i = 0; i < kTables.size(); ++i) {
     insert_[i] =
         Statement(*database_, fmt::format("INSERT INTO {} VALUES (?,?,?,?,?)", kTables[i]));

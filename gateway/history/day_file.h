@@ -12,6 +12,7 @@
 
 #include "gateway/history/open_rows.h"
 #include "gateway/state/database_file.h"
+#include "gateway/state/open_file.h"
 
 namespace baudgate::history {
 
@@ -51,6 +52,8 @@ class DayFile {
   Millis oldest_row() const { return active_.oldest(); }
   const std::string& error() const { return error_; }
   bool damaged() const { return damaged_; }
+  /// False: it was removed or replaced; what is written is lost.
+  bool there() const { return open_.there(); }
   const std::filesystem::path& path() const { return path_; }
 
  private:
@@ -65,6 +68,7 @@ class DayFile {
   const std::vector<PointName>& names_;
   const std::string vfs_;
   std::unique_ptr<Database> database_;
+  OpenFile open_;
   Statement insert_[2];
   Statement run_;
   Statement line_;

@@ -104,10 +104,12 @@ void HistoryLog::Record() {
   Now now = options_.clocks();
   Instant tick = now.instant;
   std::size_t room = most_samples_;
+  bool anew = false;
   for (bool stop = false; !stop;) {
     feed_->Drain(tick, changes);
     now = options_.clocks();
     recorder_.Take(changes, now, room, batch);
+    if (anew) recorder_.BeginAnew(now, room, batch);
     if (now.instant >= tick) {
       recorder_.Tick(now, room, batch);
       tick = now.instant + kCommit;
@@ -125,6 +127,7 @@ void HistoryLog::Record() {
     while (!stop && !stop_recording_ && lock.WaitUntil(changed_, next)) {
     }
     room = Room();
+    anew = std::exchange(begin_anew_, false);
   }
 }
 
@@ -167,26 +170,28 @@ void HistoryLog::WriteOnce(bool last) {
     return;
   }
   const Now clocks = options_.clocks();
-  const Millis now = ToMillis(clocks.wall);
   {
     const MutexLock lock(mutex_);
     writing_since_ = clocks.instant;
   }
-  Status status = files_.Open(now);
+  Status status = files_.Open(clocks);
   if (status) {
     Batch batch;
     if (!files_.waits()) {
       const MutexLock lock(mutex_);
       std::swap(batch, queue_);
     }
-    status = files_.Write(std::move(batch), now, last);
+    status = files_.Write(std::move(batch), clocks, last);
   }
-  for (const std::string& news : files_.TakeNews()) options_.warn("history: " + news);
+  for (const News& news : files_.TakeNews()) {
+    (news.trouble ? options_.warn : options_.inform)("history: " + news.text);
+  }
   const MutexLock lock(mutex_);
   state_.waiting = queue_.samples.size() + files_.waiting();
   state_.bytes = files_.shelf().bytes();
   state_.oldest = files_.shelf().days.empty() ? WallTime{} : ToWall(files_.shelf().days[0].day);
   writing_since_.reset();
+  if (files_.TakeLost()) begin_anew_ = true;
   Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
 }
 

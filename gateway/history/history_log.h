@@ -65,6 +65,7 @@ class HistoryLog final : public HistorySource {
   std::condition_variable changed_;
   Batch queue_ BAUDGATE_GUARDED_BY(mutex_);
   HistoryState state_ BAUDGATE_GUARDED_BY(mutex_);
+  bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;  // values are lost that were kept
   std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);
   bool stop_recording_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool stop_writing_ BAUDGATE_GUARDED_BY(mutex_) = false;

@@ -180,6 +180,11 @@ void Recorder::BeginRun(RunBegin why, Millis now, Batch& out) {
   out.SetRun(run_);
 }
 
+void Recorder::BeginAnew(Now now, std::size_t room, Batch& out) {
+  Look(now, room, out);
+  if (recording_) BeginRun(RunBegin::dropped, ToMillis(now.wall), out);
+}
+
 void Recorder::SetClock(Millis old_time, Millis new_time, Batch& out) {
   for (PointNumber number = 0; number < points_.size(); ++number) {
     Point& point = points_[number];

@@ -38,6 +38,8 @@ class Recorder {
   void Take(const Changes& changes, Now now, std::size_t room, Batch& out);
   /// Now and then, at least once a second.
   void Tick(Now now, std::size_t room, Batch& out);
+  /// What was kept of this run is lost: another one begins.
+  void BeginAnew(Now now, std::size_t room, Batch& out);
   /// The last: all that is known, until now.
   void End(Now now, Batch& out);
 

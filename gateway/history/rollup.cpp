@@ -5,12 +5,24 @@
 #include <cmath>
 
 namespace baudgate::history {
+namespace {
+
+/// Sums are of numbers so small, exactly: the milliseconds of an hour, times twice the largest
+/// double, are a double again.
+constexpr double kSmall = 0x1p-24;
+
+double Within(double mean, const Trend& trend) {
+  return std::max(trend.min, std::min(trend.max, mean));
+}
+
+}  // namespace
 
 void Merge(Trend& trend, const Trend& later) {
   const auto share = static_cast<double>(later.good) / static_cast<double>(trend.good + later.good);
-  trend.mean += (later.mean - trend.mean) * share;
+  const double mean = trend.mean * kSmall;
   trend.min = std::min(trend.min, later.min);
   trend.max = std::max(trend.max, later.max);
+  trend.mean = Within((mean + (later.mean * kSmall - mean) * share) / kSmall, trend);
   trend.last = later.last;
   trend.count += later.count;
   trend.good += later.good;
@@ -62,15 +74,14 @@ void Rollup::Hold(Millis from, Millis until) {
   span_.min = std::min(span_.min, value);
   span_.max = std::max(span_.max, value);
   span_.last = value;
-  sum_ += (value - span_.first) * static_cast<double>(until - from);
+  sum_ += (value * kSmall - span_.first * kSmall) * static_cast<double>(until - from);
   span_.good += until - from;
 }
 
 void Rollup::Close(std::vector<Trend>& out) {
   if (span_.good > 0) {
-    span_.mean = span_.first + sum_ / static_cast<double>(span_.good);
-    if (!std::isfinite(span_.mean)) span_.mean = span_.last;  // beyond what a double holds
-    span_.mean = std::clamp(span_.mean, span_.min, span_.max);
+    const double mean = span_.first * kSmall + sum_ / static_cast<double>(span_.good);
+    span_.mean = Within(mean / kSmall, span_);
     out.push_back(span_);
   }
   const Millis begin = span_.begin;

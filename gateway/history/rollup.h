@@ -51,7 +51,7 @@ class Rollup {
   Millis width_;
   Millis now_ = 0;
   std::optional<double> value_;
-  double sum_ = 0;  // of value - first, times milliseconds
+  double sum_ = 0;  // of value - first, times milliseconds, made small
   Trend span_{};    // good is 0: nothing was good in it yet
   bool begun_ = false;
 };

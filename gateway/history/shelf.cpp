@@ -1,63 +1,113 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/history/shelf.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <numeric>
+#include <functional>
 #include <system_error>
+#include <tuple>
+#include <utility>
 
 #include "gateway/history/day_file.h"
+#include "gateway/history/trend_file.h"
 
 namespace baudgate::history {
+namespace {
 
 namespace fs = std::filesystem;
 
+/// "values-20261123.db.bad2".
+bool IsAside(const std::string& name) {
+  const bool ours = name.starts_with("values-") || name.starts_with(kTrendsFile);
+  return ours && name.find(".db.bad") != std::string::npos;
+}
+
+void Add(Shelf& shelf, std::string name, std::uint64_t size, fs::file_time_type written) {
+  for (const char* part : {"-wal", "-shm"}) {
+    if (name.ends_with(part)) name.resize(name.size() - 4);
+  }
+  if (const auto day = DayOf(name)) {
+    auto found = std::ranges::find(shelf.days, *day, &Shelf::Day::day);
+    if (found == shelf.days.end()) found = shelf.days.insert(found, {*day, 0});
+    found->bytes += size;
+  } else if (name == kTrendsFile) {
+    shelf.trends += size;
+  } else if (IsAside(name)) {
+    auto found = std::ranges::find(shelf.aside, name, &Shelf::Aside::name);
+    if (found == shelf.aside.end()) found = shelf.aside.insert(found, {name, 0, written});
+    found->bytes += size;
+    found->written = std::max(found->written, written);
+  }
+}
+
+}  // namespace
+
 std::uint64_t Shelf::bytes() const {
-  return std::accumulate(days.begin(), days.end(), rest,
-                         [](std::uint64_t sum, const Day& day) { return sum + day.bytes; });
+  std::uint64_t sum = trends;
+  for (const Day& day : days) sum += day.bytes;
+  for (const Aside& file : aside) sum += file.bytes;
+  return sum;
 }
 
 Shelf LookAtShelf(const fs::path& folder) {
   Shelf shelf;
   std::error_code error;
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    const std::string name = at->path().filename().string();
     std::error_code gone;  // meanwhile
     const std::uintmax_t size = at->file_size(gone);
-    if (gone) continue;
-    std::string day_name = name;
-    for (const char* part : {"-wal", "-shm"}) {
-      if (name.ends_with(part)) day_name.resize(name.size() - 4);
-    }
-    if (const auto day = DayOf(day_name)) {
-      auto found = std::ranges::find(shelf.days, *day, &Shelf::Day::day);
-      if (found == shelf.days.end()) found = shelf.days.insert(found, {*day, 0});
-      found->bytes += size;
-    } else if (name.starts_with("values-") || name.starts_with("trends.db")) {
-      shelf.rest += size;
-    }
+    const auto written = gone ? fs::file_time_type{} : at->last_write_time(gone);
+    if (!gone) Add(shelf, at->path().filename().string(), size, written);
   }
   std::ranges::sort(shelf.days, {}, &Shelf::Day::day);
+  std::ranges::sort(shelf.aside, [](const Shelf::Aside& a, const Shelf::Aside& b) {
+    return std::tie(a.written, a.name) < std::tie(b.written, b.name);
+  });
   return shelf;
 }
 
-std::vector<Millis> TooMuch(const Shelf& shelf, std::uint64_t limit, Millis keep, Millis today) {
-  std::vector<Millis> gone;
+std::vector<TooMuch> FindTooMuch(Shelf shelf, std::uint64_t limit, Millis keep, Millis today,
+                                 std::optional<Millis> sure) {
+  std::vector<TooMuch> gone;
   std::uint64_t bytes = shelf.bytes();
+  std::erase_if(shelf.days, [&](const Shelf::Day& day) {
+    const bool old = sure && day.day < today && day.day + kDay + keep <= FloorTo(*sure, kDay);
+    if (!old) return false;
+    gone.push_back({DayFileName(day.day), day.day, true});
+    bytes -= day.bytes;
+    return true;
+  });
+  for (const Shelf::Aside& file : shelf.aside) {
+    if (bytes <= Ceiling(limit)) break;
+    gone.push_back({file.name});
+    bytes -= file.bytes;
+  }
   for (const Shelf::Day& day : shelf.days) {
-    if (day.day >= today) break;
-    const bool old = day.day + kDay + keep <= today;
-    if (!old && bytes <= Ceiling(limit)) break;
-    gone.push_back(day.day);
+    if (day.day >= today || bytes <= Ceiling(limit)) break;
+    gone.push_back({DayFileName(day.day), day.day});
     bytes -= day.bytes;
   }
   return gone;
 }
 
-void RemoveDay(const fs::path& folder, Millis day) {
-  const std::string file = (folder / DayFileName(day)).string();
+std::string Largest(const Shelf& shelf) {
+  std::vector<std::pair<std::uint64_t, std::string>> files = {{shelf.trends, kTrendsFile}};
+  for (const Shelf::Day& day : shelf.days) files.emplace_back(day.bytes, DayFileName(day.day));
+  for (const Shelf::Aside& file : shelf.aside) files.emplace_back(file.bytes, file.name);
+  std::ranges::sort(files, std::greater());
+  const auto megabytes = [](std::uint64_t bytes) { return static_cast<double>(bytes) / 1e6; };
+  std::string text = fmt::format("{} has {:.1f} MB", files[0].second, megabytes(files[0].first));
+  if (files.size() > 1 && files[1].first > 0) {
+    text += fmt::format(", {} {:.1f} MB", files[1].second, megabytes(files[1].first));
+  }
+  return text;
+}
+
+void RemoveFile(const fs::path& folder, const std::string& file) {
+  const std::string path = (folder / file).string();
   std::error_code ignored;
   // The log first: one without its file would be another file's.
-  for (const char* part : {"-wal", "-shm", ""}) fs::remove(file + part, ignored);
+  for (const char* part : {"-wal", "-shm", ""}) fs::remove(path + part, ignored);
 }
 
 }  // namespace baudgate::history

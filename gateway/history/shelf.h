@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "gateway/history/entry.h"
@@ -16,8 +18,14 @@ struct Shelf {
     Millis day = 0;
     std::uint64_t bytes = 0;  ///< with its log
   };
-  std::vector<Day> days;   ///< oldest first
-  std::uint64_t rest = 0;  ///< bytes of trends.db, and of files that were put aside
+  struct Aside {
+    std::string name;
+    std::uint64_t bytes = 0;                    ///< with its log
+    std::filesystem::file_time_type written{};  ///< last
+  };
+  std::vector<Day> days;     ///< oldest first
+  std::vector<Aside> aside;  ///< files that were put aside, oldest first
+  std::uint64_t trends = 0;  ///< bytes of trends.db, with its log
   std::uint64_t bytes() const;
 };
 
@@ -30,11 +38,22 @@ constexpr std::uint64_t Ceiling(std::uint64_t limit) {
   return limit - std::max(limit / 100, std::min(limit / 10, kCommit));
 }
 
-/// Days whose files go, oldest first: those that ended longer than `keep` before `today`, and as
-/// many as are too much for the limit; never today's, and none that came after it.
-std::vector<Millis> TooMuch(const Shelf& shelf, std::uint64_t limit, Millis keep, Millis today);
+struct TooMuch {
+  std::string file;
+  std::optional<Millis> day{};  ///< nothing: it was put aside
+  bool old = false;             ///< else it is too much for the limit
+};
 
-/// A day's file with all that belongs to it.
-void RemoveDay(const std::filesystem::path& folder, Millis day);
+/// Files that go, in that order: days that ended longer than `keep` before `sure`, then for the
+/// limit files that were put aside, then days; oldest first. Never today's, and none that came
+/// after it. `sure`: nothing: none is too old.
+std::vector<TooMuch> FindTooMuch(Shelf shelf, std::uint64_t limit, Millis keep, Millis today,
+                                 std::optional<Millis> sure);
+
+/// "values-20261123.db has 40.0 MB, trends.db 3.1 MB": the two largest.
+std::string Largest(const Shelf& shelf);
+
+/// A file with all that belongs to it.
+void RemoveFile(const std::filesystem::path& folder, const std::string& file);
 
 }  // namespace baudgate::history

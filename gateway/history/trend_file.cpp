@@ -65,6 +65,7 @@ TrendFile::Opened TrendFile::Open(bool damaged) {
   if (!file.database) return opened;
   damaged_ = false;
   database_ = std::move(file.database);
+  open_ = OpenFile(path_, vfs_);
   minute_ = Statement(*database_, "INSERT OR REPLACE INTO minutes VALUES (?,?,?,?,?,?,?,?,?,?)");
   hour_ = Statement(*database_, "INSERT OR REPLACE INTO hours VALUES (?,?,?,?,?,?,?,?,?,?)");
   drop_minutes_ = Statement(*database_, "DELETE FROM minutes WHERE point=? AND begin<?");
@@ -167,19 +168,21 @@ std::int64_t TrendFile::IdOf(PointNumber point) {
   return insert.Next() == Statement::Step::done ? id : 0;
 }
 
-bool TrendFile::Insert(const TrendRow& row) {
+bool TrendFile::Insert(const TrendRow& row, std::optional<Millis> sure) {
   const bool hour = row.width == kHour;
   const std::int64_t id = ids_[row.point];
   if (!InsertSpan(hour ? hour_ : minute_, id, row.run, row.trend)) return false;
-  if (!hour) return true;
+  if (!hour || !sure) return true;
+  const Millis now = std::min(row.trend.begin, *sure);
   drop_minutes_.Bind(1, id);
-  drop_minutes_.Bind(2, row.trend.begin - kKeepMinutes);
+  drop_minutes_.Bind(2, now - kKeepMinutes);
   drop_hours_.Bind(1, id);
-  drop_hours_.Bind(2, row.trend.begin - kKeepHours);
+  drop_hours_.Bind(2, now - kKeepHours);
   return drop_minutes_.Run() && drop_hours_.Run();
 }
 
-bool TrendFile::Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs) {
+bool TrendFile::Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
+                      std::optional<Millis> sure) {
   if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
   std::vector<PointNumber> fresh;  // not before they are committed
   bool ok = true;
@@ -189,7 +192,7 @@ bool TrendFile::Write(const std::vector<TrendRow>& trends, const std::vector<Run
       ids_[row.point] = IdOf(row.point);
       ok = ids_[row.point] != 0;
     }
-    ok = ok && Insert(row);
+    ok = ok && Insert(row, sure);
     if (!ok) break;
   }
   for (const Run& run : runs) {

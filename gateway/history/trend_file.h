@@ -4,11 +4,13 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "gateway/history/batch.h"
 #include "gateway/state/database_file.h"
+#include "gateway/state/open_file.h"
 
 namespace baudgate::history {
 
@@ -33,11 +35,15 @@ class TrendFile {
   };
   /// `damaged`: it was found so while it was in use.
   Opened Open(bool damaged = false);
-  /// All or none. The same once more changes nothing.
-  bool Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs);
+  /// All or none. The same once more changes nothing. `sure`: see SureTime; spans are too old for
+  /// it, and for those that come.
+  bool Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
+             std::optional<Millis> sure);
 
   const std::string& error() const { return error_; }
   bool damaged() const { return damaged_; }
+  /// False: it was removed or replaced; what is written is lost.
+  bool there() const { return open_.there(); }
   const std::filesystem::path& path() const { return path_; }
 
  private:
@@ -45,7 +51,7 @@ class TrendFile {
   bool ReadPoints();
   bool MendHours();
   bool MendHours(std::int64_t point, const Run& run);
-  bool Insert(const TrendRow& row);
+  bool Insert(const TrendRow& row, std::optional<Millis> sure);
   static bool InsertSpan(Statement& insert, std::int64_t point, std::int64_t run,
                          const Trend& trend);
   std::int64_t IdOf(PointNumber point);
@@ -54,6 +60,7 @@ class TrendFile {
   const std::vector<PointName>& names_;
   const std::string vfs_;
   std::unique_ptr<Database> database_;
+  OpenFile open_;
   Statement minute_;
   Statement hour_;
   Statement drop_minutes_;

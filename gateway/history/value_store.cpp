@@ -24,9 +24,10 @@ ValueStore::ValueStore(std::filesystem::path folder, std::vector<PointName> name
                        StoreLimits limits, std::string vfs)
     : folder_(std::move(folder)), names_(std::move(names)), limits_(limits), vfs_(std::move(vfs)) {}
 
-Status ValueStore::Open(Millis now) {
+Status ValueStore::Open(Now clocks) {
   if (Status status = OpenTrends(); !status) return status;
   if (runs_before_) return {};
+  const Millis now = ToMillis(clocks.wall);
   // The newest file may know of runs that trends.db has lost.
   shelf_ = vfs_.empty() ? LookAtShelf(folder_) : Shelf{};
   std::int64_t last = known_run_;
@@ -38,12 +39,15 @@ Status ValueStore::Open(Millis now) {
   for (const Millis day : looked) {
     auto file = std::make_unique<DayFile>(folder_ / DayFileName(day), names_, vfs_);
     const DayFile::Opened opened = file->Open();
-    if (!opened.put_aside.empty()) news_.push_back(opened.put_aside);
+    if (!opened.put_aside.empty()) news_.push_back({opened.put_aside});
     if (!opened.ok) return Error{file->error()};
     last = std::max(last, opened.last_run);
     if (day == today) days_[day] = std::move(file);
   }
   runs_before_ = last;
+  const auto newest =
+      shelf_.days.empty() ? std::optional<Millis>() : std::optional(shelf_.days.back().day);
+  sure_time_.Begin(clocks, newest);
   return {};
 }
 
@@ -51,7 +55,7 @@ Status ValueStore::OpenTrends() {
   if (trends_) return {};
   auto file = std::make_unique<TrendFile>(folder_ / kTrendsFile, names_, vfs_);
   const TrendFile::Opened opened = file->Open(std::exchange(damaged_trends_, false));
-  if (!opened.put_aside.empty()) news_.push_back(opened.put_aside);
+  if (!opened.put_aside.empty()) news_.push_back({opened.put_aside});
   if (!opened.ok) return Error{file->error()};
   known_run_ = std::max(known_run_, opened.last_run);
   trends_ = std::move(file);
@@ -64,7 +68,8 @@ Result<DayFile*> ValueStore::FileOf(Millis day) {
   auto fresh = std::make_unique<DayFile>(folder_ / DayFileName(day), names_, vfs_);
   const bool damaged = damaged_day_ == day;
   const DayFile::Opened opened = fresh->Open(damaged);
-  if (!opened.put_aside.empty()) news_.push_back(opened.put_aside);
+  if (!opened.put_aside.empty()) news_.push_back({opened.put_aside});
+  if (!opened.put_aside.empty() || (damaged && opened.ok)) CutRun();
   if (!opened.ok) {
     days_.erase(day);
     return Error{fresh->error()};
@@ -84,12 +89,58 @@ Error ValueStore::Failed(DayFile& file) {
   return error;
 }
 
-Status ValueStore::Write(Batch&& batch, Millis now, bool last) {
-  for (Run& run : batch.runs) run.number += *runs_before_;
+void ValueStore::Number(Batch& batch) const {
+  for (Run& run : batch.runs) {
+    run.number += *runs_before_;
+    if (!cut_ || run.number != cut_->number) continue;
+    run.began = std::max(run.began, cut_->began);
+    run.why = cut_->why;
+  }
   for (Sample& sample : batch.samples) sample.run += *runs_before_;
   for (TrendRow& row : batch.trends) row.run += *runs_before_;
+}
+
+void ValueStore::FindRemoved() {
+  bool lost = false;
+  std::erase_if(days_, [&](const auto& day) {
+    if (day.second->there()) return false;
+    news_.push_back({day.second->path().string() + ": it was removed, and all values in it"});
+    return lost = true;
+  });
+  if (trends_ && !trends_->there()) {
+    news_.push_back({trends_->path().string() + ": it was removed, and all means in it"});
+    trends_.reset();
+  }
+  if (lost) CutRun();
+}
+
+/// What waits is of another run than what is lost: between them nobody knows.
+void ValueStore::CutRun() {
+  lost_ = true;
+  if (pending_.runs.empty()) return;
+  const auto more = static_cast<std::int64_t>(pending_.runs.size());
+  *runs_before_ += more;
+  for (Run& run : pending_.runs) run.number += more;
+  for (Sample& sample : pending_.samples) sample.run += more;
+  for (TrendRow& row : pending_.trends) row.run += more;
+  Run& first = pending_.runs.front();
+  Millis began = first.until;
+  for (const Sample& sample : pending_.samples) {
+    if (sample.run == first.number) began = std::min(began, sample.entry.time);
+  }
+  first.began = std::max(first.began, began);
+  first.why = RunBegin::dropped;
+  cut_ = first;
+}
+
+Status ValueStore::Write(Batch&& batch, Now clocks, bool last) {
+  const Millis now = ToMillis(clocks.wall);
+  sure_ = sure_time_.Look(clocks);
+  Number(batch);
   pending_.Append(std::move(batch));
-  Status status = Clear(now);
+  FindRemoved();
+  Status status = OpenTrends();
+  if (status) status = Clear(now);
   if (status) status = WriteDays(now, last);
   if (status) status = WriteTrends(now);
   if (status) status = Pack(now);
@@ -130,7 +181,7 @@ Status ValueStore::WriteTrends(Millis now) {
   if (pending_.runs.empty() && pending_.trends.empty()) return {};
   const bool is_new = !pending_.runs.empty() && pending_.runs.back().number > known_run_;
   if (!pending_.trends.empty() || is_new) {
-    if (!trends_->Write(pending_.trends, pending_.runs)) {
+    if (!trends_->Write(pending_.trends, pending_.runs, sure_)) {
       Error error{trends_->error()};
       damaged_trends_ = trends_->damaged();
       if (damaged_trends_) trends_.reset();
@@ -171,22 +222,20 @@ Status ValueStore::Clear(Millis now) {
   if (!near && Apart(now, looked_) < kLookEvery) return {};
   looked_ = now;
   shelf_ = LookAtShelf(folder_);
-  for (auto at = days_.begin(); at != days_.end();) {
-    const bool there =
-        std::ranges::find(shelf_.days, at->first, &Shelf::Day::day) != shelf_.days.end();
-    at = there ? std::next(at) : days_.erase(at);  // removed behind our back
-  }
-  std::error_code none;
-  if (trends_ && !std::filesystem::exists(trends_->path(), none)) trends_.reset();
-  for (const Millis day : TooMuch(shelf_, limits_.bytes, limits_.keep, today)) {
-    days_.erase(day);
-    RemoveDay(folder_, day);
+  for (const TooMuch& file : FindTooMuch(shelf_, limits_.bytes, limits_.keep, today, sure_)) {
+    if (file.day) days_.erase(*file.day);
+    RemoveFile(folder_, file.file);
+    news_.push_back({file.file + " is deleted: " + WhyItGoes(file), false});
   }
   shelf_ = LookAtShelf(folder_);
-  if (Status status = OpenTrends(); !status) return status;
   if (shelf_.bytes() <= Ceiling(limits_.bytes)) return {};
-  return Error{fmt::format("history.limit of {} MB is reached by {} alone",
-                           limits_.bytes / config::kMegabyte, DayFileName(today))};
+  return Error{fmt::format("history.limit of {} MB is reached: {}",
+                           limits_.bytes / config::kMegabyte, Largest(shelf_))};
+}
+
+std::string ValueStore::WhyItGoes(const TooMuch& file) const {
+  if (file.old) return "it ended longer ago than history.keep";
+  return fmt::format("history.limit of {} MB is reached", limits_.bytes / config::kMegabyte);
 }
 
 }  // namespace baudgate::history

@@ -16,6 +16,7 @@
 #include "gateway/base/result.h"
 #include "gateway/history/day_file.h"
 #include "gateway/history/shelf.h"
+#include "gateway/history/sure_time.h"
 #include "gateway/history/trend_file.h"
 
 namespace baudgate::history {
@@ -28,6 +29,12 @@ struct StoreLimits {
   std::size_t pack_each = 40'000;  ///< entries that are packed at a time
 };
 
+/// One line for the log.
+struct News {
+  std::string text;
+  bool trouble = true;
+};
+
 class ValueStore {
  public:
   /// `vfs`: as in Database; with one nothing is listed or removed.
@@ -35,26 +42,33 @@ class ValueStore {
              std::string vfs = {});
 
   /// Opens what is needed now. Before the first batch, and again after a failure.
-  Status Open(Millis now);
+  Status Open(Now clocks);
   /// Takes the batch, and writes it as far as it goes. What is left waits for the next call.
   /// `last`: nothing comes after it.
-  Status Write(Batch&& batch, Millis now, bool last = false);
+  Status Write(Batch&& batch, Now clocks, bool last = false);
   /// Of a batch before: its rest waits.
   bool waits() const { return !pending_.samples.empty() || !pending_.trends.empty(); }
 
   std::size_t waiting() const { return pending_.samples.size(); }
 
-  /// One line for the log each, since the last call: files that were put aside.
-  std::vector<std::string> TakeNews() { return std::exchange(news_, {}); }
+  /// Since the last call: files that were put aside, removed behind our back, or deleted.
+  std::vector<News> TakeNews() { return std::exchange(news_, {}); }
+  /// Since the last call values of the run that goes on were lost with their file. What came after
+  /// them is of another run, in which points that did not change are unknown.
+  bool TakeLost() { return std::exchange(lost_, false); }
   const Shelf& shelf() const { return shelf_; }
 
  private:
   Status OpenTrends();
   Result<DayFile*> FileOf(Millis day);
+  void Number(Batch& batch) const;
+  void FindRemoved();
+  void CutRun();
   Status WriteDays(Millis now, bool last);
   Status WriteTrends(Millis now);
   Status Pack(Millis now);
   Status Clear(Millis now);
+  std::string WhyItGoes(const TooMuch& file) const;
   Error Failed(DayFile& file);
 
   const std::filesystem::path folder_;
@@ -70,8 +84,12 @@ class ValueStore {
   Millis marked_ = 0;                        // when runs were last written to today's file
   std::int64_t known_run_ = 0;               // to trends.db
   Millis looked_ = 0;                        // at the shelf
+  SureTime sure_time_;
+  std::optional<Millis> sure_;
+  bool lost_ = false;
+  std::optional<Run> cut_;  // began in the middle of the recorder's
   Shelf shelf_;
-  std::vector<std::string> news_;
+  std::vector<News> news_;
 };
 
 }  // namespace baudgate::history

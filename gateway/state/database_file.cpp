@@ -85,6 +85,13 @@ fs::path PutAside(const fs::path& file) {
   return to;
 }
 
+/// Some file systems leave this of a file that was there before a power cut. None of ours is empty
+/// once it was opened.
+bool IsEmpty(const fs::path& file) {
+  std::error_code none;
+  return fs::is_regular_file(file, none) && fs::file_size(file, none) == 0;
+}
+
 }  // namespace
 
 OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, const std::string& vfs,
@@ -96,16 +103,24 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
     return opened;
   }
   for (int tries = 0; tries < 2; ++tries) {
-    auto database = std::make_unique<Database>(file.string(), Database::Mode::write, vfs);
-    std::string why = database->error();
-    const Look look = database->is_open() ? LookAt(*database, kind, why) : Look::failed;
+    const bool was_there = !vfs.empty() || fs::exists(file, none);
+    std::unique_ptr<Database> database;
+    std::string why = "it is empty: what it held is lost";
+    Look look = Look::damaged;
+    if (!vfs.empty() || !IsEmpty(file)) {
+      database = std::make_unique<Database>(file.string(), Database::Mode::write, vfs);
+      why = database->error();
+      look = database->is_open() ? LookAt(*database, kind, why) : Look::failed;
+    }
     if (look == Look::fine) {
       opened.database = std::move(database);
       return opened;
     }
     opened.error = fmt::format("{}: {}", file.string(), why);
-    if (look != Look::damaged) return opened;
     database.reset();
+    // A full disk: it was made, and not written. The next one to look must not take it for a loss.
+    if (!was_there && IsEmpty(file)) fs::remove(file, none);
+    if (look != Look::damaged) return opened;
     const fs::path to = PutAside(file);
     if (to.empty()) return opened;
     opened.put_aside = fmt::format("{} is damaged ({}) and is {} now; a new one is begun",

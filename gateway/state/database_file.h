@@ -31,9 +31,9 @@ struct OpenedDatabase {
   std::string put_aside{};
 };
 
-/// In WAL mode. One that is damaged is renamed to FILE.bad, or .bad2 and so on; one of a newer
-/// version is not touched. Takes as long as reading the whole file does.
-/// `put_aside`: whatever it is, because it was found damaged while it was in use.
+/// In WAL mode. One that is damaged, or empty, is renamed to FILE.bad, or .bad2 and so on; one of a
+/// newer version is not touched. Takes as long as reading the whole file does. `put_aside`:
+/// whatever it is, because it was found damaged while it was in use.
 OpenedDatabase OpenDatabase(const std::filesystem::path& file, const DatabaseKind& kind,
                             const std::string& vfs = {}, bool put_aside = false);
 

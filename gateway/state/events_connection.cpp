@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/state/events_connection.h"
 
-#include <sys/stat.h>
-
 #include <utility>
 
 namespace baudgate {
@@ -29,7 +27,7 @@ EventsConnection::Opened EventsConnection::Open() {
   if (!events.database) return opened;
   file_ = turn_->file;
   database_ = std::move(events.database);
-  inode_ = Inode();
+  open_ = OpenFile(path_, vfs_);
   opened.ok = true;
   return opened;
 }
@@ -42,16 +40,10 @@ Error EventsConnection::Failed() {
 }
 
 Status EventsConnection::CheckThere() {
-  if (inode_ == 0 || Inode() == inode_) return {};
+  if (open_.there()) return {};
   gone_ = true;
   Close();
   return Error{path_.string() + ": it was removed, and all records in it"};
-}
-
-std::uint64_t EventsConnection::Inode() const {
-  struct stat found {};
-  if (!vfs_.empty() || ::stat(path_.c_str(), &found) != 0) return 0;
-  return found.st_ino;
 }
 
 }  // namespace baudgate

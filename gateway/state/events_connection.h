@@ -12,6 +12,7 @@
 
 #include "gateway/state/events_file.h"
 #include "gateway/state/file_turn.h"
+#include "gateway/state/open_file.h"
 
 namespace baudgate {
 
@@ -42,16 +43,14 @@ class EventsConnection {
   const std::filesystem::path& path() const { return path_; }
 
  private:
-  std::uint64_t Inode() const;
-
   const std::filesystem::path path_;
   const std::string vfs_;
   const std::shared_ptr<FileTurn> turn_;
   std::unique_ptr<Database> database_;
-  std::uint64_t file_ = 0;   ///< FileTurn::file of the one that was opened last
-  bool damaged_ = false;     ///< that one
-  std::uint64_t inode_ = 0;  ///< of the file that is open; 0: it is no file of the system's
-  bool gone_ = false;        ///< the last one that was open
+  std::uint64_t file_ = 0;  ///< FileTurn::file of the one that was opened last
+  bool damaged_ = false;    ///< that one
+  OpenFile open_;
+  bool gone_ = false;  ///< the last one that was open
 };
 
 }  // namespace baudgate

@@ -73,11 +73,18 @@ TEST_F(Process, StopsInOrderOnBothSignals) {
   }
 }
 
+<<<<<<< ours
 /// A terminal that closes, `kill -HUP` by habit, a logrotate rule of another daemon: the same file
 /// is read once more.
+||||||| base
+/// A terminal that closes, `kill -HUP` by habit, a logrotate rule of another daemon.
+=======
+/// A terminal that closes, `kill -HUP` by habit, a logrotate rule of another daemon, a limit of
+/// file sizes.
+>>>>>>> theirs
 TEST_F(Process, OtherSignalsDoNotEndIt) {
   const auto daemon = StartDaemon(Yaml());
-  for (const int signal : {SIGUSR1, SIGUSR2, SIGHUP}) daemon->Signal(signal);
+  for (const int signal : {SIGUSR1, SIGUSR2, SIGXFSZ, SIGHUP}) daemon->Signal(signal);
   EXPECT_TRUE(EventuallyLogged(*daemon, "reload by SIGHUP: nothing has changed"));
   EXPECT_TRUE(client.Input(0, 9000, 1).ok());
   daemon->Signal(SIGTERM);

@@ -122,7 +122,8 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostr
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  for (const int ignored : {SIGPIPE, SIGUSR1, SIGUSR2}) signal(ignored, SIG_IGN);
+  // SIGXFSZ: a write beyond a limit of file sizes fails, as on a full disk.
+  for (const int ignored : {SIGPIPE, SIGUSR1, SIGUSR2, SIGXFSZ}) signal(ignored, SIG_IGN);
 
   Daemon daemon(std::move(choice.loaded.config), catalog);
   choice.reload.summary = [&daemon] { return daemon.Summary(); };

@@ -95,6 +95,23 @@ TEST_F(HistoryLogTest, KeepsOverRestarts) {
   EXPECT_EQ(log->state().counters.dropped, 0U);
 }
 
+TEST_F(HistoryLogTest, AFileThatIsRemovedIsBegunAnew) {
+  const auto log = Start(folder());
+  Set(7);
+  const auto kept = [&] { return log->Read({.point = "bay.f1.a"})->records; };
+  Await([&] { return kept().size() == 1; });
+  for (const auto& entry : std::filesystem::directory_iterator(folder())) {
+    if (entry.path().filename().string().starts_with("values-")) std::filesystem::remove(entry);
+  }
+  // Nothing changes, and yet what holds is kept again.
+  Await([&] { return log->state().counters.kept == 2 && !kept().empty(); });
+  Await([&] { return !kept().back().gap; });
+  EXPECT_EQ(kept().back().entry.value, Value(std::int64_t{7}));
+  ASSERT_EQ(heard().size(), 1U);
+  EXPECT_THAT(heard()[0], HasSubstr("warn: history: "));
+  EXPECT_THAT(heard()[0], HasSubstr("it was removed, and all values in it"));
+}
+
 TEST_F(HistoryLogTest, ADiskThatFailsHoldsUpNobody) {
   FaultyDisk disk;
   const auto log = Start("/", disk.vfs());

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <map>
 #include <random>
 
@@ -65,6 +66,27 @@ TEST(Rollup, Example) {
   const std::vector<Trend> wanted = {{0, 15, 10, 20, 10, 20, 2, 60'000},
                                      {60'000, 20, 20, 20, 20, 20, 0, 30'000}};
   EXPECT_EQ(out, wanted);
+}
+
+TEST(Rollup, NoSumOverflows) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  std::vector<Trend> out;
+  Rollup rollup(kMinute);
+  rollup.Set(0, -kMost, true, out);
+  rollup.Set(15 * kSecond, kMost, true, out);
+  rollup.Set(kMinute, 1e308, true, out);
+  rollup.Set(kMinute + 15 * kSecond, 1e22, true, out);
+  rollup.Set(2 * kMinute, 5e-324, true, out);
+  rollup.Forget(3 * kMinute, out);
+  ASSERT_EQ(out.size(), 3U);
+  EXPECT_DOUBLE_EQ(out[0].mean, kMost / 2);
+  EXPECT_DOUBLE_EQ(out[1].mean, 0.25e308);
+  EXPECT_EQ(out[2].mean, 5e-324);
+  Trend both{0, -kMost, -kMost, -kMost, -kMost, -kMost, 1, kMinute};
+  Merge(both, {0, kMost, kMost, kMost, kMost, kMost, 1, 3 * kMinute});
+  EXPECT_DOUBLE_EQ(both.mean, kMost / 2);
+  Merge(both, {0, kMost, kMost, kMost, kMost, kMost, 1, kMinute});
+  EXPECT_DOUBLE_EQ(both.mean, kMost / 5 * 3);
 }
 
 TEST(Rollup, EqualsTheOracle) {

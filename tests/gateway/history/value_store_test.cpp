@@ -11,7 +11,7 @@
 #include "gateway/history/chunk.h"
 #include "gateway/history/history_page.h"
 #include "tests/gateway/audit/faulty_disk.h"
-#include "tests/gateway/history/folder.h"
+#include "tests/gateway/history/store_fixture.h"
 
 namespace baudgate::history {
 namespace {
@@ -19,48 +19,12 @@ namespace {
 using audit::FaultyDisk;
 using ::testing::HasSubstr;
 
-constexpr Millis kBegin = 1'790'000'000'000 / kDay * kDay;
-
-class ValueStoreTest : public FolderTest {
- protected:
-  std::unique_ptr<ValueStore> Open(Millis now, StoreLimits limits = {}) {
-    const std::vector<PointName> names = {{"bay.f1.a", config::Type::float32},
-                                          {"bay.f1.on", config::Type::boolean}};
-    auto store = std::make_unique<ValueStore>(folder(), names, limits);
-    const Status status = store->Open(now);
-    EXPECT_TRUE(status) << status.error();
-    return store;
-  }
-  static Batch Seconds(std::int64_t run, Millis from, Millis to, RunBegin why = RunBegin::started,
-                       std::optional<Millis> began = {}) {
-    Batch batch;
-    batch.runs = {{run, began.value_or(from), to, why}};
-    for (Millis time = from; time < to; time += kSecond) {
-      batch.samples.push_back(
-          {0, run, {time, static_cast<double>(time / kSecond % 1000) / 10, Quality::good}});
-      batch.samples.push_back({1, run, {time, time / kSecond % 2 == 0, Quality::good}});
-    }
-    return batch;
-  }
-  std::vector<HistoryRecord> All(PageQuery query) const {
-    std::vector<HistoryRecord> records;
-    for (;;) {
-      const auto page = ReadPage(folder(), query);
-      EXPECT_TRUE(page) << page.error();
-      if (!page) return records;
-      records.insert(records.end(), page->records.begin(), page->records.end());
-      query.after = page->next;
-      if (!page->more) return records;
-    }
-  }
-};
-
 TEST_F(ValueStoreTest, WhatIsWrittenIsReadBack) {
   auto store = Open(kBegin);
   // Three hours in steps of a minute: rows become chunks meanwhile.
   for (Millis time = kBegin; time < kBegin + 3 * kHour; time += kMinute) {
     const Status status =
-        store->Write(Seconds(1, time, time + kMinute, {}, kBegin), time + kMinute);
+        store->Write(Seconds(1, time, time + kMinute, {}, kBegin), At(time + kMinute));
     ASSERT_TRUE(status) << status.error();
   }
   for (const char* point : {"bay.f1.a", "bay.f1.on"}) {
@@ -88,8 +52,8 @@ TEST_F(ValueStoreTest, ALineIsMarkedByItsRun) {
     const std::vector<PointName> names = {{"bay.f1.a", config::Type::float32, line},
                                           {"bay.f1.on", config::Type::boolean}};
     ValueStore store(folder(), names, {});
-    ASSERT_TRUE(store.Open(at));
-    ASSERT_TRUE(store.Write(Seconds(1, at, at + 2 * kSecond), at + 2 * kSecond, true));
+    ASSERT_TRUE(store.Open(At(at)));
+    ASSERT_TRUE(store.Write(Seconds(1, at, at + 2 * kSecond), At(at + 2 * kSecond), true));
   };
   write(false, kBegin);
   write(true, kBegin + kHour);
@@ -103,11 +67,11 @@ TEST_F(ValueStoreTest, ALineIsMarkedByItsRun) {
 }
 
 TEST_F(ValueStoreTest, ARestartIsAGap) {
-  Open(kBegin)->Write(Seconds(1, kBegin, kBegin + 5 * kSecond), kBegin + 5 * kSecond, true);
+  Open(kBegin)->Write(Seconds(1, kBegin, kBegin + 5 * kSecond), At(kBegin + 5 * kSecond), true);
   // It ended without packing: rows are left.
   auto store = Open(kBegin + kHour);
   ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + 2 * kSecond),
-                           kBegin + kHour + 2 * kSecond));
+                           At(kBegin + kHour + 2 * kSecond)));
   const auto records = All({.point = "bay.f1.on"});
   ASSERT_EQ(records.size(), 8U);
   EXPECT_EQ(records[4].entry.value, Value(true)) << "a switch is one behind the restart, too";
@@ -121,11 +85,11 @@ TEST_F(ValueStoreTest, ARestartIsAGap) {
 TEST_F(ValueStoreTest, AClockThatWasSetBackReordersNothing) {
   auto store = Open(kBegin + kHour);
   ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + 3 * kSecond),
-                           kBegin + kHour + 3 * kSecond));
+                           At(kBegin + kHour + 3 * kSecond)));
   // Back, and into the day before.
   const Millis back = kBegin - kHour;
   ASSERT_TRUE(
-      store->Write(Seconds(2, back, back + 3 * kSecond, RunBegin::clock), back + 3 * kSecond));
+      store->Write(Seconds(2, back, back + 3 * kSecond, RunBegin::clock), At(back + 3 * kSecond)));
   const auto records = All({.point = "bay.f1.a"});
   ASSERT_EQ(records.size(), 7U);
   EXPECT_EQ(records[0].entry.time, kBegin + kHour);
@@ -137,8 +101,8 @@ TEST_F(ValueStoreTest, AClockThatWasSetBackReordersNothing) {
 TEST_F(ValueStoreTest, PagesAndDaysJoin) {
   auto store = Open(kBegin + kDay - kHour);
   for (Millis time = kBegin + kDay - kHour; time < kBegin + kDay + kHour; time += kMinute) {
-    ASSERT_TRUE(
-        store->Write(Seconds(1, time, time + kMinute, {}, kBegin + kDay - kHour), time + kMinute));
+    ASSERT_TRUE(store->Write(Seconds(1, time, time + kMinute, {}, kBegin + kDay - kHour),
+                             At(time + kMinute)));
   }
   const auto records = All({.point = "bay.f1.a"});
   ASSERT_EQ(records.size(), 7200U);
@@ -147,39 +111,8 @@ TEST_F(ValueStoreTest, PagesAndDaysJoin) {
   }
 }
 
-TEST_F(ValueStoreTest, OldDaysGoByAgeAndBySize) {
-  Shelf shelf;
-  shelf.rest = 10;
-  for (int i = 0; i < 5; ++i) shelf.days.push_back({kBegin + i * kDay, 100});
-  const Millis today = kBegin + 4 * kDay;
-  EXPECT_THAT(TooMuch(shelf, 1000, 365 * kDay, today), ::testing::IsEmpty());
-  EXPECT_THAT(TooMuch(shelf, 1000, 2 * kDay, today), ::testing::ElementsAre(kBegin, kBegin + kDay));
-  EXPECT_THAT(TooMuch(shelf, 400, 365 * kDay, today),
-              ::testing::ElementsAre(kBegin, kBegin + kDay));
-  EXPECT_EQ(TooMuch(shelf, 1, 365 * kDay, today).size(), 4U) << "never today's";
-}
-
-TEST_F(ValueStoreTest, TheLimitHolds) {
-  StoreLimits limits;
-  limits.bytes = 1'800'000;
-  auto store = Open(kBegin, limits);
-  std::uint64_t most = 0;
-  std::size_t failed = 0;
-  for (int day = 0; day < 14; ++day) {
-    for (Millis time = kBegin + day * kDay; time < kBegin + day * kDay + kHour / 2;
-         time += kMinute) {
-      if (!store->Write(Seconds(1, time, time + kMinute, {}, kBegin), time + kMinute)) ++failed;
-      most = std::max(most, LookAtShelf(folder()).bytes());
-    }
-  }
-  EXPECT_LE(most, limits.bytes + limits.bytes / 100);
-  EXPECT_EQ(failed, 0U);
-  EXPECT_LT(LookAtShelf(folder()).days.size(), 14U);
-  EXPECT_FALSE(All({.point = "bay.f1.a"}).empty());
-}
-
 TEST_F(ValueStoreTest, ADamagedFileIsPutAside) {
-  { Open(kBegin)->Write(Seconds(1, kBegin, kBegin + kMinute), kBegin + kMinute, true); }
+  { Open(kBegin)->Write(Seconds(1, kBegin, kBegin + kMinute), At(kBegin + kMinute), true); }
   const auto path = folder() / DayFileName(kBegin);
   {
     std::fstream bytes(path, std::ios::in | std::ios::out | std::ios::binary);
@@ -188,10 +121,10 @@ TEST_F(ValueStoreTest, ADamagedFileIsPutAside) {
   auto store = Open(kBegin + kHour);
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 1U);
-  EXPECT_THAT(news[0], HasSubstr("values-"));
+  EXPECT_THAT(news[0].text, HasSubstr("values-"));
   EXPECT_TRUE(std::filesystem::exists(path.string() + ".bad"));
-  ASSERT_TRUE(
-      store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + kSecond), kBegin + kHour + kSecond));
+  ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + kSecond),
+                           At(kBegin + kHour + kSecond)));
   EXPECT_EQ(All({.point = "bay.f1.a"}).size(), 1U);
 }
 
@@ -205,7 +138,7 @@ TEST_F(ValueStoreTest, SpansAreMerged) {
         {0, 1, kMinute, {kBegin + i * kMinute, v, v - 1, v + 1, v, v, 60, kMinute}});
   }
   batch.trends.push_back({0, 1, kHour, {kBegin, 29.5, -1, 60, 0, 59, 3600, kHour}});
-  ASSERT_TRUE(store->Write(std::move(batch), kBegin + 2 * kHour));
+  ASSERT_TRUE(store->Write(std::move(batch), At(kBegin + 2 * kHour)));
   const auto quarters = ReadTrends(folder(), {.point = "bay.f1.a", .every = 15 * kMinute});
   ASSERT_TRUE(quarters);
   ASSERT_EQ(quarters->spans.size(), 6U);
@@ -219,7 +152,7 @@ TEST_F(ValueStoreTest, SpansAreMerged) {
   store = Open(kBegin + 3 * kHour);
   Batch later;
   later.runs = {{1, kBegin + 3 * kHour, kBegin + 3 * kHour, RunBegin::started}};
-  ASSERT_TRUE(store->Write(std::move(later), kBegin + 3 * kHour));
+  ASSERT_TRUE(store->Write(std::move(later), At(kBegin + 3 * kHour)));
   const auto mended = ReadTrends(folder(), {.point = "bay.f1.a", .every = kHour});
   ASSERT_EQ(mended->spans.size(), 2U);
   EXPECT_EQ(mended->spans[1], hours->spans[1]);
@@ -276,16 +209,16 @@ TEST(ValueDisk, FullIsOverWhenThereIsRoom) {
   FaultyDisk disk;
   const std::vector<PointName> names = {{"a", config::Type::float64}};
   ValueStore store("/", names, {}, disk.vfs());
-  ASSERT_TRUE(store.Open(kBegin));
+  ASSERT_TRUE(store.Open(At(kBegin)));
   disk.write_error = SQLITE_FULL;
   Batch batch;
   batch.runs = {{1, kBegin, kBegin + 1, RunBegin::started}};
   batch.samples = {{0, 1, {kBegin + 1, 1.0, Quality::good}}};
-  EXPECT_FALSE(store.Write(std::move(batch), kBegin + 1));
+  EXPECT_FALSE(store.Write(std::move(batch), At(kBegin + 1)));
   EXPECT_TRUE(store.waits());
-  EXPECT_FALSE(store.Write({}, kBegin + 2));
+  EXPECT_FALSE(store.Write({}, At(kBegin + 2)));
   disk.write_error = 0;
-  EXPECT_TRUE(store.Write({}, kBegin + 3));
+  EXPECT_TRUE(store.Write({}, At(kBegin + 3)));
   EXPECT_FALSE(store.waits());
 }
 

@@ -1,7 +1,9 @@
 // events.db over its versions, and two connections to it.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -98,6 +100,40 @@ TEST_F(EventsFileTest, ADamagedFileIsPutAsideOnceByTwoConnections) {
   EXPECT_TRUE(second.new_file) << "what it had written is not there";
   EXPECT_EQ(First(b.database(), "SELECT count(*) FROM event_sources"), "1")
       << "the new file is not put aside as well";
+}
+
+/// What some file systems leave behind a power cut.
+TEST_F(EventsFileTest, AnEmptyFileIsALoss) {
+  std::ofstream(file()).close();
+  std::ofstream(file().string() + "-wal") << "what it would have been told";
+  EventsConnection connection(file());
+  const auto opened = connection.Open();
+  EXPECT_TRUE(opened.ok) << opened.error;
+  EXPECT_TRUE(opened.new_file);
+  EXPECT_EQ(opened.put_aside, file().string() +
+                                  " is damaged (it is empty: what it held is lost) and is "
+                                  "events.db.bad now; a new one is begun");
+  EXPECT_TRUE(std::filesystem::exists(file().string() + ".bad-wal"));
+  EventsConnection second(file());
+  EXPECT_EQ(second.Open().put_aside, "");
+}
+
+/// A disk that is full when it is made: what we have made ourselves is no loss.
+TEST_F(EventsFileTest, OneThatCouldNotBeMadeIsNotTakenForALoss) {
+  const auto ignore = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit none{0, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &none), 0);
+  EventsConnection connection(file());
+  const auto full = connection.Open();
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, ignore);
+  EXPECT_FALSE(full.ok);
+  EXPECT_FALSE(std::filesystem::exists(file()));
+  const auto opened = connection.Open();
+  EXPECT_TRUE(opened.ok) << opened.error;
+  EXPECT_EQ(opened.put_aside, "");
 }
 
 TEST_F(EventsFileTest, ARemovedFileIsFoundOut) {
