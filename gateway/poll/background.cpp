@@ -21,6 +21,13 @@ void Background::OnTaken(std::size_t device, Instant now) {
   items_[device].turn = ++turn_;
 }
 
+void Background::OnEnd(std::size_t device, Duration took) {
+  constexpr int kFades = 64;
+  Item& item = At(device);
+  const bool known = took != Duration::zero();
+  item.took = known ? std::max(took, item.took - (item.took - took) / kFades) : took;
+}
+
 std::optional<Instant> Background::MayBegin(std::size_t device) const {
   const Item& item = items_[device];
   if (!item.due || item.held || schedule_.suspended(device)) return std::nullopt;
@@ -33,7 +40,10 @@ Instant Background::Starves(const Item& item) const {
 
 bool Background::Fits(const Item& item, Instant at) const {
   const auto poll = schedule_.NextDue();
-  const Duration room = item.took == Duration::zero() ? item.room : item.took * 3 / 2;
+  const bool known = item.took != Duration::zero();
+  // The next exchange may be longer than all so far.
+  const Duration room =
+      known ? std::clamp<Duration>(item.took * 3 / 2, item.room / 2, item.room) : item.room;
   return !poll || *poll - at >= room;
 }
 

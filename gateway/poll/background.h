@@ -32,8 +32,9 @@ class Background {
 
   std::optional<std::size_t> Next(Which which, Instant now) const;
   void OnTaken(std::size_t device, Instant now);
-  /// The exchange took so long; zero: it was not answered.
-  void OnEnd(std::size_t device, Duration took) { At(device).took = took; }
+  /// The exchange took so long; zero: it was not answered. Long ones are remembered for a while:
+  /// the next may be as long.
+  void OnEnd(std::size_t device, Duration took);
   /// When Next may have something although nothing happens meanwhile. May lie in the past.
   std::optional<Instant> NextAt(Instant now) const;
 
@@ -42,7 +43,7 @@ class Background {
     std::optional<Instant> due;
     Instant taken{};  // last
     Duration room{};
-    Duration took{};  // the last exchange; zero: nobody knows
+    Duration took{};  // a long exchange; zero: nobody knows
     std::uint64_t turn = 0;
     bool held = false;
   };

@@ -45,10 +45,10 @@ TEST(Background, WhatTheLastExchangeTookIsRoomEnough) {
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
   line.background.OnEnd(0, 100ms);
-  EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 850ms), 0U);
-  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 851ms));
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 800ms), 0U);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 801ms));
   line.background.OnEnd(0, Duration::zero());
-  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 850ms));
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 800ms));
 }
 
 TEST(Background, ALineThatIsNeverIdleAsksOnceAMinute) {
