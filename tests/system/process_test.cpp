@@ -73,15 +73,8 @@ TEST_F(Process, StopsInOrderOnBothSignals) {
   }
 }
 
-<<<<<<< ours
 /// A terminal that closes, `kill -HUP` by habit, a logrotate rule of another daemon: the same file
-/// is read once more.
-||||||| base
-/// A terminal that closes, `kill -HUP` by habit, a logrotate rule of another daemon.
-=======
-/// A terminal that closes, `kill -HUP` by habit, a logrotate rule of another daemon, a limit of
-/// file sizes.
->>>>>>> theirs
+/// is read once more. A limit of file sizes.
 TEST_F(Process, OtherSignalsDoNotEndIt) {
   const auto daemon = StartDaemon(Yaml());
   for (const int signal : {SIGUSR1, SIGUSR2, SIGXFSZ, SIGHUP}) daemon->Signal(signal);
