@@ -209,11 +209,18 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
 }
 
 Json ReloadJson(const ReloadState& state) {
+  Json advice = Json::array();
+  if (state.confirm_until) {
+    advice.push_back("is on trial, and taken back at " + FormatWallTime(*state.confirm_until) +
+                     " unless somebody writes 'baudgate confirm'");
+  }
+  if (!state.not_the_file.empty()) advice.push_back(state.not_the_file);
   return {{"file", state.file},
           {"folder", state.folder},
           {"applied", TimeJson(state.applied)},
           {"confirm_until", state.confirm_until ? TimeJson(*state.confirm_until) : Json(nullptr)},
-          {"not_the_file", state.not_the_file}};
+          {"not_the_file", state.not_the_file},
+          {"advice", std::move(advice)}};
 }
 
 }  // namespace

@@ -59,6 +59,7 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
   const std::string unit = ReadWholeFile(At(INSTALL_PREFIX "/lib/systemd/system/baudgate.service"));
   EXPECT_THAT(unit, HasSubstr("\nType=notify\n"));
   EXPECT_THAT(unit, HasSubstr("\nExecStart=" INSTALLED_BINARIES "/baudgate run\n"));
+  EXPECT_THAT(unit, HasSubstr("\nExecReload=" INSTALLED_BINARIES "/baudgate reload\n"));
   EXPECT_THAT(unit, HasSubstr("\nConditionPathExists=/etc/baudgate/baudgate.yaml\n"));
   EXPECT_THAT(unit, HasSubstr("\nUser=baudgate\n"));
   EXPECT_THAT(unit, HasSubstr("\nRestartPreventExitStatus=3\n"));

@@ -207,9 +207,11 @@ TEST_F(Reload, ThatNobodyConfirmsIsTakenBackAndStaysSo) {
   ASSERT_EQ(reload.code, 0) << reload.errors;
   EXPECT_THAT(reload.output, HasSubstr("baudgate confirm"));
   EXPECT_FALSE(Status()["configuration"]["confirm_until"].is_null());
+  EXPECT_THAT(Ask({"status"}).output, HasSubstr("configuration: is on trial"));
   ASSERT_TRUE(EventuallyLogged(*daemon, "nobody has confirmed it within 2s"));
   ASSERT_TRUE(Eventually([&] { return Status()["configuration"]["not_the_file"] != ""; }));
   EXPECT_FALSE(RunsSlower());
+  EXPECT_THAT(Ask({"status"}).output, HasSubstr("was taken back: nobody has confirmed it"));
   EXPECT_EQ(ReadWholeFile(file()), WithSlowerIo()) << "the file is the user's";
   const Finished check = Command({"check", "-c", file().string()});
   EXPECT_EQ(check.code, 0);

@@ -195,6 +195,9 @@ std::string Advice(const Json& status) {
   if (const Json& audit = PartOf(status, "audit"); !audit.is_null()) add("audit", audit);
   if (const Json& events = PartOf(status, "events"); !events.is_null()) add("events", events);
   if (const Json& history = PartOf(status, "history"); !history.is_null()) add("history", history);
+  if (const Json& configuration = PartOf(status, "configuration"); !configuration.is_null()) {
+    add("configuration", configuration);
+  }
   return "\n" + (text.empty() ? "all is well\n" : text);
 }
 
