@@ -17,9 +17,10 @@ struct FakeEvents final : events::EventSource {
   std::size_t Acknowledge(const AckQuery& query,
                           std::function<void(const events::Acknowledged&)> done) override {
     asked = query;
-    const auto meant = std::ranges::count_if(
-        alarms, [&query](const events::Alarm& alarm) { return query.Means(alarm); });
-    done({static_cast<std::size_t>(meant), ""});
+    const auto meant = static_cast<std::size_t>(std::ranges::count_if(
+        alarms, [&query](const events::Alarm& alarm) { return query.Means(alarm); }));
+    done({meant, ""});
+    return meant;
   }
   Result<events::Page> Read(const events::PageQuery&) const override { return events::Page(); }
 
