@@ -17,6 +17,7 @@
 #include "gateway/cli/client/status.h"
 #include "gateway/cli/client/trace.h"
 #include "gateway/cli/client/writes.h"
+#include "gateway/cli/config_commands.h"
 #include "gateway/cli/ports/ports.h"
 #include "gateway/cli/settings/settings.h"
 #include "gateway/cli/terminal/words.h"
@@ -261,15 +262,6 @@ void AddConfirm(CLI::App& app, Action& action) {
   command->callback([options, &action] {
     action = [=](const auto&) { return RunConfirm(*options, std::cout, std::cerr); };
   });
-}
-
-CLI::App& ConfigCommand(CLI::App& app) {
-  const auto there =
-      app.get_subcommands([](const CLI::App* one) { return one->get_name() == "config"; });
-  if (!there.empty()) return *there.front();
-  auto* command = app.add_subcommand("config", "Configuration files");
-  command->require_subcommand(1);
-  return *command;
 }
 
 void AddKeptConfigs(CLI::App& app, Action& action) {
