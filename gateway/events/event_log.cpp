@@ -40,6 +40,12 @@ Result<Page> EventLog::Read(const PageQuery& query) const {
   return ReadPage(options_.file, query);
 }
 
+Result<PastPage> EventLog::ReadPast(const PastQuery& query) const {
+  if (options_.file.empty()) return Error{options_.why_no_file};
+  if (state().disk == Disk::opening) return PastPage{.rows = {}, .next = query.after};
+  return events::ReadPast(options_.file, query);
+}
+
 /// The end of a trouble is told as well, in a commit behind the one that has ended it.
 void EventLog::Run() {
   pthread_setname_np(pthread_self(), "events");

@@ -54,6 +54,7 @@ class EventLog final : public EventSource {
     return queue_.Acknowledge(query, std::move(done));
   }
   Result<Page> Read(const PageQuery& query) const override;
+  Result<PastPage> ReadPast(const PastQuery& query) const override;
 
  private:
   void Run();

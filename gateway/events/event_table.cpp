@@ -184,7 +184,7 @@ bool EventTable::Insert(const Batch& batch) {
     said_.Bind(3, batch.said);
     if (!said_.Run() || !past_.Insert(line, device, batch.past)) return false;
   }
-  return Drop(batch.events.back().seq);
+  return batch.events.empty() || Drop(batch.events.back().seq);
 }
 
 bool EventTable::InsertRecord(const EventRecord& event) {
@@ -202,7 +202,6 @@ bool EventTable::InsertRecord(const EventRecord& event) {
 bool EventTable::Drop(std::int64_t newest) {
   const std::int64_t beyond = newest - most_;
   if (oldest_ > 0 && beyond < oldest_) return true;
-  if (batch.events.empty()) return true;
   drop_.Bind(1, beyond);
   return drop_.Run() && records_.Drop(beyond) && FindOldest();
 }

@@ -59,7 +59,8 @@ class Ledger {
   void OnUnsupported(const Member& member, const std::string& reason);
   /// `mute`: its end says nothing about the member. `probe`: whether a member is back that is
   /// offline. `routed`: a client has asked, and what it is refused says nothing about the member.
-  void OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe, bool routed);
+  void OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe,
+                  bool routed = false);
   /// The device speaks unasked.
   void OnSpeaks(const Member& member);
   /// It has said something, and this is what became of it.

@@ -48,8 +48,8 @@ int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err
   };
   const int code = ReadPages({.request = {{"command", "alarms"}},
                               .state = "events",
-                              .current = true,
-                              .socket = options.socket},
+                              .socket = options.socket,
+                              .current = true},
                              print, out, err);
   if (code == kNotCurrent) {
     err << "baudgate: the list may lack alarms: what happens can not be kept\n";

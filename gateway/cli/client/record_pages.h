@@ -19,9 +19,10 @@ struct RecordPages {
   ControlClient::Json request;  ///< of the first page
   const char* state = "";       ///< the key under which an answer says how the file is
   bool follow = false;
-  bool current = false;  ///< they count only while the file can be written: else kNotCurrent
   std::optional<Duration> seconds{};  ///< of `follow`: end after this time
   std::string socket{};               ///< empty: the gateway in the default places
+  /// They count only while the file can be written: else kNotCurrent.
+  bool current = false;
 };
 
 /// `print`: what stands in each page, which may be nothing. The exit code.

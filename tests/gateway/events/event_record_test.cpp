@@ -71,7 +71,7 @@ TEST(EventRecord, CutsNoCharacterInTwo) {
 }
 
 TEST(EventRecord, CutsLongTexts) {
-  const EventBatch batch{{{0, 9, {}, std::string(1000, 'x')}}, "", false, false};
+  const EventBatch batch{{{0, 9, {}, std::string(1000, 'x')}}, {}, "", false, false};
   EXPECT_EQ(RecordsOf(batch, "l", Relay(), kWall, {})[0].text.size(), kLongestText);
 }
 

@@ -5,12 +5,10 @@
 #include "gateway/history/history_page.h"
 #include "gateway/history/value_store.h"
 #include "gateway/state/versions.h"
-#include "tests/gateway/history/folder.h"
+#include "tests/gateway/history/store_fixture.h"
 
 namespace baudgate::history {
 namespace {
-
-constexpr Millis kBegin = 1'790'000'000'000 / kDay * kDay;
 
 constexpr const char* kValues =
     "CREATE TABLE points (point INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, type TEXT NOT "
@@ -60,12 +58,12 @@ TEST_F(OldFiles, AreReadAndWrittenOn) {
   EXPECT_EQ(NewerStateIn(folder()), "");
   {
     ValueStore store(folder(), {{"bay.f1.a", config::Type::float32}}, {});
-    const Status opened = store.Open(kBegin + kSecond);
+    const Status opened = store.Open(At(kBegin + kSecond));
     ASSERT_TRUE(opened) << opened.error();
     Batch batch;
     batch.runs = {{2, kBegin + kSecond, kBegin + 2 * kSecond, RunBegin::started}};
     batch.samples = {{0, 2, {kBegin + kSecond, 8.5, Quality::good}}};
-    const Status written = store.Write(std::move(batch), kBegin + 2 * kSecond, true);
+    const Status written = store.Write(std::move(batch), At(kBegin + 2 * kSecond), true);
     EXPECT_TRUE(written) << written.error();
     EXPECT_TRUE(store.TakeNews().empty()) << "nothing was put aside";
   }
@@ -79,11 +77,11 @@ TEST_F(OldFiles, AreReadAndWrittenOn) {
 /// What gateway/state knows of the files of this room.
 TEST_F(OldFiles, TheirVersionIsKnownWhereNewerOnesAreRefused) {
   ValueStore store(folder(), {{"bay.f1.a", config::Type::float32}}, {});
-  ASSERT_TRUE(store.Open(kBegin));
+  ASSERT_TRUE(store.Open(At(kBegin)));
   Batch batch;
   batch.runs = {{1, kBegin, kBegin + kSecond, RunBegin::started}};
   batch.samples = {{0, 1, {kBegin, 8.5, Quality::good}}};
-  ASSERT_TRUE(store.Write(std::move(batch), kBegin + kSecond, true));
+  ASSERT_TRUE(store.Write(std::move(batch), At(kBegin + kSecond), true));
   EXPECT_EQ(First(DayFileName(kBegin), "PRAGMA user_version"),
             std::to_string(KnownVersion(kValuesApplication)));
   EXPECT_EQ(First("trends.db", "PRAGMA user_version"),
