@@ -23,6 +23,9 @@ struct FakeEvents final : events::EventSource {
     return meant;
   }
   Result<events::Page> Read(const events::PageQuery&) const override { return events::Page(); }
+  Result<events::PastPage> ReadPast(const events::PastQuery&) const override {
+    return events::PastPage();
+  }
 
   void Add(std::int64_t seq, const std::string& device, const std::string& point) {
     events::Alarm alarm;

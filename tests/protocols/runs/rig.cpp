@@ -169,11 +169,12 @@ const Setup& RealLine(const std::string& name) {
                        [&](const Setup& setup) { return setup.name == name; });
 }
 
-Heard Hear(const Protocol& protocol, const config::Options& options, View request, View bytes) {
+HeardReply Hear(const Protocol& protocol, const config::Options& options, View request,
+                View bytes) {
   Assembler assembler;
   assembler.Begin(protocol.reply_rule, protocol.expect(request, options));
   assembler.Feed(bytes);
-  Heard heard;
+  HeardReply heard;
   heard.frame = assembler.Next(false);
   if (!heard.frame) heard.frame = assembler.Next(true);
   heard.blame = assembler.blame();

@@ -42,11 +42,11 @@ const Setup& RealLine(const std::string& name);
 const Setup& TcpLine();
 
 /// What the reply rule makes of `bytes` that come after `request`, and silence behind them.
-struct Heard {
+struct HeardReply {
   std::optional<Bytes> frame;  ///< the first whole one
   Outcome blame = Outcome::none;
 };
-Heard Hear(const Protocol& protocol, const config::Options& options, View request, View bytes);
+HeardReply Hear(const Protocol& protocol, const config::Options& options, View request, View bytes);
 
 /// An echo in front of `reply` hides it: bytes of the request are taken for the reply's.
 bool EchoHides(const Protocol& protocol, const config::Options& options, View request, View reply);

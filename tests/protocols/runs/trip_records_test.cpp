@@ -154,22 +154,21 @@ class Station {
     asked_.clear();
     kept_.clear();
     const std::size_t generation = restarts;
-    desks_.push_back(
-        std::make_unique<RecordDesk>(rig_->config(), rig_->store(),
-                                     RecordDesk::Ends{.clocks = [this] { return rig_->now(); },
-                                                      .ask =
-                                                          [this, generation](WriteCommand command) {
-                                                            if (generation != restarts)
-                                                              return false;
-                                                            asked_.push_back(std::move(command));
-                                                            return true;
-                                                          },
-                                                      .keep =
-                                                          [this, generation](KeptRecord record) {
-                                                            if (generation == restarts)
-                                                              kept_.push_back(std::move(record));
-                                                          }}));
+    desks_.push_back(std::make_unique<RecordDesk>(
+        rig_->store(), RecordDesk::Ends{.clocks = [this] { return rig_->now(); },
+                                        .ask =
+                                            [this, generation](WriteCommand command) {
+                                              if (generation != restarts) return false;
+                                              asked_.push_back(std::move(command));
+                                              return true;
+                                            },
+                                        .keep =
+                                            [this, generation](KeptRecord record) {
+                                              if (generation == restarts)
+                                                kept_.push_back(std::move(record));
+                                            }}));
     desk_ = desks_.back().get();
+    for (const config::Line& line : rig_->config().lines) desk_->Add(line);
     desk_->Start();
     desk_->Owe(keeper_.TakeOwed());
   }

@@ -128,7 +128,8 @@ TEST(SpaReply, LongDataIsContinuedWithinLinesOf255) {
   for (const int reading : {kCoversAll, kCoversNoLineEnds, kCoversCharacters, kCoversLastLine}) {
     const auto frame = EncodeData(1, data, reading);
     ASSERT_TRUE(frame);
-    for (const auto line : Split(Text(*frame), '\n')) EXPECT_LE(line.size(), kMaxLine + 1);
+    const std::string sent = Text(*frame);
+    for (const auto line : Split(sent, '\n')) EXPECT_LE(line.size(), kMaxLine + 1);
     const View text = View(*frame).subspan(1);
     EXPECT_EQ(ParseReply(text)->data, data);
     EXPECT_TRUE(ChecksumPasses(text, reading));

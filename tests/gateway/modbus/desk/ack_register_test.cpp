@@ -34,6 +34,9 @@ class FakeAlarms final : public events::EventSource {
     return told.alarms;
   }
   Result<events::Page> Read(const events::PageQuery&) const override { return events::Page{}; }
+  Result<events::PastPage> ReadPast(const events::PastQuery&) const override {
+    return events::PastPage();
+  }
 
   void Raise(const std::string& device, std::int64_t seq) {
     events::Alarm& alarm = alarms.emplace_back();
