@@ -61,13 +61,14 @@ void Lines::Start() {
     for (const auto& loop : shared_) loop->Start();
   }
   const MutexLock lock(clock_mutex_);
+  const std::optional<bool> right = clock_right_;
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     Place& place = slots_[i];
     if (std::exchange(place.started, true)) continue;
     if (place.own) place.own->Start();
-    place.slot.With([this](LineRunner& runner) {
+    place.slot.With([right](LineRunner& runner) {
       runner.Start();
-      if (clock_right_) runner.OnHostClock(*clock_right_);
+      if (right) runner.OnHostClock(*right);
     });
   }
 }
