@@ -154,7 +154,7 @@ void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute,
   const Outcome outcome = routed && ProvesLife(end.outcome) ? Outcome::ok : end.outcome;
   CountMissed();
   ++counters_.exchanges;
-  ++counters_.outcomes[static_cast<std::size_t>(outcome)];
+  ++counters_.outcomes[static_cast<std::size_t>(end.outcome)];
   if (answered) {
     counters_.round_trips.Add(end.round_trip);
     silent_from_.reset();

@@ -321,7 +321,7 @@ Answer JournalSession::OnRefused(Answer answer, Instant now) {
   pass_.reset();
   if (place_ == 0) {
     // A meter has the journals that it has told.
-    if (state.told || ++state.refusals < kMostFailures) {
+    if (state.told) {
       OnFailure(answer.outcome, now);
       return End(std::move(answer));
     }
@@ -363,7 +363,6 @@ void JournalSession::OnReconnect() {
 void JournalSession::ForgetRefusals() {
   for (State& state : states_) {
     state.refused = false;
-    state.refusals = 0;
     state.records = records_;
   }
 }

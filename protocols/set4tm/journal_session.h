@@ -64,8 +64,7 @@ class JournalSession {
     std::optional<Records> told;  // nothing: the journal was never read
     std::size_t records = 0;      // it has so many
     bool refused = false;
-    int refusals = 0;  // of its first record, before it was ever told
-    bool due = true;   // to be read whole
+    bool due = true;  // to be read whole
     Instant read_at{};
     int failures = 0;
     Instant rests_until{};

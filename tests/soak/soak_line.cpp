@@ -144,10 +144,18 @@ bool SoakLine::AllGood() const {
   return all;
 }
 
+namespace {
+
+/// A meter's clock goes on.
+bool IsClock(const config::Point& point) { return point.read.starts_with("04 00"); }
+
+}  // namespace
+
 void SoakLine::CompareWithTruth() {
   for (std::uint32_t device = 0; device < store_->device_count(); ++device) {
     store_->Read(device, [&](const DeviceRecord& record) {
       for (std::size_t i = 0; i < record.points.size(); ++i) {
+        if (IsClock(record.device->points[i])) continue;
         EXPECT_EQ(ToText(record.points[i].value), ToText(truth_[device][i]))
             << name() << " " << record.device->name << " " << record.device->points[i].name;
       }
@@ -204,6 +212,7 @@ void SoakLine::Check() {
 
 void SoakLine::CheckPoint(const DeviceRecord& record, std::uint32_t device, std::size_t point,
                           Instant now) {
+  if (IsClock(record.device->points[point])) return;
   const PointRecord& shown = record.points[point];
   const Value& truth = truth_[device][point];
   if (IsBad(QualityAt(record, point, now)) || shown.value == truth) return;

@@ -36,7 +36,7 @@ TEST(PollerRouted, TheSlavesOwnExceptionPasses) {
 
 /// Whoever asked is told; the device has what its profile wants.
 TEST(PollerRouted, WhatAClientIsRefusedSaysNothingAboutTheDevice) {
-  RoutedLine line(DriveLine({Polled("20", 1)}), {"20"});
+  RoutedLine line(DriveLine({Polled("20", 1)}), {});
   line.RunFor(100ms);
   line.Ask("beyond", "03 03 E7 00 01");
   line.RunFor(1s);

@@ -39,7 +39,7 @@ TEST_F(EventsFileTest, OneOfVersionOneKeepsItsWritesAndGetsEvents) {
     ASSERT_TRUE(opened.database->Execute(
         "DROP TABLE events; DROP TABLE event_sources; DROP TABLE alarms; "
         "DROP TABLE event_cursors; DROP TABLE records; DROP TABLE record_values; "
-        "DROP TABLE owed_records; PRAGMA user_version=1;"
+        "DROP TABLE owed_records; DROP TABLE past; DROP TABLE past_points; PRAGMA user_version=1;"
         "INSERT INTO writes (kind, time, last, client, line, device, point, reason, took, count) "
         "VALUES ('point', 1, 1, 'c', 'l', 'd', 'p', '', 0, 1)"))
         << opened.database->error();
@@ -58,7 +58,7 @@ TEST_F(EventsFileTest, OneOfVersionThreeKeepsItsEventsAndGetsCursors) {
     ASSERT_TRUE(opened.database) << opened.error;
     ASSERT_TRUE(opened.database->Execute(
         "DROP TABLE event_cursors; DROP TABLE records; DROP TABLE record_values; "
-        "DROP TABLE owed_records; PRAGMA user_version=3;"
+        "DROP TABLE owed_records; DROP TABLE past; DROP TABLE past_points; PRAGMA user_version=3;"
         "INSERT INTO events VALUES (7, 1, 1, 0, 'l', 'd', 0, 0, 'on', 't')"))
         << opened.database->error();
   }

@@ -218,7 +218,7 @@ TEST(JournalSession, ARefusalOfWhatWasThereIsNotTheEnd) {
   desk.Raise(11);
   desk.Run(500);
   desk.deaf = {1};
-  desk.Run(4);
+  desk.Run(2);
   desk.deaf = {};
   desk.Raise(12);
   desk.Run(500);

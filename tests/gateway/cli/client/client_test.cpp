@@ -212,13 +212,13 @@ TEST_F(ClientTest, TraceEndsWithItsTimeOrASignal) {
   std::thread stopper([&] {
     if (lines_.WaitForTraces(0, 1)) ::pthread_kill(here, SIGINT);
   });
-  EXPECT_EQ(RunTrace({.line = "bay-1", .socket = path()}, out_, err_), 0);
+  EXPECT_EQ(RunTrace({.line = "bay-1", .socket = path()}, out_, err_), kNoDaemon);
   stopper.join();
   EXPECT_THAT(err_.str(), IsEmpty());
   EXPECT_TRUE(lines_.WaitForTraces(0, 0));
 }
 
-TEST_F(ClientTest, TraceEndsInPeaceWhenTheGatewayStops) {
+TEST_F(ClientTest, TraceSaysThatTheGatewayStops) {
   StartServer();
   TraceRecord record;
   record.text = "went offline";
