@@ -49,14 +49,14 @@ std::string FormatValue(double value) {
   constexpr double kMostWhole = 1e15;
   const bool whole = std::trunc(value) == value && std::abs(value) < kMostWhole;
   char buffer[64];
-  if (const auto single = static_cast<float>(value);
-      !whole && static_cast<double>(single) == value) {
-    return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, single).ptr);
-  }
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general,
                                  whole ? 15 : 9)
                        .ptr;
-  return std::string(buffer, end);
+  double shown = 0;
+  std::from_chars(buffer, end, shown);
+  const auto single = static_cast<float>(value);
+  if (shown == value || static_cast<double>(single) != value) return std::string(buffer, end);
+  return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, single).ptr);
 }
 
 std::string FormatAge(Duration age) {

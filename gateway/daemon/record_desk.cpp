@@ -91,6 +91,9 @@ void RecordDesk::Owe(const std::vector<events::OwedRecord>& owed) {
         steps.keep.push_back(std::move(record));
         continue;
       }
+      // Before a relay has told everything, a reading would be of no use, and in its way.
+      debt->waits = store_.device(debt->device).events;
+      if (!debt->event) debt->again = now.instant + kAgain;
       if (debt->event) {
         steps.keep.push_back(Superseded(*debt->event, one.event, now.wall));
       } else {
@@ -100,7 +103,7 @@ void RecordDesk::Owe(const std::vector<events::OwedRecord>& owed) {
       debt->got.reset();
       debt->tries = 0;
       debt->stale = debt->asking;
-      Ask(*debt, steps);
+      if (!debt->waits) Ask(*debt, steps);
     }
   }
   Do(std::move(steps));
@@ -112,6 +115,7 @@ void RecordDesk::OnDrained(std::uint32_t device, Instant asked) {
   {
     const MutexLock lock(mutex_);
     for (Debt& debt : debts_[device]) {
+      if (debt.waits) Ask(debt, steps);
       if (!debt.got || asked < debt.got_at) continue;
       --owing_;
       Settle(debt, *debt.got, steps);
@@ -143,7 +147,7 @@ void RecordDesk::OnRead(std::uint32_t device, Instant at) {
 
 void RecordDesk::Ask(Debt& debt, Steps& steps) {
   if (!started_ || std::exchange(debt.asking, true)) return;
-  debt.stale = false;
+  debt.stale = debt.waits = false;
   steps.ask.push_back(&debt);
 }
 
@@ -155,8 +159,8 @@ void RecordDesk::OnAnswer(Debt& debt, Instant asked, const WriteResult& result) 
     const MutexLock lock(mutex_);
     debt.asking = false;
     if (!debt.event) return;
-    if (debt.stale) {
-      Ask(debt, steps);
+    if (std::exchange(debt.stale, false)) {
+      if (!debt.waits) Ask(debt, steps);
     } else if (record && !store_.device(debt.device).events) {
       --owing_;
       Settle(debt, *record, steps);

@@ -2,7 +2,8 @@
 // They are read as a person reads points (WriteCommand::reads) and kept as one
 // (gateway/events/kept_record.h).
 //
-//   event 412 is on the disk, owes "trip"      its points are asked for
+//   event 412 is on the disk, owes "trip"      its points are asked for, when the relay has nothing
+//                                              more to tell, or after 5 s
 //   they are all read                          they wait until the relay has nothing more to tell
 //   L: nothing                                 kept with 412: they can be of no later event
 //   L: event 413 owes "trip", too              what was read is dropped, and read once more: of
@@ -69,6 +70,7 @@ class RecordDesk {
     const config::Record* record = nullptr;
     std::optional<events::OwedRecord> event{};  ///< the last that owes it
     bool asking = false;
+    bool waits = false;  ///< for the device to have no more to tell
     bool stale = false;  ///< what is asked for may be of the event before
     int tries = 0;
     Instant again{};  ///< not before

@@ -30,12 +30,23 @@ Value Fit(Type type, double number) {
   return static_cast<std::int64_t>(whole);
 }
 
-/// As the device meant it: 30.3 where a float32 of it is 30.299999237060547. What is whole stays.
+/// 1834523.25 is meant as it is, 30.299999237060547 is not.
+bool IsShort(double number) {
+  constexpr int kDigits = 12;
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), number,
+                                 std::chars_format::general, kDigits);
+  double rounded = 0;
+  std::from_chars(text.data(), end.ptr, rounded);
+  return rounded == number;
+}
+
+/// As the device meant it: 30.3 where a float32 of it is 30.299999237060547.
 double NumberOf(const config::Point& point, const Value& raw) {
   const double number = ToDouble(raw);
   const auto single = static_cast<float>(number);
   const bool is_single = point.type == Type::float32 && static_cast<double>(single) == number;
-  return is_single && std::trunc(number) != number ? ShortestDecimal(single) : number;
+  return is_single && !IsShort(number) ? ShortestDecimal(single) : number;
 }
 
 /// 64-bit integers pass whole where a double would round them.

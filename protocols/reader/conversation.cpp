@@ -102,8 +102,11 @@ Answer ReaderConversation::OnDue(Now now) {
 void ReaderConversation::OnReconnect() { latest_.clear(); }
 
 void ReaderConversation::OnEventsKept(std::string_view said) {
-  if (counter_ > 0) return;
-  counter_ = ParseInteger<std::uint64_t>(said).value_or(0);
+  if (std::exchange(recalled_, true)) return;
+  // Some may have come before it was known how many there were.
+  const auto before = ParseInteger<std::uint64_t>(said).value_or(0);
+  counter_ += before;
+  for (auto& tag : ring_) tag.counter += before;
 }
 
 /// Within `same_tag` of the last time that it came: a tag that stays is one.

@@ -46,6 +46,7 @@ class ReaderConversation final : public Conversation {
   std::deque<Tag> ring_;                   // the last one first
   std::map<std::string, Instant> latest_;  // when each text came last, within same_tag
   std::uint64_t counter_ = 0;
+  bool recalled_ = false;
   std::uint64_t repeats_ = 0;
   std::optional<Instant> gone_at_;  // when what is present is not any more
 };

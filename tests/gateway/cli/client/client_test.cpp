@@ -212,7 +212,7 @@ TEST_F(ClientTest, TraceEndsWithItsTimeOrASignal) {
   std::thread stopper([&] {
     if (lines_.WaitForTraces(0, 1)) ::pthread_kill(here, SIGINT);
   });
-  EXPECT_EQ(RunTrace({.line = "bay-1", .socket = path()}, out_, err_), kNoDaemon);
+  EXPECT_EQ(RunTrace({.line = "bay-1", .socket = path()}, out_, err_), 0);
   stopper.join();
   EXPECT_THAT(err_.str(), IsEmpty());
   EXPECT_TRUE(lines_.WaitForTraces(0, 0));
@@ -227,7 +227,7 @@ TEST_F(ClientTest, TraceSaysThatTheGatewayStops) {
     lines_.Push(0, record);
     StopServer();
   });
-  EXPECT_EQ(RunTrace({.line = "bay-1", .socket = path()}, out_, err_), 0);
+  EXPECT_EQ(RunTrace({.line = "bay-1", .socket = path()}, out_, err_), kNoDaemon);
   stopper.join();
   EXPECT_THAT(out_.str(), testing::AnyOf(IsEmpty(), EndsWith("went offline\n")));
   EXPECT_THAT(err_.str(), HasSubstr("the trace has ended: the gateway "));
