@@ -19,8 +19,7 @@ constexpr std::int64_t Micros(Duration time) { return time / std::chrono::micros
 }  // namespace
 
 PastTable::PastTable(Database& database, std::int64_t most)
-    : database_(database),
-      most_(most),
+    : most_(most),
       add_point_(database, kAddPoint),
       find_point_(database, kFindPoint),
       of_series_(database, kOfSeries),

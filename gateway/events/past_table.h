@@ -33,7 +33,6 @@ class PastTable {
   bool InsertRow(std::int64_t point, const PastRecord& record, const PastValue* value);
   bool InsertGap(const std::string& line, const std::string& device, const PastRecord& record);
 
-  Database& database_;
   const std::int64_t most_;
   Statement add_point_;
   Statement find_point_;
