@@ -9,17 +9,6 @@
 #include "gateway/store/conversion.h"
 
 namespace baudgate::audit {
-namespace {
-
-/// A float32 with the digits that it needs: 30.3, not 30.299999237060547.
-Value Shown(const config::Point& point, Value value) {
-  auto* number = std::get_if<double>(&value);
-  if (point.type != config::Type::float32 || number == nullptr) return value;
-  *number = ShortestDecimal(static_cast<float>(*number));
-  return value;
-}
-
-}  // namespace
 
 AuditedWrites::AuditedWrites(const PointStore& store, CommandSink& inner, WriteLog& log,
                              config::Audit audit, std::function<Now()> clocks)
@@ -86,8 +75,7 @@ WriteRecord AuditedWrites::RecordOf(const WriteCommand& command, const PointWrit
       if (known) record.before = held.points[write.point].value;
     });
   }
-  record.before = Shown(point, std::move(record.before));
-  record.value = Shown(point, ToSample(point, {write.point, write.raw}).value);
+  record.value = ToSample(point, {write.point, write.raw}).value;
   return record;
 }
 
@@ -106,8 +94,7 @@ void AuditedWrites::OnDenied(const DeniedWrite& denied) {
   WriteRecord record = Named(Kind::denied, denied.device, denied.point);
   record.time = record.last = now.wall;
   record.client = Clipped(denied.client);
-  const config::Point& point = store_.device(denied.device).points[denied.point];
-  record.value = Shown(point, denied.value);
+  record.value = denied.value;
   record.end = WriteEnd::denied;
   record.reason = Clipped(denied.reason);
   log_.Note(std::move(record), now.instant);

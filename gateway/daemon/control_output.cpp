@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/control_output.h"
 
-#include <pthread.h>
-
-#include <asio/executor_work_guard.hpp>
-#include <asio/post.hpp>
 #include <utility>
 
 #include "gateway/base/log.h"
@@ -13,7 +9,7 @@
 namespace baudgate {
 
 ControlOutput::ControlOutput(const config::Config& config, const Links& links)
-    : server_(config, links.store, links.lines, links.commands, links.info, io_) {}
+    : server_(config, links.store, links.lines, links.commands, links.info, loop_.io()) {}
 
 std::unique_ptr<ControlOutput> ControlOutput::Start(const config::Config& config,
                                                     const Links& links) {
@@ -27,27 +23,18 @@ std::unique_ptr<ControlOutput> ControlOutput::Start(const config::Config& config
     return nullptr;
   }
   log::Info("control socket {}", output->server_.path());
-  output->thread_ = std::thread([raw = output.get()] {
-    pthread_setname_np(pthread_self(), "control");
-    const auto work = asio::make_work_guard(raw->io_);
-    raw->io_.run();
-  });
+  output->loop_.Start();
   return output;
 }
 
 void ControlOutput::Apply(const config::Config& config, const history::HistorySource* history) {
-  RunOn(io_, [&] { server_.Apply(config, history); });
+  RunOn(loop_.io(), [&] { server_.Apply(config, history); });
 }
 
 ControlOutput::~ControlOutput() { Stop(); }
 
 void ControlOutput::Stop() {
-  if (!thread_.joinable()) return;
-  asio::post(io_, [this] {
-    server_.Stop();
-    io_.stop();
-  });
-  thread_.join();
+  loop_.Stop([this] { server_.Stop(); });
 }
 
 }  // namespace baudgate

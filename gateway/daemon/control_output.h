@@ -2,12 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <asio/io_context.hpp>
 #include <memory>
 #include <string>
-#include <thread>
 
 #include "gateway/control/control_server.h"
+#include "transports/loop_thread.h"
 
 namespace baudgate {
 
@@ -30,14 +29,13 @@ class ControlOutput {
   /// Idempotent.
   void Stop();
 
-  asio::io_context& io() { return io_; }
+  asio::io_context& io() { return loop_.io(); }
 
  private:
   ControlOutput(const config::Config& config, const Links& links);
 
-  asio::io_context io_{1};
+  LoopThread loop_{"control"};
   control::ControlServer server_;
-  std::thread thread_;
 };
 
 }  // namespace baudgate

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/modbus_output.h"
 
-#include <pthread.h>
-
-#include <asio/executor_work_guard.hpp>
-#include <asio/post.hpp>
 #include <utility>
 
 #include "gateway/daemon/run_on.h"
@@ -17,30 +13,21 @@ ModbusOutput::ModbusOutput(const config::Config& config, Links links)
 Result<std::unique_ptr<ModbusOutput>> ModbusOutput::Start(const config::Config& config,
                                                           Links links) {
   std::unique_ptr<ModbusOutput> output(new ModbusOutput(config, std::move(links)));
-  if (const Status status = output->server_.Listen(output->io_); !status) {
+  if (const Status status = output->server_.Listen(output->loop_.io()); !status) {
     return Error{status.error()};
   }
-  output->thread_ = std::thread([raw = output.get()] {
-    pthread_setname_np(pthread_self(), "modbus");
-    const auto work = asio::make_work_guard(raw->io_);
-    raw->io_.run();
-  });
+  output->loop_.Start();
   return output;
 }
 
 void ModbusOutput::Apply(const config::Config& config, std::vector<RouteTarget*> lines) {
-  RunOn(io_, [&] { server_.Apply(config, lines); });
+  RunOn(loop_.io(), [&] { server_.Apply(config, lines); });
 }
 
 ModbusOutput::~ModbusOutput() { Stop(); }
 
 void ModbusOutput::Stop() {
-  if (!thread_.joinable()) return;
-  asio::post(io_, [this] {
-    server_.Stop();
-    io_.stop();
-  });
-  thread_.join();
+  loop_.Stop([this] { server_.Stop(); });
 }
 
 }  // namespace baudgate

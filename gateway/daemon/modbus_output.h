@@ -2,15 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <asio/io_context.hpp>
 #include <functional>
 #include <memory>
-#include <thread>
 #include <vector>
 
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 #include "gateway/modbus/server/modbus_server.h"
+#include "transports/loop_thread.h"
 
 namespace baudgate {
 
@@ -33,14 +32,13 @@ class ModbusOutput {
   void Stop();
 
   const modbus::ModbusServer& server() const { return server_; }
-  asio::io_context& io() { return io_; }
+  asio::io_context& io() { return loop_.io(); }
 
  private:
   ModbusOutput(const config::Config& config, Links links);
 
-  asio::io_context io_{1};
+  LoopThread loop_{"modbus"};
   modbus::ModbusServer server_;
-  std::thread thread_;
 };
 
 }  // namespace baudgate

@@ -2,15 +2,13 @@
 // They are read as a person reads points (WriteCommand::reads) and kept as one
 // (gateway/events/kept_record.h).
 //
-//   event 412 is on the disk, owes "trip"      its points are asked for, when the relay has nothing
-//                                              more to tell, or after 5 s
-//   they are all read                          they wait until the relay has nothing more to tell
-//   L: nothing                                 kept with 412: they can be of no later event
-//   L: event 413 owes "trip", too              what was read is dropped, and read once more: of
-//   413;
-//                                              412 is told to be superseded
-//   not all could be read                      again 5 s later when the device answers, five times
-//   restart in between                         the file knows what is owed: from the beginning
+//   event 412 is on the disk, owes "trip"   waits until the relay has no more to tell, at most 5 s
+//   L: nothing                              its points are asked for
+//   they are all read                       they wait for the next L
+//   L: nothing                              kept with 412: they can be of no later event
+//   L: 413 owes "trip", too                 412 is superseded, what was read is dropped; as above
+//   not all could be read                   again 5 s later when the device answers, five times
+//   restart in between                      the file knows what is owed: from the beginning
 //
 // Nothing is asked while the device does not answer; what it owes waits, and is read when it is
 // back.

@@ -2,6 +2,7 @@
 #include "gateway/reload/difference.h"
 
 #include <algorithm>
+#include <map>
 #include <string_view>
 #include <utility>
 
@@ -102,23 +103,27 @@ LineChange CompareLines(const config::Line* was, const config::Line& is) {
   return {is.name, outputs ? Fate::outputs : Fate::changed, WhatChanged(*was, is)};
 }
 
-/// "line.device.point" with all that is kept of it.
-std::vector<std::string> HistoryOf(const config::Config& config) {
-  std::vector<std::string> points;
-  std::uint32_t first = 0;
+/// By "line.device.point".
+std::map<std::string, config::HistoryPoint> HistoryOf(const config::Config& config) {
+  std::map<std::string, config::HistoryPoint> points;
+  std::uint32_t device = 0;
   for (const config::Line& line : config.lines) {
-    for (const config::Device& device : line.devices) {
+    for (const config::Device& its : line.devices) {
       for (const config::HistoryPoint& point : config.history.points) {
-        if (point.device != first) continue;
-        points.push_back(line.name + "." + device.name + "." + device.points[point.point].name +
-                         " " + std::to_string(point.every) + " " + std::to_string(point.deadband) +
-                         " " + std::to_string(point.max_gap.count()));
+        if (point.device != device) continue;
+        points.emplace(line.name + "." + its.name + "." + its.points[point.point].name, point);
       }
-      ++first;
+      ++device;
     }
   }
-  std::ranges::sort(points);
   return points;
+}
+
+bool SameHistory(const config::Config& running, const config::Config& next) {
+  const auto same = [](const auto& a, const auto& b) {
+    return a.first == b.first && Same(a.second, b.second);
+  };
+  return std::ranges::equal(HistoryOf(running), HistoryOf(next), same);
 }
 
 void CompareHistory(const config::Config& running, const config::Config& next,
@@ -127,7 +132,7 @@ void CompareHistory(const config::Config& running, const config::Config& next,
     const std::string name = "history." + std::string(member);
     (member == "directory" ? difference.restart : difference.settings).push_back(name);
   });
-  if (HistoryOf(running) != HistoryOf(next)) difference.settings.emplace_back("history.points");
+  if (!SameHistory(running, next)) difference.settings.emplace_back("history.points");
 }
 
 }  // namespace

@@ -182,7 +182,14 @@ inline auto MembersOf(const config::Events& its) {
   return Name({"events", "directory"}, given, directory);
 }
 
-/// Without its points, which are numbers.
+/// Without its device and point, which are numbers.
+inline auto MembersOf(const config::HistoryPoint& its) {
+  const auto& [device, point, every, deadband, max_gap, swinging_door] = its;
+  return Name({"every", "deadband", "max_gap", "swinging_door"}, every, deadband, max_gap,
+              swinging_door);
+}
+
+/// Without its points, which are compared by name.
 inline auto MembersOf(const config::History& its) {
   const auto& [directory, limit, keep, points] = its;
   return Name({"directory", "limit", "keep"}, directory, limit, keep);

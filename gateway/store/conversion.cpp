@@ -30,25 +30,6 @@ Value Fit(Type type, double number) {
   return static_cast<std::int64_t>(whole);
 }
 
-/// 1834523.25 is meant as it is, 30.299999237060547 is not.
-bool IsShort(double number) {
-  constexpr int kDigits = 12;
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), number,
-                                 std::chars_format::general, kDigits);
-  double rounded = 0;
-  std::from_chars(text.data(), end.ptr, rounded);
-  return rounded == number;
-}
-
-/// As the device meant it: 30.3 where a float32 of it is 30.299999237060547.
-double NumberOf(const config::Point& point, const Value& raw) {
-  const double number = ToDouble(raw);
-  const auto single = static_cast<float>(number);
-  const bool is_single = point.type == Type::float32 && static_cast<double>(single) == number;
-  return is_single && !IsShort(number) ? ShortestDecimal(single) : number;
-}
-
 /// 64-bit integers pass whole where a double would round them.
 Value FitInteger(const config::Point& point, const Value& raw) {
   if (const auto* number = std::get_if<std::uint64_t>(&raw);
@@ -64,7 +45,9 @@ Value FitInteger(const config::Point& point, const Value& raw) {
     if (point.type == Type::int64) return raw;
     if (point.type == Type::uint64 && *number >= 0) return static_cast<std::uint64_t>(*number);
   }
-  return Fit(point.type, NumberOf(point, raw) * point.scale + point.offset);
+  const bool may_be_single = point.type == Type::float32 && std::holds_alternative<double>(raw);
+  const double number = may_be_single ? AsDecimal(ToDouble(raw)) : ToDouble(raw);
+  return Fit(point.type, number * point.scale + point.offset);
 }
 
 /// A value in user's units that the point could hold; exact where it is an integer already.
@@ -122,12 +105,21 @@ Result<Value> ToRaw(const config::Point& point, const Value& value) {
   return whole;
 }
 
-double ShortestDecimal(float number) {
+double AsDecimal(double number) {
+  constexpr int kDigits = std::numeric_limits<float>::max_digits10;
   std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), number);
-  double shortest = number;
-  std::from_chars(text.data(), end.ptr, shortest);
-  return shortest;
+  const auto read = [&](char* end) {
+    double value = number;
+    std::from_chars(text.data(), end, value);
+    return value;
+  };
+  char* const last = text.data() + text.size();
+  const bool is_short =
+      read(std::to_chars(text.data(), last, number, std::chars_format::general, kDigits).ptr) ==
+      number;
+  const auto single = static_cast<float>(number);
+  if (is_short || static_cast<double>(single) != number) return number;
+  return read(std::to_chars(text.data(), last, single).ptr);
 }
 
 }  // namespace baudgate

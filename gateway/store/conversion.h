@@ -16,7 +16,8 @@ Sample ToSample(const config::Point& point, const Reading& reading);
 /// A value as users write it, turned into the raw value that the protocol sends.
 Result<Value> ToRaw(const config::Point& point, const Value& value);
 
-/// The shortest decimal number that is this float32: 30.3, not 30.299999237060547.
-double ShortestDecimal(float number);
+/// The decimal number that a float32 stands for: 30.3, where it is 30.299999237060547 in 64 bits.
+/// What is no float32, or has not more digits than one needs (1834523.25), stays.
+double AsDecimal(double number);
 
 }  // namespace baudgate

@@ -22,9 +22,7 @@ std::string WithUnit(const config::Point& point, double number) {
 Value AsMeant(const config::Point& point, const Value& value) {
   const auto* number = std::get_if<double>(&value);
   if (number == nullptr || point.type != config::Type::float32) return value;
-  const auto single = static_cast<float>(*number);
-  if (static_cast<double>(single) != *number) return value;
-  return ShortestDecimal(single);
+  return AsDecimal(*number);
 }
 
 std::string WhyInexact(const config::Point& point, const Value& value, const Value& raw) {

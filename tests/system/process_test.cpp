@@ -73,8 +73,7 @@ TEST_F(Process, StopsInOrderOnBothSignals) {
   }
 }
 
-/// A terminal that closes, `kill -HUP` by habit, a logrotate rule of another daemon: the same file
-/// is read once more. A limit of file sizes.
+/// SIGHUP, by habit or from a terminal that closes, reads the same file once more.
 TEST_F(Process, OtherSignalsDoNotEndIt) {
   const auto daemon = StartDaemon(Yaml());
   for (const int signal : {SIGUSR1, SIGUSR2, SIGXFSZ, SIGHUP}) daemon->Signal(signal);
