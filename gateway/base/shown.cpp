@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "gateway/base/text.h"
 
@@ -54,6 +55,7 @@ std::string FormatValue(double value) {
                        .ptr;
   double shown = 0;
   std::from_chars(buffer, end, shown);
+  if (std::abs(value) > std::numeric_limits<float>::max()) return std::string(buffer, end);
   const auto single = static_cast<float>(value);
   if (shown == value || static_cast<double>(single) != value) return std::string(buffer, end);
   return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, single).ptr);

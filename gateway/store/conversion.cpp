@@ -117,8 +117,9 @@ double AsDecimal(double number) {
   const bool is_short =
       read(std::to_chars(text.data(), last, number, std::chars_format::general, kDigits).ptr) ==
       number;
+  if (is_short || std::abs(number) > std::numeric_limits<float>::max()) return number;
   const auto single = static_cast<float>(number);
-  if (is_short || static_cast<double>(single) != number) return number;
+  if (static_cast<double>(single) != number) return number;
   return read(std::to_chars(text.data(), last, single).ptr);
 }
 
