@@ -103,6 +103,7 @@ TEST(Conversion, AFloat32IsTheDecimalThatItStandsFor) {
   ExpectGood(PointOf(Type::float32), 123456792.0, 123456792.0);  // not ...790
   ExpectGood(PointOf(Type::float32), 1834523.25, 1834523.25);    // not ...3.2
   ExpectGood(PointOf(Type::float64), static_cast<double>(5.3F), static_cast<double>(5.3F));
+  EXPECT_EQ(AsDecimal(1e300), 1e300);
 }
 
 TEST(ToSample, NoTypeTakesWhatIsNoNumber) {
