@@ -73,8 +73,9 @@ Cut CutText(View held, const Settings& form, bool idle) {
 
 }  // namespace
 
-Cut RequestRule(View held, const Expectation&, bool idle) {
+Cut RequestRule(View held, const Expectation& expect, bool idle) {
   const std::size_t end = Find(held, '\r', 0);
+  if (end >= expect.max_bytes) return cut::TooLong();
   return end < held.size() ? Cut::Frame(end + 1) : cut::Wait(idle);
 }
 

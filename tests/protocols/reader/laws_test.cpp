@@ -175,5 +175,14 @@ TEST(ReaderFrames, LineFeedsBetweenLinesAreNothing) {
   EXPECT_EQ(Cut(TextOptions("", "0x0D", 2), "12\r\n34\r\n"), (Frames{"12\r", "\n34\r"}));
 }
 
+TEST(ReaderRequests, AreNoLongerThanAnyFrame) {
+  const Expectation expect{.max_bytes = 4};
+  EXPECT_EQ(reader::RequestRule(ToBytes("abc\r"), expect, false).kind, Cut::Kind::frame);
+  EXPECT_EQ(reader::RequestRule(ToBytes("abc"), expect, false).kind, Cut::Kind::need_more);
+  for (const char* held : {"abcd", "abcd\r"}) {
+    EXPECT_EQ(reader::RequestRule(ToBytes(held), expect, false).blame, Outcome::corrupt) << held;
+  }
+}
+
 }  // namespace
 }  // namespace baudgate
