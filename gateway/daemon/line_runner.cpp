@@ -44,10 +44,12 @@ bool LineRunner::StopBefore(Instant deadline) {
 }
 
 bool LineRunner::Submit(WriteCommand command) {
-  if (stuck_since() || !queued_.Take(command.client)) return false;
-  command.done = [this, client = command.client,
+  if (stuck_since()) return false;
+  const auto ticket = queued_.Take(command.client, command.dropped);
+  if (!ticket) return false;
+  command.done = [this, ticket = *ticket,
                   done = std::move(command.done)](const WriteResult& result) {
-    queued_.Give(client);
+    queued_.Give(ticket);
     done(result);
   };
   Post([this, command = std::move(command)](Now now) mutable {

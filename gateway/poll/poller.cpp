@@ -124,6 +124,7 @@ void Poller::OnTimer(Now now) {
 
 bool Poller::Submit(WriteCommand command, Now now) {
   Advance(now);
+  AnswerCommands();  // those of clients that have left take no room
   if (writes_.full()) return false;
   if (!open_) {
     NotSent(command, ledger_.WhyClosed());

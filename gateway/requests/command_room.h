@@ -1,5 +1,6 @@
 // Room for the commands that wait for a line. Nobody has more of it than is left to others, so that
-// a client that writes without end shuts nobody out:
+// a client that writes without end shuts nobody out; nor does one that connects, writes and leaves
+// without end: the commands of those who have left are never sent, and take no room.
 //
 //   room for 32: one client has 16 at most, a second 8 beside it, a third 4 …
 //
@@ -7,9 +8,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <map>
+#include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "gateway/base/guarded.h"
 
@@ -17,31 +24,44 @@ namespace baudgate {
 
 class CommandRoom {
  public:
+  /// True once the client of a command has left; null: it never does.
+  using Left = std::shared_ptr<const std::atomic<bool>>;
+  using Ticket = std::uint64_t;
+
+  /// Commands that wait for the line to say that nobody waits for them.
+  static constexpr std::size_t kMostLeft = 1024;
+
   explicit CommandRoom(std::size_t limit) : limit_(limit) {}
 
-  /// False: there is none for another command of this client.
-  bool Take(const std::string& client) {
+  /// Nothing: there is no room for another command of this client.
+  std::optional<Ticket> Take(const std::string& client, Left left = nullptr) {
     const MutexLock lock(mutex_);
-    const auto held = held_.find(client);
-    const std::size_t own = held == held_.end() ? 0 : held->second;
-    if (own + taken_ >= limit_) return false;
-    ++held_[client];
-    ++taken_;
-    return true;
+    const auto waits = [](const auto& held) { return !held.second.HasLeft(); };
+    const auto taken = static_cast<std::size_t>(std::ranges::count_if(held_, waits));
+    const auto own = static_cast<std::size_t>(std::ranges::count_if(
+        held_, [&](const auto& held) { return waits(held) && held.second.client == client; }));
+    if (own + taken >= limit_ || held_.size() - taken >= kMostLeft) return std::nullopt;
+    held_.emplace(++last_, Held{client, std::move(left)});
+    return last_;
   }
-  /// One that was taken has been answered.
-  void Give(const std::string& client) {
+  /// The command has been answered.
+  void Give(Ticket ticket) {
     const MutexLock lock(mutex_);
-    const auto held = held_.find(client);
-    if (--held->second == 0) held_.erase(held);
-    --taken_;
+    held_.erase(ticket);
   }
 
  private:
+  struct Held {
+    bool HasLeft() const { return left && *left; }
+
+    std::string client;
+    Left left;
+  };
+
   const std::size_t limit_;
   Mutex mutex_;
-  std::size_t taken_ BAUDGATE_GUARDED_BY(mutex_) = 0;
-  std::map<std::string, std::size_t> held_ BAUDGATE_GUARDED_BY(mutex_);
+  Ticket last_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  std::map<Ticket, Held> held_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate

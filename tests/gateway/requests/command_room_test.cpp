@@ -2,10 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/requests/command_room.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
+
+#include <vector>
 
 namespace baudgate {
 namespace {
+
+using ::testing::SizeIs;
 
 std::size_t TakeAll(CommandRoom& room, const std::string& client) {
   std::size_t taken = 0;
@@ -23,11 +27,24 @@ TEST(CommandRoom, NobodyHasMoreThanIsLeftToOthers) {
 
 TEST(CommandRoom, IsGivenBack) {
   CommandRoom room(8);
-  EXPECT_EQ(TakeAll(room, "a"), 4U);
-  for (int i = 0; i < 4; ++i) room.Give("a");
+  std::vector<CommandRoom::Ticket> tickets;
+  while (const auto ticket = room.Take("a")) tickets.push_back(*ticket);
+  EXPECT_THAT(tickets, SizeIs(4));
+  for (const CommandRoom::Ticket ticket : tickets) room.Give(ticket);
   EXPECT_EQ(TakeAll(room, "b"), 4U);
-  room.Give("b");
-  EXPECT_TRUE(room.Take("b"));
+}
+
+/// A client that connects, writes and leaves, over and over, before the line could look at it.
+TEST(CommandRoom, ThoseWhoHaveLeftTakeNone) {
+  CommandRoom room(4);
+  for (std::size_t i = 0; i < CommandRoom::kMostLeft; ++i) {
+    const auto left = std::make_shared<std::atomic<bool>>(false);
+    ASSERT_TRUE(room.Take("b" + std::to_string(i), left)) << i;
+    *left = true;
+  }
+  EXPECT_FALSE(room.Take("a")) << "memory is bounded";
+  room.Give(1);
+  EXPECT_TRUE(room.Take("a"));
 }
 
 TEST(CommandRoom, EndsWhereAllOfItIsTaken) {
