@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <fstream>
 #include <sstream>
@@ -44,6 +45,8 @@ Child::Child(const std::vector<std::string>& words, const std::filesystem::path&
              const Environment& environment) {
   static std::atomic<int> number = 0;  // tests start children from several threads
   const std::string name = std::to_string(++number);
+  const auto pty = std::ranges::find(words, "--pty");
+  if (pty != words.end() && pty + 1 != words.end()) pty_ = directory / *(pty + 1);
   output_ = directory / (name + ".out");
   errors_ = directory / (name + ".err");
   std::vector<std::string> arguments = words;
@@ -76,7 +79,11 @@ Child::~Child() {
 }
 
 void Child::Signal(int number) const {
-  if (id_ > 0 && !ended_) ::kill(id_, number);
+  if (id_ <= 0 || ended_) return;
+  // A pty has its number only while it lives: behind the link that a killed twin leaves stands the
+  // pty of the next test that makes one.
+  if (number == SIGKILL && !pty_.empty()) std::filesystem::remove(pty_);
+  ::kill(id_, number);
 }
 
 bool Child::Running() {

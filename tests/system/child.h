@@ -54,6 +54,7 @@ class Child {
  private:
   pid_t id_ = -1;
   std::optional<int> ended_;
+  std::filesystem::path pty_;  // of a twin: the link to it
   std::filesystem::path output_;
   std::filesystem::path errors_;
 };

@@ -158,14 +158,14 @@ TEST_F(Events, AreNotAskedForByThemselves) {
 TEST_F(Events, OfAGatewayThatIsKilledAreNeitherLostNorDoubled) {
   const char* wanted = std::getenv("BAUDGATE_EVENT_KILLS");
   const int kills = wanted != nullptr ? std::atoi(wanted) : 5;
-  const auto relay = StartRelay("every:150ms,count=12,numbered");
+  const auto relay = StartRelay("every:500ms,count=12,numbered");
   std::mt19937 random(static_cast<unsigned>(::getpid()));
   std::size_t known = 0;
   for (int kill = 0; kill < kills; ++kill) {
     const auto daemon = StartDaemon(Yaml());
     ASSERT_TRUE(Eventually([&] { return Status()["events"]["newest"] > known; }))
         << daemon->Errors();
-    std::this_thread::sleep_for(std::chrono::microseconds(random() % 300'000));
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % 600'000));
     daemon->Signal(SIGKILL);
     daemon->WaitForEnd();
     known += 1;

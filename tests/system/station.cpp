@@ -5,8 +5,10 @@
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <netinet/in.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -19,6 +21,19 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kQualityOffset = 20000;
+
+/// True: this number is this process' own until it ends, whatever test processes run beside it.
+bool Claim(const std::string& what, int number) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string name = "baudgate-test-" + what + "-" + std::to_string(number);
+  name.copy(address.sun_path + 1, sizeof address.sun_path - 1);  // abstract: it is no file
+  const int descriptor = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+  if (::bind(descriptor, reinterpret_cast<const sockaddr*>(&address), size) == 0) return true;
+  ::close(descriptor);
+  return false;
+}
 
 bool CanBind(std::uint16_t port) {
   const int descriptor = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -56,20 +71,27 @@ void ReplaceSimulate(std::string& line, std::size_t at, const FixedValues& value
 }  // namespace
 
 std::uint16_t FreePort() {
-  // Test processes that run side by side begin at different places.
   static int next = 12000 + static_cast<int>(::getpid() % 900) * 20;
   for (;; ++next) {
     const auto port = static_cast<std::uint16_t>(next);
-    if (!CanBind(port)) continue;
+    if (!Claim("port", next) || !CanBind(port)) continue;
     ++next;
     return port;
   }
 }
 
+int FreeDomain() {
+  constexpr int kDomains = 99;
+  static const int claimed = [] {
+    int domain = 1 + static_cast<int>(::getpid() % kDomains);
+    while (!Claim("domain", domain)) domain = 1 + domain % kDomains;
+    return domain;
+  }();
+  return claimed;
+}
+
 Station::Station()
-    : port_(FreePort()),
-      domain_(1 + static_cast<int>(::getpid() % 99)),
-      gateway_("test-" + std::to_string(::getpid())) {
+    : port_(FreePort()), domain_(FreeDomain()), gateway_("test-" + std::to_string(::getpid())) {
   std::string form = (fs::temp_directory_path() / "baudgate-test-XXXXXX").string();
   if (::mkdtemp(form.data()) != nullptr) directory_ = form;
 }

@@ -66,7 +66,11 @@ class Station : public testing::Test {
   std::string gateway_;
 };
 
-/// A port of loopback that nobody listens on, below the range that the kernel gives to clients.
+/// A port of loopback that nobody listens on and no other test has, below the range that the kernel
+/// gives to clients.
 std::uint16_t FreePort();
+
+/// This process' DDS domain, 1 to 99.
+int FreeDomain();
 
 }  // namespace baudgate::system_test
