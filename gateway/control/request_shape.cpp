@@ -73,7 +73,7 @@ bool Is(Type type, const Json& value) {
     case Type::two_wholes:
       break;
   }
-  return value.is_array() && value.size() == 2 && std::ranges::all_of(value, IsWhole);
+  return value.is_array() && value.size() == 2 && std::all_of(value.begin(), value.end(), IsWhole);
 }
 
 std::string_view Words(Type type) {
