@@ -209,9 +209,14 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
   ReadPoints(map, raw, protocol, recheck, device, context);
   ReadDeviceEvents(map, context.events, device);
-  ResolveRecords(profile.records, device, context.problems);
-  ApplyRatios(map, device);
-  ApplyWritePermit(map, device);
+  if (protocol && (raw || !map.Has("profile"))) {
+    ResolveRecords(profile.records, device, context.problems);
+    ApplyRatios(map, device);
+    ApplyWritePermit(map, device);
+  } else {
+    // Which points it has nobody knows.
+    for (const char* key : {"ratios", "allow_when", "write"}) map.Get(key);
+  }
   if (raw) BlameProfile(map, *raw, context);
   map.Finish();
   CheckDevice(device, protocol, map.keys(), context.problems);

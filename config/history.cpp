@@ -52,8 +52,8 @@ void ReadLimit(MapReader& map, History& history) {
   if (!text) return;
   const auto size = ParseSize(*text);
   if (!size) {
-    map.problems().Error(map.MarkOf("limit"),
-                         "limit: " + Quoted(*text) + " is no size; write for example 500MB or 2GB");
+    map.problems().Error(map.MarkOf("limit"), "limit: " + Quoted(*text) +
+                                                  " is no size; write for example 500MB or 2.5GB");
   } else if (*size < kLeastLimit || *size > kMostLimit) {
     map.problems().Error(map.MarkOf("limit"), "limit: it is from 50MB to 10TB");
   } else {

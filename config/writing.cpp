@@ -141,6 +141,8 @@ class Resolver {
     const auto device = line ? IndexOf(config_.lines[*line].devices, name->device) : std::nullopt;
     const auto* points = device ? &config_.lines[*line].devices[*device].points : nullptr;
     const auto point = points ? IndexOf(*points, name->point) : std::nullopt;
+    // Which points it has nobody knows, and why was said.
+    if (points != nullptr && points->empty() && problems_.has_error()) return;
     if (!point) {
       return Complain(interlock, "names no point;" + MeantPlace(config_, interlock.point) +
                                      " write LINE.DEVICE.POINT");

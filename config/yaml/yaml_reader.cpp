@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "gateway/base/decimal_comma.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
@@ -13,6 +14,9 @@ namespace {
 
 // No map of ours has so many keys; aliases could otherwise multiply the work of a hostile file.
 constexpr std::size_t kMostKeys = 1000;
+
+/// "<<: *common". What it would bring is not missed.
+constexpr std::string_view kMerge = "<<";
 
 std::string_view Describe(YamlNode::Kind kind) {
   switch (kind) {
@@ -38,6 +42,10 @@ bool ExpectScalar(const YamlNode& node, const std::string& what, Problems& probl
   problems.Error(node.mark(),
                  what + ": expected a single value, found " + std::string(Describe(node.kind())));
   return false;
+}
+
+bool BeginsWithDigit(std::string_view text) {
+  return !text.empty() && text.front() >= '0' && text.front() <= '9';
 }
 
 std::string Range(std::int64_t least, std::int64_t most) {
@@ -70,6 +78,9 @@ std::vector<Entry> ReadEntries(const YamlNode& map, const std::string& what, Pro
     if (key.kind() != YamlNode::Kind::scalar) {
       problems.Error(key.mark(), what + ": a key must be a single word");
       continue;
+    }
+    if (key.text() == kMerge) {
+      problems.Error(key.mark(), what + ": '<<' (merge) is not supported; write its keys out");
     }
     const auto [earlier, is_new] = first.emplace(key.text(), key.place());
     if (!is_new) {
@@ -125,8 +136,11 @@ std::optional<double> ReadNumber(const YamlNode& node, const std::string& what,
   if (!ExpectScalar(node, what, problems)) return std::nullopt;
   const auto value = ParseDecimal(node.text());
   if (!value) {
-    problems.Error(node.mark(), what + ": " + Quoted(node.text()) +
-                                    " is not a decimal number; write for example 0.001");
+    const std::string meant = WithDecimalPoint(node.text());
+    problems.Error(node.mark(),
+                   what + ": " + Quoted(node.text()) +
+                       (meant.empty() ? " is not a decimal number; write for example 0.001"
+                                      : " has a decimal comma; write " + meant));
   }
   return value;
 }
@@ -222,7 +236,7 @@ std::optional<YamlNode> MapReader::Get(std::string_view key) {
 }
 
 std::optional<YamlNode> MapReader::Need(std::string_view key, std::string_view example) {
-  if (!Find(key)) {
+  if (!Find(key) && !Find(kMerge)) {
     problems_.Error(mark_, what_ + " needs '" + std::string(key) + "'; for example " +
                                std::string(key) + ": " + std::string(example));
   }
@@ -288,11 +302,17 @@ void MapReader::Finish() {
   for (const Entry& entry : entries_) {
     const std::string behind = std::exchange(before, entry.key);
     if (std::find(allowed.begin(), allowed.end(), entry.key) != allowed.end()) continue;
+    if (entry.key == kMerge) continue;  // was said
     const Mark mark = entry.value.source()->MarkAt(entry.place);
     // "{ password: SEC,RET }" has a key RET.
     if (problems_.IsSecret(behind) && entry.value.kind() == YamlNode::Kind::null) {
       problems_.Error(mark, "a key without a value stands behind '" + behind + "' in " + what_ +
                                 "; put a value with a comma in quotes");
+      continue;
+    }
+    if (BeginsWithDigit(entry.key) && entry.value.kind() == YamlNode::Kind::null) {
+      problems_.Error(mark, "a number stands alone behind '" + behind + "' in " + what_ +
+                                "; decimals have a point, not a comma: 1.5s");
       continue;
     }
     const std::string missing = MissingMark(entry.key);

@@ -95,7 +95,7 @@ void AuditedWrites::OnDenied(const DeniedWrite& denied) {
   record.time = record.last = now.wall;
   record.client = Clipped(denied.client);
   record.value = denied.value;
-  record.end = WriteEnd::denied;
+  record.end = denied.end;
   record.reason = Clipped(denied.reason);
   log_.Note(std::move(record), now.instant);
   inner_.OnDenied(denied);

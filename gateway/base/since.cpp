@@ -40,9 +40,14 @@ Result<WallTime> ParseWallTime(std::string_view text) {
 }
 
 Result<WallTime> ParseSince(std::string_view text, WallTime now) {
-  if (const auto span = ParseDuration(text)) return now - *span;
+  const auto span = ParseDuration(text);
+  if (span) return now - *span;
   const auto time = ParseWallTime(text);
   if (time) return time;
+  // "1,5h", "99999999d", "2hours"
+  const auto is = [](char c, char from, char to) { return c >= from && c <= to; };
+  const bool was_span = !text.empty() && is(text.front(), '0', '9') && is(text.back(), 'a', 'z');
+  if (was_span) return Error{span.error()};
   return Error{"'" + std::string(text) +
                "' is neither a time span, such as 2h, nor a time, such as 2026-11-21T01:14 (UTC)"};
 }

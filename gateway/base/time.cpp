@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "gateway/base/decimal_comma.h"
 #include "gateway/base/text.h"
 
 namespace baudgate {
@@ -36,6 +37,9 @@ Now ReadClocks() {
 }
 
 Result<Duration> ParseDuration(std::string_view text) {
+  if (const std::string meant = WithDecimalPoint(text); !meant.empty()) {
+    return Error{"'" + std::string(text) + "' has a decimal comma; write " + meant};
+  }
   const auto digits = text.find_first_not_of("0123456789.");
   const std::string_view number = text.substr(0, digits);
   const std::string_view unit = digits == std::string_view::npos ? "" : Trim(text.substr(digits));

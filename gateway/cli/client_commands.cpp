@@ -155,6 +155,7 @@ void AddHistory(CLI::App& app, Action& action) {
         if (*every < 1min || *every % 1min != Duration::zero()) {
           throw CLI::ValidationError("--every", "write whole minutes, for example 15min or 1d");
         }
+        if (*every > 24h * 31) throw CLI::ValidationError("--every", "31d at most");
         options->every = *every;
       },
       "Means, minima and maxima of so long, for example 15min");
@@ -162,6 +163,9 @@ void AddHistory(CLI::App& app, Action& action) {
   command->add_flag("--csv", options->csv, "Print a table for spreadsheets")->excludes(json);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
+    if (options->since && options->until && *options->until <= *options->since) {
+      throw CLI::ValidationError("--until", "it has to be later than --since");
+    }
     action = [=](const auto&) { return RunHistory(*options, std::cout, std::cerr); };
   });
 }

@@ -9,6 +9,7 @@
 #include "gateway/base/spelling.h"
 #include "gateway/control/alarm_requests.h"
 #include "gateway/control/past_requests.h"
+#include "gateway/control/request_shape.h"
 #include "gateway/control/request_text.h"
 #include "gateway/events/event_source.h"
 #include "gateway/history/history_source.h"
@@ -99,6 +100,9 @@ Reply RequestHandler::Answer(std::string_view request, const Writer& client, Now
 Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now now,
                                const Later& later) {
   const std::string command = TextOf(request, "command");
+  if (const Status shape = CheckShape(command, request); !shape) {
+    return Refused(kUsage, shape.error());
+  }
   if (command == "status") {
     std::optional<Target> target;
     if (request.contains("target")) {

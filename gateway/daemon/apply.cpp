@@ -82,7 +82,7 @@ void Daemon::Impl::Apply(config::Config next, const reload::Difference& differen
   }
   const std::size_t first_line = lines.size();
   records.Renumber(
-      *slots, [&](std::uint32_t line) -> const config::Line& { return *begun[line - first_line]; });
+      slots, [&](std::uint32_t line) -> const config::Line& { return *begun[line - first_line]; });
   for (auto& line : begun) lines.Add(std::move(line));
   if (modbus) modbus->Apply(*slots, Targets());
 #ifdef BAUDGATE_WITH_DDS
@@ -91,7 +91,7 @@ void Daemon::Impl::Apply(config::Config next, const reload::Difference& differen
   ApplyHistory(*before);
   lines.Start();
   if (EventPath* const events = records.events()) {
-    events->Tell(first_device, store.device_count() - first_device);
+    events->Begun(first_device, store.device_count() - first_device);
   }
 }
 

@@ -89,14 +89,20 @@ void EventPath::AddPlaces(const config::Line& line) {
   records_.Add(line);
 }
 
-void EventPath::Renumber(const config::Config& config,
+void EventPath::Renumber(const std::shared_ptr<const config::Config>& config,
                          const std::function<const config::Line&(std::uint32_t line)>& line) {
-  log_.Renumber(SourcesOf(config));
+  log_.Renumber(SourcesOf(*config),
+                [config](const events::Alarm& alarm) { return events::Watches(*config, alarm); });
   std::size_t devices = 0;
-  for (std::uint32_t i = 0; i < config.lines.size(); ++i) {
+  for (std::uint32_t i = 0; i < config->lines.size(); ++i) {
     if (devices >= places_.size()) AddPlaces(line(i));
-    devices += config.lines[i].devices.size();
+    devices += config->lines[i].devices.size();
   }
+}
+
+void EventPath::Begun(std::uint32_t first_device, std::size_t devices) {
+  records_.TakeOver();
+  Tell(first_device, devices);
 }
 
 void EventPath::Start() {

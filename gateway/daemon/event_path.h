@@ -32,11 +32,12 @@ class EventPath final : public EventSink {
   /// The lines can hear what is kept from before, as soon as the file is open.
   void Start();
   /// A reload: `config` has the lines of the store and those behind them, which `line` finds, and
-  /// which outlive this. Before the new ones start; then Tell.
-  void Renumber(const config::Config& config,
+  /// which outlive this. Before the new ones start; then Begun.
+  void Renumber(const std::shared_ptr<const config::Config>& config,
                 const std::function<const config::Line&(std::uint32_t line)>& line);
-  /// A line that a reload has started can hear what is kept from before.
-  void Tell(std::uint32_t first_device, std::size_t devices);
+  /// The lines of these devices have started: they can hear what is kept from before, and are
+  /// asked for what their events owe.
+  void Begun(std::uint32_t first_device, std::size_t devices);
   /// A configuration was applied, or taken back.
   void OnReload(bool taken_back, const std::string& text);
   /// The lines are about to start.
@@ -65,6 +66,7 @@ class EventPath final : public EventSink {
   const bool tells_own_;
   const Kept kept_;
   void AddPlaces(const config::Line& line);
+  void Tell(std::uint32_t first_device, std::size_t devices);
 
   SteadyVector<Place> places_;  // by device
   const std::shared_ptr<events::EventFeed> feed_;

@@ -65,15 +65,38 @@ void RecordDesk::Start() {
   Do(std::move(steps));
 }
 
-/// By the name of the device alone: it may have moved to another line.
+/// By the name of the device alone: it may have moved to another line. One that is gone, where no
+/// other has its name yet: a reload is under way, and TakeOver follows.
 RecordDesk::Debt* RecordDesk::Find(const events::OwedRecord& owed) {
+  Debt* gone = nullptr;
   for (std::uint32_t device = 0; device < debts_.size(); ++device) {
-    if (store_.gone(device) || store_.device(device).name != owed.device) continue;
+    if (store_.device(device).name != owed.device) continue;
     for (Debt& debt : debts_[device]) {
-      if (debt.record->name == owed.name) return &debt;
+      if (debt.over || debt.record->name != owed.name) continue;
+      if (!store_.gone(device)) return &debt;
+      gone = &debt;
     }
   }
-  return nullptr;
+  return gone;
+}
+
+void RecordDesk::TakeOver() {
+  std::vector<events::OwedRecord> owed;
+  {
+    const MutexLock lock(mutex_);
+    for (std::uint32_t device = 0; device < debts_.size(); ++device) {
+      if (!store_.gone(device)) continue;
+      for (Debt& debt : debts_[device]) {
+        debt.over = true;
+        debt.got.reset();
+        const auto event = std::exchange(debt.event, std::nullopt);
+        if (!event) continue;
+        owed.push_back(*event);
+        --owing_;
+      }
+    }
+  }
+  Owe(owed);
 }
 
 void RecordDesk::Owe(const std::vector<events::OwedRecord>& owed) {
@@ -89,6 +112,10 @@ void RecordDesk::Owe(const std::vector<events::OwedRecord>& owed) {
         record.text = "the configuration has no such record of this device any more";
         record.read = now.wall;
         steps.keep.push_back(std::move(record));
+        continue;
+      }
+      if (debt->event && debt->event->event > one.event) {
+        steps.keep.push_back(Superseded(one, debt->event->event, now.wall));
         continue;
       }
       // Before a relay has told everything, a reading would be of no use, and in its way.

@@ -9,6 +9,7 @@
 //   L: 413 owes "trip", too                 412 is superseded, what was read is dropped; as above
 //   not all could be read                   again 5 s later when the device answers, five times
 //   restart in between                      the file knows what is owed: from the beginning
+//   its line is reloaded                    the device has another number: from the beginning, too
 //
 // Nothing is asked while the device does not answer; what it owes waits, and is read when it is
 // back.
@@ -55,6 +56,9 @@ class RecordDesk {
   /// The lines can be asked. Not before.
   void Start();
 
+  /// A reload is through: what devices owe that are gone, those of their names do now.
+  void TakeOver();
+
   /// These are on the disk, and no record of them is.
   void Owe(const std::vector<events::OwedRecord>& owed);
   /// See PollerListener.
@@ -67,6 +71,7 @@ class RecordDesk {
     std::uint32_t device = 0;
     const config::Record* record = nullptr;
     std::optional<events::OwedRecord> event{};  ///< the last that owes it
+    bool over = false;                          ///< the device is gone, and a reload is through
     bool asking = false;
     bool waits = false;  ///< for the device to have no more to tell
     bool stale = false;  ///< what is asked for may be of the event before

@@ -79,9 +79,9 @@ void Records::StartHistory(const config::Config& config, PointStore& store) {
   history_ = MakeHistory(config, store, history_folder_, why_no_history_folder_);
 }
 
-void Records::Renumber(const config::Config& config,
+void Records::Renumber(const std::shared_ptr<const config::Config>& config,
                        const std::function<const config::Line&(std::uint32_t line)>& line) {
-  if (memory_) memory_->Renumber(config);
+  if (memory_) memory_->Renumber(*config);
   if (events_) events_->Renumber(config, line);
 }
 

@@ -37,7 +37,7 @@ class Records {
   bool open() const { return writes_ != nullptr; }
 
   /// A reload: devices by their numbers; lines behind those that were known are found by `line`.
-  void Renumber(const config::Config& config,
+  void Renumber(const std::shared_ptr<const config::Config>& config,
                 const std::function<const config::Line&(std::uint32_t line)>& line);
   /// The history of other points; whoever reads it has to be given the new one. As long as the disk
   /// takes.

@@ -42,8 +42,10 @@ class EventLog final : public EventSource {
   void WhenOpened(std::function<void()> opened) { queue_.WhenOpened(std::move(opened)); }
   bool opened() const { return queue_.opened(); }
   /// A reload: all sources by their numbers; one that is gone has no names. What is known of a
-  /// source goes with its names.
-  void Renumber(SourceNames sources) { queue_.Renumber(std::move(sources)); }
+  /// source goes with its names. Alarms that are not watched any more end, as at a start.
+  void Renumber(SourceNames sources, Watched watches) {
+    queue_.Renumber(std::move(sources), std::move(watches));
+  }
   /// What the last batch of the source that is kept has said; from any thread. When opened.
   std::string said(Source source) const { return queue_.said(source); }
 

@@ -13,6 +13,7 @@ namespace baudgate::events {
 
 EventQueue::EventQueue(const LogOptions& options) : options_(options), sources_(options.sources) {
   const MutexLock lock(mutex_);
+  watches_ = options_.watches;
   state_.file = options_.file.string();
   state_.since = options_.clocks().wall;
   if (options_.file.empty()) Show(Disk::failing, options_.why_no_file);
@@ -95,8 +96,14 @@ void EventQueue::WhenOpened(std::function<void()> opened) {
   opened();
 }
 
-void EventQueue::Renumber(SourceNames sources) {
+/// What was told up to now may raise alarms of lines that have ended: it is kept first.
+void EventQueue::Renumber(SourceNames sources, Watched watches) {
+  const Now at = options_.clocks();
   const MutexLock lock(mutex_);
+  watches_ = std::move(watches);
+  ends_alarms_ = true;
+  book_.TellLeftOut(at, true);
+  due_.notify_one();
   std::map<Source, Source> moved;
   for (std::size_t now = 0; now < sources.size(); ++now) {
     if (sources[now].second.empty()) continue;
@@ -174,7 +181,8 @@ void EventQueue::Look(bool now) {
 }
 
 bool EventQueue::IsIdle() const {
-  return state_.disk != Disk::opening && book_.empty() && records_.empty() && !start_;
+  return state_.disk != Disk::opening && book_.empty() && records_.empty() && !start_ &&
+         !ends_alarms_;
 }
 
 bool EventQueue::goes_on() const {
@@ -200,15 +208,19 @@ bool EventQueue::OnOpened(const EventTable::Contents& contents) {
     first = !std::exchange(opened_, true);
     if (first) {
       last_run_ = contents.last_run;
-      for (const Alarm& alarm : contents.alarms) {
-        if (!IsActive(alarm.state) || !options_.watches || options_.watches(alarm)) continue;
-        book_.TellAlways(NotWatchedRecord(alarm, options_.clocks().wall));
-      }
+      EndUnwatched();
     }
     tell = std::exchange(tell_opened_, {});
   }
   if (tell) tell();
   return first;
+}
+
+void EventQueue::EndUnwatched() {
+  for (const auto& [key, alarm] : book_.alarms()) {
+    if (!IsActive(alarm.state) || !watches_ || watches_(alarm)) continue;
+    book_.TellAlways(NotWatchedRecord(alarm, options_.clocks().wall));
+  }
 }
 
 std::optional<SourceNames> EventQueue::TakeNumbers() {
@@ -223,7 +235,8 @@ EventQueue::Round EventQueue::Take() {
     book_.TellFirst(StartRecord(start->version, last_run_, start->at));
   }
   if (state_.disk == Disk::fine) book_.TellLeftOut(now);
-  return {book_.Due(), records_, acks_.Take(), std::exchange(renumbered_, std::nullopt)};
+  return {book_.Due(), records_, acks_.Take(), std::exchange(renumbered_, std::nullopt),
+          std::exchange(ends_alarms_, false)};
 }
 
 std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::int64_t oldest) {
@@ -235,6 +248,9 @@ std::vector<Source> EventQueue::Done(Round& round, const Status& status, std::in
       records_.erase(records_.begin(),
                      records_.begin() + static_cast<std::ptrdiff_t>(round.records.size()));
       state_.oldest = oldest;
+      if (round.ends_alarms) EndUnwatched();
+    } else {
+      ends_alarms_ = ends_alarms_ || round.ends_alarms;
     }
     if (!status && round.acks.empty()) round.acks = acks_.Take();
     Show(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());

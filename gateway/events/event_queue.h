@@ -41,7 +41,7 @@ class EventQueue {
     const MutexLock lock(mutex_);
     return opened_;
   }
-  void Renumber(SourceNames sources);
+  void Renumber(SourceNames sources, Watched watches);
   /// Await returns: `now`, or within a tick.
   void Look(bool now);
 
@@ -63,6 +63,7 @@ class EventQueue {
     std::vector<KeptRecord> records{};
     std::vector<AckDesk::Ack> acks{};
     std::optional<SourceNames> numbers{};  ///< of these batches, where they are others than before
+    bool ends_alarms = false;  ///< that are not watched any more, when these batches are kept
   };
   Round Take();
   /// All of it is on the disk, or why not; `oldest` that the file has. The sources that may be
@@ -82,6 +83,7 @@ class EventQueue {
   bool IsIdle() const BAUDGATE_REQUIRES(mutex_);
   std::optional<Instant> WakesAt() const BAUDGATE_REQUIRES(mutex_);
   void TellEnd() BAUDGATE_REQUIRES(mutex_);
+  void EndUnwatched() BAUDGATE_REQUIRES(mutex_);
 
   const LogOptions& options_;
   mutable Mutex mutex_;
@@ -91,7 +93,9 @@ class EventQueue {
   SourceNames sources_ BAUDGATE_GUARDED_BY(mutex_);                    // of the book
   std::optional<SourceNames> renumbered_ BAUDGATE_GUARDED_BY(mutex_);  // to be taken
   std::vector<KeptRecord> records_ BAUDGATE_GUARDED_BY(mutex_);        // that wait
-  AckDesk acks_ BAUDGATE_GUARDED_BY(mutex_);                           // of what waits
+  Watched watches_ BAUDGATE_GUARDED_BY(mutex_);
+  bool ends_alarms_ BAUDGATE_GUARDED_BY(mutex_) = false;  // see Round
+  AckDesk acks_ BAUDGATE_GUARDED_BY(mutex_);              // of what waits
   EventsState state_ BAUDGATE_GUARDED_BY(mutex_);
   bool opened_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::function<void()> tell_opened_ BAUDGATE_GUARDED_BY(mutex_);

@@ -13,6 +13,9 @@
 
 namespace baudgate::events {
 
+/// Whether the configuration still has it; empty: it has all.
+using Watched = std::function<bool(const Alarm&)>;
+
 struct LogOptions {
   std::filesystem::path file;  ///< empty: there is no place for it
   std::string why_no_file{};
@@ -22,8 +25,7 @@ struct LogOptions {
   std::function<Now()> clocks;
   std::shared_ptr<EventFeed> feed{};  ///< hears of what is on the disk; null: nobody does
   bool tells_own = false;             ///< the gateway's own events are kept, too
-  /// Whether the configuration still has it; empty: it has all.
-  std::function<bool(const Alarm&)> watches{};
+  Watched watches{};
   /// They are on the disk, so that their sources may be asked for more; on the writing thread.
   std::function<void(const std::vector<Source>& sources)> kept;
   /// These are on the disk, too, and their records are still to be read: when the file has opened

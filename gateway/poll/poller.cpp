@@ -178,7 +178,11 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   Device& device = roster_.DeviceAt(index);
   device.conversation->OnEventsKept(said);
   if (&device == speaker_) unkept_.OnKept();
-  schedule_.ReleaseEvents(device.place, device.conversation->HasEvents(), now.instant);
+  const bool repeats = device.said == said;
+  device.said = said;
+  schedule_.ReleaseEvents(device.place, device.conversation->HasEvents(),
+                          repeats ? Schedule::Brought::no_news : Schedule::Brought::news,
+                          now.instant);
   chooser_.background().Release(device.place);
   chooser_.PlanBackground(device);
   if (open_) Settle();

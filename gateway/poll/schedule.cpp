@@ -41,12 +41,30 @@ void Schedule::HoldEvents(std::size_t index) {
   round.cursor = round.queries.size();
 }
 
-void Schedule::ReleaseEvents(std::size_t index, bool events, Instant now) {
-  Round& round = devices_[index].rounds[kEvents];
+/// Of all that are polled; small lines have room for some more.
+int Schedule::QueriesOfARound() const {
+  constexpr std::size_t kLeast = 4;
+  std::size_t queries = 0;
+  for (const Device& device : devices_) {
+    if (device.suspended) continue;
+    queries += device.rounds[static_cast<std::size_t>(config::Group::fast)].queries.size();
+  }
+  return static_cast<int>(std::max(queries, kLeast));
+}
+
+void Schedule::ReleaseEvents(std::size_t index, bool events, Brought brought, Instant now) {
+  Device& device = devices_[index];
+  Round& round = device.rounds[kEvents];
   round.queries.assign(events ? 1 : 0, kEventsQuery);
   round.cursor = round.queries.size();
   round.held = false;
-  round.due = now;
+  if (now >= device.at_once_until) {
+    device.at_once = QueriesOfARound();
+    device.at_once_until = now + round.period;
+  }
+  const bool at_once = brought == Brought::news && device.at_once > 0;
+  if (at_once) --device.at_once;
+  round.due = at_once ? now : now + round.period;
 }
 
 void Schedule::Restart(std::size_t index, Instant now) {

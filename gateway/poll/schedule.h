@@ -49,8 +49,10 @@ class Schedule {
   void SetQueries(std::size_t device, std::vector<config::Group> groups, bool events = false);
   /// It is not asked for events until ReleaseEvents: the last ones are not kept yet.
   void HoldEvents(std::size_t device);
-  /// At once: there may be more. `events`: as SetQueries.
-  void ReleaseEvents(std::size_t device, bool events, Instant now);
+  /// At once: there may be more. In a period no more often than the line has queries, then it has
+  /// to wait for its turn, as where there are `no_news` in the last ones. `events`: as SetQueries.
+  enum class Brought : std::uint8_t { news, no_news };
+  void ReleaseEvents(std::size_t device, bool events, Brought brought, Instant now);
 
   /// All groups of the device are due at once, or when its hold ends: the port opened, or the
   /// device came back.
@@ -110,11 +112,14 @@ class Schedule {
     bool suspended = true;
     bool doubted = false;
     std::size_t go_first = 0;  // so many polls before the next write
+    int at_once = 0;           // so often it may still be asked for events at once
+    Instant at_once_until{};   // then as often as at first
     std::uint32_t missed = 0;
   };
 
   static constexpr std::size_t kEvents = config::kGroups;
 
+  int QueriesOfARound() const;
   static std::uint32_t Passed(const Round& round, Instant now);
   static void StartIfDue(Device& device, Round& round, Instant now);
   static std::optional<Instant> DueAt(const Device& device, const Round& round);

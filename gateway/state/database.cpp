@@ -35,6 +35,7 @@ Database::Database(const std::string& path, Mode mode, const std::string& vfs) {
 bool Database::Fail(int code) {
   error_ = handle_ ? sqlite3_errmsg(handle_.get()) : sqlite3_errstr(code);
   if (error_.empty() || error_ == "not an error") error_ = sqlite3_errstr(code);
+  std::ranges::replace(error_, '\n', ' ');  // what it quotes of the schema may have lines
   const int base = code & 0xFF;
   damaged_ = base == SQLITE_CORRUPT || base == SQLITE_NOTADB;
   return false;

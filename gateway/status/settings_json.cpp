@@ -2,13 +2,13 @@
 #include "gateway/status/settings_json.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 #include "gateway/status/json_time.h"
 #include "gateway/store/ageing.h"
+#include "gateway/store/conversion.h"
 
 namespace baudgate::control {
 namespace {
@@ -22,9 +22,7 @@ bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 std::string TextOf(const config::Point& point, const Value& value) {
   const auto* number = std::get_if<double>(&value);
   if (number == nullptr || point.type != config::Type::float32) return ToText(value);
-  char buffer[128];
-  char* const end = std::to_chars(buffer, buffer + sizeof buffer, static_cast<float>(*number)).ptr;
-  return {buffer, end};
+  return ToText(AsDecimal(static_cast<float>(*number)));
 }
 
 /// What the relay itself holds where a number stands for "out of use": 999. Nothing, where several

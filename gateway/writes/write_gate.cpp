@@ -135,9 +135,10 @@ std::optional<WriteRefusal> WriteGate::Select(const Writer& writer, std::uint32_
   return std::nullopt;
 }
 
-void WriteGate::Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason) {
+void WriteGate::Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason,
+                     WriteEnd end) {
   for (const WriteAsk::Part& part : ask.parts) {
-    sink_.OnDenied({writer.name, ask.device, part.point, part.value, reason});
+    sink_.OnDenied({writer.name, ask.device, part.point, part.value, reason, end});
   }
 }
 

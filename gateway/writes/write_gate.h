@@ -67,7 +67,8 @@ class WriteGate {
   std::optional<WriteRefusal> Select(const Writer& writer, std::uint32_t device,
                                      std::uint32_t point, Instant now);
   /// It is refused by others, for that reason: recorded, and nothing else.
-  void Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason);
+  void Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason,
+            WriteEnd end = WriteEnd::denied);
   /// The client has left.
   void Forget(const Writer& writer) { selections_.Forget(writer.number); }
 

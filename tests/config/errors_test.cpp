@@ -35,6 +35,41 @@ TEST(DeviceErrors, UnknownKeyNamesTheNearestAndAllThatAreAllowed) {
       std::string("t.yaml:6:28: error: unknown key 'zzzzzzzz' in device 'd'; ") + kDeviceKeys);
 }
 
+TEST(DeviceErrors, ADecimalCommaBetweenBraces) {
+  const std::string problems = ProblemsOfDevice("poll: 1,5s");
+  EXPECT_NE(problems.find("a number stands alone behind 'poll' in device 'd'; decimals have a "
+                          "point, not a comma: 1.5s"),
+            std::string::npos)
+      << problems;
+  EXPECT_EQ(problems.find("unknown key"), std::string::npos) << problems;
+}
+
+TEST(LineErrors, OfAProtocolThatIsMisspeltNothingElseIsSaid) {
+  const std::string rest =
+      ", port: /dev/l, serial: 9600 8N1, pipeline: 4,\n"
+      "    devices: [{ name: d, address: 7x, profile: relay, write: [setting], identity: ignore,\n"
+      "                ratios: { V: 400 V }, checksum: on, unit: 3 },\n"
+      "              { name: e, address: 2, write: [b],\n"
+      "                points: [{ name: a, read: A1, type: int16, write: A1, access: rw },\n"
+      "                         { name: b, read: A2, type: int16, write: A2, access: rw }] }] }\n"
+      "history: { points: [\"l.d.current_*\"] }\n"
+      "modbus: { routes: [{ units: 20, line: l }] }\n";
+  EXPECT_EQ(Shown(Load("lines:\n- { name: l, protocol: FAKE" + rest).problems),
+            "t.yaml:2:24: error: protocol: 'FAKE' is not installed; did you mean 'fake'? "
+            "installed: fake, other\n");
+}
+
+TEST(LineErrors, MergeKeysAreNotSupported) {
+  EXPECT_EQ(Shown(Load("lines:\n"
+                       "- &common { name: b1, port: /dev/a, protocol: fake,\n"
+                       "    devices: [{ name: d, address: 1, profile: relay }] }\n"
+                       "- { <<: *common, name: b2 }\n")
+                      .problems),
+            "t.yaml:4:3: warning: line 'b2' has no devices, and no route leads to it: nothing is "
+            "asked on it\n"
+            "t.yaml:4:5: error: line: '<<' (merge) is not supported; write its keys out\n");
+}
+
 TEST(DeviceErrors, DuplicateKey) {
   EXPECT_EQ(ProblemsOfDevice("poll: 1s, poll: 2s"),
             "t.yaml:6:38: error: key 'poll' stands twice in device; first in line 6\n");
@@ -50,6 +85,7 @@ TEST(DeviceErrors, OneSentenceEach) {
       {"unit: [1]", "34: error: unit: expected a single value, found a list"},
       {"unit: ~", "28: error: unit: has no value; give it one or remove the key"},
       {"poll: 500", "34: error: poll: '500' has no unit; write for example 500ms or 500s"},
+      {"poll: \"1,5s\"", "34: error: poll: '1,5s' has a decimal comma; write 1.5s"},
       {"poll: 1ms", "34: error: poll: '1ms' is out of range; allowed: 10ms…1d"},
       {"enabled: maybe", "37: error: enabled: 'maybe' is neither true nor false"},
       {"on_bad: nam",

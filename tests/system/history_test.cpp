@@ -92,6 +92,9 @@ TEST_F(History, IsKeptAndReadBack) {
   EXPECT_THAT(Ask({"--every", "15min", "--csv"}).output,
               StartsWith("time_utc,point,mean,min,max,first,last,count,seconds_good\r\n"));
   EXPECT_EQ(Ask({"--every", "90s"}).code, 2);
+  const auto upside_down = Ask({"--since", "2h", "--until", "3h"});
+  EXPECT_EQ(upside_down.code, 2);
+  EXPECT_THAT(upside_down.errors, HasSubstr("--until: it has to be later than --since"));
   EXPECT_EQ(Ask({"--csv", "--json"}).code, 2);
   const Finished other = Command({"history", "bay.bay-1.current_l7", "--socket", socket()});
   EXPECT_EQ(other.code, 2);

@@ -67,13 +67,13 @@ ExceptionCode AckRegister::Submit(const ModbusRequest& request, const UnitMap& u
 }
 
 void AckRegister::Deny(const ModbusRequest& request, const UnitMap& unit, const Writer& writer,
-                       const std::string& reason, Now now) {
+                       const WriteResult& refused, Now now) {
   if (alarms_ == nullptr || log_ == nullptr) return;
   audit::WriteRecord record = RecordOf(request, unit, writer);
   record.kind = audit::Kind::denied;
   record.time = record.last = now.wall;
-  record.end = WriteEnd::denied;
-  record.reason = reason;
+  record.end = refused.end;
+  record.reason = refused.reason;
   log_->Note(std::move(record), now.instant);
 }
 

@@ -31,7 +31,7 @@ class AckRegister {
   ExceptionCode Submit(const ModbusRequest& request, const UnitMap& unit, const Writer& writer,
                        Instant now, std::function<void(const WriteResult&)> done);
   void Deny(const ModbusRequest& request, const UnitMap& unit, const Writer& writer,
-            const std::string& reason, Now now);
+            const WriteResult& refused, Now now);
 
  private:
   audit::WriteRecord RecordOf(const ModbusRequest& request, const UnitMap& unit,

@@ -182,14 +182,15 @@ void PointDesk::Forget(const Writer& writer) {
   std::erase_if(first_events_, [&](const auto& of) { return of.first.first == writer.number; });
 }
 
-void PointDesk::Deny(View frame, const Writer& writer, const std::string& reason, const Now& now) {
+void PointDesk::Deny(View frame, const Writer& writer, const WriteResult& refused, const Now& now) {
   ModbusRequest request;
   if (!IsPlainWrite(FunctionOf(frame)) || Check(frame, request) != kNoException) return;
   const UnitMap& unit = map_.unit(request.unit);
-  if (AckRegister::IsFor(request)) return acks_.Deny(request, unit, writer, reason, now);
+  if (AckRegister::IsFor(request)) return acks_.Deny(request, unit, writer, refused, now);
   if (unit.kind != UnitMap::Kind::device) return;
   Writes converted = ConvertWrites(unit, store_.device(unit.device), request);
-  gate_.Deny(writer, {.device = unit.device, .parts = std::move(converted.parts)}, reason);
+  gate_.Deny(writer, {.device = unit.device, .parts = std::move(converted.parts)}, refused.reason,
+             refused.end);
 }
 
 ExceptionCode PointDesk::ExceptionOf(const WriteRefusal& refusal) {

@@ -81,8 +81,8 @@ class PointDesk {
   /// alarms, or says which events are shown first.
   ExceptionCode Submit(const ModbusRequest& request, const Writer& writer, Instant now,
                        std::shared_ptr<const std::atomic<bool>> dropped, Done done);
-  /// A write that others have refused: what it names is recorded.
-  void Deny(View frame, const Writer& writer, const std::string& reason, const Now& now);
+  /// A write that others have refused: what it names is recorded with that end.
+  void Deny(View frame, const Writer& writer, const WriteResult& refused, const Now& now);
   /// The client has left.
   void Forget(const Writer& writer);
   /// How a write ended, as Modbus says it.

@@ -12,6 +12,7 @@ namespace baudgate::modbus {
 namespace {
 
 constexpr const char* kNotPermitted = "the listener does not permit it";
+constexpr const char* kTooMany = "too many of its requests wait already";
 
 /// What a listener says in its own name when nothing better can be had; silent ones keep it.
 bool IsGatewayTrouble(ExceptionCode exception) {
@@ -39,7 +40,9 @@ void RequestDesk::Handle(View frame, const Now& now) {
     const bool routed = way.kind == Way::Kind::route;
     const auto witness = routed ? WitnessOf(frame, points_.targets().of(way.route), now) : nullptr;
     if (witness) witness->Refuse(WriteEnd::denied, kNotPermitted);
-    if (way.kind == Way::Kind::device) points_.Deny(frame, writer(), kNotPermitted, now);
+    if (way.kind == Way::Kind::device) {
+      points_.Deny(frame, writer(), {.end = WriteEnd::denied, .reason = kNotPermitted}, now);
+    }
     return Refuse(frame, kIllegalFunction, now.instant);
   }
   if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);
@@ -54,6 +57,10 @@ void RequestDesk::HandleOwn(View frame, const Now& now) {
   ExceptionCode exception = points_.Check(frame, request);
   if (exception != kNoException) return Refuse(frame, exception, now.instant);
   const bool write = IsPlainWrite(request.function);
+  if (write && pending_.size() + broadcasts_ >= kMaxPending) {
+    points_.Deny(frame, writer(), {.end = WriteEnd::busy, .reason = kTooMany}, now);
+    return Refuse(frame, kBusy, now.instant);
+  }
   exception = write ? StartWrite(request, now.instant)
                     : points_.Read(request, listener_.holes, now.instant, record_->id);
   if (exception != kNoException) return Refuse(frame, exception, now.instant);
@@ -61,7 +68,6 @@ void RequestDesk::HandleOwn(View frame, const Now& now) {
 }
 
 ExceptionCode RequestDesk::StartWrite(const ModbusRequest& request, Instant now) {
-  if (pending_.size() + broadcasts_ >= kMaxPending) return kBusy;
   const std::uint64_t number = next_number_++;
   const Instant deadline = now + points_.limits().write_deadline;
   auto done = [inbox = points_.inbox(), desk = weak_from_this(),

@@ -92,7 +92,11 @@ void RequestDesk::FinishRouted(std::uint64_t number, RoutedReply reply, const No
 
 void RequestDesk::HandleBroadcast(View frame, std::size_t index,
                                   std::span<const RouteTargets::Line> lines, const Now& now) {
-  if (listener_.broadcast == config::Listener::Broadcast::ignore) return HandleOwn(frame, now);
+  if (listener_.broadcast == config::Listener::Broadcast::ignore) {
+    ModbusRequest request;
+    const ExceptionCode malformed = points_.Check(frame, request);
+    return Refuse(frame, malformed != kNoException ? malformed : kIllegalAddress, now.instant);
+  }
   for (const RouteTargets::Line& line : lines) {
     if (line.target == nullptr) continue;
     points_.book()->Asked(index, UnitOf(frame));

@@ -213,6 +213,9 @@ TEST_F(AuditedWritesTest, DeniedOnesAreNotedAndPassedOn) {
   EXPECT_EQ(log_.noted[0].point, "group");
   EXPECT_EQ(log_.noted[0].reason, "not selected");
   EXPECT_EQ(lines_.denied, 1);
+  writes_->OnDenied({"192.0.2.9:1", 0, 2, Value(99.0), "too many", WriteEnd::busy});
+  EXPECT_EQ(log_.noted.at(1).kind, Kind::denied);
+  EXPECT_EQ(log_.noted.at(1).end, WriteEnd::busy);
 }
 
 TEST_F(AuditedWritesTest, AtTheEndNothingIsLeft) {

@@ -71,6 +71,7 @@ TEST(Durations, Parse) {
   EXPECT_EQ(*ParseDuration("5 min"), 5min);
   EXPECT_EQ(*ParseDuration("20us"), 20us);
   EXPECT_EQ(*ParseDuration("0"), 0s);
+  EXPECT_EQ(ParseDuration("1,5s").error(), "'1,5s' has a decimal comma; write 1.5s");
   for (const char* text :
        {"", "5", "ms", "-5ms", "5 m", "5sec", "1e3s", "1.2.3s", "nan s", "99999999999d", "5ms5"}) {
     const auto duration = ParseDuration(text);

@@ -32,6 +32,8 @@ TEST(Since, ASpanIsBeforeNow) {
   EXPECT_EQ(ParseSince("2h", now).value(), now - 2h);
   EXPECT_EQ(ParseSince("1970-01-02", now).value(), WallTime(24h));
   EXPECT_FALSE(ParseSince("yesterday", now));
+  EXPECT_EQ(ParseSince("99999999d", now).error(), "'99999999d' is too long");
+  EXPECT_EQ(ParseSince("1,5h", now).error(), "'1,5h' has a decimal comma; write 1.5h");
 }
 
 TEST(WriteResult, OfOnePointOfSeveral) {

@@ -37,15 +37,46 @@ TEST_F(ServiceTest, ReleaseLendsThePortForTheTimeGiven) {
 }
 
 TEST_F(ServiceTest, NonsenseTimesAreRefused) {
-  for (const char* time :
-       {"0", "-5", "999", "86400001", "1e30", "1.5", "\"10min\"", "null", "18446744073709551615"}) {
-    EXPECT_THAT(Ask(std::string(R"({"command":"release","target":"io","for_ms":)") + time + "}"),
-                HasSubstr("from 1s to 24h"))
-        << time;
+  const auto release = [this](const std::string& time) {
+    return Ask(R"({"command":"release","target":"io","for_ms":)" + time + "}");
+  };
+  for (const char* time : {"0", "-5", "999", "86400001"}) {
+    EXPECT_THAT(release(time), HasSubstr("from 1s to 24h")) << time;
+  }
+  for (const char* time : {"1e30", "1.5", "\"10min\"", "null", "18446744073709551615"}) {
+    EXPECT_THAT(release(time), HasSubstr("'for_ms' of 'release' is a whole number")) << time;
   }
   EXPECT_THAT(Ask(R"({"command":"release","target":"io"})"), HasSubstr("from 1s to 24h"));
   EXPECT_THAT(lines_.calls(), IsEmpty());
   EXPECT_THAT(Ask(R"({"command":"release","target":"io","for_ms":86400000})"), HasSubstr("true"));
+}
+
+TEST_F(ServiceTest, AMemberOfAnotherTypeIsNotTakenForAbsent) {
+  const struct {
+    const char* request;
+    const char* says;
+  } wrong[] = {
+      {R"("release","target":"io","for":"x")",
+       "'for' is no member of 'release'; there are: target, for_ms"},
+      {R"("release","target":7,"for_ms":1000)",
+       "'target' of 'release' is a text in quotation marks, and not 7"},
+      {R"("write","target":"io.ai-1.setting","value":"7","confirm":7)",
+       "'confirm' of 'write' is true or false, and not 7"},
+      {R"("write","target":"io.ai-1.setting","value":7)", "'value' of 'write' is a text"},
+      {R"("may_write","target":"io.ai-1.setting","value":null)", "'value' of 'may_write' is"},
+      {R"("reload","dry_run":"yes")", "'dry_run' of 'reload' is true or false, and not"},
+      {R"("reload","confirm_ms":1.5)", "'confirm_ms' of 'reload' is a whole number, and not 1.5"},
+      {R"("confirm","by":"me")", "'by' is no member of 'confirm'; it has none"},
+      {R"("history","point":"a.b.c","after":[1])", "'after' of 'history' is two whole numbers"},
+      {R"("events","since_ms":"2h")", "'since_ms' of 'events' is a whole number"},
+      {R"("status","target":["io"])", "'target' of 'status' is a text"},
+  };
+  for (const auto& [request, says] : wrong) {
+    const Json answer = Json::parse(Ask(std::string(R"({"command":)") + request + "}"));
+    EXPECT_EQ(answer.value("error", ""), "usage") << request;
+    EXPECT_THAT(answer.value("message", ""), HasSubstr(says)) << request;
+  }
+  EXPECT_THAT(lines_.calls(), IsEmpty());
 }
 
 TEST_F(ServiceTest, TakeBackSaysWhetherThereWasAnythingToTakeBack) {

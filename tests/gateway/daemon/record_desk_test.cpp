@@ -265,6 +265,43 @@ TEST_F(RecordDeskTest, NobodyIsAskedBeforeTheLinesAreThere) {
   Answer({.end = WriteEnd::not_sent});
 }
 
+TEST_F(RecordDeskTest, AfterAReloadTheDeviceOwesItUnderItsNewNumber) {
+  Owe(412);
+  Answer({.end = WriteEnd::not_sent, .reason = "the line has ended"});
+  const config::Line again = config_.lines[0];
+  store_.Retire(0);
+  desk_.Owe({{413, "bay-1", "feeder-1", "trip", now_.wall, events::ClockQuality::device}});
+  EXPECT_THAT(kept_, SizeIs(1)) << "412 is superseded, 413 waits for its device";
+  store_.Append(again);
+  desk_.Add(again);
+  desk_.TakeOver();
+  EXPECT_THAT(asked_, IsEmpty()) << "the relay may have more to tell";
+  desk_.OnDrained(1, now_.instant);
+  ASSERT_THAT(asked_, SizeIs(1));
+  EXPECT_EQ(asked_[0].device, 1U);
+  for (const std::uint32_t point : {0U, 2U}) {
+    Pass(100ms);
+    const Sample sample{point, 5.0, Quality::good};
+    store_.Update(1, std::span(&sample, 1), now_, 1ms);
+  }
+  Answer();
+  Pass(1s);
+  desk_.OnDrained(1, now_.instant);
+  ASSERT_THAT(kept_, SizeIs(2));
+  EXPECT_EQ(kept_[1].event, 413);
+  EXPECT_EQ(kept_[1].state, RecordState::read);
+}
+
+TEST_F(RecordDeskTest, AfterAReloadWithoutTheDeviceItIsNotRead) {
+  Owe(412);
+  Answer({.end = WriteEnd::not_sent, .reason = "the line has ended"});
+  store_.Retire(0);
+  desk_.TakeOver();
+  ASSERT_THAT(kept_, SizeIs(1));
+  EXPECT_EQ(kept_[0].state, RecordState::not_read);
+  EXPECT_THAT(kept_[0].text, HasSubstr("no such record of this device any more"));
+}
+
 class SilentDeskTest : public RecordDeskTest {
  protected:
   SilentDeskTest() : RecordDeskTest(false) {}

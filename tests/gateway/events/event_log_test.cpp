@@ -334,6 +334,20 @@ TEST_F(EventLogTest, ForgetsAlarmsThatNobodyWatches) {
   EXPECT_EQ(log->state().alarms_unacknowledged, 2U) << "nobody has seen it yet";
 }
 
+TEST_F(EventLogTest, AReloadEndsAlarmsThatNobodyWatchesAnyMore) {
+  const auto log = Start(file());
+  log->Tell(Raised("a"));
+  log->Tell(Raised("b"));
+  while (log->state().newest < 2) std::this_thread::yield();
+  log->Tell(Raised("c"));  // maybe not on the disk yet
+  log->Renumber({{"bay-1", "feeder-1"}}, [](const Alarm& alarm) { return alarm.name == "b"; });
+  while (log->state().newest < 5) std::this_thread::yield();
+  EXPECT_THAT(Texts(*log), ElementsAre("a", "b", "c", "not in the configuration any more: a",
+                                       "not in the configuration any more: c"));
+  EXPECT_EQ(log->state().alarms_active, 1U);
+  EXPECT_EQ(log->state().alarms_unacknowledged, 3U);
+}
+
 TEST_F(EventLogTest, SaysThatAnAcknowledgementWaits) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
@@ -421,7 +435,7 @@ TEST_F(EventLogTest, WhatADeviceHasSaidGoesWithItsName) {
     const auto log = Start(file());
     log->Add(BatchOf(1, "12.345 E1"));
     AwaitKept(1);
-    log->Renumber({{"", ""}, {"", ""}, {"bay-1", "feeder-2"}});
+    log->Renumber({{"", ""}, {"", ""}, {"bay-1", "feeder-2"}}, {});
     EXPECT_EQ(log->said(2), "12.345 E1");
     EXPECT_EQ(feed_->Show(2, 0, 7).events.size(), 1U);
     EXPECT_EQ(feed_->Show(1, 0, 7).events.size(), 0U);

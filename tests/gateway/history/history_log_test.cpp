@@ -5,6 +5,9 @@
 #include <gmock/gmock.h>
 #include <sqlite3.h>
 
+#include <condition_variable>
+#include <mutex>
+
 #include "tests/gateway/audit/faulty_disk.h"
 #include "tests/gateway/history/folder.h"
 
@@ -38,7 +41,14 @@ class HistoryLogTest : public FolderTest {
     options.folder = folder;
     options.why_no_folder = "there is no place for it";
     options.vfs = vfs;
-    options.clocks = ReadClocks;
+    options.clocks = [this] {
+      {
+        const std::lock_guard lock(round_mutex_);
+        ++rounds_;
+      }
+      round_.notify_all();
+      return ReadClocks();
+    };
     options.warn = [this](const std::string& text) { Hear("warn: " + text); };
     options.inform = [this](const std::string& text) { Hear("inform: " + text); };
     return std::make_unique<HistoryLog>(std::move(options));
@@ -55,15 +65,26 @@ class HistoryLogTest : public FolderTest {
     const std::lock_guard lock(mutex_);
     return heard_;
   }
+  /// Looks again whenever the log has looked at the clock, as it does in each of its rounds.
   template <typename Ready>
-  static void Await(Ready ready) {
-    while (!ready()) std::this_thread::sleep_for(1ms);
+  void Await(Ready ready) {
+    for (;;) {
+      std::unique_lock lock(round_mutex_);
+      const std::uint64_t rounds = rounds_;
+      lock.unlock();
+      if (ready()) return;
+      lock.lock();
+      round_.wait(lock, [&] { return rounds_ != rounds; });
+    }
   }
 
   config::Config config_;
   std::unique_ptr<PointStore> store_;
 
  private:
+  std::mutex round_mutex_;
+  std::condition_variable round_;
+  std::uint64_t rounds_ = 0;
   std::mutex mutex_;
   std::vector<std::string> heard_;
 };

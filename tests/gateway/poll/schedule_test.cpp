@@ -11,6 +11,7 @@ namespace baudgate {
 namespace {
 
 using config::Group;
+using Brought = Schedule::Brought;
 
 constexpr Instant kStart = Instant() + 1h;
 
@@ -65,36 +66,51 @@ TEST(Schedule, EventsAreAskedForWithThePollsAndAgainWhenTheLastAreKept) {
   EXPECT_EQ(ask(kStart + 1s), 0U);
   EXPECT_EQ(ask(kStart + 1s), 1U);
   EXPECT_EQ(ask(kStart + 1s), 99U) << "the port has opened again, and they are not kept yet";
-  schedule.ReleaseEvents(0, true, kStart + 1200ms);
+  schedule.ReleaseEvents(0, true, Brought::news, kStart + 1200ms);
   EXPECT_EQ(schedule.NextDue(), kStart + 1200ms);
   EXPECT_EQ(ask(kStart + 1200ms), kEventsQuery) << "at once";
   EXPECT_EQ(schedule.NextDue(), kStart + 2s);
 }
 
-TEST(Schedule, ADeviceThatFloodsTakesNoMoreThanItsTurn) {
+TEST(Schedule, ADeviceThatFloodsTakesARoundBeyondItsTurn) {
+  constexpr std::size_t kDevices = 3;
+  constexpr int kSeconds = 100;
   Schedule schedule;
-  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
-  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
-  schedule.Restart(0, kStart);
-  schedule.Restart(1, kStart);
+  for (std::size_t i = 0; i < kDevices; ++i) {
+    schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast}, true);
+    schedule.Restart(i, kStart);
+  }
   std::map<std::size_t, int> events;
   int polls = 0;
-  Instant now = kStart;
-  for (int i = 0; i < 1000; ++i, now += 100ms) {
+  Duration latest{};
+  for (Instant now = kStart; now < kStart + kSeconds * 1s; now += 20ms) {
     const auto pick = schedule.Next(now);
     if (!pick) continue;
     if (pick->query != kEventsQuery) {
       ++polls;
+      latest = std::max<Duration>(latest, (now - kStart) % 1s);
       continue;
     }
     ++events[pick->device];
-    schedule.HoldEvents(pick->device);
-    // Device 0 always has more; device 1 has none, and is asked with its polls.
-    schedule.ReleaseEvents(pick->device, true, pick->device == 0 ? now : now + 1s);
+    if (pick->device != 0) continue;  // they have none
+    schedule.HoldEvents(0);
+    schedule.ReleaseEvents(0, true, Brought::news, now);
   }
-  EXPECT_GE(polls, 195) << "all of two devices in 100 s";
-  EXPECT_GE(events[1], 80);
-  EXPECT_GT(events[0], 500);
+  EXPECT_EQ(polls, 6 * kSeconds);
+  EXPECT_EQ(events[1], kSeconds);
+  EXPECT_LE(latest, (6 + 3 + 6) * 20ms) << "a round of polls and events, and one more";
+  EXPECT_GE(events[0], 6 * kSeconds);
+  EXPECT_LE(events[0], 7 * kSeconds + 1) << "its turn, and as many as the line has queries";
+}
+
+TEST(Schedule, WhatHasNoNewsWaitsForItsTurn) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {}, true);
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  schedule.HoldEvents(0);
+  schedule.ReleaseEvents(0, true, Brought::no_news, kStart + 100ms);
+  EXPECT_EQ(schedule.NextDue(), kStart + 1100ms);
 }
 
 TEST(Schedule, OnceIsAskedOnceUntilRestart) {

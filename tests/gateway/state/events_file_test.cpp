@@ -31,6 +31,15 @@ class EventsFileTest : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
+TEST_F(EventsFileTest, WhatSqliteSaysIsOneLine) {
+  Database database(file().string(), Database::Mode::write);
+  ASSERT_TRUE(
+      database.Execute("CREATE TABLE t (a); CREATE TRIGGER no BEFORE INSERT ON t BEGIN "
+                       "SELECT RAISE(ABORT, 'two\nlines'); END"));
+  EXPECT_FALSE(database.Execute("INSERT INTO t VALUES (1)"));
+  EXPECT_EQ(database.error(), "two lines");
+}
+
 /// What a file of version 1 was: the audit alone.
 TEST_F(EventsFileTest, OneOfVersionOneKeepsItsWritesAndGetsEvents) {
   {

@@ -4,22 +4,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include <random>
-
-#include "tests/protocols/runs/bad_wire.h"
 #include "tests/protocols/runs/event_keeper.h"
+#include "tests/protocols/runs/mishaps.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {
 namespace {
 
 using events::EventRecord;
-
-struct Troubles {
-  unsigned wire_one_in = 0;  ///< exchanges
-  bool kills = false;
-  bool power_cuts = false;
-};
 
 struct Raised {
   std::uint32_t code = 0;
@@ -29,8 +21,7 @@ struct Raised {
 class Station {
  public:
   Station(unsigned seed, Troubles troubles)
-      : random_(seed),
-        troubles_(troubles),
+      : mishaps_(seed, troubles),
         rig_(RealLine("Spa9600"),
              [](config::Line& line) {
                for (config::Device& device : line.devices) device.events = true;
@@ -49,15 +40,15 @@ class Station {
   void RunFor(Duration time) {
     const Duration until = rig_->elapsed() + time;
     while (rig_->elapsed() < until) {
-      rig_->RunFor(std::chrono::milliseconds(1 + random_() % 3000));
-      if (random_() % 3 == 0) Raise();
-      if (keeper_.power_failed() || (troubles_.kills && random_() % 40 == 0)) Restart();
+      rig_->RunFor(std::chrono::milliseconds(1 + mishaps_.Below(3000)));
+      if (mishaps_.Below(3) == 0) Raise();
+      if (keeper_.power_failed() || mishaps_.Kills(40)) Restart();
     }
   }
 
   /// In peace, until all is told.
   void End() {
-    troubles_ = {};
+    mishaps_.End();
     Restart();
     rig_->RunFor(2min);
   }
@@ -87,32 +78,31 @@ class Station {
   void SpoilWire(Manner& manner) {
     manner.distort = [this, &manner](Bytes reply) {
       manner.dead = false;
-      return Strikes() ? Spoiled(std::move(reply), random_) : reply;
+      return mishaps_.Carry(std::move(reply));
     };
   }
-  bool Strikes() { return troubles_.wire_one_in > 0 && random_() % troubles_.wire_one_in == 0; }
 
   /// Bursts of up to a dozen, at most what the register holds.
   void Raise() {
-    const auto device = static_cast<std::uint32_t>(random_() % rig_.devices());
-    for (std::size_t i = 0; i <= random_() % 12; ++i) {
+    const auto device = mishaps_.Below(rig_.devices());
+    for (std::size_t i = 0; i <= mishaps_.Below(12); ++i) {
       const DeviceEvent event{device, ++serial_, {}, {}};
       ASSERT_TRUE(rig_->twin(device).twin->Raise(event, rig_->now()));
       raised_[device].push_back({serial_, rig_->now().wall});
     }
     // A request that does not arrive.
-    rig_->twin(device).manner.dead = Strikes();
+    rig_->twin(device).manner.dead = mishaps_.StrikesWire();
     if (rig_->twin(device).manner.dead) {
       rig_->RunFor(300ms);
       rig_->twin(device).manner.dead = false;
     }
   }
 
-  void Begin() { keeper_.Begin(troubles_.power_cuts ? static_cast<int>(1 + random_() % 400) : -1); }
+  void Begin() { keeper_.Begin(mishaps_.PowerLeft(400)); }
   void Restart() {
     ++restarts;
     repeats += keeper_.repeats();
-    keeper_.End(random_);
+    keeper_.End(mishaps_.random());
     Begin();
     rig_->Restart();
   }
@@ -127,8 +117,7 @@ class Station {
     }
   }
 
-  std::mt19937 random_;
-  Troubles troubles_;
+  Mishaps mishaps_;
   Rig rig_;
   EventKeeper keeper_;
   std::uint32_t serial_ = 0;

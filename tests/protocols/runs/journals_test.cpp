@@ -6,23 +6,15 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <random>
 
-#include "tests/protocols/runs/bad_wire.h"
 #include "tests/protocols/runs/event_keeper.h"
+#include "tests/protocols/runs/mishaps.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {
 namespace {
 
 using events::EventRecord;
-
-struct Troubles {
-  unsigned wire_one_in = 0;  ///< exchanges
-  unsigned late_one_in = 0;  ///< replies come after the device has been given up
-  bool kills = false;
-  bool power_cuts = false;
-};
 
 /// Of one journal: code and second, in the order in which they happened.
 using Told = std::vector<std::pair<std::uint32_t, std::int64_t>>;
@@ -32,8 +24,7 @@ using History = std::map<std::uint32_t, Told>;
 class Meters {
  public:
   Meters(unsigned seed, Troubles troubles)
-      : random_(seed),
-        troubles_(troubles),
+      : mishaps_(seed, troubles),
         rig_(RealLine("Set4tm9600"),
              [](config::Line& line) {
                line.options.Set("time_zone", std::string("+03:00"));
@@ -59,9 +50,9 @@ class Meters {
   void RunFor(Duration time) {
     const Duration until = rig_->elapsed() + time;
     while (rig_->elapsed() < until) {
-      rig_->RunFor(std::chrono::milliseconds(1 + random_() % 60'000));
-      if (random_() % 2 == 0) Raise();
-      if (keeper_.power_failed() || (troubles_.kills && random_() % 10 == 0)) Restart();
+      rig_->RunFor(std::chrono::milliseconds(1 + mishaps_.Below(60'000)));
+      if (mishaps_.Below(2) == 0) Raise();
+      if (keeper_.power_failed() || mishaps_.Kills(10)) Restart();
     }
   }
 
@@ -77,7 +68,7 @@ class Meters {
 
   /// In peace, until all is told.
   void End() {
-    troubles_ = {};
+    mishaps_.End();
     Restart();
     rig_->RunFor(10min);
   }
@@ -104,12 +95,10 @@ class Meters {
   std::vector<std::string> gaps;
 
  private:
-  bool OneIn(unsigned n) { return n > 0 && random_() % n == 0; }
-
   void SpoilWire(Manner& manner) {
     manner.distort = [this, &manner](Bytes reply) {
-      manner.think = OneIn(troubles_.late_one_in) ? 1s : 20ms;
-      return OneIn(troubles_.wire_one_in) ? Spoiled(std::move(reply), random_) : reply;
+      manner.think = mishaps_.StrikesLate() ? 1s : 20ms;
+      return mishaps_.Carry(std::move(reply));
     };
   }
 
@@ -119,31 +108,30 @@ class Meters {
   }
 
   void Raise() {
-    const auto device = static_cast<std::uint32_t>(random_() % rig_.devices());
-    for (std::size_t i = 0; i <= random_() % 3; ++i) {
+    const auto device = mishaps_.Below(rig_.devices());
+    for (std::size_t i = 0; i <= mishaps_.Below(3); ++i) {
       constexpr std::uint32_t kMoments[] = {22, 51, 61, 601};
       constexpr std::uint32_t kIntervals[] = {11, 71, 81, 91, 101};
-      if (random_() % 3 == 0) {
-        Happen(device, kMoments[random_() % 4]);
+      if (mishaps_.Below(3) == 0) {
+        Happen(device, kMoments[mishaps_.Below(4)]);
         continue;
       }
-      const std::uint32_t code = kIntervals[random_() % 5];
+      const std::uint32_t code = kIntervals[mishaps_.Below(5)];
       bool& under_way = under_way_[{device, code}];
       Happen(device, under_way ? code + 1 : code);
       under_way = !under_way;
     }
   }
 
-  void Begin() { keeper_.Begin(troubles_.power_cuts ? static_cast<int>(1 + random_() % 400) : -1); }
+  void Begin() { keeper_.Begin(mishaps_.PowerLeft(400)); }
   void Restart() {
     ++restarts;
-    keeper_.End(random_);
+    keeper_.End(mishaps_.random());
     Begin();
     rig_->Restart();
   }
 
-  std::mt19937 random_;
-  Troubles troubles_;
+  Mishaps mishaps_;
   Rig rig_;
   EventKeeper keeper_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, bool> under_way_;

@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <random>
 
 #include "gateway/daemon/record_desk.h"
 #include "tests/protocols/runs/event_keeper.h"
+#include "tests/protocols/runs/mishaps.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {
@@ -35,17 +35,10 @@ void WithRecords(config::Line& line) {
   }
 }
 
-struct Troubles {
-  unsigned wire_one_in = 0;  ///< replies
-  bool kills = false;
-  bool power_cuts = false;
-};
-
 class Station {
  public:
   Station(unsigned seed, Troubles troubles)
-      : random_(seed),
-        troubles_(troubles),
+      : mishaps_(seed, troubles),
         rig_(RealLine("Spa9600"), WithRecords),
         keeper_({rig_.device(0).name, rig_.device(1).name}) {
     rig_->keep_sent = false;
@@ -67,15 +60,16 @@ class Station {
   void RunFor(Duration time) {
     const Duration until = rig_->elapsed() + time;
     while (rig_->elapsed() < until) {
-      rig_->RunFor(std::chrono::milliseconds(1 + random_() % (random_() % 4 == 0 ? 500 : 20'000)));
+      rig_->RunFor(
+          std::chrono::milliseconds(1 + mishaps_.Below(mishaps_.Below(4) == 0 ? 500 : 20'000)));
       Trip();
-      if (keeper_.power_failed() || (troubles_.kills && random_() % 10 == 0)) Restart();
+      if (keeper_.power_failed() || mishaps_.Kills(10)) Restart();
     }
   }
 
   /// In peace, until all is told and read.
   void End() {
-    troubles_ = {};
+    mishaps_.End();
     Restart();
     rig_->RunFor(5min);
   }
@@ -117,18 +111,11 @@ class Station {
   }
 
   void SpoilWire(Manner& manner) {
-    manner.distort = [this](Bytes reply) {
-      if (troubles_.wire_one_in == 0 || random_() % troubles_.wire_one_in != 0 || reply.empty()) {
-        return reply;
-      }
-      if (random_() % 2 == 0) return Bytes();
-      reply[random_() % reply.size()] ^= static_cast<std::uint8_t>(1U << random_() % 7);
-      return reply;
-    };
+    manner.distort = [this](Bytes reply) { return mishaps_.Carry(std::move(reply)); };
   }
 
   void Trip() {
-    const auto device = static_cast<std::uint32_t>(random_() % rig_.devices());
+    const auto device = mishaps_.Below(rig_.devices());
     const std::string number = std::to_string(++serial_);
     ASSERT_TRUE(rig_->twin(device).twin->Raise({0, kTripped, {}, number}, rig_->now()));
     const auto& points = rig_.device(device).points;
@@ -150,7 +137,7 @@ class Station {
   }
 
   void Begin() {
-    keeper_.Begin(troubles_.power_cuts ? static_cast<int>(1 + random_() % 600) : -1);
+    keeper_.Begin(mishaps_.PowerLeft(600));
     asked_.clear();
     kept_.clear();
     const std::size_t generation = restarts;
@@ -174,13 +161,12 @@ class Station {
   }
   void Restart() {
     ++restarts;
-    keeper_.End(random_);
+    keeper_.End(mishaps_.random());
     Begin();
     rig_->Restart();
   }
 
-  std::mt19937 random_;
-  Troubles troubles_;
+  Mishaps mishaps_;
   Rig rig_;
   EventKeeper keeper_;
   std::vector<std::unique_ptr<RecordDesk>> desks_;  // of before, too: what they asked may end late

@@ -95,6 +95,20 @@ TEST_F(EventDesk, EachConnectionHasItsPlaceInEachUnit) {
   EXPECT_THAT(Read(1).numbers, ElementsAre(1, 2, 3));
 }
 
+TEST_F(EventDesk, AtUnitZeroThereIsNothingToWrite) {
+  Happens(0, 3);
+  EXPECT_THAT(Ask(0, "10 23 38 00 02 04 00 00 00 02"), ElementsAre("12 34 00 00 00 03 00 90 02"));
+  EXPECT_THAT(Ask(0, "06 23 38 00 02"), ElementsAre("12 34 00 00 00 03 00 86 02"));
+  EXPECT_THAT(Ask(0, "10 23 88 00 02 04 FF FF FF FF"), ElementsAre("12 34 00 00 00 03 00 90 02"))
+      << "alarms are acknowledged at 255";
+  EXPECT_EQ(Read(0).first, 0U);
+  EXPECT_THAT(Read(0).numbers, ElementsAre(1, 2, 3));
+  EXPECT_THAT(Ask(0, "10 23 38 00 02 03 00 00 00"), ElementsAre("12 34 00 00 00 03 00 90 03"));
+  listener().broadcast = config::Listener::Broadcast::pass;
+  EXPECT_THAT(Ask(0, "10 23 38 00 02 04 00 00 00 02"), ElementsAre("nothing"));
+  EXPECT_EQ(Read(0).first, 0U);
+}
+
 TEST_F(EventDesk, APlaceEndsWithItsConnection) {
   Happens(0, 3);
   Want(1, 3);

@@ -39,6 +39,20 @@ TEST_F(WriteRules, WhatIsRefusedIsHandedOnToBeRecorded) {
   EXPECT_EQ(sink_.denied[1].reason, "the listener does not permit it");
 }
 
+TEST_F(WriteRules, WhatIsBeyondItsRoomIsHandedOnToBeRecorded) {
+  for (std::uint16_t i = 0; i < RequestDesk::kMaxPending; ++i) {
+    ASSERT_THAT(Ask(Frame(1, kWrite, i)), IsEmpty());
+  }
+  EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 06"));
+  EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 06"));
+  EXPECT_THAT(sink_.commands, SizeIs(RequestDesk::kMaxPending));
+  ASSERT_THAT(sink_.denied, SizeIs(2));
+  EXPECT_EQ(sink_.denied[0].end, WriteEnd::busy);
+  EXPECT_EQ(sink_.denied[0].client, "10.0.0.7:40112");
+  EXPECT_EQ(sink_.denied[0].value, Value(std::int64_t{7}));
+  EXPECT_EQ(sink_.denied[0].reason, "too many of its requests wait already");
+}
+
 TEST_F(WriteRules, BeyondItsLimitsIsAnIllegalValue) {
   writing().max = 6;
   EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 03"));

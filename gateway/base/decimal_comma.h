@@ -1,0 +1,13 @@
+// What people write who are used to a decimal comma.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace baudgate {
+
+/// "1,5s" → "1.5s"; empty: its comma, if it has one, does not stand alone between two digits.
+std::string WithDecimalPoint(std::string_view text);
+
+}  // namespace baudgate

@@ -1,0 +1,44 @@
+// What goes wrong in a run, and when. All of it follows from the seed.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <random>
+#include <utility>
+
+#include "tests/protocols/runs/bad_wire.h"
+
+namespace baudgate {
+
+struct Troubles {
+  unsigned wire_one_in = 0;  ///< replies are damaged or lost
+  unsigned late_one_in = 0;  ///< replies come after the device has been given up
+  bool kills = false;        ///< of the program
+  bool power_cuts = false;
+};
+
+class Mishaps {
+ public:
+  Mishaps(unsigned seed, Troubles troubles) : random_(seed), troubles_(troubles) {}
+
+  /// From now on nothing goes wrong.
+  void End() { troubles_ = {}; }
+
+  std::mt19937& random() { return random_; }
+  unsigned Below(unsigned count) { return static_cast<unsigned>(random_() % count); }
+  bool OneIn(unsigned count) { return count > 0 && random_() % count == 0; }
+
+  bool StrikesWire() { return OneIn(troubles_.wire_one_in); }
+  bool StrikesLate() { return OneIn(troubles_.late_one_in); }
+  Bytes Carry(Bytes reply) { return StrikesWire() ? Spoiled(std::move(reply), random_) : reply; }
+  bool Kills(unsigned one_in) { return troubles_.kills && OneIn(one_in); }
+  /// Writes of the disk, from a start of the program on, see EventKeeper::Begin.
+  int PowerLeft(unsigned most) {
+    return troubles_.power_cuts ? static_cast<int>(1 + Below(most)) : -1;
+  }
+
+ private:
+  std::mt19937 random_;
+  Troubles troubles_;
+};
+
+}  // namespace baudgate
