@@ -34,8 +34,8 @@ std::vector<Query> QueriesOf(const config::Device& device, const std::vector<Ite
     tag.points.push_back(point);
     tag.group = std::max(tag.group, device.points[point].group);
   }
-  for (Query& query : {std::ref(identity), std::ref(tag)}) {
-    if (!query.points.empty()) queries.push_back(std::move(query));
+  for (Query* query : {&identity, &tag}) {
+    if (!query->points.empty()) queries.push_back(std::move(*query));
   }
   return queries;
 }

@@ -142,11 +142,12 @@ class Session {
   }
 
   void Take(const Heard& heard) {
-    for (const UnaskedMessage& message : heard.messages) {
-      const Answer answer = conversation_->OnUnasked(message.bytes, NowBoth());
-      CheckAnswer(answer, device_);
-      Require(!answer.batch || !answer.batch->events.empty(), "a batch has events");
-    }
+    for (const UnaskedMessage& message : heard.messages) Hear(message.bytes);
+  }
+  void Hear(View message) {
+    const Answer answer = conversation_->OnUnasked(message, NowBoth());
+    CheckAnswer(answer, device_);
+    Require(!answer.batch || !answer.batch->events.empty(), "a batch has events");
   }
 
   Now NowBoth() const { return {now_, WallTime(now_.time_since_epoch())}; }
@@ -194,7 +195,7 @@ class Session {
     if (frame) {
       const Answer answer = conversation_->OnFrame(task, request, *frame, now_);
       CheckAnswer(answer, device_);
-      if (request.expect.reply == Expectation::Reply::standing) Take({.messages = {{*frame, {}}}});
+      if (request.expect.reply == Expectation::Reply::standing) Hear(*frame);
       if (ProvesLife(answer.outcome)) return answer.then;
       return Fail(task, request, answer.outcome);
     }

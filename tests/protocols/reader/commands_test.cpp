@@ -1,5 +1,6 @@
 // A reader that answers commands: what is sent, and whose answer a message is.
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "gateway/poll/poller.h"

@@ -1,6 +1,7 @@
 // What a reader answers behind a tag is kept with that tag as one, and never with another: through
 // kills, with tags that come at any time, also between the command and its answer.
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <map>
