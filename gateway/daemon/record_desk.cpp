@@ -180,7 +180,7 @@ void RecordDesk::Ask(Debt& debt, Steps& steps) {
 
 void RecordDesk::OnAnswer(Debt& debt, Instant asked, const WriteResult& result) {
   const Now now = ends_.clocks();
-  auto [away, record] = Look(debt, asked, now);
+  auto [away, record, read_at] = Look(debt, asked, now);
   Steps steps;
   {
     const MutexLock lock(mutex_);
@@ -193,7 +193,7 @@ void RecordDesk::OnAnswer(Debt& debt, Instant asked, const WriteResult& result) 
       Settle(debt, *record, steps);
     } else if (record) {
       debt.got = std::move(record);
-      debt.got_at = now.instant;
+      debt.got_at = read_at;
     } else {
       debt.again = now.instant + kAgain;
       // What was not sent, as to a device that is away, is no try.
@@ -221,6 +221,7 @@ RecordDesk::Found RecordDesk::Look(const Debt& debt, Instant asked, Now now) con
       const PointRecord& held = device.points[index];
       const bool read = held.read_at && *held.read_at > asked;
       all = all && (read || IsGivenUp(held));
+      if (read) found.read_at = std::max(found.read_at, *held.read_at);
       const Quality quality = QualityAt(device, index, now.instant);
       record.values.push_back(
           {point.name, IsBad(quality) ? Value() : held.value, point.unit, quality});

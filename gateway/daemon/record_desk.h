@@ -91,6 +91,7 @@ class RecordDesk {
   struct Found {
     bool away = false;  ///< the device, or another one is in its place
     std::optional<events::KeptRecord> record{};
+    Instant read_at{};  ///< of its latest value
   };
   Found Look(const Debt& debt, Instant asked, Now now) const;
   static void Settle(Debt& debt, const events::KeptRecord& record, Steps& steps);

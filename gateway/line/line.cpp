@@ -115,8 +115,9 @@ LineNews Line::OnTimer(Instant now) {
 /// What belongs to no message may be the reply.
 void Line::Hear(Heard heard, Instant now) {
   if (state_ == State::sending && now >= sent_until_) EndSending(now);  // the timer is late
+  const bool early = state_ == State::sending && !keeps_bit_rate_;
   const bool awaited = exchange_.request.expect.reply == Expectation::Reply::standing &&
-                       (state_ == State::await_first || state_ == State::receiving);
+                       (early || state_ == State::await_first || state_ == State::receiving);
   if (awaited && !heard.messages.empty()) {
     Finish(client_.Judge(heard.messages.front().bytes, now), {}, now);
   }

@@ -11,6 +11,13 @@
 namespace baudgate {
 namespace {
 
+/// One of the points at least.
+bool IsAsked(const Conversation& conversation, const std::vector<std::uint32_t>& points) {
+  return std::ranges::any_of(conversation.Queries(), [&](const Query& query) {
+    return std::ranges::find_first_of(query.points, points) != query.points.end();
+  });
+}
+
 std::string DoesNotAnswer(std::uint8_t slave) {
   return "slave " + std::to_string(slave) + " does not answer; it is asked now and then";
 }
@@ -142,7 +149,7 @@ bool Poller::Submit(WriteCommand command, Now now) {
 void Poller::ReadNow(WriteCommand command) {
   const Device& device = roster_.DeviceAt(command.device);
   if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
-  if (&device == speaker_ && device.conversation->Queries().empty()) {
+  if (&device == speaker_ && !IsAsked(*device.conversation, command.reads)) {
     return NotSent(command, "it is not asked: it speaks by itself, and what it said last is shown");
   }
   for (const std::uint32_t point : command.reads) ReadBack(device, point);
@@ -266,6 +273,7 @@ void Poller::Settle() {
   AnswerConfirmed();  // before the next write is to be read back
   Pump();
   AnswerConfirmed();
+  TellDrained();
 }
 
 void Poller::Pump() {

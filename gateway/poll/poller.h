@@ -99,6 +99,7 @@ class Poller : private LineClient {
   void SpeakerDue();
   void TakeUnasked(const Answer& answer, Now received);
   void KeepUnasked(EventBatch batch, Now received);
+  void TellDrained();
 
   // job_run.cpp: the job under way
   void Ask(int attempts = 0);

@@ -90,4 +90,11 @@ void Poller::KeepUnasked(EventBatch batch, Now received) {
   listener_.OnEvents({device.index, std::move(batch), received, {}});
 }
 
+/// What it says is told at once: when all of that is kept there is no more.
+void Poller::TellDrained() {
+  if (speaker_ != nullptr && unkept_.waiting() == 0) {
+    listener_.OnDrained(speaker_->index, now_.instant);
+  }
+}
+
 }  // namespace baudgate

@@ -7,6 +7,31 @@
 #include "protocols/common/frame_cuts.h"
 
 namespace baudgate::protocols::reader {
+namespace {
+
+constexpr const char* kForeign =
+    "characters that are no ASCII: parity, data bits or bit rate may differ";
+
+}  // namespace
+
+Bytes EncodeCommand(Command command) { return ToBytes(command == Command::read ? "r\r" : "i\r"); }
+
+Result<std::string> DecodeInformation(View answer) {
+  std::string text(AsText(answer));
+  std::ranges::replace(text, '\r', '\n');
+  std::string lines;
+  for (std::string_view line : Split(text, '\n')) {
+    if (line.starts_with('>')) line.remove_prefix(1);
+    line = Trim(line);
+    if (line.empty() || line == "i") continue;
+    if (line.front() == '-') return Error{"a damaged tag in the answer"};
+    lines.append(lines.empty() ? "" : " ").append(line);
+  }
+  if (lines.empty()) return Error{"an empty answer"};
+  const auto foreign = [](char c) { return c < ' ' || c > '~'; };
+  if (std::ranges::any_of(lines, foreign)) return Error{kForeign};
+  return lines;
+}
 
 Bytes EncodeTag(std::string_view digits) {
   return ToBytes("\r\n-" + std::string(digits) + "\r\n>");
@@ -41,7 +66,7 @@ Result<std::string> Decode(View frame, const Settings& settings) {
   text = AsText(TextIn(frame, settings));
   const auto foreign = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
   if (std::ranges::any_of(text, foreign)) {
-    return Error{"characters that are no ASCII: parity, data bits or bit rate may differ"};
+    return Error{kForeign};
   }
   return Printable(ToBytes(Trim(text)));
 }

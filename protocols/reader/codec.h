@@ -1,8 +1,10 @@
-// The wire format of readers. They speak by themselves; nothing is asked.
+// The wire format of readers. They speak by themselves; two commands may be sent to some.
 //   form: tag    CR LF - 06001259E3 CR LF >   ten hex digits, those of an EM4100 tag; all zero: no
 //   tag.
 //                                              The last prompt may stand in front, or be missing
 //   form: text   STX ST,GS,+  12.35kg ETX     start and end are options (settings.h)
+//   r CR                                       read now: answered as a tag is told
+//   i CR                                       what are you? MOD-RFID125-BOX CR LF >, or more lines
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,6 +20,13 @@ namespace baudgate::protocols::reader {
 inline constexpr std::size_t kTagFrame = 16;  ///< with the prompt
 inline constexpr std::size_t kTagDigits = 10;
 inline constexpr std::size_t kTagAt = 3;  ///< of the first digit
+
+/// Those that are ever sent. `b` makes a reader wait for new firmware, `m…` changes its settings.
+enum class Command : std::uint8_t { read, information };
+Bytes EncodeCommand(Command command);
+/// The lines of the answer to `information`, a blank between them, without prompt and echo. An
+/// error: there are none, or it is no such answer.
+Result<std::string> DecodeInformation(View answer);
 
 Bytes EncodeTag(std::string_view digits);
 Bytes EncodeText(std::string_view text, const Settings& settings);

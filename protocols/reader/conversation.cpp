@@ -13,11 +13,31 @@ namespace {
 
 constexpr std::uint32_t kTagCode = 1;   // of the events, see config/profiles/reader
 constexpr std::size_t kMostKnown = 64;  // texts that a repeat is recognised of
+constexpr std::size_t kMostOwed = 16;   // answers
 
 std::vector<Item> ItemsOf(const config::Device& device) {
   std::vector<Item> items;
   for (const config::Point& point : device.points) items.push_back(ParseItem(point).value());
   return items;
+}
+
+/// One for what the reader is, one for what a message says.
+std::vector<Query> QueriesOf(const config::Device& device, const std::vector<Item>& items,
+                             const Settings& settings) {
+  std::vector<Query> queries;
+  if (!settings.asks) return queries;
+  Query identity{config::Group::once};
+  Query tag{config::Group::once};
+  for (std::size_t point = 0; point < items.size(); ++point) {
+    if (items[point].kind == Item::Kind::identity) identity.points.push_back(point);
+    if (!items[point].of_message()) continue;
+    tag.points.push_back(point);
+    tag.group = std::max(tag.group, device.points[point].group);
+  }
+  for (Query* query : {&identity, &tag}) {
+    if (!query->points.empty()) queries.push_back(std::move(*query));
+  }
+  return queries;
 }
 
 Standing StandingOf(const config::Device& device, const Settings& settings) {
@@ -38,28 +58,62 @@ ReaderConversation::ReaderConversation(const config::Device& device)
     : device_(device),
       settings_(ReadSettings(device.options)),
       items_(ItemsOf(device)),
+      queries_(QueriesOf(device, items_, settings_)),
       standing_(StandingOf(device, settings_)),
       had_number_(items_.size()) {}
 
-Result<Request> ReaderConversation::Ask(const Task&, Instant) {
-  return Error{"a reader is not asked: it speaks by itself"};
+Result<Request> ReaderConversation::Ask(const Task& task, Instant) {
+  const bool polls = task.kind == Task::Kind::poll;
+  if (!settings_.asks || (!polls && task.kind != Task::Kind::probe)) {
+    return Error{"a reader is not asked: it speaks by itself"};
+  }
+  const std::size_t point = polls ? queries_[task.query].points.front() : 0;
+  const bool information = polls && items_[point].kind == Item::Kind::identity;
+  Request request;
+  request.bytes = EncodeCommand(information ? Command::information : Command::read);
+  request.expect = Expect(request.bytes, device_.options);
+  request.distinct = true;  // a message says what is, whichever command it answers
+  request.stamped = true;
+  request.reply = settings_.answer;
+  return request;
 }
 
+void ReaderConversation::Stamp(Request& request, Now arrives, Duration) {
+  if (!IsInformation(request.bytes)) owed_.push_back(arrives.instant + 2 * settings_.answer);
+  if (owed_.size() > kMostOwed) owed_.pop_front();
+}
+
+/// What it says of a tag is a message, see OnUnasked.
 Answer ReaderConversation::OnFrame(const Task&, const Request& request, View frame, Instant) {
-  return Interpret(request.bytes, frame);
+  if (!IsInformation(request.bytes)) return {};
+  const auto said = DecodeInformation(frame);
+  if (!said) return {Outcome::corrupt, said.error()};
+  Answer answer;
+  Tell(Item::Kind::identity, {*said}, answer);
+  return answer;
 }
 
-Outcome ReaderConversation::Check(View, View frame) const {
-  return Decode(frame, settings_) ? Outcome::ok : Outcome::corrupt;
+Outcome ReaderConversation::Check(View request, View frame) const {
+  const auto said = IsInformation(request) ? DecodeInformation(frame) : Decode(frame, settings_);
+  return said ? Outcome::ok : Outcome::corrupt;
 }
 
-Answer ReaderConversation::Interpret(View, View frame) {
+Answer ReaderConversation::Interpret(View request, View frame) {
+  if (IsInformation(request)) {
+    const auto said = DecodeInformation(frame);
+    if (!said) return {Outcome::corrupt, said.error()};
+    return {.readings = {{.value = *said, .label = "identity"}}};
+  }
   const auto text = Decode(frame, settings_);
   if (!text) return {Outcome::corrupt, text.error()};
   Answer answer;
   const bool none = IsNoTag(*text, settings_);
   answer.readings.push_back({.value = none ? "no tag" : *text, .label = "tag"});
   return answer;
+}
+
+bool ReaderConversation::IsInformation(View request) const {
+  return settings_.asks && AsText(request) == AsText(EncodeCommand(Command::information));
 }
 
 Answer ReaderConversation::OnUnasked(View message, Now received) {
@@ -81,11 +135,14 @@ Answer ReaderConversation::OnUnasked(View message, Now received) {
   if (!none && settings_.present > Duration::zero())
     gone_at_ = received.instant + settings_.present;
   Tell(Item::Kind::present, {!none}, answer);
-  if (!none && IsRepeat(*text, received.instant)) {
+  const bool known = !none && IsKnown(*text, received.instant);
+  const bool asked = TakeAnswer(none ? std::string() : *text, received.instant);
+  if (known || (asked && !none)) {
     ++repeats_;
   } else if (!none) {
     AddTag(*text, received, answer);
   }
+  if (!none && (known || !asked)) Remember(*text, received.instant);
   Tell(Item::Kind::repeats, {static_cast<std::int64_t>(repeats_)}, answer);
   return answer;
 }
@@ -98,9 +155,6 @@ Answer ReaderConversation::OnDue(Now now) {
   return answer;
 }
 
-/// What was there meanwhile nobody knows.
-void ReaderConversation::OnReconnect() { latest_.clear(); }
-
 void ReaderConversation::OnEventsKept(std::string_view said) {
   if (std::exchange(recalled_, true)) return;
   // Some may have come before it was known how many there were.
@@ -110,14 +164,31 @@ void ReaderConversation::OnEventsKept(std::string_view said) {
 }
 
 /// Within `same_tag` of the last time that it came: a tag that stays is one.
-bool ReaderConversation::IsRepeat(const std::string& text, Instant now) {
-  if (settings_.same_tag <= Duration::zero()) return false;
+bool ReaderConversation::IsKnown(const std::string& text, Instant now) {
   std::erase_if(latest_, [&](const auto& one) { return now - one.second >= settings_.same_tag; });
+  return latest_.contains(text);
+}
+
+void ReaderConversation::Remember(const std::string& text, Instant now) {
   if (latest_.size() >= kMostKnown && !latest_.contains(text)) {
     latest_.erase(
         std::ranges::min_element(latest_, {}, [](const auto& one) { return one.second; }));
   }
-  return !latest_.insert_or_assign(text, now).second;
+  latest_.insert_or_assign(text, now);
+}
+
+/// Whether this is taken for an answer to `r`, which looks like any message. Who is asked and says
+/// what he said last tells no news, however long ago that was; yet a tag that came again meanwhile
+/// makes it two, and the second is judged as if nobody had asked:
+///   tag A, 10 s, r, A                  one tag, that stays
+///   tag A, 10 s, r, A, A               came again: two
+///   tag A, 10 s, r, B, then B or none  came and was read: A and B, once each
+bool ReaderConversation::TakeAnswer(const std::string& text, Instant now) {
+  std::erase_if(owed_, [now](Instant until) { return until < now; });
+  const bool answer = !owed_.empty() && (text.empty() || text == last_);
+  if (answer) owed_.pop_front();
+  last_ = text;
+  return answer;
 }
 
 void ReaderConversation::AddTag(const std::string& text, Now received, Answer& answer) {

@@ -1,4 +1,5 @@
-// What a reader says, tag by tag. It is never asked.
+// What a reader says, tag by tag. Where it answers commands it is asked for the tag that is there,
+// and once for what it is.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +19,8 @@ class ReaderConversation final : public Conversation {
  public:
   explicit ReaderConversation(const config::Device& device);
 
-  std::span<const Query> Queries() const override { return {}; }
+  /// None without `commands: ask`.
+  std::span<const Query> Queries() const override { return queries_; }
   Result<Request> Ask(const Task& task, Instant now) override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
   Outcome Check(View request, View frame) const override;
@@ -28,12 +30,16 @@ class ReaderConversation final : public Conversation {
   Answer OnUnasked(View message, Now received) override;
   std::optional<Instant> DueAt() const override { return gone_at_; }
   Answer OnDue(Now now) override;
-  void OnReconnect() override;
+  /// From now on its answer may come, see TakeAnswer.
+  void Stamp(Request& request, Now arrives, Duration character) override;
   /// Numbers go on where they were before a restart, if that is known before the first tag.
   void OnEventsKept(std::string_view said) override;
 
  private:
-  bool IsRepeat(const std::string& text, Instant now);
+  bool IsInformation(View request) const;
+  bool IsKnown(const std::string& text, Instant now);
+  bool TakeAnswer(const std::string& text, Instant now);
+  void Remember(const std::string& text, Instant now);
   void AddTag(const std::string& text, Now received, Answer& answer);
   void TellRing(Answer& answer) const;
   void Tell(Item::Kind kind, const Decoded& decoded, Answer& answer) const;
@@ -41,10 +47,13 @@ class ReaderConversation final : public Conversation {
   const config::Device& device_;
   const Settings settings_;
   const std::vector<Item> items_;  // by point
+  const std::vector<Query> queries_;
   const Standing standing_;
   std::vector<bool> had_number_;           // by point: before that it is never read, not bad
   std::deque<Tag> ring_;                   // the last one first
   std::map<std::string, Instant> latest_;  // when each text came last, within same_tag
+  std::string last_;                       // the last message; empty: no tag
+  std::deque<Instant> owed_;               // answers to `r`: until when each may come
   std::uint64_t counter_ = 0;
   bool recalled_ = false;
   std::uint64_t repeats_ = 0;

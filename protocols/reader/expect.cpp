@@ -8,6 +8,7 @@ namespace {
 
 constexpr int kNone = 0x100;  // no such character
 constexpr int kEnds = 0x200;  // more than any
+constexpr std::size_t kMostInformation = 256;
 
 int CodeOf(std::optional<std::uint8_t> character) { return character ? *character : kNone; }
 
@@ -32,12 +33,17 @@ Settings OfShape(const Shape& shape) {
 
 /// A text that is too long is kept a little longer, so that its end is not taken for one of its
 /// own.
-Expectation Expect(View, const config::Options& options) {
+Expectation Expect(View request, const config::Options& options) {
   const Settings settings = ReadSettings(options);
+  if (AsText(request) == AsText(EncodeCommand(Command::information))) {
+    return {.shapes = {{.tag = kInformation}}, .max_bytes = kMostInformation};
+  }
   Expectation expect{.reply = Expectation::Reply::standing, .max_bytes = kTagFrame};
   if (settings.form == Form::text) {
     expect.shapes = {ShapeOf(settings)};
     expect.max_bytes = settings.most + 2 * kMostAround;
+  } else if (settings.asks) {
+    expect.shapes = {{.tag = kTagsAndAnswers}};
   }
   return expect;
 }

@@ -15,7 +15,8 @@ constexpr std::string_view kTagForm = "\r\n-##########\r\n>";  // #: a hex digit
 static_assert(kTagForm.size() == kTagFrame);
 constexpr std::string_view kBetween = "\r\n>";  // what may stand between two messages
 
-Cut CutTag(View held, bool idle) {
+/// `noise`: what stands between two tags.
+Cut CutTag(View held, bool idle, Outcome noise) {
   const std::size_t size = std::min(held.size(), kTagFrame);
   std::size_t fits = 0;
   for (; fits < size; ++fits) {
@@ -28,7 +29,27 @@ Cut CutTag(View held, bool idle) {
   if (fits == size && !idle) return Cut::NeedMore();
   if (fits >= kTagAt) return Cut::Discard(1, Outcome::corrupt, "a damaged tag");
   const bool harmless = cut::IsHarmless(held[0], kBetween);
-  return Cut::Discard(1, harmless ? Outcome::none : Outcome::partial, "noise before a tag");
+  return Cut::Discard(1, harmless ? Outcome::none : noise, "noise before a tag");
+}
+
+/// To the prompt at the begin of a line; if none comes, to the silence behind a whole line.
+Cut CutInformation(View held, std::size_t most, bool idle) {
+  const auto is_end = [](std::uint8_t byte) { return byte == '\r' || byte == '\n'; };
+  const std::size_t size = std::min(held.size(), most);
+  bool said = false;
+  for (std::size_t at = 0; at < size; ++at) {
+    const bool begins = at > 0 && is_end(held[at - 1]);
+    if (held[at] == '>' && begins && DecodeInformation(held.first(at))) return Cut::Frame(at + 1);
+    if (held[at] == '>' && begins && said) {
+      return Cut::Discard(at + 1, Outcome::corrupt, "a damaged answer");
+    }
+    said = said || !cut::IsHarmless(held[at], "\r\n>i");  // and the echo
+  }
+  if (held.size() >= most) return cut::TooLong();
+  if (!idle) return Cut::NeedMore();
+  if (!said) return Cut::Discard(held.size(), Outcome::none, "no answer yet");
+  if (is_end(held.back()) && DecodeInformation(held)) return Cut::Frame(held.size());
+  return cut::Wait(idle, held.size());
 }
 
 /// A whole text, if it is as long as it should be.
@@ -80,8 +101,11 @@ Cut RequestRule(View held, const Expectation& expect, bool idle) {
 }
 
 Cut MessageRule(View held, const Expectation& expect, bool idle) {
-  if (expect.shapes.empty()) return CutTag(held, idle);
-  return CutText(held, OfShape(expect.shapes.front()), idle);
+  if (expect.shapes.empty()) return CutTag(held, idle, Outcome::partial);
+  const Shape& shape = expect.shapes.front();
+  if (shape.tag == kTagsAndAnswers) return CutTag(held, idle, Outcome::none);
+  if (shape.tag == kInformation) return CutInformation(held, expect.max_bytes, idle);
+  return CutText(held, OfShape(shape), idle);
 }
 
 }  // namespace baudgate::protocols::reader

@@ -20,10 +20,12 @@ constexpr DecoderSpec kDecoders[] = {
     {"present", "whether a tag is there: one came within `present`, and no 'no tag' since"},
     {"repeats", "how often the same tag came again within `same_tag`"},
     {"message", "the latest message, new or not"},
-    {"number", "the one number in it; number 4-11: the one in its characters 4 to 11"}};
+    {"number", "the one number in it; number 4-11: the one in its characters 4 to 11"},
+    {"identity", "what the reader says that it is; commands: ask"}};
 // In the order of Item::Kind.
-constexpr std::array<std::string_view, 10> kNames = {
-    "tag", "high", "middle", "low", "counter", "time", "present", "repeats", "message", "number"};
+constexpr std::array<std::string_view, 11> kNames = {"tag",     "high",   "middle",  "low",
+                                                     "counter", "time",   "present", "repeats",
+                                                     "message", "number", "identity"};
 
 }  // namespace
 
@@ -56,7 +58,8 @@ Status CheckPoint(const config::Point& point) {
   const auto item = ParseItem(point);
   if (!item) return Error{item.error()};
   if (point.access != config::Access::read) return Error{"a reader takes no writes"};
-  const bool text = item->kind == Kind::tag || item->kind == Kind::message;
+  const bool text =
+      item->kind == Kind::tag || item->kind == Kind::message || item->kind == Kind::identity;
   const bool flag = item->kind == Kind::present;
   if (text != (point.type == config::Type::string)) {
     return Error{text ? "it is a text: give it type: string(20)"
@@ -71,12 +74,25 @@ Status CheckPoint(const config::Point& point) {
 
 Status CheckDevice(const config::Device& device) {
   if (Status status = CheckOptions(device.options); !status) return status;
-  if (ReadSettings(device.options).form == Form::tag) return {};
+  const Settings settings = ReadSettings(device.options);
   for (const config::Point& point : device.points) {
     const auto item = ParseItem(point);
-    if (item && item->kind >= Item::Kind::high && item->kind <= Item::Kind::low) {
-      return Error{"point '" + point.name + "': '" + point.read +
-                   "' needs form: tag; a text has no such number"};
+    if (!item) continue;
+    const std::string its = "point '" + point.name + "': '" + point.read + "' needs ";
+    const bool bits = item->kind >= Item::Kind::high && item->kind <= Item::Kind::low;
+    if (bits && settings.form != Form::tag) {
+      return Error{its + "form: tag; a text has no such number"};
+    }
+    if (item->kind == Item::Kind::identity && !settings.asks) return Error{its + "commands: ask"};
+  }
+  for (const config::Record& record : device.records) {
+    if (!settings.asks)
+      return Error{"record '" + record.name + "' is read, which needs commands: ask"};
+    for (const std::uint32_t index : record.points) {
+      const auto item = ParseItem(device.points[index]);
+      if (!item || item->of_message()) continue;
+      return Error{"record '" + record.name + "': '" + device.points[index].read +
+                   "' is not renewed by reading; present, repeats, message and number are"};
     }
   }
   return {};

@@ -25,12 +25,15 @@ struct Item {
     repeats,
     message,
     number,
+    identity,  ///< what it says that it is
   } kind = Kind::tag;
   std::size_t back = 0;   ///< so many tags before the last one
   std::size_t first = 0;  ///< of number: the characters that hold it, from 1 on; 0: all
   std::size_t last = 0;
 
   bool of_tag() const { return kind <= Kind::time; }
+  /// Every message renews it, so that reading the tag now does.
+  bool of_message() const { return kind >= Kind::present && kind <= Kind::number; }
 };
 
 Result<Item> ParseItem(const config::Point& point);

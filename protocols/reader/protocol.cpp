@@ -30,7 +30,7 @@ const Protocol& ReaderProtocol() {
       .data_bits = 7,
       .timing = {.quiet = {.least = 5ms},
                  .reply = {.least = 500ms},
-                 .gap = {.least = 20ms, .characters = 4},
+                 .gap = {.least = 100ms, .characters = 4},
                  .drain = {.least = 50ms, .characters = 4},
                  .longest = 128},
       .request_rule = RequestRule,

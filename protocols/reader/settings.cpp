@@ -25,7 +25,12 @@ constexpr auto kTable = SettingsTable(
         option::Time("same_tag", "2s",
                      "The same again, so soon after the last time, is no new one; 0s: it is.")),
     Bind<&Settings::present>(option::Time(
-        "present", "2s", "It counts as present for so long; 0s: until the reader says 'no tag'.")));
+        "present", "2s", "It counts as present for so long; 0s: until the reader says 'no tag'.")),
+    Bind<&Settings::asks>(option::Choice("commands", "none", "none,ask",
+                                         "none: nothing is ever sent. ask: r reads, i says "
+                                         "what the reader is; form: tag only.")),
+    Bind<&Settings::answer>(
+        option::Time("answer", "1s", "So long it may take to answer a command.")));
 
 }  // namespace
 
@@ -42,6 +47,14 @@ Status CheckOptions(const config::Options& options) {
   }
   if (settings.idle < 1ms) return Error{"idle must be at least 1ms"};
   if (settings.whole < settings.idle) return Error{"whole must not be shorter than idle"};
+  if (!settings.asks) return {};
+  if (settings.form != Form::tag) return Error{"commands: ask needs form: tag"};
+  if (settings.answer < 1ms) return Error{"answer must be at least 1ms"};
+  if (settings.same_tag < 2 * settings.answer) {
+    return Error{
+        "with commands: ask same_tag must be at least twice answer: an answer that is late "
+        "would be another tag"};
+  }
   return {};
 }
 

@@ -25,6 +25,8 @@ struct Settings {
   Duration whole{};                     ///< no message takes longer
   Duration same_tag{};                  ///< the same again within so long is no new one
   Duration present{};                   ///< it is there for so long; zero: until the reader says no
+  bool asks = false;                    ///< it is sent commands, see codec.h
+  Duration answer{};                    ///< so long it may take to answer them
 };
 
 std::span<const OptionSpec> OptionTable();

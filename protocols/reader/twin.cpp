@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include "gateway/base/text.h"
-#include "protocols/reader/codec.h"
 
 namespace baudgate::protocols::reader {
 namespace {
@@ -38,9 +37,19 @@ bool ReaderTwin::Raise(const DeviceEvent& event, Now now) {
   return true;
 }
 
+Bytes ReaderTwin::Answer(View request, Instant) {
+  if (!settings_.asks) return {};
+  const auto is = [request](Command command) {
+    return AsText(request) == AsText(EncodeCommand(command));
+  };
+  if (is(Command::read)) return there_;
+  return is(Command::information) ? ToBytes("\r\nMOD-RFID125-BOX\r\n>") : Bytes();
+}
+
 Bytes ReaderTwin::Say(Instant) {
   if (queue_.empty()) return {};
   Bytes message = std::move(queue_.front());
+  there_ = message;
   queue_.pop_front();
   return message;
 }

@@ -1,10 +1,12 @@
-// A reader that is not there: it sends a tag, or a text, for each event that is raised.
+// A reader that is not there: it sends a tag, or a text, for each event that is raised; where it
+// answers commands the last tag stays before it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <deque>
 
 #include "protocols/common/twin_points.h"
+#include "protocols/reader/codec.h"
 #include "protocols/reader/points.h"
 #include "protocols/reader/settings.h"
 
@@ -14,7 +16,7 @@ class ReaderTwin final : public Twin {
  public:
   ReaderTwin(const config::Device& device, TwinValues& values);
 
-  Bytes Answer(View, Instant) override { return {}; }
+  Bytes Answer(View request, Instant now) override;
   void ReplyAs(std::string_view) override {}
   bool Raise(const DeviceEvent& event, Now now) override;
   Bytes Say(Instant now) override;
@@ -23,6 +25,7 @@ class ReaderTwin final : public Twin {
   const Settings settings_;
   TwinPoints<Item> points_;
   std::deque<Bytes> queue_;
+  Bytes there_ = EncodeTag("0000000000");
   std::uint64_t raised_ = 0;
 };
 

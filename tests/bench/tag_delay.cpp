@@ -1,6 +1,6 @@
 // RFID tag to a DDS subscriber: from the last byte of a tag on a pty to its event in a subscriber
-// of its own, through the disk. Beside it what the disk takes for one fsync: it is most of the
-// delay.
+// of its own, through the disk. Beside it what the disk takes for one fsync, measured in the same
+// minute between the tags.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -31,22 +31,41 @@ double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// Each of 4 KiB appended to a file where the events are.
-std::vector<double> FsyncTimes() {
-  const std::string path = Scratch() + "/fsync";
-  const int file = open(path.c_str(), O_CREAT | O_WRONLY | O_APPEND | O_CLOEXEC, 0600);
-  if (file < 0) std::exit(4);
-  const std::vector<char> page(4096, 'x');
-  std::vector<double> times;
-  for (int i = 0; i < 100; ++i) {
-    if (write(file, page.data(), page.size()) < 0) std::exit(4);
+/// A file where the events are. Its pages are written anew each time, as those of the log of a
+/// database: the file does not grow.
+class Fsyncs {
+ public:
+  Fsyncs()
+      : file_(open((Scratch() + "/fsync").c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600)),
+        page_(4096, 'x') {
+    for (off_t page = 0; page < kPages; ++page) Write(page);
+    fsync(file_);
+  }
+  ~Fsyncs() { close(file_); }
+  Fsyncs(const Fsyncs&) = delete;
+  Fsyncs& operator=(const Fsyncs&) = delete;
+
+  void Measure() {
+    Write(next_++ % kPages);
     const auto start = Clock::now();
-    fdatasync(file);
+    fdatasync(file_);
     times.push_back(MillisecondsSince(start));
   }
-  close(file);
-  return times;
-}
+
+  std::vector<double> times;
+
+ private:
+  static constexpr off_t kPages = 64;
+
+  void Write(off_t page) {
+    const auto size = static_cast<ssize_t>(page_.size());
+    if (pwrite(file_, page_.data(), page_.size(), page * size) != size) std::exit(4);
+  }
+
+  const int file_;
+  const std::vector<char> page_;
+  off_t next_ = 0;
+};
 
 /// When each tag arrived, by its digits.
 class Arrivals {
@@ -73,7 +92,7 @@ std::string Digits(int tag) { return fmt::format("{:010X}", tag); }
 }  // namespace
 
 void RunTagDelay(const config::Catalog& catalog) {
-  const std::vector<double> fsyncs = FsyncTimes();
+  Fsyncs fsyncs;
   auto pty = Pty::Create();
   if (!pty) std::exit(4);
   Daemon daemon(
@@ -114,20 +133,21 @@ void RunTagDelay(const config::Catalog& catalog) {
         delays.push_back(std::chrono::duration<double, std::milli>(*arrived - sent).count());
       }
     }
-    std::this_thread::sleep_for(kPeriod);
+    std::this_thread::sleep_for(kPeriod / 2);
+    fsyncs.Measure();
+    std::this_thread::sleep_for(kPeriod / 2);
   }
   daemon.Stop();
   const double p99 = Percentile(delays, 0.99);
-  const double fsync = Median(fsyncs);
+  const double slow_fsync = Percentile(fsyncs.times, 0.99);
   fmt::print(
       "tag to DDS subscriber: median {:.2f} ms, 99 % below {:.2f} ms, worst {:.2f} ms, {} of {} "
       "lost; "
       "wanted below {} ms: {}\n",
       Median(delays), p99, Percentile(delays, 1), lost, kTags, kWantedMs,
       Verdict(lost == 0 && p99 < kWantedMs));
-  fmt::print("  one fsync there: median {:.2f} ms, 99 % {:.2f} ms{}\n", fsync,
-             Percentile(fsyncs, 0.99),
-             fsync <= kFsyncMs ? "" : "; the figure is for disks of at most 5 ms");
+  fmt::print("  one fsync there: median {:.2f} ms, 99 % below {:.2f} ms{}\n", Median(fsyncs.times),
+             slow_fsync, slow_fsync <= kFsyncMs ? "" : "; the figure is for disks of at most 5 ms");
 }
 
 }  // namespace baudgate::bench

@@ -81,12 +81,12 @@ class Session {
   }
 
   /// One byte: 0…3 poll, 4 probe, 5 and 6 write, 7 the port was opened anew; the rest goes into
-  /// the time that passes before. Who speaks unasked does in place of a poll.
+  /// the time that passes before. Who speaks unasked does in place of three of the polls.
   void RunTask() {
     const std::uint8_t head = input_.U8();
     now_ += (head >> 3U) * 500ms;
     if (const Standing* standing = conversation_->Listens();
-        standing != nullptr && (head & 7U) < 4) {
+        standing != nullptr && (head & 7U) < 3) {
       return Listen(*standing);
     }
     Task task;
@@ -142,11 +142,12 @@ class Session {
   }
 
   void Take(const Heard& heard) {
-    for (const UnaskedMessage& message : heard.messages) {
-      const Answer answer = conversation_->OnUnasked(message.bytes, NowBoth());
-      CheckAnswer(answer, device_);
-      Require(!answer.batch || !answer.batch->events.empty(), "a batch has events");
-    }
+    for (const UnaskedMessage& message : heard.messages) Hear(message.bytes);
+  }
+  void Hear(View message) {
+    const Answer answer = conversation_->OnUnasked(message, NowBoth());
+    CheckAnswer(answer, device_);
+    Require(!answer.batch || !answer.batch->events.empty(), "a batch has events");
   }
 
   Now NowBoth() const { return {now_, WallTime(now_.time_since_epoch())}; }
@@ -173,9 +174,15 @@ class Session {
     }
   }
 
-  Then Exchange(const Task& task, const Request& request) {
+  Then Exchange(const Task& task, Request request) {
     CheckRequest(request);
     now_ += 10ms;
+    if (request.stamped) {
+      const std::size_t size = request.bytes.size();
+      conversation_->Stamp(request, NowBoth(), 1ms);
+      Require(request.bytes.size() == size, "a stamp changes no length");
+      CheckRequest(request);
+    }
     if (request.expect.reply == Expectation::Reply::none) {
       return conversation_->OnSent(task, request, now_);
     }
@@ -188,6 +195,7 @@ class Session {
     if (frame) {
       const Answer answer = conversation_->OnFrame(task, request, *frame, now_);
       CheckAnswer(answer, device_);
+      if (request.expect.reply == Expectation::Reply::standing) Hear(*frame);
       if (ProvesLife(answer.outcome)) return answer.then;
       return Fail(task, request, answer.outcome);
     }

@@ -31,7 +31,8 @@ std::string ProblemsOf(const std::string& devices, const std::string& line = {})
 }
 
 TEST(ReaderConfig, TheProfilesLoad) {
-  for (const char* profile : {"olimex-mod-rfid125", "bar-code", "weighing"}) {
+  for (const char* profile :
+       {"olimex-mod-rfid125", "olimex-mod-rfid125-asked", "bar-code", "weighing"}) {
     EXPECT_EQ(ProblemsOf("{ name: gate-1, address: 1, profile: " + std::string(profile) + " }"),
               "");
   }
@@ -70,6 +71,16 @@ TEST(ReaderConfig, TheEightTagsStandInOneRow) {
     for (std::size_t i = 0; i < config::RegisterCount(point); ++i) ++owners.at(*point.modbus + i);
   }
   EXPECT_THAT(owners, ::testing::Each(1)) << "one request reads all, without a hole";
+}
+
+TEST(ReaderConfig, WhatIsAskedBehindATagIsOneRecord) {
+  const auto loaded = Load("{ name: g, address: 1, profile: olimex-mod-rfid125-asked }");
+  const config::Device& device = loaded.config.lines[0].devices[0];
+  ASSERT_EQ(device.records.size(), 1U);
+  EXPECT_EQ(device.event_texts[0].record, device.records[0].name);
+  EXPECT_THAT(
+      ProblemsOf("{ name: g, address: 1, profile: olimex-mod-rfid125-asked, commands: none }"),
+      HasSubstr("needs commands: ask"));
 }
 
 TEST(ReaderConfig, AReaderHasItsLineToItself) {

@@ -42,6 +42,15 @@ std::vector<LawSubject> Subjects() {
       Subject("Tags", config::DefaultOptions(ReaderProtocol()),
               {"\r\n-06001259E3\r\n>", "\r\n-0000000000\r\n>", "\r\n-ffFF00aa11\r\n>"},
               "\r\n->0123456789AFx\x80");
+  config::Options asked = config::DefaultOptions(ReaderProtocol());
+  asked.Set("commands", std::string("ask"));
+  LawSubject among_answers =
+      Subject("TagsAmongAnswers", asked, {"\r\n-06001259E3\r\n>", "\r\n-0000000000\r\n>"},
+              "\r\n->0123456789AFxMOD\x80");
+  LawSubject information = Subject(
+      "Information", asked, {"\r\nMOD-RFID125-BOX\r\n>", "i\r\nMOD\r\nVer 1.3\r\n>"}, "abc 123");
+  information.expect = reader::Expect(reader::EncodeCommand(reader::Command::information), asked);
+  information.found_behind_garbage = false;  // it would be the beginning of the text
   LawSubject marked = Subject("StartAndEnd", TextOptions("0x02", "0x03", 0),
                               {"\x02"
                                "ST,GS,+  12.35kg\x03",
@@ -56,7 +65,7 @@ std::vector<LawSubject> Subjects() {
   line.found_behind_garbage = false;  // it would be the beginning of the line
   LawSubject silence = Subject("Silence", TextOptions("", "", 0), {"4006381333931", "a"}, "abc");
   silence.found_behind_garbage = false;
-  return {tags, marked, counted, line, silence};
+  return {tags, among_answers, information, marked, counted, line, silence};
 }
 
 INSTANTIATE_TEST_SUITE_P(Reader, FrameRuleLaws, ValuesIn(Subjects()), LawSubjectName);
@@ -159,6 +168,28 @@ TEST(ReaderFrames, AnyStreamGivesTheSameHoweverItIsCut) {
     take(true);
     ASSERT_EQ(cut, whole) << Printable(ToBytes(stream));
   }
+}
+
+TEST(ReaderFrames, InformationEndsAtItsPromptOrWithSilenceBehindALine) {
+  const auto cut = [](const std::string& text, bool idle) {
+    return reader::MessageRule(ToBytes(text),
+                               reader::Expect(reader::EncodeCommand(reader::Command::information),
+                                              config::DefaultOptions(ReaderProtocol())),
+                               idle);
+  };
+  const std::string whole = "\r\nMOD-RFID125-BOX\r\n>";
+  EXPECT_EQ(cut(whole + "\r\n-", false).size, whole.size());
+  for (std::size_t size = 1; size < whole.size(); ++size) {
+    EXPECT_EQ(cut(whole.substr(0, size), false).kind, baudgate::Cut::Kind::need_more) << size;
+    const auto silent = cut(whole.substr(0, size), true);
+    const bool line = size > 17;
+    EXPECT_EQ(silent.kind, line ? baudgate::Cut::Kind::frame : baudgate::Cut::Kind::discard)
+        << size;
+    EXPECT_EQ(silent.blame, size > 2 && !line ? Outcome::partial : Outcome::none) << size;
+  }
+  EXPECT_EQ(cut("i\r\n", true).blame, Outcome::none) << "its echo; the answer comes yet";
+  EXPECT_EQ(cut("\r\n-06001x59E3\r\n>", false).blame, Outcome::corrupt);
+  EXPECT_EQ(cut(std::string(300, 'a'), false).blame, Outcome::corrupt);
 }
 
 TEST(ReaderFrames, ABrokenTextGivesWayToTheNext) {

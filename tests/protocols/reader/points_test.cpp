@@ -28,11 +28,12 @@ TEST(ReaderPoints, WhatIsKnown) {
   EXPECT_EQ(ErrorOf("present", Type::boolean), "");
   EXPECT_EQ(ErrorOf("number", Type::float32), "");
   EXPECT_EQ(ErrorOf("number 4-11", Type::float32), "");
+  EXPECT_EQ(ErrorOf("identity", Type::string), "");
 }
 
 TEST(ReaderPoints, WhatIsNot) {
   for (const char* read : {"", "tags", "tag@16", "tag@", "tag 3", "present@1", "number 0-3",
-                           "number 4-3", "number 4", "number 4-121", "b"}) {
+                           "number 4-3", "number 4", "number 4-121", "b", "identity@1"}) {
     EXPECT_NE(ErrorOf(read, Type::uint16), "") << read;
   }
   EXPECT_NE(ErrorOf("tag", Type::uint64), "");
@@ -61,6 +62,49 @@ TEST(ReaderOptions, FitTogether) {
   EXPECT_NE(error({{"idle", "0s"}, {"whole", "1s"}}), "");
   EXPECT_NE(error({{"idle", "3s"}, {"whole", "2s"}}), "");
   EXPECT_NE(error({{"form", "text"}}), "") << "high, middle and low of a text";
+  EXPECT_EQ(error({{"commands", "ask"}}), "");
+  EXPECT_NE(error({{"commands", "ask"}, {"form", "text"}}), "");
+  EXPECT_NE(error({{"commands", "ask"}, {"same_tag", "0s"}}), "");
+  EXPECT_NE(error({{"commands", "ask"}, {"answer", "1001ms"}}), "");
+  EXPECT_NE(error({{"commands", "ask"}, {"answer", "0s"}}), "");
+  EXPECT_EQ(error({{"commands", "ask"}, {"answer", "5s"}, {"same_tag", "10s"}}), "");
+}
+
+TEST(ReaderOptions, WhatIsAskedNeedsCommands) {
+  config::Device device = Reader();
+  device.points.push_back(ReaderPoint("message", Type::string));
+  device.points.push_back(ReaderPoint("identity", Type::string));
+  const auto error = [&] {
+    const Status status = reader::CheckDevice(device);
+    return status ? std::string() : status.error();
+  };
+  EXPECT_EQ(error(), "point 'identity': 'identity' needs commands: ask");
+  device.points.pop_back();
+  device.records = {{"transponder", {7}}};
+  EXPECT_EQ(error(), "record 'transponder' is read, which needs commands: ask");
+  device.options.Set("commands", std::string("ask"));
+  EXPECT_EQ(error(), "");
+  device.records[0].points.push_back(0);
+  EXPECT_EQ(error(),
+            "record 'transponder': 'tag' is not renewed by reading; present, repeats, message and "
+            "number are");
+}
+
+TEST(ReaderTwins, AnswerWhereTheyAreAsked) {
+  FixedValues values;
+  const config::Device silent = Reader();
+  const config::Device asked = Reader({{"commands", "ask"}});
+  reader::ReaderTwin twin(asked, values);
+  const auto said = [&](const char* command) {
+    return std::string(AsText(twin.Answer(ToBytes(command), Instant())));
+  };
+  EXPECT_EQ(said("i\r"), "\r\nMOD-RFID125-BOX\r\n>");
+  EXPECT_EQ(said("r\r"), "\r\n-0000000000\r\n>");
+  EXPECT_EQ(said("b\r"), "");
+  twin.Raise({.code = 1, .text = "255"}, {});
+  twin.Say(Instant());
+  EXPECT_EQ(said("r\r"), "\r\n-00000000FF\r\n>");
+  EXPECT_TRUE(reader::ReaderTwin(silent, values).Answer(ToBytes("r\r"), Instant()).empty());
 }
 
 TEST(ReaderNumbers, OneAndNoOther) {

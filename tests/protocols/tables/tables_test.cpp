@@ -131,6 +131,7 @@ TEST(Tables, SoManyRowsAreNotCertain) {
       {"modbus_rtu/mitsubishi-fr-d700", {.inferred = 1, .unsourced = 18}},
       {"reader/bar-code", {.inferred = 0, .unsourced = 0}},
       {"reader/olimex-mod-rfid125", {.inferred = 0, .unsourced = 0}},
+      {"reader/olimex-mod-rfid125-asked", {.inferred = 3, .unsourced = 0}},
       {"reader/weighing", {.inferred = 0, .unsourced = 0}},
       {"set4tm/set-4tm.02", {.inferred = 0, .unsourced = 0}},
       {"set4tm/set-4tm.03m", {.inferred = 152, .unsourced = 0}},
