@@ -177,9 +177,13 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   Device& device = roster_.DeviceAt(index);
   device.conversation->OnEventsKept(said);
   if (&device == speaker_) unkept_.OnKept();
-  schedule_.ReleaseEvents(device.place, device.conversation->HasEvents(), now.instant);
+  // There may be more events; behind something else they are due when they were.
+  schedule_.ReleaseEvents(device.place, device.conversation->HasEvents(), now.instant,
+                          std::exchange(device.told_in_background, false)
+                              ? Schedule::EventsDue::as_planned
+                              : Schedule::EventsDue::at_once);
   chooser_.background().Release(device.place);
-  chooser_.PlanBackground(device);
+  PlanBackground(device);
   if (open_) Settle();
 }
 

@@ -52,7 +52,8 @@ struct Device : Member {
   std::string memory;  // of the conversation, as it was told last
   /// Nothing that has happened in it before was left in it; nothing: not known.
   std::optional<Instant> drained_at;
-  config::Timing configured;  // `timing`, if it needs no longer times
+  bool told_in_background = false;  // the batch that is not kept yet
+  config::Timing configured;        // `timing`, if it needs no longer times
 
   /// Takes over what the conversation has learned of its times. True: they are others now.
   bool LearnTimes();

@@ -36,17 +36,19 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups, 
 
 void Schedule::HoldEvents(std::size_t index) {
   Round& round = devices_[index].rounds[kEvents];
+  if (!round.held) round.planned = round.active() ? Instant{} : round.due;
   round.held = true;
   round.due.reset();
   round.cursor = round.queries.size();
 }
 
-void Schedule::ReleaseEvents(std::size_t index, bool events, Instant now) {
+void Schedule::ReleaseEvents(std::size_t index, bool events, Instant now, EventsDue how) {
   Round& round = devices_[index].rounds[kEvents];
   round.queries.assign(events ? 1 : 0, kEventsQuery);
   round.cursor = round.queries.size();
   round.held = false;
-  round.due = now;
+  const bool planned = how == EventsDue::as_planned && round.planned;
+  round.due = planned ? std::max(*round.planned, now) : now;
 }
 
 void Schedule::Restart(std::size_t index, Instant now) {
