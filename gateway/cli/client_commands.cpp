@@ -7,6 +7,7 @@
 
 #include "gateway/base/since.h"
 #include "gateway/cli/client/alarms.h"
+#include "gateway/cli/client/billing.h"
 #include "gateway/cli/client/events.h"
 #include "gateway/cli/client/history.h"
 #include "gateway/cli/client/in_use.h"
@@ -143,11 +144,14 @@ void AddHistory(CLI::App& app, Action& action) {
   auto options = std::make_shared<HistoryOptions>();
   command
       ->add_option("POINT", options->points,
-                   "LINE.DEVICE.POINT, or LINE.DEVICE.load_1.active_import and the like")
+                   "LINE.DEVICE.POINT, or LINE.DEVICE.load_1.active_import and the like; with "
+                   "--billing LINE.DEVICE")
       ->required();
   AddSince(*command, options->since);
   AddTime(*command, "--until", options->until);
-  command->add_option_function<std::string>(
+  auto* billing = command->add_flag("--billing", options->billing,
+                                    "Billing readings of meters, by day and month and tariffs");
+  auto* every = command->add_option_function<std::string>(
       "--every",
       [options = options.get()](const std::string& text) {
         const auto every = ParseDuration(text);
@@ -159,6 +163,7 @@ void AddHistory(CLI::App& app, Action& action) {
         options->every = *every;
       },
       "Means, minima and maxima of so long, for example 15min");
+  every->excludes(billing);
   auto* json = command->add_flag("--json", options->json, "Print one JSON object a line");
   command->add_flag("--csv", options->csv, "Print a table for spreadsheets")->excludes(json);
   AddSocket(*command, options->socket);
@@ -166,7 +171,10 @@ void AddHistory(CLI::App& app, Action& action) {
     if (options->since && options->until && *options->until <= *options->since) {
       throw CLI::ValidationError("--until", "it has to be later than --since");
     }
-    action = [=](const auto&) { return RunHistory(*options, std::cout, std::cerr); };
+    action = [=](const auto&) {
+      return options->billing ? RunBilling(*options, std::cout, std::cerr)
+                              : RunHistory(*options, std::cout, std::cerr);
+    };
   });
 }
 

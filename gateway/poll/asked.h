@@ -22,6 +22,7 @@ struct Asked {
   bool retry = false;       ///< the same request had failed before
   bool probe = false;       ///< the task is a probe
   bool lone_probe = false;  ///< and nothing waits behind it: a look whether the device is back
+  bool renews = false;      ///< a proof that still holds is renewed before it
 
   /// The reply says whose it is.
   bool named() const { return !request->expect.address.empty(); }

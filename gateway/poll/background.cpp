@@ -21,11 +21,22 @@ void Background::OnTaken(std::size_t device, Instant now) {
   items_[device].turn = ++turn_;
 }
 
-void Background::OnEnd(std::size_t device, Duration took) {
-  constexpr int kFades = 64;
+void Background::SetProof(std::size_t device, Instant may, Instant must) {
   Item& item = At(device);
-  const bool known = took != Duration::zero();
-  item.took = known ? std::max(took, item.took - (item.took - took) / kFades) : took;
+  item.may_prove = may;
+  item.must_prove = must;
+}
+
+void Background::Longest::Learn(Duration its) {
+  constexpr int kFades = 64;
+  took = std::max(its, took - (took - its) / kFades);
+  ++known;
+}
+
+void Background::OnEnd(std::size_t device, Duration took, bool proved) {
+  Item& item = At(device);
+  item.lost = took == Duration::zero();
+  if (!item.lost) (proved ? item.proved : item.plain).Learn(took);
 }
 
 std::optional<Instant> Background::MayBegin(std::size_t device) const {
@@ -38,13 +49,32 @@ Instant Background::Starves(const Item& item) const {
   return std::max(*item.due, item.taken) + kLongest;
 }
 
-bool Background::Fits(const Item& item, Instant at) const {
+/// The next exchange may be longer than all so far; few say little.
+Duration Background::RoomOf(const Item& item) {
+  if (item.lost || item.plain.known < kFew) return item.room;
+  return std::clamp<Duration>(item.plain.took * 3 / 2, item.room / 2, item.room);
+}
+
+Duration Background::RoomToProve(const Item& item) {
+  return item.proved.known == 0 ? 2 * item.room : item.proved.took * 3 / 2;
+}
+
+bool Background::IsIdleFor(Duration room, Instant at) const {
   const auto poll = schedule_.NextDue();
-  const bool known = item.took != Duration::zero();
-  // The next exchange may be longer than all so far.
-  const Duration room =
-      known ? std::clamp<Duration>(item.took * 3 / 2, item.room / 2, item.room) : item.room;
   return !poll || *poll - at >= room;
+}
+
+bool Background::Fits(const Item& item, Instant at) const {
+  return IsIdleFor(at >= item.must_prove ? RoomToProve(item) : RoomOf(item), at);
+}
+
+bool Background::HasRoom(std::size_t device, Instant now) const {
+  return device < items_.size() && IsIdleFor(RoomOf(items_[device]), now);
+}
+
+bool Background::MayProve(std::size_t device, Instant now) const {
+  const Item& item = items_[device];
+  return now >= item.may_prove && IsIdleFor(RoomToProve(item), now);
 }
 
 std::optional<std::size_t> Background::Next(Which which, Instant now) const {

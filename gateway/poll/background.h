@@ -4,6 +4,10 @@
 // has waited longest.
 //
 //   polls due at 1.0 s and 2.0 s, room 400 ms      taken at 1.1 s; not at 1.7 s
+//
+// Now and then a device has to prove who it is (gateway/poll/whose_reply.h), and a poll would be
+// later by that. Where there is room the proof goes with an exchange in the background, before it
+// is needed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,6 +22,7 @@ namespace baudgate {
 class Background {
  public:
   static constexpr Duration kLongest = std::chrono::minutes(1);
+  static constexpr int kFew = 8;
   enum class Which : std::uint8_t { that_fits, that_starves };
 
   /// `schedule` outlives it.
@@ -26,26 +31,42 @@ class Background {
   /// Wanted from `due` on; nothing: not at all. `room`: how long an exchange may take, before it is
   /// known how long the last one took.
   void Set(std::size_t device, std::optional<Instant> due, Duration room);
+  /// From `may` on a proof may go with its exchange, from `must` on it has to.
+  void SetProof(std::size_t device, Instant may, Instant must);
   /// What it has brought last is not kept yet: nothing before Release.
   void Hold(std::size_t device) { At(device).held = true; }
   void Release(std::size_t device) { At(device).held = false; }
 
   std::optional<std::size_t> Next(Which which, Instant now) const;
   void OnTaken(std::size_t device, Instant now);
-  /// The exchange took so long; zero: it was not answered. Long ones are remembered for a while:
-  /// the next may be as long.
-  void OnEnd(std::size_t device, Duration took);
+  /// The exchange took so long, with its proof where it had one; zero: it was not answered. Long
+  /// ones are remembered for a while: the next may be as long.
+  void OnEnd(std::size_t device, Duration took, bool proved = false);
+  /// Another exchange of the device, begun now, is through before the next poll is due.
+  bool HasRoom(std::size_t device, Instant now) const;
+  /// The same with a proof, and one may go with it.
+  bool MayProve(std::size_t device, Instant now) const;
   /// When Next may have something although nothing happens meanwhile. May lie in the past.
   std::optional<Instant> NextAt(Instant now) const;
 
  private:
+  /// The longest of the exchanges of one kind.
+  struct Longest {
+    Duration took{};
+    int known = 0;  // exchanges
+    void Learn(Duration took);
+  };
   struct Item {
     std::optional<Instant> due;
     Instant taken{};  // last
     Duration room{};
-    Duration took{};  // a long exchange; zero: nobody knows
+    Longest plain;
+    Longest proved;
+    Instant may_prove = Instant::max();
+    Instant must_prove = Instant::max();
     std::uint64_t turn = 0;
     bool held = false;
+    bool lost = false;  // the last one: the next may be silent as well
   };
 
   Item& At(std::size_t device);
@@ -53,6 +74,9 @@ class Background {
   std::optional<Instant> MayBegin(std::size_t device) const;
   Instant Starves(const Item& item) const;
   bool Fits(const Item& item, Instant at) const;
+  bool IsIdleFor(Duration room, Instant at) const;
+  static Duration RoomOf(const Item& item);
+  static Duration RoomToProve(const Item& item);
 
   const Schedule& schedule_;
   std::vector<Item> items_;

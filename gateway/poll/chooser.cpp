@@ -168,8 +168,12 @@ std::unique_ptr<Job> Chooser::TakeBackground(Background::Which which, Instant no
   const auto place = background_.Next(which, now);
   if (!place) return nullptr;
   Device& device = roster_.device(*place);
+  const bool renews = which == Background::Which::that_fits && background_.MayProve(*place, now);
   background_.OnTaken(*place, now);
-  return std::make_unique<Job>(device, Job::Events{}, Task{.kind = Task::Kind::background}, now);
+  auto job =
+      std::make_unique<Job>(device, Job::Events{}, Task{.kind = Task::Kind::background}, now);
+  job->renews = renews;
+  return job;
 }
 
 std::unique_ptr<Job> Chooser::TakePoll(Instant now) {
@@ -253,6 +257,9 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   const bool once = looked_for || member.health.state() == DeviceState::never_seen;
   if (job.attempts >= (once ? 0 : member.retries) + more) return false;
   if (const auto* write = job.goal().As<Job::Write>()) return now < write->command.deadline;
+  // It can wait, and a repetition may be as silent.
+  const bool waits = job.goal().task.kind == Task::Kind::background;
+  if (waits && more == 0 && !background_.HasRoom(member.place, now)) return false;
   const bool fails = member.health.failing() || schedule_.AnotherDoubted(member.place);
   if (fails && more == 0 && schedule_.HealthyDue(now)) return false;
   // What must not be repeated is followed by the request that makes it good, or its answer is lost:

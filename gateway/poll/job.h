@@ -72,7 +72,8 @@ struct Job {
             .first = steps == 1 + broadcasts && attempts == 0 && !is_probe(),
             .retry = attempts > 0,
             .probe = is_probe(),
-            .lone_probe = is_probe() && !behind};
+            .lone_probe = is_probe() && !behind,
+            .renews = renews};
   }
 
   Member* member;
@@ -81,6 +82,8 @@ struct Job {
   Instant began;
   std::optional<Probes::Kind> looks;  ///< its member is offline: which budget has allowed it
   bool mute = false;                  ///< its end says nothing about the member
+  bool renews = false;                ///< see Asked
+  bool proved = false;                ///< a probe went before it
 
   Request request;
   bool sending = false;  ///< the request waits for the line to be idle

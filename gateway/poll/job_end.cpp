@@ -90,14 +90,17 @@ void Poller::Finish(Outcome outcome, const std::string& reason) {
   const bool life = ProvesLife(outcome);
   if (device != nullptr) {
     if (done->task.kind == Task::Kind::background) {
-      chooser_.background().OnEnd(device->place, life ? done->wire : Duration::zero());
+      chooser_.background().OnEnd(device->place, life ? done->wire : Duration::zero(),
+                                  done->proved);
     }
-    chooser_.PlanBackground(*device);
+    PlanBackground(*device);
   }
   if (done->behind) {
     // That it answers probes does not make up for polls that fail.
     const bool news = !life || member.health.state() == DeviceState::never_seen;
     if (news) upkeep_.OnTask(member, outcome, reason, now_.instant);
+    done->behind->proved = true;
+    done->behind->wire += done->wire;
     return Resume(std::move(done->behind), outcome, reason);
   }
   if (done->looks) chooser_.probes().OnEnd(member, *done->looks, done->began);
@@ -123,6 +126,12 @@ void Poller::Finish(Outcome outcome, const std::string& reason) {
     const bool closing = done->request.closes && !life;
     FinishWrite(*write, *device, closing ? write->told.value_or(outcome) : outcome, reason);
   }
+}
+
+void Poller::PlanBackground(const Device& device) {
+  chooser_.PlanBackground(device);
+  chooser_.background().SetProof(device.place, whose_reply_.ProofRenews(device),
+                                 whose_reply_.ProofEnds(device));
 }
 
 /// What the probe came to is never the outcome of the task that waited for it.

@@ -375,6 +375,7 @@ void Poller::Report(Device& device, EventBatch batch) {
   }
   schedule_.HoldEvents(device.place);
   chooser_.background().Hold(device.place);
+  device.told_in_background = job_->task.kind == Task::Kind::background;
   ReportedEvents events{device.index, std::move(batch), job_->answered, {}};
   if (device.drained_at) events.oldest = job_->answered.instant - *device.drained_at;
   listener_.OnEvents(std::move(events));

@@ -187,11 +187,14 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   if (&device == speaker_) unkept_.OnKept();
   const bool repeats = device.said == said;
   device.said = said;
-  schedule_.ReleaseEvents(device.place, device.conversation->HasEvents(),
-                          repeats ? Schedule::Brought::no_news : Schedule::Brought::news,
-                          now.instant);
+  // There may be more events; behind something else they are due when they were.
+  schedule_.ReleaseEvents(
+      device.place, device.conversation->HasEvents(),
+      repeats ? Schedule::Brought::no_news : Schedule::Brought::news, now.instant,
+      std::exchange(device.told_in_background, false) ? Schedule::EventsDue::as_planned
+                                                      : Schedule::EventsDue::at_once);
   chooser_.background().Release(device.place);
-  chooser_.PlanBackground(device);
+  PlanBackground(device);
   if (open_) Settle();
 }
 

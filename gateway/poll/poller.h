@@ -123,6 +123,7 @@ class Poller : private LineClient {
   void OnFailed(const ExchangeEnd& end);
   void GiveUp(const ExchangeEnd& end);
   void Finish(Outcome outcome, const std::string& reason);
+  void PlanBackground(const Device& device);
   void Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string& reason);
   void FinishWrite(Job::Write& write, Device& device, Outcome outcome, const std::string& reason);
 

@@ -53,6 +53,7 @@ struct Device : Member {
   /// Nothing that has happened in it before was left in it; nothing: not known.
   std::optional<Instant> drained_at;
   std::optional<std::string> said;  // of its events, what was kept last
+  bool told_in_background = false;  // the batch that is not kept yet
   config::Timing configured;        // `timing`, if it needs no longer times
 
   /// Takes over what the conversation has learned of its times. True: they are others now.

@@ -36,6 +36,7 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups, 
 
 void Schedule::HoldEvents(std::size_t index) {
   Round& round = devices_[index].rounds[kEvents];
+  if (!round.held) round.planned = round.active() ? Instant{} : round.due;
   round.held = true;
   round.due.reset();
   round.cursor = round.queries.size();
@@ -52,7 +53,8 @@ int Schedule::QueriesOfARound() const {
   return static_cast<int>(std::max(queries, kLeast));
 }
 
-void Schedule::ReleaseEvents(std::size_t index, bool events, Brought brought, Instant now) {
+void Schedule::ReleaseEvents(std::size_t index, bool events, Brought brought, Instant now,
+                             EventsDue how) {
   Device& device = devices_[index];
   Round& round = device.rounds[kEvents];
   round.queries.assign(events ? 1 : 0, kEventsQuery);
@@ -64,7 +66,8 @@ void Schedule::ReleaseEvents(std::size_t index, bool events, Brought brought, In
   }
   const bool at_once = brought == Brought::news && device.at_once > 0;
   if (at_once) --device.at_once;
-  round.due = at_once ? now : now + round.period;
+  const bool planned = how == EventsDue::as_planned && round.planned;
+  round.due = at_once ? planned ? std::max(*round.planned, now) : now : now + round.period;
 }
 
 void Schedule::Restart(std::size_t index, Instant now) {

@@ -49,10 +49,13 @@ class Schedule {
   void SetQueries(std::size_t device, std::vector<config::Group> groups, bool events = false);
   /// It is not asked for events until ReleaseEvents: the last ones are not kept yet.
   void HoldEvents(std::size_t device);
-  /// At once: there may be more. In a period no more often than the line has queries, then it has
+  /// When its next request for events is due: at once, as there may be more, or as without the
+  /// hold. In a period no more often than the line has queries, then it has
   /// to wait for its turn, as where there are `no_news` in the last ones. `events`: as SetQueries.
   enum class Brought : std::uint8_t { news, no_news };
-  void ReleaseEvents(std::size_t device, bool events, Brought brought, Instant now);
+  enum class EventsDue : std::uint8_t { at_once, as_planned };
+  void ReleaseEvents(std::size_t device, bool events, Brought brought, Instant now,
+                     EventsDue how = EventsDue::at_once);
 
   /// All groups of the device are due at once, or when its hold ends: the port opened, or the
   /// device came back.
@@ -98,12 +101,13 @@ class Schedule {
  private:
   struct Round {
     std::vector<std::size_t> queries;
-    Duration period{};           // zero: once
-    std::optional<Instant> due;  // start of the next round; nothing: not again
-    std::size_t cursor = 0;      // next query; queries.size(): no round in progress
-    std::uint64_t turn = 0;      // when it was last served, counted in picks
-    bool repeats = false;        // due earlier than by its period
-    bool held = false;           // never due
+    Duration period{};               // zero: once
+    std::optional<Instant> due;      // start of the next round; nothing: not again
+    std::size_t cursor = 0;          // next query; queries.size(): no round in progress
+    std::uint64_t turn = 0;          // when it was last served, counted in picks
+    bool repeats = false;            // due earlier than by its period
+    bool held = false;               // never due
+    std::optional<Instant> planned;  // held: when it would be due
     bool active() const { return cursor < queries.size(); }
   };
   struct Device {

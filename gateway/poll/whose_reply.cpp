@@ -50,7 +50,8 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   const bool answered = asked.request->expect.reply == Expectation::Reply::one;
   if (!asked.first || !answered || !member.in_use || !roster_.IsDevice(member)) return false;
   const State& state = Of(member);
-  if (!state.answered_probe || now - state.proven_at > kProofHolds) return true;
+  const Duration holds = asked.renews ? kProofRenews : kProofHolds;
+  if (!state.answered_probe || now - state.proven_at > holds) return true;
   if (IsSafe(asked) || IsUnprovable(member)) return false;
   // Who lags no more than he is known to answers the same request often enough in a row, if that is
   // not too often. More would not end: a round of 22 requests looks as if he lagged by 22.

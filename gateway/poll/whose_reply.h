@@ -31,6 +31,11 @@ class WhoseReply {
   /// Before the first request of a task of a device: a reply to an earlier request could pass for
   /// its own, or nobody knows who answers.
   bool NeedsProbeFirst(const Asked& asked, Instant now) const;
+  /// Until when its latest proof holds, and from when on it may be renewed.
+  Instant ProofEnds(const Member& member) const {
+    return Of(member).answered_probe ? Of(member).proven_at + kProofHolds : Instant{};
+  }
+  Instant ProofRenews(const Member& member) const { return Of(member).proven_at + kProofRenews; }
   /// The latest reply may belong to this, the latest request.
   bool MayBeInStep(const Asked& asked) const;
   /// The latest reply belongs to this request or its repetitions, and to no earlier task's.
@@ -104,6 +109,7 @@ class WhoseReply {
   /// How long a proof holds. Who is one reply ahead because one came twice shows it by nothing
   /// else, nor does another device that has taken the place unnoticed.
   static constexpr Duration kProofHolds = 1min;
+  static constexpr Duration kProofRenews = 45s;
   static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);
 
   State& Of(const Member& member) const;

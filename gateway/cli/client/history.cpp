@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <thread>
 #include <utility>
 
 #include "gateway/cli/client/control_client.h"
 #include "gateway/cli/client/csv.h"
+#include "gateway/cli/client/history_stream.h"
 #include "gateway/cli/client/record_pages.h"
 
 namespace baudgate {
@@ -16,53 +16,8 @@ namespace {
 
 using Json = ControlClient::Json;
 
-constexpr Duration kLookAgain = 200ms;
-constexpr int kLooks = 50;
-
 constexpr std::array<const char*, 7> kSpanFields = {"mean", "min",   "max",         "first",
                                                     "last", "count", "seconds_good"};
-
-/// The records of one point, as they come page by page.
-class Stream {
- public:
-  Stream(ControlClient& client, Json request, std::ostream& err)
-      : client_(client), request_(std::move(request)), err_(err) {}
-
-  /// The next record; null: there is none. The exit code when it can not be read.
-  int Next(const Json*& record) {
-    record = nullptr;
-    while (at_ >= page_.size()) {
-      if (done_) return 0;
-      if (const int code = Fetch(); code != 0) return code;
-    }
-    record = &page_[at_];
-    return 0;
-  }
-  void Pop() { ++at_; }
-
- private:
-  int Fetch() {
-    Json answer;
-    for (int look = 0; look < kLooks; ++look) {
-      if (const int code = ReadAnswer(client_, request_, answer, err_); code != 0) return code;
-      const auto history = answer.find("history");
-      if (history == answer.end() || FieldText(*history, "state") != "opening") break;
-      std::this_thread::sleep_for(kLookAgain);  // it has only just started
-    }
-    page_ = answer.value("records", Json::array());
-    at_ = 0;
-    done_ = !answer.value("more", false);
-    request_["after"] = answer.value("next", Json::array());
-    return 0;
-  }
-
-  ControlClient& client_;
-  Json request_;
-  std::ostream& err_;
-  Json page_ = Json::array();
-  std::size_t at_ = 0;
-  bool done_ = false;
-};
 
 std::string Shown(const Json& record, const char* key) {
   const auto found = record.find(key);
@@ -162,30 +117,22 @@ class Printer {
   bool headed_ = false;
 };
 
-Json RequestOf(const HistoryOptions& options, const std::string& point) {
-  Json request = {{"command", "history"}, {"point", point}};
-  if (options.since) request["since_ms"] = options.since->time_since_epoch() / 1ms;
-  if (options.until) request["until_ms"] = options.until->time_since_epoch() / 1ms;
-  if (options.every) request["every_ms"] = *options.every / 1ms;
-  return request;
-}
-
 }  // namespace
 
 int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& err) {
   auto client = ConnectOrTell(options.socket, err);
   if (!client) return kNoDaemon;
-  std::vector<Stream> streams;
+  std::vector<HistoryStream> streams;
   for (const std::string& point : options.points) {
-    streams.emplace_back(*client, RequestOf(options, point), err);
+    streams.emplace_back(*client, options, point, err);
   }
   Printer printer(options, out);
   if (options.csv) printer.Head();
   // The oldest of the next of each; in each they stay as they are, whatever the clock has done.
   for (bool any = false;; any = true) {
-    Stream* oldest = nullptr;
+    HistoryStream* oldest = nullptr;
     std::string time;
-    for (Stream& stream : streams) {
+    for (HistoryStream& stream : streams) {
       const Json* record = nullptr;
       if (const int code = stream.Next(record); code != 0) return code;
       if (record == nullptr) continue;

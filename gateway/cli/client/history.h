@@ -12,12 +12,13 @@
 namespace baudgate {
 
 struct HistoryOptions {
-  std::vector<std::string> points;  ///< LINE.DEVICE.POINT
+  std::vector<std::string> points{};  ///< LINE.DEVICE.POINT
   std::optional<WallTime> since{};
   std::optional<WallTime> until{};
   std::optional<Duration> every{};  ///< means, minima and maxima of so long; nothing: the values
   bool json = false;
   bool csv = false;
+  bool billing = false;  ///< see gateway/cli/client/billing.h
   std::string socket{};  ///< empty: the gateway in the default places
 };
 

@@ -72,6 +72,25 @@ TEST(Schedule, EventsAreAskedForWithThePollsAndAgainWhenTheLastAreKept) {
   EXPECT_EQ(schedule.NextDue(), kStart + 2s);
 }
 
+TEST(Schedule, BehindSomethingElseThatIsKeptEventsAreDueWhenTheyWere) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
+  schedule.Restart(0, kStart);
+  while (schedule.Next(kStart)) {
+  }
+  const auto release = [&](Instant now) {
+    schedule.HoldEvents(0);
+    schedule.ReleaseEvents(0, true, now, Schedule::EventsDue::as_planned);
+  };
+  release(kStart + 300ms);
+  EXPECT_EQ(schedule.NextDue(), kStart + 1s);
+  schedule.HoldEvents(0);
+  release(kStart + 1300ms);
+  EXPECT_EQ(schedule.Next(kStart + 1300ms)->query, 0U);
+  EXPECT_EQ(schedule.Next(kStart + 1300ms)->query, kEventsQuery) << "it has been due meanwhile";
+  EXPECT_EQ(schedule.NextDue(), kStart + 2s);
+}
+
 TEST(Schedule, ADeviceThatFloodsTakesARoundBeyondItsTurn) {
   constexpr std::size_t kDevices = 3;
   constexpr int kSeconds = 100;
