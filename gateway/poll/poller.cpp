@@ -187,12 +187,12 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   if (&device == speaker_) unkept_.OnKept();
   const bool repeats = device.said == said;
   device.said = said;
-  // There may be more events; behind something else they are due when they were.
-  schedule_.ReleaseEvents(
-      device.place, device.conversation->HasEvents(),
-      repeats ? Schedule::Brought::no_news : Schedule::Brought::news, now.instant,
-      std::exchange(device.told_in_background, false) ? Schedule::EventsDue::as_planned
-                                                      : Schedule::EventsDue::at_once);
+  const bool something_else = std::exchange(device.told_in_background, false);
+  schedule_.ReleaseEvents(device.place, device.conversation->HasEvents(),
+                          something_else ? Schedule::Brought::something_else
+                          : repeats      ? Schedule::Brought::no_news
+                                         : Schedule::Brought::news,
+                          now.instant);
   chooser_.background().Release(device.place);
   PlanBackground(device);
   if (open_) Settle();

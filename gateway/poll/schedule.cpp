@@ -53,8 +53,7 @@ int Schedule::QueriesOfARound() const {
   return static_cast<int>(std::max(queries, kLeast));
 }
 
-void Schedule::ReleaseEvents(std::size_t index, bool events, Brought brought, Instant now,
-                             EventsDue how) {
+void Schedule::ReleaseEvents(std::size_t index, bool events, Brought brought, Instant now) {
   Device& device = devices_[index];
   Round& round = device.rounds[kEvents];
   round.queries.assign(events ? 1 : 0, kEventsQuery);
@@ -64,10 +63,11 @@ void Schedule::ReleaseEvents(std::size_t index, bool events, Brought brought, In
     device.at_once = QueriesOfARound();
     device.at_once_until = now + round.period;
   }
-  const bool at_once = brought == Brought::news && device.at_once > 0;
-  if (at_once) --device.at_once;
-  const bool planned = how == EventsDue::as_planned && round.planned;
-  round.due = at_once ? planned ? std::max(*round.planned, now) : now : now + round.period;
+  round.due = now + round.period;
+  if (brought == Brought::something_else) round.due = std::max(round.planned.value_or(now), now);
+  if (brought != Brought::news || device.at_once == 0) return;
+  --device.at_once;
+  round.due = now;
 }
 
 void Schedule::Restart(std::size_t index, Instant now) {

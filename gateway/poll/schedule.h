@@ -49,13 +49,11 @@ class Schedule {
   void SetQueries(std::size_t device, std::vector<config::Group> groups, bool events = false);
   /// It is not asked for events until ReleaseEvents: the last ones are not kept yet.
   void HoldEvents(std::size_t device);
-  /// When its next request for events is due: at once, as there may be more, or as without the
-  /// hold. In a period no more often than the line has queries, then it has
-  /// to wait for its turn, as where there are `no_news` in the last ones. `events`: as SetQueries.
-  enum class Brought : std::uint8_t { news, no_news };
-  enum class EventsDue : std::uint8_t { at_once, as_planned };
-  void ReleaseEvents(std::size_t device, bool events, Brought brought, Instant now,
-                     EventsDue how = EventsDue::at_once);
+  /// When its next request for events is due: behind `news` at once, as there may be more, but in a
+  /// period no more often than the line has queries; behind `no_news` when it is its turn; where
+  /// `something_else` was kept, as without the hold. `events`: as SetQueries.
+  enum class Brought : std::uint8_t { news, no_news, something_else };
+  void ReleaseEvents(std::size_t device, bool events, Brought brought, Instant now);
 
   /// All groups of the device are due at once, or when its hold ends: the port opened, or the
   /// device came back.

@@ -80,7 +80,7 @@ TEST(Schedule, BehindSomethingElseThatIsKeptEventsAreDueWhenTheyWere) {
   }
   const auto release = [&](Instant now) {
     schedule.HoldEvents(0);
-    schedule.ReleaseEvents(0, true, now, Schedule::EventsDue::as_planned);
+    schedule.ReleaseEvents(0, true, Brought::something_else, now);
   };
   release(kStart + 300ms);
   EXPECT_EQ(schedule.NextDue(), kStart + 1s);
