@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures the figures of docs/performance.md on this machine, each as a ratio in one run.
-# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [history] [tag] [harm] [image] [participants] [events]    all but the last two without arguments; a quarter of an hour
+# usage: packaging/bench.sh [line] [dead] [modbus] [routes] [drive] [delay] [scale] [cost] [crowd] [history] [tag] [harm] [image] [participants] [events] [reload]    all but the last three without arguments; a quarter of an hour
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
@@ -8,20 +8,21 @@ cd "$(dirname "$0")/.."
 install_packages
 build bench baudgate_bench baudgate_dds_bench baudgate baudgate-dds
 say "measuring; keep the machine quiet meanwhile"
-dds=()
+apart=()
 others=()
 for part in "$@"; do
   case $part in
-    image | participants | events) dds+=("$part") ;;
+    image | participants | events | reload) apart+=("$part") ;;
     *) others+=("$part") ;;
   esac
 done
-[ $# != 0 ] || dds=(image)
+[ $# != 0 ] || apart=(image)
 [ $# != 0 ] && [ ${#others[@]} = 0 ] || build/release/baudgate_bench "${others[@]}"
-for part in "${dds[@]}"; do
+for part in "${apart[@]}"; do
   case $part in
     image) build/release/baudgate_dds_bench image ;;
     participants) build/release/baudgate_dds_bench participants build/release/baudgate "${SUBSCRIBERS:-20}" ;;
     events) tests/bench/event_to_dds.py build/release ;;
+    reload) tests/bench/reload.py build/release ;;
   esac
 done

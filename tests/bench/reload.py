@@ -101,6 +101,7 @@ def main():
             started.append(subprocess.Popen([program, "run", "-c", str(file)],
                                             stderr=subprocess.DEVNULL))
             time.sleep(10)  # every line is read
+            counters()  # or there is no gateway
             clients = [Client(unit) for unit in range(1, lines)]
             time.sleep(1)
             before = counters()
