@@ -31,7 +31,7 @@ const Protocol& ReaderProtocol() {
       .timing = {.quiet = {.least = 5ms},
                  .reply = {.least = 500ms},
                  .gap = {.least = 100ms, .characters = 4},
-                 .drain = {.least = 50ms, .characters = 4},
+                 .drain = {.least = 100ms, .characters = 4},
                  .longest = 128},
       .request_rule = RequestRule,
       .reply_rule = MessageRule,

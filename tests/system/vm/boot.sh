@@ -33,10 +33,20 @@ root=$work/root
 
 debs() { ls "$made"/baudgate{,-dds}_*.deb; }
 
+# The package of this name, or one that provides it: debootstrap knows no virtual ones.
+provider() {
+  if apt-cache show "$1" >/dev/null 2>&1; then
+    echo "$1"
+  else
+    apt-cache showpkg "$1" | awk '/^Reverse Provides/ { found = 1; next } found { print $1; exit }'
+  fi
+}
+
 # Debian's packages with the libraries that the build links, or that ours depend on.
 libraries() {
   if [ -n "$packaged" ]; then
-    for deb in $(debs); do dpkg-deb -f "$deb" Depends; done | tr ',' '\n' | sed 's/[(|].*//; s/ //g' | grep -v '^baudgate' | sort -u
+    for deb in $(debs); do dpkg-deb -f "$deb" Depends; done | tr ',' '\n' | sed 's/[(|].*//; s/ //g' | grep -v '^baudgate' |
+      sort -u | while read -r name; do provider "$name"; done
     return
   fi
   ldd "$made"/{baudgate,baudgate-dds,baudgate-dds-inside.so} "$made"/protocols/*.so |
