@@ -35,7 +35,7 @@ debs() { ls "$made"/baudgate{,-dds}_*.deb; }
 
 # The package of this name, or one that provides it: debootstrap knows no virtual ones.
 provider() {
-  if apt-cache show "$1" >/dev/null 2>&1; then
+  if [ -n "$(apt-cache show "$1" 2>/dev/null)" ]; then
     echo "$1"
   else
     apt-cache showpkg "$1" | awk '/^Reverse Provides/ { found = 1; next } found { print $1; exit }'
