@@ -45,6 +45,10 @@ sandboxed() {  # UNIT LIMIT
   check "exposure of $1 is $level, at most $2" at_most "${level:-10}" "$2"
 }
 
+reload_fails() { ! systemctl reload baudgate; }
+changes_nothing() { baudgate reload --dry-run | grep -q "nothing has changed"; }
+refused_in_journal() { journalctl -b -u baudgate | grep -q "baudgate.yaml:1:"; }
+
 cp /etc/baudgate/baudgate.yaml /test
 systemctl --version | head -n 1
 echo "$(uname -sr), $(nproc) processors, $(systemd-detect-virt)"
@@ -83,7 +87,26 @@ killed baudgate
 check "the write is still known" [ "$(baudgate writes --json | jq -s length)" -ge 1 ]
 print_journal
 
-chapter "4 baudgate-dds is stopped (SIGSTOP)"
+chapter "4 Reload"
+begin_reading
+process=$(main_process baudgate)
+sed '/name: second/s/poll: 500ms/poll: 400ms/' /test/baudgate.yaml >/etc/baudgate/baudgate.yaml
+check "systemctl reload" systemctl reload baudgate
+check "it has been taken in" eventually $patience changes_nothing
+check "by the same process" [ "$(main_process baudgate)" = "$process" ]
+check "the line that has changed is read" eventually $patience reads 2 2 2.5
+echo "lines: 7" >/etc/baudgate/baudgate.yaml
+check "a bad file: systemctl says no" reload_fails
+check "a bad file: the journal says so" eventually $patience refused_in_journal
+check "and the gateway runs" [ "$(main_process baudgate)" = "$process" ]
+cp /test/baudgate.yaml /etc/baudgate/baudgate.yaml
+systemctl reload baudgate
+check "back again" eventually $patience changes_nothing
+answers=$(end_reading)
+check "Modbus meanwhile: $answers" grep -q '^[1-9][0-9]* good, 0 other$' <<<"$answers"
+print_journal
+
+chapter "5 baudgate-dds is stopped (SIGSTOP)"
 begin_reading
 process=$(main_process baudgate-dds)
 systemctl kill --signal=STOP baudgate-dds
@@ -96,7 +119,7 @@ answers=$(end_reading)
 check "Modbus meanwhile: $answers" grep -q '^[1-9][0-9]* good, 0 other$' <<<"$answers"
 print_journal
 
-chapter "5 Memory limit of baudgate-dds"
+chapter "6 Memory limit of baudgate-dds"
 begin_reading
 mkdir -p /run/systemd/system/baudgate-dds.service.d
 printf '[Service]\nMemoryMax=4M\n' >/run/systemd/system/baudgate-dds.service.d/small.conf
@@ -117,7 +140,7 @@ answers=$(end_reading)
 check "Modbus meanwhile: $answers" grep -q '^[1-9][0-9]* good, 0 other$' <<<"$answers"
 print_journal
 
-chapter "6 Stop, start, restart"
+chapter "7 Stop, start, restart"
 in_plant baudgate watch --interface 10.9.0.2 --json >/run/last 2>&1 &
 watcher=$!
 check "a subscriber has begun" eventually $patience grep -q '^{' /run/last
@@ -142,7 +165,7 @@ check "restart: both are new processes" eventually $patience both_new
 whole "restart"
 print_journal
 
-chapter "7 A bad configuration"
+chapter "8 A bad configuration"
 echo "nonsense: [" >/etc/baudgate/baudgate.yaml
 systemctl restart baudgate 2>/dev/null
 sleep 8
@@ -150,7 +173,7 @@ check "is not tried again: exit code $(property baudgate ExecMainStatus)" \
   [ "$(property baudgate ExecMainStatus) $(systemctl is-active baudgate)" = "3 failed" ]
 print_journal
 
-chapter "8 Discovery server"
+chapter "9 Discovery server"
 restart_with 's/discovery_servers/multicast: false, &/'
 mkdir -p /run/systemd/system/baudgate-discovery.service.d
 printf '[Service]\nEnvironment=BAUDGATE_DISCOVERY_LISTEN=10.9.0.1:11811\n' \
@@ -170,7 +193,7 @@ systemctl stop baudgate-discovery
 check "it stops" [ "$(systemctl is-active baudgate-discovery)" = inactive ]
 print_journal
 
-chapter "9 Shared memory"
+chapter "10 Shared memory"
 restart_with 's/dds: {/& shared_memory: true,/'
 whole "shared memory"
 before=$(segments)
@@ -196,7 +219,7 @@ eventually $patience daemon_is_up
 check "kill -9 of both: as many files as before" [ "$(segments | wc -l)" = "$(wc -w <<<"$before")" ]
 print_journal
 
-chapter "10 What they may reach"
+chapter "11 What they may reach"
 for unit in $both baudgate-discovery; do
   echo "  -- $unit"
   systemd-analyze security --no-pager "$unit" | grep -E '✗|→' | sed 's/^/  /'
@@ -221,7 +244,7 @@ for device in /dev/vda /dev/kmsg /dev/mem /dev/loop-control; do
 done
 print_journal
 
-chapter "11 A USB adapter, the first of its kind since the service runs"
+chapter "12 A USB adapter, the first of its kind since the service runs"
 check "modules-load.d has loaded usbserial" grep -qw ttyUSB /proc/devices
 modprobe -r ftdi_sio usbserial
 check "now there is no driver" not grep -qw ttyUSB /proc/devices
@@ -246,7 +269,7 @@ check "the journal knows of lines" grep -q 'is gone' <(journal_of LINE=usb OUTCO
 check "and of devices" grep -q 'online' <(journal_of LINE=usb DEVICE=third)
 print_journal
 
-chapter "12 The gateway is stopped (SIGSTOP)"
+chapter "13 The gateway is stopped (SIGSTOP)"
 check "systemd waits 10 s for a sign of life" [ "$(property baudgate WatchdogUSec)" = 10s ]
 process=$(main_process baudgate)
 systemctl kill --signal=STOP --kill-who=main baudgate

@@ -85,7 +85,7 @@ subscriber_gets_both() {  # OPTION…
 
 # A Modbus client that reads five times a second, until the end of what is done meanwhile.
 begin_reading() {
-  in_plant mbpoll -m tcp -p 502 -a 1 -0 -r 0 -c 1 -t 3:float -B -l 200 -o 0.5 10.9.0.1 >/run/reads 2>&1 &
+  in_plant stdbuf -oL mbpoll -m tcp -p 502 -a 1 -0 -r 0 -c 1 -t 3:float -B -l 200 -o 0.5 10.9.0.1 >/run/reads 2>&1 &
   reader=$!
 }
 end_reading() {  # "N good, M other"
