@@ -112,7 +112,8 @@ LineNews Line::OnTimer(Instant now) {
   return Told();
 }
 
-/// What belongs to no message may be the reply.
+/// What belongs to no message may be the reply. A pty or a network hands the request over at once,
+/// so that the answer may be there before the time that its characters would take is over.
 void Line::Hear(Heard heard, Instant now) {
   if (state_ == State::sending && now >= sent_until_) EndSending(now);  // the timer is late
   const bool early = state_ == State::sending && !keeps_bit_rate_;

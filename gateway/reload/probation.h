@@ -2,9 +2,10 @@
 // given up when the time is over, or at once when devices that were well before are not any more.
 // Pure: no clock, no gateway.
 //
-//   Begin(0 s, 60 s, {bay-1.a})   Look(5 s, a well) → nothing
-//                                 Look(5 s, a offline) → "bay-1.a was well before, and is not any
-//                                 more" Look(60 s) → "nobody has confirmed it within 60 s"
+//   Begin(0 s, 60 s, {bay-1.a})
+//   Look(5 s, a well)       nothing
+//   Look(5 s, a offline)    "bay-1.a was well before, and is not any more"
+//   Look(60 s)              "nobody has confirmed it within 60 s"
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

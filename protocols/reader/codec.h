@@ -1,10 +1,9 @@
 // The wire format of readers. They speak by themselves; two commands may be sent to some.
-//   form: tag    CR LF - 06001259E3 CR LF >   ten hex digits, those of an EM4100 tag; all zero: no
-//   tag.
-//                                              The last prompt may stand in front, or be missing
+//   form: tag    CR LF - 06001259E3 CR LF >   ten hex digits, of an EM4100 tag; zeros: no tag.
+//                                             The last prompt may stand in front, or be missing
 //   form: text   STX ST,GS,+  12.35kg ETX     start and end are options (settings.h)
-//   r CR                                       read now: answered as a tag is told
-//   i CR                                       what are you? MOD-RFID125-BOX CR LF >, or more lines
+//   r CR                                      read now: answered as a tag is told
+//   i CR                                      what are you? MOD-RFID125-BOX CR LF >, or more lines
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,9 +1,9 @@
 // `baudgate history --billing`: billing readings of meters as a table, one row a reading and
 // tariff.
 //
-//   meter      reading  date        tariff  import kWh  export kWh  import kvarh  export kvarh
-//   quality meters.m1  month    2026-11-01  all     1500.25     0           220.5         0
-//   meters.m1  month    2026-11-01  1       1000.25     0           200           0
+//   meter      reading  date        tariff  import kWh  export kWh  …  quality
+//   meters.m1  month    2026-11-01  all     1500.25     0
+//   meters.m1  month    2026-11-01  1       1000.25     0
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

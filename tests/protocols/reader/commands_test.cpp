@@ -60,19 +60,11 @@ TEST(ReaderCommands, InformationIsItsLines) {
 class ReaderCommandsTest : public ::testing::Test {
  protected:
   explicit ReaderCommandsTest(config::Device device = AskedReader())
-      : line_(LineOf(std::move(device)), {&ReaderProtocol()}) {
+      : line_(GateLine(std::move(device)), {&ReaderProtocol()}) {
     line_.twin(0).manner.instead = [this](View request) -> std::optional<Bytes> {
       if (request[0] != 'r') return std::nullopt;
       return tag_.empty() ? Bytes() : TagFrame(tag_);
     };
-  }
-  static config::Line LineOf(config::Device device) {
-    config::Line line;
-    line.name = "gate";
-    line.protocol = "reader";
-    line.serial = ReaderProtocol().serial;
-    line.devices = {std::move(device)};
-    return line;
   }
   std::string Events() const {
     std::string texts;

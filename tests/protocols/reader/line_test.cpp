@@ -14,15 +14,6 @@ constexpr std::uint32_t kTag = 0;
 constexpr std::uint32_t kCounter = 4;
 constexpr std::uint32_t kPresent = 5;
 
-config::Line GateLine(config::Device device) {
-  config::Line line;
-  line.name = "gate";
-  line.protocol = "reader";
-  line.serial = ReaderProtocol().serial;
-  line.devices = {std::move(device)};
-  return line;
-}
-
 std::string Digits(int tag) {
   std::string digits = std::to_string(tag);
   return digits.insert(0, 10 - digits.size(), '0');

@@ -3,10 +3,11 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/catalog/option_values.h"
-#include "config/model/device.h"
+#include "config/model/line.h"
 #include "protocols/reader/protocol.h"
 
 namespace baudgate {
@@ -47,5 +48,15 @@ inline config::Device Reader(const std::vector<std::pair<std::string, std::strin
 }
 
 inline Bytes TagFrame(const std::string& digits) { return ToBytes("\r\n-" + digits + "\r\n>"); }
+
+/// A line "gate" with this reader.
+inline config::Line GateLine(config::Device device) {
+  config::Line line;
+  line.name = "gate";
+  line.protocol = "reader";
+  line.serial = ReaderProtocol().serial;
+  line.devices = {std::move(device)};
+  return line;
+}
 
 }  // namespace baudgate
