@@ -83,6 +83,7 @@ void Daemon::Impl::Apply(config::Config next, const reload::Difference& differen
   const std::size_t first_line = lines.size();
   records.Renumber(
       slots, [&](std::uint32_t line) -> const config::Line& { return *begun[line - first_line]; });
+  clocks->Renumber(*slots);
   for (auto& line : begun) lines.Add(std::move(line));
   if (modbus) modbus->Apply(*slots, Targets());
 #ifdef BAUDGATE_WITH_DDS

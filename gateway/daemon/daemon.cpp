@@ -51,10 +51,13 @@ Status Daemon::Start() {
   if (Status status = impl_->StartDds(); !status) return status;
   EventPath* const events = impl_->records.events();
   if (events != nullptr) events->Started();
+  impl_->MakeClocks();
   impl_->ageing->Start();
   impl_->lines.Start();
-  impl_->host_clock = std::make_unique<HostClock>(
-      [impl = impl_.get()](bool right) { impl->lines.OnHostClock(right); });
+  impl_->host_clock = std::make_unique<HostClock>([impl = impl_.get()](bool right) {
+    impl->lines.OnHostClock(right);
+    impl->clocks->OnHostClock(right);
+  });
   if (events != nullptr) events->Start();
   if (WritePath* const writes = impl_->records.writes()) writes->Start();
   impl_->StartControl();
@@ -70,6 +73,7 @@ bool Daemon::Stop() {
 #ifdef BAUDGATE_WITH_DDS
   if (impl_->dds) impl_->dds->StopWrites();
 #endif
+  if (impl_->clocks) impl_->clocks->Stop();
   if (WritePath* const writes = impl_->records.writes()) writes->Stop();
   impl_->records.EndHistory();
   const std::vector<std::string> hang = impl_->lines.Stop();
@@ -135,9 +139,29 @@ void Daemon::Impl::MakeLines() {
     links.recordings = [this](Recording recording) { recordings->Save(std::move(recording)); };
   }
   lines.Link(std::move(links));
-  ageing = std::make_unique<AgeTimer>(lines.io(), [this](Instant now) { store.Age(now); });
+  ageing = std::make_unique<AgeTimer>(lines.io(), [this](Instant now) {
+    store.Age(now);
+    clocks->Tick({now, ReadClocks().wall});
+  });
   // Not owned: it is a part of the configuration, which outlives the lines.
   for (const config::Line& line : config.lines) lines.Add({std::shared_ptr<void>(), &line});
+}
+
+void Daemon::Impl::MakeClocks() {
+  const auto tell = [this](std::uint32_t device, bool corrected, const std::string& text, Now at) {
+    const log::About about{.line = store.line(device).name, .device = store.device(device).name};
+    if (corrected) {
+      log::Info(about, "clock corrected: {}", text);
+    } else {
+      log::Warn(about, "clock not corrected: {}", text);
+    }
+    if (records.events() != nullptr) records.events()->OnClock(device, corrected, text, at);
+  };
+  const StateFolder* const state = records.state();
+  clocks = std::make_unique<ClockCorrector>(ClockCorrector::Links{
+      store, Commands(), state != nullptr ? state->path() / "clocks.json" : "", tell,
+      [](const std::string& trouble) { log::Warn("{}", trouble); }});
+  clocks->Renumber(config);
 }
 
 /// Waits for every driver.

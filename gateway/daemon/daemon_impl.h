@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gateway/daemon/age_timer.h"
+#include "gateway/daemon/clock_corrector.h"
 #include "gateway/daemon/control_output.h"
 #include "gateway/daemon/daemon.h"
 #include "gateway/daemon/host_clock.h"
@@ -50,6 +51,7 @@ struct Daemon::Impl {
 
   Status OpenRecords();
   void MakeLines();
+  void MakeClocks();
   Status StartModbus();
   Status StartDds();
   void StopDds();
@@ -66,6 +68,7 @@ struct Daemon::Impl {
   std::unique_ptr<Recordings> recordings;  // nothing: nowhere to keep them
   Records records;
   Lines lines;
+  std::unique_ptr<ClockCorrector> clocks;
   std::unique_ptr<AgeTimer> ageing;
   std::unique_ptr<HostClock> host_clock;
   Instant started = ReadClocks().instant;

@@ -147,6 +147,13 @@ void EventPath::OnReload(bool taken_back, const std::string& text) {
   log_.Tell(std::move(record));
 }
 
+void EventPath::OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at) {
+  if (!tells_own_) return;
+  const auto code = corrected ? events::OwnCode::clock_corrected : events::OwnCode::clock_left;
+  const Place& place = places_[device];
+  log_.Tell(events::FactRecord({code, false, place.line->name, place.device->name, text}, at.wall));
+}
+
 void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {
   records_.OnRead(device, at.instant);
   events::DeviceWatch* const watch = places_[device].watch.get();

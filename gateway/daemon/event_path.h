@@ -40,6 +40,8 @@ class EventPath final : public EventSink {
   void Begun(std::uint32_t first_device, std::size_t devices);
   /// A configuration was applied, or taken back.
   void OnReload(bool taken_back, const std::string& text);
+  /// The gateway has corrected the clock of a device, or has not.
+  void OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at);
   /// The lines are about to start.
   void Started() { log_.Started(kVersion); }
   /// The lines have ended; outputs may hear of the end of the gateway from here on.

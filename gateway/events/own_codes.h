@@ -26,7 +26,9 @@ enum class OwnCode : std::uint32_t {
   acknowledged = 1'000'016,  ///< an alarm
   not_watched = 1'000'017,   ///< an alarm that the configuration does not have any more
   reloaded = 1'000'018,
-  taken_back = 1'000'019,  ///< a configuration that was not confirmed
+  taken_back = 1'000'019,       ///< a configuration that was not confirmed
+  clock_corrected = 1'000'020,  ///< of a device
+  clock_left = 1'000'021,       ///< it should have been, and was not
 };
 
 constexpr std::uint32_t CodeOf(OwnCode code) { return static_cast<std::uint32_t>(code); }

@@ -32,7 +32,7 @@ EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at);
 
 /// What a line, or one of its devices, has come to.
 struct Fact {
-  OwnCode code = OwnCode::no_answer;  ///< port_down … replaced
+  OwnCode code = OwnCode::no_answer;  ///< port_down … replaced, or of a clock
   bool over = false;
   std::string line{};
   std::string device{};  ///< empty: of the line

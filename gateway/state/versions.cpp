@@ -102,7 +102,7 @@ std::string NewerStateIn(const fs::path& folder) {
   }
   std::ranges::sort(files);
   for (const fs::path& file : files) {
-    if (file.filename() == "devices.json") {
+    if (file.filename() == "devices.json" || file.filename() == "clocks.json") {
       const std::int64_t version = DevicesVersionOf(file);
       if (version > kDevicesVersion) return Sentence(file, version, kDevicesVersion);
     }

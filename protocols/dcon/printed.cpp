@@ -9,7 +9,7 @@ namespace baudgate::protocols::dcon {
 namespace {
 
 /// 'n' stands for one hex digit, a '*' at the end for any rest.
-bool Matches(std::string_view pattern, std::string_view command) {
+bool FitsPrinted(std::string_view pattern, std::string_view command) {
   const bool open = pattern.ends_with('*');
   if (open) pattern.remove_suffix(1);
   if (open ? command.size() < pattern.size() : command.size() != pattern.size()) return false;
@@ -90,7 +90,7 @@ std::optional<Reading> ReadBehind(const Behind& row, const Command& request, std
 
 /// `!01C0R08` and, on ADAM-4024, `!01C030`: the type code of one channel.
 std::optional<Reading> ReadChannelType(const Command& request, std::string_view text) {
-  if (!Matches("$8Cn", request.text) || !text.starts_with(request.text.substr(2))) {
+  if (!FitsPrinted("$8Cn", request.text) || !text.starts_with(request.text.substr(2))) {
     return std::nullopt;
   }
   text.remove_prefix(2);
@@ -108,8 +108,8 @@ std::optional<Answer> ReadAddressed(const Command& request, const Reply& reply,
   const bool read = DefaultForm(request.text).has_value();
   Answer answer;
   if (text.empty()) {
-    if (read && !Matches("$6n", request.text)) return std::nullopt;
-    if (request.text.front() == '#' || Matches("@*", request.text)) {
+    if (read && !FitsPrinted("$6n", request.text)) return std::nullopt;
+    if (request.text.front() == '#' || FitsPrinted("@*", request.text)) {
       answer.reason = "confirmed by !" + who + " in place of >";
     }
     return answer;
@@ -117,7 +117,7 @@ std::optional<Answer> ReadAddressed(const Command& request, const Reply& reply,
   auto reading = ReadChannelType(request, text);
   for (const Behind& row : kBehind) {
     if (reading) break;
-    if (Matches(row.command, request.text)) reading = ReadBehind(row, request, text, settings);
+    if (FitsPrinted(row.command, request.text)) reading = ReadBehind(row, request, text, settings);
   }
   if (!reading && !read) reading = Labelled(request, {}, std::string(text));
   if (!reading) return std::nullopt;
@@ -155,7 +155,7 @@ std::optional<Answer> ReadSample(const Command& request, const Reply& reply,
 
 /// The decimal counter of NuDAM, `#AAND`: ten digits behind `>` or `!AA`.
 std::optional<Answer> ReadTenDigits(const Command& request, const Reply& reply) {
-  if (!Matches("#nD", request.text)) return std::nullopt;
+  if (!FitsPrinted("#nD", request.text)) return std::nullopt;
   std::string_view text = reply.body;
   if (text.size() == 12 && text.starts_with(HexByte(request.address))) text.remove_prefix(2);
   if (reply.lead == '?' || text.size() != 10 || !IsDecimalText(text)) return std::nullopt;

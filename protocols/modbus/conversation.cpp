@@ -6,6 +6,7 @@
 
 #include "gateway/base/text.h"
 #include "protocols/modbus/expect.h"
+#include "protocols/modbus/named_places.h"
 #include "protocols/modbus/pdu.h"
 
 namespace baudgate::protocols::modbus {
@@ -17,8 +18,6 @@ constexpr std::uint16_t kLoopbackData = 0xA55A;
 /// How long a device that says it is busy is left in peace.
 constexpr Duration kBusyWait = 200ms;
 constexpr Duration kWorkWait = 1s;
-
-constexpr std::size_t kFirstOwnObject = 0x80;
 
 bool IsLoopback(View request) { return request[0] == kDiagnostics && IsMirrored(request); }
 

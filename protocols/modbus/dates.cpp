@@ -22,17 +22,17 @@ using Words = std::vector<std::uint16_t>;
 /// Year, month, day, hour, minute, second.
 using Parts = std::array<unsigned, 6>;
 
-struct FormRow {
+struct DateRow {
   std::string_view name;
   DateForm form;
   std::size_t registers;
 };
 
-constexpr FormRow kForms[] = {{"unix", DateForm::unix, 2},
-                              {"ti081", DateForm::ti081, 4},
-                              {"registers", DateForm::registers, 6},
-                              {"bytes", DateForm::bytes, 3},
-                              {"bcd", DateForm::bcd, 3}};
+constexpr DateRow kDateForms[] = {{"unix", DateForm::unix, 2},
+                                  {"ti081", DateForm::ti081, 4},
+                                  {"registers", DateForm::registers, 6},
+                                  {"bytes", DateForm::bytes, 3},
+                                  {"bcd", DateForm::bcd, 3}};
 
 std::chrono::year_month_day DayOf(const Parts& parts) {
   return std::chrono::year(static_cast<int>(parts[0])) / std::chrono::month(parts[1]) /
@@ -90,12 +90,12 @@ std::optional<Parts> PartsOf(DateForm form, const Words& words) {
 }  // namespace
 
 std::optional<DateForm> DateFormNamed(std::string_view name) {
-  const auto* const row = std::ranges::find(kForms, name, &FormRow::name);
-  return row == std::end(kForms) ? std::nullopt : std::optional(row->form);
+  const auto* const row = std::ranges::find(kDateForms, name, &DateRow::name);
+  return row == std::end(kDateForms) ? std::nullopt : std::optional(row->form);
 }
 
 std::size_t RegistersOf(DateForm form) {
-  return std::ranges::find(kForms, form, &FormRow::form)->registers;
+  return std::ranges::find(kDateForms, form, &DateRow::form)->registers;
 }
 
 Decoded DecodeDate(DateForm form, const Words& words) {

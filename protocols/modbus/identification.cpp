@@ -4,11 +4,11 @@
 #include <utility>
 
 #include "protocols/common/designation.h"
+#include "protocols/modbus/named_places.h"
 
 namespace baudgate::protocols::modbus {
 namespace {
 
-constexpr std::uint16_t kBasic = 1;
 constexpr std::size_t kVendor = 0;
 constexpr std::size_t kProduct = 1;
 

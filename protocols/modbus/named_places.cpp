@@ -10,8 +10,6 @@ namespace baudgate::protocols::modbus {
 namespace {
 
 /// Categories of identification: basic and regular objects, and the maker's own.
-enum Category : std::uint16_t { kBasic = 1, kRegular = 2, kExtended = 3 };
-constexpr unsigned kFirstOwnObject = 0x80;
 
 /// What has two words in place of a table and an address.
 struct NamedRow {

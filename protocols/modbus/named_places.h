@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,10 @@
 #include "protocols/modbus/points.h"
 
 namespace baudgate::protocols::modbus {
+
+/// Function 43/14: what is read of a device's identification, and where the maker's objects begin.
+enum Category : std::uint16_t { kBasic = 1, kRegular = 2, kExtended = 3 };
+inline constexpr unsigned kFirstOwnObject = 0x80;
 
 /// "'holding 200[b16]' names no bits ...".
 Error Wrong(std::string_view text, const std::string& why);

@@ -30,7 +30,7 @@ constexpr months kMostMonths(11);
 /// In no month an older one stands at the same day.
 constexpr days kMostDays(27);
 
-const Bytes kAskTime = {kJournal, 0x00};
+const Bytes kAskClock = {kJournal, 0x00};
 
 std::string_view NameOf(BillingPeriod kind) { return kind == BillingPeriod::day ? "day" : "month"; }
 
@@ -141,7 +141,7 @@ Bytes BillingSession::RegisterRequest() const {
 
 Bytes BillingSession::Next(Instant /*now*/) {
   const bool reads = today_ && pass_ && pass_->step < 2 * tariffs();
-  return reads ? RegisterRequest() : kAskTime;
+  return reads ? RegisterRequest() : kAskClock;
 }
 
 // ---------------------------------------------------------------- what comes

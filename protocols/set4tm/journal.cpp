@@ -18,7 +18,7 @@ using Kind = Journal::Kind;
 
 constexpr std::size_t kStatusWord = 9;
 /// The short form has four bits for each.
-constexpr std::uint8_t kShortForm = 0x0A;
+constexpr std::uint8_t kLastOfShortForm = 0x0A;
 constexpr std::size_t kShortRecords = 16;
 
 constexpr std::array<Journal, 9> kJournals = {{{0x01, Kind::interval, true, "power"},
@@ -54,7 +54,7 @@ std::span<const Journal> Journals() { return kJournals; }
 
 Bytes JournalRequest(const Journal& journal, std::size_t record) {
   const auto place = static_cast<std::uint8_t>(record);
-  if (journal.number > kShortForm || record >= kShortRecords) {
+  if (journal.number > kLastOfShortForm || record >= kShortRecords) {
     return {kJournalExtended, journal.number, place};
   }
   return {kJournal, static_cast<std::uint8_t>(unsigned{journal.number} << 4U | place)};

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "protocols/common/clock_care.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/expect.h"
@@ -21,9 +22,49 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return FormatAddress(*parsed);
 }
 
+/// What the gateway needs to correct the clock by itself.
+Status CheckClockCare(const config::Device& device, const Settings& settings) {
+  constexpr Duration kLeast = 2s;
+  constexpr Duration kMost = 120s;
+  if (settings.correct_clock <= Duration::zero()) return {};
+  if (settings.correct_clock < kLeast || settings.correct_clock > settings.correct_clock_most) {
+    return Error{"correct_clock: give 2s to correct_clock_most, or 0s for never"};
+  }
+  if (settings.correct_clock_most > kMost) {
+    return Error{"correct_clock_most: a meter's clock can be corrected by 120s at most"};
+  }
+  if (!settings.time_zone) {
+    return Error{"correct_clock: give the zone of the meter's clock, as time_zone: \"+03:00\""};
+  }
+  const auto find = [&](std::string_view name) {
+    return std::ranges::find(device.points, name, &config::Point::name);
+  };
+  const auto drift = find(kClockDriftPoint);
+  const auto field = ParseField(drift != device.points.end() ? drift->read : "");
+  if (!field || field->decoder != Decoder::drift || drift->scale != 1 || drift->offset != 0) {
+    return Error{
+        "correct_clock: the device needs a point clock_drift, with read: \"04 00 drift@0\" and "
+        "neither scale nor offset"};
+  }
+  const auto correction = find(kClockCorrectionPoint);
+  if (correction == device.points.end() || correction->write != kCorrectsClock ||
+      correction->type != config::Type::boolean) {
+    return Error{
+        "correct_clock: the device needs a point clock_correction, with write: \"03 0B\", "
+        "type: bool and access: w"};
+  }
+  if (!correction->writing.allowed || correction->writing.select) {
+    return Error{
+        "correct_clock: clock_correction must be in the device's 'write', as 'write: "
+        "[clock_correction]', and have no 'select'"};
+  }
+  return {};
+}
+
 Status CheckDevice(const config::Device& device) {
   if (Status status = CheckSettings(device.options); !status) return status;
   const Settings settings = ReadSettings(device.options);
+  if (Status status = CheckClockCare(device, settings); !status) return status;
   if (settings.load_profiles.empty() && settings.billing.empty()) return {};
   const std::string key = settings.load_profiles.empty() ? "billing" : "load_profile";
   if (!settings.time_zone) {

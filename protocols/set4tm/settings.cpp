@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "gateway/base/text.h"
+#include "protocols/common/clock_care.h"
 #include "protocols/common/settings.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/types.h"
@@ -99,6 +100,14 @@ constexpr auto kTable = SettingsTable(
         "time_zone", "",
         "Of the meter's clock: +03:00, or \"+01:00 eu\" if it follows summer time. For the times "
         "of events; without it they have none of the meter's.")),
+    Bind<&Settings::correct_clock>(option::Time(
+        kCorrectClock, "0s",
+        "From such a drift on the gateway corrects the meter's clock by itself, once a "
+        "day; 0s: never. Needs time_zone and the points clock_drift and "
+        "clock_correction.")),
+    Bind<&Settings::correct_clock_most>(
+        option::Time(kCorrectClockMost, "60s",
+                     "A larger drift is only told; at most 120s, which is what the meter takes.")),
     Bind<&Settings::journal_records>(option::Integer(
         "journal_records", "10", 1, 20, "Records that the meter keeps in each journal.")),
     Bind<&Settings::load_profiles, ParseLoads>(

@@ -10,6 +10,7 @@
 
 #include "config/model/options.h"
 #include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
 #include "protocols/common/civil_zone.h"
 #include "protocols/option_specs.h"
 #include "protocols/set4tm/codec.h"
@@ -38,8 +39,10 @@ struct Settings {
   Checksum checksum = Checksum::crc;
   Floats floats = Floats::primary;
   Snapshot snapshot = Snapshot::automatic;
-  std::optional<CivilZone> time_zone;   ///< of its clock
-  int journal_records = 10;             ///< in each journal
+  std::optional<CivilZone> time_zone;  ///< of its clock
+  Duration correct_clock{};       ///< from such a drift on the gateway corrects it; zero: never
+  Duration correct_clock_most{};  ///< up to such a one
+  int journal_records = 10;       ///< in each journal
   std::vector<unsigned> load_profiles;  ///< 1 to 3, that are read; empty: none is
   std::vector<BillingPeriod> billing;   ///< whose readings are kept; empty: none are
   int billing_tariffs = 4;              ///< of them, beside the sum

@@ -9,11 +9,7 @@ namespace {
 
 constexpr std::string_view kNumbered = "IOSVM";
 constexpr std::string_view kSingle = "CFTDALB";
-constexpr std::size_t kChannelDigits = 3;
-constexpr std::size_t kNumberDigits = 6;
 constexpr std::size_t kSlaveDigits = 3;
-
-bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
 /// `first[/last]`; nothing when the text does not start with a proper range.
 std::optional<Range> TakeRange(std::string_view& text, std::size_t digits) {

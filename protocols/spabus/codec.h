@@ -24,9 +24,13 @@ inline constexpr unsigned kBroadcast = 900;
 inline constexpr std::size_t kMaxLine = 255;
 inline constexpr std::size_t kLongestLine = 256;
 inline constexpr std::size_t kMaxLines = 16;
+/// Most digits of a channel, and of a number of data or an event.
+inline constexpr std::size_t kChannelDigits = 3;
+inline constexpr std::size_t kNumberDigits = 6;
 /// The checksum that says "do not check me".
 inline constexpr std::string_view kWildcard = "XX";
 
+constexpr bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 /// Printable ASCII, the only characters besides CR and LF that stand on the bus.
 constexpr bool IsPrintable(std::uint8_t byte) { return byte >= 0x20 && byte <= 0x7E; }
 /// Delimiters of the protocol; never inside a value.

@@ -28,8 +28,6 @@ constexpr int kDoubtsBeforeForgetting = 3;
 const Query kWhatIsIt{config::Group::slow, {}};
 constexpr int kFailuresOfChannels = 2;
 constexpr int kInputOverflow = 2;
-constexpr int kTooComplicated = 3;
-constexpr int kSyntax = 5;
 constexpr int kOtherError = 9;
 
 class SpaConversation final : public Conversation {

@@ -33,7 +33,7 @@ std::vector<Address> ItemsOf(const Command& command) {
   return items;
 }
 
-bool IsPassword(const Address& item) {
+bool HidesPassword(const Address& item) {
   return item.category == 'V' && item.number && *item.number >= kPasswordItems.first &&
          *item.number <= kPasswordItems.last;
 }
@@ -106,7 +106,7 @@ std::vector<Reading> WrittenBy(const Command& command) {
   if (texts.size() != command.ItemCount()) return readings;
   const std::vector<Address> items = ItemsOf(command);
   for (std::size_t i = 0; i < items.size(); ++i) {
-    if (IsPassword(items[i])) continue;
+    if (HidesPassword(items[i])) continue;
     readings.push_back(
         {kNoPoint, GuessValue(texts[i]), Quality::good, FormatAddress(items[i]) + " written"});
   }

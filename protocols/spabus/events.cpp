@@ -10,12 +10,9 @@ namespace baudgate::protocols::spabus {
 namespace {
 
 constexpr std::size_t kSecondDigits = 2;
-constexpr std::size_t kChannelDigits = 3;
-constexpr std::size_t kNumberDigits = 6;
 constexpr std::size_t kMillisecondDigits = 3;
 constexpr std::uint32_t kSecondsInMinute = 60;
 
-bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 bool IsLetter(char c) { return c >= 'A' && c <= 'Z'; }
 
 /// "12.345": exactly three decimals, so that a channel may follow without a space.

@@ -10,6 +10,11 @@
 
 namespace baudgate::protocols::spabus {
 
+/// Codes of refusals that are met by their number: the message asks for too much; it is not
+/// understood.
+inline constexpr int kTooComplicated = 3;
+inline constexpr int kSyntax = 5;
+
 struct NackRule {
   Outcome outcome = Outcome::refused;
   std::string_view meaning;  ///< with advice

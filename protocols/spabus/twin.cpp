@@ -8,6 +8,7 @@
 #include "gateway/base/text.h"
 #include "protocols/spabus/clock_offset.h"
 #include "protocols/spabus/events.h"
+#include "protocols/spabus/nack.h"
 #include "protocols/spabus/points.h"
 #include "protocols/spabus/reply.h"
 #include "protocols/spabus/settings.h"
@@ -17,8 +18,6 @@ namespace baudgate::protocols::spabus {
 namespace {
 
 constexpr int kDamaged = 0;
-constexpr int kTooComplicated = 3;
-constexpr int kSyntax = 5;
 constexpr int kMissing = 6;
 constexpr int kNotNow = 7;
 constexpr int kBadValue = 8;

@@ -49,6 +49,14 @@ TEST(OwnRecords, SayWhatALineHasComeTo) {
        1000012,
        EventState::message,
        "another device: 7 for 8"},
+      {{OwnCode::clock_corrected, false, "b", "d", "it was 5.0 s ahead"},
+       1000020,
+       EventState::message,
+       "clock corrected: it was 5.0 s ahead"},
+      {{OwnCode::clock_left, false, "b", "d", "why"},
+       1000021,
+       EventState::message,
+       "clock not corrected: why"},
   };
   for (const Row& row : rows) {
     const EventRecord record = FactRecord(row.fact, kAt);

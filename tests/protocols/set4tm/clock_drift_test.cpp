@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "gateway/poll/poller.h"
+#include "protocols/common/clock_care.h"
 #include "tests/protocols/set4tm/support.h"
 #include "tests/support/virtual_line.h"
 
@@ -62,6 +65,57 @@ TEST(ClockDrift, CorrectionOfTheReference) {
   EXPECT_FALSE(ClockCorrection(Value(std::int64_t{-70'000}), drift, Instant(1h)));
   EXPECT_FALSE(ClockCorrection(Value(true), drift, Instant(1h))) << "no drift is known";
   EXPECT_FALSE(ClockCorrection(Value(false), drift, Instant(1h)));
+}
+
+/// What the gateway needs to correct it by itself is refused by `baudgate check` where it is
+/// missing.
+TEST(ClockCare, IsCheckedWithItsPoints) {
+  config::Device right = MakeDevice("5", {MakePoint("04 00 drift@0")});
+  right.points[0].name = "clock_drift";
+  config::Point correction;
+  correction.name = "clock_correction";
+  correction.write = "03 0B";
+  correction.access = config::Access::write;
+  correction.type = config::Type::boolean;
+  correction.writing.allowed = true;
+  right.points.push_back(correction);
+  right.options.Set("time_zone", std::string("+03:00"));
+  right.options.Set("correct_clock", std::int64_t{Duration(5s).count()});
+  ASSERT_TRUE(Set4tmProtocol().check_device(right));
+  ASSERT_TRUE(ClockCareOf(right));
+  EXPECT_EQ(ClockCareOf(right)->least, 5s);
+  EXPECT_EQ(ClockCareOf(right)->most, 60s);
+  EXPECT_EQ(ClockCareOf(right)->correction, 1U);
+  struct Row {
+    std::function<void(config::Device&)> spoil;
+    const char* says;
+  };
+  using Device = config::Device;
+  const auto time = [](const char* name, Duration value) {
+    return [=](Device& its) { its.options.Set(name, std::int64_t{value.count()}); };
+  };
+  const Row rows[] = {
+      {time("correct_clock", 1s), "give 2s to correct_clock_most"},
+      {time("correct_clock", 61s), "give 2s to correct_clock_most"},
+      {time("correct_clock_most", 121s), "by 120s at most"},
+      {[](Device& its) { its.options.Set("time_zone", std::string()); }, "time_zone"},
+      {[](Device& its) { its.points[0].name = "drift"; }, "a point clock_drift"},
+      {[](Device& its) { its.points[0].read = "04 00 time@0"; }, "a point clock_drift"},
+      {[](Device& its) { its.points[0].scale = 0.1; }, "neither scale nor offset"},
+      {[](Device& its) { its.points[1].name = "correction"; }, "a point clock_correction"},
+      {[](Device& its) { its.points[1].type = config::Type::int16; }, "type: bool"},
+      {[](Device& its) { its.points[1].writing.allowed = false; }, "the device's 'write'"},
+      {[](Device& its) { its.points[1].writing.select = true; }, "no 'select'"},
+  };
+  for (const Row& row : rows) {
+    Device wrong = right;
+    row.spoil(wrong);
+    const Status status = Set4tmProtocol().check_device(wrong);
+    ASSERT_FALSE(status) << row.says;
+    EXPECT_NE(status.error().find(row.says), std::string::npos) << status.error();
+  }
+  right.options.Set("correct_clock", std::int64_t{0});
+  EXPECT_FALSE(ClockCareOf(right));
 }
 
 class ClockLine : public ::testing::Test {
