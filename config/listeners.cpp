@@ -34,7 +34,7 @@ constexpr std::array<Word<Listener::Holes>, 2> kHoles = {
 constexpr std::array<Word<Listener::Broadcast>, 2> kBroadcasts = {
     {{"ignore", Listener::Broadcast::ignore}, {"pass", Listener::Broadcast::pass}}};
 
-constexpr std::array<Word<Listener::Echo>, 2> kEchoes = {
+constexpr std::array<Word<Listener::Echo>, 2> kListenerEchoes = {
     {{"off", Listener::Echo::off}, {"strip", Listener::Echo::strip}}};
 
 void ReadAt(const YamlNode& node, const std::string& what, Listener& listener,
@@ -183,7 +183,7 @@ void ReadEcho(MapReader& map, Listener& listener) {
                          "write strip where its adapter hears itself, or off");
     return;
   }
-  Assign(listener.echo, ReadWord(*node, "echo", kEchoes, map.problems()));
+  Assign(listener.echo, ReadWord(*node, "echo", kListenerEchoes, map.problems()));
 }
 
 void ReadSerialSide(MapReader& map, Listener& listener, const Catalog& catalog) {

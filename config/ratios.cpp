@@ -12,7 +12,7 @@
 namespace baudgate::config {
 namespace {
 
-constexpr std::size_t kLongestUnit = 16;
+constexpr std::size_t kLongestRatioUnit = 16;
 
 struct Ratio {
   double factor = 1;
@@ -29,7 +29,7 @@ std::optional<Ratio> ReadRatio(const Entry& entry, Problems& problems) {
   const std::string_view unit =
       blank == std::string_view::npos ? std::string_view() : Trim(trimmed.substr(blank));
   const bool good = factor && std::isfinite(*factor) && *factor > 0 && !unit.empty() &&
-                    unit.size() <= kLongestUnit;
+                    unit.size() <= kLongestRatioUnit;
   if (good) return Ratio{*factor, std::string(unit)};
   problems.Error(entry.value.mark(), "ratios: " + Quoted(*text) +
                                          " is not a number above 0 and a unit; write for example " +

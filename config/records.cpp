@@ -11,7 +11,7 @@ namespace baudgate::config {
 namespace {
 
 constexpr std::size_t kMostRecords = 16;
-constexpr std::size_t kMostPatterns = 100;
+constexpr std::size_t kMostRecordPatterns = 100;
 constexpr std::size_t kMostValues = 200;
 
 std::vector<std::uint32_t> PointsOf(const RecordPattern& record, const Device& device,
@@ -56,7 +56,7 @@ std::vector<RecordPattern> ReadRecords(const YamlNode& node, Problems& problems)
     record.mark = entry.value.mark();
     MapReader one(entry.value, "record '" + record.name + "'", problems);
     if (const auto points = one.Need("points", "[ trip_phases ]")) {
-      for (const YamlNode& element : ReadList(*points, "points", kMostPatterns, problems)) {
+      for (const YamlNode& element : ReadList(*points, "points", kMostRecordPatterns, problems)) {
         if (auto text = ReadText(element, "points", problems)) {
           record.points.push_back(std::move(*text));
         }

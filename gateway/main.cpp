@@ -1,5 +1,6 @@
 // The binary: parses the words, loads the protocol modules, and does what the subcommand says.
 // SPDX-License-Identifier: Apache-2.0
+#include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
 #include "gateway/cli/commands.h"
@@ -14,11 +15,11 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Action action;
   AddCommands(app, action);
-  if (argc > 1 && IsUnknownSubcommand(app, argv[1])) return kUsage;
+  if (argc > 1 && IsUnknownSubcommand(app, argv[1])) return kExitUsage;
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? AfterOutput(0) : kUsage;
+    return app.exit(error) == 0 ? AfterOutput(0) : kExitUsage;
   }
   log::Begin(log::Level::info);
   const Modules modules = LoadModules();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "config/checks/range_text.h"
 #include "config/model/modbus_addresses.h"
 #include "gateway/base/text.h"
 
@@ -94,11 +95,6 @@ void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
   }
 }
 
-std::string Range(int first, int last) {
-  if (first == last) return std::to_string(first);
-  return std::to_string(first) + "…" + std::to_string(last);
-}
-
 }  // namespace
 
 void CheckPoint(const Point& point, const Protocol* protocol, const Keys& keys,
@@ -143,7 +139,7 @@ void RegisterClaims::Add(const Point& point, const Mark& mark) {
   const int last = first + count - 1;
   const std::string kind = point.table == Table::bits ? "bit " : "register ";
   if (!IsValueArea(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last))) {
-    problems_.Error(mark, "modbus: " + kind + Range(first, last) + " of '" + point.name +
+    problems_.Error(mark, "modbus: " + kind + RangeText(first, last) + " of '" + point.name +
                               "' is reserved; points live at 0…8999 and 9100…19999");
     return;
   }
@@ -161,8 +157,8 @@ void RegisterClaims::Add(const Point& point, const Mark& mark) {
     table.emplace(first, Taken{last, point.name, mark});
     return;
   }
-  problems_.Error(mark, "modbus: " + kind + Range(first, last) + " of '" + point.name +
-                            "' overlaps " + Range(other_first, other->last) + " of '" +
+  problems_.Error(mark, "modbus: " + kind + RangeText(first, last) + " of '" + point.name +
+                            "' overlaps " + RangeText(other_first, other->last) + " of '" +
                             other->name + "' (" + other->mark.ToString() + ")");
 }
 

@@ -3,17 +3,13 @@
 
 #include <algorithm>
 
+#include "config/checks/range_text.h"
 #include "config/model/modbus_addresses.h"
 #include "config/model/network.h"
 #include "config/model/units.h"
 
 namespace baudgate::config {
 namespace {
-
-std::string Range(int first, int last) {
-  if (first == last) return std::to_string(first);
-  return std::to_string(first) + "…" + std::to_string(last);
-}
 
 /// "33-35 by the route in line 5, 36 by device 'feeder-1'"; empty when nothing is taken. Who writes
 /// a wide route behind single units and devices means it: as long as something remains, only ranges
@@ -90,7 +86,7 @@ void CheckRoute(const Route& route, const Keys& keys, Problems& problems) {
                    "remap: " + std::to_string(first) + " changes nothing; remove the key");
   } else if (first < 1 || last > most) {  // 0 would be a broadcast
     problems.Error(keys.MarkOf("remap"),
-                   "remap: " + route.Units() + " would become " + Range(first, last) + "; " +
+                   "remap: " + route.Units() + " would become " + RangeText(first, last) + "; " +
                        (to_line ? "slaves of a line are 1…247" : "unit ids are 1…255"));
   }
 }

@@ -48,7 +48,7 @@ bool BeginsWithDigit(std::string_view text) {
   return !text.empty() && text.front() >= '0' && text.front() <= '9';
 }
 
-std::string Range(std::int64_t least, std::int64_t most) {
+std::string Allowed(std::int64_t least, std::int64_t most) {
   return "allowed: " + std::to_string(least) + "…" + std::to_string(most);
 }
 
@@ -158,11 +158,11 @@ std::optional<std::int64_t> ReadInteger(const YamlNode& node, const std::string&
   }
   if (!value) {
     problems.Error(node.mark(),
-                   what + ": " + quoted + " is not a whole number; " + Range(least, most));
+                   what + ": " + quoted + " is not a whole number; " + Allowed(least, most));
     return std::nullopt;
   }
   if (*value < least || *value > most) {
-    problems.Error(node.mark(), what + ": " + quoted + " is out of range; " + Range(least, most));
+    problems.Error(node.mark(), what + ": " + quoted + " is out of range; " + Allowed(least, most));
     return std::nullopt;
   }
   return value;

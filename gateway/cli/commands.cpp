@@ -23,6 +23,7 @@
 #include "gateway/cli/terminal/words.h"
 #include "gateway/simulate/fault_text.h"
 #ifdef BAUDGATE_WITH_DDS
+#include "gateway/base/exit_code.h"
 #include "gateway/cli/live/discovery_server.h"
 #include "gateway/cli/live/watch.h"
 #endif
@@ -30,7 +31,6 @@
 namespace baudgate {
 namespace {
 
-constexpr int kCannotOpen = 4;
 constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
 
 void AddConfig(CLI::App& command, std::string& file) {
@@ -174,7 +174,7 @@ void AddDecode(CLI::App& app, Action& action) {
       std::ifstream stream(*file);
       if (!stream) {
         std::cerr << "baudgate: cannot read " << *file << "\n";
-        return kCannotOpen;
+        return kExitCanNot;
       }
       return RunDecode(*options, catalog, stream, std::cout, std::cerr);
     };

@@ -11,9 +11,6 @@
 
 namespace baudgate {
 
-/// Exit codes: 0 done, 2 wrong usage, 3 bad configuration, 4 could not open what it needs.
-inline constexpr int kUsage = 2;
-
 /// What the chosen subcommand does, once all words are parsed; returns the exit code.
 using Action = std::function<int(const config::Catalog&)>;
 

@@ -4,7 +4,7 @@
 namespace baudgate::dds {
 namespace {
 
-constexpr std::size_t kBatch = 64;
+constexpr std::size_t kAlarmsAtATime = 64;
 
 }  // namespace
 
@@ -17,7 +17,7 @@ void AlarmSender::StartAnew() {
 const AlarmSample* AlarmSender::Next() {
   if (supply_ == nullptr) return nullptr;
   if (next_ == batch_.size()) {
-    batch_ = supply_->TakeAlarms(version_, kBatch);
+    batch_ = supply_->TakeAlarms(version_, kAlarmsAtATime);
     next_ = 0;
   }
   return batch_.empty() ? nullptr : &batch_[next_].sample;

@@ -6,7 +6,7 @@
 namespace baudgate::dds {
 namespace {
 
-constexpr std::size_t kBatch = 64;
+constexpr std::size_t kEventsAtATime = 64;
 
 }  // namespace
 
@@ -34,7 +34,7 @@ bool EventSender::FindPlace() {
 }
 
 bool EventSender::Load() {
-  batch_ = supply_->Take(place_, kBatch);
+  batch_ = supply_->Take(place_, kEventsAtATime);
   next_ = 0;
   if (batch_.empty()) return false;
   const std::uint64_t first = batch_.front().seq;

@@ -7,7 +7,7 @@ namespace baudgate::events {
 namespace {
 
 /// What stands in the file may be anything: an alarm too many is better than one too few.
-AlarmState StateNamed(std::string_view name) {
+AlarmState AlarmStateNamed(std::string_view name) {
   for (const AlarmState state : {AlarmState::acknowledged, AlarmState::returned}) {
     if (Name(state) == name) return state;
   }
@@ -41,7 +41,7 @@ bool AlarmTable::Read(std::vector<Alarm>& alarms) {
     alarm.device = std::string(rows.Text(1));
     alarm.name = std::string(rows.Text(2));
     alarm.point = std::string(rows.Text(3));
-    alarm.state = StateNamed(rows.Text(4));
+    alarm.state = AlarmStateNamed(rows.Text(4));
     alarm.priority = PriorityNamed(rows.Text(5));
     alarm.seq = rows.Number(6);
     alarm.raised = rows.Time(7);

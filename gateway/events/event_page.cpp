@@ -19,7 +19,7 @@ std::uint32_t CodeOf(std::int64_t number) {
       std::clamp<std::int64_t>(number, 0, std::numeric_limits<std::uint32_t>::max()));
 }
 
-config::EventState StateNamed(std::string_view name) {
+config::EventState EventStateNamed(std::string_view name) {
   for (std::size_t i = 0; i < config::kEventStates; ++i) {
     const auto state = static_cast<config::EventState>(i);
     if (config::Name(state) == name) return state;
@@ -37,7 +37,7 @@ EventRecord RecordOf(const Statement& row) {
   record.device = std::string(row.Text(5));
   record.channel = CodeOf(row.Number(6));
   record.code = CodeOf(row.Number(7));
-  record.state = StateNamed(row.Text(8));
+  record.state = EventStateNamed(row.Text(8));
   record.text = std::string(row.Text(9)).substr(0, kLongestText);
   return record;
 }

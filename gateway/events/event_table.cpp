@@ -11,14 +11,14 @@
 namespace baudgate::events {
 namespace {
 
-constexpr const char* kInsert =
+constexpr const char* kInsertEvent =
     "INSERT INTO events (seq, receive_time, device_time, clock_quality, line, device, channel, "
     "code, state, text) VALUES (?,?,?,?,?,?,?,?,?,?)";
 constexpr const char* kSaid =
     "INSERT INTO event_sources (line, device, said) VALUES (?,?,?) ON CONFLICT (line, device) DO "
     "UPDATE SET said=excluded.said";
 /// A file with many more than its room, of before, comes to it little by little.
-constexpr const char* kDrop =
+constexpr const char* kDropEvents =
     "DELETE FROM events WHERE seq IN (SELECT seq FROM events WHERE seq<=? ORDER BY seq LIMIT 1000)";
 constexpr const char* kCursor = "INSERT INTO event_cursors (name, seq, sure) VALUES (?,?,?)";
 constexpr const char* kGone = "SELECT seq, device FROM events WHERE seq>? AND seq<=? ORDER BY seq";
@@ -35,9 +35,9 @@ EventTable::EventTable(Database& database, const SourceNames& names, std::int64_
     : database_(database),
       names_(names),
       most_(most),
-      insert_(database, kInsert),
+      insert_(database, kInsertEvent),
       said_(database, kSaid),
-      drop_(database, kDrop),
+      drop_(database, kDropEvents),
       cursor_(database, kCursor),
       alarms_(database),
       records_(database),

@@ -10,9 +10,9 @@ constexpr const char* kFindPoint =
     "SELECT point FROM past_points WHERE line=? AND device=? AND name=?";
 constexpr const char* kOfSeries =
     "SELECT point FROM past_points WHERE line=? AND device=? AND substr(name, 1, length(?3))=?3";
-constexpr const char* kInsert =
+constexpr const char* kInsertPast =
     "INSERT INTO past (point, time, span, value, quality) VALUES (?,?,?,?,?)";
-constexpr const char* kDrop = "DELETE FROM past WHERE seq<=(SELECT max(seq) FROM past)-?";
+constexpr const char* kDropPast = "DELETE FROM past WHERE seq<=(SELECT max(seq) FROM past)-?";
 
 constexpr std::int64_t Micros(Duration time) { return time / std::chrono::microseconds(1); }
 
@@ -23,8 +23,8 @@ PastTable::PastTable(Database& database, std::int64_t most)
       add_point_(database, kAddPoint),
       find_point_(database, kFindPoint),
       of_series_(database, kOfSeries),
-      insert_(database, kInsert),
-      drop_(database, kDrop) {}
+      insert_(database, kInsertPast),
+      drop_(database, kDropPast) {}
 
 std::optional<std::int64_t> PastTable::PointOf(const std::string& line, const std::string& device,
                                                const std::string& name) {

@@ -12,7 +12,7 @@ constexpr std::string_view kColumns =
 constexpr std::string_view kValues =
     "SELECT name, value, unit, quality FROM record_values WHERE kind=? AND seq=? ORDER BY ordinal";
 
-RecordState StateNamed(std::string_view name) {
+RecordState RecordStateNamed(std::string_view name) {
   for (std::size_t i = 0; i < kRecordStates; ++i) {
     const auto state = static_cast<RecordState>(i);
     if (Name(state) == name) return state;
@@ -31,7 +31,7 @@ KeptRecord RecordOf(const Statement& row) {
   record.device_time = row.Time(6);
   record.clock = ClockQualityOf(row.Number(7));
   record.read = row.Time(8);
-  record.state = StateNamed(row.Text(9));
+  record.state = RecordStateNamed(row.Text(9));
   record.text = std::string(row.Text(10));
   return record;
 }

@@ -8,7 +8,7 @@ namespace {
 constexpr const char* kFind =
     "SELECT coalesce((SELECT max(seq) FROM records WHERE kind=?1), 0), EXISTS (SELECT 1 FROM "
     "records WHERE kind=?1 AND line=?2 AND device=?3 AND name=?4 AND device_time=?5 AND event=?6)";
-constexpr const char* kInsert =
+constexpr const char* kInsertRecord =
     "INSERT INTO records (kind, seq, line, device, name, event, device_time, clock_quality, "
     "read_time, state, text) VALUES (?,?,?,?,?,?,?,?,?,?,?)";
 constexpr const char* kValue =
@@ -21,7 +21,8 @@ constexpr const char* kSettle = "DELETE FROM owed_records WHERE event=?";
 constexpr const char* kDropValues =
     "DELETE FROM record_values WHERE kind='event' AND seq IN (SELECT seq FROM records WHERE "
     "kind='event' AND event>0 AND event<=?)";
-constexpr const char* kDrop = "DELETE FROM records WHERE kind='event' AND event>0 AND event<=?";
+constexpr const char* kDropRecords =
+    "DELETE FROM records WHERE kind='event' AND event>0 AND event<=?";
 constexpr const char* kDropOldValues = "DELETE FROM record_values WHERE kind=? AND seq<=?";
 constexpr const char* kDropOld = "DELETE FROM records WHERE kind=? AND seq<=?";
 constexpr const char* kDropOwed = "DELETE FROM owed_records WHERE event<=?";
@@ -34,12 +35,12 @@ RecordTable::RecordTable(Database& database, std::int64_t most)
     : database_(database),
       most_(most),
       find_(database, kFind),
-      insert_(database, kInsert),
+      insert_(database, kInsertRecord),
       value_(database, kValue),
       owe_(database, kOwe),
       settle_(database, kSettle),
       drop_values_(database, kDropValues),
-      drop_(database, kDrop),
+      drop_(database, kDropRecords),
       drop_old_values_(database, kDropOldValues),
       drop_old_(database, kDropOld),
       drop_owed_(database, kDropOwed) {}

@@ -12,7 +12,7 @@
 namespace baudgate::history {
 namespace {
 
-constexpr std::array<const char*, 2> kMigrations = {R"sql(
+constexpr std::array<const char*, 2> kValueMigrations = {R"sql(
 CREATE TABLE points (
   point INTEGER PRIMARY KEY,
   name  TEXT NOT NULL UNIQUE,
@@ -37,7 +37,7 @@ CREATE TABLE chunks (
 );
 CREATE INDEX chunks_point ON chunks (point, run, first);
 )sql",
-                                                    R"sql(
+                                                         R"sql(
 CREATE TABLE lines (
   point INTEGER NOT NULL,
   run   INTEGER NOT NULL,
@@ -46,7 +46,7 @@ CREATE TABLE lines (
 )sql"};
 /// FULL: what was committed is on the disk, once a second. With NORMAL the system would keep it for
 /// up to half a minute.
-constexpr DatabaseKind kValues = {kValuesApplication, kMigrations,
+constexpr DatabaseKind kValues = {kValuesApplication, kValueMigrations,
                                   "PRAGMA synchronous=FULL; PRAGMA journal_size_limit=1048576; "
                                   "PRAGMA wal_autocheckpoint=256;"};
 

@@ -9,7 +9,7 @@
 namespace baudgate::history {
 namespace {
 
-constexpr std::array<const char*, 1> kMigrations = {R"sql(
+constexpr std::array<const char*, 1> kTrendMigrations = {R"sql(
 CREATE TABLE points (
   point INTEGER PRIMARY KEY,
   name  TEXT NOT NULL UNIQUE
@@ -47,7 +47,7 @@ CREATE TABLE hours (
   PRIMARY KEY (point, begin, run)
 ) WITHOUT ROWID;
 )sql"};
-constexpr DatabaseKind kTrends = {kTrendsApplication, kMigrations,
+constexpr DatabaseKind kTrends = {kTrendsApplication, kTrendMigrations,
                                   "PRAGMA synchronous=NORMAL; PRAGMA journal_size_limit=1048576; "
                                   "PRAGMA wal_autocheckpoint=256;"};
 

@@ -16,7 +16,7 @@
 namespace baudgate::control {
 namespace {
 
-std::int64_t Milliseconds(Duration duration) { return duration / 1ms; }
+std::int64_t InMilliseconds(Duration duration) { return duration / 1ms; }
 std::int64_t Microseconds(Duration duration) { return duration / 1us; }
 
 template <typename Counts>
@@ -54,7 +54,9 @@ Json RoundTripsJson(const RoundTrips& trips) {
   return json;
 }
 
-Json AgeJson(std::optional<Duration> age) { return age ? Json(Milliseconds(*age)) : Json(nullptr); }
+Json SinceJson(std::optional<Duration> age) {
+  return age ? Json(InMilliseconds(*age)) : Json(nullptr);
+}
 
 Json TimesJson(const config::Timing& timing) {
   Json times = Json::array();
@@ -118,13 +120,13 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDe
   json["trouble"] = status.trouble;
   json["last_ok"] = TimeJson(status.last_ok_wall);
   json["age_ms"] =
-      AgeJson(status.last_ok ? std::optional(view.now.instant - *status.last_ok) : std::nullopt);
+      SinceJson(status.last_ok ? std::optional(view.now.instant - *status.last_ok) : std::nullopt);
   json["exchanges"] = status.exchanges;
   json["outcomes"] = OutcomesJson(status.outcomes);
   json["retries"] = status.retries;
   json["missed"] = status.missed;
   json["late"] = status.late;
-  json["lateness_ms"] = Milliseconds(status.lateness);
+  json["lateness_ms"] = InMilliseconds(status.lateness);
   json["doubled"] = status.doubled;
   json["rechecks"] = status.rechecks;
   json["unasked"] = status.unasked;
@@ -133,7 +135,7 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDe
   json["learned"] = status.learned;
   json["times"] = TimesJson(status.timing);
   json["recent"] = RecentJson(status.recent);
-  json["busy_ms"] = Milliseconds(status.busy);
+  json["busy_ms"] = InMilliseconds(status.busy);
   json["round_trips"] = RoundTripsJson(status.round_trips);
   json["points"] = PointsJson(record, view.now.instant);
   if (view.with_values) json["values"] = ValuesJson(record, view.now.instant);
@@ -152,12 +154,12 @@ void AddCounters(const LineStatus& status, Json& json) {
   json["collisions"] = status.collisions;
   json["echoes"] = status.echoes;
   json["probes"] = status.probes;
-  json["busy_ms"] = Milliseconds(status.busy);
+  json["busy_ms"] = InMilliseconds(status.busy);
   json["parity_errors"] = status.parity_errors;
   json["framing_errors"] = status.framing_errors;
   json["overruns"] = status.overruns;
   json["notice_bound_ms"] = status.notice_bound > Duration::zero()
-                                ? Json(Milliseconds(status.notice_bound))
+                                ? Json(InMilliseconds(status.notice_bound))
                                 : Json(nullptr);
   json["round_trips"] = RoundTripsJson(status.round_trips);
 }
@@ -233,7 +235,7 @@ Json PointJson(const DeviceRecord& record, std::size_t index, Instant now) {
           {"unit", point.unit},
           {"quality", quality.word()},
           {"quality_text", Name(quality)},
-          {"age_ms", AgeJson(AgeAt(record, index, now))}};
+          {"age_ms", SinceJson(AgeAt(record, index, now))}};
 }
 
 Json StatusJson(const config::Config& config, const PointStore& store, const GatewayInfo& info,
@@ -243,7 +245,7 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
   json["gateway"] = config.name;
   json["version"] = info.version;
   json["time"] = FormatWallTime(now.wall);
-  json["uptime_ms"] = Milliseconds(now.instant - info.started);
+  json["uptime_ms"] = InMilliseconds(now.instant - info.started);
   Json& lines = json["lines"] = Json::array();
   for (std::uint32_t line = 0; line < config.lines.size(); ++line) {
     if (target ? target->line != line : config.lines[line].name.empty()) continue;

@@ -11,7 +11,7 @@ namespace {
 
 using Json = ControlClient::Json;
 
-constexpr const char* kRow = "{:>8}  {:<24}  {:<12}  {:<8}  {:<32}  {}\n";
+constexpr const char* kAlarmRow = "{:>8}  {:<24}  {:<12}  {:<8}  {:<32}  {}\n";
 
 /// Of "3:5", channel and code of a device's event, ", channel 3".
 std::string ChannelOf(const Json& alarm) {
@@ -21,12 +21,12 @@ std::string ChannelOf(const Json& alarm) {
   return channel.empty() || channel == "0" ? "" : ", channel " + channel;
 }
 
-std::string Row(const Json& alarm) {
+std::string AlarmRow(const Json& alarm) {
   std::string where = FieldText(alarm, "line") + "." + FieldText(alarm, "device");
   if (!FieldText(alarm, "point").empty()) where += "." + FieldText(alarm, "point");
   const std::string by = FieldText(alarm, "acknowledged_by");
   return fmt::format(
-      kRow, FieldText(alarm, "seq"), FieldText(alarm, "raised"), FieldText(alarm, "state"),
+      kAlarmRow, FieldText(alarm, "seq"), FieldText(alarm, "raised"), FieldText(alarm, "state"),
       FieldText(alarm, "priority"), where,
       FieldText(alarm, "text") + ChannelOf(alarm) + (by.empty() ? "" : " (" + by + ")"));
 }
@@ -40,8 +40,8 @@ int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err
       if (options.json) {
         out << alarm.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
       } else {
-        if (!any) out << fmt::format(kRow, "seq", "raised", "state", "priority", "of", "text");
-        out << Row(alarm);
+        if (!any) out << fmt::format(kAlarmRow, "seq", "raised", "state", "priority", "of", "text");
+        out << AlarmRow(alarm);
       }
       any = true;
     }

@@ -37,13 +37,13 @@ struct Key {
   auto operator<=>(const Key&) const = default;
 };
 
-struct Row {
+struct BillingRow {
   std::string time;
   std::array<Json, kRegisters.size()> values{};
   std::string quality{};  // of what is not good
 };
 
-using Rows = std::map<Key, Row>;
+using BillingRows = std::map<Key, BillingRow>;
 
 /// The date by the meter, of which the time is the midnight: 2026-10-31T21:00Z is the first of
 /// November at +03:00. From -11:59 to +12:00.
@@ -81,7 +81,7 @@ class Reader {
     return kUnknown;
   }
 
-  const Rows& rows() const { return rows_; }
+  const BillingRows& rows() const { return rows_; }
 
  private:
   static constexpr int kUnknown = 2;
@@ -109,7 +109,7 @@ class Reader {
     if (!midnight) return;
     key.date = DateOf(*midnight);
     if (!IsWanted(key.date, options_)) return;
-    Row& row = rows_[key];
+    BillingRow& row = rows_[key];
     row.time = time;
     row.values[which] = record.value("value", Json());
     const std::string quality = FieldText(record, "quality_text");
@@ -120,39 +120,39 @@ class Reader {
   const HistoryOptions& options_;
   HistoryOptions asked_;
   std::ostringstream told_;
-  Rows rows_;
+  BillingRows rows_;
 };
 
-std::string Text(const Json& value) { return value.is_null() ? std::string() : value.dump(); }
+std::string CellText(const Json& value) { return value.is_null() ? std::string() : value.dump(); }
 
 std::string DateText(Day date) { return FormatWallTime(WallTime(date)).substr(0, 10); }
 
 std::string TariffText(int tariff) { return tariff == 0 ? "all" : std::to_string(tariff); }
 
-void PrintTable(const Rows& rows, const HistoryOptions& options, std::ostream& out) {
+void PrintTable(const BillingRows& rows, const HistoryOptions& options, std::ostream& out) {
   config::TextTable table({"meter", "reading", "date", "tariff", "import kWh", "export kWh",
                            "import kvarh", "export kvarh", "quality"});
   for (const auto& [key, row] : rows) {
     table.Add({options.points[key.device], kPeriods[key.period], DateText(key.date),
-               TariffText(key.tariff), Text(row.values[0]), Text(row.values[1]),
-               Text(row.values[2]), Text(row.values[3]), row.quality});
+               TariffText(key.tariff), CellText(row.values[0]), CellText(row.values[1]),
+               CellText(row.values[2]), CellText(row.values[3]), row.quality});
   }
   table.PrintAligned(out);
 }
 
 /// Dates and numbers as spreadsheets know them.
-void PrintCsv(const Rows& rows, const HistoryOptions& options, std::ostream& out) {
+void PrintCsv(const BillingRows& rows, const HistoryOptions& options, std::ostream& out) {
   out << "meter,reading,date,tariff,active_import_kwh,active_export_kwh,reactive_import_kvarh,"
          "reactive_export_kvarh,quality_text\r\n";
   for (const auto& [key, row] : rows) {
     out << CsvCell(options.points[key.device]) << ',' << kPeriods[key.period] << ','
         << DateText(key.date) << ',' << TariffText(key.tariff);
-    for (const Json& value : row.values) out << ',' << Text(value);
+    for (const Json& value : row.values) out << ',' << CellText(value);
     out << ',' << CsvCell(row.quality.empty() ? "good" : row.quality) << "\r\n";
   }
 }
 
-void PrintJson(const Rows& rows, const HistoryOptions& options, std::ostream& out) {
+void PrintJson(const BillingRows& rows, const HistoryOptions& options, std::ostream& out) {
   for (const auto& [key, row] : rows) {
     Json json = {{"meter", options.points[key.device]},
                  {"reading", kPeriods[key.period]},
@@ -174,7 +174,7 @@ int RunBilling(const HistoryOptions& options, std::ostream& out, std::ostream& e
   for (std::size_t device = 0; device < options.points.size(); ++device) {
     if (const int code = reader.Read(device, err); code != 0) return code;
   }
-  const Rows& rows = reader.rows();
+  const BillingRows& rows = reader.rows();
   if (rows.empty()) {
     (options.json || options.csv ? err : out) << "no billing readings are kept of that time\n";
   }

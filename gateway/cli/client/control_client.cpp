@@ -12,12 +12,12 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/base/exit_code.h"
 #include "gateway/control/socket_path.h"
 
 namespace baudgate {
 namespace {
 
-constexpr int kUsage = 2;
 constexpr Duration kAnswerTime = 10s;
 
 constexpr std::string_view kIsItRunning = "; is baudgate running? give --socket PATH";
@@ -168,7 +168,7 @@ int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
   if (!answer.contains("error")) return 0;
   err << "baudgate: " << answer.value("message", std::string("the gateway refuses")) << '\n';
   const bool not_now = answer["error"] == "busy" || answer["error"] == "unavailable";
-  return not_now ? kNoDaemon : kUsage;
+  return not_now ? kNoDaemon : kExitUsage;
 }
 
 int Ask(const std::string& socket, const ControlClient::Json& request, ControlClient::Json& answer,

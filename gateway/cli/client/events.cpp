@@ -16,7 +16,8 @@ namespace {
 
 using Json = ControlClient::Json;
 
-constexpr const char* kRow = "{:>8}  {:<24}  {:<24}  {:<14}  {:<24}  {:>4}  {:>5}  {:<7}  {}\n";
+constexpr const char* kEventRow =
+    "{:>8}  {:<24}  {:<24}  {:<14}  {:<24}  {:>4}  {:>5}  {:<7}  {}\n";
 /// As the numbers of clock_quality (docs/events.md).
 constexpr std::array<std::string_view, 5> kClocks = {"none", "gateway", "device", "minute guessed",
                                                      "out of step"};
@@ -26,11 +27,11 @@ constexpr std::array<const char*, 10> kFields = {
 constexpr std::size_t kLongestLine = 110;
 constexpr const char* kIndent = "          ";
 
-std::string Row(const Json& record) {
+std::string EventRow(const Json& record) {
   const std::string device = FieldText(record, "device");
   const auto clock = record.value("clock_quality", std::size_t{0});
   std::string row =
-      fmt::format(kRow, FieldText(record, "seq"), FieldText(record, "receive_time"),
+      fmt::format(kEventRow, FieldText(record, "seq"), FieldText(record, "receive_time"),
                   FieldText(record, "device_time"),
                   clock < kClocks.size() ? std::string(kClocks[clock]) : std::to_string(clock),
                   FieldText(record, "line") + (device.empty() ? "" : "." + device),
@@ -95,9 +96,9 @@ std::string KeptCell(const Kept& kept) {
   return CsvCell(std::move(cell));
 }
 
-class Printer {
+class EventPrinter {
  public:
-  Printer(const EventsOptions& options, std::ostream& out, std::ostream& err)
+  EventPrinter(const EventsOptions& options, std::ostream& out, std::ostream& err)
       : options_(options), out_(out), err_(err) {}
 
   void Print(const Json& records) {
@@ -113,10 +114,10 @@ class Printer {
         out_ << KeptCell(KeptOf(record)) << "\r\n";
       } else {
         if (!any_) {
-          out_ << fmt::format(kRow, "seq", "received", "time of the device", "its clock", "device",
-                              "chan", "code", "state", "text");
+          out_ << fmt::format(kEventRow, "seq", "received", "time of the device", "its clock",
+                              "device", "chan", "code", "state", "text");
         }
-        out_ << Row(record) << KeptRows(KeptOf(record));
+        out_ << EventRow(record) << KeptRows(KeptOf(record));
       }
       any_ = true;
     }
@@ -143,7 +144,7 @@ int RunEvents(const EventsOptions& options, std::ostream& out, std::ostream& err
   Json request = {{"command", "events"}, {"after", options.from - 1}};
   if (!options.device.empty()) request["target"] = options.device;
   if (options.since) request["since_ms"] = options.since->time_since_epoch() / 1ms;
-  Printer printer(options, out, err);
+  EventPrinter printer(options, out, err);
   const int code = ReadPages(
       {request, "events", options.follow, options.seconds, options.socket},
       [&](const Json& records) { printer.Print(records); }, out, err);

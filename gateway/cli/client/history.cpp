@@ -34,9 +34,9 @@ std::string GapText(const Json& record) {
   return "gap: the gateway was down until " + until;
 }
 
-class Printer {
+class HistoryPrinter {
  public:
-  Printer(const HistoryOptions& options, std::ostream& out) : options_(options), out_(out) {}
+  HistoryPrinter(const HistoryOptions& options, std::ostream& out) : options_(options), out_(out) {}
 
   void Print(const Json& record) {
     if (options_.json) {
@@ -126,7 +126,7 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
   for (const std::string& point : options.points) {
     streams.emplace_back(*client, options, point, err);
   }
-  Printer printer(options, out);
+  HistoryPrinter printer(options, out);
   if (options.csv) printer.Head();
   // The oldest of the next of each; in each they stay as they are, whatever the clock has done.
   for (bool any = false;; any = true) {

@@ -8,7 +8,7 @@
 namespace baudgate {
 namespace {
 
-constexpr Duration kLookAgain = 200ms;
+constexpr Duration kLookForHistory = 200ms;
 constexpr int kLooks = 50;
 
 }  // namespace
@@ -37,7 +37,7 @@ int HistoryStream::Fetch() {
     if (const int code = ReadAnswer(client_, request_, answer, err_); code != 0) return code;
     const auto history = answer.find("history");
     if (history == answer.end() || FieldText(*history, "state") != "opening") break;
-    std::this_thread::sleep_for(kLookAgain);  // it has only just started
+    std::this_thread::sleep_for(kLookForHistory);  // it has only just started
   }
   page_ = answer.value("records", Json::array());
   at_ = 0;

@@ -10,7 +10,7 @@ namespace {
 using Json = ControlClient::Json;
 using Got = ControlClient::Got;
 
-constexpr Duration kLookAgain = 500ms;
+constexpr Duration kLookForRecords = 500ms;
 
 /// What is wrong with the file, each time that its state is another one.
 class Troubles {
@@ -65,7 +65,7 @@ int ReadPages(const RecordPages& pages, const std::function<void(const Json& rec
     request["after"] = answer.value("next", std::int64_t{0});
     if (answer.value("more", false)) continue;
     if (!pages.follow && !opening) return pages.current && !troubles.none() ? kNotCurrent : 0;
-    const Instant next = ReadClocks().instant + kLookAgain;
+    const Instant next = ReadClocks().instant + kLookForRecords;
     std::string line;
     const Got got = client->ReadLine(line, next, signals.descriptor());
     if (got == Got::stopped || (until && next >= *until)) return 0;

@@ -11,7 +11,7 @@ namespace {
 using Json = ControlClient::Json;
 
 constexpr int kNotClosed = 4;
-constexpr Duration kLookAgain = 20ms;
+constexpr Duration kLookForRelease = 20ms;
 
 /// "12:04:05 UTC" of an ISO time.
 std::string Clock(const std::string& time) {
@@ -38,7 +38,7 @@ Seen WaitFor(const ReleaseOptions& options, bool released, std::ostream& err) {
       return {0, true, state, line.value("port_text", "")};
     }
     if (ReadClocks().instant >= until) return {0, false, state, line.value("port_text", "")};
-    std::this_thread::sleep_for(kLookAgain);
+    std::this_thread::sleep_for(kLookForRelease);
   }
 }
 

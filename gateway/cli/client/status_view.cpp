@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gateway/base/shown.h"
+#include "gateway/cli/client/json_fields.h"
 #include "gateway/cli/client/traffic_view.h"
 
 namespace baudgate {
@@ -19,14 +20,6 @@ using Json = nlohmann::ordered_json;
 constexpr double kBarWidth = 40;
 /// Of the finest bucket of a histogram; each row of the chart is twice as long as the one before.
 constexpr double kFirstRowUs = 64;
-
-std::uint64_t Number(const Json& json, const char* key) {
-  return json.at(key).get<std::uint64_t>();
-}
-std::string Text(const Json& json, const char* key) { return json.at(key).get<std::string>(); }
-std::string NumberText(const Json& json, const char* key) {
-  return std::to_string(Number(json, key));
-}
 
 std::string Milliseconds(const Json& json) {
   return json.is_null() ? "-" : FormatAge(std::chrono::milliseconds(json.get<std::int64_t>()));

@@ -7,19 +7,12 @@
 #include <vector>
 
 #include "gateway/base/shown.h"
+#include "gateway/cli/client/json_fields.h"
 
 namespace baudgate {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::uint64_t Number(const Json& json, const char* key) {
-  return json.at(key).get<std::uint64_t>();
-}
-std::string NumberText(const Json& json, const char* key) {
-  return std::to_string(Number(json, key));
-}
-std::string Text(const Json& json, const char* key) { return json.at(key).get<std::string>(); }
 
 std::string AgeText(const Json& json) {
   const Json& age = json.at("age_ms");

@@ -49,9 +49,9 @@ StreamTable::Row RowOf(const Json& record) {
           Remark(record)};
 }
 
-class Printer {
+class WritePrinter {
  public:
-  Printer(const WritesOptions& options, std::ostream& out, std::ostream& err)
+  WritePrinter(const WritesOptions& options, std::ostream& out, std::ostream& err)
       : options_(options), out_(out), err_(err) {}
 
   void Print(const Json& records) {
@@ -92,7 +92,7 @@ int RunWrites(const WritesOptions& options, std::ostream& out, std::ostream& err
   Json request = {{"command", "writes"}, {"after", 0}};
   if (options.follow) request["order"] = "settled";
   if (options.since) request["since_ms"] = options.since->time_since_epoch() / 1ms;
-  Printer printer(options, out, err);
+  WritePrinter printer(options, out, err);
   const int code = ReadPages(
       {request, "audit", options.follow, options.seconds, options.socket},
       [&](const Json& records) { printer.Print(records); }, out, err);

@@ -5,6 +5,7 @@
 #include <systemd/sd-daemon.h>
 
 #include "config/model/discovery_server.h"
+#include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/discovery/relay_socket.h"
@@ -12,9 +13,6 @@
 namespace baudgate {
 namespace {
 
-constexpr int kStopped = 0;
-constexpr int kUsage = 2;
-constexpr int kCannotOpen = 4;
 constexpr int kSignOfLife = 1000;  // ms
 
 void TellSystemd(std::size_t participants) {
@@ -27,13 +25,13 @@ int RunDiscoveryServer(const std::string& listen, std::ostream& err) {
   const auto at = config::ParseDiscoveryServer(listen);
   if (!at) {
     err << "discovery-server: --listen: " << at.error() << '\n';
-    return kUsage;
+    return kExitUsage;
   }
   const StopSignals stop;
   auto socket = dds::RelaySocket::Open(*at);
   if (!socket) {
     err << "discovery-server: " << socket.error() << '\n';
-    return kCannotOpen;
+    return kExitCanNot;
   }
   log::Info("discovery server: introduces DDS participants that announce themselves at {}:{}",
             at->host, at->port);
@@ -50,7 +48,7 @@ int RunDiscoveryServer(const std::string& listen, std::ostream& err) {
     TellSystemd(relay.participants());
   }
   sd_notify(0, "STOPPING=1");
-  return kStopped;
+  return kExitDone;
 }
 
 }  // namespace baudgate

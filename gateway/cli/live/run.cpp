@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "config/loader.h"
+#include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
 #include "gateway/cli/offline/check.h"
@@ -24,8 +25,6 @@ namespace baudgate {
 
 namespace {
 
-constexpr int kBadConfiguration = 3;
-constexpr int kCanNotOpen = 4;
 constexpr auto kLookEvery = 1000ms;
 
 /// A tenth of WatchdogSec, a second at most; systemd gets nine tries to be late.
@@ -113,7 +112,7 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
 
 int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostream& err) {
   Choice choice = Choose(file, catalog, err);
-  if (!choice.loaded.ok()) return kBadConfiguration;
+  if (!choice.loaded.ok()) return kExitBadConfiguration;
 
   // Blocked before any thread starts, so that all of them inherit it and only this one takes them.
   sigset_t signals;
@@ -130,7 +129,7 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostr
   daemon.SetReload(std::move(choice.reload));
   if (const Status status = daemon.Start(); !status) {
     err << "baudgate: " << status.error() << "\n";
-    return kCanNotOpen;
+    return kExitCanNot;
   }
   log::Info("baudgate {} runs: {}", kVersion, daemon.Summary());
   sd_notifyf(0, "READY=1\nSTATUS=%s", daemon.Summary().c_str());

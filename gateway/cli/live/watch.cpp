@@ -6,20 +6,17 @@
 #include <cerrno>
 #include <cstring>
 
+#include "gateway/base/exit_code.h"
 #include "gateway/dds/link/child_process.h"
 
 namespace baudgate {
-namespace {
-
-constexpr int kCannotOpen = 4;
-
-}  // namespace
+namespace {}  // namespace
 
 int RunWatch(const std::vector<std::string>& words, std::ostream& err) {
   const auto program = dds::FindProgram("baudgate-dds");
   if (!program) {
     err << "watch: " << program.error() << "; install it\n";
-    return kCannotOpen;
+    return kExitCanNot;
   }
   std::vector<std::string> all{"baudgate", "watch"};  // by this name it speaks of itself
   all.insert(all.end(), words.begin(), words.end());
@@ -28,7 +25,7 @@ int RunWatch(const std::vector<std::string>& words, std::ostream& err) {
   pointers.push_back(nullptr);
   ::execv(program->c_str(), pointers.data());
   err << "watch: " << *program << ": " << std::strerror(errno) << "\n";
-  return kCannotOpen;
+  return kExitCanNot;
 }
 
 }  // namespace baudgate

@@ -9,6 +9,7 @@
 
 #include "config/checks/round.h"
 #include "config/loader.h"
+#include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/offline/check_writes.h"
@@ -24,9 +25,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using config::TextTable;
-
-constexpr int kUsable = 0;
-constexpr int kBadConfiguration = 3;
 
 std::size_t ServedPoints(const config::Device& device) {
   if (!device.unit) return 0;
@@ -398,18 +396,18 @@ int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostre
     Json result = {{"file", file}, {"ok", loaded.ok()}, {"problems", ToJson(loaded.problems)}};
     if (loaded.ok()) result["summary"] = ToJson(loaded.config);
     out << result.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
-    return loaded.ok() ? kUsable : kBadConfiguration;
+    return loaded.ok() ? kExitDone : kExitBadConfiguration;
   }
   PrintProblems(loaded.problems, err);
   if (!loaded.ok()) {
     const auto errors = std::count_if(loaded.problems.begin(), loaded.problems.end(),
                                       [](const config::Problem& p) { return !p.warning; });
     err << file << ": bad: " << Plural(static_cast<std::size_t>(errors), "error") << '\n';
-    return kBadConfiguration;
+    return kExitBadConfiguration;
   }
   PrintVerdict(file, loaded, out);
   PrintSummary(loaded.config, catalog, security, out);
-  return kUsable;
+  return kExitDone;
 }
 
 }  // namespace baudgate

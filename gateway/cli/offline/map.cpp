@@ -6,7 +6,9 @@
 
 #include "config/loader.h"
 #include "config/model/modbus_addresses.h"
+#include "gateway/base/exit_code.h"
 #include "gateway/cli/offline/check.h"
+#include "gateway/cli/offline/type_text.h"
 #include "gateway/cli/terminal/text_table.h"
 
 namespace baudgate {
@@ -17,7 +19,6 @@ using config::kAgeOffset;
 using config::kQualityOffset;
 using config::TextTable;
 
-constexpr int kBadConfiguration = 3;
 constexpr int kLastFiveDigitAddress = 9998;
 
 /// Everything the contract says about the place of one point.
@@ -62,12 +63,6 @@ Place PlaceOf(const config::Device& device, const config::Point& point) {
   place.conventional = Conventional(place.bit ? '1' : '3', place.address) + "/" +
                        Conventional(place.bit ? '0' : '4', place.address);
   return place;
-}
-
-std::string TypeText(const config::Point& point) {
-  std::string text(config::Name(point.type));
-  if (point.type == config::Type::string) text += "(" + std::to_string(point.text_length) + ")";
-  return text;
 }
 
 // Of values that take one register the order of words means nothing.
@@ -218,7 +213,7 @@ int RunMap(const std::string& file, const config::Catalog& catalog, MapFormat fo
            std::ostream& out, std::ostream& err) {
   const config::Loaded loaded = config::LoadFile(file, catalog);
   PrintProblems(loaded.problems, err);
-  if (!loaded.ok()) return kBadConfiguration;
+  if (!loaded.ok()) return kExitBadConfiguration;
   switch (format) {
     case MapFormat::table:
       PrintTable(loaded.config, out);

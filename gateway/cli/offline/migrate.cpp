@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "config/migration.h"
+#include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/cli/offline/check.h"
 
@@ -18,10 +19,6 @@ namespace baudgate {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kUsage = 2;
-constexpr int kBadFile = 3;
-constexpr int kCannotOpen = 4;
 
 std::string Failure(const fs::path& file) { return file.string() + ": " + std::strerror(errno); }
 
@@ -70,21 +67,21 @@ int RunMigrate(const MigrateOptions& options, const config::Catalog& catalog, st
   const config::Migration migration = config::MigrateFile(options.file, options.protocol);
   if (!migration.problems.empty()) {
     PrintProblems(migration.problems, err);
-    return migration.readable ? kBadFile : kCannotOpen;
+    return migration.readable ? kExitBadConfiguration : kExitCanNot;
   }
   if (migration.kind == config::FileKind::profile) {
     const auto protocol = catalog.NeedProtocol(options.protocol);
     if (!protocol) {
       err << "baudgate: " << options.file << " is a profile; say of which protocol, --protocol NAME"
           << (options.protocol.empty() ? "" : ": " + protocol.error()) << '\n';
-      return kUsage;
+      return kExitUsage;
     }
   }
   const std::size_t changes = migration.changes.size();
   if (options.in_place && changes > 0) {
     if (const auto status = Replace(options.file, migration.before, migration.after); !status) {
       err << "baudgate: " << status.error() << "; nothing was changed\n";
-      return kCannotOpen;
+      return kExitCanNot;
     }
   }
   for (const config::Renamed& one : migration.changes) {

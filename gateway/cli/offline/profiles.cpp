@@ -4,8 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "config/loader.h"
+#include "gateway/base/exit_code.h"
 #include "gateway/base/spelling.h"
 #include "gateway/cli/offline/check.h"
+#include "gateway/cli/offline/type_text.h"
 #include "gateway/cli/terminal/text_table.h"
 
 namespace baudgate {
@@ -14,15 +16,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using config::ProfileFile;
 using config::TextTable;
-
-constexpr int kWrongUsage = 2;
-constexpr int kBadProfile = 3;
-
-std::string TypeText(const config::Point& point) {
-  std::string text(config::Name(point.type));
-  if (point.type == config::Type::string) text += "(" + std::to_string(point.text_length) + ")";
-  return text;
-}
 
 std::string TableText(const config::Point& point) {
   if (!point.modbus) return "";
@@ -150,17 +143,17 @@ int RunProfiles(const std::string& name, ProfileFormat format, const config::Cat
   const std::vector<ProfileFile> matching = Matching(files, name);
   if (matching.size() != 1) {
     ExplainMiss(name, matching, files, err);
-    return kWrongUsage;
+    return kExitUsage;
   }
   const Protocol* protocol = catalog.FindProtocol(matching.front().protocol);
   if (!protocol) {
     err << "profile " << config::Quoted(name) << " is for protocol " << matching.front().protocol
         << ", which is not installed\n";
-    return kWrongUsage;
+    return kExitUsage;
   }
   const auto loaded = config::LoadProfile(matching.front().path.string(), *protocol, catalog);
   PrintProblems(loaded.problems, err);
-  if (!loaded.ok()) return kBadProfile;
+  if (!loaded.ok()) return kExitBadConfiguration;
   PrintOne(loaded.profile, format, out);
   return 0;
 }

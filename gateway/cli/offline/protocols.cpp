@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "gateway/base/exit_code.h"
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/terminal/text_table.h"
@@ -12,8 +13,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using config::TextTable;
-
-constexpr int kWrongUsage = 2;
 
 std::string_view KindName(OptionSpec::Kind kind) {
   switch (kind) {
@@ -132,7 +131,7 @@ int RunProtocols(const std::string& name, bool json, const config::Catalog& cata
     err << "protocol " << config::Quoted(name) << " is not installed;"
         << config::DidYouMean(name, installed)
         << " installed: " << (installed.empty() ? "none" : config::Join(installed)) << '\n';
-    return kWrongUsage;
+    return kExitUsage;
   }
   if (json) {
     Json result = one ? ToJson(*one) : Json::array();

@@ -2,6 +2,7 @@
 #include "gateway/cli/settings/point_writer.h"
 
 #include "gateway/cli/client/control_client.h"
+#include "gateway/cli/client/json_fields.h"
 
 namespace baudgate::settings {
 namespace {
@@ -10,11 +11,6 @@ using Json = ControlClient::Json;
 
 /// Longer than any deadline of a write: whoever gives up first does not know what became of it.
 constexpr Duration kPatience = 60s;
-
-std::string TextOf(const Json& json, const char* key) {
-  const auto found = json.find(key);
-  return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "gateway/base/exit_code.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/settings/comparison.h"
 #include "gateway/cli/settings/sheet.h"
@@ -17,8 +18,6 @@ namespace baudgate {
 namespace {
 
 using namespace settings;  // NOLINT
-
-constexpr int kCannotOpen = 4;
 
 /// A new file: what a person has kept is never written over.
 Status WriteNew(const std::string& path, const std::string& text) {
@@ -71,7 +70,7 @@ int RunSettingsDump(const SettingsOptions& options, std::ostream& out, std::ostr
     out << text;
   } else if (const Status written = WriteNew(options.file, text); !written) {
     err << "baudgate: " << written.error() << '\n';
-    return kCannotOpen;
+    return kExitCanNot;
   }
   const auto unknown =
       std::ranges::count_if(sheet.settings, [](const Setting& setting) { return !setting.known; });

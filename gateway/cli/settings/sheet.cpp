@@ -4,16 +4,12 @@
 #include <algorithm>
 
 #include "gateway/base/text.h"
+#include "gateway/cli/client/json_fields.h"
 
 namespace baudgate::settings {
 namespace {
 
 using Json = ControlClient::Json;
-
-std::string TextOf(const Json& json, const char* key) {
-  const auto found = json.find(key);
-  return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
 
 Setting SettingOf(const Json& json) {
   Setting setting;

@@ -6,19 +6,15 @@
 
 #include <iostream>
 
+#include "gateway/base/exit_code.h"
+
 namespace baudgate {
-namespace {
-
-constexpr int kCannotOpen = 4;
-
-}  // namespace
-
 int AfterOutput(int code) {
   if (std::cout.flush() || code != 0) return code;
   pollfd output{STDOUT_FILENO, 0, 0};
   if (::poll(&output, 1, 0) == 1 && (output.revents & (POLLERR | POLLHUP)) != 0) return code;
   std::cerr << "baudgate: standard output can not be written; is the disk full?\n";
-  return kCannotOpen;
+  return kExitCanNot;
 }
 
 }  // namespace baudgate

@@ -9,19 +9,21 @@
 namespace baudgate::dds {
 namespace {
 
-namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastrtps::rtps::BuiltinAttributes;
+using eprosima::fastrtps::rtps::IPLocator;
+using eprosima::fastrtps::rtps::Locator_t;
 
 constexpr char kMulticastGroup[] = "239.255.0.1";  // RTPS 2.3, 9.6.1.4
 
 /// Port 0: the domain's ports.
-rtps::Locator_t LocatorOf(const std::string& address, std::uint16_t port = 0) {
-  rtps::Locator_t locator;
-  rtps::IPLocator::createLocator(LOCATOR_KIND_UDPv4, address, port, locator);
+Locator_t LocatorOf(const std::string& address, std::uint16_t port = 0) {
+  Locator_t locator;
+  IPLocator::createLocator(LOCATOR_KIND_UDPv4, address, port, locator);
   return locator;
 }
 
 /// Where addresses are named, the library does not add the multicast group.
-void HearUnicastOnly(const ParticipantOptions& options, rtps::BuiltinAttributes& builtin) {
+void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& builtin) {
   for (const std::string& address : options.interfaces) {
     builtin.metatrafficUnicastLocatorList.push_back(LocatorOf(address));
   }

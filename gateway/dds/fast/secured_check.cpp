@@ -19,7 +19,7 @@ constexpr std::uint32_t kMostReceivers = 256;
 
 constexpr std::size_t kMessageIds = 2 * 24 + 3 * 16;  // two identities, three GUIDs
 
-constexpr std::size_t kSources = 64;
+constexpr std::size_t kHandshakeSources = 64;
 constexpr std::size_t kBurst = 512;
 constexpr Duration kInterval = Duration(1s) / 128;
 constexpr std::size_t kBurstOfAddress = kBurst / 2;
@@ -57,7 +57,7 @@ class Walk {
   bool fits_ = true;
 };
 
-bool MayTake(Instant& full_at, Duration interval, std::size_t burst, Instant now) {
+bool HasRoom(Instant& full_at, Duration interval, std::size_t burst, Instant now) {
   const Instant after = std::max(full_at, now) + interval;
   return after - now <= interval * static_cast<std::int64_t>(burst);
 }
@@ -132,20 +132,20 @@ bool IsGenericMessage(View payload, bool little) {
   return walk.fits();
 }
 
-HandshakeBudget::HandshakeBudget() { sources_.reserve(kSources); }
+HandshakeBudget::HandshakeBudget() { sources_.reserve(kHandshakeSources); }
 
 bool HandshakeBudget::Take(std::uint32_t address, Instant now) {
   auto at = std::ranges::find(sources_, address, &Source::address);
   if (at == sources_.end()) {
-    if (sources_.size() == kSources) {
+    if (sources_.size() == kHandshakeSources) {
       at = std::ranges::min_element(sources_, {}, &Source::full_at);
       *at = {address, {}};
     } else {
       at = sources_.insert(sources_.end(), Source{address, {}});
     }
   }
-  if (!MayTake(at->full_at, kIntervalOfAddress, kBurstOfAddress, now) ||
-      !MayTake(full_at_, kInterval, kBurst, now)) {
+  if (!HasRoom(at->full_at, kIntervalOfAddress, kBurstOfAddress, now) ||
+      !HasRoom(full_at_, kInterval, kBurst, now)) {
     return false;
   }
   at->full_at = std::max(at->full_at, now) + kIntervalOfAddress;

@@ -15,6 +15,7 @@
 #include <string>
 #include <string_view>
 
+#include "gateway/base/exit_code.h"
 #include "gateway/base/time.h"
 #include "gateway/base/version.h"
 #include "gateway/cli/terminal/output.h"
@@ -31,9 +32,6 @@ namespace {
 using namespace baudgate;
 using namespace baudgate::dds;
 
-constexpr int kDone = 0;
-constexpr int kFailed = 4;
-constexpr int kUsage = 2;
 constexpr std::uint64_t kMostWatchMemory = 2ULL << 30;
 constexpr int kMostArenas = 2;  // of 64 MiB address space each: one a thread would use up the limit
 constexpr auto kConnectAgain = 500ms;
@@ -89,15 +87,15 @@ Status Confine(std::uint64_t memory) {
 
 /// As a child of the daemon: one link, and what is wrong ends the process.
 int ServeParent(const Options& options, const StopSignals& stop) {
-  if (options.parent != 0 && !DieWith(options.parent)) return kDone;
+  if (options.parent != 0 && !DieWith(options.parent)) return kExitDone;
   if (const Status status = Confine(options.memory); !status) {
     Say(status.error());
-    return kFailed;
+    return kExitCanNot;
   }
   const auto end = ServeOne(Descriptor(options.link), stop);
-  if (end) return kDone;
+  if (end) return kExitDone;
   Say(end.error());
-  return kFailed;
+  return kExitCanNot;
 }
 
 /// As a service of its own: whoever listens at the socket, one after the other.
@@ -111,14 +109,14 @@ int ServeSocket(const Options& options, const StopSignals& stop) {
       sd_notify(0, "STATUS=connected to the gateway");
       const auto end = ServeOne(*link, stop);
       if (!end) Say(end.error());
-      if (end && *end == ServeEnd::stopped) return kDone;
+      if (end && *end == ServeEnd::stopped) return kExitDone;
     } else if (!told) {
       told = true;
       Say("waits for the gateway: " + link.error());
     }
     sd_notify(0, "STATUS=waits for the gateway\nWATCHDOG=1");
     pollfd waited{stop.descriptor(), POLLIN, 0};
-    if (::poll(&waited, 1, static_cast<int>(kConnectAgain / 1ms)) > 0) return kDone;
+    if (::poll(&waited, 1, static_cast<int>(kConnectAgain / 1ms)) > 0) return kExitDone;
   }
 }
 
@@ -133,7 +131,7 @@ int Watch(WatchOptions& options) {
     }
     if (const Status status = Confine(kMostWatchMemory); !status) {
       Say(status.error());
-      return kFailed;
+      return kExitCanNot;
     }
     return AfterOutput(RunWatch(options, std::cout, std::cerr));
   };
@@ -158,13 +156,13 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? AfterOutput(kDone) : kUsage;
+    return app.exit(error) == 0 ? AfterOutput(kExitDone) : kExitUsage;
   }
   ::mallopt(M_ARENA_MAX, kMostArenas);
   if (watches->parsed()) return Watch(watch);
   if (options.link < 0 && options.socket.empty()) {
     Say("the daemon starts this process; by hand only --socket PATH makes sense");
-    return kUsage;
+    return kExitUsage;
   }
   const StopSignals stop;  // before any other thread, which inherits the mask
   signal(SIGPIPE, SIG_IGN);

@@ -40,9 +40,9 @@ constexpr std::uint16_t kLastSecurity = 0x1006;
 constexpr std::size_t Padded(std::size_t size) { return (size + 3) & ~std::size_t{3}; }
 
 /// Walks through strings and sequences; `fits` turns false where one would leave the parameter.
-class Content {
+class Walk {
  public:
-  explicit Content(const RtpsFields& fields) : fields_(fields) {}
+  explicit Walk(const RtpsFields& fields) : fields_(fields) {}
 
   bool fits() const { return fits_; }
   std::uint32_t Number() {
@@ -100,7 +100,7 @@ std::size_t LeastSize(std::uint16_t id) {
 }
 
 bool ContentFits(std::uint16_t id, const RtpsFields& fields) {
-  Content content(fields);
+  Walk content(fields);
   switch (id) {
     case kTopicName:
     case kTypeName:

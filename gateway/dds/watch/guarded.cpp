@@ -12,10 +12,11 @@
 #include <cerrno>
 #include <cstring>
 
+#include "gateway/base/exit_code.h"
+
 namespace baudgate {
 namespace {
 
-constexpr int kNotStarted = 4;
 constexpr int kEndedBySignal = 128;
 
 /// The signals that we pass on, as a descriptor; the child gets them as they were before.
@@ -59,7 +60,7 @@ pid_t StartChild(const std::function<int()>& run, const PassedSignals& signals) 
   const pid_t child = ::fork();
   if (child != 0) return child;
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != parent) ::_exit(kNotStarted);
+  if (::getppid() != parent) ::_exit(kExitCanNot);
   signals.Restore();
   ::_exit(run());
 }
@@ -92,7 +93,7 @@ int RunGuarded(const std::function<int()>& run, std::span<const Duration> ladder
     const pid_t child = StartChild(run, signals);
     if (child < 0) {
       err << "watch: " << std::strerror(errno) << '\n';
-      return kNotStarted;
+      return kExitCanNot;
     }
     const int status = WaitFor(child, signals, stopped);
     if (WIFEXITED(status)) return WEXITSTATUS(status);

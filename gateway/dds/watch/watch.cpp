@@ -12,6 +12,7 @@
 #include <utility>
 #include <variant>
 
+#include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/cli/terminal/stop_signals.h"
@@ -25,9 +26,6 @@
 namespace baudgate {
 namespace {
 
-constexpr int kExitDone = 0;
-constexpr int kExitUsage = 2;
-constexpr int kExitNotOpened = 4;
 constexpr Duration kSettled = 300ms;
 constexpr Duration kOthersOnly = 2s;
 constexpr Duration kRedraw = 500ms;
@@ -72,7 +70,7 @@ class Watch {
          .on_rejected = [&](std::uint64_t samples) { rejected = samples; }});
     if (!subscriber) {
       err_ << "watch: " << subscriber.error() << '\n';
-      return kExitNotOpened;
+      return kExitCanNot;
     }
     subscriber_ = subscriber->get();
     const int exit_code = Loop(signals, mailbox);
@@ -239,7 +237,7 @@ class Watch {
            << "; check that the gateway runs, that its dds.domain is " << options_.domain
            << " and that its dds.interfaces reach this address\n";
     }
-    return kExitNotOpened;
+    return kExitCanNot;
   }
 
   std::string Interfaces() const {

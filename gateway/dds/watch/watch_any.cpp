@@ -7,16 +7,15 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/participant.h"
 #include "gateway/dds/watch/mailbox.h"
+#include "gateway/dds/watch/time_left.h"
 
 namespace baudgate {
 namespace {
-
-constexpr int kExitDone = 0;
-constexpr int kExitNotOpened = 4;
 
 struct Line {
   std::string text;
@@ -31,13 +30,6 @@ bool Matches(const dds::AnySample& sample, const WatchOptions& options) {
   };
   return is("gateway", options.gateway) && is("device", options.device) &&
          is("point", options.point);
-}
-
-/// Milliseconds.
-int Left(std::optional<Instant> until) {
-  if (!until) return -1;
-  const Duration left = std::max<Duration>(*until - ReadClocks().instant, Duration::zero());
-  return static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(left).count());
 }
 
 }  // namespace
@@ -78,14 +70,14 @@ int RunWatchAny(const WatchOptions& options, std::ostream& out, std::ostream& er
   const auto subscriber = dds::AnySubscriber::Create(ParticipantOf(options), {on_sample, on_topic});
   if (!subscriber) {
     err << "watch: " << subscriber.error() << '\n';
-    return kExitNotOpened;
+    return kExitCanNot;
   }
   bool heard = false;
   std::optional<Instant> until;
   if (options.seconds) until = ReadClocks().instant + *options.seconds;
   while (!until || ReadClocks().instant < *until) {
     pollfd waited[] = {{signals.descriptor(), POLLIN, 0}, {mailbox.descriptor(), POLLIN, 0}};
-    ::poll(waited, 2, Left(until));
+    ::poll(waited, 2, MillisecondsLeft(until));
     for (const Line& line : mailbox.TakeAll()) {
       heard = true;
       (line.is_news ? err : out) << line.text << '\n';
@@ -97,7 +89,7 @@ int RunWatchAny(const WatchOptions& options, std::ostream& out, std::ostream& er
   if (heard) return kExitDone;
   err << "watch: no topic whose type is announced in DDS domain " << options.domain
       << "; not every publisher announces its types\n";
-  return kExitNotOpened;
+  return kExitCanNot;
 }
 
 }  // namespace baudgate

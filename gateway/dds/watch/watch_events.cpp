@@ -11,16 +11,15 @@
 #include <string_view>
 #include <utility>
 
+#include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/time.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/watch/mailbox.h"
+#include "gateway/dds/watch/time_left.h"
 
 namespace baudgate {
 namespace {
-
-constexpr int kExitDone = 0;
-constexpr int kExitNotOpened = 4;
 
 std::string TimeText(std::int64_t since_1970) {
   return FormatWallTime(WallTime(Duration(since_1970)));
@@ -78,13 +77,6 @@ class Unseen {
   };
   std::map<std::pair<std::string, std::string>, Last> last_;
 };
-
-/// Milliseconds.
-int Left(std::optional<Instant> until) {
-  if (!until) return -1;
-  const Duration left = std::max<Duration>(*until - ReadClocks().instant, Duration::zero());
-  return static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(left).count());
-}
 
 }  // namespace
 
@@ -148,13 +140,13 @@ int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream&
       dds::DdsSubscriber::Create({.participant = ParticipantOf(options)}, std::move(callbacks));
   if (!subscriber) {
     err << "watch: " << subscriber.error() << '\n';
-    return kExitNotOpened;
+    return kExitCanNot;
   }
   std::optional<Instant> until;
   if (options.seconds) until = ReadClocks().instant + *options.seconds;
   while (!until || ReadClocks().instant < *until) {
     pollfd waited[] = {{signals.descriptor(), POLLIN, 0}, {mailbox.descriptor(), POLLIN, 0}};
-    ::poll(waited, 2, Left(until));
+    ::poll(waited, 2, MillisecondsLeft(until));
     for (const std::string& line : mailbox.TakeAll()) out << line << '\n';
     out.flush();
     if ((waited[0].revents & POLLIN) != 0 || !out) break;

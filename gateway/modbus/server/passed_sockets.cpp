@@ -25,7 +25,7 @@ std::optional<tcp::endpoint> EndpointOf(int descriptor) {
   return endpoint;
 }
 
-std::string NameOf(const tcp::endpoint& endpoint) {
+std::string TextOf(const tcp::endpoint& endpoint) {
   std::ostringstream text;
   text << endpoint;
   return text.str();
@@ -52,7 +52,7 @@ PassedSockets::~PassedSockets() {
     log::Warn(
         "modbus: systemd has passed a socket at {}, which is no address of modbus.listen; closed. "
         "Give baudgate.socket and modbus.listen the same addresses",
-        NameOf(one.endpoint));
+        TextOf(one.endpoint));
     ::close(one.descriptor);
   }
 }
