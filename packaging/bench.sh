@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 . packaging/prepare.sh
 
 install_packages
-build bench baudgate_bench baudgate_dds_bench baudgate baudgate-dds
+build release baudgate_bench baudgate_dds_bench baudgate baudgate-dds
 say "measuring; keep the machine quiet meanwhile"
 apart=()
 others=()

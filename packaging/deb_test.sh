@@ -5,6 +5,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
+. packaging/later.sh
 PATH=$PATH:/usr/sbin:/sbin
 
 readonly out=build/deb base=build/deb-root.base root=build/deb-root
@@ -61,17 +62,6 @@ files() {
     -printf '%p %y %m %u:%g\n') | sort
 }
 
-# later DEB: the same package, one version on, with another configuration as its default.
-later() {
-  local tree=$root.later
-  rm -rf "$tree"
-  dpkg-deb -R "$1" "$tree"
-  sed -i 's/^Version: .*/&+later/' "$tree/DEBIAN/control"
-  echo '# of the later version' >>"$tree$config"
-  dpkg-deb --root-owner-group -b "$tree" "$root/packages/later.deb" >/dev/null
-  rm -rf "$tree"
-}
-
 # The service as its unit starts it, without systemd; then what it listens at.
 service_runs() {
   inside install -d -o baudgate -g baudgate /run/baudgate /var/lib/baudgate
@@ -91,7 +81,7 @@ rm -f "$root"/packages/*-dbgsym_*.deb
 gateway=/packages/$(cd "$root/packages" && echo baudgate_*.deb)
 dds=/packages/$(cd "$root/packages" && echo baudgate-dds_*.deb)
 dev=/packages/$(cd "$root/packages" && echo baudgate-dev_*.deb)
-later "$root$gateway"
+later "$root$gateway" "$root/packages/later.deb"
 quiet inside apt-get -qq update
 
 say "baudgate alone"

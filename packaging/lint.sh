@@ -18,9 +18,8 @@ if [ ! -f "$build/compile_commands.json" ]; then
   exit 2
 fi
 
-# clang can not read the headers that g++ has precompiled.
 mkdir -p "$build/lint"
-sed 's/-Winvalid-pch -include [^ ]*cmake_pch.hxx//' "$build/compile_commands.json" >"$build/lint/compile_commands.json"
+packaging/compile_commands.py "$build/compile_commands.json" >"$build/lint/compile_commands.json"
 
 files() { git ls-files "$@"; }
 if [ "${1:-}" = --changed ]; then

@@ -5,7 +5,8 @@ events, the gateway polls it, keeps them and publishes, `baudgate watch --events
 usage: event_to_dds.py BUILD [EVENTS]    BUILD: the folder with baudgate; 200 events if not given
 
 Prints the delay from the end of the reply (receive_time) and from the moment when it happened
-(device_time), less a poll; and what an fsync of a 4 kB write takes in the same folder.
+(device_time), less a poll; how far device_time, rebuilt from the relay's seconds, is from the even
+steps in which the events were raised; and what an fsync of a 4 kB write takes in the same folder.
 SPDX-License-Identifier: Apache-2.0
 """
 import datetime
@@ -77,7 +78,7 @@ lines:
             started.append(watch)
             started.append(subprocess.Popen([program, "run", "-c", str(folder / "gate.yaml")],
                                             stderr=subprocess.DEVNULL))
-            replies, happened, seqs = [], [], []
+            replies, happened, seqs, steps = [], [], [], []
             while len(replies) < wanted:
                 line = watch.stdout.readline()
                 now = time.time()
@@ -87,6 +88,7 @@ lines:
                     continue
                 replies.append(now - since_1970(event["receive_time"]))
                 happened.append(now - since_1970(event["device_time"]) - POLL)
+                steps.append(since_1970(event["device_time"]) - event["seq"] * EVERY)
         finally:
             for child in reversed(started):
                 child.terminate()
@@ -95,6 +97,8 @@ lines:
         fsync = show("an fsync of 4 kB in this folder", fsync_seconds(folder))
         worst = show("from the end of the reply to the subscriber", replies)
         show("from when it happened to the subscriber, less one poll", happened)
+        even = statistics.median(steps)
+        show("device_time, from even steps", [abs(step - even) for step in steps])
         print(f"p99 from the reply to the subscriber: {worst / 0.05:.2f} of 50 ms, "
               f"{worst / max(fsync, 1e-6):.1f} fsyncs")
 

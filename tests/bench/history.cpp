@@ -107,7 +107,7 @@ void RunManyPoints() {
     }
   }
   ValueStore files(folder, names, {.bytes = 100'000 * config::kMegabyte});
-  if (!files.Open(ToMillis(now.wall))) return;
+  if (!files.Open(now)) return;
   Signal signal;
   Changes changes;
   double recording = 0;
@@ -129,7 +129,7 @@ void RunManyPoints() {
     recorder.Take(changes, now, 1'000'000, batch);
     recorder.Tick(now, 1'000'000, batch);
     const double middle = ProcessorSeconds();
-    if (const Status status = files.Write(std::move(batch), ToMillis(now.wall)); !status) {
+    if (const Status status = files.Write(std::move(batch), now); !status) {
       fmt::print("history: {}\n", status.error());
       return;
     }
@@ -138,7 +138,11 @@ void RunManyPoints() {
   }
   // What waits becomes chunks, as at the end of an hour.
   const double begin = ProcessorSeconds();
-  for (int step = 0; step < 300; ++step) files.Write({}, kBegin + 2 * kHour + step * kSecond);
+  now = {now.instant + 2h, now.wall + 2h};
+  for (int step = 0; step < 300; ++step) {
+    now = {now.instant + 1s, now.wall + 1s};
+    files.Write({}, now);
+  }
   writing += ProcessorSeconds() - begin;
   const double share = (recording + writing) / kSeconds;
   fmt::print(
@@ -178,7 +182,7 @@ void RunYear() {
             {point, 1, kHour, {kBegin + (hour + i) * kHour, v, v - 1, v + 1, v, v, 3600, kHour}});
       }
     }
-    file.Write(rows, {{1, kBegin, kBegin + (hour + 24) * kHour, RunBegin::started}});
+    file.Write(rows, {{1, kBegin, kBegin + (hour + 24) * kHour, RunBegin::started}}, std::nullopt);
   }
   std::vector<double> times;
   std::size_t spans = 0;

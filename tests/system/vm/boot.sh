@@ -9,6 +9,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
 . packaging/prepare.sh
+. packaging/later.sh
 . tests/system/vm/kernel.sh
 
 PATH=$PATH:/usr/sbin:/sbin
@@ -69,8 +70,11 @@ make_base() {
 # As README.md says: cmake --install, systemd-sysusers, a configuration, enable; or the packages.
 install_into_root() {
   if [ -n "$packaged" ]; then
-    install -d "$root/packages"
-    cp $(debs) "$root/packages"
+    install -d "$root/packages/later"
+    for deb in $(debs); do
+      cp "$deb" "$root/packages"
+      later "$deb" "$root/packages/later/${deb##*/}"
+    done
     chroot "$root" sh -c 'DEBIAN_FRONTEND=noninteractive dpkg -i /packages/*.deb' >"$work/dpkg.log" 2>&1 ||
       { tail "$work/dpkg.log" >&2; exit 4; }
   else
@@ -89,7 +93,7 @@ make_root() {
   chroot "$root" systemctl --quiet enable baudgate
   chroot "$root" useradd --create-home --uid 1000 --groups baudgate visitor
   install -d "$root/test"
-  cp "$sources"/{checks,tools}.sh "$root/test"
+  cp "$sources"/{checks,tools,upgrade}.sh "$root/test"
   cp "$sources/boot-test.service" "$root/etc/systemd/system"
   chroot "$root" systemctl --quiet enable boot-test
   chroot "$root" systemctl --quiet mask serial-getty@ttyS0 getty@tty1 apt-daily.timer apt-daily-upgrade.timer

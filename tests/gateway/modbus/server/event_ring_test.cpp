@@ -30,29 +30,33 @@ class EventRing : public ServerTest {
   static bool IsOwn(std::int64_t seq) { return seq % 3 != 1 || seq == kLast; }
   static std::uint32_t CodeOf(std::int64_t seq) { return static_cast<std::uint32_t>(seq * 70'001); }
 
+  void Happen(std::size_t count) {
+    std::vector<events::FedEvent> happened;
+    for (; count > 0 && seq_ < kLast; --count) {
+      events::EventRecord record;
+      record.seq = ++seq_;
+      record.code = CodeOf(seq_);
+      happened.push_back({IsOwn(seq_) ? 0U : 1U, record});
+    }
+    feed_->Add(happened);
+  }
   /// A few for each request that the client has sent.
-  void Happen() {
+  void GoOn() {
     std::mt19937 random(7);
     std::uint64_t requests = 0;
-    for (std::int64_t seq = 0; seq < kLast && !stop_;) {
+    while (seq_ < kLast && !stop_) {
       const std::uint64_t now = server_->counters().requests;
       if (now == std::exchange(requests, now)) {
         std::this_thread::yield();
         continue;
       }
-      std::vector<events::FedEvent> happened;
-      for (auto count = random() % 24; count > 0 && seq < kLast; --count) {
-        events::EventRecord record;
-        record.seq = ++seq;
-        record.code = CodeOf(seq);
-        happened.push_back({IsOwn(seq) ? 0U : 1U, record});
-      }
-      feed_->Add(happened);
+      Happen(random() % 24);
     }
   }
   Json Read(int unit) {
     StartServer();
-    events_ = std::thread([this] { Happen(); });
+    Happen(100);  // more than the ring has: some are lost, however fast the client is
+    events_ = std::thread([this] { GoOn(); });
     const std::string command = "/usr/bin/python3 tests/system/pymodbus_events.py " +
                                 std::to_string(server_->port()) + " " + std::to_string(unit) +
                                 " 1 " + std::to_string(kLast);
@@ -67,6 +71,7 @@ class EventRing : public ServerTest {
 
   std::shared_ptr<events::EventFeed> feed_ =
       std::make_shared<events::EventFeed>(events::FeedLimits{.events = 40, .remembered = 1000});
+  std::int64_t seq_ = 0;
   std::atomic<bool> stop_ = false;
   std::thread events_;
 };
@@ -97,7 +102,7 @@ TEST_F(EventRing, OfTheGatewayHasAll) {
   EXPECT_THAT(told["wrong"], SizeIs(0)) << told["wrong"];
   const auto seen = static_cast<std::int64_t>(told["numbers"].size());
   EXPECT_EQ(seen + told["lost"].get<std::int64_t>(), kLast);
-  EXPECT_GT(told["lost"], 0) << "the ring was too long for this test";
+  EXPECT_GT(told["lost"], 0);
 }
 
 }  // namespace

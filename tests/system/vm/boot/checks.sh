@@ -280,4 +280,6 @@ whole "after the watchdog"
 systemctl stop baudgate
 print_journal
 
+[ ! -d /packages ] || . /test/upgrade.sh
+
 chapter "$failed failed"
