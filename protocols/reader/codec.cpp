@@ -16,6 +16,10 @@ constexpr const char* kForeign =
 
 Bytes EncodeCommand(Command command) { return ToBytes(command == Command::read ? "r\r" : "i\r"); }
 
+bool IsInformation(View request) {
+  return AsText(request) == AsText(EncodeCommand(Command::information));
+}
+
 Result<std::string> DecodeInformation(View answer) {
   std::string text(AsText(answer));
   std::ranges::replace(text, '\r', '\n');

@@ -23,6 +23,8 @@ inline constexpr std::size_t kTagAt = 3;  ///< of the first digit
 /// Those that are ever sent. `b` makes a reader wait for new firmware, `m…` changes its settings.
 enum class Command : std::uint8_t { read, information };
 Bytes EncodeCommand(Command command);
+/// Whoever sent it: a captured line may have a reader on it that the configuration never asks.
+bool IsInformation(View request);
 /// The lines of the answer to `information`, a blank between them, without prompt and echo. An
 /// error: there are none, or it is no such answer.
 Result<std::string> DecodeInformation(View answer);

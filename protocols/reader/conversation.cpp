@@ -112,10 +112,6 @@ Answer ReaderConversation::Interpret(View request, View frame) {
   return answer;
 }
 
-bool ReaderConversation::IsInformation(View request) const {
-  return settings_.asks && AsText(request) == AsText(EncodeCommand(Command::information));
-}
-
 Answer ReaderConversation::OnUnasked(View message, Now received) {
   const auto text = Decode(message, settings_);
   if (!text) return {Outcome::corrupt, text.error()};

@@ -36,7 +36,6 @@ class ReaderConversation final : public Conversation {
   void OnEventsKept(std::string_view said) override;
 
  private:
-  bool IsInformation(View request) const;
   bool IsKnown(const std::string& text, Instant now);
   bool TakeAnswer(const std::string& text, Instant now);
   void Remember(const std::string& text, Instant now);

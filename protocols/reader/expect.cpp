@@ -35,7 +35,7 @@ Settings OfShape(const Shape& shape) {
 /// own.
 Expectation Expect(View request, const config::Options& options) {
   const Settings settings = ReadSettings(options);
-  if (AsText(request) == AsText(EncodeCommand(Command::information))) {
+  if (IsInformation(request)) {
     return {.shapes = {{.tag = kInformation}}, .max_bytes = kMostInformation};
   }
   Expectation expect{.reply = Expectation::Reply::standing, .max_bytes = kTagFrame};

@@ -179,6 +179,13 @@ TEST_F(ReaderConversationTest, CharactersBeyondAsciiAreDamage) {
   EXPECT_FALSE(answer.batch);
 }
 
+TEST_F(ReaderConversationTest, ACapturedQuestionOfAnotherMasterIsUnderstood) {
+  Make(Reader());  // that the configuration never asks
+  const Answer answer = reader_->Interpret(ToBytes("i\r"), ToBytes("A\r"));
+  ASSERT_EQ(answer.readings.size(), 1U);
+  EXPECT_EQ(ToText(answer.readings[0].value), "A");
+}
+
 TEST_F(ReaderConversationTest, IsNeverAsked) {
   Make(Reader());
   EXPECT_TRUE(reader_->Queries().empty());
