@@ -34,12 +34,13 @@ config::Timing StretchedTimes(int multiplier, Duration character) {
 
 }  // namespace
 
-MeterConversation::MeterConversation(const config::Device& device)
+MeterConversation::MeterConversation(const config::Device& device, MeterBus& bus)
     : device_(device),
       settings_(ReadSettings(device.options)),
       fields_(device.points),
       identification_(device, settings_),
       plan_(fields_.MakePlan(false)),
+      line_latch_(bus.latch),
       journals_(device.events, static_cast<std::size_t>(settings_.journal_records)),
       loads_(settings_),
       billing_(settings_),
@@ -52,6 +53,7 @@ void MeterConversation::OnReconnect() {
   identification_.OnReconnect();
   journals_.OnReconnect();
   drift_.Forget();
+  latch_.Forget();
   for (BackgroundJob* one : jobs_) one->OnReconnect();
   integers_ = false;
   fields_.UseIntegers(false);
@@ -108,6 +110,7 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
   const auto correction =
       writes ? CorrectionOf(task, now) : Result<Bytes>(Error{"nothing is to be written"});
   if (writes && !correction) return Error{correction.error()};
+  if (LatchIsDue(task, now)) return MakeLatch();
   // Opening proves presence too: a link test (00) equals its own echo.
   if (task.kind == Task::Kind::probe || !open_ || now - last_good_ > kChannelTrust) {
     // Presence is proven without the password as well, if worse: its reply equals its echo.
@@ -133,6 +136,11 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
     if (const auto question = identification_.Question({})) return Make(*question);
     return Make(journals_.Next(now));
   }
+  if (AsksLatchTime(task, now)) {
+    Request request = Make(AskLatchTime());
+    request.stamped = true;
+    return request;
+  }
   if (task.kind == Task::Kind::background) return Make(NextInBackground(now));
   const auto trial = Trial(task.query);
   Bytes pdu = trial ? *trial : fields_.PduOf(plan_, task.query);
@@ -144,6 +152,15 @@ Result<Request> MeterConversation::Ask(const Task& task, Instant now) {
   if (request.stamped) drift_.OnAsked();
   if (trial) request.expect.repeatable = false;
   return request;
+}
+
+void MeterConversation::Stamp(Request& request, Now arrives, Duration character) {
+  const auto asked = SplitFrame(request.bytes, settings_.checksum);
+  if (AsksClock(asked->body)) {
+    drift_.OnSent(arrives, character);
+  } else {
+    line_latch_.OnClock(arrives);
+  }
 }
 
 Result<Bytes> MeterConversation::CorrectionOf(const Task& task, Instant now) const {
@@ -179,6 +196,7 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   if (Is(reply.pdu, kAskSerial) && !Verify(ByteReader(reply.data).U32Be(0).value_or(0))) {
     return End(Swapped());
   }
+  if (ReadsLatched(reply.pdu)) TakeLatched(reply);
   if (task.kind == Task::Kind::events) return AfterJournal(std::move(reply), now);
   if (task.kind == Task::Kind::background) return AfterBackground(std::move(reply), now);
   if (task.kind == Task::Kind::write) return AskAgain();
@@ -247,10 +265,12 @@ Then MeterConversation::OnFailure(const Task& task, const Request& request, Outc
   if (task.kind == Task::Kind::events && asked && IsJournal(asked->body)) {
     journals_.OnFailure(outcome, now);
   }
-  if (task.kind == Task::Kind::background) job().OnFailure(now);
+  const bool was_sent = outcome != Outcome::line_down && outcome != Outcome::busy;
+  const bool of_latch = asked && Is(asked->body, AskLatchTime());
+  if (of_latch && was_sent) latch_.OnFailure(line_latch_.number());
+  if (task.kind == Task::Kind::background && !of_latch) job().OnFailure(now);
   verified_ = false;
   reopened_ = repeated_ = 0;
-  const bool was_sent = outcome != Outcome::line_down && outcome != Outcome::busy;
   if (was_sent && asked && task.kind == Task::Kind::poll && tries_masks_ && IsMasked(asked->body)) {
     // Some are silent to what they do not know. It is asked as others are, and by that is there.
     tries_masks_ = false;
@@ -264,6 +284,7 @@ bool MeterConversation::ForgetRefusals() {
   tries_masks_ = MasksMayHelp();
   identification_.ForgetRefusals();
   journals_.ForgetRefusals();
+  latch_.ForgetRefusals();
   return plan_.ForgetRefusals();
 }
 
@@ -274,18 +295,21 @@ config::Timing MeterConversation::LeastTimes(Duration character) const {
 }
 
 std::string MeterConversation::WhatIsLearned() const {
-  std::string text = masked_ ? "floats together (08 23)" : "";
-  if (integers_) text = "integers in place of floats, which its type does not have";
-  if (device_.events && journals_.has_refused()) {
-    text += (text.empty() ? "" : ", ") + std::string("no journals: it refuses them");
-  }
+  std::string text;
+  const auto say = [&text](const std::string& what) { text += (text.empty() ? "" : ", ") + what; };
+  if (masked_) say("floats together (08 23)");
+  if (integers_) say("integers in place of floats, which its type does not have");
+  if (device_.events && journals_.has_refused()) say("no journals: it refuses them");
   for (const BackgroundJob* one : jobs_) {
     const std::string shown = one->Shown();
-    if (!shown.empty()) text += (text.empty() ? "" : ", ") + shown;
+    if (!shown.empty()) say(shown);
+  }
+  if (latch_.refused()) say("does not tell when it latched: what it latched is not served");
+  if (latch_.Missed(line_latch_.number())) {
+    say("has not heard the latest latch: what it latched is not served");
   }
   if (identification_.multiplier() > 1) {
-    text += (text.empty() ? "" : ", ") + std::string("times by its multiplier ") +
-            std::to_string(identification_.multiplier());
+    say("times by its multiplier " + std::to_string(identification_.multiplier()));
   }
   return text;
 }

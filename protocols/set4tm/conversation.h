@@ -14,6 +14,7 @@
 #include "protocols/set4tm/identification.h"
 #include "protocols/set4tm/journal_session.h"
 #include "protocols/set4tm/kept_texts.h"
+#include "protocols/set4tm/latch.h"
 #include "protocols/set4tm/load_session.h"
 #include "protocols/set4tm/meter_memory.h"
 #include "protocols/set4tm/plan.h"
@@ -23,8 +24,8 @@ namespace baudgate::protocols::set4tm {
 
 class MeterConversation : public Conversation {
  public:
-  /// `device` outlives the conversation.
-  explicit MeterConversation(const config::Device& device);
+  /// Both outlive the conversation.
+  MeterConversation(const config::Device& device, MeterBus& bus);
 
   std::span<const Query> Queries() const override { return plan_.queries(); }
   bool HasEvents() const override { return journals_.has_events(); }
@@ -32,9 +33,8 @@ class MeterConversation : public Conversation {
   void OnEventsKept(std::string_view said) override;
   Result<Request> Ask(const Task& task, Instant now) override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
-  void Stamp(Request& /*request*/, Now arrives, Duration character) override {
-    drift_.OnSent(arrives, character);
-  }
+  Then OnSent(const Task& task, const Request& request, Instant now) override;
+  void Stamp(Request& request, Now arrives, Duration character) override;
   void OnHostClock(bool right) override { drift_.OnHostClock(right); }
   Then OnFailure(const Task& task, const Request& request, Outcome outcome, Instant now) override;
   void OnReconnect() override;
@@ -68,6 +68,12 @@ class MeterConversation : public Conversation {
   /// The request of a write.
   Result<Bytes> CorrectionOf(const Task& task, Instant now) const;
   void AddDrift(Reply& reply, std::size_t bytes, Instant now);
+  bool LatchIsDue(const Task& task, Instant now) const;
+  Request MakeLatch() const;
+  /// The time of its latch is asked before what the task asks.
+  bool AsksLatchTime(const Task& task, Instant now) const;
+  /// What the reply says of the latch, and that of what it brings.
+  void TakeLatched(Reply& reply);
   void UseMasks(bool masked);
   /// As the type of the meter says. True: the queries are others now.
   bool ChooseIntegers();
@@ -96,6 +102,8 @@ class MeterConversation : public Conversation {
   Identification identification_;
   PduPlan plan_;
   ClockDrift drift_;
+  LineLatch& line_latch_;
+  MeterLatch latch_;
   JournalSession journals_;
   LoadSession loads_;
   BillingSession billing_;

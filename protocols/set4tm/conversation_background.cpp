@@ -27,7 +27,10 @@ std::optional<Instant> MeterConversation::BackgroundDue() const {
     const auto due = one->due();
     if (due && (!soonest || *due < *soonest)) soonest = due;
   }
-  return soonest;
+  if (settings_.latch == Duration::zero() || latch_.refused()) return soonest;
+  if (latch_.WantsTime(line_latch_.number())) return Instant();
+  const auto due = line_latch_.DueAt(settings_.latch);
+  return due && (!soonest || *due < *soonest) ? due : soonest;
 }
 
 /// Its type says how long its replies may be.
@@ -44,6 +47,7 @@ Bytes MeterConversation::NextInBackground(Instant now) {
 }
 
 Answer MeterConversation::AfterBackground(Reply reply, Instant now) {
+  if (Is(reply.pdu, AskLatchTime())) return End(std::move(reply.answer));
   if (!Is(reply.pdu, asked_in_background_)) {
     if (identification_.trouble()) return End(OtherType());
     Answer answer = AskAgain();

@@ -124,7 +124,10 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
     verified_ = true;  // it does not tell, which contradicts nothing
     return AskAgain();
   }
-  const bool question = identification_.OnRefused(reply.pdu);
+  const bool of_latch = Is(reply.pdu, AskLatchTime());
+  if (of_latch) latch_.OnRefused();
+  if (of_latch && task.kind == Task::Kind::background) return End(std::move(reply.answer));
+  const bool question = identification_.OnRefused(reply.pdu) || of_latch;
   if (own && IsMasked(reply.pdu)) {
     // Older firmware: go back to 08 1B, the points are not to blame.
     UseMasks(false);

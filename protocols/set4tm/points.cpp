@@ -6,6 +6,7 @@
 
 #include "gateway/base/text.h"
 #include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/latch.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
@@ -43,6 +44,7 @@ constexpr DecoderRow kDecoders[] = {
     {Decoder::time_min, "time_min", Kind::text, 6},
     {Decoder::clock, "clock", Kind::number, 8},
     {Decoder::drift, "drift", Kind::number, 8},
+    {Decoder::latched, "latched", Kind::number, 7},
     {Decoder::flag, "flag", Kind::truth, 1},
     {Decoder::alarm, "alarm", Kind::truth, 5},
 };
@@ -75,6 +77,10 @@ constexpr DecoderSpec kSpecs[] = {
     {"drift@n",
      "the meter's clock (04 00, 09 00 00) minus this machine's, in seconds; good while the latter "
      "is synchronised"},
+    {"latched@n",
+     "when this machine sent the broadcast (`latch`) that the meter has heard (08 14 50), as "
+     "seconds "
+     "since 1970"},
     {"flag@nn", "bit E-nn (1 to 40) of the status word, 08 0A"},
     {"alarm@n", "any bit of the status word but E-38, E-39, E-40"},
 };
@@ -148,6 +154,9 @@ Status CheckPdu(std::string_view read, const Field& field) {
   if (of_clock && (!asks_clock || field.offset != 0)) {
     const std::string name(RowOf(field.decoder).name);
     return Wrong(read, name + " reads the meter's clock: write \"04 00 " + name + "@0\"");
+  }
+  if (field.decoder == Decoder::latched && (pdu != AskLatchTime() || field.offset != 0)) {
+    return Wrong(read, "latched goes with the time of the latch: write \"08 14 50 latched@0\"");
   }
   const auto length = LengthOfData(pdu);
   if (!length) return Wrong(read, "no reply to this request is documented; check its length");

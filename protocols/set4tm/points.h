@@ -38,6 +38,7 @@ enum class Decoder : std::uint8_t {
   time_min,
   clock,
   drift,
+  latched,
   flag,
   alarm,
 };

@@ -9,6 +9,7 @@
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/expect.h"
 #include "protocols/set4tm/frame_rule.h"
+#include "protocols/set4tm/latch.h"
 #include "protocols/set4tm/points.h"
 #include "protocols/set4tm/settings.h"
 #include "protocols/set4tm/twin.h"
@@ -61,10 +62,35 @@ Status CheckClockCare(const config::Device& device, const Settings& settings) {
   return {};
 }
 
+std::optional<Field> FieldOf(const config::Point& point) {
+  const auto field = ParseField(point.read);
+  return field ? std::optional(*field) : std::nullopt;
+}
+
+Status CheckLatch(const config::Device& device, const Settings& settings) {
+  constexpr Duration kLeast = 1min;
+  constexpr Duration kMost = 24h;
+  if (settings.latch == Duration::zero()) {
+    for (const config::Point& point : device.points) {
+      const auto field = FieldOf(point);
+      if (!field || field->decoder != Decoder::latched) continue;
+      return Error{"'" + point.name +
+                   "' reads when the gateway has latched, which it never does; give the device "
+                   "'latch: 15min', or leave the point out"};
+    }
+    return {};
+  }
+  if (settings.latch < kLeast || settings.latch > kMost) {
+    return Error{"latch: give 1min to 24h, or 0s for never"};
+  }
+  return {};
+}
+
 Status CheckDevice(const config::Device& device) {
   if (Status status = CheckSettings(device.options); !status) return status;
   const Settings settings = ReadSettings(device.options);
   if (Status status = CheckClockCare(device, settings); !status) return status;
+  if (Status status = CheckLatch(device, settings); !status) return status;
   if (settings.load_profiles.empty() && settings.billing.empty()) return {};
   const std::string key = settings.load_profiles.empty() ? "billing" : "load_profile";
   if (!settings.time_zone) {
@@ -100,10 +126,20 @@ std::vector<Doubt> DoubtsOfRatios(const config::Device& device) {
   return doubts;
 }
 
-/// Events without a time are hardly meant.
+/// Nor are events without a time, or a latch of which nothing is read.
 std::vector<Doubt> Doubts(const config::Device& device) {
   std::vector<Doubt> doubts = DoubtsOfRatios(device);
-  if (device.events && !ReadSettings(device.options).time_zone) {
+  const Settings settings = ReadSettings(device.options);
+  const bool reads_latched = std::ranges::any_of(device.points, [](const config::Point& point) {
+    const auto field = FieldOf(point);
+    return field && ReadsLatched(field->pdu);
+  });
+  if (settings.latch > Duration::zero() && !reads_latched) {
+    doubts.push_back({kNoPoint,
+                      "of a meter with `latch` of which nothing latched is read; give it points "
+                      "with read: \"08 1B 01 rr ...\", \"08 1B 03 rr ...\" or \"08 14 rr ...\""});
+  }
+  if (device.events && !settings.time_zone) {
     doubts.push_back(
         {kNoPoint,
          "of a meter whose events have no time; give the zone of its clock, as time_zone: "
@@ -121,8 +157,10 @@ constexpr TimingRule kTiming = {.quiet = {.least = 4ms, .characters = 7},
                                 .longest = kMaxData + 7,
                                 .gaps = 4};
 
-std::unique_ptr<Conversation> MakeConversation(const config::Device& device, Bus*) {
-  return std::make_unique<MeterConversation>(device);
+std::unique_ptr<Bus> MakeLine() { return std::make_unique<MeterBus>(); }
+
+std::unique_ptr<Conversation> MakeConversation(const config::Device& device, Bus* bus) {
+  return std::make_unique<MeterConversation>(device, dynamic_cast<MeterBus&>(*bus));
 }
 
 std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values) {
@@ -153,6 +191,7 @@ const Protocol& Set4tmProtocol() {
       .reply_rule = ReplyRule,
       .expect = Expect,
       .remembers = [](const config::Device&) { return true; },
+      .make_bus = MakeLine,
       .make_conversation = MakeConversation,
       .make_twin = MakeTwin,
   };

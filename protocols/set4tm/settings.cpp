@@ -108,6 +108,12 @@ constexpr auto kTable = SettingsTable(
     Bind<&Settings::correct_clock_most>(
         option::Time(kCorrectClockMost, "60s",
                      "A larger drift is only told; at most 120s, which is what the meter takes.")),
+    Bind<&Settings::latch>(option::Time(
+        "latch", "0s",
+        "How often the broadcast FE 03 08 tells all meters of the line to keep the values of that "
+        "moment (1min to 24h, at whole multiples of it); what they have kept is then served only "
+        "of "
+        "a meter that has heard it. 0s: never.")),
     Bind<&Settings::journal_records>(option::Integer(
         "journal_records", "10", 1, 20, "Records that the meter keeps in each journal.")),
     Bind<&Settings::load_profiles, ParseLoads>(

@@ -42,6 +42,7 @@ struct Settings {
   std::optional<CivilZone> time_zone;  ///< of its clock
   Duration correct_clock{};       ///< from such a drift on the gateway corrects it; zero: never
   Duration correct_clock_most{};  ///< up to such a one
+  Duration latch{};               ///< how often all meters of the line are told to; zero: never
   int journal_records = 10;       ///< in each journal
   std::vector<unsigned> load_profiles;  ///< 1 to 3, that are read; empty: none is
   std::vector<BillingPeriod> billing;   ///< whose readings are kept; empty: none are

@@ -6,8 +6,10 @@
 #include <cmath>
 
 #include "protocols/set4tm/civil_bcd.h"
+#include "protocols/set4tm/clock_drift.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/integers.h"
+#include "protocols/set4tm/latch.h"
 #include "protocols/set4tm/settings.h"
 #include "protocols/set4tm/snapshot.h"
 #include "protocols/set4tm/status.h"
@@ -33,6 +35,13 @@ void AppendFloat(Bytes& data, const std::optional<double>& value) {
   }
   const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(*value));
   for (unsigned i = 0; i < 4; ++i) data.push_back(static_cast<std::uint8_t>(bits >> (8 * i)));
+}
+
+/// The request of a float that reads it now.
+Bytes Live(View pdu) {
+  Bytes live(pdu.begin(), pdu.end());
+  if (ReadsLatched(pdu)) live[2] &= 2U;
+  return live;
 }
 
 std::optional<std::uint8_t> TypeOf(const config::Device& device) {
@@ -67,7 +76,7 @@ MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
       journals_(JournalsOf(device)) {
   for (const auto& point : points_.all()) {
     if (!point.read || point.read->decoder != Decoder::float_le) continue;
-    if (const auto parameter = ParameterAt(point.read->pdu, point.read->offset)) {
+    if (const auto parameter = ParameterAt(Live(point.read->pdu), point.read->offset)) {
       float_points_.emplace(*parameter, point.index);
     }
   }
@@ -102,7 +111,9 @@ bool MeterTwin::Raise(const DeviceEvent& event, Now now) {
 
 Bytes MeterTwin::Answer(View request, Instant now) {
   const auto parts = SplitFrame(request, checksum_);
-  if (!parts || !Hears(parts->address)) return {};
+  if (!parts) return {};
+  if (parts->address[0] == kBroadcast && IsLatch(parts->body)) Latch(now);
+  if (!Hears(parts->address)) return {};
   const auto length = LengthOfRequest(parts->body);
   if (!length || parts->body.size() < length->min || parts->body.size() > length->max) return {};
   const bool common = parts->address[0] == kCommonAddress && short_address_ != kCommonAddress;
@@ -126,6 +137,10 @@ Bytes MeterTwin::Serve(View pdu, Instant now) {
       return {kOk};
     default:
       break;
+  }
+  if (IsLatch(pdu)) {
+    Latch(now);
+    return {kOk};
   }
   if (!open) return {kChannelClosed};
   last_correct_ = now;
@@ -156,9 +171,21 @@ std::uint8_t MeterTwin::Write(View pdu, Instant now) {
   return kOk;
 }
 
+void MeterTwin::Latch(Instant now) {
+  latched_at_ = now;
+  latched_.clear();
+  for (const auto& point : points_.all()) latched_.push_back(points_.Get(point, now));
+}
+
+Value MeterTwin::Measured(View pdu, const TwinPoints<Field>::One& point, Instant now) const {
+  const bool latched = ReadsLatched(pdu) && !latched_.empty();
+  return latched ? latched_[point.index] : points_.Get(point, now);
+}
+
 void MeterTwin::SetClock(Now now) {
   constexpr std::chrono::days kPast(7);
   clock_ = now;
+  latched_at_ = now.instant;
   const Settings settings = ReadSettings(device_.options);
   const CivilZone zone = settings.time_zone.value_or(CivilZone());
   const auto bytes = static_cast<std::size_t>(settings.load_records) * kLoadRecord;
@@ -184,11 +211,12 @@ std::optional<CivilZone::Utc> MeterTwin::ClockAt(Instant now) const {
 
 /// The time, the pointer and the interval of a load profile, and its memory.
 std::optional<Bytes> MeterTwin::OfClock(View pdu, Instant now) const {
-  const auto shown = ClockAt(now);
+  const bool of_latch = std::ranges::equal(pdu, AskLatchTime());
+  const auto shown = ClockAt(of_latch ? latched_at_ : now);
   if (!shown) return std::nullopt;
-  if (std::ranges::equal(pdu, Bytes{kJournal, 0}) ||
-      std::ranges::equal(pdu, Bytes{kJournalExtended, 0, 0})) {
-    const CivilZone zone = ReadSettings(device_.options).time_zone.value_or(CivilZone());
+  const CivilZone zone = ReadSettings(device_.options).time_zone.value_or(CivilZone());
+  if (of_latch) return BytesOf(zone.ToCivil(*shown));
+  if (AsksClock(pdu)) {
     Bytes data = BytesOf(zone.ToCivil(*shown));
     data.push_back(zone.IsDaylight(*shown) ? 0 : 1);
     return data;
@@ -247,7 +275,7 @@ bool MeterTwin::Fill(View pdu, Instant now, Bytes& data) const {
     // Who it is follows from its configuration, what it measures from the points.
     const Decoder decoder = point.read->decoder;
     if (identity && (decoder == Decoder::u32_be || decoder == Decoder::u8)) continue;
-    EncodeField(*point.read, points_.Get(point, now), scale, data);
+    EncodeField(*point.read, Measured(pdu, point, now), scale, data);
   }
   return found;
 }
@@ -260,10 +288,10 @@ Scale MeterTwin::ScaleNow(Instant now) const {
   return Merge(ParseRatios(ratios), ParseVariant(variant));
 }
 
-std::optional<double> MeterTwin::FloatOf(std::uint8_t parameter, Instant now) const {
+std::optional<double> MeterTwin::FloatOf(View pdu, std::uint8_t parameter, Instant now) const {
   const auto point = float_points_.find(parameter);
   if (point == float_points_.end()) return std::nullopt;
-  const double value = ToDouble(points_.Get(points_.all()[point->second], now));
+  const double value = ToDouble(Measured(pdu, points_.all()[point->second], now));
   return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
@@ -271,7 +299,7 @@ std::optional<Bytes> MeterTwin::Floats(View pdu, Instant now) const {
   Bytes data;
   bool any = false;
   const auto add = [&](const std::optional<std::uint8_t>& parameter) {
-    const auto value = parameter ? FloatOf(*parameter, now) : std::nullopt;
+    const auto value = parameter ? FloatOf(pdu, *parameter, now) : std::nullopt;
     any = any || value;
     AppendFloat(data, value);
   };
@@ -282,7 +310,7 @@ std::optional<Bytes> MeterTwin::Floats(View pdu, Instant now) const {
     if (bits.size() > kMostMaskedFloats) return std::nullopt;
     for (const unsigned bit : bits) add(MaskedParameter(bit));
   } else {
-    const Bytes live = {pdu[0], pdu[1], static_cast<std::uint8_t>(pdu[2] & 2U), pdu[3]};
+    const Bytes live = Live(pdu);
     const std::size_t slots = pdu[2] < 2 ? 1 : 4;
     for (std::size_t slot = 0; slot < slots; ++slot) add(ParameterAt(live, 4 * slot));
   }

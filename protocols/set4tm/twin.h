@@ -43,7 +43,10 @@ class MeterTwin : public Twin {
   std::optional<Bytes> Data(View pdu, Instant now) const;
   std::optional<Bytes> OwnData(View pdu) const;
   std::optional<Bytes> Floats(View pdu, Instant now) const;
-  std::optional<double> FloatOf(std::uint8_t parameter, Instant now) const;
+  std::optional<double> FloatOf(View pdu, std::uint8_t parameter, Instant now) const;
+  void Latch(Instant now);
+  /// Now, or when it was latched.
+  Value Measured(View pdu, const TwinPoints<Field>::One& point, Instant now) const;
   bool Fill(View pdu, Instant now, Bytes& data) const;
   Scale ScaleNow(Instant now) const;
 
@@ -62,6 +65,8 @@ class MeterTwin : public Twin {
   std::optional<Now> clock_;
   std::chrono::seconds correction_{};
   std::optional<std::chrono::sys_days> corrected_on_;
+  Instant latched_at_{};
+  std::vector<Value> latched_;  // by point; empty: never
   std::map<unsigned, TwinLoad> loads_;
   TwinJournals journals_;
 };

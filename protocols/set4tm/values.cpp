@@ -319,6 +319,7 @@ Decoded DecodeField(const Field& field, View data, const Scale& scale) {
     case Decoder::clock:
       return DecodeClock(field, data, scale);
     case Decoder::drift:
+    case Decoder::latched:
       return Bad(Quality::bad_waiting);  // no time of this machine is known here
     case Decoder::flag: {
       const auto byte = reader.U8((field.offset - 1) / 8);

@@ -83,12 +83,13 @@ TEST(Set4tmProfileLayout, FastBlockIsContiguousAndTakesFewRequests) {
   }
   EXPECT_EQ(next, 52U);
   config::Device device = MakeDevice("1", profile.points);
+  MeterBus bus;
   const auto fast = [](const MeterConversation& conversation) {
     return std::ranges::count(conversation.Queries(), config::Group::fast, &Query::group);
   };
-  EXPECT_EQ(fast(MeterConversation(device)), 8);
+  EXPECT_EQ(fast(MeterConversation(device, bus)), 8);
   device.options.Set("snapshot", std::string("true"));
-  EXPECT_EQ(fast(MeterConversation(device)), 2);
+  EXPECT_EQ(fast(MeterConversation(device, bus)), 2);
 }
 
 }  // namespace

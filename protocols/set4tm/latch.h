@@ -1,0 +1,80 @@
+// The broadcast by which all meters of a line keep the values of one moment, so that they can be
+// added up; and how it is known that a meter has heard it, for none answers.
+//
+//   > FE 03 08 55 AA 33 CC C0 74     to all: keep powers, voltages, energies and the time
+//   > 05 08 14 50 8E 16              when did you do that last?
+//   < 05 00 00 12 02 01 09 02 EF DE  seven bytes, others than before the broadcast: it has heard it
+//
+// Source: set-4tm reference, 9.1, 9.5 and 10. What the seven bytes mean is not looked at.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
+#include "protocols/protocol.h"
+
+namespace baudgate::protocols::set4tm {
+
+/// The PDU that latches.
+Bytes LatchPdu();
+bool IsLatch(View pdu);
+/// The PDU that asks for the time of the latest latch.
+Bytes AskLatchTime();
+/// Whether what the request reads was latched: 08 14, 08 1B 01, 08 1B 03, 08 23 nn 01.
+bool ReadsLatched(View pdu);
+
+/// Of one line: when it is due, at whole multiples of a period since 1970 by this machine's clock.
+class LineLatch {
+ public:
+  /// What this machine's clock shows. Before the first call nothing is due.
+  void OnClock(Now now);
+  std::optional<Instant> DueAt(Duration period) const;
+  /// OnClock was called with the moment at which its last byte arrives.
+  void OnSent();
+
+  /// How many were sent.
+  unsigned number() const { return number_; }
+  /// When the latest was.
+  WallTime sent_at() const { return base_.wall; }
+
+ private:
+  std::optional<Now> clock_;  // latest
+  Now base_{};                // of the latest broadcast; before it, of the first OnClock
+  unsigned number_ = 0;
+};
+
+/// What the meters of a line share.
+struct MeterBus final : Bus {
+  LineLatch latch;
+};
+
+/// One meter: whether what it has latched is of the line's latest broadcast. It is asked for its
+/// time once before a broadcast and once behind each. `number`: of the broadcasts so far.
+class MeterLatch {
+ public:
+  bool WantsTime(unsigned number) const { return !refused_ && asked_ != number; }
+  void OnTime(View time, unsigned number);
+  /// It did not answer.
+  void OnFailure(unsigned number);
+  /// It does not tell.
+  void OnRefused() { refused_ = true; }
+  void ForgetRefusals() { refused_ = false; }
+  bool refused() const { return refused_; }
+  /// It has heard the latest, and nobody else's since.
+  bool Heard(unsigned number) const { return heard_ && asked_ == number; }
+  /// It is known that it has not.
+  bool Missed(unsigned number) const { return missed_ && asked_ == number; }
+  /// Another meter may answer now.
+  void Forget() { *this = {}; }
+
+ private:
+  std::optional<unsigned> asked_;  // after so many broadcasts
+  std::optional<Bytes> time_;      // what it said then
+  bool heard_ = false;
+  bool missed_ = false;
+  bool refused_ = false;
+};
+
+}  // namespace baudgate::protocols::set4tm
