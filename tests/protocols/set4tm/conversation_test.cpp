@@ -34,7 +34,8 @@ TEST(Set4tmAddressing, RepliesOfOtherMetersAreUnexpected) {
   const auto poll = [](const char* address, std::int64_t serial, const Bytes& replier) {
     config::Device device = MakeDevice(address, {MakePoint("08 05 u8@1")});
     device.options.Set("serial_number", serial);
-    MeterConversation conversation(device);
+    MeterBus bus;
+    MeterConversation conversation(device, bus);
     const Bytes request = MakeFrame(*ParseAddress(address), Hex("08 05"));
     return conversation.Interpret(request, MakeFrame(replier, Hex("00 07"))).outcome;
   };
@@ -51,7 +52,8 @@ TEST(Set4tmAddressing, RepliesOfOtherMetersAreUnexpected) {
 /// C8 03 09 30 C8 and a zero: two bytes of data, or three: C8 00 is the CRC of 03 09 30 too.
 TEST(Set4tmCheck, AFrameBeforeAZeroMayAnswerWhoAwaitsOneByteMore) {
   const config::Device device = MakeDevice("200", {MakePoint("08 05 u8@1")});
-  const MeterConversation conversation(device);
+  MeterBus bus;
+  const MeterConversation conversation(device, bus);
   const Bytes two = Hex("C8 03 09 30 C8");
   const auto check = [&](const char* pdu) {
     return conversation.Check(MakeFrame(Bytes{0xC8}, Hex(pdu)), two);
@@ -81,7 +83,8 @@ TEST(Set4tmAddressing, ASwappedMeterServesNoValues) {
 
 TEST(Set4tmFrames, WrongDataLengthIsUnexpected) {
   config::Device device = MakeDevice("5", {MakePoint("08 05 u8@1")});
-  MeterConversation conversation(device);
+  MeterBus bus;
+  MeterConversation conversation(device, bus);
   const Bytes request = MakeFrame(Hex("05"), Hex("08 05"));
   const Answer answer = conversation.Interpret(request, MakeFrame(Hex("05"), Hex("00 07 00")));
   EXPECT_EQ(answer.outcome, Outcome::unexpected);

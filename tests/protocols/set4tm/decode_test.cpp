@@ -19,7 +19,8 @@ using config::Type;
 
 TEST(Set4tmDecode, ValuesWithoutAPointCarryALabel) {
   config::Device device = MakeDevice("5", {});
-  MeterConversation conversation(device);
+  MeterBus bus;
+  MeterConversation conversation(device, bus);
   const Answer answer =
       conversation.Interpret(Hex("05 05 00 02 91 28"), Hex("05 00 00 27 11 00 00 00 00 00 00 13 89 "
                                                            "00 00 00 65 67 40"));
@@ -44,7 +45,8 @@ TEST(Set4tmDecode, RandomRepliesGiveFiniteValuesOrNone) {
     points.push_back(MakePoint(read, Group::fast, Type::boolean));
   }
   config::Device device = MakeDevice("5", points);
-  MeterConversation conversation(device);
+  MeterBus bus;
+  MeterConversation conversation(device, bus);
   for (int round = 0; round < 20'000; ++round) {
     const Bytes pdu = ParseField(points[random() % points.size()].read)->pdu;
     Bytes body(random() % 8 == 0 ? random() % 20 + 1 : *LengthOfData(pdu));

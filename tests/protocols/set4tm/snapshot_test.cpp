@@ -58,7 +58,8 @@ TEST(Set4tmSnapshotRead, NeverAsksForMoreThan23Values) {
     }
   }
   device.options.Set("snapshot", std::string("true"));
-  const MeterConversation conversation(device);
+  MeterBus bus;
+  const MeterConversation conversation(device, bus);
   ASSERT_EQ(conversation.Queries().size(), 2U);
   EXPECT_EQ(conversation.Queries()[0].points.size(), 23U);
   EXPECT_EQ(conversation.Queries()[1].points.size(), 1U);
