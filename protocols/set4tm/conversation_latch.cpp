@@ -5,8 +5,11 @@
 //   05 08 14 50            other bytes than before: heard
 //   05 08 1B 03 00         good; of a meter that has not heard it: waiting, without a value
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/conversation_steps.h"
+#include "protocols/set4tm/expect.h"
 
 namespace baudgate::protocols::set4tm {
 
