@@ -1,0 +1,118 @@
+// The clock of a meter that the whole program corrects by itself, or leaves alone: a twin whose
+// clock is a minute ahead, and a host of which the test says whether its clock is synchronised
+// (host_clock/said_clock.cpp).
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/system/station.h"
+
+namespace baudgate::system_test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+using Json = nlohmann::json;
+
+constexpr int kUnit = 21;
+constexpr int kDrift = 8000;  // register of the point
+constexpr int kUncertain = 0x58;
+constexpr std::uint64_t kCorrected = 1000020;
+
+/// Of a clock that shows a quarter past noon now, and `ahead`: "-03:17".
+std::string ZoneOf(std::chrono::minutes ahead) {
+  using std::chrono::floor;
+  const auto now = floor<std::chrono::minutes>(std::chrono::system_clock::now());
+  const auto of_day = now - floor<std::chrono::days>(now);
+  const auto offset = (std::chrono::minutes(12 * 60 + 15) - of_day + ahead).count();
+  const auto size = offset < 0 ? -offset : offset;
+  return fmt::format("{}{:02}:{:02}", offset < 0 ? '-' : '+', size / 60, size % 60);
+}
+
+class MeterClock : public Station {
+ protected:
+  MeterClock() {
+    PinProfile("set4tm", "set-4tm.03m", "meter", {});
+    std::ifstream file(directory() / "profiles/set4tm/meter.yaml");
+    const std::string text((std::istreambuf_iterator<char>(file)), {});
+    Write("profiles/set4tm/twin.yaml", "time_zone: \"" + ZoneOf(1min) + "\"\n" + text);
+    twin_ = StartTwin("meters", "twin", "200");
+  }
+
+  void Run(bool host_clock_is_right) {
+    std::string yaml = "events: {}\n" + Head();
+    const std::string name = "{ name: " + gateway();
+    yaml.replace(yaml.find(name), name.size(), name + ", socket: " + socket());
+    yaml +=
+        Line("meters", "set4tm",
+             "address: 200, profile: meter, unit: 21, poll: 300ms, "
+             "time_zone: \"" +
+                 ZoneOf(0min) +
+                 "\", correct_clock: 5s, "
+                 "correct_clock_most: 90s, write: [clock_correction], points: [" +
+                 fmt::format("{{ name: clock_drift, read: \"04 00 drift@0\", type: float64, unit: "
+                             "s, group: fast, modbus: {} }}, ",
+                             kDrift) +
+                 "{ name: clock_correction, write: \"03 0B\", type: bool, access: w }]",
+             "serial: 115200 8O1");
+    daemon_ = Start({"run", "-c", Write("baudgate.yaml", yaml).string()},
+                    {{"LD_PRELOAD", SAID_CLOCK},
+                     {"SAID_CLOCK", host_clock_is_right ? "right" : "unknown"},
+                     {"ASAN_OPTIONS", "verify_asan_link_order=0"}});
+  }
+  std::string socket() const { return (directory() / "gate.sock").string(); }
+  std::vector<Json> Lines(const std::string& command) const {
+    std::istringstream output(Command({command, "--json", "--socket", socket()}).output);
+    std::vector<Json> all;
+    for (std::string line; std::getline(output, line);) all.push_back(Json::parse(line));
+    return all;
+  }
+  std::vector<Json> Corrections() const {
+    std::vector<Json> all;
+    for (Json& event : Lines("events")) {
+      if (event.at("code") == kCorrected) all.push_back(std::move(event));
+    }
+    return all;
+  }
+
+  ModbusClient client_{port()};
+  std::unique_ptr<Child> twin_;
+  std::unique_ptr<Child> daemon_;
+};
+
+TEST_F(MeterClock, IsCorrectedOnceAndOnRecord) {
+  Run(true);
+  ASSERT_TRUE(Eventually([&] { return !Corrections().empty(); })) << daemon_->Errors();
+  EXPECT_THAT(Corrections().front().at("text"), HasSubstr("s ahead"));
+  const auto writes = Lines("writes");
+  ASSERT_THAT(writes, SizeIs(1));
+  EXPECT_EQ(writes[0].at("client"), "gateway");
+  EXPECT_EQ(writes[0].at("point"), "clock_correction");
+  EXPECT_EQ(writes[0].at("outcome"), "ok");
+  EXPECT_TRUE(Eventually([&] {
+    const auto drift = client_.Double(kUnit, kDrift);
+    return drift && *drift > -2 && *drift < 2;
+  }));
+}
+
+TEST_F(MeterClock, IsLeftAloneWhileNobodyKnowsTheRightTime) {
+  Run(false);
+  ASSERT_TRUE(EventuallyQuality(client_, kUnit, kDrift, kUncertain)) << daemon_->Errors();
+  // Ten readings, the gateway's look at them once a second among them.
+  for (int reading = 0; reading < 10; ++reading) {
+    const Finished read = Command({"read", "meters.meters-1.clock_drift", "--socket", socket()});
+    ASSERT_EQ(read.code, 0) << read.errors;
+    ASSERT_FALSE(Eventually([&] { return !Lines("writes").empty(); }, 500ms));
+  }
+  EXPECT_THAT(Corrections(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace baudgate::system_test
