@@ -3,14 +3,15 @@
 # build needs, and says what lintian says.
 # usage: packaging/deb.sh            builds: the first time takes some minutes
 #        packaging/deb.sh --twice    builds twice, elsewhere and in another time zone: the same bytes have to come out
-#        packaging/deb.sh --test     as root: what is in build/deb is installed in a bare root, used, upgraded, removed, purged
+#        packaging/deb.sh --arm64    as root: builds for arm64, in a bare root of its own, into build/deb-arm64
+#        packaging/deb.sh --test [arm64]    as root: the packages are installed in a bare root, used, upgraded, removed, purged
 # Version: that of CMakeLists.txt at its tag (v0.1.0); elsewhere 0.1.0~git, the number of the commit and its name.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
 
 packages=(ca-certificates git dpkg-dev debhelper lintian)  # the rest is in packaging/debian/control
-readonly out=build/deb
+out=build/deb
 
 git() { command git -c safe.directory='*' "$@"; }
 
@@ -52,16 +53,45 @@ build_packages() {
   fi
 }
 
+# build_for ARCH: by a cross compiler, in a root where programs of ARCH run as well: man pages ask the built ones.
+build_for() {
+  readonly base=build/cross-root.base root=build/cross-root
+  . packaging/bare_root.sh
+  install_packages debootstrap
+  programs_of "$1"
+  bare_root
+  say "what the build for $1 needs"
+  inside dpkg --add-architecture "$1"
+  quiet inside apt-get -qq update
+  quiet inside apt-get -qq install -y --no-install-recommends dpkg-dev "crossbuild-essential-$1"
+  mkdir "$root/made"
+  source_tree "$root/made/src"
+  quiet inside apt-get -qq build-dep -y --no-install-recommends "-a$1" -Pcross,nocheck /made/src
+  say "building the packages for $1: this takes some minutes"
+  # Tools that CMake would run by an emulator are run by the kernel.
+  quiet inside sh -c "cd /made/src && BAUDGATE_CMAKE=-DCMAKE_CROSSCOMPILING_EMULATOR=/usr/bin/env \
+    dpkg-buildpackage -b --no-sign -a$1 -Pcross,nocheck"
+  mkdir -p "$out"
+  cp "$root"/made/*.* "$out/"
+}
+
+as_root_only() { [ "$(id -u)" = 0 ] || { echo "deb.sh: debootstrap and chroot need root" >&2; exit 2; }; }
+
 case ${1:-} in
   '' | --twice) ;;
-  --test) exec packaging/deb_test.sh ;;
+  --arm64) as_root_only; out=build/deb-arm64 ;;
+  --test) as_root_only; exec packaging/deb_test.sh "${2:-$(dpkg --print-architecture)}" "$out${2:+-$2}" ;;
   *) sed -n '2,/^set /{/^#/s/^# //p}' "$0" >&2; exit 2 ;;
 esac
 
 install_packages
 rm -rf "$out"
-say "building the packages: this takes some minutes"
-build_packages "$out/src"
+if [ "${1:-}" = --arm64 ]; then
+  build_for arm64
+else
+  say "building the packages: this takes some minutes"
+  build_packages "$out/src"
+fi
 if [ "${1:-}" = --twice ]; then
   say "building them again"
   TZ=Pacific/Kiritimati LC_ALL=C build_packages "$out/again/elsewhere"

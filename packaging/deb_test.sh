@@ -1,20 +1,19 @@
 #!/usr/bin/env bash
-# Called by `packaging/deb.sh --test`, as root: the packages in build/deb in a bare Debian 12 (debootstrap). Installs them,
+# Called by `packaging/deb.sh --test [ARCH]`, as root: the packages in a bare Debian 12 (debootstrap). Installs them,
 # runs the tests of packaging/debian/tests and the service's own command, upgrades with and without an edited configuration,
 # removes and purges, and compares what is left with what was there before. There is no systemd in it: units are not started.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
 . packaging/later.sh
-PATH=$PATH:/usr/sbin:/sbin
 
-readonly out=build/deb base=build/deb-root.base root=build/deb-root
+readonly arch=$1 out=$2
+readonly base=build/deb-root-$arch.base root=build/deb-root-$arch
+. packaging/bare_root.sh
 readonly config=/etc/baudgate/baudgate.yaml
 packages=(debootstrap dpkg-dev)
 failed=0
 
-inside() { chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive "$@"; }
-quiet() { "$@" >"$root.log" 2>&1 || { tail -n 20 "$root.log" >&2; return 1; }; }
 apt_install() { quiet inside apt-get install -y -qq --no-install-recommends -o Dpkg::Options::=--force-confold "$@"; }
 apt_purge() { quiet inside apt-get purge -y -qq "$@"; }
 
@@ -33,28 +32,6 @@ says() { [ "$("${@:2}")" = "$1" ]; }
 absent() { local path; for path in "$@"; do [ ! -e "$root$path" ] || { echo "$path is there"; return 1; }; done; }
 not() { ! "$@"; }
 
-bare_root() {
-  local mirror
-  if [ ! -d "$base" ]; then
-    say "making a bare Debian 12"
-    mirror=$(apt-get indextargets --format '$(REPO_URI) $(CODENAME)' 2>/dev/null | awk '$2 == "bookworm" { print $1; exit }')
-    quiet debootstrap --variant=minbase bookworm "$base.new" "${mirror:-http://deb.debian.org/debian}"
-    cp -r /etc/apt/sources.list.d /etc/apt/apt.conf.d "$base.new/etc/apt/"
-    cp /etc/apt/sources.list "$base.new/etc/apt/sources.list" 2>/dev/null || : >"$base.new/etc/apt/sources.list"
-    cp -rL /etc/resolv.conf /etc/hosts /etc/ssl "$base.new/etc/"
-    cp -r /usr/share/keyrings "$base.new/usr/share/"
-    mv "$base.new" "$base"
-  fi
-  rm -rf --one-file-system "$root"
-  cp -a "$base" "$root"
-  mount -t proc proc "$root/proc"
-  mount -t devtmpfs devtmpfs "$root/dev" 2>/dev/null || mount --bind /dev "$root/dev"
-  mkdir -p "$root/dev/pts"
-  mountpoint -q "$root/dev/pts" || mount --bind /dev/pts "$root/dev/pts"
-}
-unmount() { local part; for part in dev/pts dev proc; do umount -l "$root/$part" 2>/dev/null || true; done; }
-trap unmount EXIT
-
 # Everything but what programs that work write by themselves.
 files() {
   (cd "$root" && find . -path ./proc -prune -o -path ./dev -prune -o -path ./tmp -prune -o -path ./packages -prune -o \
@@ -72,9 +49,8 @@ service_runs() {
       kill $!; wait $!; exit $code'
 }
 
-[ "$(id -u)" = 0 ] || { echo "deb_test.sh: debootstrap and chroot need root" >&2; exit 2; }
 install_packages
-bare_root
+bare_root "$arch"
 mkdir "$root/packages"
 cp "$out"/baudgate*.deb "$root/packages/"
 rm -f "$root"/packages/*-dbgsym_*.deb
@@ -82,7 +58,6 @@ gateway=/packages/$(cd "$root/packages" && echo baudgate_*.deb)
 dds=/packages/$(cd "$root/packages" && echo baudgate-dds_*.deb)
 dev=/packages/$(cd "$root/packages" && echo baudgate-dev_*.deb)
 later "$root$gateway" "$root/packages/later.deb"
-quiet inside apt-get -qq update
 
 say "baudgate alone"
 check "installs" apt_install ".$gateway"

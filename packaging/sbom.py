@@ -33,18 +33,24 @@ def programs(folder):
 
 
 def owners(libraries):
-    """The Debian packages that files belong to, whichever of its names dpkg knows each by."""
+    """The Debian packages ("libc6:arm64") that files belong to, whichever of its names dpkg knows each by."""
     names = set()
     for library in libraries:
         real = str(pathlib.Path(library).resolve())
         names |= {library, real, real.removeprefix("/usr"), "/usr" + library}
-    return set(re.findall(r"^([a-z0-9+.-]+)(?::\w+)?: /", run("dpkg-query", "-S", *sorted(names)), re.MULTILINE))
+    return set(re.findall(r"^([a-z0-9+.-]+(?::\w+)?): /", run("dpkg-query", "-S", *sorted(names)), re.MULTILINE))
+
+
+def loader(files):
+    """Of programs of their architecture; ldd knows that of this machine alone."""
+    return re.search(r"interpreter: (\S+)\]", run("readelf", "-lW", *files)).group(1)
 
 
 def linked(folder):
     libraries = set()
-    for program in programs(folder):
-        libraries |= set(re.findall(r"(?:=> |^\s+)(/\S+) \(", run("ldd", str(program)), re.MULTILINE))
+    files = [str(path) for path in programs(folder)]
+    for file in files:
+        libraries |= set(re.findall(r"(?:=> |^\s+)(/\S+) \(", run(loader(files), "--list", file), re.MULTILINE))
     return owners(libraries)
 
 
