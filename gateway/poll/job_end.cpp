@@ -93,7 +93,7 @@ void Poller::Finish(Outcome outcome, const std::string& reason) {
       chooser_.background().OnEnd(device->place, life ? done->wire : Duration::zero(),
                                   done->proved);
     }
-    PlanBackground(*device);
+    upkeep_.PlanBackground(*device);
   }
   if (done->behind) {
     // That it answers probes does not make up for polls that fail.
@@ -126,12 +126,6 @@ void Poller::Finish(Outcome outcome, const std::string& reason) {
     const bool closing = done->request.closes && !life;
     FinishWrite(*write, *device, closing ? write->told.value_or(outcome) : outcome, reason);
   }
-}
-
-void Poller::PlanBackground(const Device& device) {
-  chooser_.PlanBackground(device);
-  chooser_.background().SetProof(device.place, whose_reply_.ProofRenews(device),
-                                 whose_reply_.ProofEnds(device));
 }
 
 /// What the probe came to is never the outcome of the task that waited for it.

@@ -317,6 +317,7 @@ void Poller::OnAnswered(const ExchangeEnd& end) {
   job.round_trip = end.round_trip;
   if (job.verdict.replaced) {
     upkeep_.OnReplaced(device, now_);
+    told_.OnReplaced(device);
     if (job.behind) job.behind->answer = {};
   }
   const bool reads = IsReading(job) && job.request.expect.repeatable;
@@ -366,19 +367,18 @@ void Poller::TakeAnswer() {
   chooser_.Park(std::move(job_), until);
 }
 
-/// The device has looked whether it has any after its request was sent.
-void Poller::Report(Device& device, EventBatch batch) {
-  if (batch.drained) device.drained_at = job_->exchange_began;
-  if (batch.events.empty() && batch.past.empty()) {
-    if (batch.drained) listener_.OnDrained(device.index, job_->exchange_began);
+void Poller::Report(const Device& device, EventBatch batch) {
+  const ToldEvents::Exchange exchange{job_->exchange_began, job_->answered,
+                                      job_->task.kind == Task::Kind::background};
+  const bool drained = batch.drained;
+  std::optional<ReportedEvents> events = told_.Take(device, std::move(batch), exchange);
+  if (!events) {
+    if (drained) listener_.OnDrained(device.index, exchange.asked);
     return;
   }
   schedule_.HoldEvents(device.place);
   chooser_.background().Hold(device.place);
-  device.told_in_background = job_->task.kind == Task::Kind::background;
-  ReportedEvents events{device.index, std::move(batch), job_->answered, {}};
-  if (device.drained_at) events.oldest = job_->answered.instant - *device.drained_at;
-  listener_.OnEvents(std::move(events));
+  listener_.OnEvents(std::move(*events));
 }
 
 /// What must not be read twice counts as it comes.

@@ -185,16 +185,10 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   Device& device = roster_.DeviceAt(index);
   device.conversation->OnEventsKept(said);
   if (&device == speaker_) unkept_.OnKept();
-  const bool repeats = device.said == said;
-  device.said = said;
-  const bool something_else = std::exchange(device.told_in_background, false);
   schedule_.ReleaseEvents(device.place, device.conversation->HasEvents(),
-                          something_else ? Schedule::Brought::something_else
-                          : repeats      ? Schedule::Brought::no_news
-                                         : Schedule::Brought::news,
-                          now.instant);
+                          told_.OnKept(device, said), now.instant);
   chooser_.background().Release(device.place);
-  PlanBackground(device);
+  upkeep_.PlanBackground(device);
   if (open_) Settle();
 }
 

@@ -19,6 +19,7 @@
 #include "gateway/poll/roster.h"
 #include "gateway/poll/routed_side.h"
 #include "gateway/poll/schedule.h"
+#include "gateway/poll/told_events.h"
 #include "gateway/poll/unkept.h"
 #include "gateway/poll/upkeep.h"
 #include "gateway/poll/whose_reply.h"
@@ -112,7 +113,7 @@ class Poller : private LineClient {
   void Conclude();
   JumpCheck::Result CheckJumps(Device& device, std::vector<Sample>& samples);
   void Store(Device& device, const Answer& answer);
-  void Report(Device& device, EventBatch batch);
+  void Report(const Device& device, EventBatch batch);
   bool GoesOnBehindBroadcast();
   void OnAnswered(const ExchangeEnd& end);
   void TakeAnswer();
@@ -123,7 +124,6 @@ class Poller : private LineClient {
   void OnFailed(const ExchangeEnd& end);
   void GiveUp(const ExchangeEnd& end);
   void Finish(Outcome outcome, const std::string& reason);
-  void PlanBackground(const Device& device);
   void Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string& reason);
   void FinishWrite(Job::Write& write, Device& device, Outcome outcome, const std::string& reason);
 
@@ -140,6 +140,7 @@ class Poller : private LineClient {
   Ledger ledger_;
   Chooser chooser_;
   Upkeep upkeep_;
+  ToldEvents told_;
   std::unique_ptr<Job> job_;   // under way
   Device* speaker_ = nullptr;  // who speaks unasked; null: nobody
   Unkept unkept_;              // of it

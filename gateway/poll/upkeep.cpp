@@ -97,7 +97,6 @@ void Upkeep::OnEnabled(Device& device, bool open, Instant now) {
 
 void Upkeep::OnReplaced(Device& device, Now now) {
   device.conversation->OnReconnect();
-  device.drained_at.reset();
   if (device.LearnTimes()) ledger_.ShowTimes(device);
   Plan(device);
   std::vector<Sample> unknown;
@@ -179,6 +178,12 @@ void Upkeep::Plan(Device& device) {
   schedule_.SetQueries(device.place, std::move(groups), device.conversation->HasEvents());
   chooser_.DropParked(device);  // its query may be another one now
   ledger_.OnPlan(device);
+}
+
+void Upkeep::PlanBackground(const Device& device) {
+  chooser_.PlanBackground(device);
+  chooser_.background().SetProof(device.place, whose_reply_.ProofRenews(device),
+                                 whose_reply_.ProofEnds(device));
 }
 
 void Upkeep::HoldBack(const Member& member) {
