@@ -32,7 +32,7 @@
 #include <utility>
 
 #include "gateway/poll/poller.h"
-#include "gateway/store/conversion.h"
+#include "gateway/poll/samples.h"
 
 namespace baudgate {
 namespace {
@@ -396,12 +396,7 @@ JumpCheck::Result Poller::CheckJumps(Device& device, std::vector<Sample>& sample
 /// A reply that may be an earlier one's to the same request is as old as that.
 void Poller::Store(Device& device, const Answer& answer) {
   const Duration older = job_->verdict.older;
-  std::vector<Sample> samples;
-  samples.reserve(answer.readings.size());
-  for (const Reading& reading : answer.readings) {
-    if (reading.point >= device.config->points.size()) continue;
-    samples.push_back(ToSample(device.config->points[reading.point], reading));
-  }
+  std::vector<Sample> samples = SamplesOf(*device.config, answer.readings);
   if (samples.empty()) return;
   const JumpCheck::Result jumps = CheckJumps(device, samples);
   const Now at{job_->answered.instant - older, job_->answered.wall - older};
@@ -411,10 +406,7 @@ void Poller::Store(Device& device, const Answer& answer) {
     upkeep_.Repeat(device, config::Group::once, now_.instant);
   }
   if (jumps.spoils) upkeep_.Repeat(device, *jumps.spoils, now_.instant);
-  std::vector<std::uint32_t> points;
-  points.reserve(samples.size());
-  for (const Sample& sample : samples) points.push_back(sample.point);
-  listener_.OnRead(device.index, points, at);
+  listener_.OnRead(device.index, PointsOf(samples), at);
   if (job_->task.kind == Task::Kind::poll) whose_reply_.OnStored({device.place, job_->task.query});
 }
 

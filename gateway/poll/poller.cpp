@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/poll/samples.h"
 #include "gateway/poll/write_end.h"
 
 namespace baudgate {
@@ -35,8 +36,11 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       whose_reply_(roster_),
       ledger_(roster_, schedule_, store, store.LineIndex(line), listener),
       chooser_(line, roster_, schedule_, writes_, routes_, late_),
-      upkeep_(roster_, schedule_, store, late_, whose_reply_, chooser_, ledger_) {
-  ListenToDevices();
+      upkeep_(roster_, schedule_, store, late_, whose_reply_, chooser_, ledger_),
+      speaker_(roster_) {
+  if (speaker_.device() == nullptr) return;
+  line_.Listen(*speaker_.standing());
+  ledger_.OnSpeaks(*speaker_.device());
 }
 
 // ---------------------------------------------------------------- inputs
@@ -70,7 +74,7 @@ void Poller::OnOpened(Now now, bool keeps_bit_rate) {
   chooser_.probes().OnOpened();
   echo_.OnOpened();
   upkeep_.OnOpened(now.instant);
-  if (speaker_ != nullptr) ledger_.OnState(*speaker_, "the port is open");
+  if (speaker_.device() != nullptr) ledger_.OnState(*speaker_.device(), "the port is open");
   Pump();
 }
 
@@ -125,7 +129,9 @@ void Poller::OnBytes(View bytes, Now now) {
 void Poller::OnTimer(Now now) {
   Advance(now);
   Hear(line_.OnTimer(now.instant));
-  SpeakerDue();
+  if (open_) {
+    if (auto said = speaker_.OnTimer(now)) TakeUnasked(std::move(*said));
+  }
   Settle();
 }
 
@@ -149,7 +155,7 @@ bool Poller::Submit(WriteCommand command, Now now) {
 void Poller::ReadNow(WriteCommand command) {
   const Device& device = roster_.DeviceAt(command.device);
   if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
-  if (&device == speaker_ && !IsAsked(*device.conversation, command.reads)) {
+  if (&device == speaker_.device() && !IsAsked(*device.conversation, command.reads)) {
     return NotSent(command, "it is not asked: it speaks by itself, and what it said last is shown");
   }
   for (const std::uint32_t point : command.reads) ReadBack(device, point);
@@ -184,7 +190,7 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   Advance(now);
   Device& device = roster_.DeviceAt(index);
   device.conversation->OnEventsKept(said);
-  if (&device == speaker_) unkept_.OnKept();
+  if (&device == speaker_.device()) speaker_.OnKept();
   schedule_.ReleaseEvents(device.place, device.conversation->HasEvents(),
                           told_.OnKept(device, said), now.instant);
   chooser_.background().Release(device.place);
@@ -213,7 +219,7 @@ std::optional<Instant> Poller::Deadline() const {
   };
   sooner(writes_.Deadline());
   sooner(routes_.queue().Deadline());
-  if (speaker_ != nullptr && speaker_->in_use) sooner(speaker_->conversation->DueAt());
+  sooner(speaker_.DueAt());
   if (line_.state() == Line::State::quiet && job_) sooner(LatestStart(*job_));
   if (!line_.idle()) return soonest;
   if (job_) {  // waits until no late answer can meet its request
@@ -247,6 +253,31 @@ void Poller::Hear(LineNews news) {
   upkeep_.DoubtLatest(now_.instant);
 }
 
+void Poller::OnUnasked(const Heard& heard) {
+  if (!speaker_.in_use()) return;
+  Device& device = *speaker_.device();
+  for (std::size_t i = 0; i < heard.damaged; ++i) {
+    upkeep_.OnUnasked(device, Outcome::corrupt, std::string(heard.why), now_.instant);
+  }
+  for (const UnaskedMessage& message : heard.messages) {
+    Speaker::Said said = speaker_.OnMessage(message, now_);
+    upkeep_.OnUnasked(device, said.outcome, said.reason, now_.instant);
+    TakeUnasked(std::move(said));
+  }
+}
+
+void Poller::TakeUnasked(Speaker::Said said) {
+  Device& device = *speaker_.device();
+  upkeep_.OnHeard(device, now_.instant);
+  if (!said.samples.empty()) {
+    store_.Update(device.index, said.samples, said.received, {});
+    listener_.OnRead(device.index, PointsOf(said.samples), said.received);
+  }
+  if (said.lost > 0) ledger_.OnLostEvents(device, said.lost);
+  if (!said.warning.empty()) listener_.OnWarning(device.index, said.warning);
+  if (said.events) listener_.OnEvents(std::move(*said.events));
+}
+
 void Poller::OnStray(const StrayBytes& stray) {
   const LateAnswers::Stray told = late_.OnStray(stray, now_.instant);
   if (told.counts) ledger_.OnStray(stray.count);
@@ -270,7 +301,7 @@ void Poller::Settle() {
   AnswerConfirmed();  // before the next write is to be read back
   Pump();
   AnswerConfirmed();
-  TellDrained();
+  if (speaker_.drained()) listener_.OnDrained(speaker_.device()->index, now_.instant);
 }
 
 void Poller::Pump() {

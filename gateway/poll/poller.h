@@ -19,8 +19,8 @@
 #include "gateway/poll/roster.h"
 #include "gateway/poll/routed_side.h"
 #include "gateway/poll/schedule.h"
+#include "gateway/poll/speaker.h"
 #include "gateway/poll/told_events.h"
-#include "gateway/poll/unkept.h"
 #include "gateway/poll/upkeep.h"
 #include "gateway/poll/whose_reply.h"
 #include "gateway/poll/write_queue.h"
@@ -79,6 +79,8 @@ class Poller : private LineClient {
   // poller.cpp: inputs, and answers to those who wait
   void Advance(Now now);
   void Hear(LineNews news);
+  void OnUnasked(const Heard& heard);
+  void TakeUnasked(Speaker::Said said);
   void OnStray(const StrayBytes& stray);
   void Settle();
   void Pump();
@@ -92,15 +94,6 @@ class Poller : private LineClient {
   void NotSent(const WriteCommand& command, const std::string& reason);
   void AnswerRouted();
   Chooser::Idle idle() const { return {now_.instant, idle_since_}; }
-
-  // unasked.cpp: the device that speaks by itself
-  void ListenToDevices();
-  void OnUnasked(const Heard& heard);
-  void OnUnasked(Outcome outcome, const std::string& reason);
-  void SpeakerDue();
-  void TakeUnasked(const Answer& answer, Now received);
-  void KeepUnasked(EventBatch batch, Now received);
-  void TellDrained();
 
   // job_run.cpp: the job under way
   void Ask(int attempts = 0);
@@ -141,10 +134,8 @@ class Poller : private LineClient {
   Chooser chooser_;
   Upkeep upkeep_;
   ToldEvents told_;
-  std::unique_ptr<Job> job_;   // under way
-  Device* speaker_ = nullptr;  // who speaks unasked; null: nobody
-  Unkept unkept_;              // of it
-  bool told_lost_ = false;     // the user knows that events of it are lost
+  Speaker speaker_;
+  std::unique_ptr<Job> job_;  // under way
   bool open_ = false;
   bool winding_up_ = false;
   bool was_idle_ = false;  // the line, before the input that is being handled

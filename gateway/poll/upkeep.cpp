@@ -74,6 +74,16 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
   ledger_.OnState(member, reason.empty() ? std::string(why) : reason);
 }
 
+void Upkeep::OnUnasked(Device& device, Outcome outcome, const std::string& reason, Instant now) {
+  device.health.OnExchange(outcome);
+  ledger_.OnUnasked(device, outcome, reason);
+  if (ProvesLife(outcome)) {
+    OnTask(device, Outcome::ok, {}, now);
+  } else {
+    ledger_.OnState(device, reason);
+  }
+}
+
 void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
   device.in_use = in_use;
   chooser_.DropParked(device);
