@@ -1,8 +1,13 @@
 // Carries out one job after the other, from the first request to the end: what is asked, whether it
-// is repeated, what an answer leads to, and who is answered. The line is gateway/poll/poller.cpp's
-// affair, which tells when a request may go and how its exchange has ended:
+// is repeated, what an answer leads to, and who is answered. Knows nothing of bytes on the line;
+// gateway/poll/poller_line.cpp tells it what happens there:
 //
-//   Begin, TakeTurn: send   Start, Send; Judge of a frame; OnEnd, Conclude     TakeTurn again
+//   on the line                          to be called
+//   idle, and nothing is to be done      Begin, with the job that goes first
+//   idle, and a job waits                TakeTurn; where that says send: Start
+//   quiet for long enough                Send
+//   a whole frame has come               Judge
+//   the exchange has ended               OnEnd, and behind all news of that input Conclude
 //
 // The table of all states of a job is in job_run.cpp.
 // SPDX-License-Identifier: Apache-2.0
