@@ -5,6 +5,12 @@
 
 namespace baudgate {
 
+bool IsPlanned(const Task& task, const Conversation& conversation) {
+  if (task.kind == Task::Kind::events) return conversation.HasEvents();
+  if (task.kind == Task::Kind::background) return conversation.BackgroundDue().has_value();
+  return task.kind != Task::Kind::poll || task.query < conversation.Queries().size();
+}
+
 bool IsUrgent(const Job& job) {
   if (job.As<Job::Write>() != nullptr || job.As<Job::ReadBack>() != nullptr) return true;
   const auto* routed = job.As<Job::Routed>();

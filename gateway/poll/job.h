@@ -103,6 +103,9 @@ struct Job {
   std::unique_ptr<Job> behind;  ///< goes on when this probe has shown that replies are in order
 };
 
+/// False: its device has fewer queries since it began. Example: a poll of query 7 waits behind a
+/// probe, and what the probe is answered leaves 5 queries.
+bool IsPlanned(const Task& task, const Conversation& conversation);
 /// Writes, the reads behind them, and short writes of routes.
 bool IsUrgent(const Job& job);
 /// When its request may still be sent, if there is a limit to that.

@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-#include "gateway/poll/poller.h"
+#include "gateway/poll/job_run.h"
 #include "gateway/poll/write_end.h"
 
 namespace baudgate {
@@ -38,7 +38,7 @@ void AnswerRoute(Job& job, Outcome outcome, const std::string& reason) {
 /// A routed read whose reply was damaged waits for its turn again, where that can do no harm.
 /// Silence is the client's to judge, who may have better things to ask by now. Whoever asks for
 /// what its slave does not know says nothing about the slave by it.
-void Poller::OnFailed(const ExchangeEnd& end) {
+void JobRun::OnFailed(const ExchangeEnd& end) {
   Job& job = *job_;
   Member& member = *job.member;
   job.answer = {};
@@ -70,7 +70,7 @@ void Poller::OnFailed(const ExchangeEnd& end) {
   ledger_.OnRetry(member);
 }
 
-void Poller::GiveUp(const ExchangeEnd& end) {
+void JobRun::GiveUp(const ExchangeEnd& end) {
   Device& device = *roster_.AsDevice(*job_->member);
   const Then then =
       device.conversation->OnFailure(job_->task, job_->request, end.outcome, now_.instant);
@@ -83,7 +83,7 @@ void Poller::GiveUp(const ExchangeEnd& end) {
 
 // ---------------------------------------------------------------- the end of the task
 
-void Poller::Finish(Outcome outcome, const std::string& reason) {
+void JobRun::Finish(Outcome outcome, const std::string& reason) {
   const std::unique_ptr<Job> done = std::move(job_);
   Member& member = *done->member;
   Device* const device = roster_.AsDevice(member);
@@ -93,7 +93,7 @@ void Poller::Finish(Outcome outcome, const std::string& reason) {
       chooser_.background().OnEnd(device->place, life ? done->wire : Duration::zero(),
                                   done->proved);
     }
-    PlanBackground(*device);
+    upkeep_.PlanBackground(*device);
   }
   if (done->behind) {
     // That it answers probes does not make up for polls that fail.
@@ -128,14 +128,8 @@ void Poller::Finish(Outcome outcome, const std::string& reason) {
   }
 }
 
-void Poller::PlanBackground(const Device& device) {
-  chooser_.PlanBackground(device);
-  chooser_.background().SetProof(device.place, whose_reply_.ProofRenews(device),
-                                 whose_reply_.ProofEnds(device));
-}
-
 /// What the probe came to is never the outcome of the task that waited for it.
-void Poller::Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string& reason) {
+void JobRun::Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string& reason) {
   job_ = std::move(job);
   const Member& member = *job_->member;
   // A device that wants to be left in peace gets it: a meter counts wrong passwords.
@@ -157,7 +151,7 @@ void Poller::Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string
   Finish(outcome == Outcome::ok ? Outcome::busy : outcome, reason);
 }
 
-void Poller::FinishWrite(Job::Write& write, Device& device, Outcome outcome,
+void JobRun::FinishWrite(Job::Write& write, Device& device, Outcome outcome,
                          const std::string& reason) {
   WriteCommand& command = write.command;
   const auto all = std::span(command.writes);

@@ -28,41 +28,73 @@
 // clang-format on
 //
 // SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/job_run.h"
+
 #include <algorithm>
 #include <utility>
 
-#include "gateway/poll/poller.h"
-#include "gateway/store/conversion.h"
-
 namespace baudgate {
-namespace {
 
-/// False: its device has fewer queries since it began. Example: a poll of query 7 waits behind a
-/// probe, and what the probe is answered leaves 5 queries.
-bool IsPlanned(const Task& task, const Conversation& conversation) {
-  if (task.kind == Task::Kind::events) return conversation.HasEvents();
-  if (task.kind == Task::Kind::background) return conversation.BackgroundDue().has_value();
-  return task.kind != Task::Kind::poll || task.query < conversation.Queries().size();
+JobRun::JobRun(PointStore& store, PollerListener& listener, Roster& roster, Schedule& schedule,
+               WriteQueue& writes, RoutedSide& routes, LateAnswers& late, WhoseReply& whose_reply,
+               Ledger& ledger, Chooser& chooser, Upkeep& upkeep, ToldEvents& told)
+    : store_(store),
+      listener_(listener),
+      roster_(roster),
+      schedule_(schedule),
+      writes_(writes),
+      routes_(routes),
+      late_(late),
+      whose_reply_(whose_reply),
+      ledger_(ledger),
+      chooser_(chooser),
+      upkeep_(upkeep),
+      told_(told) {}
+
+void JobRun::OnTime(Now now, bool busy) {
+  const Duration passed = now.instant - now_.instant;
+  now_ = now;
+  const Member* member = job_ && !job_->sending ? job_->member : late_.last();
+  ledger_.OnTime(now, busy, member);
+  const bool failing =
+      busy && member != nullptr && roster_.IsDevice(*member) && schedule_.doubted(member->place);
+  chooser_.turns().OnTime(passed, failing);
 }
 
-bool IsReading(const Job& job) {
-  return job.task.kind == Task::Kind::poll && !job.answer.readings.empty();
+void JobRun::OnClosed(const std::string& reason) {
+  open_ = false;
+  if (job_ && job_->end) late_.OnClosed(*job_->member, now_.instant);
+  if (job_) Finish(Outcome::line_down, reason);
 }
 
-/// A point that is read once is bad. Example: another meter answers, so that all points of this one
-/// are; the right one may be back tomorrow.
-bool SpoilsOnce(const Answer& answer, const config::Device& device) {
-  return std::ranges::any_of(answer.readings, [&](const Reading& reading) {
-    return reading.point < device.points.size() && !IsGood(reading.quality) &&
-           device.points[reading.point].group == config::Group::once;
-  });
+bool JobRun::IsReadingBack() const {
+  return job_ && job_->As<Job::ReadBack>() != nullptr && job_->attempts == 0;
 }
 
-}  // namespace
+std::size_t JobRun::Forget(std::uint64_t client) {
+  std::size_t forgotten = 0;
+  for (Job* job = job_.get(); job != nullptr; job = job->behind.get()) {
+    auto* routed = job->As<Job::Routed>();
+    if (routed == nullptr) continue;
+    forgotten += std::erase_if(
+        routed->batch, [client](const RoutedRequest& request) { return request.client == client; });
+  }
+  return forgotten;
+}
 
 // ---------------------------------------------------------------- to the request
 
-void Poller::Ask(int attempts) {
+void JobRun::Begin(std::unique_ptr<Job> job) {
+  job_ = std::move(job);
+  if (job_->looks) ledger_.OnProbe();
+  if (job_->As<Job::Write>() != nullptr) {
+    NextWrite();
+  } else if (job_->As<Job::Routed>() == nullptr) {
+    Ask();
+  }
+}
+
+void JobRun::Ask(int attempts) {
   if (++job_->steps > kMostSteps) {
     return Finish(Outcome::unexpected, "the conversation did not come to an end");
   }
@@ -84,7 +116,7 @@ void Poller::Ask(int attempts) {
 
 /// The points of the command before the next one are written; as many as one exchange carries come
 /// next.
-void Poller::NextWrite() {
+void JobRun::NextWrite() {
   Job::Write& write = *job_->As<Job::Write>();
   const Device& device = *roster_.AsDevice(*job_->member);
   if (write.command.why_not) {
@@ -107,20 +139,20 @@ void Poller::NextWrite() {
   task.also.assign(rest.begin() + 1, rest.end());
   for (const PointValue& one : rest) {
     writes_.OnBegun(device.index, static_cast<std::uint32_t>(one.point));
-    ReadBack(device, one.point);
+    writes_.AddReadBacks(device.place, device.conversation->Queries(), one.point);
   }
   Ask();
 }
 
 /// What of the command has not been begun is not.
-void Poller::Deny(const std::string& why) {
+void JobRun::Deny(const std::string& why) {
   const std::unique_ptr<Job> job = std::move(job_);
   const Job::Write& write = *job->As<Job::Write>();
   ledger_.OnWrite(*job->member, WriteEnd::denied, false);
   write.command.done({WriteEnd::denied, why, false, write.next});
 }
 
-void Poller::PutProbeFirst() {
+void JobRun::PutProbeFirst() {
   auto probe = std::make_unique<Job>(*job_->member, Job::Probe{}, Task{.kind = Task::Kind::probe},
                                      now_.instant);
   probe->behind = std::move(job_);
@@ -128,9 +160,42 @@ void Poller::PutProbeFirst() {
   Ask();
 }
 
-void Poller::Start() {
+JobRun::Turn JobRun::TakeTurn() {
+  if (job_->behind && WhyNotSend(*job_->behind, now_.instant) != nullptr) {
+    std::unique_ptr<Job> behind = std::move(job_->behind);
+    job_ = std::move(behind);
+  }
+  if (const char* why = WhyNotSend(*job_, now_.instant)) {
+    BreakOff(why);
+    return Turn::next;
+  }
+  whose_reply_.Recognise(*job_->member, job_->request.expect.address);
+  if (whose_reply_.NeedsProbeFirst(job_->asked(), now_.instant)) {
+    PutProbeFirst();
+    return Turn::next;
+  }
+  // A retry may be met by the answer to its first try, which is as good.
+  const Instant clear = late_.ClearAt(job_->asked());
+  if (job_->attempts > 0 || clear <= now_.instant) return Turn::send;
+  return SetAside(clear) ? Turn::next : Turn::wait;
+}
+
+/// The next step of a poll waits for a late reply of its device: where replies say who they are
+/// from, the line does not.
+bool JobRun::SetAside(Instant until) {
   const Member& member = *job_->member;
-  if (idle_since_ + member.times.reply <= now_.instant) whose_reply_.OnRested();
+  const Task::Kind kind = job_->task.kind;
+  const bool reads =
+      kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
+  if (!reads || !job_->asked().named() || chooser_.IsParked(member)) return false;
+  schedule_.Hold(member.place, until);
+  chooser_.Park(std::move(job_), until);
+  return true;
+}
+
+Exchange JobRun::Start(Instant idle_since) {
+  const Member& member = *job_->member;
+  if (idle_since + member.times.reply <= now_.instant) whose_reply_.OnRested();
   const Device* const device = roster_.AsDevice(member);
   const bool trusted = device != nullptr && device->config->trust_order;
   if (trusted && job_->attempts == 0) whose_reply_.OnTrusted(member);
@@ -148,10 +213,10 @@ void Poller::Start() {
   exchange.aftermath = late_.Aftermath(job_->asked(), now_.instant);
   // Its own comes with the next request; a longer silence shows nothing.
   if (exchange.lags) exchange.aftermath = std::min(exchange.aftermath, member.times.drain);
-  Hear(line_.Start(std::move(exchange), now_.instant));
+  return exchange;
 }
 
-void Poller::Send() {
+const Request& JobRun::Send() {
   Request& request = job_->request;
   if (request.stamped) {
     const auto characters = static_cast<std::int64_t>(request.bytes.size());
@@ -162,36 +227,36 @@ void Poller::Send() {
   }
   auto* const write = job_->As<Job::Write>();
   if (write != nullptr && !request.prepares && !request.closes) write->sent = true;
-  echo_.OnSent(request.bytes);
   chooser_.turns().OnSent(IsUrgent(job_->goal()));
   whose_reply_.OnSent(job_->asked(), now_.instant);
   ledger_.OnSent(*job_->member, request);
-  listener_.Send(request.bytes, job_->member->serial);
+  return request;
 }
 
 /// A read that the line still waits with lets a short write pass, and what has become too late
 /// meanwhile is not sent any more.
-void Poller::CancelQuiet() {
-  if (line_.state() != Line::State::quiet || !job_ || job_->end) return;
+bool JobRun::Withdraw() {
+  if (!job_ || job_->end) return false;
   if (const char* why = WhyNotSend(*job_, now_.instant)) {
-    line_.Cancel();
     job_->exchange_began = {};
-    return BreakOff(why);
+    BreakOff(why);
+    return true;
   }
   auto* routed = job_->As<Job::Routed>();
-  if (routed == nullptr || !routed->is_read()) return;
+  if (routed == nullptr || !routed->is_read()) return false;
   RouteQueue& queue = routes_.queue();
   const auto urgent = [this](const RoutedRequest& request) {
     return RouteQueue::IsShortWrite(request) && chooser_.MayAsk(request, now_.instant);
   };
-  if (!chooser_.turns().UrgentAllowed(queue.HasShortWrite()) || !queue.HasAny(urgent)) return;
-  line_.Cancel();
+  if (!chooser_.turns().UrgentAllowed(queue.HasShortWrite())) return false;
+  if (!queue.HasAny(urgent)) return false;
   queue.Return(std::move(routed->batch));
   job_.reset();
+  return true;
 }
 
 /// What waits for the line is not sent. What it has begun is ended in order.
-void Poller::BreakOff(const std::string& why) {
+void JobRun::BreakOff(const std::string& why) {
   Job& job = *job_;
   job.mute = true;
   const bool asks = job.As<Job::Routed>() == nullptr;
@@ -201,221 +266,6 @@ void Poller::BreakOff(const std::string& why) {
                                                         now_.instant) == Then::ask_again;
   if (closes) return Ask();
   Finish(Outcome::no_reply, why);
-}
-
-// ---------------------------------------------------------------- the reply, and what it means
-
-/// The conversation hears of a reply when it is certain whose it is.
-Outcome Poller::Judge(View frame, Instant now) {
-  Job& job = *job_;
-  Answer& answer = job.answer;
-  answer = {};
-  if (echo_.MayBeEcho(job.request, frame)) {
-    answer.reason =
-        "a good reply equals its request, and this bus echoes requests: nobody need have answered; "
-        "set 'echo: strip' at the line";
-    return answer.outcome = Outcome::unexpected;
-  }
-  Device* const device = roster_.AsDevice(*job.member);
-  auto* const routed = job.As<Job::Routed>();
-  Outcome outcome = routed != nullptr ? roster_.carrier()->carrier->unwrap(job.request.bytes, frame,
-                                                                           routed->reply)
-                                      : device->conversation->Check(job.request.bytes, frame);
-  if (device == nullptr) return answer.outcome = outcome;
-  // A form that was not asked for, as where a profile is wrong, and yet its own.
-  if (routed == nullptr && outcome == Outcome::unexpected && whose_reply_.MayBeOdd(job.asked())) {
-    outcome = device->conversation->Interpret(job.request.bytes, frame).outcome;
-  }
-  if (ProvesLife(outcome) || outcome == Outcome::unexpected) {
-    job.verdict = whose_reply_.OnReply(job.asked(), frame, outcome);
-  }
-  if (!ProvesLife(outcome)) {
-    if (routed == nullptr) {
-      answer.reason = device->conversation->Interpret(job.request.bytes, frame).reason;
-      if (answer.reason.empty()) {
-        answer.reason = "not the form that was asked for; does the profile fit?";
-      }
-    }
-    return answer.outcome = outcome;
-  }
-  const bool asks = routed == nullptr && !job.is_probe();
-  if (job.verdict.elsewhere || (asks && !job.verdict.proven)) {
-    answer.reason =
-        "the reply belongs to another request, or may: the device, or a serial server before it, "
-        "answers late";
-    return answer.outcome = Outcome::unexpected;
-  }
-  if (routed != nullptr) return answer.outcome = outcome;
-  const bool planned = IsPlanned(job.task, *device->conversation);
-  answer = planned ? device->conversation->OnFrame(job.task, job.request, frame, now)
-                   : device->conversation->Interpret(job.request.bytes, frame);
-  // What a probe reads may be nobody's, and what is not planned any more has not been checked.
-  if (!planned || !job.verdict.proven) {
-    answer.readings.clear();
-    answer.batch.reset();
-  }
-  return answer.outcome;
-}
-
-void Poller::Conclude() {
-  Job& job = *job_;
-  Member& member = *job.member;
-  const Asked asked = job.asked();
-  if (echo_.OnExchangeEnd(job.request, *job.end)) ledger_.OnCollision();
-  ledger_.OnRing(member, echo_.is_cut());
-  ExchangeEnd end = std::move(*std::exchange(job.end, std::nullopt));
-  if (!job.answer.reason.empty()) end.reason = job.answer.reason;
-  const bool answered = ProvesLife(end.outcome);
-  const bool lost = end.outcome == Outcome::line_down;
-  job.mute = job.request.expect.reply == Expectation::Reply::none;
-  if (!job.mute) member.health.OnExchange(end.outcome);
-  const bool by_count = whose_reply_.Lags(member);  // and no silence helps
-  late_.Conclude(asked, end, by_count || whose_reply_.IsInStep(member), now_.instant);
-  if (answered && !late_.IsClear(member, now_.instant)) upkeep_.HoldBack(member);
-  whose_reply_.OnEnd(asked, end.outcome, !lost && !job.mute, now_.instant);
-  if (roster_.IsDevice(member) && !job.mute && !lost) {
-    // What it took in vain counts from its first failure on; Advance charges what follows.
-    if (!answered && !schedule_.doubted(member.place)) {
-      chooser_.turns().Charge(now_.instant - job.exchange_began);
-    }
-    schedule_.Doubt(member.place, !answered);
-  }
-  if (job.verdict.shifted) upkeep_.DoubtLatest(now_.instant);
-  if (answered) job.wire += now_.instant - job.exchange_began;
-  ledger_.OnExchange(member, end, job.mute, job.is_probe() && member.health.offline(),
-                     job.As<Job::Routed>() != nullptr);
-  upkeep_.ShowLine(now_.instant);
-  if (lost) return Finish(end.outcome, end.reason);
-  if (answered && GoesOnBehindBroadcast()) return Ask(job.attempts);
-  if (answered) return OnAnswered(end);
-  listener_.OnNoReply();
-  OnFailed(end);
-}
-
-/// Nobody has answered what was sent, and nobody should have.
-bool Poller::GoesOnBehindBroadcast() {
-  Job& job = *job_;
-  if (!job.mute || job.As<Job::Routed>() != nullptr) return false;
-  Conversation& conversation = *roster_.AsDevice(*job.member)->conversation;
-  if (conversation.OnSent(job.task, job.request, now_.instant) != Then::ask_again) return false;
-  ++job.broadcasts;
-  return true;
-}
-
-/// A read is repeated while its reply may be that to one of long ago, and a probe until its reply
-/// can not be that to the probe of an earlier task: behind a server that lags, tasks look alike but
-/// for one probe more. Somebody else may have answered a repetition: what it says waits until a
-/// device that tells its name has told it.
-void Poller::OnAnswered(const ExchangeEnd& end) {
-  Job& job = *job_;
-  if (job.As<Job::Routed>() != nullptr) {
-    routes_.OnAnswered(now_.instant);
-    return Finish(end.outcome, {});
-  }
-  Device& device = *roster_.AsDevice(*job.member);
-  job.answered = {now_.instant - end.since_reply, now_.wall - end.since_reply};
-  job.round_trip = end.round_trip;
-  if (job.verdict.replaced) {
-    upkeep_.OnReplaced(device, now_);
-    if (job.behind) job.behind->answer = {};
-  }
-  const bool reads = IsReading(job) && job.request.expect.repeatable;
-  const bool late = whose_reply_.Lags(*job.member) && job.verdict.older > job.member->times.ceiling;
-  const bool old = reads && late && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
-  const bool peace = job.answer.outcome == Outcome::busy || job.answer.wait > Duration::zero();
-  const bool alike = job.behind && !peace && !whose_reply_.IsOfLatest(job.asked()) &&
-                     chooser_.MayRepeat(job, kMostProbesMore, now_.instant);
-  if (old || alike) {
-    ++job.attempts;
-    job.sending = true;
-  } else if (job.has_news() && (job.missed || job.attempts > 0) &&
-             whose_reply_.HasName(*job.member)) {
-    PutProbeFirst();
-  } else {
-    TakeAnswer();
-  }
-}
-
-void Poller::TakeAnswer() {
-  Job& job = *job_;
-  Device& device = *roster_.AsDevice(*job.member);
-  const Outcome outcome = job.answer.outcome;
-  Answer answer = std::exchange(job.answer, {});
-  upkeep_.OnHeard(device, now_.instant);
-  if (auto* const write = job.As<Job::Write>(); write != nullptr) {
-    write->may_have_acted = answer.may_have_acted;
-    if (write->sent && !job.request.closes) write->told = outcome;
-  }
-  Store(device, answer);
-  if (answer.batch) Report(device, std::move(*answer.batch));
-  if (answer.wait > Duration::zero()) schedule_.Hold(device.place, now_.instant + answer.wait);
-  if (answer.then == Then::ask_again) return Ask();
-  if (answer.then == Then::replan) {
-    upkeep_.Plan(device);
-    if (device.in_use) schedule_.RestartAsPlanned(device.place, now_.instant);
-    return Finish(outcome, answer.reason);
-  }
-  const bool read = job.task.kind == Task::Kind::poll;
-  const bool parks = outcome == Outcome::busy && read && job.parkings < device.retries &&
-                     device.in_use && !chooser_.IsParked(device);
-  if (!parks) return Finish(outcome, answer.reason);
-  ++job.parkings;
-  --job.steps;
-  const Instant until = now_.instant + std::max<Duration>(answer.wait, device.times.quiet);
-  schedule_.Hold(device.place, until);
-  chooser_.Park(std::move(job_), until);
-}
-
-/// The device has looked whether it has any after its request was sent.
-void Poller::Report(Device& device, EventBatch batch) {
-  if (batch.drained) device.drained_at = job_->exchange_began;
-  if (batch.events.empty() && batch.past.empty()) {
-    if (batch.drained) listener_.OnDrained(device.index, job_->exchange_began);
-    return;
-  }
-  schedule_.HoldEvents(device.place);
-  chooser_.background().Hold(device.place);
-  device.told_in_background = job_->task.kind == Task::Kind::background;
-  ReportedEvents events{device.index, std::move(batch), job_->answered, {}};
-  if (device.drained_at) events.oldest = job_->answered.instant - *device.drained_at;
-  listener_.OnEvents(std::move(events));
-}
-
-/// What must not be read twice counts as it comes.
-JumpCheck::Result Poller::CheckJumps(Device& device, std::vector<Sample>& samples) {
-  const Job& job = *job_;
-  if (job.task.kind != Task::Kind::poll || !job.request.expect.repeatable) return {};
-  JumpCheck::Result result = device.jumps.Check(samples);
-  if (result.ask_again) {
-    writes_.AddReadBack({device.place, job.task.query});
-    ledger_.OnRecheck(device);
-  }
-  return result;
-}
-
-/// A reply that may be an earlier one's to the same request is as old as that.
-void Poller::Store(Device& device, const Answer& answer) {
-  const Duration older = job_->verdict.older;
-  std::vector<Sample> samples;
-  samples.reserve(answer.readings.size());
-  for (const Reading& reading : answer.readings) {
-    if (reading.point >= device.config->points.size()) continue;
-    samples.push_back(ToSample(device.config->points[reading.point], reading));
-  }
-  if (samples.empty()) return;
-  const JumpCheck::Result jumps = CheckJumps(device, samples);
-  const Now at{job_->answered.instant - older, job_->answered.wall - older};
-  store_.Update(device.index, samples, at, job_->round_trip);
-  store_.Doubt(device.index, jumps.doubtful, now_.instant);
-  if (SpoilsOnce(answer, *device.config)) {
-    upkeep_.Repeat(device, config::Group::once, now_.instant);
-  }
-  if (jumps.spoils) upkeep_.Repeat(device, *jumps.spoils, now_.instant);
-  std::vector<std::uint32_t> points;
-  points.reserve(samples.size());
-  for (const Sample& sample : samples) points.push_back(sample.point);
-  listener_.OnRead(device.index, points, at);
-  if (job_->task.kind == Task::Kind::poll) whose_reply_.OnStored({device.place, job_->task.query});
 }
 
 }  // namespace baudgate

@@ -1,5 +1,5 @@
-// The poller's inputs, and who is answered when. What becomes of the job under way is in
-// job_run.cpp.
+// The poller's inputs, and who is answered when. How the line and the job under way come together
+// is in poller_line.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/poll/poller.h"
 
@@ -35,21 +35,21 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       whose_reply_(roster_),
       ledger_(roster_, schedule_, store, store.LineIndex(line), listener),
       chooser_(line, roster_, schedule_, writes_, routes_, late_),
-      upkeep_(roster_, schedule_, store, late_, whose_reply_, chooser_, ledger_) {
-  ListenToDevices();
+      upkeep_(roster_, schedule_, store, late_, whose_reply_, chooser_, ledger_),
+      speaker_(roster_),
+      run_(store, listener, roster_, schedule_, writes_, routes_, late_, whose_reply_, ledger_,
+           chooser_, upkeep_, told_) {
+  if (speaker_.device() == nullptr) return;
+  line_.Listen(*speaker_.standing());
+  ledger_.OnSpeaks(*speaker_.device());
 }
 
 // ---------------------------------------------------------------- inputs
 
 void Poller::Advance(Now now) {
   was_idle_ = line_.idle();
-  const Duration passed = now.instant - now_.instant;
   now_ = now;
-  const Member* member = job_ && !job_->sending ? job_->member : late_.last();
-  ledger_.OnTime(now, !was_idle_, member);
-  const bool failing = !was_idle_ && member != nullptr && roster_.IsDevice(*member) &&
-                       schedule_.doubted(member->place);
-  chooser_.turns().OnTime(passed, failing);
+  run_.OnTime(now, !was_idle_);
 }
 
 void Poller::Recall(std::uint32_t index, std::string memory, Now now) {
@@ -60,29 +60,27 @@ void Poller::Recall(std::uint32_t index, std::string memory, Now now) {
 }
 
 void Poller::OnOpened(Now now, bool keeps_bit_rate) {
-  if (open_) OnClosed(now);
+  if (is_open()) OnClosed(now);
   Advance(now);
-  open_ = true;
   winding_up_ = false;
   idle_since_ = now.instant;
   ledger_.OnOpened();
+  run_.OnOpened();
   line_.OnOpened(now.instant, keeps_bit_rate);
   chooser_.probes().OnOpened();
   echo_.OnOpened();
   upkeep_.OnOpened(now.instant);
-  if (speaker_ != nullptr) ledger_.OnState(*speaker_, "the port is open");
+  if (speaker_.device() != nullptr) ledger_.OnState(*speaker_.device(), "the port is open");
   Pump();
 }
 
 void Poller::OnClosed(Now now, Override why) {
   Advance(now);
-  open_ = false;
   ledger_.OnClosed(why);
   const std::string reason = ledger_.WhyClosed();
   Hear(line_.OnClosed());
   echo_.OnClosed();
-  if (job_ && job_->end) late_.OnClosed(*job_->member, now.instant);
-  if (job_) Finish(Outcome::line_down, reason);
+  run_.OnClosed(reason);
   for (const auto& device : roster_.devices()) {
     chooser_.DropParked(*device);
     schedule_.Suspend(device->place);
@@ -100,16 +98,17 @@ void Poller::OnClosed(Now now, Override why) {
 void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
   Advance(now);
   Device& device = roster_.DeviceAt(index);
-  if (in_use) upkeep_.OnEnabled(device, open_, now.instant);
-  if (device.in_use != in_use) upkeep_.SetInUse(device, in_use, open_, now.instant);
-  if (open_) Settle();
+  if (in_use) upkeep_.OnEnabled(device, is_open(), now.instant);
+  if (device.in_use != in_use) upkeep_.SetInUse(device, in_use, is_open(), now.instant);
+  if (is_open()) Settle();
 }
 
 void Poller::OnBytes(View bytes, Now now) {
   Advance(now);
-  const EchoWatch::Heard heard = echo_.OnReceived(bytes, job_ ? &job_->request : nullptr);
+  const Job* const job = run_.job();
+  const EchoWatch::Heard heard = echo_.OnReceived(bytes, job != nullptr ? &job->request : nullptr);
   if (heard.echo) ledger_.OnEcho();
-  if (heard.warning != nullptr) listener_.OnWarning(job_->member->index, heard.warning);
+  if (heard.warning != nullptr) listener_.OnWarning(job->member->index, heard.warning);
   if (heard.collision) {
     ledger_.OnCollision();
     ledger_.OnSecondMaster();
@@ -125,7 +124,9 @@ void Poller::OnBytes(View bytes, Now now) {
 void Poller::OnTimer(Now now) {
   Advance(now);
   Hear(line_.OnTimer(now.instant));
-  SpeakerDue();
+  if (is_open()) {
+    if (auto said = speaker_.OnTimer(now)) TakeUnasked(std::move(*said));
+  }
   Settle();
 }
 
@@ -133,7 +134,7 @@ bool Poller::Submit(WriteCommand command, Now now) {
   Advance(now);
   AnswerCommands();  // those of clients that have left take no room
   if (writes_.full()) return false;
-  if (!open_) {
+  if (!is_open()) {
     NotSent(command, ledger_.WhyClosed());
   } else if (command.writes.empty()) {
     ReadNow(std::move(command));
@@ -149,25 +150,18 @@ bool Poller::Submit(WriteCommand command, Now now) {
 void Poller::ReadNow(WriteCommand command) {
   const Device& device = roster_.DeviceAt(command.device);
   if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
-  if (&device == speaker_ && !IsAsked(*device.conversation, command.reads)) {
+  if (&device == speaker_.device() && !IsAsked(*device.conversation, command.reads)) {
     return NotSent(command, "it is not asked: it speaks by itself, and what it said last is shown");
   }
-  for (const std::uint32_t point : command.reads) ReadBack(device, point);
-  writes_.Confirm(std::move(command), now_.instant);
-}
-
-void Poller::ReadBack(const Device& device, std::size_t point) {
-  const auto queries = device.conversation->Queries();
-  for (std::size_t query = 0; query < queries.size(); ++query) {
-    const auto& points = queries[query].points;
-    if (std::ranges::find(points, point) == points.end()) continue;
-    writes_.AddReadBack({device.place, query});
+  for (const std::uint32_t point : command.reads) {
+    writes_.AddReadBacks(device.place, device.conversation->Queries(), point);
   }
+  writes_.Confirm(std::move(command), now_.instant);
 }
 
 void Poller::Submit(RoutedRequest request, Now now) {
   Advance(now);
-  if (!open_ || roster_.carrier() == nullptr) {
+  if (!is_open() || roster_.carrier() == nullptr) {
     request.done({Outcome::line_down, {}, ledger_.WhyClosed()});
     return;
   }
@@ -184,47 +178,36 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   Advance(now);
   Device& device = roster_.DeviceAt(index);
   device.conversation->OnEventsKept(said);
-  if (&device == speaker_) unkept_.OnKept();
-  const bool repeats = device.said == said;
-  device.said = said;
-  const bool something_else = std::exchange(device.told_in_background, false);
+  if (&device == speaker_.device()) speaker_.OnKept();
   schedule_.ReleaseEvents(device.place, device.conversation->HasEvents(),
-                          something_else ? Schedule::Brought::something_else
-                          : repeats      ? Schedule::Brought::no_news
-                                         : Schedule::Brought::news,
-                          now.instant);
+                          told_.OnKept(device, said), now.instant);
   chooser_.background().Release(device.place);
-  PlanBackground(device);
-  if (open_) Settle();
+  upkeep_.PlanBackground(device);
+  if (is_open()) Settle();
 }
 
 std::size_t Poller::Forget(std::uint64_t client, Now now) {
   Advance(now);
-  std::size_t forgotten = routes_.queue().Forget(client);
-  for (Job* job = job_.get(); job != nullptr; job = job->behind.get()) {
-    auto* routed = job->As<Job::Routed>();
-    if (routed == nullptr) continue;
-    forgotten += std::erase_if(
-        routed->batch, [client](const RoutedRequest& request) { return request.client == client; });
-  }
-  if (open_) Settle();
+  const std::size_t forgotten = routes_.queue().Forget(client) + run_.Forget(client);
+  if (is_open()) Settle();
   return forgotten;
 }
 
 std::optional<Instant> Poller::Deadline() const {
-  if (!open_) return std::nullopt;
+  if (!is_open()) return std::nullopt;
   std::optional<Instant> soonest = line_.Deadline();
   const auto sooner = [&](std::optional<Instant> other) {
     if (other && (!soonest || *other < *soonest)) soonest = other;
   };
   sooner(writes_.Deadline());
   sooner(routes_.queue().Deadline());
-  if (speaker_ != nullptr && speaker_->in_use) sooner(speaker_->conversation->DueAt());
-  if (line_.state() == Line::State::quiet && job_) sooner(LatestStart(*job_));
+  sooner(speaker_.DueAt());
+  const Job* const job = run_.job();
+  if (line_.state() == Line::State::quiet && job != nullptr) sooner(LatestStart(*job));
   if (!line_.idle()) return soonest;
-  if (job_) {  // waits until no late answer can meet its request
-    if (job_->attempts == 0) sooner(late_.ClearAt(job_->asked()));
-    sooner(LatestStart(job_->goal()));
+  if (job != nullptr) {  // waits until no late answer can meet its request
+    if (job->attempts == 0) sooner(late_.ClearAt(job->asked()));
+    sooner(LatestStart(job->goal()));
     return soonest;
   }
   if (!winding_up_) sooner(chooser_.NextAt(idle()));
@@ -232,101 +215,24 @@ std::optional<Instant> Poller::Deadline() const {
 }
 
 bool Poller::IsWriting() const {
-  return job_ && job_->As<Job::Write>() != nullptr && (job_->begun() || !job_->sending);
-}
-
-// ---------------------------------------------------------------- what the line has to say
-
-/// What an input has led to, in its order; what follows from an exchange's end is for Settle.
-void Poller::Hear(LineNews news) {
-  OnUnasked(news.unasked);
-  if (news.send) Send();
-  if (news.stray_before.count > 0) OnStray(news.stray_before);
-  if (news.end && job_) {
-    late_.OnEnd(job_->asked(), news.end->outcome, now_.instant);
-    job_->end = std::move(news.end);
-  }
-  if (news.stray.count > 0) OnStray(news.stray);
-  if (!news.second_reply || late_.last() == nullptr) return;
-  ledger_.OnSecondReply(*late_.last());
-  whose_reply_.OnSecondReply(*late_.last());
-  upkeep_.DoubtLatest(now_.instant);
-}
-
-void Poller::OnStray(const StrayBytes& stray) {
-  const LateAnswers::Stray told = late_.OnStray(stray, now_.instant);
-  if (told.counts) ledger_.OnStray(stray.count);
-  if (told.late != nullptr) {
-    ledger_.OnLate(*told.late, told.lateness);
-    upkeep_.ShowLine(now_.instant);
-  }
-  if (told.warned != nullptr) listener_.OnWarning(told.warned->index, told.warning);
+  const Job* const job = run_.job();
+  return job != nullptr && job->As<Job::Write>() != nullptr && (job->begun() || !job->sending);
 }
 
 void Poller::Settle() {
-  if (job_ && job_->end) Conclude();
+  Conclude();
   if (!was_idle_ && line_.idle()) idle_since_ = now_.instant;
   Probes& probes = chooser_.probes();
   if (const auto began = probes.began(); began && line_.idle()) {
     probes.OnIdle(chooser_.Waited(*began, now_.instant), now_.instant);
   }
-  CancelQuiet();
+  if (line_.state() == Line::State::quiet && run_.Withdraw()) line_.Cancel();
   AnswerCommands();
   AnswerRouted();
   AnswerConfirmed();  // before the next write is to be read back
   Pump();
   AnswerConfirmed();
-  TellDrained();
-}
-
-void Poller::Pump() {
-  while (open_ && line_.idle()) {
-    if (!job_) {
-      if (winding_up_) return;
-      job_ = chooser_.Next(idle());
-      if (!job_) return;
-      if (job_->looks) ledger_.OnProbe();
-      if (job_->As<Job::Write>() != nullptr) {
-        NextWrite();
-      } else if (job_->As<Job::Routed>() == nullptr) {
-        Ask();
-      }
-      continue;
-    }
-    if (job_->behind && WhyNotSend(*job_->behind, now_.instant) != nullptr) {
-      std::unique_ptr<Job> behind = std::move(job_->behind);
-      job_ = std::move(behind);
-    }
-    if (const char* why = WhyNotSend(*job_, now_.instant)) {
-      BreakOff(why);
-      continue;
-    }
-    whose_reply_.Recognise(*job_->member, job_->request.expect.address);
-    if (whose_reply_.NeedsProbeFirst(job_->asked(), now_.instant)) {
-      PutProbeFirst();
-      continue;
-    }
-    // A retry may be met by the answer to its first try, which is as good.
-    const Instant clear = late_.ClearAt(job_->asked());
-    if (job_->attempts > 0 || clear <= now_.instant) {
-      Start();
-    } else if (!SetAside(clear)) {
-      return;
-    }
-  }
-}
-
-/// The next step of a poll waits for a late reply of its device: where replies say who they are
-/// from, the line does not.
-bool Poller::SetAside(Instant until) {
-  const Member& member = *job_->member;
-  const Task::Kind kind = job_->task.kind;
-  const bool reads =
-      kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
-  if (!reads || !job_->asked().named() || chooser_.IsParked(member)) return false;
-  schedule_.Hold(member.place, until);
-  chooser_.Park(std::move(job_), until);
-  return true;
+  if (speaker_.drained()) listener_.OnDrained(speaker_.device()->index, now_.instant);
 }
 
 // ---------------------------------------------------------------- answers to those who wait
@@ -361,8 +267,8 @@ void Poller::NotSent(const WriteCommand& command, const std::string& reason) {
 }
 
 void Poller::AnswerConfirmed() {
-  const bool reading_back = job_ && job_->As<Job::ReadBack>() != nullptr && job_->attempts == 0;
-  for (const WriteQueue::Confirmed& one : writes_.TakeConfirmed(open_ && reading_back)) {
+  for (const WriteQueue::Confirmed& one :
+       writes_.TakeConfirmed(is_open() && run_.IsReadingBack())) {
     AnswerConfirmed(one);
   }
 }
@@ -392,7 +298,7 @@ void Poller::AnswerRouted() {
   for (const std::uint8_t slave : routes_.queue().Slaves()) {
     const Member* member = roster_.FindSlave(slave);
     if (member == nullptr || !member->health.offline()) continue;
-    const std::size_t keep = !job_ && chooser_.MayProbe(*member, idle()) ? 1 : 0;
+    const std::size_t keep = run_.job() == nullptr && chooser_.MayProbe(*member, idle()) ? 1 : 0;
     for (RoutedRequest& read :
          routes_.TakeHopeless(*member, keep, *roster_.carrier()->carrier, now_.instant)) {
       read.done({Outcome::no_reply, {}, DoesNotAnswer(slave)});

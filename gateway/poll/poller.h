@@ -1,10 +1,11 @@
 // Runs one line: takes in bytes, time and requests, has the next job chosen whenever the line is
-// idle (chooser.h), carries it out (job_run.cpp), and answers whoever waits. Sans-I/O like
+// idle (chooser.h) and carried out (job_run.h), and answers whoever waits. Sans-I/O like
 // gateway/line/line.h: bytes and time come in as arguments. One thread at a time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -12,14 +13,15 @@
 #include "gateway/line/echo_watch.h"
 #include "gateway/line/line.h"
 #include "gateway/poll/chooser.h"
-#include "gateway/poll/job.h"
+#include "gateway/poll/job_run.h"
 #include "gateway/poll/late_answers.h"
 #include "gateway/poll/ledger.h"
 #include "gateway/poll/poller_listener.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/routed_side.h"
 #include "gateway/poll/schedule.h"
-#include "gateway/poll/unkept.h"
+#include "gateway/poll/speaker.h"
+#include "gateway/poll/told_events.h"
 #include "gateway/poll/upkeep.h"
 #include "gateway/poll/whose_reply.h"
 #include "gateway/poll/write_queue.h"
@@ -77,55 +79,26 @@ class Poller : private LineClient {
  private:
   // poller.cpp: inputs, and answers to those who wait
   void Advance(Now now);
-  void Hear(LineNews news);
-  void OnStray(const StrayBytes& stray);
   void Settle();
-  void Pump();
-  bool SetAside(Instant until);
+  void ReadNow(WriteCommand command);
+  const char* WhyNotAsked(const WriteCommand& command) const;
+  void NotSent(const WriteCommand& command, const std::string& reason);
   void AnswerCommands();
   void AnswerConfirmed();
   void AnswerConfirmed(const WriteQueue::Confirmed& one);
-  void ReadNow(WriteCommand command);
-  void ReadBack(const Device& device, std::size_t point);
-  const char* WhyNotAsked(const WriteCommand& command) const;
-  void NotSent(const WriteCommand& command, const std::string& reason);
   void AnswerRouted();
-  Chooser::Idle idle() const { return {now_.instant, idle_since_}; }
 
-  // unasked.cpp: the device that speaks by itself
-  void ListenToDevices();
-  void OnUnasked(const Heard& heard);
-  void OnUnasked(Outcome outcome, const std::string& reason);
-  void SpeakerDue();
-  void TakeUnasked(const Answer& answer, Now received);
-  void KeepUnasked(EventBatch batch, Now received);
-  void TellDrained();
-
-  // job_run.cpp: the job under way
-  void Ask(int attempts = 0);
-  void NextWrite();
-  void Deny(const std::string& why);
-  void PutProbeFirst();
-  void Start();
+  // poller_line.cpp: between the line and the job under way
+  void Pump();
   void Send();
   Outcome Judge(View frame, Instant now) override;
+  void Hear(LineNews news);
+  void OnUnasked(const Heard& heard);
+  void TakeUnasked(Speaker::Said said);
+  void OnStray(const StrayBytes& stray);
   void Conclude();
-  JumpCheck::Result CheckJumps(Device& device, std::vector<Sample>& samples);
-  void Store(Device& device, const Answer& answer);
-  void Report(Device& device, EventBatch batch);
-  bool GoesOnBehindBroadcast();
-  void OnAnswered(const ExchangeEnd& end);
-  void TakeAnswer();
-  void CancelQuiet();
-  void BreakOff(const std::string& why);
-
-  // job_end.cpp: how it ends
-  void OnFailed(const ExchangeEnd& end);
-  void GiveUp(const ExchangeEnd& end);
-  void Finish(Outcome outcome, const std::string& reason);
-  void PlanBackground(const Device& device);
-  void Resume(std::unique_ptr<Job> job, Outcome outcome, const std::string& reason);
-  void FinishWrite(Job::Write& write, Device& device, Outcome outcome, const std::string& reason);
+  bool is_open() const { return line_.state() != Line::State::closed; }
+  Chooser::Idle idle() const { return {now_.instant, idle_since_}; }
 
   PointStore& store_;
   PollerListener& listener_;
@@ -140,11 +113,9 @@ class Poller : private LineClient {
   Ledger ledger_;
   Chooser chooser_;
   Upkeep upkeep_;
-  std::unique_ptr<Job> job_;   // under way
-  Device* speaker_ = nullptr;  // who speaks unasked; null: nobody
-  Unkept unkept_;              // of it
-  bool told_lost_ = false;     // the user knows that events of it are lost
-  bool open_ = false;
+  ToldEvents told_;
+  Speaker speaker_;
+  JobRun run_;
   bool winding_up_ = false;
   bool was_idle_ = false;  // the line, before the input that is being handled
   Instant idle_since_{};   // when it last became so

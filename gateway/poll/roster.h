@@ -8,7 +8,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,12 +48,8 @@ struct Device : Member {
   const config::Device* config = nullptr;
   std::unique_ptr<Conversation> conversation;
   JumpCheck jumps;
-  std::string memory;  // of the conversation, as it was told last
-  /// Nothing that has happened in it before was left in it; nothing: not known.
-  std::optional<Instant> drained_at;
-  std::optional<std::string> said;  // of its events, what was kept last
-  bool told_in_background = false;  // the batch that is not kept yet
-  config::Timing configured;        // `timing`, if it needs no longer times
+  std::string memory;         // of the conversation, as it was told last
+  config::Timing configured;  // `timing`, if it needs no longer times
 
   /// Takes over what the conversation has learned of its times. True: they are others now.
   bool LearnTimes();

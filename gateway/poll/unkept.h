@@ -32,7 +32,6 @@ class Unkept {
   }
   /// How many were lost since this was asked last.
   std::size_t TakeLost() { return std::exchange(lost_, 0); }
-  bool has_lost() const { return lost_ > 0; }
   std::size_t waiting() const { return waiting_; }
 
  private:

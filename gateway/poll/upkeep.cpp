@@ -74,6 +74,16 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
   ledger_.OnState(member, reason.empty() ? std::string(why) : reason);
 }
 
+void Upkeep::OnUnasked(Device& device, Outcome outcome, const std::string& reason, Instant now) {
+  device.health.OnExchange(outcome);
+  ledger_.OnUnasked(device, outcome, reason);
+  if (ProvesLife(outcome)) {
+    OnTask(device, Outcome::ok, {}, now);
+  } else {
+    ledger_.OnState(device, reason);
+  }
+}
+
 void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
   device.in_use = in_use;
   chooser_.DropParked(device);
@@ -97,7 +107,6 @@ void Upkeep::OnEnabled(Device& device, bool open, Instant now) {
 
 void Upkeep::OnReplaced(Device& device, Now now) {
   device.conversation->OnReconnect();
-  device.drained_at.reset();
   if (device.LearnTimes()) ledger_.ShowTimes(device);
   Plan(device);
   std::vector<Sample> unknown;
@@ -179,6 +188,12 @@ void Upkeep::Plan(Device& device) {
   schedule_.SetQueries(device.place, std::move(groups), device.conversation->HasEvents());
   chooser_.DropParked(device);  // its query may be another one now
   ledger_.OnPlan(device);
+}
+
+void Upkeep::PlanBackground(const Device& device) {
+  chooser_.PlanBackground(device);
+  chooser_.background().SetProof(device.place, whose_reply_.ProofRenews(device),
+                                 whose_reply_.ProofEnds(device));
 }
 
 void Upkeep::HoldBack(const Member& member) {

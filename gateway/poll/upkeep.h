@@ -26,8 +26,12 @@ class Upkeep {
   void OnOpened(Instant now);
   /// A task has ended: a device may be offline now, or back.
   void OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now);
+  /// It has said something unasked, and this is what became of it.
+  void OnUnasked(Device& device, Outcome outcome, const std::string& reason, Instant now);
   /// Another device answers in its place: nothing that the old one has said holds.
   void OnReplaced(Device& device, Now now);
+  /// What its conversation wants to do in the background may be due at another time now.
+  void PlanBackground(const Device& device);
   /// It has said something: it may be what it should be, or not any more.
   void OnHeard(Device& device, Instant now);
   /// Its conversation knows what it was told before a restart.

@@ -45,6 +45,14 @@ void WriteQueue::AddReadBack(QueryRef query) {
   if (!known) read_backs_.push_back(query);
 }
 
+void WriteQueue::AddReadBacks(std::size_t device, std::span<const Query> queries,
+                              std::size_t point) {
+  for (std::size_t query = 0; query < queries.size(); ++query) {
+    const auto& points = queries[query].points;
+    if (std::ranges::find(points, point) != points.end()) AddReadBack({device, query});
+  }
+}
+
 std::optional<QueryRef> WriteQueue::TakeReadBack(const MayRead& may_read) {
   const auto next = std::ranges::find_if(
       read_backs_, [&may_read](const QueryRef& query) { return may_read(query.device); });

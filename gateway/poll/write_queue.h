@@ -8,11 +8,13 @@
 #include <deque>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "gateway/base/time.h"
 #include "gateway/poll/schedule.h"
 #include "gateway/requests/commands.h"
+#include "protocols/conversation.h"
 
 namespace baudgate {
 
@@ -40,6 +42,8 @@ class WriteQueue {
   /// A write of this query's points is on its way, or a reading of it is in doubt: it is to be read
   /// as soon as possible. Once, however often it is asked for.
   void AddReadBack(QueryRef query);
+  /// The same of all queries of the device that read this point.
+  void AddReadBacks(std::size_t device, std::span<const Query> queries, std::size_t point);
   std::optional<QueryRef> TakeReadBack(const MayRead& may_read);
   const std::deque<QueryRef>& read_backs() const { return read_backs_; }
 

@@ -1,0 +1,238 @@
+// The answer to a job's request: whose it is, what it means, and what of it goes to the store and
+// to whoever listens. The table of all its states is in job_run.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+
+#include "gateway/poll/job_run.h"
+#include "gateway/poll/samples.h"
+
+namespace baudgate {
+namespace {
+
+bool IsReading(const Job& job) {
+  return job.task.kind == Task::Kind::poll && !job.answer.readings.empty();
+}
+
+/// A point that is read once is bad. Example: another meter answers, so that all points of this one
+/// are; the right one may be back tomorrow.
+bool SpoilsOnce(const Answer& answer, const config::Device& device) {
+  return std::ranges::any_of(answer.readings, [&](const Reading& reading) {
+    return reading.point < device.points.size() && !IsGood(reading.quality) &&
+           device.points[reading.point].group == config::Group::once;
+  });
+}
+
+}  // namespace
+
+Outcome JobRun::Judge(View frame, bool may_be_echo, Instant now) {
+  Job& job = *job_;
+  Answer& answer = job.answer;
+  answer = {};
+  if (may_be_echo) {
+    answer.reason =
+        "a good reply equals its request, and this bus echoes requests: nobody need have answered; "
+        "set 'echo: strip' at the line";
+    return answer.outcome = Outcome::unexpected;
+  }
+  Device* const device = roster_.AsDevice(*job.member);
+  auto* const routed = job.As<Job::Routed>();
+  Outcome outcome = routed != nullptr ? roster_.carrier()->carrier->unwrap(job.request.bytes, frame,
+                                                                           routed->reply)
+                                      : device->conversation->Check(job.request.bytes, frame);
+  if (device == nullptr) return answer.outcome = outcome;
+  // A form that was not asked for, as where a profile is wrong, and yet its own.
+  if (routed == nullptr && outcome == Outcome::unexpected && whose_reply_.MayBeOdd(job.asked())) {
+    outcome = device->conversation->Interpret(job.request.bytes, frame).outcome;
+  }
+  if (ProvesLife(outcome) || outcome == Outcome::unexpected) {
+    job.verdict = whose_reply_.OnReply(job.asked(), frame, outcome);
+  }
+  if (!ProvesLife(outcome)) {
+    if (routed == nullptr) {
+      answer.reason = device->conversation->Interpret(job.request.bytes, frame).reason;
+      if (answer.reason.empty()) {
+        answer.reason = "not the form that was asked for; does the profile fit?";
+      }
+    }
+    return answer.outcome = outcome;
+  }
+  const bool asks = routed == nullptr && !job.is_probe();
+  if (job.verdict.elsewhere || (asks && !job.verdict.proven)) {
+    answer.reason =
+        "the reply belongs to another request, or may: the device, or a serial server before it, "
+        "answers late";
+    return answer.outcome = Outcome::unexpected;
+  }
+  if (routed != nullptr) return answer.outcome = outcome;
+  const bool planned = IsPlanned(job.task, *device->conversation);
+  answer = planned ? device->conversation->OnFrame(job.task, job.request, frame, now)
+                   : device->conversation->Interpret(job.request.bytes, frame);
+  // What a probe reads may be nobody's, and what is not planned any more has not been checked.
+  if (!planned || !job.verdict.proven) {
+    answer.readings.clear();
+    answer.batch.reset();
+  }
+  return answer.outcome;
+}
+
+void JobRun::OnEnd(ExchangeEnd end) {
+  late_.OnEnd(job_->asked(), end.outcome, now_.instant);
+  job_->end = std::move(end);
+}
+
+std::optional<ExchangeEnd> JobRun::TakeEnd() {
+  return job_ ? std::exchange(job_->end, std::nullopt) : std::nullopt;
+}
+
+void JobRun::Conclude(ExchangeEnd end) {
+  Job& job = *job_;
+  Member& member = *job.member;
+  const Asked asked = job.asked();
+  if (!job.answer.reason.empty()) end.reason = job.answer.reason;
+  const bool answered = ProvesLife(end.outcome);
+  const bool lost = end.outcome == Outcome::line_down;
+  job.mute = job.request.expect.reply == Expectation::Reply::none;
+  if (!job.mute) member.health.OnExchange(end.outcome);
+  const bool by_count = whose_reply_.Lags(member);  // and no silence helps
+  late_.Conclude(asked, end, by_count || whose_reply_.IsInStep(member), now_.instant);
+  if (answered && !late_.IsClear(member, now_.instant)) upkeep_.HoldBack(member);
+  whose_reply_.OnEnd(asked, end.outcome, !lost && !job.mute, now_.instant);
+  if (roster_.IsDevice(member) && !job.mute && !lost) {
+    // What it took in vain counts from its first failure on; Advance charges what follows.
+    if (!answered && !schedule_.doubted(member.place)) {
+      chooser_.turns().Charge(now_.instant - job.exchange_began);
+    }
+    schedule_.Doubt(member.place, !answered);
+  }
+  if (job.verdict.shifted) upkeep_.DoubtLatest(now_.instant);
+  if (answered) job.wire += now_.instant - job.exchange_began;
+  ledger_.OnExchange(member, end, job.mute, job.is_probe() && member.health.offline(),
+                     job.As<Job::Routed>() != nullptr);
+  upkeep_.ShowLine(now_.instant);
+  if (lost) return Finish(end.outcome, end.reason);
+  if (answered && GoesOnBehindBroadcast()) return Ask(job.attempts);
+  if (answered) return OnAnswered(end);
+  listener_.OnNoReply();
+  OnFailed(end);
+}
+
+/// Nobody has answered what was sent, and nobody should have.
+bool JobRun::GoesOnBehindBroadcast() {
+  Job& job = *job_;
+  if (!job.mute || job.As<Job::Routed>() != nullptr) return false;
+  Conversation& conversation = *roster_.AsDevice(*job.member)->conversation;
+  if (conversation.OnSent(job.task, job.request, now_.instant) != Then::ask_again) return false;
+  ++job.broadcasts;
+  return true;
+}
+
+/// A read is repeated while its reply may be that to one of long ago, and a probe until its reply
+/// can not be that to the probe of an earlier task: behind a server that lags, tasks look alike but
+/// for one probe more. Somebody else may have answered a repetition: what it says waits until a
+/// device that tells its name has told it.
+void JobRun::OnAnswered(const ExchangeEnd& end) {
+  Job& job = *job_;
+  if (job.As<Job::Routed>() != nullptr) {
+    routes_.OnAnswered(now_.instant);
+    return Finish(end.outcome, {});
+  }
+  Device& device = *roster_.AsDevice(*job.member);
+  job.answered = {now_.instant - end.since_reply, now_.wall - end.since_reply};
+  job.round_trip = end.round_trip;
+  if (job.verdict.replaced) {
+    upkeep_.OnReplaced(device, now_);
+    told_.OnReplaced(device);
+    if (job.behind) job.behind->answer = {};
+  }
+  const bool reads = IsReading(job) && job.request.expect.repeatable;
+  const bool late = whose_reply_.Lags(*job.member) && job.verdict.older > job.member->times.ceiling;
+  const bool old = reads && late && chooser_.MayRepeat(job, kMostTriesMore, now_.instant);
+  const bool peace = job.answer.outcome == Outcome::busy || job.answer.wait > Duration::zero();
+  const bool alike = job.behind && !peace && !whose_reply_.IsOfLatest(job.asked()) &&
+                     chooser_.MayRepeat(job, kMostProbesMore, now_.instant);
+  if (old || alike) {
+    ++job.attempts;
+    job.sending = true;
+  } else if (job.has_news() && (job.missed || job.attempts > 0) &&
+             whose_reply_.HasName(*job.member)) {
+    PutProbeFirst();
+  } else {
+    TakeAnswer();
+  }
+}
+
+void JobRun::TakeAnswer() {
+  Job& job = *job_;
+  Device& device = *roster_.AsDevice(*job.member);
+  const Outcome outcome = job.answer.outcome;
+  Answer answer = std::exchange(job.answer, {});
+  upkeep_.OnHeard(device, now_.instant);
+  if (auto* const write = job.As<Job::Write>(); write != nullptr) {
+    write->may_have_acted = answer.may_have_acted;
+    if (write->sent && !job.request.closes) write->told = outcome;
+  }
+  Store(device, answer);
+  if (answer.batch) Report(device, std::move(*answer.batch));
+  if (answer.wait > Duration::zero()) schedule_.Hold(device.place, now_.instant + answer.wait);
+  if (answer.then == Then::ask_again) return Ask();
+  if (answer.then == Then::replan) {
+    upkeep_.Plan(device);
+    if (device.in_use) schedule_.RestartAsPlanned(device.place, now_.instant);
+    return Finish(outcome, answer.reason);
+  }
+  const bool read = job.task.kind == Task::Kind::poll;
+  const bool parks = outcome == Outcome::busy && read && job.parkings < device.retries &&
+                     device.in_use && !chooser_.IsParked(device);
+  if (!parks) return Finish(outcome, answer.reason);
+  ++job.parkings;
+  --job.steps;
+  const Instant until = now_.instant + std::max<Duration>(answer.wait, device.times.quiet);
+  schedule_.Hold(device.place, until);
+  chooser_.Park(std::move(job_), until);
+}
+
+void JobRun::Report(const Device& device, EventBatch batch) {
+  const ToldEvents::Exchange exchange{job_->exchange_began, job_->answered,
+                                      job_->task.kind == Task::Kind::background};
+  const bool drained = batch.drained;
+  std::optional<ReportedEvents> events = told_.Take(device, std::move(batch), exchange);
+  if (!events) {
+    if (drained) listener_.OnDrained(device.index, exchange.asked);
+    return;
+  }
+  schedule_.HoldEvents(device.place);
+  chooser_.background().Hold(device.place);
+  listener_.OnEvents(std::move(*events));
+}
+
+/// What must not be read twice counts as it comes.
+JumpCheck::Result JobRun::CheckJumps(Device& device, std::vector<Sample>& samples) {
+  const Job& job = *job_;
+  if (job.task.kind != Task::Kind::poll || !job.request.expect.repeatable) return {};
+  JumpCheck::Result result = device.jumps.Check(samples);
+  if (result.ask_again) {
+    writes_.AddReadBack({device.place, job.task.query});
+    ledger_.OnRecheck(device);
+  }
+  return result;
+}
+
+/// A reply that may be an earlier one's to the same request is as old as that.
+void JobRun::Store(Device& device, const Answer& answer) {
+  const Duration older = job_->verdict.older;
+  std::vector<Sample> samples = SamplesOf(*device.config, answer.readings);
+  if (samples.empty()) return;
+  const JumpCheck::Result jumps = CheckJumps(device, samples);
+  const Now at{job_->answered.instant - older, job_->answered.wall - older};
+  store_.Update(device.index, samples, at, job_->round_trip);
+  store_.Doubt(device.index, jumps.doubtful, now_.instant);
+  if (SpoilsOnce(answer, *device.config)) {
+    upkeep_.Repeat(device, config::Group::once, now_.instant);
+  }
+  if (jumps.spoils) upkeep_.Repeat(device, *jumps.spoils, now_.instant);
+  listener_.OnRead(device.index, PointsOf(samples), at);
+  if (job_->task.kind == Task::Kind::poll) whose_reply_.OnStored({device.place, job_->task.query});
+}
+
+}  // namespace baudgate

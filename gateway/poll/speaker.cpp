@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/speaker.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "gateway/base/shown.h"
+#include "gateway/poll/samples.h"
+
+namespace baudgate {
+
+Speaker::Speaker(const Roster& roster) {
+  for (const auto& device : roster.devices()) {
+    if (device_ == nullptr && device->conversation->Listens() != nullptr) device_ = device.get();
+  }
+}
+
+const Standing* Speaker::standing() const {
+  return device_ == nullptr ? nullptr : device_->conversation->Listens();
+}
+
+Speaker::Said Speaker::OnMessage(const UnaskedMessage& message, Now now) {
+  const Now received{now.instant - message.since, now.wall - message.since};
+  return Take(device_->conversation->OnUnasked(message.bytes, received), received);
+}
+
+std::optional<Instant> Speaker::DueAt() const {
+  return in_use() ? device_->conversation->DueAt() : std::nullopt;
+}
+
+std::optional<Speaker::Said> Speaker::OnTimer(Now now) {
+  const auto due = DueAt();
+  if (!due || *due > now.instant) return std::nullopt;
+  return Take(device_->conversation->OnDue(now), now);
+}
+
+Speaker::Said Speaker::Take(Answer answer, Now received) {
+  Said said{.outcome = answer.outcome,
+            .reason = std::move(answer.reason),
+            .received = received,
+            .samples = SamplesOf(*device_->config, answer.readings),
+            .events = {},
+            .lost = 0,
+            .warning = {}};
+  if (answer.batch && !answer.batch->events.empty()) Keep(std::move(*answer.batch), said);
+  return said;
+}
+
+void Speaker::Keep(EventBatch batch, Said& said) {
+  const std::size_t events = batch.events.size();
+  if (!unkept_.Take(events)) {
+    said.lost = events;
+    if (std::exchange(told_lost_, true)) return;
+    said.warning = fmt::format(
+        "{} of its events wait for the disk: what it says from now on is lost and counted, until "
+        "some are kept",
+        Unkept::kMost);
+    return;
+  }
+  if (const std::size_t lost = unkept_.TakeLost(); lost > 0) {
+    told_lost_ = false;
+    const std::string text = Plural(lost, "event") + " before this one lost: the disk failed";
+    batch.events.insert(batch.events.begin(), DeviceEvent{.text = text});
+  }
+  said.events = {device_->index, std::move(batch), said.received, {}};
+}
+
+}  // namespace baudgate

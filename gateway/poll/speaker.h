@@ -1,0 +1,68 @@
+// The device of a line that speaks by itself: what its messages mean, and which of its events may
+// wait for the disk (gateway/poll/unkept.h). What came beyond is lost, and told in front of the
+// next one that is kept:
+//
+//   1000 messages, the disk fails    1000 batches to be kept
+//   3 more, of an event each         nothing to be kept; 3 lost, one warning
+//   one is kept, then a message      to be kept: "3 events before this one lost: the disk failed"
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/base/time.h"
+#include "gateway/line/ear.h"
+#include "gateway/poll/poller_listener.h"
+#include "gateway/poll/roster.h"
+#include "gateway/poll/unkept.h"
+#include "gateway/store/point_store.h"
+#include "protocols/conversation.h"
+
+namespace baudgate {
+
+class Speaker {
+ public:
+  /// The first device that speaks unasked: a line has one of them at most. `roster` outlives it.
+  explicit Speaker(const Roster& roster);
+
+  /// Null: nobody speaks unasked.
+  Device* device() const { return device_; }
+  /// Of `device`. Null: as there.
+  const Standing* standing() const;
+  /// What it says counts.
+  bool in_use() const { return device_ != nullptr && device_->in_use; }
+
+  struct Said {
+    Outcome outcome = Outcome::ok;
+    std::string reason;
+    Now received{};  ///< its last byte
+    std::vector<Sample> samples;
+    std::optional<ReportedEvents> events;  ///< to be kept
+    std::size_t lost = 0;                  ///< events that are not
+    std::string warning;                   ///< of the first of these; else empty
+  };
+  /// Only in use.
+  Said OnMessage(const UnaskedMessage& message, Now now);
+  /// When OnTimer may have something although nothing is said.
+  std::optional<Instant> DueAt() const;
+  /// What follows without a message: nobody has to answer for its outcome.
+  std::optional<Said> OnTimer(Now now);
+
+  /// A batch of its events is on the disk.
+  void OnKept() { unkept_.OnKept(); }
+  /// It speaks, and all that it has said is kept: it tells at once, and so nothing is left in it.
+  bool drained() const { return device_ != nullptr && unkept_.waiting() == 0; }
+
+ private:
+  Said Take(Answer answer, Now received);
+  void Keep(EventBatch batch, Said& said);
+
+  Device* device_ = nullptr;
+  Unkept unkept_;
+  bool told_lost_ = false;  // the user knows that events are lost
+};
+
+}  // namespace baudgate

@@ -1,0 +1,328 @@
+// One job from its first request to its end, without a line: the rows of the table in
+// gateway/poll/job_run.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/job_run.h"
+
+#include <gtest/gtest.h>
+
+#include "gateway/base/text.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+namespace {
+
+constexpr Instant kStart = Instant() + 1h;
+constexpr WallTime kWall = WallTime(1'790'000'000s);
+
+/// Device A reads one point as the test says and then "2"; B reads "1". All was answered a moment
+/// ago: A has proven who it is, and nothing is owed.
+class Rig : private PollerListener {
+ public:
+  explicit Rig(const std::string& read) : config_(ConfigOf(read)) {
+    run_.OnTime(now_, false);
+    ledger_.OnOpened();
+    run_.OnOpened();
+    upkeep_.OnOpened(now_.instant);
+    while (schedule_.Next(now_.instant)) continue;  // nothing is due for a second
+    Poll(1);
+    // Another master may have asked it before: one probe is not enough.
+    for (Turn(); run_.job() != nullptr; Turn()) Hear(Next() == "PA0" ? "!A0" : "!A2=5");
+  }
+
+  void Poll(std::size_t query) { Begin(Job::Poll{}, {.kind = Task::Kind::poll, .query = query}); }
+  void ReadBack() { Begin(Job::ReadBack{}, {.kind = Task::Kind::poll, .query = 0}); }
+  void Write(std::vector<std::uint32_t> points) {
+    Job::Write write;
+    for (const std::uint32_t point : points) write.command.writes.push_back({point, 7.0});
+    write.command.deadline = now_.instant + 1h;
+    write.command.done = [this](const WriteResult& result) { results.push_back(result); };
+    write.command.why_not = [this](Instant) { return why_not; };
+    Begin(std::move(write), {});
+  }
+
+  /// "silence", "damage", "sent" (of a broadcast), "late" (an hour passes), "disabled", "lost" (the
+  /// port), or a reply: "!A1=5".
+  void Hear(const std::string& what) {
+    if (what == "late") return Pass(1h);
+    if (what == "disabled") {
+      a().in_use = false;
+    } else if (what == "sent") {
+      End(Go() ? Outcome::ok : Outcome::none);
+    } else if (what == "silence") {
+      End(Go() ? Outcome::no_reply : Outcome::none);
+    } else if (what == "damage") {
+      End(Go() ? Outcome::corrupt : Outcome::none);
+    } else if (what == "lost") {
+      if (!Go()) return;
+      run_.OnEnd({Outcome::line_down, "the port was lost", {}, 0});
+      run_.OnClosed("the port is closed");
+    } else if (Go()) {
+      End(run_.Judge(ToyReply(what.substr(1)), false, now_.instant));
+    }
+  }
+  /// Until its request may go. False: it may not, and "next" has happened to it.
+  bool Go() {
+    Pass(10ms);
+    while (run_.job() != nullptr) {
+      if (run_.TakeTurn() == JobRun::Turn::next) continue;
+      run_.Start(now_.instant);
+      run_.Send();
+      Pass(10ms);
+      return true;
+    }
+    return false;
+  }
+  void Turn() {
+    while (run_.job() != nullptr && run_.TakeTurn() == JobRun::Turn::next) continue;
+  }
+
+  /// The request that waits, or what has become of the job.
+  std::string Next() {
+    if (run_.job() == nullptr) return chooser_.IsParked(a()) ? "parked" : "ended";
+    const std::string request(AsText(run_.job()->request.bytes));
+    return request.substr(0, request.size() - 1);
+  }
+  std::string Value(std::size_t point) const {
+    std::string value;
+    store_.Read(0, [&](const DeviceRecord& record) { value = ToText(record.points[point].value); });
+    return value;
+  }
+
+  Device& a() { return roster_.device(0); }
+  JobRun& run() { return run_; }
+  LateAnswers& late() { return late_; }
+  WriteQueue& writes() { return writes_; }
+  Instant now() const { return now_.instant; }
+
+  std::vector<WriteResult> results;
+  std::string why_not;
+  std::size_t silences = 0;
+
+ private:
+  static config::Config ConfigOf(const std::string& read) {
+    config::Config config;
+    config.lines.push_back(ToyLine({ToyDevice("a", "A", {read, "2"}), ToyDevice("b", "B", {"1"})}));
+    return config;
+  }
+  void Send(View, const config::SerialSettings&) override {}
+  void OnDeviceState(std::uint32_t, DeviceState, DeviceState, const std::string&) override {}
+  void OnWarning(std::uint32_t, const std::string&) override {}
+  void OnNoReply() override { ++silences; }
+
+  template <typename Kind>
+  void Begin(Kind kind, Task task) {
+    Pass(10ms);
+    run_.Begin(std::make_unique<Job>(a(), std::move(kind), std::move(task), now_.instant));
+  }
+  void End(Outcome outcome) {
+    if (run_.job() == nullptr) return;
+    run_.OnEnd({outcome, {}, 10ms, 0});
+    auto end = run_.TakeEnd();
+    ASSERT_TRUE(end);
+    run_.Conclude(std::move(*end));
+  }
+  void Pass(Duration time) {
+    now_ = {now_.instant + time, now_.wall + time};
+    run_.OnTime(now_, false);
+  }
+
+  config::Config config_;
+  Now now_{kStart, kWall};
+  Roster roster_{config_.lines[0], 0,
+                 [](const std::string&) -> const Protocol& { return ToyProtocol(); }};
+  PointStore store_{config_};
+  Schedule schedule_;
+  WriteQueue writes_;
+  RoutedSide routes_;
+  LateAnswers late_{roster_};
+  WhoseReply whose_reply_{roster_};
+  Ledger ledger_{roster_, schedule_, store_, 0, *this};
+  Chooser chooser_{config_.lines[0], roster_, schedule_, writes_, routes_, late_};
+  Upkeep upkeep_{roster_, schedule_, store_, late_, whose_reply_, chooser_, ledger_};
+  ToldEvents told_;
+  JobRun run_{store_, *this,        roster_, schedule_, writes_, routes_,
+              late_,  whose_reply_, ledger_, chooser_,  upkeep_, told_};
+};
+
+struct Row {
+  const char* what;
+  const char* read;
+  std::vector<std::string> heard;
+  const char* next;
+};
+
+TEST(JobRunTest, WhatAPollComesTo) {
+  const Row kRows[] = {
+      {"it asks", "1", {}, "?A1"},
+      {"the conversation will not ask", "E1", {}, "ended"},
+      {"a good reply, nothing remains", "1", {"!A1=5"}, "ended"},
+      {"a good reply, a step remains", "S1", {}, "OA9"},
+      {"and the next request", "S1", {"!A9"}, "?A1"},
+      {"behind a broadcast", "N1", {"sent"}, "?A1"},
+      {"busy", "1", {"!A1~busy"}, "parked"},
+      {"silence", "1", {"silence"}, "?A1"},
+      {"damage", "1", {"damage"}, "?A1"},
+      {"another's reply", "1", {"!A2=5"}, "?A1"},
+      {"no retry left", "1", {"silence", "silence", "silence"}, "ended"},
+      {"what is read once has another request", "L1", {"silence"}, "BA1"},
+      {"what is read once and has none", "D1", {"silence"}, "ended"},
+      {"what the device does not know", "1", {"!A1~unsupported"}, "ended"},
+      {"its device was disabled", "1", {"disabled", "silence"}, "ended"},
+      {"the port is lost", "1", {"lost"}, "ended"},
+  };
+  for (const Row& row : kRows) {
+    SCOPED_TRACE(row.what);
+    Rig rig(row.read);
+    rig.Poll(0);
+    for (const std::string& what : row.heard) rig.Hear(what);
+    EXPECT_EQ(rig.Next(), row.next);
+  }
+}
+
+TEST(JobRunTest, WhatAWriteComesTo) {
+  struct WriteRow : Row {
+    std::optional<WriteEnd> end{};
+  };
+  const WriteRow kRows[] = {
+      {{"it is asked for", "1", {}, "WA1=7"}},
+      {{"refused", "1", {"!A1~refused"}, "ended"}, WriteEnd::refused},
+      {{"silence: it may have written", "1", {"silence"}, "ended"}, WriteEnd::unknown},
+      {{"it was not sent in time", "1", {"late", "silence"}, "ended"}, WriteEnd::not_sent},
+      {{"its device was disabled", "1", {"disabled", "silence"}, "ended"}, WriteEnd::not_sent},
+      {{"the port is lost", "1", {"lost"}, "ended"}, WriteEnd::unknown},
+      {{"a session first", "S1", {}, "OA9"}},
+      {{"which is silent", "S1", {"silence", "silence", "silence"}, "CA0"}},
+      {{"then the write", "S1", {"!A9"}, "WA1=7"}},
+      {{"then it is closed", "S1", {"!A9", "!A1"}, "CA0"}},
+      {{"also behind a failure", "S1", {"!A9", "silence"}, "CA0"}},
+      {{"too late for the write, not for closing", "S1", {"!A9", "late", "!A0"}, "ended"},
+       WriteEnd::refused},
+      {{"a closing that is silent takes nothing back",
+        "S1",
+        {"!A9", "!A1", "silence", "silence", "silence"},
+        "ended"}},
+  };
+  for (const WriteRow& row : kRows) {
+    SCOPED_TRACE(row.what);
+    Rig rig(row.read);
+    rig.Write({0});
+    for (const std::string& what : row.heard) rig.Hear(what);
+    EXPECT_EQ(rig.Next(), row.next);
+    EXPECT_EQ(row.end, rig.results.empty() ? std::nullopt : std::optional(rig.results[0].end));
+  }
+}
+
+TEST(JobRunTest, AReplyThatCountsIsStored) {
+  Rig rig("1");
+  EXPECT_EQ(rig.Value(1), "5");
+  rig.Poll(0);
+  rig.Hear("!A2=9");
+  EXPECT_EQ(rig.Value(0), "") << "of another request";
+  rig.Hear("!A1=8");
+  EXPECT_EQ(rig.Value(0), "") << "another device may have answered the repetition";
+  EXPECT_EQ(rig.Next(), "PA0");
+  rig.Hear("!A0");
+  EXPECT_EQ(rig.Value(0), "8");
+  EXPECT_EQ(rig.Value(1), "5");
+}
+
+TEST(JobRunTest, WhatMayBeItsEchoIsNoReply) {
+  Rig rig("1");
+  rig.Poll(0);
+  ASSERT_TRUE(rig.Go());
+  EXPECT_EQ(rig.run().Judge(ToyReply("A1=8"), true, rig.now()), Outcome::unexpected);
+  EXPECT_EQ(rig.run().Judge(ToyReply("A1=8"), false, rig.now()), Outcome::ok);
+}
+
+TEST(JobRunTest, AfterAWhileAProbeGoesFirstAndItsSilenceEndsTheJob) {
+  struct ProbeRow {
+    const char* what;
+    std::vector<std::string> heard;
+    const char* next;
+  };
+  const ProbeRow kRows[] = {
+      {"the probe", {"late"}, "PA0"},
+      {"it was answered", {"late", "!A0"}, "?A1"},
+      {"it was not", {"late", "silence", "silence", "silence"}, "ended"},
+  };
+  for (const ProbeRow& row : kRows) {
+    SCOPED_TRACE(row.what);
+    Rig rig("1");
+    rig.Poll(0);
+    for (const std::string& what : row.heard) rig.Hear(what);
+    rig.Turn();
+    EXPECT_EQ(rig.Next(), row.next);
+  }
+}
+
+TEST(JobRunTest, APollWaitsBesideTheLineForALateReplyOfItsDevice) {
+  Rig rig("1");
+  rig.late().OnClosed(rig.a(), rig.now());
+  rig.Poll(0);
+  EXPECT_EQ(rig.run().TakeTurn(), JobRun::Turn::next);
+  EXPECT_EQ(rig.Next(), "parked");
+}
+
+TEST(JobRunTest, AReadThatNamesNobodyWaitsWithTheLine) {
+  Rig rig("U1");
+  rig.late().OnClosed(rig.a(), rig.now());
+  rig.Poll(0);
+  EXPECT_EQ(rig.run().TakeTurn(), JobRun::Turn::wait);
+  EXPECT_EQ(rig.Next(), "UA1");
+}
+
+TEST(JobRunTest, WhatIsTooLateIsWithdrawnFromALineThatIsNotQuietYet) {
+  Rig rig("1");
+  rig.Write({0});
+  ASSERT_TRUE(rig.Go());
+  EXPECT_FALSE(rig.run().Withdraw());
+  rig.Hear("late");
+  EXPECT_TRUE(rig.run().Withdraw());
+  EXPECT_EQ(rig.Next(), "ended");
+}
+
+TEST(JobRunTest, ACommandOfTwoPointsIsConfirmedBehindTheSecond) {
+  Rig rig("1");
+  rig.Write({0, 1});
+  EXPECT_EQ(rig.Next(), "WA1=7");
+  rig.Hear("!A1");
+  EXPECT_EQ(rig.Next(), "WA2=7");
+  EXPECT_TRUE(rig.writes().TakeConfirmed(false).empty()) << "it is not";
+  rig.Hear("!A2");
+  EXPECT_EQ(rig.Next(), "ended");
+  EXPECT_TRUE(rig.results.empty()) << "answered when it was read back";
+  EXPECT_EQ(rig.writes().read_backs().size(), 2U);
+}
+
+TEST(JobRunTest, WhatIsNotPermittedAnyMoreIsNotBegun) {
+  Rig rig("1");
+  rig.Write({0, 1});
+  rig.why_not = "an interlock";
+  rig.Hear("!A1");
+  EXPECT_EQ(rig.Next(), "ended");
+  ASSERT_EQ(rig.results.size(), 1U);
+  EXPECT_EQ(rig.results[0].end, WriteEnd::denied);
+  EXPECT_EQ(rig.results[0].reason, "an interlock");
+}
+
+TEST(JobRunTest, AReadBackThatFailsOnceHoldsNobodyUp) {
+  Rig rig("1");
+  EXPECT_FALSE(rig.run().IsReadingBack());
+  rig.ReadBack();
+  EXPECT_TRUE(rig.run().IsReadingBack());
+  rig.Hear("silence");
+  EXPECT_EQ(rig.Next(), "?A1");
+  EXPECT_FALSE(rig.run().IsReadingBack());
+}
+
+TEST(JobRunTest, WhatOfARequestHasNotLeftIsToldWhenNobodyAnswers) {
+  Rig rig("1");
+  rig.Poll(0);
+  rig.Hear("silence");
+  EXPECT_EQ(rig.silences, 1U);
+  rig.Hear("!A1=5");
+  EXPECT_EQ(rig.silences, 1U);
+}
+
+}  // namespace
+}  // namespace baudgate
