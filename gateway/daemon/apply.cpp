@@ -1,13 +1,13 @@
-// Another configuration for a gateway that runs. Lines that are the same are not touched; of the
-// others each part hears in the order that leaves nobody with a number that he does not know: lines
-// end, the store knows the new ones, then files and outputs do, then the new lines begin.
+// Another configuration for a gateway that runs. What may fail, the opening of ports, comes first.
+// Lines that are the same are not touched; of the others each part hears in the order that leaves
+// nobody with a number that he does not know: lines end, the store knows the new ones, then files
+// and outputs do, then the new lines begin.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <memory>
 #include <utility>
 
 #include "gateway/daemon/daemon_impl.h"
-#include "gateway/daemon/descriptors.h"
 
 namespace baudgate {
 namespace {
@@ -19,6 +19,13 @@ reload::Health HealthOf(const DeviceRecord& record) {
   if (record.override_quality == Quality::bad_configuration) return Health::ill;
   const bool well = Answers(record.status.state) && !record.override_quality;
   return well ? Health::well : Health::unknown;
+}
+
+void CountClients(const modbus::TrafficStatus& traffic, reload::ModbusDifference& difference) {
+  for (reload::ListenerChange& listener : difference.listeners) {
+    listener.clients = static_cast<std::size_t>(
+        std::ranges::count(traffic.clients, listener.place, &modbus::ClientStatus::listener));
+  }
 }
 
 }  // namespace
@@ -35,8 +42,8 @@ void Daemon::Impl::SetReload(ReloadOptions options) {
   links.examine = [this](const config::Config& next, reload::Difference& difference) {
     Examine(next, difference);
   };
-  links.apply = [this](config::Config next, const reload::Difference& difference) {
-    Apply(std::move(next), difference);
+  links.prepare = [this](config::Config next, const reload::Difference& difference) {
+    return Prepare(std::move(next), difference);
   };
   links.healths = [this] { return Healths(); };
   links.tell = [this](bool taken_back, const std::string& text) {
@@ -52,6 +59,7 @@ std::vector<RouteTarget*> Daemon::Impl::Targets() const {
 }
 
 void Daemon::Impl::Examine(const config::Config& next, reload::Difference& difference) const {
+  if (modbus) CountClients(modbus->server().Traffic(), difference.modbus);
   if (NeedsState(next, catalog) && !records.open()) {
     difference.restart.emplace_back("that anything is written or kept");
   } else if (KeepsEvents(next) && records.events() == nullptr) {
@@ -63,11 +71,25 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
 #endif
 }
 
-void Daemon::Impl::Apply(config::Config next, const reload::Difference& difference) {
+Reloader::Prepared Daemon::Impl::Prepare(config::Config next, reload::Difference difference) {
+  Reloader::Prepared prepared;
+  ModbusOutput::Prepared ports;
+  const double client_share = MakeRoomFor(next);
+  if (modbus) ports = modbus->Prepare(next.modbus, difference.modbus);
+  ports.renewal.client_share = client_share;
+  prepared.troubles = std::move(ports.troubles);
+  prepared.apply = [this, next = std::move(next), difference = std::move(difference),
+                    renewal = std::move(ports.renewal)]() mutable {
+    Apply(std::move(next), difference, renewal);
+  };
+  return prepared;
+}
+
+void Daemon::Impl::Apply(config::Config next, const reload::Difference& difference,
+                         const modbus::Renewal& renewal) {
   reload::Slots placed = reload::PlaceInSlots(*slots, std::move(next), difference);
   const auto before =
       std::exchange(slots, std::make_shared<const config::Config>(std::move(placed.config)));
-  modbus::RaiseDescriptorLimit(modbus::DescriptorNeedsOf(*slots).all());
   lines.Remove(placed.gone);
   for (const std::uint32_t line : placed.gone) store.Retire(line);
   for (const std::uint32_t line : placed.shown) {
@@ -85,7 +107,7 @@ void Daemon::Impl::Apply(config::Config next, const reload::Difference& differen
       slots, [&](std::uint32_t line) -> const config::Line& { return *begun[line - first_line]; });
   clocks->Renumber(*slots);
   for (auto& line : begun) lines.Add(std::move(line));
-  if (modbus) modbus->Apply(*slots, Targets());
+  if (modbus) modbus->Apply(*slots, Targets(), renewal);
 #ifdef BAUDGATE_WITH_DDS
   if (dds) dds->Renumber(*slots);
 #endif

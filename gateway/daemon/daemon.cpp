@@ -18,17 +18,6 @@ namespace {
 /// glibc gives every thread an arena of its own; with a thread per line that is memory for nothing.
 constexpr int kMostArenas = 2;
 
-modbus::ModbusLimits LimitsOf(const config::Config& config) {
-  const modbus::DescriptorNeeds needs = modbus::DescriptorNeedsOf(config);
-  const std::size_t limit = modbus::RaiseDescriptorLimit(needs.all());
-  modbus::ModbusLimits limits;
-  limits.client_share = modbus::ClientShare(needs, limit);
-  if (limits.client_share < 1) {
-    log::Warn("modbus: {}", modbus::ExplainClientShare(needs, limit));
-  }
-  return limits;
-}
-
 }  // namespace
 
 Daemon::Daemon(config::Config config, const config::Catalog& catalog)
@@ -42,7 +31,7 @@ Daemon::~Daemon() {
 }
 
 Status Daemon::Start() {
-  impl_->limits = LimitsOf(impl_->config);
+  impl_->limits.client_share = Impl::MakeRoomFor(impl_->config);
   if (Status status = impl_->OpenRecords(); !status) return status;
   impl_->MakeLines();
   // The port first: a gateway that is started twice must not publish, and then end, the points
@@ -105,21 +94,21 @@ LineControl& Daemon::control() { return impl_->lines; }
 
 std::string Daemon::Summary() const {
   std::string text;
-  if (impl_->modbus) {
-    for (std::size_t i = 0; i < impl_->config.modbus.listen.size(); ++i) {
-      const config::Listener& listener = impl_->config.modbus.listen[i];
-      const bool tcp = listener.protocol == config::Listener::Protocol::tcp;
-      text += listener.is_serial()
-                  ? fmt::format("a Modbus master on {}, ", listener.path)
-                  : fmt::format("{} on {}:{}, ", tcp ? "Modbus TCP" : "Modbus RTU over TCP",
-                                listener.host, impl_->modbus->server().port(i));
-    }
-  }
+  if (impl_->modbus) text = impl_->modbus->Summary();
+  if (!text.empty()) text += ", ";
 #ifdef BAUDGATE_WITH_DDS
   if (impl_->dds) text += fmt::format("DDS domain {}, ", impl_->config.dds.domain);
 #endif
   return text + fmt::format("{}, {}", Plural(impl_->lines.present(), "line"),
                             Plural(impl_->store.present_count(), "device"));
+}
+
+double Daemon::Impl::MakeRoomFor(const config::Config& its_config) {
+  const modbus::DescriptorNeeds needs = modbus::DescriptorNeedsOf(its_config);
+  const std::size_t limit = modbus::RaiseDescriptorLimit(needs.all());
+  const double share = modbus::ClientShare(needs, limit);
+  if (share < 1) log::Warn("modbus: {}", modbus::ExplainClientShare(needs, limit));
+  return share;
 }
 
 Status Daemon::Impl::OpenRecords() {

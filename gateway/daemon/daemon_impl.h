@@ -44,11 +44,15 @@ struct Daemon::Impl {
   std::vector<RouteTarget*> Targets() const;
   /// See Reloader::Links.
   void Examine(const config::Config& next, reload::Difference& difference) const;
-  void Apply(config::Config next, const reload::Difference& difference);
+  Reloader::Prepared Prepare(config::Config next, reload::Difference difference);
+  void Apply(config::Config next, const reload::Difference& difference,
+             const modbus::Renewal& renewal);
   reload::Healths Healths() const;
   void ApplyHistory(const config::Config& before);
   void SetReload(ReloadOptions options);
 
+  /// Of file descriptors. Which part of each listener's max_clients may connect.
+  static double MakeRoomFor(const config::Config& its_config);
   Status OpenRecords();
   void MakeLines();
   void MakeClocks();

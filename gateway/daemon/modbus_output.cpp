@@ -20,8 +20,45 @@ Result<std::unique_ptr<ModbusOutput>> ModbusOutput::Start(const config::Config& 
   return output;
 }
 
-void ModbusOutput::Apply(const config::Config& config, std::vector<RouteTarget*> lines) {
-  RunOn(loop_.io(), [&] { server_.Apply(config, lines); });
+ModbusOutput::Prepared ModbusOutput::Prepare(config::Modbus& next,
+                                             reload::ModbusDifference& difference) const {
+  Prepared prepared;
+  for (std::size_t i = 0; i < next.listen.size();) {
+    const reload::ListenerChange& change = difference.listeners[i];
+    modbus::ListenerOrigin origin{change.was, change.fate == reload::Fate::same};
+    Status status = server_.CanServe(next.listen[i]);
+    if (status && change.fate == reload::Fate::added) {
+      auto port = server_.OpenPort(next.listen[i]);
+      if (port) origin.opened = std::move(*port);
+      if (!port) status = Error{port.error()};
+    }
+    if (status) {
+      prepared.renewal.listeners.push_back(std::move(origin));
+      ++i;
+      continue;
+    }
+    prepared.troubles.push_back("listener " + status.error());
+    next.listen.erase(next.listen.begin() + static_cast<std::ptrdiff_t>(i));
+    difference.listeners.erase(difference.listeners.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  for (std::size_t i = 0; i < next.routes.size(); ++i) {
+    prepared.renewal.routes.push_back(difference.routes[i].was);
+  }
+  return prepared;
+}
+
+void ModbusOutput::Apply(const config::Config& config, std::span<RouteTarget* const> lines,
+                         const modbus::Renewal& renewal) {
+  modbus::ModbusServer::Ended ended;
+  RunOn(loop_.io(), [&] { ended = server_.Apply(config, lines, renewal); });
+  modbus::ModbusServer::ClosePorts(ended);
+  RunOn(loop_.io(), [&] { server_.Finish(std::move(ended)); });
+}
+
+std::string ModbusOutput::Summary() {
+  std::string summary;
+  RunOn(loop_.io(), [&] { summary = server_.Summary(); });
+  return summary;
 }
 
 ModbusOutput::~ModbusOutput() { Stop(); }

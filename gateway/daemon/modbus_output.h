@@ -4,11 +4,14 @@
 
 #include <functional>
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 #include "gateway/modbus/server/modbus_server.h"
+#include "gateway/reload/modbus_difference.h"
 #include "transports/loop_thread.h"
 
 namespace baudgate {
@@ -26,12 +29,23 @@ class ModbusOutput {
   static Result<std::unique_ptr<ModbusOutput>> Start(const config::Config& config, Links links);
   ~ModbusOutput();  ///< Stop
 
-  /// A reload, done when it returns; see ModbusServer.
-  void Apply(const config::Config& config, std::vector<RouteTarget*> lines);
+  /// What a reload opens before it changes anything. Dropped, the ports close.
+  struct Prepared {
+    modbus::Renewal renewal;
+    /// "listener 0.0.0.0:502: address already in use; …", one for each port that stays closed; its
+    /// listener has been taken out of the configuration and the difference.
+    std::vector<std::string> troubles;
+  };
+  Prepared Prepare(config::Modbus& next, reload::ModbusDifference& difference) const;
+  /// The rest of the reload, done when it returns; see ModbusServer.
+  void Apply(const config::Config& config, std::span<RouteTarget* const> lines,
+             const modbus::Renewal& renewal);
   /// Closes ports and clients. Idempotent.
   void Stop();
 
   const modbus::ModbusServer& server() const { return server_; }
+  /// See ModbusServer; between Start and Stop.
+  std::string Summary();
   asio::io_context& io() { return loop_.io(); }
 
  private:

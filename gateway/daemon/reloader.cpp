@@ -13,13 +13,19 @@ namespace baudgate {
 namespace {
 
 constexpr int kBadFile = 2;   // nothing of it is applied
-constexpr int kCanNotBe = 4;  // a disk fails
+constexpr int kCanNotBe = 4;  // a disk fails, or a port is somebody else's
 
 control::ReloadAnswer Failed(int exit_code, std::string text) {
   control::ReloadAnswer answer;
   answer.exit_code = exit_code;
   answer.text = std::move(text);
   return answer;
+}
+
+std::string Joined(const std::vector<std::string>& sentences) {
+  std::string all;
+  for (const std::string& one : sentences) all += (all.empty() ? "" : "; ") + one;
+  return all;
 }
 
 }  // namespace
@@ -116,6 +122,13 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
     answer.text = reload::Summary(difference);
     return answer;
   }
+  Prepared prepared;
+  if (!difference.empty()) prepared = links_.prepare(std::move(next), difference);
+  if (!prepared.troubles.empty()) {
+    const std::string text = Joined(prepared.troubles) + "; nothing is changed";
+    log::Fail("reload: {}", text);
+    return Failed(kCanNotBe, text);
+  }
   const bool trial = ask.confirm > Duration::zero() && !difference.empty();
   // Before it is applied: whatever ends the gateway then, the next start knows.
   if (const Status status = Keep(ask.by, text, trial); !status && trial) {
@@ -125,7 +138,7 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
   const auto before = links_.healths();
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reads {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
-  if (!difference.empty()) links_.apply(std::move(next), difference);
+  if (prepared.apply) prepared.apply();
   const Now now = ReadClocks();
   options_.running = text;
   probation_.End();
@@ -203,12 +216,16 @@ void Reloader::TakeBack(const std::string& why) {
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=takes back {}",
                               now.instant.time_since_epoch() / 1us, options_.file));
   const reload::Difference difference = reload::Compare(links_.running(), *loaded.config);
-  if (!difference.empty()) links_.apply(*std::move(loaded.config), difference);
+  Prepared prepared;
+  if (!difference.empty()) prepared = links_.prepare(*std::move(loaded.config), difference);
+  if (prepared.apply) prepared.apply();
   options_.running = *text;
-  const std::string said = fmt::format(
+  std::string said = fmt::format(
       "{} was taken back: {}; what was confirmed before runs, and will at every start until the "
       "file is changed",
       options_.file, why);
+  if (!prepared.troubles.empty())
+    said += "; this could not be taken back: " + Joined(prepared.troubles);
   Show([&](control::ReloadState& state) {
     state.applied = ReadClocks().wall;
     state.confirm_until.reset();

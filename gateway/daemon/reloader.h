@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
@@ -42,6 +43,13 @@ struct ReloadOptions {
 
 class Reloader final : public control::ReloadDesk {
  public:
+  /// A configuration, before it is taken. Dropped without `apply`, nothing has changed.
+  struct Prepared {
+    /// What of it can not be had: "listener 0.0.0.0:502: address already in use; …".
+    std::vector<std::string> troubles;
+    /// Takes all the rest, which does not fail.
+    std::function<void()> apply;
+  };
   /// How it is done; on the reloader's thread.
   struct Links {
     std::function<const config::Config&()> running;
@@ -50,7 +58,8 @@ class Reloader final : public control::ReloadDesk {
     std::function<Status()> open_folder;
     /// Adds what only a restart can change.
     std::function<void(const config::Config& next, reload::Difference& difference)> examine;
-    std::function<void(config::Config next, const reload::Difference& difference)> apply;
+    /// Opens what is new.
+    std::function<Prepared(config::Config next, const reload::Difference& difference)> prepare;
     std::function<reload::Healths()> healths;
     /// An event of the gateway's own.
     std::function<void(bool taken_back, const std::string& text)> tell;

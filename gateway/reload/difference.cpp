@@ -135,14 +135,53 @@ void CompareHistory(const config::Config& running, const config::Config& next,
   if (!SameHistory(running, next)) difference.settings.emplace_back("history.points");
 }
 
+template <typename Change>
+std::size_t Count(const std::vector<Change>& changes, Fate fate) {
+  return static_cast<std::size_t>(std::ranges::count(changes, fate, &Change::fate));
+}
+
+template <typename Change>
+bool AllSame(const std::vector<Change>& changes) {
+  return Count(changes, Fate::same) == changes.size();
+}
+
+std::string SentenceOf(const LineChange& line) {
+  const std::string begin = "line " + line.line + ": ";
+  switch (line.fate) {
+    case Fate::same:
+      break;
+    case Fate::outputs:
+      return begin + "goes on, shown otherwise: " + line.what;
+    case Fate::changed:
+      return begin + "begins anew: " + line.what;
+    case Fate::added:
+      return begin + "is new";
+    case Fate::removed:
+      return begin + "ends";
+  }
+  return {};
+}
+
+/// "1 listener new, 2 listeners ended"; `anew`: how those that have changed are called.
+template <typename Change>
+void SumUp(const std::vector<Change>& changes, std::string_view name, std::string_view anew,
+           std::string& text) {
+  const auto say = [&](Fate fate, std::string_view what) {
+    const std::size_t count = Count(changes, fate);
+    if (count == 0) return;
+    text += (text.empty() ? "" : ", ") + Plural(count, name) + " " + std::string(what);
+  };
+  say(Fate::added, "new");
+  say(Fate::changed, anew);
+  say(Fate::removed, "ended");
+  say(Fate::outputs, "shown otherwise");
+}
+
 }  // namespace
 
 bool Difference::empty() const {
-  return settings.empty() && restart.empty() && Count(Fate::same) == lines.size();
-}
-
-std::size_t Difference::Count(Fate fate) const {
-  return static_cast<std::size_t>(std::ranges::count(lines, fate, &LineChange::fate));
+  return settings.empty() && restart.empty() && AllSame(lines) && AllSame(modbus.listeners) &&
+         AllSame(modbus.routes);
 }
 
 Difference Compare(const config::Config& running, const config::Config& next) {
@@ -158,35 +197,32 @@ Difference Compare(const config::Config& running, const config::Config& next) {
     const auto tell = [&](std::string_view its) {
       difference.restart.push_back(std::string(member) + "." + std::string(its));
     };
-    if (member == "modbus") return EachDifferent(running.modbus, next.modbus, tell);
+    if (member == "modbus") return;
     if (member == "dds") return EachDifferent(running.dds, next.dds, tell);
     difference.restart.emplace_back(member);
   });
+  if (running.modbus.enabled != next.modbus.enabled) {
+    difference.restart.emplace_back("modbus.enabled");
+  }
+  difference.modbus = CompareModbus(running.modbus, next.modbus);
+  for (const std::string& blocked : difference.modbus.restart) {
+    difference.restart.push_back(blocked);
+  }
+  if (difference.modbus.route_order) difference.settings.emplace_back("the order of modbus.routes");
   CompareHistory(running, next, difference);
   return difference;
 }
 
 std::vector<std::string> Sentences(const Difference& difference) {
   std::vector<std::string> sentences;
-  for (const LineChange& line : difference.lines) {
-    const std::string begin = "line " + line.line + ": ";
-    switch (line.fate) {
-      case Fate::same:
-        break;
-      case Fate::outputs:
-        sentences.push_back(begin + "goes on, shown otherwise: " + line.what);
-        break;
-      case Fate::changed:
-        sentences.push_back(begin + "begins anew: " + line.what);
-        break;
-      case Fate::added:
-        sentences.push_back(begin + "is new");
-        break;
-      case Fate::removed:
-        sentences.push_back(begin + "ends");
-        break;
+  const auto tell = [&sentences](const auto& changes) {
+    for (const auto& change : changes) {
+      if (change.fate != Fate::same) sentences.push_back(SentenceOf(change));
     }
-  }
+  };
+  tell(difference.lines);
+  tell(difference.modbus.listeners);
+  tell(difference.modbus.routes);
   for (const std::string& setting : difference.settings) sentences.push_back(setting + ": changed");
   for (const std::string& setting : difference.restart) {
     sentences.push_back(setting + ": only a restart can change it");
@@ -197,19 +233,13 @@ std::vector<std::string> Sentences(const Difference& difference) {
 std::string Summary(const Difference& difference) {
   if (difference.empty()) return "nothing has changed";
   std::string text;
-  const auto say = [&](Fate fate, std::string_view what) {
-    const std::size_t count = difference.Count(fate);
-    if (count == 0) return;
-    text += (text.empty() ? "" : ", ") + Plural(count, "line") + " " + std::string(what);
-  };
-  say(Fate::added, "new");
-  say(Fate::changed, "begun anew");
-  say(Fate::removed, "ended");
-  say(Fate::outputs, "shown otherwise");
+  SumUp(difference.lines, "line", "begun anew", text);
+  SumUp(difference.modbus.listeners, "listener", "changed", text);
+  SumUp(difference.modbus.routes, "route", "begun anew", text);
   if (!difference.settings.empty()) {
     text += (text.empty() ? "" : ", ") + Plural(difference.settings.size(), "setting");
   }
-  const std::size_t same = difference.Count(Fate::same);
+  const std::size_t same = Count(difference.lines, Fate::same);
   if (text.empty()) return Plural(same, "line") + " untouched";
   return text + (same > 0 ? "; " + Plural(same, "line") + " untouched" : "");
 }

@@ -4,21 +4,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "config/model/config.h"
+#include "gateway/reload/fate.h"
+#include "gateway/reload/modbus_difference.h"
 
 namespace baudgate::reload {
-
-enum class Fate : std::uint8_t {
-  same,     ///< it goes on, and does not notice
-  outputs,  ///< it goes on; its points are shown otherwise
-  changed,  ///< it is ended, and begun anew
-  added,
-  removed,
-};
 
 struct LineChange {
   std::string line;
@@ -27,13 +20,13 @@ struct LineChange {
 };
 
 struct Difference {
-  std::vector<LineChange> lines;      ///< all of the new one in its order, then those removed
-  std::vector<std::string> settings;  ///< beside lines, that are applied: "history.points"
+  std::vector<LineChange> lines;  ///< all of the new one in its order, then those removed
+  ModbusDifference modbus;
+  std::vector<std::string> settings;  ///< beside these, that are applied: "history.points"
   std::vector<std::string> restart;   ///< that only a restart can change: "dds.domain"
 
   /// Nothing changes but the text.
   bool empty() const;
-  std::size_t Count(Fate fate) const;
 };
 
 /// In `running` a line without a name is one that is gone.

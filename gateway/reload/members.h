@@ -143,7 +143,7 @@ inline auto MembersOf(const config::Listener& its) {
   const auto& [host, port, path, serial, echo, protocol, allow, permit, priority, clients,
                functions, errors, broadcast, holes, max_clients, idle_timeout, mark] = its;
   return Name(
-      {"host", "port", "path", "serial", "echo", "protocol", "allow", "permit", "priority",
+      {"host", "port", "path", "serial", "echo", "protocol", "allow", "write", "priority",
        "clients", "functions", "errors", "broadcast", "holes", "max_clients", "idle_timeout"},
       host, port, path, serial, echo, protocol, allow, permit, priority, clients, functions, errors,
       broadcast, holes, max_clients, idle_timeout);

@@ -24,6 +24,7 @@ class Gateway : private modbus::ClientSession::Owner {
   Gateway() {
     spdlog::set_level(spdlog::level::off);
     Require(clients_->Open().ok(), "there is an epoll set");
+    clients_->Start();
     points_.inbox()->Open(io_, ReadClocks);
   }
 

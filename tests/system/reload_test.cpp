@@ -4,11 +4,10 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
-#include <atomic>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "tests/system/notify_socket.h"
+#include "tests/system/steady_client.h"
 #include "tests/system/three_devices.h"
 
 namespace baudgate::system_test {
@@ -64,37 +63,10 @@ class Reload : public ThreeDevices {
   }
 };
 
-/// A client that asks all the time, and when it could not.
-class SteadyClient {
- public:
-  SteadyClient(std::uint16_t port, int unit) : thread_([this, port, unit] { Run(port, unit); }) {}
-  ~SteadyClient() { Stop(); }
-  int Stop() {
-    stop_ = true;
-    if (thread_.joinable()) thread_.join();
-    return failed_;
-  }
-  int asked() const { return asked_; }
-
- private:
-  void Run(std::uint16_t port, int unit) {
-    ModbusClient client(port);
-    while (!stop_) {
-      if (client.Input(unit, 0, 2).exception != kNoException) ++failed_;
-      ++asked_;
-      std::this_thread::sleep_for(2ms);
-    }
-  }
-  std::atomic<bool> stop_ = false;
-  std::atomic<int> failed_ = 0;
-  std::atomic<int> asked_ = 0;
-  std::thread thread_;
-};
-
 TEST_F(Reload, OfOneLineIsNotNoticedByTheOthers) {
   StartAll(YamlWithSocket());
-  SteadyClient steady(port(), kRelayUnit);
-  ASSERT_TRUE(Eventually([&] { return steady.asked() > 10; }));
+  SteadyClient steady(port(), [](ModbusClient& its) { return its.Input(kRelayUnit, 0, 2).ok(); });
+  ASSERT_TRUE(steady.GoesOn());
   const Json before = Status();
 
   SetFile(WithSlowerIo());

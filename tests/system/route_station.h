@@ -53,8 +53,6 @@ class RouteStation : public Station {
   Json Status() const;
   /// Of a route; null when there is none of these units.
   Json Route(const std::string& units) const;
-
- private:
   std::string socket() const { return (directory() / "gate.sock").string(); }
 };
 

@@ -30,27 +30,31 @@ ModbusCounters LiveCounters::Snapshot() const {
 PointDesk::PointDesk(const config::Config& config, const PointStore& store, CommandSink& sink,
                      std::function<GatewayFigures()> info, ModbusLimits limits,
                      const ModbusLinks& links)
-    : config_(config),
-      store_(store),
+    : store_(store),
       gate_(store, sink),
       info_(std::move(info)),
       limits_(limits),
       map_(config),
-      table_(config),
-      targets_(config.modbus, links),
+      routes_(config.modbus.routes),
+      table_(config, routes_),
+      targets_(routes_, links.lines),
       rtu_(links.rtu),
       writes_(links.writes),
       events_(links.events),
       acks_(store, links.alarms, links.writes),
-      book_(std::make_shared<TrafficBook>(config.modbus)) {
+      book_(std::make_shared<TrafficBook>()) {
+  book_->Show(routes_);
   pieces_.reserve(kMostBits);
   MakeImages();
 }
 
-void PointDesk::Apply(const config::Config& config, std::span<RouteTarget* const> lines) {
+void PointDesk::Apply(const config::Config& config, std::span<RouteTarget* const> lines,
+                      const Origins& routes) {
   map_ = RegisterMap(config);
-  table_ = RouteTable(config);
-  targets_.Relink(config.modbus, lines);
+  routes_.Renew(config.modbus.routes, routes);
+  table_ = RouteTable(config, routes_);
+  book_->Show(routes_);
+  targets_.Relink(lines);
   MakeImages();
 }
 

@@ -19,6 +19,7 @@
 #include "gateway/modbus/desk/ack_register.h"
 #include "gateway/modbus/desk/inbox.h"
 #include "gateway/modbus/desk/links.h"
+#include "gateway/modbus/desk/route_list.h"
 #include "gateway/modbus/desk/route_table.h"
 #include "gateway/modbus/desk/route_targets.h"
 #include "gateway/modbus/desk/traffic_book.h"
@@ -66,8 +67,11 @@ class PointDesk {
             std::function<GatewayFigures()> info, ModbusLimits limits,
             const ModbusLinks& links = {});
 
-  /// A reload: what has changed but `modbus`. Clients and what they wait for stay.
-  void Apply(const config::Config& config, std::span<RouteTarget* const> lines);
+  /// A reload. Clients and what they wait for stay. `routes`: which are the same.
+  void Apply(const config::Config& config, std::span<RouteTarget* const> lines,
+             const Origins& routes);
+  /// See ModbusLimits; of clients that connect from now on.
+  void SetClientShare(double share) { limits_.client_share = share; }
 
   /// Unit, function, counts and lengths; fills `request` when there is no
   /// exception.
@@ -91,7 +95,7 @@ class PointDesk {
   static ExceptionCode ExceptionOf(const WriteRefusal& refusal);
 
   const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
-  const config::Route& route(std::size_t index) const { return config_.modbus.routes[index]; }
+  const config::Route& route(std::size_t number) const { return routes_.at(number); }
   RouteTargets& targets() { return targets_; }
   /// Null: RTU is not spoken.
   const Protocol* rtu() const { return rtu_; }
@@ -114,12 +118,12 @@ class PointDesk {
   ExceptionCode ReadGateway(const ModbusRequest& request);
   void FillEvents(const ModbusRequest& request, const UnitMap& unit, std::uint64_t client);
 
-  const config::Config& config_;
   const PointStore& store_;
   WriteGate gate_;
   std::function<GatewayFigures()> info_;
   ModbusLimits limits_;
   RegisterMap map_;
+  RouteList routes_;
   RouteTable table_;
   RouteTargets targets_;
   const Protocol* rtu_;

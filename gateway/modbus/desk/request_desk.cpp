@@ -47,7 +47,7 @@ void RequestDesk::Handle(View frame, const Now& now) {
   }
   if (way.kind == Way::Kind::route) return HandleRouted(frame, way.route, now);
   if (UnitOf(frame) == 0 && IsPlainWrite(FunctionOf(frame))) {
-    return HandleBroadcast(frame, points_.book()->broadcasts(), points_.targets().lines(), now);
+    return HandleBroadcast(frame, TrafficBook::kBroadcasts, points_.targets().lines(), now);
   }
   HandleOwn(frame, now);
 }

@@ -75,7 +75,7 @@ class RequestDesk : public std::enable_shared_from_this<RequestDesk> {
   struct Pending {
     std::uint64_t number = 0;
     Instant deadline;
-    std::optional<std::size_t> route;  ///< none: a write to a device
+    std::optional<std::size_t> route;  ///< its number; none: a write to a device
     /// The beginning of the request: to the function code; of a write all that its good answer
     /// repeats of it.
     Bytes frame;

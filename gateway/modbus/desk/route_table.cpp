@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/desk/route_table.h"
 
+#include <ranges>
+
 namespace baudgate::modbus {
 
-RouteTable::RouteTable(const config::Config& config) {
+RouteTable::RouteTable(const config::Config& config, const RouteList& routes) {
   ways_.front().kind = ways_.back().kind = Way::Kind::gateway;
-  const auto& routes = config.modbus.routes;
-  for (std::size_t i = routes.size(); i-- > 0;) {
-    for (unsigned unit = routes[i].first; unit <= routes[i].last; ++unit) {
-      ways_[unit] = {Way::Kind::route, static_cast<std::uint32_t>(i)};
+  for (const std::size_t number : routes.numbers() | std::views::reverse) {
+    const config::Route& route = routes.at(number);
+    for (unsigned unit = route.first; unit <= route.last; ++unit) {
+      ways_[unit] = {Way::Kind::route, static_cast<std::uint32_t>(number)};
     }
   }
   for (const config::Line& line : config.lines) {

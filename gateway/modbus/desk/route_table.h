@@ -1,5 +1,5 @@
-// Who answers for which unit: devices, the gateway itself, or a transparent route. Pure; made once
-// from the configuration, asked by request_desk.cpp for every request.
+// Who answers for which unit: devices, the gateway itself, or a transparent route. Pure; made from
+// each configuration anew, asked by request_desk.cpp for every request.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "config/model/config.h"
+#include "gateway/modbus/desk/route_list.h"
 
 namespace baudgate::modbus {
 
@@ -18,14 +19,14 @@ struct Way {
     route,
   };
   Kind kind = Kind::none;
-  std::uint32_t route = 0;  ///< index in modbus.routes
+  std::uint32_t route = 0;  ///< its number (route_list.h)
 };
 
 /// Units of devices come first, then the first route that names the unit, then 0 and 255 as the
 /// gateway itself.
 class RouteTable {
  public:
-  explicit RouteTable(const config::Config& config);
+  RouteTable(const config::Config& config, const RouteList& routes);
 
   const Way& of(std::uint8_t unit) const { return ways_[unit]; }
 

@@ -2,9 +2,7 @@
 #include "gateway/modbus/desk/route_targets.h"
 
 #include <algorithm>
-#include <map>
-#include <string>
-#include <utility>
+#include <set>
 
 #include "gateway/base/text.h"
 #include "gateway/modbus/desk/traffic_book.h"
@@ -12,65 +10,83 @@
 
 namespace baudgate::modbus {
 
-RouteTargets::RouteTargets(const config::Modbus& modbus, const ModbusLinks& links)
-    : modbus_(modbus), targets_(modbus.routes.size()) {
-  Relink(modbus, links.lines);
+RouteTargets::RouteTargets(const RouteList& routes, std::span<RouteTarget* const> lines)
+    : routes_(routes) {
+  LinkLines(lines);
 }
 
-void RouteTargets::Relink(const config::Modbus& modbus, std::span<RouteTarget* const> lines) {
+RouteTargets::~RouteTargets() = default;
+
+void RouteTargets::Open(asio::io_context& io, const std::shared_ptr<TrafficBook>& book) {
+  io_ = &io;
+  book_ = book;
+  LinkServers();
+}
+
+void RouteTargets::Relink(std::span<RouteTarget* const> lines) {
+  LinkLines(lines);
+  LinkServers();
+}
+
+void RouteTargets::LinkLines(std::span<RouteTarget* const> lines) {
   lines_.clear();
-  for (std::size_t i = 0; i < targets_.size(); ++i) {
-    const config::Route& route = modbus.routes[i];
+  targets_.assign(routes_.size(), nullptr);
+  for (const std::size_t number : routes_.numbers()) {
+    const config::Route& route = routes_.at(number);
     if (route.line.empty() || route.line_index >= lines.size()) continue;
     RouteTarget* const target = lines[route.line_index];
-    targets_[i] = target;
+    targets_[number] = target;
     const bool known =
         std::ranges::any_of(lines_, [&](const Line& line) { return line.target == target; });
     if (target != nullptr && !known) lines_.push_back({target, route.deadline});
   }
 }
 
-RouteTargets::~RouteTargets() = default;
-
-void RouteTargets::Open(asio::io_context& io, const std::shared_ptr<TrafficBook>& book) {
-  std::map<std::pair<std::string, std::uint16_t>, Upstream*> made;
-  for (std::size_t i = 0; i < targets_.size(); ++i) {
-    const config::Route& route = modbus_.routes[i];
+void RouteTargets::LinkServers() {
+  if (io_ == nullptr) return;
+  std::set<const Upstream*> used;
+  for (const std::size_t number : routes_.numbers()) {
+    const config::Route& route = routes_.at(number);
     if (!route.line.empty()) continue;
-    Upstream*& server = made[{route.host, route.port}];
-    if (server == nullptr) {
-      auto on_late = [this, book, &route](std::uint8_t slave) { CameLate(*book, route, slave); };
-      servers_.push_back(
-          std::make_unique<Upstream>(io, route.host, route.port, std::move(on_late)));
-      server = servers_.back().get();
-      server->Start();
-    }
-    targets_[i] = server;
+    const HostPort at(route.host, route.port);
+    std::unique_ptr<Upstream>& server = servers_[at];
+    if (!server) server = MakeServer(at);
+    server->Start();
+    used.insert(server.get());
+    targets_[number] = server.get();
+  }
+  for (const auto& [at, server] : servers_) {
+    if (!used.contains(server.get())) server->Rest();
   }
 }
 
+std::unique_ptr<Upstream> RouteTargets::MakeServer(const HostPort& at) {
+  return std::make_unique<Upstream>(*io_, at.first, at.second,
+                                    [this, at](std::uint8_t slave) { CameLate(at, slave); });
+}
+
 std::string RouteTargets::NameOf(const RouteTarget* target) const {
-  for (std::size_t i = 0; i < targets_.size(); ++i) {
-    const config::Route& route = modbus_.routes[i];
-    if (targets_[i] != target) continue;
+  for (const std::size_t number : routes_.numbers()) {
+    const config::Route& route = routes_.at(number);
+    if (targets_[number] != target) continue;
     return route.line.empty() ? HostAndPort(route.host, route.port) : route.line;
   }
   return {};
 }
 
 /// At all routes that lead to this slave of the server.
-void RouteTargets::CameLate(TrafficBook& book, const config::Route& server, std::uint8_t slave) {
-  for (std::size_t i = 0; i < modbus_.routes.size(); ++i) {
-    const config::Route& other = modbus_.routes[i];
-    const bool same_server = other.line.empty() && other.Target() == server.Target();
+void RouteTargets::CameLate(const HostPort& server, std::uint8_t slave) {
+  for (const std::size_t number : routes_.numbers()) {
+    const config::Route& other = routes_.at(number);
+    const bool same_server = other.line.empty() && HostPort(other.host, other.port) == server;
     if (same_server && slave >= other.SlaveOf(other.first) && slave <= other.SlaveOf(other.last)) {
-      book.CameLate(i);
+      book_->CameLate(number);
     }
   }
 }
 
 void RouteTargets::Close() {
-  for (const auto& server : servers_) server->Stop();
+  for (const auto& [at, server] : servers_) server->Stop();
 }
 
 }  // namespace baudgate::modbus

@@ -4,14 +4,15 @@
 #pragma once
 
 #include <asio/io_context.hpp>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "config/model/outputs.h"
 #include "gateway/base/time.h"
-#include "gateway/modbus/desk/links.h"
+#include "gateway/modbus/desk/route_list.h"
 #include "gateway/requests/routed.h"
 
 namespace baudgate::modbus {
@@ -27,8 +28,8 @@ class RouteTargets {
     Duration deadline{};
   };
 
-  /// Configuration and lines outlive this.
-  RouteTargets(const config::Modbus& modbus, const ModbusLinks& links);
+  /// All outlive this. `lines`: by the numbers of the store.
+  RouteTargets(const RouteList& routes, std::span<RouteTarget* const> lines);
   ~RouteTargets();
   RouteTargets(const RouteTargets&) = delete;
   RouteTargets& operator=(const RouteTargets&) = delete;
@@ -37,10 +38,11 @@ class RouteTargets {
   void Open(asio::io_context& io, const std::shared_ptr<TrafficBook>& book);
   void Close();
 
-  /// A reload: the same routes, lines of other numbers. On the server's thread.
-  void Relink(const config::Modbus& modbus, std::span<RouteTarget* const> lines);
+  /// A reload: the routes have been renewed, and lines may have other numbers. A server to which
+  /// no route leads any more answers what it has. On the server's thread.
+  void Relink(std::span<RouteTarget* const> lines);
 
-  /// Of the route with this index; null: it leads nowhere now.
+  /// Of the route with this number; null: it leads nowhere now.
   RouteTarget* of(std::size_t route) const { return targets_[route]; }
   /// "drive" or "10.0.0.9:502", of the first route that leads there.
   std::string NameOf(const RouteTarget* target) const;
@@ -48,10 +50,18 @@ class RouteTargets {
   std::span<const Line> lines() const { return lines_; }
 
  private:
-  void CameLate(TrafficBook& book, const config::Route& server, std::uint8_t slave);
+  using HostPort = std::pair<std::string, std::uint16_t>;
 
-  const config::Modbus& modbus_;
-  std::vector<std::unique_ptr<Upstream>> servers_;
+  void LinkLines(std::span<RouteTarget* const> lines);
+  void LinkServers();
+  std::unique_ptr<Upstream> MakeServer(const HostPort& at);
+  void CameLate(const HostPort& server, std::uint8_t slave);
+
+  const RouteList& routes_;
+  asio::io_context* io_ = nullptr;  ///< null: not open
+  std::shared_ptr<TrafficBook> book_;
+  /// None is taken out: who has asked there may still have to be forgotten.
+  std::map<HostPort, std::unique_ptr<Upstream>> servers_;
   std::vector<RouteTarget*> targets_;  ///< by route
   std::vector<Line> lines_;
 };

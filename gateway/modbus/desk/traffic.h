@@ -69,8 +69,9 @@ struct RouteStatus : RouteCounters {
 
 struct TrafficStatus {
   std::vector<ClientStatus> clients;  ///< connected now, by id
-  std::vector<MasterStatus> masters;  ///< as configured
-  std::vector<RouteStatus> routes;    ///< as configured; after them one for broadcasts, if any
+  std::vector<MasterStatus> masters;  ///< in the order in which they were configured
+  /// In the order of the file that runs; after them one for broadcasts, if any.
+  std::vector<RouteStatus> routes;
 };
 
 /// How gateway/control asks for it.

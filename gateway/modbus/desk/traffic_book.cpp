@@ -56,15 +56,23 @@ ClientStatus StatusOf(const ClientRecord& record, const Now& now) {
 
 }  // namespace
 
-TrafficBook::TrafficBook(const config::Modbus& modbus) : broadcasts_(modbus.routes.size()) {
-  for (const config::Route& route : modbus.routes) {
+TrafficBook::TrafficBook() {
+  broadcasts_.units = "0";
+  broadcasts_.target = "all lines";
+}
+
+void TrafficBook::Show(const RouteList& routes) {
+  const MutexLock lock(mutex_);
+  for (std::size_t number = routes_.size(); number < routes.size(); ++number) {
     RouteStatus& status = routes_.emplace_back();
-    status.units = route.Units();
-    status.target = route.Target();
+    status.units = routes.at(number).Units();
+    status.target = routes.at(number).Target();
   }
-  routes_.emplace_back();
-  routes_.back().units = "0";
-  routes_.back().target = "all lines";
+  shown_.assign(routes.numbers().begin(), routes.numbers().end());
+}
+
+RouteStatus& TrafficBook::At(std::size_t route) {
+  return route == kBroadcasts ? broadcasts_ : routes_[route];
 }
 
 std::shared_ptr<ClientRecord> TrafficBook::Enter(const std::string& peer,
@@ -88,7 +96,7 @@ void TrafficBook::Leave(const ClientRecord& client) {
 
 void TrafficBook::Asked(std::size_t route, std::uint8_t unit) {
   const MutexLock lock(mutex_);
-  RouteStatus& status = routes_[route];
+  RouteStatus& status = At(route);
   ++status.requests;
   ++status.by_unit[unit].requests;
 }
@@ -96,7 +104,7 @@ void TrafficBook::Asked(std::size_t route, std::uint8_t unit) {
 void TrafficBook::Ended(std::size_t route, std::uint8_t unit, RouteEnd end,
                         const RoutedReply& reply, WallTime at) {
   const MutexLock lock(mutex_);
-  RouteStatus& status = routes_[route];
+  RouteStatus& status = At(route);
   Count(status, end, reply);
   Count(status.by_unit[unit], end, reply);
   const bool trouble =
@@ -113,11 +121,16 @@ void TrafficBook::CameLate(std::size_t route) {
 
 std::size_t TrafficBook::AddMaster(const std::string& port, WallTime since) {
   const MutexLock lock(mutex_);
-  MasterStatus& master = masters_.emplace_back();
+  MasterStatus& master = masters_[next_master_];
   master.port = port;
   master.text = "not opened yet";
   master.since = since;
-  return masters_.size() - 1;
+  return next_master_++;
+}
+
+void TrafficBook::RemoveMaster(std::size_t master) {
+  const MutexLock lock(mutex_);
+  masters_.erase(master);
 }
 
 void TrafficBook::ShowPort(std::size_t index, bool is_open, const std::string& text, WallTime at) {
@@ -148,9 +161,9 @@ TrafficStatus TrafficBook::Status(const Now& now) const {
   TrafficStatus status;
   const MutexLock lock(mutex_);
   for (const auto& [id, record] : clients_) status.clients.push_back(StatusOf(*record, now));
-  status.masters = masters_;
-  status.routes = routes_;
-  if (status.routes.back().requests == 0) status.routes.pop_back();
+  for (const auto& [number, master] : masters_) status.masters.push_back(master);
+  for (const std::size_t number : shown_) status.routes.push_back(routes_[number]);
+  if (broadcasts_.requests > 0) status.routes.push_back(broadcasts_);
   return status;
 }
 

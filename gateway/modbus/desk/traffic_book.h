@@ -6,14 +6,16 @@
 
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "config/model/outputs.h"
+#include "config/model/listener.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/time.h"
+#include "gateway/modbus/desk/route_list.h"
 #include "gateway/modbus/desk/traffic.h"
 #include "gateway/requests/routed.h"
 
@@ -44,10 +46,13 @@ enum class RouteEnd : std::uint8_t { ok, refused, no_reply, expired, busy, dropp
 
 class TrafficBook {
  public:
-  explicit TrafficBook(const config::Modbus& modbus);
+  /// In place of a route's number: where broadcasts that no route names are counted, one per line.
+  static constexpr std::size_t kBroadcasts = std::numeric_limits<std::size_t>::max();
 
-  /// The place in the book where broadcasts that no route names are counted, one per line.
-  std::size_t broadcasts() const { return broadcasts_; }
+  TrafficBook();
+
+  /// These are shown from now on. What ends at others is still counted there.
+  void Show(const RouteList& routes);
 
   std::shared_ptr<ClientRecord> Enter(const std::string& peer, const config::Listener& listener,
                                       config::Priority priority, WallTime since);
@@ -55,13 +60,15 @@ class TrafficBook {
 
   /// A serial port at which a master is awaited: its place in the book.
   std::size_t AddMaster(const std::string& port, WallTime since);
+  /// None is awaited there any more.
+  void RemoveMaster(std::size_t master);
   void ShowPort(std::size_t master, bool is_open, const std::string& text, WallTime at);
   void Heard(std::size_t master, WallTime at);
   void HeardDamage(std::size_t master);
   /// One of the gateway's own replies, where `echo` is off.
   void HeardEcho(std::size_t master);
 
-  /// `route`: index in modbus.routes, or broadcasts().
+  /// `route`: its number, or kBroadcasts.
   void Asked(std::size_t route, std::uint8_t unit);
   /// `reply` may be empty where there was none, and `at` where the client has left.
   void Ended(std::size_t route, std::uint8_t unit, RouteEnd end, const RoutedReply& reply,
@@ -74,13 +81,16 @@ class TrafficBook {
   TrafficStatus Status(const Now& now) const;
 
  private:
-  const std::size_t broadcasts_;
+  RouteStatus& At(std::size_t route) BAUDGATE_REQUIRES(mutex_);
+
   mutable Mutex mutex_;
   std::map<std::uint64_t, std::shared_ptr<ClientRecord>> clients_ BAUDGATE_GUARDED_BY(mutex_);
   std::uint64_t next_client_ BAUDGATE_GUARDED_BY(mutex_) = 1;
-  std::vector<MasterStatus> masters_ BAUDGATE_GUARDED_BY(mutex_);
-  /// As configured, then one for broadcasts.
-  std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<std::size_t, MasterStatus> masters_ BAUDGATE_GUARDED_BY(mutex_);
+  std::size_t next_master_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);  // by number
+  std::vector<std::size_t> shown_ BAUDGATE_GUARDED_BY(mutex_);   // their numbers
+  RouteStatus broadcasts_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate::modbus

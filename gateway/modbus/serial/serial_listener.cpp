@@ -1,32 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/serial/serial_listener.h"
 
+#include <utility>
+
 #include "gateway/base/log.h"
 #include "transports/serial_port.h"
 
 namespace baudgate::modbus {
 
-SerialListener::SerialListener(asio::io_context& io, const config::Listener& listener,
-                               PointDesk& points, const Protocol& rtu)
-    : listener_(listener),
+SerialListener::SerialListener(asio::io_context& io, config::Listener listener, PointDesk& points,
+                               const Protocol& rtu)
+    : listener_(std::move(listener)),
       points_(points),
-      place_(points.book()->AddMaster(listener.path, ReadClocks().wall)),
+      place_(points.book()->AddMaster(listener_.path, ReadClocks().wall)),
       rtu_(rtu),
       port_(
-          io, listener.path,
-          [&listener](asio::io_context& port_io, TransportListener& heard) {
-            return MakeSerialPort(listener.path, listener.serial, port_io, heard);
+          io, listener_.path,
+          [this](asio::io_context& port_io, TransportListener& heard) {
+            return MakeSerialPort(listener_.path, listener_.serial, port_io, heard);
           },
           *this),
       timer_(io) {}
 
-void SerialListener::Stop() {
-  port_.Stop();
+void SerialListener::Leave() {
+  if (std::exchange(left_, true)) return;
   timer_.cancel();
   session_.reset();
+  points_.book()->RemoveMaster(place_);
+}
+
+void SerialListener::Stop() {
+  Leave();
+  ClosePort();
 }
 
 void SerialListener::OnOpened(const std::string& description) {
+  if (left_) return;
   const Now now = ReadClocks();
   log::Info("modbus: listening for a master on {}", description);
   points_.book()->ShowPort(place_, true, description, now.wall);
@@ -34,6 +43,7 @@ void SerialListener::OnOpened(const std::string& description) {
 }
 
 void SerialListener::OnDown(const std::string& reason, bool is_news) {
+  if (left_) return;
   timer_.cancel();
   session_.reset();
   if (!is_news) return;

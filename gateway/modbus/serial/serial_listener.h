@@ -23,15 +23,23 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
                              private PortThread::Owner,
                              public MasterSession::Owner {
  public:
-  /// Configuration, points and protocol outlive the listener until Stop. `rtu` has a carrier.
-  SerialListener(asio::io_context& io, const config::Listener& listener, PointDesk& points,
+  /// Points and protocol outlive the listener until Stop. `rtu` has a carrier.
+  SerialListener(asio::io_context& io, config::Listener listener, PointDesk& points,
                  const Protocol& rtu);
   ~SerialListener() { Stop(); }
 
   /// A port that is absent or can not be opened is tried again until Stop.
   void Open() { port_.Start(); }
+  /// Nothing is heard or answered any more; the port is still open.
+  void Leave();
+  /// Closes the port, which may take its driver long: after Leave from any other thread, too. The
+  /// listener is destroyed on the server's thread even then.
+  void ClosePort() { port_.Stop(); }
+  /// Both.
   void Stop();
 
+  /// "a Modbus master on /dev/ttyS1".
+  std::string Summary() const { return "a Modbus master on " + listener_.path; }
   bool is_open() const { return session_.has_value(); }
 
  private:
@@ -42,9 +50,10 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   void Send(Bytes frame) override { port_.Send(std::move(frame)); }
   void Rearm() override;
 
-  const config::Listener& listener_;
+  const config::Listener listener_;
   PointDesk& points_;
   const std::size_t place_;  ///< in the traffic book
+  bool left_ = false;
   const Protocol& rtu_;
   PortThread port_;
   asio::steady_timer timer_;              // the session's deadline

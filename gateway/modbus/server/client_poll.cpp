@@ -23,7 +23,6 @@ Status ClientPoll::Open() {
     ::close(set);
     return Error{"the Modbus clients can not be waited for: " + failed.message()};
   }
-  Wait();
   return {};
 }
 

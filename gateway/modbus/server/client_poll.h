@@ -20,7 +20,7 @@
 
 namespace baudgate::modbus {
 
-/// All on the thread that runs the io_context.
+/// All but Open on the thread that runs the io_context.
 class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
  public:
   class Client {
@@ -36,7 +36,10 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
 
   explicit ClientPoll(asio::io_context& io) : set_(io) {}
 
+  /// Takes what it needs of the system.
   Status Open();
+  /// Clients are served from now on, until Close.
+  void Start() { Wait(); }
   void Close();
 
   /// False when the kernel has no memory for it. The client is removed before it or its socket

@@ -48,23 +48,25 @@ std::string Explain(const asio::error_code& error) {
   return error.message();
 }
 
+Duration SweepPeriodOf(const config::Listener& listener, const ModbusLimits& limits) {
+  const Duration shortest = std::min({listener.idle_timeout, limits.write_deadline, limits.stall});
+  const Duration period = std::clamp<Duration>(shortest / 4, 10ms, 250ms);
+  const bool rtu = listener.protocol == config::Listener::Protocol::rtu;
+  return rtu ? std::min(period, kRtuSweep) : period;
+}
+
 }  // namespace
 
-Listener::Listener(asio::io_context& io, const config::Listener& listener, PointDesk& points)
+Listener::Listener(asio::io_context& io, config::Listener listener, PointDesk& points)
     : acceptor_(io),
       clients_(std::make_shared<ClientPoll>(io)),
       retry_(io),
       sweep_(io),
-      listener_(listener),
-      points_(points) {
-  const Duration shortest =
-      std::min({listener.idle_timeout, points.limits().write_deadline, points.limits().stall});
-  sweep_period_ = std::clamp<Duration>(shortest / 4, 10ms, 250ms);
-  const bool rtu = listener.protocol == config::Listener::Protocol::rtu;
-  if (rtu) sweep_period_ = std::min(sweep_period_, kRtuSweep);
-}
+      listener_(std::move(listener)),
+      points_(points),
+      sweep_period_(SweepPeriodOf(listener_, points.limits())) {}
 
-Status Listener::Open(PassedSockets& passed) {
+Status Listener::Open(PassedSockets* passed) {
   asio::error_code failed;
   tcp::resolver resolver(acceptor_.get_executor());
   const auto found =
@@ -74,19 +76,35 @@ Status Listener::Open(PassedSockets& passed) {
     return Error{listener_.Place() + ": unknown address; check modbus.listen"};
   }
   const tcp::endpoint endpoint = found.begin()->endpoint();
-  if (const auto descriptor = passed.Take(endpoint)) {
+  const auto descriptor = passed == nullptr ? std::nullopt : passed->Take(endpoint);
+  if (descriptor) {
     acceptor_.assign(endpoint.protocol(), *descriptor, failed);
     if (failed) return Error{listener_.Place() + ": " + Explain(failed)};
     log::Info("modbus: {}: the socket is one that systemd has passed", listener_.Place());
   } else if (Status bound = Bind(endpoint); !bound) {
     return bound;
   }
-  const Status clients = clients_->Open();
-  if (!clients) return clients;
   port_ = acceptor_.local_endpoint(failed).port();
+  return clients_->Open();
+}
+
+void Listener::Start() {
+  clients_->Start();
   Accept();
   Sweep(ReadClocks());
-  return {};
+}
+
+std::string Listener::Summary() const {
+  const bool tcp = listener_.protocol == config::Listener::Protocol::tcp;
+  return (tcp ? "Modbus TCP on " : "Modbus RTU over TCP on ") + listener_.host + ":" +
+         std::to_string(port_);
+}
+
+void Listener::Renew(const config::Listener& listener) {
+  CloseClients();
+  listener_ = listener;
+  sweep_period_ = SweepPeriodOf(listener_, points_.limits());
+  Sweep(ReadClocks());
 }
 
 Status Listener::Bind(const tcp::endpoint& endpoint) {
@@ -109,9 +127,13 @@ void Listener::Stop() {
   acceptor_.close(ignored);
   retry_.cancel();
   sweep_.cancel();
+  CloseClients();
+  clients_->Close();
+}
+
+void Listener::CloseClients() {
   const auto sessions = std::exchange(sessions_, {});
   for (const auto& [key, session] : sessions) session->Close();
-  clients_->Close();
 }
 
 void Listener::Accept() {

@@ -7,6 +7,7 @@
 #include <asio/steady_timer.hpp>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <unordered_map>
 
 #include "config/model/listener.h"
@@ -21,17 +22,24 @@ namespace baudgate::modbus {
 
 class Listener final : public std::enable_shared_from_this<Listener>, public ClientSession::Owner {
  public:
-  /// Configuration and points outlive the listener until Stop.
-  Listener(asio::io_context& io, const config::Listener& listener, PointDesk& points);
+  /// Points outlive the listener until Stop.
+  Listener(asio::io_context& io, config::Listener listener, PointDesk& points);
 
-  /// At a socket of `passed` where there is one for its address; else it opens its own.
-  Status Open(PassedSockets& passed);
+  /// Opens the port, at which clients wait until Start: at a socket of `passed` where there is one
+  /// for its address, else at its own. From any thread; without Start it may be dropped.
+  Status Open(PassedSockets* passed = nullptr);
+  void Start();
+  /// A reload: other settings of the same place. The port stays open; clients are disconnected.
+  void Renew(const config::Listener& listener);
   void Stop();
+  /// "Modbus TCP on 0.0.0.0:502".
+  std::string Summary() const;
   /// The port that is really listened on; differs from the configured one only when that is 0.
   std::uint16_t port() const { return port_; }
 
  private:
   Status Bind(const asio::ip::tcp::endpoint& endpoint);
+  void CloseClients();
   void Accept();
   void Welcome(asio::ip::tcp::socket socket);
   std::size_t MostClients() const;
@@ -45,7 +53,7 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   std::shared_ptr<ClientPoll> clients_;
   asio::steady_timer retry_;
   asio::steady_timer sweep_;
-  const config::Listener& listener_;
+  config::Listener listener_;  // sessions look at it
   PointDesk& points_;
   std::unordered_map<const ClientSession*, std::shared_ptr<ClientSession>> sessions_;
   Duration sweep_period_;

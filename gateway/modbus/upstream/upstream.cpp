@@ -49,8 +49,20 @@ void Upstream::Link::Forget(std::uint64_t client) {
 // ---------------------------------------------------------------- on the server's thread
 
 void Upstream::Link::Start() {
+  resting_ = false;
   const MutexLock lock(mutex_);
   accepting_ = true;
+}
+
+void Upstream::Link::Rest() {
+  resting_ = true;
+  CloseAtRest();
+}
+
+void Upstream::Link::CloseAtRest() {
+  if (!resting_ || !connection_ || waiting_ > 0 || !on_wire_.empty()) return;
+  std::exchange(connection_, nullptr)->Close();
+  log::Info("modbus: {}: disconnected, as no route leads there any more", name_);
 }
 
 void Upstream::Link::Stop() {
@@ -105,6 +117,7 @@ void Upstream::Link::Work() {
       AnswerUnsent(queue_.TakeAll(), Outcome::line_down, trouble_);
     }
   }
+  CloseAtRest();
   Arm();
 }
 
@@ -257,6 +270,7 @@ Upstream::Upstream(asio::io_context& io, std::string host, std::uint16_t port,
 Upstream::~Upstream() { Stop(); }
 
 void Upstream::Start() { link_->Start(); }
+void Upstream::Rest() { link_->Rest(); }
 void Upstream::Stop() { link_->Stop(); }
 bool Upstream::Submit(RoutedRequest request) { return link_->Submit(std::move(request)); }
 void Upstream::Forget(std::uint64_t client) { link_->Forget(client); }

@@ -40,9 +40,12 @@ class Upstream final : public RouteTarget {
   Upstream(const Upstream&) = delete;
   Upstream& operator=(const Upstream&) = delete;
 
-  /// Both on the thread that runs the io_context, or while it does not run. Stop answers what is
-  /// under way; before Start and after Stop nothing is let in.
+  // On the thread that runs the io_context, or while it does not run.
+  /// Lets requests in, also after Rest.
   void Start();
+  /// No route leads here any more: the connection is closed once nothing is under way.
+  void Rest();
+  /// Answers what is under way, and lets nothing in from then on.
   void Stop();
 
   bool Submit(RoutedRequest request) override;

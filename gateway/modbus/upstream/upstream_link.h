@@ -34,6 +34,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
         ladder_(static_cast<std::uint32_t>(std::hash<std::string>{}(name_))) {}
 
   void Start();
+  void Rest();
   void Stop();
   bool Submit(RoutedRequest request);
   void Forget(std::uint64_t client);
@@ -68,6 +69,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void TakeIncoming();
   void Drop(std::uint64_t client);
   void Work();
+  void CloseAtRest();
   void Arm();
 
   void ExpireWaiting(Instant now);
@@ -105,6 +107,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   std::uint16_t next_id_ = 0;
   std::array<int, 256> ignored_{};  // by unit: deadlines that passed since it answered
 
+  bool resting_ = false;  // nobody asks, and the connection goes with its last request
   std::shared_ptr<UpstreamConnection> connection_;  // null: there is none, nor an attempt
   Instant connect_by_;
   bool answered_ = false;  // it has sent a frame, whatever that said

@@ -118,8 +118,7 @@ TEST(Difference, WhatOnlyARestartCanChangeIsNamed) {
       {[](Config& config) { config.socket = "/run/x"; }, "gateway.socket"},
       {[](Config& config) { config.audit = config::Audit::require; }, "gateway.audit"},
       {[](Config& config) { config.events.given = true; }, "events"},
-      {[](Config& config) { config.modbus.listen.emplace_back(); }, "modbus.listen"},
-      {[](Config& config) { config.modbus.routes.emplace_back(); }, "modbus.routes"},
+      {[](Config& config) { config.modbus.enabled = false; }, "modbus.enabled"},
       {[](Config& config) { config.dds.domain = 7; }, "dds.domain"},
       {[](Config& config) { config.dds.heartbeat = 1s; }, "dds.heartbeat"},
       {[](Config& config) { config.dds.security.key = "k.pem"; }, "dds.security"},
@@ -132,6 +131,39 @@ TEST(Difference, WhatOnlyARestartCanChangeIsNamed) {
     EXPECT_FALSE(difference.empty());
   }
   EXPECT_EQ(WhyNot(After([](Config&) {})), "");
+}
+
+TEST(Difference, OfListenersAndRoutesIsTold) {
+  const Difference difference = After([](Config& config) {
+    config.lines.pop_back();
+    config.modbus.listen.resize(1);
+    config.modbus.routes.resize(2);
+    config.modbus.routes[1].line = config.modbus.routes[0].line = "x";
+  });
+  EXPECT_FALSE(difference.empty());
+  EXPECT_EQ(WhyNot(difference), "");
+  EXPECT_THAT(Sentences(difference), ElementsAre("line z: ends", "listener 127.0.0.1:1502: is new",
+                                                 "route 1 to x: is new", "route 1 to x: is new"));
+  EXPECT_EQ(Summary(difference), "1 line ended, 1 listener new, 2 routes new; 2 lines untouched");
+}
+
+TEST(Difference, OfTheOrderOfRoutesIsASetting) {
+  Config running = Sample();
+  running.modbus.routes.resize(2);
+  running.modbus.routes[1].first = running.modbus.routes[1].last = 7;
+  Config next = running;
+  std::swap(next.modbus.routes[0], next.modbus.routes[1]);
+  EXPECT_THAT(Sentences(Compare(running, next)),
+              ElementsAre("the order of modbus.routes: changed"));
+}
+
+TEST(Difference, OfPortsThatBlockEachOtherNeedsARestart) {
+  Config running = Sample();
+  running.modbus.listen.resize(1);
+  Config next = running;
+  next.modbus.listen[0].host = "0.0.0.0";
+  EXPECT_EQ(WhyNot(Compare(running, next)),
+            "only a restart can change modbus.listen from 127.0.0.1:1502 to 0.0.0.0:1502");
 }
 
 TEST(Difference, OfTheHistoryIsByNameAndNotByNumber) {

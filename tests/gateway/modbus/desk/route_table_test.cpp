@@ -21,7 +21,10 @@ class RouteTableTest : public testing::Test {
   void Add(std::uint8_t first, std::uint8_t last) {
     config_.modbus.routes.push_back(RouteTo(config_, 1, first, last));
   }
-  Way Of(std::uint8_t unit) const { return RouteTable(config_).of(unit); }
+  Way Of(std::uint8_t unit) const { return Of(unit, RouteList(config_.modbus.routes)); }
+  Way Of(std::uint8_t unit, const RouteList& routes) const {
+    return RouteTable(config_, routes).of(unit);
+  }
 
   config::Config config_;
 };

@@ -135,7 +135,7 @@ TEST_F(TrafficTest, EveryEndOfARoutedRequestIsCounted) {
 }
 
 TEST(TrafficBookTest, APortsTimesAreTheCallers) {
-  TrafficBook book(config::Modbus{});
+  TrafficBook book;
   const std::size_t port = book.AddMaster("/dev/ttyUSB0", WallTime(1h));
   const auto master = [&book] { return book.Status({}).masters.at(0); };
   EXPECT_EQ(master().since, WallTime(1h));

@@ -1,5 +1,7 @@
 // A serial port of a master: opened, heard, lost and found again.
 // SPDX-License-Identifier: Apache-2.0
+#include <thread>
+
 #include "tests/gateway/modbus/serial/serial_listener_fixture.h"
 
 namespace baudgate::modbus {
@@ -53,6 +55,21 @@ TEST_F(SerialListenerTest, AnAbsentPortIsOpenedWhenItAppearsAndAgainWhenItReturn
     EXPECT_FALSE(Master().is_open);
     EXPECT_TRUE(points_->book()->Status({}).clients.empty());
   }
+}
+
+TEST_F(SerialListenerTest, ThePortOfOneThatIsLeftIsClosedBesideTheServer) {
+  Begin();
+  AskForTheValue();
+  serial_->Leave();
+  EXPECT_FALSE(serial_->is_open());
+  EXPECT_TRUE(points_->book()->Status({}).masters.empty());
+  EXPECT_TRUE(points_->book()->Status({}).clients.empty());
+  std::thread([&] { serial_->ClosePort(); }).join();
+  RunReady(io_);
+  serial_ = std::make_shared<SerialListener>(io_, listener(), *points_, ModbusRtuProtocol());
+  serial_->Open();
+  ASSERT_TRUE(RunUntilOpen(true)) << "it is free";
+  AskForTheValue();
 }
 
 TEST_F(SerialListenerTest, WhatIsAnsweredAfterTheEndIsDropped) {

@@ -50,7 +50,10 @@ class TestClient : public ClientPoll::Client {
 
 class ClientPollTest : public testing::Test {
  protected:
-  ClientPollTest() { EXPECT_TRUE(clients_->Open().ok()); }
+  ClientPollTest() {
+    EXPECT_TRUE(clients_->Open().ok());
+    clients_->Start();
+  }
   ~ClientPollTest() override {
     all_.clear();
     clients_->Close();

@@ -24,6 +24,7 @@ class ClientSessionTest : public DeskTest, private ClientSession::Owner {
     links_.rtu = &ModbusRtuProtocol();
     MakePoints();
     ASSERT_TRUE(clients_->Open().ok());
+    clients_->Start();
     int ends[2];
     ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, ends), 0);
     client_ = ends[1];

@@ -34,9 +34,9 @@ TEST_F(UpstreamTest, ALateReplyIsNotTheNextOnes) {
 }
 
 TEST_F(UpstreamTest, WhatCameLateIsShownAtTheRoutesToThatUnit) {
-  config::Modbus modbus;
-  const auto add = [&modbus](std::uint16_t port, std::uint8_t first, std::uint8_t last) {
-    config::Route& route = modbus.routes.emplace_back();
+  std::vector<config::Route> routes;
+  const auto add = [&routes](std::uint16_t port, std::uint8_t first, std::uint8_t last) {
+    config::Route& route = routes.emplace_back();
     route.host = "127.0.0.1";
     route.port = port;
     route.first = first;
@@ -44,11 +44,13 @@ TEST_F(UpstreamTest, WhatCameLateIsShownAtTheRoutesToThatUnit) {
   };
   add(server_.port(), 18, 20);
   add(server_.port(), 40, 41);
-  modbus.routes.back().remap = 19;
+  routes.back().remap = 19;
   add(server_.port(), 21, 30);
   add(1, 20, 20);
-  const auto book = std::make_shared<TrafficBook>(modbus);
-  RouteTargets targets(modbus, {});
+  const RouteList list(routes);
+  const auto book = std::make_shared<TrafficBook>();
+  book->Show(list);
+  RouteTargets targets(list, {});
   targets.Open(io_, book);
   ASSERT_TRUE(targets.of(1)->Submit(Make({.within = 300ms})));
   ASSERT_TRUE(server_.Wait(1));

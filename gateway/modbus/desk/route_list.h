@@ -1,0 +1,45 @@
+// The routes of the gateway by numbers that are for good, so that a request under way ends at its
+// own route whatever a reload does meanwhile. Pure; on the server's thread.
+//
+//   file             numbers()      file after a reload   numbers()
+//   20 to drive      0              33 to pumps           2 (new)
+//   21 to drive      1              21 to drive           1 (the same)
+//
+// Number 0 is still known; only nothing leads there any more.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "config/model/route.h"
+
+namespace baudgate::modbus {
+
+/// Of each entry of a list in a new file: where the same entry stood in the one before; nothing: it
+/// is new.
+using Origins = std::vector<std::optional<std::size_t>>;
+
+class RouteList {
+ public:
+  explicit RouteList(const std::vector<config::Route>& routes) {
+    Renew(routes, Origins(routes.size()));
+  }
+  /// A reload. Of routes that are the same the lines may have other numbers.
+  void Renew(const std::vector<config::Route>& routes, const Origins& origins);
+
+  /// By number; also of a route that has gone.
+  const config::Route& at(std::size_t number) const { return routes_[number]; }
+  /// So many numbers were ever given.
+  std::size_t size() const { return routes_.size(); }
+  /// Of the file that runs, in its order.
+  std::span<const std::size_t> numbers() const { return numbers_; }
+
+ private:
+  std::vector<config::Route> routes_;
+  std::vector<std::size_t> numbers_;
+};
+
+}  // namespace baudgate::modbus

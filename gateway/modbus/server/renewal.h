@@ -1,0 +1,30 @@
+// What a reload leaves of the listeners and routes that run: the composition root says so, and
+// modbus_server.cpp acts on it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "gateway/modbus/desk/route_list.h"
+
+namespace baudgate::modbus {
+
+class Listener;
+
+/// Of one entry of the new modbus.listen.
+struct ListenerOrigin {
+  std::optional<std::size_t> was;         ///< its place in the list before; nothing: it is new
+  bool same = false;                      ///< its clients stay
+  std::shared_ptr<Listener> opened = {};  ///< of a new TCP port: ModbusServer::OpenPort
+};
+
+struct Renewal {
+  std::vector<ListenerOrigin> listeners;
+  Origins routes;
+  double client_share = 1;  ///< see ModbusLimits
+};
+
+}  // namespace baudgate::modbus
