@@ -74,7 +74,11 @@ check "an older configuration is rewritten" inside sh -c "printf 'lines: [{ prot
 apt_install mbpoll
 check "the service's command listens on loopback" service_runs
 cp packaging/debian/tests/* "$root/tmp/"
-check "a twin is read over Modbus" inside sh /tmp/twin
+if [ "$arch" = "$(dpkg --print-architecture)" ]; then
+  check "a twin is read over Modbus" inside sh /tmp/twin
+else
+  echo "LEFT OUT a twin is read over Modbus: the emulator lacks what simulate asks of ptys"
+fi
 
 say "upgrades"
 check "upgrade with the configuration as it came" apt_install ./packages/later.deb
