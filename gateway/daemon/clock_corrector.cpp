@@ -65,10 +65,10 @@ void ClockCorrector::Renumber(const config::Config& config) {
   if (tries_) {
     tries_->Renumber(config);
   } else if (WantsCare(config)) {
-    if (links_.file.empty()) {
-      links_.warn("no clock is corrected: there is no state folder to keep when it was tried");
+    if (links_.open) {
+      tries_ = links_.open(config);
     } else {
-      tries_ = std::make_unique<DeviceMemory>(links_.file, config, links_.warn);
+      links_.warn("no clock is corrected: there is no state folder to keep when it was tried");
     }
   }
 }
@@ -88,7 +88,8 @@ void ClockCorrector::Tick(Now now) {
   if (stopped_ || !tries_ || (looked_ && now.instant - *looked_ < kLookInterval)) return;
   looked_ = now.instant;
   for (std::uint32_t device = 0; device < devices_; ++device) {
-    if (links_.store.gone(device)) continue;
+    // Of one that a reload has ended, what became of it is still told.
+    if (links_.store.gone(device) && !under_way_.contains(device)) continue;
     const auto care = ClockCareOf(links_.store.device(device));
     if (care) Look(device, *care, now);
   }
@@ -140,7 +141,20 @@ void ClockCorrector::Begin(std::uint32_t device, const ClockCare& care, Now now)
 }
 
 void ClockCorrector::GoOn(std::uint32_t device, const ClockCare& care, Now now) {
+  using Step = UnderWay::Step;
   const UnderWay was = under_way_.at(device);
+  const bool gone = links_.store.gone(device);
+  if (was.step == Step::keeps) {
+    const auto kept = tries_->kept();
+    if (kept == DeviceMemory::Kept::waits) return;
+    under_way_.erase(device);
+    const char* why = nullptr;
+    if (gone) why = "a reload has ended its line";
+    if (!right_) why = "this machine's clock is not known to be right any more";
+    if (kept == DeviceMemory::Kept::no) why = "that it was tried can not be kept: the disk fails";
+    if (why == nullptr) return Correct(device, care, was.drift, now);
+    return links_.tell(device, false, "it is " + Shown(was.drift) + "; " + why, now);
+  }
   std::optional<WriteResult> result;
   {
     const MutexLock lock(was.answered->mutex);
@@ -148,19 +162,21 @@ void ClockCorrector::GoOn(std::uint32_t device, const ClockCare& care, Now now) 
   }
   if (!result) return;
   under_way_.erase(device);
-  if (!was.writes) {
-    not_before_[device] = now.instant + kBetweenReads;
-    if (result->read_back) Correct(device, care, was.drift, now);
-    return;
-  }
-  const bool done = result->end == WriteEnd::ok;
-  std::string text = "it was " + Shown(was.drift);
-  if (result->end == WriteEnd::unknown) text += "; nobody knows whether it is corrected";
-  if (!done) text += "; " + result->reason;
+  if (was.step == Step::writes) return TellEnd(device, was.drift, *result, now);
+  not_before_[device] = now.instant + kBetweenReads;
+  if (result->read_back && !gone) Keep(device, care, was.drift, now);
+}
+
+void ClockCorrector::TellEnd(std::uint32_t device, double drift, const WriteResult& result,
+                             Now now) const {
+  const bool done = result.end == WriteEnd::ok;
+  std::string text = "it was " + Shown(drift);
+  if (result.end == WriteEnd::unknown) text += "; nobody knows whether it is corrected";
+  if (!done) text += "; " + result.reason;
   links_.tell(device, done, text, now);
 }
 
-void ClockCorrector::Correct(std::uint32_t device, const ClockCare& care, double before, Now now) {
+void ClockCorrector::Keep(std::uint32_t device, const ClockCare& care, double before, Now now) {
   not_before_.erase(device);
   if (!MayTry(device, care, now)) return;
   not_before_[device] = now.instant + kBetweenReads;
@@ -180,9 +196,13 @@ void ClockCorrector::Correct(std::uint32_t device, const ClockCare& care, double
                 now);
     return;
   }
+  under_way_[device] = {.step = UnderWay::Step::keeps, .drift = *drift};
+}
+
+void ClockCorrector::Correct(std::uint32_t device, const ClockCare& care, double drift, Now now) {
   UnderWay& begun = under_way_[device];
-  begun.writes = true;
-  begun.drift = *drift;
+  begun.step = UnderWay::Step::writes;
+  begun.drift = drift;
   WriteAsk ask;
   ask.device = device;
   ask.parts.push_back({care.correction, Value(true)});
@@ -193,7 +213,7 @@ void ClockCorrector::Correct(std::uint32_t device, const ClockCare& care, double
   };
   if (const auto refusal = gate_.Submit(kWriter, std::move(ask), now.instant)) {
     under_way_.erase(device);
-    links_.tell(device, false, "it is " + Shown(*drift) + "; " + refusal->text, now);
+    links_.tell(device, false, "it is " + Shown(drift) + "; " + refusal->text, now);
   }
 }
 

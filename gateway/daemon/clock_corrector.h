@@ -4,15 +4,15 @@
 //
 //   this machine's clock is known to be right, the hour allows it, and the last try is a day ago
 //   clock_drift is good and large enough  → it is read once more, now
-//   both readings say the same            → clock_correction is written, or it is told why not
+//   both readings say the same            → that it was tried goes to the disk
+//   it is there                           → clock_correction is written, or it is told why not
 //
-// That it was tried is kept before it is: whatever becomes of it, also a restart, there is no
-// second try within 25 hours, so that it is another day of the device's clock in October, too.
+// Whatever becomes of it, also a restart, there is no second try within 25 hours, so that it is
+// another day of the device's clock in October, too. A try that can not be kept is none.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -41,7 +41,8 @@ class ClockCorrector {
   struct Links {
     const PointStore& store;
     CommandSink& commands;
-    std::filesystem::path file;  ///< where tries are kept; empty: nowhere, and nothing is corrected
+    /// Where tries are kept, made when a device wants it; null: nowhere, and nothing is corrected.
+    std::function<std::unique_ptr<DeviceMemory>(const config::Config&)> open;
     /// What became of a device's clock.
     std::function<void(std::uint32_t device, bool corrected, const std::string& text, Now at)> tell;
     std::function<void(const std::string&)> warn;
@@ -65,15 +66,20 @@ class ClockCorrector {
     std::optional<WriteResult> result BAUDGATE_GUARDED_BY(mutex);
   };
   struct UnderWay {
+    enum class Step : std::uint8_t { reads, keeps, writes };
+    Step step = Step::reads;
     std::shared_ptr<Answered> answered = std::make_shared<Answered>();
-    bool writes = false;  ///< else the drift is read
-    double drift = 0;     ///< seconds, as it was before
+    double drift = 0;  ///< seconds, as it was before
   };
 
   void Look(std::uint32_t device, const ClockCare& care, Now now) BAUDGATE_REQUIRES(mutex_);
   void GoOn(std::uint32_t device, const ClockCare& care, Now now) BAUDGATE_REQUIRES(mutex_);
   void Begin(std::uint32_t device, const ClockCare& care, Now now) BAUDGATE_REQUIRES(mutex_);
-  void Correct(std::uint32_t device, const ClockCare& care, double before, Now now)
+  void Keep(std::uint32_t device, const ClockCare& care, double before, Now now)
+      BAUDGATE_REQUIRES(mutex_);
+  void Correct(std::uint32_t device, const ClockCare& care, double drift, Now now)
+      BAUDGATE_REQUIRES(mutex_);
+  void TellEnd(std::uint32_t device, double drift, const WriteResult& result, Now now) const
       BAUDGATE_REQUIRES(mutex_);
   bool MayTry(std::uint32_t device, const ClockCare& care, Now now) const BAUDGATE_REQUIRES(mutex_);
   /// Of the point, where it is good.

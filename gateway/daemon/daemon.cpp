@@ -146,10 +146,14 @@ void Daemon::Impl::MakeClocks() {
     }
     if (records.events() != nullptr) records.events()->OnClock(device, corrected, text, at);
   };
-  const StateFolder* const state = records.state();
-  clocks = std::make_unique<ClockCorrector>(ClockCorrector::Links{
-      store, Commands(), state != nullptr ? state->path() / "clocks.json" : "", tell,
-      [](const std::string& trouble) { log::Warn("{}", trouble); }});
+  const auto warn = [](const std::string& trouble) { log::Warn("{}", trouble); };
+  ClockCorrector::Links links{store, Commands(), nullptr, tell, warn};
+  if (const StateFolder* const state = records.state()) {
+    links.open = [file = state->path() / "clocks.json", warn](const config::Config& its) {
+      return std::make_unique<DeviceMemory>(file, its, warn);
+    };
+  }
+  clocks = std::make_unique<ClockCorrector>(std::move(links));
   clocks->Renumber(config);
 }
 

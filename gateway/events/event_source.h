@@ -22,9 +22,10 @@ struct Consumer {
 
 struct EventsState {
   Disk disk = Disk::opening;
-  std::string trouble;      ///< why it fails; empty: it does not
-  WallTime since{};         ///< of `disk`
-  std::size_t waiting = 0;  ///< devices that are not asked for more until theirs are kept
+  std::string trouble;  ///< why it fails; empty: it does not
+  WallTime since{};     ///< of `disk`
+  std::size_t waiting =
+      0;  ///< messages of devices, which are not asked for more until these are kept
   std::int64_t newest = 0;  ///< number of the last that is kept; 0: none is
   std::int64_t oldest = 0;  ///< of the first
   std::vector<Consumer> consumers{};

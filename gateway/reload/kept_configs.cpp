@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -32,12 +30,6 @@ std::string TextIn(const Json& map, const char* key) {
 
 WallTime TimeIn(const Json& map) {
   return WallTime(std::chrono::milliseconds(NumberIn(map, "time_ms")));
-}
-
-std::optional<std::string> ReadWhole(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return std::nullopt;
-  return std::string((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
 }
 
 const Json* MapIn(const Json& map, const char* key) {

@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
@@ -51,9 +49,7 @@ void DeviceMemory::Read() {
   memories_.resize(keys_.size());
   std::error_code error;
   if (!fs::exists(file_, error)) return;
-  std::ifstream in(file_, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  const Json root = Json::parse(text, nullptr, false);
+  const Json root = Json::parse(ReadWhole(file_).value_or(std::string()), nullptr, false);
   const auto devices = root.is_object() ? root.find("devices") : root.end();
   if (!root.is_object() || devices == root.end() || !devices->is_array()) {
     fs::rename(file_, file_.string() + ".bad", error);
@@ -110,8 +106,19 @@ void DeviceMemory::Set(std::uint32_t device, std::string memory) {
     if (memories_[device] == memory) return;
     memories_[device] = std::move(memory);
     changed_ = true;
+    kept_ = Kept::waits;
   }
   wake_.notify_one();
+}
+
+DeviceMemory::Kept DeviceMemory::kept() const {
+  const MutexLock lock(mutex_);
+  return kept_;
+}
+
+void DeviceMemory::AwaitWritten() {
+  MutexLock lock(mutex_);
+  while (kept_ == Kept::waits) lock.Wait(written_);
 }
 
 void DeviceMemory::Run() {
@@ -128,6 +135,11 @@ void DeviceMemory::Run() {
       text = Text();
     }
     Write(text);
+    {
+      const MutexLock lock(mutex_);
+      if (!changed_) kept_ = failing_ ? Kept::no : Kept::yes;
+    }
+    written_.notify_all();
     if (last) return;
   }
 }

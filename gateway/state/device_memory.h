@@ -37,6 +37,16 @@ class DeviceMemory {
   /// From any thread; returns at once.
   void Set(std::uint32_t device, std::string memory);
 
+  enum class Kept : std::uint8_t {
+    yes,
+    waits,  ///< for the writing thread
+    no,     ///< it could not be written
+  };
+  /// Whether all that was set is on the disk. From any thread.
+  Kept kept() const;
+  /// Returns when nothing waits.
+  void AwaitWritten();
+
  private:
   void Read();
   void Run();
@@ -60,9 +70,11 @@ class DeviceMemory {
   bool failing_ = false;  // of the writing thread
   mutable Mutex mutex_;
   std::condition_variable wake_;
+  std::condition_variable written_;
   std::vector<Key> keys_ BAUDGATE_GUARDED_BY(mutex_);              // by device
   std::vector<std::string> memories_ BAUDGATE_GUARDED_BY(mutex_);  // as keys_
   bool changed_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  Kept kept_ BAUDGATE_GUARDED_BY(mutex_) = Kept::yes;
   bool stop_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

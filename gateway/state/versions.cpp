@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "gateway/state/events_file.h"
+#include "gateway/state/whole_file.h"
 
 namespace baudgate {
 namespace {
@@ -71,9 +71,7 @@ std::optional<Known> VersionOf(const fs::path& file) {
 }
 
 std::int64_t DevicesVersionOf(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  const auto root = nlohmann::json::parse(text, nullptr, false);
+  const auto root = nlohmann::json::parse(ReadWhole(file).value_or(std::string()), nullptr, false);
   if (!root.is_object()) return kDevicesVersion;
   const auto version = root.find("version");
   const bool whole = version != root.end() && version->is_number_integer();

@@ -4,8 +4,9 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
-#include <string>
+#include <utility>
 
 namespace baudgate {
 
@@ -32,6 +33,22 @@ int WriteWhole(const std::filesystem::path& file, std::string_view text) {
     ::close(folder);
   }
   return 0;
+}
+
+std::optional<std::string> ReadWhole(const std::filesystem::path& file) {
+  const int in = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (in < 0) return std::nullopt;
+  std::string text;
+  std::array<char, 16384> part;
+  int error = 0;
+  for (ssize_t got = 1; got != 0 && error == 0;) {
+    got = ::read(in, part.data(), part.size());
+    if (got > 0) text.append(part.data(), static_cast<std::size_t>(got));
+    if (got < 0 && errno != EINTR) error = errno;
+  }
+  ::close(in);
+  errno = error;
+  return error == 0 ? std::optional(std::move(text)) : std::nullopt;
 }
 
 }  // namespace baudgate

@@ -15,7 +15,7 @@ Json AdviceOf(const events::EventsState& state) {
   Json advice = Json::array();
   if (state.trouble.empty()) return advice;
   std::string text = state.trouble + "; devices are not asked for events until it works again";
-  if (state.waiting > 0) text += ", the last of " + Plural(state.waiting, "device") + " wait";
+  if (state.waiting > 0) text += ", and " + Plural(state.waiting, "message") + " of theirs wait";
   advice.push_back(text + ": make room on the disk, or mend it");
   return advice;
 }

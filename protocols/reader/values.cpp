@@ -15,6 +15,17 @@ Value Word(std::string_view tag, unsigned shift) {
   return static_cast<std::int64_t>((bits >> shift) & 0xFFFFU);
 }
 
+bool IsLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+/// The sign at the end of what stands before a number, blanks aside; 0: there is none.
+char TakeSign(std::string_view& before) {
+  while (before.ends_with(' ')) before.remove_suffix(1);
+  if (!before.ends_with('-') && !before.ends_with('+')) return 0;
+  const char sign = before.back();
+  before.remove_suffix(1);
+  return sign;
+}
+
 }  // namespace
 
 Decoded ValueOf(const Item& item, const Tag& tag) {
@@ -44,16 +55,22 @@ Decoded NumberIn(const Item& item, std::string_view text) {
     if (item.first > text.size()) return none;
     text = text.substr(item.first - 1, item.last - item.first + 1);
   }
-  const std::size_t first = text.find_first_of(kDigits);
-  if (first == std::string_view::npos) return none;
-  const std::size_t end = std::min(text.find_first_not_of("0123456789.", first), text.size());
+  const std::size_t digit = text.find_first_of(kDigits);
+  if (digit == std::string_view::npos) return none;
+  std::string_view before = text.substr(0, digit);
+  while (before.ends_with('.')) before.remove_suffix(1);
+  const std::size_t end = std::min(text.find_first_not_of("0123456789.", digit), text.size());
   if (text.find_first_of(kDigits, end) != std::string_view::npos)
     return none;  // which one is meant?
-  const auto number = ParseDecimal(text.substr(first, end - first));
+  const std::size_t dots = digit - before.size();
+  // The dot of "No.5" is the word's, or the number's.
+  if (dots > 1 || (dots == 1 && !before.empty() && IsLetter(before.back()))) return none;
+  const auto number = ParseDecimal((dots == 1 ? "0" : "") +
+                                   std::string(text.substr(before.size(), end - before.size())));
   if (!number) return none;
-  const std::size_t before = text.substr(0, first).find_last_not_of(' ');
-  const bool negative = before != std::string_view::npos && text[before] == '-';
-  return {negative ? -*number : *number, Quality::good};
+  const char sign = TakeSign(before);
+  if (sign != 0 && TakeSign(before) != 0) return none;
+  return {sign == '-' ? -*number : *number, Quality::good};
 }
 
 }  // namespace baudgate::protocols::reader

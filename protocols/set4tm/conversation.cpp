@@ -214,6 +214,7 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
     return End(std::move(reply.answer));
   }
   if (identification_.trouble()) return End(OtherType());
+  if (reply.answer.then == Then::replan) return End(std::move(reply.answer));
   reply.answer.then = Then::ask_again;
   return std::move(reply.answer);
 }
@@ -267,6 +268,7 @@ Then MeterConversation::OnFailure(const Task& task, const Request& request, Outc
   }
   const bool was_sent = outcome != Outcome::line_down && outcome != Outcome::busy;
   const bool of_latch = asked && Is(asked->body, AskLatchTime());
+  if (was_sent) latch_.Doubt();
   if (of_latch && was_sent) latch_.OnFailure(line_latch_.number());
   if (task.kind == Task::Kind::background && !of_latch) job().OnFailure(now);
   verified_ = false;

@@ -74,6 +74,7 @@ class MeterConversation : public Conversation {
   bool AsksLatchTime(const Task& task, Instant now) const;
   /// What the reply says of the latch, and that of what it brings.
   void TakeLatched(Reply& reply);
+  void DropLatched(Answer& answer) const;
   void UseMasks(bool masked);
   /// As the type of the meter says. True: the queries are others now.
   bool ChooseIntegers();

@@ -4,6 +4,9 @@
 //   FE 03 08 55 AA 33 CC   due, and the line is free
 //   05 08 14 50            other bytes than before: heard
 //   05 08 1B 03 00         good; of a meter that has not heard it: waiting, without a value
+//
+// From the reply to 08 14 50 on no value of the latch before is shown any more: all that is latched
+// waits, and is read anew at once. Otherwise a value of 12:00 would stand beside one of 12:15.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
@@ -47,10 +50,29 @@ bool MeterConversation::AsksLatchTime(const Task& task, Instant now) const {
          });
 }
 
+/// What was read of the latch before, but for what `answer` brings itself.
+void MeterConversation::DropLatched(Answer& answer) const {
+  const auto queries = plan_.queries();
+  for (std::size_t query = 0; query < queries.size(); ++query) {
+    if (!ReadsLatched(fields_.PduOf(plan_, query))) continue;
+    for (const std::size_t point : queries[query].points) {
+      if (std::ranges::find(answer.readings, point, &Reading::point) != answer.readings.end())
+        continue;
+      answer.readings.push_back(
+          {.point = point, .quality = {Quality::bad_waiting, Reason::not_ready}});
+    }
+  }
+}
+
 void MeterConversation::TakeLatched(Reply& reply) {
   if (settings_.latch == Duration::zero()) return;
   const unsigned number = line_latch_.number();
-  if (Is(reply.pdu, AskLatchTime())) latch_.OnTime(reply.data, number);
+  if (Is(reply.pdu, AskLatchTime())) {
+    const bool told = latch_.Told(number);
+    latch_.OnTime(reply.data, number);
+    if (!told || !latch_.Heard(number)) DropLatched(reply.answer);
+    if (!told && latch_.Heard(number)) reply.answer.then = Then::replan;
+  }
   const bool heard = latch_.Heard(number);
   const std::chrono::duration<double> sent = line_latch_.sent_at().time_since_epoch();
   for (Reading& reading : reply.answer.readings) {

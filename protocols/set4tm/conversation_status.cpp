@@ -89,12 +89,14 @@ Answer MeterConversation::AfterClosed(Answer answer) {
 
 Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now) {
   if (reply.pdu[0] == kOpenChannel) return AfterOpen(task, std::move(reply), now);
-  if (reply.pdu[0] == kWrite) drift_.Forget();
+  const auto code = CodeOf(*reply.status);
+  // What is asked for once more was not done.
+  if (reply.pdu[0] == kWrite && code != kChannelClosed && code != kRepeat) drift_.Forget();
   if (reply.pdu[0] == kLinkTest && task.kind != Task::Kind::probe) {
     return PasswordRefused(std::move(reply.answer), now);
   }
   const bool trial = tries_masks_ && IsMasked(reply.pdu);
-  switch (CodeOf(*reply.status)) {
+  switch (code) {
     case kChannelClosed:
       return AfterClosed(std::move(reply.answer));
     case kRepeat:

@@ -62,6 +62,7 @@ void MeterLatch::OnTime(View time, unsigned number) {
   }
   time_.emplace(time.begin(), time.end());
   asked_ = number;
+  doubted_ = false;
 }
 
 void MeterLatch::OnFailure(unsigned number) {

@@ -54,8 +54,12 @@ struct MeterBus final : Bus {
 /// time once before a broadcast and once behind each. `number`: of the broadcasts so far.
 class MeterLatch {
  public:
-  bool WantsTime(unsigned number) const { return !refused_ && asked_ != number; }
+  bool WantsTime(unsigned number) const { return !refused_ && (asked_ != number || doubted_); }
+  /// It has told what there is to tell of this broadcast.
+  bool Told(unsigned number) const { return asked_ == number; }
   void OnTime(View time, unsigned number);
+  /// It was silent: it may have been without power, and has to tell once more.
+  void Doubt() { doubted_ = true; }
   /// It did not answer.
   void OnFailure(unsigned number);
   /// It does not tell.
@@ -63,7 +67,7 @@ class MeterLatch {
   void ForgetRefusals() { refused_ = false; }
   bool refused() const { return refused_; }
   /// It has heard the latest, and nobody else's since.
-  bool Heard(unsigned number) const { return heard_ && asked_ == number; }
+  bool Heard(unsigned number) const { return heard_ && asked_ == number && !doubted_; }
   /// It is known that it has not.
   bool Missed(unsigned number) const { return missed_ && asked_ == number; }
   /// Another meter may answer now.
@@ -74,6 +78,7 @@ class MeterLatch {
   std::optional<Bytes> time_;      // what it said then
   bool heard_ = false;
   bool missed_ = false;
+  bool doubted_ = false;
   bool refused_ = false;
 };
 

@@ -29,7 +29,7 @@ Status CheckClockCare(const config::Device& device, const Settings& settings) {
   constexpr Duration kMost = 120s;
   if (settings.correct_clock <= Duration::zero()) return {};
   if (settings.correct_clock < kLeast || settings.correct_clock > settings.correct_clock_most) {
-    return Error{"correct_clock: give 2s to correct_clock_most, or 0s for never"};
+    return Error{"correct_clock: from 2s up to what correct_clock_most says, or 0s for never"};
   }
   if (settings.correct_clock_most > kMost) {
     return Error{"correct_clock_most: a meter's clock can be corrected by 120s at most"};

@@ -7,8 +7,6 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <vector>
 
@@ -95,12 +93,11 @@ std::string StateOf(const reload::KeptConfigs& kept, std::uint64_t number) {
 }
 
 bool ReadFile(const std::string& file, std::string& text, std::ostream& err) {
-  std::ifstream in(file, std::ios::binary);
-  if (in) {
-    text.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+  if (auto whole = ReadWhole(file)) {
+    text = *std::move(whole);
     return true;
   }
-  err << "baudgate: " << file << ": can not be read\n";
+  err << "baudgate: " << file << ": can not be read: " << std::strerror(errno) << "\n";
   return false;
 }
 

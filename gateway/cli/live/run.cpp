@@ -6,10 +6,10 @@
 #include <systemd/sd-daemon.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
+#include <cstring>
 #include <sstream>
 
 #include "config/loader.h"
@@ -20,6 +20,7 @@
 #include "gateway/daemon/daemon.h"
 #include "gateway/reload/kept_configs.h"
 #include "gateway/state/state_folder.h"
+#include "gateway/state/whole_file.h"
 
 namespace baudgate {
 
@@ -48,9 +49,9 @@ void WaitForStop(const sigset_t& signals, Daemon& daemon) {
 }
 
 Result<std::string> ReadText(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return Error{"can not be read"};
-  return std::string((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  auto text = ReadWhole(file);
+  if (!text) return Error{std::string("can not be read: ") + std::strerror(errno)};
+  return *std::move(text);
 }
 
 std::string ProblemsText(const config::Loaded& loaded) {

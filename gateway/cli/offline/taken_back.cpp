@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/offline/taken_back.h"
 
-#include <fstream>
-#include <iterator>
-
 #include "gateway/reload/kept_configs.h"
 #include "gateway/state/state_folder.h"
+#include "gateway/state/whole_file.h"
 
 namespace baudgate {
 
 std::optional<config::Problem> WhyTakenBack(const std::string& file, const config::Config& config) {
   const auto folder = StateFolderOf(StatePlaces::Here(config.state), config.name);
   const reload::KeptConfigs kept(folder / reload::KeptConfigs::kFolder);
-  std::ifstream in(file, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  const auto copy = kept.CopyInPlaceOf(text);
+  const auto copy = kept.CopyInPlaceOf(ReadWhole(file).value_or(std::string()));
   if (!copy) return std::nullopt;
   const std::string why = kept.trial() != 0
                               ? "is on trial, and runs only until somebody confirms it"

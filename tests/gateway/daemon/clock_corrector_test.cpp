@@ -50,18 +50,23 @@ config::Config Configured() {
 class ClockCorrectorTest : public ::testing::Test, private CommandSink {
  protected:
   ClockCorrectorTest() {
-    std::filesystem::remove(file_);
+    std::filesystem::remove_all(file_);
     Restart();
   }
 
   void Restart() {
     corrector_.reset();
-    corrector_ = std::make_unique<ClockCorrector>(
-        ClockCorrector::Links{store_, *this, file_,
-                              [this](std::uint32_t, bool corrected, const std::string& text, Now) {
-                                told_.push_back((corrected ? "corrected: " : "left: ") + text);
-                              },
-                              [this](const std::string& text) { told_.push_back(text); }});
+    corrector_ = std::make_unique<ClockCorrector>(ClockCorrector::Links{
+        store_, *this,
+        [this](const config::Config& config) {
+          auto tries = std::make_unique<DeviceMemory>(file_, config, [](const std::string&) {});
+          tries_ = tries.get();
+          return tries;
+        },
+        [this](std::uint32_t, bool corrected, const std::string& text, Now) {
+          told_.push_back((corrected ? "corrected: " : "left: ") + text);
+        },
+        [this](const std::string& text) { told_.push_back(text); }});
     corrector_->Renumber(config_);
     corrector_->OnHostClock(true);
   }
@@ -80,6 +85,8 @@ class ClockCorrectorTest : public ::testing::Test, private CommandSink {
     ASSERT_THAT(asked_[0].reads, ElementsAre(0U));
     Show(drift);
     std::exchange(asked_, {})[0].done({.read_back = true});
+    Pass(1s);
+    tries_->AwaitWritten();
     Pass(1s);
   }
   void AnswerWrite(const WriteResult& result) {
@@ -102,6 +109,7 @@ class ClockCorrectorTest : public ::testing::Test, private CommandSink {
   std::vector<WriteCommand> asked_;
   std::vector<DeniedWrite> denied_;
   std::vector<std::string> told_;
+  DeviceMemory* tries_ = nullptr;
   std::unique_ptr<ClockCorrector> corrector_;
 
  private:
@@ -155,6 +163,27 @@ TEST_F(ClockCorrectorTest, ARestartIsNoReasonToTryAgain) {
   Show(12.3);
   Pass(1s);
   EXPECT_THAT(asked_, SizeIs(1));
+}
+
+TEST_F(ClockCorrectorTest, ATryThatCanNotBeKeptIsNone) {
+  std::filesystem::create_directories(file_ / "in the way");
+  Show(12.3);
+  Pass(1s);
+  AnswerRead(12.3);
+  EXPECT_THAT(asked_, IsEmpty());
+  ASSERT_THAT(told_, SizeIs(1));
+  EXPECT_THAT(told_[0], HasSubstr("left: it is 12.3 s ahead; that it was tried can not be kept"));
+}
+
+TEST_F(ClockCorrectorTest, WhatBecameOfItIsToldAlsoBehindAReload) {
+  Show(12.3);
+  Pass(1s);
+  AnswerRead(12.3);
+  store_.Retire(0);
+  AnswerWrite({});
+  EXPECT_THAT(told_, ElementsAre("corrected: it was 12.3 s ahead"));
+  Pass(std::chrono::hours(26));
+  EXPECT_THAT(asked_, IsEmpty()) << "its number is nobody's now";
 }
 
 TEST_F(ClockCorrectorTest, TellsOfADriftBeyondTheLimitAndLeavesIt) {

@@ -81,6 +81,27 @@ TEST_F(DeviceMemoryTest, AFileThatIsNoneIsPutAsideAndNamed) {
   }
 }
 
+/// As of a card that dies: there is something, and reading fails.
+TEST_F(DeviceMemoryTest, OneThatCanNotBeReadIsPutAside) {
+  fs::create_directory(file());
+  EXPECT_EQ(Start()->Of(0), "");
+  ASSERT_EQ(warnings_.size(), 1U);
+  EXPECT_TRUE(fs::is_directory(file().string() + ".bad"));
+}
+
+TEST_F(DeviceMemoryTest, SaysWhetherItIsOnTheDisk) {
+  const auto memory = Start();
+  EXPECT_EQ(memory->kept(), DeviceMemory::Kept::yes);
+  memory->Set(0, "serial 1");
+  memory->AwaitWritten();
+  EXPECT_EQ(memory->kept(), DeviceMemory::Kept::yes);
+  fs::remove(file());
+  fs::create_directories(file() / "in the way");
+  memory->Set(0, "serial 2");
+  memory->AwaitWritten();
+  EXPECT_EQ(memory->kept(), DeviceMemory::Kept::no);
+}
+
 TEST_F(DeviceMemoryTest, StrangeEntriesAreNobodys) {
   std::ofstream(file())
       << R"({"devices": [1, {}, {"line": 3}, {"line": "meters", "device": "incomer",

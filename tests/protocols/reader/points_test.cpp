@@ -119,7 +119,15 @@ TEST(ReaderNumbers, OneAndNoOther) {
   EXPECT_EQ(shown("W=-7;"), "-7");
   EXPECT_EQ(shown("1 12.35"), "bad") << "which one?";
   EXPECT_EQ(shown("1.2.3"), "bad");
-  EXPECT_EQ(shown("12."), shown("12."));
+  EXPECT_EQ(shown(".5kg"), "0.5");
+  EXPECT_EQ(shown("-.5kg"), "-0.5");
+  EXPECT_EQ(shown("ST,GS,+ .35kg"), "0.35");
+  EXPECT_EQ(shown("ST,GS, -  .75kg"), "-0.75");
+  EXPECT_EQ(shown("$.99"), "0.99");
+  EXPECT_EQ(shown("..5"), "bad");
+  EXPECT_EQ(shown("No.5"), "bad") << "5, or 0.5?";
+  EXPECT_EQ(shown("No. 5"), "5");
+  EXPECT_EQ(shown("+ - 5"), "bad");
   EXPECT_EQ(shown(""), "bad");
   EXPECT_EQ(shown("overload"), "bad");
   EXPECT_EQ(shown("1 12.35", "number 2-7"), "12.35");

@@ -62,6 +62,8 @@ TEST(ClockDrift, CorrectionOfTheReference) {
   EXPECT_EQ(ToHex(MakeFrame(Bytes{5}, *pdu)), "05 03 0B 00 0A 19 81");
   EXPECT_EQ(ToHex(*ClockCorrection(Value(std::int64_t{-120}), drift, Instant(1h))), "03 0B FF 88");
   EXPECT_FALSE(ClockCorrection(Value(121.0), drift, Instant(1h)));
+  EXPECT_FALSE(ClockCorrection(Value(0.4), drift, Instant(1h))) << "whole seconds";
+  EXPECT_FALSE(ClockCorrection(Value(0.0), drift, Instant(1h))) << "the try of the day for nothing";
   EXPECT_FALSE(ClockCorrection(Value(std::int64_t{-70'000}), drift, Instant(1h)));
   EXPECT_FALSE(ClockCorrection(Value(true), drift, Instant(1h))) << "no drift is known";
   EXPECT_FALSE(ClockCorrection(Value(false), drift, Instant(1h)));
@@ -120,7 +122,8 @@ TEST(ClockCare, IsCheckedWithItsPoints) {
 
 class ClockLine : public ::testing::Test {
  protected:
-  ClockLine() {
+  ClockLine() { Make(); }
+  void Make() {
     config::Device device = MakeDevice("5", {MakePoint("04 00 drift@0")});
     device.name = "m1";
     device.protocol = "set4tm";
@@ -182,6 +185,29 @@ TEST_F(ClockLine, IsCorrectedOnceADay) {
   line->RunFor(5s);
   ASSERT_EQ(line->ends.size(), 2U);
   EXPECT_NE(line->ends[0], line->ends[1]);
+}
+
+/// 05: the channel was closed meanwhile; 06: once more, please. It has done nothing yet.
+TEST_F(ClockLine, WhatTheMeterWantsOnceMoreIsSentOnceMore) {
+  for (const std::uint8_t status : {0x05, 0x06}) {
+    int refused = 0;
+    Make();
+    line->twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+      const auto parts = SplitFrame(request);
+      const bool corrects = parts && parts->body.size() > 1 && parts->body[0] == kWrite;
+      if (!corrects || refused++ > 0) return std::nullopt;
+      return MakeFrame(parts->address, Bytes{status});
+    };
+    MeterIsAhead(30s);
+    line->Open();
+    line->poller().OnHostClock(true);
+    line->RunFor(5s);
+    ASSERT_TRUE(line->Write(0, 1, Value(true)));
+    line->RunFor(5s);
+    EXPECT_EQ(Corrections(), 2U) << int{status};
+    ASSERT_EQ(line->ends.size(), 1U);
+    EXPECT_EQ(line->ends[0], WriteEnd::ok) << int{status};
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 
 #include "gateway/poll/poller.h"
@@ -94,6 +95,14 @@ TEST(MeterLatch, HearsWhereItsTimeIsAnother) {
   EXPECT_FALSE(latch.Heard(7));
   latch.OnTime(Hex("07"), 8);
   ASSERT_TRUE(latch.Heard(8));
+  latch.Doubt();
+  EXPECT_FALSE(latch.Heard(8));
+  EXPECT_TRUE(latch.WantsTime(8));
+  latch.OnTime(Hex("07"), 8);
+  EXPECT_TRUE(latch.Heard(8)) << "it has still what it had";
+  latch.Doubt();
+  latch.OnTime(Hex("00"), 8);
+  EXPECT_FALSE(latch.Heard(8)) << "it was without power";
   latch.Forget();
   EXPECT_FALSE(latch.Heard(8));
 }
@@ -144,12 +153,13 @@ class LatchLine : public ::testing::Test {
   static config::Device Meter(const std::string& name, const std::string& address) {
     config::Device device =
         MakeDevice(address,
-                   {MakePoint("08 1B 03 00 float_le@0"), MakePoint("08 1B 02 00 float_le@0"),
-                    MakePoint("08 14 50 latched@0")},
+                   {MakePoint("08 1B 03 00 float_le@0", config::Group::slow),
+                    MakePoint("08 1B 02 00 float_le@0"), MakePoint("08 14 50 latched@0")},
                    Every(1min));
     device.name = name;
     device.protocol = "set4tm";
     device.poll = 1s;
+    device.slow = 1min;
     return device;
   }
   LatchLine() {
@@ -212,6 +222,20 @@ TEST_F(LatchLine, BothMetersShowTheSameMoment) {
   line->RunFor(60s);
   EXPECT_EQ(Latches().size(), 2U);
   EXPECT_EQ(Said(1, kLatched), 201);
+}
+
+/// `08 14 50` tells of the new moment at once, the power would be read a minute later.
+TEST_F(LatchLine, NoValueStandsBesideTheMomentOfAnother) {
+  for (int second = 0; second < 200; ++second) {
+    Show(second < 45 ? 100 : second < 105 ? 200 : 300);
+    line->RunFor(1s);
+    for (std::uint32_t i = 0; i < 2; ++i) {
+      if (!Good(i, kLatched) || !Good(i, kSentAt)) continue;
+      const double broadcasts = std::round((Said(i, kSentAt) - 1'790'000'040) / 60) + 1;
+      EXPECT_EQ(Said(i, kLatched), 100 * broadcasts + i) << second;
+    }
+  }
+  EXPECT_EQ(Said(0, kLatched), 300);
 }
 
 TEST_F(LatchLine, AMeterThatHasNotHeardItShowsNothing) {
