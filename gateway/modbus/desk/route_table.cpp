@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/desk/route_table.h"
 
-#include <ranges>
-
 namespace baudgate::modbus {
 
 RouteTable::RouteTable(const config::Config& config, const RouteList& routes) {
   ways_.front().kind = ways_.back().kind = Way::Kind::gateway;
-  for (const std::size_t number : routes.numbers() | std::views::reverse) {
+  const auto numbers = routes.numbers();
+  for (std::size_t i = numbers.size(); i-- > 0;) {
+    const std::size_t number = numbers[i];
     const config::Route& route = routes.at(number);
     for (unsigned unit = route.first; unit <= route.last; ++unit) {
       ways_[unit] = {Way::Kind::route, static_cast<std::uint32_t>(number)};

@@ -189,14 +189,14 @@ TEST_F(ClockLine, IsCorrectedOnceADay) {
 
 /// 05: the channel was closed meanwhile; 06: once more, please. It has done nothing yet.
 TEST_F(ClockLine, WhatTheMeterWantsOnceMoreIsSentOnceMore) {
-  for (const std::uint8_t status : {0x05, 0x06}) {
+  for (const int status : {5, 6}) {
     int refused = 0;
     Make();
     line->twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
       const auto parts = SplitFrame(request);
       const bool corrects = parts && parts->body.size() > 1 && parts->body[0] == kWrite;
       if (!corrects || refused++ > 0) return std::nullopt;
-      return MakeFrame(parts->address, Bytes{status});
+      return MakeFrame(parts->address, Bytes{static_cast<std::uint8_t>(status)});
     };
     MeterIsAhead(30s);
     line->Open();
@@ -204,9 +204,9 @@ TEST_F(ClockLine, WhatTheMeterWantsOnceMoreIsSentOnceMore) {
     line->RunFor(5s);
     ASSERT_TRUE(line->Write(0, 1, Value(true)));
     line->RunFor(5s);
-    EXPECT_EQ(Corrections(), 2U) << int{status};
+    EXPECT_EQ(Corrections(), 2U) << status;
     ASSERT_EQ(line->ends.size(), 1U);
-    EXPECT_EQ(line->ends[0], WriteEnd::ok) << int{status};
+    EXPECT_EQ(line->ends[0], WriteEnd::ok) << status;
   }
 }
 
