@@ -97,8 +97,8 @@ TEST(ClockCare, IsCheckedWithItsPoints) {
     return [=](Device& its) { its.options.Set(name, std::int64_t{value.count()}); };
   };
   const Row rows[] = {
-      {time("correct_clock", 1s), "give 2s to correct_clock_most"},
-      {time("correct_clock", 61s), "give 2s to correct_clock_most"},
+      {time("correct_clock", 1s), "from 2s up to what correct_clock_most says"},
+      {time("correct_clock", 61s), "from 2s up to what correct_clock_most says"},
       {time("correct_clock_most", 121s), "by 120s at most"},
       {[](Device& its) { its.options.Set("time_zone", std::string()); }, "time_zone"},
       {[](Device& its) { its.points[0].name = "drift"; }, "a point clock_drift"},
@@ -187,18 +187,32 @@ TEST_F(ClockLine, IsCorrectedOnceADay) {
   EXPECT_NE(line->ends[0], line->ends[1]);
 }
 
+/// A meter that answers the first write by this status, and does nothing.
+class Reluctant : public Twin {
+ public:
+  Reluctant(std::unique_ptr<Twin> twin, std::uint8_t status)
+      : twin_(std::move(twin)), status_(status) {}
+  Bytes Answer(View request, Instant now) override {
+    const auto parts = SplitFrame(request);
+    if (said_ || !parts || parts->body[0] != kWrite) return twin_->Answer(request, now);
+    said_ = true;
+    return MakeFrame(parts->address, Bytes{status_});
+  }
+  void ReplyAs(std::string_view address) override { twin_->ReplyAs(address); }
+
+ private:
+  std::unique_ptr<Twin> twin_;
+  const std::uint8_t status_;
+  bool said_ = false;
+};
+
 /// 05: the channel was closed meanwhile; 06: once more, please. It has done nothing yet.
 TEST_F(ClockLine, WhatTheMeterWantsOnceMoreIsSentOnceMore) {
   for (const int status : {5, 6}) {
-    int refused = 0;
     Make();
-    line->twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
-      const auto parts = SplitFrame(request);
-      const bool corrects = parts && parts->body.size() > 1 && parts->body[0] == kWrite;
-      if (!corrects || refused++ > 0) return std::nullopt;
-      return MakeFrame(parts->address, Bytes{static_cast<std::uint8_t>(status)});
-    };
     MeterIsAhead(30s);
+    line->twin(0).twin = std::make_unique<Reluctant>(std::move(line->twin(0).twin),
+                                                     static_cast<std::uint8_t>(status));
     line->Open();
     line->poller().OnHostClock(true);
     line->RunFor(5s);
