@@ -56,7 +56,8 @@ Cut CutInformation(View held, std::size_t most, bool idle) {
 Cut Checked(View frame, const Settings& form) {
   const View text = TextIn(frame, form);
   const std::size_t around = frame.size() - text.size();
-  if (!form.start && text.empty()) {
+  const bool fits = frame.size() <= form.most + 2 * kMostAround;
+  if (!form.start && text.empty() && fits) {
     return Cut::Discard(frame.size(), Outcome::none, "an empty line");
   }
   const bool right = text.size() <= form.most && around <= kMostAround &&
@@ -84,8 +85,8 @@ Cut CutText(View held, const Settings& form, bool idle) {
   const std::size_t end = Find(held, *form.end, form.start ? 1 : 0);
   if (form.start) {
     const std::size_t again = Find(held, *form.start, 1);
+    if (std::min(again, end) > form.most + 1) return cut::TooLong();
     if (again < end) return Cut::Discard(again, Outcome::partial, "stopped mid-frame");
-    if (end > form.most + 1) return cut::TooLong();
   }
   if (end < held.size()) return Checked(held.first(end + 1), form);
   if (idle && !form.start && TextIn(held, form).empty()) return Checked(held, form);

@@ -73,13 +73,15 @@ INSTANTIATE_TEST_SUITE_P(Reader, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjec
                          LawSubjectName);
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(ChecksumLaws);
 
-std::vector<std::string> Cut(const config::Options& options, std::string_view stream) {
+std::vector<std::string> Cut(const config::Options& options, std::string_view stream,
+                             Outcome* blame = nullptr) {
   Assembler assembler;
   assembler.Begin(reader::MessageRule, reader::Expect({}, options));
   assembler.Feed(ToBytes(stream));
   std::vector<std::string> frames;
   while (auto frame = assembler.Next(false)) frames.emplace_back(AsText(*frame));
   while (auto frame = assembler.Next(true)) frames.emplace_back(AsText(*frame));
+  if (blame != nullptr) *blame = assembler.blame();
   return frames;
 }
 
@@ -152,7 +154,8 @@ TEST(ReaderFrames, AnyStreamGivesTheSameHoweverItIsCut) {
     const config::Options& options = forms[random() % forms.size()];
     std::string stream;
     for (auto count = random() % 12; count > 0; --count) stream += words[random() % words.size()];
-    const Frames whole = Cut(options, stream);
+    Outcome blame = Outcome::none;
+    const Frames whole = Cut(options, stream, &blame);
     Assembler assembler;
     assembler.Begin(reader::MessageRule, reader::Expect({}, options));
     Frames cut;
@@ -167,6 +170,7 @@ TEST(ReaderFrames, AnyStreamGivesTheSameHoweverItIsCut) {
     }
     take(true);
     ASSERT_EQ(cut, whole) << Printable(ToBytes(stream));
+    ASSERT_EQ(assembler.blame(), blame) << Printable(ToBytes(stream));
   }
 }
 
