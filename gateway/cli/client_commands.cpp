@@ -105,7 +105,7 @@ void AddEvents(CLI::App& app, Action& action) {
   auto options = std::make_shared<EventsOptions>();
   command->add_flag("--follow", options->follow, "Go on with what comes");
   command->add_option("--from", options->from, "The first number (seq)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 62U));
   command->add_option("--device", options->device, "Only this device: DEVICE or LINE.DEVICE");
   AddSince(*command, options->since);
   auto* json = command->add_flag("--json", options->json, "Print one JSON object a line");

@@ -44,7 +44,8 @@ std::string NameOf(const DeviceRecord& record) {
   return record.line->name + "." + record.device->name;
 }
 
-std::string Noticed(const LineStatus& line) {
+std::string Noticed(const LineStatus& line, const DeviceStatus& status) {
+  if (status.unasked) return "its next message is waited for";
   if (line.notice_bound <= Duration::zero()) return "it is asked again and again";
   return "its return is noticed within " + FormatAge(line.notice_bound);
 }
@@ -92,12 +93,13 @@ std::string Absence(const LineStatus& line, const DeviceRecord& record, Now now)
   if (status.last_ok) {
     text = fmt::format("offline for {}: {}", FormatAge(now.instant - *status.last_ok), because);
   } else {
-    const bool nothing = status.Count(Outcome::no_reply) == status.exchanges;
+    const bool its_bytes = record.line->devices.size() == 1 && line.bytes_in > 0;
+    const bool nothing = status.Count(Outcome::no_reply) == status.exchanges && !its_bytes;
     text = fmt::format("has never answered: {}; {} in {}", because,
                        nothing ? "not a byte came" : "nothing good came",
                        Plural(status.exchanges, "exchange"));
   }
-  return text + "; " + Noticed(line) + "; " + RemedyOfAbsence(record);
+  return text + "; " + Noticed(line, status) + "; " + RemedyOfAbsence(record);
 }
 
 std::string Lost(const config::Line& line, std::uint32_t times) {

@@ -72,6 +72,17 @@ TEST_F(DiagnoseTest, ADeviceThatHasNeverAnswered) {
                             "has never answered: corrupt; nothing good came in 35 exchanges;"));
 }
 
+TEST_F(DiagnoseTest, AReaderThatIsAloneOnItsLine) {
+  config_.lines[0].devices.erase(config_.lines[0].devices.begin());
+  record_.device = &config_.lines[0].devices[0];
+  NeverAnswered();
+  device().unasked = true;
+  line_.bytes_in = 200;
+  Ended(Outcome::no_reply, 22);
+  EXPECT_THAT(Say()[0], testing::StartsWith("has never answered: no_reply; nothing good came in 22 "
+                                            "exchanges; its next message is waited for; check"));
+}
+
 TEST_F(DiagnoseTest, AfterAnOutageOfThePortADeviceIsNotBlamed) {
   device().state = DeviceState::offline;
   Ended(Outcome::line_down, 1, "the port is closed");
