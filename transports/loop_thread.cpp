@@ -12,6 +12,7 @@ namespace baudgate {
 LoopThread::LoopThread(std::string name) : name_(std::move(name)) {}
 
 void LoopThread::Start() {
+  if (thread_.joinable()) return;
   thread_ = std::thread([this] { Run(); });
 }
 

@@ -5,6 +5,7 @@
 
 #include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
+#include <asio/steady_timer.hpp>
 #include <functional>
 #include <string>
 #include <thread>
@@ -21,6 +22,8 @@ class LoopThread {
 
   /// What uses it ends before this object does, or after Stop.
   asio::io_context& io() { return io_; }
+  /// Again: nothing. Throws std::system_error, as the constructor does, where the system has no
+  /// threads or file descriptors left.
   void Start();
   /// Runs what is queued already, then `last`, then nothing any more, and waits for that; from any
   /// thread but the loop's own.
@@ -31,6 +34,7 @@ class LoopThread {
 
   const std::string name_;
   asio::io_context io_{1};
+  asio::steady_timer first_{io_};  // takes the loop's descriptors now, not at the first real timer
   asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
   std::thread thread_;
 };

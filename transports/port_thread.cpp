@@ -14,12 +14,13 @@ PortThread::PortThread(asio::io_context& server, const std::string& path, const 
     : server_(server),
       owner_(owner),
       port_(make(loop_.io(), *this)),
-      keeper_(loop_.io(), path, [this] { port_->Open(); }) {}
+      keeper_(loop_.io(), path, [this] { port_->Open(); }) {
+  loop_.Start();
+}
 
 void PortThread::Start() {
   running_ = std::make_shared<char>();
   asio::post(loop_.io(), [this] { port_->Open(); });
-  loop_.Start();
 }
 
 void PortThread::Stop() {

@@ -37,7 +37,7 @@ class PortThread final : private TransportListener {
   };
   using MakePort = std::function<std::unique_ptr<Transport>(asio::io_context&, TransportListener&)>;
 
-  /// The server's io_context and the owner outlive the thread.
+  /// The server's io_context and the owner outlive the thread. Throws as LoopThread::Start does.
   PortThread(asio::io_context& server, const std::string& path, const MakePort& make, Owner& owner);
   ~PortThread() override { Stop(); }
 

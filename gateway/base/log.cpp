@@ -148,4 +148,6 @@ void Write(Level level, const std::string& key, const std::string& text) {
   PrintOrHold(passed, level, {}, text);
 }
 
+void WriteAct(Level level, const std::string& text) { Print(level, {}, text); }
+
 }  // namespace baudgate::log

@@ -33,6 +33,8 @@ void Write(Level level, const std::string& text);
 void Write(Level level, const About& about, const std::string& text);
 /// Texts with the same key are repeats of each other; of those held back the last is told.
 void Write(Level level, const std::string& key, const std::string& text);
+/// Never folded: an act of somebody, of which each stands for itself.
+void WriteAct(Level level, const std::string& text);
 
 /// Tells at once what is held back, so that a log that ends here ends with the true state.
 /// Thread-safe.
@@ -57,6 +59,10 @@ void Info(const About& about, fmt::format_string<Args...> form, Args&&... args) 
 template <typename... Args>
 void Warn(const About& about, fmt::format_string<Args...> form, Args&&... args) {
   Write(Level::warning, about, fmt::format(form, std::forward<Args>(args)...));
+}
+template <typename... Args>
+void Act(Level level, fmt::format_string<Args...> form, Args&&... args) {
+  WriteAct(level, fmt::format(form, std::forward<Args>(args)...));
 }
 /// For texts in which something differs every time, such as the port of a client.
 template <typename... Args>

@@ -29,6 +29,7 @@ struct ReloadAnswer {
   int exit_code = 0;                 ///< of the command: 2: a bad file, 4: it can not be had
   std::vector<std::string> changes;  ///< one sentence each
   std::string text;                  ///< one or more lines
+  Duration confirm{};                ///< time left for it; zero: it needs none
 };
 
 class ReloadDesk {

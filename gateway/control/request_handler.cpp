@@ -297,7 +297,8 @@ Reply RequestHandler::Reload(const Json& request, const Writer& client, bool con
               {"applied", end.applied},
               {"exit", end.exit_code},
               {"changes", end.changes},
-              {"text", end.text}});
+              {"text", end.text},
+              {"confirm_ms", end.confirm / 1ms}});
   };
   if (confirm) {
     reload_->Confirm(client.name, answer);

@@ -21,6 +21,10 @@ reload::Health HealthOf(const DeviceRecord& record) {
   return well ? Health::well : Health::unknown;
 }
 
+bool Begins(reload::Fate fate) {
+  return fate == reload::Fate::added || fate == reload::Fate::changed;
+}
+
 void CountClients(const modbus::TrafficStatus& traffic, reload::ModbusDifference& difference) {
   for (reload::ListenerChange& listener : difference.listeners) {
     listener.clients = static_cast<std::size_t>(
@@ -61,7 +65,8 @@ std::vector<RouteTarget*> Daemon::Impl::Targets() const {
 void Daemon::Impl::Examine(const config::Config& next, reload::Difference& difference) const {
   if (modbus) CountClients(modbus->server().Traffic(), difference.modbus);
   if (NeedsState(next, catalog) && !records.open()) {
-    difference.restart.emplace_back("that anything is written or kept");
+    difference.restart.push_back("that anything is kept where nothing was (" +
+                                 WhatIsKept(next, catalog) + ")");
   } else if (KeepsEvents(next) && records.events() == nullptr) {
     difference.restart.emplace_back("that events are kept");
   }
@@ -71,22 +76,32 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
 #endif
 }
 
-Reloader::Prepared Daemon::Impl::Prepare(config::Config next, reload::Difference difference) {
+Reloader::Prepared Daemon::Impl::Prepare(config::Config next,
+                                         const reload::Difference& difference) {
   Reloader::Prepared prepared;
   ModbusOutput::Prepared ports;
   const double client_share = MakeRoomFor(next);
   if (modbus) ports = modbus->Prepare(next.modbus, difference.modbus);
   ports.renewal.client_share = client_share;
   prepared.troubles = std::move(ports.troubles);
-  prepared.apply = [this, next = std::move(next), difference = std::move(difference),
-                    renewal = std::move(ports.renewal)]() mutable {
-    Apply(std::move(next), difference, renewal);
+  Threads threads;
+  for (std::size_t i = 0; i < next.lines.size(); ++i) {
+    if (!Begins(difference.lines[i].fate)) continue;
+    auto thread = Lines::MakeLoop(next.lines[i]);
+    if (!thread) prepared.troubles.push_back(thread.error());
+    if (thread) threads.emplace(next.lines[i].name, *std::move(thread));
+  }
+  prepared.apply = [this, next = std::move(next), difference, renewal = std::move(ports.renewal),
+                    threads = std::move(threads)]() mutable {
+    return Apply(std::move(next), difference, renewal, threads);
   };
   return prepared;
 }
 
-void Daemon::Impl::Apply(config::Config next, const reload::Difference& difference,
-                         const modbus::Renewal& renewal) {
+std::vector<std::string> Daemon::Impl::Apply(config::Config next,
+                                             const reload::Difference& difference,
+                                             const modbus::Renewal& renewal,
+                                             const Threads& threads) {
   reload::Slots placed = reload::PlaceInSlots(*slots, std::move(next), difference);
   const auto before =
       std::exchange(slots, std::make_shared<const config::Config>(std::move(placed.config)));
@@ -106,8 +121,12 @@ void Daemon::Impl::Apply(config::Config next, const reload::Difference& differen
   records.Renumber(
       slots, [&](std::uint32_t line) -> const config::Line& { return *begun[line - first_line]; });
   clocks->Renumber(*slots);
-  for (auto& line : begun) lines.Add(std::move(line));
-  if (modbus) modbus->Apply(*slots, Targets(), renewal);
+  for (auto& line : begun) {
+    const auto own = threads.find(line->name);
+    AddLine(std::move(line), own == threads.end() ? nullptr : own->second);
+  }
+  std::vector<std::string> missing;
+  if (modbus) missing = modbus->Apply(*slots, Targets(), renewal);
 #ifdef BAUDGATE_WITH_DDS
   if (dds) dds->Renumber(*slots);
 #endif
@@ -116,6 +135,7 @@ void Daemon::Impl::Apply(config::Config next, const reload::Difference& differen
   if (EventPath* const events = records.events()) {
     events->Begun(first_device, store.device_count() - first_device);
   }
+  return missing;
 }
 
 /// Points of the history are numbers, too. Nobody may read it while it is made anew.

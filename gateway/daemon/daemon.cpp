@@ -133,7 +133,18 @@ void Daemon::Impl::MakeLines() {
     clocks->Tick({now, ReadClocks().wall});
   });
   // Not owned: it is a part of the configuration, which outlives the lines.
-  for (const config::Line& line : config.lines) lines.Add({std::shared_ptr<void>(), &line});
+  for (const config::Line& line : config.lines) AddLine({std::shared_ptr<void>(), &line}, nullptr);
+}
+
+void Daemon::Impl::AddLine(std::shared_ptr<const config::Line> line,
+                           std::shared_ptr<LoopThread> own) {
+  if (!own) {
+    auto made = Lines::MakeLoop(*line);
+    if (made) own = *std::move(made);
+    if (!made)
+      log::Warn("{}; it shares one with others, which wait while its driver blocks", made.error());
+  }
+  lines.Add(std::move(line), std::move(own));
 }
 
 void Daemon::Impl::MakeClocks() {

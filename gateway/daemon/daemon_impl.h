@@ -3,7 +3,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <memory>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -44,9 +46,14 @@ struct Daemon::Impl {
   std::vector<RouteTarget*> Targets() const;
   /// See Reloader::Links.
   void Examine(const config::Config& next, reload::Difference& difference) const;
-  Reloader::Prepared Prepare(config::Config next, reload::Difference difference);
-  void Apply(config::Config next, const reload::Difference& difference,
-             const modbus::Renewal& renewal);
+  Reloader::Prepared Prepare(config::Config next, const reload::Difference& difference);
+  /// By name of the line that begins.
+  using Threads = std::map<std::string, std::shared_ptr<LoopThread>>;
+  /// What of it is missing.
+  std::vector<std::string> Apply(config::Config next, const reload::Difference& difference,
+                                 const modbus::Renewal& renewal, const Threads& threads);
+  /// On a thread that it shares, where the system has none of its own for it.
+  void AddLine(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own);
   reload::Healths Healths() const;
   void ApplyHistory(const config::Config& before);
   void SetReload(ReloadOptions options);

@@ -287,11 +287,10 @@ void LineDriver::Submit(RoutedRequest request, Now now) {
   Settle();
 }
 
-std::size_t LineDriver::Forget(std::uint64_t client, Now now) {
+void LineDriver::Forget(std::uint64_t client, Now now) {
   now_ = now;
-  const std::size_t forgotten = lanes_.Forget(client, now);
+  lanes_.Forget(client, now);
   Settle();
-  return forgotten;
 }
 
 void LineDriver::SetInUse(std::uint32_t device, bool in_use, Now now) {

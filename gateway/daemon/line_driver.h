@@ -56,7 +56,7 @@ class LineDriver final : private PollerListener {
   // See Poller.
   void Submit(WriteCommand command, Now now);
   void Submit(RoutedRequest request, Now now);
-  std::size_t Forget(std::uint64_t client, Now now);
+  void Forget(std::uint64_t client, Now now);
   void SetInUse(std::uint32_t device, bool in_use, Now now);
   /// `reported`: it is what OnEvents has told last. Otherwise the store of events has opened, and
   /// this is what it holds.

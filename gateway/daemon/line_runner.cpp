@@ -75,7 +75,7 @@ bool LineRunner::Submit(RoutedRequest request) {
 }
 
 void LineRunner::Forget(std::uint64_t client) {
-  Post([this, client](Now now) { routed_ -= driver_.Forget(client, now); });
+  Post([this, client](Now now) { driver_.Forget(client, now); });
 }
 
 void LineRunner::SetInUse(std::uint32_t device, bool in_use) {

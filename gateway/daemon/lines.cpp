@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <asio/post.hpp>
+#include <system_error>
 #include <utility>
 
 #include "gateway/base/log.h"
@@ -34,22 +35,29 @@ Lines::~Lines() {
   StopLoops();
 }
 
+Result<std::shared_ptr<LoopThread>> Lines::MakeLoop(const config::Line& line) try {
+  if (PlaceOf(line.port) == baudgate::Place::shared_loop) return std::shared_ptr<LoopThread>();
+  auto loop = std::make_shared<LoopThread>("line " + line.name);
+  loop->Start();
+  return loop;
+} catch (const std::system_error& failed) {
+  return Error{"line " + line.name + ": no thread for its port: " + failed.code().message()};
+}
+
 asio::io_context& Lines::LoopFor(Place& place) {
+  if (!place.own) return shared_[turn_++ % shared_.size()]->io();
   const config::Line& line = *place.config;
-  if (PlaceOf(line.port) == baudgate::Place::shared_loop) {
-    return shared_[turn_++ % shared_.size()]->io();
-  }
-  place.own = std::make_unique<LoopThread>("line " + line.name);
   const MutexLock lock(watch_mutex_);
   watch_.Add("line " + line.name, static_cast<std::uint32_t>(slots_.size() - 1),
              AskOn(place.own->io()));
   return place.own->io();
 }
 
-void Lines::Add(std::shared_ptr<const config::Line> line) {
+void Lines::Add(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own) {
   const auto number = static_cast<std::uint32_t>(slots_.size());
   const auto first_device = static_cast<std::uint32_t>(line_of_.size());
   Place& place = slots_.Append(std::move(line));
+  place.own = std::move(own);
   for (std::size_t i = 0; i < place.config->devices.size(); ++i) line_of_.Append(number);
   place.slot.Put(std::make_unique<LineRunner>(LoopFor(place), *place.config, first_device, find_,
                                               store_, links_.recordings, links_.memory,
@@ -65,7 +73,6 @@ void Lines::Start() {
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     Place& place = slots_[i];
     if (std::exchange(place.started, true)) continue;
-    if (place.own) place.own->Start();
     place.slot.With([right](LineRunner& runner) {
       runner.Start();
       if (right) runner.OnHostClock(*right);

@@ -13,6 +13,7 @@
 
 #include "config/catalog/catalog.h"
 #include "gateway/base/guarded.h"
+#include "gateway/base/result.h"
 #include "gateway/daemon/line_slot.h"
 #include "gateway/daemon/loop_watch.h"
 #include "gateway/requests/commands.h"
@@ -42,8 +43,12 @@ class Lines final : public CommandSink, public LineControl {
 
   /// Of those that are added from now on; it outlives them.
   void Link(Links links) { links_ = std::move(links); }
-  /// The next of the store's lines. It does not run before Start.
-  void Add(std::shared_ptr<const config::Line> line);
+  /// A thread of its own for a line whose driver may block; null: it needs none. The error: the
+  /// system has no thread or no file descriptors left for it.
+  static Result<std::shared_ptr<LoopThread>> MakeLoop(const config::Line& line);
+  /// The next of the store's lines, on this thread of its own or, without one, on a thread that it
+  /// shares. It does not run before Start.
+  void Add(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own = {});
   /// Those that do not run yet.
   void Start();
   /// Ends these lines and closes their ports, within about a second. False: a call of a driver does
@@ -85,7 +90,7 @@ class Lines final : public CommandSink, public LineControl {
   struct Place {
     explicit Place(std::shared_ptr<const config::Line> its) : config(std::move(its)) {}
     const std::shared_ptr<const config::Line> config;
-    std::unique_ptr<LoopThread> own{};  // null: it shares one
+    std::shared_ptr<LoopThread> own{};  // null: it shares one
     LineSlot slot;
     bool started = false;
   };

@@ -20,26 +20,23 @@ Result<std::unique_ptr<ModbusOutput>> ModbusOutput::Start(const config::Config& 
   return output;
 }
 
-ModbusOutput::Prepared ModbusOutput::Prepare(config::Modbus& next,
-                                             reload::ModbusDifference& difference) const {
+ModbusOutput::Prepared ModbusOutput::Prepare(const config::Modbus& next,
+                                             const reload::ModbusDifference& difference) const {
   Prepared prepared;
-  for (std::size_t i = 0; i < next.listen.size();) {
+  for (std::size_t i = 0; i < next.listen.size(); ++i) {
     const reload::ListenerChange& change = difference.listeners[i];
-    modbus::ListenerOrigin origin{change.was, change.fate == reload::Fate::same};
+    modbus::ListenerOrigin& origin = prepared.renewal.listeners.emplace_back(
+        modbus::ListenerOrigin{change.was, change.fate == reload::Fate::same});
+    const bool keeps_port = change.was && (origin.same || !next.listen[i].is_serial());
     Status status = server_.CanServe(next.listen[i]);
-    if (status && change.fate == reload::Fate::added) {
+    if (status && !keeps_port) {
       auto port = server_.OpenPort(next.listen[i]);
-      if (port) origin.opened = std::move(*port);
+      if (port) origin.opened = *std::move(port);
       if (!port) status = Error{port.error()};
     }
-    if (status) {
-      prepared.renewal.listeners.push_back(std::move(origin));
-      ++i;
-      continue;
+    if (!status) {
+      prepared.troubles.push_back("listener " + next.listen[i].Place() + ": " + status.error());
     }
-    prepared.troubles.push_back("listener " + status.error());
-    next.listen.erase(next.listen.begin() + static_cast<std::ptrdiff_t>(i));
-    difference.listeners.erase(difference.listeners.begin() + static_cast<std::ptrdiff_t>(i));
   }
   for (std::size_t i = 0; i < next.routes.size(); ++i) {
     prepared.renewal.routes.push_back(difference.routes[i].was);
@@ -47,12 +44,18 @@ ModbusOutput::Prepared ModbusOutput::Prepare(config::Modbus& next,
   return prepared;
 }
 
-void ModbusOutput::Apply(const config::Config& config, std::span<RouteTarget* const> lines,
-                         const modbus::Renewal& renewal) {
+std::vector<std::string> ModbusOutput::Apply(const config::Config& config,
+                                             std::span<RouteTarget* const> lines,
+                                             const modbus::Renewal& renewal) {
   modbus::ModbusServer::Ended ended;
   RunOn(loop_.io(), [&] { ended = server_.Apply(config, lines, renewal); });
   modbus::ModbusServer::ClosePorts(ended);
-  RunOn(loop_.io(), [&] { server_.Finish(std::move(ended)); });
+  std::vector<std::string> missing;
+  RunOn(loop_.io(), [&] {
+    server_.Finish(std::move(ended));
+    missing = server_.Missing();
+  });
+  return missing;
 }
 
 std::string ModbusOutput::Summary() {

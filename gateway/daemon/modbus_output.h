@@ -32,14 +32,13 @@ class ModbusOutput {
   /// What a reload opens before it changes anything. Dropped, the ports close.
   struct Prepared {
     modbus::Renewal renewal;
-    /// "listener 0.0.0.0:502: address already in use; …", one for each port that stays closed; its
-    /// listener has been taken out of the configuration and the difference.
+    /// "listener 0.0.0.0:502: address already in use; …", one for each port that stays closed.
     std::vector<std::string> troubles;
   };
-  Prepared Prepare(config::Modbus& next, reload::ModbusDifference& difference) const;
-  /// The rest of the reload, done when it returns; see ModbusServer.
-  void Apply(const config::Config& config, std::span<RouteTarget* const> lines,
-             const modbus::Renewal& renewal);
+  Prepared Prepare(const config::Modbus& next, const reload::ModbusDifference& difference) const;
+  /// The rest of the reload, done when it returns, and what of it is missing; see ModbusServer.
+  std::vector<std::string> Apply(const config::Config& config, std::span<RouteTarget* const> lines,
+                                 const modbus::Renewal& renewal);
   /// Closes ports and clients. Idempotent.
   void Stop();
 

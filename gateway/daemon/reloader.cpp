@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <asio/post.hpp>
 #include <filesystem>
 #include <utility>
@@ -11,6 +12,8 @@
 
 namespace baudgate {
 namespace {
+
+using log::Level;
 
 constexpr int kBadFile = 2;   // nothing of it is applied
 constexpr int kCanNotBe = 4;  // a disk fails, or a port is somebody else's
@@ -22,6 +25,23 @@ control::ReloadAnswer Failed(int exit_code, std::string text) {
   return answer;
 }
 
+control::ReloadAnswer CanNotBeTakenBack(const Status& kept) {
+  return Failed(kCanNotBe,
+                "nothing is applied, because it could not be taken back after a "
+                "restart: " +
+                    kept.error());
+}
+
+std::string NotKept(const Status& kept) {
+  return kept ? std::string() : "; it is not kept: " + kept.error();
+}
+
+void LogChanges(const reload::Difference& difference) {
+  for (const std::string& change : reload::Sentences(difference)) {
+    log::Act(Level::info, "reload: {}", change);
+  }
+}
+
 std::string Joined(const std::vector<std::string>& sentences) {
   std::string all;
   for (const std::string& one : sentences) all += (all.empty() ? "" : "; ") + one;
@@ -29,6 +49,13 @@ std::string Joined(const std::vector<std::string>& sentences) {
 }
 
 }  // namespace
+
+std::string TakenBack(const std::string& file, const std::string& why) {
+  return fmt::format(
+      "{} was taken back: {}; what was confirmed before runs, and will at every start until the "
+      "file is changed",
+      file, why);
+}
 
 Reloader::Reloader(ReloadOptions options, Links links)
     : options_(std::move(options)), links_(std::move(links)) {
@@ -95,7 +122,7 @@ control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
   if (!text) return Failed(kBadFile, options_.file + ": " + text.error());
   LoadedText loaded = options_.load(*text);
   if (!loaded.config) {
-    if (!ask.dry_run) log::Fail("reload: nothing is changed: {}", loaded.problems);
+    if (!ask.dry_run) log::Act(Level::error, "reload: nothing is changed: {}", loaded.problems);
     return Failed(kBadFile, loaded.problems);
   }
   reload::Difference difference = reload::Compare(links_.running(), *loaded.config);
@@ -107,68 +134,107 @@ control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
     answer.exit_code = answer.ok ? 0 : kBadFile;
     answer.changes = reload::Sentences(difference);
     answer.text = answer.ok ? reload::Summary(difference) : why_not + "; nothing is applied";
-    if (!ask.dry_run) log::Fail("reload: {}: {}", options_.file, answer.text);
+    if (!ask.dry_run) log::Act(Level::error, "reload: {}: {}", options_.file, answer.text);
     return answer;
   }
-  return Apply(ask, *text, *std::move(loaded.config), difference);
+  return difference.empty() ? Unchanged(ask, *text)
+                            : Apply(ask, *text, *std::move(loaded.config), difference);
+}
+
+/// The text may be another all the same. What is on trial stays there.
+control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const std::string& text) {
+  const Duration trial = probation_.running() ? TrialOf(ask, text) : Duration::zero();
+  std::string not_kept;
+  if (text != options_.running || !state().not_the_file.empty()) {
+    const Status kept = Keep(ask.by, text, trial > Duration::zero());
+    if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
+    if (!kept) not_kept = NotKept(kept);
+    options_.running = text;
+  }
+  BeginTrial(trial, links_.healths());
+  return Done(ask, {}, not_kept);
 }
 
 control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::string& text,
                                       config::Config next, const reload::Difference& difference) {
-  if (difference.empty() && text == options_.running && !probation_.running()) {
-    log::Info("reload by {}: {}", ask.by, reload::Summary(difference));
-    control::ReloadAnswer answer;
-    answer.ok = true;
-    answer.text = reload::Summary(difference);
-    return answer;
-  }
-  Prepared prepared;
-  if (!difference.empty()) prepared = links_.prepare(std::move(next), difference);
+  const Prepared prepared = links_.prepare(std::move(next), difference);
   if (!prepared.troubles.empty()) {
-    const std::string text = Joined(prepared.troubles) + "; nothing is changed";
-    log::Fail("reload: {}", text);
-    return Failed(kCanNotBe, text);
+    const std::string troubles = Joined(prepared.troubles) + "; nothing is changed";
+    log::Act(Level::error, "reload: {}", troubles);
+    return Failed(kCanNotBe, troubles);
   }
-  const bool trial = ask.confirm > Duration::zero() && !difference.empty();
+  const Duration trial = TrialOf(ask, text);
   // Before it is applied: whatever ends the gateway then, the next start knows.
-  if (const Status status = Keep(ask.by, text, trial); !status && trial) {
-    return Failed(kCanNotBe, "nothing is applied, because it could not be taken back after a " +
-                                 ("restart: " + status.error()));
-  }
+  const Status kept = Keep(ask.by, text, trial > Duration::zero());
+  if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
   const auto before = links_.healths();
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reads {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
-  if (prepared.apply) prepared.apply();
-  const Now now = ReadClocks();
+  prepared.apply();
   options_.running = text;
-  probation_.End();
-  if (trial) probation_.Begin(now.instant, ask.confirm, before);
-  Show([&](control::ReloadState& state) {
-    state.applied = now.wall;
-    state.not_the_file.clear();
-    state.confirm_until.reset();
-    if (trial) state.confirm_until = now.wall + ask.confirm;
-  });
+  Show([](control::ReloadState& state) { state.applied = ReadClocks().wall; });
+  BeginTrial(trial, before);
+  links_.tell(false, fmt::format("{}, by {}{}", reload::Summary(difference), ask.by, OnTrial()));
+  options_.notify(fmt::format("READY=1\nSTATUS={}{}", options_.summary(), OnTrial()));
+  return Done(ask, difference, NotKept(kept));
+}
+
+/// What has been done, in the log and as an answer.
+control::ReloadAnswer Reloader::Done(const control::ReloadAsk& ask,
+                                     const reload::Difference& difference,
+                                     const std::string& not_kept) {
   control::ReloadAnswer answer;
   answer.ok = true;
   answer.applied = !difference.empty();
   answer.changes = reload::Sentences(difference);
-  answer.text = reload::Summary(difference);
-  const std::string until =
-      trial ? fmt::format("; to be confirmed within {}", FormatDuration(ask.confirm)) : "";
-  for (const std::string& change : answer.changes) log::Info("reload: {}", change);
-  log::Info("reload by {}: {}{}", ask.by, answer.text, until);
-  if (answer.applied) links_.tell(false, fmt::format("{}, by {}{}", answer.text, ask.by, until));
-  options_.notify(fmt::format("READY=1\nSTATUS={}{}", options_.summary(), until));
-  if (trial) Watch();
+  answer.text = reload::Summary(difference) + not_kept;
+  answer.confirm = Left();
+  LogChanges(difference);
+  log::Act(Level::info, "reload by {}: {}{}", ask.by, answer.text, OnTrial());
   return answer;
+}
+
+/// Zero: it is for good. A trial that runs ends well by `confirm` alone, or when what was confirmed
+/// before is asked for.
+Duration Reloader::TrialOf(const control::ReloadAsk& ask, const std::string& text) const {
+  if (!probation_.running()) return ask.confirm;
+  const auto confirmed = options_.kept->TextOf(options_.kept->confirmed());
+  if (confirmed && *confirmed == text) return Duration::zero();
+  if (ask.confirm > Duration::zero()) return ask.confirm;
+  return std::max<Duration>(probation_.until() - ReadClocks().instant, kLook);
+}
+
+/// Of what runs now; zero ends the one before.
+void Reloader::BeginTrial(Duration time, const reload::Healths& before) {
+  const Now now = ReadClocks();
+  if (time > Duration::zero()) {
+    probation_.Begin(now.instant, time, before);
+    Watch();
+  } else {
+    probation_.End();
+    timer_.cancel();
+  }
+  Show([&](control::ReloadState& state) {
+    state.not_the_file.clear();
+    state.confirm_until.reset();
+    if (probation_.running()) state.confirm_until = now.wall + time;
+  });
+}
+
+/// Of the trial, in whole seconds; zero: there is none.
+Duration Reloader::Left() const {
+  if (!probation_.running()) return Duration::zero();
+  return std::chrono::ceil<std::chrono::seconds>(probation_.until() - ReadClocks().instant);
+}
+
+/// Behind a sentence.
+std::string Reloader::OnTrial() const {
+  return probation_.running() ? "; to be confirmed within " + FormatDuration(Left()) : "";
 }
 
 Status Reloader::Keep(const std::string& by, const std::string& text, bool trial) {
   Status status = OpenFolder();
-  if (status) status = options_.kept->Add(text, by, ReadClocks().wall, trial);
-  if (!status && !trial) log::Warn("the configuration is not kept: {}", status.error());
-  return status;
+  return status ? options_.kept->Add(text, by, ReadClocks().wall, trial) : status;
 }
 
 control::ReloadAnswer Reloader::DoConfirm(const std::string& by) {
@@ -179,10 +245,8 @@ control::ReloadAnswer Reloader::DoConfirm(const std::string& by) {
   if (const Status status = options_.kept->Confirm(); !status) {
     return Failed(kCanNotBe, "it can not be confirmed: " + status.error());
   }
-  probation_.End();
-  timer_.cancel();
-  Show([](control::ReloadState& state) { state.confirm_until.reset(); });
-  log::Info("the configuration is confirmed by {}", by);
+  BeginTrial(Duration::zero(), {});
+  log::Act(Level::info, "the configuration is confirmed by {}", by);
   options_.notify("STATUS=" + options_.summary());
   control::ReloadAnswer answer;
   answer.ok = true;
@@ -202,7 +266,7 @@ void Reloader::Watch() {
 
 /// The file stays as it is: it is the user's, and may not be ours to write.
 void Reloader::TakeBack(const std::string& why) {
-  probation_.End();
+  BeginTrial(Duration::zero(), {});
   reload::KeptConfigs& kept = *options_.kept;
   const Now now = ReadClocks();
   const Status refused = kept.Refuse(why, now.wall);
@@ -210,29 +274,32 @@ void Reloader::TakeBack(const std::string& why) {
   const auto text = kept.TextOf(kept.confirmed());
   LoadedText loaded = text ? options_.load(*text) : LoadedText{{}, text.error()};
   if (!loaded.config) {
-    log::Fail("reload: {}; the one before can not be taken again: {}", why, loaded.problems);
+    const std::string trouble =
+        fmt::format("{} is to be taken back: {}; that is tried again, because of {}", options_.file,
+                    why, loaded.problems);
+    Show([&](control::ReloadState& state) { state.not_the_file = trouble; });
+    log::Fail("{}", trouble);
+    timer_.expires_after(kTryAgain);
+    timer_.async_wait([this, why](const asio::error_code& stopped) {
+      if (!stopped) TakeBack(why);
+    });
     return;
   }
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=takes back {}",
                               now.instant.time_since_epoch() / 1us, options_.file));
   const reload::Difference difference = reload::Compare(links_.running(), *loaded.config);
-  Prepared prepared;
-  if (!difference.empty()) prepared = links_.prepare(*std::move(loaded.config), difference);
-  if (prepared.apply) prepared.apply();
+  std::vector<std::string> missing;
+  if (!difference.empty()) missing = links_.prepare(*std::move(loaded.config), difference).apply();
   options_.running = *text;
-  std::string said = fmt::format(
-      "{} was taken back: {}; what was confirmed before runs, and will at every start until the "
-      "file is changed",
-      options_.file, why);
-  if (!prepared.troubles.empty())
-    said += "; this could not be taken back: " + Joined(prepared.troubles);
+  LogChanges(difference);
+  const std::string said = TakenBack(options_.file, why);
   Show([&](control::ReloadState& state) {
     state.applied = ReadClocks().wall;
-    state.confirm_until.reset();
     state.not_the_file = said;
   });
-  log::Warn("{}", said);
-  links_.tell(true, said);
+  const std::string all = said + (missing.empty() ? "" : "; not yet: " + Joined(missing));
+  log::Act(Level::warning, "{}", all);
+  links_.tell(true, all);
   options_.notify(fmt::format("READY=1\nSTATUS={}; {}", options_.summary(), said));
 }
 

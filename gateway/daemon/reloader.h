@@ -29,6 +29,9 @@ struct LoadedText {
   std::string problems;  ///< "…yaml:7:3: …", a line each
 };
 
+/// The sentence of a configuration that was given up, for log, event and status.
+std::string TakenBack(const std::string& file, const std::string& why);
+
 /// Whatever starts a gateway from a file gives these.
 struct ReloadOptions {
   std::string file;
@@ -47,8 +50,8 @@ class Reloader final : public control::ReloadDesk {
   struct Prepared {
     /// What of it can not be had: "listener 0.0.0.0:502: address already in use; …".
     std::vector<std::string> troubles;
-    /// Takes all the rest, which does not fail.
-    std::function<void()> apply;
+    /// Takes it all the same, and what can not be had as soon as it can; says what that is.
+    std::function<std::vector<std::string>()> apply;
   };
   /// How it is done; on the reloader's thread.
   struct Links {
@@ -79,10 +82,18 @@ class Reloader final : public control::ReloadDesk {
 
  private:
   static constexpr Duration kLook = 250ms;
+  static constexpr Duration kTryAgain = 1s;
 
   control::ReloadAnswer Do(const control::ReloadAsk& ask);
   control::ReloadAnswer Apply(const control::ReloadAsk& ask, const std::string& text,
                               config::Config next, const reload::Difference& difference);
+  control::ReloadAnswer Unchanged(const control::ReloadAsk& ask, const std::string& text);
+  control::ReloadAnswer Done(const control::ReloadAsk& ask, const reload::Difference& difference,
+                             const std::string& not_kept);
+  Duration TrialOf(const control::ReloadAsk& ask, const std::string& text) const;
+  void BeginTrial(Duration time, const reload::Healths& before);
+  Duration Left() const;
+  std::string OnTrial() const;
   control::ReloadAnswer DoConfirm(const std::string& by);
   void Watch();
   void TakeBack(const std::string& why);

@@ -220,12 +220,10 @@ void Lanes::Submit(RoutedRequest request, Now now) {
   SendOut();
 }
 
-std::size_t Lanes::Forget(std::uint64_t client, Now now) {
+void Lanes::Forget(std::uint64_t client, Now now) {
   now_ = now;
-  std::size_t forgotten = 0;
-  for (Poller* poller : pollers_) forgotten += poller->Forget(client, now);
+  for (Poller* poller : pollers_) poller->Forget(client, now);
   SendOut();
-  return forgotten;
 }
 
 void Lanes::SetInUse(std::uint32_t device, bool in_use, Now now) {

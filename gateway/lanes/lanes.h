@@ -45,7 +45,7 @@ class Lanes {
 
   void Submit(WriteCommand command, Now now);
   void Submit(RoutedRequest request, Now now);
-  std::size_t Forget(std::uint64_t client, Now now);
+  void Forget(std::uint64_t client, Now now);
   void SetInUse(std::uint32_t device, bool in_use, Now now);
   void OnEventsKept(std::uint32_t device, const std::string& said, Now now);
   /// See Conversation; what Narrow makes has not heard of it.

@@ -71,15 +71,16 @@ bool JobRun::IsReadingBack() const {
   return job_ && job_->As<Job::ReadBack>() != nullptr && job_->attempts == 0;
 }
 
-std::size_t JobRun::Forget(std::uint64_t client) {
-  std::size_t forgotten = 0;
+void JobRun::Forget(std::uint64_t client) {
   for (Job* job = job_.get(); job != nullptr; job = job->behind.get()) {
     auto* routed = job->As<Job::Routed>();
     if (routed == nullptr) continue;
-    forgotten += std::erase_if(
-        routed->batch, [client](const RoutedRequest& request) { return request.client == client; });
+    const bool sent = job->exchange_began != Instant{};
+    std::erase_if(routed->batch, [client, sent](const RoutedRequest& request) {
+      if (request.client == client) request.done(ClientHasLeft(sent));
+      return request.client == client;
+    });
   }
-  return forgotten;
 }
 
 // ---------------------------------------------------------------- to the request

@@ -81,7 +81,8 @@ class JobRun {
   void Conclude(ExchangeEnd end);
 
   /// The client has left. Says how many of its requests will not be answered.
-  std::size_t Forget(std::uint64_t client);
+  /// Answers what is in its jobs of a client that has left.
+  void Forget(std::uint64_t client);
 
  private:
   // job_run.cpp: to the request

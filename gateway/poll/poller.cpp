@@ -186,11 +186,11 @@ void Poller::OnEventsKept(std::uint32_t index, const std::string& said, Now now)
   if (is_open()) Settle();
 }
 
-std::size_t Poller::Forget(std::uint64_t client, Now now) {
+void Poller::Forget(std::uint64_t client, Now now) {
   Advance(now);
-  const std::size_t forgotten = routes_.queue().Forget(client) + run_.Forget(client);
+  routes_.queue().Forget(client);
+  run_.Forget(client);
   if (is_open()) Settle();
-  return forgotten;
 }
 
 std::optional<Instant> Poller::Deadline() const {

@@ -68,7 +68,7 @@ class Poller : private LineClient {
   /// See Conversation.
   void OnHostClock(bool right);
   /// The client has left. Says how many of its requests will not be answered.
-  std::size_t Forget(std::uint64_t client, Now now);
+  void Forget(std::uint64_t client, Now now);
 
   /// Nothing is begun any more until the port opens again: the write under way may end.
   void WindUp() { winding_up_ = true; }

@@ -11,10 +11,14 @@ void Probation::Begin(Instant now, Duration time, const Healths& before) {
   until_ = now + time;
   time_ = time;
   settled_ = now + std::min(kPatience, time / 2);
-  well_.clear();
   for (const auto& [device, health] : before) {
     if (health == Health::well) well_.insert(device);
   }
+}
+
+void Probation::End() {
+  until_.reset();
+  well_.clear();
 }
 
 std::optional<std::string> Probation::Look(Instant now, const Healths& healths) const {

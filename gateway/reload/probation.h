@@ -33,19 +33,20 @@ class Probation {
   /// A device that has not answered so long after Begin is ill; of shorter times half.
   static constexpr Duration kPatience = 20s;
 
+  /// Also while one runs, which it takes the place of: what was well before that counts on.
   void Begin(Instant now, Duration time, const Healths& before);
   bool running() const { return until_.has_value(); }
   Instant until() const { return until_.value_or(Instant::max()); }
   /// Why it is to be given up; nothing: it goes on, or none runs.
   std::optional<std::string> Look(Instant now, const Healths& healths) const;
   /// It has ended, either way.
-  void End() { until_.reset(); }
+  void End();
 
  private:
   std::optional<Instant> until_;
   Duration time_{};
   Instant settled_{};
-  std::set<std::string> well_;  // before
+  std::set<std::string> well_;  // before; empty while none runs
 };
 
 }  // namespace baudgate::reload

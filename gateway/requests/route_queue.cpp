@@ -132,7 +132,10 @@ std::vector<RoutedRequest> RouteQueue::TakeAll() {
 }
 
 std::size_t RouteQueue::Forget(std::uint64_t client) {
-  return TakeIf([client](const RoutedRequest& request) { return request.client == client; }).size();
+  const auto gone =
+      TakeIf([client](const RoutedRequest& request) { return request.client == client; });
+  for (const RoutedRequest& request : gone) request.done(ClientHasLeft(request.tries > 0));
+  return gone.size();
 }
 
 bool RouteQueue::HasShortWrite() const { return std::ranges::any_of(waiting_, IsShortWrite); }

@@ -59,7 +59,7 @@ class RouteQueue {
 
   std::vector<RoutedRequest> TakeExpired(Instant now);
   std::vector<RoutedRequest> TakeAll();
-  /// Says how many requests of the client were dropped.
+  /// Answers what waits of a client that has left. How many those were.
   std::size_t Forget(std::uint64_t client);
 
   bool empty() const { return waiting_.empty(); }

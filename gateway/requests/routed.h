@@ -21,7 +21,8 @@ struct RoutedReply {
   Outcome outcome = Outcome::none;
   Bytes pdu;
   std::string reason;
-  bool sent = false;    ///< false: it waited in the queue beyond its deadline, or was not let in
+  bool sent = false;    ///< false: it waited in the queue beyond its deadline, was not let in, or
+                        ///< its client had left before
   bool shared = false;  ///< answered by an exchange that an identical read of another caused
   Duration waited{};    ///< from Submit to the first byte out
 };
@@ -36,9 +37,18 @@ struct RoutedRequest {
   // The line's own: its place among all writes to the line, and how often it was sent in vain.
   std::uint64_t sequence = 0;
   int tries = 0;
-  /// Called exactly once, on any thread, unless Submit said no or Forget came first.
+  /// Called exactly once, on any thread, unless Submit said no.
   std::function<void(RoutedReply)> done;
 };
+
+/// To a request whose client has left.
+inline RoutedReply ClientHasLeft(bool sent) {
+  RoutedReply reply;
+  reply.outcome = Outcome::no_reply;
+  reply.reason = "its client has left";
+  reply.sent = sent;
+  return reply;
+}
 
 /// All calls from any thread.
 class RouteTarget {
@@ -46,8 +56,8 @@ class RouteTarget {
   virtual ~RouteTarget() = default;
   /// False: the queue is full, or the target is stopping; `done` is not called.
   virtual bool Submit(RoutedRequest request) = 0;
-  /// The client has left: what it still waits for is not sent, and `done` is not called. An
-  /// exchange under way ends as it may.
+  /// The client has left: what it still waits for is not sent, and answered at once. An exchange
+  /// under way ends as it may.
   virtual void Forget(std::uint64_t client) = 0;
 };
 

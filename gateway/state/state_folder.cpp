@@ -33,14 +33,18 @@ bool CanMakeSystemState() {
   return ::access(asked.c_str(), W_OK | X_OK) == 0;
 }
 
-}  // namespace
-
-bool CanWrite(const config::Config& config) {
+bool RoutesWrite(const config::Config& config) {
   const bool permitted =
       config.modbus.enabled && std::ranges::any_of(config.modbus.listen, [](const auto& listener) {
         return listener.permit != config::Permit::read;
       });
-  if (permitted && !config.modbus.routes.empty()) return true;
+  return permitted && !config.modbus.routes.empty();
+}
+
+}  // namespace
+
+bool CanWrite(const config::Config& config) {
+  if (RoutesWrite(config)) return true;
   return std::ranges::any_of(config.lines, [](const config::Line& line) {
     return std::ranges::any_of(line.devices, [](const config::Device& device) {
       return std::ranges::any_of(device.points,
@@ -58,14 +62,20 @@ bool KeepsEvents(const config::Config& config) {
   });
 }
 
-bool NeedsState(const config::Config& config, const config::Catalog& catalog) {
-  if (CanWrite(config) || KeepsEvents(config) || config.history.on()) return true;
-  return std::ranges::any_of(config.lines, [&](const config::Line& line) {
+std::string WhatIsKept(const config::Config& config, const config::Catalog& catalog) {
+  if (RoutesWrite(config)) {
+    return "writes through routes; none where every listener has write: deny";
+  }
+  if (CanWrite(config)) return "writes";
+  if (KeepsEvents(config)) return "events";
+  if (config.history.on()) return "values";
+  const bool remembered = std::ranges::any_of(config.lines, [&](const config::Line& line) {
     return std::ranges::any_of(line.devices, [&](const config::Device& device) {
       const auto remembers = catalog.FindProtocol(device.protocol)->remembers;
       return remembers != nullptr && remembers(device);
     });
   });
+  return remembered ? "what is remembered of devices" : "";
 }
 
 StatePlaces StatePlaces::Here(const std::string& configured) {

@@ -18,8 +18,12 @@ bool CanWrite(const config::Config& config);
 /// Events are kept: the configuration says so, or one of its devices does.
 bool KeepsEvents(const config::Config& config);
 
-/// Something of this configuration is kept. `catalog` has all its protocols.
-bool NeedsState(const config::Config& config, const config::Catalog& catalog);
+/// What of this configuration needs the state folder, or the first of it: "events"; empty: nothing.
+/// `catalog` has all its protocols.
+std::string WhatIsKept(const config::Config& config, const config::Catalog& catalog);
+inline bool NeedsState(const config::Config& config, const config::Catalog& catalog) {
+  return !WhatIsKept(config, catalog).empty();
+}
 
 /// What the choice rests on. Empty: not given.
 struct StatePlaces {

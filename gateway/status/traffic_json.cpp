@@ -78,8 +78,14 @@ Json RouteJson(const modbus::RouteStatus& route, WallTime now) {
 Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, WallTime now) {
   Json clients = Json::array();
   Json masters = Json::array();
+  Json closed = Json::array();
   Json routes = Json::array();
   if (line.empty()) {
+    for (const modbus::ClosedListener& listener : traffic.closed) {
+      closed.push_back(
+          {{"listener", listener.place},
+           {"advice", {"is not open: " + listener.why + "; tried again each second"}}});
+    }
     for (const modbus::ClientStatus& client : traffic.clients) {
       clients.push_back(ClientJson(client, now));
     }
@@ -92,6 +98,7 @@ Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, 
   }
   return {{"clients", std::move(clients)},
           {"masters", std::move(masters)},
+          {"closed", std::move(closed)},
           {"routes", std::move(routes)}};
 }
 

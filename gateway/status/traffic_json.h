@@ -10,8 +10,8 @@
 
 namespace baudgate::control {
 
-/// {"clients":[…],"masters":[…],"routes":[…]}; with `line` only the routes that lead to it, and
-/// neither clients nor masters.
+/// {"clients":[…],"masters":[…],"closed":[…],"routes":[…]}; with `line` only the routes that lead
+/// to it, and nothing else.
 nlohmann::ordered_json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line,
                                    WallTime now);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/fuzz/modbus_world.h"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <string>
@@ -156,7 +157,12 @@ bool FuzzTarget::Submit(RoutedRequest request) {
 }
 
 void FuzzTarget::Forget(std::uint64_t client) {
-  std::erase_if(kept, [client](const RoutedRequest& request) { return request.client == client; });
+  const auto gone = std::stable_partition(
+      kept.begin(), kept.end(),
+      [client](const RoutedRequest& request) { return request.client != client; });
+  std::for_each(gone, kept.end(),
+                [](const RoutedRequest& request) { request.done(ClientHasLeft(false)); });
+  kept.erase(gone, kept.end());
 }
 
 void FuzzTarget::AnswerKept(Outcome outcome) {

@@ -3,6 +3,7 @@
 // $BAUDGATE_EVENT_KILLS: how often, 5 if not given.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <csignal>
@@ -98,12 +99,32 @@ std::vector<Json> Lines(const Finished& finished) {
   return all;
 }
 
+const char* const kHighAlarm =
+    ", points: [{ name: current_l1, events: [{ on: above, value: -1, alarm: high, text: too much "
+    "}, "
+    "{ on: below, value: -1 }] }]";
+
+TEST_F(Events, AnAcknowledgementThatIsNotOnTheDiskIsSaid) {
+  const auto relay = StartRelay("every:1h");
+  const auto daemon = StartDaemon(Yaml(kHighAlarm, "events: {}\n"));
+  ASSERT_TRUE(Eventually([&] { return Status()["events"]["alarms"]["active"] == 1; }));
+  const auto limit_files = [&daemon](rlim_t bytes) {
+    const rlimit limit{bytes, RLIM_INFINITY};
+    ASSERT_EQ(::prlimit(daemon->id(), RLIMIT_FSIZE, &limit, nullptr), 0);
+  };
+  limit_files(0);
+  const Finished seen = Command({"ack", "bay.bay-1.current_l1", "--socket", socket()});
+  EXPECT_EQ(seen.code, 4);
+  EXPECT_EQ(seen.output, "1 alarm acknowledged\n");
+  EXPECT_THAT(seen.errors, HasSubstr("not on the disk yet"));
+  limit_files(RLIM_INFINITY);
+  EXPECT_TRUE(Eventually([&] { return Status()["events"]["state"] == "fine"; }));
+  EXPECT_EQ(Status()["events"]["alarms"]["unacknowledged"], 0);
+}
+
 /// A point that exceeds its limit, seen by somebody, over a kill; and a relay that goes away.
 TEST_F(Events, OfPointsAreAlarmsUntilSomebodyHasSeenThem) {
-  const std::string yaml = Yaml(
-      ", points: [{ name: current_l1, events: [{ on: above, value: -1, alarm: high, text: too "
-      "much }, { on: below, value: -1 }] }]",
-      "events: {}\n");
+  const std::string yaml = Yaml(kHighAlarm, "events: {}\n");
   const auto alarms = [this] { return Lines(Command({"alarms", "--json", "--socket", socket()})); };
   const auto ack = [this](const std::string& target) {
     return Command({"ack", target, "--socket", socket()});

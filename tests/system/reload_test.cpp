@@ -7,61 +7,18 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/system/notify_socket.h"
+#include "tests/system/reload_fixture.h"
 #include "tests/system/steady_client.h"
-#include "tests/system/three_devices.h"
 
 namespace baudgate::system_test {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 constexpr int kNoPath = 0x0A;
-
-std::string Replaced(std::string text, const std::string& what, const std::string& by) {
-  const auto at = text.find(what);
-  EXPECT_NE(at, std::string::npos) << what;
-  return at == std::string::npos ? text : text.replace(at, what.size(), by);
-}
-
-class Reload : public ThreeDevices {
- protected:
-  std::string socket() const { return (directory() / "gate.sock").string(); }
-  fs::path file() const { return directory() / "baudgate.yaml"; }
-  std::string YamlWithSocket(bool dds = false) const {
-    return Replaced(Yaml(dds), "{ name: " + gateway() + " }",
-                    "{ name: " + gateway() + ", socket: " + socket() + " }");
-  }
-  /// The second of the three lines.
-  std::string WithSlowerIo() const {
-    return Replaced(YamlWithSocket(), "unit: 11, poll: 200ms", "unit: 11, poll: 300ms");
-  }
-  void SetFile(const std::string& yaml) const { Station::Write("baudgate.yaml", yaml); }
-
-  Finished Ask(std::vector<std::string> words) const {
-    words.insert(words.end(), {"--socket", socket()});
-    return Command(words);
-  }
-  Json Status() const {
-    const Finished status = Ask({"status", "--json"});
-    EXPECT_EQ(status.code, 0) << status.errors;
-    return Json::parse(status.output, nullptr, false);
-  }
-  static Json LineOf(const Json& status, const std::string& name) {
-    for (const Json& line : status["lines"]) {
-      if (line["name"] == name) return line;
-    }
-    return {};
-  }
-  /// What runs is the file with the slower line, or the one before.
-  bool RunsSlower() const {
-    const auto io = Ask({"reload", "--dry-run"}).output;
-    return io.find("nothing has changed") != std::string::npos;
-  }
-};
 
 TEST_F(Reload, OfOneLineIsNotNoticedByTheOthers) {
   StartAll(YamlWithSocket());
@@ -202,6 +159,55 @@ TEST_F(Reload, ThatNobodyConfirmsIsTakenBackAndStaysSo) {
   daemon = StartDaemon(WithSlowerIo() + "# meant\n");
   EXPECT_EQ(Status()["configuration"]["not_the_file"], "");
   EXPECT_TRUE(RunsSlower());
+}
+
+/// A reload of somebody else, or of a tool, is no confirmation.
+TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
+  StartAll(YamlWithSocket());
+  const auto with_slower_relay = [](const std::string& yaml) {
+    return Replaced(yaml, "unit: 1, poll: 200ms", "unit: 1, poll: 250ms");
+  };
+  SetFile(WithSlowerIo());
+  ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
+  const Finished same = Ask({"reload"});
+  EXPECT_EQ(same.code, 0) << same.errors;
+  EXPECT_THAT(same.output, AllOf(HasSubstr("nothing has changed\nit is taken back in "),
+                                 HasSubstr("baudgate confirm")));
+  daemon->Signal(SIGHUP);
+  EXPECT_TRUE(
+      EventuallyLogged(*daemon, "reload by SIGHUP: nothing has changed; to be confirmed within"));
+  for (const std::string& yaml :
+       {WithSlowerIo() + "# looked at\n", with_slower_relay(WithSlowerIo())}) {
+    SetFile(yaml);
+    const Finished other = Ask({"reload"});
+    EXPECT_EQ(other.code, 0) << other.errors;
+    EXPECT_THAT(other.output, HasSubstr("baudgate confirm"));
+    EXPECT_THAT(Ask({"config", "history", "--json"}).output, HasSubstr(R"("state":"on trial")"));
+    EXPECT_FALSE(Status()["configuration"]["confirm_until"].is_null());
+  }
+  const Finished other_time = Ask({"reload", "--confirm", "2s"});
+  EXPECT_THAT(other_time.output, HasSubstr("it is taken back in 2s"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it within 2s"));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: begins anew: poll of io-1"));
+  SetFile(YamlWithSocket());
+  EXPECT_EQ(Ask({"reload"}).output, "nothing has changed\n") << "it is what was confirmed";
+  EXPECT_EQ(Status()["configuration"]["not_the_file"], "");
+}
+
+TEST_F(Reload, OfWhatWasConfirmedEndsATrial) {
+  StartAll(YamlWithSocket());
+  SetFile(WithSlowerIo());
+  ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
+  SetFile(YamlWithSocket());
+  const Finished back = Ask({"reload"});
+  EXPECT_EQ(back.code, 0) << back.errors;
+  EXPECT_THAT(back.output, Not(HasSubstr("baudgate confirm")));
+  EXPECT_TRUE(Status()["configuration"]["confirm_until"].is_null());
+  EXPECT_EQ(Ask({"confirm"}).code, 2);
+  daemon->Signal(SIGKILL);
+  daemon->WaitForEnd();
+  daemon = StartDaemon(YamlWithSocket());
+  EXPECT_THAT(daemon->Errors(), Not(HasSubstr("was taken back")));
 }
 
 TEST_F(Reload, ThatIsConfirmedStaysOverAKill) {

@@ -69,8 +69,9 @@ int RunAck(const AckOptions& options, std::ostream& out, std::ostream& err) {
   }
   out << Plural(count, "alarm") << " acknowledged\n";
   const std::string trouble = FieldText(answer, "trouble");
-  if (!trouble.empty()) err << "baudgate: not on the disk yet: " << trouble << '\n';
-  return 0;
+  if (trouble.empty()) return 0;
+  err << "baudgate: not on the disk yet: " << trouble << '\n';
+  return kNotCurrent;
 }
 
 }  // namespace baudgate

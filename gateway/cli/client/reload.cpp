@@ -34,8 +34,9 @@ int RunReload(const ReloadCommand& options, std::ostream& out, std::ostream& err
     return answer.value("ok", false) ? 0 : answer.value("exit", 2);
   }
   const int code = Tell(answer, out, err);
-  if (answer.value("applied", false) && options.confirm > Duration::zero()) {
-    out << "it is taken back in " << FormatDuration(options.confirm)
+  const std::chrono::milliseconds left(answer.value("confirm_ms", std::int64_t{0}));
+  if (left > 0ms) {
+    out << "it is taken back in " << FormatDuration(left)
         << ", or when devices do not answer any more, unless you write: baudgate confirm\n";
   }
   return code;

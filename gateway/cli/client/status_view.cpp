@@ -181,6 +181,9 @@ std::string Advice(const Json& status) {
   }
   const Json& modbus = status.at("modbus");
   for (const Json& master : modbus.at("masters")) add("master on " + Text(master, "port"), master);
+  for (const Json& listener : PartOf(modbus, "closed")) {
+    add("listener " + Text(listener, "listener"), listener);
+  }
   for (const Json& route : modbus.at("routes")) {
     add("route " + Text(route, "units") + " to " + Text(route, "target"), route);
   }

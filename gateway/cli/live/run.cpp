@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/live/run.h"
 
-#include <fmt/format.h>
 #include <signal.h>
 #include <systemd/sd-daemon.h>
 
@@ -10,7 +9,9 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <sstream>
+#include <system_error>
 
 #include "config/loader.h"
 #include "gateway/base/exit_code.h"
@@ -54,6 +55,15 @@ Result<std::string> ReadText(const std::string& file) {
   return *std::move(text);
 }
 
+/// A pipe, which a start takes, would keep a reload waiting for whoever writes to it.
+Result<std::string> ReadAgain(const std::string& file) {
+  std::error_code gone;
+  const auto kind = std::filesystem::status(file, gone).type();
+  const bool other = !gone && kind != std::filesystem::file_type::regular;
+  if (other) return Error{"is no regular file, and can only be read at a start"};
+  return ReadText(file);
+}
+
 std::string ProblemsText(const config::Loaded& loaded) {
   std::ostringstream text;
   PrintProblems(loaded.problems, text);
@@ -72,7 +82,7 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   Choice choice;
   ReloadOptions& reload = choice.reload;
   reload.file = file;
-  reload.read = [file] { return ReadText(file); };
+  reload.read = [file] { return ReadAgain(file); };
   reload.load = [file, &catalog](const std::string& text) {
     config::Loaded loaded = config::LoadText(text, file, catalog);
     std::string problems = ProblemsText(loaded);
@@ -93,9 +103,7 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   if (!copy) return choice;
   const auto confirmed = reload.kept->TextOf(*copy);
   const bool cut_off = reload.kept->trial() != 0;
-  reload.not_the_file = fmt::format(
-      "{} was taken back: {}; what was confirmed before runs, and will at every start until the "
-      "file is changed",
+  reload.not_the_file = TakenBack(
       file, cut_off ? "the gateway ended before it was confirmed" : reload.kept->why_refused());
   err << "baudgate: " << reload.not_the_file << '\n';
   if (!confirmed) {
@@ -111,7 +119,7 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
 
 }  // namespace
 
-int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostream& err) {
+int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostream& err) try {
   Choice choice = Choose(file, catalog, err);
   if (!choice.loaded.ok()) return kExitBadConfiguration;
 
@@ -141,6 +149,11 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostr
   // Without destructors: they would wait for the driver.
   if (!daemon.Stop()) std::_Exit(0);
   return 0;
+} catch (const std::system_error& failed) {
+  err << "baudgate: the system has no file descriptor or no thread left: "
+      << failed.code().message()
+      << "; raise LimitNOFILE and TasksMax of the service (ulimit -n, ulimit -u)\n";
+  return kExitCanNot;
 }
 
 }  // namespace baudgate

@@ -67,9 +67,16 @@ struct RouteStatus : RouteCounters {
   std::map<std::uint8_t, RouteCounters> by_unit;  ///< unit ids as clients ask for them
 };
 
+/// A listener whose port could not be opened behind a reload, and is tried again.
+struct ClosedListener {
+  std::string place;  ///< config::Listener::Place()
+  std::string why;    ///< "address already in use; …"
+};
+
 struct TrafficStatus {
   std::vector<ClientStatus> clients;  ///< connected now, by id
   std::vector<MasterStatus> masters;  ///< in the order in which they were configured
+  std::vector<ClosedListener> closed;
   /// In the order of the file that runs; after them one for broadcasts, if any.
   std::vector<RouteStatus> routes;
 };

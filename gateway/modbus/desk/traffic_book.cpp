@@ -133,6 +133,11 @@ void TrafficBook::RemoveMaster(std::size_t master) {
   masters_.erase(master);
 }
 
+void TrafficBook::ShowClosed(std::vector<ClosedListener> closed) {
+  const MutexLock lock(mutex_);
+  closed_ = std::move(closed);
+}
+
 void TrafficBook::ShowPort(std::size_t index, bool is_open, const std::string& text, WallTime at) {
   const MutexLock lock(mutex_);
   MasterStatus& master = masters_[index];
@@ -162,6 +167,7 @@ TrafficStatus TrafficBook::Status(const Now& now) const {
   const MutexLock lock(mutex_);
   for (const auto& [id, record] : clients_) status.clients.push_back(StatusOf(*record, now));
   for (const auto& [number, master] : masters_) status.masters.push_back(master);
+  status.closed = closed_;
   for (const std::size_t number : shown_) status.routes.push_back(routes_[number]);
   if (broadcasts_.requests > 0) status.routes.push_back(broadcasts_);
   return status;

@@ -62,6 +62,8 @@ class TrafficBook {
   std::size_t AddMaster(const std::string& port, WallTime since);
   /// None is awaited there any more.
   void RemoveMaster(std::size_t master);
+  /// In place of those before.
+  void ShowClosed(std::vector<ClosedListener> closed);
   void ShowPort(std::size_t master, bool is_open, const std::string& text, WallTime at);
   void Heard(std::size_t master, WallTime at);
   void HeardDamage(std::size_t master);
@@ -88,6 +90,7 @@ class TrafficBook {
   std::uint64_t next_client_ BAUDGATE_GUARDED_BY(mutex_) = 1;
   std::map<std::size_t, MasterStatus> masters_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t next_master_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  std::vector<ClosedListener> closed_ BAUDGATE_GUARDED_BY(mutex_);
   std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);  // by number
   std::vector<std::size_t> shown_ BAUDGATE_GUARDED_BY(mutex_);   // their numbers
   RouteStatus broadcasts_ BAUDGATE_GUARDED_BY(mutex_);

@@ -15,7 +15,7 @@ constexpr std::size_t kServedInARow = 256;
 Status ClientPoll::Open() {
   const int set = ::epoll_create1(EPOLL_CLOEXEC);
   if (set < 0) {
-    return Error{"no epoll set for the Modbus clients; raise the limit of open files"};
+    return Error{"too many open files; raise LimitNOFILE of the service (ulimit -Hn)"};
   }
   asio::error_code failed;
   set_.assign(set, failed);

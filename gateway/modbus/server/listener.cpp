@@ -73,13 +73,13 @@ Status Listener::Open(PassedSockets* passed) {
       resolver.resolve(listener_.host, std::to_string(listener_.port),
                        tcp::resolver::passive | tcp::resolver::numeric_service, failed);
   if (failed || found.empty()) {
-    return Error{listener_.Place() + ": unknown address; check modbus.listen"};
+    return Error{"unknown address; check modbus.listen"};
   }
   const tcp::endpoint endpoint = found.begin()->endpoint();
   const auto descriptor = passed == nullptr ? std::nullopt : passed->Take(endpoint);
   if (descriptor) {
     acceptor_.assign(endpoint.protocol(), *descriptor, failed);
-    if (failed) return Error{listener_.Place() + ": " + Explain(failed)};
+    if (failed) return Error{Explain(failed)};
     log::Info("modbus: {}: the socket is one that systemd has passed", listener_.Place());
   } else if (Status bound = Bind(endpoint); !bound) {
     return bound;
@@ -117,7 +117,7 @@ Status Listener::Bind(const tcp::endpoint& endpoint) {
   }
   if (!failed) acceptor_.bind(endpoint, failed);
   if (!failed) acceptor_.listen(asio::socket_base::max_listen_connections, failed);
-  if (failed) return Error{listener_.Place() + ": " + Explain(failed)};
+  if (failed) return Error{Explain(failed)};
   return {};
 }
 

@@ -26,7 +26,8 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   Listener(asio::io_context& io, config::Listener listener, PointDesk& points);
 
   /// Opens the port, at which clients wait until Start: at a socket of `passed` where there is one
-  /// for its address, else at its own. From any thread; without Start it may be dropped.
+  /// for its address, else at its own. From any thread; without Start it may be dropped. The error
+  /// says why, and what to do.
   Status Open(PassedSockets* passed = nullptr);
   void Start();
   /// A reload: other settings of the same place. The port stays open; clients are disconnected.

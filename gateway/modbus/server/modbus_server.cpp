@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/modbus/server/modbus_server.h"
 
-#include <algorithm>
+#include <system_error>
 #include <utility>
 
+#include "gateway/base/log.h"
 #include "gateway/modbus/serial/serial_listener.h"
 #include "gateway/modbus/server/listener.h"
 #include "gateway/modbus/server/passed_sockets.h"
@@ -23,6 +24,7 @@ Status ModbusServer::Listen(asio::io_context& io) {
   if (!config_.modbus.enabled) return {};
   if (!points_->responder().ready()) return points_->responder().ready();
   io_ = &io;
+  retry_.emplace(io);
   points_->inbox()->Open(io, ReadClocks);
   points_->targets().Open(io, points_->book());
   PassedSockets passed;
@@ -30,11 +32,12 @@ Status ModbusServer::Listen(asio::io_context& io) {
     auto port = OpenPort(listener, &passed);
     if (!port) {
       Stop();
-      return Error{port.error()};
+      return Error{listener.Place() + ": " + port.error()};
     }
-    Begin(listener, std::move(*port));
+    places_.push_back({.listener = listener, .port = *std::move(port)});
   }
-  OpenSerialPorts();
+  BeginTcp();
+  BeginSerial();
   return {};
 }
 
@@ -43,34 +46,73 @@ Status ModbusServer::CanServe(const config::Listener& listener) const {
   const bool needs_rtu =
       listener.is_serial() || listener.protocol == config::Listener::Protocol::rtu;
   if (needs_rtu && (rtu == nullptr || rtu->carrier == nullptr)) {
-    return Error{listener.Place() + ": RTU needs the module modbus_rtu, which is not loaded"};
+    return Error{"RTU needs the module modbus_rtu, which is not loaded"};
   }
   return {};
 }
 
-Result<std::shared_ptr<Listener>> ModbusServer::OpenPort(const config::Listener& listener,
-                                                         PassedSockets* passed) const {
+Result<ListenerPort> ModbusServer::OpenPort(const config::Listener& listener,
+                                            PassedSockets* passed) const try {
   if (Status status = CanServe(listener); !status) return Error{status.error()};
-  if (listener.is_serial()) return std::shared_ptr<Listener>();
-  auto port = std::make_shared<Listener>(*io_, listener, *points_);
-  if (Status status = port->Open(passed); !status) return Error{status.error()};
+  ListenerPort port;
+  if (listener.is_serial()) {
+    port.serial = std::make_shared<SerialListener>(*io_, listener, *points_, *points_->rtu());
+    return port;
+  }
+  port.tcp = std::make_shared<Listener>(*io_, listener, *points_);
+  if (Status status = port.tcp->Open(passed); !status) return Error{status.error()};
   return port;
+} catch (const std::system_error& failed) {
+  // The thread of a serial port, which takes descriptors.
+  return Error{failed.code().message()};
 }
 
-void ModbusServer::Begin(const config::Listener& listener, std::shared_ptr<Listener> port) {
-  Place& place = places_.emplace_back();
-  if (port) {
-    place.tcp = std::move(port);
-    place.tcp->Start();
-  } else {
-    place.serial = std::make_shared<SerialListener>(*io_, listener, *points_, *points_->rtu());
-  }
-}
-
-void ModbusServer::OpenSerialPorts() {
+void ModbusServer::BeginTcp() {
   for (Place& place : places_) {
-    if (place.serial && !std::exchange(place.is_begun, true)) place.serial->Open();
+    if (place.port.tcp && !std::exchange(place.is_begun, true)) place.port.tcp->Start();
   }
+}
+
+void ModbusServer::BeginSerial() {
+  for (Place& place : places_) {
+    if (place.port.serial && !std::exchange(place.is_begun, true)) place.port.serial->Open();
+  }
+}
+
+void ModbusServer::OpenMissing() {
+  bool all = true;
+  std::vector<ClosedListener> closed;
+  for (Place& place : places_) {
+    if (place.port) continue;
+    auto port = OpenPort(place.listener);
+    if (port) {
+      place.port = *std::move(port);
+      log::Info("modbus: listener {}: is open now", place.listener.Place());
+      continue;
+    }
+    all = false;
+    if (std::exchange(place.why_not, port.error()) != port.error())
+      log::Warn("modbus: listener {}: {}; tried each second", place.listener.Place(),
+                place.why_not);
+    closed.push_back({place.listener.Place(), place.why_not});
+  }
+  points_->book()->ShowClosed(std::move(closed));
+  BeginTcp();
+  if (all) return;
+  retry_->expires_after(kTryEvery);
+  retry_->async_wait([this](const asio::error_code& stopped) {
+    if (stopped) return;
+    OpenMissing();
+    BeginSerial();
+  });
+}
+
+std::vector<std::string> ModbusServer::Missing() const {
+  std::vector<std::string> missing;
+  for (const Place& place : places_) {
+    if (!place.port) missing.push_back("listener " + place.listener.Place() + ": " + place.why_not);
+  }
+  return missing;
 }
 
 ModbusServer::Ended ModbusServer::Apply(const config::Config& config,
@@ -82,24 +124,27 @@ ModbusServer::Ended ModbusServer::Apply(const config::Config& config,
   for (std::size_t i = 0; i < config.modbus.listen.size(); ++i) {
     const config::Listener& listener = config.modbus.listen[i];
     const ListenerOrigin& origin = renewal.listeners[i];
+    Place& place = places_.emplace_back(Place{.listener = listener, .port = origin.opened});
     const bool goes_on = origin.was && (origin.same || !listener.is_serial());
-    if (!goes_on) {
-      Begin(listener, origin.opened);
-      continue;
-    }
-    places_.push_back(std::exchange(before[*origin.was], {}));
-    if (!origin.same) places_.back().tcp->Renew(listener);
+    if (!goes_on) continue;
+    Place& was = before[*origin.was];
+    place.port = std::exchange(was.port, {});
+    place.why_not = was.why_not;
+    place.is_begun = was.is_begun;
+    if (!origin.same && place.port) place.port.tcp->Renew(listener);
   }
-  return End(std::move(before));
+  Ended ended = End(std::move(before));
+  OpenMissing();
+  return ended;
 }
 
 ModbusServer::Ended ModbusServer::End(std::vector<Place> places) {
   Ended ended;
   for (Place& place : places) {
-    if (place.tcp) place.tcp->Stop();
-    if (!place.serial) continue;
-    place.serial->Leave();
-    ended.push_back(std::move(place.serial));
+    if (place.port.tcp) place.port.tcp->Stop();
+    if (!place.port.serial) continue;
+    place.port.serial->Leave();
+    ended.push_back(std::move(place.port.serial));
   }
   return ended;
 }
@@ -110,27 +155,29 @@ void ModbusServer::ClosePorts(const Ended& ended) {
 
 void ModbusServer::Finish(Ended ended) {
   ended.clear();
-  OpenSerialPorts();
+  BeginSerial();
 }
 
 TrafficStatus ModbusServer::Traffic() const { return points_->book()->Status(ReadClocks()); }
 
 void ModbusServer::Stop() {
   points_->inbox()->Close();
+  if (retry_) retry_->cancel();
   ClosePorts(End(std::exchange(places_, {})));
   points_->targets().Close();
 }
 
 std::uint16_t ModbusServer::port(std::size_t listener) const {
-  const bool known = listener < places_.size() && places_[listener].tcp;
-  return known ? places_[listener].tcp->port() : 0;
+  const bool known = listener < places_.size() && places_[listener].port.tcp;
+  return known ? places_[listener].port.tcp->port() : 0;
 }
 
 std::string ModbusServer::Summary() const {
   std::string text;
   for (const Place& place : places_) {
-    const std::string ports = place.tcp ? place.tcp->Summary() : place.serial->Summary();
-    text += (text.empty() ? "" : ", ") + ports;
+    if (!place.port) continue;
+    text += text.empty() ? "" : ", ";
+    text += place.port.tcp ? place.port.tcp->Summary() : place.port.serial->Summary();
   }
   return text;
 }

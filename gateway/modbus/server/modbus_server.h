@@ -5,9 +5,11 @@
 #pragma once
 
 #include <asio/io_context.hpp>
+#include <asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,9 +26,7 @@
 
 namespace baudgate::modbus {
 
-class Listener;
 class PassedSockets;
-class SerialListener;
 
 class ModbusServer final : public TrafficSource {
  public:
@@ -45,21 +45,24 @@ class ModbusServer final : public TrafficSource {
 
   // A reload: OpenPort for what is new, Apply, ClosePorts, Finish.
 
-  /// The module that its frames need is loaded.
+  /// The module that its frames need is loaded. The error is a reason without the place, as that of
+  /// OpenPort.
   Status CanServe(const config::Listener& listener) const;
-  /// From any thread: a new TCP port, at which clients wait until it is given to Apply; dropped, it
-  /// closes. Null at a serial port, which is opened by Finish.
-  Result<std::shared_ptr<Listener>> OpenPort(const config::Listener& listener,
-                                             PassedSockets* passed = nullptr) const;
+  /// From any thread: a new port, at which TCP clients wait until it is given to Apply; dropped, it
+  /// closes. A serial one is made here and opened by Finish.
+  Result<ListenerPort> OpenPort(const config::Listener& listener,
+                                PassedSockets* passed = nullptr) const;
   using Ended = std::vector<std::shared_ptr<SerialListener>>;
   /// Units, points, lines and routes, by the numbers of the store; then listeners: clients of those
-  /// that are not the same are disconnected.
+  /// that are not the same are disconnected. A new one without a port is tried each second.
   Ended Apply(const config::Config& config, std::span<RouteTarget* const> lines,
               const Renewal& renewal);
   /// From any thread: serial ports that Apply has ended. A driver may take its time.
   static void ClosePorts(const Ended& ended);
   /// Opens serial ports that are new.
   void Finish(Ended ended);
+  /// What is tried each second: "listener 0.0.0.0:502: address already in use; …".
+  std::vector<std::string> Missing() const;
 
   /// Closes ports and clients. Writes under way go on; their answers are dropped.
   void Stop();
@@ -74,20 +77,25 @@ class ModbusServer final : public TrafficSource {
   TrafficStatus Traffic() const override;
 
  private:
-  /// One entry of modbus.listen: one of the two.
+  static constexpr Duration kTryEvery = 1s;
+
+  /// One entry of modbus.listen.
   struct Place {
-    std::shared_ptr<Listener> tcp;
-    std::shared_ptr<SerialListener> serial;
-    bool is_begun = false;  ///< of the serial one
+    config::Listener listener;
+    ListenerPort port{};
+    std::string why_not{};  ///< there is no port
+    bool is_begun = false;
   };
-  void Begin(const config::Listener& listener, std::shared_ptr<Listener> port);
-  void OpenSerialPorts();
+  void OpenMissing();
+  void BeginTcp();
+  void BeginSerial();
   static Ended End(std::vector<Place> places);
 
   const config::Config& config_;  // of the start
   std::unique_ptr<PointDesk> points_;
   asio::io_context* io_ = nullptr;  // null: it does not listen
-  std::vector<Place> places_;       // as configured
+  std::optional<asio::steady_timer> retry_;
+  std::vector<Place> places_;  // as configured
 };
 
 }  // namespace baudgate::modbus

@@ -13,12 +13,21 @@
 namespace baudgate::modbus {
 
 class Listener;
+class SerialListener;
+
+/// What serves one entry of modbus.listen: one of the two. Neither: it could not be made.
+struct ListenerPort {
+  std::shared_ptr<Listener> tcp{};
+  std::shared_ptr<SerialListener> serial{};
+
+  explicit operator bool() const { return tcp || serial; }
+};
 
 /// Of one entry of the new modbus.listen.
 struct ListenerOrigin {
-  std::optional<std::size_t> was;         ///< its place in the list before; nothing: it is new
-  bool same = false;                      ///< its clients stay
-  std::shared_ptr<Listener> opened = {};  ///< of a new TCP port: ModbusServer::OpenPort
+  std::optional<std::size_t> was;  ///< its place in the list before; nothing: it is new
+  bool same = false;               ///< its clients stay
+  ListenerPort opened{};           ///< of a new one: ModbusServer::OpenPort
 };
 
 struct Renewal {

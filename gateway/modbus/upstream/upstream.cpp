@@ -36,12 +36,6 @@ bool Upstream::Link::Submit(RoutedRequest request) {
 }
 
 void Upstream::Link::Forget(std::uint64_t client) {
-  {
-    const MutexLock lock(mutex_);
-    if (!accepting_) return;
-    waiting_ -= std::erase_if(
-        incoming_, [client](const RoutedRequest& request) { return request.client == client; });
-  }
   // At once where it can be, so that it does not meet what the client asks next.
   asio::dispatch(io_, [self = shared_from_this(), client] { self->Drop(client); });
 }
@@ -83,21 +77,28 @@ void Upstream::Link::Stop() {
 }
 
 void Upstream::Link::TakeIncoming() {
-  {
-    const MutexLock lock(mutex_);
-    if (!accepting_) return;
-    for (RoutedRequest& request : incoming_) queue_.Push(std::move(request));
-    incoming_.clear();
-  }
-  Work();
+  if (Gather()) Work();
+}
+
+/// False: it has stopped.
+bool Upstream::Link::Gather() {
+  const MutexLock lock(mutex_);
+  if (!accepting_) return false;
+  for (RoutedRequest& request : incoming_) queue_.Push(std::move(request));
+  incoming_.clear();
+  return true;
 }
 
 /// What is on the wire stays there, so that its reply is known when it comes.
 void Upstream::Link::Drop(std::uint64_t client) {
+  if (!Gather()) return;
+  const auto its = [client](const RoutedRequest& request) { return request.client == client; };
   waiting_ -= queue_.Forget(client);
   for (Sent& sent : on_wire_) {
-    std::erase_if(sent.requests,
-                  [client](const RoutedRequest& request) { return request.client == client; });
+    std::erase_if(sent.requests, [&its](const RoutedRequest& request) {
+      if (its(request)) request.done(ClientHasLeft(true));
+      return its(request);
+    });
   }
 }
 

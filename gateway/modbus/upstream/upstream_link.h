@@ -67,6 +67,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void OnBroken(const std::string& reason) override;
 
   void TakeIncoming();
+  bool Gather();
   void Drop(std::uint64_t client);
   void Work();
   void CloseAtRest();

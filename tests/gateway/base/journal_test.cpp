@@ -101,6 +101,10 @@ TEST(Journal, TheLogGoesThereWithAllItKnows) {
   EXPECT_THAT(repeat, HasSubstr("\nLINE=bay\nDEVICE=relay\nOUTCOME=no_reply\n"));
   Info("control socket {}", "/run/x");
   EXPECT_THAT(journald.Next(), Not(HasSubstr("LINE=")));
+  for (int act = 0; act < 2; ++act) {
+    Act(Level::info, "reload by {}", "user:anna");
+    EXPECT_THAT(journald.Next(), HasSubstr("MESSAGE=reload by user:anna\n"));
+  }
   SetLeast(Level::error);
   Info("nobody asked for it");
   EXPECT_EQ(journald.Next(), "");

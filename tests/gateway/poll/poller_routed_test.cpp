@@ -142,10 +142,14 @@ TEST(PollerRouted, WhoHasLeftIsForgotten) {
   line.RunFor(10ms);
   line.Ask("left", kStart, 20, 2);
   line.Ask("stays", kRead, 20, 3);
-  EXPECT_EQ(line.poller().Forget(2, line.now()), 1U);
-  EXPECT_EQ(line.poller().Forget(1, line.now()), 1U);
+  line.poller().Forget(2, line.now());
+  line.poller().Forget(1, line.now());
+  EXPECT_THAT(line.Names(), ElementsAre("left", "under way"));
+  EXPECT_EQ(line.Of("left").outcome, Outcome::no_reply);
+  EXPECT_FALSE(line.Of("left").sent);
+  EXPECT_TRUE(line.Of("under way").sent);
   line.RunFor(2s);
-  EXPECT_THAT(line.Names(), ElementsAre("stays"));
+  EXPECT_THAT(line.Names(), ElementsAre("left", "under way", "stays"));
   EXPECT_EQ(line.sent.size(), 2U);
 }
 

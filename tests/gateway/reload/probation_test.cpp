@@ -53,6 +53,24 @@ TEST(Probation, OfAShortTimeWaitsHalfOfIt) {
   EXPECT_TRUE(probation.Look(kStart + 2s, {{"bay.a", Health::unknown}}));
 }
 
+// bay.a is asked again by the second, and its answer counts as that of the first would have.
+TEST(Probation, ThatTakesThePlaceOfAnotherKnowsWhatWasWellBeforeThat) {
+  Probation probation;
+  probation.Begin(kStart, 60s, {{"bay.a", Health::well}});
+  probation.Begin(kStart + 50s, 60s, {{"bay.a", Health::unknown}, {"bay.b", Health::well}});
+  const auto look = [&](Duration after, Health a, Health b) {
+    return probation.Look(kStart + after, {{"bay.a", a}, {"bay.b", b}}).value_or("");
+  };
+  EXPECT_EQ(look(69s, Health::unknown, Health::well), "");
+  EXPECT_THAT(look(70s, Health::unknown, Health::well), HasSubstr("bay.a was well before"));
+  EXPECT_THAT(look(60s, Health::well, Health::ill), HasSubstr("bay.b was well before"));
+  EXPECT_EQ(look(109s, Health::well, Health::well), "");
+  EXPECT_THAT(look(110s, Health::well, Health::well), HasSubstr("nobody has confirmed"));
+  probation.End();
+  probation.Begin(kStart, 60s, {});
+  EXPECT_EQ(look(30s, Health::ill, Health::ill), "") << "of one that has ended nothing is known";
+}
+
 TEST(Probation, ThatHasEndedAsksForNothing) {
   Probation probation;
   EXPECT_FALSE(probation.running());

@@ -41,6 +41,10 @@ class RouteQueueTest : public ::testing::Test {
     request.pdu = ParseHex(pdu).value();
     request.priority = priority;
     request.deadline = Instant() + deadline;
+    request.done = [this](const RoutedReply& reply) {
+      EXPECT_EQ(reply.outcome, Outcome::no_reply);
+      ++(reply.sent ? left_sent_ : left_unsent_);
+    };
     queue.Push(std::move(request));
   }
 
@@ -60,6 +64,8 @@ class RouteQueueTest : public ::testing::Test {
     return std::to_string(client) + ":" + pdu;
   }
 
+  int left_sent_ = 0;
+  int left_unsent_ = 0;
   RouteQueue queue;
   RouteQueue::MayAsk may_ask = [](const RoutedRequest&) { return true; };
 };
@@ -194,8 +200,13 @@ TEST_F(RouteQueueTest, WhatIsTooLateOrLeftBehindGoes) {
   EXPECT_EQ(queue.Deadline(), Instant() + 100ms);
   EXPECT_THAT(Names(queue.TakeExpired(Instant() + 99ms)), IsEmpty());
   EXPECT_THAT(Names(queue.TakeExpired(Instant() + 100ms)), ElementsAre(Of(1, kRead)));
+  RouteQueue::Batch tried = queue.TakeFor(21);
+  tried[0].tries = 1;
+  queue.Return(std::move(tried));
   EXPECT_EQ(queue.Forget(2), 2U);
   EXPECT_EQ(queue.Forget(2), 0U);
+  EXPECT_EQ(left_sent_, 1);
+  EXPECT_EQ(left_unsent_, 1);
   EXPECT_TRUE(queue.empty());
   EXPECT_FALSE(queue.Deadline().has_value());
 }

@@ -13,6 +13,7 @@
 namespace baudgate::modbus {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
@@ -46,7 +47,7 @@ class RenewalTest : public RouteTest {
   ListenerOrigin Opened(const config::Listener& listener) {
     auto port = server_->OpenPort(listener);
     EXPECT_TRUE(port.ok()) << port.error();
-    return {std::nullopt, false, port.ok() ? *port : nullptr};
+    return {std::nullopt, false, port.ok() ? *port : ListenerPort{}};
   }
   std::string AskOnce(std::uint8_t unit, const std::string& pdu) {
     return Ask(Connect(), unit, pdu);
@@ -140,7 +141,7 @@ TEST_F(RenewalTest, AClientOfAPortThatIsOpenedWaitsUntilItIsApplied) {
   next_.modbus.listen.push_back(listener());
   Renewal renewal = Same(2, 0);
   renewal.listeners.push_back(Opened(listener()));
-  const RawClient early(renewal.listeners[2].opened->port());
+  const RawClient early(renewal.listeners[2].opened.tcp->port());
   ASSERT_TRUE(early.connected());
   early.Send(Frame(1, kOwn));
   Renew(renewal);
@@ -154,8 +155,7 @@ TEST_F(RenewalTest, APortThatIsTakenIsNamedAndNothingChanges) {
   taken.port = server_->port(1);
   const auto port = server_->OpenPort(taken);
   ASSERT_FALSE(port.ok());
-  EXPECT_THAT(port.error(), HasSubstr("127.0.0.1:" + std::to_string(taken.port) +
-                                      ": address already in use; stop the other server"));
+  EXPECT_THAT(port.error(), HasSubstr("address already in use; stop the other server"));
   EXPECT_EQ(Ask(client, 1, kOwn), "03 02 FF FE");
 }
 
@@ -164,10 +164,46 @@ TEST_F(RenewalTest, APortThatIsOpenedInVainIsClosed) {
   config::Listener more = listener();
   {
     const ListenerOrigin opened = Opened(more);
-    more.port = opened.opened->port();
+    more.port = opened.opened.tcp->port();
     EXPECT_FALSE(server_->OpenPort(more).ok());
   }
   EXPECT_TRUE(server_->OpenPort(more).ok());
+}
+
+/// As a configuration that is taken back, which comes whatever is missing.
+TEST_F(RenewalTest, APortThatIsTakenIsOpenedAsSoonAsThePortBeforeIsClosed) {
+  StartServer();
+  next_.modbus.listen[1].host = "0.0.0.0";
+  next_.modbus.listen[1].port = server_->port(1);
+  ASSERT_FALSE(server_->OpenPort(next_.modbus.listen[1]).ok());
+  Renewal renewal = Same(1, 0);
+  renewal.listeners.emplace_back();
+  Renew(renewal);
+  EXPECT_EQ(server_->port(1), next_.modbus.listen[1].port);
+  EXPECT_THAT(server_->Missing(), IsEmpty());
+  EXPECT_EQ(Ask(RawClient(server_->port(1)), 1, kOwn), "03 02 FF FE");
+}
+
+TEST_F(RenewalTest, APortThatIsMissingIsNamedAndMayGoAgain) {
+  StartServer();
+  next_.modbus.listen.push_back(next_.modbus.listen[0]);
+  next_.modbus.listen[2].port = server_->port(0);
+  const std::string why = "127.0.0.1:" + std::to_string(server_->port(0)) + ": address already";
+  Renewal renewal = Same(2, 0);
+  renewal.listeners.emplace_back();
+  Renew(renewal);
+  ASSERT_THAT(server_->Missing(), ElementsAre(HasSubstr("listener " + why)));
+  ASSERT_THAT(server_->Traffic().closed, SizeIs(1));
+  EXPECT_THAT(server_->Traffic().closed[0].why, HasSubstr("address already in use"));
+  renewal = Same(3, 0);
+  renewal.listeners[2].same = false;
+  Renew(renewal);
+  EXPECT_THAT(server_->Missing(), SizeIs(1));
+  next_.modbus.listen.pop_back();
+  Renew(Same(2, 0));
+  EXPECT_THAT(server_->Missing(), IsEmpty());
+  EXPECT_THAT(server_->Traffic().closed, IsEmpty());
+  EXPECT_EQ(AskOnce(1, kOwn), "03 02 FF FE");
 }
 
 TEST_F(RenewalTest, ARequestUnderWayEndsAtItsOwnRouteAlsoWhenThatIsGone) {

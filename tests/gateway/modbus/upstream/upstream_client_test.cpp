@@ -28,11 +28,11 @@ TEST_F(UpstreamTest, IdenticalReadsThatWaitTogetherShareOneReply) {
   EXPECT_EQ(server_.Requests().size(), 1U);
 }
 
-TEST_F(UpstreamTest, AForgottenClientIsNotSentForAndNotAnswered) {
+TEST_F(UpstreamTest, AForgottenClientIsNotSentFor) {
   FillTheWire();
   const Asked& gone = Submit({.client = 7});
   RunReady(io_);
-  Submit({.pdu = "03 00 01 00 01", .client = 7});
+  const Asked& waits = Submit({.pdu = "03 00 01 00 01", .client = 7});
   const Asked& stays = Submit({.pdu = "03 00 02 00 01", .client = 8});
   upstream_.Forget(7);
   server_.Write("00 00 00 00 00 05 14 03 02 00 01");
@@ -42,8 +42,11 @@ TEST_F(UpstreamTest, AForgottenClientIsNotSentForAndNotAnswered) {
   RunReady(io_);
   server_.Write("00 0C 00 00 00 05 14 03 02 00 02 00 01 00 00 00 05 14 03 02 00 03");
   Wait(asked_[1]);
-  EXPECT_EQ(gone.calls, 0);
-  EXPECT_EQ(stays.calls, 0);
+  for (const Asked* asked : {&gone, &waits, &stays}) {
+    EXPECT_EQ(asked->calls, 1);
+    EXPECT_EQ(asked->reply.outcome, Outcome::no_reply);
+    EXPECT_EQ(asked->reply.sent, asked != &waits && asked != &gone);
+  }
   EXPECT_THAT(late_, IsEmpty()) << "it was waited for";
 }
 

@@ -1,0 +1,58 @@
+// A gateway with three twins, whose configuration file is changed while it runs.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/system/three_devices.h"
+
+namespace baudgate::system_test {
+
+inline std::string Replaced(std::string text, const std::string& what, const std::string& by) {
+  const auto at = text.find(what);
+  EXPECT_NE(at, std::string::npos) << what;
+  return at == std::string::npos ? text : text.replace(at, what.size(), by);
+}
+
+class Reload : public ThreeDevices {
+ protected:
+  std::string socket() const { return (directory() / "gate.sock").string(); }
+  std::filesystem::path file() const { return directory() / "baudgate.yaml"; }
+  std::string YamlWithSocket(bool dds = false) const {
+    return Replaced(Yaml(dds), "{ name: " + gateway() + " }",
+                    "{ name: " + gateway() + ", socket: " + socket() + " }");
+  }
+  /// The second of the three lines.
+  std::string WithSlowerIo() const {
+    return Replaced(YamlWithSocket(), "unit: 11, poll: 200ms", "unit: 11, poll: 300ms");
+  }
+  void SetFile(const std::string& yaml) const { Station::Write("baudgate.yaml", yaml); }
+
+  Finished Ask(std::vector<std::string> words) const {
+    words.insert(words.end(), {"--socket", socket()});
+    return Command(words);
+  }
+  nlohmann::json Status() const {
+    const Finished status = Ask({"status", "--json"});
+    EXPECT_EQ(status.code, 0) << status.errors;
+    return nlohmann::json::parse(status.output, nullptr, false);
+  }
+  static nlohmann::json LineOf(const nlohmann::json& status, const std::string& name) {
+    for (const nlohmann::json& line : status["lines"]) {
+      if (line["name"] == name) return line;
+    }
+    return {};
+  }
+  /// What runs is the file with the slower line, or the one before.
+  bool RunsSlower() const {
+    const auto io = Ask({"reload", "--dry-run"}).output;
+    return io.find("nothing has changed") != std::string::npos;
+  }
+};
+
+}  // namespace baudgate::system_test
