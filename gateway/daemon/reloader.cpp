@@ -125,6 +125,12 @@ control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
     if (!ask.dry_run) log::Act(Level::error, "reload: nothing is changed: {}", loaded.problems);
     return Failed(kBadFile, loaded.problems);
   }
+  if (ask.confirm == Duration::zero() && WasTakenBack(*text)) {
+    const std::string taken_back =
+        state().not_the_file + "; to try it once more, write: baudgate reload --confirm 60s";
+    if (!ask.dry_run) log::Act(Level::error, "reload: nothing is changed: {}", taken_back);
+    return Failed(kBadFile, taken_back);
+  }
   reload::Difference difference = reload::Compare(links_.running(), *loaded.config);
   links_.examine(*loaded.config, difference);
   const std::string why_not = reload::WhyNot(difference);
@@ -141,18 +147,21 @@ control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
                             : Apply(ask, *text, *std::move(loaded.config), difference);
 }
 
+bool Reloader::WasTakenBack(const std::string& text) const {
+  return !probation_.running() && options_.kept && options_.kept->CopyInPlaceOf(text);
+}
+
 /// The text may be another all the same. What is on trial stays there.
 control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const std::string& text) {
   const Duration trial = probation_.running() ? TrialOf(ask, text) : Duration::zero();
-  std::string not_kept;
+  Status kept;
   if (text != options_.running || !state().not_the_file.empty()) {
-    const Status kept = Keep(ask.by, text, trial > Duration::zero());
+    kept = Keep(ask.by, text, trial > Duration::zero());
     if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
-    if (!kept) not_kept = NotKept(kept);
     options_.running = text;
   }
   BeginTrial(trial, links_.healths());
-  return Done(ask, {}, not_kept);
+  return Done(ask, {}, NotKept(kept));
 }
 
 control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::string& text,
@@ -266,25 +275,20 @@ void Reloader::Watch() {
 
 /// The file stays as it is: it is the user's, and may not be ours to write.
 void Reloader::TakeBack(const std::string& why) {
-  BeginTrial(Duration::zero(), {});
   reload::KeptConfigs& kept = *options_.kept;
-  const Now now = ReadClocks();
-  const Status refused = kept.Refuse(why, now.wall);
-  if (!refused) log::Warn("the configuration is not kept: {}", refused.error());
   const auto text = kept.TextOf(kept.confirmed());
   LoadedText loaded = text ? options_.load(*text) : LoadedText{{}, text.error()};
   if (!loaded.config) {
-    const std::string trouble =
-        fmt::format("{} is to be taken back: {}; that is tried again, because of {}", options_.file,
-                    why, loaded.problems);
+    const std::string trouble = fmt::format("{} can not be taken back, and that is tried on: {}; {}",
+                                            options_.file, loaded.problems, why);
     Show([&](control::ReloadState& state) { state.not_the_file = trouble; });
     log::Fail("{}", trouble);
-    timer_.expires_after(kTryAgain);
-    timer_.async_wait([this, why](const asio::error_code& stopped) {
-      if (!stopped) TakeBack(why);
-    });
-    return;
+    return Watch();
   }
+  BeginTrial(Duration::zero(), {});
+  const Now now = ReadClocks();
+  const Status refused = kept.Refuse(why, now.wall);
+  if (!refused) log::Warn("the configuration is not kept: {}", refused.error());
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=takes back {}",
                               now.instant.time_since_epoch() / 1us, options_.file));
   const reload::Difference difference = reload::Compare(links_.running(), *loaded.config);

@@ -82,11 +82,11 @@ class Reloader final : public control::ReloadDesk {
 
  private:
   static constexpr Duration kLook = 250ms;
-  static constexpr Duration kTryAgain = 1s;
 
   control::ReloadAnswer Do(const control::ReloadAsk& ask);
   control::ReloadAnswer Apply(const control::ReloadAsk& ask, const std::string& text,
                               config::Config next, const reload::Difference& difference);
+  bool WasTakenBack(const std::string& text) const;
   control::ReloadAnswer Unchanged(const control::ReloadAsk& ask, const std::string& text);
   control::ReloadAnswer Done(const control::ReloadAsk& ask, const reload::Difference& difference,
                              const std::string& not_kept);

@@ -65,7 +65,7 @@ TEST_F(ReloadLimits, ThatCanNotBeTakenBackAtOnceIsTakenBackLater) {
   ASSERT_EQ(Ask({"reload", "--confirm", "2s"}).code, 0);
   const fs::path copy = directory() / "state" / gateway() / "configurations/000001.yaml";
   fs::rename(copy, copy.string() + ".away");
-  ASSERT_TRUE(EventuallyLogged(*daemon, "is to be taken back: nobody has confirmed it within 2s"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "can not be taken back, and that is tried on: "));
   EXPECT_THAT(Ask({"status"}).output, HasSubstr("000001.yaml: can not be read"));
   fs::rename(copy.string() + ".away", copy);
   ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it within 2s"));

@@ -146,6 +146,13 @@ TEST_F(Reload, ThatNobodyConfirmsIsTakenBackAndStaysSo) {
   EXPECT_EQ(check.code, 0);
   EXPECT_THAT(check.errors, HasSubstr("was taken back: nobody has confirmed it"));
   EXPECT_EQ(Ask({"confirm"}).code, 2);
+  for (const char* dry : {"--dry-run", ""}) {
+    const Finished again = Ask(*dry == 0 ? std::vector<std::string>{"reload"}
+                                         : std::vector<std::string>{"reload", dry});
+    EXPECT_EQ(again.code, 2);
+    EXPECT_THAT(again.errors, AllOf(HasSubstr("was taken back: nobody has confirmed it within 2s"),
+                                    HasSubstr("to try it once more")));
+  }
 
   for (int start = 0; start < 2; ++start) {
     daemon->Signal(SIGTERM);

@@ -1,0 +1,169 @@
+// What is on trial, confirmed and refused, whatever is asked for in which order. The gateway behind
+// the reloader is a configuration of one line, whose name is the text of the file.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/reloader.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <future>
+
+namespace baudgate {
+namespace {
+
+namespace fs = std::filesystem;
+using control::ReloadAnswer;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr Duration kNever = Duration::zero();
+
+/// A comment is no difference.
+config::Config ConfigOf(const std::string& text) {
+  config::Config config;
+  config.lines.emplace_back().name = text.substr(0, text.find('#'));
+  return config;
+}
+
+class ReloaderTest : public ::testing::Test {
+ protected:
+  ReloaderTest() { fs::remove_all(folder_); }
+  ~ReloaderTest() override {
+    reloader_.reset();
+    fs::remove_all(folder_);
+  }
+
+  void Start(const std::string& not_the_file = {}) {
+    ReloadOptions options;
+    options.not_the_file = not_the_file;
+    options.file = "baudgate.yaml";
+    options.running = "a";
+    options.read = [this]() -> Result<std::string> { return file_; };
+    options.load = [](const std::string& text) { return LoadedText{ConfigOf(text), {}}; };
+    options.notify = [](const std::string&) {};
+    options.summary = [] { return "runs"; };
+    options.kept = std::make_unique<reload::KeptConfigs>(folder_);
+    Reloader::Links links;
+    links.running = [this]() -> const config::Config& { return running_; };
+    links.keeps = [] { return true; };
+    links.open_folder = []() -> Status { return {}; };
+    links.examine = [](const config::Config&, reload::Difference&) {};
+    links.prepare = [this](config::Config next, const reload::Difference&) {
+      return Reloader::Prepared{troubles_, [this, next = std::move(next)] {
+                                  running_ = next;
+                                  return troubles_;
+                                }};
+    };
+    links.healths = [] { return reload::Healths{}; };
+    links.tell = [](bool, const std::string&) {};
+    reloader_ = std::make_unique<Reloader>(std::move(options), std::move(links));
+    reloader_->Start();
+  }
+
+  template <typename Ask>
+  static ReloadAnswer Answer(Ask ask) {
+    std::promise<ReloadAnswer> answer;
+    ask([&answer](const ReloadAnswer& its) { answer.set_value(its); });
+    return answer.get_future().get();
+  }
+  ReloadAnswer Reload(const std::string& file, Duration confirm = kNever) {
+    file_ = file;
+    return Answer([&](control::ReloadDesk::Answered answered) {
+      reloader_->Reload({.confirm = confirm, .by = "user:anna"}, std::move(answered));
+    });
+  }
+  ReloadAnswer Confirm() {
+    return Answer([&](control::ReloadDesk::Answered answered) {
+      reloader_->Confirm("user:anna", std::move(answered));
+    });
+  }
+  std::string Runs() const { return running_.lines[0].name; }
+  /// What a start would take, had it to begin now.
+  std::string AtAStart() const {
+    const reload::KeptConfigs kept(folder_);
+    return kept.CopyInPlaceOf(file_) ? *kept.TextOf(kept.confirmed()) : file_;
+  }
+
+  const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-reloader/configurations";
+  std::string file_ = "a";
+  std::vector<std::string> troubles_;
+  config::Config running_ = ConfigOf("a");
+  std::unique_ptr<Reloader> reloader_;
+};
+
+TEST_F(ReloaderTest, OnlyConfirmConfirms) {
+  Start();
+  struct Step {
+    const char* file;
+    Duration confirm;
+    const char* at_a_start;
+    Duration left;  // most
+  };
+  const Step steps[] = {
+      {"b", 60s, "a", 60s},       {"b", kNever, "a", 60s},    {"b#", kNever, "a", 60s},
+      {"c", kNever, "a", 60s},    {"c", 24h, "a", 24h},       {"d", 90s, "a", 90s},
+      {"a", kNever, "a", kNever}, {"a", 60s, "a", kNever},    {"b", 60s, "a", 60s},
+      {"a", 60s, "a", kNever},    {"e", kNever, "e", kNever},
+  };
+  for (const Step& step : steps) {
+    SCOPED_TRACE(step.file);
+    const ReloadAnswer answer = Reload(step.file, step.confirm);
+    EXPECT_TRUE(answer.ok) << answer.text;
+    EXPECT_LE(answer.confirm, step.left);
+    EXPECT_EQ(answer.confirm > kNever, step.left > kNever);
+    EXPECT_EQ(reloader_->state().confirm_until.has_value(), step.left > kNever);
+    EXPECT_EQ(Runs(), std::string(step.file, 1));
+    EXPECT_EQ(AtAStart(), step.at_a_start);
+  }
+  ASSERT_TRUE(Reload("f", 60s).ok);
+  EXPECT_TRUE(Confirm().ok);
+  EXPECT_EQ(AtAStart(), "f");
+  EXPECT_EQ(Confirm().exit_code, 2);
+}
+
+TEST_F(ReloaderTest, WhatIsMissingIsRefusedAndATrialGoesOn) {
+  Start();
+  ASSERT_TRUE(Reload("b", 60s).ok);
+  troubles_ = {"listener 0.0.0.0:502: address already in use"};
+  const ReloadAnswer answer = Reload("c");
+  EXPECT_EQ(answer.exit_code, 4);
+  EXPECT_THAT(answer.text, HasSubstr("address already in use; nothing is changed"));
+  EXPECT_EQ(Runs(), "b");
+  EXPECT_TRUE(reloader_->state().confirm_until.has_value());
+}
+
+TEST_F(ReloaderTest, WhatCanNotBeKeptIsNotTriedAndSaidElse) {
+  fs::create_directories(folder_.parent_path());
+  std::ofstream(folder_) << "a file in place of the folder";
+  Start();
+  EXPECT_EQ(Reload("b", 60s).exit_code, 4);
+  EXPECT_EQ(Runs(), "a");
+  const ReloadAnswer answer = Reload("b");
+  EXPECT_TRUE(answer.ok);
+  EXPECT_THAT(answer.text, HasSubstr("; it is not kept: "));
+  EXPECT_EQ(Runs(), "b");
+}
+
+TEST_F(ReloaderTest, WhatWasTakenBackIsTakenAgainForATrialOnly) {
+  {
+    reload::KeptConfigs kept(folder_);
+    ASSERT_TRUE(kept.Add("a", "start", WallTime(1s), false));
+    ASSERT_TRUE(kept.Add("b", "user:anna", WallTime(2s), true));
+    ASSERT_TRUE(kept.Refuse("nobody has confirmed it", WallTime(3s)));
+  }
+  Start("b was taken back");
+  const ReloadAnswer again = Reload("b");
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.text, AllOf(HasSubstr("b was taken back"), HasSubstr("reload --confirm")));
+  EXPECT_EQ(Runs(), "a");
+  EXPECT_TRUE(Reload("b", 60s).ok);
+  EXPECT_EQ(Runs(), "b");
+  EXPECT_THAT(reloader_->state().not_the_file, IsEmpty());
+  EXPECT_EQ(AtAStart(), "a");
+}
+
+}  // namespace
+}  // namespace baudgate
