@@ -279,8 +279,9 @@ void Reloader::TakeBack(const std::string& why) {
   const auto text = kept.TextOf(kept.confirmed());
   LoadedText loaded = text ? options_.load(*text) : LoadedText{{}, text.error()};
   if (!loaded.config) {
-    const std::string trouble = fmt::format("{} can not be taken back, and that is tried on: {}; {}",
-                                            options_.file, loaded.problems, why);
+    const std::string trouble =
+        fmt::format("{} can not be taken back, and that is tried on: {}; {}", options_.file,
+                    loaded.problems, why);
     Show([&](control::ReloadState& state) { state.not_the_file = trouble; });
     log::Fail("{}", trouble);
     return Watch();
