@@ -12,6 +12,7 @@
 #include <memory>
 #include <mutex>
 #include <stop_token>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -83,7 +84,11 @@ class Teller {
     sigset_t before;
     sigfillset(&all);
     pthread_sigmask(SIG_BLOCK, &all, &before);
-    thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+    try {
+      thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+    } catch (const std::system_error&) {
+      // No thread is left for it: repeats are told with the next text.
+    }
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
   }
 

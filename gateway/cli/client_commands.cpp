@@ -257,12 +257,14 @@ void AddReload(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("reload", "Have the gateway take its changed file in");
   auto options = std::make_shared<ReloadCommand>();
   auto* dry = command->add_flag("--dry-run", options->dry_run, "Only say what would change");
-  AddDuration(*command, "--confirm", options->confirm,
-              "Take it back after this time, unless 'baudgate confirm' comes")
-      ->excludes(dry);
+  auto confirm = std::make_shared<Duration>();
+  auto* given = AddDuration(*command, "--confirm", *confirm,
+                            "Take it back after this time, unless 'baudgate confirm' comes");
+  given->excludes(dry);
   command->add_flag("--json", options->json, "Print one JSON object");
   AddSocket(*command, options->socket);
-  command->callback([options, &action] {
+  command->callback([options, confirm, given, &action] {
+    if (given->count() > 0) options->confirm = *confirm;
     action = [=](const auto&) { return RunReload(*options, std::cout, std::cerr); };
   });
 }

@@ -7,6 +7,7 @@
 #include <iostream>
 #include <optional>
 
+#include "gateway/base/exit_code.h"
 #include "gateway/base/spelling.h"
 #include "gateway/cli/client_commands.h"
 #include "gateway/cli/config_commands.h"

@@ -308,7 +308,8 @@ Reply RequestHandler::Reload(const Json& request, const Writer& client, bool con
   const auto dry = request.find("dry_run");
   ask.dry_run = dry != request.end() && dry->is_boolean() && dry->get<bool>();
   const std::int64_t confirm_ms = NumberOf(request, "confirm_ms").value_or(0);
-  if (confirm_ms != 0 && (confirm_ms < 1000 || confirm_ms > kMostConfirm / 1ms)) {
+  const bool given = request.contains("confirm_ms");
+  if (given && (confirm_ms < 1000 || confirm_ms > kMostConfirm / 1ms)) {
     return Refused(kUsage, "a confirmation is awaited for a time from 1s to 24h");
   }
   ask.confirm = std::chrono::milliseconds(confirm_ms);

@@ -4,9 +4,11 @@
 // and outputs do, then the new lines begin.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <utility>
 
+#include "gateway/daemon/by_hand.h"
 #include "gateway/daemon/daemon_impl.h"
 
 namespace baudgate {
@@ -15,8 +17,11 @@ namespace {
 reload::Health HealthOf(const DeviceRecord& record) {
   using reload::Health;
   if (record.override_quality == Quality::bad_out_of_service) return Health::unasked;
-  if (record.status.state == DeviceState::offline) return Health::ill;
   if (record.override_quality == Quality::bad_configuration) return Health::ill;
+  // One that was begun anew may still be waking up.
+  if (record.status.state == DeviceState::offline) {
+    return record.status.last_ok ? Health::ill : Health::unknown;
+  }
   const bool well = Answers(record.status.state) && !record.override_quality;
   return well ? Health::well : Health::unknown;
 }
@@ -105,6 +110,11 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   reload::Slots placed = reload::PlaceInSlots(*slots, std::move(next), difference);
   const auto before =
       std::exchange(slots, std::make_shared<const config::Config>(std::move(placed.config)));
+  std::map<std::string, ByHand> by_hand;
+  for (const std::uint32_t line : placed.gone) {
+    const config::Line& ends = before->lines[line];
+    by_hand.emplace(ends.name, SetByHand(store, line, ends));
+  }
   lines.Remove(placed.gone);
   for (const std::uint32_t line : placed.gone) store.Retire(line);
   for (const std::uint32_t line : placed.shown) {
@@ -117,13 +127,15 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
     begun.push_back(std::make_shared<const config::Line>(slots->lines[line]));
     store.Append(*begun.back());
   }
-  const std::size_t first_line = lines.size();
-  records.Renumber(
-      slots, [&](std::uint32_t line) -> const config::Line& { return *begun[line - first_line]; });
+  records.Renumber(slots, begun);
   clocks->Renumber(*slots);
-  for (auto& line : begun) {
+  std::uint32_t device = first_device;
+  for (const auto& line : begun) {
     const auto own = threads.find(line->name);
-    AddLine(std::move(line), own == threads.end() ? nullptr : own->second);
+    AddLine(line, own == threads.end() ? nullptr : own->second);
+    const auto number = static_cast<std::uint32_t>(lines.size() - 1);
+    SetAgain(by_hand[line->name], lines, number, device, ReadClocks().wall);
+    device += static_cast<std::uint32_t>(line->devices.size());
   }
   std::vector<std::string> missing;
   if (modbus) missing = modbus->Apply(*slots, Targets(), renewal);

@@ -90,14 +90,10 @@ void EventPath::AddPlaces(const config::Line& line) {
 }
 
 void EventPath::Renumber(const std::shared_ptr<const config::Config>& config,
-                         const std::function<const config::Line&(std::uint32_t line)>& line) {
+                         std::span<const std::shared_ptr<const config::Line>> begun) {
   log_.Renumber(SourcesOf(*config),
                 [config](const events::Alarm& alarm) { return events::Watches(*config, alarm); });
-  std::size_t devices = 0;
-  for (std::uint32_t i = 0; i < config->lines.size(); ++i) {
-    if (devices >= places_.size()) AddPlaces(line(i));
-    devices += config->lines[i].devices.size();
-  }
+  for (const auto& line : begun) AddPlaces(*line);
 }
 
 void EventPath::Begun(std::uint32_t first_device, std::size_t devices) {

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "config/model/config.h"
@@ -31,10 +32,10 @@ class EventPath final : public EventSink {
 
   /// The lines can hear what is kept from before, as soon as the file is open.
   void Start();
-  /// A reload: `config` has the lines of the store and those behind them, which `line` finds, and
-  /// which outlive this. Before the new ones start; then Begun.
+  /// A reload: `config` has the lines of the store; `begun`, the last of them, outlive this. Before
+  /// these start; then Begun.
   void Renumber(const std::shared_ptr<const config::Config>& config,
-                const std::function<const config::Line&(std::uint32_t line)>& line);
+                std::span<const std::shared_ptr<const config::Line>> begun);
   /// The lines of these devices have started: they can hear what is kept from before, and are
   /// asked for what their events owe.
   void Begun(std::uint32_t first_device, std::size_t devices);

@@ -80,9 +80,9 @@ void Records::StartHistory(const config::Config& config, PointStore& store) {
 }
 
 void Records::Renumber(const std::shared_ptr<const config::Config>& config,
-                       const std::function<const config::Line&(std::uint32_t line)>& line) {
+                       std::span<const std::shared_ptr<const config::Line>> begun) {
   if (memory_) memory_->Renumber(*config);
-  if (events_) events_->Renumber(config, line);
+  if (events_) events_->Renumber(config, begun);
 }
 
 void Records::RenewHistory(const config::Config& config, PointStore& store) {

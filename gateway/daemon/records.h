@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "config/model/config.h"
@@ -36,9 +37,9 @@ class Records {
   /// Something is kept.
   bool open() const { return writes_ != nullptr; }
 
-  /// A reload: devices by their numbers; lines behind those that were known are found by `line`.
+  /// A reload; see EventPath.
   void Renumber(const std::shared_ptr<const config::Config>& config,
-                const std::function<const config::Line&(std::uint32_t line)>& line);
+                std::span<const std::shared_ptr<const config::Line>> begun);
   /// The history of other points; whoever reads it has to be given the new one. As long as the disk
   /// takes.
   void RenewHistory(const config::Config& config, PointStore& store);

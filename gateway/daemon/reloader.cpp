@@ -52,8 +52,8 @@ std::string Joined(const std::vector<std::string>& sentences) {
 
 std::string TakenBack(const std::string& file, const std::string& why) {
   return fmt::format(
-      "{} was taken back: {}; what was confirmed before runs, and will at every start until the "
-      "file is changed",
+      "{} was taken back: {}; what was confirmed before runs, and will at every start at which the "
+      "file is still what was taken back",
       file, why);
 }
 
@@ -69,6 +69,10 @@ Reloader::Reloader(ReloadOptions options, Links links)
 
 void Reloader::Start() {
   started_ = true;
+  if (options_.kept && !options_.kept->trouble().empty()) {
+    log::Warn("{}", options_.kept->trouble());
+  }
+  runs_ = confirmed_ = std::make_shared<const Applied>(Applied{options_.running, links_.running()});
   if (options_.kept && (links_.keeps() || !options_.kept->entries().empty())) {
     const Status status = OpenFolder();
     if (!status) log::Warn("the configuration is not kept: {}", status.error());
@@ -88,10 +92,15 @@ Status Reloader::OpenFolder() {
     links_.tell(true, options_.not_the_file);
     return kept.Refuse("the gateway ended before it was confirmed", now);
   }
-  const auto last = kept.TextOf(kept.confirmed());
+  if (kept.trial() != 0) {
+    log::Warn(
+        "configuration {} was on trial when the gateway ended, and nobody has confirmed it; {} is "
+        "another since then, and runs as confirmed",
+        kept.trial(), options_.file);
+  }
   const bool settled = kept.refused() == 0 && kept.trial() == 0;
-  if (last && *last == options_.running && settled) return {};
-  return kept.Add(options_.running, "start", now, false);
+  if (settled && kept.confirmed_text() == confirmed_->text) return {};
+  return kept.Add(confirmed_->text, "start", now, false);
 }
 
 void Reloader::Stop() {
@@ -100,8 +109,11 @@ void Reloader::Stop() {
 }
 
 control::ReloadState Reloader::state() const {
+  const Now now = ReadClocks();
   const MutexLock lock(mutex_);
-  return state_;
+  control::ReloadState state = state_;
+  if (until_) state.confirm_until = now.wall + (*until_ - now.instant);
+  return state;
 }
 
 void Reloader::Show(const std::function<void(control::ReloadState&)>& change) {
@@ -155,10 +167,10 @@ bool Reloader::WasTakenBack(const std::string& text) const {
 control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const std::string& text) {
   const Duration trial = probation_.running() ? TrialOf(ask, text) : Duration::zero();
   Status kept;
-  if (text != options_.running || !state().not_the_file.empty()) {
+  if (text != runs_->text || !state().not_the_file.empty()) {
     kept = Keep(ask.by, text, trial > Duration::zero());
     if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
-    options_.running = text;
+    runs_ = std::make_shared<const Applied>(Applied{text, runs_->config});
   }
   BeginTrial(trial, links_.healths());
   return Done(ask, {}, NotKept(kept));
@@ -166,7 +178,7 @@ control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const s
 
 control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::string& text,
                                       config::Config next, const reload::Difference& difference) {
-  const Prepared prepared = links_.prepare(std::move(next), difference);
+  const Prepared prepared = links_.prepare(next, difference);
   if (!prepared.troubles.empty()) {
     const std::string troubles = Joined(prepared.troubles) + "; nothing is changed";
     log::Act(Level::error, "reload: {}", troubles);
@@ -180,7 +192,7 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reads {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
   prepared.apply();
-  options_.running = text;
+  runs_ = std::make_shared<const Applied>(Applied{text, std::move(next)});
   Show([](control::ReloadState& state) { state.applied = ReadClocks().wall; });
   BeginTrial(trial, before);
   links_.tell(false, fmt::format("{}, by {}{}", reload::Summary(difference), ask.by, OnTrial()));
@@ -207,27 +219,25 @@ control::ReloadAnswer Reloader::Done(const control::ReloadAsk& ask,
 /// before is asked for.
 Duration Reloader::TrialOf(const control::ReloadAsk& ask, const std::string& text) const {
   if (!probation_.running()) return ask.confirm;
-  const auto confirmed = options_.kept->TextOf(options_.kept->confirmed());
-  if (confirmed && *confirmed == text) return Duration::zero();
+  if (text == confirmed_->text) return Duration::zero();
   if (ask.confirm > Duration::zero()) return ask.confirm;
   return std::max<Duration>(probation_.until() - ReadClocks().instant, kLook);
 }
 
-/// Of what runs now; zero ends the one before.
+/// Of what runs now; zero ends the one before, and what runs is confirmed.
 void Reloader::BeginTrial(Duration time, const reload::Healths& before) {
-  const Now now = ReadClocks();
   if (time > Duration::zero()) {
-    probation_.Begin(now.instant, time, before);
+    probation_.Begin(ReadClocks().instant, time, before);
     Watch();
   } else {
     probation_.End();
     timer_.cancel();
+    confirmed_ = runs_;
   }
-  Show([&](control::ReloadState& state) {
-    state.not_the_file.clear();
-    state.confirm_until.reset();
-    if (probation_.running()) state.confirm_until = now.wall + time;
-  });
+  const MutexLock lock(mutex_);
+  state_.not_the_file.clear();
+  until_.reset();
+  if (probation_.running()) until_ = probation_.until();
 }
 
 /// Of the trial, in whole seconds; zero: there is none.
@@ -243,7 +253,14 @@ std::string Reloader::OnTrial() const {
 
 Status Reloader::Keep(const std::string& by, const std::string& text, bool trial) {
   Status status = OpenFolder();
-  return status ? options_.kept->Add(text, by, ReadClocks().wall, trial) : status;
+  const auto add = [&](const std::string& its, bool on_trial) {
+    if (status) status = options_.kept->Add(its, by, ReadClocks().wall, on_trial);
+  };
+  // The disk may have been full when what is to be taken back to was applied.
+  const bool lacks = status && options_.kept->confirmed_text() != confirmed_->text;
+  if (trial && lacks) add(confirmed_->text, false);
+  add(text, trial);
+  return status;
 }
 
 control::ReloadAnswer Reloader::DoConfirm(const std::string& by) {
@@ -275,27 +292,18 @@ void Reloader::Watch() {
 
 /// The file stays as it is: it is the user's, and may not be ours to write.
 void Reloader::TakeBack(const std::string& why) {
-  reload::KeptConfigs& kept = *options_.kept;
-  const auto text = kept.TextOf(kept.confirmed());
-  LoadedText loaded = text ? options_.load(*text) : LoadedText{{}, text.error()};
-  if (!loaded.config) {
-    const std::string trouble =
-        fmt::format("{} can not be taken back, and that is tried on: {}; {}", options_.file,
-                    loaded.problems, why);
-    Show([&](control::ReloadState& state) { state.not_the_file = trouble; });
-    log::Fail("{}", trouble);
-    return Watch();
-  }
-  BeginTrial(Duration::zero(), {});
   const Now now = ReadClocks();
-  const Status refused = kept.Refuse(why, now.wall);
+  const Status refused = options_.kept->Refuse(why, now.wall);
   if (!refused) log::Warn("the configuration is not kept: {}", refused.error());
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=takes back {}",
                               now.instant.time_since_epoch() / 1us, options_.file));
-  const reload::Difference difference = reload::Compare(links_.running(), *loaded.config);
+  reload::Difference difference = reload::Compare(links_.running(), confirmed_->config);
+  links_.examine(confirmed_->config, difference);
+  difference.restart.clear();  // what ran before can run again
   std::vector<std::string> missing;
-  if (!difference.empty()) missing = links_.prepare(*std::move(loaded.config), difference).apply();
-  options_.running = *text;
+  if (!difference.empty()) missing = links_.prepare(confirmed_->config, difference).apply();
+  runs_ = confirmed_;
+  BeginTrial(Duration::zero(), {});
   LogChanges(difference);
   const std::string said = TakenBack(options_.file, why);
   Show([&](control::ReloadState& state) {

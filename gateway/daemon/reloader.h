@@ -101,15 +101,24 @@ class Reloader final : public control::ReloadDesk {
   Status Keep(const std::string& by, const std::string& text, bool trial);
   void Show(const std::function<void(control::ReloadState&)>& change);
 
+  /// A text that was applied, and what it and the profiles said then.
+  struct Applied {
+    std::string text;
+    config::Config config;
+  };
+
   ReloadOptions options_;
   const Links links_;
   LoopThread loop_{"reload"};
   asio::steady_timer timer_{loop_.io()};
   reload::Probation probation_;
+  std::shared_ptr<const Applied> runs_;
+  std::shared_ptr<const Applied> confirmed_;  // another than that while one is on trial
   bool started_ = false;
   bool open_ = false;  // the folder is ours, and has what runs
   mutable Mutex mutex_;
   control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
+  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);  // of the trial
 };
 
 }  // namespace baudgate

@@ -80,7 +80,6 @@ class JobRun {
   std::optional<ExchangeEnd> TakeEnd();
   void Conclude(ExchangeEnd end);
 
-  /// The client has left. Says how many of its requests will not be answered.
   /// Answers what is in its jobs of a client that has left.
   void Forget(std::uint64_t client);
 

@@ -216,7 +216,9 @@ std::optional<Instant> Poller::Deadline() const {
 
 bool Poller::IsWriting() const {
   const Job* const job = run_.job();
-  return job != nullptr && job->As<Job::Write>() != nullptr && (job->begun() || !job->sending);
+  if (job == nullptr || (job->sending && !job->begun())) return false;
+  const auto* const routed = job->As<Job::Routed>();
+  return job->As<Job::Write>() != nullptr || (routed != nullptr && !routed->is_read());
 }
 
 void Poller::Settle() {

@@ -67,7 +67,8 @@ class Poller : private LineClient {
   void OnEventsKept(std::uint32_t device, const std::string& said, Now now);
   /// See Conversation.
   void OnHostClock(bool right);
-  /// The client has left. Says how many of its requests will not be answered.
+  /// The client has left: its routed requests are answered, and what is not on the wire is not
+  /// sent.
   void Forget(std::uint64_t client, Now now);
 
   /// Nothing is begun any more until the port opens again: the write under way may end.

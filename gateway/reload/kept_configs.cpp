@@ -42,10 +42,18 @@ const Json* MapIn(const Json& map, const char* key) {
 KeptConfigs::KeptConfigs(fs::path folder) : folder_(std::move(folder)) { Read(); }
 
 void KeptConfigs::Read() {
-  const auto text = ReadWhole(folder_ / "index.json");
+  const fs::path index = folder_ / "index.json";
+  const auto text = ReadWhole(index);
   if (!text) return;
   const Json root = Json::parse(*text, nullptr, false);
-  if (!root.is_object()) return;
+  if (!root.is_object()) {
+    std::error_code ignored;
+    fs::rename(index, index.string() + ".bad", ignored);
+    trouble_ = index.string() +
+               " is damaged, and was put aside as .bad: what was confirmed, on trial " +
+               "or taken back is not known any more, and the file runs";
+    return;
+  }
   const auto entries = root.find("entries");
   if (entries != root.end() && entries->is_array()) {
     for (const Json& one : *entries) {
@@ -71,6 +79,12 @@ fs::path KeptConfigs::PathOf(std::uint64_t number) const {
 Result<std::string> KeptConfigs::TextOf(std::uint64_t number) const {
   auto text = ReadWhole(PathOf(number));
   if (!text) return Error{PathOf(number).string() + ": can not be read"};
+  return *std::move(text);
+}
+
+std::optional<std::string> KeptConfigs::confirmed_text() const {
+  auto text = TextOf(index_.confirmed);
+  if (!text) return std::nullopt;
   return *std::move(text);
 }
 

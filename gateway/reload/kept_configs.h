@@ -35,6 +35,8 @@ class KeptConfigs {
   explicit KeptConfigs(std::filesystem::path folder);
 
   const std::filesystem::path& folder() const { return folder_; }
+  /// Why what was applied before is not known; empty: it is, or there was nothing.
+  const std::string& trouble() const { return trouble_; }
   /// Oldest first.
   const std::vector<KeptEntry>& entries() const { return index_.entries; }
   /// 0: none.
@@ -42,7 +44,10 @@ class KeptConfigs {
   std::uint64_t trial() const { return index_.trial ? index_.trial->number : 0; }
   std::uint64_t refused() const { return index_.refused ? index_.refused->number : 0; }
   std::string why_refused() const { return index_.refused ? index_.refused->why : std::string(); }
+  std::filesystem::path PathOf(std::uint64_t number) const;
   Result<std::string> TextOf(std::uint64_t number) const;
+  /// Nothing: there is none, or it can not be read.
+  std::optional<std::string> confirmed_text() const;
 
   /// What a start takes. Nothing: the file. Else the confirmed copy, because this very text was
   /// refused, or its trial has not ended.
@@ -74,9 +79,8 @@ class KeptConfigs {
   void Read();
   Status Write(const Index& index);
   void Drop(Index& index) const;
-  std::filesystem::path PathOf(std::uint64_t number) const;
-
   const std::filesystem::path folder_;
+  std::string trouble_;
   Index index_;
 };
 

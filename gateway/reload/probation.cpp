@@ -9,7 +9,6 @@ namespace baudgate::reload {
 
 void Probation::Begin(Instant now, Duration time, const Healths& before) {
   until_ = now + time;
-  time_ = time;
   settled_ = now + std::min(kPatience, time / 2);
   for (const auto& [device, health] : before) {
     if (health == Health::well) well_.insert(device);
@@ -32,7 +31,7 @@ std::optional<std::string> Probation::Look(Instant now, const Healths& healths) 
     }
   }
   if (now < *until_) return std::nullopt;
-  return "nobody has confirmed it within " + FormatDuration(time_);
+  return "nobody has confirmed it in time";
 }
 
 }  // namespace baudgate::reload

@@ -5,7 +5,7 @@
 //   Begin(0 s, 60 s, {bay-1.a})
 //   Look(5 s, a well)       nothing
 //   Look(5 s, a offline)    "bay-1.a was well before, and is not any more"
-//   Look(60 s)              "nobody has confirmed it within 60 s"
+//   Look(60 s)              "nobody has confirmed it in time"
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,7 +44,6 @@ class Probation {
 
  private:
   std::optional<Instant> until_;
-  Duration time_{};
   Instant settled_{};
   std::set<std::string> well_;  // before; empty while none runs
 };

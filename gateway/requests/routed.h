@@ -45,7 +45,7 @@ struct RoutedRequest {
 inline RoutedReply ClientHasLeft(bool sent) {
   RoutedReply reply;
   reply.outcome = Outcome::no_reply;
-  reply.reason = "its client has left";
+  reply.reason = "its client is not connected any more";
   reply.sent = sent;
   return reply;
 }

@@ -92,6 +92,14 @@ TEST_F(ReloadModbus, ListenersAndRoutesComeAndGoAndOthersDoNotNotice) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
+TEST_F(ReloadModbus, OfAGatewayWithEventsAndALineWithoutDevices) {
+  const std::string events = "events: {}\n";
+  const auto daemon = StartGateway(events + Of({kRoute}));
+  const Finished reload = Reload(events + Of({kMoreUnits, kRoute}, {At(more_)}));
+  EXPECT_EQ(reload.code, 0) << reload.errors;
+  EXPECT_EQ(ModbusClient(more_).Holding(34, 5, 1).values, std::vector<std::uint16_t>{1005});
+}
+
 TEST_F(ReloadModbus, AListenerThatDiffersLosesItsClientsAndKeepsItsPort) {
   const auto daemon = StartGateway(Of({kRoute}, {At(more_)}));
   SteadyClient steady(port(), ReadsRoute);
@@ -155,7 +163,7 @@ TEST_F(ReloadModbus, ThatIsTakenBackTakesListenersAndRoutesBack) {
   ASSERT_EQ(Reload(Of({kMoreUnits, kRoute}, {At(other)}), {"--confirm", "2s"}).code, 0);
   EXPECT_TRUE(ModbusClient(other).Holding(34, 5, 1).ok());
   EXPECT_FALSE(RawClient(more_).connected());
-  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it within 2s"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
   EXPECT_TRUE(Eventually([&] { return ModbusClient(more_).Holding(kUnit, 7, 1).ok(); }));
   EXPECT_FALSE(RawClient(other).connected());
   EXPECT_EQ(ModbusClient(port()).Holding(34, 5, 1).exception, kNoPath);
@@ -170,7 +178,7 @@ TEST_F(ReloadModbus, ThatIsTakenBackOverASecondTrialHasItsPortAgain) {
   const Finished second =
       Reload(Of({kRoute}, {"{ at: \"" + all + "\", allow: 10.0.0.0/8 }"}), {"--confirm", "2s"});
   ASSERT_EQ(second.code, 0) << second.errors;
-  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it within 2s"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
   EXPECT_TRUE(Eventually([&] { return ModbusClient(more_).Holding(kUnit, 7, 1).ok(); }));
   EXPECT_EQ(Status()["modbus"]["closed"].size(), 0U);
 }

@@ -96,6 +96,24 @@ TEST_F(Reload, LinesComeAndGo) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
+/// Another program has the port: two masters on a bus are none.
+TEST_F(Reload, KeepsWhatWasSetByHand) {
+  StartAll(YamlWithSocket());
+  ASSERT_EQ(Ask({"release", "io", "--for", "10min"}).code, 0);
+  ASSERT_EQ(Ask({"disable", "relay.relay-1"}).code, 0);
+  SetFile(Replaced(WithSlowerIo(), "unit: 1, poll: 200ms", "unit: 1, poll: 250ms"));
+  const Finished reload = Ask({"reload"});
+  EXPECT_THAT(reload.output, HasSubstr("2 lines begun anew")) << reload.errors;
+  ASSERT_TRUE(Eventually([&] { return LineOf(Status(), "io")["port_state"] == "released"; }));
+  EXPECT_TRUE(
+      Eventually([&] { return LineOf(Status(), "relay")["devices"][0]["state"] == "disabled"; }));
+  EXPECT_EQ(LineOf(Status(), "io")["exchanges"], 0) << "it was never open";
+  ASSERT_EQ(Ask({"release", "io", "--end"}).code, 0);
+  ASSERT_EQ(Ask({"enable", "relay.relay-1"}).code, 0);
+  EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
+  EXPECT_TRUE(EventuallyFloat(client, kRelayUnit, 0, 1.25F));
+}
+
 TEST_F(Reload, OfABadFileChangesNothingAndSaysWhy) {
   NotifySocket notify(directory() / "notify");
   StartTwins();
@@ -137,7 +155,7 @@ TEST_F(Reload, ThatNobodyConfirmsIsTakenBackAndStaysSo) {
   EXPECT_THAT(reload.output, HasSubstr("baudgate confirm"));
   EXPECT_FALSE(Status()["configuration"]["confirm_until"].is_null());
   EXPECT_THAT(Ask({"status"}).output, HasSubstr("configuration: is on trial"));
-  ASSERT_TRUE(EventuallyLogged(*daemon, "nobody has confirmed it within 2s"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "nobody has confirmed it in time"));
   ASSERT_TRUE(Eventually([&] { return Status()["configuration"]["not_the_file"] != ""; }));
   EXPECT_FALSE(RunsSlower());
   EXPECT_THAT(Ask({"status"}).output, HasSubstr("was taken back: nobody has confirmed it"));
@@ -150,7 +168,7 @@ TEST_F(Reload, ThatNobodyConfirmsIsTakenBackAndStaysSo) {
     const Finished again = Ask(*dry == 0 ? std::vector<std::string>{"reload"}
                                          : std::vector<std::string>{"reload", dry});
     EXPECT_EQ(again.code, 2);
-    EXPECT_THAT(again.errors, AllOf(HasSubstr("was taken back: nobody has confirmed it within 2s"),
+    EXPECT_THAT(again.errors, AllOf(HasSubstr("was taken back: nobody has confirmed it in time"),
                                     HasSubstr("to try it once more")));
   }
 
@@ -175,6 +193,7 @@ TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
     return Replaced(yaml, "unit: 1, poll: 200ms", "unit: 1, poll: 250ms");
   };
   SetFile(WithSlowerIo());
+  EXPECT_EQ(Ask({"reload", "--confirm", "0s"}).code, 2);
   ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
   const Finished same = Ask({"reload"});
   EXPECT_EQ(same.code, 0) << same.errors;
@@ -194,7 +213,7 @@ TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
   }
   const Finished other_time = Ask({"reload", "--confirm", "2s"});
   EXPECT_THAT(other_time.output, HasSubstr("it is taken back in 2s"));
-  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it within 2s"));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
   EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: begins anew: poll of io-1"));
   SetFile(YamlWithSocket());
   EXPECT_EQ(Ask({"reload"}).output, "nothing has changed\n") << "it is what was confirmed";
@@ -240,6 +259,22 @@ TEST_F(Reload, ThatIsOnTrialIsTakenBackAfterAKill) {
   EXPECT_THAT(daemon->Errors(), HasSubstr("the gateway ended before it was confirmed"));
   EXPECT_FALSE(RunsSlower());
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
+}
+
+TEST_F(Reload, ThatIsTakenBackAfterAKillWithoutItsCopySaysWhatToDo) {
+  StartAll(YamlWithSocket());
+  SetFile(WithSlowerIo());
+  ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
+  daemon->Signal(SIGKILL);
+  daemon->WaitForEnd();
+  const auto copy = directory() / "state" / gateway() / "configurations/000001.yaml";
+  std::filesystem::remove(copy);
+  const Finished start = Command({"run", "-c", file().string()});
+  EXPECT_EQ(start.code, 3);
+  EXPECT_THAT(start.errors, AllOf(HasSubstr("what was confirmed is " + copy.string()),
+                                  HasSubstr("change " + file().string())));
+  daemon = StartDaemon(WithSlowerIo() + "# meant\n");
+  EXPECT_THAT(daemon->Errors(), HasSubstr("configuration 2 was on trial when the gateway ended"));
 }
 
 TEST_F(Reload, ThatLosesADeviceIsTakenBackAtOnce) {

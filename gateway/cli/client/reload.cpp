@@ -26,7 +26,7 @@ int Tell(const Json& answer, std::ostream& out, std::ostream& err) {
 
 int RunReload(const ReloadCommand& options, std::ostream& out, std::ostream& err) {
   Json request = {{"command", "reload"}, {"dry_run", options.dry_run}};
-  if (options.confirm > Duration::zero()) request["confirm_ms"] = options.confirm / 1ms;
+  if (options.confirm) request["confirm_ms"] = *options.confirm / 1ms;
   Json answer;
   if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
   if (options.json) {

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <ostream>
 #include <string>
 
@@ -12,7 +13,7 @@ namespace baudgate {
 
 struct ReloadCommand {
   bool dry_run = false;
-  Duration confirm{};  ///< zero: it needs no confirmation
+  std::optional<Duration> confirm{};  ///< nothing: it needs no confirmation
   bool json = false;
   std::string socket;  ///< empty: the gateway in the default places
 };

@@ -106,23 +106,24 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   reload.not_the_file = TakenBack(
       file, cut_off ? "the gateway ended before it was confirmed" : reload.kept->why_refused());
   err << "baudgate: " << reload.not_the_file << '\n';
-  if (!confirmed) {
-    choice.loaded.problems.push_back({{file, 0, 0}, confirmed.error(), false});
-    PrintProblems({choice.loaded.problems.back()}, err);
-    return choice;
+  if (confirmed) {
+    reload.running = *confirmed;
+    choice.loaded = config::LoadText(*confirmed, file, catalog);
+  } else {
+    choice.loaded.problems = {{{file, 0, 0}, confirmed.error(), false}};
   }
-  reload.running = *confirmed;
-  choice.loaded = config::LoadText(*confirmed, file, catalog);
   PrintProblems(choice.loaded.problems, err);
+  if (!choice.loaded.ok()) {
+    err << "baudgate: what was confirmed is " << reload.kept->PathOf(*copy).string()
+        << ", and can not be run; change " << file
+        << ", and the next start takes it (baudgate config restore takes an older one)\n";
+  }
   return choice;
 }
 
 }  // namespace
 
 int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostream& err) try {
-  Choice choice = Choose(file, catalog, err);
-  if (!choice.loaded.ok()) return kExitBadConfiguration;
-
   // Blocked before any thread starts, so that all of them inherit it and only this one takes them.
   sigset_t signals;
   sigemptyset(&signals);
@@ -133,6 +134,8 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog, std::ostr
   // SIGXFSZ: a write beyond a limit of file sizes fails, as on a full disk.
   for (const int ignored : {SIGPIPE, SIGUSR1, SIGUSR2, SIGXFSZ}) signal(ignored, SIG_IGN);
 
+  Choice choice = Choose(file, catalog, err);
+  if (!choice.loaded.ok()) return kExitBadConfiguration;
   Daemon daemon(std::move(choice.loaded.config), catalog);
   choice.reload.summary = [&daemon] { return daemon.Summary(); };
   daemon.SetReload(std::move(choice.reload));

@@ -12,11 +12,12 @@ std::optional<config::Problem> WhyTakenBack(const std::string& file, const confi
   const reload::KeptConfigs kept(folder / reload::KeptConfigs::kFolder);
   const auto copy = kept.CopyInPlaceOf(ReadWhole(file).value_or(std::string()));
   if (!copy) return std::nullopt;
-  const std::string why = kept.trial() != 0
-                              ? "is on trial, and runs only until somebody confirms it"
-                              : "was taken back: " + kept.why_refused() +
-                                    "; until this file is changed, configuration " +
-                                    std::to_string(*copy) + " runs (baudgate config diff)";
+  const std::string why =
+      kept.trial() != 0
+          ? "is on trial, and taken back unless somebody confirms it (baudgate confirm)"
+          : "was taken back: " + kept.why_refused() +
+                "; while this file is as it is, configuration " + std::to_string(*copy) +
+                " runs (baudgate config diff)";
   return config::Problem{{file, 0, 0}, why, true};
 }
 

@@ -12,7 +12,6 @@ SerialListener::SerialListener(asio::io_context& io, config::Listener listener, 
                                const Protocol& rtu)
     : listener_(std::move(listener)),
       points_(points),
-      place_(points.book()->AddMaster(listener_.path, ReadClocks().wall)),
       rtu_(rtu),
       port_(
           io, listener_.path,
@@ -20,6 +19,7 @@ SerialListener::SerialListener(asio::io_context& io, config::Listener listener, 
             return MakeSerialPort(listener_.path, listener_.serial, port_io, heard);
           },
           *this),
+      place_(points.book()->AddMaster(listener_.path, ReadClocks().wall)),
       timer_(io) {}
 
 void SerialListener::Leave() {

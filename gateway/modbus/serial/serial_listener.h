@@ -52,10 +52,10 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
 
   const config::Listener listener_;
   PointDesk& points_;
-  const std::size_t place_;  ///< in the traffic book
-  bool left_ = false;
   const Protocol& rtu_;
   PortThread port_;
+  const std::size_t place_;  ///< in the traffic book, once it has its thread
+  bool left_ = false;
   asio::steady_timer timer_;              // the session's deadline
   std::optional<MasterSession> session_;  // while the port is open
 };

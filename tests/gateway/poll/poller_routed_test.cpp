@@ -153,6 +153,18 @@ TEST(PollerRouted, WhoHasLeftIsForgotten) {
   EXPECT_EQ(line.sent.size(), 2U);
 }
 
+TEST(PollerRouted, AWriteUnderWayMayEndBeforeThePortIsLent) {
+  RoutedLine line;
+  line.Ask("write", kStart);
+  line.Ask("read", kRead);
+  ASSERT_TRUE(line.RunUntil([&] { return !line.sent.empty(); }, 1s));
+  EXPECT_TRUE(line.poller().IsWriting());
+  line.poller().WindUp();
+  EXPECT_TRUE(line.RunUntil([&] { return !line.poller().IsWriting(); }, 1s));
+  EXPECT_EQ(line.Of("write").outcome, Outcome::ok);
+  EXPECT_EQ(line.sent.size(), 1U) << "nothing is begun";
+}
+
 TEST(PollerRouted, IdenticalReadsThatWaitShareAnExchange) {
   RoutedLine line;
   line.Ask("under way", kRead, 20, 1);

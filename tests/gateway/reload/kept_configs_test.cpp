@@ -95,5 +95,17 @@ TEST_F(KeptConfigsTest, ADiskThatFailsIsToldAndChangesNothing) {
   EXPECT_TRUE(kept.entries().empty());
 }
 
+TEST_F(KeptConfigsTest, ADamagedIndexIsPutAsideAndSaid) {
+  ASSERT_TRUE(Add("a", false));
+  EXPECT_EQ(Again().trouble(), "");
+  EXPECT_EQ(Again().confirmed_text(), "a");
+  std::ofstream(folder_ / "index.json", std::ios::trunc) << "";
+  const KeptConfigs kept = Again();
+  EXPECT_THAT(kept.trouble(), ::testing::HasSubstr("index.json is damaged"));
+  EXPECT_FALSE(kept.confirmed_text());
+  EXPECT_TRUE(fs::exists(folder_ / "index.json.bad"));
+  EXPECT_EQ(Again().trouble(), "");
+}
+
 }  // namespace
 }  // namespace baudgate::reload

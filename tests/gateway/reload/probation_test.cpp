@@ -24,7 +24,7 @@ TEST(Probation, LooksAtTimeAndDevices) {
   const Case cases[] = {
       {"all is well", Health::well, 30s, Health::well, ""},
       {"the last moment", Health::well, 59s, Health::well, ""},
-      {"nobody comes", Health::well, 60s, Health::well, "nobody has confirmed it within 1min"},
+      {"nobody comes", Health::well, 60s, Health::well, "nobody has confirmed it in time"},
       {"gone bad", Health::well, 1s, Health::ill, "bay.a was well before, and is not any more"},
       {"bad before", Health::ill, 30s, Health::ill, ""},
       {"not asked yet", Health::well, 19s, Health::unknown, ""},

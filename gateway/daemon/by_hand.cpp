@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/by_hand.h"
+
+namespace baudgate {
+
+ByHand SetByHand(const PointStore& store, std::uint32_t line, const config::Line& config) {
+  ByHand by_hand;
+  const LineStatus status = store.ReadLine(line);
+  if (status.port == LineStatus::Port::released) by_hand.released_until = status.released_until;
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    if (store.gone(device) || store.line(device).name != config.name) continue;
+    bool in_use = true;
+    store.Read(device, [&in_use](const DeviceRecord& record) {
+      in_use = record.status.state != DeviceState::disabled;
+    });
+    const config::Device& its = store.device(device);
+    if (in_use != its.enabled) by_hand.in_use.emplace(its.name, in_use);
+  }
+  return by_hand;
+}
+
+void SetAgain(const ByHand& before, Lines& lines, std::uint32_t line, std::uint32_t first_device,
+              WallTime now) {
+  if (before.released_until > now) lines.Release(line, before.released_until - now);
+  const std::vector<config::Device>& devices = lines.config(line).devices;
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    const auto set = before.in_use.find(devices[i].name);
+    if (set == before.in_use.end() || set->second == devices[i].enabled) continue;
+    lines.SetInUse(first_device + static_cast<std::uint32_t>(i), set->second);
+  }
+}
+
+}  // namespace baudgate

@@ -1,0 +1,27 @@
+// What somebody has set at a line while it ran, by `release`, `disable` or `enable`: a reload that
+// begins the line anew carries it over. A loan that ended with it would put two masters on the bus.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "gateway/daemon/lines.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate {
+
+struct ByHand {
+  WallTime released_until{};             ///< the epoch: the port is not lent
+  std::map<std::string, bool> in_use{};  ///< devices that are otherwise than `enabled` says
+};
+
+/// Of a line that runs, by its number.
+ByHand SetByHand(const PointStore& store, std::uint32_t line, const config::Line& config);
+
+/// To the line in its place, which has not been started. What the new configuration says of a
+/// device stands where it is another than before.
+void SetAgain(const ByHand& before, Lines& lines, std::uint32_t line, std::uint32_t first_device,
+              WallTime now);
+
+}  // namespace baudgate
