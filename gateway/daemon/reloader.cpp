@@ -165,7 +165,7 @@ bool Reloader::WasTakenBack(const std::string& text) const {
 
 /// The text may be another all the same. What is on trial stays there.
 control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const std::string& text) {
-  const Duration trial = probation_.running() ? TrialOf(ask, text) : Duration::zero();
+  const Duration trial = probation_.running() ? TrialOf(ask, runs_->config) : Duration::zero();
   Status kept;
   if (text != runs_->text || !state().not_the_file.empty()) {
     kept = Keep(ask.by, text, trial > Duration::zero());
@@ -178,13 +178,13 @@ control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const s
 
 control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::string& text,
                                       config::Config next, const reload::Difference& difference) {
+  const Duration trial = TrialOf(ask, next);
   const Prepared prepared = links_.prepare(next, difference);
   if (!prepared.troubles.empty()) {
     const std::string troubles = Joined(prepared.troubles) + "; nothing is changed";
     log::Act(Level::error, "reload: {}", troubles);
     return Failed(kCanNotBe, troubles);
   }
-  const Duration trial = TrialOf(ask, text);
   // Before it is applied: whatever ends the gateway then, the next start knows.
   const Status kept = Keep(ask.by, text, trial > Duration::zero());
   if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
@@ -217,9 +217,9 @@ control::ReloadAnswer Reloader::Done(const control::ReloadAsk& ask,
 
 /// Zero: it is for good. A trial that runs ends well by `confirm` alone, or when what was confirmed
 /// before is asked for.
-Duration Reloader::TrialOf(const control::ReloadAsk& ask, const std::string& text) const {
+Duration Reloader::TrialOf(const control::ReloadAsk& ask, const config::Config& next) const {
   if (!probation_.running()) return ask.confirm;
-  if (text == confirmed_->text) return Duration::zero();
+  if (reload::Compare(confirmed_->config, next).empty()) return Duration::zero();
   if (ask.confirm > Duration::zero()) return ask.confirm;
   return std::max<Duration>(probation_.until() - ReadClocks().instant, kLook);
 }

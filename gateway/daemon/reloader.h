@@ -90,7 +90,7 @@ class Reloader final : public control::ReloadDesk {
   control::ReloadAnswer Unchanged(const control::ReloadAsk& ask, const std::string& text);
   control::ReloadAnswer Done(const control::ReloadAsk& ask, const reload::Difference& difference,
                              const std::string& not_kept);
-  Duration TrialOf(const control::ReloadAsk& ask, const std::string& text) const;
+  Duration TrialOf(const control::ReloadAsk& ask, const config::Config& next) const;
   void BeginTrial(Duration time, const reload::Healths& before);
   Duration Left() const;
   std::string OnTrial() const;

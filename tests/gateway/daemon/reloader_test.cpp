@@ -21,10 +21,10 @@ using ::testing::IsEmpty;
 
 constexpr Duration kNever = Duration::zero();
 
-/// A comment is no difference.
-config::Config ConfigOf(const std::string& text) {
+/// A comment is no difference; what a profile says is one.
+config::Config ConfigOf(const std::string& text, const std::string& profile = {}) {
   config::Config config;
-  config.lines.emplace_back().name = text.substr(0, text.find('#'));
+  config.lines.emplace_back().name = text.substr(0, text.find('#')) + profile;
   return config;
 }
 
@@ -42,7 +42,9 @@ class ReloaderTest : public ::testing::Test {
     options.file = "baudgate.yaml";
     options.running = "a";
     options.read = [this]() -> Result<std::string> { return file_; };
-    options.load = [](const std::string& text) { return LoadedText{ConfigOf(text), {}}; };
+    options.load = [this](const std::string& text) {
+      return LoadedText{ConfigOf(text, profile_), {}};
+    };
     options.notify = [](const std::string&) {};
     options.summary = [] { return "runs"; };
     options.kept = std::make_unique<reload::KeptConfigs>(folder_);
@@ -89,6 +91,7 @@ class ReloaderTest : public ::testing::Test {
 
   const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-reloader/configurations";
   std::string file_ = "a";
+  std::string profile_;
   std::vector<std::string> troubles_;
   config::Config running_ = ConfigOf("a");
   std::unique_ptr<Reloader> reloader_;
@@ -121,6 +124,19 @@ TEST_F(ReloaderTest, OnlyConfirmConfirms) {
   ASSERT_TRUE(Reload("f", 60s).ok);
   EXPECT_TRUE(Confirm().ok);
   EXPECT_EQ(AtAStart(), "f");
+  EXPECT_EQ(Confirm().exit_code, 2);
+}
+
+/// The file is what was confirmed, and what runs is another all the same.
+TEST_F(ReloaderTest, AProfileMayBeOnTrialAlone) {
+  Start();
+  profile_ = "2";
+  EXPECT_GT(Reload("a", 60s).confirm, kNever);
+  EXPECT_EQ(Runs(), "a2");
+  EXPECT_GT(Reload("a").confirm, kNever);
+  profile_ = "";
+  EXPECT_EQ(Reload("a").confirm, kNever);
+  EXPECT_EQ(Runs(), "a");
   EXPECT_EQ(Confirm().exit_code, 2);
 }
 
