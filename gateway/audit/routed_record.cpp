@@ -135,7 +135,7 @@ Witness::Witness(WriteLog& log, const RoutedWrite& write)
       broadcast_(write.broadcast) {}
 
 Witness::~Witness() {
-  if (!told_) Tell({WriteEnd::unknown, "its client is not connected any more"});
+  if (!told_) Tell({WriteEnd::unknown, "nothing was heard of its end"});
 }
 
 Witness::Done Witness::Watch(std::shared_ptr<Witness> witness, Done done) {

@@ -29,8 +29,8 @@ bool Writes(View pdu);
 /// "16 holding 100-101", "1 2". Of functions other than 5, 6, 15, 16, 22 and 23 only the code.
 WriteRecord RecordOf(const RoutedWrite& write);
 
-/// Of one request. Tells the log once: how the request ended, or that nobody knows, when all copies
-/// of Watch's function are gone without a call, as that of a client who has left.
+/// Of one request. Tells the log once: how the request ended, or that nobody knows, should all
+/// copies of Watch's function be gone without a call.
 class Witness {
  public:
   /// `log` outlives it.

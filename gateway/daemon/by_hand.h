@@ -1,5 +1,9 @@
 // What somebody has set at a line while it ran, by `release`, `disable` or `enable`: a reload that
 // begins the line anew carries it over. A loan that ended with it would put two masters on the bus.
+//
+//   bay-1 is lent until 12:00, its device a disabled; a reload changes the poll of a
+//   bay-1 begins anew: lent until 12:00, a disabled
+//
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -27,9 +27,8 @@ ModbusOutput::Prepared ModbusOutput::Prepare(const config::Modbus& next,
     const reload::ListenerChange& change = difference.listeners[i];
     modbus::ListenerOrigin& origin = prepared.renewal.listeners.emplace_back(
         modbus::ListenerOrigin{change.was, change.fate == reload::Fate::same});
-    const bool keeps_port = change.was && (origin.same || !next.listen[i].is_serial());
     Status status = server_.CanServe(next.listen[i]);
-    if (status && !keeps_port) {
+    if (status && !origin.keeps_port(next.listen[i])) {
       auto port = server_.OpenPort(next.listen[i]);
       if (port) origin.opened = *std::move(port);
       if (!port) status = Error{port.error()};

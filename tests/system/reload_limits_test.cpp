@@ -79,6 +79,15 @@ TEST_F(ReloadLimits, IsTakenBackWithoutCopyAndProfile) {
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
 }
 
+TEST_F(ReloadLimits, AStartWithoutDescriptorsSaysWhichLimit) {
+  SetFile(YamlWithSocket());
+  const Finished start =
+      RunToEnd({"/bin/sh", "-c", "ulimit -n 8; exec " BAUDGATE_BINARY " run -c " + file().string()},
+               directory(), Environment());
+  EXPECT_EQ(start.code, 4);
+  EXPECT_THAT(start.errors, AllOf(HasSubstr("Too many open files"), HasSubstr("LimitNOFILE")));
+}
+
 TEST_F(ReloadLimits, OfAPipeWaitsForNobody) {
   StartAll(YamlWithSocket());
   fs::remove(file());

@@ -125,8 +125,7 @@ ModbusServer::Ended ModbusServer::Apply(const config::Config& config,
     const config::Listener& listener = config.modbus.listen[i];
     const ListenerOrigin& origin = renewal.listeners[i];
     Place& place = places_.emplace_back(Place{.listener = listener, .port = origin.opened});
-    const bool goes_on = origin.was && (origin.same || !listener.is_serial());
-    if (!goes_on) continue;
+    if (!origin.keeps_port(listener)) continue;
     Place& was = before[*origin.was];
     place.port = std::exchange(was.port, {});
     place.why_not = was.why_not;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "config/model/listener.h"
 #include "gateway/modbus/desk/route_list.h"
 
 namespace baudgate::modbus {
@@ -28,6 +29,9 @@ struct ListenerOrigin {
   std::optional<std::size_t> was;  ///< its place in the list before; nothing: it is new
   bool same = false;               ///< its clients stay
   ListenerPort opened{};           ///< of a new one: ModbusServer::OpenPort
+
+  /// A serial port is closed and opened anew where anything of it differs.
+  bool keeps_port(const config::Listener& now) const { return was && (same || !now.is_serial()); }
 };
 
 struct Renewal {
