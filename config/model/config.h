@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "config/model/fields.h"
 #include "config/model/history.h"
 #include "config/model/line.h"
 #include "config/model/outputs.h"
@@ -25,6 +26,12 @@ struct Events {
   std::string directory;  ///< folder of the databases; empty = as `state`
 };
 
+template <typename Visit>
+void VisitFields(const Events*, Visit visit) {
+  visit(Field<&Events::given>{"events"});
+  visit(Field<&Events::directory>());
+}
+
 struct Config {
   std::string name = "baudgate";  ///< gateway.name: the key of every DDS sample
   std::string recordings;         ///< folder of the flight recorder's files; empty = not given
@@ -37,6 +44,20 @@ struct Config {
   Dds dds;
   std::vector<Line> lines;
 };
+
+template <typename Visit>
+void VisitFields(const Config*, Visit visit) {
+  visit(Field<&Config::name>{"gateway.name"});
+  visit(Field<&Config::recordings>{"gateway.recordings"});
+  visit(Field<&Config::state>{"gateway.state"});
+  visit(Field<&Config::events>());
+  visit(Field<&Config::history>());
+  visit(Field<&Config::audit>{"gateway.audit"});
+  visit(Field<&Config::socket>{"gateway.socket"});
+  visit(Field<&Config::modbus>());
+  visit(Field<&Config::dds>());
+  visit(Field<&Config::lines>());
+}
 
 /// Devices are numbered through all lines, in the order of the file: the number of the first device
 /// of `lines[line]`, or the one that it would have.

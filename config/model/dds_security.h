@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "config/model/fields.h"
 #include "config/model/mark.h"
 
 namespace baudgate::config {
@@ -23,6 +24,18 @@ struct DdsSecurity {
   bool on() const { return !identity.empty(); }
   const std::string& signer() const { return permissions_ca.empty() ? ca : permissions_ca; }
 };
+
+template <typename Visit>
+void VisitFields(const DdsSecurity*, Visit visit) {
+  visit(Field<&DdsSecurity::ca>());
+  visit(Field<&DdsSecurity::permissions_ca>());
+  visit(Field<&DdsSecurity::identity>());
+  visit(Field<&DdsSecurity::key>());
+  visit(Field<&DdsSecurity::password_file>());
+  visit(Field<&DdsSecurity::governance>());
+  visit(Field<&DdsSecurity::permissions>());
+  visit(Derived<&DdsSecurity::keys>());
+}
 
 /// The five files by the names that `baudgate certs dds` gives them.
 inline DdsSecurity SecurityIn(const std::string& directory) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "config/model/event_text.h"
+#include "config/model/fields.h"
 #include "config/model/mark.h"
 #include "config/model/options.h"
 #include "config/model/point.h"
@@ -32,6 +33,13 @@ struct Identity {
   bool ignore = false;  ///< it is served whatever it is
 };
 
+template <typename Visit>
+void VisitFields(const Identity*, Visit visit) {
+  visit(Field<&Identity::names>());
+  visit(Field<&Identity::others>());
+  visit(Field<&Identity::ignore>{"identity"});
+}
+
 /// "SPAJ 140 C" as " spaj 140c" and the like are compared: "SPAJ140C".
 std::string SpokenName(std::string_view name);
 
@@ -40,6 +48,12 @@ struct Record {
   std::string name;
   std::vector<std::uint32_t> points;  ///< indices into the device's points
 };
+
+template <typename Visit>
+void VisitFields(const Record*, Visit visit) {
+  visit(Field<&Record::name>());
+  visit(Field<&Record::points>());
+}
 
 struct Device {
   std::string name;
@@ -71,6 +85,36 @@ struct Device {
   std::vector<Record> records;
   Mark mark;
 };
+
+template <typename Visit>
+void VisitFields(const Device*, Visit visit) {
+  visit(Field<&Device::name>());
+  visit(Field<&Device::address>());
+  visit(Field<&Device::protocol>());
+  visit(Field<&Device::profile>());
+  visit(Field<&Device::title>());
+  visit(Field<&Device::unit>());
+  visit(Field<&Device::enabled>());
+  visit(Field<&Device::trust_order>());
+  visit(Field<&Device::poll>());
+  visit(Field<&Device::slow>());
+  visit(Field<&Device::daily>());
+  visit(Field<&Device::max_age>());
+  visit(Field<&Device::dead_age>());
+  visit(Field<&Device::on_bad>());
+  visit(Field<&Device::word_order>());
+  visit(Field<&Device::retries>());
+  visit(Field<&Device::timing>());
+  visit(Field<&Device::serial>());
+  visit(Field<&Device::identity>());
+  visit(Field<&Device::options>());
+  visit(Field<&Device::points>());
+  visit(Field<&Device::events>());
+  visit(Field<&Device::point_events>());
+  visit(Field<&Device::event_texts>());
+  visit(Field<&Device::records>());
+  visit(Derived<&Device::mark>());
+}
 
 /// `records: { trip: { points: [ trip_phases, "record?_*" ] } }` of a profile.
 struct RecordPattern {

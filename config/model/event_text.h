@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/model/fields.h"
 #include "config/model/point_event.h"
 
 namespace baudgate::config {
@@ -27,6 +28,17 @@ struct EventText {
   std::optional<std::uint32_t> until{};
   std::string record{};  ///< which values are read behind it and kept with it; empty: none
 };
+
+template <typename Visit>
+void VisitFields(const EventText*, Visit visit) {
+  visit(Field<&EventText::channel>());
+  visit(Field<&EventText::code>());
+  visit(Field<&EventText::state>());
+  visit(Field<&EventText::text>());
+  visit(Field<&EventText::alarm>());
+  visit(Field<&EventText::until>());
+  visit(Field<&EventText::record>());
+}
 
 /// That of the channel before that of all; null: the table does not have it.
 const EventText* FindEvent(std::span<const EventText> table, std::uint32_t channel,

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "config/model/fields.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::config {
@@ -23,6 +24,16 @@ struct HistoryPoint {
   bool swinging_door = false;
 };
 
+template <typename Visit>
+void VisitFields(const HistoryPoint*, Visit visit) {
+  visit(Derived<&HistoryPoint::device>());
+  visit(Derived<&HistoryPoint::point>());
+  visit(Field<&HistoryPoint::every>());
+  visit(Field<&HistoryPoint::deadband>());
+  visit(Field<&HistoryPoint::max_gap>());
+  visit(Field<&HistoryPoint::swinging_door>());
+}
+
 inline constexpr std::uint64_t kMegabyte = 1'000'000;
 
 struct History {
@@ -33,5 +44,13 @@ struct History {
 
   bool on() const { return !points.empty(); }
 };
+
+template <typename Visit>
+void VisitFields(const History*, Visit visit) {
+  visit(Field<&History::directory>());
+  visit(Field<&History::limit>());
+  visit(Field<&History::keep>());
+  visit(Field<&History::points>());
+}
 
 }  // namespace baudgate::config

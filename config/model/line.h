@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/model/device.h"
+#include "config/model/fields.h"
 
 namespace baudgate::config {
 
@@ -29,5 +30,21 @@ struct Line {
   /// Its port is a serial server elsewhere.
   bool is_network() const { return port.starts_with("tcp://"); }
 };
+
+template <typename Visit>
+void VisitFields(const Line*, Visit visit) {
+  visit(Field<&Line::name>());
+  visit(Field<&Line::port>());
+  visit(Field<&Line::serial>());
+  visit(Field<&Line::protocol>());
+  visit(Derived<&Line::tcp>());
+  visit(Field<&Line::timing>());
+  visit(Field<&Line::retries>());
+  visit(Field<&Line::echo>());
+  visit(Field<&Line::pipeline>());
+  visit(Field<&Line::options>());
+  visit(Field<&Line::devices>());
+  visit(Derived<&Line::mark>());
+}
 
 }  // namespace baudgate::config

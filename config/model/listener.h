@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/model/fields.h"
 #include "config/model/mark.h"
 #include "config/model/network.h"
 #include "config/model/serial.h"
@@ -30,11 +31,23 @@ struct ClientPriority {
   Priority priority = Priority::normal;
 };
 
+template <typename Visit>
+void VisitFields(const ClientPriority*, Visit visit) {
+  visit(Field<&ClientPriority::from>());
+  visit(Field<&ClientPriority::priority>());
+}
+
 /// So have some functions, whoever asks: over the client's and the listener's.
 struct FunctionPriority {
   std::vector<std::uint8_t> codes;
   Priority priority = Priority::normal;
 };
+
+template <typename Visit>
+void VisitFields(const FunctionPriority*, Visit visit) {
+  visit(Field<&FunctionPriority::codes>());
+  visit(Field<&FunctionPriority::priority>());
+}
 
 /// Where Modbus masters come in: a TCP port, or a serial port at which a master waits.
 struct Listener {
@@ -77,6 +90,27 @@ struct Listener {
   /// "0.0.0.0:502", "[::1]:502" or "/dev/ttyS1".
   std::string Place() const;
 };
+
+template <typename Visit>
+void VisitFields(const Listener*, Visit visit) {
+  visit(Field<&Listener::host>());
+  visit(Field<&Listener::port>());
+  visit(Field<&Listener::path>());
+  visit(Field<&Listener::serial>());
+  visit(Field<&Listener::echo>());
+  visit(Field<&Listener::protocol>());
+  visit(Field<&Listener::allow>());
+  visit(Field<&Listener::permit>{"write"});
+  visit(Field<&Listener::priority>());
+  visit(Field<&Listener::clients>());
+  visit(Field<&Listener::functions>());
+  visit(Field<&Listener::errors>());
+  visit(Field<&Listener::broadcast>());
+  visit(Field<&Listener::holes>());
+  visit(Field<&Listener::max_clients>());
+  visit(Field<&Listener::idle_timeout>());
+  visit(Derived<&Listener::mark>());
+}
 
 std::string_view Name(Priority priority);
 std::string_view Name(Permit permit);

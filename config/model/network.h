@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/model/fields.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::config {
@@ -19,6 +20,13 @@ struct Network {
   std::array<std::uint8_t, 16> bytes{};  ///< IPv4 in the last four
   int prefix = 128;                      ///< over all 16 bytes; IPv4 /8 is 104
 };
+
+template <typename Visit>
+void VisitFields(const Network*, Visit visit) {
+  visit(Field<&Network::text>{"network"});
+  visit(Derived<&Network::bytes>());
+  visit(Derived<&Network::prefix>());
+}
 
 struct HostPort {
   std::string host;  ///< without the brackets of IPv6

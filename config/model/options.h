@@ -38,6 +38,7 @@ class Options {
   }
   Duration Time(const std::string& name) const { return Duration(Integer(name)); }
   const std::map<std::string, OptionValue>& all() const { return values_; }
+  bool operator==(const Options&) const = default;
 
  private:
   std::map<std::string, OptionValue> values_;

@@ -8,6 +8,7 @@
 
 #include "config/model/dds_security.h"
 #include "config/model/discovery_server.h"
+#include "config/model/fields.h"
 #include "config/model/listener.h"
 #include "config/model/route.h"
 #include "gateway/base/time.h"
@@ -19,6 +20,13 @@ struct Modbus {
   std::vector<Listener> listen;
   std::vector<Route> routes;  ///< first match wins
 };
+
+template <typename Visit>
+void VisitFields(const Modbus*, Visit visit) {
+  visit(Field<&Modbus::enabled>());
+  visit(Field<&Modbus::listen>());
+  visit(Field<&Modbus::routes>());
+}
 
 inline constexpr std::size_t kMostPeers = 64;
 
@@ -41,5 +49,21 @@ struct Dds {
   DdsSecurity security;
   bool write = false;  ///< take write requests
 };
+
+template <typename Visit>
+void VisitFields(const Dds*, Visit visit) {
+  visit(Field<&Dds::enabled>());
+  visit(Field<&Dds::domain>());
+  visit(Field<&Dds::interfaces>());
+  visit(Field<&Dds::shared_memory>());
+  visit(Field<&Dds::multicast>());
+  visit(Field<&Dds::peers>());
+  visit(Field<&Dds::discovery_servers>());
+  visit(Field<&Dds::profiles>());
+  visit(Field<&Dds::process>());
+  visit(Field<&Dds::heartbeat>());
+  visit(Field<&Dds::security>());
+  visit(Field<&Dds::write>());
+}
 
 }  // namespace baudgate::config

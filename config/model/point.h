@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/model/fields.h"
 #include "config/model/mark.h"
 #include "config/model/point_event.h"
 #include "config/model/recheck.h"
@@ -46,11 +47,23 @@ struct Sentinel {
   Quality quality = Quality::bad_sensor_failure;
 };
 
+template <typename Visit>
+void VisitFields(const Sentinel*, Visit visit) {
+  visit(Field<&Sentinel::value>());
+  visit(Field<&Sentinel::quality>());
+}
+
 /// What a register shows while its channel has a fault (design: on_fault: nan | hold | VALUE).
 struct OnFault {
   enum class Kind : std::uint8_t { automatic, nan, hold, value } kind = Kind::automatic;
   double value = 0;
 };
+
+template <typename Visit>
+void VisitFields(const OnFault*, Visit visit) {
+  visit(Field<&OnFault::kind>());
+  visit(Field<&OnFault::value>());
+}
 
 /// What a twin answers for this point: a fixed value, or a slow wave between two numbers.
 struct Simulate {
@@ -58,6 +71,13 @@ struct Simulate {
   double high = 0;
   std::optional<std::string> text;
 };
+
+template <typename Visit>
+void VisitFields(const Simulate*, Visit visit) {
+  visit(Field<&Simulate::low>());
+  visit(Field<&Simulate::high>());
+  visit(Field<&Simulate::text>());
+}
 
 /// An interlock: `allow_when: { point: LINE.DEVICE.POINT, is: VALUE, for: VALUE }`. While that
 /// point has another value, or none that is good, nothing is written.
@@ -69,6 +89,16 @@ struct AllowWhen {
   std::uint32_t index = 0;   ///< in that device's points
   Mark mark{};
 };
+
+template <typename Visit>
+void VisitFields(const AllowWhen*, Visit visit) {
+  visit(Field<&AllowWhen::point>());
+  visit(Field<&AllowWhen::is>());
+  visit(Field<&AllowWhen::only>{"for"});
+  visit(Derived<&AllowWhen::device>());
+  visit(Derived<&AllowWhen::index>());
+  visit(Derived<&AllowWhen::mark>());
+}
 
 /// What may be written to a point. Numbers are in units of its value; outside of them nothing is
 /// sent.
@@ -83,6 +113,18 @@ struct Writing {
   Duration select_time = std::chrono::seconds(10);
   std::vector<AllowWhen> allow_when;  ///< all have to hold
 };
+
+template <typename Visit>
+void VisitFields(const Writing*, Visit visit) {
+  visit(Field<&Writing::allowed>{"write"});
+  visit(Field<&Writing::min>());
+  visit(Field<&Writing::max>());
+  visit(Field<&Writing::step>());
+  visit(Field<&Writing::decimals>());
+  visit(Field<&Writing::select>());
+  visit(Field<&Writing::select_time>());
+  visit(Field<&Writing::allow_when>());
+}
 
 struct Point {
   std::string name;
@@ -110,6 +152,32 @@ struct Point {
   std::string description;
   Mark mark;
 };
+
+template <typename Visit>
+void VisitFields(const Point*, Visit visit) {
+  visit(Field<&Point::name>());
+  visit(Field<&Point::read>());
+  visit(Field<&Point::write>());
+  visit(Field<&Point::type>());
+  visit(Field<&Point::text_length>{"length"});
+  visit(Field<&Point::unit>());
+  visit(Field<&Point::access>());
+  visit(Field<&Point::writing>{"write"});
+  visit(Field<&Point::group>());
+  visit(Field<&Point::modbus>());
+  visit(Field<&Point::table>());
+  visit(Field<&Point::scale>());
+  visit(Field<&Point::offset>());
+  visit(Field<&Point::sentinels>());
+  visit(Field<&Point::on_fault>());
+  visit(Field<&Point::jump>());
+  visit(Field<&Point::recheck>());
+  visit(Field<&Point::deadband>());
+  visit(Field<&Point::events>());
+  visit(Field<&Point::simulate>());
+  visit(Field<&Point::description>());
+  visit(Derived<&Point::mark>());
+}
 
 std::string_view Name(Type type);  ///< "float32"; string without its length
 std::string_view Name(Group group);

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/model/fields.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::config {
@@ -31,6 +32,18 @@ struct PointEvent {
   std::string normal{};
   std::string record{};  ///< which values are read behind it and kept with it; empty: none
 };
+
+template <typename Visit>
+void VisitFields(const PointEvent*, Visit visit) {
+  visit(Field<&PointEvent::on>());
+  visit(Field<&PointEvent::value>());
+  visit(Field<&PointEvent::hysteresis>());
+  visit(Field<&PointEvent::delay>());
+  visit(Field<&PointEvent::text>());
+  visit(Field<&PointEvent::alarm>());
+  visit(Field<&PointEvent::normal>());
+  visit(Field<&PointEvent::record>());
+}
 std::string_view Name(PointEvent::On on);  ///< "above"
 
 /// "change", "above 5": what tells one of a point from another.

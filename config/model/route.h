@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "config/model/fields.h"
 #include "config/model/mark.h"
 #include "gateway/base/time.h"
 
@@ -34,5 +35,18 @@ struct Route {
   /// "line drive" or "server 10.0.0.9:502".
   std::string Target() const;
 };
+
+template <typename Visit>
+void VisitFields(const Route*, Visit visit) {
+  visit(Field<&Route::first>{"units"});
+  visit(Field<&Route::last>{"units"});
+  visit(Field<&Route::line>());
+  visit(Derived<&Route::line_index>());
+  visit(Field<&Route::host>());
+  visit(Field<&Route::port>());
+  visit(Field<&Route::remap>());
+  visit(Field<&Route::deadline>());
+  visit(Derived<&Route::mark>());
+}
 
 }  // namespace baudgate::config

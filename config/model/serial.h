@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "config/model/fields.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::config {
@@ -18,6 +19,15 @@ struct Rs485 {
   bool rts_active_high = true;
   bool receive_while_sending = false;
 };
+
+template <typename Visit>
+void VisitFields(const Rs485*, Visit visit) {
+  visit(Field<&Rs485::enabled>());
+  visit(Field<&Rs485::delay_before_send>());
+  visit(Field<&Rs485::delay_after_send>());
+  visit(Field<&Rs485::rts_active_high>());
+  visit(Field<&Rs485::receive_while_sending>());
+}
 
 struct SerialSettings {
   int baud = 9600;    ///< bit/s, 300…921600, non-standard rates included
@@ -37,5 +47,17 @@ struct SerialSettings {
   /// "9600 7E1".
   std::string ToString() const;
 };
+
+template <typename Visit>
+void VisitFields(const SerialSettings*, Visit visit) {
+  visit(Field<&SerialSettings::baud>());
+  visit(Field<&SerialSettings::data_bits>());
+  visit(Field<&SerialSettings::parity>());
+  visit(Field<&SerialSettings::stop_bits>());
+  visit(Field<&SerialSettings::software_parity>());
+  visit(Field<&SerialSettings::rtscts>());
+  visit(Field<&SerialSettings::low_latency>());
+  visit(Field<&SerialSettings::rs485>());
+}
 
 }  // namespace baudgate::config

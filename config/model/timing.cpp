@@ -85,12 +85,15 @@ std::string TimesText(const Timing& timing) {
 
 Pace Merge(const Pace& first, const Pace& second) {
   Pace merged = first;
-  merged.timing = Merge(first.timing, second.timing);
-  if (!merged.retries) merged.retries = second.retries;
-  if (!merged.poll) merged.poll = second.poll;
-  if (!merged.slow) merged.slow = second.slow;
-  if (!merged.recheck) merged.recheck = second.recheck;
-  if (!merged.daily) merged.daily = second.daily;
+  VisitFields(&merged, [&](auto field) {
+    auto& own = merged.*field.member;
+    const auto& other = second.*field.member;
+    if constexpr (requires { Merge(own, other); }) {
+      own = Merge(own, other);
+    } else if (!own) {
+      own = other;
+    }
+  });
   return merged;
 }
 

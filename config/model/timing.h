@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/model/fields.h"
 #include "config/model/recheck.h"
 #include "gateway/base/time.h"
 
@@ -72,6 +73,16 @@ struct Pace {
   std::optional<Recheck> recheck;
   std::optional<Duration> daily;
 };
+
+template <typename Visit>
+void VisitFields(const Pace*, Visit visit) {
+  visit(Field<&Pace::timing>());
+  visit(Field<&Pace::retries>());
+  visit(Field<&Pace::poll>());
+  visit(Field<&Pace::slow>());
+  visit(Field<&Pace::recheck>());
+  visit(Field<&Pace::daily>());
+}
 
 /// Key by key: `first` wins where it says something, else `second`.
 Pace Merge(const Pace& first, const Pace& second);

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <utility>
 
+#include "config/model/fields.h"
 #include "gateway/base/shown.h"
-#include "gateway/reload/members.h"
 
 namespace baudgate::reload {
 namespace {
@@ -52,8 +52,8 @@ class Changes {
 };
 
 void CompareDevices(const config::Device& was, const config::Device& is, Changes& changes) {
-  EachDifferent(was, is, [&](std::string_view member) {
-    if (member != "points") return changes.Add(std::string(member) + " of " + is.name);
+  EachDifferent(was, is, [&](std::string_view key) {
+    if (key != "points") return changes.Add(std::string(key) + " of " + is.name);
     for (const config::Point& point : is.points) {
       const auto old = std::ranges::find(was.points, point.name, &config::Point::name);
       const std::string name = is.name + "." + point.name;
@@ -73,8 +73,8 @@ void CompareDevices(const config::Device& was, const config::Device& is, Changes
 
 std::string WhatChanged(const config::Line& was, const config::Line& is) {
   Changes changes;
-  EachDifferent(was, is, [&](std::string_view member) {
-    if (member != "devices") return changes.Add(std::string(member));
+  EachDifferent(was, is, [&](std::string_view key) {
+    if (key != "devices") return changes.Add(std::string(key));
     for (const config::Device& device : is.devices) {
       const auto old = std::ranges::find(was.devices, device.name, &config::Device::name);
       if (old == was.devices.end()) {
@@ -128,9 +128,10 @@ bool SameHistory(const config::Config& running, const config::Config& next) {
 
 void CompareHistory(const config::Config& running, const config::Config& next,
                     Difference& difference) {
-  EachDifferent(running.history, next.history, [&](std::string_view member) {
-    const std::string name = "history." + std::string(member);
-    (member == "directory" ? difference.restart : difference.settings).push_back(name);
+  EachDifferent(running.history, next.history, [&](std::string_view key) {
+    if (key == "points") return;  // by name, below
+    const std::string name = "history." + std::string(key);
+    (key == "directory" ? difference.restart : difference.settings).push_back(name);
   });
   if (!SameHistory(running, next)) difference.settings.emplace_back("history.points");
 }
@@ -193,13 +194,13 @@ Difference Compare(const config::Config& running, const config::Config& next) {
     if (line.name.empty() || Find(next, line.name) != nullptr) continue;
     difference.lines.push_back({line.name, Fate::removed, {}});
   }
-  EachDifferent(running, next, [&](std::string_view member) {
+  EachDifferent(running, next, [&](std::string_view key) {
     const auto tell = [&](std::string_view its) {
-      difference.restart.push_back(std::string(member) + "." + std::string(its));
+      difference.restart.push_back(std::string(key) + "." + std::string(its));
     };
-    if (member == "modbus") return;
-    if (member == "dds") return EachDifferent(running.dds, next.dds, tell);
-    difference.restart.emplace_back(member);
+    if (key == "lines" || key == "modbus" || key == "history") return;  // each in its own words
+    if (key == "dds") return EachDifferent(running.dds, next.dds, tell);
+    difference.restart.emplace_back(key);
   });
   if (running.modbus.enabled != next.modbus.enabled) {
     difference.restart.emplace_back("modbus.enabled");

@@ -5,9 +5,9 @@
 #include <string_view>
 #include <utility>
 
+#include "config/model/fields.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "gateway/reload/members.h"
 
 namespace baudgate::reload {
 namespace {
@@ -19,15 +19,6 @@ using config::Route;
 std::string NameOf(const Route& route) {
   return route.Units() + " to " +
          (route.line.empty() ? HostAndPort(route.host, route.port) : route.line);
-}
-
-template <typename T>
-std::string WhatChanged(const T& was, const T& is) {
-  std::string names;
-  EachDifferent(was, is, [&names](std::string_view member) {
-    names += (names.empty() ? "" : ", ") + std::string(member);
-  });
-  return names;
 }
 
 /// Gives each place of the running list away once.
@@ -59,7 +50,7 @@ void CompareListeners(const std::vector<Listener>& running, const std::vector<Li
     change.was = places.Take([&](std::size_t at) { return running[at].Place() == is.Place(); });
     change.fate = Fate::added;
     if (!change.was) continue;
-    change.what = WhatChanged(running[*change.was], is);
+    change.what = DifferentKeys(running[*change.was], is);
     change.fate = change.what.empty() ? Fate::same : Fate::changed;
   }
   for (std::size_t at = 0; at < running.size(); ++at) {
@@ -82,7 +73,7 @@ void CompareRoutes(const std::vector<Route>& running, const std::vector<Route>& 
         places.Take([&](std::size_t at) { return NameOf(running[at]) == changes[i].route; });
     if (!was) continue;
     changes[i].fate = Fate::changed;
-    changes[i].what = WhatChanged(running[*was], next[i]);
+    changes[i].what = DifferentKeys(running[*was], next[i]);
   }
   for (std::size_t at = 0; at < running.size(); ++at) {
     if (places.IsFree(at)) changes.push_back({NameOf(running[at]), Fate::removed, {}, {}});
