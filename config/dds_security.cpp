@@ -12,10 +12,9 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLongestPath = 255;  // what goes to the DDS process
 
-}  // namespace
-
-std::string DdsPath(const std::string& path, const std::string& key, const Mark& mark,
-                    LoadContext& context) {
+/// Absolute; relative ones are meant from the configuration's folder.
+std::string PathOf(const std::string& path, const std::string& key, const Mark& mark,
+                   LoadContext& context) {
   std::error_code error;
   const std::string full = fs::absolute(context.base / path, error).lexically_normal().string();
   if (!path.empty() && !error && full.size() <= kLongestPath) return full;
@@ -24,11 +23,13 @@ std::string DdsPath(const std::string& path, const std::string& key, const Mark&
   return {};
 }
 
+}  // namespace
+
 DdsSecurity ReadDdsSecurity(const YamlNode& node, LoadContext& context) {
   if (node.kind() == YamlNode::Kind::scalar) {
     const auto folder = ReadText(node, "security", context.problems);
     if (!folder) return {};
-    DdsSecurity security = SecurityIn(DdsPath(*folder, "security", node.mark(), context));
+    DdsSecurity security = SecurityIn(PathOf(*folder, "security", node.mark(), context));
     security.keys.map = node.mark();
     return security;
   }
@@ -37,7 +38,7 @@ DdsSecurity ReadDdsSecurity(const YamlNode& node, LoadContext& context) {
   security.keys = map.keys();
   const auto read = [&](const char* key, std::string& to, bool needed) {
     if (needed && !map.Has(key)) map.Need(key, std::string("/etc/baudgate/dds/") + key + ".pem");
-    if (const auto path = map.Label(key)) to = DdsPath(*path, key, map.MarkOf(key), context);
+    if (const auto path = map.Label(key)) to = PathOf(*path, key, map.MarkOf(key), context);
   };
   read("ca", security.ca, true);
   read("permissions_ca", security.permissions_ca, false);

@@ -20,8 +20,6 @@ constexpr std::size_t kMostRoutes = 256;
 constexpr std::size_t kMostInterfaces = 64;
 constexpr std::size_t kLongestSocketPath = 107;  // what sockaddr_un takes, without the last zero
 constexpr int kLastDomain = 232;                 // beyond, DDS would compute ports above 65535
-constexpr std::array<Word<Dds::Process>, 2> kProcesses = {
-    {{"own", Dds::Process::own}, {"inside", Dds::Process::inside}}};
 constexpr std::array<Word<bool>, 2> kDdsWrite = {{{"deny", false}, {"allow", true}}};
 
 }  // namespace
@@ -100,10 +98,8 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
   Problems& problems = context.problems;
   MapReader map(node, "dds", problems);
   Assign(dds.enabled, map.Flag("enabled"));
-  Assign(dds.process, map.OneOf("process", kProcesses));
   Assign(dds.domain, map.Integer("domain", 0, kLastDomain));
   Assign(dds.write, map.OneOf("write", kDdsWrite));
-  Assign(dds.shared_memory, map.Flag("shared_memory"));
   Assign(dds.heartbeat, map.Time("heartbeat", 100ms, 1h));
   if (const auto interfaces = map.Get("interfaces")) {
     dds.interfaces.clear();
@@ -116,19 +112,15 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
       }
       dds.interfaces.push_back(*address);
     }
-    if (dds.enabled && !dds.shared_memory && dds.interfaces.empty()) {
+    if (dds.enabled && dds.interfaces.empty()) {
       problems.Error(interfaces->mark(),
-                     "interfaces: the list is empty and shared_memory is off: "
-                     "nobody could be reached; write [127.0.0.1]");
+                     "interfaces: the list is empty: nobody could be reached; write [127.0.0.1]");
     }
   }
   if (const auto security = map.Get("security")) {
     dds.security = ReadDdsSecurity(*security, context);
   }
   ReadDdsPeers(map, dds, problems);
-  if (const auto path = map.Label("profiles")) {
-    dds.profiles = DdsPath(*path, "profiles", map.MarkOf("profiles"), context);
-  }
   map.Finish();
   return dds;
 }

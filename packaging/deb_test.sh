@@ -100,8 +100,6 @@ apt_install cmake g++ make
 files >"$root.before"
 check "install" apt_install ".$gateway" ".$dds" ".$dev"
 check "watch" inside baudgate watch --help
-check "DDS and the gateway in one process" inside sh -c \
-  'printf "dds: { process: inside }\nlines: []\n" >/tmp/inside.yaml && timeout 5 baudgate run -c /tmp/inside.yaml; [ $? = 124 ] || [ $? = 0 ]'
 check "the example of a protocol builds and is loaded" inside sh /tmp/protocol
 check "baudgate-dds goes, the gateway stays" quiet inside apt-get purge -y -qq baudgate-dds
 check "its configuration is still good" inside baudgate check

@@ -3,7 +3,7 @@
 
 packages=(
   ca-certificates g++ cmake ninja-build ccache pkg-config
-  libfastrtps-dev libfastcdr-dev libtinyxml2-dev libasio-dev libmodbus-dev libyaml-cpp-dev libspdlog-dev libfmt-dev
+  libfastrtps-dev libfastcdr-dev libasio-dev libmodbus-dev libyaml-cpp-dev libspdlog-dev libfmt-dev
   libcli11-dev nlohmann-json3-dev libsystemd-dev libssl-dev libsqlite3-dev zlib1g-dev
   libgtest-dev libgmock-dev libbenchmark-dev mbpoll cyclonedds-dev cyclonedds-tools
   # pymodbus only recommends the other two, and imports them all the same.

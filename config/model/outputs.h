@@ -31,20 +31,12 @@ void VisitFields(const Modbus*, Visit visit) {
 inline constexpr std::size_t kMostPeers = 64;
 
 struct Dds {
-  /// In which process the DDS library runs.
-  enum class Process {
-    own,     ///< baudgate-dds: what ends it does not end the gateway
-    inside,  ///< the gateway's
-  };
   bool enabled = true;
   int domain = 0;  ///< 0…232
   std::vector<std::string> interfaces = {"127.0.0.1"};
-  bool shared_memory = false;
   bool multicast = true;           ///< ask the domain's multicast group, and listen to it
   std::vector<std::string> peers;  ///< IPv4 addresses, asked beside multicast; kMostPeers at most
   std::vector<HostPort> discovery_servers;  ///< IPv4; who announces himself there is introduced
-  std::string profiles;                     ///< absolute path of XML QoS profiles; empty: none
-  Process process = Process::own;
   Duration heartbeat = std::chrono::seconds(10);  ///< every point is published at least so often
   DdsSecurity security;
   bool write = false;  ///< take write requests
@@ -55,12 +47,9 @@ void VisitFields(const Dds*, Visit visit) {
   visit(Field<&Dds::enabled>());
   visit(Field<&Dds::domain>());
   visit(Field<&Dds::interfaces>());
-  visit(Field<&Dds::shared_memory>());
   visit(Field<&Dds::multicast>());
   visit(Field<&Dds::peers>());
   visit(Field<&Dds::discovery_servers>());
-  visit(Field<&Dds::profiles>());
-  visit(Field<&Dds::process>());
   visit(Field<&Dds::heartbeat>());
   visit(Field<&Dds::security>());
   visit(Field<&Dds::write>());

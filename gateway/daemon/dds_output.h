@@ -1,5 +1,5 @@
-// The DDS output as the configuration wants it: a publisher and, for `process: own`, the process
-// that speaks DDS; for `process: inside` a module with the library; for `write: allow` the writes.
+// The DDS output as the configuration wants it: a publisher, the link to the process that speaks
+// DDS, and for `write: allow` the writes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -42,13 +42,11 @@ class DdsOutput {
 
  private:
   DdsOutput() = default;
-  dds::LinkState StateInside() const;
 
   bool has_events_ = false;
-  dds::LinkOpen opened_;                    ///< with room for reloads
-  std::unordered_set<std::size_t> seen_;    ///< names of points that have been published, as hashes
-  std::unique_ptr<dds::ProcessLink> link_;  // nothing: inside
-  std::shared_ptr<dds::SampleWriter> writer_;
+  dds::LinkOpen opened_;                  ///< with room for reloads
+  std::unordered_set<std::size_t> seen_;  ///< names of points that have been published, as hashes
+  std::unique_ptr<dds::ProcessLink> link_;
   std::unique_ptr<dds::DdsWrites> writes_;  // nothing: denied
   std::unique_ptr<dds::DdsPublisher> publisher_;
 };

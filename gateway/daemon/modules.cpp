@@ -56,11 +56,9 @@ Result<const Protocol*> LoadModule(const fs::path& path) {
 
 }  // namespace
 
-std::vector<fs::path> ModuleRoots() { return Roots(BAUDGATE_INSTALLED_MODULES); }
-
 Modules LoadModules() {
   Modules modules;
-  for (const fs::path& root : ModuleRoots()) {
+  for (const fs::path& root : Roots(BAUDGATE_INSTALLED_MODULES)) {
     std::error_code error;
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(root / "protocols", error)) {

@@ -3,7 +3,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -17,9 +16,6 @@ struct Modules {
   /// another compiler, not a module at all.
   std::vector<std::string> refused;
 };
-
-/// Directories in which modules are looked for, in that order: protocols in their protocols/.
-std::vector<std::filesystem::path> ModuleRoots();
 
 /// Loads every module once; none is ever unloaded.
 Modules LoadModules();

@@ -7,11 +7,9 @@ ParticipantOptions ParticipantOf(const config::Dds& dds) {
   ParticipantOptions options;
   options.domain = dds.domain;
   options.interfaces = dds.interfaces;
-  options.shared_memory = dds.shared_memory;
   options.multicast = dds.multicast;
   options.peers = dds.peers;
   options.discovery_servers = dds.discovery_servers;
-  options.profiles = dds.profiles;
   options.security = dds.security;
   return options;
 }

@@ -14,7 +14,6 @@ namespace baudgate::dds {
 struct ParticipantOptions {
   int domain = 0;                       ///< 0…232
   std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0 = all
-  bool shared_memory = false;           ///< between processes of one user only
   std::size_t participants = 256;       ///< others in the domain; those beyond are not let in
   bool types = false;                   ///< learn the types that others announce
 
@@ -22,7 +21,6 @@ struct ParticipantOptions {
   /// IPv4 addresses that are asked beside the multicast group.
   std::vector<std::string> peers{};
   std::vector<config::HostPort> discovery_servers{};
-  std::string profiles{};  ///< path of a file with XML QoS profiles; empty: none
   config::DdsSecurity security{};
 };
 

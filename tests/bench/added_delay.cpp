@@ -1,6 +1,6 @@
 // Added delay: from the last byte of a reply to the sample in a DDS subscriber in another process,
 // beside a bare pipeline with the same hops: pty read, hand-over to a writer thread, a socket to
-// another process, bare Fast DDS. Both without that process, too: `dds: { process: inside }`.
+// another process, bare Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -38,7 +38,8 @@ constexpr int kRounds = 9;
 constexpr int kSamplesPerRound = 100;
 constexpr auto kPeriod = std::chrono::milliseconds(10);
 constexpr double kWanted = 1.3;
-constexpr std::string_view kRelayed = "direct-relayed";
+constexpr std::string_view kBare = "bare";
+constexpr std::string_view kGateway = "gateway";
 
 std::int64_t NowNs() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
 
@@ -103,15 +104,14 @@ class Subscriber {
 };
 
 std::unique_ptr<dds::SampleWriter> BareWriter() {
-  auto writer = dds::CreateFastWriter(
-      {.domain = kDomain, .interfaces = {"127.0.0.1"}, .shared_memory = false}, 8, 1);
+  auto writer = dds::CreateFastWriter({.domain = kDomain, .interfaces = {"127.0.0.1"}}, 8, 1);
   if (!writer) std::exit(4);
   return std::move(*writer);
 }
 
-void WriteBare(dds::SampleWriter& writer, std::string_view source, double number) {
+void WriteBare(dds::SampleWriter& writer, double number) {
   static dds::PointSample sample;
-  sample.gateway = source;
+  sample.gateway = kBare;
   sample.device = "device";
   sample.point = "point";
   sample.quality = 192;
@@ -120,17 +120,12 @@ void WriteBare(dds::SampleWriter& writer, std::string_view source, double number
   writer.Write(sample);
 }
 
-/// The limit: a thread reads the pty up to CR, hands the number to a writer thread, which writes
-/// it, or sends it to another process which does (`self`, when it is not empty).
+/// The limit: a thread reads the pty up to CR, hands the number to a writer thread, which sends it
+/// to another process (of the program `self`) that writes it.
 class DirectPipeline {
  public:
-  DirectPipeline(std::string_view source, const std::string& self)
-      : source_(source), pty_(std::move(*Pty::Create())) {
-    if (self.empty()) {
-      writer_ = BareWriter();
-    } else {
-      StartRelay(self);
-    }
+  explicit DirectPipeline(const std::string& self) : pty_(std::move(*Pty::Create())) {
+    StartRelay(self);
     reader_ = open(pty_.slave_path().c_str(), O_RDONLY | O_NOCTTY);
     read_thread_ = std::thread([this] { Read(); });
     write_thread_ = std::thread([this] { Write(); });
@@ -145,10 +140,8 @@ class DirectPipeline {
     read_thread_.join();
     write_thread_.join();
     close(reader_);
-    if (relay_ > 0) {
-      close(socket_);
-      waitpid(relay_, nullptr, 0);
-    }
+    close(socket_);
+    waitpid(relay_, nullptr, 0);
   }
 
   std::int64_t Feed(int number) {
@@ -183,11 +176,7 @@ class DirectPipeline {
       pending_ = false;
       const double number = number_;
       lock.unlock();
-      if (writer_) {
-        WriteBare(*writer_, source_, number);
-      } else if (send(socket_, &number, sizeof number, 0) < 0) {
-        std::exit(4);
-      }
+      if (send(socket_, &number, sizeof number, 0) < 0) std::exit(4);
       lock.lock();
     }
   }
@@ -205,10 +194,8 @@ class DirectPipeline {
     close(ends[1]);
   }
 
-  const std::string source_;
   Pty pty_;
   int reader_ = -1;
-  std::unique_ptr<dds::SampleWriter> writer_;  // nothing: the relay has it
   int socket_ = -1;
   pid_t relay_ = -1;
   std::mutex mutex_;
@@ -223,7 +210,7 @@ class DirectPipeline {
 /// Ours: the same reply through line, store and publisher.
 class GatewayPipeline {
  public:
-  GatewayPipeline(std::string_view source, const config::Catalog& catalog, bool own_process)
+  explicit GatewayPipeline(const config::Catalog& catalog)
       : pty_(std::move(*Pty::Create())),
         config_(
             Load(fmt::format(
@@ -233,10 +220,10 @@ class GatewayPipeline {
                      "      {{ name: device, address: 1, poll: 10ms, timing: {{ quiet: 0ms }}, "
                      "points: [\n"
                      "        {{ name: point, read: \"#0\", type: float64 }} ] }} ] }}\n",
-                     source, kDomain, pty_.slave_path()),
+                     kGateway, kDomain, pty_.slave_path()),
                  catalog)),
         store_(config_) {
-    auto publisher = dds::DdsPublisher::Create(config_, store_, MakeWriter(own_process));
+    auto publisher = dds::DdsPublisher::Create(config_, store_, MakeWriter());
     if (!publisher) std::exit(4);
     publisher_ = std::move(*publisher);
     const Protocol& protocol = *catalog.FindProtocol("dcon");
@@ -292,14 +279,9 @@ class GatewayPipeline {
     }
   }
 
-  std::shared_ptr<dds::SampleWriter> MakeWriter(bool own_process) {
-    if (!own_process) {
-      auto writer = dds::CreateFastWriter(config_, store_);
-      if (!writer) std::exit(4);
-      return std::move(*writer);
-    }
+  std::shared_ptr<dds::SampleWriter> MakeWriter() {
     dds::ProcessLinkOptions options;
-    options.open.participant = {kDomain, config_.dds.interfaces, false};
+    options.open.participant = dds::ParticipantOf(config_.dds);
     options.open.points = options.open.devices = 1;
     auto link = dds::ProcessLink::Create(options, {});
     if (!link) std::exit(4);
@@ -364,18 +346,17 @@ struct Delays {
 };
 
 /// The gateway and the bare pipeline in turns.
-Delays Compare(const config::Catalog& catalog, const std::string& relay, Subscriber& subscriber) {
-  const std::string_view bare = relay.empty() ? "direct" : kRelayed;
-  const std::string_view gateway_name = relay.empty() ? "gateway-inside" : "gateway-own";
-  DirectPipeline direct(bare, relay);
-  GatewayPipeline gateway(gateway_name, catalog, !relay.empty());
-  static int number = 0;
-  Measure(direct, bare, subscriber, number, 20);  // discovery and warm up
-  Measure(gateway, gateway_name, subscriber, number, 20);
+Delays Compare(const config::Catalog& catalog, const std::string& self) {
+  Subscriber subscriber(self);
+  DirectPipeline direct(self);
+  GatewayPipeline gateway(catalog);
+  int number = 0;
+  Measure(direct, kBare, subscriber, number, 20);  // discovery and warm up
+  Measure(gateway, kGateway, subscriber, number, 20);
   Delays delays;
   for (int round = 0; round < kRounds; ++round) {
-    const auto first = Measure(direct, bare, subscriber, number, kSamplesPerRound);
-    const auto second = Measure(gateway, gateway_name, subscriber, number, kSamplesPerRound);
+    const auto first = Measure(direct, kBare, subscriber, number, kSamplesPerRound);
+    const auto second = Measure(gateway, kGateway, subscriber, number, kSamplesPerRound);
     delays.limit.insert(delays.limit.end(), first.begin(), first.end());
     delays.ours.insert(delays.ours.end(), second.begin(), second.end());
     delays.ratios.push_back(Median(second) / Median(first));
@@ -401,18 +382,14 @@ void RunAddedDelay(const config::Catalog& catalog, const std::string& self) {
       "added delay, last byte of the reply to the sample in another process "
       "(wanted: median <= {} x a bare pipeline of the same hops)\n",
       kWanted);
-  Subscriber subscriber(self);
-  fmt::print("  DDS in a process of its own\n");
-  Print(Compare(catalog, self, subscriber));
-  fmt::print("  DDS inside\n");
-  Print(Compare(catalog, {}, subscriber));
+  Print(Compare(catalog, self));
 }
 
 int BeDelayRelay(int, char**) {
   const auto writer = BareWriter();
   double number = 0;
   while (recv(STDIN_FILENO, &number, sizeof number, 0) == sizeof number) {
-    WriteBare(*writer, kRelayed, number);
+    WriteBare(*writer, number);
   }
   return 0;
 }

@@ -73,7 +73,6 @@ TEST(Examples, AnnotatedDefaultsAreTheDefaults) {
   EXPECT_EQ(loaded.config.recordings, "/var/lib/baudgate/recordings");
   EXPECT_EQ(loaded.config.socket, "/run/baudgate/baudgate.sock");
   EXPECT_EQ(loaded.config.dds.heartbeat, defaults.dds.heartbeat);
-  EXPECT_EQ(loaded.config.dds.process, defaults.dds.process);
   EXPECT_EQ(loaded.config.dds.write, defaults.dds.write);
   EXPECT_EQ(loaded.config.dds.interfaces, defaults.dds.interfaces);
   const config::Listener listener;

@@ -71,21 +71,16 @@ TEST(Outputs, SwitchedOff) {
 TEST(Outputs, DdsKeys) {
   const auto dds =
       Good(
-          "dds: { domain: 7, interfaces: [10.0.0.1, \"::1\"], shared_memory: true, "
-          "heartbeat: 2s, process: inside, peers: [10.0.0.7], profiles: /etc/d.xml, "
+          "dds: { domain: 7, interfaces: [10.0.0.1, \"::1\"], heartbeat: 2s, peers: [10.0.0.7], "
           "multicast: false, discovery_servers: [\"10.0.0.8:11811\", \"localhost:7\"] }")
           .dds;
   EXPECT_EQ(dds.domain, 7);
   EXPECT_EQ(dds.interfaces, (std::vector<std::string>{"10.0.0.1", "::1"}));
-  EXPECT_TRUE(dds.shared_memory);
   EXPECT_EQ(dds.peers, std::vector<std::string>{"10.0.0.7"});
   EXPECT_FALSE(dds.multicast);
   EXPECT_EQ(dds.discovery_servers,
             (std::vector<config::HostPort>{{"10.0.0.8", 11811}, {"127.0.0.1", 7}}));
-  EXPECT_EQ(dds.profiles, "/etc/d.xml");
   EXPECT_EQ(dds.heartbeat, 2s);
-  EXPECT_EQ(dds.process, config::Dds::Process::inside);
-  EXPECT_EQ(Good("dds: { domain: 1 }").dds.process, config::Dds::Process::own);
   EXPECT_FALSE(Good("dds: { domain: 1 }").dds.write);
   EXPECT_FALSE(Good("dds: { write: deny }").dds.write);
   EXPECT_TRUE(Good("dds: { write: allow }").dds.write);
@@ -110,7 +105,6 @@ TEST(Outputs, DdsSecurity) {
                          .dds.security;
   EXPECT_EQ(files.ca, here("c.pem")) << "relative to the configuration, and absolute";
   EXPECT_EQ(files.key, here("../k.pem"));
-  EXPECT_EQ(Good("dds: { profiles: d.xml }").dds.profiles, here("d.xml")) << "the same";
   EXPECT_EQ(files.password_file, here("w"));
   EXPECT_EQ(files.signer(), "/p.pem");
   EXPECT_EQ(Shown(LoadOutputs("dds: { security: { ca: c, identity: i, governance: g, permissions: "
@@ -158,8 +152,7 @@ TEST(Outputs, OneSentenceEach) {
       {"dds: { interfaces: [eth0] }",
        "21: error: interfaces: 'eth0' is not an IP address; write for example 127.0.0.1"},
       {"dds: { interfaces: [] }",
-       "20: error: interfaces: the list is empty and shared_memory is off: nobody could be "
-       "reached; write [127.0.0.1]"},
+       "20: error: interfaces: the list is empty: nobody could be reached; write [127.0.0.1]"},
       {"dds: { peers: [plant] }",
        "16: error: peers: 'plant' is not the IPv4 address of a machine; write for example "
        "10.0.0.7"},

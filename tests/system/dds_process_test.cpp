@@ -229,19 +229,5 @@ TEST_F(DdsProcess, StartedBySomebodyElseItComesToTheSocket) {
   EXPECT_EQ(process->WaitForEnd(), 0);
 }
 
-TEST_F(DdsProcess, InsideThereIsNone) {
-  StartTwins();
-  std::string yaml = YamlWithSocket();
-  const std::string enabled = "dds: { enabled: true,";
-  yaml.replace(yaml.find(enabled), enabled.size(), enabled + " process: inside,");
-  daemon = StartDaemon(yaml);
-  const Finished map = Command({"map", "--json", "-c", (directory() / "baudgate.yaml").string()});
-  points_ = Json::parse(map.output)["points"].size();
-  EXPECT_TRUE(Eventually([&] { return SeqOf("relay-1", "current_l3").has_value(); }));
-  EXPECT_EQ(Process(), 0);
-  SendHostileDatagram(domain());
-  EXPECT_TRUE(Eventually([&] { return Fragments() >= 1; })) << DdsStatus();
-}
-
 }  // namespace
 }  // namespace baudgate::system_test

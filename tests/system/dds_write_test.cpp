@@ -158,7 +158,7 @@ TEST_F(DdsWrites, AreDeniedByDefault) {
 }
 
 TEST_F(DdsWrites, NeedTheDevicesLeaveAsWell) {
-  StartAll("write: allow, process: inside, ", "deny");
+  StartAll("write: allow, ", "deny");
   EXPECT_THAT(Ask("io-1", "output_0", {"--value", "2.25"}),
               StartsWith("1 denied 'output_0' is not in the device's 'write'"));
   EXPECT_EQ(Ask("relay-1", "setting_group", {"--seq", "2", "--value", "1", "--confirm"}),

@@ -39,7 +39,6 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
 #ifdef CYCLONE_SUBSCRIBER
   EXPECT_TRUE(fs::is_regular_file(data / "idl/baudgate.idl"));
   EXPECT_TRUE(fs::is_regular_file(At(INSTALLED_BINARIES "/baudgate-dds")));
-  EXPECT_TRUE(fs::is_regular_file(modules / "baudgate-dds-inside.so"));
   const std::string dds_unit =
       ReadWholeFile(At(INSTALL_PREFIX "/lib/systemd/system/baudgate-dds.service"));
   EXPECT_THAT(dds_unit, HasSubstr("\nExecStart=" INSTALLED_BINARIES

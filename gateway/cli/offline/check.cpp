@@ -104,7 +104,6 @@ std::string Describe(const config::Dds& dds, bool events) {
   if (!dds.enabled) return "off";
   std::string text = "domain " + std::to_string(dds.domain) + " on " +
                      Joined(dds.interfaces, [](const std::string& address) { return address; });
-  if (dds.shared_memory) text += dds.interfaces.empty() ? "shared memory" : " and shared memory";
   const auto same = [](const std::string& one) { return one; };
   if (!dds.multicast) text += ", no multicast";
   if (!dds.peers.empty()) text += ", peers " + Joined(dds.peers, same);
@@ -113,7 +112,6 @@ std::string Describe(const config::Dds& dds, bool events) {
               return at.host + ":" + std::to_string(at.port);
             });
   }
-  if (!dds.profiles.empty()) text += ", profiles of " + dds.profiles;
   text += "; topics baudgate/points, baudgate/devices, baudgate/gateways";
   if (events) text += ", baudgate/events, baudgate/alarms";
   return text + (dds.write ? "; write: allow, so that whoever reaches the domain may write what "

@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "gateway/dds/fast/participant.h"
-#include "gateway/dds/fast/qos_profiles.h"
 #include "gateway/dds/fast/types.h"
 #include "gateway/dds/fast/write_topics.h"
 
@@ -81,14 +80,8 @@ Duration_t Seconds(Duration duration) {
 
 // All limits together: Fast DDS takes 10 instances by default, and fewer samples than instances
 // times samples per instance make no writer at all.
-fast::DataWriterQos WriterQos(std::size_t room, std::size_t depth, const fast::Publisher& publisher,
-                              const char* topic) {
-  const fast::DataWriterQos fresh;
+fast::DataWriterQos WriterQos(std::size_t room, std::size_t depth) {
   fast::DataWriterQos qos;
-  UseProfile(publisher, topic, qos);
-  // The rest holds above what a profile has set, apart from the heartbeat.
-  qos.data_sharing() = fresh.data_sharing();
-  qos.resource_limits() = fresh.resource_limits();
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
   qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
@@ -96,8 +89,7 @@ fast::DataWriterQos WriterQos(std::size_t room, std::size_t depth, const fast::P
   qos.resource_limits().max_instances = static_cast<std::int32_t>(room);
   qos.resource_limits().max_samples = static_cast<std::int32_t>(room * depth);
   qos.resource_limits().max_samples_per_instance = static_cast<std::int32_t>(depth);
-  auto& heartbeat = qos.reliable_writer_qos().times.heartbeatPeriod;
-  if (heartbeat == fresh.reliable_writer_qos().times.heartbeatPeriod) heartbeat = Seconds(100ms);
+  qos.reliable_writer_qos().times.heartbeatPeriod = Seconds(100ms);
   return qos;
 }
 
@@ -128,9 +120,8 @@ class TopicWriters {
     auto* topic = participant.create_topic(name, support.get_type_name(), fast::TOPIC_QOS_DEFAULT);
     if (topic == nullptr) return false;
     while (writers_.size() < WritersFor(instances)) {
-      auto* writer =
-          publisher.create_datawriter(topic, WriterQos(RoomFor(instances), depth, publisher, name),
-                                      writers_.empty() ? listener : nullptr);
+      auto* writer = publisher.create_datawriter(topic, WriterQos(RoomFor(instances), depth),
+                                                 writers_.empty() ? listener : nullptr);
       if (writer == nullptr) return false;
       writers_.push_back(writer);
     }

@@ -3,7 +3,6 @@
 
 #include <arpa/inet.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <ifaddrs.h>
 #include <netinet/in.h>
 
@@ -21,8 +20,6 @@
 #include "gateway/dds/fast/checked_transport.h"
 #include "gateway/dds/fast/participant_security.h"
 #include "gateway/dds/fast/peers.h"
-#include "gateway/dds/fast/qos_profiles.h"
-#include "gateway/dds/fast/shared_memory_rest.h"
 
 namespace baudgate::dds {
 namespace {
@@ -115,11 +112,10 @@ std::shared_ptr<DatagramGate> GateFor(const ParticipantOptions& options, Secured
       check, [](const std::string& line) { std::fprintf(stderr, "dds: %s\n", line.c_str()); });
 }
 
-/// Above what a profile has set.
 Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos) {
   const auto security = AddSecurity(options.security, ReadClocks().wall, qos.properties());
   if (!security) return Error{security.error()};
-  if (options.profiles.empty()) qos.name("baudgate");
+  qos.name("baudgate");
   auto& transport = qos.transport();
   transport.user_transports.clear();
   transport.use_builtin_transports = false;
@@ -130,12 +126,6 @@ Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos
   if (!options.peers.empty()) udp->maxInitialPeersRange = kParticipantsOfPeer;
   transport.user_transports.push_back(
       std::make_shared<CheckedTransportDescriptor>(udp, GateFor(options, *security)));
-  if (options.shared_memory) {
-    auto memory = std::make_shared<rtps::SharedMemTransportDescriptor>();
-    memory->segment_size(8U << 20);
-    memory->port_queue_capacity(8192);
-    transport.user_transports.push_back(memory);
-  }
   // The library's own limits, should the check ever let more in: our participant is one as well.
   auto& places = qos.allocation();
   places.participants.maximum = options.participants + 1;
@@ -155,16 +145,10 @@ Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& opt
                                                    Role role) {
   PrepareProcessOnce();
   if (const Status status = Check(options); !status) return Error{status.error()};
-  if (options.shared_memory) RemoveSharedMemoryRest();
   fast::DomainParticipantQos qos;
-  if (const Status status = LoadProfiles(options.profiles, qos); !status) {
-    return Error{status.error()};
-  }
   if (const Status status = Settle(options, qos); !status) return Error{status.error()};
-  if (qos.user_data().getValue().empty()) {
-    const std::string_view text = UserDataOf(role);
-    qos.user_data().setValue({text.begin(), text.end()});
-  }
+  const std::string_view text = UserDataOf(role);
+  qos.user_data().setValue({text.begin(), text.end()});
   try {
     auto* participant = fast::DomainParticipantFactory::get_instance()->create_participant(
         static_cast<fast::DomainId_t>(options.domain), qos, listener, fast::StatusMask::none());

@@ -15,7 +15,7 @@ class DomainParticipantListener;
 
 namespace baudgate::dds {
 
-/// The error names what to change. Of XML profiles only the file of the options is read. `listener`
+/// The error names what to change. XML profiles are never read. `listener`
 /// hears of what is discovered from the first moment on, and outlives the participant. `role` is
 /// for discovery servers.
 Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(

@@ -23,7 +23,7 @@ enum class Gone : std::uint8_t {
 };
 
 struct SubscriberOptions {
-  ParticipantOptions participant{.domain = 0, .interfaces = {"127.0.0.1"}, .shared_memory = false};
+  ParticipantOptions participant{.domain = 0, .interfaces = {"127.0.0.1"}};
   std::size_t max_instances = 100'000;  ///< points; those beyond are counted as rejected
 };
 

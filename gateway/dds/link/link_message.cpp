@@ -26,7 +26,7 @@ constexpr std::size_t kArrivalBytes =
 
 static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 1 + 1 +
                   config::kMostPeers * (1 + kMaxIpv4) + 1 +
-                  config::kMostDiscoveryServers * (3 + kMaxIpv4) + 1 + kMaxPath + 13 + 1 +
+                  config::kMostDiscoveryServers * (3 + kMaxIpv4) + 12 + 1 +
                   kSecurityFiles * (1 + kMaxPath) <=
               kMaxLinkMessage);
 static_assert(kLinkHeaderBytes + kPointSampleMaxBytes <= kMaxLinkMessage);
@@ -173,12 +173,10 @@ Bytes EncodeOpen(const LinkOpen& open) {
   Bytes body;
   PutText(body, open.gateway.substr(0, kMaxKey));
   Put(body, static_cast<std::uint32_t>(open.participant.domain));
-  body.push_back(open.participant.shared_memory ? 1 : 0);
   PutTexts(body, open.participant.interfaces, kMostInterfaces, kMaxAddress);
   body.push_back(open.participant.multicast ? 1 : 0);
   PutTexts(body, open.participant.peers, config::kMostPeers, kMaxIpv4);
   PutServers(body, open.participant.discovery_servers);
-  PutText(body, open.participant.profiles.substr(0, kMaxPath));
   Put(body, open.points);
   Put(body, open.devices);
   body.push_back(open.requests ? 1 : 0);
@@ -263,23 +261,20 @@ Result<LinkOpen> DecodeOpen(View body) {
   LinkOpen open;
   open.gateway = fields.Text(kMaxKey);
   const auto domain = fields.Number<std::uint32_t>();
-  const auto shared_memory = fields.Number<std::uint8_t>();
   open.participant.interfaces = fields.Texts(kMostInterfaces, kMaxAddress);
   const auto multicast = fields.Number<std::uint8_t>();
   open.participant.peers = fields.Texts(config::kMostPeers, kMaxIpv4);
   open.participant.discovery_servers = TakeServers(fields);
-  open.participant.profiles = fields.Text(kMaxPath);
   open.points = fields.Number<std::uint32_t>();
   open.devices = fields.Number<std::uint32_t>();
   const auto requests = fields.Number<std::uint8_t>();
   open.events = fields.Number<std::uint32_t>();
   if (!TakeSecurity(fields, open.participant.security) || !fields.AllTaken() ||
-      domain > kLastDomain || shared_memory > 1 || multicast > 1 || open.points > kMostInstances ||
+      domain > kLastDomain || multicast > 1 || open.points > kMostInstances ||
       open.devices > kMostInstances || requests > 1 || open.events > kMostEventDevices) {
     return damaged;
   }
   open.participant.domain = static_cast<int>(domain);
-  open.participant.shared_memory = shared_memory == 1;
   open.participant.multicast = multicast == 1;
   open.requests = requests == 1;
   return open;

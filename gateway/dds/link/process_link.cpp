@@ -107,9 +107,7 @@ void ProcessLink::Start(Instant now) {
   const auto program =
       options_.program.empty() ? FindProgram("baudgate-dds") : Result(options_.program);
   if (!program) {
-    return keeper_.Ended(
-        "can not be started: " + program.error() + "; install it, or write dds.process: inside",
-        now);
+    return keeper_.Ended("can not be started: " + program.error() + "; install baudgate-dds", now);
   }
   auto ends = MakePacketPair();
   if (!ends) return keeper_.Ended("can not be started: " + ends.error(), now);

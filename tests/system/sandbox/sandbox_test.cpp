@@ -23,7 +23,7 @@ class Sandbox : public RouteStation {
  protected:
   /// A line on a tty whose outputs may be written, routes to a line and to a server by its name, a
   /// serial master, IPv6 and DDS: one of each thing that has a system call of its own.
-  std::string Everything(const std::string& dds = {}) const {
+  std::string Everything() const {
     std::string yaml =
         Yaml({"{ units: 20-21, line: drive }",
               "{ units: 50, server: \"localhost:" + std::to_string(server_) + "\" }"},
@@ -35,7 +35,7 @@ class Sandbox : public RouteStation {
               "{ at: " + LinkOf("panel") + ", serial: 19200 8E1 }"});
     const std::string off = "dds: { enabled: false";
     yaml.replace(yaml.find(off), off.size(),
-                 "dds: { enabled: true, " + dds + "domain: " + std::to_string(domain()));
+                 "dds: { enabled: true, domain: " + std::to_string(domain()));
     return yaml;
   }
   /// The gateway's unit, with more lines in its sandbox.
@@ -88,17 +88,6 @@ TEST_F(Sandbox, TheGatewayDoesAllItsWork) {
   EXPECT_EQ(daemon->WaitForEnd(), 0) << daemon->Errors();
 }
 
-TEST_F(Sandbox, WithTheDdsLibraryInside) {
-  const auto twin = StartTwin("io", "icpdas-i-7024", "1");
-  const auto daemon = Run(Unit(), Everything("process: inside, "));
-  ASSERT_TRUE(EventuallyFloat(client_, kUnit, 0, 1.5F)) << daemon->Errors();
-  const Finished watch = Command(
-      {"watch", "--domain", std::to_string(domain()), "--gateway", gateway(), "--json", "--once"});
-  EXPECT_THAT(watch.output, HasSubstr("output_0"));
-  daemon->Signal(SIGTERM);
-  EXPECT_EQ(daemon->WaitForEnd(), 0) << daemon->Errors();
-}
-
 /// Else the tests above would show nothing.
 TEST_F(Sandbox, WhatBitesIsNoticed) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "1");
@@ -121,8 +110,7 @@ TEST_F(Sandbox, EveryFamilyOfAddressesIsNeeded) {
     fewer.erase(fewer.find(family), family.size());
     std::string unit = text;
     unit.replace(unit.find(all), all.size(), fewer);
-    // With the DDS library inside, which asks for the addresses of this machine.
-    const auto daemon = Run(Write("fewer.service", unit), Everything("process: inside, "));
+    const auto daemon = Run(Write("fewer.service", unit), Everything());
     EXPECT_EQ(daemon->WaitForEnd(), kForbidden) << "without " << family << daemon->Errors();
   }
 }

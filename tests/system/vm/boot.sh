@@ -50,7 +50,7 @@ libraries() {
       sort -u | while read -r name; do provider "$name"; done
     return
   fi
-  ldd "$made"/{baudgate,baudgate-dds,baudgate-dds-inside.so} "$made"/protocols/*.so |
+  ldd "$made"/{baudgate,baudgate-dds} "$made"/protocols/*.so |
     awk '$2 == "=>" && $3 ~ /^\// { print $3 }' | sort -u |
     while read -r file; do dpkg -S "$file" 2>/dev/null || dpkg -S "$(realpath "$file")"; done | cut -d: -f1 | sort -u
 }

@@ -19,11 +19,9 @@ LinkOpen AnOpen() {
   return {.gateway = "sub-7",
           .participant = {.domain = 7,
                           .interfaces = {"127.0.0.1", "::1"},
-                          .shared_memory = true,
                           .multicast = false,
                           .peers = {"10.0.0.7"},
-                          .discovery_servers = {{"10.0.0.8", 11811}},
-                          .profiles = "/x"},
+                          .discovery_servers = {{"10.0.0.8", 11811}}},
           .points = 5000,
           .devices = 31,
           .requests = true,
@@ -31,8 +29,8 @@ LinkOpen AnOpen() {
 }
 
 constexpr char kOpen[] =
-    "01 05 42 00 05 73 75 62 2D 37 07 00 00 00 01 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
-    "00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E 02 2F 78 88 13 00 00 1F "
+    "01 05 3E 00 05 73 75 62 2D 37 07 00 00 00 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
+    "00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E 88 13 00 00 1F "
     "00 00 00 01 05 00 00 00 00";
 // 3 subscribers, 1,234 samples, 2^32 refused, 5 requests and 6 events dropped; 7 participants,
 // 12,345 datagrams; 16 reasons: 38 fragments, 2 participants too many of one address.
@@ -115,11 +113,9 @@ TEST(LinkMessage, OpenBothWays) {
   EXPECT_EQ(open->gateway, "sub-7");
   EXPECT_EQ(open->participant.domain, 7);
   EXPECT_EQ(open->participant.interfaces, AnOpen().participant.interfaces);
-  EXPECT_TRUE(open->participant.shared_memory);
   EXPECT_FALSE(open->participant.multicast);
   EXPECT_EQ(open->participant.peers, AnOpen().participant.peers);
   EXPECT_EQ(open->participant.discovery_servers, AnOpen().participant.discovery_servers);
-  EXPECT_EQ(open->participant.profiles, "/x");
   EXPECT_EQ(open->points, 5000U);
   EXPECT_EQ(open->devices, 31U);
   EXPECT_TRUE(open->requests);

@@ -193,33 +193,7 @@ systemctl stop baudgate-discovery
 check "it stops" [ "$(systemctl is-active baudgate-discovery)" = inactive ]
 print_journal
 
-chapter "10 Shared memory"
-restart_with 's/dds: {/& shared_memory: true,/'
-whole "shared memory"
-before=$(segments)
-check "it is used: $(wc -w <<<"$before") files in /dev/shm, of $(stat -c %U /dev/shm/*fastrtps* | sort -u | paste -sd' ')" \
-  [ -n "$before" ]
-check "logind removes what a user leaves (RemoveIPC)" \
-  [ "$(busctl get-property org.freedesktop.login1 /org/freedesktop/login1 org.freedesktop.login1.Manager RemoveIPC)" = "b true" ]
-su --login visitor -c 'touch /dev/shm/visitors; loginctl --no-legend list-sessions' </dev/null | sed 's/^/  session: /'
-check "a visitor logs in and out, and loses his" eventually 60 test ! -e /dev/shm/visitors
-check "the service's are still there" [ "$(segments)" = "$before" ]
-whole "after the logout"
-killed baudgate-dds
-after=$(segments)
-check "nothing is left of the killed process" [ -z "$(comm -12 <(echo "$before") <(echo "$after") | grep -v port)" ]
-check "as many files as before" [ "$(wc -w <<<"$after")" = "$(wc -w <<<"$before")" ]
-systemctl stop baudgate
-check "nothing is left after a stop" [ -z "$(segments)" ]
-systemctl start baudgate
-eventually $patience daemon_is_up
-systemctl kill --signal=KILL $both
-sleep 8
-eventually $patience daemon_is_up
-check "kill -9 of both: as many files as before" [ "$(segments | wc -l)" = "$(wc -w <<<"$before")" ]
-print_journal
-
-chapter "11 What they may reach"
+chapter "10 What they may reach"
 for unit in $both baudgate-discovery; do
   echo "  -- $unit"
   systemd-analyze security --no-pager "$unit" | grep -E '✗|→' | sed 's/^/  /'
@@ -244,7 +218,7 @@ for device in /dev/vda /dev/kmsg /dev/mem /dev/loop-control; do
 done
 print_journal
 
-chapter "12 A USB adapter, the first of its kind since the service runs"
+chapter "11 A USB adapter, the first of its kind since the service runs"
 check "modules-load.d has loaded usbserial" grep -qw ttyUSB /proc/devices
 modprobe -r ftdi_sio usbserial
 check "now there is no driver" not grep -qw ttyUSB /proc/devices
@@ -269,7 +243,7 @@ check "the journal knows of lines" grep -q 'is gone' <(journal_of LINE=usb OUTCO
 check "and of devices" grep -q 'online' <(journal_of LINE=usb DEVICE=third)
 print_journal
 
-chapter "13 The gateway is stopped (SIGSTOP)"
+chapter "12 The gateway is stopped (SIGSTOP)"
 check "systemd waits 10 s for a sign of life" [ "$(property baudgate WatchdogUSec)" = 10s ]
 process=$(main_process baudgate)
 systemctl kill --signal=STOP --kill-who=main baudgate

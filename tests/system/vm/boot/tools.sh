@@ -117,7 +117,6 @@ start_twins() {
 }
 
 exposure() { systemd-analyze security --no-pager "$1" | sed -n 's/.*exposure level for .*: \([0-9.]*\) .*/\1/p'; }
-segments() { find /dev/shm -name '*fastrtps*' -printf '%f\n' | sort; }
 
 # As the service: its mounts, and what its control group may open.
 inside_service() { nsenter --mount --target "$(main_process baudgate)" -- "$@" 2>/dev/null; }
