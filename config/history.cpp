@@ -30,7 +30,6 @@ struct Pattern {
   Log log = Log::changes;
   std::optional<double> deadband;
   std::optional<Duration> max_gap;
-  bool swinging_door = false;
   Mark mark;
   std::string text;
   bool used = false;
@@ -91,11 +90,6 @@ std::optional<Pattern> ReadPattern(const YamlNode& node, Problems& problems) {
       problems.Error(map.MarkOf("deadband"), "deadband: it is 0 or more");
     }
     pattern.max_gap = map.Time("max_gap", kLeastMaxGap, kMostMaxGap);
-    Assign(pattern.swinging_door, map.Flag("swinging_door"));
-    if (pattern.swinging_door && pattern.log != Log::changes) {
-      problems.Error(map.MarkOf("swinging_door"),
-                     "swinging_door: only log: changes has one; the others keep all or nothing");
-    }
     map.Finish();
     if (pattern.text.empty()) return std::nullopt;
   } else {
@@ -125,7 +119,6 @@ Pattern* FirstMatch(std::vector<Pattern>& patterns, const std::string& line,
 void Choose(std::vector<Pattern>& patterns, const Config& config, Duration max_gap,
             History& history, Problems& problems) {
   std::uint32_t number = 0;
-  const Pattern* without = nullptr;
   for (const Line& line : config.lines) {
     for (const Device& device : line.devices) {
       for (std::uint32_t i = 0; i < device.points.size(); ++i) {
@@ -134,19 +127,12 @@ void Choose(std::vector<Pattern>& patterns, const Config& config, Duration max_g
         const Pattern* pattern = FirstMatch(patterns, line.name, device.name, point.name);
         if (pattern == nullptr || pattern->log == Log::off) continue;
         const double deadband = pattern->deadband.value_or(point.deadband);
-        const bool is_number = point.type != Type::boolean && point.type != Type::string;
-        const bool door = pattern->swinging_door && is_number;
-        if (door && deadband <= 0) without = pattern;
-        history.points.push_back({number, i, pattern->log == Log::all, deadband,
-                                  pattern->max_gap.value_or(max_gap), door});
+        history.points.push_back(
+            {number, i, pattern->log == Log::all, deadband, pattern->max_gap.value_or(max_gap)});
       }
       ++number;
     }
   }
-  if (without == nullptr) return;
-  problems.Error(without->mark, "swinging_door: " + Quoted(without->text) +
-                                    " matches points without a deadband, within which a line could "
-                                    "pass; give one: deadband: 0.5");
 }
 
 }  // namespace

@@ -18,12 +18,10 @@ namespace {
 constexpr std::size_t kMostLines = 1000;
 constexpr std::size_t kMostDevices = 1000;
 
-constexpr int kMostAtATime = 16;
-
 constexpr std::array<Word<Echo>, 3> kEchoes = {
     {{"off", Echo::off}, {"strip", Echo::strip}, {"verify", Echo::verify}}};
 
-void ReadPort(MapReader& map, Line& line, LoadContext& context) {
+void ReadPort(MapReader& map, bool shared, Line& line, LoadContext& context) {
   const auto node = map.Need("port", "/dev/ttyUSB0");
   if (!node) return;
   const auto port = ReadText(*node, "port", context.problems);
@@ -44,7 +42,7 @@ void ReadPort(MapReader& map, Line& line, LoadContext& context) {
     return;
   }
   line.port = *port;
-  context.uniques.Port(line.port, line.name, node->mark());
+  context.uniques.Port(line.port, line.name, shared, node->mark());
 }
 
 // Buses of the devices' own protocols read their options from the line as well.
@@ -81,7 +79,6 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
     line.name = *name;
     context.uniques.Line(line.name, map.MarkOf("name"));
   }
-  ReadPort(map, line, context);
   const Protocol* protocol = nullptr;
   if (const auto name = map.Need("protocol", "spabus")) {
     protocol = ReadProtocol(*name, context);
@@ -90,6 +87,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   }
   if (protocol) line.serial = protocol->serial;
   line.tcp = protocol != nullptr && protocol->tcp;
+  ReadPort(map, line.tcp, line, context);
   if (const auto serial = map.Get("serial")) {
     line.serial = ReadSerial(*serial, line.serial, context.problems);
   }
@@ -103,8 +101,6 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   Assign(line.retries, pace.retries);
   Assign(line.echo, map.OneOf("echo", kEchoes));
   if (protocol) CheckTcp(*protocol, line.port, map.keys(), context.problems);
-  Assign(line.pipeline, map.Integer("pipeline", 1, kMostAtATime));
-  if (protocol) CheckPipeline(*protocol, line.pipeline, map.keys(), context.problems);
   Options given;
   if (protocol) given = ReadOptions(map, *protocol, OptionSpec::Scope::line);
   const auto devices = map.Get("devices");

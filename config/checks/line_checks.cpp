@@ -81,7 +81,6 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
   double fast = 0;
   double slow = 0;
   bool told = false;
-  const auto lanes = std::min(static_cast<std::size_t>(line.pipeline), line.devices.size());
   for (const Device& device : line.devices) {
     const Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (!protocol || !device.enabled) continue;
@@ -105,13 +104,12 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
                            InMilliseconds(round.time) + "): periods will be missed");
     }
   }
-  if (told || fast + slow <= static_cast<double>(lanes)) return;
-  problems.Warning(
-      line.mark, "line '" + line.name + "': its polls need at least " +
-                     std::to_string(std::lround((fast + slow) * 100 / static_cast<double>(lanes))) +
-                     " % of the line's time: periods will be missed; lengthen " +
-                     (slow > fast ? "slow, or ask for fewer points"
-                                  : "poll, or move points to the group slow"));
+  if (told || fast + slow <= 1) return;
+  problems.Warning(line.mark, "line '" + line.name + "': its polls need at least " +
+                                  std::to_string(std::lround((fast + slow) * 100)) +
+                                  " % of the line's time: periods will be missed; lengthen " +
+                                  (slow > fast ? "slow, or ask for fewer points"
+                                               : "poll, or move points to the group slow"));
 }
 
 /// Whether it is probed with something that only this is answered so.
@@ -140,18 +138,9 @@ void CheckOrder(const Line& line, const Catalog& catalog, Problems& problems) {
   }
 }
 
-void CheckPipelineUse(const Line& line, Problems& problems) {
-  if (line.pipeline == 1 || line.devices.size() > 1) return;
-  problems.Warning(line.mark, "line '" + line.name +
-                                  "': pipeline: " + std::to_string(line.pipeline) +
-                                  " has no effect: one device is asked one request at a time; "
-                                  "several devices are needed, or leave it out");
-}
-
 }  // namespace
 
 void CheckLine(const Line& line, const Catalog& catalog, Problems& problems) {
-  CheckPipelineUse(line, problems);
   CheckTimes(line, catalog, problems);
   CheckLoad(line, catalog, problems);
   CheckOrder(line, catalog, problems);

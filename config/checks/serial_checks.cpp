@@ -70,11 +70,4 @@ void CheckTcp(const Protocol& protocol, const std::string& port, const Keys& key
   }
 }
 
-void CheckPipeline(const Protocol& protocol, int pipeline, const Keys& keys, Problems& problems) {
-  if (protocol.tcp || pipeline == 1) return;
-  problems.Error(keys.MarkOf("pipeline"),
-                 "pipeline: a line of " + std::string(protocol.name) +
-                     " carries one exchange at a time; remove the key (modbus_tcp has it)");
-}
-
 }  // namespace baudgate::config

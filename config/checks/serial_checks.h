@@ -32,6 +32,5 @@ void CheckTcp(const Protocol& protocol, const std::string& port, const Keys& key
               Problems& problems);
 
 /// Several requests under way at a time: of a protocol that is spoken over TCP only.
-void CheckPipeline(const Protocol& protocol, int pipeline, const Keys& keys, Problems& problems);
 
 }  // namespace baudgate::config

@@ -54,11 +54,14 @@ void Uniques::Unit(std::uint8_t unit, const std::string& device, const Mark& mar
   }
 }
 
-void Uniques::Port(const std::string& port, const std::string& line, const Mark& mark) {
-  if (const Owner* first = Claim(ports_, RealPort(port), "line '" + line + "'", mark)) {
-    problems_.Error(mark, "port: " + Quoted(port) + " is already the port of " + first->name +
-                              "; put the devices on one line");
-  }
+void Uniques::Port(const std::string& port, const std::string& line, bool shared,
+                   const Mark& mark) {
+  const auto [owner, is_new] =
+      ports_.emplace(RealPort(port), Owner{"line '" + line + "'", mark, shared});
+  const Owner& first = owner->second;
+  if (is_new || (first.shared && shared)) return;
+  problems_.Error(mark, "port: " + Quoted(port) + " is already the port of " + first.name +
+                            "; put the devices on one line");
 }
 
 void Uniques::ListenerPort(const std::string& path, const Mark& mark) {

@@ -21,8 +21,9 @@ class Uniques {
   void Line(const std::string& name, const Mark& mark);
   void Device(const std::string& name, const Mark& mark);
   void Unit(std::uint8_t unit, const std::string& device, const Mark& mark);
-  /// Links such as /dev/serial/by-id/… count as what they lead to.
-  void Port(const std::string& port, const std::string& line, const Mark& mark);
+  /// Links such as /dev/serial/by-id/… count as what they lead to. `shared`: a server that takes
+  /// several connections; other lines that say so may name it as well.
+  void Port(const std::string& port, const std::string& line, bool shared, const Mark& mark);
   /// A serial port at which a master waits; in one table with the ports of lines.
   void ListenerPort(const std::string& path, const Mark& mark);
   /// No two at one port of one address; 0.0.0.0 and :: are all of them.
@@ -32,6 +33,7 @@ class Uniques {
   struct Owner {
     std::string name;
     Mark mark;
+    bool shared = false;
   };
   using Owners = std::map<std::string, Owner>;
   /// The first owner when there is one already.

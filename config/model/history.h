@@ -19,9 +19,6 @@ struct HistoryPoint {
   bool every = false;        ///< every reading, changed or not
   double deadband = 0;       ///< smaller changes are not kept, in units of the value
   Duration max_gap = std::chrono::minutes(10);  ///< an unchanged value is kept again after this
-  /// Numbers are kept where a straight line would leave the deadband
-  /// (gateway/history/swing_door.h).
-  bool swinging_door = false;
 };
 
 template <typename Visit>
@@ -31,7 +28,6 @@ void VisitFields(const HistoryPoint*, Visit visit) {
   visit(Field<&HistoryPoint::every>());
   visit(Field<&HistoryPoint::deadband>());
   visit(Field<&HistoryPoint::max_gap>());
-  visit(Field<&HistoryPoint::swinging_door>());
 }
 
 inline constexpr std::uint64_t kMegabyte = 1'000'000;

@@ -22,7 +22,6 @@ struct Line {
   Timing timing;     ///< line before gateway
   int retries = 2;   ///< of exchanges that may be repeated
   Echo echo = Echo::off;
-  int pipeline = 1;  ///< requests under way at a time, 1…16; more than one of modbus_tcp only
   Options options;
   std::vector<Device> devices;
   Mark mark;
@@ -41,7 +40,6 @@ void VisitFields(const Line*, Visit visit) {
   visit(Field<&Line::timing>());
   visit(Field<&Line::retries>());
   visit(Field<&Line::echo>());
-  visit(Field<&Line::pipeline>());
   visit(Field<&Line::options>());
   visit(Field<&Line::devices>());
   visit(Derived<&Line::mark>());

@@ -37,8 +37,8 @@ LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
       memory_(memory),
       events_(events),
       news_(line, events),
-      lanes_(line, first_device, find, store, *this) {
-  lanes_.Attach(recorder_);
+      poller_(line, first_device, find, store, *this) {
+  poller_.Attach(recorder_);
 }
 
 void LineDriver::Start(Now now) {
@@ -53,14 +53,7 @@ void LineDriver::Recall() {
   if (memory_ == nullptr) return;
   for (std::size_t i = 0; i < config_.devices.size(); ++i) {
     const auto device = first_device_ + static_cast<std::uint32_t>(i);
-    lanes_.Recall(device, memory_->Of(device), now_);
-  }
-}
-
-/// Of what is not kept yet it hears when it is.
-void LineDriver::RecallEvents() {
-  for (const auto& [device, said] : kept_) {
-    if (reported_.count(device) == 0) lanes_.OnEventsKept(device, said, now_);
+    poller_.Recall(device, memory_->Of(device), now_);
   }
 }
 
@@ -70,8 +63,7 @@ void LineDriver::Stop(Now now, std::function<void()> stopped) {
   lent_until_.reset();
   AfterTheWrite([this, stopped = std::move(stopped)] {
     ClosePort();
-    if (open_.exchange(false)) lanes_.OnClosed(now_);
-    lanes_due_.reset();
+    if (open_.exchange(false)) poller_.OnClosed(now_);
     stopped();
   });
 }
@@ -99,13 +91,12 @@ void LineDriver::OnOpened(Now now) {
   if (announced_) Announce();
   CountErrors();
   if (config_.is_network()) check_at_ = now.instant + kGreeting;
-  lanes_.OnOpened(now, port_.KeepsBitRate());
+  poller_.OnOpened(now, port_.KeepsBitRate());
   Settle();
 }
 
 void LineDriver::Announce() {
-  const std::string about = lanes_.Describe();
-  const std::string text = port_.Describe() + (about.empty() ? "" : ", " + about);
+  const std::string text = port_.Describe();
   log::Info({.line = config_.name}, "open ({})", text);
   ShowPort(LineStatus::Port::open, text);
   news_.Tell({News::What::port_down, true, {}, text}, now_);
@@ -121,14 +112,13 @@ void LineDriver::Prove() {
 void LineDriver::OnOpenFailed(const std::string& reason, Now now) {
   now_ = now;
   // The time of the loan is over, but the port is not ours yet.
-  if (std::exchange(out_of_service_, false)) lanes_.OnClosed(now);
+  if (std::exchange(out_of_service_, false)) poller_.OnClosed(now);
   Down(reason);
   Settle();
 }
 
 void LineDriver::OnLost(const std::string& reason, Now now) {
   now_ = now;
-  lanes_.OnLost(now);
   Lost(reason);
   Settle();
 }
@@ -137,7 +127,7 @@ void LineDriver::Lost(const std::string& reason) {
   open_ = false;
   check_at_.reset();
   store_.UpdateLine(line_, [](LineStatus& status) { ++status.times_lost; });
-  lanes_.OnClosed(now_);
+  poller_.OnClosed(now_);
   if (connection_ == Connection::proven) return Down(reason);
   connection_ = Connection::useless;
   Down(reason +
@@ -181,31 +171,13 @@ void LineDriver::CheckConnection() {
   const bool old = now_.instant - opened_ >= kSilenceLimit;
   const bool unproven = connection_ != Connection::proven;
   if (unproven && (connection_ == Connection::heard || old)) Prove();
-  if (!lanes_.SilentSince(now_.instant - kSilenceLimit)) {
+  if (!poller_.ledger().SilentSince(now_.instant - kSilenceLimit)) {
     check_at_ = now_.instant + kSilenceLimit / 4;
     return;
   }
   port_.Close();
   Lost("no device behind it has answered for " + FormatDuration(kSilenceLimit) +
        "; the connection is made anew");
-}
-
-/// The server can not be asked several at a time: what is under way ends, and it is asked anew.
-void LineDriver::Narrow() {
-  const bool was_open = open_.exchange(false);
-  if (was_open) {
-    check_at_.reset();
-    port_.Close();
-    lanes_.OnClosed(now_);
-  }
-  lanes_.Narrow(now_);
-  Recall();
-  lanes_.OnHostClock(host_clock_right_);
-  RecallEvents();
-  log::Warn({.line = config_.name}, "{}", lanes_.Describe());
-  if (!was_open || stopping_) return;
-  ShowPort(LineStatus::Port::closed, "opened again, for " + lanes_.Describe());
-  port_.Open();
 }
 
 // ---------------------------------------------------------------- the port, lent
@@ -223,7 +195,7 @@ void LineDriver::TakeBack(Now now) {
 
 void LineDriver::AfterTheWrite(std::function<void()> then) {
   after_write_ = std::move(then);
-  lanes_.WindUp();
+  poller_.WindUp();
   patience_until_ = now_.instant + kPatience;
   Settle();
 }
@@ -238,7 +210,7 @@ void LineDriver::Lend(Duration time) {
   out_of_service_ = true;
   open_ = false;
   ClosePort();
-  lanes_.OnClosed(now_, Quality::bad_out_of_service);
+  poller_.OnClosed(now_, Quality::bad_out_of_service);
   log::Info({.line = config_.name}, "{} is released for {}; its points are out of service",
             config_.port, FormatDuration(time));
   const std::string text = "released for " + FormatDuration(time);
@@ -260,7 +232,7 @@ void LineDriver::OnBytes(View bytes, Now now) {
   now_ = now;
   if (connection_ == Connection::fresh) connection_ = Connection::heard;
   if (connection_ == Connection::heard && now.instant - opened_ >= kGreeting) Prove();
-  lanes_.OnBytes(bytes, now);
+  poller_.OnBytes(bytes, now);
   Settle();
 }
 
@@ -277,25 +249,25 @@ void LineDriver::Send(View bytes, const config::SerialSettings& serial) {
 void LineDriver::Submit(WriteCommand command, Now now) {
   now_ = now;
   // Whoever hands commands over keeps to Poller::kQueueLimit, so the poller never says no.
-  lanes_.Submit(std::move(command), now);
+  poller_.Submit(std::move(command), now);
   Settle();
 }
 
 void LineDriver::Submit(RoutedRequest request, Now now) {
   now_ = now;
-  lanes_.Submit(std::move(request), now);
+  poller_.Submit(std::move(request), now);
   Settle();
 }
 
 void LineDriver::Forget(std::uint64_t client, Now now) {
   now_ = now;
-  lanes_.Forget(client, now);
+  poller_.Forget(client, now);
   Settle();
 }
 
 void LineDriver::SetInUse(std::uint32_t device, bool in_use, Now now) {
   now_ = now;
-  lanes_.SetInUse(device, in_use, now);
+  poller_.SetInUse(device, in_use, now);
   Settle();
 }
 
@@ -304,39 +276,31 @@ void LineDriver::OnEventsKept(std::uint32_t device, const std::string& said, boo
   now_ = now;
   if (reported) reported_.erase(device);
   if (reported_.count(device) > 0) return;
-  kept_[device] = said;
-  lanes_.OnEventsKept(device, said, now);
+  poller_.OnEventsKept(device, said, now);
   Settle();
-}
-
-void LineDriver::OnHostClock(bool right) {
-  host_clock_right_ = right;
-  lanes_.OnHostClock(right);
 }
 
 void LineDriver::OnTimer(Now now) {
   now_ = now;
   const auto is_due = [&](const std::optional<Instant>& at) { return at && *at <= now.instant; };
-  if (is_due(patience_until_) && lanes_.IsWriting()) {
+  if (is_due(patience_until_) && poller_.IsWriting()) {
     log::Warn({.line = config_.name},
               "a write is broken off; what it has opened, such as a password, may stay open");
     GoOn();
   }
   if (is_due(lent_until_)) EndLoan();
   if (is_due(check_at_)) CheckConnection();
-  if (is_due(lanes_due_) && is_due(lanes_.Deadline())) lanes_.OnTimer(now);
+  if (is_due(poller_.Deadline())) poller_.OnTimer(now);
   Settle();
 }
 
 /// At the end of every input.
 void LineDriver::Settle() {
-  if (lanes_.IsToNarrow()) Narrow();
-  if (after_write_ && !lanes_.IsWriting()) GoOn();
-  lanes_due_ = lanes_.Deadline();
+  if (after_write_ && !poller_.IsWriting()) GoOn();
 }
 
 std::optional<Instant> LineDriver::Deadline() const {
-  std::optional<Instant> soonest = lanes_due_;
+  std::optional<Instant> soonest = poller_.Deadline();
   for (const auto& at : {check_at_, lent_until_, patience_until_}) {
     if (at && (!soonest || *at < *soonest)) soonest = at;
   }

@@ -1,12 +1,11 @@
 // What one line does with its port: when a connection has proven itself or is made anew, how long
-// the port is lent, what is ended before it is given up. Joins the pollers, the flight recorder and
+// the port is lent, what is ended before it is given up. Joins the poller, the flight recorder and
 // the status of the line. No thread and no clock: line_runner.h brings bytes, calls and the time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
 #include <functional>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -14,7 +13,6 @@
 
 #include "config/model/line.h"
 #include "gateway/daemon/news_desk.h"
-#include "gateway/lanes/lanes.h"
 #include "gateway/poll/poller.h"
 #include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
@@ -62,7 +60,7 @@ class LineDriver final : private PollerListener {
   /// this is what it holds.
   void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);
   /// See Conversation.
-  void OnHostClock(bool right);
+  void OnHostClock(bool right) { poller_.OnHostClock(right); }
 
   /// See LineControl; the write under way ends first.
   void Release(Duration time, Now now);
@@ -101,14 +99,12 @@ class LineDriver final : private PollerListener {
   }
 
   void Recall();
-  void RecallEvents();
   void Announce();
   void Prove();
   void CheckConnection();
   void Lost(const std::string& reason);
   void Down(const std::string& reason);
   void ClosePort();
-  void Narrow();
   void AfterTheWrite(std::function<void()> then);
   void GoOn();
   void Lend(Duration time);
@@ -127,11 +123,9 @@ class LineDriver final : private PollerListener {
   DeviceMemory* const memory_;  // null: there is none
   EventSink* const events_;     // null: nothing is kept
   NewsDesk news_;
-  std::set<std::uint32_t> reported_;           // devices whose events are not kept yet
-  std::map<std::uint32_t, std::string> kept_;  // what their kept ones have said
-  Lanes lanes_;
+  std::set<std::uint32_t> reported_;  // devices whose events are not kept yet
+  Poller poller_;
   Now now_{};                                        // of the input that is being handled
-  std::optional<Instant> lanes_due_;                 // the pollers' deadline
   std::optional<Instant> check_at_;                  // of a network connection
   std::optional<Instant> lent_until_;                // the port, to another program
   std::optional<Instant> patience_until_;            // with the write under way
@@ -143,7 +137,6 @@ class LineDriver final : private PollerListener {
   std::string shown_;            // of the port, in the status
   bool out_of_service_ = false;  // the points, since the port was lent
   bool stopping_ = false;
-  bool host_clock_right_ = false;
   Instant errors_counted_{};
   std::atomic<bool> open_ = false;
 };

@@ -61,7 +61,6 @@ struct Batch {
 struct PointName {
   std::string name;  ///< LINE.DEVICE.POINT
   config::Type type = config::Type::float32;
-  bool line = false;  ///< its entries are ends of straight lines (swing_door.h)
 };
 
 }  // namespace baudgate::history

@@ -12,7 +12,7 @@
 namespace baudgate::history {
 namespace {
 
-constexpr std::array<const char*, 2> kValueMigrations = {R"sql(
+constexpr std::array<const char*, 1> kValueMigrations = {R"sql(
 CREATE TABLE points (
   point INTEGER PRIMARY KEY,
   name  TEXT NOT NULL UNIQUE,
@@ -36,13 +36,6 @@ CREATE TABLE chunks (
   bytes BLOB NOT NULL
 );
 CREATE INDEX chunks_point ON chunks (point, run, first);
-)sql",
-                                                         R"sql(
-CREATE TABLE lines (
-  point INTEGER NOT NULL,
-  run   INTEGER NOT NULL,
-  PRIMARY KEY (point, run)
-) WITHOUT ROWID;
 )sql"};
 /// FULL: what was committed is on the disk, once a second. With NORMAL the system would keep it for
 /// up to half a minute.
@@ -110,8 +103,6 @@ DayFile::Opened DayFile::Open(bool damaged) {
         Statement(*database_, fmt::format("INSERT INTO {} VALUES (?,?,?,?,?)", kTables[i]));
   }
   run_ = Statement(*database_, "INSERT OR REPLACE INTO runs VALUES (?,?,?,?)");
-  line_ = Statement(*database_, "INSERT OR IGNORE INTO lines VALUES (?,?)");
-  marked_.assign(names_.size(), 0);
   opened.ok = PackLeftovers(kTables[0]) && PackLeftovers(kTables[1]) && ReadPoints();
   if (!opened.ok) return opened;
   opened.last_run = Whole(database_->First("SELECT coalesce(max(run), 0) FROM runs"));
@@ -176,7 +167,7 @@ bool DayFile::Write(const std::vector<Sample>& samples, const std::vector<Run>& 
     insert.Bind(3, sample.entry.time);
     insert.Bind(4, sample.entry.value);
     insert.Bind(5, std::int64_t{sample.entry.quality.word()});
-    ok = ok && insert.Run() && MarkLine(sample);
+    ok = ok && insert.Run();
     if (!ok) break;
   }
   for (const Run& run : runs) {
@@ -189,20 +180,10 @@ bool DayFile::Write(const std::vector<Sample>& samples, const std::vector<Run>& 
   ok = ok && database_->Execute("COMMIT");
   if (!ok) {
     for (const auto& [point, id] : fresh) ids_[point] = 0;
-    marked_.assign(names_.size(), 0);
     return Fail();
   }
   for (const Sample& sample : samples) active_.Add(sample);
   return true;
-}
-
-/// Once for each run.
-bool DayFile::MarkLine(const Sample& sample) {
-  if (!names_[sample.point].line || marked_[sample.point] == sample.run) return true;
-  line_.Bind(1, ids_[sample.point]);
-  line_.Bind(2, sample.run);
-  marked_[sample.point] = sample.run;
-  return line_.Run();
 }
 
 void DayFile::BeginPacking() {

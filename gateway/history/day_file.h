@@ -62,7 +62,6 @@ class DayFile {
   bool PackLeftovers(const char* table);
   bool WriteChunks(const char* table);
   std::int64_t IdOf(PointNumber point);
-  bool MarkLine(const Sample& sample);
 
   const std::filesystem::path path_;
   const std::vector<PointName>& names_;
@@ -71,11 +70,8 @@ class DayFile {
   OpenFile open_;
   Statement insert_[2];
   Statement run_;
-  Statement line_;
   std::vector<std::int64_t> ids_;  // by point; 0: it has none yet
-  std::vector<std::int64_t>
-      marked_;             // by point: the run in which it is known to be a line; 0: none
-  std::size_t table_ = 0;  // that takes rows
+  std::size_t table_ = 0;          // that takes rows
   OpenRows active_;
   OpenRows packed_;  // of the other table
   std::vector<Chunk> chunks_;

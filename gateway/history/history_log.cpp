@@ -21,8 +21,7 @@ std::vector<PointName> NamesOf(const config::Config& config) {
       if (point.device < first || point.device >= first + its.devices.size()) continue;
       const config::Device& device = its.devices[point.device - first];
       const config::Point& one = device.points[point.point];
-      names.push_back(
-          {its.name + "." + device.name + "." + one.name, one.type, point.swinging_door});
+      names.push_back({its.name + "." + device.name + "." + one.name, one.type});
     }
   }
   return names;

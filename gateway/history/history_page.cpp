@@ -92,15 +92,6 @@ class DayReader {
     return step != Statement::Step::failed;
   }
 
-  /// Files of before have no lines.
-  bool IsLine(std::int64_t run) {
-    if (!knows()) return false;
-    Statement row(database_, "SELECT 1 FROM lines WHERE point=? AND run=?");
-    row.Bind(1, *point_);
-    row.Bind(2, run);
-    return row.Next() == Statement::Step::row;
-  }
-
   void End() { database_.Rollback(); }
 
  private:
@@ -159,7 +150,6 @@ class PageReader {
       const std::size_t room = kPage - page_.records.size();
       const bool ok = day->ReadEntries(run->first, after, query_.until, room + 1, entries);
       const std::string error = ok ? std::string() : day->error();
-      const bool line = day->IsLine(run->first);
       day->End();
       if (!ok) return Error{DayFileName(day->day()) + ": " + error};
       for (Entry& entry : entries) {
@@ -169,7 +159,7 @@ class PageReader {
         }
         after = entry.time;
         page_.next = {run->first, after};
-        page_.records.push_back({std::move(entry), {}, line});
+        page_.records.push_back({std::move(entry), {}});
       }
     }
     AddGap(run, knew);

@@ -26,9 +26,6 @@ struct Gap {
 struct HistoryRecord {
   Entry entry{};             ///< of a gap: only its time
   std::optional<Gap> gap{};  ///< from then on nothing is known of the point
-  /// To the entry before it goes a straight line, where both have the same quality and a number;
-  /// else the value before held until then.
-  bool line = false;
 };
 
 /// Where a page has ended: after this time of this run.

@@ -113,34 +113,14 @@ void Recorder::TakeOne(Seen& seen, Millis now, Batch& out) {
 /// It is kept where its rule says so.
 void Recorder::Offer(PointNumber number, const Entry& entry, Batch& out) {
   Point& point = points_[number];
-  if (point.door) {
-    for (const Entry& kept : point.door->Take(entry)) Keep(number, kept, out);
-  } else if (IsKept(point.rule, point.kept ? &*point.kept : nullptr, entry)) {
-    Keep(number, entry, out);
-  }
-}
-
-/// What lines have come to, before nobody knows how they go on.
-void Recorder::EndLines(Batch& out) {
-  for (PointNumber number = 0; number < points_.size(); ++number) {
-    auto& door = points_[number].door;
-    if (!door) continue;
-    const auto last = door->End();
-    if (!last || !recording_) continue;
-    ++counters_.kept;
-    run_.until = std::max(run_.until, last->time);
-    out.samples.push_back({number, run_.number, *last});
-  }
+  if (IsKept(point.rule, point.kept ? &*point.kept : nullptr, entry)) Keep(number, entry, out);
 }
 
 void Recorder::Keep(PointNumber number, const Entry& entry, Batch& out) {
   if (recording_ && out.samples.size() >= room_) {
     recording_ = false;
     run_.until = std::max(run_.began, entry.time);
-    for (Point& point : points_) {
-      point.kept.reset();
-      if (point.door) point.door->Forget();
-    }
+    for (Point& point : points_) point.kept.reset();
   }
   if (!recording_) {
     ++counters_.dropped;
@@ -166,7 +146,6 @@ void Recorder::Look(Now now, std::size_t room, Batch& out) {
 
 /// All that is known is kept anew: nobody has to look beyond the run.
 void Recorder::BeginRun(RunBegin why, Millis now, Batch& out) {
-  EndLines(out);
   out.SetRun(run_);
   run_ = {run_.number + 1, now, now, why};
   recording_ = true;
@@ -219,7 +198,6 @@ void Recorder::End(Now now, Batch& out) {
   Look(now, 0, out);
   const Millis time = ToMillis(now.wall);
   Roll([&](Rollup& rollup) { rollup.Forget(time, ended_); }, out);
-  EndLines(out);
   if (recording_) run_.until = std::max(run_.until, time);
   out.SetRun(run_);
 }

@@ -10,7 +10,6 @@
 
 #include "gateway/history/batch.h"
 #include "gateway/history/log_rule.h"
-#include "gateway/history/swing_door.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate::history {
@@ -50,11 +49,8 @@ class Recorder {
   static constexpr PointNumber kNone = ~PointNumber{0};
 
   struct Point {
-    explicit Point(const config::HistoryPoint& its) : rule(LogRule::Of(its)) {
-      if (its.swinging_door) door.emplace(rule.deadband, rule.max_gap);
-    }
+    explicit Point(const config::HistoryPoint& its) : rule(LogRule::Of(its)) {}
     LogRule rule;
-    std::optional<SwingDoor> door;
     std::optional<Entry> latest;
     std::optional<Entry> kept;  // in this run
     std::uint64_t seq = 0;      // PointRecord::seq
@@ -73,7 +69,6 @@ class Recorder {
   void TakeOne(Seen& seen, Millis now, Batch& out);
   void Offer(PointNumber number, const Entry& entry, Batch& out);
   void Keep(PointNumber number, const Entry& entry, Batch& out);
-  void EndLines(Batch& out);
   void BeginRun(RunBegin why, Millis now, Batch& out);
   void SetClock(Millis old_time, Millis new_time, Batch& out);
   void Emit(PointNumber number, Millis width, Batch& out);

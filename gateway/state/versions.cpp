@@ -26,7 +26,7 @@ struct Known {
 };
 /// events.db, and of gateway/history values-YYYYMMDD.db and trends.db.
 constexpr std::array<Known, 3> kKnown = {
-    {{kEventsApplication, kEventsVersion}, {0x42477661, 2}, {0x42477472, 1}}};
+    {{kEventsApplication, kEventsVersion}, {0x42477661, 1}, {0x42477472, 1}}};
 
 /// Of the head of a file of SQLite: https://www.sqlite.org/fileformat.html, 1.3.
 constexpr std::string_view kMagic = "SQLite format 3";

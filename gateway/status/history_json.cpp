@@ -39,7 +39,6 @@ Json RecordJson(const history::HistoryRecord& record, const std::string& point) 
   json["value"] = ValueJson(record.entry.value);
   json["quality"] = record.entry.quality.word();
   json["quality_text"] = Name(record.entry.quality);
-  if (record.line) json["line"] = true;
   return json;
 }
 

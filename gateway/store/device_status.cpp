@@ -31,16 +31,6 @@ void RoundTrips::Add(Duration round_trip) {
   last_ = round_trip;
 }
 
-void RoundTrips::Add(const RoundTrips& others) {
-  if (others.count_ == 0) return;
-  for (std::size_t bucket = 0; bucket < kBuckets; ++bucket) {
-    buckets_[bucket] += others.buckets_[bucket];
-  }
-  count_ += others.count_;
-  sum_ += others.sum_;
-  last_ = others.last_;
-}
-
 Duration RoundTrips::mean() const {
   return count_ == 0 ? Duration::zero() : sum_ / static_cast<std::int64_t>(count_);
 }

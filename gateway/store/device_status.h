@@ -41,7 +41,6 @@ constexpr bool Answers(DeviceState state) {
 class RoundTrips {
  public:
   void Add(Duration round_trip);
-  void Add(const RoundTrips& others);
   std::uint64_t count() const { return count_; }
   Duration last() const { return last_; }
   Duration mean() const;

@@ -31,7 +31,6 @@ struct LineCounters {
   RoundTrips round_trips;
 
   std::uint64_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }
-  LineCounters& operator+=(const LineCounters& other);
 };
 
 struct LineStatus : LineCounters {
@@ -50,10 +49,6 @@ struct LineStatus : LineCounters {
   double use = 0;  ///< part of the last full minute, or of the first, that the line was busy
   Duration notice_bound{};  ///< an absent device that returns is noticed after at most so long;
                             ///< zero: none is absent (docs/timeouts.md has the formula)
-
-  /// Of a part of the line's devices, asked while others are: what it counts is the line's, and the
-  /// busiest lane says how busy the line is.
-  void AddLane(const LineStatus& lane);
 };
 
 constexpr std::string_view Name(LineStatus::Port port) {

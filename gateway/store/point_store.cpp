@@ -5,13 +5,6 @@
 #include <numeric>
 
 namespace baudgate {
-namespace {
-
-/// Lanes have indices behind all lines, however many there will be.
-constexpr std::uint32_t kFirstLane = 1U << 31;
-
-}  // namespace
-
 PointStore::Entry::Entry(const config::Line& its_line, const config::Device& its_device)
     : line(&its_line), device(&its_device) {
   record.line = &its_line;
@@ -29,7 +22,7 @@ PointStore::PointStore(const config::Config& config) {
 }
 
 void PointStore::Append(const config::Line& line) {
-  lines_.Append(line, static_cast<std::uint32_t>(lines_.size()), device_count());
+  lines_.Append(line, device_count());
   for (const config::Device& device : line.devices) {
     {
       const MutexLock lock(feeds_mutex_);
@@ -58,9 +51,6 @@ void PointStore::Show(std::uint32_t line, const config::Line& as) {
 
 void PointStore::Retire(std::uint32_t line) {
   lines_[line].line = nullptr;
-  for (std::size_t i = 0; i < lanes_.size(); ++i) {
-    if (lanes_[i].number == line) lanes_[i].line = nullptr;
-  }
   const std::size_t end =
       line + 1 < lines_.size() ? lines_[line + 1].first_device : devices_.size();
   for (std::size_t device = lines_[line].first_device; device < end; ++device) {
@@ -178,39 +168,17 @@ std::uint32_t PointStore::LineIndex(const config::Line& line) const {
   for (std::size_t i = 0; i < lines_.size(); ++i) {
     if (lines_[i].line == &line) return static_cast<std::uint32_t>(i);
   }
-  for (std::size_t i = 0; i < lanes_.size(); ++i) {
-    if (lanes_[i].line == &line) return kFirstLane + static_cast<std::uint32_t>(i);
-  }
   return static_cast<std::uint32_t>(lines_.size());
 }
 
-PointStore::LineEntry& PointStore::EntryOf(std::uint32_t index) const {
-  return index < kFirstLane ? lines_[index] : lanes_[index - kFirstLane];
-}
-
 LineStatus PointStore::ReadLine(std::uint32_t line) const {
-  LineStatus status;
-  {
-    const LineEntry& entry = lines_[line];
-    const MutexLock lock(entry.mutex);
-    status = entry.status;
-  }
-  for (std::size_t i = 0; i < lanes_.size(); ++i) {
-    const LineEntry& lane = lanes_[i];
-    if (lane.number != line) continue;
-    const MutexLock lock(lane.mutex);
-    status.AddLane(lane.status);
-  }
-  return status;
-}
-
-void PointStore::AddLane(const config::Line& line, const config::Line& lane) {
-  const LineEntry& whole = lines_[LineIndex(line)];
-  lanes_.Append(lane, whole.number, whole.first_device);
+  const LineEntry& entry = lines_[line];
+  const MutexLock lock(entry.mutex);
+  return entry.status;
 }
 
 void PointStore::UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change) {
-  LineEntry& entry = EntryOf(line);
+  LineEntry& entry = lines_[line];
   const MutexLock lock(entry.mutex);
   change(entry.status);
 }

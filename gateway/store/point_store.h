@@ -67,9 +67,6 @@ class PointStore {
   /// Lines are numbered in the order of the file; `line` is one of the configuration's.
   std::uint32_t LineIndex(const config::Line& line) const;
   LineStatus ReadLine(std::uint32_t line) const;
-  /// `lane` has a part of the devices of `line`: from now on it has an index as well, and what it
-  /// counts is counted as the line's. Before anybody else uses the store.
-  void AddLane(const config::Line& line, const config::Line& lane);
   /// Changes the status of a line under its lock.
   void UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change);
 
@@ -110,19 +107,16 @@ class PointStore {
       BAUDGATE_REQUIRES(entry.mutex);
 
   struct LineEntry {
-    LineEntry(const config::Line& its_line, std::uint32_t its_number, std::uint32_t its_first)
-        : line(&its_line), number(its_number), first_device(its_first) {}
+    LineEntry(const config::Line& its_line, std::uint32_t its_first)
+        : line(&its_line), first_device(its_first) {}
     std::atomic<const config::Line*> line;  // as it was appended; null: it is gone
-    const std::uint32_t number;             // of a lane: of its line
     const std::uint32_t first_device;
     mutable Mutex mutex;
     LineStatus status BAUDGATE_GUARDED_BY(mutex);
   };
-  LineEntry& EntryOf(std::uint32_t index) const;
 
   SteadyVector<Entry> devices_;
   SteadyVector<LineEntry> lines_;
-  SteadyVector<LineEntry> lanes_;
   mutable Mutex feeds_mutex_;
   std::vector<std::shared_ptr<ChangeFeed>> feeds_ BAUDGATE_GUARDED_BY(feeds_mutex_);
 };

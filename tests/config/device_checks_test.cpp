@@ -151,29 +151,20 @@ TEST(DeviceChecks, BinaryProtocolsNeedEightDataBits) {
             "for example 9600 8E1\n");
 }
 
-TEST(DeviceChecks, SeveralRequestsAtATimeAreForSeveralDevicesOfOneServer) {
-  const auto problems = [](const std::string& line, const std::string& more = {}) {
-    return Shown(config::LoadText("lines:\n- { name: l, " + line +
-                                      ", devices: [\n  { name: d, address: 1, points: [] }" + more +
-                                      "] }\n",
-                                  "t.yaml", Shipped())
-                     .problems);
+TEST(DeviceChecks, OfModbusTcpSeveralLinesMayNameOneServer) {
+  const auto problems = [](const std::string& one, const std::string& other) {
+    return Shown(
+        config::LoadText("lines:\n- { name: l, " + one + " }\n- { name: m, " + other + " }\n",
+                         "t.yaml", Shipped())
+            .problems);
   };
-  const std::string tcp = "protocol: modbus_tcp, port: \"tcp://10.0.0.5:502\", pipeline: ";
-  const std::string other = ", { name: e, address: 2, points: [] }";
-  EXPECT_THAT(problems(tcp + "4", other), Not(HasSubstr("pipeline")));
-  EXPECT_THAT(problems(tcp + "1"), Not(HasSubstr("pipeline")));
-  EXPECT_THAT(problems(tcp + "4"),
-              HasSubstr("t.yaml:2:3: warning: line 'l': pipeline: 4 has no effect: one device is "
-                        "asked one request at a time"));
-  EXPECT_THAT(problems(tcp + "17", other),
-              HasSubstr("error: pipeline: '17' is out of range; allowed: 1…16"));
-  EXPECT_THAT(
-      problems("protocol: modbus_rtu, port: /dev/l, pipeline: 2", other),
-      HasSubstr("t.yaml:2:60: error: pipeline: a line of modbus_rtu carries one exchange at "
-                "a time; remove the key (modbus_tcp has it)"));
-  EXPECT_THAT(problems("protocol: modbus_rtu, port: /dev/l, pipeline: 1", other),
-              Not(HasSubstr("pipeline")));
+  const std::string at = "port: \"tcp://10.0.0.5:502\", protocol: ";
+  const std::string taken = "port: 'tcp://10.0.0.5:502' is already the port of line 'l'";
+  EXPECT_EQ(problems(at + "modbus_tcp", at + "modbus_tcp"), "");
+  EXPECT_THAT(problems(at + "modbus_rtu", at + "modbus_rtu"), HasSubstr(taken));
+  EXPECT_THAT(problems(at + "modbus_tcp", at + "modbus_rtu"), HasSubstr(taken));
+  EXPECT_THAT(problems(at + "modbus_rtu", at + "modbus_tcp"), HasSubstr(taken));
+  EXPECT_THAT(problems(at + "spabus", at + "spabus"), HasSubstr(taken));
 }
 
 TEST(DeviceChecks, ARouteToAModbusTcpServerNeedsNoLine) {

@@ -46,7 +46,7 @@ TEST(DeviceErrors, ADecimalCommaBetweenBraces) {
 
 TEST(LineErrors, OfAProtocolThatIsMisspeltNothingElseIsSaid) {
   const std::string rest =
-      ", port: /dev/l, serial: 9600 8N1, pipeline: 4,\n"
+      ", port: /dev/l, serial: 9600 8N1,\n"
       "    devices: [{ name: d, address: 7x, profile: relay, write: [setting], identity: ignore,\n"
       "                ratios: { V: 400 V }, checksum: on, unit: 3 },\n"
       "              { name: e, address: 2, write: [b],\n"

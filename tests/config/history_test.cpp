@@ -87,20 +87,5 @@ TEST(HistoryKey, SaysWhatIsWrong) {
   EXPECT_THAT(wrong("{ points: [ { match: '*.*.*', dead: 1 } ] }"), HasSubstr("dead"));
 }
 
-TEST(HistoryKey, HasSwingingDoorsWhereThereIsADeadband) {
-  const auto loaded =
-      LoadHistory("{ points: [ { match: '*.*.*', deadband: 0.5, swinging_door: yes } ] }");
-  EXPECT_EQ(Shown(loaded.problems), "");
-  EXPECT_TRUE(loaded.config.history.points.at(0).swinging_door);
-  EXPECT_FALSE(LoadHistory("{ points: [ '*.*.*' ] }").config.history.points.at(0).swinging_door);
-  EXPECT_THAT(
-      Shown(LoadHistory("{ points: [ { match: 'bay.f2.*', swinging_door: yes } ] }").problems),
-      HasSubstr("swinging_door: 'bay.f2.*' matches points without a deadband"));
-  EXPECT_THAT(Shown(LoadHistory("{ points: [ { match: '*.*.*', log: all, deadband: 1, "
-                                "swinging_door: yes } ] }")
-                        .problems),
-              HasSubstr("swinging_door: only log: changes has one"));
-}
-
 }  // namespace
 }  // namespace baudgate::testing

@@ -73,11 +73,6 @@ class HistoryPrinter {
     return fmt::format("{:.7g}", found->get<double>());
   }
 
-  /// "good, line": a straight line leads there.
-  static std::string QualityText(const Json& record) {
-    return FieldText(record, "quality_text") + (record.value("line", false) ? ", line" : "");
-  }
-
   void PrintRow(const Json& record) {
     const std::string time = FieldText(record, "time");
     const std::string point = FieldText(record, "point");
@@ -88,7 +83,8 @@ class HistoryPrinter {
     } else if (record.contains("gap")) {
       out_ << fmt::format(kRow, time, point, "-", GapText(record));
     } else {
-      out_ << fmt::format(kRow, time, point, Shown(record, "value"), QualityText(record));
+      out_ << fmt::format(kRow, time, point, Shown(record, "value"),
+                          FieldText(record, "quality_text"));
     }
   }
 
@@ -107,7 +103,7 @@ class HistoryPrinter {
       const bool text = value != record.end() && value->is_string();
       const std::string shown = FieldText(record, "value");
       out_ << ',' << (text ? CsvCell(shown) : shown) << ',' << FieldText(record, "quality") << ','
-           << CsvCell(record.contains("gap") ? GapText(record) : QualityText(record));
+           << CsvCell(record.contains("gap") ? GapText(record) : FieldText(record, "quality_text"));
     }
     out_ << "\r\n";
   }

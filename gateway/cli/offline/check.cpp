@@ -242,8 +242,6 @@ void PrintHistory(const config::Config& config, std::ostream& out) {
     return Plural(estimate.Days(history.limit, bytes), "day");
   };
   out << "history of " << Plural(history.points.size(), "point");
-  const auto lines = std::ranges::count_if(history.points, &config::HistoryPoint::swinging_door);
-  if (lines > 0) out << ", " << lines << " as straight lines";
   if (!folder.empty()) out << " in " << folder.string();
   out << ": about " << Megabytes(estimate.least) << " a day while nothing changes, at most "
       << Megabytes(estimate.most) << ", and " << Megabytes(estimate.minutes)

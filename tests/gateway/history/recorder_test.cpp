@@ -81,35 +81,6 @@ TEST_F(RecorderTest, KeepsChangesOfThePointsThatWereChosen) {
   EXPECT_EQ(recorder_->counters().merged, 0U);
 }
 
-TEST_F(RecorderTest, KeepsTheEndsOfLinesAndWhatTheyHaveComeTo) {
-  config_.history.points = {{.device = 0, .point = 0, .deadband = 0.5, .swinging_door = true}};
-  recorder_ = std::make_unique<Recorder>(config_.history, *store_, now_);
-  const auto ramp = [this](int seconds) {
-    for (int i = 0; i < seconds; ++i) {
-      Pass(1s);
-      Set(0, static_cast<double>((now_.wall - ToWall(kBegin)) / 1s));
-      Take();
-    }
-  };
-  ramp(10);
-  EXPECT_THAT(Kept(), ElementsAre("1/0@1000=1")) << "the line goes on";
-  Pass(1s);
-  Set(0, 50);
-  Take();
-  EXPECT_THAT(Kept(), ElementsAre("1/0@1000=1", "1/0@10000=10"));
-  now_.wall += 1h;  // a run ends, and the next begins
-  Pass(1s);
-  recorder_->Tick(now_, 1000, out_);
-  ASSERT_EQ(out_.samples.size(), 4U);
-  EXPECT_EQ(Kept()[2], "1/0@11000=50") << "of the run that has ended";
-  EXPECT_EQ(Kept()[3], "2/0@3612000=50");
-  Pass(1s);
-  Set(0, 51);
-  Take();
-  recorder_->End(now_, out_);
-  EXPECT_EQ(Kept().back(), "2/0@3613000=51");
-}
-
 TEST_F(RecorderTest, CountsWhatItDidNotSee) {
   for (int i = 0; i < 5; ++i) Set(0, i);
   Take();

@@ -10,6 +10,7 @@
 
 #include "gateway/history/chunk.h"
 #include "gateway/history/history_page.h"
+#include "gateway/state/versions.h"
 #include "tests/gateway/audit/faulty_disk.h"
 #include "tests/gateway/history/store_fixture.h"
 
@@ -45,25 +46,6 @@ TEST_F(ValueStoreTest, WhatIsWrittenIsReadBack) {
   ASSERT_EQ(some.size(), 3600U);
   EXPECT_EQ(some.front().entry.time, kBegin + kHour);
   EXPECT_FALSE(ReadPage(folder(), {.point = "bay.f1.z"})->known);
-}
-
-TEST_F(ValueStoreTest, ALineIsMarkedByItsRun) {
-  const auto write = [this](bool line, Millis at) {
-    const std::vector<PointName> names = {{"bay.f1.a", config::Type::float32, line},
-                                          {"bay.f1.on", config::Type::boolean}};
-    ValueStore store(folder(), names, {});
-    ASSERT_TRUE(store.Open(At(at)));
-    ASSERT_TRUE(store.Write(Seconds(1, at, at + 2 * kSecond), At(at + 2 * kSecond), true));
-  };
-  write(false, kBegin);
-  write(true, kBegin + kHour);
-  write(false, kBegin + 2 * kHour);
-  std::vector<bool> lines;
-  for (const HistoryRecord& record : All({.point = "bay.f1.a"})) {
-    if (!record.gap) lines.push_back(record.line);
-  }
-  EXPECT_EQ(lines, (std::vector<bool>{false, false, true, true, false, false}));
-  for (const HistoryRecord& record : All({.point = "bay.f1.on"})) EXPECT_FALSE(record.line);
 }
 
 TEST_F(ValueStoreTest, ARestartIsAGap) {
@@ -202,6 +184,22 @@ TEST(ValuePowerCuts, LoseASecondAtMost) {
     }
     EXPECT_GE(static_cast<std::int64_t>(entries.size()), count) << "what was committed";
     EXPECT_LE(static_cast<std::int64_t>(entries.size()), count + 5);
+  }
+}
+
+/// gateway/state refuses files of newer versions and has to know those of this room.
+TEST_F(ValueStoreTest, TheVersionsOfItsFilesAreKnown) {
+  ValueStore store(folder(), {{"bay.f1.a", config::Type::float32}}, {});
+  ASSERT_TRUE(store.Open(At(kBegin)));
+  Batch batch;
+  batch.runs = {{1, kBegin, kBegin + kSecond, RunBegin::started}};
+  batch.samples = {{0, 1, {kBegin, 8.5, Quality::good}}};
+  ASSERT_TRUE(store.Write(std::move(batch), At(kBegin + kSecond), true));
+  for (const auto& [name, application] :
+       {std::pair(DayFileName(kBegin), kValuesApplication),
+        std::pair(std::string("trends.db"), kTrendsApplication)}) {
+    Database file((folder() / name).string(), Database::Mode::read);
+    EXPECT_EQ(file.First("PRAGMA user_version"), Value(KnownVersion(application))) << name;
   }
 }
 

@@ -173,9 +173,9 @@ TEST(Difference, OfTheHistoryIsByNameAndNotByNumber) {
   std::swap(next.lines[0], next.lines[1]);
   next.history.points.push_back({.device = 0, .point = 1});
   EXPECT_TRUE(Compare(running, next).empty());
-  next.history.points[0].swinging_door = true;
+  next.history.points[0].every = true;
   EXPECT_THAT(Compare(running, next).settings, ElementsAre("history.points"));
-  next.history.points[0].swinging_door = false;
+  next.history.points[0].every = false;
   next.history.points[0].point = 0;
   EXPECT_THAT(Compare(running, next).settings, ElementsAre("history.points"));
   next.history.keep = 48h;

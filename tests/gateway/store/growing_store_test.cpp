@@ -104,18 +104,6 @@ TEST_F(GrowingStore, ALineThatGoesLeavesItsNumbers) {
   EXPECT_EQ(RecordOf(0).seq, 1U);
 }
 
-TEST_F(GrowingStore, LanesKeepTheirsWhenLinesCome) {
-  const config::Line lane = LineOf("a");
-  store().AddLane(config_.lines[0], lane);
-  const std::uint32_t of_lane = store().LineIndex(lane);
-  const config::Line more = LineOf("c");
-  store().Append(more);
-  store().UpdateLine(of_lane, [](LineStatus& status) { ++status.times_lost; });
-  store().UpdateLine(2, [](LineStatus& status) { status.times_lost = 9; });
-  EXPECT_EQ(store().LineIndex(lane), of_lane);
-  EXPECT_EQ(store().ReadLine(2).times_lost, 9U);
-}
-
 TEST_F(GrowingStore, WhatIsShownOtherwiseKeepsValueAndCount) {
   const auto feed = store().Subscribe();
   Update(0, 5);
