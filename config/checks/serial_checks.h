@@ -31,6 +31,4 @@ void CheckPortSettings(const std::string& port, const SerialSettings& serial, co
 void CheckTcp(const Protocol& protocol, const std::string& port, const Keys& keys,
               Problems& problems);
 
-/// Several requests under way at a time: of a protocol that is spoken over TCP only.
-
 }  // namespace baudgate::config
