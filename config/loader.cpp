@@ -13,7 +13,6 @@
 #include "config/outputs.h"
 #include "config/profile.h"
 #include "config/records.h"
-#include "config/renames.h"
 #include "config/writing.h"
 #include "config/yaml/yaml_reader.h"
 
@@ -62,7 +61,6 @@ Loaded LoadText(const std::string& text, const std::string& name, const Catalog&
   Guarded(name, problems, [&] {
     const auto root = ParseYaml(name, text, problems);
     if (!root) return;
-    TakeRenames(*root, FileKind::configuration, {}, problems);
     LoadContext context(catalog, std::filesystem::path(name).parent_path(), problems);
     loaded.config = ReadConfig(*root, context);
     if (problems.has_error()) return;

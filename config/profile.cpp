@@ -5,7 +5,6 @@
 #include "config/identity.h"
 #include "config/options.h"
 #include "config/records.h"
-#include "config/renames.h"
 #include "config/serial.h"
 #include "gateway/base/spelling.h"
 
@@ -54,7 +53,6 @@ RawProfile ReadProfileText(const std::string& text, const std::string& file,
   profile.protocol = std::string(protocol.name);
   const auto root = ParseYaml(file, text, problems);
   if (!root) return raw;
-  TakeRenames(*root, FileKind::profile, protocol.name, problems);
   MapReader map(*root, "profile '" + name + "'", problems);
   if (map.Need("device", "ABB SPAJ 140 C")) Assign(profile.title, map.Label("device"));
   profile.pace = ReadPace(map, Level::profile);

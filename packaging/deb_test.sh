@@ -70,7 +70,6 @@ check "names of serial adapters" inside test -e /lib/udev/rules.d/70-baudgate.ru
 check "ports, also where there is none" quiet inside baudgate ports
 check "that of the discovery server is not" absent /etc/systemd/system/multi-user.target.wants/baudgate-discovery.service
 check "nor is its socket, which is there" sh -c "test -e $root/lib/systemd/system/baudgate.socket && ! test -e $root/etc/systemd/system/sockets.target.wants/baudgate.socket"
-check "an older configuration is rewritten" inside sh -c "printf 'lines: [{ protocol: set4tm, devices: [{ snapshot: yes }] }]\\n' >/tmp/old.yaml && baudgate config migrate /tmp/old.yaml | grep -q \"snapshot: true\""
 apt_install mbpoll
 check "the service's command listens on loopback" service_runs
 cp packaging/debian/tests/* "$root/tmp/"

@@ -115,11 +115,6 @@ Place Source::At(const YAML::Mark& mark) const {
   return {mark.line + 1, column + 1};
 }
 
-std::size_t Source::Offset(const YAML::Mark& mark) const {
-  if (mark.is_null() || mark.line < 0 || mark.line >= lines()) return 0;
-  return line_starts_[static_cast<std::size_t>(mark.line)] + static_cast<std::size_t>(mark.column);
-}
-
 YamlNode::YamlNode(const YAML::Node& node, std::shared_ptr<const Source> source,
                    std::optional<Place> key)
     : node_(node), source_(std::move(source)) {

@@ -30,8 +30,6 @@ class Source {
   const std::string& name() const { return name_; }
   /// Columns count characters, as editors do, where yaml-cpp counts bytes.
   Place At(const YAML::Mark& mark) const;
-  /// In bytes from the begin of the text.
-  std::size_t Offset(const YAML::Mark& mark) const;
   Mark MarkAt(Place place) const { return {name_, place.line, place.column}; }
   /// Without its line end; empty beyond the text. Lines count from 1.
   std::string_view Line(int line) const;
@@ -44,9 +42,8 @@ class Source {
   std::vector<std::size_t> line_starts_;
 };
 
-/// A node and its source. Copies are cheap and share the tree, which is not changed once it is read
-/// (config/renames.h does so before): assignment makes this one refer to another node, where that
-/// of YAML::Node would write into the tree.
+/// A node and its source. Copies are cheap and share the tree, which is not changed: assignment
+/// makes this one refer to another node, where that of YAML::Node would write into the tree.
 class YamlNode {
  public:
   enum class Kind { null, scalar, list, map };

@@ -11,14 +11,12 @@
 #include "gateway/cli/client/events.h"
 #include "gateway/cli/client/history.h"
 #include "gateway/cli/client/in_use.h"
-#include "gateway/cli/client/kept_configs.h"
 #include "gateway/cli/client/points.h"
 #include "gateway/cli/client/release.h"
 #include "gateway/cli/client/reload.h"
 #include "gateway/cli/client/status.h"
 #include "gateway/cli/client/trace.h"
 #include "gateway/cli/client/writes.h"
-#include "gateway/cli/config_commands.h"
 #include "gateway/cli/ports/ports.h"
 #include "gateway/cli/settings/settings.h"
 #include "gateway/cli/terminal/words.h"
@@ -278,27 +276,6 @@ void AddConfirm(CLI::App& app, Action& action) {
   });
 }
 
-void AddKeptConfigs(CLI::App& app, Action& action) {
-  const auto add = [&](const char* name, const char* help, bool numbered, auto run) {
-    auto* command = ConfigCommand(app).add_subcommand(name, help);
-    auto options = std::make_shared<KeptConfigsCommand>();
-    if (numbered) {
-      command->add_option("NUMBER", options->number, "Of 'config history'; the confirmed one")
-          ->check(CLI::PositiveNumber);
-      command->add_option("-c,--config", options->file, "Configuration file, if it is not found");
-    } else {
-      command->add_flag("--json", options->json, "Print one JSON object a line");
-    }
-    command->add_option("--folder", options->folder, "STATE/configurations, if it is not found");
-    AddSocket(*command, options->socket);
-    command->callback([options, run, &action] {
-      action = [=](const auto&) { return run(*options, std::cout, std::cerr); };
-    });
-  };
-  add("history", "The configurations that were applied", false, RunConfigHistory);
-  add("diff", "Where the file differs from one that was applied", true, RunConfigDiff);
-  add("restore", "Write one that was applied over the file", true, RunConfigRestore);
-}
 }  // namespace
 
 void AddClientCommands(CLI::App& app, Action& action) {
@@ -315,7 +292,6 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddSettings(app, action);
   AddReload(app, action);
   AddConfirm(app, action);
-  AddKeptConfigs(app, action);
   AddPorts(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);

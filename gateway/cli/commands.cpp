@@ -10,7 +10,6 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/spelling.h"
 #include "gateway/cli/client_commands.h"
-#include "gateway/cli/config_commands.h"
 #include "gateway/cli/live/demo.h"
 #include "gateway/cli/live/run.h"
 #include "gateway/cli/offline/certs.h"
@@ -228,7 +227,6 @@ void AddListings(CLI::App& app, Action& action) {
 void AddCommands(CLI::App& app, Action& action) {
   AddRun(app, action);
   AddCheck(app, action);
-  AddMigrate(app, action);
   AddCerts(app, action);
   AddMap(app, action);
   AddWatch(app, action);

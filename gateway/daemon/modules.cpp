@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "gateway/base/text.h"
-#include "protocols/abi.h"
+#include "protocols/entry.h"
 
 namespace baudgate {
 namespace {
@@ -42,13 +42,13 @@ Function Find(void* handle, const char* symbol) {
 Result<const Protocol*> LoadModule(const fs::path& path) {
   void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) return Error{std::string("cannot load module: ") + dlerror()};
-  const auto entry = Find<const Protocol* (*)()>(handle, "baudgate_protocol");
+  const auto entry = Find<decltype(&baudgate_protocol)>(handle, "baudgate_protocol");
   if (entry == nullptr) return Error{path.string() + " is not a protocol module of baudgate"};
   // Older modules have no tag. Nothing of a module is touched before its tag is known to be ours.
-  const auto tag = Find<const char* (*)()>(handle, "baudgate_protocol_abi");
+  const auto tag = Find<decltype(&baudgate_protocol_abi)>(handle, "baudgate_protocol_abi");
   const std::string theirs = tag == nullptr ? "an older plugin contract" : tag();
-  if (theirs != abi::kTag) {
-    return Error{path.string() + " was built for " + theirs + ", this daemon for " + abi::kTag +
+  if (theirs != kContractTag) {
+    return Error{path.string() + " was built for " + theirs + ", this daemon for " + kContractTag +
                  "; build the module together with the daemon, or install those of one release"};
   }
   return entry();

@@ -69,11 +69,8 @@ Reloader::Reloader(ReloadOptions options, Links links)
 
 void Reloader::Start() {
   started_ = true;
-  if (options_.kept && !options_.kept->trouble().empty()) {
-    log::Warn("{}", options_.kept->trouble());
-  }
   runs_ = confirmed_ = std::make_shared<const Applied>(Applied{options_.running, links_.running()});
-  if (options_.kept && (links_.keeps() || !options_.kept->entries().empty())) {
+  if (options_.kept && (links_.keeps() || !options_.kept->empty())) {
     const Status status = OpenFolder();
     if (!status) log::Warn("the configuration is not kept: {}", status.error());
   }
@@ -87,20 +84,20 @@ Status Reloader::OpenFolder() {
   if (Status status = links_.open_folder(); !status) return status;
   open_ = true;
   reload::KeptConfigs& kept = *options_.kept;
-  const WallTime now = ReadClocks().wall;
   if (!options_.not_the_file.empty()) {
     links_.tell(true, options_.not_the_file);
-    return kept.Refuse("the gateway ended before it was confirmed", now);
+    return kept.TakeBack(kept.why_taken_back());
   }
-  if (kept.trial() != 0) {
+  const auto trial = kept.trial();
+  if (trial == reload::KeptConfigs::Trial::running) {
     log::Warn(
-        "configuration {} was on trial when the gateway ended, and nobody has confirmed it; {} is "
+        "a configuration was on trial when the gateway ended, and nobody has confirmed it; {} is "
         "another since then, and runs as confirmed",
-        kept.trial(), options_.file);
+        options_.file);
   }
-  const bool settled = kept.refused() == 0 && kept.trial() == 0;
-  if (settled && kept.confirmed_text() == confirmed_->text) return {};
-  return kept.Add(confirmed_->text, "start", now, false);
+  const bool settled = trial == reload::KeptConfigs::Trial::none;
+  if (settled && kept.confirmed() == confirmed_->text) return {};
+  return kept.Add(confirmed_->text, false);
 }
 
 void Reloader::Stop() {
@@ -160,7 +157,7 @@ control::ReloadAnswer Reloader::Do(const control::ReloadAsk& ask) {
 }
 
 bool Reloader::WasTakenBack(const std::string& text) const {
-  return !probation_.running() && options_.kept && options_.kept->CopyInPlaceOf(text);
+  return !probation_.running() && options_.kept && options_.kept->IsUnconfirmed(text);
 }
 
 /// The text may be another all the same. What is on trial stays there.
@@ -168,7 +165,7 @@ control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const s
   const Duration trial = probation_.running() ? TrialOf(ask, runs_->config) : Duration::zero();
   Status kept;
   if (text != runs_->text || !state().not_the_file.empty()) {
-    kept = Keep(ask.by, text, trial > Duration::zero());
+    kept = Keep(text, trial > Duration::zero());
     if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
     runs_ = std::make_shared<const Applied>(Applied{text, runs_->config});
   }
@@ -186,7 +183,7 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
     return Failed(kCanNotBe, troubles);
   }
   // Before it is applied: whatever ends the gateway then, the next start knows.
-  const Status kept = Keep(ask.by, text, trial > Duration::zero());
+  const Status kept = Keep(text, trial > Duration::zero());
   if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
   const auto before = links_.healths();
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=reads {}",
@@ -251,16 +248,13 @@ std::string Reloader::OnTrial() const {
   return probation_.running() ? "; to be confirmed within " + FormatDuration(Left()) : "";
 }
 
-Status Reloader::Keep(const std::string& by, const std::string& text, bool trial) {
+Status Reloader::Keep(const std::string& text, bool trial) {
   Status status = OpenFolder();
-  const auto add = [&](const std::string& its, bool on_trial) {
-    if (status) status = options_.kept->Add(its, by, ReadClocks().wall, on_trial);
-  };
   // The disk may have been full when what is to be taken back to was applied.
-  const bool lacks = status && options_.kept->confirmed_text() != confirmed_->text;
-  if (trial && lacks) add(confirmed_->text, false);
-  add(text, trial);
-  return status;
+  if (status && trial && options_.kept->confirmed() != confirmed_->text) {
+    status = options_.kept->Add(confirmed_->text, false);
+  }
+  return status ? options_.kept->Add(text, trial) : status;
 }
 
 control::ReloadAnswer Reloader::DoConfirm(const std::string& by) {
@@ -292,11 +286,10 @@ void Reloader::Watch() {
 
 /// The file stays as it is: it is the user's, and may not be ours to write.
 void Reloader::TakeBack(const std::string& why) {
-  const Now now = ReadClocks();
-  const Status refused = options_.kept->Refuse(why, now.wall);
-  if (!refused) log::Warn("the configuration is not kept: {}", refused.error());
+  const Status kept = options_.kept->TakeBack(why);
+  if (!kept) log::Warn("the configuration is not kept: {}", kept.error());
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=takes back {}",
-                              now.instant.time_since_epoch() / 1us, options_.file));
+                              ReadClocks().instant.time_since_epoch() / 1us, options_.file));
   reload::Difference difference = reload::Compare(links_.running(), confirmed_->config);
   links_.examine(confirmed_->config, difference);
   difference.restart.clear();  // what ran before can run again

@@ -98,7 +98,7 @@ class Reloader final : public control::ReloadDesk {
   void Watch();
   void TakeBack(const std::string& why);
   Status OpenFolder();
-  Status Keep(const std::string& by, const std::string& text, bool trial);
+  Status Keep(const std::string& text, bool trial);
   void Show(const std::function<void(control::ReloadState&)>& change);
 
   /// A text that was applied, and what it and the profiles said then.

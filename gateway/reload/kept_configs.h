@@ -1,10 +1,10 @@
-// The configurations that were applied, as texts in the state folder: the last twenty, which of
-// them is confirmed, which is on trial, and which was refused. From these it is decided at a start
-// what is loaded. Everything is on the disk before it holds.
+// The configuration that was confirmed last, and the one that is on trial or was taken back, as
+// texts in the state folder. From these it is decided at a start what is loaded. Everything is on
+// the disk before it holds.
 //
-//   STATE/configurations/000007.yaml   as the file was
-//   STATE/configurations/index.json    {"entries":[{"number":7,"time_ms":…,"by":"user:anna"}],
-//                                       "confirmed":7,"trial":null,"refused":null}
+//   STATE/configurations/confirmed.yaml   as the file was
+//   STATE/configurations/trial.yaml       as the file was; only while it is on trial or taken back
+//   STATE/configurations/taken_back.txt   why; only where it was taken back
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -13,75 +13,43 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "gateway/base/result.h"
-#include "gateway/base/time.h"
 
 namespace baudgate::reload {
 
-struct KeptEntry {
-  std::uint64_t number = 0;  ///< from 1 on
-  WallTime time{};
-  std::string by;  ///< "start", "SIGHUP", "user:anna"
-};
-
 class KeptConfigs {
  public:
-  static constexpr std::size_t kMost = 20;
+  enum class Trial : std::uint8_t { none, running, taken_back };
   static constexpr const char* kFolder = "configurations";
 
-  /// Reads what is there. `folder` is made with the first entry.
-  explicit KeptConfigs(std::filesystem::path folder);
+  /// `folder` is made with the first configuration.
+  explicit KeptConfigs(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   const std::filesystem::path& folder() const { return folder_; }
-  /// Why what was applied before is not known; empty: it is, or there was nothing.
-  const std::string& trouble() const { return trouble_; }
-  /// Oldest first.
-  const std::vector<KeptEntry>& entries() const { return index_.entries; }
-  /// 0: none.
-  std::uint64_t confirmed() const { return index_.confirmed; }
-  std::uint64_t trial() const { return index_.trial ? index_.trial->number : 0; }
-  std::uint64_t refused() const { return index_.refused ? index_.refused->number : 0; }
-  std::string why_refused() const { return index_.refused ? index_.refused->why : std::string(); }
-  std::filesystem::path PathOf(std::uint64_t number) const;
-  Result<std::string> TextOf(std::uint64_t number) const;
+  std::filesystem::path confirmed_file() const { return folder_ / "confirmed.yaml"; }
+  /// Nothing was ever kept.
+  bool empty() const;
   /// Nothing: there is none, or it can not be read.
-  std::optional<std::string> confirmed_text() const;
-
-  /// What a start takes. Nothing: the file. Else the confirmed copy, because this very text was
-  /// refused, or its trial has not ended.
-  std::optional<std::uint64_t> CopyInPlaceOf(const std::string& text) const;
+  std::optional<std::string> confirmed() const;
+  Trial trial() const;
+  /// At a start also of a trial that still runs there: the gateway ended before its end.
+  std::string why_taken_back() const;
+  /// This very text is on trial, or was taken back: a start runs what was confirmed in its place.
+  bool IsUnconfirmed(const std::string& text) const;
 
   /// It is about to be applied: for good, or for a trial.
-  Status Add(const std::string& text, std::string by, WallTime now, bool trial);
+  Status Add(const std::string& text, bool trial);
   /// What is on trial stays.
   Status Confirm();
   /// What is on trial is not wanted.
-  Status Refuse(std::string why, WallTime now);
+  Status TakeBack(const std::string& why);
 
  private:
-  struct Trial {
-    std::uint64_t number = 0;
-  };
-  struct Refused {
-    std::uint64_t number = 0;
-    std::string why;
-    WallTime time{};
-  };
-  struct Index {
-    std::vector<KeptEntry> entries;
-    std::uint64_t confirmed = 0;
-    std::optional<Trial> trial;
-    std::optional<Refused> refused;
-  };
+  std::filesystem::path trial_file() const { return folder_ / "trial.yaml"; }
+  std::filesystem::path why_file() const { return folder_ / "taken_back.txt"; }
 
-  void Read();
-  Status Write(const Index& index);
-  void Drop(Index& index) const;
   const std::filesystem::path folder_;
-  std::string trouble_;
-  Index index_;
 };
 
 }  // namespace baudgate::reload

@@ -6,8 +6,6 @@
 namespace baudgate {
 namespace {
 
-/// From each version to the next. Never changed once released: a file goes through all that it
-/// lacks.
 constexpr std::array<const char*, kEventsVersion> kMigrations = {R"sql(
 CREATE TABLE writes (
   seq     INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -29,8 +27,7 @@ CREATE TABLE writes (
 );
 CREATE INDEX writes_point ON writes (kind, line, device, point, seq);
 CREATE UNIQUE INDEX writes_settled ON writes (settled);
-)sql",
-                                                                 R"sql(
+
 CREATE TABLE events (
   seq           INTEGER PRIMARY KEY,
   receive_time  INTEGER NOT NULL,
@@ -50,8 +47,7 @@ CREATE TABLE event_sources (
   said   TEXT NOT NULL,
   PRIMARY KEY (line, device)
 ) WITHOUT ROWID;
-)sql",
-                                                                 R"sql(
+
 CREATE TABLE alarms (
   line            TEXT NOT NULL,
   device          TEXT NOT NULL,
@@ -66,15 +62,13 @@ CREATE TABLE alarms (
   acknowledged_by TEXT NOT NULL,
   PRIMARY KEY (line, device, name)
 ) WITHOUT ROWID;
-)sql",
-                                                                 R"sql(
+
 CREATE TABLE event_cursors (
   name TEXT PRIMARY KEY,
   seq  INTEGER NOT NULL,
   sure INTEGER NOT NULL
 ) WITHOUT ROWID;
-)sql",
-                                                                 R"sql(
+
 CREATE TABLE records (
   kind          TEXT NOT NULL,
   seq           INTEGER NOT NULL,
@@ -109,8 +103,7 @@ CREATE TABLE owed_records (
   device_time   INTEGER NOT NULL,
   clock_quality INTEGER NOT NULL
 );
-)sql",
-                                                                 R"sql(
+
 CREATE TABLE past_points (
   point  INTEGER PRIMARY KEY,
   line   TEXT NOT NULL,

@@ -9,6 +9,17 @@
 #include <utility>
 
 namespace baudgate {
+namespace {
+
+/// Which names are in it is on the disk then.
+void SyncFolderOf(const std::filesystem::path& file) {
+  const int folder = ::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return;
+  ::fsync(folder);
+  ::close(folder);
+}
+
+}  // namespace
 
 int WriteWhole(const std::filesystem::path& file, std::string_view text) {
   const std::filesystem::path part = file.string() + ".part";
@@ -22,16 +33,20 @@ int WriteWhole(const std::filesystem::path& file, std::string_view text) {
   }
   if (error == 0 && ::fsync(out) != 0) error = errno;
   if (::close(out) != 0 && error == 0) error = errno;
-  if (error == 0 && ::rename(part.c_str(), file.c_str()) != 0) error = errno;
-  if (error != 0) {
-    ::unlink(part.c_str());
-    return error;
-  }
-  const int folder = ::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder >= 0) {
-    ::fsync(folder);
-    ::close(folder);
-  }
+  if (error == 0) error = MoveFile(part, file);
+  if (error != 0) ::unlink(part.c_str());
+  return error;
+}
+
+int MoveFile(const std::filesystem::path& from, const std::filesystem::path& to) {
+  if (::rename(from.c_str(), to.c_str()) != 0) return errno;
+  SyncFolderOf(to);
+  return 0;
+}
+
+int RemoveFile(const std::filesystem::path& file) {
+  if (::unlink(file.c_str()) != 0) return errno == ENOENT ? 0 : errno;
+  SyncFolderOf(file);
   return 0;
 }
 

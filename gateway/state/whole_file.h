@@ -12,6 +12,12 @@ namespace baudgate {
 /// By way of FILE.part, for owner and group. The error is errno's; 0: it is on the disk.
 int WriteWhole(const std::filesystem::path& file, std::string_view text);
 
+/// In the place of `to`, which lies in the same folder. The error is errno's; 0: it is on the disk.
+int MoveFile(const std::filesystem::path& from, const std::filesystem::path& to);
+
+/// If it is there. The error is errno's; 0: it is gone from the disk.
+int RemoveFile(const std::filesystem::path& file);
+
 /// Nothing: it is not there, or can not be read, or is no file; errno says which.
 std::optional<std::string> ReadWhole(const std::filesystem::path& file);
 

@@ -12,7 +12,7 @@ namespace baudgate::control {
 
 struct ReloadState {
   std::string file;    ///< of the configuration
-  std::string folder;  ///< of what was applied; empty: it is not kept
+  std::string folder;  ///< of the confirmed copy; empty: none is kept
   WallTime applied{};  ///< what runs now
   /// Until then somebody has to confirm it, or the one before is taken again.
   std::optional<WallTime> confirm_until{};

@@ -14,7 +14,7 @@ import subprocess
 import sys
 
 COLUMN = 30  # where CLI11 begins a description
-FILES = {"--config", "--folder", "--pty", "--socket", "--security", "FILE", "DIR"}
+FILES = {"--config", "--pty", "--socket", "--security", "FILE", "DIR"}
 LISTED = {"--profile": "profiles", "--protocol": "protocols"}
 
 

@@ -27,6 +27,9 @@ class Reload : public ThreeDevices {
     return Replaced(Yaml(dds), "{ name: " + gateway() + " }",
                     "{ name: " + gateway() + ", socket: " + socket() + " }");
   }
+  std::filesystem::path ConfirmedCopy() const {
+    return directory() / "state" / gateway() / "configurations/confirmed.yaml";
+  }
   /// The second of the three lines.
   std::string WithSlowerIo() const {
     return Replaced(YamlWithSocket(), "unit: 11, poll: 200ms", "unit: 11, poll: 300ms");

@@ -72,7 +72,7 @@ TEST_F(ReloadLimits, IsTakenBackWithoutCopyAndProfile) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
   ASSERT_EQ(Ask({"reload", "--confirm", "2s"}).code, 0);
-  fs::remove(directory() / "state" / gateway() / "configurations/000001.yaml");
+  fs::remove(ConfirmedCopy());
   Station::Write("profiles/dcon/module.yaml", "no profile");
   ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
   EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: begins anew: poll of io-1"));

@@ -208,7 +208,6 @@ TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
     const Finished other = Ask({"reload"});
     EXPECT_EQ(other.code, 0) << other.errors;
     EXPECT_THAT(other.output, HasSubstr("baudgate confirm"));
-    EXPECT_THAT(Ask({"config", "history", "--json"}).output, HasSubstr(R"("state":"on trial")"));
     EXPECT_FALSE(Status()["configuration"]["confirm_until"].is_null());
   }
   const Finished other_time = Ask({"reload", "--confirm", "2s"});
@@ -267,14 +266,13 @@ TEST_F(Reload, ThatIsTakenBackAfterAKillWithoutItsCopySaysWhatToDo) {
   ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
   daemon->Signal(SIGKILL);
   daemon->WaitForEnd();
-  const auto copy = directory() / "state" / gateway() / "configurations/000001.yaml";
-  std::filesystem::remove(copy);
+  std::filesystem::remove(ConfirmedCopy());
   const Finished start = Command({"run", "-c", file().string()});
   EXPECT_EQ(start.code, 3);
-  EXPECT_THAT(start.errors, AllOf(HasSubstr("what was confirmed is " + copy.string()),
+  EXPECT_THAT(start.errors, AllOf(HasSubstr("what was confirmed is " + ConfirmedCopy().string()),
                                   HasSubstr("change " + file().string())));
   daemon = StartDaemon(WithSlowerIo() + "# meant\n");
-  EXPECT_THAT(daemon->Errors(), HasSubstr("configuration 2 was on trial when the gateway ended"));
+  EXPECT_THAT(daemon->Errors(), HasSubstr("a configuration was on trial when the gateway ended"));
 }
 
 TEST_F(Reload, ThatLosesADeviceIsTakenBackAtOnce) {
@@ -287,25 +285,22 @@ TEST_F(Reload, ThatLosesADeviceIsTakenBackAtOnce) {
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
 }
 
-TEST_F(Reload, KeepsWhatWasAppliedAndRestoresIt) {
+/// With the command of docs/reload.md.
+TEST_F(Reload, ThatWasTakenBackLeavesACopyOfWhatWasConfirmed) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
-  ASSERT_EQ(Ask({"reload"}).code, 0);
-  const Finished history = Ask({"config", "history", "--json"});
-  ASSERT_EQ(history.code, 0) << history.errors;
-  const auto lines = history.output;
-  EXPECT_THAT(lines, AllOf(HasSubstr(R"("by":"start")"), HasSubstr(R"("by":"user:)"),
-                           HasSubstr(R"("state":"confirmed")")));
-  const Finished diff = Ask({"config", "diff", "1"});
-  EXPECT_THAT(diff.output, AllOf(HasSubstr("+       - { name: io-1"), HasSubstr("poll: 300ms")))
-      << diff.errors;
-  const Finished restored = Ask({"config", "restore", "1"});
-  EXPECT_EQ(restored.code, 0) << restored.errors;
+  ASSERT_EQ(Ask({"reload", "--confirm", "1s"}).code, 0);
+  ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
+  const std::string copy = ConfirmedCopy().string();
+  const Finished check = Command({"check", "-c", file().string()});
+  EXPECT_THAT(check.errors, HasSubstr(copy + " runs (diff " + copy + " " + file().string() + ")"));
+  std::filesystem::permissions(file(), std::filesystem::perms(0640));
+  const Finished copied = RunToEnd({"/bin/cp", copy, file().string()}, directory(), Environment());
+  ASSERT_EQ(copied.code, 0) << copied.errors;
   EXPECT_EQ(ReadWholeFile(file()), YamlWithSocket());
-  EXPECT_EQ(ReadWholeFile(file().string() + ".old"), WithSlowerIo());
-  EXPECT_EQ(Ask({"reload"}).code, 0);
-  EXPECT_EQ(Ask({"config", "restore", "99"}).code, 2);
-  EXPECT_EQ(Ask({"config", "diff"}).output, file().string() + " is configuration 3\n");
+  EXPECT_EQ(std::filesystem::status(file()).permissions(), std::filesystem::perms(0640));
+  EXPECT_EQ(Ask({"reload"}).output, "nothing has changed\n");
+  EXPECT_EQ(Status()["configuration"]["not_the_file"], "");
 }
 
 }  // namespace

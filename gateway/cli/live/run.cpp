@@ -99,24 +99,21 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   const auto folder = StateFolderOf(StatePlaces::Here(config.state), config.name);
   if (folder.empty()) return choice;
   reload.kept = std::make_unique<reload::KeptConfigs>(folder / reload::KeptConfigs::kFolder);
-  const auto copy = reload.kept->CopyInPlaceOf(*text);
-  if (!copy) return choice;
-  const auto confirmed = reload.kept->TextOf(*copy);
-  const bool cut_off = reload.kept->trial() != 0;
-  reload.not_the_file = TakenBack(
-      file, cut_off ? "the gateway ended before it was confirmed" : reload.kept->why_refused());
+  if (!reload.kept->IsUnconfirmed(*text)) return choice;
+  const std::string copy = reload.kept->confirmed_file().string();
+  const auto confirmed = ReadText(copy);
+  reload.not_the_file = TakenBack(file, reload.kept->why_taken_back());
   err << "baudgate: " << reload.not_the_file << '\n';
   if (confirmed) {
     reload.running = *confirmed;
     choice.loaded = config::LoadText(*confirmed, file, catalog);
   } else {
-    choice.loaded.problems = {{{file, 0, 0}, confirmed.error(), false}};
+    choice.loaded.problems = {{{copy, 0, 0}, confirmed.error(), false}};
   }
   PrintProblems(choice.loaded.problems, err);
   if (!choice.loaded.ok()) {
-    err << "baudgate: what was confirmed is " << reload.kept->PathOf(*copy).string()
-        << ", and can not be run; change " << file
-        << ", and the next start takes it (baudgate config restore takes an older one)\n";
+    err << "baudgate: what was confirmed is " << copy << ", and can not be run; change " << file
+        << ", and the next start takes it\n";
   }
   return choice;
 }

@@ -10,14 +10,14 @@ namespace baudgate {
 std::optional<config::Problem> WhyTakenBack(const std::string& file, const config::Config& config) {
   const auto folder = StateFolderOf(StatePlaces::Here(config.state), config.name);
   const reload::KeptConfigs kept(folder / reload::KeptConfigs::kFolder);
-  const auto copy = kept.CopyInPlaceOf(ReadWhole(file).value_or(std::string()));
-  if (!copy) return std::nullopt;
+  const auto text = ReadWhole(file);
+  if (!text || !kept.IsUnconfirmed(*text)) return std::nullopt;
+  const std::string copy = kept.confirmed_file().string();
   const std::string why =
-      kept.trial() != 0
+      kept.trial() == reload::KeptConfigs::Trial::running
           ? "is on trial, and taken back unless somebody confirms it (baudgate confirm)"
-          : "was taken back: " + kept.why_refused() +
-                "; while this file is as it is, configuration " + std::to_string(*copy) +
-                " runs (baudgate config diff)";
+          : "was taken back: " + kept.why_taken_back() + "; while this file is as it is, " + copy +
+                " runs (diff " + copy + " " + file + ")";
   return config::Problem{{file, 0, 0}, why, true};
 }
 

@@ -6,7 +6,7 @@
 
 #include <cstdlib>
 
-#include "protocols/abi.h"
+#include "protocols/entry.h"
 
 namespace baudgate {
 namespace {
@@ -22,7 +22,7 @@ TEST(Modules, OfAnotherContractAreRefusedWithoutACallIntoThem) {
   EXPECT_FALSE(modules.catalog.protocols.contains("other"));
   EXPECT_THAT(modules.refused,
               Contains(AllOf(HasSubstr("/other.so was built for gcc0-cxxabi0 contract 0, "),
-                             HasSubstr("this daemon for " + std::string(abi::kTag)),
+                             HasSubstr("this daemon for " + std::string(kContractTag)),
                              HasSubstr("install those of one release"))));
   EXPECT_THAT(modules.refused,
               Contains(HasSubstr("/older.so was built for an older plugin contract")));

@@ -86,7 +86,7 @@ class ReloaderTest : public ::testing::Test {
   /// What a start would take, had it to begin now.
   std::string AtAStart() const {
     const reload::KeptConfigs kept(folder_);
-    return kept.CopyInPlaceOf(file_) ? *kept.TextOf(kept.confirmed()) : file_;
+    return kept.IsUnconfirmed(file_) ? kept.confirmed().value_or("none") : file_;
   }
 
   const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-reloader/configurations";
@@ -166,9 +166,9 @@ TEST_F(ReloaderTest, WhatCanNotBeKeptIsNotTriedAndSaidElse) {
 TEST_F(ReloaderTest, WhatWasTakenBackIsTakenAgainForATrialOnly) {
   {
     reload::KeptConfigs kept(folder_);
-    ASSERT_TRUE(kept.Add("a", "start", WallTime(1s), false));
-    ASSERT_TRUE(kept.Add("b", "user:anna", WallTime(2s), true));
-    ASSERT_TRUE(kept.Refuse("nobody has confirmed it", WallTime(3s)));
+    ASSERT_TRUE(kept.Add("a", false));
+    ASSERT_TRUE(kept.Add("b", true));
+    ASSERT_TRUE(kept.TakeBack("nobody has confirmed it"));
   }
   Start("b was taken back");
   const ReloadAnswer again = Reload("b");

@@ -147,7 +147,7 @@ TEST(WriteTopics, WhatTheLibraryKeptBackIsNeverDone) {
 }
 
 // The library keeps each name for ever.
-TEST(WriteTopics, MoreNamesOfRepliesThanTheLibraryKeeps) {
+TEST(WriteTopics, NamesOfRepliesBeyondWhatTheLibraryKeeps) {
   Gateway gateway;
   WriteClient client;
   ASSERT_TRUE(Eventually([&] { return client.matched(); }));

@@ -12,6 +12,8 @@ namespace baudgate::reload {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::UnorderedElementsAre;
+using Trial = KeptConfigs::Trial;
 
 class KeptConfigsTest : public ::testing::Test {
  protected:
@@ -19,92 +21,93 @@ class KeptConfigsTest : public ::testing::Test {
   ~KeptConfigsTest() override { fs::remove_all(folder_); }
 
   KeptConfigs Again() const { return KeptConfigs(folder_); }
-  Status Add(const std::string& text, bool trial) {
-    return Again().Add(text, "user:anna", WallTime(1s), trial);
+  Status Add(const std::string& text, bool trial) { return Again().Add(text, trial); }
+  std::vector<std::string> Files() const {
+    std::vector<std::string> names;
+    for (const auto& file : fs::directory_iterator(folder_)) {
+      names.push_back(file.path().filename().string());
+    }
+    return names;
   }
 
   const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-kept-configs/configurations";
 };
 
 TEST_F(KeptConfigsTest, NothingIsThereAtFirst) {
-  EXPECT_TRUE(Again().entries().empty());
-  EXPECT_FALSE(Again().CopyInPlaceOf("a"));
+  EXPECT_TRUE(Again().empty());
+  EXPECT_FALSE(Again().confirmed());
+  EXPECT_FALSE(Again().IsUnconfirmed("a"));
+  EXPECT_FALSE(Again().IsUnconfirmed(""));
+  EXPECT_EQ(Again().trial(), Trial::none);
   EXPECT_FALSE(fs::exists(folder_));
 }
 
 TEST_F(KeptConfigsTest, WhatIsOnTrialAtAStartIsNotTaken) {
   ASSERT_TRUE(Add("a", false));
   ASSERT_TRUE(Add("b", true));
-  const KeptConfigs kept = Again();
-  ASSERT_EQ(kept.CopyInPlaceOf("b"), 1U);
-  EXPECT_EQ(*kept.TextOf(1), "a");
-  EXPECT_FALSE(kept.CopyInPlaceOf("c")) << "the file was changed since";
+  EXPECT_EQ(Again().trial(), Trial::running);
+  EXPECT_TRUE(Again().IsUnconfirmed("b"));
+  EXPECT_EQ(Again().confirmed(), "a");
+  EXPECT_EQ(Again().why_taken_back(), "the gateway ended before it was confirmed");
+  EXPECT_FALSE(Again().IsUnconfirmed("c")) << "the file was changed since";
 }
 
 TEST_F(KeptConfigsTest, WhatIsConfirmedIsTaken) {
   ASSERT_TRUE(Add("a", false));
   ASSERT_TRUE(Add("b", true));
   ASSERT_TRUE(Again().Confirm());
-  EXPECT_FALSE(Again().CopyInPlaceOf("b"));
-  EXPECT_EQ(Again().confirmed(), 2U);
-  ASSERT_TRUE(Again().Refuse("too late", WallTime(2s)));
-  EXPECT_FALSE(Again().CopyInPlaceOf("b"));
+  EXPECT_FALSE(Again().IsUnconfirmed("b"));
+  EXPECT_EQ(Again().confirmed(), "b");
+  ASSERT_TRUE(Again().TakeBack("too late"));
+  EXPECT_FALSE(Again().IsUnconfirmed("b"));
+  ASSERT_TRUE(Again().Confirm());
+  EXPECT_EQ(Again().confirmed(), "b");
 }
 
-TEST_F(KeptConfigsTest, WhatIsRefusedIsNotTakenUntilTheFileDiffers) {
+TEST_F(KeptConfigsTest, WhatWasTakenBackIsNotTakenUntilTheFileDiffers) {
   ASSERT_TRUE(Add("a", false));
   ASSERT_TRUE(Add("b", true));
-  ASSERT_TRUE(Again().Refuse("bay.a was well before", WallTime(2s)));
-  EXPECT_EQ(Again().why_refused(), "bay.a was well before");
-  EXPECT_EQ(Again().CopyInPlaceOf("b"), 1U);
-  EXPECT_EQ(Again().CopyInPlaceOf("b"), 1U) << "at every start";
-  EXPECT_FALSE(Again().CopyInPlaceOf("c"));
+  ASSERT_TRUE(Again().TakeBack("bay.a was well before"));
+  EXPECT_EQ(Again().trial(), Trial::taken_back);
+  EXPECT_EQ(Again().why_taken_back(), "bay.a was well before");
+  EXPECT_TRUE(Again().IsUnconfirmed("b"));
+  EXPECT_TRUE(Again().IsUnconfirmed("b")) << "at every start";
+  EXPECT_FALSE(Again().IsUnconfirmed("c"));
+  ASSERT_TRUE(Again().Confirm());
+  EXPECT_EQ(Again().confirmed(), "a") << "it is too late";
+  ASSERT_TRUE(Add("b", true));
+  EXPECT_EQ(Again().trial(), Trial::running) << "once more";
+  ASSERT_TRUE(Again().TakeBack("too late"));
   ASSERT_TRUE(Add("c", false));
-  EXPECT_FALSE(Again().CopyInPlaceOf("b")) << "it was changed, so it is meant when it comes again";
+  EXPECT_FALSE(Again().IsUnconfirmed("b")) << "it was changed, so it is meant when it comes again";
 }
 
-TEST_F(KeptConfigsTest, KeepsTwentyAndThoseThatAreWanted) {
-  ASSERT_TRUE(Add("confirmed", false));
-  for (int i = 0; i < 30; ++i) ASSERT_TRUE(Add("trial " + std::to_string(i), true));
-  const KeptConfigs kept = Again();
-  EXPECT_EQ(kept.entries().size(), KeptConfigs::kMost);
-  EXPECT_EQ(kept.entries().front().number, 1U);
-  EXPECT_EQ(*kept.TextOf(1), "confirmed");
-  EXPECT_EQ(kept.entries().back().number, 31U);
-  EXPECT_FALSE(kept.TextOf(5));
-  std::size_t files = 0;
-  for ([[maybe_unused]] const auto& file : fs::directory_iterator(folder_)) ++files;
-  EXPECT_EQ(files, KeptConfigs::kMost + 1) << "and the index";
-}
-
-TEST_F(KeptConfigsTest, AnIndexThatIsNoneIsNone) {
-  ASSERT_TRUE(Add("a", false));
-  ASSERT_TRUE(Add("b", true));
-  for (const char* text :
-       {"", "{", "[1]", R"({"entries":7,"trial":{"number":"x"},"confirmed":-1})"}) {
-    std::ofstream(folder_ / "index.json") << text;
-    EXPECT_FALSE(Again().CopyInPlaceOf("b")) << text;
+TEST_F(KeptConfigsTest, OnlyWhatAStartNeedsIsKept) {
+  for (const char* text : {"a", "b", "c"}) {
+    ASSERT_TRUE(Add(text, false));
+    ASSERT_TRUE(Add("trial", true));
+    ASSERT_TRUE(Again().TakeBack("too late"));
   }
+  EXPECT_THAT(Files(), UnorderedElementsAre("confirmed.yaml", "trial.yaml", "taken_back.txt"));
+  ASSERT_TRUE(Add("d", false));
+  EXPECT_THAT(Files(), UnorderedElementsAre("confirmed.yaml"));
 }
 
 TEST_F(KeptConfigsTest, ADiskThatFailsIsToldAndChangesNothing) {
   fs::create_directories(folder_.parent_path());
   std::ofstream(folder_) << "a file";
-  KeptConfigs kept(folder_);
-  EXPECT_FALSE(kept.Add("a", "start", WallTime(1s), false));
-  EXPECT_TRUE(kept.entries().empty());
-}
-
-TEST_F(KeptConfigsTest, ADamagedIndexIsPutAsideAndSaid) {
+  EXPECT_FALSE(Add("a", false));
+  EXPECT_TRUE(Again().empty());
+  fs::remove(folder_);
   ASSERT_TRUE(Add("a", false));
-  EXPECT_EQ(Again().trouble(), "");
-  EXPECT_EQ(Again().confirmed_text(), "a");
-  std::ofstream(folder_ / "index.json", std::ios::trunc) << "";
-  const KeptConfigs kept = Again();
-  EXPECT_THAT(kept.trouble(), ::testing::HasSubstr("index.json is damaged"));
-  EXPECT_FALSE(kept.confirmed_text());
-  EXPECT_TRUE(fs::exists(folder_ / "index.json.bad"));
-  EXPECT_EQ(Again().trouble(), "");
+  ASSERT_TRUE(Add("b", true));
+  fs::create_directories(folder_ / "taken_back.txt.part");
+  EXPECT_FALSE(Again().TakeBack("too late"));
+  EXPECT_EQ(Again().trial(), Trial::running);
+  fs::create_directories(folder_ / "confirmed.yaml.part");
+  EXPECT_FALSE(Add("c", false));
+  EXPECT_EQ(Again().confirmed(), "a");
+  EXPECT_TRUE(Again().IsUnconfirmed("b"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// events.db over its versions, and two connections to it.
+// events.db, and two connections to it.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -38,44 +38,6 @@ TEST_F(EventsFileTest, WhatSqliteSaysIsOneLine) {
                        "SELECT RAISE(ABORT, 'two\nlines'); END"));
   EXPECT_FALSE(database.Execute("INSERT INTO t VALUES (1)"));
   EXPECT_EQ(database.error(), "two lines");
-}
-
-/// What a file of version 1 was: the audit alone.
-TEST_F(EventsFileTest, OneOfVersionOneKeepsItsWritesAndGetsEvents) {
-  {
-    OpenedEvents opened = OpenEvents(file());
-    ASSERT_TRUE(opened.database) << opened.error;
-    ASSERT_TRUE(opened.database->Execute(
-        "DROP TABLE events; DROP TABLE event_sources; DROP TABLE alarms; "
-        "DROP TABLE event_cursors; DROP TABLE records; DROP TABLE record_values; "
-        "DROP TABLE owed_records; DROP TABLE past; DROP TABLE past_points; PRAGMA user_version=1;"
-        "INSERT INTO writes (kind, time, last, client, line, device, point, reason, took, count) "
-        "VALUES ('point', 1, 1, 'c', 'l', 'd', 'p', '', 0, 1)"))
-        << opened.database->error();
-  }
-  OpenedEvents opened = OpenEvents(file());
-  ASSERT_TRUE(opened.database) << opened.error;
-  EXPECT_EQ(First(*opened.database, "PRAGMA user_version"), std::to_string(kEventsVersion));
-  EXPECT_EQ(First(*opened.database, "SELECT count(*) FROM writes"), "1");
-  EXPECT_EQ(First(*opened.database, "SELECT count(*) FROM events"), "0");
-}
-
-/// What a file of version 3 was: nobody had a place in it.
-TEST_F(EventsFileTest, OneOfVersionThreeKeepsItsEventsAndGetsCursors) {
-  {
-    OpenedEvents opened = OpenEvents(file());
-    ASSERT_TRUE(opened.database) << opened.error;
-    ASSERT_TRUE(opened.database->Execute(
-        "DROP TABLE event_cursors; DROP TABLE records; DROP TABLE record_values; "
-        "DROP TABLE owed_records; DROP TABLE past; DROP TABLE past_points; PRAGMA user_version=3;"
-        "INSERT INTO events VALUES (7, 1, 1, 0, 'l', 'd', 0, 0, 'on', 't')"))
-        << opened.database->error();
-  }
-  OpenedEvents opened = OpenEvents(file());
-  ASSERT_TRUE(opened.database) << opened.error;
-  EXPECT_EQ(First(*opened.database, "PRAGMA user_version"), std::to_string(kEventsVersion));
-  EXPECT_EQ(First(*opened.database, "SELECT seq FROM events"), "7");
-  EXPECT_EQ(First(*opened.database, "SELECT count(*) FROM event_cursors"), "0");
 }
 
 TEST_F(EventsFileTest, ADamagedFileIsPutAsideOnceByTwoConnections) {

@@ -1,0 +1,37 @@
+# The plugin contract: the headers that a protocol is built with, and their hash in the tag that every module carries
+# (entry.h.in). The source tree and the installed package (packaging/dev) use this file alike.
+
+# Their names, relative to the folder `root` that holds the rooms.
+function(baudgate_contract_headers root headers)
+  set(rooms gateway/base config/model protocols protocols/common)
+  set(again CONFIGURE_DEPENDS)  # a header that is new or gone is noticed
+  if(CMAKE_SCRIPT_MODE_FILE)
+    set(again "")
+  endif()
+  set(all "")
+  foreach(room IN LISTS rooms)
+    file(GLOB found RELATIVE ${root} ${again} ${root}/${room}/*.h)
+    if(NOT found)
+      message(FATAL_ERROR "there are no headers in ${root}/${room}")
+    endif()
+    list(APPEND all ${found})
+  endforeach()
+  list(REMOVE_ITEM all protocols/all_protocols.h)  # for tests: no protocol includes it
+  list(SORT all)
+  set(${headers} ${all} PARENT_SCOPE)
+endfunction()
+
+# The SHA-256 of their names and contents, wherever they lie.
+function(baudgate_contract_hash root hash)
+  baudgate_contract_headers(${root} headers)
+  set(all "")
+  foreach(header IN LISTS headers)
+    file(SHA256 ${root}/${header} content)
+    string(APPEND all "${header} ${content}\n")
+    if(NOT CMAKE_SCRIPT_MODE_FILE)
+      set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${root}/${header})
+    endif()
+  endforeach()
+  string(SHA256 all "${all}")
+  set(${hash} ${all} PARENT_SCOPE)
+endfunction()
