@@ -9,6 +9,7 @@
 #include <random>
 
 #include "tests/gateway/dds/datagrams.h"
+#include "tests/support/times.h"
 
 namespace baudgate::dds {
 namespace {
@@ -17,12 +18,12 @@ using testing::Announcement;
 using testing::Captured;
 using testing::Gap;
 using testing::Heartbeat;
+using testing::kFar;
+using testing::kPublications;
 using testing::Rtps;
 
 constexpr Sender kPeer{0x0A000001, 40000};
-const Instant kStart = Instant(1h);
 
-constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
 constexpr char kSamples[] = "00 00 02 07 00 00 01 02";
 
 Refusal Reason(const Bytes& datagram) {
@@ -359,7 +360,6 @@ TEST(DatagramCheck, HandshakesAreBoundedInLengthAndRate) {
 }
 
 TEST(DatagramCheck, NoWriterOfDiscoveryJumpsFar) {
-  constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
   EXPECT_EQ(Reason(Heartbeat(1, kPublications, kFar, kFar)), Refusal::window);
   EXPECT_EQ(Reason(Heartbeat(1, kPublications, 1, kFar)), Refusal::window);
   EXPECT_EQ(Reason(Gap(1, kPublications, 1, kFar)), Refusal::window);

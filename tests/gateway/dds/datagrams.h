@@ -17,6 +17,11 @@
 
 namespace baudgate::dds::testing {
 
+/// A sequence number that no writer reaches.
+inline constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
+/// The entities that announce publishers.
+inline constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
+
 /// By name. Captured on loopback between Fast DDS 2.9.1, Cyclone DDS 0.10.2 and themselves.
 inline const std::map<std::string, Bytes>& Captured() {
   static const std::map<std::string, Bytes> captured = [] {

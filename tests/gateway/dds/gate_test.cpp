@@ -13,10 +13,9 @@ namespace {
 using testing::Announcement;
 using testing::Gap;
 using testing::Heartbeat;
+using testing::kFar;
+using testing::kPublications;
 using testing::Rtps;
-
-constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
-constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
 
 /// Samples go on while something is waited for.
 class GateTest : public testing::AtWork {

@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate::dds {
 namespace {
-
-const Instant kStart = Instant(1h);
 
 GuidPrefix Number(std::uint32_t number) {
   GuidPrefix prefix{};

@@ -8,10 +8,11 @@
 #include <limits>
 #include <map>
 
+#include "tests/support/times.h"
+
 namespace baudgate::dds {
 namespace {
 
-const Instant kStart = Instant(1h);
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 PointState Number(double value, Quality quality = Quality::good) {

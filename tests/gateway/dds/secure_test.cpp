@@ -28,6 +28,8 @@ using testing::Gap;
 using ::testing::HasSubstr;
 using testing::Heard;
 using testing::Heartbeat;
+using testing::kFar;
+using testing::kPublications;
 using testing::MakeConfig;
 using testing::Publish;
 using testing::Request;
@@ -37,9 +39,6 @@ using testing::Set;
 using testing::TestDomain;
 using testing::TestSubscriber;
 using testing::WriteClient;
-
-constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
-constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
 
 class SecureTest : public ::testing::Test {
  protected:

@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate::dds {
 namespace {
-
-const Instant kStart = Instant(1h);
 
 Guid Writer(std::uint32_t number, std::uint8_t kind) {
   Guid guid{};
@@ -17,7 +17,7 @@ Guid Writer(std::uint32_t number, std::uint8_t kind) {
 }
 
 constexpr std::uint8_t kDiscovery = 0xC2;
-constexpr std::uint8_t kSamples = 0x02;
+constexpr std::uint8_t kOfSamples = 0x02;
 constexpr WindowLimits kSmall{.burst = 1000, .each_second = 100, .first_of_samples = 5000};
 
 TEST(SequenceWindow, AllShareWhatMayBeSkipped) {
@@ -41,18 +41,18 @@ TEST(SequenceWindow, AGapCostsItsLengthEachTime) {
 
 TEST(SequenceWindow, AWriterOfSamplesBeginsWhereItIs) {
   SequenceWindow window(kSmall);
-  EXPECT_FALSE(window.Advance(Writer(1, kSamples), 5001, 0, kStart));
-  EXPECT_TRUE(window.Advance(Writer(1, kSamples), 5000, 0, kStart));
-  EXPECT_TRUE(window.Advance(Writer(1, kSamples), 6000, 0, kStart));
-  EXPECT_FALSE(window.Advance(Writer(1, kSamples), 6001, 0, kStart));
+  EXPECT_FALSE(window.Advance(Writer(1, kOfSamples), 5001, 0, kStart));
+  EXPECT_TRUE(window.Advance(Writer(1, kOfSamples), 5000, 0, kStart));
+  EXPECT_TRUE(window.Advance(Writer(1, kOfSamples), 6000, 0, kStart));
+  EXPECT_FALSE(window.Advance(Writer(1, kOfSamples), 6001, 0, kStart));
 }
 
 TEST(SequenceWindow, ManyInventedWritersDoNotMakeItForgetSoonHeardOnes) {
   SequenceWindow window(kSmall);
-  const Guid known = Writer(1, kSamples);
+  const Guid known = Writer(1, kOfSamples);
   EXPECT_TRUE(window.Advance(known, 5000, 0, kStart));
   for (std::uint32_t number = 2; number < 100'000; ++number) {
-    window.Advance(Writer(number, kSamples), 1, 0, kStart);
+    window.Advance(Writer(number, kOfSamples), 1, 0, kStart);
     EXPECT_TRUE(window.Advance(known, 5000, 0, kStart + 1ms));
   }
   EXPECT_FALSE(window.Advance(known, 6001, 0, kStart + 1ms)) << "it is still known to be at 5000";

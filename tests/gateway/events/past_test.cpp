@@ -15,8 +15,7 @@ namespace {
 
 using audit::FaultyDisk;
 
-constexpr const char* kFile = "/events.db";
-const SourceNames kNames = {{"bay", "meter-1"}, {"bay", "meter-2"}};
+const SourceNames kMeters = {{"bay", "meter-1"}, {"bay", "meter-2"}};
 constexpr Duration kSpan = 30min;
 
 PastRecord RecordAt(std::int64_t n) {
@@ -33,7 +32,7 @@ PastQuery Query(const std::string& device = "meter-1",
 
 class Gateway {
  public:
-  explicit Gateway(const FaultyDisk& disk) : file_(kFile, kNames, disk.vfs()) {}
+  explicit Gateway(const FaultyDisk& disk) : file_(audit::kEventsFile, kMeters, disk.vfs()) {}
 
   /// Nothing: the file does not open.
   std::optional<std::string> Said(Source source) {
@@ -56,7 +55,7 @@ class Gateway {
 };
 
 std::vector<PastRow> ReadAll(const FaultyDisk& disk, PastQuery query) {
-  Database database(kFile, Database::Mode::read, disk.vfs());
+  Database database(audit::kEventsFile, Database::Mode::read, disk.vfs());
   std::vector<PastRow> rows;
   for (bool more = true; more;) {
     auto page = ReadPast(database, query);
@@ -94,7 +93,7 @@ TEST(Past, IsReadBackByItsTimes) {
   some.since = WallTime(10 * kSpan);
   some.until = WallTime(12 * kSpan);
   EXPECT_EQ(ReadAll(disk, some).size(), 2U);
-  Database database(kFile, Database::Mode::read, disk.vfs());
+  Database database(audit::kEventsFile, Database::Mode::read, disk.vfs());
   EXPECT_FALSE(ReadPast(database, Query("meter-1", "load_2.active_import"))->known);
   EXPECT_FALSE(ReadPast(database, Query("meter-3"))->known);
 }
@@ -126,7 +125,7 @@ TEST(Past, TheOldestGiveWay) {
   FaultyDisk disk;
   Gateway gateway(disk);
   ASSERT_TRUE(gateway.Said(0));
-  Database database(kFile, Database::Mode::write, disk.vfs());
+  Database database(audit::kEventsFile, Database::Mode::write, disk.vfs());
   PastTable table(database, 100);
   for (std::int64_t n = 0; n < 80; ++n) ASSERT_TRUE(table.Insert("bay", "meter-1", {RecordAt(n)}));
   const auto rows = ReadAll(disk, Query());

@@ -4,12 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate {
 namespace {
 
 using Which = Background::Which;
 
-constexpr Instant kStart = Instant() + 1h;
 constexpr Duration kRoom = 400ms;
 
 struct Line {

@@ -4,12 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate {
 namespace {
 
 using Verdict = Selections::Verdict;
 
-constexpr Instant kStart{1h};
 constexpr Selections::Point kTrip{0, 7};
 
 TEST(Selections, AreGoodOnceAndForTheirOwner) {

@@ -13,13 +13,13 @@ namespace {
 
 using Own = ProbeChoice::Own;
 
-struct Device {
+struct Probed {
   bool knows_own = false;
   bool knows_reads = false;
 };
 
 /// What is asked in so many steps.
-std::string Asked(ProbeChoice& choice, const Device& device, int steps, std::size_t reads = 3) {
+std::string Asked(ProbeChoice& choice, const Probed& device, int steps, std::size_t reads = 3) {
   std::string text;
   for (int i = 0; i < steps; ++i) {
     const auto read = choice.Next(reads);
@@ -38,7 +38,7 @@ std::string Asked(ProbeChoice& choice, const Device& device, int steps, std::siz
 TEST(ProbeChoice, WhatIsAskedInTurn) {
   struct Case {
     Own own;
-    Device device;
+    Probed device;
     const char* asked;
   };
   for (const Case& c : std::vector<Case>{

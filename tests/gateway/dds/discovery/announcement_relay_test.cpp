@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tests/gateway/dds/datagrams.h"
+#include "tests/support/times.h"
 
 namespace baudgate::dds {
 namespace {
@@ -17,7 +18,6 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 
-const Instant kStart = Instant(1h);
 constexpr std::uint32_t kPlant = 0x0A000000;  // 10.0.0.0
 
 struct Who {

@@ -6,13 +6,13 @@
 
 #include <limits>
 
+#include "tests/support/times.h"
+
 namespace baudgate::dds {
 namespace {
 
 using ::testing::HasSubstr;
 using What = RequestBook::Verdict::What;
-
-constexpr Instant kStart{1h};
 
 RequestSample Request(std::uint64_t seq, const std::string& client = "plc-1") {
   RequestSample request;
