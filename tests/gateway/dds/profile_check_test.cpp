@@ -11,7 +11,7 @@ std::string Participant(const std::string& inside) {
   return "<profiles>\n<participant profile_name=\"baudgate\">\n" + inside +
          "\n</participant></profiles>";
 }
-std::string Writer(const std::string& inside) {
+std::string WriterProfile(const std::string& inside) {
   return "<dds><profiles>\n<data_writer profile_name=\"baudgate/points\">\n" + inside +
          "\n</data_writer></profiles></dds>";
 }
@@ -27,8 +27,8 @@ TEST(ProfileCheck, FindsItsOwn) {
   EXPECT_TRUE(participant->participant);
   EXPECT_TRUE(participant->writers.empty());
   const auto writer = CheckProfiles(
-      "/f.xml", Writer("<qos><reliability><kind> RELIABLE </kind></reliability></qos>"
-                       "<times><heartbeatPeriod><sec>1</sec></heartbeatPeriod></times>"));
+      "/f.xml", WriterProfile("<qos><reliability><kind> RELIABLE </kind></reliability></qos>"
+                              "<times><heartbeatPeriod><sec>1</sec></heartbeatPeriod></times>"));
   ASSERT_TRUE(writer.ok()) << writer.error();
   EXPECT_FALSE(writer->participant);
   EXPECT_EQ(writer->writers, std::set<std::string>{"baudgate/points"});
@@ -44,13 +44,13 @@ TEST(ProfileCheck, OneSentenceEach) {
       {"<profiles><participant profile_name=\"other\"/></profiles>",
        "/f.xml: has none of the profiles baudgate, baudgate/points, baudgate/devices, "
        "baudgate/gateways; remove dds.profiles or name one so"},
-      {Writer("<qos><reliability>\n<kind>BEST_EFFORT</kind></reliability></qos>"),
+      {WriterProfile("<qos><reliability>\n<kind>BEST_EFFORT</kind></reliability></qos>"),
        "/f.xml:4: data_writer baudgate/points: qos/reliability/kind is BEST_EFFORT, not RELIABLE: "
        "subscribers ask for no less; remove it"},
-      {Writer("<topic><historyQos><depth>2</depth></historyQos></topic>"),
+      {WriterProfile("<topic><historyQos><depth>2</depth></historyQos></topic>"),
        "/f.xml:3: data_writer baudgate/points: topic/historyQos/depth is 2, not 1: the latest "
        "sample of a point is kept; remove it"},
-      {Writer("<qos><deadline/></qos>"),
+      {WriterProfile("<qos><deadline/></qos>"),
        "/f.xml:3: data_writer baudgate/points: qos/deadline can not be set: it makes each sample "
        "as slow as all points together; remove it"},
       {Participant("<rtps><userTransports/></rtps>"),
