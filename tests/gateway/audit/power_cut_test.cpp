@@ -46,7 +46,7 @@ class Life {
  private:
   void Begin() {
     const std::string client = "c" + std::to_string(told_.size() + 1);
-    const auto ticket = book_.Begin(PointRecord(client));
+    const auto ticket = book_.Begin(WrittenPoint(client));
     ASSERT_TRUE(ticket);
     told_[client];
     open_[*ticket] = client;

@@ -77,7 +77,7 @@ class RuntimeDirectory {
   std::string before_;
 };
 
-class ControlTest : public testing::Test {
+class ControlTest : public ::testing::Test {
  protected:
   explicit ControlTest(config::Config config = TwoLines());
   ~ControlTest() override;

@@ -59,7 +59,7 @@ class SoakStation {
   }
 
   void Run(std::size_t events) {
-    while (raised_ < events && !testing::Test::HasFailure()) {
+    while (raised_ < events && !::testing::Test::HasFailure()) {
       const Duration time = std::chrono::milliseconds(1 + random_() % 500);
       relays_->RunFor(time);
       meters_->RunFor(time);
@@ -208,7 +208,7 @@ class SoakStation {
 
 TEST(EventSoak, ReachEachConsumerOnceAndInOrder) {
   SoakTally all;
-  for (unsigned seed = 1; all.events < Wanted() && !testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; all.events < Wanted() && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SoakStation station(seed);
     station.Run(std::min(Wanted() - all.events, kEventsOfAStation));

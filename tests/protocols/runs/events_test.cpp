@@ -136,7 +136,7 @@ TEST(SpaEvents, ComeOnceAndInOrderOverAGoodLine) {
 
 TEST(SpaEvents, ComeOnceAndInOrderOverABadLine) {
   std::size_t asked_again = 0;
-  for (unsigned seed = 1; seed <= 6 && !testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= 6 && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     RelayStation station(seed, {.wire_one_in = seed % 2 == 0 ? 20U : 100U});
     station.RunFor(15min);
@@ -150,7 +150,7 @@ TEST(SpaEvents, ComeOnceAndInOrderOverABadLine) {
 TEST(SpaEvents, OutliveKillsAndPowerCutsOverABadLine) {
   std::size_t restarts = 0;
   std::uint64_t repeats = 0;
-  for (unsigned seed = 1; seed <= 12 && !testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= 12 && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     RelayStation station(seed, {.wire_one_in = 100, .kills = seed % 2 == 0, .power_cuts = true});
     station.RunFor(10min);

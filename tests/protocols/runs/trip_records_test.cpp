@@ -189,7 +189,7 @@ TEST(TripRecords, AreKeptWithTheirTripsOverAGoodLine) {
 TEST(TripRecords, AreNeverThoseOfAnotherTripOverABadLineKillsAndPowerCuts) {
   std::size_t read = 0;
   std::size_t restarts = 0;
-  for (unsigned seed = 1; seed <= 6 && !testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= 6 && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     TripStation station(seed,
                         {.wire_one_in = 30, .kills = seed % 2 == 0, .power_cuts = seed % 3 == 0});
