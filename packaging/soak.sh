@@ -26,7 +26,7 @@ soak_virtual() {
   install_packages
   build release runs_test
   say "$hours hours of virtual time"
-  BAUDGATE_SOAK_HOURS=$hours build/release/tests/runs_test --gtest_filter='*Soak*'
+  BAUDGATE_SOAK_HOURS=$hours build/release/tests/runs_test --gtest_filter='*/Soak.*'
 }
 
 # A line for each kind of line: exchanges, readings judged, and under which faults one was wrong.
@@ -45,11 +45,11 @@ soak_ptys() {
   local minutes=${1:-10}
   whole "$minutes"
   install_packages
-  build asan baudgate_pty_soak baudgate_pty_lag
-  local program
-  for program in baudgate_pty_soak baudgate_pty_lag; do
-    say "$minutes minutes on ptys: $program"
-    BAUDGATE_SOAK_SECONDS=$((minutes * 60)) "build/asan/tests/$program"
+  build asan baudgate_soak
+  local suite
+  for suite in PtySoak LagSoak; do
+    say "$minutes minutes on ptys: $suite"
+    BAUDGATE_SOAK_SECONDS=$((minutes * 60)) build/asan/tests/baudgate_soak --gtest_filter="$suite.*"
   done
 }
 
@@ -75,11 +75,11 @@ soak_discovery() {
   local rounds=${1:-50} by
   whole "$rounds"
   install_packages
-  build release baudgate_discovery_soak
+  build release baudgate_soak
   for by in servers peers; do
     say "ten gateways and a subscriber without multicast, found by $by, $rounds kills"
     BAUDGATE_SOAK_BY=$by BAUDGATE_SOAK_ROUNDS=$rounds BAUDGATE_SOAK_GATEWAYS=10 BAUDGATE_SOAK_POINTS=1000 \
-      build/release/tests/baudgate_discovery_soak
+      build/release/tests/baudgate_soak --gtest_filter='DiscoverySoak.*'
   done
 }
 
@@ -88,9 +88,9 @@ soak_audit() {
   local kills=${1:-200}
   whole "$kills"
   install_packages
-  build release baudgate system_audit_tests
+  build release baudgate system_routes_test
   say "a gateway that is killed $kills times while a client writes"
-  BAUDGATE_AUDIT_KILLS=$kills build/release/tests/system_audit_tests --gtest_filter='*Killed*'
+  BAUDGATE_AUDIT_KILLS=$kills build/release/tests/system_routes_test --gtest_filter='Audit.*Killed*'
 }
 
 # Two lines: events, kills, power cuts; kills, events.
@@ -99,11 +99,11 @@ soak_events() {
   whole "$thousands"
   whole "$kills"
   install_packages
-  build release baudgate spabus_module event_soak_test system_events_tests
+  build release baudgate spabus_module runs_test system_routes_test
   say "$thousands thousand events under virtual time"
-  BAUDGATE_SOAK_EVENTS=${thousands}000 build/release/tests/event_soak_test
+  BAUDGATE_SOAK_EVENTS=${thousands}000 build/release/tests/runs_test --gtest_filter='EventSoak.*'
   say "a gateway that is killed $kills times while a relay has bursts of events"
-  BAUDGATE_EVENT_KILLS=$kills build/release/tests/system_events_tests --gtest_filter='*Killed*'
+  BAUDGATE_EVENT_KILLS=$kills build/release/tests/system_routes_test --gtest_filter='Events.*Killed*'
 }
 
 # Four lines each: times, memory, descriptors, shared memory.
@@ -111,11 +111,11 @@ soak_service() {
   local minutes=${1:-30} dds
   whole "$minutes"
   install_packages
-  build release baudgate baudgate-dds baudgate_service_soak
+  build release baudgate baudgate-dds baudgate_soak
   for dds in 0 1; do
     say "a gateway with 14 devices, $minutes minutes and 50 kills, DDS: $dds"
     BAUDGATE_SOAK_DDS=$dds BAUDGATE_SOAK_SECONDS=$((minutes * 60)) BAUDGATE_SOAK_KILLS=50 \
-      build/release/tests/baudgate_service_soak
+      build/release/tests/baudgate_soak --gtest_filter='ServiceSoak.*'
   done
 }
 

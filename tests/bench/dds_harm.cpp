@@ -30,7 +30,7 @@ namespace baudgate::bench {
 namespace {
 
 namespace fs = std::filesystem;
-using dds::testing::Announcement;
+using dds::testing::AnnouncementOf;
 using dds::testing::Rtps;
 using Clock = std::chrono::steady_clock;
 
@@ -182,15 +182,15 @@ std::vector<Harm> Harms(const Gateway& gateway, dds::testing::DatagramSender& at
       {"made-up statistics, 20 a second", std::chrono::milliseconds(50), datagram(statistics)},
       {"a huge security token, 20 a second", std::chrono::milliseconds(50),
        datagram(
-           Announcement(1, 20, "01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 10 00 00 00 10"))},
+           AnnouncementOf(1, 20, "01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 10 00 00 00 10"))},
       {"a heartbeat of 2^40, 20 a second", std::chrono::milliseconds(50),
        [&attacker, heartbeat] {
-         attacker.Send(Announcement(1));  // from somebody who is known
+         attacker.Send(AnnouncementOf(1));  // from somebody who is known
          attacker.Send(heartbeat);
        }},
       {"an invented participant, 500 a second", std::chrono::milliseconds(2),
        [&attacker, number = std::uint16_t{0}]() mutable {
-         attacker.Send(Announcement(++number, 0x7FFFFFFF));
+         attacker.Send(AnnouncementOf(++number, 0x7FFFFFFF));
        }},
   };
 }

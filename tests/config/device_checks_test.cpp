@@ -64,8 +64,8 @@ TEST(DeviceChecks, DconFindsAPointBeyondTheChannels) {
 }
 
 /// One line with two devices.
-std::string ProblemsOfLine(const std::string& line, const std::string& first,
-                           const std::string& second) {
+std::string ProblemsOfTwo(const std::string& line, const std::string& first,
+                          const std::string& second) {
   const std::string points = ", enabled: false, points: [] }";
   return Shown(config::LoadText("lines:\n- { name: l, port: /dev/l, " + line +
                                     ", devices: [\n  { name: d, " + first + points +
@@ -87,8 +87,8 @@ TEST(DeviceChecks, OneAddressInAnySpelling) {
   };
   for (const auto& one : kCases) {
     const auto problems = [&](const std::string& second) {
-      return ProblemsOfLine(std::string("protocol: ") + one.protocol,
-                            std::string("address: ") + one.first, "address: " + second);
+      return ProblemsOfTwo(std::string("protocol: ") + one.protocol,
+                           std::string("address: ") + one.first, "address: " + second);
     };
     EXPECT_EQ(problems(one.second),
               std::string("t.yaml:4:23: warning: address: '") + one.second +
@@ -97,15 +97,15 @@ TEST(DeviceChecks, OneAddressInAnySpelling) {
         << one.protocol;
     EXPECT_EQ(problems("2"), "") << one.protocol;
   }
-  EXPECT_EQ(ProblemsOfLine("protocol: set4tm", "address: 7", "address: \"sn:7\""), "");
+  EXPECT_EQ(ProblemsOfTwo("protocol: set4tm", "address: 7", "address: \"sn:7\""), "");
 }
 
 TEST(DeviceChecks, WarnsOfAddressesThatAreHardlyMeant) {
-  EXPECT_EQ(ProblemsOfLine("protocol: spabus", "address: 1", "address: 901"),
+  EXPECT_EQ(ProblemsOfTwo("protocol: spabus", "address: 1", "address: 901"),
             "t.yaml:4:23: warning: device 'e': address 901 lies behind the broadcast number 900, "
             "where no known device can be set to; write the one that the device shows, 1 to 899\n");
-  EXPECT_EQ(ProblemsOfLine("protocol: spabus", "address: 1", "address: 899"), "");
-  EXPECT_EQ(ProblemsOfLine("protocol: dcon", "address: 1", "address: 0x00"),
+  EXPECT_EQ(ProblemsOfTwo("protocol: spabus", "address: 1", "address: 899"), "");
+  EXPECT_EQ(ProblemsOfTwo("protocol: dcon", "address: 1", "address: 0x00"),
             "t.yaml:4:23: warning: device 'e': address 0 is that of every module which is started "
             "with INIT* grounded, whatever it is set to: one such module would answer in this "
             "one's place; give this module another address, 1 to 255\n");
@@ -125,7 +125,7 @@ TEST(DeviceChecks, WarnsOfARelaysOutputsThatCanBeWritten) {
 
 TEST(DeviceChecks, BinaryProtocolsNeedEightDataBits) {
   const auto problems = [](const std::string& line, const std::string& second = "address: 2") {
-    return ProblemsOfLine(line, "address: 1", second);
+    return ProblemsOfTwo(line, "address: 1", second);
   };
   EXPECT_EQ(problems("protocol: modbus_rtu, serial: 19200 7E1"),
             "t.yaml:2:58: error: serial: modbus_rtu needs 8 data bits, and 19200 7E1 has 7; write "

@@ -8,11 +8,6 @@
 namespace baudgate::testing {
 namespace {
 
-struct Case {
-  const char* keys;
-  const char* problem;
-};
-
 constexpr const char* kDeviceKeys =
     "allowed: name, protocol, address, enabled, trust_order, serial, profile, identity, poll, "
     "slow, "

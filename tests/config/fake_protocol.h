@@ -23,6 +23,12 @@ const config::Catalog& FakeCatalog();
 /// Fakes named "modbus_ascii" and "modbus_rtu", which carry Modbus, beside "fake".
 const config::Catalog& ModbusCatalog();
 
+/// What is written, and what is said of it.
+struct Case {
+  const char* keys;
+  const char* problem;
+};
+
 /// All problems as they are printed, one a line.
 std::string Shown(const std::vector<config::Problem>& problems);
 

@@ -13,7 +13,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr const char* kLines =
+constexpr const char* kFeeders =
     "lines:\n- { name: bay, port: /dev/l, protocol: fake, devices: [\n"
     "{ name: f1, address: 1, points: [{ name: current_l1, read: A1, type: float32, deadband: 0.25 "
     "}, "
@@ -21,7 +21,7 @@ constexpr const char* kLines =
     "{ name: f2, address: 2, points: [{ name: current_l1, read: A1, type: float32 }] }] }\n";
 
 config::Loaded LoadHistory(const std::string& history) {
-  return Load("history: " + history + "\n" + kLines);
+  return Load("history: " + history + "\n" + kFeeders);
 }
 
 std::vector<std::string> Names(const config::Loaded& loaded) {
@@ -44,7 +44,7 @@ TEST(HistoryPattern, HasStarsAndQuestionMarks) {
 }
 
 TEST(HistoryKey, IsOffUntilItIsGiven) {
-  EXPECT_FALSE(Load(kLines).config.history.on());
+  EXPECT_FALSE(Load(kFeeders).config.history.on());
   const auto loaded = LoadHistory("{ points: [ '*.*.*' ] }");
   EXPECT_EQ(Shown(loaded.problems), "");
   EXPECT_EQ(loaded.config.history.limit, 1'000'000'000U);

@@ -13,26 +13,28 @@ using config::Listener;
 using config::Permit;
 using config::Priority;
 
-constexpr const char* kLine =
+constexpr const char* kDrive =
     "lines:\n"
     "- { name: drive, port: /dev/l, protocol: modbus_rtu, devices: [{ name: d, address: 1, "
     "points: [{ name: p, read: A1, type: int16 }] }] }\n";
 
 /// The keys stand in line 1 from column 21 on.
-config::Loaded LoadKeys(const std::string& keys) {
-  return LoadModbus("modbus: { listen: { " + keys + " } }\n" + kLine);
+config::Loaded LoadListener(const std::string& keys) {
+  return LoadModbus("modbus: { listen: { " + keys + " } }\n" + kDrive);
 }
 
-std::string ProblemsOf(const std::string& keys) { return Shown(LoadKeys(keys).problems); }
+std::string ProblemsOfListener(const std::string& keys) {
+  return Shown(LoadListener(keys).problems);
+}
 
-Listener Good(const std::string& keys) {
-  const auto loaded = LoadKeys(keys);
+Listener ListenerOf(const std::string& keys) {
+  const auto loaded = LoadListener(keys);
   EXPECT_EQ(Shown(loaded.problems), "") << keys;
   return loaded.config.modbus.listen.at(0);
 }
 
 TEST(Listeners, Defaults) {
-  const Listener listener = Good("at: \"127.0.0.1:1502\"");
+  const Listener listener = ListenerOf("at: \"127.0.0.1:1502\"");
   EXPECT_FALSE(listener.is_serial());
   EXPECT_EQ(listener.Place(), "127.0.0.1:1502");
   EXPECT_EQ(listener.protocol, Listener::Protocol::tcp);
@@ -44,30 +46,30 @@ TEST(Listeners, Defaults) {
 }
 
 TEST(Listeners, RtuOverTcp) {
-  const Listener listener = Good("at: \"0.0.0.0:2101\", protocol: rtu, errors: silent");
+  const Listener listener = ListenerOf("at: \"0.0.0.0:2101\", protocol: rtu, errors: silent");
   EXPECT_EQ(listener.protocol, Listener::Protocol::rtu);
   EXPECT_EQ(listener.errors, Listener::Errors::silent);
-  EXPECT_EQ(Good("protocol: rtu").errors, Listener::Errors::exception);
+  EXPECT_EQ(ListenerOf("protocol: rtu").errors, Listener::Errors::exception);
 }
 
 TEST(Listeners, Holes) {
-  EXPECT_EQ(Good("permit: all").holes, Listener::Holes::off);
-  EXPECT_EQ(Good("holes: zero").holes, Listener::Holes::zero);
-  EXPECT_EQ(Good("at: /dev/ttyUSB4, holes: zero").holes, Listener::Holes::zero);
+  EXPECT_EQ(ListenerOf("permit: all").holes, Listener::Holes::off);
+  EXPECT_EQ(ListenerOf("holes: zero").holes, Listener::Holes::zero);
+  EXPECT_EQ(ListenerOf("at: /dev/ttyUSB4, holes: zero").holes, Listener::Holes::zero);
 }
 
 TEST(Listeners, Permission) {
-  EXPECT_EQ(Good("permit: read").permit, Permit::read);
-  EXPECT_EQ(Good("permit: data").permit, Permit::data);
-  EXPECT_EQ(Good("permit: all").permit, Permit::all);
-  EXPECT_EQ(Good("write: deny").permit, Permit::read);
-  EXPECT_EQ(Good("write: allow").permit, Permit::all);
-  EXPECT_EQ(Good("write: allow, permit: data").permit, Permit::data);
-  EXPECT_EQ(Good("write: deny, permit: read").permit, Permit::read);
+  EXPECT_EQ(ListenerOf("permit: read").permit, Permit::read);
+  EXPECT_EQ(ListenerOf("permit: data").permit, Permit::data);
+  EXPECT_EQ(ListenerOf("permit: all").permit, Permit::all);
+  EXPECT_EQ(ListenerOf("write: deny").permit, Permit::read);
+  EXPECT_EQ(ListenerOf("write: allow").permit, Permit::all);
+  EXPECT_EQ(ListenerOf("write: allow, permit: data").permit, Permit::data);
+  EXPECT_EQ(ListenerOf("write: deny, permit: read").permit, Permit::read);
 }
 
 TEST(Listeners, PriorityRules) {
-  const Listener listener = Good(
+  const Listener listener = ListenerOf(
       "priority: low, clients: [{ from: 10.0.0.7, priority: high }, { from: 10.0.0.0/8, "
       "priority: normal }], functions: [{ codes: [5, 6, 15, 16], priority: high }, { codes: "
       "127, priority: low }]");
@@ -84,7 +86,7 @@ TEST(Listeners, PriorityRules) {
 }
 
 TEST(Listeners, SerialPort) {
-  const Listener listener = Good(
+  const Listener listener = ListenerOf(
       "at: /dev/ttyUSB4, serial: 38400 7O1, parity: software, rs485: { delay_after_send: 1ms "
       "}, permit: data, priority: high, functions: [{ codes: [6], priority: low }]");
   EXPECT_TRUE(listener.is_serial());
@@ -95,18 +97,18 @@ TEST(Listeners, SerialPort) {
   EXPECT_EQ(listener.protocol, Listener::Protocol::rtu);
   EXPECT_EQ(listener.errors, Listener::Errors::silent);
   EXPECT_EQ(listener.permit, Permit::data);
-  EXPECT_EQ(Good("at: /dev/ttyUSB4, errors: exception, protocol: rtu").errors,
+  EXPECT_EQ(ListenerOf("at: /dev/ttyUSB4, errors: exception, protocol: rtu").errors,
             Listener::Errors::exception);
 }
 
 TEST(Listeners, Echo) {
-  EXPECT_EQ(Good("at: /dev/ttyUSB4").echo, Listener::Echo::off);
-  EXPECT_EQ(Good("at: /dev/ttyUSB4, echo: off").echo, Listener::Echo::off);
-  EXPECT_EQ(Good("at: /dev/ttyUSB4, echo: strip").echo, Listener::Echo::strip);
+  EXPECT_EQ(ListenerOf("at: /dev/ttyUSB4").echo, Listener::Echo::off);
+  EXPECT_EQ(ListenerOf("at: /dev/ttyUSB4, echo: off").echo, Listener::Echo::off);
+  EXPECT_EQ(ListenerOf("at: /dev/ttyUSB4, echo: strip").echo, Listener::Echo::strip);
 }
 
 TEST(Listeners, SerialPortAsTextHasTheSettingsOfTheProtocol) {
-  const auto loaded = LoadModbus(std::string("modbus: { listen: [/dev/ttyUSB4] }\n") + kLine);
+  const auto loaded = LoadModbus(std::string("modbus: { listen: [/dev/ttyUSB4] }\n") + kDrive);
   ASSERT_EQ(Shown(loaded.problems), "");
   EXPECT_EQ(loaded.config.modbus.listen.at(0).path, "/dev/ttyUSB4");
   EXPECT_EQ(loaded.config.modbus.listen.at(0).serial.ToString(), "19200 8E1");
@@ -116,11 +118,11 @@ TEST(Listeners, SerialPortAsTextHasTheSettingsOfTheProtocol) {
 TEST(Listeners, Broadcast) {
   const std::string with_route =
       "modbus: { listen: { broadcast: pass }, routes: [{ units: 20, line: drive }] }\n";
-  const auto loaded = LoadModbus(with_route + kLine);
+  const auto loaded = LoadModbus(with_route + kDrive);
   EXPECT_EQ(Shown(loaded.problems), "");
   EXPECT_EQ(loaded.config.modbus.listen.at(0).broadcast, Listener::Broadcast::pass);
-  EXPECT_EQ(Good("broadcast: ignore").broadcast, Listener::Broadcast::ignore);
-  EXPECT_EQ(ProblemsOf("broadcast: pass"),
+  EXPECT_EQ(ListenerOf("broadcast: ignore").broadcast, Listener::Broadcast::ignore);
+  EXPECT_EQ(ProblemsOfListener("broadcast: pass"),
             "t.yaml:1:19: warning: listen: broadcast: pass has no effect: no route leads to a "
             "line\n");
 }
@@ -218,13 +220,14 @@ TEST(Listeners, OneSentenceEach) {
        "needs a port of its own"},
   };
   for (const auto& one : kCases) {
-    EXPECT_EQ(ProblemsOf(one.keys), "t.yaml:1:" + std::string(one.problem) + "\n") << one.keys;
+    EXPECT_EQ(ProblemsOfListener(one.keys), "t.yaml:1:" + std::string(one.problem) + "\n")
+        << one.keys;
   }
 }
 
 TEST(Listeners, OnePortForTwo) {
   const auto loaded = LoadModbus(
-      std::string("modbus: { listen: [/dev/m, { at: /dev/m, priority: high }] }\n") + kLine);
+      std::string("modbus: { listen: [/dev/m, { at: /dev/m, priority: high }] }\n") + kDrive);
   EXPECT_EQ(
       Shown(loaded.problems),
       "t.yaml:1:28: error: listen: '/dev/m' is already the port of another listener (line 1); a "
@@ -234,7 +237,7 @@ TEST(Listeners, OnePortForTwo) {
 TEST(Listeners, OnePortOfOneAddress) {
   const auto problems = [](const std::string& first, const std::string& second) {
     return Shown(
-        LoadModbus("modbus:\n  listen:\n  - \"" + first + "\"\n  - \"" + second + "\"\n" + kLine)
+        LoadModbus("modbus:\n  listen:\n  - \"" + first + "\"\n  - \"" + second + "\"\n" + kDrive)
             .problems);
   };
   const auto sentence = [](const std::string& first, const std::string& second) {

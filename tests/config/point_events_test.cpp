@@ -94,7 +94,7 @@ TEST(PointEvents, SayWhatIsWrong) {
               HasSubstr("events: 'a' is only written"));
 }
 
-std::string Table(const std::string& events) {
+std::string ProblemsOfTable(const std::string& events) {
   static const Protocol kProtocol = MakeFakeProtocol("fake");
   config::Problems problems;
   const std::string head = "device: D\npoints: [{ name: a, read: A1, type: uint16 }]\nevents:\n";
@@ -121,19 +121,19 @@ TEST(EventTable, HasAlarms) {
 
 TEST(EventTable, SaysWhatIsWrongWithAlarms) {
   const std::string off = "- { code: 2, text: b, state: off }\n";
-  EXPECT_EQ(Table("- { code: 1, text: a, state: on, alarm: yes }\n"), "")
+  EXPECT_EQ(ProblemsOfTable("- { code: 1, text: a, state: on, alarm: yes }\n"), "")
       << "it only waits to be acknowledged";
-  EXPECT_THAT(Table("- { code: 1, text: a, state: off, alarm: yes }\n"),
+  EXPECT_THAT(ProblemsOfTable("- { code: 1, text: a, state: off, alarm: yes }\n"),
               HasSubstr("it stands at the event that begins it"));
-  EXPECT_THAT(Table("- { code: 1, text: a, state: on, alarm: yes, until: 2 }\n"),
+  EXPECT_THAT(ProblemsOfTable("- { code: 1, text: a, state: on, alarm: yes, until: 2 }\n"),
               HasSubstr("p.yaml:4:53: error: until: the table has no code 2 with state: off"));
-  EXPECT_THAT(Table("- { code: 1, text: a, state: on, until: 2 }\n" + off),
+  EXPECT_THAT(ProblemsOfTable("- { code: 1, text: a, state: on, until: 2 }\n" + off),
               HasSubstr("only an alarm has an end"));
-  EXPECT_THAT(Table("- { code: 1, text: a, alarm: yes, until: 2 }\n" + off),
+  EXPECT_THAT(ProblemsOfTable("- { code: 1, text: a, alarm: yes, until: 2 }\n" + off),
               HasSubstr("needs state: on"));
-  EXPECT_THAT(Table("- { code: 1, text: a, state: on, alarm: yes, until: 2 }\n"
-                    "- { code: 3, text: a, state: on, alarm: yes, until: 2 }\n" +
-                    off),
+  EXPECT_THAT(ProblemsOfTable("- { code: 1, text: a, state: on, alarm: yes, until: 2 }\n"
+                              "- { code: 3, text: a, state: on, alarm: yes, until: 2 }\n" +
+                              off),
               HasSubstr("2 ends another alarm already"));
 }
 

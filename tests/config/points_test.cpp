@@ -11,11 +11,6 @@ namespace {
 
 using config::Point;
 
-struct Case {
-  const char* keys;
-  const char* problem;
-};
-
 std::vector<Point> PointsOf(const std::string& device) {
   const auto loaded =
       Load("lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, " +

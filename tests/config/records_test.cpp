@@ -23,18 +23,18 @@ constexpr const char* kPoints =
     "- { name: other, read: A4, type: uint16, group: slow }\n"
     "- { name: reset, write: A5, type: uint16, access: w }\n";
 
-struct Loaded {
+struct LoadedProfile {
   config::Profile profile;
   config::Device device;
   std::string problems;
 };
 
 /// As a device of the profile would have it. `keys`: behind the points.
-Loaded LoadKeys(const std::string& keys, bool events = true) {
+LoadedProfile LoadKeys(const std::string& keys, bool events = true) {
   static const Protocol kProtocol = MakeFakeProtocol("fake");
   config::Problems problems;
   const auto raw = config::ReadProfileText(kPoints + keys, "p.yaml", "p", kProtocol, problems);
-  Loaded loaded{raw.profile, {}, {}};
+  LoadedProfile loaded{raw.profile, {}, {}};
   loaded.device.events = loaded.device.point_events = events;
   loaded.device.event_texts = raw.profile.event_texts;
   loaded.device.points = config::BuildPoints(raw.points, &kProtocol, problems);
@@ -43,7 +43,7 @@ Loaded LoadKeys(const std::string& keys, bool events = true) {
   return loaded;
 }
 
-std::vector<Group> Groups(const Loaded& loaded) {
+std::vector<Group> Groups(const LoadedProfile& loaded) {
   std::vector<Group> groups;
   for (const config::Point& point : loaded.device.points) groups.push_back(point.group);
   return groups;
@@ -54,7 +54,7 @@ constexpr const char* kTrip =
     "events:\n- { code: 3, text: tripped, state: on, record: trip }\n- { code: 4, text: b }\n";
 
 TEST(Records, AreTheirPointsAndAreReadDailyElse) {
-  const Loaded loaded = LoadKeys(kTrip);
+  const LoadedProfile loaded = LoadKeys(kTrip);
   ASSERT_EQ(loaded.problems, "");
   ASSERT_EQ(loaded.device.records.size(), 1U);
   EXPECT_EQ(loaded.device.records[0].name, "trip");
@@ -68,7 +68,7 @@ TEST(Records, AreTheirPointsAndAreReadDailyElse) {
 TEST(Records, StayWithTheirGroupsWhereNoEventIsKept) {
   EXPECT_THAT(Groups(LoadKeys(kTrip, false)),
               ElementsAre(Group::slow, Group::slow, Group::fast, Group::slow, Group::fast));
-  const Loaded unused = LoadKeys("records: { trip: { points: [phases] } }\n");
+  const LoadedProfile unused = LoadKeys("records: { trip: { points: [phases] } }\n");
   EXPECT_EQ(unused.problems, "");
   EXPECT_EQ(Groups(unused).front(), Group::slow) << "no event has it";
 }

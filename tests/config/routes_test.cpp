@@ -11,7 +11,7 @@ namespace {
 
 using config::Route;
 
-constexpr const char* kLines =
+constexpr const char* kRoutedLines =
     "lines:\n"
     "- { name: bay, port: /dev/a, protocol: fake, devices: [{ name: d, address: 1, unit: 36, "
     "profile: relay }] }\n"
@@ -27,10 +27,13 @@ constexpr const char* kUnused =
 /// The routes stand in line 2 from column 12 on; the two at the end keep the lines in use.
 config::Loaded LoadRoutes(const std::string& routes, const std::string& modbus = "") {
   return LoadModbus("modbus: { " + modbus + "\n  routes: [ " + routes +
-                    ", { units: 201, line: drive }, { units: 202, line: text } ] }\n" + kLines);
+                    ", { units: 201, line: drive }, { units: 202, line: text } ] }\n" +
+                    kRoutedLines);
 }
 
-std::string ProblemsOf(const std::string& routes) { return Shown(LoadRoutes(routes).problems); }
+std::string ProblemsOfRoutes(const std::string& routes) {
+  return Shown(LoadRoutes(routes).problems);
+}
 
 Route One(const std::string& keys) {
   const auto loaded = LoadRoutes("{ " + keys + " }");
@@ -163,15 +166,16 @@ TEST(Routes, OneSentenceEach) {
        "49: error: deadline: '61s' is out of range; allowed: 50ms…1min"},
   };
   for (const auto& one : kCases) {
-    EXPECT_EQ(ProblemsOf(one.route), "t.yaml:2:" + std::string(one.problem) + "\n") << one.route;
+    EXPECT_EQ(ProblemsOfRoutes(one.route), "t.yaml:2:" + std::string(one.problem) + "\n")
+        << one.route;
   }
 }
 
 TEST(Routes, ListIsNeeded) {
   EXPECT_EQ(
-      Shown(LoadModbus(std::string("modbus: { routes: 20 }\n\n") + kLines).problems),
+      Shown(LoadModbus(std::string("modbus: { routes: 20 }\n\n") + kRoutedLines).problems),
       "t.yaml:1:19: error: routes: expected a list, found a single value\n" + std::string(kUnused));
-  EXPECT_EQ(Shown(LoadModbus(std::string("modbus: { routes: [] }\n\n") + kLines).problems),
+  EXPECT_EQ(Shown(LoadModbus(std::string("modbus: { routes: [] }\n\n") + kRoutedLines).problems),
             kUnused);
 }
 
@@ -189,20 +193,20 @@ TEST(Routes, ServerBehindAnyAddressOfThisMachine) {
 }
 
 TEST(RouteWarnings, EarlierRoutesAndDevices) {
-  EXPECT_EQ(ProblemsOf("{ units: 20, line: drive },\n { units: 20, line: text }"),
+  EXPECT_EQ(ProblemsOfRoutes("{ units: 20, line: drive },\n { units: 20, line: text }"),
             "t.yaml:3:2: warning: route for 20 is never used, its units are taken: 20 by the route "
             "in line 2\n");
-  EXPECT_EQ(ProblemsOf("{ units: 30-34, line: drive },\n { units: 33-40, line: text }"),
+  EXPECT_EQ(ProblemsOfRoutes("{ units: 30-34, line: drive },\n { units: 33-40, line: text }"),
             "t.yaml:3:2: warning: route for 33-40 does not get all of its units: 33-34 by the "
             "route in line 2\n");
-  EXPECT_EQ(ProblemsOf("{ units: 20, line: drive },\n { units: 1-100, line: text }"), "")
+  EXPECT_EQ(ProblemsOfRoutes("{ units: 20, line: drive },\n { units: 1-100, line: text }"), "")
       << "single units before a route for all the others";
-  EXPECT_EQ(ProblemsOf("{ units: 36, line: drive }"),
+  EXPECT_EQ(ProblemsOfRoutes("{ units: 36, line: drive }"),
             "t.yaml:2:13: warning: route for 36 is never used, its units are taken: 36 by device "
             "'d'\n");
   EXPECT_EQ(
-      ProblemsOf("{ units: 20-30, line: drive },\n{ units: 25, line: drive },\n{ units: "
-                 "25-31, line: drive }"),
+      ProblemsOfRoutes("{ units: 20-30, line: drive },\n{ units: 25, line: drive },\n{ units: "
+                       "25-31, line: drive }"),
       "t.yaml:3:1: warning: route for 25 is never used, its units are taken: 25 by the route "
       "in line 2\n"
       "t.yaml:4:1: warning: route for 25-31 does not get all of its units: 25-30 by the route "
@@ -210,12 +214,12 @@ TEST(RouteWarnings, EarlierRoutesAndDevices) {
 }
 
 TEST(RouteWarnings, DeadlineBelowTheReplyTime) {
-  EXPECT_EQ(ProblemsOf("{ units: 20, line: drive, deadline: 499ms }"),
+  EXPECT_EQ(ProblemsOfRoutes("{ units: 20, line: drive, deadline: 499ms }"),
             "t.yaml:2:13: warning: route for 20: deadline 499ms is shorter than line 'drive' waits "
             "for a reply (500ms): slow replies would come too late; lengthen it, or shorten the "
             "line's timing: { reply: … }\n");
-  EXPECT_EQ(ProblemsOf("{ units: 20, line: drive, deadline: 500ms }"), "");
-  EXPECT_EQ(ProblemsOf("{ units: 20, server: x, deadline: 50ms }"), "");
+  EXPECT_EQ(ProblemsOfRoutes("{ units: 20, line: drive, deadline: 500ms }"), "");
+  EXPECT_EQ(ProblemsOfRoutes("{ units: 20, server: x, deadline: 50ms }"), "");
 }
 
 TEST(RouteWarnings, ModbusSwitchedOff) {
@@ -225,7 +229,7 @@ TEST(RouteWarnings, ModbusSwitchedOff) {
 }
 
 TEST(RouteWarnings, LinesWithoutDevicesAndRoute) {
-  EXPECT_EQ(Shown(LoadModbus(std::string("modbus: { enabled: true }\n\n") + kLines).problems),
+  EXPECT_EQ(Shown(LoadModbus(std::string("modbus: { enabled: true }\n\n") + kRoutedLines).problems),
             kUnused);
 }
 

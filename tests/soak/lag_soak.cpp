@@ -25,8 +25,8 @@
 namespace baudgate {
 namespace {
 
-constexpr Duration kLook = 10ms;
-constexpr Duration kPatience = 2min;
+constexpr Duration kLookAtLag = 10ms;
+constexpr Duration kLagPatience = 2min;
 constexpr Duration kLongestTurn = 1min;
 constexpr Duration kShortestTurn = 4s;
 
@@ -61,14 +61,14 @@ class LagSoak : public ::testing::Test {
     const Instant until = std::chrono::steady_clock::now() + limit;
     while (!done()) {
       if (std::chrono::steady_clock::now() > until) return false;
-      world_.run_for(kLook);
+      world_.run_for(kLookAtLag);
       for (const auto& line : lines_) line->Look();
     }
     return true;
   }
 
   void ExpectAllGood(const std::string& when) {
-    RunUntil([this] { return std::ranges::all_of(lines_, IsWell); }, kPatience);
+    RunUntil([this] { return std::ranges::all_of(lines_, IsWell); }, kLagPatience);
     for (const auto& line : lines_) {
       EXPECT_TRUE(IsWell(line)) << line->which().name() << ": not every point is good " << when;
     }

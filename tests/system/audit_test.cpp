@@ -155,9 +155,9 @@ TEST_F(Audit, AGatewayThatWritesNothingSaysSo) {
 }
 
 /// Writes one number after the other, and remembers which were confirmed.
-class Writer {
+class NumberWriter {
  public:
-  explicit Writer(std::uint16_t port) : client_(port) {}
+  explicit NumberWriter(std::uint16_t port) : client_(port) {}
   void Run(std::atomic<bool>& stop, int& next) {
     while (!stop) {
       const int value = next++;
@@ -183,7 +183,7 @@ TEST_F(Audit, AKilledGatewayHasARecordOfAllThatWasOnTheWire) {
     const auto daemon = StartGateway(YamlOf());
     ModbusClient reader(port());
     ASSERT_TRUE(Eventually([&] { return reader.Register(kPointUnit, 0).has_value(); }));
-    Writer writer(port());
+    NumberWriter writer(port());
     std::atomic<bool> stop = false;
     std::thread thread([&] { writer.Run(stop, next); });
     const std::size_t before = slave.Written().size();

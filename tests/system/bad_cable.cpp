@@ -10,11 +10,11 @@
 #include <array>
 
 #include "gateway/base/time.h"
+#include "tests/system/child.h"
 
 namespace baudgate::system_test {
 namespace {
 
-constexpr int kPollMilliseconds = 20;
 constexpr int kMostDelay = 15;  // ms between two pieces of a reply: below every protocol's gap
 constexpr int kMostNoise = 24;  // bytes at once
 

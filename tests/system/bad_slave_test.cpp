@@ -17,7 +17,6 @@ namespace {
 
 using ::testing::ElementsAre;
 
-constexpr int kUnit = 20;
 constexpr const char* kTiming = "timing: { reply: 300ms }";
 constexpr const char* kRoute = "{ units: 20-21, line: drive }";
 

@@ -18,6 +18,8 @@ namespace baudgate::system_test {
 
 /// How long a test waits for an event before it fails. Nothing is concluded from being fast.
 constexpr Duration kPatience = 20s;
+/// How often a thread of a cable or a slave looks whether it shall end.
+constexpr int kPollMilliseconds = 20;
 
 /// Asks again and again until `condition` holds; false when it did not within `limit`.
 template <typename Condition>

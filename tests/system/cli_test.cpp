@@ -21,10 +21,6 @@ using ::testing::Not;
 using ::testing::StartsWith;
 using Json = nlohmann::json;
 
-constexpr int kUsage = 2;
-constexpr int kBadConfiguration = 3;
-constexpr int kCannotOpen = 4;
-
 class Cli : public Station {
  protected:
   std::string Configuration() const {

@@ -22,7 +22,6 @@ using ::testing::Not;
 using ::testing::StartsWith;
 using Json = nlohmann::json;
 
-constexpr int kGood = 0xC0;
 constexpr int kOutOfService = 0x1C;
 
 /// A relay that answers, a ghost on the same line that does not, and a line without its port.

@@ -13,20 +13,21 @@
 namespace baudgate::system_test {
 namespace {
 
-constexpr int kGood = 0xC0;
 constexpr int kUnits[] = {kRelayUnit, kModuleUnit, kMeterUnit};
 /// Short enough for a noisy line to recover many times within the test.
-constexpr const char* kTiming = "timing: { reply: 300ms, gap: 80ms, ceiling: 1s, drain: 50ms }";
+constexpr const char* kTightTiming =
+    "timing: { reply: 300ms, gap: 80ms, ceiling: 1s, drain: 50ms }";
 
 class Damage : public ThreeDevices {
  protected:
   std::string YamlOverBadCables() const {
     return Head() +
            Line("relay-bad", "spabus", "address: 7, profile: relay, unit: 1, poll: 100ms, slow: 1h",
-                kTiming) +
-           Line("io-bad", "dcon", "address: 1, profile: module, unit: 11, poll: 100ms", kTiming) +
+                kTightTiming) +
+           Line("io-bad", "dcon", "address: 1, profile: module, unit: 11, poll: 100ms",
+                kTightTiming) +
            Line("meter-bad", "set4tm",
-                "address: 200, profile: meter, unit: 21, poll: 100ms, slow: 1h", kTiming);
+                "address: 200, profile: meter, unit: 21, poll: 100ms, slow: 1h", kTightTiming);
   }
 
   /// Every value that is served is the twin's. How many were served.

@@ -21,7 +21,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using ::testing::HasSubstr;
 
-constexpr int kBusy = 0x06;
 constexpr Duration kWatchdog = 2s;
 
 /// While it lives, the thread does not run. It stands before its next system call that waits for

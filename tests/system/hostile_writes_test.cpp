@@ -16,7 +16,7 @@
 namespace baudgate::system_test {
 namespace {
 
-constexpr std::uint8_t kUnit = 1;
+constexpr std::uint8_t kHostileUnit = 1;
 constexpr double kMost = 5;  // V, of output_0: the only one that may be written
 constexpr std::size_t kFrames = 20'000;
 constexpr int kGoodWrites = 15;
@@ -52,14 +52,14 @@ class Attack {
       default:
         pdu = {16, High(address), Low(address), 0, 2, 4, Byte(), Byte(), Byte(), Byte()};
     }
-    return {++transaction_, Pick(8) == 0 ? Byte() : kUnit, pdu};
+    return {++transaction_, Pick(8) == 0 ? Byte() : kHostileUnit, pdu};
   }
 
   /// Bytes of a frame that is cut, or of none.
   Bytes Half() {
     Bytes bytes(1 + Pick(40));
     for (std::uint8_t& byte : bytes) byte = Byte();
-    if (Pick(2) == 0) bytes = {0, 1, 0, 0, 0, 11, kUnit, 16, 0, 0, 0, 2, 4};
+    if (Pick(2) == 0) bytes = {0, 1, 0, 0, 0, 11, kHostileUnit, 16, 0, 0, 0, 2, 4};
     return bytes;
   }
 
@@ -85,7 +85,7 @@ class Attack {
         pdu.push_back(Low(word));
       }
     }
-    return {++transaction_, kUnit, pdu};
+    return {++transaction_, kHostileUnit, pdu};
   }
 
   std::mt19937 random_;
@@ -155,7 +155,9 @@ TEST_F(HostileWrites, DoNothingThatTheRulesForbidAndDisturbNobody) {
   const TappedCable cable(LinkOf("io"), LinkOf("module"));
   const auto daemon = StartGateway(Yaml(), {"io"});
   ModbusClient good(port());
-  const auto is_good = [&](int address) { return good.Register(kUnit, 20000 + address) == kGood; };
+  const auto is_good = [&](int address) {
+    return good.Register(kHostileUnit, 20000 + address) == kGood;
+  };
   ASSERT_TRUE(Eventually([&] { return is_good(6) && is_good(26) && is_good(110); }))
       << daemon->Errors();
   ASSERT_TRUE(Eventually([&] { return cable.Requests().size() > 60; }));
@@ -170,8 +172,9 @@ TEST_F(HostileWrites, DoNothingThatTheRulesForbidAndDisturbNobody) {
   const bool enough = Eventually(
       [&] {
         const std::string volts = "1.0" + std::to_string(10 + written % 90);
-        EXPECT_EQ(good.WriteRegisters(kUnit, 0, RegistersOf(volts)), kNoException) << written;
-        EXPECT_TRUE(good.Float(kUnit, 2)) << "what is polled is served";
+        EXPECT_EQ(good.WriteRegisters(kHostileUnit, 0, RegistersOf(volts)), kNoException)
+            << written;
+        EXPECT_TRUE(good.Float(kHostileUnit, 2)) << "what is polled is served";
         ++written;
         const auto slow = std::ranges::count(cable.Requests(), std::string("$0170"));
         return HasFailure() || (written >= kGoodWrites && sent_ >= kFrames &&

@@ -8,10 +8,11 @@
 #include <array>
 #include <cerrno>
 
+#include "tests/system/child.h"
+
 namespace baudgate::system_test {
 namespace {
 
-constexpr int kPollMilliseconds = 20;
 constexpr std::uint32_t kIndicationMicroseconds = 50'000;
 
 }  // namespace

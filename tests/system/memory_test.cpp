@@ -14,8 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int kUnit = 21;
-constexpr int kGood = 0xC0;
+constexpr int kGrowingUnit = 21;
 constexpr int kSwapped = 0x090C;
 
 class Memory : public Station {
@@ -43,7 +42,7 @@ class Memory : public Station {
     daemon_->Signal(SIGTERM);
     ASSERT_EQ(daemon_->WaitForEnd(), 0);
   }
-  bool Becomes(int quality) { return EventuallyQuality(client_, kUnit, 0, quality); }
+  bool Becomes(int quality) { return EventuallyQuality(client_, kGrowingUnit, 0, quality); }
   std::string socket() const { return (directory() / "gate.sock").string(); }
 
   ModbusClient client_{port()};

@@ -21,7 +21,7 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 using Json = nlohmann::json;
 
-constexpr int kUnit = 21;
+constexpr int kClockUnit = 21;
 constexpr int kDrift = 8000;  // register of the point
 constexpr int kUncertain = 0x58;
 constexpr std::uint64_t kCorrected = 1000020;
@@ -97,14 +97,14 @@ TEST_F(MeterClock, IsCorrectedOnceAndOnRecord) {
   EXPECT_EQ(writes[0].at("point"), "clock_correction");
   EXPECT_EQ(writes[0].at("outcome"), "ok");
   EXPECT_TRUE(Eventually([&] {
-    const auto drift = client_.Double(kUnit, kDrift);
+    const auto drift = client_.Double(kClockUnit, kDrift);
     return drift && *drift > -2 && *drift < 2;
   }));
 }
 
 TEST_F(MeterClock, IsLeftAloneWhileNobodyKnowsTheRightTime) {
   Run(false);
-  ASSERT_TRUE(EventuallyQuality(client_, kUnit, kDrift, kUncertain)) << daemon_->Errors();
+  ASSERT_TRUE(EventuallyQuality(client_, kClockUnit, kDrift, kUncertain)) << daemon_->Errors();
   // Ten readings, the gateway's look at them once a second among them.
   for (int reading = 0; reading < 10; ++reading) {
     const Finished read = Command({"read", "meters.meters-1.clock_drift", "--socket", socket()});

@@ -7,10 +7,10 @@
 
 #include <array>
 
+#include "tests/system/child.h"
+
 namespace baudgate::system_test {
 namespace {
-
-constexpr int kPollMilliseconds = 20;
 
 /// How many bytes were carried.
 std::uint64_t Pass(int from, int to) {

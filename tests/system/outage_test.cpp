@@ -11,9 +11,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int kNotAnswering = 0x0B;
-constexpr int kGood = 0xC0;
-constexpr int kNotConnected = 0x08;
 constexpr int kCommunicationFailure = 0x18;
 constexpr std::uint16_t kOffline = 3;
 constexpr std::uint16_t kLineDown = 9;

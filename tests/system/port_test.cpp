@@ -21,8 +21,6 @@ using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr int kGood = 0xC0;
-constexpr int kNotConnected = 0x08;
 constexpr int kOutOfService = 0x1C;
 
 class Ports : public Station {

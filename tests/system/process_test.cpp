@@ -15,9 +15,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-constexpr int kBadConfiguration = 3;
-constexpr int kCannotOpen = 4;
-
 class Process : public Station {
  protected:
   Process() { PinProfile("dcon", "owen-mv110-8a", "module", {{"input_1", "100.25"}}); }

@@ -18,8 +18,6 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr int kNoPath = 0x0A;
-
 TEST_F(Reload, OfOneLineIsNotNoticedByTheOthers) {
   StartAll(YamlWithSocket());
   SteadyClient steady(port(), [](ModbusClient& its) { return its.Input(kRelayUnit, 0, 2).ok(); });

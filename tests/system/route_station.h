@@ -12,12 +12,8 @@
 
 namespace baudgate::system_test {
 
-constexpr int kIllegalFunction = 0x01;
-constexpr int kIllegalAddress = 0x02;
-constexpr int kBusy = 0x06;
-constexpr int kNoPath = 0x0A;
-constexpr int kNotAnswering = 0x0B;
-constexpr int kGood = 0xC0;
+/// Of the slave behind a route.
+inline constexpr int kUnit = 20;
 
 class RouteStation : public Station {
  protected:

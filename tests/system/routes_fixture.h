@@ -9,7 +9,6 @@
 
 namespace baudgate::system_test {
 
-inline constexpr int kUnit = 20;
 inline constexpr const char* kRoute = "{ units: 20, line: drive }";
 
 class Routes : public RouteStation {

@@ -13,9 +13,7 @@ using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr int kUsage = 2;
-constexpr int kUnit = 11;
-constexpr int kGood = 0xC0;
+constexpr int kFaultyUnit = 11;
 
 class SimulateFault : public Station {
  protected:
@@ -38,7 +36,7 @@ class SimulateFault : public Station {
   }
   /// A 32-bit counter of the status block.
   std::uint32_t Counter(int address) {
-    const Registers answer = client_.Input(kUnit, address, 2);
+    const Registers answer = client_.Input(kFaultyUnit, address, 2);
     return answer.ok() ? static_cast<std::uint32_t>(answer.values[0] << 16 | answer.values[1]) : 0;
   }
 
@@ -61,15 +59,15 @@ TEST_F(SimulateFault, DamagedRepliesAreCorruptUntilTheTwinIsWell) {
   auto twin = StartTwinWith({"bits:count=2,seed=5", "echo:rate=0"});
   const auto daemon = StartGateway();
   EXPECT_TRUE(Eventually([&] { return Counter(9010) > 3; })) << "corrupt replies are counted";
-  EXPECT_NE(client_.Register(kUnit, 20000), kGood);
+  EXPECT_NE(client_.Register(kFaultyUnit, 20000), kGood);
   twin->Signal(SIGTERM);
   EXPECT_EQ(twin->WaitForEnd(10s), 0);
   EXPECT_THAT(twin->Output(), ContainsRegex("fault bits:count=2,seed=5 struck [1-9][0-9]* of "
                                             "[1-9][0-9]* exchanges\n"
                                             "fault echo:rate=0 struck 0 of [1-9]"));
   twin = StartTwinWith({});
-  EXPECT_TRUE(EventuallyQuality(client_, kUnit, 0, kGood));
-  EXPECT_EQ(client_.Float(kUnit, 0), 100.25F);
+  EXPECT_TRUE(EventuallyQuality(client_, kFaultyUnit, 0, kGood));
+  EXPECT_EQ(client_.Float(kFaultyUnit, 0), 100.25F);
   twin->Signal(SIGTERM);
   EXPECT_EQ(twin->WaitForEnd(10s), 0);
   EXPECT_THAT(twin->Output(), Not(HasSubstr("struck")));
@@ -79,8 +77,8 @@ TEST_F(SimulateFault, ADeadTwinReturnsWhenItsTimeHasCome) {
   const auto twin = StartTwinWith({"death:for=3s", "garbage_before", "dribble:pause=1ms"});
   const auto daemon = StartGateway();
   EXPECT_TRUE(Eventually([&] { return Counter(9008) > 0; })) << "no_reply is counted";
-  EXPECT_TRUE(EventuallyQuality(client_, kUnit, 0, kGood));
-  EXPECT_EQ(client_.Float(kUnit, 0), 100.25F);
+  EXPECT_TRUE(EventuallyQuality(client_, kFaultyUnit, 0, kGood));
+  EXPECT_EQ(client_.Float(kFaultyUnit, 0), 100.25F);
   twin->Signal(SIGINT);
   EXPECT_EQ(twin->WaitForEnd(10s), 0);
   EXPECT_THAT(twin->Output(), ContainsRegex("fault death:for=3s struck [1-9]"));

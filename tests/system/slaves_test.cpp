@@ -16,7 +16,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int kUnit = 20;
 constexpr std::uint16_t kNotFitted = 0x0504;
 
 std::vector<std::uint16_t> Counting(std::size_t count, int first) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/system/child.h"
+#include "tests/system/codes.h"
 #include "tests/system/modbus_client.h"
 
 namespace baudgate::system_test {

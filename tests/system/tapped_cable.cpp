@@ -10,14 +10,13 @@
 #include <utility>
 
 #include "gateway/base/text.h"
+#include "tests/system/child.h"
 
 namespace baudgate::system_test {
 namespace {
 
-constexpr int kPollMilliseconds = 20;
-
 /// The bytes that were there.
-std::string Pass(int from, int to) {
+std::string PassText(int from, int to) {
   std::array<char, 1024> buffer;
   const ssize_t count = ::read(from, buffer.data(), buffer.size());
   if (count <= 0) return {};
@@ -46,11 +45,11 @@ void TappedCable::Carry() {
     pollfd waited[] = {{pty_->master(), POLLIN, 0}, {twin_, POLLIN, 0}};
     ::poll(waited, 2, kPollMilliseconds);
     if ((waited[0].revents & POLLIN) != 0) {
-      const std::string bytes = Pass(pty_->master(), twin_);
+      const std::string bytes = PassText(pty_->master(), twin_);
       const std::lock_guard lock(mutex_);
       heard_ += bytes;
     }
-    if ((waited[1].revents & POLLIN) != 0) Pass(twin_, pty_->master());
+    if ((waited[1].revents & POLLIN) != 0) PassText(twin_, pty_->master());
   }
 }
 

@@ -13,10 +13,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Le;
 
-constexpr std::uint16_t kGood = 0xC0;
-constexpr int kIllegalFunction = 1;
-constexpr int kIllegalAddress = 2;
-constexpr int kIllegalValue = 3;
 constexpr int kGatewayPath = 0x0A;
 
 using Values = ThreeDevices;

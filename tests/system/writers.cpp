@@ -11,7 +11,7 @@
 namespace baudgate::system_test {
 namespace {
 
-constexpr std::uint8_t kUnit = 1;
+constexpr std::uint8_t kWriterUnit = 1;
 constexpr int kOutputs = 4;
 constexpr int kForbidden = 5;  // every so many
 
@@ -33,7 +33,8 @@ class Libmodbus final : public Writer {
   std::vector<Told> Write(const std::vector<WriteStep>& steps) override {
     std::vector<Told> told;
     for (const WriteStep& step : steps) {
-      told.push_back(ToldBy(client_.WriteRegisters(kUnit, step.address, RegistersOf(step.value))));
+      told.push_back(
+          ToldBy(client_.WriteRegisters(kWriterUnit, step.address, RegistersOf(step.value))));
     }
     return told;
   }
@@ -75,7 +76,7 @@ class Raw final : public Writer {
       pdu.push_back(static_cast<std::uint8_t>(word >> 8U));
       pdu.push_back(static_cast<std::uint8_t>(word & 0xFFU));
     }
-    return {transaction, kUnit, pdu};
+    return {transaction, kWriterUnit, pdu};
   }
 
   RawClient client_;

@@ -24,10 +24,10 @@ config::SerialSettings Settings(int baud, int data_bits, config::Parity parity, 
 const config::SerialSettings k7E1 = Settings(9600, 7, config::Parity::even, 1);
 const config::SerialSettings k8N1 = Settings(9600, 8, config::Parity::none, 1);
 
-class Slave {
+class PtySlave {
  public:
-  explicit Slave(const Pty& pty) : fd(open(pty.slave_path().c_str(), O_RDWR | O_NOCTTY)) {}
-  ~Slave() { close(fd); }
+  explicit PtySlave(const Pty& pty) : fd(open(pty.slave_path().c_str(), O_RDWR | O_NOCTTY)) {}
+  ~PtySlave() { close(fd); }
   const int fd;
 };
 
@@ -39,7 +39,7 @@ class SerialSettingsOnPty : public testing::Test {
 TEST_F(SerialSettingsOnPty, TheSameAgainAfterReopen) {
   // The C library's tcsetattr fails the second time.
   for (int round = 0; round < 3; ++round) {
-    const Slave slave(*pty_);
+    const PtySlave slave(*pty_);
     const Status set = ApplySerialSettings(slave.fd, k7E1, "pty");
     EXPECT_TRUE(set.ok()) << set.error();
     EXPECT_TRUE(ApplySerialSettings(slave.fd, k7E1, "pty").ok());
@@ -47,7 +47,7 @@ TEST_F(SerialSettingsOnPty, TheSameAgainAfterReopen) {
 }
 
 TEST_F(SerialSettingsOnPty, ATerminalBecomesRaw) {
-  const Slave slave(*pty_);
+  const PtySlave slave(*pty_);
   termios terminal{};
   terminal.c_iflag = ICRNL | IXON | ISTRIP | BRKINT;
   terminal.c_oflag = OPOST | ONLCR;
@@ -67,7 +67,7 @@ TEST_F(SerialSettingsOnPty, ATerminalBecomesRaw) {
 }
 
 TEST_F(SerialSettingsOnPty, FreeBitRatesArrive) {
-  const Slave slave(*pty_);
+  const PtySlave slave(*pty_);
   for (const int baud : {300, 9600, 10400, 250000, 921600}) {
     ASSERT_TRUE(
         ApplySerialSettings(slave.fd, Settings(baud, 8, config::Parity::none, 2), "pty").ok());
@@ -79,7 +79,7 @@ TEST_F(SerialSettingsOnPty, FreeBitRatesArrive) {
 }
 
 TEST_F(SerialSettingsOnPty, NonsenseIsRefused) {
-  const Slave slave(*pty_);
+  const PtySlave slave(*pty_);
   using config::Parity;
   for (const auto& serial :
        {Settings(299, 8, Parity::none, 1), Settings(921601, 8, Parity::none, 1),
@@ -89,7 +89,7 @@ TEST_F(SerialSettingsOnPty, NonsenseIsRefused) {
 }
 
 TEST_F(SerialSettingsOnPty, Rs485WithoutDriverSaysWhatToDo) {
-  const Slave slave(*pty_);
+  const PtySlave slave(*pty_);
   config::SerialSettings serial = k8N1;
   serial.rs485.enabled = true;
   const Status set = ApplySerialSettings(slave.fd, serial, "/dev/ttyX");
@@ -99,7 +99,7 @@ TEST_F(SerialSettingsOnPty, Rs485WithoutDriverSaysWhatToDo) {
 }
 
 TEST_F(SerialSettingsOnPty, IsRecognised) {
-  const Slave slave(*pty_);
+  const PtySlave slave(*pty_);
   EXPECT_TRUE(IsPty(slave.fd));
   const int null = open("/dev/null", O_RDWR);
   EXPECT_FALSE(IsPty(null));
@@ -110,7 +110,7 @@ TEST_F(SerialSettingsOnPty, IsRecognised) {
 }
 
 TEST_F(SerialSettingsOnPty, CountsNothing) {
-  const Slave slave(*pty_);
+  const PtySlave slave(*pty_);
   EXPECT_FALSE(ReadDriverCounters(slave.fd).has_value());
 }
 

@@ -17,7 +17,7 @@ namespace baudgate {
 namespace {
 
 using asio::ip::tcp;
-using Far = test::FarEnd<tcp::socket>;
+using FarServer = test::FarEnd<tcp::socket>;
 
 class TcpClientTest : public testing::Test {
  protected:
@@ -67,7 +67,7 @@ class TcpClientTest : public testing::Test {
   std::uint16_t number_ = 0;
   int accepted_ = 0;
   bool stalled_ = false;  // the server accepts connections and reads nothing
-  std::optional<Far> far_;
+  std::optional<FarServer> far_;
   std::unique_ptr<Transport> client_;
 };
 
@@ -129,7 +129,7 @@ TEST_F(TcpClientTest, ResetIsLost) {
 TEST_F(TcpClientTest, CloseAndOpenCyclesAreClean) {
   for (int round = 1; round <= 10; ++round) {
     Open();
-    Far first = *far_;
+    FarServer first = *far_;
     client_->Close();
     EXPECT_FALSE(client_->is_open());
     EXPECT_TRUE(test::RunUntil(io_, [&] { return first.ended(); })) << "the server sees the end";
@@ -235,7 +235,7 @@ class StalledServer : public TcpClientTest {
     EXPECT_TRUE(listener_.losses.empty());
   }
   /// Everything that the server reads, now that it does again.
-  std::size_t ReadOfFirst(Far& first) {
+  std::size_t ReadOfFirst(FarServer& first) {
     first.Start();
     EXPECT_TRUE(test::RunUntil(io_, [&] { return first.ended(); }));
     EXPECT_EQ(first.end(), asio::error::connection_reset);
@@ -245,7 +245,7 @@ class StalledServer : public TcpClientTest {
 };
 
 TEST_F(StalledServer, GetsNothingMoreOfAGivenUpRequest) {
-  Far first = *far_;
+  FarServer first = *far_;
   client_->DropUnsent();
   EXPECT_TRUE(listener_.losses.empty()) << "no callback from within the call";
   ASSERT_TRUE(WaitForLoss());
@@ -264,14 +264,14 @@ TEST_F(StalledServer, GetsNothingMoreOfAGivenUpRequest) {
 }
 
 TEST_F(StalledServer, GetsNothingMoreAfterTheClosing) {
-  Far first = *far_;
+  FarServer first = *far_;
   client_->Close();
   EXPECT_LE(ReadOfFirst(first), given_ - 100'000);
   EXPECT_TRUE(listener_.losses.empty());
 }
 
 TEST_F(StalledServer, GetsNothingMoreWhenTheTransportIsGone) {
-  Far first = *far_;
+  FarServer first = *far_;
   client_.reset();
   EXPECT_LE(ReadOfFirst(first), given_ - 100'000);
 }

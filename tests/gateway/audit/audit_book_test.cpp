@@ -22,7 +22,7 @@ std::vector<Draft> Write(AuditBook& book, std::int64_t& seq) {
 TEST(AuditBook, ARecordIsInsertedAndThenCompleted) {
   AuditBook book;
   std::int64_t seq = 0;
-  const Ticket ticket = *book.Begin(PointWrite("a"));
+  const Ticket ticket = *book.Begin(WrittenPoint("a"));
   EXPECT_EQ(book.unwritten(), 1U);
   EXPECT_LT(book.kept(), ticket);
   auto drafts = Write(book, seq);
@@ -44,7 +44,7 @@ TEST(AuditBook, ARecordIsInsertedAndThenCompleted) {
 TEST(AuditBook, WhatEndsBeforeItIsWrittenIsOneRow) {
   AuditBook book;
   std::int64_t seq = 0;
-  book.End(*book.Begin(PointWrite("a")), {WriteEnd::ok});
+  book.End(*book.Begin(WrittenPoint("a")), {WriteEnd::ok});
   EXPECT_EQ(Write(book, seq).size(), 1U);
   EXPECT_EQ(seq, 1);
   EXPECT_FALSE(book.due());
@@ -52,7 +52,7 @@ TEST(AuditBook, WhatEndsBeforeItIsWrittenIsOneRow) {
 
 TEST(AuditBook, AChangeDuringTheWriteIsDueAgain) {
   AuditBook book;
-  const Ticket ticket = *book.Begin(PointWrite("a"));
+  const Ticket ticket = *book.Begin(WrittenPoint("a"));
   auto drafts = book.Due();
   book.End(ticket, {WriteEnd::ok});
   drafts[0].record.seq = 4;
@@ -68,13 +68,13 @@ TEST(AuditBook, IsBoundedByKindAndCountsWhatIsLost) {
   for (std::size_t i = 0; i < most; ++i) ASSERT_TRUE(book.Begin(RouteWrite("a", 1)));
   EXPECT_FALSE(book.Begin(RouteWrite("a", 1)));
   EXPECT_EQ(book.lost(), 1U);
-  EXPECT_TRUE(book.Begin(PointWrite("b"))) << "routes take no room of points";
+  EXPECT_TRUE(book.Begin(WrittenPoint("b"))) << "routes take no room of points";
 }
 
 TEST(AuditBook, AnotherFileHasNothingOfIt) {
   AuditBook book;
   std::int64_t seq = 6;
-  const Ticket ticket = *book.Begin(PointWrite("a"));
+  const Ticket ticket = *book.Begin(WrittenPoint("a"));
   Write(book, seq);
   book.NewFile();
   EXPECT_EQ(book.unwritten(), 1U);

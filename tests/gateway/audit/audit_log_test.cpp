@@ -49,7 +49,7 @@ class AuditLogTest : public FolderTest {
 TEST_F(AuditLogTest, KeepsAndCompletes) {
   {
     const auto log = Start(file());
-    const auto ticket = log->Begin(PointWrite("a"));
+    const auto ticket = log->Begin(WrittenPoint("a"));
     ASSERT_TRUE(ticket);
     EXPECT_EQ(log->WaitFor(*ticket, Ever()), Kept::yes);
     const auto page = log->Read({});
@@ -78,7 +78,7 @@ TEST_F(AuditLogTest, ManyThreadsShareCommitsAndNothingIsLost) {
     for (int i = 0; i < kThreads; ++i) {
       threads.emplace_back([&log, i] {
         for (int n = 0; n < kEach; ++n) {
-          const auto ticket = log->Begin(PointWrite(std::to_string(i * kEach + n)));
+          const auto ticket = log->Begin(WrittenPoint(std::to_string(i * kEach + n)));
           if (log->WaitFor(*ticket, Ever()) == Kept::yes) log->End(*ticket, {WriteEnd::ok});
         }
       });
@@ -95,11 +95,11 @@ TEST_F(AuditLogTest, ADiskThatHangsHoldsUpNobody) {
   const auto log = Start("/events.db", disk.vfs());
   Await(*log, Disk::fine);
   disk.Hang(true);
-  const auto first = log->Begin(PointWrite("a"));
+  const auto first = log->Begin(WrittenPoint("a"));
   disk.WaitUntilItHangs();
   EXPECT_EQ(log->WaitFor(*first, Instant{}), Kept::late) << "the time is over";
   EXPECT_EQ(log->state().disk, Disk::stalled);
-  const auto second = log->Begin(PointWrite("b"));
+  const auto second = log->Begin(WrittenPoint("b"));
   EXPECT_EQ(log->WaitFor(*second, Ever()), Kept::late) << "known to hang: nobody waits for it";
   EXPECT_EQ(log->state().waiting, 2U);
   disk.Hang(false);
@@ -130,10 +130,10 @@ TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
   const auto log = Start("/events.db", disk.vfs());
   Await(*log, Disk::fine);
   disk.write_error = SQLITE_FULL;
-  const auto first = log->Begin(PointWrite("a"));
+  const auto first = log->Begin(WrittenPoint("a"));
   EXPECT_EQ(log->WaitFor(*first, Ever()), Kept::failing);
   log->End(*first, {WriteEnd::ok});
-  const auto second = log->Begin(PointWrite("b"));
+  const auto second = log->Begin(WrittenPoint("b"));
   EXPECT_EQ(log->WaitFor(*second, Ever()), Kept::failing);
   EXPECT_THAT(log->state().trouble, HasSubstr("full"));
   EXPECT_THAT(log->Trouble(), HasSubstr("full"));
@@ -147,10 +147,10 @@ TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
 /// rm events.db*, with a gateway running.
 TEST_F(AuditLogTest, AFileThatIsRemovedIsNoticedAndBegunAnew) {
   const auto log = Start(file());
-  const auto first = log->Begin(PointWrite("a"));
+  const auto first = log->Begin(WrittenPoint("a"));
   ASSERT_EQ(log->WaitFor(*first, Ever()), Kept::yes);
   for (const char* end : {"", "-wal", "-shm"}) std::filesystem::remove(file().string() + end);
-  const auto second = log->Begin(PointWrite("b"));
+  const auto second = log->Begin(WrittenPoint("b"));
   while (log->WaitFor(*second, Ever()) != Kept::yes) std::this_thread::yield();
   const auto page = log->Read({});
   ASSERT_TRUE(page) << page.error();
@@ -161,16 +161,16 @@ TEST_F(AuditLogTest, AFileThatIsRemovedIsNoticedAndBegunAnew) {
 
 TEST_F(AuditLogTest, AFolderThatIsRemovedIsATrouble) {
   const auto log = Start(file());
-  const auto first = log->Begin(PointWrite("a"));
+  const auto first = log->Begin(WrittenPoint("a"));
   ASSERT_EQ(log->WaitFor(*first, Ever()), Kept::yes);
   std::filesystem::remove_all(folder_);
-  log->Begin(PointWrite("b"));
+  log->Begin(WrittenPoint("b"));
   Await(*log, Disk::failing);
 }
 
 TEST_F(AuditLogTest, WithoutAPlaceTheStateSaysSo) {
   const auto log = Start({});
-  const auto ticket = log->Begin(PointWrite("a"));
+  const auto ticket = log->Begin(WrittenPoint("a"));
   EXPECT_EQ(log->WaitFor(*ticket, Ever()), Kept::failing);
   EXPECT_EQ(log->state().trouble, "there is no place for it");
   EXPECT_FALSE(log->Read({}));
@@ -182,7 +182,7 @@ TEST_F(AuditLogTest, WhatIsLostAtTheEndIsTold) {
   disk.open_error = SQLITE_CANTOPEN;
   {
     const auto log = Start("/events.db", disk.vfs());
-    log->Begin(PointWrite("a"));
+    log->Begin(WrittenPoint("a"));
   }
   EXPECT_THAT(heard().back(), HasSubstr("1 records of writes are lost"));
 }

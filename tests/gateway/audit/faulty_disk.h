@@ -16,6 +16,9 @@
 
 namespace baudgate::audit {
 
+/// On such a disk.
+inline constexpr const char* kEventsFile = "/events.db";
+
 class FaultyDisk {
  public:
   FaultyDisk();

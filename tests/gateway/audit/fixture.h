@@ -16,8 +16,8 @@ namespace baudgate::audit {
 inline constexpr WallTime kWall = WallTime(std::chrono::hours(498'000));
 inline constexpr Instant kStart = Instant(std::chrono::hours(1));
 
-inline WriteRecord PointWrite(const std::string& client, std::int64_t value = 1,
-                              const std::string& point = "group") {
+inline WriteRecord WrittenPoint(const std::string& client, std::int64_t value = 1,
+                                const std::string& point = "group") {
   WriteRecord record;
   record.time = record.last = kWall;
   record.client = client;
@@ -30,7 +30,7 @@ inline WriteRecord PointWrite(const std::string& client, std::int64_t value = 1,
 }
 
 inline WriteRecord RouteWrite(const std::string& client, std::int64_t value) {
-  WriteRecord record = PointWrite(client, value, "06 holding 100");
+  WriteRecord record = WrittenPoint(client, value, "06 holding 100");
   record.kind = Kind::route;
   record.end = WriteEnd::ok;
   record.before = Value();

@@ -15,7 +15,6 @@ namespace {
 
 constexpr int kSeeds = 400;
 constexpr int kLives = 4;
-constexpr const char* kFile = "/events.db";
 
 /// What was told of one record, by its client.
 struct Told {
@@ -27,7 +26,7 @@ struct Told {
 class Life {
  public:
   Life(FaultyDisk& disk, std::mt19937& random, std::map<std::string, Told>& told)
-      : disk_(disk), random_(random), told_(told), file_(kFile, disk.vfs()) {}
+      : disk_(disk), random_(random), told_(told), file_(kEventsFile, disk.vfs()) {}
 
   /// Until the power fails.
   void Run() {
@@ -47,7 +46,7 @@ class Life {
  private:
   void Begin() {
     const std::string client = "c" + std::to_string(told_.size() + 1);
-    const auto ticket = book_.Begin(PointWrite(client));
+    const auto ticket = book_.Begin(WrittenPoint(client));
     ASSERT_TRUE(ticket);
     told_[client];
     open_[*ticket] = client;
@@ -119,11 +118,11 @@ TEST(PowerCut, LosesNothingThatWasKept) {
       Life(disk, random, told).Run();
       disk.Restore(random);
     }
-    AuditFile file(kFile, disk.vfs());
+    AuditFile file(kEventsFile, disk.vfs());
     const auto opened = file.Open();
     ASSERT_TRUE(opened && opened->ok) << opened->error;
     EXPECT_TRUE(opened->put_aside.empty()) << opened->put_aside;
-    const auto records = ReadAll(kFile, disk.vfs());
+    const auto records = ReadAll(kEventsFile, disk.vfs());
     Check(records, told);
     kept += records.size();
   }

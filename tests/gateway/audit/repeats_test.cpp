@@ -82,7 +82,7 @@ TEST_F(RepeatsTest, ManyAddressesShareOneRecord) {
   constexpr int kWrites = 10'000;
   for (int i = 0; i < kWrites; ++i) {
     WriteRecord denied =
-        PointWrite("10.0." + std::to_string(i / 256) + "." + std::to_string(i % 256) + ":502");
+        WrittenPoint("10.0." + std::to_string(i / 256) + "." + std::to_string(i % 256) + ":502");
     denied.kind = Kind::denied;
     denied.end = WriteEnd::denied;
     Add(denied);

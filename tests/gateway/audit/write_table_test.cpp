@@ -31,11 +31,11 @@ class WriteTableTest : public FolderTest {
 TEST_F(WriteTableTest, GivesBackWhatWasWritten) {
   AuditFile audit(file());
   AuditBook book;
-  WriteRecord record = PointWrite("192.0.2.5:40312", 1);
+  WriteRecord record = WrittenPoint("192.0.2.5:40312", 1);
   record.before = 30.25;
   record.value = std::string("text ' \"");
   Add(book, record, WriteEnd::differs);
-  WriteRecord flag = PointWrite("user:root");
+  WriteRecord flag = WrittenPoint("user:root");
   flag.value = true;
   flag.before = Value();
   Add(book, flag, std::nullopt);
@@ -74,8 +74,8 @@ TEST_F(WriteTableTest, WhatHadNotEndedIsUnknownAfterARestart) {
   {
     AuditFile audit(file());
     AuditBook book;
-    Add(book, PointWrite("a"), std::nullopt);
-    Add(book, PointWrite("b"), WriteEnd::ok);
+    Add(book, WrittenPoint("a"), std::nullopt);
+    Add(book, WrittenPoint("b"), WriteEnd::ok);
     WriteRecord route = RouteWrite("c", 3);
     route.count = 7;
     book.Begin(route);
@@ -98,14 +98,14 @@ TEST_F(WriteTableTest, NumbersGoOnOverRestartsThoughAllRowsAreGone) {
   {
     AuditFile audit(file());
     AuditBook book;
-    Add(book, PointWrite("a"));
+    Add(book, WrittenPoint("a"));
     ASSERT_TRUE(Keep(audit, book));
   }
   Database database(file().string(), Database::Mode::write);
   ASSERT_TRUE(database.Execute("DELETE FROM writes"));
   AuditFile audit(file());
   AuditBook book;
-  Add(book, PointWrite("b"));
+  Add(book, WrittenPoint("b"));
   ASSERT_TRUE(Keep(audit, book));
   EXPECT_EQ(ReadAll(database).at(0).seq, 2);
 }
@@ -114,8 +114,8 @@ TEST_F(WriteTableTest, TheOldestOfWhoWritesMostGoesFirst) {
   constexpr std::array<Room, kKinds> kSmall = {Room{10, kDay}, Room{5, kDay}, Room{5, kDay}};
   AuditFile audit(file(), {}, kSmall);
   AuditBook book;
-  Add(book, PointWrite("operator", 1, "trip"));
-  for (int i = 0; i < 40; ++i) Add(book, PointWrite("plc", i, "set_point"));
+  Add(book, WrittenPoint("operator", 1, "trip"));
+  for (int i = 0; i < 40; ++i) Add(book, WrittenPoint("plc", i, "set_point"));
   for (int i = 0; i < 40; ++i) Add(book, RouteWrite("plc", i));
   ASSERT_TRUE(Keep(audit, book));
   audit.Tidy({kStart, kWall});
@@ -130,7 +130,7 @@ TEST_F(WriteTableTest, TheOldestOfWhoWritesMostGoesFirst) {
 TEST_F(WriteTableTest, OldOnesGoOnceADay) {
   AuditFile audit(file());
   AuditBook book;
-  Add(book, PointWrite("old"));
+  Add(book, WrittenPoint("old"));
   ASSERT_TRUE(Keep(audit, book));
   const WallTime years_later = kWall + 6 * 366 * kDay;
   audit.Tidy({kStart, years_later});
@@ -156,7 +156,7 @@ TEST_F(WriteTableTest, PagesOverwrittenWithGarbageAreFound) {
   {
     AuditFile audit(file());
     AuditBook book;
-    for (int i = 0; i < 500; ++i) Add(book, PointWrite("a", i));
+    for (int i = 0; i < 500; ++i) Add(book, WrittenPoint("a", i));
     ASSERT_TRUE(Keep(audit, book));
   }
   {
@@ -199,9 +199,9 @@ TEST(WriteTableFaults, AFullDiskKeepsNothingAndDoublesNothing) {
   FaultyDisk disk;
   AuditFile audit("/events.db", disk.vfs());
   AuditBook book;
-  book.Begin(PointWrite("a"));
+  book.Begin(WrittenPoint("a"));
   ASSERT_TRUE(Keep(audit, book));
-  const Ticket ticket = *book.Begin(PointWrite("b"));
+  const Ticket ticket = *book.Begin(WrittenPoint("b"));
   for (const int error : {SQLITE_FULL, SQLITE_IOERR_WRITE, SQLITE_READONLY}) {
     disk.write_error = error;
     const Status status = Keep(audit, book);
@@ -224,7 +224,7 @@ TEST(WriteTableFaults, ADiskThatCanNotBeOpenedIsTriedAgain) {
   disk.open_error = SQLITE_CANTOPEN;
   AuditFile audit("/events.db", disk.vfs());
   AuditBook book;
-  book.Begin(PointWrite("a"));
+  book.Begin(WrittenPoint("a"));
   EXPECT_FALSE(Keep(audit, book));
   disk.open_error = 0;
   EXPECT_TRUE(Keep(audit, book));

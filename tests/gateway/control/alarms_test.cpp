@@ -40,7 +40,7 @@ struct FakeEvents final : events::EventSource {
   AckQuery asked;
 };
 
-class AlarmsTest : public testing::Test {
+class AlarmsTest : public ::testing::Test {
  protected:
   AlarmsTest() {
     events_.Add(9, "feeder-1", "current");

@@ -16,9 +16,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-constexpr const char* kStatus = R"({"command":"status"})";
-constexpr const char* kTrace = R"({"command":"trace","target":"bay-1"})";
-
 TraceRecord Sent(const std::string& device, const std::string& hex = "3E 31") {
   TraceRecord record;
   record.kind = TraceRecord::Kind::sent;

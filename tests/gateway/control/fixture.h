@@ -22,6 +22,10 @@
 
 namespace baudgate::control {
 
+// Requests.
+inline constexpr const char* kStatus = R"({"command":"status"})";
+inline constexpr const char* kTrace = R"({"command":"trace","target":"bay-1"})";
+
 class FakeLines final : public LineControl, public CommandSink {
  public:
   explicit FakeLines(PointStore& store) : store_(store) {}
@@ -73,7 +77,7 @@ class RuntimeDirectory {
   std::string before_;
 };
 
-class ControlTest : public testing::Test {
+class ControlTest : public ::testing::Test {
  protected:
   explicit ControlTest(config::Config config = TwoLines());
   ~ControlTest() override;

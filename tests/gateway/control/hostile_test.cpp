@@ -10,9 +10,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-constexpr const char* kStatus = R"({"command":"status"})";
-constexpr const char* kTrace = R"({"command":"trace","target":"bay-1"})";
-
 TEST_F(ControlTest, GarbageGetsAnErrorAndTheClientMayTryAgain) {
   StartServer();
   RawClient client = Connect();

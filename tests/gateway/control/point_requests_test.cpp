@@ -31,7 +31,7 @@ config::Config WithWrites() {
   return config;
 }
 
-class PointRequestsTest : public testing::Test {
+class PointRequestsTest : public ::testing::Test {
  protected:
   std::string Ask(const std::string& request) {
     std::string later;

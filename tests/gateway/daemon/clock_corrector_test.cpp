@@ -22,7 +22,7 @@ using ::testing::SizeIs;
 constexpr WallTime kTenPast{std::chrono::sys_days(std::chrono::year(2026) / 7 / 1) +
                             std::chrono::hours(9) + std::chrono::minutes(10)};
 
-config::Config Configured() {
+config::Config MeterConfig() {
   config::Config config;
   config::Device device;
   device.name = "m1";
@@ -103,7 +103,7 @@ class ClockCorrectorTest : public ::testing::Test, private CommandSink {
       std::filesystem::path(::testing::TempDir()) /
       ("baudgate-clocks-" +
        std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()) + ".json");
-  config::Config config_ = Configured();
+  config::Config config_ = MeterConfig();
   PointStore store_{config_};
   Now now_{Instant(1000h), kTenPast};
   std::vector<WriteCommand> asked_;

@@ -15,7 +15,7 @@ namespace {
 using config::EventState;
 using events::OwnCode;
 
-config::Config Configured() {
+config::Config RelayConfig() {
   config::Config config;
   config.events.given = true;
   config::Line line;
@@ -71,7 +71,7 @@ class EventPathTest : public ::testing::Test {
   };
 
   Commands commands_;
-  const config::Config config_ = Configured();
+  const config::Config config_ = RelayConfig();
   PointStore store_{config_};
   std::filesystem::path folder_;
   std::unique_ptr<EventPath> path_;

@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-config::Config Configured(bool tells_events) {
+config::Config FeederConfig(bool tells_events) {
   config::Config config;
   config::Line line;
   line.name = "bay-1";
@@ -39,7 +39,7 @@ config::Config Configured(bool tells_events) {
 class RecordDeskTest : public ::testing::Test {
  protected:
   explicit RecordDeskTest(bool tells_events = true)
-      : config_(Configured(tells_events)),
+      : config_(FeederConfig(tells_events)),
         desk_(store_, {.clocks = [this] { return now_; },
                        .ask =
                            [this](WriteCommand command) {

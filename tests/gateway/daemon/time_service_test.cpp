@@ -14,12 +14,12 @@ namespace {
 struct Closes {
   void operator()(sd_bus* bus) const { sd_bus_flush_close_unref(bus); }
 };
-using Bus = std::unique_ptr<sd_bus, Closes>;
+using SentBus = std::unique_ptr<sd_bus, Closes>;
 
-Bus Open(int descriptor, bool server) {
+SentBus Open(int descriptor, bool server) {
   sd_bus* made = nullptr;
   EXPECT_GE(sd_bus_new(&made), 0);
-  Bus bus(made);
+  SentBus bus(made);
   EXPECT_GE(sd_bus_set_fd(made, descriptor, descriptor), 0);
   sd_id128_t id{};
   sd_id128_randomize(&id);
@@ -42,7 +42,7 @@ std::optional<bool> Ask(std::optional<int> said) {
     const sd_bus_vtable table[] = {SD_BUS_VTABLE_START(0),
                                    SD_BUS_PROPERTY("NTPSynchronized", "b", Say, 0, 0),
                                    SD_BUS_VTABLE_END};
-    const Bus bus = Open(ends[0], true);
+    const SentBus bus = Open(ends[0], true);
     if (said) {
       EXPECT_GE(sd_bus_add_object_vtable(bus.get(), nullptr, "/org/freedesktop/timedate1",
                                          "org.freedesktop.timedate1", table, &*said),
@@ -56,7 +56,7 @@ std::optional<bool> Ask(std::optional<int> said) {
   });
   std::optional<bool> answer;
   {
-    const Bus bus = Open(ends[1], false);
+    const SentBus bus = Open(ends[1], false);
     EXPECT_GE(sd_bus_start(bus.get()), 0);
     answer = AskTimeService(*bus);
   }

@@ -9,20 +9,21 @@
 #include <random>
 
 #include "tests/gateway/dds/datagrams.h"
+#include "tests/support/times.h"
 
 namespace baudgate::dds {
 namespace {
 
-using testing::Announcement;
+using testing::AnnouncementOf;
 using testing::Captured;
 using testing::Gap;
 using testing::Heartbeat;
+using testing::kFar;
+using testing::kPublications;
 using testing::Rtps;
 
 constexpr Sender kPeer{0x0A000001, 40000};
-const Instant kStart = Instant(1h);
 
-constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
 constexpr char kSamples[] = "00 00 02 07 00 00 01 02";
 
 Refusal Reason(const Bytes& datagram) {
@@ -121,7 +122,7 @@ TEST(DatagramCheck, WhatAnEndpointSaysOfItselfIsBounded) {
 
 TEST(DatagramCheck, ReadersAndWritersOfAParticipantAreBounded) {
   DatagramCheck check{CheckOptions{.endpoints = {.of_participant = 2}}};
-  ASSERT_TRUE(check.Check(Announcement(1), kPeer, kStart).passes());
+  ASSERT_TRUE(check.Check(AnnouncementOf(1), kPeer, kStart).passes());
   Instant now = kStart;
   const auto announce = [&](std::uint8_t entity, bool gone = false) {
     Bytes body = *ParseHex("00 00 10 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00");
@@ -231,7 +232,7 @@ TEST(DatagramCheck, NamesWhatIsWrongWithData) {
 }
 
 TEST(DatagramCheck, NamesWhatIsWrongInDiscovery) {
-  const auto with = [](std::string_view further) { return Reason(Announcement(1, 20, further)); };
+  const auto with = [](std::string_view further) { return Reason(AnnouncementOf(1, 20, further)); };
   EXPECT_EQ(with(""), Refusal::none);
   EXPECT_EQ(with("62 00 08 00 03 00 00 00 61 62 00 00"), Refusal::none) << "a name";
   EXPECT_EQ(with("62 00 08 00 05 00 00 00 61 62 00 00"), Refusal::parameters) << "a long one";
@@ -260,7 +261,7 @@ TEST(DatagramCheck, SecurityIsCheckedWhenItIsOn) {
   const auto reason = [](std::string_view further) {
     DatagramCheck check{
         CheckOptions{.security = Secured::allowed, .participants = {}, .window = {}}};
-    return check.Check(Announcement(1, 20, further), kPeer, kStart).reason;
+    return check.Check(AnnouncementOf(1, 20, further), kPeer, kStart).reason;
   };
   EXPECT_EQ(reason("01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 00 00 00 00 00"), Refusal::none);
   EXPECT_EQ(reason("01 10 0C 00 02 00 00 00 61 00 00 00 FF FF FF FF"), Refusal::parameters)
@@ -359,7 +360,6 @@ TEST(DatagramCheck, HandshakesAreBoundedInLengthAndRate) {
 }
 
 TEST(DatagramCheck, NoWriterOfDiscoveryJumpsFar) {
-  constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
   EXPECT_EQ(Reason(Heartbeat(1, kPublications, kFar, kFar)), Refusal::window);
   EXPECT_EQ(Reason(Heartbeat(1, kPublications, 1, kFar)), Refusal::window);
   EXPECT_EQ(Reason(Gap(1, kPublications, 1, kFar)), Refusal::window);
@@ -373,14 +373,14 @@ TEST(DatagramCheck, NoWriterOfDiscoveryJumpsFar) {
 
 TEST(DatagramCheck, ALongLeaseIsShortened) {
   DatagramCheck check{CheckOptions{}};
-  Bytes bytes = Announcement(1, 0x7FFFFFFF);
+  Bytes bytes = AnnouncementOf(1, 0x7FFFFFFF);
   const Verdict verdict = check.Check(bytes, kPeer, kStart);
   ASSERT_EQ(verdict.reason, Refusal::none);
   ASSERT_EQ(verdict.edit_count, 1U);
   const Edit& edit = verdict.edits[0];
   std::copy(edit.bytes.begin(), edit.bytes.end(),
             bytes.begin() + static_cast<std::ptrdiff_t>(edit.at));
-  EXPECT_EQ(bytes, Announcement(1, 60));
+  EXPECT_EQ(bytes, AnnouncementOf(1, 60));
   EXPECT_EQ(check.Check(bytes, kPeer, kStart).edit_count, 0U);
 }
 
@@ -388,10 +388,10 @@ TEST(DatagramCheck, CountsWhoIsThere) {
   DatagramCheck check{
       CheckOptions{.security = Secured::off, .participants = {.participants = 3}, .window = {}}};
   for (std::uint16_t number = 1; number <= 3; ++number) {
-    EXPECT_EQ(check.Check(Announcement(number), kPeer, kStart).reason, Refusal::none);
+    EXPECT_EQ(check.Check(AnnouncementOf(number), kPeer, kStart).reason, Refusal::none);
   }
-  EXPECT_EQ(check.Check(Announcement(4), kPeer, kStart).reason, Refusal::participants);
-  EXPECT_EQ(check.Check(Announcement(2), kPeer, kStart).reason, Refusal::none) << "again";
+  EXPECT_EQ(check.Check(AnnouncementOf(4), kPeer, kStart).reason, Refusal::participants);
+  EXPECT_EQ(check.Check(AnnouncementOf(2), kPeer, kStart).reason, Refusal::none) << "again";
   EXPECT_EQ(check.participants(), 3U);
   // Participant 2 leaves as Fast DDS does: by the hash of its key.
   Bytes leaves = Rtps("15 03 34 00 00 00 10 00 00 01 00 C7 00 01 00 C2 00 00 00 00 02 00 00 00", 2);
@@ -400,13 +400,13 @@ TEST(DatagramCheck, CountsWhoIsThere) {
   Append(leaves, View(*ParseHex("00 00 01 C1 71 00 04 00 00 00 00 03 01 00 00 00")));
   EXPECT_EQ(check.Check(leaves, kPeer, kStart).reason, Refusal::none);
   EXPECT_EQ(check.participants(), 2U);
-  EXPECT_EQ(check.Check(Announcement(4), kPeer, kStart + 1s).reason, Refusal::none);
+  EXPECT_EQ(check.Check(AnnouncementOf(4), kPeer, kStart + 1s).reason, Refusal::none);
 }
 
 // A server passes on the announcements of many machines: 20 of 10.0.1.0 are not 20 of the server.
 TEST(DatagramCheck, WhatAServerPassesOnCountsForTheAddressInIt) {
   const auto of_one = [](std::uint16_t number, std::uint8_t last) {
-    Bytes bytes = Announcement(number);
+    Bytes bytes = AnnouncementOf(number);
     bytes[bytes.size() - 5] = last;
     return bytes;
   };
@@ -428,7 +428,7 @@ TEST(DatagramCheck, WhatAServerPassesOnCountsForTheAddressInIt) {
 // The library looks at the reader that a datagram names, not at the writer it claims to come from.
 TEST(DatagramCheck, AnAnnouncementUnderAnotherWritersNameIsOneToo) {
   DatagramCheck check{CheckOptions{}};
-  Bytes bytes = Announcement(1);
+  Bytes bytes = AnnouncementOf(1);
   bytes[20 + 4 + 10] = 0x07;
   EXPECT_EQ(check.Check(bytes, kPeer, kStart).reason, Refusal::none);
   EXPECT_EQ(check.participants(), 1U);

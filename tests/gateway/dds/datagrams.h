@@ -17,6 +17,11 @@
 
 namespace baudgate::dds::testing {
 
+/// A sequence number that no writer reaches.
+inline constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
+/// The entities that announce publishers.
+inline constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
+
 /// By name. Captured on loopback between Fast DDS 2.9.1, Cyclone DDS 0.10.2 and themselves.
 inline const std::map<std::string, Bytes>& Captured() {
   static const std::map<std::string, Bytes> captured = [] {
@@ -53,8 +58,8 @@ inline Bytes Submessage(std::uint8_t id, std::uint8_t flags, const Bytes& body) 
 
 /// The announcement of an invented participant (RTPS 2.3, 8.5.3) that offers Fast DDS's readers and
 /// writers of discovery on 127.0.0.1, with further parameters in hex, without the sentinel.
-inline Bytes Announcement(std::uint16_t number, std::uint32_t lease_seconds = 20,
-                          std::string_view further = "") {
+inline Bytes AnnouncementOf(std::uint16_t number, std::uint32_t lease_seconds = 20,
+                            std::string_view further = "") {
   Bytes body = *ParseHex("00 00 10 00 00 01 00 C7 00 01 00 C2 00 00 00 00 01 00 00 00 00 03 00 00");
   Append(body, View(*ParseHex("15 00 04 00 02 03 00 00 16 00 04 00 01 0F 00 00 50 00 10 00")));
   const Bytes header = Rtps("", number);

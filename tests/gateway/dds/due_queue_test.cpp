@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <random>
 
+#include "tests/support/times.h"
+
 namespace baudgate::dds {
 namespace {
-
-const Instant kStart = Instant(1h);
 
 TEST(DueQueue, IsEmptyWithoutSlots) {
   DueQueue queue(0, kStart);

@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate::dds {
 namespace {
-
-const Instant kStart = Instant(1h);
 
 Guid Endpoint(std::uint8_t participant, std::uint32_t number) {
   Guid guid{};

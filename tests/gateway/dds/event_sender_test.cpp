@@ -185,7 +185,7 @@ config::Config OnePoint() {
 }
 
 /// The sender of samples under virtual time.
-struct Sending {
+struct SampleLoad {
   void RunFor(Duration time) {
     const Instant end = now.instant + time;
     for (;;) {
@@ -211,7 +211,7 @@ struct Sending {
 };
 
 TEST(EventsOfASender, GoOutPacedAndInOrder) {
-  Sending run;
+  SampleLoad run;
   run.supply.Happen(3000);
   run.RunFor(499ms);
   EXPECT_TRUE(run.writer.events.empty()) << "subscribers have to find the gateway first";
@@ -229,7 +229,7 @@ TEST(EventsOfASender, GoOutPacedAndInOrder) {
 
 TEST(EventsOfASender, WaitForAWriterThatIsFull) {
   for (const Sent answer : {Sent::later, Sent::refused}) {
-    Sending run;
+    SampleLoad run;
     run.RunFor(1s);
     run.writer.answer = answer;
     run.supply.Happen(3);
@@ -242,7 +242,7 @@ TEST(EventsOfASender, WaitForAWriterThatIsFull) {
 }
 
 TEST(EventsOfASender, GoOnceMoreToWhoeverComesAnew) {
-  Sending run;
+  SampleLoad run;
   run.supply.Happen(3);
   run.RunFor(1s);
   run.sender.StartAnew(run.now.instant);
@@ -254,7 +254,7 @@ TEST(EventsOfASender, GoOnceMoreToWhoeverComesAnew) {
 }
 
 TEST(AlarmsOfASender, AreTheStateOfEach) {
-  Sending run;
+  SampleLoad run;
   run.supply.Change("a", 1);
   run.supply.Change("b", 1);
   run.supply.Change("a", 2);
@@ -280,7 +280,7 @@ TEST(AlarmsOfASender, AreTheStateOfEach) {
 }
 
 TEST(EventsOfASender, AreToldBeforeTheEnd) {
-  Sending run;
+  SampleLoad run;
   run.RunFor(1s);
   run.supply.Happen(300);
   while (const auto next = run.sender.End(run.now.instant)) run.now.instant = *next;

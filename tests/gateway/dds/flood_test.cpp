@@ -9,7 +9,7 @@
 namespace baudgate::dds {
 namespace {
 
-using testing::Announcement;
+using testing::AnnouncementOf;
 using testing::Append32;
 using testing::Rtps;
 
@@ -59,7 +59,7 @@ class FloodTest : public testing::AtWork {
  protected:
   void SetUp() override {
     AtWork::SetUp();
-    Send(Announcement(1));
+    Send(AnnouncementOf(1));
   }
   DatagramCounters Counted() const { return publisher_->counters().datagrams; }
   /// Waits until the gateway has looked at it, so that none is lost.

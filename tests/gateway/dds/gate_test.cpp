@@ -10,13 +10,12 @@
 namespace baudgate::dds {
 namespace {
 
-using testing::Announcement;
+using testing::AnnouncementOf;
 using testing::Gap;
 using testing::Heartbeat;
+using testing::kFar;
+using testing::kPublications;
 using testing::Rtps;
-
-constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
-constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
 
 /// Samples go on while something is waited for.
 class GateTest : public testing::AtWork {
@@ -38,7 +37,7 @@ class GateTest : public testing::AtWork {
   bool Announce(std::uint16_t first, std::uint16_t count, std::uint32_t lease_seconds) {
     const DatagramCounters before = subscriber_->datagrams();
     for (std::uint16_t i = 0; i < count; ++i) {
-      attacker_.Send(Announcement(static_cast<std::uint16_t>(first + i), lease_seconds));
+      attacker_.Send(AnnouncementOf(static_cast<std::uint16_t>(first + i), lease_seconds));
     }
     return Until([&](const DatagramCounters& now) {
       return now.passed + now.AllRefused() >= before.passed + before.AllRefused() + count;
@@ -71,9 +70,9 @@ TEST_F(GateTest, StatisticsThatWereMadeUp) {
 }
 
 TEST_F(GateTest, AHugeSecurityToken) {
-  EXPECT_TRUE(
-      Refuses(Refusal::security,
-              Announcement(1, 20, "01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 10 00 00 00 10")));
+  EXPECT_TRUE(Refuses(
+      Refusal::security,
+      AnnouncementOf(1, 20, "01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 10 00 00 00 10")));
 }
 
 TEST_F(GateTest, HeartbeatAndGapFarAway) {

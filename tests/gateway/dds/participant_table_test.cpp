@@ -4,12 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate::dds {
 namespace {
 
-const Instant kStart = Instant(1h);
-
-GuidPrefix Number(std::uint32_t number) {
+GuidPrefix GuidPrefixOf(std::uint32_t number) {
   GuidPrefix prefix{};
   for (std::size_t i = 0; i < 4; ++i) prefix[i] = static_cast<std::uint8_t>(number >> (8 * i));
   return prefix;
@@ -21,7 +21,7 @@ std::size_t AnnounceMany(ParticipantTable& table, std::uint32_t first, std::uint
   std::size_t in = 0;
   for (std::uint32_t number = first; number < first + count; ++number) {
     const std::uint32_t from = address.value_or(number);
-    if (table.Announce(Number(number), from, 20s, now) == Refusal::none) ++in;
+    if (table.Announce(GuidPrefixOf(number), from, 20s, now) == Refusal::none) ++in;
   }
   return in;
 }
@@ -29,48 +29,50 @@ std::size_t AnnounceMany(ParticipantTable& table, std::uint32_t first, std::uint
 TEST(ParticipantTable, IsFullAt256) {
   ParticipantTable table{ParticipantLimits{}};
   EXPECT_EQ(AnnounceMany(table, 1, 300, kStart), 256U);
-  EXPECT_EQ(table.Announce(Number(1000), 1, 20s, kStart), Refusal::participants);
+  EXPECT_EQ(table.Announce(GuidPrefixOf(1000), 1, 20s, kStart), Refusal::participants);
   EXPECT_EQ(table.size(), 256U);
-  EXPECT_EQ(table.Announce(Number(7), 7, 20s, kStart), Refusal::none) << "it is there already";
+  EXPECT_EQ(table.Announce(GuidPrefixOf(7), 7, 20s, kStart), Refusal::none)
+      << "it is there already";
 }
 
 TEST(ParticipantTable, OneAddressHas128) {
   ParticipantTable table{ParticipantLimits{}};
   EXPECT_EQ(AnnounceMany(table, 1, 300, kStart, 5), 128U);
-  EXPECT_EQ(table.Announce(Number(1000), 5, 20s, kStart), Refusal::address);
-  EXPECT_EQ(table.Announce(Number(1000), 6, 20s, kStart), Refusal::none);
+  EXPECT_EQ(table.Announce(GuidPrefixOf(1000), 5, 20s, kStart), Refusal::address);
+  EXPECT_EQ(table.Announce(GuidPrefixOf(1000), 6, 20s, kStart), Refusal::none);
 }
 
 TEST(ParticipantTable, WhoIsSilentBeyondItsLeaseMakesRoom) {
   ParticipantTable table{ParticipantLimits{.participants = 2}};
-  EXPECT_EQ(table.Announce(Number(1), 1, 3s, kStart), Refusal::none);
-  EXPECT_EQ(table.Announce(Number(2), 2, 3s, kStart), Refusal::none);
-  table.Heard(Number(1), kStart + 3s);
-  EXPECT_EQ(table.Announce(Number(3), 3, 3s, kStart + 3s), Refusal::participants);
-  EXPECT_EQ(table.Announce(Number(3), 3, 3s, kStart + 3001ms), Refusal::none) << "2 is silent";
-  EXPECT_EQ(table.Announce(Number(2), 2, 3s, kStart + 3001ms), Refusal::participants);
+  EXPECT_EQ(table.Announce(GuidPrefixOf(1), 1, 3s, kStart), Refusal::none);
+  EXPECT_EQ(table.Announce(GuidPrefixOf(2), 2, 3s, kStart), Refusal::none);
+  table.Heard(GuidPrefixOf(1), kStart + 3s);
+  EXPECT_EQ(table.Announce(GuidPrefixOf(3), 3, 3s, kStart + 3s), Refusal::participants);
+  EXPECT_EQ(table.Announce(GuidPrefixOf(3), 3, 3s, kStart + 3001ms), Refusal::none)
+      << "2 is silent";
+  EXPECT_EQ(table.Announce(GuidPrefixOf(2), 2, 3s, kStart + 3001ms), Refusal::participants);
 }
 
 TEST(ParticipantTable, AnEndlessLeaseEndsAfterAMinute) {
   ParticipantTable table{ParticipantLimits{.participants = 1}};
-  EXPECT_EQ(table.Announce(Number(1), 1, Duration::max(), kStart), Refusal::none);
-  EXPECT_EQ(table.Announce(Number(2), 2, 3s, kStart + 60s), Refusal::participants);
-  EXPECT_EQ(table.Announce(Number(2), 2, 3s, kStart + 60s + 1ms), Refusal::none);
+  EXPECT_EQ(table.Announce(GuidPrefixOf(1), 1, Duration::max(), kStart), Refusal::none);
+  EXPECT_EQ(table.Announce(GuidPrefixOf(2), 2, 3s, kStart + 60s), Refusal::participants);
+  EXPECT_EQ(table.Announce(GuidPrefixOf(2), 2, 3s, kStart + 60s + 1ms), Refusal::none);
 }
 
 TEST(ParticipantTable, WhoWasSilentTooLongMustAnnounceItself) {
   ParticipantTable table{ParticipantLimits{.participants = 1}};
-  EXPECT_EQ(table.Announce(Number(1), 1, 3s, kStart), Refusal::none);
-  table.Heard(Number(1), kStart + 4s);
-  EXPECT_EQ(table.Announce(Number(2), 2, 3s, kStart + 4s), Refusal::none);
+  EXPECT_EQ(table.Announce(GuidPrefixOf(1), 1, 3s, kStart), Refusal::none);
+  table.Heard(GuidPrefixOf(1), kStart + 4s);
+  EXPECT_EQ(table.Announce(GuidPrefixOf(2), 2, 3s, kStart + 4s), Refusal::none);
 }
 
 TEST(ParticipantTable, ComingAndGoingIsSlowedDown) {
   ParticipantTable table{ParticipantLimits{}};
   std::size_t in = 0;
   for (std::uint32_t number = 1; number <= 1000; ++number) {
-    if (table.Announce(Number(number), 5, 20s, kStart) == Refusal::none) ++in;
-    table.Left(Number(number));
+    if (table.Announce(GuidPrefixOf(number), 5, 20s, kStart) == Refusal::none) ++in;
+    table.Left(GuidPrefixOf(number));
   }
   EXPECT_EQ(in, 128U);
   EXPECT_EQ(table.size(), 0U);
@@ -82,9 +84,9 @@ TEST(ParticipantTable, ComingAndGoingIsSlowedDown) {
 TEST(ParticipantTable, LeavingMakesRoom) {
   ParticipantTable table{ParticipantLimits{.participants = 2}};
   EXPECT_EQ(AnnounceMany(table, 1, 3, kStart), 2U);
-  table.Left(Number(3));
+  table.Left(GuidPrefixOf(3));
   EXPECT_EQ(table.size(), 2U);
-  table.Left(Number(1));
+  table.Left(GuidPrefixOf(1));
   EXPECT_EQ(AnnounceMany(table, 3, 2, kStart + 20ms), 1U);
 }
 

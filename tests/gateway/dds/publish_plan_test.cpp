@@ -8,10 +8,11 @@
 #include <limits>
 #include <map>
 
+#include "tests/support/times.h"
+
 namespace baudgate::dds {
 namespace {
 
-const Instant kStart = Instant(1h);
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 PointState Number(double value, Quality quality = Quality::good) {
@@ -19,7 +20,7 @@ PointState Number(double value, Quality quality = Quality::good) {
 }
 
 /// One point with a deadband, already sent with `value`.
-PublishPlan Sent(double value, double deadband = 0) {
+PublishPlan SentSample(double value, double deadband = 0) {
   PublishPlan plan({}, {deadband}, 0, kStart);
   plan.PointSent(0, Number(value), kStart);
   return plan;
@@ -35,12 +36,12 @@ TEST(PublishPlan, WantsEveryPointAtFirst) {
 }
 
 TEST(PublishPlan, RepeatsNothingThatHasNotChanged) {
-  EXPECT_FALSE(Sent(1.5).WantsPoint(0, Number(1.5)));
-  EXPECT_TRUE(Sent(1.5).WantsPoint(0, Number(std::nextafter(1.5, 2))));
+  EXPECT_FALSE(SentSample(1.5).WantsPoint(0, Number(1.5)));
+  EXPECT_TRUE(SentSample(1.5).WantsPoint(0, Number(std::nextafter(1.5, 2))));
 }
 
 TEST(PublishPlan, KeepsSmallChangesBack) {
-  const PublishPlan plan = Sent(10, 0.5);
+  const PublishPlan plan = SentSample(10, 0.5);
   EXPECT_FALSE(plan.WantsPoint(0, Number(10.5)));
   EXPECT_FALSE(plan.WantsPoint(0, Number(9.5)));
   EXPECT_TRUE(plan.WantsPoint(0, Number(10.51)));
@@ -48,25 +49,25 @@ TEST(PublishPlan, KeepsSmallChangesBack) {
 }
 
 TEST(PublishPlan, MeasuresTheDeadbandFromWhatWasSent) {
-  PublishPlan plan = Sent(10, 0.5);
+  PublishPlan plan = SentSample(10, 0.5);
   EXPECT_FALSE(plan.WantsPoint(0, Number(10.3)));
   EXPECT_TRUE(plan.WantsPoint(0, Number(10.6)));  // crept there in two small steps
 }
 
 TEST(PublishPlan, SendsAChangeOfQualityWhateverTheDeadband) {
-  const PublishPlan plan = Sent(10, 1000);
+  const PublishPlan plan = SentSample(10, 1000);
   EXPECT_TRUE(plan.WantsPoint(0, Number(10, Quality::uncertain_last_usable)));
   EXPECT_TRUE(plan.WantsPoint(0, Number(10, Quality::bad_communication)));
 }
 
 TEST(PublishPlan, ComparesNaNAndInfinity) {
-  EXPECT_FALSE(Sent(kNan).WantsPoint(0, Number(kNan)));
-  EXPECT_TRUE(Sent(kNan, 5).WantsPoint(0, Number(0)));
-  EXPECT_TRUE(Sent(0, 5).WantsPoint(0, Number(kNan)));
+  EXPECT_FALSE(SentSample(kNan).WantsPoint(0, Number(kNan)));
+  EXPECT_TRUE(SentSample(kNan, 5).WantsPoint(0, Number(0)));
+  EXPECT_TRUE(SentSample(0, 5).WantsPoint(0, Number(kNan)));
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  EXPECT_FALSE(Sent(kInfinite, 5).WantsPoint(0, Number(kInfinite)));
-  EXPECT_TRUE(Sent(kInfinite, 5).WantsPoint(0, Number(-kInfinite)));
-  EXPECT_TRUE(Sent(kInfinite, 5).WantsPoint(0, Number(1)));
+  EXPECT_FALSE(SentSample(kInfinite, 5).WantsPoint(0, Number(kInfinite)));
+  EXPECT_TRUE(SentSample(kInfinite, 5).WantsPoint(0, Number(-kInfinite)));
+  EXPECT_TRUE(SentSample(kInfinite, 5).WantsPoint(0, Number(1)));
 }
 
 TEST(PublishPlan, SeesChangedText) {
@@ -120,7 +121,7 @@ TEST(PublishPlan, SendsAnUnchangedPointWithinTheHeartbeat) {
 }
 
 TEST(PublishPlan, AChangePutsTheHeartbeatOff) {
-  PublishPlan plan = Sent(1);
+  PublishPlan plan = SentSample(1);
   std::vector<std::uint32_t> due;
   for (int second = 1; second <= 30; ++second) {
     plan.PointSent(0, Number(second), kStart + std::chrono::seconds(second));
@@ -130,7 +131,7 @@ TEST(PublishPlan, AChangePutsTheHeartbeatOff) {
 }
 
 TEST(PublishPlan, TriesAgainAfterAFailedWrite) {
-  PublishPlan plan = Sent(1);
+  PublishPlan plan = SentSample(1);
   ASSERT_TRUE(plan.WantsPoint(0, Number(2)));
   plan.PointFailed(0, kStart + 2s);
   std::vector<std::uint32_t> due;

@@ -21,13 +21,15 @@ using eprosima::fastrtps::INTRAPROCESS_OFF;
 using eprosima::fastrtps::LibrarySettingsAttributes;
 using eprosima::fastrtps::xmlparser::XMLProfileManager;
 using pki::testing::PkiFolder;
-using testing::Announcement;
+using testing::AnnouncementOf;
 using testing::DatagramSender;
 using testing::Eventually;
 using testing::Gap;
 using ::testing::HasSubstr;
 using testing::Heard;
 using testing::Heartbeat;
+using testing::kFar;
+using testing::kPublications;
 using testing::MakeConfig;
 using testing::Publish;
 using testing::Request;
@@ -37,9 +39,6 @@ using testing::Set;
 using testing::TestDomain;
 using testing::TestSubscriber;
 using testing::WriteClient;
-
-constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
-constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
 
 class SecureTest : public ::testing::Test {
  protected:
@@ -235,15 +234,15 @@ TEST_F(SecureTest, KnownAttacksAreRefusedAsBefore) {
       Refuses(Refusal::fragment,
               Rtps("16 03 24 00 00 00 1C 00 00 01 00 C7 00 01 00 C2 00 00 00 00 01 00 00 00 "
                    "01 00 00 00 01 00 04 00 04 00 00 00 01 00 00 00")));
-  EXPECT_TRUE(
-      Refuses(Refusal::parameters,
-              Announcement(1, 20, "01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 10 00 00 00 10")));
+  EXPECT_TRUE(Refuses(
+      Refusal::parameters,
+      AnnouncementOf(1, 20, "01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 10 00 00 00 10")));
   EXPECT_TRUE(Refuses(Refusal::clear_text, Heartbeat(1, kPublications, kFar, kFar)));
   EXPECT_TRUE(Refuses(Refusal::clear_text, Gap(1, kPublications, 1, kFar)));
   EXPECT_TRUE(Refuses(Refusal::window, Heartbeat(1, "00 01 00 C7 00 01 00 C2", kFar, kFar)));
   EXPECT_TRUE(Refuses(Refusal::secured, Rtps("33 01 04 00 00 00 00 00")));
-  for (std::uint16_t i = 0; i < 300; ++i) attacker_.Send(Announcement(i, 0x7FFFFFFF));
-  EXPECT_TRUE(Refuses(Refusal::address, Announcement(400, 0x7FFFFFFF)));
+  for (std::uint16_t i = 0; i < 300; ++i) attacker_.Send(AnnouncementOf(i, 0x7FFFFFFF));
+  EXPECT_TRUE(Refuses(Refusal::address, AnnouncementOf(400, 0x7FFFFFFF)));
 }
 
 }  // namespace

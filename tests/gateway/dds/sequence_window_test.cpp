@@ -4,12 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate::dds {
 namespace {
 
-const Instant kStart = Instant(1h);
-
-Guid Writer(std::uint32_t number, std::uint8_t kind) {
+Guid WriterGuid(std::uint32_t number, std::uint8_t kind) {
   Guid guid{};
   for (std::size_t i = 0; i < 4; ++i) guid[i] = static_cast<std::uint8_t>(number >> (8 * i));
   guid[15] = kind;
@@ -17,42 +17,43 @@ Guid Writer(std::uint32_t number, std::uint8_t kind) {
 }
 
 constexpr std::uint8_t kDiscovery = 0xC2;
-constexpr std::uint8_t kSamples = 0x02;
+constexpr std::uint8_t kOfSamples = 0x02;
 constexpr WindowLimits kSmall{.burst = 1000, .each_second = 100, .first_of_samples = 5000};
 
 TEST(SequenceWindow, AllShareWhatMayBeSkipped) {
   SequenceWindow window(kSmall);
-  EXPECT_TRUE(window.Advance(Writer(1, kDiscovery), 600, 0, kStart));
-  EXPECT_TRUE(window.Advance(Writer(1, kDiscovery), 600, 0, kStart)) << "again: nothing new";
-  EXPECT_TRUE(window.Advance(Writer(1, kDiscovery), 10, 0, kStart)) << "nor is what is old";
-  EXPECT_FALSE(window.Advance(Writer(2, kDiscovery), 401, 0, kStart));
-  EXPECT_TRUE(window.Advance(Writer(2, kDiscovery), 400, 0, kStart));
-  EXPECT_FALSE(window.Advance(Writer(1, kDiscovery), 601, 0, kStart));
-  EXPECT_TRUE(window.Advance(Writer(1, kDiscovery), 700, 0, kStart + 1s)) << "100 a second";
-  EXPECT_FALSE(window.Advance(Writer(1, kDiscovery), 1701, 0, kStart + 1h)) << "never above 1000";
-  EXPECT_TRUE(window.Advance(Writer(1, kDiscovery), 1700, 0, kStart + 1h));
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 600, 0, kStart));
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 600, 0, kStart)) << "again: nothing new";
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 10, 0, kStart)) << "nor is what is old";
+  EXPECT_FALSE(window.Advance(WriterGuid(2, kDiscovery), 401, 0, kStart));
+  EXPECT_TRUE(window.Advance(WriterGuid(2, kDiscovery), 400, 0, kStart));
+  EXPECT_FALSE(window.Advance(WriterGuid(1, kDiscovery), 601, 0, kStart));
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 700, 0, kStart + 1s)) << "100 a second";
+  EXPECT_FALSE(window.Advance(WriterGuid(1, kDiscovery), 1701, 0, kStart + 1h))
+      << "never above 1000";
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 1700, 0, kStart + 1h));
 }
 
 TEST(SequenceWindow, AGapCostsItsLengthEachTime) {
   SequenceWindow window(kSmall);
-  EXPECT_TRUE(window.Advance(Writer(1, kDiscovery), 600, 600, kStart));
-  EXPECT_FALSE(window.Advance(Writer(1, kDiscovery), 600, 600, kStart));
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 600, 600, kStart));
+  EXPECT_FALSE(window.Advance(WriterGuid(1, kDiscovery), 600, 600, kStart));
 }
 
 TEST(SequenceWindow, AWriterOfSamplesBeginsWhereItIs) {
   SequenceWindow window(kSmall);
-  EXPECT_FALSE(window.Advance(Writer(1, kSamples), 5001, 0, kStart));
-  EXPECT_TRUE(window.Advance(Writer(1, kSamples), 5000, 0, kStart));
-  EXPECT_TRUE(window.Advance(Writer(1, kSamples), 6000, 0, kStart));
-  EXPECT_FALSE(window.Advance(Writer(1, kSamples), 6001, 0, kStart));
+  EXPECT_FALSE(window.Advance(WriterGuid(1, kOfSamples), 5001, 0, kStart));
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kOfSamples), 5000, 0, kStart));
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kOfSamples), 6000, 0, kStart));
+  EXPECT_FALSE(window.Advance(WriterGuid(1, kOfSamples), 6001, 0, kStart));
 }
 
 TEST(SequenceWindow, ManyInventedWritersDoNotMakeItForgetSoonHeardOnes) {
   SequenceWindow window(kSmall);
-  const Guid known = Writer(1, kSamples);
+  const Guid known = WriterGuid(1, kOfSamples);
   EXPECT_TRUE(window.Advance(known, 5000, 0, kStart));
   for (std::uint32_t number = 2; number < 100'000; ++number) {
-    window.Advance(Writer(number, kSamples), 1, 0, kStart);
+    window.Advance(WriterGuid(number, kOfSamples), 1, 0, kStart);
     EXPECT_TRUE(window.Advance(known, 5000, 0, kStart + 1ms));
   }
   EXPECT_FALSE(window.Advance(known, 6001, 0, kStart + 1ms)) << "it is still known to be at 5000";

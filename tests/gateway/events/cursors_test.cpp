@@ -46,7 +46,7 @@ TEST(CursorBook, TellsANewFile) {
   EXPECT_EQ(*book.Due(), (Cursors{{"dds", {7, false}}})) << "numbers go on in it";
 }
 
-std::vector<FedEvent> Events(std::int64_t first, std::int64_t last) {
+std::vector<FedEvent> EventsOf(std::int64_t first, std::int64_t last) {
   std::vector<FedEvent> events;
   for (; first <= last; ++first) events.emplace_back().record.seq = first;
   return events;
@@ -58,9 +58,9 @@ TEST(Backlog, IsReadForWhoeverAsks) {
   EXPECT_FALSE(backlog.Take(40, 2));
   EXPECT_FALSE(backlog.Take(7, 2)) << "another";
   EXPECT_EQ(backlog.wanted(), 7);
-  backlog.Supply(7, Events(8, 9));
+  backlog.Supply(7, EventsOf(8, 9));
   EXPECT_EQ(backlog.wanted(), 40);
-  backlog.Supply(40, Events(41, 45));
+  backlog.Supply(40, EventsOf(41, 45));
   EXPECT_FALSE(backlog.wanted());
   EXPECT_EQ(backlog.Take(40, 2)->back().record.seq, 42);
   EXPECT_EQ(backlog.Take(42, 2)->back().record.seq, 44);

@@ -384,7 +384,7 @@ TEST_F(EventLogTest, SharesTheFileWithTheAudit) {
   constexpr int kRounds = 100;
   std::thread other([&] {
     for (int i = 0; i < kRounds; ++i) {
-      ASSERT_TRUE(book.Begin(audit::PointWrite("c" + std::to_string(i))));
+      ASSERT_TRUE(book.Begin(audit::WrittenPoint("c" + std::to_string(i))));
       const Status status = audit::Keep(writes, book);
       EXPECT_TRUE(status) << status.error();
     }

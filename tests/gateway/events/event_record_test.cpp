@@ -8,7 +8,7 @@ namespace {
 
 using config::EventState;
 
-constexpr WallTime kWall = WallTime(std::chrono::hours(498'000)) + 12s;
+constexpr WallTime kHappened = WallTime(std::chrono::hours(498'000)) + 12s;
 
 config::Device Relay() {
   config::Device device;
@@ -27,12 +27,12 @@ TEST(EventRecord, HasTheWordsOfTheProfile) {
       "",
       false,
       false};
-  const auto records = RecordsOf(batch, "bay-1", Relay(), kWall, 2s);
+  const auto records = RecordsOf(batch, "bay-1", Relay(), kHappened, 2s);
   ASSERT_EQ(records.size(), 5U);
   EXPECT_EQ(records[0].line, "bay-1");
   EXPECT_EQ(records[0].device, "feeder-1");
-  EXPECT_EQ(records[0].received, kWall);
-  EXPECT_EQ(records[0].device_time, kWall - 1s);
+  EXPECT_EQ(records[0].received, kHappened);
+  EXPECT_EQ(records[0].device_time, kHappened - 1s);
   EXPECT_EQ(records[0].clock, ClockQuality::device);
   EXPECT_EQ(records[0].text, "stage I> started");
   EXPECT_EQ(records[0].state, EventState::on);
@@ -44,7 +44,7 @@ TEST(EventRecord, HasTheWordsOfTheProfile) {
   EXPECT_EQ(records[3].state, EventState::message);
   EXPECT_EQ(records[4].text, "?") << "what can not be read";
   EXPECT_EQ(records[4].clock, ClockQuality::none);
-  EXPECT_EQ(records[4].device_time, kWall);
+  EXPECT_EQ(records[4].device_time, kHappened);
 }
 
 TEST(EventRecord, MarksItsAlarm) {
@@ -54,7 +54,7 @@ TEST(EventRecord, MarksItsAlarm) {
   relay.event_texts[2].alarm = config::AlarmPriority::low;
   const EventBatch batch{
       {{0, 1, {}, ""}, {3, 2, {}, ""}, {3, 51, {}, ""}, {2, 1, {}, ""}}, {}, "", false, false};
-  const auto records = RecordsOf(batch, "bay-1", relay, kWall, {});
+  const auto records = RecordsOf(batch, "bay-1", relay, kHappened, {});
   EXPECT_EQ(records[0].mark.step, AlarmMark::Step::raise);
   EXPECT_EQ(records[0].mark.priority, config::AlarmPriority::high);
   EXPECT_EQ(records[0].subject, "0:1");
@@ -72,7 +72,7 @@ TEST(EventRecord, CutsNoCharacterInTwo) {
 
 TEST(EventRecord, CutsLongTexts) {
   const EventBatch batch{{{0, 9, {}, std::string(1000, 'x')}}, {}, "", false, false};
-  EXPECT_EQ(RecordsOf(batch, "l", Relay(), kWall, {})[0].text.size(), kLongestText);
+  EXPECT_EQ(RecordsOf(batch, "l", Relay(), kHappened, {})[0].text.size(), kLongestText);
 }
 
 }  // namespace

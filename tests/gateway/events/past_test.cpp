@@ -15,8 +15,7 @@ namespace {
 
 using audit::FaultyDisk;
 
-constexpr const char* kFile = "/events.db";
-const SourceNames kNames = {{"bay", "meter-1"}, {"bay", "meter-2"}};
+const SourceNames kMeters = {{"bay", "meter-1"}, {"bay", "meter-2"}};
 constexpr Duration kSpan = 30min;
 
 PastRecord RecordAt(std::int64_t n) {
@@ -26,14 +25,14 @@ PastRecord RecordAt(std::int64_t n) {
   return record;
 }
 
-PastQuery Query(const std::string& device = "meter-1",
-                const std::string& name = "load_1.active_import") {
+PastQuery QueryOf(const std::string& device = "meter-1",
+                  const std::string& name = "load_1.active_import") {
   return {.line = "bay", .device = device, .name = name};
 }
 
 class Gateway {
  public:
-  explicit Gateway(const FaultyDisk& disk) : file_(kFile, kNames, disk.vfs()) {}
+  explicit Gateway(const FaultyDisk& disk) : file_(audit::kEventsFile, kMeters, disk.vfs()) {}
 
   /// Nothing: the file does not open.
   std::optional<std::string> Said(Source source) {
@@ -56,7 +55,7 @@ class Gateway {
 };
 
 std::vector<PastRow> ReadAll(const FaultyDisk& disk, PastQuery query) {
-  Database database(kFile, Database::Mode::read, disk.vfs());
+  Database database(audit::kEventsFile, Database::Mode::read, disk.vfs());
   std::vector<PastRow> rows;
   for (bool more = true; more;) {
     auto page = ReadPast(database, query);
@@ -79,7 +78,7 @@ TEST(Past, IsReadBackByItsTimes) {
   for (std::int64_t n = 0; n < 2500; ++n) records.push_back(RecordAt(n));
   ASSERT_TRUE(gateway.Keep(0, "2500", records));
   ASSERT_TRUE(gateway.Keep(1, "1", {RecordAt(7)}));
-  const auto rows = ReadAll(disk, Query());
+  const auto rows = ReadAll(disk, QueryOf());
   ASSERT_EQ(rows.size(), 2500U);
   for (std::size_t n = 0; n < rows.size(); ++n) {
     ASSERT_EQ(rows[n].time, WallTime(static_cast<std::int64_t>(n) * kSpan));
@@ -87,16 +86,16 @@ TEST(Past, IsReadBackByItsTimes) {
     ASSERT_EQ(rows[n].quality, Quality(Quality::good));
     ASSERT_EQ(rows[n].span, kSpan);
   }
-  EXPECT_EQ(ReadAll(disk, Query("meter-2")).size(), 1U);
-  EXPECT_EQ(ReadAll(disk, Query("meter-1", "load_1.active_export"))[3].quality,
+  EXPECT_EQ(ReadAll(disk, QueryOf("meter-2")).size(), 1U);
+  EXPECT_EQ(ReadAll(disk, QueryOf("meter-1", "load_1.active_export"))[3].quality,
             Quality(Quality::uncertain_sub_normal));
-  PastQuery some = Query();
+  PastQuery some = QueryOf();
   some.since = WallTime(10 * kSpan);
   some.until = WallTime(12 * kSpan);
   EXPECT_EQ(ReadAll(disk, some).size(), 2U);
-  Database database(kFile, Database::Mode::read, disk.vfs());
-  EXPECT_FALSE(ReadPast(database, Query("meter-1", "load_2.active_import"))->known);
-  EXPECT_FALSE(ReadPast(database, Query("meter-3"))->known);
+  Database database(audit::kEventsFile, Database::Mode::read, disk.vfs());
+  EXPECT_FALSE(ReadPast(database, QueryOf("meter-1", "load_2.active_import"))->known);
+  EXPECT_FALSE(ReadPast(database, QueryOf("meter-3"))->known);
 }
 
 TEST(Past, AnHourThatCameTwiceIsThereTwice) {
@@ -104,7 +103,7 @@ TEST(Past, AnHourThatCameTwiceIsThereTwice) {
   Gateway gateway(disk);
   ASSERT_TRUE(gateway.Said(0));
   ASSERT_TRUE(gateway.Keep(0, "1", {RecordAt(5), RecordAt(6), RecordAt(5), RecordAt(6)}));
-  EXPECT_EQ(ReadAll(disk, Query()).size(), 4U);
+  EXPECT_EQ(ReadAll(disk, QueryOf()).size(), 4U);
 }
 
 TEST(Past, AGapIsInAllValuesOfTheSeries) {
@@ -114,7 +113,7 @@ TEST(Past, AGapIsInAllValuesOfTheSeries) {
   ASSERT_TRUE(gateway.Keep(0, "1", {RecordAt(5)}));
   ASSERT_TRUE(gateway.Keep(0, "2", {{"load_1", 6 * kSpan, 3 * kSpan, {}}, RecordAt(9)}));
   for (const char* name : {"load_1.active_import", "load_1.active_export"}) {
-    const auto rows = ReadAll(disk, Query("meter-1", name));
+    const auto rows = ReadAll(disk, QueryOf("meter-1", name));
     ASSERT_EQ(rows.size(), 3U);
     EXPECT_FALSE(rows[1].quality);
     EXPECT_EQ(rows[1].span, 3 * kSpan);
@@ -126,10 +125,10 @@ TEST(Past, TheOldestGiveWay) {
   FaultyDisk disk;
   Gateway gateway(disk);
   ASSERT_TRUE(gateway.Said(0));
-  Database database(kFile, Database::Mode::write, disk.vfs());
+  Database database(audit::kEventsFile, Database::Mode::write, disk.vfs());
   PastTable table(database, 100);
   for (std::int64_t n = 0; n < 80; ++n) ASSERT_TRUE(table.Insert("bay", "meter-1", {RecordAt(n)}));
-  const auto rows = ReadAll(disk, Query());
+  const auto rows = ReadAll(disk, QueryOf());
   EXPECT_EQ(rows.size(), 50U);
   EXPECT_EQ(rows.back().value, Value(79.0));
 }
@@ -165,7 +164,7 @@ TEST(Past, APowerCutTakesARecordAndThePlaceBehindItTogether) {
       ASSERT_TRUE(said);
       const std::int64_t told = said->empty() ? 0 : std::stoll(*said);
       ASSERT_GE(told, promised);
-      const auto rows = ReadAll(disk, Query());
+      const auto rows = ReadAll(disk, QueryOf());
       ASSERT_EQ(rows.size(), static_cast<std::size_t>(told));
       for (std::size_t n = 0; n < rows.size(); ++n) {
         ASSERT_EQ(rows[n].time, WallTime(static_cast<std::int64_t>(n) * kSpan));

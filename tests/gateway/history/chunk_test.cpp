@@ -12,7 +12,7 @@
 namespace baudgate::history {
 namespace {
 
-constexpr Millis kBegin = 1'790'000'000'000;
+constexpr Millis kFirst = 1'790'000'000'000;
 
 std::vector<Entry> Series(std::size_t count, const std::function<Value(std::size_t)>& value,
                           Millis step = 1000, unsigned jitter = 5) {
@@ -20,7 +20,7 @@ std::vector<Entry> Series(std::size_t count, const std::function<Value(std::size
   std::vector<Entry> entries;
   for (std::size_t i = 0; i < count; ++i) {
     const Millis at = static_cast<Millis>(i) * step + static_cast<Millis>(random() % jitter);
-    entries.push_back({kBegin + at, value(i), Quality::good});
+    entries.push_back({kFirst + at, value(i), Quality::good});
   }
   return entries;
 }

@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "gateway/line/line.h"
+#include "tests/support/times.h"
 #include "tests/support/toy_protocol.h"
 
 namespace baudgate {
 
 using State = Line::State;
 
-inline constexpr Instant kStart = Instant() + 1h;
 /// Request "?A1\r": 4 characters of 1 ms.
 inline constexpr LineTimes kTimes = {
     .quiet = 5ms, .reply = 100ms, .gap = 10ms, .ceiling = 300ms, .drain = 30ms, .character = 1ms};

@@ -8,7 +8,7 @@ namespace baudgate {
 namespace {
 
 /// "<abc>"
-Cut Bracketed(View held, const Expectation&, bool) {
+Cut Message(View held, const Expectation&, bool) {
   if (held[0] != '<') return Cut::Discard(1, Outcome::none, "no message");
   const auto end = std::find(held.begin(), held.end(), '>');
   if (end == held.end()) return Cut::NeedMore();
@@ -47,7 +47,7 @@ class LineUnaskedTest : public ::testing::Test, protected LineClient {
     return Outcome::ok;
   }
 
-  const Standing standing_{.rule = Bracketed,
+  const Standing standing_{.rule = Message,
                            .expect = {.reply = Expectation::Reply::standing, .max_bytes = 32},
                            .idle = 20ms,
                            .whole = 100ms,

@@ -18,11 +18,10 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using testing::kNow;
 using ::testing::Not;
 using testing::PkiFolder;
 using testing::ReadText;
-
-constexpr WallTime kNow{std::chrono::sys_days{std::chrono::year{2026} / 11 / 22}};
 
 mode_t ModeOf(const std::string& file) {
   struct ::stat about {};

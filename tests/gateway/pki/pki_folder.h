@@ -15,6 +15,8 @@
 
 namespace baudgate::pki::testing {
 
+inline constexpr WallTime kNow{std::chrono::sys_days{std::chrono::year{2026} / 11 / 22}};
+
 class PkiFolder {
  public:
   explicit PkiFolder(const std::string& name)

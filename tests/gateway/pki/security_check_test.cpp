@@ -18,13 +18,12 @@ namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using testing::kNow;
 using ::testing::Not;
 using testing::PkiFolder;
 using testing::ReadText;
 using ::testing::StartsWith;
 using testing::WriteText;
-
-constexpr WallTime kNow{std::chrono::sys_days{std::chrono::year{2026} / 11 / 22}};
 
 class SecurityCheck : public ::testing::Test {
  protected:

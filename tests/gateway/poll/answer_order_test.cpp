@@ -7,10 +7,10 @@
 
 #include <deque>
 
+#include "tests/support/times.h"
+
 namespace baudgate {
 namespace {
-
-constexpr Instant kStart = Instant() + 1h;
 
 class Order {
  public:

@@ -4,16 +4,17 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate {
 namespace {
 
 using Which = Background::Which;
 
-constexpr Instant kStart = Instant() + 1h;
 constexpr Duration kRoom = 400ms;
 
-struct Line {
-  Line() {
+struct FakeLine {
+  FakeLine() {
     for (int i = 0; i < 2; ++i) {
       schedule.SetQueries(schedule.AddDevice(1s, 1min), {config::Group::fast});
       schedule.Restart(static_cast<std::size_t>(i), kStart);
@@ -29,7 +30,7 @@ struct Line {
 };
 
 TEST(Background, GoesWhereItIsThroughBeforeTheNextPoll) {
-  Line line;
+  FakeLine line;
   line.background.Set(1, kStart, kRoom);
   EXPECT_FALSE(line.background.Next(Which::that_fits, kStart)) << "polls are due";
   line.Poll(kStart);
@@ -41,7 +42,7 @@ TEST(Background, GoesWhereItIsThroughBeforeTheNextPoll) {
 }
 
 TEST(Background, WhatTheLatestExchangesTookIsRoomEnough) {
-  Line line;
+  FakeLine line;
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
   for (int i = 0; i < Background::kFew; ++i) {
@@ -55,7 +56,7 @@ TEST(Background, WhatTheLatestExchangesTookIsRoomEnough) {
 }
 
 TEST(Background, AProofGoesWithAnExchangeWhereThereIsRoomForBoth) {
-  Line line;
+  FakeLine line;
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
   for (int i = 0; i < Background::kFew; ++i) line.background.OnEnd(0, 100ms);
@@ -72,7 +73,7 @@ TEST(Background, AProofGoesWithAnExchangeWhereThereIsRoomForBoth) {
 }
 
 TEST(Background, ALineThatIsNeverIdleAsksOnceAMinute) {
-  Line line;
+  FakeLine line;
   line.background.Set(0, kStart, 2s);
   EXPECT_FALSE(line.background.Next(Which::that_starves, kStart + 59s));
   EXPECT_EQ(line.background.Next(Which::that_starves, kStart + 60s), 0U);
@@ -82,7 +83,7 @@ TEST(Background, ALineThatIsNeverIdleAsksOnceAMinute) {
 }
 
 TEST(Background, DevicesTakeTurns) {
-  Line line;
+  FakeLine line;
   line.background.Set(0, kStart, kRoom);
   line.background.Set(1, kStart, kRoom);
   line.Poll(kStart);
@@ -94,7 +95,7 @@ TEST(Background, DevicesTakeTurns) {
 }
 
 TEST(Background, NothingIsAskedBeforeTheLastIsKeptNorOfADeviceThatIsAway) {
-  Line line;
+  FakeLine line;
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
   line.background.Hold(0);

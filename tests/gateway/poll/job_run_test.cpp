@@ -6,13 +6,11 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "tests/support/times.h"
 #include "tests/support/virtual_line.h"
 
 namespace baudgate {
 namespace {
-
-constexpr Instant kStart = Instant() + 1h;
-constexpr WallTime kWall = WallTime(1'790'000'000s);
 
 /// Device A reads one point as the test says and then "2"; B reads "1". All was answered a moment
 /// ago: A has proven who it is, and nothing is owed.

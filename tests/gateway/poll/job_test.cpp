@@ -6,17 +6,16 @@
 
 #include "gateway/base/text.h"
 #include "tests/gateway/poll/part_fixture.h"
+#include "tests/support/times.h"
 
 namespace baudgate {
 namespace {
-
-constexpr Instant kNow = Instant() + 1h;
 
 class JobTest : public ::testing::Test, protected ToyMembers {
  protected:
   template <typename Kind>
   Job Make(Kind kind) {
-    return Job(a, std::move(kind), Task{}, kNow);
+    return Job(a, std::move(kind), Task{}, kStart);
   }
   static Job::Write WriteUntil(Instant deadline) {
     Job::Write write;
@@ -36,10 +35,10 @@ class JobTest : public ::testing::Test, protected ToyMembers {
 };
 
 TEST_F(JobTest, WritesTheirReadBacksAndShortRoutedWritesAreUrgent) {
-  EXPECT_TRUE(IsUrgent(Make(WriteUntil(kNow))));
+  EXPECT_TRUE(IsUrgent(Make(WriteUntil(kStart))));
   EXPECT_TRUE(IsUrgent(Make(Job::ReadBack{})));
-  EXPECT_TRUE(IsUrgent(Make(RoutedJob({Routed("06 00 08 00 00", kNow)}))));
-  EXPECT_FALSE(IsUrgent(Make(RoutedJob({Routed("03 00 00 00 01", kNow)}))));
+  EXPECT_TRUE(IsUrgent(Make(RoutedJob({Routed("06 00 08 00 00", kStart)}))));
+  EXPECT_FALSE(IsUrgent(Make(RoutedJob({Routed("03 00 00 00 01", kStart)}))));
   EXPECT_FALSE(IsUrgent(Make(RoutedJob({}))));
   EXPECT_FALSE(IsUrgent(Make(Job::Poll{})));
   EXPECT_FALSE(IsUrgent(Make(Job::Probe{})));
@@ -48,45 +47,45 @@ TEST_F(JobTest, WritesTheirReadBacksAndShortRoutedWritesAreUrgent) {
 TEST_F(JobTest, APollMayBeSentAtAnyTime) {
   const Job job = Make(Job::Poll{});
   EXPECT_FALSE(LatestStart(job));
-  EXPECT_EQ(WhyNotSend(job, kNow + 1h), nullptr);
+  EXPECT_EQ(WhyNotSend(job, kStart + 1h), nullptr);
 }
 
 TEST_F(JobTest, AWriteIsNotSentFromItsDeadlineOn) {
-  const Job job = Make(WriteUntil(kNow));
-  EXPECT_EQ(WhyNotSend(job, kNow - 1ns), nullptr);
-  EXPECT_NE(WhyNotSend(job, kNow), nullptr);
+  const Job job = Make(WriteUntil(kStart));
+  EXPECT_EQ(WhyNotSend(job, kStart - 1ns), nullptr);
+  EXPECT_NE(WhyNotSend(job, kStart), nullptr);
 }
 
 TEST_F(JobTest, OneExchangeServesWhoWaitsLongestForIt) {
-  const Job job =
-      Make(RoutedJob({Routed("03 00 00 00 01", kNow + 1s), Routed("03 00 00 00 01", kNow + 3s)}));
-  EXPECT_EQ(LatestStart(job), kNow + 3s);
+  const Job job = Make(
+      RoutedJob({Routed("03 00 00 00 01", kStart + 1s), Routed("03 00 00 00 01", kStart + 3s)}));
+  EXPECT_EQ(LatestStart(job), kStart + 3s);
 }
 
 TEST_F(JobTest, WhatNobodyWaitsForIsNotSent) {
-  EXPECT_NE(WhyNotSend(Make(RoutedJob({})), kNow), nullptr);
+  EXPECT_NE(WhyNotSend(Make(RoutedJob({})), kStart), nullptr);
 }
 
 TEST_F(JobTest, WhatEndsWhatWasBegunIsSentInAnyCase) {
-  Job job = Make(WriteUntil(kNow));
+  Job job = Make(WriteUntil(kStart));
   job.request.closes = true;
-  EXPECT_EQ(WhyNotSend(job, kNow + 1h), nullptr);
+  EXPECT_EQ(WhyNotSend(job, kStart + 1h), nullptr);
 }
 
 TEST_F(JobTest, ADisabledDeviceIsAskedByRoutesOnly) {
   a.in_use = false;
-  EXPECT_STREQ(WhyNotSend(Make(Job::Poll{}), kNow), "the device is disabled");
-  EXPECT_EQ(WhyNotSend(Make(RoutedJob({Routed("03 00 00 00 01", kNow + 1s)})), kNow), nullptr);
+  EXPECT_STREQ(WhyNotSend(Make(Job::Poll{}), kStart), "the device is disabled");
+  EXPECT_EQ(WhyNotSend(Make(RoutedJob({Routed("03 00 00 00 01", kStart + 1s)})), kStart), nullptr);
 }
 
 TEST_F(JobTest, AWriteWhoseClientHasLeftIsNotBegunButEnded) {
-  Job::Write write = WriteUntil(kNow + 1s);
+  Job::Write write = WriteUntil(kStart + 1s);
   write.command.dropped = std::make_shared<std::atomic<bool>>(true);
   Job job = Make(std::move(write));
   job.steps = 1;
-  EXPECT_STREQ(WhyNotSend(job, kNow), "its client has left");
+  EXPECT_STREQ(WhyNotSend(job, kStart), "its client has left");
   job.attempts = 1;
-  EXPECT_EQ(WhyNotSend(job, kNow), nullptr) << "it has been sent";
+  EXPECT_EQ(WhyNotSend(job, kStart), nullptr) << "it has been sent";
 }
 
 TEST_F(JobTest, TheGoalOfAProbeIsWhatWaitsBehindIt) {
@@ -94,7 +93,7 @@ TEST_F(JobTest, TheGoalOfAProbeIsWhatWaitsBehindIt) {
   EXPECT_EQ(&probe.goal(), &probe);
   probe.task.kind = Task::Kind::probe;
   EXPECT_TRUE(probe.asked().lone_probe);
-  probe.behind = std::make_unique<Job>(Make(WriteUntil(kNow)));
+  probe.behind = std::make_unique<Job>(Make(WriteUntil(kStart)));
   EXPECT_NE(probe.goal().As<Job::Write>(), nullptr);
   EXPECT_TRUE(probe.asked().probe);
   EXPECT_FALSE(probe.asked().lone_probe);

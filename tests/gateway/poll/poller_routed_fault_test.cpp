@@ -62,7 +62,7 @@ TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotEndAWrite) {
   line.twin(0).manner.fragment = 1;
   line.twin(1).manner.think = 150ms;
   line.Ask("late", kRead, 20);
-  line.Ask("start", kStart, 21, 2);
+  line.Ask("start", kStartDrive, 21, 2);
   line.RunFor(3s);
   EXPECT_EQ(line.Of("late").outcome, Outcome::no_reply);
   EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
@@ -108,7 +108,7 @@ TEST(PollerRoutedFaults, TheFirstWriteIsNotBelievedOnABusThatEchoesWhileItIsSent
   RoutedLine line(DriveLine(), {"20"});
   line.echo = [](View request) { return Bytes(request.begin(), request.end()); };
   line.twin(0).manner.dead = true;
-  line.Ask("start", kStart);
+  line.Ask("start", kStartDrive);
   line.RunFor(2s);
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }
@@ -119,7 +119,7 @@ TEST(PollerRoutedFaults, TheFirstWriteIsNotBelievedWhenItsEchoIsEarly) {
   line.twin(0).manner.deliver = [](View request, const Bytes&, Instant) -> Pieces {
     return {{-1ms, Bytes(request.begin(), request.end())}};
   };
-  line.Ask("start", kStart);
+  line.Ask("start", kStartDrive);
   line.RunFor(2s);
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }
@@ -139,7 +139,7 @@ TEST(PollerRoutedFaults, AWriteIsNotBelievedOnceAReadHasRevealedAnEchoInOnePiece
   EXPECT_EQ(line.Of("read").outcome, Outcome::ok);
   EXPECT_EQ(line.warnings.size(), 1U) << "the user is told to set 'echo: strip'";
   dead = true;
-  line.Ask("start", kStart);
+  line.Ask("start", kStartDrive);
   line.RunFor(2s);
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }
@@ -153,7 +153,7 @@ TEST(PollerRoutedFaults, AReplyThatMayEqualItsRequestRevealsNoEcho) {
   line.Ask("clear counters", "08 00 0A 00 00");
   line.Ask("own function", "41 01 02 03");
   line.RunFor(1s);
-  line.Ask("start", kStart);
+  line.Ask("start", kStartDrive);
   line.RunFor(1s);
   EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
   EXPECT_TRUE(line.warnings.empty());
@@ -172,7 +172,7 @@ TEST(PollerRoutedFaults, AWriteIsBelievedAgainOnceTheBusEchoesNoMore) {
   echoes = false;
   line.Ask("read again", kRead);
   line.RunFor(1s);
-  line.Ask("start", kStart);
+  line.Ask("start", kStartDrive);
   line.RunFor(1s);
   EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
 }
@@ -222,13 +222,13 @@ TEST(PollerRoutedFaults, AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFou
   line.RunFor(1s);
   line.twin(1).manner.dead = true;
   for (int i = 0; i < 20; ++i) {
-    line.Ask("vain", kStart, 21, 2);
+    line.Ask("vain", kStartDrive, 21, 2);
     line.RunFor(1s);
   }
   line.twin(1).manner.dead = false;
   line.RunFor(10s);  // nobody asks it: the client waits, too
   const int before = clients.answered(0);
-  line.Ask("stop", kStart, 21, 2);
+  line.Ask("stop", kStartDrive, 21, 2);
   line.RunFor(3s);
   EXPECT_EQ(line.Of("stop").outcome, Outcome::ok);
   EXPECT_GT(clients.answered(0), before + 50);
@@ -242,7 +242,7 @@ TEST(PollerRoutedFaults, WritesToAnAbsentSlaveLeaveTheOthersTheirTime) {
   const int alone = clients.answered(0);
   line.twin(1).manner.dead = true;
   for (int i = 0; i < 150; ++i) {
-    line.Ask("vain", kStart, 21, 2);
+    line.Ask("vain", kStartDrive, 21, 2);
     line.RunFor(200ms);
   }
   EXPECT_GT(clients.answered(0) - alone, alone * 4 / 5) << "a tenth for writes, and the probes";
@@ -261,7 +261,7 @@ TEST(PollerRoutedFaults, WritesThatASlaveIgnoresDoNotStarveItsPolls) {
     return Bytes();
   };
   BusyClients clients(line);
-  clients.Add(kStart, 20);
+  clients.Add(kStartDrive, 20);
   for (int second = 0; second < 30; ++second) {
     line.RunFor(1s);
     for (std::uint32_t point = 0; point < device.points.size(); ++point) {

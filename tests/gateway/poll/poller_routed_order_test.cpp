@@ -51,7 +51,7 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfADamagedBlock) {
   };
   line.Ask("block", kBlock);
   line.RunFor(10ms);
-  line.Ask("start", kStart, 20, 2);
+  line.Ask("start", kStartDrive, 20, 2);
   line.RunFor(5s);
   ASSERT_GT(line.sent.size(), 2U) << "the block is repeated, but later";
   EXPECT_EQ(line.OnWire()[1], kStartOnWire);
@@ -66,7 +66,7 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfAPoll) {
   const std::size_t before = line.sent.size();
   ASSERT_TRUE(line.RunUntil([&] { return line.sent.size() > before; }, 5s));
   line.RunFor(20ms);
-  line.Ask("start", kStart, 20, 2);
+  line.Ask("start", kStartDrive, 20, 2);
   line.RunFor(5s);
   ASSERT_GT(line.sent.size(), before + 1);
   EXPECT_EQ(line.OnWire()[before + 1], kStartOnWire);
@@ -81,7 +81,7 @@ TEST(PollerRoutedOrder, AStartDoesNotMakeADestructiveReadHappenTwice) {
   line.twin(0).manner.dead = true;
   const std::size_t before = line.CountSent("LA7");
   ASSERT_TRUE(line.RunUntil([&] { return line.CountSent("LA7") > before; }, 5s));
-  line.Ask("start", kStart);
+  line.Ask("start", kStartDrive);
   ASSERT_TRUE(line.RunUntil([&] { return !line.replies.empty(); }, 5s));
   line.twin(0).manner.dead = false;
   line.RunFor(300ms);
@@ -102,7 +102,7 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitForAPollThatIsHeldBack) {
   line.RunFor(105ms);
   const std::size_t before = line.sent.size();
   const Instant asked = line.now().instant;
-  line.Ask("start", kStart, 20, 2);
+  line.Ask("start", kStartDrive, 20, 2);
   line.RunFor(5s);
   ASSERT_GT(line.sent.size(), before);
   EXPECT_EQ(line.OnWire()[before], kStartOnWire);
@@ -124,7 +124,7 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitBecauseAnotherSlaveOnceLostAReply) {
   ASSERT_TRUE(line.RunUntil([&] { return line.replies.size() == 4; }, 5s));
   const std::size_t before = line.sent.size();
   const Instant asked = line.now().instant;
-  line.Ask("start", kStart, 21, 2);
+  line.Ask("start", kStartDrive, 21, 2);
   line.RunFor(3s);
   ASSERT_GT(line.sent.size(), before);
   EXPECT_LT(line.sent[before].at - asked, 50ms);
@@ -154,7 +154,7 @@ TEST(PollerRoutedOrder, AWriteIsNotSentBeyondItsDeadlineOnABabblingLine) {
   for (int i = 0; i < 700; ++i) line.Inject({0x55}, i * 1ms);
   line.RunFor(10ms);
   const Instant deadline = line.now().instant + 100ms;
-  line.Ask("start", kStart, 20, 2, Priority::normal, 100ms);
+  line.Ask("start", kStartDrive, 20, 2, Priority::normal, 100ms);
   line.RunFor(3s);
   EXPECT_EQ(line.sent.size(), 1U);
   EXPECT_EQ(line.Of("start").outcome, Outcome::no_reply);
@@ -236,7 +236,7 @@ TEST(PollerRoutedOrder, AReadHasItsTurnBesideAWriterThatIsBackWhileTheLineIsStil
   line.Ask("read", kRead, 21, 2, Priority::normal, 1min);
   for (int writes = 0; writes < 40; ++writes) {
     const std::string name = "write " + std::to_string(writes);
-    line.Ask(name, kStart);
+    line.Ask(name, kStartDrive);
     ASSERT_TRUE(line.RunUntil(
         [&] { return !line.replies.empty() && line.replies.back().name == name; }, 1s));
     line.RunFor(300us);
@@ -278,7 +278,7 @@ TEST_P(AskedInTurn, ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt) {
   EXPECT_TRUE(round_for(30s));
 }
 
-INSTANTIATE_TEST_SUITE_P(Requests, AskedInTurn, ::testing::Values(kRead, kStart),
+INSTANTIATE_TEST_SUITE_P(Requests, AskedInTurn, ::testing::Values(kRead, kStartDrive),
                          [](const auto& info) { return info.index == 0 ? "Read" : "Start"; });
 
 TEST(PollerRoutedOrder, ARequestThatASlaveIgnoresDoesNotMakeItAbsent) {

@@ -106,7 +106,8 @@ class RandomRun {
 
   void Ask() {
     static constexpr std::array kPdus = {
-        kRead, kOther, kBlock, kStart, kStop, "41 00", "08 00 00 12 34", "10 00 00 00 01 02 00 02"};
+        kRead, kOther,  kBlock,           kStartDrive,
+        kStop, "41 00", "08 00 00 12 34", "10 00 00 00 01 02 00 02"};
     static constexpr std::array<std::uint8_t, 6> kSlaves = {20, 20, 21, 22, 0, 33};
     static constexpr std::array kPriorities = {Priority::high, Priority::normal, Priority::low};
     const char* const pdu = dice_.OneOf(kPdus);

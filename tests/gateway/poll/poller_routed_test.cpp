@@ -91,7 +91,7 @@ TEST(PollerRouted, AStartOvertakesEverythingButTheExchangeUnderWay) {
   for (int i = 0; i < 9; ++i) line.Ask("block", kBlock + std::string(), 20, 1, Priority::high);
   line.Ask("read", kRead, 21, 2, Priority::high);
   line.RunFor(10ms);  // the first block is on the wire
-  line.Ask("start", kStart, 20, 3, Priority::low);
+  line.Ask("start", kStartDrive, 20, 3, Priority::low);
   line.RunFor(5s);
   ASSERT_GE(line.OnWire().size(), 2U);
   EXPECT_EQ(line.OnWire()[1], "14 06 00 00 00 02");
@@ -100,7 +100,7 @@ TEST(PollerRouted, AStartOvertakesEverythingButTheExchangeUnderWay) {
 TEST(PollerRouted, WritesToOneSlaveKeepTheirOrderAndAStartIsNeverReplayedAfterAStop) {
   RoutedLine line;
   line.twin(0).manner.distort = Damaged;
-  line.Ask("start", kStart, 20, 1, Priority::low);
+  line.Ask("start", kStartDrive, 20, 1, Priority::low);
   line.Ask("stop", kStop, 20, 2, Priority::high);
   line.RunFor(2s);
   EXPECT_THAT(line.OnWire(), ElementsAre("14 06 00 00 00 02", "14 06 00 00 00 00"));
@@ -140,7 +140,7 @@ TEST(PollerRouted, WhoHasLeftIsForgotten) {
   RoutedLine line;
   line.Ask("under way", kBlock, 20, 1);
   line.RunFor(10ms);
-  line.Ask("left", kStart, 20, 2);
+  line.Ask("left", kStartDrive, 20, 2);
   line.Ask("stays", kRead, 20, 3);
   line.poller().Forget(2, line.now());
   line.poller().Forget(1, line.now());
@@ -155,7 +155,7 @@ TEST(PollerRouted, WhoHasLeftIsForgotten) {
 
 TEST(PollerRouted, AWriteUnderWayMayEndBeforeThePortIsLent) {
   RoutedLine line;
-  line.Ask("write", kStart);
+  line.Ask("write", kStartDrive);
   line.Ask("read", kRead);
   ASSERT_TRUE(line.RunUntil([&] { return !line.sent.empty(); }, 1s));
   EXPECT_TRUE(line.poller().IsWriting());
@@ -227,7 +227,7 @@ TEST(PollerRouted, AWriteWaitsForNoPoll) {
   RoutedLine line(std::move(settings));
   line.RunFor(2s);
   const std::size_t before = line.sent.size();
-  line.Ask("start", kStart);
+  line.Ask("start", kStartDrive);
   line.RunFor(200ms);
   ASSERT_GT(line.sent.size(), before + 1);
   const auto wire = line.OnWire();
@@ -280,7 +280,7 @@ TEST(PollerRouted, AWriteToADeadSlaveWaitsForItsDeadlineAndGoesOutWhenTheSlaveRe
     line.RunFor(1s);
   }
   line.Ask("probe", kRead, 20, 1);
-  line.Ask("start", kStart, 20, 2);
+  line.Ask("start", kStartDrive, 20, 2);
   line.Ask("hopeless", kOther, 20, 3);
   EXPECT_EQ(line.Of("hopeless").outcome, Outcome::no_reply);
   EXPECT_THAT(line.Of("hopeless").reason, HasSubstr("slave 20 does not answer"));
@@ -291,7 +291,7 @@ TEST(PollerRouted, AWriteToADeadSlaveWaitsForItsDeadlineAndGoesOutWhenTheSlaveRe
 
 TEST(PollerRouted, ABroadcastIsNotAnsweredAndGivesTheSlavesTheirTime) {
   RoutedLine line;
-  line.Ask("all", kStart, 0);
+  line.Ask("all", kStartDrive, 0);
   line.Ask("read", kRead);
   line.RunFor(1s);
   EXPECT_EQ(line.Of("all").outcome, Outcome::ok);
@@ -324,7 +324,7 @@ TEST(PollerRouted, AWriteIsNotBelievedOnABusThatEchoes) {
   line.RunFor(1s);
   EXPECT_EQ(line.Of("read").outcome, Outcome::ok);
   line.twin(0).manner.dead = true;
-  line.Ask("start", kStart);
+  line.Ask("start", kStartDrive);
   line.RunFor(2s);
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }

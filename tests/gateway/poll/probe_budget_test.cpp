@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate {
 namespace {
-
-constexpr Instant kStart = Instant() + 1h;
 
 TEST(ProbeBudget, IdleLineProbesAfterThePause) {
   ProbeBudget budget;

@@ -5,11 +5,10 @@
 #include <gtest/gtest.h>
 
 #include "tests/gateway/poll/part_fixture.h"
+#include "tests/support/times.h"
 
 namespace baudgate {
 namespace {
-
-constexpr Instant kStart = Instant() + 1h;
 
 class ProbesTest : public ::testing::Test, protected ToyMembers {
  protected:

@@ -14,7 +14,7 @@ namespace baudgate {
 inline constexpr const char* kRead = "03 00 00 00 01";   // one register
 inline constexpr const char* kOther = "03 00 01 00 01";  // the one behind it
 inline constexpr const char* kBlock = "03 00 00 00 78";  // 120 registers
-inline constexpr const char* kStart = "06 00 00 00 02";
+inline constexpr const char* kStartDrive = "06 00 00 00 02";
 inline constexpr const char* kStop = "06 00 00 00 00";
 
 /// One register.

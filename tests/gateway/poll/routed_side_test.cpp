@@ -5,12 +5,12 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "tests/support/times.h"
 
 namespace baudgate {
 namespace {
 
-constexpr Instant kNow = Instant() + 1h;
-constexpr const char* kRead = "03 00 00 00 01";
+constexpr const char* kReadOne = "03 00 00 00 01";
 
 class RoutedSideTest : public ::testing::Test {
  protected:
@@ -22,11 +22,11 @@ class RoutedSideTest : public ::testing::Test {
     RoutedRequest request;
     request.slave = slave_.slave;
     request.pdu = ParseHex(pdu).value();
-    request.deadline = kNow + 10s;
+    request.deadline = kStart + 10s;
     side_.queue().Push(std::move(request));
   }
   std::size_t Refuse(std::size_t keep = 0) {
-    return side_.TakeHopeless(slave_, keep, carrier_, kNow).size();
+    return side_.TakeHopeless(slave_, keep, carrier_, kStart).size();
   }
 
   Member slave_;
@@ -35,48 +35,48 @@ class RoutedSideTest : public ::testing::Test {
 };
 
 TEST_F(RoutedSideTest, ClientsAreHereForTwoSecondsAfterAnAnswer) {
-  EXPECT_FALSE(side_.ClientsAreHere(kNow));
-  side_.OnAnswered(kNow);
-  EXPECT_TRUE(side_.ClientsAreHere(kNow + 1999ms));
-  EXPECT_FALSE(side_.ClientsAreHere(kNow + 2s));
+  EXPECT_FALSE(side_.ClientsAreHere(kStart));
+  side_.OnAnswered(kStart);
+  EXPECT_TRUE(side_.ClientsAreHere(kStart + 1999ms));
+  EXPECT_FALSE(side_.ClientsAreHere(kStart + 2s));
 }
 
 TEST_F(RoutedSideTest, ReadsOfASlaveThatIsOfflineAreTakenButForItsProbe) {
-  Push(kRead);
+  Push(kReadOne);
   Push("06 00 08 00 00");
-  Push(kRead);
+  Push(kReadOne);
   EXPECT_EQ(Refuse(1), 1U);
   EXPECT_TRUE(side_.queue().HasShortWrite()) << "writes wait for their deadlines";
   EXPECT_EQ(Refuse(0), 1U);
 }
 
 TEST_F(RoutedSideTest, ARefusedReadIsRepeatedInNobodysName) {
-  EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kNow));
-  Push(kRead);
+  EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kStart));
+  Push(kReadOne);
   Refuse();
-  ASSERT_TRUE(side_.MayRepeatRead(slave_, true, kNow));
+  ASSERT_TRUE(side_.MayRepeatRead(slave_, true, kStart));
   const RouteQueue::Batch batch = side_.RepeatRead(slave_);
   ASSERT_EQ(batch.size(), 1U);
-  EXPECT_EQ(ToHex(batch[0].pdu), kRead);
+  EXPECT_EQ(ToHex(batch[0].pdu), kReadOne);
   EXPECT_EQ(batch[0].slave, 20);
   batch[0].done({});
   EXPECT_TRUE(side_.queue().empty());
 }
 
 TEST_F(RoutedSideTest, AtOnceForTwoSecondsThenOnlyBehindAnotherExchange) {
-  Push(kRead);
+  Push(kReadOne);
   Refuse();
-  EXPECT_TRUE(side_.MayRepeatRead(slave_, false, kNow + 1999ms));
-  EXPECT_FALSE(side_.MayRepeatRead(slave_, false, kNow + 2s));
-  EXPECT_TRUE(side_.MayRepeatRead(slave_, true, kNow + 59s));
-  EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kNow + 60s));
+  EXPECT_TRUE(side_.MayRepeatRead(slave_, false, kStart + 1999ms));
+  EXPECT_FALSE(side_.MayRepeatRead(slave_, false, kStart + 2s));
+  EXPECT_TRUE(side_.MayRepeatRead(slave_, true, kStart + 59s));
+  EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kStart + 60s));
 }
 
 /// Silence to it would say nothing: `is_common` is true for function 3 only.
 TEST_F(RoutedSideTest, WhatManySlavesIgnoreIsNotRepeated) {
   Push("04 00 00 00 01");
   EXPECT_EQ(Refuse(), 1U);
-  EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kNow));
+  EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kStart));
 }
 
 }  // namespace

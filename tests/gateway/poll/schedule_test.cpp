@@ -7,13 +7,13 @@
 #include <map>
 #include <random>
 
+#include "tests/support/times.h"
+
 namespace baudgate {
 namespace {
 
 using config::Group;
 using Brought = Schedule::Brought;
-
-constexpr Instant kStart = Instant() + 1h;
 
 TEST(Schedule, NothingIsDueBeforeRestart) {
   Schedule schedule;

@@ -5,12 +5,10 @@
 #include <gtest/gtest.h>
 
 #include "tests/gateway/poll/part_fixture.h"
+#include "tests/support/times.h"
 
 namespace baudgate {
 namespace {
-
-constexpr Instant kStart = Instant() + 1h;
-constexpr WallTime kWall = WallTime(1'790'000'000s);
 
 class ToldEventsTest : public ::testing::Test, protected ToyMembers {
  protected:

@@ -23,7 +23,7 @@ Difference After(const std::function<void(Config&)>& change) {
   return Compare(Sample(), next);
 }
 
-struct Case {
+struct LineCase {
   const char* what;
   std::function<void(Config&)> change;
   Fate fate;  // of line y
@@ -31,7 +31,7 @@ struct Case {
 };
 
 TEST(Difference, OfOneLineIsNamedAndTouchesNoOther) {
-  const Case cases[] = {
+  const LineCase cases[] = {
       {"nothing", [](Config&) {}, Fate::same, ""},
       {"its place in the file",
        [](Config& config) {
@@ -74,7 +74,7 @@ TEST(Difference, OfOneLineIsNamedAndTouchesNoOther) {
        },
        Fate::changed, "unit of y-a, poll of y-a"},
   };
-  for (const Case& one : cases) {
+  for (const LineCase& one : cases) {
     const Difference difference = After(one.change);
     ASSERT_EQ(difference.lines.size(), 3U) << one.what;
     EXPECT_EQ(difference.lines[1].fate, one.fate) << one.what;

@@ -37,7 +37,7 @@ config::Route RouteTo(const std::string& line, std::uint8_t first, std::uint8_t 
   return route;
 }
 
-Modbus Sample() {
+Modbus SampleModbus() {
   Modbus modbus;
   modbus.listen = {ListenerAt("127.0.0.1", 1502), ListenerAt("10.0.0.1", 502),
                    MasterAt("/dev/ttyS1")};
@@ -51,9 +51,9 @@ Modbus Sample() {
 using Change = std::function<void(Modbus&)>;
 
 ModbusDifference After(const Change& change) {
-  Modbus next = Sample();
+  Modbus next = SampleModbus();
   change(next);
-  return CompareModbus(Sample(), next);
+  return CompareModbus(SampleModbus(), next);
 }
 
 std::vector<std::string> Sentences(const ModbusDifference& difference) {
@@ -68,14 +68,14 @@ std::vector<std::string> Sentences(const ModbusDifference& difference) {
   return sentences;
 }
 
-struct Case {
+struct ModbusCase {
   const char* what;
   Change change;
   std::vector<std::string> sentences;
 };
 
 TEST(ModbusDifference, IsToldInOneSentenceForEachListener) {
-  const Case cases[] = {
+  const ModbusCase cases[] = {
       {"nothing", [](Modbus&) {}, {}},
       {"its place in the file",
        [](Modbus& its) {
@@ -107,7 +107,7 @@ TEST(ModbusDifference, IsToldInOneSentenceForEachListener) {
        {"listener 10.0.0.1:503: is new",
         "listener 10.0.0.1:502: ends; its clients are disconnected"}},
   };
-  for (const Case& one : cases) {
+  for (const ModbusCase& one : cases) {
     const ModbusDifference difference = After(one.change);
     EXPECT_EQ(Sentences(difference), one.sentences) << one.what;
     EXPECT_THAT(difference.restart, IsEmpty()) << one.what;
@@ -136,7 +136,7 @@ TEST(ModbusDifference, CountsClientsThatAListenerLosesIfItCan) {
 }
 
 TEST(ModbusDifference, IsToldInOneSentenceForEachRoute) {
-  const Case cases[] = {
+  const ModbusCase cases[] = {
       {"one more",
        [](Modbus& its) { its.routes.insert(its.routes.begin(), RouteTo("drive", 9, 9)); },
        {"route 9 to drive: is new"}},
@@ -157,7 +157,7 @@ TEST(ModbusDifference, IsToldInOneSentenceForEachRoute) {
        [](Modbus& its) { its.routes.push_back(its.routes[0]); },
        {"route 33-40 to drive: is new"}},
   };
-  for (const Case& one : cases) {
+  for (const ModbusCase& one : cases) {
     const ModbusDifference difference = After(one.change);
     EXPECT_EQ(Sentences(difference), one.sentences) << one.what;
     EXPECT_FALSE(difference.route_order) << one.what;
@@ -197,18 +197,18 @@ TEST(ModbusDifference, PortsThatBlockEachOtherNeedARestart) {
     next.listen[0].port = 503;
     EXPECT_THAT(CompareModbus(running, next).restart, IsEmpty()) << "another port";
   }
-  Modbus running = Sample();
-  Modbus next = Sample();
+  Modbus running = SampleModbus();
+  Modbus next = SampleModbus();
   next.listen[1].host = "0.0.0.0";
   EXPECT_THAT(CompareModbus(running, next).restart,
               ElementsAre("modbus.listen from 10.0.0.1:502 to 0.0.0.0:502"));
 }
 
 TEST(ModbusDifference, OfAnOutputThatIsOffIsNone) {
-  Modbus off = Sample();
+  Modbus off = SampleModbus();
   off.enabled = false;
-  EXPECT_THAT(CompareModbus(off, Sample()).listeners, IsEmpty());
-  EXPECT_THAT(CompareModbus(Sample(), off).routes, IsEmpty());
+  EXPECT_THAT(CompareModbus(off, SampleModbus()).listeners, IsEmpty());
+  EXPECT_THAT(CompareModbus(SampleModbus(), off).routes, IsEmpty());
 }
 
 }  // namespace

@@ -5,14 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate::reload {
 namespace {
 
 using ::testing::HasSubstr;
 
-constexpr Instant kStart{1h};
-
-struct Case {
+struct Trial {
   const char* what;
   Health before;
   Duration after;             // of a trial of 60 s
@@ -21,7 +21,7 @@ struct Case {
 };
 
 TEST(Probation, LooksAtTimeAndDevices) {
-  const Case cases[] = {
+  const Trial cases[] = {
       {"all is well", Health::well, 30s, Health::well, ""},
       {"the last moment", Health::well, 59s, Health::well, ""},
       {"nobody comes", Health::well, 60s, Health::well, "nobody has confirmed it in time"},
@@ -34,7 +34,7 @@ TEST(Probation, LooksAtTimeAndDevices) {
       {"out of use before", Health::unasked, 59s, Health::ill, ""},
       {"taken out", Health::well, 59s, std::nullopt, ""},
   };
-  for (const Case& one : cases) {
+  for (const Trial& one : cases) {
     Probation probation;
     probation.Begin(kStart, 60s, {{"bay.a", one.before}});
     Healths healths;

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class PtyLink : public testing::Test {
+class PtyLink : public ::testing::Test {
  protected:
   PtyLink() {
     std::string pattern = (fs::temp_directory_path() / "baudgate-pty-XXXXXX").string();

@@ -48,15 +48,15 @@ TEST_F(DiagnoseTest, OfBytesAfterTheEndTheTrueCauseIsSaid) {
   device().last_ok = kNow.instant - 12min;
   device().late = 3;
   Ended(Outcome::partial, 34);
-  EXPECT_THAT(Say()[0], testing::EndsWith("its answers stop half-way: raise its timing.gap, then "
-                                          "check wiring"));
+  EXPECT_THAT(Say()[0], ::testing::EndsWith("its answers stop half-way: raise its timing.gap, then "
+                                            "check wiring"));
   Ended(Outcome::no_reply, 34);
-  EXPECT_THAT(Say()[0], testing::HasSubstr("check power")) << "late a few times, long ago";
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("check power")) << "late a few times, long ago";
   device().state = DeviceState::online;
   device().late = 17;
   Ended(Outcome::partial, 4);
   EXPECT_THAT(Say(),
-              ElementsAre(testing::StartsWith("partial in "), testing::StartsWith("late: ")));
+              ElementsAre(::testing::StartsWith("partial in "), ::testing::StartsWith("late: ")));
 }
 
 TEST_F(DiagnoseTest, ADeviceThatHasNeverAnswered) {
@@ -68,7 +68,7 @@ TEST_F(DiagnoseTest, ADeviceThatHasNeverAnswered) {
                           "asked again and again; check power, address, bit rate, parity and "
                           "wiring (address 2, 9600 7E1)"));
   Ended(Outcome::corrupt, 1);
-  EXPECT_THAT(Say()[0], testing::StartsWith(
+  EXPECT_THAT(Say()[0], ::testing::StartsWith(
                             "has never answered: corrupt; nothing good came in 35 exchanges;"));
 }
 
@@ -79,8 +79,9 @@ TEST_F(DiagnoseTest, AReaderThatIsAloneOnItsLine) {
   device().unasked = true;
   line_.bytes_in = 200;
   Ended(Outcome::no_reply, 22);
-  EXPECT_THAT(Say()[0], testing::StartsWith("has never answered: no_reply; nothing good came in 22 "
-                                            "exchanges; its next message is waited for; check"));
+  EXPECT_THAT(Say()[0],
+              ::testing::StartsWith("has never answered: no_reply; nothing good came in 22 "
+                                    "exchanges; its next message is waited for; check"));
 }
 
 TEST_F(DiagnoseTest, AfterAnOutageOfThePortADeviceIsNotBlamed) {

@@ -12,7 +12,7 @@
 
 namespace baudgate::control {
 
-class DiagnoseTest : public testing::Test {
+class DiagnoseTest : public ::testing::Test {
  protected:
   DiagnoseTest() {
     record_.line = &config_.lines[0];

@@ -67,16 +67,18 @@ TEST_F(MissedBesideTest, ANeighbourThatBeganToFailLatelyIsNamedWithoutAPart) {
 TEST_F(MissedBesideTest, AnAbsentNeighbourIsNamedFromANotablePartOn) {
   neighbour_.status.state = DeviceState::offline;
   neighbour_.status.busy = 4s;
-  EXPECT_THAT(Say()[0], testing::HasSubstr("the line is full"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("the line is full"));
   neighbour_.status.busy = 10s;
-  EXPECT_THAT(Say()[0], testing::EndsWith("(1296): feeder-1 does not answer and has taken 20 % of "
-                                          "the line's time: mend that first, then raise poll, ask "
-                                          "for fewer points, or raise the bit rate"));
+  EXPECT_THAT(Say()[0],
+              ::testing::EndsWith("(1296): feeder-1 does not answer and has taken 20 % of "
+                                  "the line's time: mend that first, then raise poll, ask "
+                                  "for fewer points, or raise the bit rate"));
   neighbour_.status.busy = 60s;
-  EXPECT_THAT(Say()[0], testing::EndsWith("(1296): feeder-1 does not answer and has taken 60 % of "
-                                          "the line's time: mend that first"));
+  EXPECT_THAT(Say()[0],
+              ::testing::EndsWith("(1296): feeder-1 does not answer and has taken 60 % of "
+                                  "the line's time: mend that first"));
   neighbour_.status.state = DeviceState::disabled;
-  EXPECT_THAT(Say()[0], testing::HasSubstr("the line is full"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("the line is full"));
 }
 
 TEST_F(MissedBesideTest, OneThatAnswersNowAndThenIsNamedBeforeAnAbsentOne) {
@@ -95,17 +97,18 @@ TEST_F(MissedBesideTest, OneThatAnswersNowAndThenIsNamedBeforeAnAbsentOne) {
 TEST_F(MissedBesideTest, ADeviceThatFailsItselfIsIt) {
   device().busy = 100s;
   Ended(Outcome::partial, 64);
-  EXPECT_THAT(Say(), ElementsAre(testing::StartsWith("partial in "),
-                                 testing::EndsWith("(1296): it has taken 62 % of the line's time "
-                                                   "with exchanges that fail (64 of its last 64): "
-                                                   "mend that first")));
+  EXPECT_THAT(Say(),
+              ElementsAre(::testing::StartsWith("partial in "),
+                          ::testing::EndsWith("(1296): it has taken 62 % of the line's time "
+                                              "with exchanges that fail (64 of its last 64): "
+                                              "mend that first")));
 }
 
 TEST_F(MissedBesideTest, ANeighbourThatHasRecoveredIsNotNamed) {
   NeighbourEnds(Outcome::no_reply, 64);
   NeighbourEnds(Outcome::ok, 57);
   neighbour_.status.busy = 60s;
-  EXPECT_THAT(Say()[0], testing::HasSubstr("the line is full"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("the line is full"));
 }
 
 }  // namespace

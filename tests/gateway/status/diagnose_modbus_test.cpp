@@ -10,31 +10,31 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-constexpr WallTime kNow = WallTime(1000h);
+constexpr WallTime kToday = WallTime(1000h);
 
 modbus::MasterStatus Open() {
   modbus::MasterStatus master;
   master.port = "/dev/ttyS1";
   master.is_open = true;
   master.text = "19200 8E1";
-  master.since = kNow - 3h;
+  master.since = kToday - 3h;
   master.frames = 1000;
-  master.last_frame = kNow - 1s;
+  master.last_frame = kToday - 1s;
   return master;
 }
 
 TEST(DiagnoseMaster, OneThatIsHeardNeedsNoWord) {
   modbus::MasterStatus master = Open();
-  EXPECT_THAT(DiagnoseMaster(master, kNow), IsEmpty());
+  EXPECT_THAT(DiagnoseMaster(master, kToday), IsEmpty());
   master.damaged = 9;
-  EXPECT_THAT(DiagnoseMaster(master, kNow), IsEmpty()) << "now and then";
+  EXPECT_THAT(DiagnoseMaster(master, kToday), IsEmpty()) << "now and then";
 }
 
 TEST(DiagnoseMaster, DamageIsSaidWithTheSettings) {
   modbus::MasterStatus master = Open();
   master.damaged = 250;
   EXPECT_THAT(
-      DiagnoseMaster(master, kNow),
+      DiagnoseMaster(master, kToday),
       ElementsAre("250 of 1250 frames were damaged and not answered: check bit rate, parity "
                   "and wiring (19200 8E1)"));
 }
@@ -43,8 +43,8 @@ TEST(DiagnoseMaster, AClosedPortSaysWhyAndSinceWhen) {
   modbus::MasterStatus master = Open();
   master.is_open = false;
   master.text = "No such file or directory";
-  master.since = kNow - 5min;
-  EXPECT_THAT(DiagnoseMaster(master, kNow),
+  master.since = kToday - 5min;
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
               ElementsAre("port closed for 5 min: No such file or directory; it is tried again "
                           "until it works"));
 }
@@ -53,29 +53,29 @@ TEST(DiagnoseMaster, AnEchoIsSaidWhateverElseIsHeard) {
   modbus::MasterStatus master = Open();
   master.echoes = 7;
   const char* kEcho = "the adapter has given back 7 of the gateway's own replies: set echo: strip";
-  EXPECT_THAT(DiagnoseMaster(master, kNow), ElementsAre(kEcho));
-  master.last_frame = kNow - 2min;
-  EXPECT_THAT(DiagnoseMaster(master, kNow),
+  EXPECT_THAT(DiagnoseMaster(master, kToday), ElementsAre(kEcho));
+  master.last_frame = kToday - 2min;
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
               ElementsAre(kEcho, "no request for 2 min: does the master still poll?"));
 }
 
 TEST(DiagnoseMaster, SilenceIsSaidByWhatWasHeardBefore) {
   modbus::MasterStatus master = Open();
-  master.last_frame = kNow - 2min;
-  EXPECT_THAT(DiagnoseMaster(master, kNow),
+  master.last_frame = kToday - 2min;
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
               ElementsAre("no request for 2 min: does the master still poll?"));
   master.last_frame = {};
   master.frames = 0;
-  EXPECT_THAT(DiagnoseMaster(master, kNow),
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
               ElementsAre("not a byte was heard for 3 h: does the master poll, are A and B "
                           "swapped?"));
   master.damaged = 7;
-  EXPECT_THAT(DiagnoseMaster(master, kNow),
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
               ElementsAre("bytes, but no whole request for 3 h: check bit rate, parity and wiring "
                           "(19200 8E1)"));
-  master.since = kNow - 30s;
+  master.since = kToday - 30s;
   master.damaged = 0;
-  EXPECT_THAT(DiagnoseMaster(master, kNow), IsEmpty()) << "the port is open for a moment only";
+  EXPECT_THAT(DiagnoseMaster(master, kToday), IsEmpty()) << "the port is open for a moment only";
 }
 
 TEST(DiagnoseRoute, OneThatAnswersNeedsNoWord) {
@@ -83,7 +83,7 @@ TEST(DiagnoseRoute, OneThatAnswersNeedsNoWord) {
   route.requests = 12;
   route.ok = 10;
   route.refused = route.dropped = 1;
-  EXPECT_THAT(DiagnoseRoute(route, kNow), IsEmpty());
+  EXPECT_THAT(DiagnoseRoute(route, kToday), IsEmpty());
 }
 
 TEST(DiagnoseRoute, FailuresAndLateRepliesAreSaid) {
@@ -92,8 +92,8 @@ TEST(DiagnoseRoute, FailuresAndLateRepliesAreSaid) {
   route.no_reply = route.expired = route.busy = 1;
   route.late = 2;
   route.last_trouble = "is gone";
-  route.last_trouble_at = kNow - 30s;
-  EXPECT_THAT(DiagnoseRoute(route, kNow),
+  route.last_trouble_at = kToday - 30s;
+  EXPECT_THAT(DiagnoseRoute(route, kToday),
               ElementsAre("3 of 12 requests had no good reply, the last 30 s ago: is gone",
                           "2 replies came after their deadline and were dropped: raise the route's "
                           "deadline"));

@@ -65,14 +65,14 @@ TEST_F(DiagnoseTest, FailuresNowAndThen) {
 TEST_F(DiagnoseTest, ASingleFailureIsSaidWhereItIsNoException) {
   Ended(Outcome::corrupt, 64);
   Ended(Outcome::ok, 63);
-  EXPECT_THAT(Say(), ElementsAre(testing::StartsWith("corrupt in 1 of its last 64 exchanges: ")));
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("corrupt in 1 of its last 64 exchanges: ")));
 }
 
 TEST_F(DiagnoseTest, AnOutageIsNotHeldAgainstADeviceForEver) {
   Ended(Outcome::no_reply, 2000);
   Ended(Outcome::ok, 60);
-  EXPECT_THAT(Say(), ElementsAre(testing::StartsWith("no_reply in 4 of its last 64 exchanges: it "
-                                                     "was off for a moment or")));
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("no_reply in 4 of its last 64 exchanges: it "
+                                                       "was off for a moment or")));
   Ended(Outcome::ok, 4);
   EXPECT_THAT(Say(), IsEmpty());
 }
@@ -87,7 +87,7 @@ TEST_F(DiagnoseTest, LateAnswersAreNotMissedRequests) {
 
 TEST_F(DiagnoseTest, SecondRepliesAreSaidHoweverSeldom) {
   device().doubled = 1;
-  EXPECT_THAT(Say(), ElementsAre(testing::StartsWith(
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
                          "doubled: a second, different reply came behind one once: ")));
 }
 
@@ -115,7 +115,8 @@ TEST_F(DiagnoseTest, DoubtIsNotTheDevicesReport) {
                   "anew, the device was away, or a reply may have belonged to another "
                   "request; see 'baudgate status bay-1.feeder-2'"));
   record_.points[0].at_best = Quality::uncertain_last_usable;
-  EXPECT_THAT(Say(), ElementsAre(testing::HasSubstr("1 of 2 points are older than their max_age")));
+  EXPECT_THAT(Say(),
+              ElementsAre(::testing::HasSubstr("1 of 2 points are older than their max_age")));
 }
 
 TEST_F(DiagnoseTest, DegradedWithoutAnotherSentenceSaysTheLastTrouble) {

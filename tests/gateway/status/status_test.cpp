@@ -13,7 +13,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 /// feeder-1 well, feeder-2 gone, the port of io closed.
-class StatusTest : public testing::Test {
+class StatusTest : public ::testing::Test {
  protected:
   StatusTest() {
     SetOpen(store_, 0, "serial /dev/ttyUSB0 9600 7E1");
@@ -138,7 +138,7 @@ TEST_F(StatusTest, WhenAllIsWellThatIsSaid) {
   store_.UpdateStatus(1, [](DeviceStatus& status) { status = {}; });
   store_.SetOverride(1, std::nullopt);
   AddExchanges(store_, 1, Outcome::ok, 10, kNow);
-  EXPECT_THAT(Shown("bay-1"), testing::EndsWith("\nall is well\n"));
+  EXPECT_THAT(Shown("bay-1"), ::testing::EndsWith("\nall is well\n"));
 }
 
 TEST_F(StatusTest, AGatewayJustStartedHasNoNumbersYet) {

@@ -8,12 +8,11 @@
 #include <atomic>
 #include <thread>
 
+#include "tests/support/times.h"
 #include "tests/support/virtual_line.h"
 
 namespace baudgate {
 namespace {
-
-constexpr Instant kStart = Instant() + 1h;
 
 /// One device with the points fast, slow, once and daily; polled every 1 s, 10 s and day. And a
 /// disabled one.

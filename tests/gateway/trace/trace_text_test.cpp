@@ -7,10 +7,10 @@
 namespace baudgate {
 namespace {
 
-constexpr WallTime kTime = WallTime(4h + 5min + 6s + 123456us + 789ns);
+constexpr WallTime kTimeOfDay = WallTime(4h + 5min + 6s + 123456us + 789ns);
 
 TEST(ToText, OneLineAKind) {
-  TraceRecord record{TraceRecord::Kind::sent, kTime, "feeder-1", "3E ** 0D", ">*."};
+  TraceRecord record{TraceRecord::Kind::sent, kTimeOfDay, "feeder-1", "3E ** 0D", ">*."};
   EXPECT_EQ(ToText(record), "04:05:06.123456 feeder-1 > 3E ** 0D | >*.");
   record.kind = TraceRecord::Kind::received;
   EXPECT_EQ(ToText(record), "04:05:06.123456 feeder-1 < 3E ** 0D | >*.");
@@ -22,7 +22,7 @@ TEST(ToText, OneLineAKind) {
 }
 
 TEST(ToText, TheEndOfAnExchangeHasOutcomeRoundTripAndReason) {
-  TraceRecord record{TraceRecord::Kind::end, kTime, "feeder-1", {}, {}};
+  TraceRecord record{TraceRecord::Kind::end, kTimeOfDay, "feeder-1", {}, {}};
   record.outcome = Outcome::ok;
   record.round_trip = 19'840us;
   EXPECT_EQ(ToText(record), "04:05:06.123456 feeder-1 = ok, 19.8 ms");
@@ -33,7 +33,7 @@ TEST(ToText, TheEndOfAnExchangeHasOutcomeRoundTripAndReason) {
 }
 
 TEST(ToText, TheDayDoesNotMatter) {
-  const TraceRecord record{TraceRecord::Kind::note, kTime + 24h * 20'000, "a", {}, "x"};
+  const TraceRecord record{TraceRecord::Kind::note, kTimeOfDay + 24h * 20'000, "a", {}, "x"};
   EXPECT_EQ(ToText(record), "04:05:06.123456 a # x");
 }
 

@@ -4,52 +4,53 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate {
 namespace {
 
-using Verdict = Selections::Verdict;
+using Taken = Selections::Verdict;
 
-constexpr Instant kStart{1h};
-constexpr Selections::Point kTrip{0, 7};
+constexpr Selections::Point kTripOutput{0, 7};
 
 TEST(Selections, AreGoodOnceAndForTheirOwner) {
   Selections selections;
-  EXPECT_EQ(selections.Take(1, kTrip, kStart), Verdict::none);
-  selections.Select(1, kTrip, kStart + 10s);
-  EXPECT_EQ(selections.Take(2, kTrip, kStart + 1s), Verdict::foreign);
-  EXPECT_EQ(selections.Take(1, {0, 8}, kStart + 1s), Verdict::none) << "another point";
-  EXPECT_EQ(selections.Take(1, {1, 7}, kStart + 1s), Verdict::none) << "another device";
-  EXPECT_EQ(selections.Take(1, kTrip, kStart + 2s), Verdict::selected);
-  EXPECT_EQ(selections.Take(1, kTrip, kStart + 3s), Verdict::none) << "used up";
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart), Taken::none);
+  selections.Select(1, kTripOutput, kStart + 10s);
+  EXPECT_EQ(selections.Take(2, kTripOutput, kStart + 1s), Taken::foreign);
+  EXPECT_EQ(selections.Take(1, {0, 8}, kStart + 1s), Taken::none) << "another point";
+  EXPECT_EQ(selections.Take(1, {1, 7}, kStart + 1s), Taken::none) << "another device";
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart + 2s), Taken::selected);
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart + 3s), Taken::none) << "used up";
 }
 
 TEST(Selections, End) {
   Selections selections;
-  selections.Select(1, kTrip, kStart + 10s);
-  EXPECT_EQ(selections.Take(1, kTrip, kStart + 10s), Verdict::expired);
-  EXPECT_EQ(selections.Take(1, kTrip, kStart + 10s), Verdict::none) << "told once";
-  selections.Select(1, kTrip, kStart + 10s);
-  selections.Select(1, kTrip, kStart + 20s);
-  EXPECT_EQ(selections.Take(1, kTrip, kStart + 15s), Verdict::selected) << "made anew";
-  selections.Select(1, kTrip, kStart + 30s);
-  EXPECT_EQ(selections.Take(2, kTrip, kStart + 31s), Verdict::none) << "over for all";
+  selections.Select(1, kTripOutput, kStart + 10s);
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart + 10s), Taken::expired);
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart + 10s), Taken::none) << "told once";
+  selections.Select(1, kTripOutput, kStart + 10s);
+  selections.Select(1, kTripOutput, kStart + 20s);
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart + 15s), Taken::selected) << "made anew";
+  selections.Select(1, kTripOutput, kStart + 30s);
+  EXPECT_EQ(selections.Take(2, kTripOutput, kStart + 31s), Taken::none) << "over for all";
 }
 
 TEST(Selections, TwoClientsMaySelectOnePoint) {
   Selections selections;
-  selections.Select(1, kTrip, kStart + 10s);
-  selections.Select(2, kTrip, kStart + 10s);
-  EXPECT_EQ(selections.Take(2, kTrip, kStart), Verdict::selected);
-  EXPECT_EQ(selections.Take(1, kTrip, kStart), Verdict::selected);
+  selections.Select(1, kTripOutput, kStart + 10s);
+  selections.Select(2, kTripOutput, kStart + 10s);
+  EXPECT_EQ(selections.Take(2, kTripOutput, kStart), Taken::selected);
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart), Taken::selected);
 }
 
 TEST(Selections, LeaveWithTheirClient) {
   Selections selections;
-  selections.Select(1, kTrip, kStart + 10s);
+  selections.Select(1, kTripOutput, kStart + 10s);
   selections.Select(2, {0, 8}, kStart + 10s);
   selections.Forget(1);
-  EXPECT_EQ(selections.Take(1, kTrip, kStart), Verdict::none);
-  EXPECT_EQ(selections.Take(2, {0, 8}, kStart), Verdict::selected);
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart), Taken::none);
+  EXPECT_EQ(selections.Take(2, {0, 8}, kStart), Taken::selected);
 }
 
 TEST(Selections, AreBounded) {
@@ -59,7 +60,7 @@ TEST(Selections, AreBounded) {
   }
   EXPECT_EQ(selections.size(), Selections::kLimit);
   constexpr std::uint32_t kLast = 3 * Selections::kLimit - 1;
-  EXPECT_EQ(selections.Take(kLast, {0, kLast}, kStart), Verdict::selected) << "the last stay";
+  EXPECT_EQ(selections.Take(kLast, {0, kLast}, kStart), Taken::selected) << "the last stay";
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 using config::Type;
 using ::testing::HasSubstr;
 
-config::Point PointOf(Type type) {
+config::Point ShortPoint(Type type) {
   config::Point point;
   point.name = "p";
   point.type = type;
@@ -20,18 +20,18 @@ config::Point PointOf(Type type) {
 
 TEST(ValueText, Bools) {
   for (const char* yes : {"on", "true", "1"}) {
-    EXPECT_EQ(ParseValue(PointOf(Type::boolean), yes).value(), Value(true)) << yes;
+    EXPECT_EQ(ParseValue(ShortPoint(Type::boolean), yes).value(), Value(true)) << yes;
   }
   for (const char* no : {"off", "false", "0"}) {
-    EXPECT_EQ(ParseValue(PointOf(Type::boolean), no).value(), Value(false)) << no;
+    EXPECT_EQ(ParseValue(ShortPoint(Type::boolean), no).value(), Value(false)) << no;
   }
   for (const char* neither : {"", "2", "-1", "On", "yes", "0.0"}) {
-    EXPECT_THAT(ParseValue(PointOf(Type::boolean), neither).error(), HasSubstr("on or off"));
+    EXPECT_THAT(ParseValue(ShortPoint(Type::boolean), neither).error(), HasSubstr("on or off"));
   }
 }
 
 TEST(ValueText, NumbersAreExact) {
-  const auto parse = [](const char* text) { return ParseValue(PointOf(Type::int64), text); };
+  const auto parse = [](const char* text) { return ParseValue(ShortPoint(Type::int64), text); };
   EXPECT_EQ(parse("-9223372036854775808").value(), Value(std::int64_t{INT64_MIN}));
   EXPECT_EQ(parse("18446744073709551615").value(), Value(UINT64_MAX));
   EXPECT_EQ(parse("-5").value(), Value(std::int64_t{-5}));
@@ -42,9 +42,9 @@ TEST(ValueText, NumbersAreExact) {
 }
 
 TEST(ValueText, TextsKeepTheirLength) {
-  EXPECT_EQ(ParseValue(PointOf(Type::string), "abcd").value(), Value(std::string("abcd")));
-  EXPECT_EQ(ParseValue(PointOf(Type::string), "").value(), Value(std::string()));
-  EXPECT_THAT(ParseValue(PointOf(Type::string), "abcde").error(), HasSubstr("4 bytes"));
+  EXPECT_EQ(ParseValue(ShortPoint(Type::string), "abcd").value(), Value(std::string("abcd")));
+  EXPECT_EQ(ParseValue(ShortPoint(Type::string), "").value(), Value(std::string()));
+  EXPECT_THAT(ParseValue(ShortPoint(Type::string), "abcde").error(), HasSubstr("4 bytes"));
 }
 
 }  // namespace

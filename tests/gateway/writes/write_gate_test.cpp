@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/support/keeping_sink.h"
+#include "tests/support/times.h"
 
 namespace baudgate {
 namespace {
@@ -16,8 +17,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using Why = WriteRefusal::Why;
-
-constexpr Instant kStart{1h};
 
 config::Point MakePoint(const std::string& name, Type type, Access access) {
   config::Point point;

@@ -14,7 +14,7 @@ namespace {
 using config::Type;
 using ::testing::HasSubstr;
 
-config::Point PointOf(Type type) {
+config::Point SettingOf(Type type) {
   config::Point point;
   point.name = "setting";
   point.type = type;
@@ -23,7 +23,7 @@ config::Point PointOf(Type type) {
 }
 
 TEST(WriteLimits, TheEndsBelongToTheRange) {
-  config::Point point = PointOf(Type::float32);
+  config::Point point = SettingOf(Type::float32);
   point.writing.min = 0.5;
   point.writing.max = 40;
   for (const double good : {0.5, 0.51, 39.99, 40.0}) EXPECT_EQ(WhyOutside(point, good), "") << good;
@@ -35,7 +35,7 @@ TEST(WriteLimits, TheEndsBelongToTheRange) {
 
 /// 0.1 as float32 is 0.100000001490116; a limit of 0.1 is not passed by it.
 TEST(WriteLimits, AFloat32IsTheDecimalNumberThatWasMeant) {
-  config::Point point = PointOf(Type::float32);
+  config::Point point = SettingOf(Type::float32);
   point.writing.max = 0.1;
   const Value sent = static_cast<double>(0.1F);
   EXPECT_NE(WhyOutside(point, sent), "");
@@ -48,15 +48,15 @@ TEST(WriteLimits, AFloat32IsTheDecimalNumberThatWasMeant) {
     ASSERT_EQ(meant, Value(wanted));
   }
   EXPECT_EQ(AsMeant(point, 0.1), Value(0.1)) << "typed by a person";
-  EXPECT_EQ(AsMeant(PointOf(Type::float64), static_cast<double>(0.1F)),
+  EXPECT_EQ(AsMeant(SettingOf(Type::float64), static_cast<double>(0.1F)),
             Value(static_cast<double>(0.1F)))
       << "a client with 64 bits means all of them";
-  EXPECT_EQ(AsMeant(PointOf(Type::int16), std::int64_t{3}), Value(std::int64_t{3}));
+  EXPECT_EQ(AsMeant(SettingOf(Type::int16), std::int64_t{3}), Value(std::int64_t{3}));
 }
 
 /// Their shortest text has an exponent: 5e-04.
 TEST(WriteLimits, SmallAndLargeFloat32AreMeantInDecimalsToo) {
-  config::Point point = PointOf(Type::float32);
+  config::Point point = SettingOf(Type::float32);
   EXPECT_EQ(AsMeant(point, static_cast<double>(0.0005F)), Value(0.0005));
   EXPECT_EQ(AsMeant(point, static_cast<double>(1.5e10F)), Value(1.5e10));
   EXPECT_EQ(AsMeant(point, static_cast<double>(1e-30F)), Value(1e-30));
@@ -71,7 +71,7 @@ std::string Inexact(const config::Point& point, const Value& value) {
 
 /// Scale 10: the device can be 40 or 50, and 46 would become 50, beyond a max of 46.
 TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
-  config::Point point = PointOf(Type::uint16);
+  config::Point point = SettingOf(Type::uint16);
   point.scale = 10;
   EXPECT_EQ(Inexact(point, std::int64_t{50}), "");
   EXPECT_EQ(Inexact(point, std::int64_t{46}), "the device can not be set to 46, but to 50");
@@ -79,7 +79,7 @@ TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
   EXPECT_EQ(Inexact(point, std::int64_t{12}), "");
   point.scale = 1;
   EXPECT_NE(Inexact(point, 1.5), "") << "typed by a person";
-  point = PointOf(Type::float32);
+  point = SettingOf(Type::float32);
   point.scale = 0.1;
   point.offset = -5;
   for (int tenths = -500; tenths < 500; ++tenths) {
@@ -88,7 +88,7 @@ TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
 }
 
 TEST(WriteLimits, DecimalsAreCountedInTheDevicesOwnNumber) {
-  config::Point point = PointOf(Type::float32);
+  config::Point point = SettingOf(Type::float32);
   point.writing.decimals = 1;
   EXPECT_EQ(Inexact(point, 0.9), "");
   EXPECT_EQ(Inexact(point, 0.96),
@@ -99,14 +99,14 @@ TEST(WriteLimits, DecimalsAreCountedInTheDevicesOwnNumber) {
 }
 
 TEST(WriteLimits, ASentinelIsNoValue) {
-  config::Point point = PointOf(Type::uint16);
+  config::Point point = SettingOf(Type::uint16);
   point.sentinels = {{999, Quality::bad_sensor_failure}};
   EXPECT_EQ(Inexact(point, std::int64_t{998}), "");
   EXPECT_EQ(Inexact(point, std::int64_t{999}), "999 means something else to this device");
 }
 
 TEST(WriteLimits, StepsAreCountedFromZero) {
-  config::Point point = PointOf(Type::float32);
+  config::Point point = SettingOf(Type::float32);
   point.writing.step = 0.1;
   for (int tenths = -1000; tenths <= 1000; ++tenths) {
     ASSERT_EQ(WhyOutside(point, tenths / 10.0), "") << tenths;
@@ -119,7 +119,7 @@ TEST(WriteLimits, StepsAreCountedFromZero) {
 }
 
 TEST(WriteLimits, WholeNumbersToo) {
-  config::Point point = PointOf(Type::uint16);
+  config::Point point = SettingOf(Type::uint16);
   point.unit.clear();
   point.writing.min = 1;
   point.writing.max = 2;
@@ -130,14 +130,14 @@ TEST(WriteLimits, WholeNumbersToo) {
 
 /// 7.5 with its words exchanged.
 TEST(WriteLimits, AFloat32InTheWrongOrderIsSeen) {
-  const config::Point point = PointOf(Type::float32);
+  const config::Point point = SettingOf(Type::float32);
   EXPECT_THAT(WhyOutside(point, 2.329518567093576e-41), HasSubstr("are the words of the float"));
   EXPECT_EQ(WhyOutside(point, 0.0), "");
   EXPECT_EQ(WhyOutside(point, -1e-30), "");
 }
 
 TEST(WriteLimits, TextsHaveNone) {
-  EXPECT_EQ(WhyOutside(PointOf(Type::string), std::string("anything")), "");
+  EXPECT_EQ(WhyOutside(SettingOf(Type::string), std::string("anything")), "");
 }
 
 }  // namespace

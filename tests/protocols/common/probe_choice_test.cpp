@@ -13,13 +13,13 @@ namespace {
 
 using Own = ProbeChoice::Own;
 
-struct Device {
+struct Probed {
   bool knows_own = false;
   bool knows_reads = false;
 };
 
 /// What is asked in so many steps.
-std::string Asked(ProbeChoice& choice, const Device& device, int steps, std::size_t reads = 3) {
+std::string ProbesOf(ProbeChoice& choice, const Probed& device, int steps, std::size_t reads = 3) {
   std::string text;
   for (int i = 0; i < steps; ++i) {
     const auto read = choice.Next(reads);
@@ -38,7 +38,7 @@ std::string Asked(ProbeChoice& choice, const Device& device, int steps, std::siz
 TEST(ProbeChoice, WhatIsAskedInTurn) {
   struct Case {
     Own own;
-    Device device;
+    Probed device;
     const char* asked;
   };
   for (const Case& c : std::vector<Case>{
@@ -50,46 +50,46 @@ TEST(ProbeChoice, WhatIsAskedInTurn) {
            {Own::read, {true, true}, "own! own! own! own! own! own! own! own!"},
            {Own::read, {false, true}, "own 1! own 1! own 1! 0! 0!"}}) {
     ProbeChoice choice(c.own);
-    EXPECT_EQ(Asked(choice, c.device, 8), c.asked);
+    EXPECT_EQ(ProbesOf(choice, c.device, 8), c.asked);
   }
 }
 
 TEST(ProbeChoice, WithoutReadsOnlyTheOwnOneIsThere) {
   ProbeChoice choice(Own::identification);
-  EXPECT_EQ(Asked(choice, {}, 4, 0), "own own own own");
+  EXPECT_EQ(ProbesOf(choice, {}, 4, 0), "own own own own");
 }
 
 TEST(ProbeChoice, ADeviceThatIsOnlyAwayIsNotTakenForOneThatDoesNotKnowIt) {
   ProbeChoice choice(Own::identification);
-  EXPECT_EQ(Asked(choice, {false, false}, 20, 1),
+  EXPECT_EQ(ProbesOf(choice, {false, false}, 20, 1),
             "own 0 own 0 own 0 own 0 own 0 own 0 own 0 own 0 own 0 own 0");
 }
 
 TEST(ProbeChoice, OneThatHasAnsweredItsOwnIsNotGivenUp) {
   ProbeChoice choice(Own::identification);
-  EXPECT_EQ(Asked(choice, {false, true}, 4), "own 1! own 1!");
-  EXPECT_EQ(Asked(choice, {true, true}, 1), "own!");
-  EXPECT_EQ(Asked(choice, {false, true}, 4), "own 1! own 2!");
+  EXPECT_EQ(ProbesOf(choice, {false, true}, 4), "own 1! own 1!");
+  EXPECT_EQ(ProbesOf(choice, {true, true}, 1), "own!");
+  EXPECT_EQ(ProbesOf(choice, {false, true}, 4), "own 1! own 2!");
 }
 
 TEST(ProbeChoice, AfterAReconnectItGetsOneMoreTry) {
   ProbeChoice choice(Own::identification);
-  EXPECT_EQ(Asked(choice, {false, true}, 7), "own 1! own 1! own 1! 0!");
+  EXPECT_EQ(ProbesOf(choice, {false, true}, 7), "own 1! own 1! own 1! 0!");
   choice.OnReconnect();
-  EXPECT_EQ(Asked(choice, {false, true}, 3), "own 1! 0!");
+  EXPECT_EQ(ProbesOf(choice, {false, true}, 3), "own 1! 0!");
 }
 
 TEST(ProbeChoice, AnAnsweredReadOfItsOwnIsNeverReplaced) {
   ProbeChoice choice(Own::read);
-  EXPECT_EQ(Asked(choice, {true, true}, 1), "own!");
-  EXPECT_EQ(Asked(choice, {false, true}, 4), "own own own own");
+  EXPECT_EQ(ProbesOf(choice, {true, true}, 1), "own!");
+  EXPECT_EQ(ProbesOf(choice, {false, true}, 4), "own own own own");
 }
 
 TEST(ProbeChoice, AnAnsweredPollBeginsAnew) {
   ProbeChoice choice(Own::identification);
-  EXPECT_EQ(Asked(choice, {}, 1), "own");
+  EXPECT_EQ(ProbesOf(choice, {}, 1), "own");
   choice.OnPolled();
-  EXPECT_EQ(Asked(choice, {}, 1), "own");
+  EXPECT_EQ(ProbesOf(choice, {}, 1), "own");
 }
 
 TEST(ProbeChoice, PrefersTheReadThatItIsTold) {

@@ -13,7 +13,7 @@ namespace {
 using config::Group;
 using Plan = QueryPlan<char>;
 
-struct Place {
+struct PlaceInQuery {
   const char* at;  // "a0", "a0..3"
   Group group = Group::fast;
 };
@@ -25,7 +25,7 @@ Plan::Rules Near() {
   }};
 }
 
-Plan MakePlan(const std::vector<Place>& places, Plan::Rules rules = Near()) {
+Plan MakePlan(const std::vector<PlaceInQuery>& places, Plan::Rules rules = Near()) {
   Plan plan(std::move(rules));
   for (std::size_t point = 0; point < places.size(); ++point) {
     const std::string at = places[point].at;
@@ -54,7 +54,7 @@ std::string Shown(const Plan& plan) {
 TEST(QueryPlan, WhatSharesARequest) {
   struct Case {
     const char* what;
-    std::vector<Place> places;
+    std::vector<PlaceInQuery> places;
     const char* shown;
   };
   for (const Case& c : std::vector<Case>{
@@ -88,7 +88,7 @@ TEST(QueryPlan, CountsTheDifferentItemsOfABlock) {
 
 TEST(QueryPlan, ARefusedBlockIsSplit) {
   struct Case {
-    std::vector<Place> places;
+    std::vector<PlaceInQuery> places;
     const char* shown;
   };
   for (const Case& c :

@@ -9,44 +9,44 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-using Select = ReadAddress::Select;
+using Selection = ReadAddress::Select;
 
 struct ReadCase {
   std::string_view text;
   std::string_view command;
   Form form;
-  Select select;
+  Selection select;
   unsigned index;
 };
 
 TEST(DconRead, Addresses) {
   constexpr ReadCase kCases[] = {
-      {"#[0]", "#", Form::numbers, Select::index, 0},
-      {"#[7]", "#", Form::numbers, Select::index, 7},
-      {"#3", "#3", Form::number, Select::whole, 0},
-      {"#0A", "#0A", Form::number, Select::whole, 0},
-      {"#0 counter", "#0", Form::counter, Select::whole, 0},
-      {"#0 decimal", "#0", Form::decimal, Select::whole, 0},
-      {"^[1]", "^", Form::numbers, Select::index, 1},
-      {"$A[2]", "$A", Form::words, Select::index, 2},
-      {"@", "@", Form::bits, Select::whole, 0},
-      {"@[b3]", "@", Form::bits, Select::bit, 3},
-      {"@[high]", "@", Form::bits, Select::high, 0},
-      {"$6[b8]", "$6", Form::status, Select::bit, 8},
-      {"$6[low]", "$6", Form::status, Select::low, 0},
-      {"$6[b1] mask", "$6", Form::hex, Select::bit, 1},
-      {"$62 commanded", "$62", Form::readback, Select::whole, 0},
-      {"$82", "$82", Form::readback, Select::whole, 0},
-      {"$M", "$M", Form::text, Select::whole, 0},
-      {"~0", "~0", Form::hex, Select::whole, 0},
-      {"$4 value", "$4", Form::number, Select::whole, 0},
-      {"$4[b9] status", "$4", Form::status, Select::bit, 9},
-      {"$70[b0] overflow", "$70", Form::hex, Select::bit, 0},
-      {"$A gate", "$A", Form::hex, Select::whole, 0},
-      {"$2[b2]", "$2", Form::text, Select::bit, 2},
-      {"@DI[b8-b9]", "@DI", Form::hex, Select::bits, 8},
-      {"$Y", "$Y", Form::decimal, Select::whole, 0},
-      {"$X1", "$X1", Form::decimal, Select::whole, 0},
+      {"#[0]", "#", Form::numbers, Selection::index, 0},
+      {"#[7]", "#", Form::numbers, Selection::index, 7},
+      {"#3", "#3", Form::number, Selection::whole, 0},
+      {"#0A", "#0A", Form::number, Selection::whole, 0},
+      {"#0 counter", "#0", Form::counter, Selection::whole, 0},
+      {"#0 decimal", "#0", Form::decimal, Selection::whole, 0},
+      {"^[1]", "^", Form::numbers, Selection::index, 1},
+      {"$A[2]", "$A", Form::words, Selection::index, 2},
+      {"@", "@", Form::bits, Selection::whole, 0},
+      {"@[b3]", "@", Form::bits, Selection::bit, 3},
+      {"@[high]", "@", Form::bits, Selection::high, 0},
+      {"$6[b8]", "$6", Form::status, Selection::bit, 8},
+      {"$6[low]", "$6", Form::status, Selection::low, 0},
+      {"$6[b1] mask", "$6", Form::hex, Selection::bit, 1},
+      {"$62 commanded", "$62", Form::readback, Selection::whole, 0},
+      {"$82", "$82", Form::readback, Selection::whole, 0},
+      {"$M", "$M", Form::text, Selection::whole, 0},
+      {"~0", "~0", Form::hex, Selection::whole, 0},
+      {"$4 value", "$4", Form::number, Selection::whole, 0},
+      {"$4[b9] status", "$4", Form::status, Selection::bit, 9},
+      {"$70[b0] overflow", "$70", Form::hex, Selection::bit, 0},
+      {"$A gate", "$A", Form::hex, Selection::whole, 0},
+      {"$2[b2]", "$2", Form::text, Selection::bit, 2},
+      {"@DI[b8-b9]", "@DI", Form::hex, Selection::bits, 8},
+      {"$Y", "$Y", Form::decimal, Selection::whole, 0},
+      {"$X1", "$X1", Form::decimal, Selection::whole, 0},
   };
   for (const ReadCase& c : kCases) {
     SCOPED_TRACE(c.text);

@@ -18,7 +18,7 @@ config::Point Item(const char* read) {
   return point;
 }
 
-config::Device Device() { return DeviceOf(ExampleProtocol(), "A", {Item("7"), Item("12")}); }
+config::Device ExampleDevice() { return DeviceOf(ExampleProtocol(), "A", {Item("7"), Item("12")}); }
 
 class Example : public ::testing::Test {
  protected:
@@ -29,7 +29,7 @@ class Example : public ::testing::Test {
 
   Answer Run(const Task& task) { return talk_.Run(task, *twin_); }
 
-  const config::Device device_ = Device();
+  const config::Device device_ = ExampleDevice();
   FixedValues values_;
   std::unique_ptr<Twin> twin_ = ExampleProtocol().make_twin(device_, values_);
   Talk talk_{ExampleProtocol(), device_};

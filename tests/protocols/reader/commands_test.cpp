@@ -16,9 +16,6 @@ using protocols::reader::Command;
 using protocols::reader::DecodeInformation;
 using protocols::reader::EncodeCommand;
 
-constexpr std::uint32_t kTag = 0;
-constexpr std::uint32_t kCounter = 4;
-constexpr std::uint32_t kPresent = 5;
 constexpr std::uint32_t kMessage = 7;
 constexpr std::uint32_t kIdentity = 8;
 const std::string kNoTag = "0000000000";

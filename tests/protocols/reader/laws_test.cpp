@@ -73,8 +73,8 @@ INSTANTIATE_TEST_SUITE_P(Reader, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjec
                          LawSubjectName);
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(ChecksumLaws);
 
-std::vector<std::string> Cut(const config::Options& options, std::string_view stream,
-                             Outcome* blame = nullptr) {
+std::vector<std::string> CutBy(const config::Options& options, std::string_view stream,
+                               Outcome* blame = nullptr) {
   Assembler assembler;
   assembler.Begin(reader::MessageRule, reader::Expect({}, options));
   assembler.Feed(ToBytes(stream));
@@ -89,9 +89,9 @@ using Frames = std::vector<std::string>;
 
 TEST(ReaderFrames, ThePromptMayBeMissingOrStandInFront) {
   const config::Options tags = config::DefaultOptions(ReaderProtocol());
-  EXPECT_EQ(Cut(tags, ">\r\n-06001259E3\r\n>\r\n-06001259E4\r\n>"),
+  EXPECT_EQ(CutBy(tags, ">\r\n-06001259E3\r\n>\r\n-06001259E4\r\n>"),
             (Frames{"\r\n-06001259E3\r\n>", "\r\n-06001259E4\r\n>"}));
-  EXPECT_EQ(Cut(tags, "\r\n-06001259E3\r\n\r\n-06001259E4\r\n"),
+  EXPECT_EQ(CutBy(tags, "\r\n-06001259E3\r\n\r\n-06001259E4\r\n"),
             (Frames{"\r\n-06001259E3\r\n", "\r\n-06001259E4\r\n"}));
 }
 
@@ -101,23 +101,23 @@ TEST(ReaderFrames, ATagThatLacksOrHasACharacterIsNone) {
   for (std::size_t at = 0; at + 1 < good.size(); ++at) {
     std::string cut = good;
     cut.erase(at, 1);
-    EXPECT_EQ(Cut(tags, cut), Frames{}) << at;
+    EXPECT_EQ(CutBy(tags, cut), Frames{}) << at;
     std::string more = good;
     more.insert(at, "7");
     // In front of the frame it is noise.
-    EXPECT_EQ(Cut(tags, more).size(), at == 0 ? 1U : 0U) << at;
+    EXPECT_EQ(CutBy(tags, more).size(), at == 0 ? 1U : 0U) << at;
   }
 }
 
 TEST(ReaderFrames, ATextThatIsTooLongGivesNoPartOfItself) {
   config::Options line = TextOptions("", "0x0D", 0);
   line.Set("most", std::int64_t{10});
-  EXPECT_EQ(Cut(line, "12345678901\r123\r"), Frames{"123\r"});
-  EXPECT_EQ(Cut(line, std::string(500, '1') + "\r123\r"), Frames{"123\r"});
+  EXPECT_EQ(CutBy(line, "12345678901\r123\r"), Frames{"123\r"});
+  EXPECT_EQ(CutBy(line, std::string(500, '1') + "\r123\r"), Frames{"123\r"});
   config::Options silence = TextOptions("", "", 0);
   silence.Set("most", std::int64_t{10});
-  EXPECT_EQ(Cut(silence, std::string(500, '1')), Frames{});
-  EXPECT_EQ(Cut(TextOptions("", "0x0D", 3), "1234\r12\r123\r"), Frames{"123\r"});
+  EXPECT_EQ(CutBy(silence, std::string(500, '1')), Frames{});
+  EXPECT_EQ(CutBy(TextOptions("", "0x0D", 3), "1234\r12\r123\r"), Frames{"123\r"});
 }
 
 /// What is too long is trimmed while it comes, and never when it comes in one piece.
@@ -155,7 +155,7 @@ TEST(ReaderFrames, AnyStreamGivesTheSameHoweverItIsCut) {
     std::string stream;
     for (auto count = random() % 12; count > 0; --count) stream += words[random() % words.size()];
     Outcome blame = Outcome::none;
-    const Frames whole = Cut(options, stream, &blame);
+    const Frames whole = CutBy(options, stream, &blame);
     Assembler assembler;
     assembler.Begin(reader::MessageRule, reader::Expect({}, options));
     Frames cut;
@@ -197,17 +197,17 @@ TEST(ReaderFrames, InformationEndsAtItsPromptOrWithSilenceBehindALine) {
 }
 
 TEST(ReaderFrames, ABrokenTextGivesWayToTheNext) {
-  EXPECT_EQ(Cut(TextOptions("0x02", "0x03", 0),
-                "\x02"
-                "12\x02"
-                "3456\x03"),
+  EXPECT_EQ(CutBy(TextOptions("0x02", "0x03", 0),
+                  "\x02"
+                  "12\x02"
+                  "3456\x03"),
             Frames{"\x02"
                    "3456\x03"});
 }
 
 TEST(ReaderFrames, LineFeedsBetweenLinesAreNothing) {
-  EXPECT_EQ(Cut(TextOptions("", "0x0D", 0), "12\r\n34\r\n\r\n"), (Frames{"12\r", "\n34\r"}));
-  EXPECT_EQ(Cut(TextOptions("", "0x0D", 2), "12\r\n34\r\n"), (Frames{"12\r", "\n34\r"}));
+  EXPECT_EQ(CutBy(TextOptions("", "0x0D", 0), "12\r\n34\r\n\r\n"), (Frames{"12\r", "\n34\r"}));
+  EXPECT_EQ(CutBy(TextOptions("", "0x0D", 2), "12\r\n34\r\n"), (Frames{"12\r", "\n34\r"}));
 }
 
 TEST(ReaderRequests, AreNoLongerThanAnyFrame) {

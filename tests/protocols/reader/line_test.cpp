@@ -10,10 +10,6 @@
 namespace baudgate {
 namespace {
 
-constexpr std::uint32_t kTag = 0;
-constexpr std::uint32_t kCounter = 4;
-constexpr std::uint32_t kPresent = 5;
-
 std::string Digits(int tag) {
   std::string digits = std::to_string(tag);
   return digits.insert(0, 10 - digits.size(), '0');

@@ -11,7 +11,7 @@
 namespace baudgate {
 namespace {
 
-class ClockRun : public testing::Test {
+class ClockRun : public ::testing::Test {
  protected:
   static config::OptionValue Period(Duration period) { return period.count(); }
 

@@ -6,11 +6,7 @@
 #include <limits>
 
 namespace baudgate {
-namespace {
-
-constexpr const char* kFile = "/events.db";
-
-}  // namespace
+namespace {}  // namespace
 
 EventKeeper::EventKeeper(const std::vector<std::string>& devices) {
   for (const std::string& device : devices) names_.emplace_back("line", device);
@@ -20,14 +16,14 @@ void EventKeeper::Begin(int power_left) {
   disk_.power_left = -1;
   book_ = std::make_unique<events::EventBook>();
   {
-    events::EventFile file(kFile, names_, disk_.vfs());
+    events::EventFile file(audit::kEventsFile, names_, disk_.vfs());
     const auto opened = file.Open();
     ASSERT_TRUE(opened && opened->ok);
     EXPECT_TRUE(opened->put_aside.empty()) << opened->put_aside;
     said_ = opened->contents.said;
     owed_ = opened->contents.owed;
   }
-  file_ = std::make_unique<events::EventFile>(kFile, names_, disk_.vfs());
+  file_ = std::make_unique<events::EventFile>(audit::kEventsFile, names_, disk_.vfs());
   disk_.power_left = power_left;
 }
 
@@ -113,7 +109,7 @@ bool EventKeeper::Keep(const events::KeptRecord& record) {
 }
 
 std::vector<events::KeptRecord> EventKeeper::ReadRecords() {
-  Database database(kFile, Database::Mode::write, disk_.vfs());
+  Database database(audit::kEventsFile, Database::Mode::write, disk_.vfs());
   auto records = events::ReadRecordsOf(database, 1, std::numeric_limits<std::int64_t>::max());
   EXPECT_TRUE(records) << records.error();
   if (!records) return {};
@@ -121,7 +117,7 @@ std::vector<events::KeptRecord> EventKeeper::ReadRecords() {
 }
 
 std::vector<events::EventRecord> EventKeeper::ReadAll() {
-  Database database(kFile, Database::Mode::write, disk_.vfs());
+  Database database(audit::kEventsFile, Database::Mode::write, disk_.vfs());
   std::vector<events::EventRecord> all;
   events::PageQuery query;
   for (bool more = true; more;) {

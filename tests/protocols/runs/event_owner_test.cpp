@@ -10,7 +10,7 @@
 namespace baudgate {
 namespace {
 
-class EventOwner : public testing::Test {
+class EventOwner : public ::testing::Test {
  protected:
   EventOwner() {
     rig_->Open();

@@ -27,7 +27,7 @@ std::size_t Wanted() {
   return wanted == nullptr ? 3000 : std::strtoul(wanted, nullptr, 10);
 }
 
-struct Tally {
+struct SoakTally {
   std::size_t events = 0;
   std::size_t of_meters = 0;
   std::size_t kills = 0;
@@ -38,9 +38,9 @@ struct Tally {
 };
 
 /// Two relays and two meters, a line each, and the gateway that keeps what happens in them.
-class Station {
+class SoakStation {
  public:
-  explicit Station(unsigned seed)
+  explicit SoakStation(unsigned seed)
       : random_(seed),
         relays_(RealLine("Spa9600"), [](config::Line& line) { Prepare(line); }),
         meters_(RealLine("Set4tm9600"),
@@ -59,7 +59,7 @@ class Station {
   }
 
   void Run(std::size_t events) {
-    while (raised_ < events && !testing::Test::HasFailure()) {
+    while (raised_ < events && !::testing::Test::HasFailure()) {
       const Duration time = std::chrono::milliseconds(1 + random_() % 500);
       relays_->RunFor(time);
       meters_->RunFor(time);
@@ -100,7 +100,7 @@ class Station {
     tally.sent_again = consumers_.again;
   }
 
-  Tally tally;
+  SoakTally tally;
 
  private:
   static void Prepare(config::Line& line) {
@@ -207,10 +207,10 @@ class Station {
 };
 
 TEST(EventSoak, ReachEachConsumerOnceAndInOrder) {
-  Tally all;
-  for (unsigned seed = 1; all.events < Wanted() && !testing::Test::HasFailure(); ++seed) {
+  SoakTally all;
+  for (unsigned seed = 1; all.events < Wanted() && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Station station(seed);
+    SoakStation station(seed);
     station.Run(std::min(Wanted() - all.events, kEventsOfAStation));
     station.End();
     station.Check();

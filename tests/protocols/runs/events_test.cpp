@@ -18,9 +18,9 @@ struct Raised {
   WallTime time{};
 };
 
-class Station {
+class RelayStation {
  public:
-  Station(unsigned seed, Troubles troubles)
+  RelayStation(unsigned seed, Troubles troubles)
       : mishaps_(seed, troubles),
         rig_(RealLine("Spa9600"),
              [](config::Line& line) {
@@ -125,7 +125,7 @@ class Station {
 };
 
 TEST(SpaEvents, ComeOnceAndInOrderOverAGoodLine) {
-  Station station(1, {});
+  RelayStation station(1, {});
   station.RunFor(10min);
   station.End();
   station.Check();
@@ -136,9 +136,9 @@ TEST(SpaEvents, ComeOnceAndInOrderOverAGoodLine) {
 
 TEST(SpaEvents, ComeOnceAndInOrderOverABadLine) {
   std::size_t asked_again = 0;
-  for (unsigned seed = 1; seed <= 6 && !testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= 6 && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Station station(seed, {.wire_one_in = seed % 2 == 0 ? 20U : 100U});
+    RelayStation station(seed, {.wire_one_in = seed % 2 == 0 ? 20U : 100U});
     station.RunFor(15min);
     station.End();
     station.Check();
@@ -150,9 +150,9 @@ TEST(SpaEvents, ComeOnceAndInOrderOverABadLine) {
 TEST(SpaEvents, OutliveKillsAndPowerCutsOverABadLine) {
   std::size_t restarts = 0;
   std::uint64_t repeats = 0;
-  for (unsigned seed = 1; seed <= 12 && !testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= 12 && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Station station(seed, {.wire_one_in = 100, .kills = seed % 2 == 0, .power_cuts = true});
+    RelayStation station(seed, {.wire_one_in = 100, .kills = seed % 2 == 0, .power_cuts = true});
     station.RunFor(10min);
     station.End();
     station.Check();

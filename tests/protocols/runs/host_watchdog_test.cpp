@@ -16,7 +16,7 @@ constexpr Duration kPeriod = 500ms;
 constexpr std::uint32_t kWritten = 0;
 constexpr std::uint32_t kDead = 2;
 
-Setup Modules(Duration period) {
+Setup TwoModules(Duration period) {
   config::SerialSettings serial;
   serial.baud = 9600;
   return {"HostWatchdog",
@@ -31,7 +31,7 @@ Setup Modules(Duration period) {
 class HostWatchdog : public ::testing::Test {
  protected:
   explicit HostWatchdog(Duration period = kPeriod)
-      : rig_(Modules(period), [](config::Line& line) {
+      : rig_(TwoModules(period), [](config::Line& line) {
           for (config::Device& device : line.devices) device.poll = 300ms;
         }) {}
 

@@ -148,7 +148,7 @@ TEST(MeterJournals, ComeOnceAndInOrderOverAGoodLine) {
 }
 
 TEST(MeterJournals, ComeOnceOverABadLineWithLateReplies) {
-  for (unsigned seed = 1; seed <= 2 && !testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= 2 && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Meters meters(seed, {.wire_one_in = 30, .late_one_in = seed % 2 == 0 ? 40U : 0U});
     meters.RunFor(40min);
@@ -160,7 +160,7 @@ TEST(MeterJournals, ComeOnceOverABadLineWithLateReplies) {
 
 TEST(MeterJournals, OutliveKillsAndPowerCutsOverABadLine) {
   std::size_t restarts = 0;
-  for (unsigned seed = 1; seed <= 4 && !testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= 4 && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Meters meters(seed, {.wire_one_in = 100, .kills = true, .power_cuts = seed % 2 == 0});
     meters.RunFor(40min);

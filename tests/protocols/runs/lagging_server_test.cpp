@@ -7,11 +7,10 @@
 #include <string>
 
 #include "gateway/base/text.h"
+#include "tests/support/times.h"
 
 namespace baudgate {
 namespace {
-
-constexpr Instant kStart = Instant() + 1h;
 
 class Queue {
  public:

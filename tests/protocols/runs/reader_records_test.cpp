@@ -176,7 +176,7 @@ TEST(ReaderRecords, WhatItAnswersIsKeptWithItsTagAsOne) {
 TEST(ReaderRecords, AreNeverThoseOfAnotherTag) {
   std::size_t read = 0;
   std::size_t superseded = 0;
-  for (unsigned seed = 1; seed <= 6 && !testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= 6 && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Gate gate(seed);
     constexpr int kTags = 150;

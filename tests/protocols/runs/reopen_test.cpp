@@ -59,7 +59,7 @@ Duration Longest(Returning& line, Duration settle = {}) {
   return longest;
 }
 
-class APortThatReturns : public testing::TestWithParam<Setup> {};
+class APortThatReturns : public ::testing::TestWithParam<Setup> {};
 
 /// Whatever exchange was under way when the port was lost.
 TEST_P(APortThatReturns, IsServedAtOnce) {
@@ -74,8 +74,8 @@ TEST_P(APortThatReturns, IsServedAtOnceBehindASerialServerToo) {
   EXPECT_LE(Longest(line, 15s), kWanted);
 }
 
-INSTANTIATE_TEST_SUITE_P(RealLines, APortThatReturns, testing::ValuesIn(RealLines()), SetupName);
-INSTANTIATE_TEST_SUITE_P(Network, APortThatReturns, testing::Values(TcpLine()), SetupName);
+INSTANTIATE_TEST_SUITE_P(RealLines, APortThatReturns, ::testing::ValuesIn(RealLines()), SetupName);
+INSTANTIATE_TEST_SUITE_P(Network, APortThatReturns, ::testing::Values(TcpLine()), SetupName);
 
 TEST(APortThatReturns, IsServedSoonWhereItHasOneDeviceOnly) {
   baudgate::Setup alone = RealLine("Spa9600");

@@ -19,8 +19,8 @@ namespace baudgate {
 namespace {
 
 constexpr Duration kSlow = 10s;
-constexpr std::int64_t kSerial = 9020001;
-constexpr std::int64_t kOtherSerial = 7654321;
+constexpr std::int64_t kMeterSerial = 9020001;
+constexpr std::int64_t kWrongSerial = 7654321;
 
 /// A device that may be there, as it differs from the right one.
 struct Oddity {
@@ -116,7 +116,7 @@ std::vector<Case> Cases() {
   cases.push_back({"Set4tm",
                    SetupOf(Set4tmProtocol(), "set-4tm.03m"),
                    {{.name = "another meter",
-                     .options = Option("serial_number", kOtherSerial),
+                     .options = Option("serial_number", kWrongSerial),
                      .in_place = false}}});
   return cases;
 }
@@ -129,7 +129,8 @@ class RightValues : public ::testing::TestWithParam<Case> {
     device.slow = kSlow;
     device.identity.others = {{config::SpokenName("7060"), "icpdas-i-7060"},
                               {config::SpokenName("SPAU 130 C"), "spau130c"}};
-    if (GetParam().setup.protocol->name == "set4tm") device.options.Set("serial_number", kSerial);
+    if (GetParam().setup.protocol->name == "set4tm")
+      device.options.Set("serial_number", kMeterSerial);
     line.options = device.options;
     std::vector<config::Device> others;
     for (const Oddity& oddity : GetParam().oddities) {

@@ -35,9 +35,9 @@ void WithRecords(config::Line& line) {
   }
 }
 
-class Station {
+class TripStation {
  public:
-  Station(unsigned seed, Troubles troubles)
+  TripStation(unsigned seed, Troubles troubles)
       : mishaps_(seed, troubles),
         rig_(RealLine("Spa9600"), WithRecords),
         keeper_({rig_.device(0).name, rig_.device(1).name}) {
@@ -177,7 +177,7 @@ class Station {
 };
 
 TEST(TripRecords, AreKeptWithTheirTripsOverAGoodLine) {
-  Station station(1, {});
+  TripStation station(1, {});
   station.RunFor(15min);
   station.End();
   station.Check();
@@ -189,9 +189,10 @@ TEST(TripRecords, AreKeptWithTheirTripsOverAGoodLine) {
 TEST(TripRecords, AreNeverThoseOfAnotherTripOverABadLineKillsAndPowerCuts) {
   std::size_t read = 0;
   std::size_t restarts = 0;
-  for (unsigned seed = 1; seed <= 6 && !testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= 6 && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Station station(seed, {.wire_one_in = 30, .kills = seed % 2 == 0, .power_cuts = seed % 3 == 0});
+    TripStation station(seed,
+                        {.wire_one_in = 30, .kills = seed % 2 == 0, .power_cuts = seed % 3 == 0});
     station.RunFor(10min);
     station.End();
     station.Check();

@@ -200,11 +200,11 @@ TEST_P(MisbehavingTwin, ItsStrangerSpeaksTheProtocol) {
   EXPECT_EQ(any_same, any_untagged);
 }
 
-std::vector<Setup> Lines() {
+std::vector<Setup> FaultyLines() {
   return {RealLine("Spa9600"),    RealLine("Dcon9600"),       RealLine("Dcon115200"),
           RealLine("Set4tm9600"), RealLine("ModbusRtu19200"), RealLine("ModbusAscii9600")};
 }
-INSTANTIATE_TEST_SUITE_P(Real, MisbehavingTwin, ::testing::ValuesIn(Lines()), SetupName);
+INSTANTIATE_TEST_SUITE_P(Real, MisbehavingTwin, ::testing::ValuesIn(FaultyLines()), SetupName);
 
 }  // namespace
 }  // namespace baudgate

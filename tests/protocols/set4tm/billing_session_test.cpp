@@ -18,15 +18,16 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-constexpr auto kBegin = std::chrono::local_days(std::chrono::year(2026) / 2 / 27);
+constexpr auto kFirstDay = std::chrono::local_days(std::chrono::year(2026) / 2 / 27);
 
 std::string Written(std::chrono::local_days day) {
   return FormatWallTime(WallTime(day.time_since_epoch())).substr(0, 10);
 }
 
-class Desk {
+class BillingDesk {
  public:
-  explicit Desk(std::vector<BillingPeriod> periods = {BillingPeriod::day, BillingPeriod::month}) {
+  explicit BillingDesk(std::vector<BillingPeriod> periods = {BillingPeriod::day,
+                                                             BillingPeriod::month}) {
     settings_.time_zone = *CivilZone::Parse("+03:00");
     settings_.billing = std::move(periods);
     settings_.billing_tariffs = 2;
@@ -52,7 +53,7 @@ class Desk {
   }
 
   CivilZone::Civil civil() const {
-    return kBegin + std::chrono::duration_cast<std::chrono::seconds>(now_ - Instant());
+    return kFirstDay + std::chrono::duration_cast<std::chrono::seconds>(now_ - Instant());
   }
   std::chrono::local_days today() const { return std::chrono::floor<std::chrono::days>(civil()); }
   BillingSession& session() { return *session_; }
@@ -146,13 +147,13 @@ std::vector<std::string> Months(int year, unsigned month, int count) {
 }
 
 TEST(BillingSession, TakesWhatTheMeterHasAndThenEachDayAndMonth) {
-  Desk desk;
+  BillingDesk desk;
   desk.Run(5h);
   EXPECT_EQ(desk.told["month"], Months(2025, 3, 12));
-  EXPECT_EQ(desk.told["day"], Days(kBegin - std::chrono::days(27), kBegin));
+  EXPECT_EQ(desk.told["day"], Days(kFirstDay - std::chrono::days(27), kFirstDay));
   desk.Run(40 * 24h);
   EXPECT_EQ(desk.told["month"], Months(2025, 3, 14));
-  EXPECT_EQ(desk.told["day"], Days(kBegin - std::chrono::days(27), desk.today()));
+  EXPECT_EQ(desk.told["day"], Days(kFirstDay - std::chrono::days(27), desk.today()));
   EXPECT_EQ(
       desk.session().Shown(),
       "billing readings of each day to 2026-04-08, billing readings of each month to 2026-04-01");
@@ -160,7 +161,7 @@ TEST(BillingSession, TakesWhatTheMeterHasAndThenEachDayAndMonth) {
 }
 
 TEST(BillingSession, RequestsOfTheReference) {
-  Desk desk({BillingPeriod::month});
+  BillingDesk desk({BillingPeriod::month});
   desk.Run(20min);
   ASSERT_GT(desk.asked.size(), 8U);
   EXPECT_EQ(desk.asked[0], "04 00");
@@ -173,13 +174,13 @@ TEST(BillingSession, RequestsOfTheReference) {
 }
 
 TEST(BillingSession, AnOutageIsFilledAsFarAsTheMeterKeepsIt) {
-  Desk desk;
+  BillingDesk desk;
   desk.Run(5h);
   desk.Pass(90 * 24h);
   desk.Restart();
   desk.Run(5h);
   EXPECT_EQ(desk.told["month"], Months(2025, 3, 15));
-  auto days = Days(kBegin - std::chrono::days(27), kBegin);
+  auto days = Days(kFirstDay - std::chrono::days(27), kFirstDay);
   for (const auto& day : Days(desk.today() - std::chrono::days(27), desk.today())) {
     days.push_back(day);
   }
@@ -187,24 +188,24 @@ TEST(BillingSession, AnOutageIsFilledAsFarAsTheMeterKeepsIt) {
 }
 
 TEST(BillingSession, WhatWasBeforeTheMeterIsLeftOut) {
-  Desk desk;
-  desk.installed = kBegin - std::chrono::days(10);
+  BillingDesk desk;
+  desk.installed = kFirstDay - std::chrono::days(10);
   desk.Run(5h);
   EXPECT_EQ(desk.told["month"], std::vector<std::string>());
-  EXPECT_EQ(desk.told["day"], Days(*desk.installed, kBegin));
+  EXPECT_EQ(desk.told["day"], Days(*desk.installed, kFirstDay));
   desk.Run(3 * 24h);
   EXPECT_EQ(desk.told["month"], Months(2026, 3, 1));
 }
 
 TEST(BillingSession, AMeterWithoutCalendarDaysHasToday) {
-  Desk desk({BillingPeriod::day});
+  BillingDesk desk({BillingPeriod::day});
   desk.deaf = [](View pdu) { return pdu[0] == kEnergyExtended && (pdu[1] == 0x86 || pdu[3] == 2); };
   desk.Run(3 * 24h);
-  EXPECT_EQ(desk.told["day"], Days(kBegin, desk.today()));
+  EXPECT_EQ(desk.told["day"], Days(kFirstDay, desk.today()));
 }
 
 TEST(BillingSession, AMeterThatRefusesAllIsLeftInPeace) {
-  Desk desk;
+  BillingDesk desk;
   desk.deaf = [](View pdu) { return pdu[0] == kEnergyExtended; };
   desk.Run(3h);
   EXPECT_FALSE(desk.session().due());
@@ -218,7 +219,7 @@ TEST(BillingSession, EachIsToldOnceWhateverHappens) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     const auto one_in = [&random](unsigned n) { return random() % n == 0; };
-    Desk desk;
+    BillingDesk desk;
     desk.lost = [&] { return one_in(40); };
     desk.late = [&] { return one_in(40); };
     desk.dropped = [&] { return one_in(10); };
@@ -230,7 +231,7 @@ TEST(BillingSession, EachIsToldOnceWhateverHappens) {
     }
     desk.lost = desk.late = desk.dropped = [] { return false; };
     desk.Run(8h);
-    EXPECT_EQ(desk.told["day"], Days(kBegin - std::chrono::days(27), desk.today()));
+    EXPECT_EQ(desk.told["day"], Days(kFirstDay - std::chrono::days(27), desk.today()));
     const auto months = desk.told["month"];
     EXPECT_EQ(months, Months(2025, 3, static_cast<int>(months.size())));
     EXPECT_EQ(months.back().substr(0, 7), Written(desk.today()).substr(0, 7));

@@ -17,12 +17,13 @@ Scale In(std::string_view zone) {
   return scale;
 }
 
-Decoded Read(std::string_view data, std::string_view zone, const char* read = "04 00 clock@0") {
+Decoded ReadClock(std::string_view data, std::string_view zone,
+                  const char* read = "04 00 clock@0") {
   return DecodeField(ParseField(read).value(), ParseHex(data).value(), In(zone));
 }
 
 /// "2002-09-02T12:30:31".
-std::string Utc(const Decoded& decoded) {
+std::string ShownUtc(const Decoded& decoded) {
   EXPECT_EQ(decoded.quality, Quality::good);
   const auto* seconds = std::get_if<std::uint64_t>(&decoded.value);
   if (seconds == nullptr) return "none";
@@ -33,18 +34,18 @@ std::string Utc(const Decoded& decoded) {
 constexpr const char* kSummer = "31 30 15 01 02 09 02 00";
 
 TEST(MeterClock, IsUtcByItsZone) {
-  EXPECT_EQ(Utc(Read(kSummer, "+03:00")), "2002-09-02T12:30:31");
-  EXPECT_EQ(Utc(Read(kSummer, "+01:00 eu")), "2002-09-02T13:30:31");
-  EXPECT_EQ(Utc(Read(kSummer, "+00:00", "09 00 00 clock@0")), "2002-09-02T15:30:31");
+  EXPECT_EQ(ShownUtc(ReadClock(kSummer, "+03:00")), "2002-09-02T12:30:31");
+  EXPECT_EQ(ShownUtc(ReadClock(kSummer, "+01:00 eu")), "2002-09-02T13:30:31");
+  EXPECT_EQ(ShownUtc(ReadClock(kSummer, "+00:00", "09 00 00 clock@0")), "2002-09-02T15:30:31");
 }
 
 TEST(MeterClock, TellsTheTwoHoursOfAutumnApart) {
-  EXPECT_EQ(Utc(Read("00 30 02 07 25 10 26 00", "+01:00 eu")), "2026-10-25T00:30:00");
-  EXPECT_EQ(Utc(Read("00 30 02 07 25 10 26 01", "+01:00 eu")), "2026-10-25T01:30:00");
+  EXPECT_EQ(ShownUtc(ReadClock("00 30 02 07 25 10 26 00", "+01:00 eu")), "2026-10-25T00:30:00");
+  EXPECT_EQ(ShownUtc(ReadClock("00 30 02 07 25 10 26 01", "+01:00 eu")), "2026-10-25T01:30:00");
 }
 
 TEST(MeterClock, WithoutAZoneIsNoNumber) {
-  const Decoded decoded = Read(kSummer, "");
+  const Decoded decoded = ReadClock(kSummer, "");
   EXPECT_FALSE(HasValue(decoded.value));
   EXPECT_EQ(decoded.quality, (Quality{Quality::bad_configuration, Reason::not_fitted}));
 }
@@ -52,7 +53,7 @@ TEST(MeterClock, WithoutAZoneIsNoNumber) {
 TEST(MeterClock, ThatCanNotBeIsNoNumber) {
   for (const char* data : {"31 30 25 01 02 09 02 00", "31 30 15 01 31 02 02 00",
                            "00 00 00 00 00 00 00 00", "31 30 15 01 02 09"}) {
-    const Decoded decoded = Read(data, "+03:00");
+    const Decoded decoded = ReadClock(data, "+03:00");
     EXPECT_FALSE(HasValue(decoded.value)) << data;
     EXPECT_TRUE(IsBad(decoded.quality)) << data;
   }

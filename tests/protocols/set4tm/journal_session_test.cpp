@@ -14,19 +14,19 @@
 #include "gateway/base/text.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/twin_journals.h"
+#include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
 
 constexpr std::size_t kRecords = 10;
-constexpr std::uint32_t kMeter = 9020001;
 
 /// What was raised or told, by journal: code and time.
 using History = std::map<std::uint32_t, std::vector<std::pair<std::uint32_t, std::int64_t>>>;
 
-class Desk {
+class JournalDesk {
  public:
-  Desk() { Restart(); }
+  JournalDesk() { Restart(); }
 
   /// The program is killed and started again; `said` is what was kept.
   void Restart() {
@@ -106,7 +106,7 @@ class Desk {
 };
 
 TEST(JournalSession, TellsTheWholeHistoryOnce) {
-  Desk desk;
+  JournalDesk desk;
   for (const std::uint32_t code : {71, 72, 11, 12, 22, 51, 51, 601, 101, 61}) desk.Raise(code);
   desk.Run(500);
   EXPECT_EQ(desk.told, desk.raised);
@@ -118,7 +118,7 @@ TEST(JournalSession, TellsTheWholeHistoryOnce) {
 }
 
 TEST(JournalSession, UrgentJournalsComeFirstAndEveryOtherTime) {
-  Desk desk;
+  JournalDesk desk;
   desk.Run(500);
   EXPECT_EQ(desk.asked.front(), "04 10");
   const std::vector<std::string> latest(desk.asked.end() - 100, desk.asked.end());
@@ -130,7 +130,7 @@ TEST(JournalSession, UrgentJournalsComeFirstAndEveryOtherTime) {
 }
 
 TEST(JournalSession, OneExchangeATaskWhereNothingIsNew) {
-  Desk desk;
+  JournalDesk desk;
   desk.Run(500);
   const std::size_t before = desk.asked.size();
   desk.Run(100);
@@ -138,7 +138,7 @@ TEST(JournalSession, OneExchangeATaskWhereNothingIsNew) {
 }
 
 TEST(JournalSession, APhaseThatIsLostAndComesBackIsTwoEvents) {
-  Desk desk;
+  JournalDesk desk;
   desk.Run(500);
   desk.Raise(81);
   desk.Run(30);
@@ -150,7 +150,7 @@ TEST(JournalSession, APhaseThatIsLostAndComesBackIsTwoEvents) {
 }
 
 TEST(JournalSession, AJournalThatWentRoundWhileNobodyReadItSaysSo) {
-  Desk desk;
+  JournalDesk desk;
   for (int i = 0; i < 10; ++i) desk.Raise(51);
   desk.Run(500);
   ASSERT_EQ(desk.told, desk.raised);
@@ -166,7 +166,7 @@ TEST(JournalSession, AJournalThatWentRoundWhileNobodyReadItSaysSo) {
 }
 
 TEST(JournalSession, OneOldRecordIsEnoughToKnowThatNothingIsMissing) {
-  Desk desk;
+  JournalDesk desk;
   desk.Run(500);
   for (int i = 0; i < 10; ++i) {
     desk.Raise(51);
@@ -179,7 +179,7 @@ TEST(JournalSession, OneOldRecordIsEnoughToKnowThatNothingIsMissing) {
 }
 
 TEST(JournalSession, AnotherMeterHasAHistoryOfItsOwn) {
-  Desk desk;
+  JournalDesk desk;
   desk.Raise(71);
   desk.Run(500);
   EXPECT_EQ(desk.told[7].size(), 1U);
@@ -193,7 +193,7 @@ TEST(JournalSession, AnotherMeterHasAHistoryOfItsOwn) {
 }
 
 TEST(JournalSession, WhatTheMeterDoesNotKnowIsLeftOut) {
-  Desk desk;
+  JournalDesk desk;
   desk.deaf = {8, 9, 0x3C};
   desk.Raise(51);
   desk.Run(500);
@@ -205,7 +205,7 @@ TEST(JournalSession, WhatTheMeterDoesNotKnowIsLeftOut) {
 }
 
 TEST(JournalSession, AMeterWithoutJournalsIsLeftInPeace) {
-  Desk desk;
+  JournalDesk desk;
   desk.deaf = {1, 2, 5, 6, 7, 8, 9, 0x0A, 0x3C};
   desk.Run(200);
   EXPECT_FALSE(desk.session().has_events());
@@ -214,7 +214,7 @@ TEST(JournalSession, AMeterWithoutJournalsIsLeftInPeace) {
 
 /// A damaged reply may look like one.
 TEST(JournalSession, ARefusalOfWhatWasThereIsNotTheEnd) {
-  Desk desk;
+  JournalDesk desk;
   desk.Raise(11);
   desk.Run(500);
   desk.deaf = {1};
@@ -240,7 +240,7 @@ TEST(JournalSession, AJournalThatIsNeverAnsweredRests) {
 TEST(JournalSession, WordsThatNobodyUnderstandsCountAsNothing) {
   for (const char* said : {"", "x", "9020001", "9020001 ", "9020001 05:zz", "-1 05:-", "9020001 05",
                            "9020001 ;;:", "9020001 0G:31301501020902"}) {
-    Desk desk;
+    JournalDesk desk;
     desk.said = said;
     desk.Restart();
     desk.Raise(51);
@@ -256,7 +256,7 @@ TEST(JournalSession, EachRecordIsToldOnceWhateverHappens) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     const auto one_in = [&random](unsigned n) { return random() % n == 0; };
-    Desk desk;
+    JournalDesk desk;
     desk.late = [&] { return one_in(20); };
     desk.dropped = [&] { return one_in(4); };
     std::map<std::uint32_t, bool> lost;  // phases and power

@@ -4,11 +4,10 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
-
-Bytes Hex(std::string_view text) { return *ParseHex(text); }
 
 const Journal& Numbered(std::uint8_t number) {
   for (const Journal& journal : Journals()) {

@@ -17,7 +17,7 @@ namespace {
 
 /// 12:00:20 of some day; the instants beside it have another zero.
 constexpr WallTime kWall = WallTime(std::chrono::sys_days(std::chrono::year(2026) / 3 / 1)) + 12h;
-Now At(Duration since_noon) { return {Instant(1h) + since_noon, kWall + since_noon}; }
+Now SinceNoon(Duration since_noon) { return {Instant(1h) + since_noon, kWall + since_noon}; }
 
 TEST(Latch, FramesOfTheReference) {
   EXPECT_EQ(ToHex(MakeFrame(Bytes{kBroadcast}, LatchPdu())), "FE 03 08 55 AA 33 CC C0 74");
@@ -35,36 +35,37 @@ TEST(Latch, FramesOfTheReference) {
 TEST(LineLatch, IsDueAtWholeMultiples) {
   LineLatch latch;
   EXPECT_FALSE(latch.DueAt(15min)) << "what the clock shows is not known";
-  latch.OnClock(At(20s));
-  EXPECT_EQ(latch.DueAt(15min), At(15min).instant);
-  EXPECT_EQ(latch.DueAt(1min), At(1min).instant);
-  latch.OnClock(At(15min + 30ms));
+  latch.OnClock(SinceNoon(20s));
+  EXPECT_EQ(latch.DueAt(15min), SinceNoon(15min).instant);
+  EXPECT_EQ(latch.DueAt(1min), SinceNoon(1min).instant);
+  latch.OnClock(SinceNoon(15min + 30ms));
   latch.OnSent();
   EXPECT_EQ(latch.number(), 1U);
-  EXPECT_EQ(latch.sent_at(), At(15min + 30ms).wall);
-  EXPECT_EQ(latch.DueAt(15min), At(30min).instant);
+  EXPECT_EQ(latch.sent_at(), SinceNoon(15min + 30ms).wall);
+  EXPECT_EQ(latch.DueAt(15min), SinceNoon(30min).instant);
 }
 
 TEST(LineLatch, AfterAnOutageItIsSentOnceAndThenInTimeAgain) {
   LineLatch latch;
-  latch.OnClock(At(20s));
-  latch.OnClock(At(100min));
-  EXPECT_EQ(latch.DueAt(15min), At(15min).instant) << "long due";
+  latch.OnClock(SinceNoon(20s));
+  latch.OnClock(SinceNoon(100min));
+  EXPECT_EQ(latch.DueAt(15min), SinceNoon(15min).instant) << "long due";
   latch.OnSent();
-  EXPECT_EQ(latch.DueAt(15min), At(105min).instant);
+  EXPECT_EQ(latch.DueAt(15min), SinceNoon(105min).instant);
 }
 
 TEST(LineLatch, TheClockIsSet) {
   LineLatch latch;
-  latch.OnClock(At(15min));
+  latch.OnClock(SinceNoon(15min));
   latch.OnSent();
   const auto shows = [&](Duration since_noon, Duration shown) {
-    latch.OnClock({At(since_noon).instant, At(shown).wall});
+    latch.OnClock({SinceNoon(since_noon).instant, SinceNoon(shown).wall});
     return *latch.DueAt(15min);
   };
-  EXPECT_EQ(shows(15min + 10s, 15min - 1ms), At(30min + 10s + 1ms).instant) << "not twice";
-  EXPECT_EQ(shows(16min, 26min), At(20min).instant) << "ahead";
-  EXPECT_EQ(shows(16min, -10h), At(45min).instant) << "far back: in two periods at the latest";
+  EXPECT_EQ(shows(15min + 10s, 15min - 1ms), SinceNoon(30min + 10s + 1ms).instant) << "not twice";
+  EXPECT_EQ(shows(16min, 26min), SinceNoon(20min).instant) << "ahead";
+  EXPECT_EQ(shows(16min, -10h), SinceNoon(45min).instant)
+      << "far back: in two periods at the latest";
 }
 
 TEST(MeterLatch, HearsWhereItsTimeIsAnother) {

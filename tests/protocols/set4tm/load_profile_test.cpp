@@ -7,11 +7,10 @@
 #include "gateway/base/text.h"
 #include "protocols/set4tm/load_reader.h"
 #include "protocols/set4tm/twin_load.h"
+#include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
-
-Bytes Hex(std::string_view text) { return *ParseHex(text); }
 
 CivilZone Zone(std::string_view text) { return *CivilZone::Parse(text); }
 

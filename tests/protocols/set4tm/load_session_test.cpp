@@ -13,13 +13,13 @@
 #include "gateway/base/text.h"
 #include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/twin_load.h"
+#include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
 
 using Utc = CivilZone::Utc;
 
-constexpr std::uint32_t kMeter = 9020001;
 constexpr Utc kBegin = std::chrono::sys_days(std::chrono::year(2026) / 9 / 1);
 
 struct Ways {
@@ -44,9 +44,9 @@ Scale Unit() {
   return scale;
 }
 
-class Desk {
+class LoadDesk {
  public:
-  explicit Desk(const Ways& its = {})
+  explicit LoadDesk(const Ways& its = {})
       : ways(its), twin(*CivilZone::Parse(its.zone), its.minutes, its.bytes, kBegin) {
     Restart();
   }
@@ -164,7 +164,7 @@ class Desk {
 };
 
 TEST(LoadSession, ReadsWhatThereIsAndThenWhatComes) {
-  Desk desk;
+  LoadDesk desk;
   desk.Pass(5 * 24h);
   desk.Run(1h);
   desk.ExpectAll();
@@ -175,7 +175,7 @@ TEST(LoadSession, ReadsWhatThereIsAndThenWhatComes) {
 }
 
 TEST(LoadSession, AtMostThreeHoursAnExchange) {
-  Desk desk;
+  LoadDesk desk;
   desk.Pass(100 * 24h);
   desk.Run(1h);
   EXPECT_GE(desk.told.size(), 100U * 48);
@@ -187,7 +187,7 @@ TEST(LoadSession, AtMostThreeHoursAnExchange) {
 }
 
 TEST(LoadSession, GoesOnAfterAnOutageOfDays) {
-  Desk desk;
+  LoadDesk desk;
   desk.Run(26h);
   desk.Pass(20 * 24h + 7min);
   desk.Restart();
@@ -197,26 +197,26 @@ TEST(LoadSession, GoesOnAfterAnOutageOfDays) {
 }
 
 TEST(LoadSession, TheRingWrapsWithoutALoss) {
-  Desk desk({.bytes = 4096});  // 170 hours
+  LoadDesk desk({.bytes = 4096});  // 170 hours
   desk.Run(40 * 24h);
   desk.ExpectAll();
   EXPECT_TRUE(desk.gaps.empty());
 }
 
 TEST(LoadSession, ARingThatWentRoundIsAGap) {
-  Desk desk({.bytes = 4096});
+  LoadDesk desk({.bytes = 4096});
   desk.Run(100h);
   desk.Pass(250h);
   desk.Restart();
   desk.Run(2h);
   ASSERT_EQ(desk.gaps.size(), 1U);
-  const Utc lost = Desk::Begin(desk.gaps[0]);
+  const Utc lost = LoadDesk::Begin(desk.gaps[0]);
   const Utc found = lost + std::chrono::duration_cast<std::chrono::seconds>(desk.gaps[0].span);
   EXPECT_GE(lost, kBegin + 99h);
   EXPECT_EQ(found, kBegin + 350h - 169h);
   for (auto& record : desk.told)
-    ASSERT_TRUE(Desk::Begin(record) < lost || Desk::Begin(record) >= found);
-  std::erase_if(desk.told, [found](const PastRecord& one) { return Desk::Begin(one) < found; });
+    ASSERT_TRUE(LoadDesk::Begin(record) < lost || LoadDesk::Begin(record) >= found);
+  std::erase_if(desk.told, [found](const PastRecord& one) { return LoadDesk::Begin(one) < found; });
   desk.ExpectAll(found);
   desk.Restart();
   desk.Run(100h);
@@ -228,7 +228,7 @@ TEST(LoadSession, ARingThatWentRoundIsAGap) {
 TEST(LoadSession, ARingThatIsJustFullIsNoGap) {
   for (const int hours : {168, 169, 170, 171}) {
     SCOPED_TRACE(hours);
-    Desk desk({.bytes = 4096});
+    LoadDesk desk({.bytes = 4096});
     desk.Run(100h);
     desk.Pass(std::chrono::hours(hours));
     desk.Restart();
@@ -238,7 +238,7 @@ TEST(LoadSession, ARingThatIsJustFullIsNoGap) {
 }
 
 TEST(LoadSession, SummerTimeComesAndGoes) {
-  Desk desk({.zone = "+01:00 eu"});
+  LoadDesk desk({.zone = "+01:00 eu"});
   desk.Run(70 * 24h);  // over 2026-10-25
   desk.ExpectAll();
   desk.Pass(80 * 24h);
@@ -251,7 +251,7 @@ TEST(LoadSession, OldMetersAndOtherIntervals) {
     for (const std::uint8_t type : {std::uint8_t{0}, std::uint8_t{8}}) {
       for (const bool deaf : {false, true}) {
         SCOPED_TRACE("T " + std::to_string(minutes) + ", type " + std::to_string(type));
-        Desk desk({.minutes = minutes, .bytes = 8192, .type = type});
+        LoadDesk desk({.minutes = minutes, .bytes = 8192, .type = type});
         desk.deaf = deaf;
         desk.odd = !deaf;
         desk.Run(12h);
@@ -263,7 +263,7 @@ TEST(LoadSession, OldMetersAndOtherIntervals) {
 }
 
 TEST(LoadSession, WhatTheMeterMissedIsIncompleteOrNotThere) {
-  Desk desk;
+  LoadDesk desk;
   desk.Run(10h);
   desk.twin.PowerOff(kBegin + 10h + 10min, kBegin + 10h + 20min);
   desk.twin.PowerOff(kBegin + 12h + 40min, kBegin + 20h + 10min);
@@ -271,7 +271,7 @@ TEST(LoadSession, WhatTheMeterMissedIsIncompleteOrNotThere) {
   desk.Run(2h);
   std::map<std::string, bool> good;
   for (const PastRecord& record : desk.told) {
-    good[FormatWallTime(WallTime(Desk::Begin(record))).substr(11, 5)] =
+    good[FormatWallTime(WallTime(LoadDesk::Begin(record))).substr(11, 5)] =
         IsGood(record.values[0].quality);
   }
   EXPECT_EQ(good["10:00"], false);
@@ -284,7 +284,7 @@ TEST(LoadSession, WhatTheMeterMissedIsIncompleteOrNotThere) {
 }
 
 TEST(LoadSession, AnotherMeterGoesOnWhereTheLastHasEnded) {
-  Desk desk;
+  LoadDesk desk;
   desk.Run(50h);
   desk.meter = kMeter + 1;
   desk.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, kBegin - 100h);
@@ -307,13 +307,13 @@ TEST(LoadSession, AnotherMeterGoesOnWhereTheLastHasEnded) {
 }
 
 TEST(LoadSession, AMemoryThatWasClearedIsAGapAndNothingTwice) {
-  Desk desk;
+  LoadDesk desk;
   desk.Run(50h);
   desk.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, kBegin + 55h);
   desk.Pass(10h);
   desk.Run(2h);
   ASSERT_EQ(desk.gaps.size(), 1U);
-  EXPECT_EQ(Desk::Begin(desk.gaps[0]) +
+  EXPECT_EQ(LoadDesk::Begin(desk.gaps[0]) +
                 std::chrono::duration_cast<std::chrono::seconds>(desk.gaps[0].span),
             kBegin + 55h);
   desk.ExpectAll(kBegin + 55h);
@@ -322,7 +322,7 @@ TEST(LoadSession, AMemoryThatWasClearedIsAGapAndNothingTwice) {
 TEST(LoadSession, WordsThatNobodyUnderstandsCountAsNothing) {
   for (const char* said : {"", "x", "9020001", "9020001 ", "9020001 1:zz", "-1 1:-",
                            "9020001 ;;:", "9020001 4:0000:1414080200023437:1"}) {
-    Desk desk;
+    LoadDesk desk;
     desk.said = said;
     desk.Restart();
     desk.Run(5h);
@@ -337,10 +337,10 @@ TEST(LoadSession, EachHalfHourIsToldOnceWhateverHappens) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     const auto one_in = [&random](unsigned n) { return random() % n == 0; };
-    Desk desk({.zone = seed % 2 == 0 ? "+01:00 eu" : "-03:00",
-               .minutes = seed % 3 == 0 ? 15U : 30U,
-               .bytes = 16384,
-               .type = static_cast<std::uint8_t>(seed % 4 == 0 ? 0 : 8)});
+    LoadDesk desk({.zone = seed % 2 == 0 ? "+01:00 eu" : "-03:00",
+                   .minutes = seed % 3 == 0 ? 15U : 30U,
+                   .bytes = 16384,
+                   .type = static_cast<std::uint8_t>(seed % 4 == 0 ? 0 : 8)});
     desk.deaf = seed % 5 == 0;
     desk.lost = [&] { return one_in(30); };
     desk.dropped = [&] { return one_in(10); };

@@ -9,14 +9,14 @@ namespace {
 
 const Bytes kPassword = ToBytes("000000");
 
-Now At(Duration since) { return {Instant(5h) + since, WallTime(1'790'000'000s) + since}; }
+Now Earlier(Duration since) { return {Instant(5h) + since, WallTime(1'790'000'000s) + since}; }
 
 /// Another process: its monotonic clock has nothing to do with the one before.
 Now Later(Duration since) { return {Instant(7min) + since, WallTime(1'790'000'000s) + since}; }
 
 TEST(MeterMemory, TheFirstMeterIsTheMeter) {
   MeterMemory memory(kPassword);
-  memory.Recall("", At(0s));
+  memory.Recall("", Earlier(0s));
   EXPECT_EQ(memory.text(), "");
   memory.OnSerial(12345678);
   EXPECT_EQ(memory.text(), "serial 12345678");
@@ -30,23 +30,23 @@ TEST(MeterMemory, TheFirstMeterIsTheMeter) {
 
 TEST(MeterMemory, ARefusedPasswordIsTriedOnceMoreAfterAnHour) {
   MeterMemory memory(kPassword);
-  memory.Recall("", At(0s));
-  EXPECT_TRUE(memory.MayTry(At(0s).instant));
-  memory.OnRefused(At(0s).instant);
-  EXPECT_FALSE(memory.MayTry(At(59min).instant));
-  EXPECT_EQ(memory.Wait(At(20min).instant), 40min);
-  EXPECT_TRUE(memory.MayTry(At(60min).instant));
-  memory.OnRefused(At(60min).instant);
-  EXPECT_FALSE(memory.MayTry(At(48h).instant));
+  memory.Recall("", Earlier(0s));
+  EXPECT_TRUE(memory.MayTry(Earlier(0s).instant));
+  memory.OnRefused(Earlier(0s).instant);
+  EXPECT_FALSE(memory.MayTry(Earlier(59min).instant));
+  EXPECT_EQ(memory.Wait(Earlier(20min).instant), 40min);
+  EXPECT_TRUE(memory.MayTry(Earlier(60min).instant));
+  memory.OnRefused(Earlier(60min).instant);
+  EXPECT_FALSE(memory.MayTry(Earlier(48h).instant));
   EXPECT_TRUE(memory.given_up());
   memory.OnEnabled();
-  EXPECT_TRUE(memory.MayTry(At(48h).instant));
+  EXPECT_TRUE(memory.MayTry(Earlier(48h).instant));
 }
 
 TEST(MeterMemory, RestartsDoNotCountAsPatience) {
   MeterMemory memory(kPassword);
-  memory.Recall("", At(0s));
-  memory.OnRefused(At(0s).instant);
+  memory.Recall("", Earlier(0s));
+  memory.OnRefused(Earlier(0s).instant);
   MeterMemory second(kPassword);
   second.Recall(memory.text(), Later(10min));
   EXPECT_FALSE(second.MayTry(Later(59min).instant));
@@ -60,9 +60,9 @@ TEST(MeterMemory, RestartsDoNotCountAsPatience) {
 
 TEST(MeterMemory, AnotherPasswordIsTriedAnew) {
   MeterMemory memory(ToBytes("secret"));
-  memory.Recall("serial 5", At(0s));
-  memory.OnRefused(At(0s).instant);
-  memory.OnRefused(At(1h).instant);
+  memory.Recall("serial 5", Earlier(0s));
+  memory.OnRefused(Earlier(0s).instant);
+  memory.OnRefused(Earlier(1h).instant);
   EXPECT_EQ(memory.text().find("secret"), std::string::npos);
   MeterMemory next(ToBytes("123456"));
   next.Recall(memory.text(), Later(2h));
@@ -73,8 +73,8 @@ TEST(MeterMemory, AnotherPasswordIsTriedAnew) {
 
 TEST(MeterMemory, AClockThatWasSetBackGivesNoTryAway) {
   MeterMemory memory(kPassword);
-  memory.Recall("", At(0s));
-  memory.OnRefused(At(0s).instant);
+  memory.Recall("", Earlier(0s));
+  memory.OnRefused(Earlier(0s).instant);
   MeterMemory next(kPassword);
   const Now in_1970{Instant(7min), WallTime(30s)};
   next.Recall(memory.text(), in_1970);
@@ -86,9 +86,9 @@ TEST(MeterMemory, WhatItDoesNotUnderstandIsNothing) {
   for (const char* text : {"x", "serial", "serial -1", "serial 99999999999", "password", ";;;",
                            "password ZZ refused 1", "password 00 refused x y", "serial 1 2"}) {
     MeterMemory memory(kPassword);
-    memory.Recall(text, At(0s));
+    memory.Recall(text, Earlier(0s));
     EXPECT_EQ(memory.serial(), std::nullopt) << text;
-    EXPECT_TRUE(memory.MayTry(At(0s).instant)) << text;
+    EXPECT_TRUE(memory.MayTry(Earlier(0s).instant)) << text;
   }
 }
 

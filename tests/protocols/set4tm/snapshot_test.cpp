@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-config::Device Snapshot() {
+config::Device SnapshotMeter() {
   config::Device device =
       MakeDevice("5", {MakePoint("08 1B 02 00 float_le@0"), MakePoint("08 1B 02 00 float_le@4"),
                        MakePoint("08 1B 02 20 float_le@4"), MakePoint("08 1B 00 34 float_le@0")});
@@ -21,7 +21,7 @@ config::Device Snapshot() {
 }
 
 TEST(Set4tmSnapshotRead, MergesFloatsOfDifferentRequests) {
-  Talk talk = OpenTalk(Snapshot());
+  Talk talk = OpenTalk(SnapshotMeter());
   ASSERT_EQ(talk->Queries().size(), 2U);
   EXPECT_THAT(talk->Queries()[0].points, ElementsAre(0, 1, 2));
   const Answer answer = talk.Run(Poll(0), Script({"01 00 50 5A 44 C2 F5 D6 41 07 00 80 7F"}));
@@ -33,14 +33,14 @@ TEST(Set4tmSnapshotRead, MergesFloatsOfDifferentRequests) {
 }
 
 TEST(Set4tmSnapshotRead, AnotherIdIsALateReply) {
-  Talk talk = OpenTalk(Snapshot());
+  Talk talk = OpenTalk(SnapshotMeter());
   const Answer answer = talk.Run(Poll(0), Script({"77 00 50 5A 44 C2 F5 D6 41 60 E5 A0 40"}));
   EXPECT_EQ(answer.outcome, Outcome::unexpected);
   EXPECT_TRUE(answer.readings.empty());
 }
 
 TEST(Set4tmSnapshotRead, FallsBackToGroupReads) {
-  Talk talk = OpenTalk(Snapshot());
+  Talk talk = OpenTalk(SnapshotMeter());
   const Answer answer = talk.Run(Poll(0), Script({"01"}));
   EXPECT_EQ(answer.then, Then::replan);
   EXPECT_TRUE(answer.readings.empty());
@@ -66,7 +66,7 @@ TEST(Set4tmSnapshotRead, NeverAsksForMoreThan23Values) {
 }
 
 config::Device Automatic() {
-  config::Device device = Snapshot();
+  config::Device device = SnapshotMeter();
   device.options.Set("snapshot", std::string("auto"));
   return device;
 }

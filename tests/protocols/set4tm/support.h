@@ -18,6 +18,9 @@
 
 namespace baudgate::protocols::set4tm {
 
+/// The serial number of a meter.
+inline constexpr std::uint32_t kMeter = 9020001;
+
 inline Bytes Hex(std::string_view text) { return *ParseHex(text); }
 
 inline config::Options DefaultOptions() { return OptionsOf(Set4tmProtocol()); }

@@ -6,17 +6,6 @@
 namespace baudgate::protocols::spabus {
 namespace {
 
-std::vector<std::string> AllRequests(Talk& talk) {
-  std::vector<std::string> requests;
-  for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
-    const std::string asked = Asked(talk, Poll(query));
-    requests.push_back(asked.substr(0, asked.rfind(':') + 1));
-  }
-  return requests;
-}
-
-using Texts = std::vector<std::string>;
-
 std::vector<config::Point> ThreeChannels() {
   return {MakePoint("1I1"), MakePoint("2I1"), MakePoint("3I1")};
 }

@@ -15,17 +15,6 @@ std::vector<config::Point> Inputs() {
           MakePoint("I5", Type::boolean)};
 }
 
-std::vector<std::string> AllRequests(Talk& talk) {
-  std::vector<std::string> requests;
-  for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
-    const std::string asked = Asked(talk, Poll(query));
-    requests.push_back(asked.substr(0, asked.rfind(':') + 1));
-  }
-  return requests;
-}
-
-using Texts = std::vector<std::string>;
-
 TEST(SpaConversation, ReadsARangeInOneExchange) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs(), "2"));
   ASSERT_EQ(talk->Queries().size(), 1U);

@@ -31,8 +31,6 @@ std::vector<std::string> Asked(const std::vector<config::Point>& points,
   return Asked(MakePlan(ReadablePoints(points), limits));
 }
 
-using Texts = std::vector<std::string>;
-
 TEST(SpaPlan, NeighboursShareARequest) {
   EXPECT_EQ(Asked({MakePoint("I2"), MakePoint("I1"), MakePoint("I3")}), (Texts{"I1/3"}));
   EXPECT_EQ(Asked({MakePoint("I1"), MakePoint("I3")}), (Texts{"I1", "I3"})) << "no gap is filled";

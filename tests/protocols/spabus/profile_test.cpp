@@ -106,7 +106,7 @@ struct Allowed {
   bool select = false;
 };
 
-std::vector<Allowed> Range(int first, int last, const Allowed& each) {
+std::vector<Allowed> RangeOf(int first, int last, const Allowed& each) {
   std::vector<Allowed> all;
   for (int number = first; number <= last; ++number) {
     all.push_back(each);
@@ -131,15 +131,15 @@ std::vector<Allowed> AllowedOf(const std::string& profile) {
     all.insert(all.end(), more.begin(), more.end());
   };
   if (!is_spaj) {
-    add(Range(21, 25, {{}, 0, 999, 2, false}));
+    add(RangeOf(21, 25, {{}, 0, 999, 2, false}));
     return all;
   }
   for (const char* output : {"O9", "O10", "O11", "O12", "O13", "O41"}) {
     all.push_back({output, {}, {}, {}, true});
   }
   for (const int first : {21, 41}) {
-    add(Range(first, first + 7, {{}, {}, {}, 2, false}));
-    add(Range(first + 8, first + 13, {{}, 0, 255, {}, false}));
+    add(RangeOf(first, first + 7, {{}, {}, {}, 2, false}));
+    add(RangeOf(first + 8, first + 13, {{}, 0, 255, {}, false}));
   }
   all.push_back({"S61", 0.1, 1.0, 2, false});
   return all;

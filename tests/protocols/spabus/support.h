@@ -18,6 +18,7 @@ namespace baudgate::protocols::spabus {
 using config::Access;
 using config::Group;
 using config::Type;
+using Texts = std::vector<std::string>;
 
 inline config::Point MakePoint(const std::string& read, Type type = Type::float32,
                                Group group = Group::fast, Access access = Access::read) {
@@ -58,6 +59,15 @@ inline std::string Asked(Talk& talk, const Task& task) {
   const auto request = talk.Ask(task);
   if (!request) return "error: " + request.error();
   return std::string(AsText(View(request->bytes).first(request->bytes.size() - 1)));
+}
+/// What polls all queries, without check values.
+inline std::vector<std::string> AllRequests(Talk& talk) {
+  std::vector<std::string> requests;
+  for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
+    const std::string asked = Asked(talk, Poll(query));
+    requests.push_back(asked.substr(0, asked.rfind(':') + 1));
+  }
+  return requests;
 }
 /// The answer to the latest request, around `covered`.
 inline Answer Hear(Talk& talk, const Task& task, const std::string& covered) {

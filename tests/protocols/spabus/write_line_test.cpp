@@ -62,8 +62,6 @@ class SpaWriteLine : public ::testing::Test {
   Value first_;                    ///< of S21, in the relay
 };
 
-using Texts = std::vector<std::string>;
-
 TEST_F(SpaWriteLine, ConfirmedAndReadBack) {
   const WriteResult result = Write(Relay(345), {{0, Value(static_cast<double>(30.3F))}});
   EXPECT_EQ(result.end, WriteEnd::ok) << result.reason;

@@ -7,7 +7,7 @@
 namespace baudgate::protocols::spabus {
 namespace {
 
-config::Device Settings(std::int64_t write_items, std::int64_t password = 0) {
+config::Device SeveralSettings(std::int64_t write_items, std::int64_t password = 0) {
   std::vector<config::Point> points;
   for (const char* item : {"S21", "S22", "S23", "S25", "2S26", "V24"}) {
     points.push_back(MakePoint(item, Type::float32, Group::slow, Access::read_write));
@@ -26,14 +26,14 @@ Task ThreeSettings() {
 }
 
 TEST(SpaWriteSeveral, IsOneRequestWithTheRange) {
-  Talk talk(SpabusProtocol(), Settings(8));
+  Talk talk(SpabusProtocol(), SeveralSettings(8));
   EXPECT_EQ(Asked(talk, ThreeSettings()), ">1WS21/23:0.5/1.2/3:13");
   EXPECT_EQ(Hear(talk, ThreeSettings(), "<1A:").outcome, Outcome::ok);
 }
 
 TEST(SpaWriteSeveral, OnlyNeighboursThatAreReadGoTogether) {
   const auto count = [](std::int64_t most, std::vector<PointValue> writes) {
-    Talk talk(SpabusProtocol(), Settings(most));
+    Talk talk(SpabusProtocol(), SeveralSettings(most));
     return talk->WritesTogether(writes);
   };
   const Value one(1.0);
@@ -69,7 +69,7 @@ TEST(SpaWriteSeveral, TheLineIsLongEnough) {
 
 TEST(SpaWriteSeveral, ARefusalLeavesOpenWhichWereTaken) {
   for (const char* refusal : {"<1N:4:", "<1N:6:", "<1N:7:", "<1N:8:", "<1N:9:"}) {
-    Talk talk(SpabusProtocol(), Settings(8, 345));
+    Talk talk(SpabusProtocol(), SeveralSettings(8, 345));
     Asked(talk, ThreeSettings());
     Hear(talk, ThreeSettings(), "<1A:");
     EXPECT_EQ(Body(Asked(talk, ThreeSettings())), ">1WS21/23:0.5/1.2/3");
@@ -83,7 +83,7 @@ TEST(SpaWriteSeveral, ARefusalLeavesOpenWhichWereTaken) {
 
 TEST(SpaWriteSeveral, ABusyDeviceHasTakenNone) {
   for (const char* refusal : {"<1N:1:", "<1N:2:"}) {
-    Talk talk(SpabusProtocol(), Settings(8));
+    Talk talk(SpabusProtocol(), SeveralSettings(8));
     Asked(talk, ThreeSettings());
     EXPECT_EQ(Hear(talk, ThreeSettings(), refusal).outcome, Outcome::busy);
   }
@@ -91,7 +91,7 @@ TEST(SpaWriteSeveral, ABusyDeviceHasTakenNone) {
 
 TEST(SpaWriteSeveral, ADeviceThatDoesNotUnderstandThemGetsThemOneByOne) {
   for (const char* refusal : {"<1N:3:", "<1N:5:"}) {
-    Talk talk(SpabusProtocol(), Settings(8));
+    Talk talk(SpabusProtocol(), SeveralSettings(8));
     const std::vector<PointValue> writes = {{0, Value(1.0)}, {1, Value(1.0)}};
     ASSERT_EQ(talk->WritesTogether(writes), 2U);
     Asked(talk, ThreeSettings());
@@ -104,18 +104,18 @@ TEST(SpaWriteSeveral, ADeviceThatDoesNotUnderstandThemGetsThemOneByOne) {
 }
 
 TEST(SpaWriteSeveral, OneReadOnlyOrBadValueSendsNothing) {
-  config::Device device = Settings(8);
+  config::Device device = SeveralSettings(8);
   device.points[1].access = Access::read;
   Talk talk(SpabusProtocol(), std::move(device));
   EXPECT_TRUE(Asked(talk, ThreeSettings()).starts_with("error: 'p_S22' is read-only"));
-  Talk other(SpabusProtocol(), Settings(8, 345));
+  Talk other(SpabusProtocol(), SeveralSettings(8, 345));
   Task task = ThreeSettings();
   task.also[1].value = Value(std::nan(""));
   EXPECT_TRUE(Asked(other, task).starts_with("error: 'p_S23'")) << "not even the password";
 }
 
 TEST(SpaWriteSeveral, TheTwinTakesThemUpToTheFirstThatItRefuses) {
-  config::Device device = Settings(8, 345);
+  config::Device device = SeveralSettings(8, 345);
   device.points[1].writing.decimals = 1;
   FixedValues values;
   const auto twin = SpabusProtocol().make_twin(device, values);
@@ -124,7 +124,7 @@ TEST(SpaWriteSeveral, TheTwinTakesThemUpToTheFirstThatItRefuses) {
   EXPECT_EQ(values.Get(0, {}), Value(0.5));
   EXPECT_EQ(values.Get(1, {}), Value(1.2));
   EXPECT_EQ(values.Get(2, {}), Value(3.0));
-  config::Device free = Settings(8, 345);  // knows nothing of the decimals
+  config::Device free = SeveralSettings(8, 345);  // knows nothing of the decimals
   Talk careless(SpabusProtocol(), free);
   Task task = ThreeSettings();
   task.value = Value(0.7);

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 constexpr int kForbidden = 128 + SIGSYS;
-constexpr int kUnit = 1;
+constexpr int kSandboxUnit = 1;
 
 class Sandbox : public RouteStation {
  protected:
@@ -61,9 +61,9 @@ class Sandbox : public RouteStation {
 TEST_F(Sandbox, TheGatewayDoesAllItsWork) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "1");
   const auto daemon = Run(Unit(), Everything());
-  ASSERT_TRUE(EventuallyFloat(client_, kUnit, 0, 1.5F)) << daemon->Errors();
-  EXPECT_EQ(client_.WriteRegisters(kUnit, 2, {0x40E4, 0}), kNoException);
-  EXPECT_TRUE(EventuallyFloat(client_, kUnit, 2, 7.125F));
+  ASSERT_TRUE(EventuallyFloat(client_, kSandboxUnit, 0, 1.5F)) << daemon->Errors();
+  EXPECT_EQ(client_.WriteRegisters(kSandboxUnit, 2, {0x40E4, 0}), kNoException);
+  EXPECT_TRUE(EventuallyFloat(client_, kSandboxUnit, 2, 7.125F));
   EXPECT_TRUE(Eventually([&] { return client_.Holding(50, 0, 1).ok(); })) << "the server by name";
   EXPECT_FALSE(client_.Holding(20, 0, 1).ok()) << "nobody is on that line, but it was asked";
   EXPECT_TRUE(EventuallyLogged(*daemon, "listening for a master"));
@@ -83,7 +83,7 @@ TEST_F(Sandbox, TheGatewayDoesAllItsWork) {
     return !fs::is_empty(directory() / "state/recordings", error) && !error;
   }));
   twin->Signal(SIGCONT);
-  EXPECT_TRUE(EventuallyFloat(client_, kUnit, 0, 1.5F));
+  EXPECT_TRUE(EventuallyFloat(client_, kSandboxUnit, 0, 1.5F));
   daemon->Signal(SIGTERM);
   EXPECT_EQ(daemon->WaitForEnd(), 0) << daemon->Errors();
 }

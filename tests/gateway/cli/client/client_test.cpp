@@ -229,7 +229,7 @@ TEST_F(ClientTest, TraceSaysThatTheGatewayStops) {
   });
   EXPECT_EQ(RunTrace({.line = "bay-1", .socket = path()}, out_, err_), kNoDaemon);
   stopper.join();
-  EXPECT_THAT(out_.str(), testing::AnyOf(IsEmpty(), EndsWith("went offline\n")));
+  EXPECT_THAT(out_.str(), ::testing::AnyOf(IsEmpty(), EndsWith("went offline\n")));
   EXPECT_THAT(err_.str(), HasSubstr("the trace has ended: the gateway "));
 }
 

@@ -95,7 +95,7 @@ TEST(RouteTable, WhatOthersGet) {
   EXPECT_THAT(Table("listen: /dev/m"), HasSubstr("  others  nothing: no answer\n"));
 }
 
-std::string Check(const std::string& text) {
+std::string CheckUnits(const std::string& text) {
   const std::string path = ::testing::TempDir() + "baudgate_route_table.yaml";
   std::ofstream(path) << text;
   std::ostringstream out;
@@ -105,8 +105,8 @@ std::string Check(const std::string& text) {
   return out.str();
 }
 
-TEST(Check, ListenersInFull) {
-  const std::string out = Check(
+TEST(CheckUnits, ListenersInFull) {
+  const std::string out = CheckUnits(
       std::string(
           "modbus:\n"
           "  listen:\n"
@@ -142,8 +142,8 @@ TEST(Check, ListenersInFull) {
   EXPECT_THAT(out, HasSubstr("  20          line drive, slave 20 "));
 }
 
-TEST(Check, ModbusSwitchedOffHasNoTable) {
-  const std::string out = Check(std::string("modbus: { enabled: false }\n") + kLines);
+TEST(CheckUnits, ModbusSwitchedOffHasNoTable) {
+  const std::string out = CheckUnits(std::string("modbus: { enabled: false }\n") + kLines);
   EXPECT_THAT(out, HasSubstr("modbus off\n"));
   EXPECT_THAT(out, ::testing::Not(HasSubstr("order of matching")));
 }

@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-class Ports : public testing::Test {
+class Ports : public ::testing::Test {
  protected:
   Ports() {
     std::string form = (fs::temp_directory_path() / "baudgate-ports-XXXXXX").string();

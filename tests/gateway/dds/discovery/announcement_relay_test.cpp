@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tests/gateway/dds/datagrams.h"
+#include "tests/support/times.h"
 
 namespace baudgate::dds {
 namespace {
@@ -17,7 +18,6 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 
-const Instant kStart = Instant(1h);
 constexpr std::uint32_t kPlant = 0x0A000000;  // 10.0.0.0
 
 struct Who {
@@ -41,7 +41,7 @@ Bytes Of(const Who& who) {
   Append(user_data, who.name);
   user_data.resize((user_data.size() + 3) / 4 * 4);
   const Bytes header{0x2C, 0, static_cast<std::uint8_t>(user_data.size()), 0};
-  Bytes bytes = testing::Announcement(who.number, who.lease, ToHex(header) + ToHex(user_data));
+  Bytes bytes = testing::AnnouncementOf(who.number, who.lease, ToHex(header) + ToHex(user_data));
   const std::size_t locator = bytes.size() - 4 - user_data.size() - 4 - 24;
   Put16(bytes, locator + 4, who.port);
   for (std::size_t i = 0; i < 4; ++i) {

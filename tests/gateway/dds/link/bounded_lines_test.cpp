@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/times.h"
+
 namespace baudgate::dds {
 namespace {
 
@@ -12,17 +14,15 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-constexpr Instant kBegin = Instant() + 1h;
-
 TEST(BoundedLines, WholeLinesOnlyAndPrintable) {
   BoundedLines lines;
-  EXPECT_THAT(lines.Add("ab", kBegin), IsEmpty());
-  EXPECT_THAT(lines.Add("c\n\nd\x1b[2J\nrest", kBegin), ElementsAre("abc", "d?[2J"));
+  EXPECT_THAT(lines.Add("ab", kStart), IsEmpty());
+  EXPECT_THAT(lines.Add("c\n\nd\x1b[2J\nrest", kStart), ElementsAre("abc", "d?[2J"));
 }
 
 TEST(BoundedLines, ALongLineIsCut) {
   BoundedLines lines;
-  EXPECT_THAT(lines.Add(std::string(100'000, 'x') + "\n", kBegin),
+  EXPECT_THAT(lines.Add(std::string(100'000, 'x') + "\n", kStart),
               ElementsAre(std::string(BoundedLines::kLongest, 'x')));
 }
 
@@ -30,8 +30,8 @@ TEST(BoundedLines, AFloodIsCounted) {
   BoundedLines lines;
   std::string flood;
   for (int i = 0; i < 1000; ++i) flood += "line\n";
-  EXPECT_THAT(lines.Add(flood, kBegin), SizeIs(BoundedLines::kMost));
-  EXPECT_THAT(lines.Add("next\n", kBegin + BoundedLines::kPeriod),
+  EXPECT_THAT(lines.Add(flood, kStart), SizeIs(BoundedLines::kMost));
+  EXPECT_THAT(lines.Add("next\n", kStart + BoundedLines::kPeriod),
               ElementsAre("980 lines were left out", "next"));
 }
 

@@ -7,14 +7,14 @@
 
 #include <vector>
 
+#include "tests/support/times.h"
+
 namespace baudgate::dds {
 namespace {
 
 using ::testing::ElementsAre;
 using Phase = LinkState::Phase;
 using Wish = LinkKeeper::Wish;
-
-constexpr Instant kBegin = Instant() + 1h;
 
 /// Waits for the wish to start; returns how long that took.
 Duration UntilStart(LinkKeeper& keeper, Instant& now) {
@@ -34,17 +34,17 @@ LinkCounts Counts(std::uint32_t subscribers, std::uint64_t written, std::uint64_
 
 TEST(LinkKeeper, StartsAtOnceAndIsUpWhenOpened) {
   LinkKeeper keeper(true);
-  EXPECT_EQ(keeper.Look(kBegin), Wish::start);
-  keeper.Started(kBegin);
+  EXPECT_EQ(keeper.Look(kStart), Wish::start);
+  keeper.Started(kStart);
   EXPECT_EQ(keeper.state().phase, Phase::starting);
-  EXPECT_EQ(keeper.Look(kBegin), Wish::nothing);
-  keeper.Opened(kBegin + 20ms);
+  EXPECT_EQ(keeper.Look(kStart), Wish::nothing);
+  keeper.Opened(kStart + 20ms);
   EXPECT_EQ(keeper.state().phase, Phase::up);
 }
 
 TEST(LinkKeeper, WaitsLongerAfterEachEndAndBeginsAnewAfterAMinuteOfLife) {
   LinkKeeper keeper(true);
-  Instant now = kBegin;
+  Instant now = kStart;
   UntilStart(keeper, now);
   std::vector<Duration> waits;
   for (int i = 0; i < 8; ++i) {
@@ -66,7 +66,7 @@ TEST(LinkKeeper, WaitsLongerAfterEachEndAndBeginsAnewAfterAMinuteOfLife) {
 
 TEST(LinkKeeper, OneThatNeverOpensIsNotLostButWaitedFor) {
   LinkKeeper keeper(true);
-  Instant now = kBegin;
+  Instant now = kStart;
   for (int i = 0; i < 3; ++i) {
     UntilStart(keeper, now);
     keeper.Ended("can not be started: there is no such file", now);
@@ -79,58 +79,58 @@ TEST(LinkKeeper, OneThatNeverOpensIsNotLostButWaitedFor) {
 
 TEST(LinkKeeper, SilenceIsShownAfterTwoSecondsAndEndedAfterTen) {
   LinkKeeper keeper(true);
-  keeper.Look(kBegin);
-  keeper.Started(kBegin);
-  keeper.Opened(kBegin);
-  keeper.Counted(Counts(3, 10, 0, 0, 0), kBegin + 1s);
-  EXPECT_EQ(keeper.NextLook(), kBegin + 3s);
-  EXPECT_EQ(keeper.Look(kBegin + 3s - 1ns), Wish::nothing);
+  keeper.Look(kStart);
+  keeper.Started(kStart);
+  keeper.Opened(kStart);
+  keeper.Counted(Counts(3, 10, 0, 0, 0), kStart + 1s);
+  EXPECT_EQ(keeper.NextLook(), kStart + 3s);
+  EXPECT_EQ(keeper.Look(kStart + 3s - 1ns), Wish::nothing);
   EXPECT_EQ(keeper.state().phase, Phase::up);
-  EXPECT_EQ(keeper.Look(kBegin + 3s), Wish::nothing);
+  EXPECT_EQ(keeper.Look(kStart + 3s), Wish::nothing);
   EXPECT_EQ(keeper.state().phase, Phase::silent);
   EXPECT_EQ(keeper.state().subscribers, 3U);
-  EXPECT_EQ(keeper.NextLook(), kBegin + 11s);
-  EXPECT_EQ(keeper.Look(kBegin + 11s - 1ns), Wish::nothing);
-  EXPECT_EQ(keeper.Look(kBegin + 11s), Wish::give_up);
+  EXPECT_EQ(keeper.NextLook(), kStart + 11s);
+  EXPECT_EQ(keeper.Look(kStart + 11s - 1ns), Wish::nothing);
+  EXPECT_EQ(keeper.Look(kStart + 11s), Wish::give_up);
 }
 
 TEST(LinkKeeper, OneThatReadsAgainIsUpAgain) {
   LinkKeeper keeper(true);
-  keeper.Look(kBegin);
-  keeper.Started(kBegin);
-  keeper.Opened(kBegin);
-  keeper.Look(kBegin + 5s);
+  keeper.Look(kStart);
+  keeper.Started(kStart);
+  keeper.Opened(kStart);
+  keeper.Look(kStart + 5s);
   ASSERT_EQ(keeper.state().phase, Phase::silent);
-  keeper.Counted({}, kBegin + 6s);
+  keeper.Counted({}, kStart + 6s);
   EXPECT_EQ(keeper.state().phase, Phase::up);
-  EXPECT_EQ(keeper.Look(kBegin + 7s), Wish::nothing);
+  EXPECT_EQ(keeper.Look(kStart + 7s), Wish::nothing);
 }
 
 TEST(LinkKeeper, OneThatNeverOpensIsGivenUpAfterAMinute) {
   LinkKeeper keeper(true);
-  keeper.Look(kBegin);
-  keeper.Started(kBegin);
-  EXPECT_EQ(keeper.Look(kBegin + 59s), Wish::nothing);
+  keeper.Look(kStart);
+  keeper.Started(kStart);
+  EXPECT_EQ(keeper.Look(kStart + 59s), Wish::nothing);
   EXPECT_EQ(keeper.state().phase, Phase::silent);
-  EXPECT_EQ(keeper.NextLook(), kBegin + 1min);
-  EXPECT_EQ(keeper.Look(kBegin + 1min), Wish::give_up);
+  EXPECT_EQ(keeper.NextLook(), kStart + 1min);
+  EXPECT_EQ(keeper.Look(kStart + 1min), Wish::give_up);
   EXPECT_EQ(keeper.patience(), 1min);
 }
 
 TEST(LinkKeeper, CountsGoOnOverProcesses) {
   LinkKeeper keeper(true);
-  keeper.Look(kBegin);
-  keeper.Started(kBegin);
-  keeper.Opened(kBegin);
-  keeper.Counted(Counts(2, 90, 0, 40, 3), kBegin);
-  keeper.Counted(Counts(2, 100, 1, 50, 4), kBegin);
-  keeper.Ended("was ended by signal 9", kBegin);
+  keeper.Look(kStart);
+  keeper.Started(kStart);
+  keeper.Opened(kStart);
+  keeper.Counted(Counts(2, 90, 0, 40, 3), kStart);
+  keeper.Counted(Counts(2, 100, 1, 50, 4), kStart);
+  keeper.Ended("was ended by signal 9", kStart);
   EXPECT_EQ(keeper.state().subscribers, 0U);
   EXPECT_EQ(keeper.state().datagrams.passed, 50U);
   EXPECT_EQ(keeper.state().datagrams.participants, 0U);
-  keeper.Started(kBegin + 1s);
-  keeper.Opened(kBegin + 1s);
-  keeper.Counted(Counts(1, 20, 2, 7, 5), kBegin + 1s);
+  keeper.Started(kStart + 1s);
+  keeper.Opened(kStart + 1s);
+  keeper.Counted(Counts(1, 20, 2, 7, 5), kStart + 1s);
   EXPECT_EQ(keeper.state().subscribers, 1U);
   EXPECT_EQ(keeper.state().written, 120U);
   EXPECT_EQ(keeper.state().refused, 3U);
@@ -141,12 +141,12 @@ TEST(LinkKeeper, CountsGoOnOverProcesses) {
 
 TEST(LinkKeeper, OneThatSomebodyElseStartsIsAwaited) {
   LinkKeeper keeper(false);
-  EXPECT_EQ(keeper.Look(kBegin), Wish::nothing);
+  EXPECT_EQ(keeper.Look(kStart), Wish::nothing);
   EXPECT_EQ(keeper.NextLook(), Instant::max());
-  keeper.Started(kBegin);
-  keeper.Opened(kBegin);
-  keeper.Ended("closed the link", kBegin + 1s);
-  EXPECT_EQ(keeper.Look(kBegin + 1h), Wish::nothing);
+  keeper.Started(kStart);
+  keeper.Opened(kStart);
+  keeper.Ended("closed the link", kStart + 1s);
+  EXPECT_EQ(keeper.Look(kStart + 1h), Wish::nothing);
   EXPECT_EQ(keeper.state().next_start, std::nullopt);
   EXPECT_EQ(keeper.state().times_lost, 1U);
 }

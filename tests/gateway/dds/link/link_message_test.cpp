@@ -52,7 +52,7 @@ constexpr char kRequest[] =
     "70 00 00 00 00 00 00 00 00 00 00 00 00 00 F0 3F 02 00 00 00 32 00 01 00 "
     "C4 09 00 00 00 00 00 00 80 D6 9D F9 82 EB E9 18";
 
-WriteArrival ARequest() {
+WriteArrival AnArrival() {
   WriteArrival arrival;
   arrival.request = {.gateway = "sub-7",
                      .client = "plc-1",
@@ -72,16 +72,16 @@ WriteArrival ARequest() {
 }
 
 TEST(LinkMessage, RequestsAndRepliesBothWays) {
-  const Bytes packet = EncodeRequest(ARequest());
+  const Bytes packet = EncodeRequest(AnArrival());
   EXPECT_EQ(ToHex(packet), kRequest);
   const auto message = ParseLink(packet);
   ASSERT_TRUE(message.ok()) << message.error();
   EXPECT_EQ(message->kind, LinkKind::request);
   const auto back = DecodeRequest(message->body);
   ASSERT_TRUE(back.ok()) << back.error();
-  EXPECT_EQ(back->request, ARequest().request);
-  EXPECT_EQ(back->writer, ARequest().writer);
-  EXPECT_EQ(back->received, ARequest().received);
+  EXPECT_EQ(back->request, AnArrival().request);
+  EXPECT_EQ(back->writer, AnArrival().writer);
+  EXPECT_EQ(back->received, AnArrival().received);
   EXPECT_TRUE(back->lasting);
   for (std::size_t size = 0; size < message->body.size(); ++size) {
     EXPECT_FALSE(DecodeRequest(message->body.first(size)).ok()) << size;
@@ -89,7 +89,7 @@ TEST(LinkMessage, RequestsAndRepliesBothWays) {
   Bytes neither(message->body.begin(), message->body.end());
   neither[24] = 2;
   EXPECT_FALSE(DecodeRequest(neither).ok());
-  WriteArrival beyond = ARequest();
+  WriteArrival beyond = AnArrival();
   beyond.request.point = std::string(kMaxKey + 1, 'p');
   EXPECT_TRUE(EncodeRequest(beyond).empty());
 

@@ -7,6 +7,7 @@
 
 #include "gateway/base/text.h"
 #include "tests/gateway/dds/remembering_writer.h"
+#include "tests/support/times.h"
 
 namespace baudgate::dds {
 namespace {
@@ -15,8 +16,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::RememberingWriter;
 using ::testing::SizeIs;
-
-constexpr Instant kBegin = Instant() + 1h;
 
 class LinkServerTest : public ::testing::Test {
  protected:
@@ -29,7 +28,7 @@ class LinkServerTest : public ::testing::Test {
   }
   void Open() {
     ASSERT_TRUE(Take(EncodeOpen({.gateway = "g", .participant = {}, .points = 5, .devices = 2})));
-    ASSERT_EQ(*server_.Answer(kBegin), EncodeBare(LinkKind::opened));
+    ASSERT_EQ(*server_.Answer(kStart), EncodeBare(LinkKind::opened));
   }
   static PointSample Point(const std::string& name) {
     PointSample sample;
@@ -52,7 +51,7 @@ class LinkServerTest : public ::testing::Test {
 };
 
 TEST_F(LinkServerTest, OpensOnceAndPublishes) {
-  EXPECT_EQ(server_.Answer(kBegin), std::nullopt);
+  EXPECT_EQ(server_.Answer(kStart), std::nullopt);
   Open();
   EXPECT_EQ(asked_.points, 5U);
   ASSERT_TRUE(Take(LinkKind::point, Point("p")));
@@ -79,13 +78,13 @@ TEST_F(LinkServerTest, AnEventThatIsNotTakenIsTriedAgainBeforeThoseBehindIt) {
   EXPECT_THAT(writer_->events, ElementsAre(Event(1)));
   writer_->answer = Sent::refused;
   ASSERT_TRUE(Take(LinkKind::event, Event(2)));
-  server_.Answer(kBegin + 1s);
+  server_.Answer(kStart + 1s);
   writer_->answer = Sent::yes;
   ASSERT_TRUE(Take(LinkKind::event, Event(3)));
   EXPECT_THAT(writer_->events, SizeIs(1)) << "in their order";
-  server_.Answer(kBegin + 1500ms);
+  server_.Answer(kStart + 1500ms);
   EXPECT_THAT(writer_->events, SizeIs(1)) << "not before a second";
-  server_.Answer(kBegin + 2s);
+  server_.Answer(kStart + 2s);
   EXPECT_THAT(writer_->events, ElementsAre(Event(1), Event(2), Event(3)));
   EXPECT_THAT(Take(*ParseHex("07 05 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
 }
@@ -96,10 +95,10 @@ TEST_F(LinkServerTest, EventsThatAreNeverTakenAreBoundedAndCounted) {
   for (std::uint64_t seq = 1; seq <= 1005; ++seq) {
     ASSERT_TRUE(Take(LinkKind::event, Event(seq)));
   }
-  const auto counts = DecodeCounts(ParseLink(*server_.Answer(kBegin + 1s))->body);
+  const auto counts = DecodeCounts(ParseLink(*server_.Answer(kStart + 1s))->body);
   EXPECT_EQ(counts->events_dropped, 5U);
   writer_->answer = Sent::yes;
-  server_.Answer(kBegin + 3s);
+  server_.Answer(kStart + 3s);
   ASSERT_THAT(writer_->events, SizeIs(1000));
   EXPECT_EQ(writer_->events.front().seq, 6U);
 }
@@ -116,11 +115,11 @@ TEST_F(LinkServerTest, HandsRequestsOnAndPublishesReplies) {
       {.gateway = "g", .participant = {}, .points = 5, .devices = 2, .requests = true})));
   EXPECT_EQ(server_.NextRequest(), std::nullopt);
   ASSERT_TRUE(writer_->on_request);
-  writer_->on_request(Arrival(7, kBegin));
+  writer_->on_request(Arrival(7, kStart));
   EXPECT_EQ(woken_, 1);
   const auto packet = server_.NextRequest();
   ASSERT_TRUE(packet);
-  EXPECT_EQ(*packet, EncodeRequest(Arrival(7, kBegin)));
+  EXPECT_EQ(*packet, EncodeRequest(Arrival(7, kStart)));
   EXPECT_EQ(server_.NextRequest(), std::nullopt);
 
   const ReplySample reply{"g", "c", 7, "ok", "", 1};
@@ -137,12 +136,12 @@ TEST_F(LinkServerTest, ListensForNoRequestsWhereWritingIsDenied) {
 TEST_F(LinkServerTest, AFloodOfRequestsIsBoundedAndCounted) {
   ASSERT_TRUE(Take(EncodeOpen(
       {.gateway = "g", .participant = {}, .points = 5, .devices = 2, .requests = true})));
-  for (std::uint64_t seq = 0; seq < 10'000; ++seq) writer_->on_request(Arrival(seq, kBegin));
+  for (std::uint64_t seq = 0; seq < 10'000; ++seq) writer_->on_request(Arrival(seq, kStart));
   std::uint64_t handed = 0;
   while (server_.NextRequest()) ++handed;
   EXPECT_EQ(handed, RequestIntake::kMost);
-  ASSERT_EQ(*server_.Answer(kBegin), EncodeBare(LinkKind::opened));
-  const auto counts = server_.Answer(kBegin + 2s);
+  ASSERT_EQ(*server_.Answer(kStart), EncodeBare(LinkKind::opened));
+  const auto counts = server_.Answer(kStart + 2s);
   ASSERT_TRUE(counts);
   EXPECT_EQ(DecodeCounts(ParseLink(*counts)->body)->dropped, 10'000 - handed);
 }
@@ -150,36 +149,36 @@ TEST_F(LinkServerTest, AFloodOfRequestsIsBoundedAndCounted) {
 TEST_F(LinkServerTest, SaysWhyItCanNotOpenAndMayBeAskedAgain) {
   refusal_ = "dds: interface 192.0.2.1 is not an IPv4 address of this machine";
   ASSERT_TRUE(Take(EncodeOpen({})));
-  const auto answer = server_.Answer(kBegin);
+  const auto answer = server_.Answer(kStart);
   ASSERT_TRUE(answer);
   EXPECT_EQ(*answer, EncodeFailed(refusal_));
-  EXPECT_EQ(server_.Answer(kBegin + 5s), std::nullopt);
+  EXPECT_EQ(server_.Answer(kStart + 5s), std::nullopt);
   refusal_.clear();
   Open();
 }
 
 TEST_F(LinkServerTest, CountsAreASignOfLifeOnceASecond) {
   Open();
-  EXPECT_EQ(server_.Answer(kBegin + 999ms), std::nullopt);
+  EXPECT_EQ(server_.Answer(kStart + 999ms), std::nullopt);
   ASSERT_TRUE(Take(LinkKind::point, Point("p")));
   writer_->counted.passed = 12345;
   writer_->counted.refused[static_cast<std::size_t>(Refusal::fragment)] = 38;
-  EXPECT_EQ(server_.NextAnswer(), kBegin + 1s) << "datagrams come all the time";
-  const auto answer = server_.Answer(kBegin + 1s);
+  EXPECT_EQ(server_.NextAnswer(), kStart + 1s) << "datagrams come all the time";
+  const auto answer = server_.Answer(kStart + 1s);
   ASSERT_TRUE(answer);
   EXPECT_EQ(
       *answer,
       EncodeCounts({.subscribers = 0, .written = 1, .refused = 0, .datagrams = writer_->counted}));
-  EXPECT_EQ(server_.Answer(kBegin + 1s), std::nullopt);
-  EXPECT_TRUE(server_.Answer(kBegin + 2s));
+  EXPECT_EQ(server_.Answer(kStart + 1s), std::nullopt);
+  EXPECT_TRUE(server_.Answer(kStart + 2s));
 }
 
 TEST_F(LinkServerTest, ARefusedSampleIsToldSoon) {
   Open();
   writer_->answer = Sent::refused;
   ASSERT_TRUE(Take(LinkKind::point, Point("p")));
-  EXPECT_EQ(server_.NextAnswer(), kBegin + 100ms);
-  EXPECT_EQ(*server_.Answer(kBegin + 100ms),
+  EXPECT_EQ(server_.NextAnswer(), kStart + 100ms);
+  EXPECT_EQ(*server_.Answer(kStart + 100ms),
             EncodeCounts({.subscribers = 0, .written = 0, .refused = 1}));
 }
 
@@ -187,7 +186,7 @@ TEST_F(LinkServerTest, TheEndIsTheEnd) {
   Open();
   ASSERT_TRUE(Take(EncodeBare(LinkKind::end)));
   EXPECT_TRUE(server_.ended());
-  EXPECT_EQ(*server_.Answer(kBegin), EncodeBare(LinkKind::left)) << "subscribers have everything";
+  EXPECT_EQ(*server_.Answer(kStart), EncodeBare(LinkKind::left)) << "subscribers have everything";
 }
 
 TEST_F(LinkServerTest, WhatIsWrongClosesTheLink) {

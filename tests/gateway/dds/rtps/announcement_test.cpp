@@ -49,7 +49,7 @@ TEST(Announcement, NothingElseIsPassedOn) {
   // A fragment that ends Fast DDS 2.9.1, before and behind.
   Bytes hidden = Rtps("16 03 24 00");
   hidden.resize(hidden.size() + 0x24);
-  const Bytes right = testing::Announcement(7);
+  const Bytes right = testing::AnnouncementOf(7);
   const std::size_t header = 20;
   Append(hidden, View(right).subspan(header));
   Append(hidden, View(*ParseHex("16 03 04 00 00 00 00 00")));
@@ -60,7 +60,7 @@ TEST(Announcement, NothingElseIsPassedOn) {
 }
 
 TEST(Announcement, NothingBehindItsParametersIsPassedOn) {
-  const Bytes right = testing::Announcement(7);
+  const Bytes right = testing::AnnouncementOf(7);
   Bytes longer = right;
   longer.resize(right.size() + 8, 0xEE);
   longer[22] = static_cast<std::uint8_t>(right[22] + 8);  // the length of the DATA
@@ -93,7 +93,7 @@ TEST(Announcement, OnlyOfTheAddressThatItCameFrom) {
   EXPECT_EQ(WhyNot(Captured().at("fast_spdp"), {0x0A000001, 40000}),
             "an announcement without the address that it came from");
   // Two addresses: 10.0.0.9, and that of the sender.
-  const Bytes two = testing::Announcement(
+  const Bytes two = testing::AnnouncementOf(
       7, 20, "32 00 18 00 01 00 00 00 F2 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 0A 00 00 09");
   const auto there = ReadAnnouncement(two, {0x0A000009, 40000});
   ASSERT_TRUE(there) << there.error();
@@ -101,11 +101,11 @@ TEST(Announcement, OnlyOfTheAddressThatItCameFrom) {
 }
 
 TEST(Announcement, NotOnBehalfOfAnother) {
-  Bytes forged = testing::Announcement(7);
+  Bytes forged = testing::AnnouncementOf(7);
   forged[19] = 8;  // the header's prefix; the participant's stays 7
   EXPECT_EQ(WhyNot(forged), "an announcement on behalf of another");
   Bytes source = Rtps("0C 01 14 00 00 00 00 00 02 03 01 0F 01 0F AA BB CC DD 00 00 01 00 00 07", 7);
-  Append(source, View(testing::Announcement(7)).subspan(20));
+  Append(source, View(testing::AnnouncementOf(7)).subspan(20));
   EXPECT_EQ(WhyNot(source), "an announcement on behalf of another");
 }
 
@@ -118,11 +118,11 @@ TEST(Announcement, NothingElseIsOne) {
     EXPECT_EQ(WhyNot(bytes), "no announcement of a participant") << name;
   }
   // To the reader of publications, by the writer of announcements.
-  Bytes elsewhere = testing::Announcement(7);
+  Bytes elsewhere = testing::AnnouncementOf(7);
   elsewhere[20 + 4 + 4 + 2] = 0x03;
   EXPECT_EQ(WhyNot(elsewhere), "no announcement of a participant");
   // 268435456 properties in a token.
-  EXPECT_EQ(WhyNot(testing::Announcement(
+  EXPECT_EQ(WhyNot(testing::AnnouncementOf(
                 7, 20, "01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 10 00 00 00 00")),
             "a broken parameter list");
 }

@@ -6,15 +6,15 @@
 
 #include <limits>
 
+#include "tests/support/times.h"
+
 namespace baudgate::dds {
 namespace {
 
 using ::testing::HasSubstr;
 using What = RequestBook::Verdict::What;
 
-constexpr Instant kStart{1h};
-
-RequestSample Request(std::uint64_t seq, const std::string& client = "plc-1") {
+RequestSample RequestOf(std::uint64_t seq, const std::string& client = "plc-1") {
   RequestSample request;
   request.gateway = "g", request.client = client, request.seq = seq;
   request.device = "feeder-1", request.point = "setting_group", request.value = 1;
@@ -29,7 +29,7 @@ class RequestBookTest : public testing::Test {
   }
   /// Begun and done.
   void Do(std::uint64_t seq, const std::string& client = "plc-1") {
-    ASSERT_EQ(Begin(Request(seq, client)), What::fresh) << client << ' ' << seq;
+    ASSERT_EQ(Begin(RequestOf(seq, client)), What::fresh) << client << ' ' << seq;
     book_.End(client, seq, {WriteEnd::ok, "", 7});
   }
 
@@ -39,23 +39,23 @@ class RequestBookTest : public testing::Test {
 };
 
 TEST_F(RequestBookTest, ADuplicateIsAnsweredAndNotRepeated) {
-  EXPECT_EQ(Begin(Request(7)), What::fresh);
-  EXPECT_EQ(Begin(Request(7)), What::under_way);
+  EXPECT_EQ(Begin(RequestOf(7)), What::fresh);
+  EXPECT_EQ(Begin(RequestOf(7)), What::under_way);
   book_.End("plc-1", 7, {WriteEnd::differs, "shows 2", 250});
   for (int again = 0; again < 3; ++again) {
     now_ += 1h;
-    EXPECT_EQ(Begin(Request(7)), What::answered);
+    EXPECT_EQ(Begin(RequestOf(7)), What::answered);
     EXPECT_EQ(last_.answer.end, WriteEnd::differs);
     EXPECT_EQ(last_.answer.reason, "shows 2");
     EXPECT_EQ(last_.answer.took_us, 250U);
   }
-  EXPECT_EQ(Begin(Request(7, "plc-2")), What::fresh) << "another client's numbers are its own";
+  EXPECT_EQ(Begin(RequestOf(7, "plc-2")), What::fresh) << "another client's numbers are its own";
 }
 
 TEST_F(RequestBookTest, TheSameNumberForAnotherRequestIsRefused) {
   Do(7);
   const auto changed = [](auto change) {
-    RequestSample request = Request(7);
+    RequestSample request = RequestOf(7);
     change(request);
     return request;
   };
@@ -78,7 +78,7 @@ TEST_F(RequestBookTest, TheSameNumberForAnotherRequestIsRefused) {
 }
 
 TEST_F(RequestBookTest, ANaNIsTheSameNaN) {
-  RequestSample request = Request(7);
+  RequestSample request = RequestOf(7);
   request.value = std::numeric_limits<double>::quiet_NaN();
   request.text = "12345678901234567890";
   EXPECT_EQ(Begin(request), What::fresh);
@@ -88,66 +88,66 @@ TEST_F(RequestBookTest, ANaNIsTheSameNaN) {
 TEST_F(RequestBookTest, WhatIsForgottenIsRefusedAndNeverRepeated) {
   for (std::uint64_t seq = 10; seq < 10 + RequestBook::kRemembered; ++seq) Do(seq);
   Do(3);  // out of order, and pushes the lowest out
-  EXPECT_EQ(Begin(Request(10)), What::refused);
+  EXPECT_EQ(Begin(RequestOf(10)), What::refused);
   EXPECT_EQ(last_.answer.end, WriteEnd::denied);
   EXPECT_THAT(last_.answer.reason, HasSubstr("the last 32 are remembered"));
-  EXPECT_EQ(Begin(Request(5)), What::refused) << "below what is forgotten";
-  EXPECT_EQ(Begin(Request(3)), What::answered);
-  EXPECT_EQ(Begin(Request(11)), What::answered);
+  EXPECT_EQ(Begin(RequestOf(5)), What::refused) << "below what is forgotten";
+  EXPECT_EQ(Begin(RequestOf(3)), What::answered);
+  EXPECT_EQ(Begin(RequestOf(11)), What::answered);
   Do(1000);
-  EXPECT_EQ(Begin(Request(500)), What::fresh) << "gaps may be filled";
+  EXPECT_EQ(Begin(RequestOf(500)), What::fresh) << "gaps may be filled";
 }
 
 TEST_F(RequestBookTest, TheHighestNumberIsOneLikeAnother) {
   constexpr std::uint64_t kHighest = std::numeric_limits<std::uint64_t>::max();
   Do(0);
   Do(kHighest);
-  EXPECT_EQ(Begin(Request(0)), What::answered);
-  EXPECT_EQ(Begin(Request(kHighest)), What::answered);
+  EXPECT_EQ(Begin(RequestOf(0)), What::answered);
+  EXPECT_EQ(Begin(RequestOf(kHighest)), What::answered);
 }
 
 TEST_F(RequestBookTest, OneClientHasAFewUnderWay) {
   for (std::uint64_t seq = 1; seq <= RequestBook::kUnderWay; ++seq) {
-    EXPECT_EQ(Begin(Request(seq)), What::fresh);
+    EXPECT_EQ(Begin(RequestOf(seq)), What::fresh);
   }
-  EXPECT_EQ(Begin(Request(9)), What::refused);
+  EXPECT_EQ(Begin(RequestOf(9)), What::refused);
   EXPECT_EQ(last_.answer.end, WriteEnd::busy);
-  EXPECT_EQ(Begin(Request(9)), What::answered) << "it was not done and never will be";
+  EXPECT_EQ(Begin(RequestOf(9)), What::answered) << "it was not done and never will be";
   EXPECT_EQ(last_.answer.end, WriteEnd::busy);
-  EXPECT_EQ(Begin(Request(1, "plc-2")), What::fresh);
+  EXPECT_EQ(Begin(RequestOf(1, "plc-2")), What::fresh);
   book_.End("plc-1", 4, {});
-  EXPECT_EQ(Begin(Request(9)), What::answered);
-  EXPECT_EQ(Begin(Request(10)), What::fresh);
+  EXPECT_EQ(Begin(RequestOf(9)), What::answered);
+  EXPECT_EQ(Begin(RequestOf(10)), What::fresh);
   // A flood of it forgets nothing that is under way.
-  for (std::uint64_t seq = 100; seq < 1000; ++seq) EXPECT_EQ(Begin(Request(seq)), What::refused);
-  EXPECT_EQ(Begin(Request(1)), What::under_way);
+  for (std::uint64_t seq = 100; seq < 1000; ++seq) EXPECT_EQ(Begin(RequestOf(seq)), What::refused);
+  EXPECT_EQ(Begin(RequestOf(1)), What::under_way);
 }
 
 TEST_F(RequestBookTest, ClientsAreBoundedAndTheRecentOnesKept) {
   for (std::size_t i = 0; i < RequestBook::kClients; ++i) Do(1, "plc-" + std::to_string(i));
-  EXPECT_EQ(Begin(Request(1, "one too many")), What::refused);
+  EXPECT_EQ(Begin(RequestOf(1, "one too many")), What::refused);
   EXPECT_EQ(last_.answer.end, WriteEnd::busy);
   now_ += RequestBook::kKept - 1s;
-  EXPECT_EQ(Begin(Request(1, "plc-0")), What::answered);
-  EXPECT_EQ(Begin(Request(2, "plc-1")), What::fresh);  // and stays under way
+  EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered);
+  EXPECT_EQ(Begin(RequestOf(2, "plc-1")), What::fresh);  // and stays under way
   now_ += 1s;
-  EXPECT_EQ(Begin(Request(1, "one too many")), What::fresh) << "who was silent has left";
-  EXPECT_EQ(Begin(Request(1, "plc-0")), What::answered);
+  EXPECT_EQ(Begin(RequestOf(1, "one too many")), What::fresh) << "who was silent has left";
+  EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered);
   EXPECT_EQ(book_.clients(), RequestBook::kClients);
   now_ += 24h;
   for (std::size_t i = 0; i < 10 * RequestBook::kClients; ++i) {
-    EXPECT_EQ(Begin(Request(1, "other " + std::to_string(i))),
+    EXPECT_EQ(Begin(RequestOf(1, "other " + std::to_string(i))),
               i < RequestBook::kClients - 2 ? What::fresh : What::refused)
         << i;
   }
-  EXPECT_EQ(Begin(Request(2, "plc-1")), What::under_way) << "never forgotten before its end";
+  EXPECT_EQ(Begin(RequestOf(2, "plc-1")), What::under_way) << "never forgotten before its end";
 }
 
 TEST_F(RequestBookTest, AnEndOfNothingDoesNothing) {
   book_.End("plc-1", 7, {});
   Do(7);
   book_.End("plc-1", 7, {WriteEnd::refused, "late", 0});
-  EXPECT_EQ(Begin(Request(7)), What::answered);
+  EXPECT_EQ(Begin(RequestOf(7)), What::answered);
   EXPECT_EQ(last_.answer.end, WriteEnd::ok);
 }
 

@@ -10,7 +10,7 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr const char* kWrite = "06 00 08 00 00";
+constexpr const char* kStopAll = "06 00 08 00 00";
 constexpr const char* kReadStatus = "03 23 28 00 01";
 constexpr const char* kStatus = "12 34 00 00 00 05 00 03 02 00 00";
 constexpr const char* kNotHere = "12 34 00 00 00 03 00 86 02";
@@ -22,7 +22,7 @@ class BroadcastTest : public DeskTest {
 
 TEST_F(BroadcastTest, ByDefaultUnitZeroIsTheGateway) {
   Add(1, 20, 20);
-  EXPECT_THAT(Ask(0, kWrite), ElementsAre(kNotHere));
+  EXPECT_THAT(Ask(0, kStopAll), ElementsAre(kNotHere));
   EXPECT_THAT(Ask(0, kReadStatus), ElementsAre(kStatus));
   EXPECT_EQ(drive_.count(), 0U);
 }
@@ -32,12 +32,12 @@ TEST_F(BroadcastTest, PassedOnItReachesEveryRoutedLineOnceAndIsNeverAnswered) {
   Add(1, 20, 20).deadline = 700ms;
   Add(2, 30, 30);
   Add(1, 21, 21).deadline = 900ms;
-  EXPECT_THAT(Ask(0, kWrite), ElementsAre("nothing"));
+  EXPECT_THAT(Ask(0, kStopAll), ElementsAre("nothing"));
   ASSERT_EQ(drive_.count(), 1U);
   ASSERT_EQ(pumps_.count(), 1U);
   const RoutedRequest request = drive_.Wait(0);
   EXPECT_EQ(request.slave, 0);
-  EXPECT_EQ(ToHex(request.pdu), kWrite);
+  EXPECT_EQ(ToHex(request.pdu), kStopAll);
   EXPECT_EQ(request.deadline, now_ + 700ms);
   now_ += 1h;
   request.done(GoodReply(Bytes{}));
@@ -69,7 +69,7 @@ TEST_F(BroadcastTest, PermissionCountsForBroadcastsToo) {
   Pass();
   listener().permit = config::Permit::read;
   Add(1, 20, 20);
-  EXPECT_THAT(Ask(0, kWrite), ElementsAre("12 34 00 00 00 03 00 86 01"));
+  EXPECT_THAT(Ask(0, kStopAll), ElementsAre("12 34 00 00 00 03 00 86 01"));
   EXPECT_EQ(drive_.count(), 0U);
 }
 
@@ -77,20 +77,20 @@ TEST_F(BroadcastTest, ARouteOfUnitZeroSendsItToItsOwnLineOnly) {
   Pass();
   Add(1, 20, 20);
   Add(2, 0, 0);
-  EXPECT_THAT(Ask(0, kWrite), ElementsAre("nothing"));
+  EXPECT_THAT(Ask(0, kStopAll), ElementsAre("nothing"));
   EXPECT_EQ(drive_.count(), 0U);
   EXPECT_EQ(pumps_.Wait(0).slave, 0);
   EXPECT_THAT(Ask(0, kReadStatus), ElementsAre(kStatus));
   listener().broadcast = config::Listener::Broadcast::ignore;
-  EXPECT_THAT(Ask(0, kWrite), ElementsAre(kNotHere));
+  EXPECT_THAT(Ask(0, kStopAll), ElementsAre(kNotHere));
   EXPECT_EQ(pumps_.count(), 1U);
 }
 
 TEST_F(BroadcastTest, ARouteThatRemapsUnitZeroMakesItAnOrdinaryRequest) {
   Add(1, 0, 0).remap = 7;
-  Ask(0, kWrite);
+  Ask(0, kStopAll);
   EXPECT_EQ(drive_.Wait(0).slave, 7);
-  drive_.Wait(0).done(GoodReply(std::string(kWrite)));
+  drive_.Wait(0).done(GoodReply(std::string(kStopAll)));
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 06 00 06 00 08 00 00"));
   Ask(0, kReadStatus);
   EXPECT_EQ(ToHex(drive_.Wait(1).pdu), kReadStatus);
@@ -99,9 +99,9 @@ TEST_F(BroadcastTest, ARouteThatRemapsUnitZeroMakesItAnOrdinaryRequest) {
 TEST_F(BroadcastTest, AnRtuMasterIsNotAnsweredEvenWhereOneSlaveIsMeant) {
   listener().protocol = config::Listener::Protocol::rtu;
   Add(1, 0, 0).remap = 7;
-  for (const RoutedReply& reply :
-       {GoodReply(std::string(kWrite)), SlaveException("86 02"), Trouble(Outcome::no_reply, "")}) {
-    EXPECT_THAT(Ask(0, kWrite), IsEmpty());
+  for (const RoutedReply& reply : {GoodReply(std::string(kStopAll)), SlaveException("86 02"),
+                                   Trouble(Outcome::no_reply, "")}) {
+    EXPECT_THAT(Ask(0, kStopAll), IsEmpty());
     drive_.Wait(drive_.count() - 1).done(reply);
     EXPECT_THAT(Settle(), ElementsAre("nothing"));
   }
@@ -113,7 +113,7 @@ TEST_F(BroadcastTest, AnRtuMasterIsNotAnsweredEvenWhereOneSlaveIsMeant) {
 TEST_F(BroadcastTest, WhoBroadcastsMayLeaveAtOnce) {
   Pass();
   Add(1, 20, 20);
-  Ask(0, kWrite);
+  Ask(0, kStopAll);
   const std::uint64_t id = desks_[0]->id();
   EXPECT_NE(drive_.Wait(0).client, id);
   desks_[0]->Close();
@@ -127,21 +127,21 @@ TEST_F(BroadcastTest, WhoBroadcastsMayLeaveAtOnce) {
 TEST_F(BroadcastTest, OneClientMayNotFillTheQueuesWithBroadcasts) {
   Pass();
   Add(1, 20, 20);
-  for (std::size_t i = 0; i < RequestDesk::kMaxPending + 5; ++i) Ask(0, kWrite);
+  for (std::size_t i = 0; i < RequestDesk::kMaxPending + 5; ++i) Ask(0, kStopAll);
   EXPECT_EQ(drive_.count(), RequestDesk::kMaxPending);
   EXPECT_EQ(Traffic().routes.back().busy, 5U);
   drive_.Wait(0).done(GoodReply(Bytes{}));
   Settle();
-  Ask(0, kWrite);
+  Ask(0, kStopAll);
   EXPECT_EQ(drive_.count(), RequestDesk::kMaxPending + 1);
 }
 
 TEST_F(BroadcastTest, AnRtuMasterIsNeverAnsweredABroadcast) {
   listener().protocol = config::Listener::Protocol::rtu;
   Add(1, 20, 20);
-  EXPECT_THAT(Ask(0, kWrite), ElementsAre("nothing"));
+  EXPECT_THAT(Ask(0, kStopAll), ElementsAre("nothing"));
   listener().permit = config::Permit::read;
-  EXPECT_THAT(Ask(0, kWrite), ElementsAre("nothing"));
+  EXPECT_THAT(Ask(0, kStopAll), ElementsAre("nothing"));
   EXPECT_THAT(Ask(0, kReadStatus), ElementsAre(kStatus));
   EXPECT_EQ(drive_.count(), 0U);
 }

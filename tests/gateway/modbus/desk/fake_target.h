@@ -14,6 +14,9 @@
 
 namespace baudgate::modbus {
 
+/// A request for register 500.
+inline constexpr const char* kRead = "03 01 F4 00 01";
+
 inline RoutedReply GoodReply(Bytes pdu) {
   RoutedReply reply;
   reply.outcome = Outcome::ok;

@@ -12,8 +12,6 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr const char* kRead = "03 01 F4 00 01";
-
 TEST_F(DeskTest, EveryFunctionPassesAsItIs) {
   Add(1, 20, 20);
   const char* kRequests[] = {"01 00 00 00 08",
@@ -117,13 +115,13 @@ TEST_F(DeskTest, OneClientMayHaveThirtyTwoRequestsWaiting) {
   EXPECT_THAT(other.Take(), IsEmpty()) << "others have room of their own";
 }
 
-struct Ending {
+struct RoutedEnding {
   Outcome outcome;
   const char* pdu;
   const char* answer;
 };
 
-class RoutedEndings : public DeskTest, public testing::WithParamInterface<Ending> {};
+class RoutedEndings : public DeskTest, public testing::WithParamInterface<RoutedEnding> {};
 
 TEST_P(RoutedEndings, AreAnsweredAsTheContractSays) {
   Add(1, 20, 20);
@@ -135,17 +133,18 @@ TEST_P(RoutedEndings, AreAnsweredAsTheContractSays) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, RoutedEndings,
-                         testing::Values(Ending{Outcome::ok, "03 02 00 01", "5 14 03 02 00 01"},
-                                         Ending{Outcome::refused, "83 02", "3 14 83 02"},
-                                         Ending{Outcome::refused, "83 0B", "3 14 83 0B"},
-                                         Ending{Outcome::no_reply, "", "3 14 83 0B"},
-                                         Ending{Outcome::partial, "", "3 14 83 0B"},
-                                         Ending{Outcome::corrupt, "", "3 14 83 0B"},
-                                         Ending{Outcome::unexpected, "", "3 14 83 0B"},
-                                         Ending{Outcome::busy, "", "3 14 83 0B"},
-                                         Ending{Outcome::line_down, "", "3 14 83 0B"},
-                                         Ending{Outcome::none, "", "3 14 83 0B"},
-                                         Ending{Outcome::ok, "", "3 14 83 0B"}),
+                         testing::Values(RoutedEnding{Outcome::ok, "03 02 00 01",
+                                                      "5 14 03 02 00 01"},
+                                         RoutedEnding{Outcome::refused, "83 02", "3 14 83 02"},
+                                         RoutedEnding{Outcome::refused, "83 0B", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::no_reply, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::partial, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::corrupt, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::unexpected, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::busy, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::line_down, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::none, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::ok, "", "3 14 83 0B"}),
                          [](const auto& info) {
                            return std::string(Name(info.param.outcome)) +
                                   std::to_string(info.index);

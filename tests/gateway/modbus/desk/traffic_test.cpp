@@ -14,8 +14,6 @@ namespace {
 using testing::IsEmpty;
 using testing::SizeIs;
 
-constexpr const char* kRead = "03 01 F4 00 01";
-
 class TrafficTest : public DeskTest {
  protected:
   /// The identity that traffic.h promises.

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/gateway/modbus/registers/points.h"
+#include "tests/support/times.h"
 
 namespace baudgate::modbus {
 namespace {
@@ -15,7 +16,6 @@ using config::Type;
 using Registers = std::vector<std::uint16_t>;
 
 constexpr auto kTarget = kNoTarget;
-const Instant kStart = Instant(1000s);
 
 /// A device with a float at 0-1, an int16 at 2, a text at 3-4, and bits at 0 and 1.
 class RegisterContentsTest : public testing::Test {

@@ -8,6 +8,7 @@
 
 #include "gateway/modbus/registers/register_contents.h"
 #include "tests/gateway/modbus/registers/points.h"
+#include "tests/support/times.h"
 
 namespace baudgate::modbus {
 namespace {
@@ -16,7 +17,6 @@ using config::OnBad;
 using config::Table;
 using config::Type;
 
-const Instant kStart = Instant(1000s);
 constexpr std::size_t kAll = 1000;  // asks for so much that a stale image is made anew
 
 /// An answer either way: exception and words.

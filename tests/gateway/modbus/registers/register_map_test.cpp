@@ -14,8 +14,6 @@ using config::Table;
 using config::Type;
 
 constexpr auto kNone = kNoException;
-constexpr auto kAddress = kIllegalAddress;
-constexpr auto kValue = kIllegalValue;
 
 class RegisterMapTest : public testing::Test {
  protected:
@@ -78,24 +76,24 @@ TEST_F(RegisterMapTest, NeighboursAreDividedIntoTheirValues) {
 }
 
 TEST_F(RegisterMapTest, OneUnmappedAddressSpoilsTheRange) {
-  EXPECT_EQ(Read(7, 1), kAddress);
-  EXPECT_EQ(Read(3, 6), kAddress);
-  EXPECT_EQ(Read(2, 6), kAddress) << "unmapped counts before cut";
-  EXPECT_EQ(Read(12, 1), kAddress);
-  EXPECT_EQ(Read(65535, 1), kAddress);
+  EXPECT_EQ(Read(7, 1), kIllegalAddress);
+  EXPECT_EQ(Read(3, 6), kIllegalAddress);
+  EXPECT_EQ(Read(2, 6), kIllegalAddress) << "unmapped counts before cut";
+  EXPECT_EQ(Read(12, 1), kIllegalAddress);
+  EXPECT_EQ(Read(65535, 1), kIllegalAddress);
 }
 
 TEST_F(RegisterMapTest, PartOfAValueIsRefused) {
-  EXPECT_EQ(Read(1, 1), kValue);
-  EXPECT_EQ(Read(2, 1), kValue);
-  EXPECT_EQ(Read(0, 2), kValue);
-  EXPECT_EQ(Read(4, 2), kValue);
-  EXPECT_EQ(Read(2, 5), kValue);
+  EXPECT_EQ(Read(1, 1), kIllegalValue);
+  EXPECT_EQ(Read(2, 1), kIllegalValue);
+  EXPECT_EQ(Read(0, 2), kIllegalValue);
+  EXPECT_EQ(Read(4, 2), kIllegalValue);
+  EXPECT_EQ(Read(2, 5), kIllegalValue);
 }
 
 TEST_F(RegisterMapTest, WriteOnlyPointsCanNotBeRead) {
-  EXPECT_EQ(Read(11, 1), kAddress);
-  EXPECT_EQ(Read(20011, 1), kAddress);
+  EXPECT_EQ(Read(11, 1), kIllegalAddress);
+  EXPECT_EQ(Read(20011, 1), kIllegalAddress);
   EXPECT_EQ(Write(11, 1), kNone);
 }
 
@@ -108,9 +106,9 @@ TEST_F(RegisterMapTest, MirrorsMayBeReadInParts) {
   EXPECT_EQ(pieces_[1].index, 2U);
   ASSERT_EQ(Read(40001, 2), kNone);
   EXPECT_EQ(pieces_[0].area, Area::age);
-  EXPECT_EQ(Read(20007, 1), kAddress);
-  EXPECT_EQ(Read(40007, 1), kAddress);
-  EXPECT_EQ(Read(29000, 1), kAddress) << "the status block has no quality";
+  EXPECT_EQ(Read(20007, 1), kIllegalAddress);
+  EXPECT_EQ(Read(40007, 1), kIllegalAddress);
+  EXPECT_EQ(Read(29000, 1), kIllegalAddress) << "the status block has no quality";
 }
 
 TEST_F(RegisterMapTest, EdgesOfTheAreas) {
@@ -121,7 +119,7 @@ TEST_F(RegisterMapTest, EdgesOfTheAreas) {
   EXPECT_EQ(pieces_[1].area, Area::quality);
   EXPECT_EQ(Read(39999, 2), kNone) << "the last quality and the first age";
   EXPECT_EQ(Read(59999, 1), kNone);
-  EXPECT_EQ(Read(59999, 2), kAddress);
+  EXPECT_EQ(Read(59999, 2), kIllegalAddress);
 }
 
 TEST_F(RegisterMapTest, StatusBlock) {
@@ -129,14 +127,14 @@ TEST_F(RegisterMapTest, StatusBlock) {
   EXPECT_EQ(pieces_[0].area, Area::status);
   EXPECT_EQ(Read(9004, 4), kNone);
   EXPECT_EQ(Read(9015, 1), kNone);
-  EXPECT_EQ(Read(9002, 1), kValue);
-  EXPECT_EQ(Read(9003, 1), kValue);
+  EXPECT_EQ(Read(9002, 1), kIllegalValue);
+  EXPECT_EQ(Read(9003, 1), kIllegalValue);
   EXPECT_EQ(Read(8999, 2), kNone) << "a value and the status block in one range";
-  EXPECT_EQ(Read(9000, 1, Table::bits), kAddress);
-  EXPECT_EQ(Write(9000, 1), kAddress);
+  EXPECT_EQ(Read(9000, 1, Table::bits), kIllegalAddress);
+  EXPECT_EQ(Write(9000, 1), kIllegalAddress);
   EXPECT_EQ(PlanRead(map_.unit(5), Table::registers, 9000, 16, pieces_), kNone);
   EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9000, 12, pieces_), kNone);
-  EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 0, 1, pieces_), kAddress);
+  EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 0, 1, pieces_), kIllegalAddress);
 }
 
 TEST_F(RegisterMapTest, EventBlock) {
@@ -145,18 +143,25 @@ TEST_F(RegisterMapTest, EventBlock) {
     std::uint16_t count;
     ExceptionCode expected;
   } cases[] = {
-      {9016, 80, kNone}, {9016, 81, kAddress}, {9016, 10, kNone},   {9016, 2, kNone},
-      {9016, 1, kValue}, {9017, 1, kValue},    {9017, 2, kValue},   {9018, 2, kNone},
-      {9024, 1, kNone},  {9025, 1, kNone},     {9026, 10, kNone},   {9026, 2, kNone},
-      {9026, 1, kValue}, {9027, 9, kValue},    {9030, 1, kNone},    {9033, 1, kValue},
-      {9033, 2, kNone},  {9035, 1, kNone},     {9086, 10, kNone},   {9094, 2, kValue},
-      {9095, 1, kNone},  {9095, 2, kAddress},  {9096, 1, kAddress}, {9000, 96, kNone},
-      {9000, 18, kNone}, {9000, 17, kValue},   {9099, 1, kAddress},
+      {9016, 80, kNone},          {9016, 81, kIllegalAddress},
+      {9016, 10, kNone},          {9016, 2, kNone},
+      {9016, 1, kIllegalValue},   {9017, 1, kIllegalValue},
+      {9017, 2, kIllegalValue},   {9018, 2, kNone},
+      {9024, 1, kNone},           {9025, 1, kNone},
+      {9026, 10, kNone},          {9026, 2, kNone},
+      {9026, 1, kIllegalValue},   {9027, 9, kIllegalValue},
+      {9030, 1, kNone},           {9033, 1, kIllegalValue},
+      {9033, 2, kNone},           {9035, 1, kNone},
+      {9086, 10, kNone},          {9094, 2, kIllegalValue},
+      {9095, 1, kNone},           {9095, 2, kIllegalAddress},
+      {9096, 1, kIllegalAddress}, {9000, 96, kNone},
+      {9000, 18, kNone},          {9000, 17, kIllegalValue},
+      {9099, 1, kIllegalAddress},
   };
   for (const auto& c : cases) {
     EXPECT_EQ(Read(c.start, c.count), c.expected) << c.start << ", " << c.count;
-    EXPECT_EQ(Read(c.start, c.count, Table::bits), kAddress);
-    EXPECT_EQ(Write(c.start, c.count), kAddress);
+    EXPECT_EQ(Read(c.start, c.count, Table::bits), kIllegalAddress);
+    EXPECT_EQ(Write(c.start, c.count), kIllegalAddress);
   }
   ASSERT_EQ(Read(9014, 4), kNone);
   ASSERT_EQ(pieces_.size(), 2U);
@@ -164,28 +169,28 @@ TEST_F(RegisterMapTest, EventBlock) {
   EXPECT_EQ(pieces_[1].index, 0U);
   EXPECT_EQ(pieces_[1].offset, 2);
   EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9016, 80, pieces_), kNone);
-  EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9000, 96, pieces_), kAddress);
+  EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9000, 96, pieces_), kIllegalAddress);
   EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9000, 96, pieces_, Holes::zero), kNone);
 }
 
 TEST_F(RegisterMapTest, BitsAreATableOfTheirOwn) {
   EXPECT_EQ(Read(0, 2, Table::bits), kNone);
-  EXPECT_EQ(Read(0, 3, Table::bits), kAddress);
+  EXPECT_EQ(Read(0, 3, Table::bits), kIllegalAddress);
   EXPECT_EQ(Read(20005, 1, Table::bits), kNone);
-  EXPECT_EQ(Read(20006, 1, Table::bits), kAddress);
-  EXPECT_EQ(Read(40005, 1, Table::bits), kAddress) << "bits have no age";
+  EXPECT_EQ(Read(20006, 1, Table::bits), kIllegalAddress);
+  EXPECT_EQ(Read(40005, 1, Table::bits), kIllegalAddress) << "bits have no age";
 }
 
 TEST_F(RegisterMapTest, WritesCoverWholePoints) {
   EXPECT_EQ(Write(8, 1), kNone);
   EXPECT_EQ(Write(8, 4), kNone);
   EXPECT_EQ(pieces_.size(), 3U);
-  EXPECT_EQ(Write(7, 1), kAddress) << "no point";
-  EXPECT_EQ(Write(9, 1), kValue);
-  EXPECT_EQ(Write(8, 2), kValue);
-  EXPECT_EQ(Write(20008, 1), kAddress);
+  EXPECT_EQ(Write(7, 1), kIllegalAddress) << "no point";
+  EXPECT_EQ(Write(9, 1), kIllegalValue);
+  EXPECT_EQ(Write(8, 2), kIllegalValue);
+  EXPECT_EQ(Write(20008, 1), kIllegalAddress);
   EXPECT_EQ(Write(1, 1, Table::bits), kNone);
-  EXPECT_EQ(Write(1, 2, Table::bits), kAddress);
+  EXPECT_EQ(Write(1, 2, Table::bits), kIllegalAddress);
 }
 
 TEST(RegisterMap, WhatTheCheckLetThroughByMistakeIsNotServed) {
@@ -204,11 +209,11 @@ TEST_F(RegisterMapTest, HolesAreOnePieceEachWhereTheListenerLetsThemPass) {
   EXPECT_EQ(pieces_[1].area, Area::hole);
   EXPECT_EQ(pieces_[1].offset, 4);
   EXPECT_EQ(pieces_[1].count, 1);
-  EXPECT_EQ(ReadOver(11, 1), kAddress) << "nothing but a hole: a point that is only written";
-  EXPECT_EQ(ReadOver(4000, 100), kAddress);
+  EXPECT_EQ(ReadOver(11, 1), kIllegalAddress) << "nothing but a hole: a point that is only written";
+  EXPECT_EQ(ReadOver(4000, 100), kIllegalAddress);
   EXPECT_EQ(ReadOver(8, 100), kNone);
   EXPECT_EQ(pieces_.back().count, 97) << "behind the float at 9";
-  EXPECT_EQ(ReadOver(7, 3), kValue) << "half a float stays an error";
+  EXPECT_EQ(ReadOver(7, 3), kIllegalValue) << "half a float stays an error";
   EXPECT_EQ(ReadOver(8990, 20), kNone) << "a hole, a value, the status block";
   EXPECT_EQ(pieces_.size(), 3U);
 }

@@ -5,7 +5,7 @@
 namespace baudgate::modbus {
 namespace {
 
-constexpr const char* kWrite = "06 00 00 00 07";
+constexpr const char* kWriteZero = "06 00 00 00 07";
 
 class MasterEchoTest : public MasterSessionTest {
  protected:
@@ -16,12 +16,12 @@ class MasterEchoTest : public MasterSessionTest {
   /// The master sends a write that is confirmed; ends as the reply is handed to the port.
   void WriteOnce() {
     const std::size_t number = commands();
-    Say(1, kWrite);
+    Say(1, kWriteZero);
     ASSERT_EQ(commands(), number + 1) << "it is carried out";
     sink_.commands[number].done({});
     Poll();
     Pass(session_->Deadline().value() - now_.instant);
-    EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Rtu(1, kWrite))));
+    EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Rtu(1, kWriteZero))));
   }
   /// The same bytes, the last of them so long after the reply was handed to the port.
   void HearAt(const Bytes& bytes, Duration after_the_reply) {
@@ -34,7 +34,7 @@ class MasterEchoTest : public MasterSessionTest {
 TEST_F(MasterEchoTest, OffAnEchoIsNotCarriedOutAndCounted) {
   BeginWith(config::Listener::Echo::off);
   WriteOnce();
-  Say(1, kWrite);
+  Say(1, kWriteZero);
   ExpectSilence();
   EXPECT_EQ(commands(), 1U);
   EXPECT_EQ(Master().echoes, 1U);
@@ -45,7 +45,7 @@ TEST_F(MasterEchoTest, OffAnEchoIsNotCarriedOutAndCounted) {
 TEST_F(MasterEchoTest, OffAnEchoMayComeInPieces) {
   BeginWith(config::Listener::Echo::off);
   WriteOnce();
-  for (const std::uint8_t byte : Rtu(1, kWrite)) Hear({byte});
+  for (const std::uint8_t byte : Rtu(1, kWriteZero)) Hear({byte});
   ExpectSilence();
   EXPECT_EQ(commands(), 1U);
   EXPECT_EQ(Master().echoes, 1U);
@@ -54,7 +54,7 @@ TEST_F(MasterEchoTest, OffAnEchoMayComeInPieces) {
 TEST_F(MasterEchoTest, OffAnEchoMayBe50MillisecondsAndItsLineTimeLate) {
   BeginWith(config::Listener::Echo::off);
   WriteOnce();
-  HearAt(Rtu(1, kWrite), Latest());
+  HearAt(Rtu(1, kWriteZero), Latest());
   ExpectSilence();
   EXPECT_EQ(commands(), 1U);
   EXPECT_EQ(Master().echoes, 1U);
@@ -63,7 +63,7 @@ TEST_F(MasterEchoTest, OffAnEchoMayBe50MillisecondsAndItsLineTimeLate) {
 TEST_F(MasterEchoTest, OffWhatComesLaterIsTheMasters) {
   BeginWith(config::Listener::Echo::off);
   WriteOnce();
-  HearAt(Rtu(1, kWrite), Latest() + 1ms);
+  HearAt(Rtu(1, kWriteZero), Latest() + 1ms);
   EXPECT_EQ(commands(), 2U);
   EXPECT_EQ(Master().echoes, 0U);
 }
@@ -81,7 +81,7 @@ TEST_F(MasterEchoTest, OffAMasterThatRepeatsAtOnceIsHeardTheSecondTime) {
   BeginWith(config::Listener::Echo::off);
   WriteOnce();
   Pass(LineTime(8) + 4ms);
-  Say(1, kWrite);
+  Say(1, kWriteZero);
   ExpectSilence();
   EXPECT_EQ(commands(), 1U);
   WriteOnce();
@@ -102,7 +102,7 @@ TEST_F(MasterEchoTest, OffOnlyTheFirstFrameBehindAReplyIsItsEcho) {
   BeginWith(config::Listener::Echo::off);
   WriteOnce();
   Say(20, "03 00 C8 00 01");
-  Say(1, kWrite);
+  Say(1, kWriteZero);
   EXPECT_EQ(commands(), 2U) << "the master writes between its other requests";
   EXPECT_EQ(Master().echoes, 0U);
 }
@@ -111,7 +111,7 @@ TEST_F(MasterEchoTest, StripAnEchoIsTakenOutAndTheNextWriteIsTheMasters) {
   BeginWith(config::Listener::Echo::strip);
   for (int i = 0; i < 3; ++i) {
     WriteOnce();
-    Say(1, kWrite);
+    Say(1, kWriteZero);
     Pass(3ms);
   }
   EXPECT_EQ(commands(), 3U);
@@ -123,7 +123,7 @@ TEST_F(MasterEchoTest, StripAnEchoMayComeInPiecesAndLate) {
   BeginWith(config::Listener::Echo::strip);
   WriteOnce();
   Pass(Latest() + 1ms);
-  for (const std::uint8_t byte : Rtu(1, kWrite)) Hear({byte});
+  for (const std::uint8_t byte : Rtu(1, kWriteZero)) Hear({byte});
   ExpectSilence();
   EXPECT_EQ(commands(), 1U);
   WriteOnce();
@@ -156,7 +156,7 @@ class EveryMasterEchoTest : public MasterEchoTest,
 TEST_P(EveryMasterEchoTest, ADamagedEchoIsDamageAndTheNextWriteIsTheMasters) {
   BeginWith(GetParam());
   WriteOnce();
-  Bytes echo = Rtu(1, kWrite);
+  Bytes echo = Rtu(1, kWriteZero);
   echo[5] ^= 0x10;
   Hear(echo);
   ExpectSilence();
@@ -170,7 +170,7 @@ TEST_P(EveryMasterEchoTest, AnEchoBehindNoiseIsFound) {
   BeginWith(GetParam());
   WriteOnce();
   Bytes bytes = ParseHex("FF 00").value();
-  Append(bytes, View(Rtu(1, kWrite)));
+  Append(bytes, View(Rtu(1, kWriteZero)));
   Hear(bytes);
   ExpectSilence();
   EXPECT_EQ(commands(), 1U);

@@ -14,9 +14,9 @@ namespace {
 using enum config::Listener::Echo;
 
 constexpr Instant kUntil{1s};
-const std::string kRead = "14 03 00 C8 00 01 07 31";
-const std::string kValue = "14 03 02 09 C4 B2 44";
-const std::string kWrite = "14 06 00 08 00 02 8B 0C";
+const std::string kReadFrame = "14 03 00 C8 00 01 07 31";
+const std::string kValueFrame = "14 03 02 09 C4 B2 44";
+const std::string kWriteFrame = "14 06 00 08 00 02 8B 0C";
 
 Bytes Hex(const std::string& text) { return ParseHex(text).value(); }
 
@@ -27,8 +27,8 @@ std::string Filter(ReplyEcho& echo, const std::string& bytes) {
 TEST(ReplyEcho, BeforeTheFirstReplyEverythingPasses) {
   for (const auto mode : {off, strip}) {
     ReplyEcho echo(mode);
-    EXPECT_EQ(Filter(echo, kWrite), kWrite);
-    EXPECT_FALSE(echo.IsEcho(Hex(kWrite), kUntil));
+    EXPECT_EQ(Filter(echo, kWriteFrame), kWriteFrame);
+    EXPECT_FALSE(echo.IsEcho(Hex(kWriteFrame), kUntil));
   }
 }
 
@@ -39,8 +39,9 @@ TEST(ReplyEcho, OffBytesPassAndFramesAreKnown) {
     bool echo;
   };
   for (const Row& row :
-       {Row{kWrite, kWrite, kUntil, true}, Row{kValue, kValue, kUntil, true},
-        Row{kWrite, kWrite, kUntil + 1ns, false}, Row{kWrite, kRead, kUntil, false}}) {
+       {Row{kWriteFrame, kWriteFrame, kUntil, true}, Row{kValueFrame, kValueFrame, kUntil, true},
+        Row{kWriteFrame, kWriteFrame, kUntil + 1ns, false},
+        Row{kWriteFrame, kReadFrame, kUntil, false}}) {
     ReplyEcho echo(off);
     echo.OnSent(Hex(row.reply), kUntil);
     EXPECT_EQ(Filter(echo, row.frame), row.frame);
@@ -53,37 +54,37 @@ TEST(ReplyEcho, OffBytesPassAndFramesAreKnown) {
 TEST(ReplyEcho, StripTakesAnEchoOutInAnyPieces) {
   for (std::size_t cut = 1; cut < 7; ++cut) {
     ReplyEcho echo(strip);
-    echo.OnSent(Hex(kValue), kUntil);
-    EXPECT_EQ(Filter(echo, kValue.substr(0, 3 * cut)), "");
+    echo.OnSent(Hex(kValueFrame), kUntil);
+    EXPECT_EQ(Filter(echo, kValueFrame.substr(0, 3 * cut)), "");
     EXPECT_TRUE(echo.holding());
-    EXPECT_EQ(Filter(echo, kValue.substr(3 * cut) + kRead), kRead);
+    EXPECT_EQ(Filter(echo, kValueFrame.substr(3 * cut) + kReadFrame), kReadFrame);
     EXPECT_FALSE(echo.holding());
   }
 }
 
 TEST(ReplyEcho, StripGivesBackWhatOnlyBeginsLikeTheReply) {
   ReplyEcho echo(strip);
-  echo.OnSent(Hex(kValue), kUntil);
+  echo.OnSent(Hex(kValueFrame), kUntil);
   EXPECT_EQ(Filter(echo, "14 03"), "");
-  EXPECT_EQ(Filter(echo, "00 C8 00 01 07 31"), kRead);
-  echo.OnSent(Hex(kValue), kUntil);
+  EXPECT_EQ(Filter(echo, "00 C8 00 01 07 31"), kReadFrame);
+  echo.OnSent(Hex(kValueFrame), kUntil);
   EXPECT_EQ(Filter(echo, "14 03"), "");
   EXPECT_EQ(ToHex(echo.OnSilence()), "14 03");
 }
 
 TEST(ReplyEcho, StripOneReplyHasOneEcho) {
   ReplyEcho echo(strip);
-  echo.OnSent(Hex(kWrite), kUntil);
-  EXPECT_EQ(Filter(echo, kWrite), "");
-  EXPECT_EQ(Filter(echo, kWrite), kWrite);
-  EXPECT_FALSE(echo.IsEcho(Hex(kWrite), kUntil)) << "the master writes the same at once";
+  echo.OnSent(Hex(kWriteFrame), kUntil);
+  EXPECT_EQ(Filter(echo, kWriteFrame), "");
+  EXPECT_EQ(Filter(echo, kWriteFrame), kWriteFrame);
+  EXPECT_FALSE(echo.IsEcho(Hex(kWriteFrame), kUntil)) << "the master writes the same at once";
 }
 
 TEST(ReplyEcho, StripFindsAnEchoBehindNoise) {
   ReplyEcho echo(strip);
-  echo.OnSent(Hex(kWrite), kUntil);
-  EXPECT_EQ(Filter(echo, "FF " + kWrite), "FF " + kWrite);
-  EXPECT_TRUE(echo.IsEcho(Hex(kWrite), kUntil));
+  echo.OnSent(Hex(kWriteFrame), kUntil);
+  EXPECT_EQ(Filter(echo, "FF " + kWriteFrame), "FF " + kWriteFrame);
+  EXPECT_TRUE(echo.IsEcho(Hex(kWriteFrame), kUntil));
 }
 
 }  // namespace

@@ -58,11 +58,11 @@ class ClientSessionTest : public DeskTest, private ClientSession::Owner {
   void SweepAt(Instant at) override { sweep_at_ = std::min(sweep_at_, at); }
 };
 
-constexpr const char* kRead = "03 00 00 00 01";
+constexpr const char* kReadFirst = "03 00 00 00 01";
 
 TEST_F(ClientSessionTest, AReadIsAnsweredAtOnce) {
   Connect();
-  Say(Frame(1, kRead));
+  Say(Frame(1, kReadFirst));
   EXPECT_EQ(Received(), "12 34 00 00 00 05 01 03 02 FF FE");
   EXPECT_EQ(sweep_at_, Instant::max()) << "nothing waits";
 }
@@ -70,7 +70,7 @@ TEST_F(ClientSessionTest, AReadIsAnsweredAtOnce) {
 TEST_F(ClientSessionTest, AnIdleClientIsClosedAfterItsTime) {
   listener().idle_timeout = 5min;
   Connect();
-  Say(Frame(1, kRead));
+  Say(Frame(1, kReadFirst));
   Sweep(5min);
   EXPECT_EQ(closed_, 0);
   Sweep(1ns);
@@ -82,7 +82,7 @@ TEST_F(ClientSessionTest, AClientThatWaitsForARouteIsNotIdle) {
   listener().idle_timeout = 1min;
   Add(1, 20, 20).deadline = 1h;
   Connect();
-  Say(Frame(20, kRead));
+  Say(Frame(20, kReadFirst));
   EXPECT_EQ(sweep_at_, now_ + 1h + RequestDesk::kGrace);
   EXPECT_EQ(session_->Deadline(), sweep_at_);
   Sweep(2min);
@@ -95,7 +95,7 @@ TEST_F(ClientSessionTest, AClientThatWaitsForARouteIsNotIdle) {
 TEST_F(ClientSessionTest, HalfAnRtuFrameIsDroppedAfter50Milliseconds) {
   listener().protocol = config::Listener::Protocol::rtu;
   Connect();
-  const Bytes request = ModbusRtuProtocol().carrier->wrap(1, ParseHex(kRead).value());
+  const Bytes request = ModbusRtuProtocol().carrier->wrap(1, ParseHex(kReadFirst).value());
   const Bytes half(request.begin(), request.begin() + 4);
   Say(half);
   Sweep(49ms);

@@ -10,7 +10,7 @@
 namespace baudgate::modbus {
 namespace {
 
-constexpr const char* kRead = "03 00 00 00 01";
+constexpr const char* kReadZero = "03 00 00 00 01";
 constexpr const char* kAnswer = "03 02 FF FE";
 
 TEST_F(ServerTest, TwoHundredAndFiftySixClientsAreServedAndTheNextIsRefused) {
@@ -18,12 +18,12 @@ TEST_F(ServerTest, TwoHundredAndFiftySixClientsAreServedAndTheNextIsRefused) {
   std::vector<RawClient> clients;
   for (int i = 0; i < 256; ++i) {
     clients.push_back(Connect());
-    ASSERT_EQ(Ask(clients.back(), 1, kRead), kAnswer) << "client " << i;
+    ASSERT_EQ(Ask(clients.back(), 1, kReadZero), kAnswer) << "client " << i;
   }
   EXPECT_TRUE(Connect().IsClosed());
   EXPECT_EQ(server_->counters().clients, 256U);
   EXPECT_EQ(server_->counters().refused, 1U);
-  EXPECT_EQ(Ask(clients.front(), 1, kRead), kAnswer);
+  EXPECT_EQ(Ask(clients.front(), 1, kReadZero), kAnswer);
 }
 
 TEST_F(ServerTest, WithFewFileDescriptorsEveryListenerLetsInItsShare) {
@@ -39,7 +39,7 @@ TEST_F(ServerTest, WithFewFileDescriptorsEveryListenerLetsInItsShare) {
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t n = 0; n < expected[i]; ++n) {
       clients.emplace_back(server_->port(i));
-      EXPECT_EQ(Ask(clients.back(), 1, kRead), kAnswer);
+      EXPECT_EQ(Ask(clients.back(), 1, kReadZero), kAnswer);
     }
     EXPECT_TRUE(RawClient(server_->port(i)).IsClosed());
   }
@@ -49,10 +49,10 @@ TEST_F(ServerTest, AClientThatLeavesMakesRoom) {
   listener().max_clients = 1;
   StartServer();
   RawClient first = Connect();
-  ASSERT_EQ(Ask(first, 1, kRead), kAnswer);
+  ASSERT_EQ(Ask(first, 1, kReadZero), kAnswer);
   first.Send(ParseHex("00 01 12 34").value());
   ASSERT_TRUE(first.IsClosed());
-  EXPECT_EQ(Ask(Connect(), 1, kRead), kAnswer);
+  EXPECT_EQ(Ask(Connect(), 1, kReadZero), kAnswer);
 }
 
 TEST_F(ServerTest, OnlyTheAllowListMayConnect) {
@@ -66,7 +66,7 @@ TEST_F(ServerTest, OnlyTheAllowListMayConnect) {
   config_.modbus.listen[1].allow = {other, loopback};
   StartServer();
   EXPECT_TRUE(RawClient(server_->port(0)).IsClosed());
-  EXPECT_EQ(Ask(RawClient(server_->port(1)), 1, kRead), kAnswer);
+  EXPECT_EQ(Ask(RawClient(server_->port(1)), 1, kReadZero), kAnswer);
   EXPECT_EQ(server_->counters().refused, 1U);
 }
 
@@ -76,7 +76,7 @@ TEST_F(ServerTest, ClientsThatAreRefusedOrMalformedFillNoLog) {
   CapturedLog log;
   for (int i = 0; i < 5; ++i) {
     const RawClient first = Connect();
-    ASSERT_EQ(Ask(first, 1, kRead), kAnswer);
+    ASSERT_EQ(Ask(first, 1, kReadZero), kAnswer);
     EXPECT_TRUE(Connect().IsClosed());
     first.Send(ParseHex("00 01 12 34").value());
     ASSERT_TRUE(first.IsClosed());
@@ -98,7 +98,7 @@ TEST_F(ServerTest, HalfAFrameDoesNotKeepAClientAlive) {
   listener().idle_timeout = 20ms;
   StartServer();
   const RawClient client = Connect();
-  client.Send(View(Frame(1, kRead)).first(9));
+  client.Send(View(Frame(1, kReadZero)).first(9));
   EXPECT_TRUE(client.IsClosed());
   EXPECT_EQ(server_->counters().malformed, 0U);
 }
@@ -117,7 +117,7 @@ TEST_F(ServerTest, WithoutFileDescriptorsItAcceptsAgainLater) {
   const RawClient client = Connect();
   while (client.connected() && server_->counters().accept_errors == 0) std::this_thread::yield();
   ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
-  EXPECT_EQ(Ask(client, 1, kRead), kAnswer);
+  EXPECT_EQ(Ask(client, 1, kReadZero), kAnswer);
 }
 
 /// Sends requests until the server stops taking them because its answers have nowhere to go.
@@ -134,12 +134,12 @@ TEST_F(ServerTest, AClientThatNeverReadsIsClosedAndDelaysNobody) {
   const RawClient other = Connect();
   std::size_t answered = 0;
   Flood(hostile, Frame(1, "03 23 28 00 10"), [&] {
-    EXPECT_EQ(Ask(other, 1, kRead), kAnswer);
+    EXPECT_EQ(Ask(other, 1, kReadZero), kAnswer);
     ++answered;
     return server_->counters().stalled == 1;
   });
   EXPECT_GT(answered, 1U);
-  EXPECT_EQ(Ask(other, 1, kRead), kAnswer);
+  EXPECT_EQ(Ask(other, 1, kReadZero), kAnswer);
 }
 
 TEST_F(ServerTest, ASlowReaderGetsEveryAnswer) {
@@ -147,7 +147,7 @@ TEST_F(ServerTest, ASlowReaderGetsEveryAnswer) {
   const RawClient client(server_->port(), 4096);
   constexpr std::uint16_t kRequests = 20000;
   std::thread sender([&] {
-    for (std::uint16_t i = 0; i < kRequests; ++i) client.Send(Frame(1, kRead, i));
+    for (std::uint16_t i = 0; i < kRequests; ++i) client.Send(Frame(1, kReadZero, i));
   });
   std::size_t wrong = 0;
   for (std::uint16_t i = 0; i < kRequests; ++i) {

@@ -19,7 +19,6 @@ using testing::IsEmpty;
 using testing::SizeIs;
 
 constexpr const char* kOwn = "03 00 00 00 01";
-constexpr const char* kRead = "03 01 F4 00 01";
 
 class RenewalTest : public RouteTest {
  protected:

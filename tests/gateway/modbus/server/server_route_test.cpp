@@ -14,8 +14,6 @@
 namespace baudgate::modbus {
 namespace {
 
-constexpr const char* kRead = "03 01 F4 00 01";
-
 TEST_F(RouteTest, CachedUnitsAndRoutesLiveOnOneListener) {
   Add(1, 20, 20);
   drive_.answer = Count;

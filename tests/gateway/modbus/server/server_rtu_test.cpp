@@ -22,8 +22,6 @@ class RtuOverTcpTest : public RouteTest {
   }
 };
 
-constexpr const char* kRead = "03 01 F4 00 01";
-
 TEST_F(RtuOverTcpTest, CachedUnitsRoutesAndExceptions) {
   Add(1, 20, 20);
   drive_.answer = Count;

@@ -24,12 +24,12 @@ TEST_F(ServerTest, ConfirmedWritesAreEchoed) {
   EXPECT_EQ(Ask(client, 1, "03 00 00 00 01"), "03 02 FF FE") << "only a reading changes the store";
 }
 
-struct Ending {
+struct WriteEnding {
   WriteEnd end;
   const char* answer;
 };
 
-class WriteEndings : public ServerTest, public testing::WithParamInterface<Ending> {};
+class WriteEndings : public ServerTest, public testing::WithParamInterface<WriteEnding> {};
 
 TEST_P(WriteEndings, AreAnsweredAsTheContractSays) {
   sink_.answer = GetParam().end;
@@ -37,12 +37,14 @@ TEST_P(WriteEndings, AreAnsweredAsTheContractSays) {
   EXPECT_EQ(Ask(Connect(), 1, "06 00 00 00 01"), GetParam().answer);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, WriteEndings,
-    testing::Values(Ending{WriteEnd::refused, "86 04"}, Ending{WriteEnd::differs, "86 04"},
-                    Ending{WriteEnd::denied, "86 04"}, Ending{WriteEnd::busy, "86 06"},
-                    Ending{WriteEnd::unknown, "86 0B"}, Ending{WriteEnd::not_sent, "86 0B"}),
-    [](const auto& info) { return std::string(Name(info.param.end)); });
+INSTANTIATE_TEST_SUITE_P(All, WriteEndings,
+                         testing::Values(WriteEnding{WriteEnd::refused, "86 04"},
+                                         WriteEnding{WriteEnd::differs, "86 04"},
+                                         WriteEnding{WriteEnd::denied, "86 04"},
+                                         WriteEnding{WriteEnd::busy, "86 06"},
+                                         WriteEnding{WriteEnd::unknown, "86 0B"},
+                                         WriteEnding{WriteEnd::not_sent, "86 0B"}),
+                         [](const auto& info) { return std::string(Name(info.param.end)); });
 
 TEST_F(ServerTest, AFullQueueIsBusy) {
   sink_.full = true;

@@ -76,7 +76,7 @@ struct Asked {
   RoutedReply reply;
 };
 
-struct Ask {
+struct Question {
   std::uint8_t slave = 20;
   std::string pdu = "03 00 C8 00 01";
   std::uint64_t client = 1;
@@ -88,7 +88,7 @@ class UpstreamTest : public testing::Test {
  protected:
   UpstreamTest() { upstream_.Start(); }
 
-  RoutedRequest Make(const Ask& ask) {
+  RoutedRequest Make(const Question& ask) {
     Asked& asked = asked_.emplace_back();
     RoutedRequest request;
     request.client = ask.client;
@@ -103,7 +103,7 @@ class UpstreamTest : public testing::Test {
     };
     return request;
   }
-  Asked& Submit(const Ask& ask = {}) {
+  Asked& Submit(const Question& ask = {}) {
     EXPECT_TRUE(upstream_.Submit(Make(ask)));
     return asked_.back();
   }

@@ -10,7 +10,7 @@
 namespace baudgate::modbus {
 namespace {
 
-using State = ClientFraming::State;
+using FramingState = ClientFraming::State;
 
 class RtuFramingTest : public testing::Test {
  protected:
@@ -30,9 +30,9 @@ class RtuFramingTest : public testing::Test {
   /// Hex of the next frame, or "need more".
   std::string Take() {
     View frame;
-    const State peeked = framing_.Peek();
+    const FramingState peeked = framing_.Peek();
     EXPECT_EQ(framing_.Take(frame), peeked);
-    return peeked == State::frame ? ToHex(frame) : "need more";
+    return peeked == FramingState::frame ? ToHex(frame) : "need more";
   }
 
   RtuFraming framing_{ModbusRtuProtocol()};
@@ -59,8 +59,8 @@ TEST_F(RtuFramingTest, FramesInOneGoComeOneAfterTheOther) {
   Append(both, View(Rtu(21, "06 00 08 00 02")));
   Put(both);
   View first;
-  ASSERT_EQ(framing_.Take(first), State::frame);
-  ASSERT_EQ(framing_.Peek(), State::frame);
+  ASSERT_EQ(framing_.Take(first), FramingState::frame);
+  ASSERT_EQ(framing_.Peek(), FramingState::frame);
   EXPECT_EQ(ToHex(first), "00 00 00 00 00 06 14 03 01 F4 00 01") << "valid after Peek";
   EXPECT_EQ(Take(), "00 00 00 00 00 06 15 06 00 08 00 02");
 }

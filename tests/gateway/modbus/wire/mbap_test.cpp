@@ -11,7 +11,7 @@
 namespace baudgate::modbus {
 namespace {
 
-using State = MbapAssembler::State;
+using MbapState = MbapAssembler::State;
 
 void Feed(MbapAssembler& assembler, View bytes) {
   const auto space = assembler.Space();
@@ -23,7 +23,7 @@ void Feed(MbapAssembler& assembler, View bytes) {
 std::vector<Bytes> TakeAll(MbapAssembler& assembler) {
   std::vector<Bytes> frames;
   View frame;
-  while (assembler.Take(frame) == State::frame) frames.emplace_back(frame.begin(), frame.end());
+  while (assembler.Take(frame) == MbapState::frame) frames.emplace_back(frame.begin(), frame.end());
   return frames;
 }
 
@@ -47,7 +47,7 @@ TEST(Mbap, OneByteAtATime) {
   MbapAssembler assembler;
   for (std::size_t i = 0; i + 1 < frame.size(); ++i) {
     Feed(assembler, View(frame).subspan(i, 1));
-    EXPECT_EQ(assembler.Peek(), State::need_more);
+    EXPECT_EQ(assembler.Peek(), MbapState::need_more);
   }
   Feed(assembler, View(frame).last(1));
   EXPECT_EQ(TakeAll(assembler), std::vector<Bytes>{frame});
@@ -59,7 +59,7 @@ TEST(Mbap, LongestFrameFitsBehindAHalfOne) {
   MbapAssembler assembler;
   for (int i = 0; i < 100; ++i) {
     Feed(assembler, View(longest).first(200));
-    EXPECT_EQ(assembler.Peek(), State::need_more);
+    EXPECT_EQ(assembler.Peek(), MbapState::need_more);
     Feed(assembler, View(longest).subspan(200));
     EXPECT_EQ(TakeAll(assembler).size(), 1U);
   }
@@ -92,9 +92,9 @@ class MbapDefects : public testing::TestWithParam<DefectCase> {};
 TEST_P(MbapDefects, IsMalformedAsSoonAsItCanBeSeen) {
   MbapAssembler assembler;
   Feed(assembler, ParseHex(GetParam().hex).value());
-  EXPECT_EQ(assembler.Peek(), State::malformed);
+  EXPECT_EQ(assembler.Peek(), MbapState::malformed);
   View frame;
-  EXPECT_EQ(assembler.Take(frame), State::malformed);
+  EXPECT_EQ(assembler.Take(frame), MbapState::malformed);
   EXPECT_EQ(assembler.Defect(), GetParam().defect);
 }
 
@@ -115,8 +115,8 @@ TEST(Mbap, GoodFramesBeforeADefectAreDelivered) {
   Append(stream, View(ParseHex("00 01 12 34").value()));
   Feed(assembler, stream);
   View taken;
-  EXPECT_EQ(assembler.Take(taken), State::frame);
-  EXPECT_EQ(assembler.Take(taken), State::malformed);
+  EXPECT_EQ(assembler.Take(taken), MbapState::frame);
+  EXPECT_EQ(assembler.Take(taken), MbapState::malformed);
 }
 
 }  // namespace

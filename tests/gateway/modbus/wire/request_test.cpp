@@ -26,8 +26,6 @@ TEST_P(BadRequests, AreRefused) {
 std::string Zeros(std::size_t bytes) { return std::string(2 * bytes, '0'); }
 
 constexpr auto kFunction = kIllegalFunction;
-constexpr auto kAddress = kIllegalAddress;
-constexpr auto kValue = kIllegalValue;
 
 INSTANTIATE_TEST_SUITE_P(
     All, BadRequests,
@@ -36,27 +34,27 @@ INSTANTIATE_TEST_SUITE_P(
                     BadRequest{"function_22", "16 00 00 FF FF 00 00", kFunction},
                     BadRequest{"function_23", "17 00 00 00 01 00 00 00 01 02 00 00", kFunction},
                     BadRequest{"function_131", "83 00 00 00 01", kFunction},
-                    BadRequest{"read_function_only", "03", kValue},
-                    BadRequest{"read_short", "03 00 00 00", kValue},
-                    BadRequest{"read_long", "03 00 00 00 01 00", kValue},
-                    BadRequest{"read_no_registers", "04 00 00 00 00", kValue},
-                    BadRequest{"read_126_registers", "03 00 00 00 7E", kValue},
-                    BadRequest{"read_no_bits", "01 00 00 00 00", kValue},
-                    BadRequest{"read_2001_bits", "02 00 00 07 D1", kValue},
-                    BadRequest{"read_past_the_end", "03 FF FF 00 02", kAddress},
-                    BadRequest{"coil_neither_on_nor_off", "05 00 00 12 34", kValue},
-                    BadRequest{"coil_short", "05 00 00 FF", kValue},
-                    BadRequest{"register_short", "06 00 00 00", kValue},
-                    BadRequest{"register_long", "06 00 00 00 00 00", kValue},
-                    BadRequest{"registers_without_data", "10 00 00 00 02 04", kValue},
-                    BadRequest{"registers_header_only", "10 00 00 00 02", kValue},
-                    BadRequest{"registers_byte_count", "10 00 00 00 02 02 00 00", kValue},
-                    BadRequest{"registers_surplus", "10 00 00 00 01 02 00 00 00", kValue},
-                    BadRequest{"registers_none", "10 00 00 00 00 00", kValue},
-                    BadRequest{"registers_124", "10 00 00 00 7C F8" + Zeros(246), kValue},
-                    BadRequest{"bits_byte_count", "0F 00 00 00 09 01 00", kValue},
-                    BadRequest{"bits_none", "0F 00 00 00 00 00", kValue},
-                    BadRequest{"bits_1969", "0F 00 00 07 B1 F7" + Zeros(247), kValue}),
+                    BadRequest{"read_function_only", "03", kIllegalValue},
+                    BadRequest{"read_short", "03 00 00 00", kIllegalValue},
+                    BadRequest{"read_long", "03 00 00 00 01 00", kIllegalValue},
+                    BadRequest{"read_no_registers", "04 00 00 00 00", kIllegalValue},
+                    BadRequest{"read_126_registers", "03 00 00 00 7E", kIllegalValue},
+                    BadRequest{"read_no_bits", "01 00 00 00 00", kIllegalValue},
+                    BadRequest{"read_2001_bits", "02 00 00 07 D1", kIllegalValue},
+                    BadRequest{"read_past_the_end", "03 FF FF 00 02", kIllegalAddress},
+                    BadRequest{"coil_neither_on_nor_off", "05 00 00 12 34", kIllegalValue},
+                    BadRequest{"coil_short", "05 00 00 FF", kIllegalValue},
+                    BadRequest{"register_short", "06 00 00 00", kIllegalValue},
+                    BadRequest{"register_long", "06 00 00 00 00 00", kIllegalValue},
+                    BadRequest{"registers_without_data", "10 00 00 00 02 04", kIllegalValue},
+                    BadRequest{"registers_header_only", "10 00 00 00 02", kIllegalValue},
+                    BadRequest{"registers_byte_count", "10 00 00 00 02 02 00 00", kIllegalValue},
+                    BadRequest{"registers_surplus", "10 00 00 00 01 02 00 00 00", kIllegalValue},
+                    BadRequest{"registers_none", "10 00 00 00 00 00", kIllegalValue},
+                    BadRequest{"registers_124", "10 00 00 00 7C F8" + Zeros(246), kIllegalValue},
+                    BadRequest{"bits_byte_count", "0F 00 00 00 09 01 00", kIllegalValue},
+                    BadRequest{"bits_none", "0F 00 00 00 00 00", kIllegalValue},
+                    BadRequest{"bits_1969", "0F 00 00 07 B1 F7" + Zeros(247), kIllegalValue}),
     [](const auto& info) { return info.param.name; });
 
 TEST(Request, TheLargestOfEachKindPass) {
