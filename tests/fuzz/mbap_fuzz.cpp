@@ -7,6 +7,7 @@
 #include "gateway/modbus/wire/mbap.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/modbus_world.h"
+#include "tests/fuzz/target.h"
 
 namespace baudgate::fuzz {
 namespace {
@@ -99,13 +100,13 @@ void Receive(Input& input) {
   sink->kept.clear();
 }
 
-}  // namespace
-}  // namespace baudgate::fuzz
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace baudgate::fuzz;
-  Input input(data, size);
+void FuzzMbap(View bytes) {
+  Input input(bytes);
   input.U8();  // spare: the inputs of the corpus begin with it
   Receive(input);
-  return 0;
 }
+
+const Registered kMbap("mbap", FuzzMbap);
+
+}  // namespace
+}  // namespace baudgate::fuzz
