@@ -53,7 +53,7 @@ void ReadAll(Database& database, PageQuery query) {
     if (!page) return Require(!page.error().empty(), "a refusal has words");
     Require(page->records.size() <= kPage, "a page is bounded");
     for (const WriteRecord& record : page->records) {
-      Require(record.client.size() <= kLongestText + 3, "texts are bounded");
+      Require(record.client.size() <= audit::kLongestText + 3, "texts are bounded");
       Require(record.count >= 1 && record.took >= Duration::zero(), "numbers are in their range");
     }
     const std::string text = control::PageJson(*page).dump(

@@ -64,7 +64,7 @@ Value AnyEntryValue(Input& input) {
       return static_cast<double>(input.U8()) / 10;
     default: {
       const View text = input.TakeCounted();
-      return std::string(text.begin(), text.end()).substr(0, kLongestText);
+      return std::string(text.begin(), text.end()).substr(0, history::kLongestText);
     }
   }
 }

@@ -38,7 +38,7 @@ std::size_t DataOf(const modbus::ModbusRequest& request) {
   }
 }
 
-void Answer(modbus::PointDesk& points, View frame) {
+void AnswerFrame(modbus::PointDesk& points, View frame) {
   modbus::ModbusRequest request;
   ExceptionCode exception = points.Check(frame, request);
   if (exception == modbus::kNoException) {
@@ -93,7 +93,7 @@ void Receive(Input& input) {
       Require(frame.size() >= 8 && frame.size() <= modbus::kMaxAdu, "a frame has its length");
       // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
       const Bytes copy(frame.begin(), frame.end());
-      Answer(points, copy);
+      AnswerFrame(points, copy);
     }
     Require(!assembler.Space().empty(), "there is room for what is missing");
   }
