@@ -3,6 +3,7 @@
 // byte of the time that has passed in 50 ms, and as many bytes.
 #include "gateway/dds/discovery/announcement_relay.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/target.h"
 
 namespace baudgate::fuzz {
 namespace {
@@ -32,22 +33,22 @@ void CheckOne(AnnouncementRelay& relay, const Bytes& datagram, UdpAddress sender
   }
 }
 
-}  // namespace
-}  // namespace baudgate::fuzz
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace baudgate::fuzz;
-  Input input(data, size);
-  baudgate::dds::AnnouncementRelay relay(baudgate::dds::RelayLimits{
+void FuzzAnnouncementRelay(View bytes) {
+  Input input(bytes);
+  dds::AnnouncementRelay relay(dds::RelayLimits{
       .participants = 4, .of_address = 3, .datagram = 600, .new_of_address = {8, 8}});
-  baudgate::Instant now = baudgate::Instant(std::chrono::hours(1));
+  Instant now = Instant(std::chrono::hours(1));
   while (!input.empty()) {
     const std::size_t high = input.U8();
     const std::size_t length = high << 8 | input.U8();
-    const baudgate::dds::UdpAddress sender{kLoopback | input.U8(), 7400};
+    const dds::UdpAddress sender{kLoopback | input.U8(), 7400};
     now += std::chrono::milliseconds(50 * input.U8());
-    const baudgate::View piece = input.Take(length);
-    CheckOne(relay, baudgate::Bytes(piece.begin(), piece.end()), sender, now);
+    const View piece = input.Take(length);
+    CheckOne(relay, Bytes(piece.begin(), piece.end()), sender, now);
   }
-  return 0;
 }
+
+const Registered kAnnouncementRelay("announcement_relay", FuzzAnnouncementRelay);
+
+}  // namespace
+}  // namespace baudgate::fuzz

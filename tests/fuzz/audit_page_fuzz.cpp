@@ -7,14 +7,13 @@
 #include "gateway/audit/write_page.h"
 #include "gateway/status/audit_json.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/target.h"
 #include "tests/gateway/audit/faulty_disk.h"
 
+namespace baudgate::fuzz {
 namespace {
 
-using namespace baudgate;
-using namespace baudgate::audit;
-using baudgate::fuzz::Input;
-using baudgate::fuzz::Require;
+using namespace audit;
 
 constexpr const char* kFile = "/nowhere/events.db";
 constexpr int kRows = 30;
@@ -54,7 +53,7 @@ void ReadAll(Database& database, PageQuery query) {
     if (!page) return Require(!page.error().empty(), "a refusal has words");
     Require(page->records.size() <= kPage, "a page is bounded");
     for (const WriteRecord& record : page->records) {
-      Require(record.client.size() <= kLongestText + 3, "texts are bounded");
+      Require(record.client.size() <= audit::kLongestText + 3, "texts are bounded");
       Require(record.count >= 1 && record.took >= Duration::zero(), "numbers are in their range");
     }
     const std::string text = control::PageJson(*page).dump(
@@ -85,7 +84,7 @@ void ReadDamaged(Input& input) {
   Require(opened.database || !opened.error.empty(), "a refusal has words");
 }
 
-Value AnyValue(Input& input) {
+Value AnyField(Input& input) {
   switch (input.Below(5)) {
     case 0:
       return {};
@@ -113,7 +112,7 @@ void ReadRows(Input& input) {
   const bool settled = input.U8() % 2 == 1;
   while (!input.empty()) {
     Statement insert(database, "INSERT INTO writes VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
-    for (int field = 1; field <= kFields; ++field) insert.Bind(field, AnyValue(input));
+    for (int field = 1; field <= kFields; ++field) insert.Bind(field, AnyField(input));
     Require(insert.Run(), "a row goes in");
   }
   const auto ok = database.First("SELECT count(*) FROM writes WHERE outcome='ok' AND seq>0");
@@ -128,14 +127,16 @@ void ReadRows(Input& input) {
   if (const auto since = ReadPage(database, query)) control::PageJson(*since);
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  Input input(data, size);
+void FuzzAuditPage(View bytes) {
+  Input input(bytes);
   if (input.U8() % 2 == 0) {
     ReadDamaged(input);
   } else {
     ReadRows(input);
   }
-  return 0;
 }
+
+const Registered kAuditPage("audit_page", FuzzAuditPage);
+
+}  // namespace
+}  // namespace baudgate::fuzz

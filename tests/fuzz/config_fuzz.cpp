@@ -8,6 +8,7 @@
 #include "gateway/modbus/registers/register_map.h"
 #include "protocols/all_protocols.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/target.h"
 
 namespace baudgate::fuzz {
 namespace {
@@ -68,16 +69,11 @@ void CheckSame(const config::Config& first, const config::Config& second) {
   }
 }
 
-}  // namespace
-}  // namespace baudgate::fuzz
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace baudgate;
-  using namespace baudgate::fuzz;
-  const std::string text(AsText(View(data, size)));
+void FuzzConfig(View bytes) {
+  const std::string text(AsText(bytes));
   const auto loaded = config::LoadText(text, "fuzz.yaml", TheCatalog());
   CheckProblems(loaded.problems);
-  if (!loaded.ok()) return 0;
+  if (!loaded.ok()) return;
   const auto again = config::LoadText(text, "fuzz.yaml", TheCatalog());
   Require(again.ok(), "what loads once loads twice");
   CheckSame(loaded.config, again.config);
@@ -94,5 +90,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   const modbus::RegisterMap map(loaded.config);
   Require(map.unit(0).kind == modbus::UnitMap::Kind::gateway, "unit 0 is the gateway");
-  return 0;
 }
+
+const Registered kConfig("config", FuzzConfig);
+
+}  // namespace
+}  // namespace baudgate::fuzz

@@ -246,14 +246,15 @@ class Session {
   std::optional<Ear> ear_;
 };
 
-}  // namespace
-}  // namespace baudgate::fuzz
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace baudgate::fuzz;
-  Input input(data, size);
+void FuzzConversation(View bytes) {
+  Input input(bytes);
   const std::uint8_t slice = input.U8();
   const auto& device = DeviceOf(slice, input.U8());
   Session(device, input).Run();
-  return 0;
 }
+
+const RegisteredFor kConversation(Protocols::with_conversations, "conversation_", "",
+                                  FuzzConversation);
+
+}  // namespace
+}  // namespace baudgate::fuzz

@@ -3,6 +3,7 @@
 // address and of the time that has passed, and as many bytes.
 #include "gateway/dds/fast/datagram_check.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/target.h"
 
 namespace baudgate::fuzz {
 namespace {
@@ -41,26 +42,26 @@ void CheckOne(DatagramCheck& check, Secured security, const Bytes& datagram, Sen
   Require(again.edit_count == 0 && again.hidden_count == 0, "nothing more is changed");
 }
 
-}  // namespace
-}  // namespace baudgate::fuzz
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace baudgate::fuzz;
-  Input input(data, size);
+void FuzzDatagramCheck(View bytes) {
+  Input input(bytes);
   // As before of one bit; the second demands it.
   const int options = input.U8() & 3;
-  const auto security = static_cast<baudgate::dds::Secured>(options == 3 ? 2 : options & 1);
-  baudgate::dds::DatagramCheck check{baudgate::dds::CheckOptions{
+  const auto security = static_cast<dds::Secured>(options == 3 ? 2 : options & 1);
+  dds::DatagramCheck check{dds::CheckOptions{
       .security = security, .participants = {.participants = 4, .of_address = 3}, .window = {}}};
-  baudgate::Instant now = baudgate::Instant(std::chrono::hours(1));
+  Instant now = Instant(std::chrono::hours(1));
   while (!input.empty()) {
     const std::size_t high = input.U8();
     const std::size_t length = high << 8 | input.U8();
-    const baudgate::dds::Sender sender{.address = input.U8(), .port = 7400};
+    const dds::Sender sender{.address = input.U8(), .port = 7400};
     now += std::chrono::milliseconds(input.U8());
-    const baudgate::View piece = input.Take(length);
+    const View piece = input.Take(length);
     // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
-    CheckOne(check, security, baudgate::Bytes(piece.begin(), piece.end()), sender, now);
+    CheckOne(check, security, Bytes(piece.begin(), piece.end()), sender, now);
   }
-  return 0;
 }
+
+const Registered kDatagramCheck("datagram_check", FuzzDatagramCheck);
+
+}  // namespace
+}  // namespace baudgate::fuzz

@@ -7,16 +7,18 @@
 #include "gateway/cli/offline/decode.h"
 #include "protocols/all_protocols.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/target.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace baudgate;
-  using namespace baudgate::fuzz;
+namespace baudgate::fuzz {
+namespace {
+
+void FuzzDecode(View bytes) {
   static const config::Catalog catalog = [] {
     config::Catalog all;
     for (const Protocol* protocol : AllProtocols()) all.protocols.emplace(protocol->name, protocol);
     return all;
   }();
-  Input input(data, size);
+  Input input(bytes);
   DecodeOptions options;
   options.protocol = AllProtocols()[input.Below(AllProtocols().size())]->name;
   std::istringstream in{std::string(AsText(input.Rest()))};
@@ -30,5 +32,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto object = nlohmann::json::parse(line, nullptr, false);
     Require(object.is_object() && object.contains("outcome"), "one JSON object a line");
   }
-  return 0;
 }
+
+const Registered kDecode("decode", FuzzDecode);
+
+}  // namespace
+}  // namespace baudgate::fuzz

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <map>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -42,9 +43,12 @@ std::vector<config::Profile> LoadProfiles() {
   return profiles;
 }
 
-std::vector<Slice> MakeSlices() {
-  static const std::vector<config::Profile> profiles = LoadProfiles();
-  std::vector<Slice> slices;
+const std::vector<Slice>& Slices() {
+  static std::map<const Protocol*, std::vector<config::Profile>> profiles_of;
+  static std::map<const Protocol*, std::vector<Slice>> slices_of;
+  std::vector<Slice>& slices = slices_of[&UnderTest()];
+  if (!slices.empty()) return slices;
+  const auto& profiles = profiles_of.emplace(&UnderTest(), LoadProfiles()).first->second;
   for (const config::Profile& profile : profiles) {
     for (std::size_t first = 0; first < profile.points.size(); first += kPointsOfSlice) {
       slices.push_back({&profile, first});
@@ -92,13 +96,14 @@ void CheckReading(const Reading& reading, const config::Device& device) {
 }  // namespace
 
 const config::Device& DeviceOf(std::uint8_t slice, std::uint8_t variant) {
-  static const std::vector<Slice> slices = MakeSlices();
-  static std::map<std::pair<std::size_t, std::uint8_t>, config::Device> made;
+  static std::map<std::tuple<const Protocol*, std::size_t, std::uint8_t>, config::Device> made;
+  const std::vector<Slice>& slices = Slices();
   const std::size_t index = slice % slices.size();
   variant %= kVariants;
-  const auto found = made.find({index, variant});
+  const std::tuple key(&UnderTest(), index, variant);
+  const auto found = made.find(key);
   if (found != made.end()) return found->second;
-  return made.emplace(std::pair(index, variant), MakeDevice(slices[index], variant)).first->second;
+  return made.emplace(key, MakeDevice(slices[index], variant)).first->second;
 }
 
 void CheckAnswer(const Answer& answer, const config::Device& device) {

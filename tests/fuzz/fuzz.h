@@ -12,7 +12,7 @@
 
 namespace baudgate::fuzz {
 
-/// A finding: says what was promised and not kept, and stops where libFuzzer saves the input.
+/// A finding: says what was promised and not kept, and ends the process.
 inline void Require(bool kept, std::string_view promise) {
   if (kept) return;
   std::fprintf(stderr, "not kept: %.*s\n", static_cast<int>(promise.size()), promise.data());
@@ -22,7 +22,7 @@ inline void Require(bool kept, std::string_view promise) {
 /// The fuzzer's bytes from front to back; behind their end there are zeros and empty slices.
 class Input {
  public:
-  Input(const std::uint8_t* data, std::size_t size) : rest_(data, size) {}
+  explicit Input(View bytes) : rest_(bytes) {}
 
   bool empty() const { return rest_.empty(); }
   std::uint8_t U8() {

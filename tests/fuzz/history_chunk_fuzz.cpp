@@ -10,15 +10,14 @@
 #include "gateway/history/chunk.h"
 #include "gateway/history/columns.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/target.h"
 
+namespace baudgate::fuzz {
 namespace {
 
-using namespace baudgate;
-using namespace baudgate::history;
-using baudgate::fuzz::Input;
-using baudgate::fuzz::Require;
+using namespace history;
 
-void Decode(View bytes) {
+void DecodeAny(View bytes) {
   const auto entries = DecodeChunk(bytes);
   if (!entries) return;
   Require(!entries->empty() && entries->size() <= kMostInChunk, "a chunk is bounded");
@@ -47,7 +46,7 @@ std::uint64_t Bits(Input& input) {
   return bits;
 }
 
-Value AnyValue(Input& input) {
+Value AnyEntryValue(Input& input) {
   switch (input.Below(7)) {
     case 0:
       return {};
@@ -65,7 +64,7 @@ Value AnyValue(Input& input) {
       return static_cast<double>(input.U8()) / 10;
     default: {
       const View text = input.TakeCounted();
-      return std::string(text.begin(), text.end()).substr(0, kLongestText);
+      return std::string(text.begin(), text.end()).substr(0, history::kLongestText);
     }
   }
 }
@@ -75,7 +74,7 @@ void ThereAndBack(Input& input) {
   Millis time = 0;
   while (!input.empty()) {
     time += 1 + input.U8() * (input.U8() % 2 == 0 ? 1 : 1'000'000);
-    entries.push_back({time, AnyValue(input), Quality::OfWord(input.U8())});
+    entries.push_back({time, AnyEntryValue(input), Quality::OfWord(input.U8())});
   }
   if (entries.empty()) return;
   const auto back = DecodeChunk(EncodeChunk(entries));
@@ -83,20 +82,22 @@ void ThereAndBack(Input& input) {
   Require(*back == entries, "what was kept comes back");
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  Input input(data, size);
+void FuzzHistoryChunk(View bytes) {
+  Input input(bytes);
   switch (input.Below(3)) {
     case 0:
-      Decode(input.Rest());
+      DecodeAny(input.Rest());
       break;
     case 1:
-      Decode(Packed(input));
+      DecodeAny(Packed(input));
       break;
     default:
       ThereAndBack(input);
       break;
   }
-  return 0;
 }
+
+const Registered kHistoryChunk("history_chunk", FuzzHistoryChunk);
+
+}  // namespace
+}  // namespace baudgate::fuzz

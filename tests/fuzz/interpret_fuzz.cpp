@@ -25,13 +25,8 @@ void Interpret(Conversation& conversation, const config::Device& device, View re
   }
 }
 
-}  // namespace
-}  // namespace baudgate::fuzz
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace baudgate;
-  using namespace baudgate::fuzz;
-  Input input(data, size);
+void FuzzInterpret(View bytes) {
+  Input input(bytes);
   const std::uint8_t slice = input.U8();
   const config::Device& device = DeviceOf(slice, input.U8());
   const std::uint8_t head = input.U8();
@@ -44,5 +39,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto bus = MakeBus(UnderTest());
   const auto conversation = UnderTest().make_conversation(device, bus.get());
   Interpret(*conversation, device, request, TakeStream(UnderTest(), input));
-  return 0;
 }
+
+const RegisteredFor kInterpret(Protocols::with_conversations, "interpret_", "", FuzzInterpret);
+
+}  // namespace
+}  // namespace baudgate::fuzz

@@ -4,6 +4,7 @@
 #include "gateway/dds/cdr.h"
 #include "gateway/dds/link/link_message.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/target.h"
 
 namespace baudgate::fuzz {
 namespace {
@@ -28,7 +29,7 @@ void CheckSample(const LinkMessage& message) {
   Require(Same(packet, second), "and says the same");
 }
 
-void Check(View packet) {
+void CheckPacket(View packet) {
   const auto message = ParseLink(packet);
   if (!message.ok()) {
     Require(!message.error().empty(), "a refused packet has a reason");
@@ -82,12 +83,13 @@ void Check(View packet) {
   }
 }
 
+void FuzzLinkMessage(View bytes) {
+  // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
+  const Bytes packet(bytes.begin(), bytes.end());
+  CheckPacket(packet);
+}
+
+const Registered kLinkMessage("link_message", FuzzLinkMessage);
+
 }  // namespace
 }  // namespace baudgate::fuzz
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
-  const baudgate::Bytes packet(data, data + size);
-  baudgate::fuzz::Check(packet);
-  return 0;
-}

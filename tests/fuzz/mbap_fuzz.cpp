@@ -7,6 +7,7 @@
 #include "gateway/modbus/wire/mbap.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/modbus_world.h"
+#include "tests/fuzz/target.h"
 
 namespace baudgate::fuzz {
 namespace {
@@ -37,7 +38,7 @@ std::size_t DataOf(const modbus::ModbusRequest& request) {
   }
 }
 
-void Answer(modbus::PointDesk& points, View frame) {
+void AnswerFrame(modbus::PointDesk& points, View frame) {
   modbus::ModbusRequest request;
   ExceptionCode exception = points.Check(frame, request);
   if (exception == modbus::kNoException) {
@@ -92,20 +93,20 @@ void Receive(Input& input) {
       Require(frame.size() >= 8 && frame.size() <= modbus::kMaxAdu, "a frame has its length");
       // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
       const Bytes copy(frame.begin(), frame.end());
-      Answer(points, copy);
+      AnswerFrame(points, copy);
     }
     Require(!assembler.Space().empty(), "there is room for what is missing");
   }
   sink->kept.clear();
 }
 
-}  // namespace
-}  // namespace baudgate::fuzz
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace baudgate::fuzz;
-  Input input(data, size);
+void FuzzMbap(View bytes) {
+  Input input(bytes);
   input.U8();  // spare: the inputs of the corpus begin with it
   Receive(input);
-  return 0;
 }
+
+const Registered kMbap("mbap", FuzzMbap);
+
+}  // namespace
+}  // namespace baudgate::fuzz

@@ -15,6 +15,7 @@
 #include "protocols/modbus/protocol.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/modbus_world.h"
+#include "tests/fuzz/target.h"
 
 namespace baudgate::fuzz {
 namespace {
@@ -174,13 +175,13 @@ class Gateway : private modbus::ClientSession::Owner {
       ModbusConfig(), FilledStore(), sink_, {}, {}, {{nullptr, &target_}, &ModbusRtuProtocol()}};
 };
 
+void FuzzModbusSession(View bytes) {
+  static Gateway gateway;
+  Input input(bytes);
+  gateway.Play(input);
+}
+
+const Registered kModbusSession("modbus_session", FuzzModbusSession);
+
 }  // namespace
 }  // namespace baudgate::fuzz
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace baudgate::fuzz;
-  static Gateway gateway;
-  Input input(data, size);
-  gateway.Play(input);
-  return 0;
-}

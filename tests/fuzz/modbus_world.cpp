@@ -62,7 +62,7 @@ void AddRoute(config::Config& config, std::uint8_t first, std::uint8_t last, int
   if (remap >= 0) route.remap = static_cast<std::uint8_t>(remap);
 }
 
-Value ValueOf(Type type, std::size_t choice) {
+Value StoredValue(Type type, std::size_t choice) {
   constexpr double kNumbers[] = {0, 1, -1, 65535, 1e9, -1e18, 1e300, 0.5};
   const double number = kNumbers[choice % std::size(kNumbers)];
   switch (type) {
@@ -109,7 +109,7 @@ PointStore& FilledStore() {
     for (std::uint32_t device = 0; device < store.device_count(); ++device) {
       const auto& points = store.device(device).points;
       for (std::uint32_t i = 0; i < points.size(); i += 1 + device) {
-        const Sample sample{i, ValueOf(points[i].type, i + device),
+        const Sample sample{i, StoredValue(points[i].type, i + device),
                             kQualities[(i + device) % std::size(kQualities)]};
         store.Update(device, std::span(&sample, 1), {ModbusNow() - i * 1s, {}}, 10ms);
       }

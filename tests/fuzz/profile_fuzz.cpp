@@ -7,6 +7,7 @@
 #include "config/profile.h"
 #include "protocols/all_protocols.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/target.h"
 
 namespace baudgate::fuzz {
 namespace {
@@ -19,13 +20,8 @@ const Protocol& ProtocolOf(std::uint8_t byte) {
   return *AllProtocols()[byte % AllProtocols().size()];
 }
 
-}  // namespace
-}  // namespace baudgate::fuzz
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace baudgate;
-  using namespace baudgate::fuzz;
-  Input input(data, size);
+void FuzzProfile(View bytes) {
+  Input input(bytes);
   const Protocol& protocol = ProtocolOf(input.U8());
   const std::string text(AsText(input.Rest()));
   config::Problems problems;
@@ -37,11 +33,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       Require(!problem.message.empty() && ToString(problem).find('\n') == std::string::npos,
               "a problem is one line of words");
     }
-    if (config::HasError(sorted)) return 0;
+    if (config::HasError(sorted)) return;
     for (const config::Point& point : points) {
       Require(protocol.check_point(point).ok(), "the protocol takes its points");
     }
   } catch (const YAML::Exception&) {  // ends at the edge in config/loader.cpp
   }
-  return 0;
 }
+
+const Registered kProfile("profile", FuzzProfile);
+
+}  // namespace
+}  // namespace baudgate::fuzz

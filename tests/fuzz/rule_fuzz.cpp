@@ -11,12 +11,11 @@
 namespace baudgate::fuzz {
 namespace {
 
-FrameRule Rule() { return FUZZ_REPLIES ? UnderTest().reply_rule : UnderTest().request_rule; }
-
 /// The assembler forgives what a rule may not do; this does not.
+template <FrameRule Protocol::*kRule>
 Cut CheckedRule(View held, const Expectation& expect, bool idle) {
-  const Cut cut = Rule()(held, expect, idle);
-  const Cut again = Rule()(held, expect, idle);
+  const Cut cut = (UnderTest().*kRule)(held, expect, idle);
+  const Cut again = (UnderTest().*kRule)(held, expect, idle);
   Require(cut.kind == again.kind && cut.size == again.size && cut.blame == again.blame,
           "the same slice gets the same answer");
   Require(cut.size <= held.size(), "a cut is no longer than what is held");
@@ -50,10 +49,11 @@ void TakeFrames(Assembler& assembler, bool idle, Delivery& delivery) {
   }
 }
 
-Delivery Deliver(View stream, const std::vector<std::size_t>& cuts, const Expectation& expect) {
+Delivery Deliver(FrameRule rule, View stream, const std::vector<std::size_t>& cuts,
+                 const Expectation& expect) {
   Delivery delivery;
   Assembler assembler;
-  assembler.Begin(CheckedRule, expect);
+  assembler.Begin(rule, expect);
   std::size_t from = 0;
   const auto feed = [&](std::size_t to) {
     assembler.Feed(stream.subspan(from, to - from));
@@ -74,29 +74,32 @@ Delivery Deliver(View stream, const std::vector<std::size_t>& cuts, const Expect
   return delivery;
 }
 
-}  // namespace
-}  // namespace baudgate::fuzz
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace baudgate;
-  using namespace baudgate::fuzz;
-  Input input(data, size);
+template <bool kReplies>
+void FuzzRule(View bytes) {
+  Input input(bytes);
   const config::Options& options = CachedOptions(input.U8());
-  const View request = FUZZ_REPLIES ? input.TakeCounted() : View();
+  const View request = kReplies ? input.TakeCounted() : View();
   const Expectation expect = UnderTest().expect(request, options);
   Require(expect.max_bytes > 0 && expect.max_bytes <= 8192, "max_bytes bounds every buffer");
   for (const auto& [at, count] : expect.secrets) {
     Require(at <= request.size() && count <= request.size() - at, "secrets lie in the request");
   }
   const Stream stream = TakeStream(UnderTest(), input);
-  const Delivery pieces = Deliver(stream.bytes, stream.cuts, expect);
+  const FrameRule rule =
+      kReplies ? CheckedRule<&Protocol::reply_rule> : CheckedRule<&Protocol::request_rule>;
+  const Delivery pieces = Deliver(rule, stream.bytes, stream.cuts, expect);
   if (!stream.cuts.empty()) {
-    const Delivery whole = Deliver(stream.bytes, {}, expect);
+    const Delivery whole = Deliver(rule, stream.bytes, {}, expect);
     Require(whole.frames == pieces.frames && whole.ends == pieces.ends,
             "any fragmentation gives the same frames");
     Require(whole.discarded == pieces.discarded, "any fragmentation discards the same bytes");
     // Nobody asks what was wrong with bytes before a request.
-    Require(!FUZZ_REPLIES || whole.blame == pieces.blame, "any fragmentation gives the same blame");
+    Require(!kReplies || whole.blame == pieces.blame, "any fragmentation gives the same blame");
   }
-  return 0;
 }
+
+const RegisteredFor kRequests(Protocols::all, "rule_", "_request", FuzzRule<false>);
+const RegisteredFor kReplies(Protocols::all, "rule_", "_reply", FuzzRule<true>);
+
+}  // namespace
+}  // namespace baudgate::fuzz

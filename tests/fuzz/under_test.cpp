@@ -1,18 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/fuzz/under_test.h"
 
-#include <array>
 #include <bit>
-#include <optional>
-#include <string>
+#include <map>
+#include <utility>
 
 #include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
-#include FUZZ_HEADER
+#include "protocols/all_protocols.h"
 
 namespace baudgate::fuzz {
+namespace {
 
-const Protocol& UnderTest() { return FUZZ_PROTOCOL(); }
+const Protocol* under_test = nullptr;
+
+}  // namespace
+
+const Protocol& UnderTest() { return *under_test; }
+
+RegisteredFor::RegisteredFor(Protocols which, const std::string& before, const std::string& behind,
+                             void (*run)(View input)) {
+  for (const Protocol* protocol : AllProtocols()) {
+    if (which == Protocols::with_conversations && !protocol->profiles_of.empty()) continue;
+    Registered(before + std::string(protocol->name) + behind, [protocol, run](View input) {
+      under_test = protocol;
+      run(input);
+    });
+  }
+}
 
 config::Options OptionsOf(const Protocol& protocol, std::uint8_t variant) {
   config::Options options = config::DefaultOptions(protocol);
@@ -36,10 +51,11 @@ config::Options OptionsOf(const Protocol& protocol, std::uint8_t variant) {
 }
 
 const config::Options& CachedOptions(std::uint8_t variant) {
-  static std::array<std::optional<config::Options>, 256> made;
-  auto& options = made[variant];
-  if (!options) options = OptionsOf(UnderTest(), variant);
-  return *options;
+  static std::map<std::pair<const Protocol*, std::uint8_t>, config::Options> made;
+  const auto found = made.find({&UnderTest(), variant});
+  if (found != made.end()) return found->second;
+  return made.emplace(std::pair(&UnderTest(), variant), OptionsOf(UnderTest(), variant))
+      .first->second;
 }
 
 }  // namespace baudgate::fuzz

@@ -12,6 +12,7 @@
 #include "gateway/dds/writes/request_book.h"
 #include "gateway/dds/writes/request_value.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/fuzz/target.h"
 
 namespace baudgate::fuzz {
 namespace {
@@ -69,7 +70,7 @@ class Requests {
   Instant now_{1h};
 };
 
-void Check(View input) {
+void FuzzWriteSample(View input) {
   Requests requests;
   while (input.size() >= 2) {
     const std::size_t length = std::min<std::size_t>(input[0] + 256U * input[1], input.size() - 2);
@@ -86,10 +87,7 @@ void Check(View input) {
   }
 }
 
+const Registered kWriteSample("write_sample", FuzzWriteSample);
+
 }  // namespace
 }  // namespace baudgate::fuzz
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  baudgate::fuzz::Check(baudgate::View(data, size));
-  return 0;
-}
