@@ -117,7 +117,7 @@ Pattern* FirstMatch(std::vector<Pattern>& patterns, const std::string& line,
 }
 
 void Choose(std::vector<Pattern>& patterns, const Config& config, Duration max_gap,
-            History& history, Problems& problems) {
+            History& history) {
   std::uint32_t number = 0;
   for (const Line& line : config.lines) {
     for (const Device& device : line.devices) {
@@ -173,7 +173,7 @@ History ReadHistory(const YamlNode& node, const Config& config, Problems& proble
     }
   }
   map.Finish();
-  Choose(patterns, config, max_gap, history, problems);
+  Choose(patterns, config, max_gap, history);
   const bool whole = !problems.has_error();  // else points may be missing
   for (const Pattern& pattern : patterns) {
     if (pattern.used || !whole) continue;

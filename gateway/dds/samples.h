@@ -18,6 +18,9 @@ inline constexpr char kAlarmTopic[] = "baudgate/alarms";
 inline constexpr char kRequestTopic[] = "baudgate/write";
 inline constexpr char kReplyTopic[] = "baudgate/write_reply";
 
+/// Events of a device that a subscriber who comes later gets.
+inline constexpr std::size_t kEventDepth = 1000;
+
 /// Bounds of baudgate.idl, in bytes.
 inline constexpr std::size_t kMaxKey = 64;
 inline constexpr std::size_t kMaxText = 128;

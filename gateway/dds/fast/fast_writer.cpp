@@ -34,9 +34,7 @@ constexpr std::size_t kSpareInstances = 16;
 // one.
 constexpr std::size_t kInstancesPerWriter = 4096;
 
-// What subscribers that come later get of each device, as long as all devices do not have more than
-// this together: some 60 MB.
-constexpr std::size_t kEventDepth = 1000;
+// All devices together have no more than this for subscribers that come later: some 60 MB.
 constexpr std::size_t kMostEvents = 100'000;
 // As many as gateway/events keeps.
 constexpr std::size_t kMostAlarms = 10'000;

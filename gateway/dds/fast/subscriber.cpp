@@ -19,8 +19,7 @@ namespace fast = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
 constexpr std::size_t kEventDevices = 10'000;
-constexpr std::size_t kEventDepth = 1000;
-constexpr std::size_t kMostAlarms = 100'000;
+constexpr std::size_t kAlarmsOfAllGateways = 100'000;
 
 fast::DataReaderQos ReaderQos(std::size_t instances, std::size_t depth) {
   fast::DataReaderQos qos;
@@ -68,7 +67,7 @@ struct DdsSubscriber::Impl {
            OpenReader(NewGatewayType(), kGatewayTopic, max_instances, &gateways) &&
            (!wants_events ||
             OpenReader(NewEventType(), kEventTopic, kEventDevices, &events, kEventDepth)) &&
-           (!wants_alarms || OpenReader(NewAlarmType(), kAlarmTopic, kMostAlarms, &alarms));
+           (!wants_alarms || OpenReader(NewAlarmType(), kAlarmTopic, kAlarmsOfAllGateways, &alarms));
   }
 
   /// Starts of gateways first: the samples that count from there come after them.
