@@ -21,7 +21,7 @@ RequestSample RequestOf(std::uint64_t seq, const std::string& client = "plc-1") 
   return request;
 }
 
-class RequestBookTest : public testing::Test {
+class RequestBookTest : public ::testing::Test {
  protected:
   What Begin(const RequestSample& request) {
     last_ = book_.Begin(request, now_);
