@@ -5,8 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
 
-install_packages
-build release baudgate_bench baudgate_dds_bench baudgate baudgate-dds
+build_product baudgate_bench baudgate_dds_bench baudgate baudgate-dds
 say "measuring; keep the machine quiet meanwhile"
 apart=()
 others=()

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Checks how the sources are written: clang-format over all of them, clang-tidy (.clang-tidy) over those of the product, and
 # with it the thread-safety marks of gateway/base/guarded.h, DDS included.
-#   packaging/lint.sh [BUILD_FOLDER]            all; BUILD_FOLDER (build/release) was configured by cmake
+#   packaging/lint.sh [BUILD_FOLDER]            all; another BUILD_FOLDER than build/release was configured by cmake
 #   packaging/lint.sh [BUILD_FOLDER] --changed [COMMIT]   only what differs from COMMIT (main)
 #   packaging/lint.sh [BUILD_FOLDER] --quick    format of all, and the marks where members are marked: half a minute
 set -euo pipefail
@@ -13,6 +13,7 @@ case "${1:-}" in
   '' | --*) ;;
   *) build=$1; shift ;;
 esac
+[ "$build" != build/release ] || configure_product
 if [ ! -f "$build/compile_commands.json" ]; then
   echo "lint: $build/compile_commands.json is missing: cmake --preset ${build##*/}" >&2
   exit 2

@@ -1,11 +1,15 @@
 # Sourced by demo.sh, test.sh and their like: installs what the build needs on Debian 12 and builds.
 # Works as root and with sudo, never asks, and does nothing that is already done.
 
+# The product. ccache is used where it is installed: a first build is faster without it.
 packages=(
-  ca-certificates g++ cmake ninja-build ccache pkg-config
+  ca-certificates g++ cmake ninja-build pkg-config python3
   libfastrtps-dev libfastcdr-dev libasio-dev libmodbus-dev libyaml-cpp-dev libspdlog-dev libfmt-dev
   libcli11-dev nlohmann-json3-dev libsystemd-dev libssl-dev libsqlite3-dev zlib1g-dev
-  libgtest-dev libgmock-dev libbenchmark-dev mbpoll cyclonedds-dev cyclonedds-tools
+)
+# Only for tests: build_tests.
+test_packages=(
+  libgtest-dev libgmock-dev mbpoll cyclonedds-dev cyclonedds-tools
   # pymodbus only recommends the other two, and imports them all the same.
   python3-pymodbus python3-serial python3-serial-asyncio
   # What systemd thinks of our units, and their system calls refused without it.
@@ -47,12 +51,37 @@ install_packages() {
     "${missing[@]}" >/dev/null
 }
 
-# build PRESET [TARGET…]: configures and builds with as many jobs as there are processors.
+# configure PRESET [OPTION OF CMAKE…]
+configure() { cmake --preset "$@" >/dev/null; }
+
+# Configures the release. Tests, for which packages may be missing, are left out until build_tests; then they stay.
+configure_product() {
+  if [ -f build/release/CMakeCache.txt ]; then
+    configure release
+  else
+    configure release -DBAUDGATE_TESTS=OFF
+  fi
+}
+
+# build_product TARGET…: of the release; no tests.
+build_product() {
+  install_packages
+  configure_product
+  build release "$@"
+}
+
+# build_tests PRESET [TARGET…]
+build_tests() {
+  install_packages "${test_packages[@]}"
+  configure "$1" -DBAUDGATE_TESTS=ON
+  build "$@"
+}
+
+# build PRESET [TARGET…]: what is configured, with as many jobs as there are processors.
 build() {
   local preset=$1
   shift
   say "building ($preset): the first time takes some minutes"
-  cmake --preset "$preset" >/dev/null
   cmake --build --preset "$preset" -j "$(nproc)" ${1:+--target "$@"}
 }
 
@@ -63,6 +92,7 @@ fuzz_targets() { awk '!/^#/ && NF { print $1 }' tests/fuzz/targets.txt; }
 build_fuzz() {
   [ -z "${BAUDGATE_FUZZ_BUILD:-}" ] || return 0
   install_packages "${fuzz_packages[@]}"
+  configure fuzz
   build fuzz
 }
 

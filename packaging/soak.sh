@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Runs that are too long for every change.
 # usage: packaging/soak.sh                  all of these, one after the other
+#        packaging/soak.sh tests            all tests of packaging/test.sh, with random runs ten times as long
 #        packaging/soak.sh virtual [HOURS]  damage, deaths and echo for 24 hours of virtual time
 #        packaging/soak.sh lag [MILLIONS]   a lagging server, 1000 million exchanges in virtual time: hours
 #        packaging/soak.sh ptys [MINUTES]   10 real minutes each on ptys: all faults; a lagging server. AddressSanitizer
@@ -19,12 +20,18 @@ cd "$(dirname "$0")/.."
 # whole NUMBER: fails unless it is one, from 1 on.
 whole() { [[ $1 =~ ^[1-9][0-9]*$ ]] || usage; }
 
+# What ctest says. Runs that take $BAUDGATE_LONG_RUNS: tests/support/long_run.h.
+soak_tests() {
+  build_tests release
+  say "all tests, with long random runs"
+  BAUDGATE_LONG_RUNS=1 ctest --test-dir build/release --output-on-failure -j 2
+}
+
 # A line for each kind of line: exchanges, faults, and what became of damage.
 soak_virtual() {
   local hours=${1:-24}
   whole "$hours"
-  install_packages
-  build release runs_test
+  build_tests release runs_test
   say "$hours hours of virtual time"
   BAUDGATE_SOAK_HOURS=$hours build/release/tests/runs_test --gtest_filter='*/Soak.*'
 }
@@ -33,8 +40,7 @@ soak_virtual() {
 soak_lag() {
   local millions=${1:-1000}
   whole "$millions"
-  install_packages
-  build release runs_test
+  build_tests release runs_test
   say "$millions million exchanges behind a lagging server"
   BAUDGATE_LAG_EXCHANGES=${millions}000000 build/release/tests/runs_test --gtest_filter='*RandomLag*'
 }
@@ -44,8 +50,7 @@ soak_lag() {
 soak_ptys() {
   local minutes=${1:-10}
   whole "$minutes"
-  install_packages
-  build asan baudgate_soak
+  build_tests asan baudgate_soak
   local suite
   for suite in PtySoak LagSoak; do
     say "$minutes minutes on ptys: $suite"
@@ -74,8 +79,7 @@ soak_datagrams() {
 soak_discovery() {
   local rounds=${1:-50} by
   whole "$rounds"
-  install_packages
-  build release baudgate_soak
+  build_tests release baudgate_soak
   for by in servers peers; do
     say "ten gateways and a subscriber without multicast, found by $by, $rounds kills"
     BAUDGATE_SOAK_BY=$by BAUDGATE_SOAK_ROUNDS=$rounds BAUDGATE_SOAK_GATEWAYS=10 BAUDGATE_SOAK_POINTS=1000 \
@@ -87,8 +91,7 @@ soak_discovery() {
 soak_audit() {
   local kills=${1:-200}
   whole "$kills"
-  install_packages
-  build release baudgate system_routes_test
+  build_tests release baudgate system_routes_test
   say "a gateway that is killed $kills times while a client writes"
   BAUDGATE_AUDIT_KILLS=$kills build/release/tests/system_routes_test --gtest_filter='Audit.*Killed*'
 }
@@ -98,8 +101,7 @@ soak_events() {
   local thousands=${1:-1000} kills=${2:-200}
   whole "$thousands"
   whole "$kills"
-  install_packages
-  build release baudgate spabus_module runs_test system_routes_test
+  build_tests release baudgate spabus_module runs_test system_routes_test
   say "$thousands thousand events under virtual time"
   BAUDGATE_SOAK_EVENTS=${thousands}000 build/release/tests/runs_test --gtest_filter='EventSoak.*'
   say "a gateway that is killed $kills times while a relay has bursts of events"
@@ -110,8 +112,7 @@ soak_events() {
 soak_service() {
   local minutes=${1:-30} dds
   whole "$minutes"
-  install_packages
-  build release baudgate baudgate-dds baudgate_soak
+  build_tests release baudgate baudgate-dds baudgate_soak
   for dds in 0 1; do
     say "a gateway with 14 devices, $minutes minutes and 50 kills, DDS: $dds"
     BAUDGATE_SOAK_DDS=$dds BAUDGATE_SOAK_SECONDS=$((minutes * 60)) BAUDGATE_SOAK_KILLS=50 \
@@ -126,6 +127,7 @@ usage() {
 
 # One function for each part: soak_PART.
 if [ $# = 0 ]; then
+  soak_tests
   soak_virtual
   soak_lag
   soak_ptys

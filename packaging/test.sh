@@ -6,8 +6,7 @@ cd "$(dirname "$0")/.."
 . packaging/prepare.sh
 
 preset=${1:-release}
-install_packages
-build "$preset"
+build_tests "$preset"
 say "running the tests ($preset)"
 # Real ptys, ports and DDS discovery are shared with whatever else runs on the machine: two at a time.
 ctest --test-dir "build/$preset" --output-on-failure -j 2

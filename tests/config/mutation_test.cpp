@@ -10,6 +10,7 @@
 #include "config/yaml/yaml_source.h"
 #include "gateway/cli/offline/unit_table.h"
 #include "tests/config/fake_protocol.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate::testing {
 namespace {
@@ -59,7 +60,7 @@ TEST_P(Mutation, RandomDamage) {
   const std::string example = Example(GetParam());
   std::mt19937 random(20261121);
   const auto below = [&](std::size_t limit) { return random() % limit; };
-  for (int round = 0; round < 1500; ++round) {
+  for (std::size_t round = 0; round < LongRun(1500); ++round) {
     std::string text = example;
     for (std::size_t hits = 1 + below(4); hits > 0; --hits) {
       const std::size_t at = below(text.size());

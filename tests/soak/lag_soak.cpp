@@ -1,6 +1,6 @@
 // Real time behind lagging servers: lines of four kinds on ptys, each with one query, two and many,
 // and a judge of every good reading. What lag_test.cpp does under virtual time, here with the
-// daemon's own clocks, timers and threads. Twenty seconds in ctest, an hour by
+// daemon's own clocks, timers and threads. Some seconds in ctest, an hour by
 // `packaging/soak.sh ptys 60`. Length: BAUDGATE_SOAK_SECONDS; again: BAUDGATE_LAG_SEED.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <asio/io_context.hpp>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <iterator>
@@ -21,6 +20,7 @@
 
 #include "gateway/base/log.h"
 #include "tests/soak/lag_soak_line.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate {
 namespace {
@@ -30,18 +30,14 @@ constexpr Duration kLagPatience = 2min;
 constexpr Duration kLongestTurn = 1min;
 constexpr Duration kShortestTurn = 4s;
 
-unsigned Number(const char* variable, unsigned otherwise) {
-  const char* text = std::getenv(variable);
-  return text == nullptr ? otherwise : static_cast<unsigned>(std::strtoul(text, nullptr, 10));
-}
-
 class LagSoak : public ::testing::Test {
  protected:
   LagSoak() {
     log::Begin(log::Level::error);
     std::string pattern = (std::filesystem::temp_directory_path() / "baudgate-lag-XXXXXX").string();
     folder_ = mkdtemp(pattern.data());
-    unsigned seed = Number("BAUDGATE_LAG_SEED", std::random_device()() % 1'000'000);
+    auto seed =
+        static_cast<unsigned>(Setting("BAUDGATE_LAG_SEED", std::random_device()() % 1'000'000));
     fmt::print("seed {}\n", seed);
     std::fflush(stdout);
     for (const LagCase& which : LagCases()) {
@@ -87,7 +83,7 @@ TEST_F(LagSoak, NothingWrongIsEverGood) {
   ExpectAllGood("at the beginning");
   ASSERT_FALSE(HasFailure());
 
-  const Duration length = std::chrono::seconds(std::max(1U, Number("BAUDGATE_SOAK_SECONDS", 20)));
+  const Duration length = std::chrono::seconds(Setting("BAUDGATE_SOAK_SECONDS", 4));
   const Duration turn = std::clamp(length / 4, kShortestTurn, kLongestTurn);
   for (const auto& line : lines_) line->BeginTroubles(turn);
   RunUntil([] { return false; }, length);

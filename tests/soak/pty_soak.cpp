@@ -1,5 +1,5 @@
 // Real minutes on ptys: one line per protocol, twins with every fault, and a reader that knows the
-// truth. Ten minutes under AddressSanitizer by `packaging/soak.sh ptys`; twenty seconds in ctest.
+// truth. Ten minutes under AddressSanitizer by `packaging/soak.sh ptys`; some seconds in ctest.
 // Length: BAUDGATE_SOAK_SECONDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
@@ -11,7 +11,6 @@
 #include <asio/executor_work_guard.hpp>
 #include <chrono>
 #include <cstddef>
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <thread>
@@ -19,6 +18,7 @@
 
 #include "gateway/base/log.h"
 #include "tests/soak/soak_line.h"
+#include "tests/support/long_run.h"
 
 #ifdef __SANITIZE_ADDRESS__
 extern "C" std::size_t __sanitizer_get_current_allocated_bytes();  // GCC 12 ships no header for it
@@ -33,10 +33,7 @@ constexpr Duration kSampleHeap = 1s;
 constexpr Duration kPatience = 5min;
 constexpr std::size_t kFlat = 256 * 1024;  // of the heap, above the most of the first third
 
-Duration Length() {
-  const char* seconds = std::getenv("BAUDGATE_SOAK_SECONDS");
-  return std::chrono::seconds(seconds == nullptr ? 20 : std::max(1, std::atoi(seconds)));
-}
+Duration Length() { return std::chrono::seconds(Setting("BAUDGATE_SOAK_SECONDS", 4)); }
 
 std::size_t HeapInUse() {
 #ifdef __SANITIZE_ADDRESS__

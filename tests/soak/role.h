@@ -14,6 +14,7 @@
 #include <string>
 
 #include "gateway/base/time.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate::soak {
 
@@ -22,7 +23,7 @@ inline std::string Setting(const char* name, const std::string& usual) {
   return given == nullptr ? usual : given;
 }
 inline std::size_t Number(const char* name, std::size_t usual) {
-  return std::stoul(Setting(name, std::to_string(usual)));
+  return baudgate::Setting(("BAUDGATE_SOAK_" + std::string(name)).c_str(), usual);
 }
 inline Instant Now() { return ReadClocks().instant; }
 

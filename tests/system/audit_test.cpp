@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 
 #include <csignal>
-#include <cstdlib>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -14,6 +13,7 @@
 #include <sstream>
 #include <thread>
 
+#include "tests/support/long_run.h"
 #include "tests/support/rtu_slave.h"
 #include "tests/system/route_station.h"
 
@@ -173,13 +173,12 @@ class NumberWriter {
 };
 
 TEST_F(Audit, AKilledGatewayHasARecordOfAllThatWasOnTheWire) {
-  const char* wanted = std::getenv("BAUDGATE_AUDIT_KILLS");
-  const int kills = wanted != nullptr ? std::atoi(wanted) : 5;
+  const std::size_t kills = Setting("BAUDGATE_AUDIT_KILLS", 5);
   Slave slave(LinkOf("drive"));
   std::mt19937 random(static_cast<unsigned>(::getpid()));
   std::set<int> confirmed;
   int next = kFirstValue;
-  for (int kill = 0; kill < kills; ++kill) {
+  for (std::size_t kill = 0; kill < kills; ++kill) {
     const auto daemon = StartGateway(YamlOf());
     ModbusClient reader(port());
     ASSERT_TRUE(Eventually([&] { return reader.Register(kPointUnit, 0).has_value(); }));

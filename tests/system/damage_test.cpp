@@ -6,6 +6,7 @@
 #include <random>
 
 #include "gateway/base/text.h"
+#include "tests/support/long_run.h"
 #include "tests/support/raw_client.h"
 #include "tests/system/bad_cable.h"
 #include "tests/system/three_devices.h"
@@ -137,7 +138,7 @@ TEST_F(Damage, ByHostileClientsDoesNotReachAGoodOne) {
   std::deque<RawClient> crowd;
   std::size_t sent = 0;
   std::size_t thrown_out = 0;
-  for (int round = 0; round < 300; ++round) {
+  for (std::size_t round = 0; round < LongRun(300); ++round) {
     crowd.emplace_back(port());
     if (crowd.size() > 50) crowd.pop_front();
     for (const RawClient& hostile : crowd) {
@@ -167,7 +168,7 @@ TEST_F(Damage, OfAFloodThatIsNeverReadDelaysNobody) {
   for (int i = 0; i < 200; ++i) Append(flood, *ParseHex("00 01 00 00 00 06 0B 04 00 00 00 10"));
   std::deque<RawClient> crowd;
   for (int i = 0; i < 10; ++i) crowd.emplace_back(port());
-  for (int round = 0; round < 1000; ++round) {
+  for (std::size_t round = 0; round < LongRun(1000); ++round) {
     for (const RawClient& hostile : crowd) hostile.SendSome(flood);
     ASSERT_EQ(client.Float(kModuleUnit, 0), 100.25F) << "round " << round;
   }

@@ -7,11 +7,11 @@
 
 #include <algorithm>
 #include <csignal>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <sstream>
 
+#include "tests/support/long_run.h"
 #include "tests/system/event_station.h"
 
 namespace baudgate::system_test {
@@ -177,12 +177,11 @@ TEST_F(Events, AreNotAskedForByThemselves) {
 }
 
 TEST_F(Events, OfAGatewayThatIsKilledAreNeitherLostNorDoubled) {
-  const char* wanted = std::getenv("BAUDGATE_EVENT_KILLS");
-  const int kills = wanted != nullptr ? std::atoi(wanted) : 5;
+  const std::size_t kills = Setting("BAUDGATE_EVENT_KILLS", 5);
   const auto relay = StartRelay("every:500ms,count=12,numbered");
   std::mt19937 random(static_cast<unsigned>(::getpid()));
   std::size_t known = 0;
-  for (int kill = 0; kill < kills; ++kill) {
+  for (std::size_t kill = 0; kill < kills; ++kill) {
     const auto daemon = StartDaemon(Yaml());
     ASSERT_TRUE(Eventually([&] { return Status()["events"]["newest"] > known; }))
         << daemon->Errors();

@@ -9,6 +9,7 @@
 #include <set>
 #include <thread>
 
+#include "tests/support/long_run.h"
 #include "tests/system/messages.h"
 #include "tests/system/tapped_cable.h"
 #include "tests/system/writers.h"
@@ -18,7 +19,7 @@ namespace {
 
 constexpr std::uint8_t kHostileUnit = 1;
 constexpr double kMost = 5;  // V, of output_0: the only one that may be written
-constexpr std::size_t kFrames = 20'000;
+const std::size_t kFrames = LongRun(20'000);
 constexpr int kGoodWrites = 15;
 
 /// Writes of all kinds to all places, that of a register of output_0 among them.

@@ -9,11 +9,12 @@
 
 #include "tests/gateway/audit/faulty_disk.h"
 #include "tests/gateway/audit/fixture.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate::audit {
 namespace {
 
-constexpr int kSeeds = 400;
+const std::size_t kSeeds = LongRun(400);
 constexpr int kLives = 4;
 
 /// What was told of one record, by its client.

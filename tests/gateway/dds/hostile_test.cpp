@@ -73,9 +73,9 @@ class RawType : public fast::TopicDataType {
   }
 };
 
-class RawWriter {
+class HostileWriter {
  public:
-  RawWriter() : participant_(*CreateParticipant(TestSubscriber().participant)) {
+  HostileWriter() : participant_(*CreateParticipant(TestSubscriber().participant)) {
     const fast::TypeSupport type(new RawType);
     type.register_type(participant_);
     auto* topic =
@@ -89,7 +89,7 @@ class RawWriter {
     writer_ =
         participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT)->create_datawriter(topic, qos);
   }
-  ~RawWriter() { DeleteParticipant(participant_); }
+  ~HostileWriter() { DeleteParticipant(participant_); }
 
   bool Write(Raw raw) { return writer_->write(&raw); }
 
@@ -110,7 +110,7 @@ TEST(Hostile, BrokenSamplesAreSkippedAndGoodOnesArrive) {
   Heard heard;
   auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
   ASSERT_TRUE(subscriber.ok());
-  RawWriter writer;
+  HostileWriter writer;
   std::uint8_t key = 0;
   ASSERT_TRUE(writer.Write({GoodBytes("first"), key++}));
   ASSERT_TRUE(heard.WaitFor([&] { return heard.points.size() == 1; }));

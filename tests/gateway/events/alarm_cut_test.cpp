@@ -11,6 +11,7 @@
 #include "gateway/events/event_file.h"
 #include "gateway/events/event_page.h"
 #include "tests/gateway/audit/faulty_disk.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate::events {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 using audit::FaultyDisk;
 using Step = AlarmMark::Step;
 
-constexpr int kSeeds = 300;
+const std::size_t kSeeds = LongRun(300);
 constexpr int kLives = 4;
 const SourceNames kRelay = {{"bay", "relay"}};
 constexpr Step kSteps[] = {Step::raise, Step::clear, Step::pulse, Step::acknowledge};

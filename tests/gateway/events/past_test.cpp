@@ -9,6 +9,7 @@
 #include "gateway/events/event_file.h"
 #include "gateway/events/past_page.h"
 #include "tests/gateway/audit/faulty_disk.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate::events {
 namespace {
@@ -137,7 +138,7 @@ TEST(Past, TheOldestGiveWay) {
 /// nothing is read twice from the meter, and nothing left out.
 TEST(Past, APowerCutTakesARecordAndThePlaceBehindItTogether) {
   std::int64_t kept = 0;
-  for (unsigned seed = 1; seed <= 60 && !testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= LongRun(60) && !testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     FaultyDisk disk;

@@ -13,6 +13,7 @@
 #include "gateway/state/versions.h"
 #include "tests/gateway/audit/faulty_disk.h"
 #include "tests/gateway/history/store_fixture.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate::history {
 namespace {
@@ -144,7 +145,7 @@ TEST_F(ValueStoreTest, SpansAreMerged) {
 TEST(ValuePowerCuts, LoseASecondAtMost) {
   std::mt19937 random(14);
   const std::vector<PointName> names = {{"a", config::Type::float64}};
-  for (int cut = 0; cut < 60; ++cut) {
+  for (std::size_t cut = 0; cut < LongRun(60); ++cut) {
     FaultyDisk disk;
     const std::string path = "/" + DayFileName(kBegin);
     Millis written = kBegin;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/gateway/poll/poller_fixture.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate {
 namespace {
@@ -36,13 +37,13 @@ std::unique_ptr<VirtualLine> MakeCrowd(const Crowd& crowd) {
   return made;
 }
 
-/// Answered exchanges of the living per virtual hour, once the dead are known.
+/// Answered exchanges of the living in some virtual minutes, once the dead are known.
 std::uint64_t RateBesideDead(int dead, Duration poll) {
   const auto line = MakeCrowd({.dead = dead, .poll = poll});
   line->Open();
   line->RunFor(5min);
   const std::uint64_t before = line->store().ReadLine(0).Count(Outcome::ok);
-  line->RunFor(1h);
+  line->RunFor(static_cast<std::int64_t>(LongRun(60)) * 1min);
   return line->store().ReadLine(0).Count(Outcome::ok) - before;
 }
 

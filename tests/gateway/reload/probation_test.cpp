@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-struct Trial {
+struct TrialCase {
   const char* what;
   Health before;
   Duration after;             // of a trial of 60 s
@@ -21,7 +21,7 @@ struct Trial {
 };
 
 TEST(Probation, LooksAtTimeAndDevices) {
-  const Trial cases[] = {
+  const TrialCase cases[] = {
       {"all is well", Health::well, 30s, Health::well, ""},
       {"the last moment", Health::well, 59s, Health::well, ""},
       {"nobody comes", Health::well, 60s, Health::well, "nobody has confirmed it in time"},
@@ -34,7 +34,7 @@ TEST(Probation, LooksAtTimeAndDevices) {
       {"out of use before", Health::unasked, 59s, Health::ill, ""},
       {"taken out", Health::well, 59s, std::nullopt, ""},
   };
-  for (const Trial& one : cases) {
+  for (const TrialCase& one : cases) {
     Probation probation;
     probation.Begin(kStart, 60s, {{"bay.a", one.before}});
     Healths healths;

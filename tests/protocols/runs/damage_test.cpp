@@ -6,6 +6,7 @@
 
 #include "gateway/base/text.h"
 #include "tests/protocols/runs/bad_wire.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate {
 namespace {
@@ -22,7 +23,7 @@ std::size_t MostUndetected(const Setup& setup, std::size_t damaged) {
 class DamagedRun : public ::testing::TestWithParam<Setup> {
  protected:
   void Run(unsigned seed) {
-    constexpr std::size_t kReplies = 6000;
+    constexpr std::size_t kReplies = 2400;
     Rig rig(GetParam(), [](config::Line& line) {
       for (config::Device& device : line.devices) device.poll = 10ms;
     });
@@ -35,8 +36,8 @@ class DamagedRun : public ::testing::TestWithParam<Setup> {
     damaged_ += wire.damaged();
     undetected_ += wire.undetected();
     for (std::uint32_t device = 0; device < rig.devices(); ++device) {
-      EXPECT_GT(rig->StatusOf(device).Count(Outcome::corrupt), 100U);
-      EXPECT_GT(rig->StatusOf(device).Count(Outcome::ok), 700U);
+      EXPECT_GT(rig->StatusOf(device).Count(Outcome::corrupt), 40U);
+      EXPECT_GT(rig->StatusOf(device).Count(Outcome::ok), 280U);
     }
     // On a good wire again, whatever was learned from damage is forgotten.
     EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(); }, 10min));
@@ -52,7 +53,7 @@ class DamagedRun : public ::testing::TestWithParam<Setup> {
 };
 
 TEST_P(DamagedRun, NothingWrongBecomesGood) {
-  for (unsigned seed = 1; seed <= 4; ++seed) {
+  for (unsigned seed = 1; seed <= LongRun(10); ++seed) {
     Run(seed);
     if (HasFailure()) FAIL() << "seed " << seed;
   }

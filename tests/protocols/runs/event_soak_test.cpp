@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <map>
 #include <random>
 
@@ -14,6 +13,7 @@
 #include "tests/protocols/runs/event_consumers.h"
 #include "tests/protocols/runs/event_keeper.h"
 #include "tests/protocols/runs/rig.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate {
 namespace {
@@ -21,11 +21,8 @@ namespace {
 constexpr unsigned kSpoiledOneIn = 100;
 constexpr std::size_t kEventsOfAStation = 20'000;
 
-/// In CI a few thousand; packaging/soak.sh events says how many.
-std::size_t Wanted() {
-  const char* const wanted = std::getenv("BAUDGATE_SOAK_EVENTS");
-  return wanted == nullptr ? 3000 : std::strtoul(wanted, nullptr, 10);
-}
+/// packaging/soak.sh events says how many.
+std::size_t Wanted() { return Setting("BAUDGATE_SOAK_EVENTS", LongRun(3000)); }
 
 struct SoakTally {
   std::size_t events = 0;

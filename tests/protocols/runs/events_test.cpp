@@ -7,6 +7,7 @@
 #include "tests/protocols/runs/event_keeper.h"
 #include "tests/protocols/runs/mishaps.h"
 #include "tests/protocols/runs/rig.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate {
 namespace {
@@ -135,31 +136,33 @@ TEST(SpaEvents, ComeOnceAndInOrderOverAGoodLine) {
 }
 
 TEST(SpaEvents, ComeOnceAndInOrderOverABadLine) {
+  const std::size_t seeds = LongRun(6);
   std::size_t asked_again = 0;
-  for (unsigned seed = 1; seed <= 6 && !::testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= seeds && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    RelayStation station(seed, {.wire_one_in = seed % 2 == 0 ? 20U : 100U});
+    RelayStation station(seed, {.wire_one_in = seed % 2 != 0 ? 20U : 100U});
     station.RunFor(15min);
     station.End();
     station.Check();
     asked_again += station.asked_again;
   }
-  EXPECT_GT(asked_again, 20U) << "no reply was lost";
+  EXPECT_GT(asked_again, 3 * seeds) << "no reply was lost";
 }
 
 TEST(SpaEvents, OutliveKillsAndPowerCutsOverABadLine) {
+  const std::size_t seeds = LongRun(12);
   std::size_t restarts = 0;
   std::uint64_t repeats = 0;
-  for (unsigned seed = 1; seed <= 12 && !::testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= seeds && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    RelayStation station(seed, {.wire_one_in = 100, .kills = seed % 2 == 0, .power_cuts = true});
+    RelayStation station(seed, {.wire_one_in = 100, .kills = seed % 2 != 0, .power_cuts = true});
     station.RunFor(10min);
     station.End();
     station.Check();
     restarts += station.restarts;
     repeats += station.repeats;
   }
-  EXPECT_GT(restarts, 60U);
+  EXPECT_GT(restarts, 5 * seeds);
   EXPECT_GT(repeats, 0U) << "nothing came once more";
 }
 

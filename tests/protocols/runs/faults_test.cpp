@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/protocols/runs/rig.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate {
 namespace {
@@ -297,13 +298,13 @@ class MoodyDevice {
 /// Device 0 is moody, or both are; the lateness grows from run to run up to the most that is
 /// guarded.
 void RunMoody(const Setup& setup, bool both) {
-  constexpr int kSteps = 24;
-  for (int step = 1; step <= kSteps; ++step) {
+  const auto steps = static_cast<int>(LongRun(30));
+  for (int step = 1; step <= steps; ++step) {
     std::mt19937 random(static_cast<unsigned>(step));
     Rig rig(setup);
     rig.LearnTruth();
     rig.Watch();
-    const Duration late = LatenessOf(rig.device(0), setup).most * step / kSteps;
+    const Duration late = LatenessOf(rig.device(0), setup).most * step / steps;
     MoodyDevice first(rig, 0, late, random);
     std::optional<MoodyDevice> second;
     if (both) second.emplace(rig, 1, late, random);

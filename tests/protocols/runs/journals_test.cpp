@@ -10,6 +10,7 @@
 #include "tests/protocols/runs/event_keeper.h"
 #include "tests/protocols/runs/mishaps.h"
 #include "tests/protocols/runs/rig.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate {
 namespace {
@@ -148,9 +149,9 @@ TEST(MeterJournals, ComeOnceAndInOrderOverAGoodLine) {
 }
 
 TEST(MeterJournals, ComeOnceOverABadLineWithLateReplies) {
-  for (unsigned seed = 1; seed <= 2 && !::testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= LongRun(2) && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Meters meters(seed, {.wire_one_in = 30, .late_one_in = seed % 2 == 0 ? 40U : 0U});
+    Meters meters(seed, {.wire_one_in = 30, .late_one_in = seed % 2 != 0 ? 40U : 0U});
     meters.RunFor(40min);
     meters.End();
     meters.Check();
@@ -159,17 +160,18 @@ TEST(MeterJournals, ComeOnceOverABadLineWithLateReplies) {
 }
 
 TEST(MeterJournals, OutliveKillsAndPowerCutsOverABadLine) {
+  const std::size_t seeds = LongRun(4);
   std::size_t restarts = 0;
-  for (unsigned seed = 1; seed <= 4 && !::testing::Test::HasFailure(); ++seed) {
+  for (unsigned seed = 1; seed <= seeds && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Meters meters(seed, {.wire_one_in = 100, .kills = true, .power_cuts = seed % 2 == 0});
+    Meters meters(seed, {.wire_one_in = 100, .kills = true, .power_cuts = seed % 2 != 0});
     meters.RunFor(40min);
     meters.End();
     meters.Check();
     EXPECT_TRUE(meters.gaps.empty());
     restarts += meters.restarts;
   }
-  EXPECT_GT(restarts, 15U);
+  EXPECT_GT(restarts, 3 * seeds);
 }
 
 TEST(MeterJournals, AJournalThatWentRoundMeanwhileSaysSo) {

@@ -12,12 +12,12 @@
 
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <random>
 #include <string_view>
 
 #include "tests/protocols/runs/lag_rig.h"
 #include "tests/protocols/runs/lag_troubles.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate {
 namespace {
@@ -26,9 +26,11 @@ constexpr std::size_t kExchanges = 1'000'000;  // of all lines together
 constexpr int kToldFailures = 3;               // of one line
 constexpr std::size_t kRecoveries = 14;        // of each line: every trouble once
 
-std::size_t Number(const char* variable, std::size_t otherwise) {
-  const char* text = std::getenv(variable);
-  return text == nullptr ? otherwise : static_cast<std::size_t>(std::atoll(text));
+/// Lines begin with different seeds, so that few runs of each have all troubles among them.
+std::size_t FirstSeed(const LagCase& which) {
+  const auto is_it = [&](const LagCase& one) { return one.name() == which.name(); };
+  const std::vector<LagCase> all = LagCases();
+  return static_cast<std::size_t>(std::ranges::find_if(all, is_it) - all.begin()) + 1;
 }
 
 // ---------------------------------------------------------------- runs
@@ -103,15 +105,16 @@ class RandomRun {
 class RandomLag : public ::testing::TestWithParam<LagCase> {};
 
 TEST_P(RandomLag, NothingWrongIsEverGood) {
-  const std::size_t one = Number("BAUDGATE_LAG_SEED", 0);
-  const std::size_t exchanges = Number("BAUDGATE_LAG_EXCHANGES", kExchanges) / LagCases().size();
+  const std::size_t one = Setting("BAUDGATE_LAG_SEED", 0);
+  const std::size_t exchanges =
+      Setting("BAUDGATE_LAG_EXCHANGES", LongRun(kExchanges)) / LagCases().size();
   std::size_t done = 0;
   std::size_t judged = 0;
   std::size_t excused = 0;
   std::size_t runs = 0;
   std::size_t wrong_runs[kTroubles] = {};
   int failures = 0;
-  for (std::size_t seed = one == 0 ? 1 : one; done < exchanges; ++seed) {
+  for (std::size_t seed = one == 0 ? FirstSeed(GetParam()) : one; done < exchanges; ++seed) {
     RandomRun run(GetParam(), static_cast<unsigned>(seed));
     run.Run();
     ++runs;
@@ -141,8 +144,9 @@ TEST_P(RandomLag, NothingWrongIsEverGood) {
 
 /// Whatever went wrong, once it has stopped and the right devices are there, nothing stays bad.
 TEST_P(RandomLag, LeavesNothingBehindForLong) {
-  const std::size_t last = Number("BAUDGATE_LAG_RUNS", kRecoveries);
-  for (std::size_t seed = 1; seed <= last; ++seed) {
+  const std::size_t first = FirstSeed(GetParam());
+  const std::size_t runs = Setting("BAUDGATE_LAG_RUNS", LongRun(kRecoveries));
+  for (std::size_t seed = first; seed < first + runs; ++seed) {
     RandomRun run(GetParam(), static_cast<unsigned>(seed));
     run.Run();
     for (std::uint32_t device = 0; device < run.rig.devices(); ++device) {

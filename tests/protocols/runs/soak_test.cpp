@@ -1,28 +1,30 @@
 // Days of bad luck under virtual time: damaged and lost replies, devices that die and return, a bus
-// that echoes and whose echo is damaged as well. One virtual hour a line here; packaging/soak.sh
-// runs twenty-four (BAUDGATE_SOAK_HOURS). The oracle of bad_wire.h counts damage that carries a
+// that echoes and whose echo is damaged as well. Six virtual minutes a line here; packaging/soak.sh
+// runs 24 hours (BAUDGATE_SOAK_HOURS). The oracle of bad_wire.h counts damage that carries a
 // good check value; nothing else may become a wrong value that is Good.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <malloc.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <random>
 
 #include "config/devices.h"
 #include "tests/protocols/runs/bad_wire.h"
+#include "tests/support/long_run.h"
 
 namespace baudgate {
 namespace {
 
-constexpr Duration kLongestDeath = 5min;
 constexpr std::size_t kFlat = 256 * 1024;  // of the heap, between one hour and the next
 
-int Hours() {
-  const char* hours = std::getenv("BAUDGATE_SOAK_HOURS");
-  return hours == nullptr ? 1 : std::max(1, std::atoi(hours));
-}
+std::size_t Hours() { return Setting("BAUDGATE_SOAK_HOURS", 1); }
+
+/// Of an hour.
+std::size_t Minutes() { return Setting("BAUDGATE_SOAK_HOURS", 0) > 0 ? 60 : LongRun(60); }
+
+/// Devices die as often in a short hour as in a long one.
+Duration OfAnHour(int parts) { return static_cast<std::int64_t>(Minutes()) * 1min / parts; }
 
 std::size_t HeapInUse() { return mallinfo2().uordblks; }
 
@@ -63,18 +65,18 @@ class Soak : public ::testing::TestWithParam<Setup> {
       Manner& manner = rig_->twin(device).manner;
       if (manner.dead && now >= dead_until_[device]) {
         manner.dead = false;
-        dies_at_[device] = now + Between(5min, 30min);
+        dies_at_[device] = now + Between(OfAnHour(12), OfAnHour(2));
       } else if (!manner.dead && now >= dies_at_[device]) {
         manner.dead = true;
         ++deaths_;
-        dead_until_[device] = now + Between(5s, kLongestDeath);
+        dead_until_[device] = now + Between(5s, OfAnHour(12));
       }
     }
   }
 
   /// A minute in which nothing was sent is a line that is stuck.
   void RunOneHour() {
-    for (int minute = 0; minute < 60; ++minute) {
+    for (std::size_t minute = 0; minute < Minutes(); ++minute) {
       LetDevicesDieAndReturn();
       const std::uint64_t before = rig_->store().ReadLine(0).exchanges;
       rig_->RunFor(1min);
@@ -96,12 +98,12 @@ TEST_P(Soak, NothingWrongIsEverGoodAndNothingGrows) {
   rig_->keep_sent = false;
   rig_->sent.clear();
   LetTheBusEcho();
-  for (Instant& at : dies_at_) at = rig_->now().instant + Between(1min, 20min);
+  for (Instant& at : dies_at_) at = rig_->now().instant + Between(OfAnHour(60), OfAnHour(3));
   BadWire wire(rig_, 3, {.damaged_one_in = 100, .lost_one_in = 100});
   rig_.Watch([&](std::uint32_t device) { return wire.IsBeyondDetection(device); });
   RunOneHour();
   const std::size_t heap = HeapInUse();
-  for (int hour = 1; hour < Hours() && !HasFailure(); ++hour) RunOneHour();
+  for (std::size_t hour = 1; hour < Hours() && !HasFailure(); ++hour) RunOneHour();
   EXPECT_LT(HeapInUse(), heap + kFlat);
 
   wire.End();
@@ -114,14 +116,15 @@ TEST_P(Soak, NothingWrongIsEverGoodAndNothingGrows) {
   if (Rechecks() != config::Recheck::off) {
     EXPECT_EQ(rig_.wrong(), 0U) << "beyond the jump";
   }
-  EXPECT_GT(wire.damaged(), 50U);
-  EXPECT_GT(wire.lost(), 50U);
+  EXPECT_GT(wire.damaged(), 5 * Minutes() / 6);
+  EXPECT_GT(wire.lost(), 5 * Minutes() / 6);
   EXPECT_GT(deaths_, 2U);
   std::printf(
-      "%s: %d h, %llu exchanges, %zu damaged, %zu lost, %zu deaths; wrong as good: %zu, all "
+      "%s: %zu min, %llu exchanges, %zu damaged, %zu lost, %zu deaths; wrong as good: %zu, all "
       "of them damage with a good check value: %s\n",
-      GetParam().name.c_str(), Hours(), static_cast<unsigned long long>(status.exchanges),
-      wire.damaged(), wire.lost(), deaths_, rig_.wrong(), HasFailure() ? "NO" : "yes");
+      GetParam().name.c_str(), Hours() * Minutes(),
+      static_cast<unsigned long long>(status.exchanges), wire.damaged(), wire.lost(), deaths_,
+      rig_.wrong(), HasFailure() ? "NO" : "yes");
 }
 
 INSTANTIATE_TEST_SUITE_P(Real, Soak, ::testing::ValuesIn(DamagedLines()), SetupName);
