@@ -83,7 +83,7 @@ TEST_F(Versions, NewerEventsAreLeftAlone) {
 
 TEST_F(Versions, NewerValuesAndTrendsAreLeftAlone) {
   MakeNewer("values-20261123.db", 0x42477661);
-  ExpectRefused("values-20261123.db", "version 3 of the file, this one knows 2");
+  ExpectRefused("values-20261123.db", "version 2 of the file, this one knows 1");
   fs::remove(folder_ / "values-20261123.db");
   MakeNewer("trends.db", 0x42477472);
   ExpectRefused("trends.db", "version 2 of the file, this one knows 1");

@@ -116,9 +116,11 @@ TEST_P(Soak, NothingWrongIsEverGoodAndNothingGrows) {
   if (Rechecks() != config::Recheck::off) {
     EXPECT_EQ(rig_.wrong(), 0U) << "beyond the jump";
   }
-  EXPECT_GT(wire.damaged(), 5 * Minutes() / 6);
-  EXPECT_GT(wire.lost(), 5 * Minutes() / 6);
-  EXPECT_GT(deaths_, 2U);
+  // One a minute with an hour and more; a tenth of an hour has a few of each.
+  const bool is_short = Minutes() < 60;
+  EXPECT_GT(wire.damaged(), is_short ? 1 : 5 * Minutes() / 6);
+  EXPECT_GT(wire.lost(), is_short ? 1 : 5 * Minutes() / 6);
+  EXPECT_GT(deaths_, is_short ? 1U : 2U);
   std::printf(
       "%s: %zu min, %llu exchanges, %zu damaged, %zu lost, %zu deaths; wrong as good: %zu, all "
       "of them damage with a good check value: %s\n",
