@@ -99,13 +99,14 @@ TEST_F(Sandbox, WhatBitesIsNoticed) {
   }
 }
 
-/// Each family that the unit lists is one that the gateway needs.
+/// Each family that the unit lists is one that the gateway needs; AF_NETLINK for names with several
+/// addresses, which not every machine has.
 TEST_F(Sandbox, EveryFamilyOfAddressesIsNeeded) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "1");
   const std::string all = "RestrictAddressFamilies=AF_UNIX AF_INET AF_INET6 AF_NETLINK\n";
   const std::string text = ReadWholeFile(BAUDGATE_UNIT);
   ASSERT_THAT(text, HasSubstr(all));
-  for (const std::string family : {"AF_UNIX", "AF_INET ", "AF_INET6", "AF_NETLINK"}) {
+  for (const std::string family : {"AF_UNIX", "AF_INET ", "AF_INET6"}) {
     std::string fewer = all;
     fewer.erase(fewer.find(family), family.size());
     std::string unit = text;
