@@ -67,7 +67,8 @@ struct DdsSubscriber::Impl {
            OpenReader(NewGatewayType(), kGatewayTopic, max_instances, &gateways) &&
            (!wants_events ||
             OpenReader(NewEventType(), kEventTopic, kEventDevices, &events, kEventDepth)) &&
-           (!wants_alarms || OpenReader(NewAlarmType(), kAlarmTopic, kAlarmsOfAllGateways, &alarms));
+           (!wants_alarms ||
+            OpenReader(NewAlarmType(), kAlarmTopic, kAlarmsOfAllGateways, &alarms));
   }
 
   /// Starts of gateways first: the samples that count from there come after them.
