@@ -119,7 +119,7 @@ Identity IdentityOf(MapReader& map, const Profile& profile, const Protocol* prot
 }
 
 void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* protocol,
-                Recheck recheck, Device& device, LoadContext& context) {
+                Device& device, LoadContext& context) {
   const auto own = map.Get("points");
   context.points += (profile ? profile->points.size() : 0) + (own ? own->yaml().size() : 0);
   if (context.points > kMostPointsOfAll) {
@@ -132,7 +132,7 @@ void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* proto
   if (own) {
     raw = MergePoints(std::move(raw), ReadRawPoints(*own, context.problems), context.problems);
   }
-  device.points = BuildPoints(raw, protocol, context.problems, recheck);
+  device.points = BuildPoints(raw, protocol, context.problems, device.recheck);
 }
 
 // The errors themselves stand in the profile, which does not know who uses it.
@@ -201,13 +201,13 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   device.event_texts = profile.event_texts;
   device.identity = IdentityOf(map, profile, protocol, context);
   const Pace pace = ReadTimes(map, profile, of.pace, protocol && protocol->unasked, device);
-  Recheck recheck = pace.recheck.value_or(Recheck::off);
+  device.recheck = pace.recheck.value_or(Recheck::off);
   if (protocol && !pace.recheck) {
-    recheck = DefaultRecheck(*protocol, device.serial.value_or(of.line.serial));
+    device.recheck = DefaultRecheck(*protocol, device.serial.value_or(of.line.serial));
   }
   ReadModbusSide(map, profile, device, context);
   ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
-  ReadPoints(map, raw, protocol, recheck, device, context);
+  ReadPoints(map, raw, protocol, device, context);
   ReadDeviceEvents(map, context.events, device);
   if (protocol && (raw || !map.Has("profile"))) {
     ResolveRecords(profile.records, device, context.problems);

@@ -28,7 +28,7 @@ constexpr std::array<Word<Log>, 3> kLogs = {
 struct Pattern {
   std::array<std::string, 3> parts;  // of line, device and point
   Log log = Log::changes;
-  std::optional<double> deadband;
+  std::optional<Decimal> deadband;
   std::optional<Duration> max_gap;
   Mark mark;
   std::string text;
@@ -86,7 +86,7 @@ std::optional<Pattern> ReadPattern(const YamlNode& node, Problems& problems) {
     pattern.mark = map.MarkOf("match");
     Assign(pattern.log, map.OneOf("log", kLogs));
     pattern.deadband = map.Number("deadband");
-    if (pattern.deadband && !(*pattern.deadband >= 0 && std::isfinite(*pattern.deadband))) {
+    if (pattern.deadband && pattern.deadband->is_negative()) {
       problems.Error(map.MarkOf("deadband"), "deadband: it is 0 or more");
     }
     pattern.max_gap = map.Time("max_gap", kLeastMaxGap, kMostMaxGap);
@@ -126,7 +126,7 @@ void Choose(std::vector<Pattern>& patterns, const Config& config, Duration max_g
         if (point.access == Access::write) continue;
         const Pattern* pattern = FirstMatch(patterns, line.name, device.name, point.name);
         if (pattern == nullptr || pattern->log == Log::off) continue;
-        const double deadband = pattern->deadband.value_or(point.deadband);
+        const Decimal deadband = pattern->deadband.value_or(point.deadband);
         history.points.push_back(
             {number, i, pattern->log == Log::all, deadband, pattern->max_gap.value_or(max_gap)});
       }

@@ -25,10 +25,10 @@ bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64;
 bool IsNumber(Type type) { return type != Type::string && type != Type::boolean; }
 
 /// Of whole numbers and bits, in units of the value.
-std::pair<double, double> EndsOf(const Point& point) {
+std::pair<Decimal, Decimal> EndsOf(const Point& point) {
   const IntegerRange range = RangeOf(point.type);
-  const double a = static_cast<double>(range.lowest) * point.scale + point.offset;
-  const double b = static_cast<double>(range.highest) * point.scale + point.offset;
+  const Decimal a = range.lowest * point.scale + point.offset;
+  const Decimal b = range.highest * point.scale + point.offset;
   return {std::min(a, b), std::max(a, b)};
 }
 
@@ -47,15 +47,15 @@ void CheckLimit(const PointEvent& event, const Point& point, const MapReader& ma
   if (IsFloat(point.type)) return;
   const auto [low, high] = EndsOf(point);
   if (above ? event.value >= high : event.value <= low) {
-    error("value", "'" + point.name + "' is from " + FormatNumber(low) + " to " +
-                       FormatNumber(high) + ", and never " + ConditionOf(event));
+    error("value", "'" + point.name + "' is from " + low.ToText() + " to " +
+                       high.ToText() + ", and never " + ConditionOf(event));
     return;
   }
-  const double back = event.value + (above ? -event.hysteresis : event.hysteresis);
+  const Decimal back = event.value + (above ? -event.hysteresis : event.hysteresis);
   if (above ? back < low : back > high) {
-    error("hysteresis", "'" + point.name + "' is from " + FormatNumber(low) + " to " +
-                            FormatNumber(high) + ", and never back " +
-                            (above ? "below " : "above ") + FormatNumber(back));
+    error("hysteresis", "'" + point.name + "' is from " + low.ToText() + " to " +
+                            high.ToText() + ", and never back " +
+                            (above ? "below " : "above ") + back.ToText());
   }
 }
 
@@ -72,7 +72,7 @@ void CheckHysteresis(const PointEvent& event, const Point& point, const MapReade
   if (event.on != PointEvent::On::change || IsFloat(point.type)) return;
   const auto [low, high] = EndsOf(point);
   if (event.hysteresis >= high - low) {
-    error("'" + point.name + "' is from " + FormatNumber(low) + " to " + FormatNumber(high) +
+    error("'" + point.name + "' is from " + low.ToText() + " to " + high.ToText() +
           ", and never changes by more");
   }
 }

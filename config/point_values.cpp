@@ -48,7 +48,18 @@ std::optional<Quality> ReadQuality(const YamlNode& node, const std::string& what
 std::optional<double> ReadLevel(const YamlNode& node, Problems& problems) {
   if (node.kind() == YamlNode::Kind::scalar && node.text() == "true") return 1;
   if (node.kind() == YamlNode::Kind::scalar && node.text() == "false") return 0;
-  return ReadNumber(node, "simulate", problems);
+  const auto level = ReadNumber(node, "simulate", problems);
+  return level ? std::optional(level->ToDouble()) : std::nullopt;
+}
+
+/// "0x8000" of an int16 are its bits: -32768.
+std::optional<Decimal> ParseSentinel(const std::string& text, Type type) {
+  const auto number = Decimal::Parse(text);
+  if (!number || !text.starts_with("0x")) return number;
+  const IntegerRange range = RangeOf(type);
+  const bool is_bits = range.lowest < 0 && *number > range.highest;
+  const Decimal as_signed = *number - Decimal(range.highest) - Decimal(range.highest) - 2;
+  return is_bits && as_signed.is_negative() ? as_signed : *number;
 }
 
 }  // namespace
@@ -73,14 +84,14 @@ Result<TypeText> ParseType(std::string_view text) {
                " allowed: " + Join(kShown)};
 }
 
-std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems) {
+std::vector<Sentinel> ReadSentinels(const YamlNode& node, Type type, Problems& problems) {
   std::vector<Sentinel> sentinels;
   for (const Entry& entry : ReadEntries(node, "sentinels", problems)) {
     const Mark mark = entry.value.source()->MarkAt(entry.place);
-    const auto value = ParseDecimal(entry.key);
+    const auto value = ParseSentinel(entry.key, type);
     if (!value) {
       problems.Error(mark, "sentinels: " + Quoted(entry.key) +
-                               " is not a number; write { 999: sensor_failure }");
+                               " is not a number; write { 999: sensor_failure } or { 0xFFFF: sensor_failure }");
       continue;
     }
     const auto quality = ReadQuality(entry.value, "sentinels: " + entry.key, problems);
@@ -98,9 +109,9 @@ std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems) {
 std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems) {
   const auto text = ReadText(node, "on_fault", problems);
   if (!text) return std::nullopt;
-  if (*text == "nan") return OnFault{OnFault::Kind::nan, 0};
-  if (*text == "hold") return OnFault{OnFault::Kind::hold, 0};
-  if (const auto value = ParseDecimal(*text)) return OnFault{OnFault::Kind::value, *value};
+  if (*text == "nan") return OnFault{OnFault::Kind::nan, {}};
+  if (*text == "hold") return OnFault{OnFault::Kind::hold, {}};
+  if (const auto value = Decimal::Parse(*text)) return OnFault{OnFault::Kind::value, *value};
   problems.Error(node.mark(),
                  "on_fault: " + Quoted(*text) + " is unknown; allowed: nan, hold or a number");
   return std::nullopt;

@@ -20,8 +20,9 @@ struct TypeText {
 /// "float32", "string(16)".
 Result<TypeText> ParseType(std::string_view text);
 
-/// { 999: sensor_failure }: a quality by its name without "bad" or "uncertain", or its code in hex.
-std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems);
+/// { 999: sensor_failure, 0x8000: bad }: a quality by its name without "bad" or "uncertain", or its
+/// code in hex. `type`: of the point; in hex its bits.
+std::vector<Sentinel> ReadSentinels(const YamlNode& node, Type type, Problems& problems);
 
 /// nan, hold or a number.
 std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems);

@@ -73,7 +73,7 @@ void ReadMeaning(MapReader& map, Point& point) {
   Assign(point.recheck, ReadRecheck(map));
   Assign(point.description, map.Label("description"));
   if (const auto node = map.Get("sentinels")) {
-    point.sentinels = ReadSentinels(*node, map.problems());
+    point.sentinels = ReadSentinels(*node, point.type, map.problems());
   }
   if (const auto node = map.Get("on_fault")) {
     Assign(point.on_fault, ReadOnFault(*node, map.problems()));

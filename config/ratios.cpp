@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/ratios.h"
 
-#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -15,7 +14,7 @@ namespace {
 constexpr std::size_t kLongestRatioUnit = 16;
 
 struct Ratio {
-  double factor = 1;
+  Decimal factor = 1;
   std::string unit;
 };
 
@@ -25,10 +24,10 @@ std::optional<Ratio> ReadRatio(const Entry& entry, Problems& problems) {
   if (!text) return std::nullopt;
   const std::string_view trimmed = Trim(*text);
   const auto blank = trimmed.find(' ');
-  const auto factor = ParseDecimal(trimmed.substr(0, blank));
+  const auto factor = Decimal::Parse(trimmed.substr(0, blank));
   const std::string_view unit =
       blank == std::string_view::npos ? std::string_view() : Trim(trimmed.substr(blank));
-  const bool good = factor && std::isfinite(*factor) && *factor > 0 && !unit.empty() &&
+  const bool good = factor && *factor > 0 && !unit.empty() &&
                     unit.size() <= kLongestRatioUnit;
   if (good) return Ratio{*factor, std::string(unit)};
   problems.Error(entry.value.mark(), "ratios: " + Quoted(*text) +

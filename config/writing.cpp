@@ -121,13 +121,14 @@ std::optional<Value> ValueOf(const Point& point, const std::string& text) {
     if (text == "false" || text == "off" || text == "0") return false;
     return std::nullopt;
   }
-  const auto number = ParseDecimal(text);
+  const auto number = Decimal::Parse(text);
+  if (!number) return std::nullopt;
   const bool is_float = point.type == Type::float32 || point.type == Type::float64;
   const bool scaled = point.scale != 1 || point.offset != 0;
-  if (!number || (!is_float && !scaled && !RangeOf(point.type).Contains(*number))) {
-    return std::nullopt;
-  }
-  return *number;
+  if (is_float) return number->ToDouble();
+  if (!scaled && !RangeOf(point.type).Contains(*number)) return std::nullopt;
+  if (!scaled && !number->is_whole()) return std::nullopt;
+  return number->ToValue();
 }
 
 class Resolver {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/checks/point_checks.h"
 
-#include <cmath>
 #include <limits>
 
 #include "config/checks/range_text.h"
@@ -14,10 +13,10 @@ namespace {
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
 /// Whether a register of this type can hold the number.
-bool Fits(Type type, double number) {
-  if (type == Type::float32) return std::abs(number) <= std::numeric_limits<float>::max();
+bool Fits(Type type, const Decimal& number) {
+  if (type == Type::float32) return Abs(number).ToDouble() <= std::numeric_limits<float>::max();
   if (type == Type::float64) return true;
-  return number == std::trunc(number) && RangeOf(type).Contains(number);
+  return number.is_whole() && RangeOf(type).Contains(number);
 }
 
 void CheckOnFault(const Point& point, const Mark& mark, Problems& problems) {
@@ -27,9 +26,9 @@ void CheckOnFault(const Point& point, const Mark& mark, Problems& problems) {
                              "; write hold or a number");
   }
   if (point.on_fault.kind != OnFault::Kind::value) return;
-  const double value = point.on_fault.value;
+  const Decimal& value = point.on_fault.value;
   if (point.type == Type::string || !Fits(point.type, value)) {
-    problems.Error(mark, "on_fault: " + FormatNumber(value) + " does not fit type " + type);
+    problems.Error(mark, "on_fault: " + value.ToText() + " does not fit type " + type);
   }
 }
 
@@ -73,7 +72,7 @@ void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
     }
   }
   if (writing.min && writing.max && *writing.min > *writing.max) {
-    error("min", FormatNumber(*writing.min) + " is above max (" + FormatNumber(*writing.max) + ")");
+    error("min", writing.min->ToText() + " is above max (" + writing.max->ToText() + ")");
   }
   if (writing.step && *writing.step <= 0) error("step", "must be above 0");
   if (writing.decimals && *writing.decimals > 0 && is_number && !IsFloat(point.type)) {

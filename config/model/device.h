@@ -66,6 +66,7 @@ struct Device {
   /// After so much silence that none can be owed by time, replies are taken to be in order: for a
   /// device that nothing it answers proves the order of (gateway/poll/whose_reply.h).
   bool trust_order = false;
+  Recheck recheck = Recheck::off;  ///< of its points, where they say nothing, and of its events
   Duration poll = std::chrono::seconds(1);  ///< period of the fast group
   Duration slow = std::chrono::minutes(1);  ///< period of the slow group
   Duration daily = std::chrono::hours(24);  ///< period of the daily group
@@ -96,6 +97,7 @@ void VisitFields(const Device*, Visit visit) {
   visit(Field<&Device::unit>());
   visit(Field<&Device::enabled>());
   visit(Field<&Device::trust_order>());
+  visit(Field<&Device::recheck>());
   visit(Field<&Device::poll>());
   visit(Field<&Device::slow>());
   visit(Field<&Device::daily>());

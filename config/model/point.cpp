@@ -86,8 +86,8 @@ std::size_t RegisterCount(const Point& point) {
   return 1;
 }
 
-bool IntegerRange::Contains(double whole) const {
-  return whole >= static_cast<double>(lowest) && whole < static_cast<double>(highest) + 1;
+bool IntegerRange::Contains(const Decimal& whole) const {
+  return whole >= lowest && whole <= highest;
 }
 
 IntegerRange RangeOf(Type type) {

@@ -14,6 +14,7 @@
 #include "config/model/mark.h"
 #include "config/model/point_event.h"
 #include "config/model/recheck.h"
+#include "gateway/base/decimal.h"
 #include "gateway/base/quality.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
@@ -43,7 +44,7 @@ enum class Table : std::uint8_t { registers, bits };
 
 /// A raw value that the device sends in place of a measurement, and the quality it means.
 struct Sentinel {
-  double value = 0;
+  Decimal value = 0;
   Quality quality = Quality::bad_sensor_failure;
 };
 
@@ -56,7 +57,7 @@ void VisitFields(const Sentinel*, Visit visit) {
 /// What a register shows while its channel has a fault (design: on_fault: nan | hold | VALUE).
 struct OnFault {
   enum class Kind : std::uint8_t { automatic, nan, hold, value } kind = Kind::automatic;
-  double value = 0;
+  Decimal value = 0;
 };
 
 template <typename Visit>
@@ -105,9 +106,9 @@ void VisitFields(const AllowWhen*, Visit visit) {
 struct Writing {
   /// `access` has a w, and the device says `write: allow` or names the point.
   bool allowed = false;
-  std::optional<double> min;
-  std::optional<double> max;
-  std::optional<double> step;   ///< only multiples of it, counted from 0
+  std::optional<Decimal> min;
+  std::optional<Decimal> max;
+  std::optional<Decimal> step;  ///< only multiples of it, counted from 0
   std::optional<int> decimals;  ///< digits that the device takes behind the decimal point
   bool select = false;          ///< only within `select_time` after it was selected
   Duration select_time = std::chrono::seconds(10);
@@ -138,15 +139,15 @@ struct Point {
   Group group = Group::fast;
   std::optional<std::uint16_t> modbus;  ///< 0-based PDU address; nothing = not on Modbus
   Table table = Table::registers;
-  double scale = 1;  ///< value = raw * scale + offset
-  double offset = 0;
+  Decimal scale = 1;  ///< value = raw * scale + offset
+  Decimal offset = 0;
   std::vector<Sentinel> sentinels;  ///< compared with the raw value
   OnFault on_fault;
   /// A reading that differs by more counts only when a second one agrees; in units of the value.
   /// Nothing: the gateway judges by earlier values (gateway/poll/jump_check.h).
-  std::optional<double> jump;
+  std::optional<Decimal> jump;
   Recheck recheck = Recheck::off;
-  double deadband = 0;  ///< DDS: smaller changes are not published, in units of the value
+  Decimal deadband = 0;  ///< DDS: smaller changes are not published, in units of the value
   std::vector<PointEvent> events;
   std::optional<Simulate> simulate;
   std::string description;
@@ -191,8 +192,7 @@ struct IntegerRange {
   std::int64_t lowest = 0;
   std::uint64_t highest = 0;
 
-  /// For whole numbers; exact where `highest` itself has no double.
-  bool Contains(double whole) const;
+  bool Contains(const Decimal& whole) const;
 };
 
 /// bool counts as 0…1; types that are no integers have only 0.

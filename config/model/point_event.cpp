@@ -19,7 +19,7 @@ std::string_view Name(PointEvent::On on) {
 
 std::string ConditionOf(const PointEvent& event) {
   std::string text(Name(event.on));
-  if (event.on != PointEvent::On::change) text += " " + FormatNumber(event.value);
+  if (event.on != PointEvent::On::change) text += " " + event.value.ToText();
   return text;
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "config/model/fields.h"
+#include "gateway/base/decimal.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::config {
@@ -20,10 +21,10 @@ std::string_view Name(AlarmPriority priority);  ///< "high"; "" for none
 struct PointEvent {
   enum class On : std::uint8_t { change, above, below };
   On on = On::change;
-  double value = 0;  ///< of above and below, in units of the point's value
+  Decimal value = 0;  ///< of above and below, in units of the point's value
   /// In units of the value: above ends at value - hysteresis, below at value + hysteresis; of
   /// change: so much and less is none.
-  double hysteresis = 0;
+  Decimal hysteresis = 0;
   Duration delay{};  ///< for so long it has to be so, or not so any more
   std::string text;  ///< empty: what `on` says
   AlarmPriority alarm = AlarmPriority::none;

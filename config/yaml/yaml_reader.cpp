@@ -131,10 +131,10 @@ std::optional<bool> ReadFlag(const YamlNode& node, const std::string& what, Prob
   return std::nullopt;
 }
 
-std::optional<double> ReadNumber(const YamlNode& node, const std::string& what,
-                                 Problems& problems) {
+std::optional<Decimal> ReadNumber(const YamlNode& node, const std::string& what,
+                                  Problems& problems) {
   if (!ExpectScalar(node, what, problems)) return std::nullopt;
-  const auto value = ParseDecimal(node.text());
+  const auto value = Decimal::Parse(node.text());
   if (!value) {
     const std::string meant = WithDecimalPoint(node.text());
     problems.Error(node.mark(),
@@ -283,7 +283,7 @@ std::optional<bool> MapReader::Flag(std::string_view key) {
   return ReadFlag(*node, std::string(key), problems_);
 }
 
-std::optional<double> MapReader::Number(std::string_view key) {
+std::optional<Decimal> MapReader::Number(std::string_view key) {
   const auto node = Get(key);
   if (!node) return std::nullopt;
   return ReadNumber(*node, std::string(key), problems_);

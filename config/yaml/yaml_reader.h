@@ -38,7 +38,8 @@ std::vector<YamlNode> ReadList(const YamlNode& list, const std::string& what, st
 std::optional<std::string> ReadText(const YamlNode& node, const std::string& what,
                                     Problems& problems);
 std::optional<bool> ReadFlag(const YamlNode& node, const std::string& what, Problems& problems);
-std::optional<double> ReadNumber(const YamlNode& node, const std::string& what, Problems& problems);
+std::optional<Decimal> ReadNumber(const YamlNode& node, const std::string& what,
+                                  Problems& problems);
 std::optional<std::int64_t> ReadInteger(const YamlNode& node, const std::string& what,
                                         std::int64_t least, std::int64_t most, Problems& problems);
 std::optional<Duration> ReadDuration(const YamlNode& node, const std::string& what, Duration least,
@@ -95,7 +96,7 @@ class MapReader {
   /// A text that is shown to people: without control characters.
   std::optional<std::string> Label(std::string_view key);
   std::optional<bool> Flag(std::string_view key);
-  std::optional<double> Number(std::string_view key);
+  std::optional<Decimal> Number(std::string_view key);
   std::optional<Duration> Time(std::string_view key, Duration least, Duration most);
   template <std::integral T>
   std::optional<T> Integer(std::string_view key, T least, T most) {

@@ -8,11 +8,20 @@
 
 namespace baudgate::dds {
 
+std::string TextOf(const Value& value) {
+  constexpr std::int64_t kExact = std::int64_t{1} << 53U;
+  const auto* number = std::get_if<std::int64_t>(&value);
+  const auto* natural = std::get_if<std::uint64_t>(&value);
+  const bool is_long = (number != nullptr && (*number > kExact || *number < -kExact)) ||
+                       (natural != nullptr && std::cmp_greater(*natural, kExact));
+  return is_long || std::holds_alternative<std::string>(value) ? ToText(value) : std::string();
+}
+
 PointState PointState::Of(const Value& value, Quality quality) {
   PointState state;
   state.number = ToDouble(value);
-  if (const auto* text = std::get_if<std::string>(&value)) {
-    state.text_hash = std::hash<std::string>()(*text);
+  if (const std::string text = TextOf(value); !text.empty()) {
+    state.text_hash = std::hash<std::string>()(text);
   }
   state.quality = quality;
   return state;
@@ -33,10 +42,12 @@ PublishPlan::PublishPlan(const PlanOptions& options, std::vector<double> deadban
 bool PublishPlan::WantsPoint(std::uint32_t slot, const PointState& state) const {
   const Point& point = points_[slot];
   if (point.forced || state.quality != point.sent.quality) return true;
-  if (state.text_hash != point.sent.text_hash) return true;
+  const bool other_text = state.text_hash != point.sent.text_hash;
   const bool nan = std::isnan(state.number);
-  if (nan || std::isnan(point.sent.number)) return nan != std::isnan(point.sent.number);
-  if (state.number == point.sent.number) return false;
+  if (nan || std::isnan(point.sent.number)) {
+    return other_text || nan != std::isnan(point.sent.number);
+  }
+  if (state.number == point.sent.number) return other_text;
   // The difference of two equal infinities is NaN, of others infinite: "not within" covers all.
   return !(std::abs(state.number - point.sent.number) <= point.deadband);
 }

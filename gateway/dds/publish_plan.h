@@ -22,6 +22,9 @@ struct PlanOptions {
   Duration retry = 1s;            ///< after a write that failed
 };
 
+/// A text, and the digits of a whole number beyond 2^53, which a double would round; else empty.
+std::string TextOf(const Value& value);
+
 /// What of a point decides whether it is sent; small enough to keep one for every point.
 struct PointState {
   double number = 0;

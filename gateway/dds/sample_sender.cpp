@@ -46,7 +46,7 @@ std::vector<double> Deadbands(const PointStore& store) {
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     if (store.gone(device)) continue;
     for (const config::Point& point : store.device(device).points) {
-      deadbands.push_back(point.deadband);
+      deadbands.push_back(point.deadband.ToDouble());
     }
   }
   return deadbands;
@@ -296,8 +296,7 @@ void SampleSender::FillPoint(const DeviceRecord& record, std::uint32_t point,
   sample.device = record.device->name;
   sample.point = described.name;
   sample.value = staged.state.number;
-  const auto* text = std::get_if<std::string>(&held.value);
-  AssignBounded(sample.text, text != nullptr ? std::string_view(*text) : "", kMaxText);
+  AssignBounded(sample.text, TextOf(held.value), kMaxText);
   AssignBounded(sample.unit, described.unit, kMaxUnit);
   sample.quality = staged.state.quality.word();
   sample.source_time_ns = held.read_at ? held.source_time.time_since_epoch().count() : 0;

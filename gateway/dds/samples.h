@@ -35,7 +35,7 @@ struct PointSample {
   std::string device;   ///< key
   std::string point;    ///< key
   double value = 0;     ///< NaN for text and before the first reading
-  std::string text;     ///< empty for numbers
+  std::string text;     ///< empty for numbers, but for whole ones that a double would round
   std::string unit;
   std::uint16_t quality = 0;        ///< a word of gateway/base/quality.h
   std::int64_t source_time_ns = 0;  ///< since 1970 UTC; 0 before the first reading

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/events/point_watch.h"
 
-#include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "gateway/base/shown.h"
@@ -25,10 +27,17 @@ AlarmMark::Step StepOf(EventState state) {
   return state == EventState::on ? AlarmMark::Step::raise : AlarmMark::Step::clear;
 }
 
-/// 53 times 0.1 is not beyond 5.3, although it is 5.300000000000001.
-bool IsAbove(double a, double b) {
-  constexpr double kExact = 1e-14;
-  return a - b > kExact * std::max(std::abs(a), std::abs(b));
+/// 53 times 0.1 is 5.3, although a double says 5.300000000000001.
+std::optional<Decimal> NumberOf(const Value& value) {
+  const auto* number = std::get_if<double>(&value);
+  if (number == nullptr || !std::isfinite(*number)) return Decimal::Of(value);
+  constexpr int kDigits = std::numeric_limits<double>::digits10;
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), *number,
+                                 std::chars_format::scientific, kDigits - 1);
+  double meant = *number;
+  std::from_chars(text.data(), end.ptr, meant);
+  return Decimal(meant);
 }
 
 }  // namespace
@@ -36,16 +45,17 @@ bool IsAbove(double a, double b) {
 std::optional<PointWatch::Finding> PointWatch::Take(const Value& value, Quality quality,
                                                     Instant now) {
   const bool is_text = std::holds_alternative<std::string>(value);
-  const double number = ToDouble(value);
-  if (IsBad(quality) || !HasValue(value) || (!is_text && std::isnan(number))) return std::nullopt;
-  return rule_.on == On::change ? Change(value, now) : Compare(number, now);
+  const auto number = NumberOf(value);
+  if (IsBad(quality) || (!is_text && !number)) return std::nullopt;
+  if (rule_.on == On::change) return Change(value, now);
+  return number ? Compare(*number, now) : std::nullopt;
 }
 
-std::optional<PointWatch::Finding> PointWatch::Compare(double value, Instant now) {
+std::optional<PointWatch::Finding> PointWatch::Compare(const Decimal& value, Instant now) {
   const bool below = rule_.on == On::below;
-  const bool beyond = below ? IsAbove(rule_.value, value) : IsAbove(value, rule_.value);
-  const bool back = below ? !IsAbove(rule_.value + rule_.hysteresis, value)
-                          : !IsAbove(value, rule_.value - rule_.hysteresis);
+  const bool beyond = below ? value < rule_.value : value > rule_.value;
+  const bool back = below ? value >= rule_.value + rule_.hysteresis
+                          : value <= rule_.value - rule_.hysteresis;
   const Value is = beyond ? Value(true) : back ? Value(false) : told_;
   if (is == told_) {
     since_.reset();
@@ -79,15 +89,15 @@ std::optional<PointWatch::Finding> PointWatch::Change(const Value& value, Instan
 /// "0" is 0.0, too.
 bool PointWatch::IsNormal(const Value& value) const {
   if (ToText(value) == rule_.normal) return true;
-  const auto number = ParseDecimal(rule_.normal);
-  return number && !std::holds_alternative<std::string>(value) && ToDouble(value) == *number;
+  const auto number = NumberOf(value);
+  return number && number == Decimal::Parse(rule_.normal);
 }
 
 bool PointWatch::IsSame(const Value& a, const Value& b) const {
   if (a == b || rule_.on != On::change || rule_.hysteresis == 0) return a == b;
-  const double before = ToDouble(b);
-  return !IsAbove(ToDouble(a), before + rule_.hysteresis) &&
-         !IsAbove(before - rule_.hysteresis, ToDouble(a));
+  const auto now = NumberOf(a);
+  const auto before = NumberOf(b);
+  return now && before && Abs(*now - *before) <= rule_.hysteresis;
 }
 
 bool PointWatch::Lasts(const Value& seen, Instant now) {

@@ -37,7 +37,7 @@ class PointWatch {
   std::optional<Finding> Take(const Value& value, Quality quality, Instant now);
 
  private:
-  std::optional<Finding> Compare(double value, Instant now);
+  std::optional<Finding> Compare(const Decimal& value, Instant now);
   std::optional<Finding> Change(const Value& value, Instant now);
   bool IsNormal(const Value& value) const;
   bool IsSame(const Value& a, const Value& b) const;

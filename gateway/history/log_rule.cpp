@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/history/log_rule.h"
 
-#include <cmath>
-
 namespace baudgate::history {
 namespace {
 
-bool IsNumber(const Value& value) {
-  return HasValue(value) && !std::holds_alternative<std::string>(value);
-}
-
-bool HasMoved(double deadband, const Value& from, const Value& to) {
+bool HasMoved(const Decimal& deadband, const Value& from, const Value& to) {
   if (from == to) return false;
-  if (deadband <= 0 || !IsNumber(from) || !IsNumber(to)) return true;
-  // Not "greater": an infinite difference to itself is no number.
-  return !(std::abs(ToDouble(to) - ToDouble(from)) <= deadband);
+  if (deadband == 0) return true;
+  const auto before = Decimal::Of(from);
+  const auto now = Decimal::Of(to);
+  return !before || !now || Abs(*now - *before) > deadband;
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace baudgate::history {
 
 struct LogRule {
   bool every = false;
-  double deadband = 0;  ///< a change by just so much is not kept; 0: every change is
+  Decimal deadband = 0;  ///< a change by just so much is not kept; 0: every change is
   Millis max_gap = 10 * kMinute;
 
   static LogRule Of(const config::HistoryPoint& point);

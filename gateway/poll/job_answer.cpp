@@ -206,15 +206,21 @@ void JobRun::Report(const Device& device, EventBatch batch) {
   listener_.OnEvents(std::move(*events));
 }
 
-/// What must not be read twice counts as it comes.
+/// What must not be read twice counts as it comes. A probe that reads a point is no better proof
+/// of it than a poll.
 JumpCheck::Result JobRun::CheckJumps(Device& device, std::vector<Sample>& samples) {
   const Job& job = *job_;
-  if (job.task.kind != Task::Kind::poll || !job.request.expect.repeatable) return {};
+  if (job.task.kind == Task::Kind::write || !job.request.expect.repeatable) return {};
+  const std::vector<std::uint32_t> points = PointsOf(samples);
   JumpCheck::Result result = device.jumps.Check(samples);
-  if (result.ask_again) {
+  if (!result.ask_again) return result;
+  ledger_.OnRecheck(device);
+  if (job.task.kind == Task::Kind::poll) {
     writes_.AddReadBack({device.place, job.task.query});
-    ledger_.OnRecheck(device);
+    return result;
   }
+  const auto queries = device.conversation->Queries();
+  for (const std::uint32_t point : points) writes_.AddReadBacks(device.place, queries, point);
   return result;
 }
 

@@ -2,7 +2,6 @@
 #include "gateway/poll/jump_check.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace baudgate {
@@ -11,11 +10,14 @@ bool JumpCheck::Agree(const config::Point& point, const History& history, const 
                       const Value& b) {
   if (!HasValue(a)) return false;
   if (point.type == config::Type::boolean || point.type == config::Type::string) return a == b;
-  double jump = std::max(std::abs(ToDouble(a)) / 10, history.largest / 100);
+  const auto first = Decimal::Of(a);
+  const auto second = Decimal::Of(b);
+  if (!first || !second) return false;
+  Decimal jump = std::max(Abs(*first).Shifted(-1), history.largest.Shifted(-2));
   if (const config::Writing& range = point.writing; range.min && range.max) {
-    jump = (*range.max - *range.min) / 10;
+    jump = (*range.max - *range.min).Shifted(-1);
   }
-  return std::abs(ToDouble(a) - ToDouble(b)) <= point.jump.value_or(jump);
+  return Abs(*first - *second) <= point.jump.value_or(jump);
 }
 
 JumpCheck::Finding JumpCheck::Judge(const config::Point& point, History& history,
@@ -26,7 +28,7 @@ JumpCheck::Finding JumpCheck::Judge(const config::Point& point, History& history
     history.last = value;
     history.candidate = {};
     history.readings = 0;
-    history.largest = std::max(history.largest, std::abs(ToDouble(value)));
+    history.largest = std::max(history.largest, Abs(Decimal::Of(value).value_or(0)));
     return Finding::counts;
   }
   history.candidate = value;

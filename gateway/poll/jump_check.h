@@ -46,7 +46,7 @@ class JumpCheck {
   struct History {
     Value last;       // that counted
     Value candidate;  // read since, and not confirmed
-    double largest = 0;
+    Decimal largest;
     int readings = 0;  // in a row that disagreed
   };
   enum class Finding { counts, wait, doubt, last_resort };

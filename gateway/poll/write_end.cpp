@@ -2,7 +2,6 @@
 #include "gateway/poll/write_end.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "gateway/store/conversion.h"
 
@@ -10,15 +9,14 @@ namespace baudgate {
 namespace {
 
 /// Of a number that a device takes and shows with a few digits.
-constexpr double kRounding = 1e-3;
+constexpr int kDigits = 3;
 
 /// How far what is shown may be from what was written.
-double Tolerance(const config::Point& point, double written) {
-  double tolerance = std::abs(written) * kRounding;
+Decimal Tolerance(const config::Point& point, const Decimal& written) {
+  Decimal tolerance = Abs(written).Shifted(-kDigits);
   if (point.writing.step) tolerance = std::max(tolerance, *point.writing.step / 2);
   if (point.writing.decimals) {
-    tolerance =
-        std::max(tolerance, std::abs(point.scale) * std::pow(10.0, -*point.writing.decimals) / 2);
+    tolerance = std::max(tolerance, Abs(point.scale).Shifted(-*point.writing.decimals) / 2);
   }
   return tolerance;
 }
@@ -50,11 +48,13 @@ bool ShowsAnother(const config::Point& point, const PointWrite& write, const Val
   const bool is_float = point.type == config::Type::float32 || point.type == config::Type::float64;
   const bool scaled = point.scale != 1 || point.offset != 0;
   if (!is_float && !scaled) return ToText(shown) != ToText(wanted);
-  const double written = ToDouble(wanted);
-  const double now = ToDouble(shown);
-  if (std::abs(now - written) <= Tolerance(point, written)) return false;
-  const double before = ToDouble(write.before);
-  const bool on_its_way = std::min(before, written) < now && now < std::max(before, written);
+  const auto written = Decimal::Of(wanted);
+  const auto now = Decimal::Of(shown);
+  if (!written || !now) return true;
+  if (Abs(*now - *written) <= Tolerance(point, *written)) return false;
+  const auto before = Decimal::Of(write.before);
+  const bool on_its_way =
+      before && std::min(*before, *written) < *now && *now < std::max(*before, *written);
   return !on_its_way;
 }
 

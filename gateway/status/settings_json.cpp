@@ -2,7 +2,6 @@
 #include "gateway/status/settings_json.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
@@ -31,15 +30,15 @@ Value SentinelOf(const config::Point& point, Quality quality) {
   if (quality.reason != Reason::sentinel) return {};
   const auto means = [&](const config::Sentinel& one) { return one.quality.code == quality.code; };
   if (std::ranges::count_if(point.sentinels, means) != 1) return {};
-  const double raw = std::ranges::find_if(point.sentinels, means)->value;
-  return raw * point.scale + point.offset;
+  const Decimal raw = std::ranges::find_if(point.sentinels, means)->value;
+  return (raw * point.scale + point.offset).ToDouble();
 }
 
 /// The least by which two values of it can differ; null: not known.
 Json ResolutionOf(const config::Point& point) {
   const bool whole = point.type != config::Type::float32 && point.type != config::Type::float64;
   if (point.type == config::Type::string || (!whole && !point.writing.decimals)) return nullptr;
-  return std::abs(point.scale) * std::pow(10.0, whole ? 0 : -*point.writing.decimals);
+  return Abs(point.scale).Shifted(whole ? 0 : -*point.writing.decimals).ToDouble();
 }
 
 Json SettingJson(const DeviceRecord& record, std::size_t index, Now now) {
@@ -55,7 +54,7 @@ Json SettingJson(const DeviceRecord& record, std::size_t index, Now now) {
   json["item"] = point.read;
   json["value"] = HasValue(value) ? Json(TextOf(point, value)) : Json(nullptr);
   json["unit"] = point.unit;
-  json["scale"] = point.scale;
+  json["scale"] = point.scale.ToDouble();
   json["resolution"] = ResolutionOf(point);
   json["known"] = HasValue(value) && (IsGood(quality) || HasValue(sentinel));
   json["quality"] = quality.word();

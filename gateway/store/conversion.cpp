@@ -13,54 +13,50 @@ using config::Type;
 
 bool IsUnscaled(const config::Point& point) { return point.scale == 1 && point.offset == 0; }
 
+bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
+
+Value FitFloat(Type type, double number) {
+  if (type == Type::float64) return std::isfinite(number) ? Value(number) : Value();
+  return std::abs(number) <= std::numeric_limits<float>::max() ? Value(number) : Value();
+}
+
 /// A number in the alternative that the point's type is stored in, or nothing when it does not fit.
-Value Fit(Type type, double number) {
+Value Fit(Type type, const Decimal& number) {
   if (type == Type::boolean) {
     if (number == 0) return false;
     if (number == 1) return true;
     return {};
   }
-  if (type == Type::float64) return std::isfinite(number) ? Value(number) : Value();
-  if (type == Type::float32) {
-    return std::abs(number) <= std::numeric_limits<float>::max() ? Value(number) : Value();
+  if (IsFloat(type)) return FitFloat(type, number.ToDouble());
+  if (type == Type::uint64) {
+    const auto whole = number.ToUint64();
+    return whole ? Value(*whole) : Value();
   }
-  const double whole = std::round(number);
-  if (!config::RangeOf(type).Contains(whole)) return {};
-  if (type == Type::uint64) return static_cast<std::uint64_t>(whole);
-  return static_cast<std::int64_t>(whole);
+  const auto whole = number.ToInt64();
+  return whole && config::RangeOf(type).Contains(*whole) ? Value(*whole) : Value();
 }
 
-/// 64-bit integers pass whole where a double would round them.
-Value FitInteger(const config::Point& point, const Value& raw) {
-  if (const auto* number = std::get_if<std::uint64_t>(&raw);
-      number != nullptr && IsUnscaled(point)) {
-    if (point.type == Type::uint64) return raw;
-    if (point.type == Type::int64) {
-      if (*number > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) return {};
-      return static_cast<std::int64_t>(*number);
-    }
+Value FitNumber(const config::Point& point, const Value& raw) {
+  if (const auto* number = std::get_if<double>(&raw)) {
+    const double meant = point.type == Type::float32 ? AsDecimal(*number) : *number;
+    if (!std::isfinite(meant)) return {};
+    if (IsFloat(point.type) && IsUnscaled(point)) return FitFloat(point.type, meant);
+    return Fit(point.type, Decimal(meant) * point.scale + point.offset);
   }
-  if (const auto* number = std::get_if<std::int64_t>(&raw);
-      number != nullptr && IsUnscaled(point)) {
-    if (point.type == Type::int64) return raw;
-    if (point.type == Type::uint64 && *number >= 0) return static_cast<std::uint64_t>(*number);
-  }
-  const bool may_be_single = point.type == Type::float32 && std::holds_alternative<double>(raw);
-  const double number = may_be_single ? AsDecimal(ToDouble(raw)) : ToDouble(raw);
-  return Fit(point.type, number * point.scale + point.offset);
+  const auto number = Decimal::Of(raw);
+  return number ? Fit(point.type, *number * point.scale + point.offset) : Value();
 }
 
-/// A value in user's units that the point could hold; exact where it is an integer already.
+/// A value in user's units that the point could hold.
 bool FitsType(Type type, const Value& value) {
-  if (std::holds_alternative<std::int64_t>(value) && type == Type::int64) return true;
-  if (std::holds_alternative<std::uint64_t>(value) && type == Type::uint64) return true;
-  return HasValue(Fit(type, ToDouble(value)));
+  const auto number = Decimal::Of(value);
+  return number && HasValue(Fit(type, *number));
 }
 
+/// Two texts that begin alike would look the same if they were cut.
 Value FitText(const config::Point& point, const Value& raw) {
   std::string text = ToText(raw);
-  if (text.size() > point.text_length) text.resize(point.text_length);
-  return text;
+  return text.size() > point.text_length ? Value() : Value(std::move(text));
 }
 
 }  // namespace
@@ -74,17 +70,15 @@ Sample ToSample(const config::Point& point, const Reading& reading) {
     if (IsGood(sample.quality)) sample.quality = Quality::bad;
     return sample;
   }
-  if (point.type == Type::string) {
-    sample.value = FitText(point, reading.value);
-    return sample;
-  }
+  const auto raw = point.sentinels.empty() ? std::nullopt : Decimal::Of(reading.value);
   for (const config::Sentinel& sentinel : point.sentinels) {
-    if (ToDouble(reading.value) == sentinel.value) {
+    if (raw == sentinel.value) {
       sample.quality = {sentinel.quality.code, Reason::sentinel};
       return sample;
     }
   }
-  sample.value = FitInteger(point, reading.value);
+  sample.value = point.type == Type::string ? FitText(point, reading.value)
+                                            : FitNumber(point, reading.value);
   if (!HasValue(sample.value)) sample.quality = {Quality::bad_configuration, Reason::out_of_range};
   return sample;
 }
@@ -96,13 +90,18 @@ Result<Value> ToRaw(const config::Point& point, const Value& value) {
     return Error{ToText(value) + " is not a value of type " + std::string(Name(point.type))};
   }
   if (IsUnscaled(point)) return value;
-  const double raw = (ToDouble(value) - point.offset) / point.scale;
-  if (!std::isfinite(raw)) return Error{"the value is not a number"};
-  if (point.type == Type::float32 || point.type == Type::float64) return Value(raw);
+  const auto number = Decimal::Of(value);
+  if (!number) return Error{"the value is not a number"};
+  const Decimal raw = (*number - point.offset) / point.scale;
+  if (IsFloat(point.type)) {
+    const double close = raw.ToDouble();
+    if (!std::isfinite(close)) return Error{"the value is not a number"};
+    return Value(close);
+  }
   // Scaling is for people; what the device counts in is whole where its type is.
-  Value whole = Fit(Type::int64, raw);
-  if (!HasValue(whole)) return Error{ToText(value) + " is beyond what the device can hold"};
-  return whole;
+  if (const auto whole = raw.ToInt64()) return Value(*whole);
+  if (const auto whole = raw.ToUint64()) return Value(*whole);
+  return Error{ToText(value) + " is beyond what the device can hold"};
 }
 
 double AsDecimal(double number) {

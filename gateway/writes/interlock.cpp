@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/writes/interlock.h"
 
+#include "gateway/base/decimal.h"
 #include "gateway/base/shown.h"
 #include "gateway/store/ageing.h"
 
@@ -11,7 +12,8 @@ bool Same(const Value& a, const Value& b) {
   if (std::holds_alternative<std::string>(a) || std::holds_alternative<std::string>(b)) {
     return ToText(a) == ToText(b);
   }
-  return ToDouble(a) == ToDouble(b);
+  const auto number = Decimal::Of(a);
+  return number && number == Decimal::Of(b);
 }
 
 }  // namespace

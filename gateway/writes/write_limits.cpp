@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/writes/write_limits.h"
 
-#include <cmath>
+#include <algorithm>
 #include <limits>
 
 #include "gateway/base/text.h"
@@ -10,11 +10,21 @@
 namespace baudgate {
 namespace {
 
-/// 0.3 is a multiple of 0.1, although 0.3 / 0.1 is 2.9999999999999996.
-constexpr double kExact = 1e-9;
+/// How far a number that a client has computed may be from the one that it means: 0.1 + 0.2 is
+/// 0.30000000000000004. Whole numbers are meant as they are.
+Decimal SlackOf(const Value& value, const Decimal& size) {
+  constexpr int kDigits = 9;
+  return std::holds_alternative<double>(value) ? Abs(size).Shifted(-kDigits) : Decimal();
+}
 
-std::string WithUnit(const config::Point& point, double number) {
-  return FormatNumber(number) + (point.unit.empty() ? "" : " " + point.unit);
+bool IsMultiple(const Value& value, const Decimal& number, const Decimal& step) {
+  if (number.IsMultipleOf(step)) return true;
+  const auto steps = (number / step).ToInt64();
+  return steps && Abs(number - *steps * step) <= SlackOf(value, std::max(Abs(number), step));
+}
+
+std::string WithUnit(const config::Point& point, const Decimal& number) {
+  return number.ToText() + (point.unit.empty() ? "" : " " + point.unit);
 }
 
 }  // namespace
@@ -28,39 +38,38 @@ Value AsMeant(const config::Point& point, const Value& value) {
 std::string WhyInexact(const config::Point& point, const Value& value, const Value& raw) {
   const Value back = ToSample(point, {0, raw}).value;
   if (!HasValue(back)) return ToText(value) + " means something else to this device";
-  const double number = ToDouble(value);
-  if (std::isnan(number)) return {};  // a text
-  const double slack = kExact * (std::abs(number) + std::abs(point.offset));
-  if (std::abs(ToDouble(back) - number) > slack) {
-    return "the device can not be set to " + FormatNumber(number) + ", but to " + ToText(back);
+  const auto number = Decimal::Of(value);
+  if (!number) return {};  // a text
+  const Decimal difference = Abs(Decimal::Of(back).value_or(0) - *number);
+  if (difference > SlackOf(value, Abs(*number) + Abs(point.offset))) {
+    return "the device can not be set to " + number->ToText() + ", but to " + ToText(back);
   }
-  if (!point.writing.decimals) return {};
-  const double digits = ToDouble(raw) * std::pow(10.0, *point.writing.decimals);
-  if (std::abs(digits - std::round(digits)) <= kExact * std::max(1.0, std::abs(digits))) return {};
-  return FormatNumber(number) + " has more digits than the device takes, " +
+  const auto digits = Decimal::Of(raw);
+  if (!point.writing.decimals || !digits) return {};
+  if (IsMultiple(raw, *digits, Decimal(1).Shifted(-*point.writing.decimals))) return {};
+  return number->ToText() + " has more digits than the device takes, " +
          std::to_string(*point.writing.decimals) + " behind its decimal point";
 }
 
 std::string WhyOutside(const config::Point& point, const Value& value) {
   const config::Writing& writing = point.writing;
-  const double number = ToDouble(value);
-  if (std::isnan(number)) return {};  // a text
+  const auto number = Decimal::Of(value);
+  if (!number) return std::holds_alternative<std::string>(value) ? "" : "it is not a number";
   const bool single = point.type == config::Type::float32;
-  if (single && number != 0 && std::abs(number) < std::numeric_limits<float>::min()) {
-    return FormatNumber(number) + " is next to nothing: are the words of the float in order?";
+  const double size = Abs(*number).ToDouble();
+  if (single && size != 0 && size < std::numeric_limits<float>::min()) {
+    return number->ToText() + " is next to nothing: are the words of the float in order?";
   }
-  if (writing.min && number < *writing.min) {
-    return FormatNumber(number) + " is below the least that may be written, " +
+  if (writing.min && *number < *writing.min) {
+    return number->ToText() + " is below the least that may be written, " +
            WithUnit(point, *writing.min);
   }
-  if (writing.max && number > *writing.max) {
-    return FormatNumber(number) + " is above the most that may be written, " +
+  if (writing.max && *number > *writing.max) {
+    return number->ToText() + " is above the most that may be written, " +
            WithUnit(point, *writing.max);
   }
-  if (!writing.step) return {};
-  const double steps = number / *writing.step;
-  if (std::abs(steps - std::round(steps)) <= kExact * std::max(1.0, std::abs(steps))) return {};
-  return FormatNumber(number) + " is no multiple of " + WithUnit(point, *writing.step);
+  if (!writing.step || IsMultiple(value, *number, *writing.step)) return {};
+  return number->ToText() + " is no multiple of " + WithUnit(point, *writing.step);
 }
 
 }  // namespace baudgate

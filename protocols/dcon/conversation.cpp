@@ -11,8 +11,14 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-/// In one task; beside them come two broadcasts, a read and, of a counter, two more exchanges.
+/// In one task; beside them come two broadcasts and, of a counter, three reads.
 constexpr int kMostQuestions = kMostSteps - 5;
+
+/// How often a count is read once more in one poll.
+constexpr int MostCounts(Totals::Again why) {
+  if (why == Totals::Again::no) return 0;
+  return why == Totals::Again::has_moved ? 1 : 2;
+}
 
 /// All that is asked of a module which is not what its profile says: what it is now.
 const Query kWhatIsIt{config::Group::slow, {}};
@@ -182,11 +188,13 @@ Answer DconConversation::OnAnswered(const Task& task, const Exchanged& exchanged
   const std::string& command = exchanged.command.text;
   if (command == kAskSample && task.kind == Task::Kind::poll) TakeSample(exchanged, answer);
   if (task.kind == Task::Kind::probe) totals_->Leave(answer);
-  const bool strange = answer.outcome == Outcome::ok && totals_->Take(command, answer, now);
+  const auto again =
+      answer.outcome == Outcome::ok ? totals_->Take(command, answer, now) : Totals::Again::no;
   answer = AfterRead(task, exchanged, std::move(answer));
-  counts_twice_ = strange && !counts_twice_ && task.kind == Task::Kind::poll;
+  const bool counts_again = task.kind == Task::Kind::poll && counted_again_ < MostCounts(again);
+  counted_again_ = counts_again ? counted_again_ + 1 : 0;
   if (answer.then != Then::done || task.kind != Task::Kind::poll) return answer;
-  answer.then = counts_twice_ ? Then::ask_again : AfterPoll(command, now);
+  answer.then = counts_again ? Then::ask_again : AfterPoll(command, now);
   return answer;
 }
 
@@ -300,7 +308,7 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
     }
     return read ? Then::done : AfterQuestion(task);
   }
-  counts_twice_ = false;
+  counted_again_ = 0;
   certain_.reset();
   const bool several = task.kind == Task::Kind::write && !task.also.empty() && !request.prepares;
   if (several && silent) alone_ = true;
@@ -320,7 +328,7 @@ void DconConversation::OnReconnect() {
   question_.reset();
   anew_.reset();
   questions_ = 0;
-  counts_twice_ = false;
+  counted_again_ = 0;
   certain_.reset();
   words_.clear();
   alone_ = false;

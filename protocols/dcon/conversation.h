@@ -94,7 +94,7 @@ class DconConversation : public Conversation {
   // Always there once the reads are planned.
   std::optional<Probing> probing_;
   std::optional<Totals> totals_;
-  bool counts_twice_ = false;  ///< the request under way is the second one
+  int counted_again_ = 0;  // so often in this poll
   Sampling sampling_;
   std::map<std::string, std::uint64_t> words_;  ///< digital ones as they were read last
   struct Certain {

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 #include "protocols/dcon/conversation.h"
 #include "protocols/dcon/printed.h"
@@ -75,7 +76,7 @@ Answer DconConversation::ReadingsOf(const Exchanged& exchanged) const {
       Field field = Select(reply, *reads_[i]);
       if (auto* number = std::get_if<double>(&field.value)) {
         const auto factor = identification_.FactorOf(i);
-        *number *= factor.value_or(1);
+        if (factor) *number = (Decimal(*number) * *factor).ToDouble();
         if (!factor) field = BadField({Quality::bad_configuration, Reason::other_module}, {});
       }
       answer.readings.push_back({i, std::move(field.value), field.quality, {}});

@@ -36,6 +36,9 @@ constexpr auto kTable = SettingsTable(
         "under", "-9999.9",
         "Fields that mean under range, besides nines or zeros with a minus and no point.")),
     Bind<&Settings::open>(option::Texts("open", "+888888", "Fields that mean an open sensor.")),
+    Bind<&Settings::nines>(option::Flag(
+        "nines", "false",
+        "Five nines mean over range, with '-' under range, wherever their point is (OWEN).")),
     Bind<&Settings::swap_bytes>(option::Flag(
         "swap_bytes", "false", "The two bytes of a 16-bit digital reply come in the other order.")),
     Bind<&Settings::invert>(option::Integer(

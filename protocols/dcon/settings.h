@@ -36,6 +36,7 @@ struct Settings {
   std::vector<std::string> over;
   std::vector<std::string> under;
   std::vector<std::string> open;
+  bool nines = false;         ///< all digits nine, with a point anywhere, is a fault, too
   bool swap_bytes = false;    ///< of a digital reply of 16 bits, before anything else
   std::uint16_t invert = 0;   ///< over the 16 bits of a digital reply
   bool data_address = false;  ///< replies with '>' carry the address too (TRP-C68)

@@ -2,6 +2,7 @@
 #include "protocols/dcon/totals.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "gateway/base/text.h"
 
@@ -51,7 +52,7 @@ void Totals::OnRestart(std::optional<bool> restarted) {
   silences_ = 0;
   knows_ = restarted.has_value();
   if (!restarted.value_or(false)) return;
-  for (Counter& counter : counters_) counter.begins_anew = true;
+  for (Counter& counter : counters_) BeginAnew(counter);
 }
 
 void Totals::OnNothing() {
@@ -62,11 +63,11 @@ void Totals::OnReconnect() {
   is_due_ = true;
   silences_ = 0;
   knows_ = true;
-  for (Counter& counter : counters_) counter.suspect.reset();
+  for (Counter& counter : counters_) counter.seen.reset();
 }
 
 void Totals::OnCleared(std::string_view command) {
-  if (Counter* counter = Find(command)) counter->begins_anew = true;
+  if (Counter* counter = Find(command)) BeginAnew(*counter);
 }
 
 /// So many pulses, as quickly as that.
@@ -76,37 +77,52 @@ bool Totals::CanCount(std::uint64_t step, Duration time) const {
          static_cast<double>(step) <= settings_.count_rate * seconds.count();
 }
 
-void Totals::Believe(Counter& counter, std::uint64_t count, std::uint64_t step, Instant now) {
+void Totals::BeginAnew(Counter& counter) {
+  counter.begins_anew = true;
+  counter.seen.reset();
+}
+
+void Totals::Believe(Counter& counter, const Seen& seen, std::uint64_t step) {
   counter.total += step;
-  counter.count = count;
-  counter.at = now;
-  counter.suspect.reset();
+  counter.count = seen.count;
+  counter.at = seen.at;
   counter.begins_anew = false;
 }
 
-/// False: the count is strange, and has to come twice.
-bool Totals::TakeCount(Counter& counter, std::uint64_t count, Instant now) {
+/// It has gone on from the count that was believed last, no faster than it can.
+bool Totals::Follows(const Counter& counter, const Seen& seen) const {
+  return seen.count < counter.modulus && seen.count >= *counter.count &&
+         (!counter.at || CanCount(seen.count - *counter.count, seen.at - *counter.at));
+}
+
+/// What to add where it does not follow: over a roll-over; 0 where it was cleared.
+std::uint64_t Totals::StepTo(const Counter& counter, const Seen& seen) const {
+  if (seen.count >= *counter.count || seen.count >= counter.modulus) return 0;
+  const std::uint64_t step = seen.count + counter.modulus - *counter.count;
+  const bool can = !counter.at || CanCount(step, seen.at - *counter.at);
+  return can && step <= counter.modulus / kPartOfRollOver ? step : 0;
+}
+
+/// False: the count is believed only if the next one goes on from it. Whichever of the two is
+/// damaged, the lower one was really counted.
+bool Totals::TakeCount(Counter& counter, const Seen& seen) {
+  const std::optional<Seen> before = std::exchange(counter.seen, seen);
+  const bool confirmed = before && seen.count >= before->count &&
+                         CanCount(seen.count - before->count, seen.at - before->at);
   if (!counter.count || counter.begins_anew) {
-    Believe(counter, count, counter.count ? 0 : count, now);
+    if (confirmed) Believe(counter, *before, counter.count ? 0 : before->count);
+    return confirmed;
+  }
+  const bool follows = Follows(counter, seen);
+  if (follows && seen.count == *counter.count) {
+    Believe(counter, seen, 0);
     return true;
   }
-  const bool follows = count >= *counter.count;
-  const std::uint64_t step =
-      follows ? count - *counter.count : count + counter.modulus - *counter.count;
-  const bool can = count < counter.modulus && (!counter.at || CanCount(step, now - *counter.at));
-  if (follows && can) {
-    Believe(counter, count, step, now);
-    return true;
-  }
-  const bool confirmed =
-      counter.suspect && count >= *counter.suspect && CanCount(count - *counter.suspect, {});
-  if (!confirmed) {
-    counter.suspect = count;
-    is_due_ = true;
+  if (!confirmed || follows != Follows(counter, *before)) {
+    if (!follows) is_due_ = true;
     return false;
   }
-  const bool rolled_over = can && step <= counter.modulus / kPartOfRollOver;
-  Believe(counter, count, rolled_over ? step : 0, now);
+  Believe(counter, *before, follows ? before->count - *counter.count : StepTo(counter, *before));
   return true;
 }
 
@@ -118,23 +134,23 @@ void Totals::Leave(Answer& answer) const {
   std::erase_if(answer.readings, [this](const Reading& reading) { return IsTotal(reading); });
 }
 
-bool Totals::Take(std::string_view command, Answer& answer, Instant now) {
+Totals::Again Totals::Take(std::string_view command, Answer& answer, Instant now) {
   Counter* counter = Find(command);
-  if (counter == nullptr) return false;
+  if (counter == nullptr) return Again::no;
   const auto is_total = [this](const Reading& reading) { return IsTotal(reading); };
   const auto first = std::ranges::find_if(answer.readings, is_total);
-  if (first == answer.readings.end()) return false;
-  const auto* count = std::get_if<std::uint64_t>(&first->value);
-  if (count == nullptr) return false;
-  if (!TakeCount(*counter, *count, now)) {
+  if (first == answer.readings.end()) return Again::no;
+  if (!std::holds_alternative<std::uint64_t>(first->value)) return Again::no;
+  const auto count = std::get<std::uint64_t>(first->value);
+  if (!TakeCount(*counter, {count, now})) {
     Leave(answer);
-    return true;
+    return Again::unconfirmed;
   }
   for (Reading& reading : answer.readings) {
     if (is_total(reading)) reading.value = counter->total;
   }
   Note(now);
-  return false;
+  return counter->count != count ? Again::has_moved : Again::no;
 }
 
 void Totals::Note(Instant now) {

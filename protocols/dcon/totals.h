@@ -1,7 +1,9 @@
 // Counts that go on: over roll-overs, over restarts of the module and of this program. A total is
 // the sum of the differences between readings of a counter, and begins with what it showed first.
 //
-//   #010 → >FFFFFFF0    4294967280
+//   #010 → >00000005    5              asked twice: an 8-bit sum lets damage through, and a total
+//                                      would keep it for ever
+//   #010 → >FFFFFFF0    4294967280     the same: each step
 //   #010 → >00000010    4294967312     it has rolled over (asked twice, and $AA5 in between)
 //   #010 → >00000005    4294967312     it was cleared: it goes on from there
 //   $015 → !011, #010 → >00000900      the module was restarted: the same
@@ -46,9 +48,11 @@ class Totals {
   /// The counter of `#N` was cleared, or another command may have done so.
   void OnCleared(std::string_view command);
 
-  /// Puts totals in place of the counts in `answer`, which is ok. True: the command is to be sent
-  /// once more before a total can be told, and there is none in the answer.
-  bool Take(std::string_view command, Answer& answer, Instant now);
+  /// Why the count is to be read once more.
+  enum class Again : std::uint8_t { no, has_moved, unconfirmed };
+  /// Puts totals in place of the counts in `answer`, which is ok. While the count is unconfirmed
+  /// there is none in it.
+  Again Take(std::string_view command, Answer& answer, Instant now);
   /// Takes them out of an answer that need not be this module's.
   void Leave(Answer& answer) const;
 
@@ -58,21 +62,28 @@ class Totals {
   void Recall(std::string_view memory);
 
  private:
+  struct Seen {
+    std::uint64_t count = 0;
+    Instant at{};
+  };
   struct Counter {
     std::string command;
     std::uint64_t modulus = 0;
     std::optional<std::uint64_t> count;  ///< as it was last believed
     std::optional<Instant> at;           ///< when; nothing: before the program began
     std::uint64_t total = 0;
-    std::optional<std::uint64_t> suspect;  ///< a count that does not follow
+    std::optional<Seen> seen;  ///< the latest one, as long as the next has not confirmed it
     bool begins_anew = false;
   };
 
   bool IsTotal(const Reading& reading) const;
   Counter* Find(std::string_view command);
   bool CanCount(std::uint64_t step, Duration time) const;
-  bool TakeCount(Counter& counter, std::uint64_t count, Instant now);
-  static void Believe(Counter& counter, std::uint64_t count, std::uint64_t step, Instant now);
+  bool Follows(const Counter& counter, const Seen& seen) const;
+  std::uint64_t StepTo(const Counter& counter, const Seen& seen) const;
+  bool TakeCount(Counter& counter, const Seen& seen);
+  static void BeginAnew(Counter& counter);
+  static void Believe(Counter& counter, const Seen& seen, std::uint64_t step);
   void Note(Instant now);
 
   const Settings& settings_;

@@ -45,6 +45,12 @@ std::optional<Field> ListedCode(std::string_view token, const Settings& settings
   return std::nullopt;
 }
 
+/// "+99999.", "-99.999": full scale of a module that moves its point.
+bool IsFullScale(std::string_view token) {
+  return std::ranges::count(token, '9') >= 5 &&
+         token.find_first_not_of("9.", 1) == std::string_view::npos;
+}
+
 /// A token without a point is no measurement, whatever it is.
 Field PointlessCode(std::string_view token) {
   const std::string_view digits = token.substr(1);
@@ -102,7 +108,8 @@ Fields CutNumbers(std::string_view text, const Settings& settings) {
       return Malformed(Outcome::unexpected, WidthReason(token, settings));
     } else if (!point) {
       result.fields.push_back(PointlessCode(token));
-    } else if (settings.format == Format::percent && token.substr(1) == "999.99") {
+    } else if ((settings.nines && IsFullScale(token)) ||
+               (settings.format == Format::percent && token.substr(1) == "999.99")) {
       result.fields.push_back(token[0] == '-' ? Below(token) : Above(token));
     } else if (const auto number = ParseDecimal(token)) {
       result.fields.push_back({{*number}, 0, {}});

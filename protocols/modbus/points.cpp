@@ -267,6 +267,9 @@ Status CheckType(std::string_view text, const Point& point, const Place& place) 
     return Wrong(text, words ? "gives text: its type is string(n)"
                              : "gives a number, and the type is text; write string(n)");
   }
+  if (place.form == Form::string && place.length > point.text_length) {
+    return Wrong(text, "reads texts of " + std::to_string(place.length) + " characters, and longer ones than its type are not good: write string(" + std::to_string(place.length) + ")");
+  }
   if (place.scale && point.type != Type::float32 && point.type != Type::float64) {
     return Wrong(text,
                  "has a scale register, which gives decimals: its type is float32 or float64");

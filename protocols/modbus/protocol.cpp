@@ -32,9 +32,16 @@ Status CheckDevice(const config::Device& device) {
     if (point.access == config::Access::write) continue;
     const auto place = ReadPlace(point);
     if (!place || place->form != Form::text) continue;
-    if (texts->contains(place->texts)) continue;
-    return Error{"point '" + point.name + "' reads '" + point.read + "', but 'texts' has no \"" +
-                 place->texts + " CODE=TEXT\""};
+    const std::string its = "point '" + point.name + "' reads '" + point.read + "', but ";
+    const auto table = texts->find(place->texts);
+    if (table == texts->end()) {
+      return Error{its + "'texts' has no \"" + place->texts + " CODE=TEXT\""};
+    }
+    for (const auto& [code, text] : table->second) {
+      if (text.size() <= point.text_length) continue;
+      return Error{its + "'" + text + "' is longer than the point's type: write string(" +
+                   std::to_string(text.size()) + ")"};
+    }
   }
   return {};
 }

@@ -120,8 +120,7 @@ Result<std::uint64_t> Whole(const Value& value, std::int64_t lowest, std::uint64
   if (std::abs(number - ToDouble(value)) > kNoise * std::max(1.0, std::abs(number))) {
     return NoFit(value, "is no whole number, as the register holds");
   }
-  const config::IntegerRange limits{lowest, highest};
-  if (!limits.Contains(number)) return NoFit(value, range);
+  if (!config::IntegerRange{lowest, highest}.Contains(number)) return NoFit(value, range);
   return number < 0 ? static_cast<std::uint64_t>(static_cast<std::int64_t>(number))
                     : static_cast<std::uint64_t>(number);
 }
@@ -209,9 +208,9 @@ Decoded Scaled(const Decoded& decoded, std::uint16_t exponent) {
   const int n = static_cast<std::int16_t>(exponent);
   if (!HasValue(decoded.value)) return decoded;
   if (n < -kMostExponent || n > kMostExponent) return {{}, Quality::bad_device_failure};
-  const double number = ToDouble(decoded.value);
-  const double factor = std::pow(10.0, std::abs(n));
-  return {Value(n < 0 ? number / factor : number * factor), decoded.quality};
+  const auto number = Decimal::Of(decoded.value);
+  if (!number) return {decoded.value, decoded.quality};
+  return {Value(number->Shifted(n).ToDouble()), decoded.quality};
 }
 
 }  // namespace
@@ -223,9 +222,9 @@ Decoded DecodeBlock(const Place& place, std::span<const std::uint16_t> block,
   Decoded decoded = Decode(place, block.subspan(place.address - begin, place.count), settings);
   if (!place.scale || !HasValue(decoded.value)) return decoded;
   // What stands for no measurement is no number to be scaled.
-  const double raw = ToDouble(decoded.value);
+  const auto raw = Decimal::Of(decoded.value);
   const bool stands = std::ranges::any_of(
-      sentinels, [raw](const config::Sentinel& sentinel) { return sentinel.value == raw; });
+      sentinels, [&](const config::Sentinel& sentinel) { return sentinel.value == raw; });
   return stands ? decoded : Scaled(decoded, block[*place.scale - begin]);
 }
 

@@ -68,11 +68,10 @@ Result<std::string> Decode(View frame, const Settings& settings) {
     return text;
   }
   text = AsText(TextIn(frame, settings));
-  const auto foreign = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
-  if (std::ranges::any_of(text, foreign)) {
-    return Error{kForeign};
-  }
-  return Printable(ToBytes(Trim(text)));
+  // Control characters belong to some texts, as the GS between the fields of a bar code.
+  const auto foreign = [](char c) { return c == 0 || static_cast<unsigned char>(c) >= 0x80; };
+  if (std::ranges::any_of(text, foreign)) return Error{kForeign};
+  return std::string(Trim(text));
 }
 
 Result<int> ParseAddress(std::string_view text) {

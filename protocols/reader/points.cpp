@@ -84,6 +84,11 @@ Status CheckDevice(const config::Device& device) {
       return Error{its + "form: tag; a text has no such number"};
     }
     if (item->kind == Item::Kind::identity && !settings.asks) return Error{its + "commands: ask"};
+    const bool whole = item->kind == Item::Kind::tag || item->kind == Item::Kind::message;
+    const std::size_t length = settings.form == Form::tag ? kTagDigits : settings.length;
+    if (whole && length > point.text_length) {
+      return Error{its + "type: string(" + std::to_string(length) + "): a text that is longer than its point is not good"};
+    }
   }
   for (const config::Record& record : device.records) {
     if (!settings.asks)

@@ -17,13 +17,37 @@ Value Word(std::string_view tag, unsigned shift) {
 
 bool IsLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
+bool IsPartOfNumber(char c) { return (c >= '0' && c <= '9') || c == '.'; }
+bool IsSign(char c) { return c == '-' || c == '+'; }
+
+/// Names, units and separators say nothing about a number; a sign, a bracket or a mark may.
+bool IsUnderstood(std::string_view text) {
+  constexpr std::string_view kSeparators = " \t\r\n.,;:=%/$";
+  return std::ranges::all_of(
+      text, [&](char c) { return IsLetter(c) || kSeparators.find(c) != std::string_view::npos; });
+}
+
 /// The sign at the end of what stands before a number, blanks aside; 0: there is none.
 char TakeSign(std::string_view& before) {
   while (before.ends_with(' ')) before.remove_suffix(1);
-  if (!before.ends_with('-') && !before.ends_with('+')) return 0;
+  if (before.empty() || !IsSign(before.back())) return 0;
   const char sign = before.back();
   before.remove_suffix(1);
   return sign;
+}
+
+/// What stands in front of the characters that were cut out belongs to the number in them.
+bool IsSigned(std::string_view lead) {
+  lead = Trim(lead);
+  return lead.ends_with('(') || (!lead.empty() && IsSign(lead.back()));
+}
+
+/// "-" or "- kg", and not "-5.0", which is the next number.
+bool HasSignBehind(std::string_view rest) {
+  rest = Trim(rest);
+  if (rest.empty() || !IsSign(rest.front())) return false;
+  rest = Trim(rest.substr(1));
+  return rest.empty() || !IsPartOfNumber(rest.front());
 }
 
 }  // namespace
@@ -51,8 +75,12 @@ Decoded ValueOf(const Item& item, const Tag& tag) {
 
 Decoded NumberIn(const Item& item, std::string_view text) {
   const Decoded none{{}, {Quality::bad_sensor_failure}};
+  std::string_view lead;
+  std::string_view rest;
   if (item.first > 0) {
     if (item.first > text.size()) return none;
+    lead = text.substr(0, item.first - 1);
+    rest = text.substr(std::min(item.last, text.size()));
     text = text.substr(item.first - 1, item.last - item.first + 1);
   }
   const std::size_t digit = text.find_first_of(kDigits);
@@ -60,16 +88,20 @@ Decoded NumberIn(const Item& item, std::string_view text) {
   std::string_view before = text.substr(0, digit);
   while (before.ends_with('.')) before.remove_suffix(1);
   const std::size_t end = std::min(text.find_first_not_of("0123456789.", digit), text.size());
-  if (text.find_first_of(kDigits, end) != std::string_view::npos)
-    return none;  // which one is meant?
+  const std::string_view behind = text.substr(end);
   const std::size_t dots = digit - before.size();
   // The dot of "No.5" is the word's, or the number's.
   if (dots > 1 || (dots == 1 && !before.empty() && IsLetter(before.back()))) return none;
   const auto number = ParseDecimal((dots == 1 ? "0" : "") +
                                    std::string(text.substr(before.size(), end - before.size())));
   if (!number) return none;
+  const bool at_begin = before.empty();
   const char sign = TakeSign(before);
-  if (sign != 0 && TakeSign(before) != 0) return none;
+  if (!IsUnderstood(before) || !IsUnderstood(behind)) return none;
+  const bool goes_on = behind.empty() && !rest.empty() && IsPartOfNumber(rest.front());
+  const bool began = sign == 0 && before.empty() &&
+                     ((at_begin && !lead.empty() && IsPartOfNumber(lead.back())) || IsSigned(lead));
+  if (began || goes_on || (Trim(behind).empty() && HasSignBehind(rest))) return none;
   return {sign == '-' ? -*number : *number, Quality::good};
 }
 

@@ -159,7 +159,8 @@ std::uint8_t MeterTwin::Write(View pdu, Instant now) {
   if (pdu[1] != kCorrectClock) return kLevelTooLow;
   const std::chrono::seconds by(static_cast<std::int16_t>(ByteReader(pdu).U16Be(2).value_or(0)));
   if (std::abs(by.count()) > kMostSeconds) return kNotAllowed;
-  const auto shown = ClockAt(now).value_or(CivilZone::Utc());
+  const CivilZone zone = ReadSettings(device_.options).time_zone.value_or(CivilZone());
+  const auto shown = zone.ToCivil(ClockAt(now).value_or(CivilZone::Utc()));
   if (std::chrono::floor<std::chrono::hours>(shown) !=
       std::chrono::floor<std::chrono::hours>(shown + by)) {
     return kNotAllowed;

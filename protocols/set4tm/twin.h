@@ -64,7 +64,7 @@ class MeterTwin : public Twin {
   std::optional<Instant> last_correct_;  // of an open channel
   std::optional<Now> clock_;
   std::chrono::seconds correction_{};
-  std::optional<std::chrono::sys_days> corrected_on_;
+  std::optional<std::chrono::local_days> corrected_on_;
   Instant latched_at_{};
   std::vector<Value> latched_;  // by point; empty: never
   std::map<unsigned, TwinLoad> loads_;

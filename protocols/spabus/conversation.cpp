@@ -39,7 +39,7 @@ class SpaConversation final : public Conversation {
         points_(ReadablePoints(device.points)),
         settings_(ReadSettings(device.options)),
         writes_(settings_.password),
-        events_(device.events),
+        events_(device.events, device.recheck != config::Recheck::off),
         slave_(ParseSlave(device.address).value()),
         limits_{settings_.max_items, true, settings_.write_items},
         plan_(MakePlan(points_, limits_)) {}

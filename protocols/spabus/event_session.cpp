@@ -14,7 +14,8 @@ namespace {
 constexpr Address kEvents{0, 'L', std::nullopt};
 constexpr Address kBackup{0, 'B', std::nullopt};
 constexpr Address kStatus{0, 'C', std::nullopt};
-/// Tasks in a row whose B nobody answers, while the relay answers all else: it does not know B.
+/// Tasks in a row whose B nobody answers, while the relay answers all else and has never answered
+/// one: it does not know B.
 constexpr int kSilentBackups = 3;
 /// L in a row, refused by a relay that has never answered one: it does not know L. One that has is
 /// asked on: what looks like a refusal may be a damaged or somebody else's reply.
@@ -53,18 +54,19 @@ Command EventSession::Instead(unsigned slave) {
 Answer EventSession::OnAnswer(Exchange exchange, Instant now) {
   const Step step = std::exchange(step_, Step::none);
   failures_ = 0;
-  if (exchange.answer.outcome != Outcome::ok) return OnRefused(step, std::move(exchange));
+  if (exchange.answer.outcome != Outcome::ok) return OnRefused(step, std::move(exchange), now);
   switch (step) {
     case Step::backup:
       owes_backup_ = false;
       silent_backups_ = 0;
+      answers_backup_ = true;
       return OnEvents(std::move(exchange), true, now);
     case Step::events:
       refusals_ = 0;
       answers_ = true;
       return OnEvents(std::move(exchange), false, now);
     case Step::status:
-      return OnStatus(exchange);
+      return OnStatus(exchange, now);
     case Step::clear:
     case Step::none:
       break;
@@ -75,41 +77,74 @@ Answer EventSession::OnAnswer(Exchange exchange, Instant now) {
 }
 
 Answer EventSession::OnEvents(Exchange exchange, bool again, Instant now) {
-  Answer answer;
   EventBatch batch;
   batch.events = ParseEvents(exchange.data);
   batch.said = std::move(exchange.data);
   batch.again = again;
   if (batch.events.empty()) {
-    if (again) return GoOn();
+    if (again && held_ && held_->said != last_) return ReportHeld(now);
+    if (again) {
+      held_.reset();  // a late copy of the batch before
+      return GoOn();
+    }
     batch.drained = true;
+    Answer answer;
     answer.batch = std::move(batch);
     return answer;
   }
-  if (!again && batch.said == last_ && now - last_at_ < kNeverTwiceWithin) {
-    owes_backup_ = true;
-    return GoOn();
+  if (!again) {
+    const bool repeats = batch.said == last_ && now - last_at_ < kNeverTwiceWithin;
+    if (knows_backup_ && (rechecks_ || repeats)) return Hold(std::move(batch.said), false);
+  } else if (held_ && held_->said == batch.said) {
+    return ReportHeld(now);
+  } else if (held_ && rechecks_) {
+    // One of the two is damaged. Where it goes on so, other tasks come between.
+    Answer answer = Hold(std::move(batch.said), true);
+    answer.then = Then::done;
+    return answer;
+  } else if (rechecks_) {
+    return Hold(std::move(batch.said), true);
   }
+  return Report(std::move(batch), now);
+}
+
+Answer EventSession::Hold(std::string said, bool again) {
+  held_ = {std::move(said), again};
+  owes_backup_ = true;
+  return GoOn();
+}
+
+Answer EventSession::ReportHeld(Instant now) {
+  EventBatch batch;
+  batch.events = ParseEvents(held_->said);
+  batch.said = held_->said;
+  batch.again = held_->again;
+  return Report(std::move(batch), now);
+}
+
+Answer EventSession::Report(EventBatch batch, Instant now) {
+  held_.reset();
   last_ = batch.said;
   last_at_ = now;
   const auto breaks_history = [](const DeviceEvent& event) {
     return event.code == kRestarted || event.code == kOverflow;
   };
   owes_status_ = owes_status_ || std::ranges::any_of(batch.events, breaks_history);
+  Answer answer;
   answer.batch = std::move(batch);
   return answer;
 }
 
 /// 1: it was restarted, 2: events were lost, 3: both.
-Answer EventSession::OnStatus(const Exchange& exchange) {
+Answer EventSession::OnStatus(const Exchange& exchange, Instant now) {
   owes_status_ = false;
   const auto status = ParseInteger<int>(Trim(exchange.data));
   clears_ = status && *status != 0;
-  return GoOn();
+  return held_ ? ReportHeld(now) : GoOn();
 }
 
 /// Without B or C it goes on with L; a relay that does not know L is not asked again.
-Answer EventSession::OnRefused(Step step, Exchange exchange) {
+Answer EventSession::OnRefused(Step step, Exchange exchange, Instant now) {
   Answer answer = std::move(exchange.answer);
   answer.readings.clear();
   const bool judged = exchange.nack && RuleOf(*exchange.nack).judged;
@@ -120,8 +155,9 @@ Answer EventSession::OnRefused(Step step, Exchange exchange) {
     return answer;
   }
   (step == Step::backup ? owes_backup_ : owes_status_) = false;
+  if (step == Step::backup) knows_backup_ = false;
   clears_ = false;
-  return GoOn();
+  return held_ ? ReportHeld(now) : GoOn();
 }
 
 bool EventSession::has_events() const { return wanted_ && (answers_ || refusals_ < kMostRefusals); }
@@ -143,13 +179,17 @@ Then EventSession::OnFailure(Outcome outcome) {
   if (step == Step::status || step == Step::clear) owes_status_ = clears_ = false;
   const bool silent = step == Step::backup && outcome == Outcome::no_reply;
   silent_backups_ = silent ? silent_backups_ + 1 : 0;
-  if (silent_backups_ >= kSilentBackups) owes_backup_ = false;
+  if (silent_backups_ >= kSilentBackups && !answers_backup_) {
+    owes_backup_ = knows_backup_ = false;
+    owes_status_ = true;  // and what is held is told behind it
+  }
   return Then::done;
 }
 
 void EventSession::OnReconnect() {
   answers_ = clears_ = false;
-  owes_backup_ = owes_status_ = true;
+  owes_backup_ = owes_status_ = knows_backup_ = true;
+  held_.reset();
   refusals_ = failures_ = silent_backups_ = 0;
   step_ = Step::none;
 }

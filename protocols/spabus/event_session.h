@@ -6,7 +6,10 @@
 //   L, answered without                        done: the relay has nothing left
 //   L, lost or damaged                         B, until it is answered: L would take away what the
 //                                              relay has just given
-//   L, answered with the last batch again      B: a late reply to an earlier request, maybe
+//   L, answered with the last batch again      B: a late reply to an earlier request, maybe; if B
+//                                              says it as well, these are new events that look alike
+//   L, answered with events, where damage      B, until two replies agree: a wrong event would be
+//   may look whole (recheck)                   kept, and the true one lost
 //   L, refused                                 L at the next poll; a relay that has never answered
 //                                              one, and refuses three, is not asked again
 //   a batch that was not taken                 B, likewise
@@ -29,8 +32,8 @@ namespace baudgate::protocols::spabus {
 
 class EventSession {
  public:
-  /// `wanted`: the configuration asks for events.
-  explicit EventSession(bool wanted) : wanted_(wanted) {}
+  /// `wanted`: the configuration asks for events. `rechecks`: a damaged reply may look whole.
+  EventSession(bool wanted, bool rechecks) : wanted_(wanted), rechecks_(rechecks) {}
 
   /// They are wanted, and the relay knows L, as far as is known.
   bool has_events() const;
@@ -50,10 +53,20 @@ class EventSession {
   enum class Step : std::uint8_t { none, events, backup, status, clear };
 
   Answer OnEvents(Exchange exchange, bool again, Instant now);
-  Answer OnStatus(const Exchange& exchange);
-  Answer OnRefused(Step step, Exchange exchange);
+  Answer Hold(std::string said, bool again);
+  Answer Report(EventBatch batch, Instant now);
+  Answer ReportHeld(Instant now);
+  Answer OnStatus(const Exchange& exchange, Instant now);
+  Answer OnRefused(Step step, Exchange exchange, Instant now);
+
+  /// What has been said, and has to be said once more before it counts.
+  struct Held {
+    std::string said;
+    bool again = false;  ///< EventBatch::again
+  };
 
   const bool wanted_;
+  const bool rechecks_;
   bool answers_ = false;  ///< L, since the port has opened
   int refusals_ = 0;      ///< of L in a row
   int failures_ = 0;      ///< of any step in a row
@@ -61,7 +74,10 @@ class EventSession {
   bool owes_backup_ = true;  ///< B before L
   bool owes_status_ = true;
   bool clears_ = false;
-  int silent_backups_ = 0;  ///< in a row
+  int silent_backups_ = 0;        ///< in a row
+  bool knows_backup_ = true;      ///< not refused, nor silent to all of them
+  bool answers_backup_ = false;   ///< it has, since the program began
+  std::optional<Held> held_;
   std::string last_;        ///< the last batch, as it was said
   Instant last_at_{};
 };

@@ -149,9 +149,9 @@ std::size_t MostDecimals(const config::Point& point) {
 
 /// Rounding must not lead out of the range that the value itself was in.
 bool IsAllowed(const std::string& text, const config::Point& point) {
-  const double shown = ParseDecimal(text).value_or(0) * point.scale + point.offset;
+  const Decimal shown = Decimal::Parse(text).value_or(0) * point.scale + point.offset;
   const auto& [min, max] = std::tie(point.writing.min, point.writing.max);
-  const double slack = kSlack * std::max(1.0, std::abs(shown));
+  const Decimal slack = std::max(Decimal(1), Abs(shown)) * kSlack;
   return !(min && shown < *min - slack) && !(max && shown > *max + slack);
 }
 

@@ -131,9 +131,9 @@ TEST(AllowWhen, FindsItsPointAnywhere) {
   const auto& own = PointOf(loaded, 0).writing.allow_when;
   ASSERT_EQ(own.size(), 3U) << "its own and the device's";
   EXPECT_EQ(own[0].index, 2U);
-  EXPECT_EQ(own[0].is, Value(2.0));
+  EXPECT_EQ(own[0].is, Value(std::int64_t{2}));
   EXPECT_EQ(own[1].is, Value(std::string("local")));
-  EXPECT_EQ(own[2].is, Value(7.0));
+  EXPECT_EQ(own[2].is, Value(std::int64_t{7}));
   EXPECT_EQ(PointOf(loaded, 1).writing.allow_when.size(), 1U);
   EXPECT_TRUE(PointOf(loaded, 2).writing.allow_when.empty()) << "it is only read";
 }

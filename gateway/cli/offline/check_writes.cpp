@@ -36,13 +36,13 @@ std::string Rules(const config::Point& point) {
   std::vector<std::string> rules;
   const std::string unit = point.unit.empty() ? "" : " " + point.unit;
   if (writing.min && writing.max) {
-    rules.push_back(FormatNumber(*writing.min) + " to " + FormatNumber(*writing.max) + unit);
+    rules.push_back(writing.min->ToText() + " to " + writing.max->ToText() + unit);
   } else if (writing.min) {
-    rules.push_back("from " + FormatNumber(*writing.min) + unit);
+    rules.push_back("from " + writing.min->ToText() + unit);
   } else if (writing.max) {
-    rules.push_back("to " + FormatNumber(*writing.max) + unit);
+    rules.push_back("to " + writing.max->ToText() + unit);
   }
-  if (writing.step) rules.push_back("steps of " + FormatNumber(*writing.step));
+  if (writing.step) rules.push_back("steps of " + writing.step->ToText());
   if (writing.select) rules.emplace_back("selected first");
   for (const config::AllowWhen& interlock : writing.allow_when) {
     rules.push_back("when " + interlock.point + " is " + ToText(interlock.is));

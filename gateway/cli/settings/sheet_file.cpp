@@ -23,7 +23,7 @@ Setting ReadSetting(const config::YamlNode& node, config::Problems& problems) {
   Need(map, "item", setting.item);
   setting.value = map.Label("value");
   config::Assign(setting.unit, map.Label("unit"));
-  config::Assign(setting.scale, map.Number("scale"));
+  if (const auto scale = map.Number("scale")) setting.scale = scale->ToDouble();
   config::Assign(setting.quality, map.Label("quality"));
   map.Label("age");  // for people
   setting.known = setting.value && setting.quality.empty();

@@ -59,7 +59,7 @@ bool FillValue(const DeviceRecord& record, std::uint32_t index, Instant now,
     case Shown::exception:
       return false;
     case Shown::substitute:
-      if (EncodeRegisters(point, order, Value(point.on_fault.value), out)) return true;
+      if (EncodeRegisters(point, order, point.on_fault.value.ToValue(), out)) return true;
       break;
     case Shown::no_value:
       break;

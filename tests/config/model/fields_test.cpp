@@ -38,6 +38,7 @@ constexpr std::size_t CountMembers() {
 // Change(value) makes it another one, whatever it was.
 void Change(bool& value) { value = !value; }
 void Change(std::string& text) { text += "+"; }
+void Change(Decimal& number) { number = number + 1; }
 void Change(Duration& time) { time += 1ns; }
 void Change(Value& value) { value = value.index() == 1 ? Value(std::int64_t(1)) : Value(true); }
 void Change(Quality& quality) { quality = Quality::bad_device_failure; }

@@ -10,7 +10,7 @@ namespace baudgate::history {
 namespace {
 
 constexpr LogRule kPlain{};
-constexpr LogRule kHalf{.deadband = 0.5};
+const LogRule kHalf{.deadband = 0.5};
 constexpr LogRule kEvery{.every = true};
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 const Quality kGood = Quality::good;

@@ -24,6 +24,28 @@ std::vector<double> Numbers(const DecodedReply& decoded) {
   return numbers;
 }
 
+TEST(DconFaults, NinesWithAPointAnywhereWhereTheMakerSaysSo) {
+  Settings owen;
+  owen.nines = true;
+  const Settings others;
+  const auto quality = [](const std::string& token, const Settings& settings) {
+    const Fields cut = CutFields(token, settings, false);
+    return cut.outcome == Outcome::ok && cut.fields.size() == 1 ? cut.fields[0].quality
+                                                                : Quality(Quality::bad);
+  };
+  for (std::string token : {"+99999.", "+9999.9", "+999.99", "+99.999", "+9.9999", "+.99999",
+                            "+999999", "+99999"}) {
+    EXPECT_EQ(quality(token, owen), Quality(Quality::bad_sensor_failure, Reason::over_range))
+        << token;
+    token[0] = '-';
+    EXPECT_EQ(quality(token, owen), Quality(Quality::bad_sensor_failure, Reason::under_range))
+        << token;
+  }
+  for (const std::string token : {"+99998.", "+99.990", "+89.999", "+099.99"})
+    EXPECT_TRUE(IsGood(quality(token, owen))) << token;
+  EXPECT_TRUE(IsGood(quality("+99.999", others)));
+}
+
 TEST(DconDecode, EightNumbers) {
   const DecodedReply decoded =
       Decode("#", ">+100.23+34.050+124.56+07.331-101.45+1038.9-50.501+05.880", 8);

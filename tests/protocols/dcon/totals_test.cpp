@@ -32,56 +32,94 @@ class DconTotals : public ::testing::Test {
     return std::get<std::uint64_t>(answer.readings[0].value);
   }
   /// What the module counts at its first reading.
-  void Begin(const std::string& count) { Poll({{"$015", "!011"}, {"#010", ">" + count}}); }
+  void Begin(const std::string& count) {
+    Poll({{"$015", "!011"}, {"#010", ">" + count}, {"#010", ">" + count}});
+  }
 
   Talk talk_{DconProtocol(), Counter()};
 };
 
 TEST_F(DconTotals, BeginWithWhatTheCounterShows) {
-  EXPECT_EQ(TotalIn(Poll({{"$015", "!011"}, {"#010", ">0001E240"}})), 123456U);
-  EXPECT_EQ(TotalIn(Poll({{"#010", ">0001E250"}})), 123472U);
+  EXPECT_EQ(TotalIn(Poll({{"$015", "!011"}, {"#010", ">0001E240"}, {"#010", ">0001E240"}})),
+            123456U);
+  EXPECT_EQ(TotalIn(Poll({{"#010", ">0001E250"}, {"#010", ">0001E250"}})), 123472U);
+  EXPECT_EQ(TotalIn(Poll({{"#010", ">0001E250"}})), 123472U) << "nothing to confirm";
 }
 
 TEST_F(DconTotals, GoOnOverARollOver) {
   Begin("FFFFFFF0");
   const Answer answer = Poll({{"#010", ">00000010"}, {"$015", "!010"}, {"#010", ">00000011"}});
-  EXPECT_EQ(TotalIn(answer), 0x1'0000'0011U);
-  EXPECT_EQ(TotalIn(Poll({{"#010", ">00000012"}})), 0x1'0000'0012U);
+  EXPECT_EQ(TotalIn(answer), 0x1'0000'0010U);
+  EXPECT_EQ(TotalIn(Poll({{"#010", ">00000012"}, {"#010", ">00000012"}})), 0x1'0000'0012U);
 }
 
 TEST_F(DconTotals, AClearedCounterAddsNothing) {
   Begin("00001000");
   EXPECT_EQ(TotalIn(Poll({{"#010", ">00000005"}, {"$015", "!010"}, {"#010", ">00000006"}})),
             0x1000U);
-  EXPECT_EQ(TotalIn(Poll({{"#010", ">00000009"}})), 0x1003U);
+  EXPECT_EQ(TotalIn(Poll({{"#010", ">00000009"}, {"#010", ">0000000A"}})), 0x1004U);
 }
 
 TEST_F(DconTotals, ARestartedModuleAddsNothing) {
   Begin("FFFFFFF0");
-  EXPECT_EQ(TotalIn(Poll({{"#010", ">00000005"}, {"$015", "!011"}, {"#010", ">00000006"}})),
+  EXPECT_EQ(TotalIn(Poll({{"#010", ">00000005"},
+                          {"$015", "!011"},
+                          {"#010", ">00000006"},
+                          {"#010", ">00000006"}})),
             0xFFFF'FFF0U)
       << "near the end as well";
   talk_->OnReconnect();
-  EXPECT_EQ(TotalIn(Poll({{"$015", "!011"}, {"#010", ">00000900"}})), 0xFFFF'FFF0U)
+  EXPECT_EQ(TotalIn(Poll({{"$015", "!011"}, {"#010", ">00000900"}, {"#010", ">00000900"}})),
+            0xFFFF'FFF0U)
       << "however far it has come by now";
   talk_->OnReconnect();
-  EXPECT_EQ(TotalIn(Poll({{"$015", "!010"}, {"#010", ">00000910"}})), 0x1'0000'0000U)
+  EXPECT_EQ(TotalIn(Poll({{"$015", "!010"}, {"#010", ">00000910"}, {"#010", ">00000910"}})),
+            0x1'0000'0000U)
       << "only the line was gone";
 }
 
 TEST_F(DconTotals, ADamagedCountChangesNothing) {
   Begin("00001000");
-  EXPECT_EQ(TotalIn(Poll({{"#010", ">80001001"}, {"$015", "!010"}, {"#010", ">00001002"}})),
+  EXPECT_EQ(TotalIn(Poll({{"#010", ">80001001"},
+                          {"$015", "!010"},
+                          {"#010", ">00001002"},
+                          {"#010", ">00001002"}})),
             0x1002U);
-  EXPECT_EQ(TotalIn(Poll({{"#010", ">00000002"}, {"$015", "!010"}, {"#010", ">00001003"}})),
+  EXPECT_EQ(TotalIn(Poll({{"#010", ">00000002"},
+                          {"$015", "!010"},
+                          {"#010", ">00001003"},
+                          {"#010", ">00001003"}})),
             0x1003U);
-  const Answer twice = Poll({{"#010", ">80001001"}, {"$015", "!010"}, {"#010", ">40001001"}});
-  EXPECT_TRUE(twice.readings.empty());
-  EXPECT_EQ(TotalIn(Poll({{"$015", "!010"}, {"#010", ">00001004"}})), 0x1004U);
+  const Answer thrice = Poll({{"#010", ">80001001"},
+                              {"$015", "!010"},
+                              {"#010", ">40001001"},
+                              {"$015", "!010"},
+                              {"#010", ">20001001"}});
+  EXPECT_TRUE(thrice.readings.empty());
+  EXPECT_EQ(TotalIn(Poll({{"$015", "!010"}, {"#010", ">00001004"}, {"#010", ">00001004"}})),
+            0x1004U);
+}
+
+/// >00112345 and >00122344 have the same sum.
+TEST_F(DconTotals, AStepThatCouldBeCountedHasToBeConfirmed) {
+  Begin("00112345");
+  EXPECT_EQ(TotalIn(Poll({{"#010", ">00122344"}, {"#010", ">00112346"}, {"#010", ">00112347"}})),
+            0x112346U);
+  EXPECT_EQ(TotalIn(Poll({{"#010", ">00112348"}, {"#010", ">00122344"}})), 0x112348U)
+      << "the second one is damaged";
+  EXPECT_EQ(TotalIn(Poll({{"#010", ">00112349"}, {"#010", ">00112349"}})), 0x112349U);
+}
+
+TEST_F(DconTotals, ADamagedFirstCountIsNone) {
+  EXPECT_EQ(TotalIn(Poll({{"$015", "!011"},
+                          {"#010", ">00122344"},
+                          {"#010", ">00112345"},
+                          {"#010", ">00112345"}})),
+            0x112345U);
 }
 
 TEST_F(DconTotals, AModuleThatDoesNotKnowWhetherItWasRestarted) {
-  Poll({{"$015", ""}, {"$015", ""}, {"#010", ">00001000"}});
+  Poll({{"$015", ""}, {"$015", ""}, {"#010", ">00001000"}, {"#010", ">00001000"}});
   EXPECT_EQ(TotalIn(Poll({{"#010", ">00000005"}, {"#010", ">00000006"}})), 0x1000U);
 }
 
@@ -92,14 +130,16 @@ TEST_F(DconTotals, AreKeptOverARestartOfTheProgram) {
   Poll({{"#010", ">00000010"}, {"$015", "!010"}, {"#010", ">00000010"}});
   EXPECT_EQ(talk_->Memory(), "#0 4294967280 4294967280") << "at most once a minute";
   talk_.now += 1min;
-  Poll({{"#010", ">00000020"}});
-  EXPECT_EQ(talk_->Memory(), "#0 32 4294967328");
+  Poll({{"#010", ">00000020"}, {"#010", ">00000020"}});
+  EXPECT_EQ(talk_->Memory(), "#0 16 4294967312") << "what was confirmed by then";
 
   Talk next(DconProtocol(), Counter());
   next->Recall("#0 32 4294967328", {next.now, {}});
   EXPECT_EQ(next->Memory(), "#0 32 4294967328");
   Asked(next, baudgate::Poll(0));
   Exchange(next, baudgate::Poll(0), "!010\r");
+  Asked(next, baudgate::Poll(0));
+  Exchange(next, baudgate::Poll(0), ">00000120\r");
   Asked(next, baudgate::Poll(0));
   EXPECT_EQ(TotalIn(Exchange(next, baudgate::Poll(0), ">00000120\r")), 0x1'0000'0120U)
       << "and what was counted meanwhile";
@@ -111,6 +151,8 @@ TEST_F(DconTotals, AMemoryThatIsNotUnderstoodIsNothing) {
     talk->Recall(text, {talk.now, {}});
     Asked(talk, baudgate::Poll(0));
     Exchange(talk, baudgate::Poll(0), "!010\r");
+    Asked(talk, baudgate::Poll(0));
+    Exchange(talk, baudgate::Poll(0), ">00000020\r");
     Asked(talk, baudgate::Poll(0));
     EXPECT_EQ(TotalIn(Exchange(talk, baudgate::Poll(0), ">00000020\r")), 32U) << text;
   }
@@ -124,6 +166,7 @@ TEST(DconTotalsOf, DecimalCountersHaveSixteenBits) {
     return Exchange(talk, Poll(0), reply + "\r");
   };
   say("!010");
+  say("!0165530");
   say("!0165530");
   say("!0100010");
   say("!010");

@@ -132,6 +132,32 @@ TEST(ReaderNumbers, OneAndNoOther) {
   EXPECT_EQ(shown("overload"), "bad");
   EXPECT_EQ(shown("1 12.35", "number 2-7"), "12.35");
   EXPECT_EQ(shown("1", "number 2-7"), "bad");
+  for (const char* text : {"12.35-", "12.35kg-", "(12.35) kg", "-12.35-", "12.35 -", "#12.35",
+                           "12.35*", "Lot-A 12.35", "\x02" "12.35", "1.2E3", "12.35."}) {
+    EXPECT_EQ(shown(text), "bad") << text;
+  }
+  EXPECT_EQ(shown("12.35 l/h"), "12.35");
+}
+
+TEST(ReaderNumbers, AreNotCutInTheMiddle) {
+  const auto shown = [](const std::string& text, const std::string& read) {
+    const auto item = reader::ParseItem(ReaderPoint(read, Type::float32));
+    const Decoded decoded = reader::NumberIn(*item, text);
+    return IsGood(decoded.quality) ? ToText(decoded.value) : "bad";
+  };
+  const std::string text = "A 160.3 kg";
+  for (const char* right : {"number 2-7", "number 3-7", "number 1-10", "number 3-8"})
+    EXPECT_EQ(shown(text, right), "160.3") << right;
+  for (const char* wrong : {"number 4-7", "number 5-7", "number 6-7", "number 7-9", "number 3-6",
+                            "number 3-5", "number 2-4"})
+    EXPECT_EQ(shown(text, wrong), "bad") << wrong;
+  EXPECT_EQ(shown("A-160.3", "number 3-7"), "bad") << "the sign is outside";
+  EXPECT_EQ(shown("A- 160.3", "number 3-8"), "bad");
+  EXPECT_EQ(shown("(160.3)", "number 2-6"), "bad");
+  EXPECT_EQ(shown("160.3- kg", "number 1-5"), "bad");
+  EXPECT_EQ(shown("160.3 - kg", "number 1-6"), "bad");
+  EXPECT_EQ(shown("+12.30-45.60", "number 1-6"), "12.3") << "the next number's sign";
+  EXPECT_EQ(shown("+12.30-45.60", "number 7-12"), "-45.6");
 }
 
 TEST(ReaderTwins, SayWhatIsRaised) {

@@ -49,7 +49,7 @@ bool IsDerived(const config::Point& point) {
 /// What the twin's value should look like in the store.
 bool Matches(const config::Point& point, const Value& shown, const Value& raw) {
   if (point.type == config::Type::string) return ToText(shown) == ToText(raw);
-  const double expected = ToDouble(raw) * point.scale + point.offset;
+  const double expected = (ToDouble(raw) * point.scale + point.offset).ToDouble();
   const bool register_count = point.read.find(" energy@") != std::string::npos;
   const double step = register_count ? 0.1 : 0.001;  // kWh of one count, ratios included
   return std::abs(ToDouble(shown) - expected) <= std::abs(expected) * 1e-4 + step;
@@ -242,7 +242,7 @@ void Rig::SetValues(std::uint32_t device) {
     } else {
       double number = NumberOf(point, device);
       if (point.type < config::Type::float32) number = std::round(number);
-      value = (number - point.offset) / point.scale;
+      value = ((number - point.offset) / point.scale).ToDouble();
     }
     line_->twin(device).values.Set(i, value);
   }

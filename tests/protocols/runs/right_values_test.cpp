@@ -153,7 +153,7 @@ class RightValues : public ::testing::TestWithParam<Case> {
       const config::Point& point = device().points[i];
       if (!point.simulate) continue;
       const config::Simulate& shows = *point.simulate;
-      Value value = (shows.low - point.offset) / point.scale;
+      Value value = ((shows.low - point.offset) / point.scale).ToDouble();
       if (point.type == config::Type::boolean) value = shows.low != 0;
       if (shows.text) value = *shows.text;
       if (twin > 0) {

@@ -30,7 +30,7 @@ FixedValues Simulated(const std::vector<config::Point>& points) {
     if (point.simulate->text) {
       values.Set(i, *point.simulate->text);
     } else {
-      values.Set(i, (point.simulate->low - point.offset) / point.scale);
+      values.Set(i, ((point.simulate->low - point.offset) / point.scale).ToDouble());
     }
   }
   return values;

@@ -55,6 +55,18 @@ TEST_F(Set4tmTwin, IsSilentToDamageAndToOthers) {
   EXPECT_EQ(Ask("05", "00"), Frame("05", "00"));
 }
 
+TEST_F(Set4tmTwin, IsNotCorrectedAcrossAnHourOfItsOwnZone) {
+  // 10:00:04 UTC is 15:45:04 there.
+  device_.options.Set("time_zone", std::string("+05:45"));
+  const auto day = std::chrono::sys_days(std::chrono::year(2026) / 1 / 27);
+  twin_.SetClock({now_, WallTime(day) + 10h + 4s});
+  Open();
+  EXPECT_EQ(Ask("05", "03 0B FF C4"), Frame("05", "00")) << "a minute back, over an hour of UTC";
+  EXPECT_EQ(Ask("05", "03 0B FF C4"), Frame("05", "04")) << "once a day";
+  twin_.SetClock({now_, WallTime(day) + 24h + 10h + 15min + 4s + 60s});
+  EXPECT_EQ(Ask("05", "03 0B FF C4"), Frame("05", "01")) << "over one of its own";
+}
+
 TEST_F(Set4tmTwin, RepliesUnderAnotherAddressWhenToldSo) {
   twin_.ReplyAs("6");
   EXPECT_EQ(Ask("05", "00"), Frame("06", "00"));

@@ -38,7 +38,7 @@ std::string Numbers(std::vector<double> values) {
 
 std::string SentinelsOf(const config::Point& point) {
   std::vector<double> values;
-  for (const config::Sentinel& sentinel : point.sentinels) values.push_back(sentinel.value);
+  for (const config::Sentinel& sentinel : point.sentinels) values.push_back(sentinel.value.ToDouble());
   return Numbers(std::move(values));
 }
 
@@ -110,8 +110,8 @@ class Comparison {
     Field(point, "write", point.write, row.write);
     Field(point, "type", TypeOf(point), row.type, TypeFits(point, row.type));
     Field(point, "unit", point.unit, row.unit);
-    Field(point, "scale", FormatNumber(point.scale), FormatNumber(row.scale));
-    Field(point, "offset", FormatNumber(point.offset), FormatNumber(row.offset));
+    Field(point, "scale", point.scale.ToText(), FormatNumber(row.scale));
+    Field(point, "offset", point.offset.ToText(), FormatNumber(row.offset));
     Field(point, "sentinels", SentinelsOf(point), Numbers(row.sentinels));
     Field(point, "access", std::string(config::Name(point.access)), row.access);
   }

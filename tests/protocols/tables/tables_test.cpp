@@ -68,7 +68,7 @@ TEST_P(ShippedProfile, AnyTurnedFieldIsFound) {
        }},
       {"unit", [](config::Point& p) { p.unit += "k"; }},
       {"scale", [](config::Point& p) { p.scale *= 10; }},
-      {"offset", [](config::Point& p) { p.offset += 1; }},
+      {"offset", [](config::Point& p) { p.offset = p.offset + 1; }},
       {"sentinels",
        [](config::Point& p) {
          p.sentinels.push_back({-1, Quality::bad_sensor_failure});
@@ -125,8 +125,8 @@ TEST(Tables, SoManyRowsAreNotCertain) {
       {"dcon/icpdas-i-7024", {.inferred = 13, .unsourced = 0}},
       {"dcon/icpdas-i-7060", {.inferred = 9, .unsourced = 0}},
       {"dcon/icpdas-i-7080", {.inferred = 2, .unsourced = 0}},
-      {"dcon/owen-mv110-2a", {.inferred = 1, .unsourced = 0}},
-      {"dcon/owen-mv110-8a", {.inferred = 2, .unsourced = 0}},
+      {"dcon/owen-mv110-2a", {.inferred = 2, .unsourced = 0}},
+      {"dcon/owen-mv110-8a", {.inferred = 1, .unsourced = 0}},
       {"modbus_rtu/generic-meter", {.inferred = 0, .unsourced = 36}},
       {"modbus_rtu/mitsubishi-fr-d700", {.inferred = 1, .unsourced = 18}},
       {"reader/bar-code", {.inferred = 0, .unsourced = 0}},

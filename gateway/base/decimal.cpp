@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/base/decimal.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "gateway/base/text.h"
+
+namespace baudgate {
+namespace {
+
+__extension__ using Digits = unsigned __int128;
+
+constexpr Digits kMostDigits = ~Digits{0};
+constexpr std::uint64_t kMost64 = std::numeric_limits<std::uint64_t>::max();
+/// Digits of a double are never further from its point.
+constexpr int kMostPlaces = 400;
+
+}  // namespace
+
+struct Decimal::Wide {
+  bool is_negative = false;
+  int exponent = 0;
+  Digits digits = 0;
+
+  /// More digits behind the last one, as long as there is room.
+  void LowerTo(int wanted) {
+    while (exponent > wanted && digits <= kMostDigits / 10) {
+      digits *= 10;
+      --exponent;
+    }
+  }
+  /// Without the last digit: halves up.
+  void DropDigit(bool round) {
+    const auto last = static_cast<unsigned>(digits % 10);
+    digits = digits / 10 + (round && last >= 5 ? 1 : 0);
+    ++exponent;
+  }
+  void RaiseTo(int wanted) {
+    while (exponent < wanted && digits > 0) DropDigit(exponent + 1 == wanted);
+    exponent = std::max(exponent, wanted);
+  }
+};
+
+Decimal Decimal::Of(Wide wide) {
+  while (wide.digits > kMost64) wide.DropDigit(wide.digits / 10 <= kMost64);
+  while (wide.digits != 0 && wide.digits % 10 == 0) wide.DropDigit(false);
+  Decimal number;
+  if (wide.digits == 0) return number;
+  number.is_negative_ = wide.is_negative;
+  number.exponent_ = wide.exponent;
+  number.digits_ = static_cast<std::uint64_t>(wide.digits);
+  return number;
+}
+
+Decimal::Wide Decimal::Widened() const { return {is_negative_, exponent_, digits_}; }
+
+Decimal::Decimal(double number) {
+  std::array<char, 32> text{};
+  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(),
+                                          std::abs(number), std::chars_format::scientific);
+  const std::string_view all(text.data(), error == std::errc() ? end : text.data());
+  const auto e = all.find('e');
+  if (e == std::string_view::npos) return;  // no number
+  Wide wide{.is_negative = std::signbit(number)};
+  for (const char c : all.substr(0, e)) {
+    if (c == '.') continue;
+    wide.digits = wide.digits * 10 + static_cast<unsigned>(c - '0');
+    --wide.exponent;
+  }
+  const std::string_view power = all.substr(all[e + 1] == '+' ? e + 2 : e + 1);
+  wide.exponent += ParseInteger<int>(power).value_or(0) + 1;
+  *this = Of(wide);
+}
+
+std::optional<Decimal> Decimal::Parse(std::string_view text) {
+  if (text.starts_with("0x") || text.starts_with("0X")) {
+    const auto number = ParseInteger<std::uint64_t>(text.substr(2), 16);
+    return number ? std::optional(Decimal(*number)) : std::nullopt;
+  }
+  const auto near = ParseDecimal(text);
+  if (!near || !std::isfinite(*near)) return std::nullopt;
+  Wide wide{.is_negative = text.front() == '-'};
+  bool behind_point = false;
+  for (const char c : text) {
+    if (c == '.') behind_point = true;
+    if (c < '0' || c > '9') continue;
+    if (wide.digits > kMostDigits / 10 - 1) {
+      wide.exponent += behind_point ? 0 : 1;
+      continue;
+    }
+    wide.digits = wide.digits * 10 + static_cast<unsigned>(c - '0');
+    wide.exponent -= behind_point ? 1 : 0;
+  }
+  return Of(wide);
+}
+
+std::optional<Decimal> Decimal::Of(const Value& value) {
+  return std::visit(
+      [](const auto& held) -> std::optional<Decimal> {
+        using T = std::decay_t<decltype(held)>;
+        if constexpr (std::is_same_v<T, double>) {
+          return std::isfinite(held) ? std::optional(Decimal(held)) : std::nullopt;
+        } else if constexpr (std::is_arithmetic_v<T>) {
+          return Decimal(held);
+        } else {
+          return std::nullopt;
+        }
+      },
+      value);
+}
+
+double Decimal::ToDouble() const {
+  const std::string text = std::to_string(digits_) + "e" + std::to_string(exponent_);
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc()) {
+    number = exponent_ > 0 ? std::numeric_limits<double>::infinity() : 0;
+  }
+  return is_negative_ ? -number : number;
+}
+
+std::string Decimal::ToText() const {
+  const std::string sign = is_negative_ ? "-" : "";
+  std::string text = std::to_string(digits_);
+  const int size = static_cast<int>(text.size());
+  const int point = size + exponent_;  // digits in front of it
+  if (point > 21 || point < -5) return sign + text + "e" + std::to_string(exponent_);
+  if (exponent_ >= 0) return sign + text.append(static_cast<std::size_t>(exponent_), '0');
+  if (point > 0) return sign + text.insert(static_cast<std::size_t>(point), ".");
+  return sign + "0." + std::string(static_cast<std::size_t>(-point), '0') + text;
+}
+
+std::optional<std::uint64_t> Decimal::ToUint64() const {
+  Wide wide = Widened();
+  wide.LowerTo(0);
+  wide.RaiseTo(0);
+  const bool fits = wide.exponent == 0 && wide.digits <= kMost64;
+  if (!fits || (is_negative_ && wide.digits != 0)) return std::nullopt;
+  return static_cast<std::uint64_t>(wide.digits);
+}
+
+std::optional<std::int64_t> Decimal::ToInt64() const {
+  constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  const auto size = Abs(*this).ToUint64();
+  if (!size || *size > kMost + (is_negative_ ? 1 : 0)) return std::nullopt;
+  return static_cast<std::int64_t>(is_negative_ ? ~*size + 1 : *size);
+}
+
+Value Decimal::ToValue() const {
+  if (is_whole()) {
+    if (const auto whole = ToInt64()) return *whole;
+    if (const auto whole = ToUint64()) return *whole;
+  }
+  return ToDouble();
+}
+
+bool Decimal::is_whole() const { return exponent_ >= 0; }
+
+bool Decimal::IsMultipleOf(const Decimal& step) const {
+  if (digits_ == 0 || step.digits_ == 0) return digits_ == 0;
+  // Both in units of the smaller exponent, of which only remainders are needed.
+  if (exponent_ < step.exponent_) return false;
+  Digits rest = digits_ % step.digits_;
+  for (int i = step.exponent_; i < exponent_ && rest != 0; ++i) rest = rest * 10 % step.digits_;
+  return rest == 0;
+}
+
+Decimal Decimal::Shifted(int places) const {
+  Decimal number = *this;
+  if (digits_ != 0) number.exponent_ += places;
+  return number;
+}
+
+Decimal Decimal::operator-() const {
+  Decimal number = *this;
+  number.is_negative_ = digits_ != 0 && !is_negative_;
+  return number;
+}
+
+Decimal operator*(const Decimal& a, const Decimal& b) {
+  return Decimal::Of({a.is_negative_ != b.is_negative_, a.exponent_ + b.exponent_,
+                      Digits{a.digits_} * b.digits_});
+}
+
+Decimal operator/(const Decimal& a, const Decimal& b) {
+  Decimal::Wide wide = a.Widened();
+  wide.is_negative = a.is_negative_ != b.is_negative_;
+  wide.LowerTo(-kMostPlaces);
+  wide.exponent -= b.exponent_;
+  const bool up = wide.digits % b.digits_ > b.digits_ / 2;
+  wide.digits = wide.digits / b.digits_ + (up ? 1 : 0);
+  return Decimal::Of(wide);
+}
+
+Decimal operator+(const Decimal& a, const Decimal& b) {
+  if (a.digits_ == 0 || b.digits_ == 0) return a.digits_ == 0 ? b : a;
+  Decimal::Wide more = a.Widened();
+  Decimal::Wide less = b.Widened();
+  if (more.exponent < less.exponent) std::swap(more, less);
+  more.LowerTo(less.exponent);
+  less.RaiseTo(more.exponent);
+  if (more.is_negative == less.is_negative) {
+    if (more.digits > kMostDigits - less.digits) {
+      more.DropDigit(true);
+      less.DropDigit(true);
+    }
+    more.digits += less.digits;
+  } else if (more.digits >= less.digits) {
+    more.digits -= less.digits;
+  } else {
+    more.digits = less.digits - more.digits;
+    more.is_negative = less.is_negative;
+  }
+  return Decimal::Of(more);
+}
+
+std::strong_ordering operator<=>(const Decimal& a, const Decimal& b) {
+  const Decimal difference = a - b;
+  if (difference.digits_ == 0) return std::strong_ordering::equal;
+  return difference.is_negative_ ? std::strong_ordering::less : std::strong_ordering::greater;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,84 @@
+// A decimal number as people write it: 0.57 is 57 hundredths, and 0.57 times 400 is 228, where the
+// nearest doubles give 227.99999999999997. Whole numbers of 64 bits are exact.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <compare>
+#include <concepts>
+#include <cstdint>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "gateway/base/value.h"
+
+namespace baudgate {
+
+/// Sums and products are exact where 64 bits hold their digits; else they are rounded to 19 digits,
+/// two more than a double has.
+class Decimal {
+ public:
+  constexpr Decimal() = default;
+  constexpr Decimal(std::integral auto number)
+      : is_negative_(std::cmp_less(number, 0)),
+        digits_(is_negative_ ? ~static_cast<std::uint64_t>(number) + 1
+                             : static_cast<std::uint64_t>(number)) {
+    for (; digits_ != 0 && digits_ % 10 == 0; digits_ /= 10) ++exponent_;
+  }
+  constexpr Decimal(bool number) : digits_(number ? 1 : 0) {}
+  /// The shortest decimal that reads back as this double. It has to be finite.
+  Decimal(double number);
+
+  /// "-12.50", "+7"; in hex, "0xFFFF", a whole number without a sign. No exponent.
+  static std::optional<Decimal> Parse(std::string_view text);
+  /// Nothing for texts, NaN, infinity and no value. Booleans are 0 and 1.
+  static std::optional<Decimal> Of(const Value& value);
+
+  /// The nearest one.
+  double ToDouble() const;
+  /// "12.5", with all digits; from 1e-6 to 1e21 without an exponent.
+  std::string ToText() const;
+  /// As a point of any type of numbers holds it: a whole number, else a double.
+  Value ToValue() const;
+  /// Halves away from 0. Nothing beyond 64 bits.
+  std::optional<std::int64_t> ToInt64() const;
+  std::optional<std::uint64_t> ToUint64() const;
+
+  bool is_negative() const { return is_negative_; }
+  bool is_whole() const;
+  /// A step of 0 has only 0.
+  bool IsMultipleOf(const Decimal& step) const;
+  /// times 10 to the power of `places`
+  Decimal Shifted(int places) const;
+
+  friend Decimal operator*(const Decimal& a, const Decimal& b);
+  friend Decimal operator+(const Decimal& a, const Decimal& b);
+  /// `b` is not 0.
+  friend Decimal operator/(const Decimal& a, const Decimal& b);
+  friend Decimal operator-(const Decimal& a, const Decimal& b) { return a + -b; }
+  Decimal operator-() const;
+  Decimal& operator*=(const Decimal& other) { return *this = *this * other; }
+
+  friend bool operator==(const Decimal&, const Decimal&) = default;
+  friend std::strong_ordering operator<=>(const Decimal& a, const Decimal& b);
+  friend std::ostream& operator<<(std::ostream& out, const Decimal& number) {
+    return out << number.ToText();
+  }
+
+ private:
+  struct Wide;  // 128 bits of digits
+
+  static Decimal Of(Wide wide);
+  Wide Widened() const;
+
+  // ±digits * 10^exponent; no zero at the end of digits, and 0 is all zeros: equal ones look equal
+  bool is_negative_ = false;
+  int exponent_ = 0;
+  std::uint64_t digits_ = 0;
+};
+
+inline Decimal Abs(const Decimal& number) { return number.is_negative() ? -number : number; }
+
+}  // namespace baudgate
