@@ -28,8 +28,10 @@ class FirstReading : public ::testing::TestWithParam<config::Recheck> {
     line.devices.resize(1);
     config::Device& device = line.devices[0];
     device.poll = 1s;
+    device.trust_order = true;
     device.options.Set("identify", false);
     device.options.Set("channel_types", false);
+    device.options.Set("channels", std::int64_t{0});  // so that its probe is the poll's request
     config::Point point;
     point.name = "input";
     point.read = "#[0]";
