@@ -98,6 +98,7 @@ struct Job {
   WhoseReply::Verdict verdict;     ///< on that
   Now answered{};                  ///< when that came
   Duration round_trip{};           ///< of it
+  bool late = false;               ///< it came behind the reply time, waited for in patience
   Duration wire{};                 ///< line time of its answered exchanges
 
   std::unique_ptr<Job> behind;  ///< goes on when this probe has shown that replies are in order

@@ -96,6 +96,7 @@ void JobRun::Conclude(ExchangeEnd end) {
   if (!job.mute) member.health.OnExchange(end.outcome);
   const bool by_count = whose_reply_.Lags(member);  // and no silence helps
   late_.Conclude(asked, end, by_count || whose_reply_.IsInStep(member), now_.instant);
+  ledger_.OnPatience(member, late_.PatienceFor(member));
   if (answered && !late_.IsClear(member, now_.instant)) upkeep_.HoldBack(member);
   whose_reply_.OnEnd(asked, end.outcome, !lost && !job.mute, now_.instant);
   if (roster_.IsDevice(member) && !job.mute && !lost) {
@@ -140,6 +141,7 @@ void JobRun::OnAnswered(const ExchangeEnd& end) {
   Device& device = *roster_.AsDevice(*job.member);
   job.answered = {now_.instant - end.since_reply, now_.wall - end.since_reply};
   job.round_trip = end.round_trip;
+  job.late = LateAnswers::TookUntilReply(job.asked(), end) > job.member->times.reply;
   if (job.verdict.replaced) {
     upkeep_.OnReplaced(device, now_);
     told_.OnReplaced(device);
@@ -224,9 +226,10 @@ JumpCheck::Result JobRun::CheckJumps(Device& device, std::vector<Sample>& sample
   return result;
 }
 
-/// A reply that may be an earlier one's to the same request is as old as that.
+/// A reply that may be an earlier one's to the same request is as old as that, and a late one as
+/// old as its request.
 void JobRun::Store(Device& device, const Answer& answer) {
-  const Duration older = job_->verdict.older;
+  const Duration older = job_->verdict.older + (job_->late ? job_->round_trip : Duration());
   std::vector<Sample> samples = SamplesOf(*device.config, answer.readings);
   if (samples.empty()) return;
   const JumpCheck::Result jumps = CheckJumps(device, samples);

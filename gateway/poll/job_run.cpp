@@ -205,6 +205,7 @@ Exchange JobRun::Start(Instant idle_since) {
   job_->exchange_began = now_.instant;
   Exchange exchange{job_->request, member.protocol->reply_rule, member.times, {}, {}};
   exchange.lags = whose_reply_.Lags(member);
+  exchange.times.reply += late_.MoreReply(job_->asked());
   const Duration more = job_->request.reply - exchange.times.reply;
   if (more > Duration::zero()) {
     exchange.times.reply += more;

@@ -48,6 +48,7 @@ void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   if (outcome == Outcome::partial) state.end = End::cut_short;
   if (!ProvesLife(outcome)) return;
   // The late answer to the first try was taken for that to its retry, whose own is still to come.
+  state.retried = asked.retry ? now - state.due : Duration();
   if (asked.retry) state.late_from = state.due = due;
   if (!state.unanswered) state.end = End::answered;
 }
@@ -61,10 +62,13 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   State& state = Of(member);
   told.counts = state.end != End::corrupt && state.end != End::cut_short;
   if (state.end == End::corrupt) return told;
+  // The repetition is answered as well: what came before was the late answer to its first try.
+  patience_.OnLate(member, std::exchange(state.retried, {}));
   if (state.late_from && *state.late_from <= now) {
     told.late = &member;
     state.late_from.reset();
     told.lateness = now - state.due;
+    patience_.OnLate(member, told.lateness);
   }
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
   if (state.end == End::answered) {
@@ -124,9 +128,15 @@ void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_s
   // Where replies name nobody, another device's could be meant by one that is owed.
   const bool owed = state.unanswered && !in_step && !asked.named();
   SetLate(member, owed ? SentAt(asked) + times.ceiling : Instant{});
+  if (!asked.retry) patience_.OnAnswered(member, TookUntilReply(asked, end));
   state.unanswered.reset();
   Decay(state.lateness);
   Decay(state.trail);
+}
+
+Duration LateAnswers::TookUntilReply(const Asked& asked, const ExchangeEnd& end) {
+  const auto characters = static_cast<std::int64_t>(end.received + asked.request->bytes.size());
+  return end.round_trip - characters * asked.member->times.character;
 }
 
 void LateAnswers::OnClosed(const Member& member, Instant now) {

@@ -15,6 +15,7 @@
 #include "gateway/base/time.h"
 #include "gateway/line/line.h"
 #include "gateway/poll/asked.h"
+#include "gateway/poll/patience.h"
 #include "gateway/poll/roster.h"
 
 namespace baudgate {
@@ -42,14 +43,25 @@ class LateAnswers {
   /// port: from the device within its reply time; from a serial server, which keeps what comes, as
   /// late as a reply can be.
   void OnClosed(const Member& member, Instant now);
+  /// From the end of its request to the first byte of its reply.
+  static Duration TookUntilReply(const Asked& asked, const ExchangeEnd& end);
   /// It is offline: silent, not late. Its bytes will tell should it be late even so.
-  void OnOffline(const Member& member) { Of(member).lateness = {}; }
+  void OnOffline(const Member& member) {
+    Of(member).lateness = {};
+    patience_.OnOffline(member);
+  }
 
   Instant LateUntil(const Member& member) const;
   bool IsClear(const Member& member, Instant now) const { return LateUntil(member) <= now; }
   /// The earliest moment at which no answer to another request can come any more that would pass
   /// for that to this one. A reply that carries its sender's address passes for nobody else's.
   Instant ClearAt(const Asked& asked) const;
+  /// So much longer than its reply time it is waited for.
+  Duration PatienceFor(const Member& member) const { return patience_.More(member); }
+  /// The same for this request: not where it looks whether the device is back.
+  Duration MoreReply(const Asked& asked) const {
+    return asked.lone_probe ? Duration() : patience_.More(*asked.member);
+  }
   /// How much longer than its drain time the silence behind a failed exchange of it has to be.
   Duration ExtraDrain(const Member& member) const;
   /// The silence that has to follow even a good reply.
@@ -71,6 +83,7 @@ class LateAnswers {
     std::optional<Instant> unanswered;  // start of the first exchange since its last answer
     std::optional<Instant> late_from;  // bytes from here on are the late answer to its last request
     Instant due{};        // when the answer to the first try of its last request was due
+    Duration retried{};   // its last reply came to a repetition, so long after that
     Duration lateness{};  // how much longer than its drain time its bytes were seen to
                           // take behind the end of an exchange that had failed
     // How long after good answers more bytes came; not part of lateness, which lengthens what is
@@ -85,6 +98,7 @@ class LateAnswers {
   void SetLate(const Member& member, Instant until);
 
   const Roster& roster_;
+  Patience patience_;
   mutable std::deque<State> states_;  // by place
   const Member* last_ = nullptr;
 };

@@ -101,6 +101,13 @@ void Ledger::OnSecondMaster() {
                     .text = "echoes differ from what was sent: another master speaks on the line"});
 }
 
+void Ledger::OnPatience(const Member& member, Duration more) {
+  more = std::chrono::floor<std::chrono::milliseconds>(more);
+  Duration& known = Of(member).patience;
+  if (std::exchange(known, more) == more) return;
+  Change(member, [more](DeviceStatus& status) { status.patience = more; });
+}
+
 void Ledger::OnLate(const Member& member, Duration lateness) {
   ++counters_.late;
   Change(member, [lateness](DeviceStatus& status) {

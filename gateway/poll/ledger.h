@@ -49,6 +49,8 @@ class Ledger {
   void OnProbe() { ++counters_.probes; }
   void OnStray(std::size_t count) { counters_.stray_bytes += count; }
   void OnLate(const Member& member, Duration lateness);
+  /// It is waited for so much longer.
+  void OnPatience(const Member& member, Duration more);
   void OnSecondReply(const Member& member);
   void OnRetry(const Member& member);
   /// A command has ended; `read_back`: the device shows what was written.
@@ -105,6 +107,7 @@ class Ledger {
     Duration fast_wire{};      // of its last whole fast round
     std::string trouble;       // what is wrong with it as a whole, or worth a remark
     bool in_trouble = false;   // the former
+    Duration patience{};       // as the status has it
     bool told_second = false;  // the user has been warned of a second, different reply
   };
 

@@ -84,6 +84,7 @@ void Poller::OnStray(const StrayBytes& stray) {
   if (told.counts) ledger_.OnStray(stray.count);
   if (told.late != nullptr) {
     ledger_.OnLate(*told.late, told.lateness);
+    ledger_.OnPatience(*told.late, late_.PatienceFor(*told.late));
     upkeep_.ShowLine(now_.instant);
   }
   if (told.warned != nullptr) listener_.OnWarning(told.warned->index, told.warning);

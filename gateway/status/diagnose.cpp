@@ -52,9 +52,14 @@ std::string Noticed(const LineStatus& line, const DeviceStatus& status) {
 
 std::string Late(const DeviceStatus& status) {
   const std::string lateness = Milliseconds(status.lateness);
+  const std::string waited =
+      status.patience > Duration()
+          ? "; until then it is waited for " + Milliseconds(status.patience) + " longer"
+          : "";
   return fmt::format(
-      "late: replies came up to {} after they were due, {}: raise its timing.reply by more than {}",
-      lateness, Times(status.late), lateness);
+      "late: replies came up to {} after they were due, {}: raise its timing.reply by more than "
+      "{}{}",
+      lateness, Times(status.late), lateness, waited);
 }
 
 /// Bytes that come too late are why it seems silent, or answers to another request; a few of them
@@ -308,7 +313,8 @@ Sentences Diagnose(const LineStatus& line, const DeviceRecord& device, const Lin
   if (status.unasked) {
     for (std::string& sentence : Silence(device, now)) found.push_back(std::move(sentence));
   }
-  if (Share(status.late, status.exchanges) >= kNotableShare / 10) found.push_back(Late(status));
+  const bool often_late = Share(status.late, status.exchanges) >= kNotableShare / 10;
+  if (often_late || status.patience > Duration()) found.push_back(Late(status));
   if (status.doubled > 0) {
     found.push_back(fmt::format(
         "doubled: a second, different reply came behind one {}: replies come twice, or one request "

@@ -127,6 +127,7 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDe
   json["missed"] = status.missed;
   json["late"] = status.late;
   json["lateness_ms"] = InMilliseconds(status.lateness);
+  json["patience_ms"] = InMilliseconds(status.patience);
   json["doubled"] = status.doubled;
   json["rechecks"] = status.rechecks;
   json["unasked"] = status.unasked;

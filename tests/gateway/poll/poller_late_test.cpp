@@ -67,7 +67,7 @@ TEST(PollerLate, ADeviceThatIsLateFromTheBeginning) {
   }
 }
 
-TEST(PollerLate, AnAnswerWithinTheDrainBelongsToNobody) {
+TEST(PollerLate, ADeviceThatIsAlwaysLateIsWaitedFor) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1"}), ToyDevice("b", "B", {"U1"})}),
                    {&ToyProtocol()});
   SetTruth(line, 2, 1);
@@ -76,8 +76,10 @@ TEST(PollerLate, AnAnswerWithinTheDrainBelongsToNobody) {
   line.RunFor(1500ms);
   line.twin(0).manner.think = 220ms;  // reply time 200 ms, drain 50 ms
   line.RunFor(20s);
-  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_communication);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+  EXPECT_GT(line.StatusOf(0).patience, 20ms);
+  EXPECT_EQ(line.StatusOf(1).patience, 0ms);
   EXPECT_GT(line.poller().ledger().counters().stray_bytes, 0U);
 }
 

@@ -128,10 +128,10 @@ TEST_P(MisbehavingTwin, DoubledRepliesSpoilNoOther) {
   EverythingComesBack();
 }
 
-TEST_P(MisbehavingTwin, LateRepliesAreNoReplyAndTheUserIsTold) {
+TEST_P(MisbehavingTwin, LateRepliesAreWaitedForAndTheUserIsTold) {
   Misbehave("late:delay=" + FormatDuration(*Times().reply + 200ms));
   OnlyThese({Outcome::ok, Outcome::no_reply});
-  EXPECT_GE(own_[Outcome::no_reply], 5U);
+  EXPECT_GE(own_[Outcome::no_reply], 1U);
   EXPECT_FALSE(rig_->warnings.empty());
   TheNeighbourWasServed();
   EverythingComesBack();

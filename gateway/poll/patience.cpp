@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/poll/patience.h"
+
+#include <algorithm>
+
+namespace baudgate {
+namespace {
+
+constexpr int kAgain = 2;
+/// Replies in time, behind which a late one is a first one again.
+constexpr int kRepliesToForget = 100;
+/// Each reply in time takes off this part.
+constexpr int kPartTakenOff = 1024;
+constexpr Duration kLeastPatience = 1ms;
+
+}  // namespace
+
+Patience::State& Patience::Of(const Member& member) {
+  if (states_.size() <= member.place) states_.resize(member.place + 1);
+  return states_[member.place];
+}
+
+void Patience::Lengthen(State& state, Duration lateness) {
+  state.more = std::max(state.more, lateness + lateness / 4);
+}
+
+void Patience::OnLate(const Member& member, Duration lateness) {
+  if (lateness <= Duration::zero()) return;
+  State& state = Of(member);
+  state.in_time = 0;
+  state.most = std::max(state.most, lateness);
+  if (++state.late >= kAgain) Lengthen(state, state.most);
+}
+
+void Patience::OnAnswered(const Member& member, Duration took) {
+  State& state = Of(member);
+  const Duration beyond = took - member.times.reply;
+  if (beyond > Duration::zero()) {
+    state.in_time = 0;
+    return Lengthen(state, beyond);
+  }
+  state.more -= state.more / kPartTakenOff;
+  if (state.more < kLeastPatience) state.more = {};
+  if (++state.in_time < kRepliesToForget) return;
+  state.late = 0;
+  state.most = {};
+}
+
+Duration Patience::More(const Member& member) const {
+  if (states_.size() <= member.place) return {};
+  const LineTimes& times = member.times;
+  const Duration room = times.ceiling - times.reply - times.gap;
+  return std::clamp<Duration>(states_[member.place].more, {}, std::max<Duration>(room, {}));
+}
+
+}  // namespace baudgate
