@@ -270,10 +270,12 @@ void TcpClient::OnRead(View raw) {
 
 void TcpClient::OnEnd(const std::error_code& error) {
   const bool full = error == asio::error::timed_out || error == asio::error::no_buffer_space;
-  const std::string reason = error == asio::error::eof ? port_ + " closed the connection"
-                             : full                    ? port_ + " takes no data or does not answer"
-                                    : "the connection to " + port_ + " is lost: " + error.message();
-  Lose(reason);
+  if (error == asio::error::eof) {
+    Close();
+    return listener_.OnEnded(port_ + " closed the connection");
+  }
+  Lose(full ? port_ + " takes no data or does not answer"
+            : "the connection to " + port_ + " is lost: " + error.message());
 }
 
 void TcpClient::Lose(const std::string& reason) {

@@ -26,6 +26,8 @@ class TransportListener {
   virtual void OnBytes(View bytes) = 0;
   /// The port or connection is gone (unplugged, hung up, reset); the transport has closed itself.
   virtual void OnLost(const std::string& reason) = 0;
+  /// The other end has closed the connection in good order; the transport has closed itself.
+  virtual void OnEnded(const std::string& reason) { OnLost(reason); }
 };
 
 /// Errors that the driver counts, since the port was opened; all zero where it does not.

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "gateway/base/log.h"
+#include "gateway/base/outcome.h"
 #include "gateway/trace/tap.h"
 
 namespace baudgate {
@@ -37,7 +38,8 @@ LineDriver::LineDriver(const config::Line& line, std::uint32_t first_device,
       memory_(memory),
       events_(events),
       news_(line, events),
-      poller_(line, first_device, find, store, *this) {
+      poller_(line, first_device, find, store, *this),
+      listens_(find(line.protocol).unasked) {
   poller_.Attach(recorder_);
 }
 
@@ -75,11 +77,26 @@ void LineDriver::ClosePort() {
   check_at_.reset();
   retries_.Stop();
   connection_ = Connection::fresh;
+  rest_.End();
   port_.Close();
+}
+
+/// Replies of devices, so far.
+std::uint64_t LineDriver::Answers() const {
+  std::uint64_t answers = 0;
+  const auto& outcomes = poller_.ledger().counters().outcomes;
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    if (ProvesLife(static_cast<Outcome>(i))) answers += outcomes[i];
+  }
+  return answers;
 }
 
 void LineDriver::OnOpened(Now now) {
   now_ = now;
+  if (rest_.OnOpened(Answers())) {
+    if (const Bytes request = rest_.TakeHeld(); !request.empty()) port_.Send(request);
+    return;
+  }
   open_ = true;
   applied_ = &config_.serial;
   out_of_service_ = false;
@@ -111,6 +128,10 @@ void LineDriver::Prove() {
 
 void LineDriver::OnOpenFailed(const std::string& reason, Now now) {
   now_ = now;
+  if (rest_.rests()) {
+    Lost(reason);
+    return Settle();
+  }
   // The time of the loan is over, but the port is not ours yet.
   if (std::exchange(out_of_service_, false)) poller_.OnClosed(now);
   Down(reason);
@@ -123,8 +144,15 @@ void LineDriver::OnLost(const std::string& reason, Now now) {
   Settle();
 }
 
+void LineDriver::OnEnded(const std::string& reason, Now now) {
+  if (listens_ || !rest_.OnEnded(Answers())) return OnLost(reason, now);
+  now_ = now;
+  if (connection_ != Connection::proven) Prove();
+}
+
 void LineDriver::Lost(const std::string& reason) {
   open_ = false;
+  rest_.End();
   check_at_.reset();
   store_.UpdateLine(line_, [](LineStatus& status) { ++status.times_lost; });
   poller_.OnClosed(now_);
@@ -230,6 +258,7 @@ void LineDriver::EndLoan() {
 
 void LineDriver::OnBytes(View bytes, Now now) {
   now_ = now;
+  rest_.OnBytes();
   if (connection_ == Connection::fresh) connection_ = Connection::heard;
   if (connection_ == Connection::heard && now.instant - opened_ >= kGreeting) Prove();
   poller_.OnBytes(bytes, now);
@@ -242,7 +271,12 @@ void LineDriver::Send(View bytes, const config::SerialSettings& serial) {
     if (!status) log::Warn({.line = config_.name}, "{}", status.error());
     applied_ = &serial;
   }
-  port_.Send(bytes);
+  if (!config_.is_network() || !rest_.Holds(bytes)) {
+    port_.Send(bytes);
+  } else {
+    port_.Close();
+    port_.Open();
+  }
   if (now_.instant - errors_counted_ >= kCountErrorsEvery) CountErrors();
 }
 

@@ -13,6 +13,7 @@
 
 #include "config/model/line.h"
 #include "gateway/daemon/news_desk.h"
+#include "gateway/daemon/rest.h"
 #include "gateway/poll/poller.h"
 #include "gateway/requests/commands.h"
 #include "gateway/requests/routed.h"
@@ -46,6 +47,7 @@ class LineDriver final : private PollerListener {
   void OnOpenFailed(const std::string& reason, Now now);
   void OnBytes(View bytes, Now now);
   void OnLost(const std::string& reason, Now now);
+  void OnEnded(const std::string& reason, Now now);
 
   /// To be called at Deadline(); earlier does nothing.
   void OnTimer(Now now);
@@ -79,7 +81,10 @@ class LineDriver final : private PollerListener {
   };
 
   void Send(View bytes, const config::SerialSettings& serial) override;
-  void OnNoReply() override { port_.DropUnsent(); }
+  void OnNoReply() override {
+    rest_.GiveUpHeld();
+    port_.DropUnsent();
+  }
   void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
                      const std::string& reason) override;
   void OnWarning(std::uint32_t device, const std::string& message) override;
@@ -100,6 +105,7 @@ class LineDriver final : private PollerListener {
 
   void Recall();
   void Announce();
+  std::uint64_t Answers() const;
   void Prove();
   void CheckConnection();
   void Lost(const std::string& reason);
@@ -133,6 +139,8 @@ class LineDriver final : private PollerListener {
   const config::SerialSettings* applied_ = nullptr;  // what the open port is set to
   Connection connection_ = Connection::fresh;
   bool announced_ = false;  // in the log: this connection
+  Rest rest_;
+  const bool listens_;  // a device of it speaks unasked: the connection is wanted all the time
   Instant opened_{};
   std::string shown_;            // of the port, in the status
   bool out_of_service_ = false;  // the points, since the port was lent

@@ -120,6 +120,11 @@ void LineRunner::OnLost(const std::string& reason) {
   Arm();
 }
 
+void LineRunner::OnEnded(const std::string& reason) {
+  driver_.OnEnded(reason, ReadClocks());
+  Arm();
+}
+
 /// A timer that ends early once costs less than one that is set anew at every input.
 void LineRunner::Arm() {
   const auto deadline = driver_.Deadline();

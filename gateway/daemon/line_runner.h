@@ -71,6 +71,7 @@ class LineRunner final : public RouteTarget, private TransportListener {
   void OnOpenFailed(const std::string& reason) override;
   void OnBytes(View bytes) override;
   void OnLost(const std::string& reason) override;
+  void OnEnded(const std::string& reason) override;
 
   /// Calls `call` with the time on the loop.
   template <typename Call>

@@ -27,7 +27,10 @@ using testing::Pair;
 
 class FakePort final : public Transport {
  public:
-  void Open() override { ++opens; }
+  void Open() override {
+    ++opens;
+    opens_by_itself = open_on_demand;
+  }
   void Close() override { open = false; }
   bool is_open() const override { return open; }
   void Send(View bytes) override { sent.emplace_back(bytes.begin(), bytes.end()); }
@@ -37,6 +40,8 @@ class FakePort final : public Transport {
 
   int opens = 0;
   bool open = false;
+  bool open_on_demand = false;   // a server that takes every connection
+  bool opens_by_itself = false;  // right now
   std::deque<Bytes> sent;
 };
 
@@ -91,17 +96,28 @@ class LineDriverTest : public testing::Test {
     port_.open = false;
     driver_->OnLost(reason, now_);
   }
+  void End() {
+    port_.open = false;
+    port_.sent.clear();  // nobody is there any more
+    driver_->OnEnded("closed", now_);
+  }
   void Say(std::string_view text) { driver_->OnBytes(ToBytes(text), now_); }
   /// Time goes on; the device answers after 30 ms, while it does.
   void Pass(Duration time) {
     const Instant until = now_.instant + time;
     for (;;) {
+      if (std::exchange(port_.opens_by_itself, false)) {
+        GoTo(now_.instant + 1ms);
+        Open();
+        continue;
+      }
       if (!port_.sent.empty()) {
         const Bytes request = port_.sent.front();
         port_.sent.pop_front();
         if (!answers_) continue;
         GoTo(now_.instant + 30ms);
         driver_->OnBytes(twin_->Answer(request, now_.instant), now_);
+        if (closes_) End();
         continue;
       }
       const auto deadline = driver_->Deadline();
@@ -125,6 +141,7 @@ class LineDriverTest : public testing::Test {
   FixedValues values_ = ToyValues();
   std::unique_ptr<Twin> twin_;
   bool answers_ = true;
+  bool closes_ = false;  // behind each answer
   FakePort port_;
   FakeRetries retries_;
   FakeSink sink_;
@@ -189,6 +206,59 @@ TEST_F(LocalPort, OneThatDoesNotOpenIsDown) {
   driver_->OnOpenFailed("busy", now_);
   EXPECT_THAT(retries_.downs, ElementsAre("busy"));
   EXPECT_EQ(status().port, LineStatus::Port::closed);
+}
+
+TEST_F(LineDriverTest, AConnectionThatEndsInGoodOrderRests) {
+  port_.open_on_demand = true;
+  Open();
+  Pass(1500ms);
+  const int opens = port_.opens;
+  End();
+  EXPECT_EQ(status().port, LineStatus::Port::open);
+  EXPECT_TRUE(driver_->is_open());
+  EXPECT_EQ(status().times_lost, 0U);
+  EXPECT_EQ(port_.opens, opens) << "on demand, and not before";
+  Write();
+  Pass(5s);
+  EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
+  EXPECT_EQ(port_.opens, opens + 1);
+  EXPECT_EQ(status().outcomes[static_cast<std::size_t>(Outcome::no_reply)], 0U);
+  EXPECT_THAT(retries_.downs, IsEmpty());
+}
+
+TEST_F(LineDriverTest, AServerThatClosesBehindEachAnswerIsNoOutage) {
+  port_.open_on_demand = true;
+  closes_ = true;
+  Open();
+  Pass(1min);
+  store_->Read(0,
+               [](const DeviceRecord& record) { EXPECT_TRUE(IsGood(record.points[0].reported)); });
+  EXPECT_LE(status().outcomes[static_cast<std::size_t>(Outcome::no_reply)], 1U);
+  EXPECT_EQ(status().times_lost, 0U);
+  EXPECT_THAT(retries_.downs, IsEmpty());
+  Write();
+  Pass(2s);
+  EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
+}
+
+TEST_F(LineDriverTest, AServerThatIsGoneWhenItIsWantedIsAnOutage) {
+  Open();
+  Pass(1500ms);
+  End();
+  Pass(2s);
+  driver_->OnOpenFailed("refused", now_);
+  EXPECT_FALSE(driver_->is_open());
+  EXPECT_EQ(status().port, LineStatus::Port::closed);
+  EXPECT_THAT(retries_.downs, ElementsAre("refused"));
+}
+
+TEST_F(LineDriverTest, OneThatEndsWithoutAnAnswerIsAnOutage) {
+  Open();
+  answers_ = false;
+  Pass(300ms);
+  End();
+  EXPECT_FALSE(driver_->is_open());
+  EXPECT_EQ(retries_.downs.size(), 1U);
 }
 
 TEST_F(LineDriverTest, AServerThatClosesBeforeItHasWorkedIsToldSo) {
