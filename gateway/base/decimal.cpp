@@ -61,8 +61,8 @@ Decimal::Wide Decimal::Widened() const { return {is_negative_, exponent_, digits
 
 Decimal::Decimal(double number) {
   std::array<char, 32> text{};
-  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(),
-                                          std::abs(number), std::chars_format::scientific);
+  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), std::abs(number),
+                                          std::chars_format::scientific);
   const std::string_view all(text.data(), error == std::errc() ? end : text.data());
   const auto e = all.find('e');
   if (e == std::string_view::npos) return;  // no number
@@ -183,8 +183,8 @@ Decimal Decimal::operator-() const {
 }
 
 Decimal operator*(const Decimal& a, const Decimal& b) {
-  return Decimal::Of({a.is_negative_ != b.is_negative_, a.exponent_ + b.exponent_,
-                      Digits{a.digits_} * b.digits_});
+  return Decimal::Of(
+      {a.is_negative_ != b.is_negative_, a.exponent_ + b.exponent_, Digits{a.digits_} * b.digits_});
 }
 
 Decimal operator/(const Decimal& a, const Decimal& b) {

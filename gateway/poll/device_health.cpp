@@ -7,6 +7,8 @@ namespace baudgate {
 
 void DeviceHealth::OnExchange(Outcome outcome) {
   if (outcome == Outcome::line_down) return;  // says nothing about the device
+  const bool refused = outcome == Outcome::refused || outcome == Outcome::unsupported;
+  refusals_ = refused ? refusals_ + 1 : 0;
   failures_ = (failures_ << 1U) | (ProvesLife(outcome) ? 0U : 1U);
 }
 

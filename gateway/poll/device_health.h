@@ -30,11 +30,14 @@ class DeviceHealth {
   DeviceState state() const;
   /// Asked by probes only: it went offline, or it has not answered even once.
   bool offline() const { return offline_ || (!seen_ && failed_tasks_ > 0); }
+  /// Its last two exchanges were refused: it is there, and has nothing for us.
+  bool refuses() const { return refusals_ > 1; }
   /// Its last task failed.
   bool failing() const { return failed_tasks_ > 0; }
 
  private:
   std::uint32_t failures_ = 0;  // one bit per exchange, the latest lowest
+  int refusals_ = 0;            // in a row
   int failed_tasks_ = 0;
   Instant failing_since_{};
   bool seen_ = false;

@@ -101,10 +101,12 @@ void JobRun::Conclude(ExchangeEnd end) {
   whose_reply_.OnEnd(asked, end.outcome, !lost && !job.mute, now_.instant);
   if (roster_.IsDevice(member) && !job.mute && !lost) {
     // What it took in vain counts from its first failure on; Advance charges what follows.
-    if (!answered && !schedule_.doubted(member.place)) {
+    const bool in_vain = !answered || member.health.refuses();
+    if (in_vain && !schedule_.doubted(member.place)) {
       chooser_.turns().Charge(now_.instant - job.exchange_began);
     }
-    schedule_.Doubt(member.place, !answered);
+    schedule_.Doubt(member.place, in_vain);
+    schedule_.OnUsed(member.place, now_.instant - job.exchange_began);
   }
   if (job.verdict.shifted) upkeep_.DoubtLatest(now_.instant);
   if (answered) job.wire += now_.instant - job.exchange_began;

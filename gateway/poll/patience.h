@@ -29,9 +29,9 @@ class Patience {
 
  private:
   struct State {
-    int late = 0;      // replies, of the latest
-    int in_time = 0;   // replies in a row
-    Duration most{};   // that one was late
+    int late = 0;     // replies, of the latest
+    int in_time = 0;  // replies in a row
+    Duration most{};  // that one was late
     Duration more{};
   };
 

@@ -4,6 +4,13 @@
 #include <algorithm>
 
 namespace baudgate {
+namespace {
+
+/// Devices that have used the line alike take turns: who is asked at once again may be met by the
+/// rest of what it has said before.
+constexpr Duration kAlike = 200ms;
+
+}  // namespace
 
 std::size_t Schedule::AddDevice(Duration fast_period, Duration slow_period, Duration daily_period) {
   Device device;
@@ -153,7 +160,11 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
     for (Round& round : device.rounds) {
       StartIfDue(device, round, now);
       if (!round.active() || device.hold_until > now) continue;
-      if (best == nullptr || round.turn < best->turn) {
+      const auto is_before = [&] {
+        const Duration more = std::max(device.used, used_) - std::max(best_device->used, used_);
+        return more < -kAlike || (more <= kAlike && round.turn < best->turn);
+      };
+      if (best == nullptr || is_before()) {
         best = &round;
         best_device = &device;
       }
@@ -167,6 +178,7 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
   pick.query = best->queries[best->cursor++];
   pick.last_of_round = !best->active();
   best->turn = ++turn_;
+  used_ = best_device->used = std::max(best_device->used, used_);
   if (best_device->go_first > 0) --best_device->go_first;
   return pick;
 }

@@ -2,10 +2,11 @@
 // Knows nothing of bytes, lines or clocks; gateway/poll/poller.cpp asks it whenever the line is
 // idle.
 //
-// A group of a device that is due starts a *round* over its queries. All rounds in progress take
-// turns, one query each, the one that has waited longest first: no device and no group can starve
-// another. A round that begins late keeps its period as long as the next one has not come; periods
-// that passed whole are missed: counted, skipped, never queued up.
+// A group of a device that is due starts a *round* over its queries. Of all rounds in progress one
+// of the device that has used the line least goes on, by one query; of several the one that has
+// waited longest: no device, however slow, and no group can starve another. A round that begins
+// late keeps its period as long as the next one has not come; periods that passed whole are missed:
+// counted, skipped, never queued up.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -66,6 +67,8 @@ class Schedule {
   /// What is read once, or daily, is due again at `at`: some of it could not be read. Of two such
   /// wishes the first counts.
   void Repeat(std::size_t device, config::Group group, Instant at);
+  /// An exchange of it has taken the line for so long.
+  void OnUsed(std::size_t device, Duration time) { devices_[device].used += time; }
   /// Its last exchange failed: others may go first. Suspend forgets it.
   void Doubt(std::size_t device, bool doubted) { devices_[device].doubted = doubted; }
   bool doubted(std::size_t device) const { return devices_[device].doubted; }
@@ -113,6 +116,7 @@ class Schedule {
     Instant hold_until{};
     bool suspended = true;
     bool doubted = false;
+    Duration used{};           // line time; who was idle has what was used meanwhile as well
     std::size_t go_first = 0;  // so many polls before the next write
     int at_once = 0;           // so often it may still be asked for events at once
     Instant at_once_until{};   // then as often as at first
@@ -129,6 +133,7 @@ class Schedule {
 
   std::vector<Device> devices_;
   std::uint64_t turn_ = 0;
+  Duration used_{};  // by whom was picked last, until then
 };
 
 }  // namespace baudgate

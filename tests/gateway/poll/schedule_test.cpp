@@ -47,6 +47,44 @@ TEST(Schedule, QueriesOfARoundComeInTheirOrder) {
   EXPECT_FALSE(schedule.Next(kStart));
 }
 
+TEST(Schedule, ASlowDeviceCostsItself) {
+  Schedule schedule;
+  const std::vector<Group> many(20, Group::fast);
+  for (int device = 0; device < 2; ++device) {
+    schedule.SetQueries(schedule.AddDevice(1s, 1min), many);
+    schedule.Restart(static_cast<std::size_t>(device), kStart);
+  }
+  std::map<std::size_t, int> picked;
+  for (int i = 0; i < 11; ++i) {
+    const auto pick = schedule.Next(kStart);
+    ASSERT_TRUE(pick);
+    ++picked[pick->device];
+    schedule.OnUsed(pick->device, pick->device == 0 ? 500ms : 50ms);
+  }
+  EXPECT_LE(picked[0], 2);
+  EXPECT_GE(picked[1], 9);
+}
+
+TEST(Schedule, WhoWasIdleSavesNothingUp) {
+  Schedule schedule;
+  for (int device = 0; device < 2; ++device) {
+    schedule.SetQueries(schedule.AddDevice(1s, 1min), std::vector<Group>(100, Group::fast));
+  }
+  schedule.Restart(0, kStart);
+  for (int i = 0; i < 50; ++i) {
+    schedule.Next(kStart);
+    schedule.OnUsed(0, 50ms);
+  }
+  schedule.Restart(1, kStart);
+  std::map<std::size_t, int> picked;
+  for (int i = 0; i < 10; ++i) {
+    const std::size_t device = schedule.Next(kStart)->device;
+    ++picked[device];
+    schedule.OnUsed(device, 50ms);
+  }
+  EXPECT_NEAR(picked[0], picked[1], 2);
+}
+
 TEST(Schedule, EventsAreAskedForWithThePollsAndAgainWhenTheLastAreKept) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast}, true);

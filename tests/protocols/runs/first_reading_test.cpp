@@ -1,5 +1,5 @@
-// Behind an 8-bit sum every reading that comes first is proven or read twice: at the start, after an
-// outage, and where the probe reads the very same as the poll.
+// Behind an 8-bit sum every reading that comes first is proven or read twice: at the start, after
+// an outage, and where the probe reads the very same as the poll.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
