@@ -35,6 +35,7 @@ struct Block {
 /// What becomes of points that the device refuses to send.
 enum class WhenRefused : std::uint8_t {
   ask_rarely,  ///< with the slow group: a channel that is enabled later comes back by itself
+  ask_daily,   ///< the same, and once the verdict has fallen of what was never answered, daily
   drop,        ///< not asked again until OnReconnect
 };
 
@@ -59,6 +60,9 @@ class QueryPlan {
     WhenRefused refused = WhenRefused::ask_rarely;
     /// Whether a split outlives OnReconnect.
     bool keeps_splits = true;
+    /// So many in a row are a verdict. More than one where a damaged reply may look like a refusal:
+    /// of what has been answered before each is a failure like any other until then.
+    int refusals = 1;
   };
 
   explicit QueryPlan(Rules rules) : rules_(std::move(rules)) {}
@@ -85,9 +89,15 @@ class QueryPlan {
   /// else in its middle, so that one bad item does not cost the others. `divisible`: false when no
   /// part of it would be answered either (an unknown function).
   PlanChange OnRefused(std::size_t query, bool divisible = true);
+  /// One more refusal of the query is the verdict that the device does not have it.
+  bool IsLastRefusal(std::size_t query) const;
+  /// Its short probe was answered: the device is there, whatever it is silent to.
+  void OnProbed() { probed_ = true; }
+  /// Points that are set apart because the device was silent to them.
+  std::vector<std::size_t> SilentlyRefused() const;
   /// Without any answer. Some devices refuse by silence, and a device that is gone is silent as
-  /// well: only while other queries are answered does the third silence of one that has not been
-  /// answered since OnReconnect count as a refusal.
+  /// well: only while other queries, or probes, are answered does the third silence of one that has
+  /// not been answered since OnReconnect count as a refusal.
   PlanChange OnSilent(std::size_t query);
 
   /// What was refused is asked again. False: nothing was.
@@ -106,14 +116,18 @@ class QueryPlan {
     std::size_t end = 1;
     std::size_t refusal = 0;  // number of the refusal that has set it apart; 0: none has
     int silences = 0;         // in a row, while heard is false
+    int refusals = 0;         // in a row
+    bool silent = false;      // it was set apart for its silence
     bool heard = false;       // since OnReconnect
     bool proven = false;      // answered ever
   };
 
   Block<Key> BlockOf(const Item& item) const { return {keys_[item.key], item.begin, item.end, 1}; }
   config::Group GroupOf(const Item& item) const {
-    const bool rarely = item.refusal != 0 && item.group == config::Group::fast;
-    return rarely ? config::Group::slow : item.group;
+    if (item.refusal == 0 || IsSeldom(item.group)) return item.group;
+    const bool daily = rules_.refused == WhenRefused::ask_daily && !item.proven &&
+                       item.refusals >= rules_.refusals;
+    return daily ? config::Group::daily : config::Group::slow;
   }
   bool Joins(const Item& first, const Block<Key>& block, const Item& next) const;
   bool Split(std::size_t query);
@@ -130,6 +144,7 @@ class QueryPlan {
   std::vector<std::vector<std::size_t>> members_;       // items of each query, by place
   std::set<std::pair<std::size_t, std::size_t>> cuts_;  // key and place: none reads across it
   std::size_t refusals_ = 0;
+  bool probed_ = false;  // since OnReconnect
 };
 
 // ---------------------------------------------------------------- layout
@@ -219,7 +234,8 @@ PlanChange QueryPlan<Key>::OnAnswered(std::size_t query) {
   ForItemsOf(query, [&](Item& item) {
     restored = restored || item.refusal != 0;
     item.refusal = 0;
-    item.silences = 0;
+    item.silences = item.refusals = 0;
+    item.silent = false;
     item.heard = item.proven = true;
   });
   if (!restored) return PlanChange::nothing;
@@ -240,18 +256,41 @@ template <typename Key>
 PlanChange QueryPlan<Key>::OnRefused(std::size_t query, bool divisible) {
   if (query >= queries_.size()) return PlanChange::nothing;
   OnHeard(query);
+  const bool last = IsLastRefusal(query);
+  const bool proven = IsProven(query);
+  ForItemsOf(query, [](Item& item) { ++item.refusals; });
+  if (proven && !last) return PlanChange::nothing;
   if (divisible && Split(query)) return PlanChange::split;
   return SetApart(query);
 }
 
 template <typename Key>
+bool QueryPlan<Key>::IsLastRefusal(std::size_t query) const {
+  return query < queries_.size() && std::ranges::all_of(members_[query], [this](std::size_t i) {
+           return items_[i].refusals + 1 >= rules_.refusals;
+         });
+}
+
+template <typename Key>
+std::vector<std::size_t> QueryPlan<Key>::SilentlyRefused() const {
+  std::vector<std::size_t> points;
+  for (const Item& item : items_) {
+    if (item.refusal != 0 && item.silent) points.push_back(item.point);
+  }
+  return points;
+}
+
+template <typename Key>
 PlanChange QueryPlan<Key>::OnSilent(std::size_t query) {
   const auto heard = [](const Item& item) { return item.heard; };
-  if (query >= queries_.size() || std::ranges::none_of(items_, heard)) return PlanChange::nothing;
+  if (query >= queries_.size()) return PlanChange::nothing;
+  if (!probed_ && std::ranges::none_of(items_, heard)) return PlanChange::nothing;
   Item& first = items_[members_[query].front()];
   if (first.heard || ++first.silences < kSilencesOfARefusal) return PlanChange::nothing;
   first.silences = 0;
-  return Split(query) ? PlanChange::split : SetApart(query);
+  if (Split(query)) return PlanChange::split;
+  ForItemsOf(query, [](Item& item) { item.silent = true; });
+  return SetApart(query);
 }
 
 /// Where an item begins and all before it have ended.
@@ -283,9 +322,14 @@ bool QueryPlan<Key>::Split(std::size_t query) {
 /// What is refused together is asked together, and never with points that the device does send.
 template <typename Key>
 PlanChange QueryPlan<Key>::SetApart(std::size_t query) {
-  if (items_[members_[query].front()].refusal != 0) return PlanChange::nothing;
-  ++refusals_;
-  ForItemsOf(query, [this](Item& item) { item.refusal = refusals_; });
+  const bool known = items_[members_[query].front()].refusal != 0;
+  if (known && queries_[query].group == GroupOf(items_[members_[query].front()])) {
+    return PlanChange::nothing;
+  }
+  if (!known) ++refusals_;
+  ForItemsOf(query, [&](Item& item) {
+    if (!known) item.refusal = refusals_;
+  });
   Make();
   return PlanChange::set_apart;
 }
@@ -293,7 +337,11 @@ PlanChange QueryPlan<Key>::SetApart(std::size_t query) {
 template <typename Key>
 bool QueryPlan<Key>::ForgetRefusals() {
   bool refused = false;
-  for (Item& item : items_) refused = std::exchange(item.refusal, 0) != 0 || refused;
+  for (Item& item : items_) {
+    refused = std::exchange(item.refusal, 0) != 0 || refused;
+    item.refusals = 0;
+    item.silent = false;
+  }
   if (refused) Make();
   return refused;
 }
@@ -302,9 +350,10 @@ template <typename Key>
 void QueryPlan<Key>::OnReconnect() {
   for (Item& item : items_) {
     item.refusal = 0;
-    item.silences = 0;
-    item.heard = false;
+    item.silences = item.refusals = 0;
+    item.heard = item.silent = false;
   }
+  probed_ = false;
   if (!rules_.keeps_splits) cuts_.clear();
   Make();
 }

@@ -31,7 +31,7 @@ DconConversation::DconConversation(const config::Device& device, DconBus& bus)
       other_mode_(settings_),
       address_(ParseAddress(device.address).value()),
       group_(bus.Of(settings_.checksum)),
-      plan_({}),
+      plan_({.may_join = {}, .refusals = 3}),
       identification_(device, settings_),
       sampling_(group_, device.poll) {
   other_mode_.checksum = !settings_.checksum;
@@ -270,7 +270,14 @@ Answer DconConversation::AfterRead(const Task& task, const Exchanged& exchanged,
   const std::size_t query = QueryOf(command.text);
   PlanChange change = PlanChange::nothing;
   if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query);
-  if (answer.outcome == Outcome::unsupported) change = plan_.OnRefused(query);
+  if (answer.outcome == Outcome::unsupported) {
+    // "Does not have it" takes three: a damaged reply may look like a refusal.
+    if (!plan_.IsLastRefusal(query)) answer.readings.clear();
+    change = plan_.OnRefused(query);
+  }
+  for (const std::size_t point : plan_.SilentlyRefused()) {
+    answer.readings.push_back({point, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
+  }
   if (change != PlanChange::nothing) answer.then = Then::replan;
   // What was polled may be what else would be asked: type and channel mask.
   const bool mask = command.text == kAskMask && exchanged.reply.form == Form::hex;

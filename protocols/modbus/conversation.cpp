@@ -221,6 +221,7 @@ Answer ModbusConversation::AfterProbe(Exchanged exchanged) {
   const bool own = exchanged.request == OwnProbe();
   probes_.OnAnswered(own);
   if (own && !ok && answer.outcome != Outcome::busy) answer = {};
+  plan_.OnProbed();
   return answer;
 }
 
@@ -248,6 +249,9 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged) {
     answer.readings.clear();
   }
   if (change != PlanChange::nothing) answer.then = Then::replan;
+  for (const std::size_t point : plan_.SilentlyRefused()) {
+    answer.readings.push_back({point, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
+  }
   return answer;
 }
 

@@ -110,8 +110,14 @@ class SpaConversation final : public Conversation {
     repeated_ = false;
     if (exchange.answer.outcome == Outcome::ok && IsChannelRange(task.query)) channels_work_ = true;
     AddOffsets(exchange, frame.size(), now);
-    if (exchange.nack && LearnFromRefusal(task.query, *exchange.nack)) {
+    if (exchange.answer.outcome == Outcome::ok &&
+        plan_.OnAnswered(task.query) != PlanChange::nothing) {
       exchange.answer.then = Then::replan;
+    }
+    if (exchange.nack) {
+      // "Does not have it" takes three: a damaged reply may look like a refusal.
+      if (!plan_.IsLastRefusal(task.query)) exchange.answer.readings.clear();
+      if (LearnFromRefusal(task.query, *exchange.nack)) exchange.answer.then = Then::replan;
     }
     return std::move(exchange.answer);
   }

@@ -35,8 +35,9 @@ ItemPlan MakePlan(std::span<const ReadPoint> points, const RequestLimits& limits
                        return next.begin == block.end && block.size() < limits.items &&
                               (limits.channels || !block.key.across);
                      },
-                 .refused = WhenRefused::drop,
-                 .keeps_splits = false});
+                 .refused = WhenRefused::ask_daily,
+                 .keeps_splits = false,
+                 .refusals = 3});
   for (const ReadPoint& point : points) {
     const Address& address = point.address;
     const std::uint32_t number = address.number.value_or(0);

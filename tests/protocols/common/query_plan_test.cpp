@@ -126,6 +126,44 @@ TEST(QueryPlan, WhatIsRefusedIsAskedRarelyUntilItIsAnswered) {
   EXPECT_EQ(Shown(plan), "a0, a9, slow a10");
 }
 
+TEST(QueryPlan, WhereARefusalMayBeDamageThreeAreAVerdict) {
+  Plan plan = MakePlan({{"a0"}, {"b0"}},
+                       {.may_join = {}, .refused = WhenRefused::ask_daily, .refusals = 3});
+  plan.OnAnswered(0);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_FALSE(plan.IsLastRefusal(0));
+    EXPECT_EQ(plan.OnRefused(0), PlanChange::nothing)
+        << "it was answered: a failure like any other";
+  }
+  plan.OnAnswered(0);
+  for (int i = 0; i < 2; ++i) plan.OnRefused(0);
+  EXPECT_TRUE(plan.IsLastRefusal(0));
+  EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
+  EXPECT_EQ(Shown(plan), "b0, slow a0");
+  EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart) << "never answered: at slow intervals";
+  EXPECT_EQ(Shown(plan), "slow a0, slow b0");
+  EXPECT_EQ(plan.OnRefused(1), PlanChange::nothing);
+  EXPECT_EQ(plan.OnRefused(1), PlanChange::set_apart) << "and daily from the verdict on";
+  EXPECT_EQ(plan.queries().back().group, Group::daily);
+  EXPECT_EQ(plan.OnAnswered(1), PlanChange::restored);
+  EXPECT_EQ(Shown(plan), "b0, slow a0");
+}
+
+TEST(QueryPlan, AnAnsweredProbeShowsThatSilenceIsARefusal) {
+  Plan plan = MakePlan({{"a0"}, {"a1"}});
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing);
+  plan.OnProbed();
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing);
+  EXPECT_EQ(plan.OnSilent(0), PlanChange::split);
+  plan.OnAnswered(0);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(1), PlanChange::nothing);
+  EXPECT_TRUE(plan.SilentlyRefused().empty());
+  EXPECT_EQ(plan.OnSilent(1), PlanChange::set_apart);
+  EXPECT_EQ(plan.SilentlyRefused(), (std::vector<std::size_t>{1}));
+  plan.OnAnswered(1);
+  EXPECT_TRUE(plan.SilentlyRefused().empty());
+}
+
 TEST(QueryPlan, WhatIsRefusedIsDroppedWhereTheProtocolSaysSo) {
   Plan plan = MakePlan({{"a0"}, {"b0"}, {"b0", Group::slow}},
                        {.may_join = {}, .refused = WhenRefused::drop});

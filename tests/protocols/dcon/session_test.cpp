@@ -13,16 +13,18 @@ TEST(DconSession, ARefusedCommandCostsNoOther) {
   const config::Device device = MakeDevice({ReadPoint("a", "#0"), ReadPoint("b", "#9")});
   Talk talk(DconProtocol(), device);
   EXPECT_EQ(Exchange(talk, Poll(0), ">+05.880\r").outcome, Outcome::ok);
-  const Answer refused = Exchange(talk, Poll(1), "?01\r");
+  Answer refused = Exchange(talk, Poll(1), "?01\r");
   EXPECT_EQ(refused.outcome, Outcome::unsupported);
-  ASSERT_EQ(refused.readings.size(), 1U);
-  EXPECT_EQ(refused.readings[0].point, 1U);
-  EXPECT_EQ(refused.readings[0].quality, Quality::bad_configuration);
-  EXPECT_FALSE(HasValue(refused.readings[0].value));
+  EXPECT_TRUE(refused.readings.empty()) << "a damaged reply may look like that";
   EXPECT_EQ(refused.then, Then::replan);
   EXPECT_EQ(talk->Queries()[0].group, Group::fast);
   EXPECT_EQ(talk->Queries()[1].group, Group::slow);
   EXPECT_EQ(Exchange(talk, Poll(1), "?01\r").then, Then::done);
+  refused = Exchange(talk, Poll(1), "?01\r");
+  ASSERT_EQ(refused.readings.size(), 1U);
+  EXPECT_EQ(refused.readings[0].point, 1U);
+  EXPECT_EQ(refused.readings[0].quality, Quality::bad_configuration);
+  EXPECT_FALSE(HasValue(refused.readings[0].value));
 
   EXPECT_EQ(Exchange(talk, Poll(1), ">+01.000\r").then, Then::replan) << "it answers again";
   EXPECT_EQ(talk->Queries()[1].group, Group::fast);

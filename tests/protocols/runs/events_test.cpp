@@ -150,7 +150,7 @@ TEST(SpaEvents, ComeOnceAndInOrderOverABadLine) {
 }
 
 TEST(SpaEvents, OutliveKillsAndPowerCutsOverABadLine) {
-  const std::size_t seeds = LongRun(24);
+  const std::size_t seeds = LongRun(40);
   std::size_t restarts = 0;
   std::uint64_t repeats = 0;
   for (unsigned seed = 1; seed <= seeds && !::testing::Test::HasFailure(); ++seed) {
