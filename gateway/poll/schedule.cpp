@@ -29,7 +29,11 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups, 
   if (once.active()) once.due = Instant{};
   const std::size_t asked_daily = daily.cursor;
   const std::size_t left = daily.queries.size() - asked_daily;
-  for (Round& round : device.rounds) round.queries.clear();
+  for (Round& round : device.rounds) {
+    round.went_on = round.active() || (round.turn == turn_ && turn_ > 0);
+    round.asked = round.cursor - (round.turn == turn_ && round.cursor > 0 ? 1 : 0);
+    round.queries.clear();
+  }
   for (std::size_t query = 0; query < groups.size(); ++query) {
     device.rounds[static_cast<std::size_t>(groups[query])].queries.push_back(query);
   }
@@ -90,7 +94,17 @@ void Schedule::Restart(std::size_t index, Instant now) {
 void Schedule::RestartAsPlanned(std::size_t index, Instant now) {
   Round& daily = devices_[index].rounds[static_cast<std::size_t>(config::Group::daily)];
   const Round before = daily;
+  Device& device = devices_[index];
+  const auto rounds = device.rounds;
   Restart(index, now);
+  for (std::size_t i = 0; i < rounds.size(); ++i) {
+    const Round& was = rounds[i];
+    Round& round = device.rounds[i];
+    if (!was.due || was.held || round.queries.empty()) continue;
+    // Whose query it was that has changed goes on with what it is now.
+    round.due = was.due;
+    if (was.went_on) round.cursor = std::min(was.asked, round.queries.size());
+  }
   if (before.due && before.active()) daily = before;
 }
 
@@ -155,11 +169,13 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
   const bool skip_doubted = healthy_first && HealthyDue(now);
   Device* best_device = nullptr;
   Round* best = nullptr;
+  std::optional<Duration> least;
   for (Device& device : devices_) {
     if (device.suspended || (skip_doubted && device.doubted)) continue;
     for (Round& round : device.rounds) {
       StartIfDue(device, round, now);
       if (!round.active() || device.hold_until > now) continue;
+      least = std::min(least.value_or(device.used), device.used);
       const auto is_before = [&] {
         const Duration more = std::max(device.used, used_) - std::max(best_device->used, used_);
         return more < -kAlike || (more <= kAlike && round.turn < best->turn);
@@ -178,7 +194,8 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
   pick.query = best->queries[best->cursor++];
   pick.last_of_round = !best->active();
   best->turn = ++turn_;
-  used_ = best_device->used = std::max(best_device->used, used_);
+  used_ = std::max(used_, *least);
+  best_device->used = std::max(best_device->used, used_);
   if (best_device->go_first > 0) --best_device->go_first;
   return pick;
 }

@@ -59,8 +59,8 @@ class Schedule {
   /// All groups of the device are due at once, or when its hold ends: the port opened, or the
   /// device came back.
   void Restart(std::size_t device, Instant now);
-  /// The same after SetQueries, but a daily round that is under way goes on: each of a hundred
-  /// refusals would begin it anew.
+  /// The same after SetQueries, but rounds that are under way go on, and others keep their time:
+  /// each of a hundred refusals would begin them anew.
   void RestartAsPlanned(std::size_t device, Instant now);
   /// Nothing of the device is due until Restart: it is offline or disabled.
   void Suspend(std::size_t device);
@@ -104,6 +104,8 @@ class Schedule {
     std::vector<std::size_t> queries;
     Duration period{};               // zero: once
     std::optional<Instant> due;      // start of the next round; nothing: not again
+    std::size_t asked = 0;           // cursor before the latest SetQueries, or that of its cause
+    bool went_on = false;            // it was in progress then
     std::size_t cursor = 0;          // next query; queries.size(): no round in progress
     std::uint64_t turn = 0;          // when it was last served, counted in picks
     bool repeats = false;            // due earlier than by its period
@@ -133,7 +135,7 @@ class Schedule {
 
   std::vector<Device> devices_;
   std::uint64_t turn_ = 0;
-  Duration used_{};  // by whom was picked last, until then
+  Duration used_{};  // the least of those who were due last
 };
 
 }  // namespace baudgate
