@@ -260,8 +260,13 @@ PlanChange QueryPlan<Key>::OnRefused(std::size_t query, bool divisible) {
   const bool proven = IsProven(query);
   ForItemsOf(query, [](Item& item) { ++item.refusals; });
   if (proven && !last) return PlanChange::nothing;
-  if (divisible && Split(query)) return PlanChange::split;
-  return SetApart(query);
+  const Block<Key> block = blocks_[query];
+  if (!divisible || !Split(query)) return SetApart(query);
+  // The parts are judged by what is said to them.
+  for (Item& item : items_) {
+    if (block.Covers(BlockOf(item))) item.refusals = 0;
+  }
+  return PlanChange::split;
 }
 
 template <typename Key>

@@ -87,7 +87,14 @@ TEST_P(FaultyRun, OneLostReplyInEightIsMadeUpForByRetries) {
       return Bytes();
     };
   }
-  rig_->RunFor(3min);
+  constexpr int kLooks = 360;
+  std::vector<int> usable(rig_.devices());
+  for (int look = 0; look < kLooks; ++look) {
+    rig_->RunFor(500ms);
+    for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
+      usable[device] += rig_.FastUsable(device) ? 1 : 0;
+    }
+  }
   unsigned missed = 0;
   unsigned retries = 0;
   for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
@@ -95,13 +102,13 @@ TEST_P(FaultyRun, OneLostReplyInEightIsMadeUpForByRetries) {
     missed += status.Count(Outcome::no_reply);
     retries += status.retries;
     EXPECT_NE(status.state, DeviceState::offline);
-    EXPECT_TRUE(rig_.FastUsable(device));
+    EXPECT_GE(usable[device], kLooks * 85 / 100);
   }
   EXPECT_GT(lost, 20U);
   // Who lost two questions in a row is asked twice in the other checksum mode, in vain.
   EXPECT_NEAR(missed, lost, 4);
   EXPECT_LE(retries, lost);
-  EXPECT_GT(retries, lost * 9 / 10);
+  EXPECT_GE(retries, lost * 9 / 10);
   for (std::uint32_t device = 0; device < rig_.devices(); ++device)
     rig_->twin(device).manner.distort = {};
   EverythingComesBack();

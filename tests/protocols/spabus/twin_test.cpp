@@ -187,11 +187,13 @@ TEST(SpaRoundTrip, ItemsThatTheDeviceLacksAreFoundWithoutLosingTheOthers) {
   Talk talk(SpabusProtocol(), MakeDevice(std::move(wanted)));
   std::map<std::size_t, Quality> seen;
   std::size_t exchanges = 0;
-  for (std::size_t query = 0; query < talk->Queries().size();) {
-    ASSERT_LT(++exchanges, 60U) << "the plan does not settle";
-    const Answer answer = talk.Exchange(Poll(query), *twin);
-    for (const Reading& reading : answer.readings) seen[reading.point] = reading.quality;
-    query = answer.then == Then::replan ? 0 : query + 1;
+  for (int round = 0; round < 3; ++round) {  // three refusals are a verdict
+    for (std::size_t query = 0; query < talk->Queries().size();) {
+      ASSERT_LT(++exchanges, 90U) << "the plan does not settle";
+      const Answer answer = talk.Exchange(Poll(query), *twin);
+      for (const Reading& reading : answer.readings) seen[reading.point] = reading.quality;
+      query = answer.then == Then::replan ? 0 : query + 1;
+    }
   }
   ASSERT_EQ(seen.size(), 13U);
   for (const auto& [point, quality] : seen) {
