@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/loader.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "config/catalog/option_values.h"
@@ -31,13 +32,15 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   const auto history = map.Get("history");
   const auto modbus = map.Get("modbus");
   if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, context);
-  if (const auto node = map.Need("lines", "[ { name: bay-1, port: /dev/ttyUSB0, … } ]")) {
-    config.lines = ReadLines(*node, context);
-  }
+  const auto lines = map.Get("lines");
+  if (lines) config.lines = ReadLines(*lines, context);
   map.Finish();
   ResolveInterlocks(config, problems);
   if (history) config.history = ReadHistory(*history, config, problems);
   if (modbus) config.modbus = ReadModbus(*modbus, config.lines, context);
+  const bool to_server = std::ranges::any_of(
+      config.modbus.routes, [](const Route& route) { return !route.host.empty(); });
+  if (!lines && !to_server) map.Need("lines", "[ { name: bay-1, port: /dev/ttyUSB0, … } ]");
   CheckUse(config, problems);
   return config;
 }

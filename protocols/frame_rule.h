@@ -41,7 +41,7 @@ struct Expectation {
   /// value. False where a second request does harm: a counter that counts requests, an event that
   /// is read out of the device.
   bool repeatable = true;
-  /// A good reply has the same bytes as its request, as that to a Modbus write. On a line that
+  /// A reply may have the same bytes as its request, as that to a Modbus write. On a line that
   /// echoes what is sent, the echo then looks like the reply.
   bool mirrors = false;
   /// Bytes of the request that no log may show, each as offset and count: passwords, and the check

@@ -94,8 +94,9 @@ struct PduCarrier {
   /// The whole frame for one slave, or for all (0). `pdu` has 1…253 bytes.
   Bytes (*wrap)(std::uint8_t slave, View pdu) = nullptr;
   /// What the whole reply frame means for `request`, a frame made by wrap:
-  /// ok, `pdu` is the reply; refused, `pdu` is the slave's exception; unexpected, `pdu` is empty:
-  /// address, function, length or the repeated part do not fit the request.
+  /// ok, `pdu` is the reply; refused, `pdu` is the slave's exception; unexpected: length or the
+  /// repeated part do not fit the request, and `pdu` is what came; or address or function do not,
+  /// and `pdu` is empty.
   Outcome (*unwrap)(View request, View frame, Bytes& pdu) = nullptr;
   /// Slave and PDU of a whole request frame that some master has sent. Nothing: it is none.
   std::optional<std::pair<std::uint8_t, Bytes>> (*unwrap_request)(View frame) = nullptr;

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "config/checks/range_text.h"
-#include "config/model/modbus_addresses.h"
 #include "config/model/network.h"
 #include "config/model/units.h"
 
@@ -69,25 +68,18 @@ void CheckTarget(const Keys& route, Problems& problems) {
 }
 
 void CheckRoute(const Route& route, const Keys& keys, Problems& problems) {
+  if (!route.remap) return;
   const bool to_line = keys.Has("line");
-  const int most = to_line ? kLastSlave : 255;
-  if (!route.remap) {
-    if (route.last <= most) return;
-    problems.Error(keys.MarkOf("units"),
-                   "units: " + route.Units() +
-                       " goes beyond 247, the last slave of a line; end there, or say with "
-                       "remap which slave is the first, for example remap: 1");
-    return;
-  }
+  const int least = to_line ? 1 : 0;  // 0 would be a broadcast
   const int first = *route.remap;
   const int last = first + route.last - route.first;
-  if (first == route.first) {
+  if (first == route.first && first > 0) {
     problems.Error(keys.MarkOf("remap"),
                    "remap: " + std::to_string(first) + " changes nothing; remove the key");
-  } else if (first < 1 || last > most) {  // 0 would be a broadcast
+  } else if (first < least || last > 255) {
     problems.Error(keys.MarkOf("remap"),
                    "remap: " + route.Units() + " would become " + RangeText(first, last) + "; " +
-                       (to_line ? "slaves of a line are 1…247" : "unit ids are 1…255"));
+                       (to_line ? "slaves of a line are 1…255" : "unit ids are 0…255"));
   }
 }
 
@@ -130,14 +122,15 @@ void CheckUse(const Config& config, Problems& problems) {
                                     " has no devices, and no route leads to it: nothing is asked "
                                     "on it");
   }
-  if (std::any_of(routes.begin(), routes.end(), [](const Route& r) { return !r.line.empty(); })) {
-    return;
-  }
+  const auto takes_broadcasts = [](const Route& route) {
+    return !route.line.empty() || (route.first == 0 && !route.remap);
+  };
+  if (std::any_of(routes.begin(), routes.end(), takes_broadcasts)) return;
   for (const Listener& listener : config.modbus.listen) {
     if (listener.broadcast != Listener::Broadcast::pass) continue;
     problems.Warning(listener.mark,
                      "listen: broadcast: pass has no effect: no route leads to a "
-                     "line");
+                     "line, and none names unit 0");
   }
 }
 

@@ -15,6 +15,14 @@ constexpr PduLength Exact(std::size_t size) { return {Kind::exact, size}; }
 constexpr PduLength kNeedMore = {Kind::need_more, 0};
 constexpr PduLength kUnknown = {Kind::unknown, 0};
 constexpr std::uint16_t kCoilOn = 0xFF00;
+constexpr std::size_t kException = 2;
+
+/// Diagnoses of which the application protocol says that request and reply have two bytes of data.
+/// A loopback (0) may have any; what others are has everyone decided for himself.
+bool HasTwoBytes(std::size_t diagnosis) {
+  return (diagnosis >= 1 && diagnosis <= 4) || (diagnosis >= 10 && diagnosis <= 18) ||
+         diagnosis == 20;
+}
 
 std::optional<std::size_t> CountAt(View pdu, std::size_t at) {
   const auto count = ByteReader(pdu).U16Be(at);
@@ -175,9 +183,8 @@ PduLength RequestLength(View head) {
       if (head.size() < 2) return kNeedMore;
       return head[1] % 7 == 0 && head[1] > 0 ? Exact(2U + head[1]) : kUnknown;
     case kDiagnostics:
-      // A loopback may carry any data; all others have two bytes of it.
       if (head.size() < 3) return kNeedMore;
-      return head[1] == 0 && head[2] == 0 ? kUnknown : Exact(5);
+      return HasTwoBytes(*CountAt(head, 1)) ? Exact(5) : kUnknown;
     case kWriteCoils:
       return WithData(head, 5, true);
     case kWriteRegisters:
@@ -247,8 +254,11 @@ std::optional<std::size_t> AwaitedLength(View request) {
     case kReadWrite:
       if (!count || request.size() < 10) return std::nullopt;
       return 2 + 2 * *count;
-    case kDiagnostics:
-      return request.size() >= 5 ? std::optional(request.size()) : std::nullopt;
+    case kDiagnostics: {
+      const auto diagnosis = CountAt(request, 1);
+      const bool known = diagnosis && (*diagnosis == 0 || HasTwoBytes(*diagnosis));
+      return known && request.size() >= 5 ? std::optional(request.size()) : std::nullopt;
+    }
     case kWriteCoil:
     case kWriteRegister:
     case kWriteCoils:
@@ -268,6 +278,18 @@ std::optional<std::size_t> AwaitedLength(View request) {
     default:
       return std::nullopt;
   }
+}
+
+std::size_t LengthOfReply(View request, View head, std::size_t told) {
+  if (head.empty()) return told;
+  if (head[0] >= kExceptionBit) return std::min(told, kException);
+  if (request.empty() || head[0] != request[0]) return told;
+  const std::size_t awaited = std::min(told, AwaitedLength(request).value_or(told));
+  if (HasByteCount(head[0])) {
+    return head.size() >= 2 && head[1] + std::size_t{2} == awaited ? awaited : told;
+  }
+  // Some confirm a write with the whole request.
+  return told == request.size() ? told : awaited;
 }
 
 ExceptionCode ParseRequest(View pdu, PlainRequest& request) {
@@ -291,10 +313,9 @@ bool IsMirrored(View request) {
 }
 
 bool MayBeMirrored(std::uint8_t function) {
-  constexpr std::uint8_t kNever[] = {kReadCoils,    kReadDiscretes,  kReadHolding, kReadInput,
-                                     kWriteCoils,   kWriteRegisters, kReadWrite,   kEncapsulated,
-                                     kEventLog,     kServerId,       kReadQueue,   kExceptionStatus,
-                                     kEventCounter, kReadFile};
+  constexpr std::uint8_t kNever[] = {kReadCoils,   kReadDiscretes,   kReadHolding,  kReadInput,
+                                     kReadWrite,   kEncapsulated,    kEventLog,     kServerId,
+                                     kReadQueue,   kExceptionStatus, kEventCounter, kReadFile};
   return std::ranges::find(kNever, function) == std::end(kNever);
 }
 

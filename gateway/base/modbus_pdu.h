@@ -71,11 +71,14 @@ constexpr bool IsFunction(std::uint8_t code) { return code > 0 && code < kExcept
 constexpr bool IsRead(std::uint8_t function) {
   return function >= kReadCoils && function <= kReadInput;
 }
+/// 15 and 16: of several coils or registers.
+constexpr bool IsMultipleWrite(std::uint8_t function) {
+  return function == kWriteCoils || function == kWriteRegisters;
+}
 /// 5, 6, 15 and 16: the writes that every Modbus device may know, and that unit 0 makes a
 /// broadcast.
 constexpr bool IsPlainWrite(std::uint8_t function) {
-  return function == kWriteCoil || function == kWriteRegister || function == kWriteCoils ||
-         function == kWriteRegisters;
+  return function == kWriteCoil || function == kWriteRegister || IsMultipleWrite(function);
 }
 /// Of functions 1…6, 15 and 16: about coils or discrete inputs, not registers.
 constexpr bool IsAboutBits(std::uint8_t function) {
@@ -115,8 +118,12 @@ PduLength ReplyLength(View head);
 /// It is as long as its function and byte count say, and registers have two bytes each. Most
 /// requests, which an echo brings back, are no replies by that.
 bool IsReplyForm(View pdu);
-/// Of the good reply to `request`; nothing: only silence ends it, or no such reply can be.
+/// Of the good reply to `request`; nothing: it is not known, or no such reply can be.
 std::optional<std::size_t> AwaitedLength(View request);
+/// Of the reply that begins with `head`, of which the header of a Modbus TCP frame counts `told`
+/// bytes. Some servers count too many: where function and request fix the length, it is that,
+/// unless the reply itself bears its header out.
+std::size_t LengthOfReply(View request, View head, std::size_t told);
 /// Whether the reply to this function code has its byte count in its second byte.
 bool HasByteCount(std::uint8_t function);
 
@@ -124,7 +131,8 @@ bool HasByteCount(std::uint8_t function);
 bool IsRepeatable(View request);
 /// Whether a good reply equals its request.
 bool IsMirrored(View request);
-/// False where a good reply can not equal its request: functions of which that is known.
+/// False where no reply can equal its request: functions of which that is known. Some devices
+/// confirm functions 15 and 16 with the whole request.
 bool MayBeMirrored(std::uint8_t function);
 
 struct Verdict {

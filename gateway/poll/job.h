@@ -39,6 +39,7 @@ struct Job {
     RouteQueue::Batch batch;          ///< whom the reply goes to; they may leave meanwhile
     bool every_slave_answers = true;  ///< if only with an exception: silence tells of the slave
     Bytes reply;
+    bool odd = false;  ///< the slave has answered, but not in a form that fits its request
 
     bool is_read() const { return !batch.empty() && !IsWrite(batch.front()); }
   };

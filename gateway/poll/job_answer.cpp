@@ -37,8 +37,7 @@ Outcome JobRun::Judge(View frame, bool may_be_echo, Instant now) {
   }
   Device* const device = roster_.AsDevice(*job.member);
   auto* const routed = job.As<Job::Routed>();
-  Outcome outcome = routed != nullptr ? roster_.carrier()->carrier->unwrap(job.request.bytes, frame,
-                                                                           routed->reply)
+  Outcome outcome = routed != nullptr ? JudgeRouted(frame)
                                       : device->conversation->Check(job.request.bytes, frame);
   if (device == nullptr) return answer.outcome = outcome;
   // A form that was not asked for, as where a profile is wrong, and yet its own.
@@ -76,6 +75,21 @@ Outcome JobRun::Judge(View frame, bool may_be_echo, Instant now) {
   return answer.outcome;
 }
 
+/// Where nothing else is owed, a reply of the right slave and function is the reply, whatever its
+/// form: Enron's registers of 32 bits, a device that limits what is written. Only a write that comes
+/// back whole may be the bus.
+Outcome JobRun::JudgeRouted(View frame) {
+  Job& job = *job_;
+  Job::Routed& routed = *job.As<Job::Routed>();
+  const Bytes& request = job.request.bytes;
+  const Outcome outcome = roster_.carrier()->carrier->unwrap(request, frame, routed.reply);
+  if (outcome != Outcome::unexpected) return outcome;
+  routed.odd = true;
+  const bool may_be_bus = !echo_free_ && std::ranges::equal(frame, request);
+  const bool its_own = !routed.reply.empty() && whose_reply_.IsOwedAlone(job.asked());
+  return its_own && !may_be_bus ? Outcome::ok : outcome;
+}
+
 void JobRun::OnEnd(ExchangeEnd end) {
   late_.OnEnd(job_->asked(), end.outcome, now_.instant);
   job_->end = std::move(end);
@@ -92,6 +106,7 @@ void JobRun::Conclude(ExchangeEnd end) {
   if (!job.answer.reason.empty()) end.reason = job.answer.reason;
   const bool answered = ProvesLife(end.outcome);
   const bool lost = end.outcome == Outcome::line_down;
+  if (answered && !job.request.expect.mirrors) echo_free_ = !echoed_;
   job.mute = job.request.expect.reply == Expectation::Reply::none;
   if (!job.mute) member.health.OnExchange(end.outcome);
   const bool by_count = whose_reply_.Lags(member);  // and no silence helps

@@ -37,7 +37,7 @@ void AnswerRoute(Job& job, Outcome outcome, const std::string& reason) {
 
 /// A routed read whose reply was damaged waits for its turn again, where that can do no harm.
 /// Silence is the client's to judge, who may have better things to ask by now. Whoever asks for
-/// what its slave does not know says nothing about the slave by it.
+/// what its slave does not know says nothing about the slave by it, and nor does an odd reply.
 void JobRun::OnFailed(const ExchangeEnd& end) {
   Job& job = *job_;
   Member& member = *job.member;
@@ -54,7 +54,7 @@ void JobRun::OnFailed(const ExchangeEnd& end) {
       job_.reset();
       return;
     }
-    job.mute = job.mute || !routed->every_slave_answers;
+    job.mute = job.mute || !routed->every_slave_answers || routed->odd;
     return Finish(end.outcome, end.reason);
   }
   // Another request's reply has come, so that the next one is nearer to its own.

@@ -202,6 +202,7 @@ Exchange JobRun::Start(Instant idle_since) {
   if (trusted && job_->attempts == 0) whose_reply_.OnTrusted(member);
   job_->sending = false;
   job_->verdict = {};
+  echoed_ = false;
   job_->exchange_began = now_.instant;
   Exchange exchange{job_->request, member.protocol->reply_rule, member.times, {}, {}};
   exchange.lags = whose_reply_.Lags(member);

@@ -46,7 +46,12 @@ class JobRun {
 
   /// Before each input of the line: time has passed; `busy`: the line was.
   void OnTime(Now now, bool busy);
-  void OnOpened() { open_ = true; }
+  void OnOpened() {
+    open_ = true;
+    echo_free_ = false;
+  }
+  /// The request under way has come back, and is not the reply.
+  void OnEcho() { echoed_ = true; }
   /// `reason`: why the port is closed. The job under way has ended by it.
   void OnClosed(const std::string& reason);
 
@@ -93,6 +98,7 @@ class JobRun {
   void BreakOff(const std::string& why);
 
   // job_answer.cpp: the reply, and what it means
+  Outcome JudgeRouted(View frame);
   bool GoesOnBehindBroadcast();
   void OnAnswered(const ExchangeEnd& end);
   void TakeAnswer();
@@ -121,6 +127,8 @@ class JobRun {
   ToldEvents& told_;
   std::unique_ptr<Job> job_;  // under way
   bool open_ = false;         // the port
+  bool echoed_ = false;       // the present request
+  bool echo_free_ = false;    // the latest one whose reply can not equal it has not come back
   Now now_{};                 // of the input that is being handled
 };
 

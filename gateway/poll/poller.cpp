@@ -107,7 +107,10 @@ void Poller::OnBytes(View bytes, Now now) {
   Advance(now);
   const Job* const job = run_.job();
   const EchoWatch::Heard heard = echo_.OnReceived(bytes, job != nullptr ? &job->request : nullptr);
-  if (heard.echo) ledger_.OnEcho();
+  if (heard.echo) {
+    ledger_.OnEcho();
+    run_.OnEcho();
+  }
   if (heard.warning != nullptr) listener_.OnWarning(job->member->index, heard.warning);
   if (heard.collision) {
     ledger_.OnCollision();

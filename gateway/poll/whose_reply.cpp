@@ -58,6 +58,12 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   return Owed(asked) > std::min(state.behind, kMostTriesMore);
 }
 
+bool WhoseReply::IsOwedAlone(const Asked& asked) const {
+  if (roster_.IsDevice(*asked.member)) return Owed(asked) == 1;
+  const std::optional<Instant> lost = Of(*asked.member).lost_at;
+  return !lost || asked.began - *lost > kLatest;
+}
+
 void WhoseReply::OnTrusted(const Member& member) {
   OrderOf(member).Reset();
   line_.Reset();
@@ -141,6 +147,7 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
 void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now) {
   // After damage, and after others' replies, an answer may still come.
   State& state = Of(*asked.member);
+  if (!ProvesLife(outcome) && outcome != Outcome::unexpected) state.lost_at = now;
   if (silent && outcome == Outcome::no_reply) state.answered_probe = false;  // another may come now
   if (!asked.probe || !ProvesLife(outcome)) return;
   state.proven_at = now;

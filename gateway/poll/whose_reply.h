@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <deque>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -51,6 +52,9 @@ class WhoseReply {
   bool MayBeOdd(const Asked& asked) const { return Of(*asked.member).read && Owed(asked) == 1; }
   /// Its latest probe was answered with the reply to an earlier one, or may have been.
   bool Lags(const Member& member) const { return Of(member).behind > 0; }
+  /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
+  /// order is kept: they owe nothing when all that they were lately asked was answered.
+  bool IsOwedAlone(const Asked& asked) const;
   /// It tells its name: another device in its place would be found out.
   bool HasName(const Member& member) const { return Of(member).identity.names(); }
   /// Nothing is owed by it.
@@ -102,6 +106,7 @@ class WhoseReply {
     bool read = false;       // a poll was answered in step, as it was asked, since OnReconnect
     int behind = 0;          // so many replies were owed when it was last known best
     Instant proven_at{};     // when a probe was answered last
+    std::optional<Instant> lost_at;  // when a reply was silent or damaged last
     int proofless = 0;       // answered probes in a row that were no proofs
   };
   /// A device that is silent to its identification is found out within fewer (probe_choice.h).
@@ -110,6 +115,9 @@ class WhoseReply {
   /// else, nor does another device that has taken the place unnoticed.
   static constexpr Duration kProofHolds = 1min;
   static constexpr Duration kProofRenews = 45s;
+  /// No slave takes longer for a reply. Needed by
+  /// PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.
+  static constexpr Duration kLatest = 5s;
   static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);
 
   State& Of(const Member& member) const;

@@ -121,6 +121,10 @@ std::vector<RoutedRequest> RouteQueue::TakeReads(std::uint8_t slave, std::size_t
   });
 }
 
+std::vector<RoutedRequest> RouteQueue::TakeOf(std::uint8_t slave) {
+  return TakeIf([slave](const RoutedRequest& request) { return request.slave == slave; });
+}
+
 std::vector<RoutedRequest> RouteQueue::TakeExpired(Instant now) {
   const auto deadline = Deadline();
   if (!deadline || *deadline > now) return {};

@@ -57,6 +57,9 @@ class RouteQueue {
   /// Reads of this slave, all but the first `keep`.
   std::vector<RoutedRequest> TakeReads(std::uint8_t slave, std::size_t keep);
 
+  /// All of this slave.
+  std::vector<RoutedRequest> TakeOf(std::uint8_t slave);
+
   std::vector<RoutedRequest> TakeExpired(Instant now);
   std::vector<RoutedRequest> TakeAll();
   /// Answers what waits of a client that has left. How many those were.

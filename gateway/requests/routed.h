@@ -29,7 +29,8 @@ struct RoutedReply {
 
 struct RoutedRequest {
   std::uint64_t client = 0;  ///< who asks; clients of one priority are served in turn
-  std::uint8_t slave = 0;    ///< address on the line, or unit id at the server; 0: all, no reply
+  std::uint8_t slave = 0;    ///< address on the line, or unit id at the server
+  bool broadcast = false;    ///< to slave 0, and nobody answers
   Bytes pdu;                 ///< function code and data, 1…253 bytes
   config::Priority priority = config::Priority::normal;
   Instant arrived;

@@ -58,12 +58,14 @@ Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
     return cut::OfAnother(line.size);
   }
   const std::size_t length = FrameLength(Framing::ascii, adu->pdu.size());
-  const bool fits = std::ranges::any_of(expect.shapes, [&](const Shape& shape) {
-    return shape.tag == adu->pdu[0] && length >= shape.min_length && length <= shape.max_length;
-  });
+  const auto shape = std::ranges::find(expect.shapes, adu->pdu[0], &Shape::tag);
+  const bool asked = shape != expect.shapes.end();
+  const bool fits = asked && length >= shape->min_length && length <= shape->max_length;
   if (fits || IsReplyForm(adu->pdu)) return line;
+  // Some devices confirm functions 15 and 16 with the whole request; see rtu_frame_rule.cpp.
+  const bool whole_write = asked && IsMultipleWrite(adu->pdu[0]) && IsCommon(adu->pdu);
+  if (whole_write && held.size() == line.size) return idle ? line : Cut::NeedMore();
   return Cut::Discard(line.size, Outcome::partial, "not a reply to what was asked");
-  return line;
 }
 
 }  // namespace baudgate::protocols::modbus

@@ -29,7 +29,7 @@ std::optional<Adu> UnwrapAscii(View frame) {
 }
 
 std::optional<Adu> UnwrapTcp(View frame) {
-  if (frame.size() <= kTcpOverhead || TcpSize(frame) != frame.size()) return std::nullopt;
+  if (frame.size() <= kTcpOverhead) return std::nullopt;
   return Adu{frame[6], Bytes(frame.begin() + kTcpOverhead, frame.end()),
              *ByteReader(frame).U16Be(0)};
 }
@@ -83,8 +83,15 @@ Bytes Wrap(Framing framing, std::uint8_t slave, View pdu, std::uint16_t transact
 }
 
 std::optional<Adu> Unwrap(Framing framing, View frame) {
-  if (framing == Framing::tcp) return UnwrapTcp(frame);
+  if (framing == Framing::tcp) {
+    return TcpSize(frame) == frame.size() ? UnwrapTcp(frame) : std::nullopt;
+  }
   return framing == Framing::rtu ? UnwrapRtu(frame) : UnwrapAscii(frame);
+}
+
+std::optional<Adu> UnwrapReply(Framing framing, View frame) {
+  if (framing != Framing::tcp) return Unwrap(framing, frame);
+  return TcpSize(frame).value_or(0) >= frame.size() ? UnwrapTcp(frame) : std::nullopt;
 }
 
 std::optional<std::uint16_t> ParseNumber(std::string_view text) {

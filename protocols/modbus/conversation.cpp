@@ -124,7 +124,7 @@ ModbusConversation::Exchanged ModbusConversation::Decode(View request, View fram
   };
   auto asked = Unwrap(framing_, request);
   if (!asked) return fail(Outcome::corrupt, "the request is no Modbus frame: " + ToHex(request));
-  auto got = Unwrap(framing_, frame);
+  auto got = UnwrapReply(framing_, frame);
   if (!got) return fail(Outcome::corrupt, "the reply is no Modbus frame: " + ToHex(frame));
   if (IsBroadcast(framing_, asked->slave)) {
     return fail(Outcome::unexpected, "nobody answers a broadcast, yet this came: " + ToHex(frame));

@@ -26,7 +26,9 @@ Outcome UnwrapReply(View request, View frame, Bytes& pdu) {
   auto answer = Unwrap(kFraming, frame);
   if (!asked || !answer || asked->slave != answer->slave) return Outcome::unexpected;
   const Outcome outcome = CheckReply(asked->pdu, answer->pdu).outcome;
-  if (outcome != Outcome::unexpected) pdu = std::move(answer->pdu);
+  if (outcome != Outcome::unexpected || answer->pdu[0] == asked->pdu[0]) {
+    pdu = std::move(answer->pdu);
+  }
   return outcome;
 }
 

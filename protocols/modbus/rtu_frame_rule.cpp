@@ -152,6 +152,16 @@ Cut AnotherReply(View held, const Expectation& expect, bool another_slave, std::
   return IsReplyForm(pdu) ? Cut::Frame(size) : cut::Slide(held, why);
 }
 
+/// Some devices confirm functions 15 and 16 with the whole request. It may as well be the request,
+/// as the bus echoes it, and then the reply stands behind it: only silence tells.
+Cut WholeWrite(View held, bool idle) {
+  const PduLength length = RequestLength(held.subspan(1));
+  const std::size_t size = length.size + kRtuOverhead;
+  if (length.kind != Kind::exact || held.size() > size) return cut::BadChecksum();
+  if (!idle) return Cut::NeedMore();
+  return held.size() == size && EndsInCrc16(held) ? Cut::Frame(size) : cut::BadChecksum();
+}
+
 }  // namespace
 
 // A byte count is believed only when it agrees with the quantity before it. The reply to a write of
@@ -208,7 +218,7 @@ Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
   }
   if (held.size() < size) return cut::Wait(idle);
   if (EndsInCrc16(held.first(size))) return Cut::Frame(size);
-  return cut::BadChecksum();
+  return IsMultipleWrite(held[1]) ? WholeWrite(held, idle) : cut::BadChecksum();
 }
 
 }  // namespace baudgate::protocols::modbus

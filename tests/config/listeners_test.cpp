@@ -124,7 +124,15 @@ TEST(Listeners, Broadcast) {
   EXPECT_EQ(ListenerOf("broadcast: ignore").broadcast, Listener::Broadcast::ignore);
   EXPECT_EQ(ProblemsOfListener("broadcast: pass"),
             "t.yaml:1:19: warning: listen: broadcast: pass has no effect: no route leads to a "
-            "line\n");
+            "line, and none names unit 0\n");
+  const auto to_server = [](const std::string& route) {
+    return Shown(LoadModbus("modbus: { listen: { broadcast: pass }, routes: [{ " + route +
+                            ", server: plc }] }\n")
+                     .problems);
+  };
+  EXPECT_EQ(to_server("units: 0-5"), "") << "writes to unit 0 go to the server's unit 0";
+  EXPECT_NE(to_server("units: 0, remap: 1"), "");
+  EXPECT_NE(to_server("units: 20"), "");
 }
 
 TEST(Listeners, OneSentenceEach) {

@@ -63,6 +63,8 @@ TEST(Routes, RangesAndRemap) {
   EXPECT_EQ(One("units: 37 - 40, line: drive").Units(), "37-40");
   EXPECT_EQ(One("units: 1, line: drive, remap: 247").SlaveOf(1), 247);
   EXPECT_EQ(One("units: 250-255, line: drive, remap: 242").SlaveOf(255), 247);
+  EXPECT_EQ(One("units: 248-255, line: drive").SlaveOf(255), 255) << "some slaves are there";
+  EXPECT_EQ(One("units: 1, line: drive, remap: 255").SlaveOf(1), 255);
 }
 
 TEST(Routes, ToAServer) {
@@ -75,12 +77,22 @@ TEST(Routes, ToAServer) {
   EXPECT_EQ(One("units: 50, server: plc").host, "plc");
   EXPECT_EQ(One("units: 255, server: plc, remap: 1").SlaveOf(255), 1);
   EXPECT_EQ(One("units: 248-254, server: plc, remap: 249").SlaveOf(254), 255);
+  EXPECT_EQ(One("units: 50, server: plc, remap: 0").SlaveOf(50), 0);
+  EXPECT_EQ(One("units: 0, server: plc, remap: 0").SlaveOf(0), 0) << "a write is no broadcast then";
 }
 
 TEST(Routes, UnitZeroAsItIsOrRewritten) {
   EXPECT_EQ(One("units: 0, line: drive").SlaveOf(0), 0);
   EXPECT_EQ(One("units: 0, line: drive, remap: 1").SlaveOf(0), 1);
   EXPECT_EQ(One("units: 0-5, line: drive").first, 0);
+}
+
+TEST(Routes, ToServersNeedNoLines) {
+  const auto loaded = LoadModbus("modbus: { routes: [{ units: 50, server: plc }] }\n");
+  EXPECT_EQ(Shown(loaded.problems), "");
+  EXPECT_TRUE(loaded.config.lines.empty());
+  EXPECT_NE(Shown(LoadModbus("modbus: { routes: [] }\n").problems), "");
+  EXPECT_NE(Shown(LoadModbus("modbus: {}\n").problems), "");
 }
 
 TEST(Routes, OrderIsKept) {
@@ -148,18 +160,15 @@ TEST(Routes, OneSentenceEach) {
        "34: error: server: 127.0.0.1:1502 is this gateway itself: its requests would go in a "
        "circle; name the line, or another server"},
       {"{ units: 20, line: drive, remap: 0 }",
-       "46: error: remap: 20 would become 0; slaves of a line are 1…247"},
-      {"{ units: 37-40, line: drive, remap: 245 }",
-       "49: error: remap: 37-40 would become 245…248; slaves of a line are 1…247"},
+       "46: error: remap: 20 would become 0; slaves of a line are 1…255"},
+      {"{ units: 37-40, line: drive, remap: 253 }",
+       "49: error: remap: 37-40 would become 253…256; slaves of a line are 1…255"},
       {"{ units: 0-9, server: x, remap: 247 }",
-       "45: error: remap: 0-9 would become 247…256; unit ids are 1…255"},
+       "45: error: remap: 0-9 would become 247…256; unit ids are 0…255"},
       {"{ units: 20, line: drive, remap: 20 }",
        "46: error: remap: 20 changes nothing; remove the key"},
       {"{ units: 20, line: drive, remap: 256 }",
        "46: error: remap: '256' is out of range; allowed: 0…255"},
-      {"{ units: 240-250, line: drive }",
-       "22: error: units: 240-250 goes beyond 247, the last slave of a line; end there, or say "
-       "with remap which slave is the first, for example remap: 1"},
       {"{ units: 20, line: drive, deadline: 49ms }",
        "49: error: deadline: '49ms' is out of range; allowed: 50ms…1min"},
       {"{ units: 20, line: drive, deadline: 61s }",

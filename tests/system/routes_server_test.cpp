@@ -14,7 +14,8 @@ TEST_F(Routes, LeadToAModbusTcpServerElsewhere) {
   ASSERT_TRUE(server->connected());
   const auto daemon = StartGateway(
       Yaml({"{ units: 50, server: \"127.0.0.1:" + std::to_string(elsewhere) + "\", remap: 7 }",
-            "{ units: 51, server: \"127.0.0.1:" + std::to_string(FreePort()) + "\" }"},
+            "{ units: 51, server: \"127.0.0.1:" + std::to_string(FreePort()) + "\" }",
+            "{ units: 52, server: \"127.0.0.1:" + std::to_string(elsewhere) + "\", remap: 0 }"},
            "  []\n"),
       {});
   ModbusClient client(port());
@@ -23,6 +24,9 @@ TEST_F(Routes, LeadToAModbusTcpServerElsewhere) {
   EXPECT_EQ(client.WriteRegisters(50, 3, {8, 9}), kNoException);
   EXPECT_EQ(client.Holding(50, 2, 4).values, (std::vector<std::uint16_t>{1002, 8, 9, 1005}));
   EXPECT_EQ(client.Holding(50, 1000, 1).exception, kIllegalAddress);
+  EXPECT_EQ(client.WriteRegister(52, 5, 77), kNoException) << "no broadcast";
+  EXPECT_EQ(server->last_unit(), 0);
+  EXPECT_EQ(client.Holding(52, 5, 1).values, std::vector<std::uint16_t>{77});
   EXPECT_EQ(client.Holding(51, 0, 1).exception, kNotAnswering) << "nobody listens there";
 
   server.reset();

@@ -31,7 +31,7 @@ void RequestDesk::HandleRouted(View frame, std::size_t index, const Now& now) {
   const config::Route& route = points_.route(index);
   if (!IsFunction(FunctionOf(frame))) return Refuse(frame, kIllegalFunction, now.instant);
   const std::uint8_t slave = route.SlaveOf(UnitOf(frame));
-  if (slave == 0 && IsPlainWrite(FunctionOf(frame))) {
+  if (slave == 0 && !route.remap && IsPlainWrite(FunctionOf(frame))) {
     const RouteTargets::Line line{points_.targets().of(index), route.deadline};
     return HandleBroadcast(frame, index, std::span(&line, 1), now);
   }
@@ -114,6 +114,7 @@ bool RequestDesk::Broadcast(View frame, std::size_t index, const RouteTargets::L
   RoutedRequest request;
   request.client = 0;
   request.slave = 0;
+  request.broadcast = true;
   request.pdu = CopyOf(PduOf(frame));
   request.priority = PriorityOf(FunctionOf(frame));
   request.arrived = now.instant;

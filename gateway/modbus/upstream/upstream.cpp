@@ -110,6 +110,7 @@ void Upstream::Link::Work() {
   if (connection_ && !connection_->connected() && now >= connect_by_) {
     Break("does not answer; is it on and reachable?");
   }
+  RefusePaused(now);
   if (connection_ && connection_->connected()) Pump(now);
   if (!connection_ && !queue_.empty()) {
     if (now >= retry_at_) {
@@ -129,6 +130,8 @@ void Upstream::Link::Arm() {
   for (const Sent& sent : on_wire_) {
     consider(sent.deadline);
     for (const RoutedRequest& request : sent.requests) consider(request.deadline);
+    const Instant tried_out = sent.at + kTriedOut;
+    if (sent.repeated() && !queue_.empty() && tried_out > ReadClocks().instant) consider(tried_out);
   }
   if (!next) {
     timer_.cancel();
@@ -146,6 +149,15 @@ void Upstream::Link::ExpireWaiting(Instant now) {
   std::string why = "waited beyond its deadline";
   if (connection_ && !connection_->connected()) why += ", while " + name_ + " was being connected";
   AnswerUnsent(queue_.TakeExpired(now), Outcome::no_reply, why);
+}
+
+void Upstream::Link::RefusePaused(Instant now) {
+  for (const std::uint8_t unit : queue_.Slaves()) {
+    if (!pauses_.IsPaused(unit, now)) continue;
+    AnswerUnsent(queue_.TakeOf(unit), Outcome::line_down,
+                 name_ + " closed the connection when it was asked for unit " +
+                     std::to_string(unit) + ", which is left alone for some seconds");
+  }
 }
 
 void Upstream::Link::ExpireSent(Instant now) {
@@ -171,8 +183,7 @@ void Upstream::Link::ExpireSent(Instant now) {
   if (!connection_) return;
   if (silent_ >= kSilentDeadlines) return Break("answers nothing any more");
   if (!HasHalfOfExpired()) return;
-  answered_ = true;
-  TakeBackReads();
+  TakeBackReads(nullptr);
   Break("left a reply unfinished");
 }
 
@@ -217,7 +228,6 @@ void Upstream::Link::AnswerSent(const Sent& sent, Outcome outcome, View pdu,
 void Upstream::Link::Connect(Instant now) {
   connection_ = std::make_shared<UpstreamConnection>(io_, *this);
   connect_by_ = now + kConnectTimeout;
-  answered_ = false;
   silent_ = 0;
   silent_from_ = now;
   expired_.clear();
@@ -227,33 +237,49 @@ void Upstream::Link::Connect(Instant now) {
 void Upstream::Link::OnConnected() {
   log::Info("modbus: {}: connected", name_);
   trouble_.clear();
+  ladder_.Reset();
   Work();
 }
 
 void Upstream::Link::OnBroken(const std::string& reason) {
-  if (answered_ && !connection_->in_frame()) TakeBackReads();
+  if (connection_->connected() && !connection_->in_frame()) OnClosed(ReadClocks().instant);
   Break(reason);
   Work();
 }
 
-/// A server that closes after its reply has not looked at what was sent meanwhile. Whether it has
-/// carried out a write can not be known; a read may be sent once more.
-void Upstream::Link::TakeBackReads() {
+/// A server that closes after its reply has not looked at what was sent meanwhile. One that closes
+/// because of a request does so again when that is repeated, and of those one at a time is on the
+/// wire: the latest of them was the reason.
+void Upstream::Link::OnClosed(Instant now) {
+  const Sent* reason = nullptr;
+  for (const Sent& sent : on_wire_) {
+    if (sent.repeated() && (reason == nullptr || sent.at >= reason->at)) reason = &sent;
+  }
+  if (reason != nullptr) pauses_.OnClosed(reason->unit, now);
+  TakeBackReads(reason);
+}
+
+/// Whether the server has carried out a write can not be known; a read may be sent once more, and
+/// again where another was the reason that the connection ended.
+void Upstream::Link::TakeBackReads(const Sent* reason) {
   for (auto sent = on_wire_.rbegin(); sent != on_wire_.rend(); ++sent) {
-    const bool again = std::ranges::any_of(
-        sent->requests, [](const RoutedRequest& request) { return request.tries > 0; });
-    if (!sent->only_reads() || again) continue;
-    for (RoutedRequest& request : sent->requests) ++request.tries;
+    const bool again = reason == nullptr && sent->repeated();
+    if (!sent->only_reads() || again || &*sent == reason) continue;
+    if (reason == nullptr) {
+      for (RoutedRequest& request : sent->requests) ++request.tries;
+    }
     waiting_ += sent->requests.size();
     queue_.Return(std::exchange(sent->requests, {}));
   }
 }
 
-/// The next request makes a new connection: at once when this one has worked, else after a pause.
+/// The next request makes a new connection: at once when the server has accepted this one, else
+/// after a pause.
 void Upstream::Link::Break(const std::string& reason) {
+  const bool accepted = connection_->connected();
   std::exchange(connection_, nullptr)->Close();
   retry_at_ =
-      answered_ ? Instant::min() : ReadClocks().instant + std::min(ladder_.Next(), kLongestPause);
+      accepted ? Instant::min() : ReadClocks().instant + std::min(ladder_.Next(), kLongestPause);
   const std::string text = name_ + " " + reason;
   if (text != trouble_) log::Warn("modbus: {}", text);
   trouble_ = text;

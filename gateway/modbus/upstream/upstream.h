@@ -14,10 +14,10 @@
 namespace baudgate::modbus {
 
 /// The connection is made when the first request comes, and kept. A write goes out only after the
-/// one before it to the same unit has ended, and nothing goes out after its deadline. Twice goes
-/// only a read that met the end of a connection which had worked until then.
-/// Writes to unit 0 are not waited for: answered ok once they are sent; the server's own answer to
-/// one, if it has any, is dropped. Reads of unit 0 are requests like others.
+/// one before it to the same unit has ended, and nothing goes out after its deadline. Again goes
+/// only a read that met the end of a connection: once, or as often as others were the reason.
+/// Broadcasts are not waited for: answered ok once they are sent; the server's own answer to one,
+/// if it has any, is dropped.
 class Upstream final : public RouteTarget {
  public:
   /// Requests that wait to be sent; more are not let in, but for some short writes.
@@ -31,6 +31,8 @@ class Upstream final : public RouteTarget {
   /// Of deadlines that pass one after the other without a sign of the server: then the connection
   /// is made anew. Without a sign of one unit: then it has one request at a time until it answers.
   static constexpr int kSilentDeadlines = 3;
+  /// A server that closes the connection because of a request does so within this time.
+  static constexpr Duration kTriedOut = std::chrono::milliseconds(200);
 
   /// `host` is a name or an address. `on_late`: a reply of this unit came after its request's
   /// deadline and was dropped. The io_context outlives the upstream.

@@ -28,6 +28,8 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
     /// Everything that has come together; called for each frame, then OnFramesRead.
     virtual void OnFrame(View frame) = 0;
     virtual void OnFramesRead() = 0;
+    /// Of a frame that begins so: see MbapAssembler::Length.
+    virtual std::size_t LengthOf(View head, std::size_t told) const = 0;
     /// Not to be used any more. `reason` goes on where the server's name ends.
     virtual void OnBroken(const std::string& reason) = 0;
 
@@ -36,7 +38,10 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
   };
 
   /// The owner outlives the connection until Close.
-  UpstreamConnection(asio::io_context& io, Owner& owner) : io_(io), socket_(io), owner_(&owner) {}
+  UpstreamConnection(asio::io_context& io, Owner& owner)
+      : io_(io), socket_(io), owner_(&owner), input_([this](View head, std::size_t told) {
+          return owner_ == nullptr ? told : owner_->LengthOf(head, told);
+        }) {}
 
   /// Once. Takes as long as it takes; Close ends it.
   void Open(const std::string& host, std::uint16_t port);

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <asio/steady_timer.hpp>
 #include <atomic>
@@ -13,6 +14,7 @@
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/modbus_pdu.h"
+#include "gateway/modbus/upstream/unit_pauses.h"
 #include "gateway/modbus/upstream/upstream.h"
 #include "gateway/modbus/upstream/upstream_connection.h"
 #include "gateway/requests/route_queue.h"
@@ -52,6 +54,11 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
     std::uint8_t function() const { return pdu[0]; }
     /// Functions that only read, whoever the server is.
     bool only_reads() const { return IsRead(function()); }
+    /// It was on the wire when a connection ended, and may have been the reason.
+    bool repeated() const {
+      return std::ranges::any_of(requests,
+                                 [](const RoutedRequest& request) { return request.tries > 0; });
+    }
   };
 
   /// A request whose deadline has passed on the wire: its reply may still come.
@@ -64,6 +71,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void OnConnected() override;
   void OnFrame(View frame) override;
   void OnFramesRead() override { Work(); }
+  std::size_t LengthOf(View head, std::size_t told) const override;
   void OnBroken(const std::string& reason) override;
 
   void TakeIncoming();
@@ -74,6 +82,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void Arm();
 
   void ExpireWaiting(Instant now);
+  void RefusePaused(Instant now);
   void ExpireSent(Instant now);
   bool HasHalfOfExpired() const;
   void AnswerUnsent(const std::vector<RoutedRequest>& requests, Outcome outcome,
@@ -81,11 +90,13 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   static void AnswerSent(const Sent& sent, Outcome outcome, View pdu, const std::string& reason);
 
   void Connect(Instant now);
-  void TakeBackReads();
+  void OnClosed(Instant now);
+  void TakeBackReads(const Sent* reason);
   void Break(const std::string& reason);
   void Pump(Instant now);
   bool HasRoom(std::uint8_t unit) const;
-  RouteQueue::Batch Choose();
+  bool IsTryingOut(Instant now) const;
+  RouteQueue::Batch Choose(Instant now);
   std::uint16_t FreeId();
   void Send(Instant now, RouteQueue::Batch batch);
 
@@ -106,14 +117,14 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   std::vector<Sent> on_wire_;
   std::vector<Expired> expired_;  // the latest of this connection
   std::uint16_t next_id_ = 0;
+  UnitPauses pauses_;
   std::array<int, 256> ignored_{};  // by unit: deadlines that passed since it answered
 
   bool resting_ = false;  // nobody asks, and the connection goes with its last request
   std::shared_ptr<UpstreamConnection> connection_;  // null: there is none, nor an attempt
   Instant connect_by_;
-  bool answered_ = false;  // it has sent a frame, whatever that said
-  int silent_ = 0;         // deadlines that passed since then
-  Instant silent_from_;    // what was sent later counts as the next of them
+  int silent_ = 0;       // deadlines that passed since then
+  Instant silent_from_;  // what was sent later counts as the next of them
   ReopenLadder ladder_;
   Instant retry_at_ = Instant::min();
   std::string trouble_;  // why there was no connection last time

@@ -17,7 +17,7 @@ constexpr std::size_t kShownOfReply = 16;  // bytes, in a reason
 
 void Upstream::Link::Pump(Instant now) {
   while (connection_ && on_wire_.size() < kMostOnWire) {
-    RouteQueue::Batch batch = Choose();
+    RouteQueue::Batch batch = Choose(now);
     if (batch.empty()) return;
     Send(now, std::move(batch));
   }
@@ -30,13 +30,21 @@ bool Upstream::Link::HasRoom(std::uint8_t unit) const {
   return count < (ignored_[unit] < kSilentDeadlines ? static_cast<int>(kMostPerUnit) : 1);
 }
 
-RouteQueue::Batch Upstream::Link::Choose() {
+/// The server has not closed yet because of the request that is repeated, and may.
+bool Upstream::Link::IsTryingOut(Instant now) const {
+  return std::ranges::any_of(
+      on_wire_, [now](const Sent& sent) { return sent.repeated() && now < sent.at + kTriedOut; });
+}
+
+RouteQueue::Batch Upstream::Link::Choose(Instant now) {
   const auto no_write = [this](const RoutedRequest& request) {
-    return std::ranges::none_of(on_wire_, [slave = request.slave](const Sent& sent) {
-      return !sent.only_reads() && (slave == 0 || sent.unit == 0 || sent.unit == slave);
+    return std::ranges::none_of(on_wire_, [&request](const Sent& sent) {
+      return !sent.only_reads() && (request.broadcast || sent.unit == request.slave);
     });
   };
+  const bool trying_out = IsTryingOut(now);
   const auto may_ask = [&](const RoutedRequest& request) {
+    if (trying_out && request.tries > 0) return false;
     return HasRoom(request.slave) && no_write(request);
   };
   RouteQueue::Batch batch = queue_.TakeUrgent(no_write);
@@ -66,19 +74,26 @@ void Upstream::Link::Send(Instant now, RouteQueue::Batch batch) {
     sent.deadline = std::max(sent.deadline, request.deadline);
   }
   const Status status = connection_->Send(AduOf(sent.id, sent.unit, batch[0].pdu));
-  const bool over = status.ok() && batch[0].slave == 0 && IsPlainWrite(sent.function());
+  const bool over = status.ok() && batch[0].broadcast;
   sent.requests = std::move(batch);
   if (over) return AnswerSent(sent, Outcome::ok, {}, "");
   on_wire_.push_back(std::move(sent));
   if (!status) Break(status.error());
 }
 
+std::size_t Upstream::Link::LengthOf(View head, std::size_t told) const {
+  const std::uint16_t id = TransactionOf(head);
+  const auto asked =
+      std::ranges::find_if(on_wire_, [id](const Sent& sent) { return sent.id == id; });
+  const bool known = asked != on_wire_.end() && asked->unit == UnitOf(head);
+  return LengthOfReply(known ? View(asked->pdu) : View(), PduOf(head), told);
+}
+
 void Upstream::Link::OnFrame(View frame) {
-  answered_ = true;
   silent_ = 0;
-  ladder_.Reset();
   const std::uint8_t unit = UnitOf(frame);
   ignored_[unit] = 0;
+  pauses_.OnAnswer(unit);
   const std::uint16_t id = *ByteReader(frame).U16Be(0);
   const auto found =
       std::ranges::find_if(on_wire_, [id](const Sent& sent) { return sent.id == id; });
@@ -92,15 +107,14 @@ void Upstream::Link::OnFrame(View frame) {
     AnswerSent(sent, Outcome::unexpected, {}, name_ + " answered for unit " + std::to_string(unit));
     return;
   }
+  // Its id says that it answers this request: of whatever form it is, its client judges.
   const View pdu = PduOf(frame);
-  const Outcome outcome = CheckReply(sent.pdu, pdu).outcome;
-  if (outcome == Outcome::unexpected) {
-    AnswerSent(sent, outcome, {},
-               name_ + " answered what does not fit the request: " +
-                   ToHex(pdu.first(std::min(pdu.size(), kShownOfReply))));
-  } else {
-    AnswerSent(sent, outcome, pdu, "");
-  }
+  const bool refused = pdu[0] == (sent.function() | kExceptionBit) && pdu.size() == 2;
+  if (refused) return AnswerSent(sent, Outcome::refused, pdu, "");
+  if (pdu[0] == sent.function()) return AnswerSent(sent, Outcome::ok, pdu, "");
+  AnswerSent(sent, Outcome::unexpected, {},
+             name_ + " answered what does not fit the request: " +
+                 ToHex(pdu.first(std::min(pdu.size(), kShownOfReply))));
 }
 
 }  // namespace baudgate::modbus

@@ -10,6 +10,16 @@ namespace {
 constexpr std::size_t kShortest = 2;  // unit and function
 constexpr std::size_t kLongest = kMaxAdu - kMbapPrefix;
 
+/// Why bytes do not begin with a header, as far as they have come; empty: they do.
+std::string_view DefectOf(View held) {
+  const ByteReader header(held);
+  if (header.U16Be(2).value_or(0) != 0) return "protocol id is not 0";
+  const std::size_t length = header.U16Be(4).value_or(kShortest);
+  if (length < kShortest) return "length is too small for a function code";
+  if (length > kLongest) return "length is above 254";
+  return {};
+}
+
 }  // namespace
 
 Bytes AduOf(std::uint16_t transaction, std::uint8_t unit, View pdu) {
@@ -34,29 +44,46 @@ std::span<std::uint8_t> MbapAssembler::Space() {
   return std::span(buffer_).subspan(end_);
 }
 
-void MbapAssembler::Commit(std::size_t count) { end_ += std::min(count, kCapacity - end_); }
+void MbapAssembler::Commit(std::size_t count) {
+  end_ += std::min(count, kCapacity - end_);
+  FindHeader();
+}
 
 std::string_view MbapAssembler::Defect() const {
-  const ByteReader held(Held());
-  if (held.U16Be(2).value_or(0) != 0) return "protocol id is not 0";
-  const std::size_t length = held.U16Be(4).value_or(kShortest);
-  if (length < kShortest) return "length is too small for a function code";
-  if (length > kLongest) return "length is above 254";
-  return {};
+  return surplus_ > 0 ? std::string_view() : DefectOf(Held());
+}
+
+/// Of the message that comes next, whose header is here.
+std::size_t MbapAssembler::Size() const {
+  const std::size_t told = kMbapPrefix + *ByteReader(Held()).U16Be(4);
+  if (!length_ || Held().size() <= kMbapHeader) return told;
+  return kMbapHeader + length_(Held(), told - kMbapHeader);
+}
+
+/// Behind a message that was shorter than its header has said. Only what is no header is skipped.
+void MbapAssembler::FindHeader() {
+  for (; surplus_ > 0; --surplus_, ++begin_) {
+    if (Held().size() < kMbapPrefix) return;
+    if (!DefectOf(Held()).empty()) continue;
+    surplus_ = 0;
+    return;
+  }
 }
 
 MbapAssembler::State MbapAssembler::Peek() const {
   if (!Defect().empty()) return State::malformed;
-  const auto length = ByteReader(Held()).U16Be(4);
-  if (!length || Held().size() < kMbapPrefix + *length) return State::need_more;
-  return State::frame;
+  const bool header = surplus_ == 0 && Held().size() >= kMbapPrefix;
+  return header && Held().size() >= Size() ? State::frame : State::need_more;
 }
 
 MbapAssembler::State MbapAssembler::Take(View& frame) {
   const State state = Peek();
   if (state == State::frame) {
-    frame = Held().first(kMbapPrefix + *ByteReader(Held()).U16Be(4));
+    const std::size_t told = kMbapPrefix + *ByteReader(Held()).U16Be(4);
+    frame = Held().first(Size());
     begin_ += frame.size();
+    surplus_ = told - frame.size();
+    FindHeader();
   }
   return state;
 }

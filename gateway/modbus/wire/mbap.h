@@ -6,9 +6,11 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "gateway/base/bytes.h"
 
@@ -31,13 +33,22 @@ class MbapAssembler {
     malformed,  ///< no boundary can be trusted any more: close the connection
   };
 
+  /// Of the message that begins so, header included: the bytes of its PDU, of which its header
+  /// counts `told`. At most so many.
+  using Length = std::function<std::size_t(View head, std::size_t told)>;
+
+  /// `length`: where headers may count too many. Then the next header is looked for among the bytes
+  /// that were counted and not taken.
+  explicit MbapAssembler(Length length = {}) : length_(std::move(length)) {}
+
   /// Where the next bytes from the socket go. Not empty after Take or Peek said need_more.
   /// Invalidates the last frame.
   std::span<std::uint8_t> Space();
   /// `count` bytes, at most Space().size(), were put there.
   void Commit(std::size_t count);
 
-  bool empty() const { return begin_ == end_; }
+  /// Nothing is here but what may belong to the message before.
+  bool empty() const { return begin_ + surplus_ >= end_; }
   /// Of the frame that comes next, if that much of it is here.
   std::optional<std::uint16_t> transaction() const { return ByteReader(Held()).U16Be(0); }
   /// What Take would say.
@@ -52,9 +63,14 @@ class MbapAssembler {
 
   View Held() const { return View(buffer_).subspan(begin_, end_ - begin_); }
 
+  std::size_t Size() const;
+  void FindHeader();
+
+  Length length_;
   std::array<std::uint8_t, kCapacity> buffer_;
   std::size_t begin_ = 0;
   std::size_t end_ = 0;
+  std::size_t surplus_ = 0;  ///< so many bytes were counted too many, or stand before the header
 };
 
 }  // namespace baudgate::modbus

@@ -87,6 +87,18 @@ TEST(ModbusPdu, ARequestsLengthIsKnownBeforeItIsWhole) {
   }
 }
 
+TEST(ModbusPdu, TheLengthOfADiagnosisIsJudgedWhereItIsKnown) {
+  EXPECT_EQ(AwaitedLength(Hex("08 00 00 A5 37 11")), 6U) << "a loopback";
+  EXPECT_EQ(AwaitedLength(Hex("08 00 0B 00 00")), 5U) << "a counter";
+  for (const char* own : {"08 00 05 00 00", "08 00 13 00 00", "08 00 15 00 03", "08 80 00 00 00"}) {
+    EXPECT_FALSE(AwaitedLength(Hex(own))) << own;
+    EXPECT_EQ(RequestLength(Hex(own)).kind, PduLength::Kind::unknown) << own;
+  }
+  Bytes statistics = Hex("08 00 15 00 03");
+  statistics.resize(115);
+  EXPECT_EQ(CheckReply(Hex("08 00 15 00 03"), statistics).outcome, Outcome::ok);
+}
+
 TEST(ModbusPdu, FunctionCodesByKind) {
   const auto codes = [](auto is) {
     std::string text;

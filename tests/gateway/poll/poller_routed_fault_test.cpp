@@ -177,6 +177,113 @@ TEST(PollerRoutedFaults, AWriteIsBelievedAgainOnceTheBusEchoesNoMore) {
   EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
 }
 
+/// `{request, reply}`: what a slave says in place of its twin.
+using Odd = std::pair<std::string, std::string>;
+constexpr const char* kEnron = "03 13 89 00 01";
+constexpr const char* kWhole = "10 00 00 00 01 02 00 02";
+
+const Odd kOddReplies[] = {
+    {kEnron, "03 04 00 01 00 02"},               // Enron: one register of 32 bits
+    {"06 00 0D 00 6C", "06 00 0D 00 64"},        // it limits what is written
+    {kWhole, kWhole},                            // repeated whole
+    {"0F 00 00 00 01 01 01", "0F 00 00 00 01 01 01"},
+    {"08 00 00 12 34", "08 00 00 12 35"},
+    {"08 00 15 00 03", "08 00 15 00 03 00 02 00 00 00 01"},  // of a length that nobody knows
+};
+
+void AnswerOddly(Manner& manner, const std::string& request, const std::string& reply,
+                 const PduCarrier& carrier = *ModbusRtuProtocol().carrier) {
+  manner.deliver = [=, &carrier](View asked, Bytes usual, Instant) -> Pieces {
+    const bool odd = ToHex(asked) == ToHex(carrier.wrap(20, ParseHex(request).value()));
+    return {{5ms, odd ? carrier.wrap(20, ParseHex(reply).value()) : std::move(usual)}};
+  };
+}
+
+TEST(PollerRoutedFaults, AnOddReplyIsTheReplyWhereNothingElseIsOwed) {
+  for (const bool device : {false, true}) {
+    for (const auto& [request, reply] : kOddReplies) {
+      SCOPED_TRACE(request);
+      RoutedLine line(DriveLine(device ? std::vector{Polled("20", 2, 1s)}
+                                       : std::vector<config::Device>()),
+                      device ? std::vector<std::string>() : std::vector<std::string>{"20"});
+      line.Ask("warm", kRead);
+      line.RunFor(5s);
+      AnswerOddly(line.twin(0).manner, request, reply);
+      for (int i = 0; i < 8; ++i) {
+        const std::string name = "odd " + std::to_string(i);
+        line.Ask(name, request);
+        line.RunFor(800ms);
+        EXPECT_EQ(line.Of(name).outcome, Outcome::ok);
+        EXPECT_EQ(ToHex(line.Of(name).pdu), reply);
+      }
+      line.Ask("a", kRead, 20, 2);
+      line.RunFor(800ms);
+      EXPECT_EQ(line.Of("a").outcome, Outcome::ok);
+      EXPECT_TRUE(line.warnings.empty());
+      if (device) {
+        EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+      }
+    }
+  }
+}
+
+/// The same without anything else ever asked: nobody knows yet that this bus does not echo.
+TEST(PollerRoutedFaults, AWriteThatComesBackWholeIsNoReplyWhereTheBusMayEcho) {
+  RoutedLine line(DriveLine(), {"20"});
+  AnswerOddly(line.twin(0).manner, kWhole, kWhole);
+  for (int i = 0; i < 8; ++i) {
+    line.Ask("write " + std::to_string(i), kWhole);
+    line.RunFor(800ms);
+    EXPECT_EQ(line.Of("write " + std::to_string(i)).outcome, Outcome::unexpected);
+  }
+  line.Ask("a", kRead, 20, 2);
+  line.Ask("b", kOther, 20, 3);
+  line.RunFor(800ms);
+  EXPECT_EQ(line.Of("a").outcome, Outcome::ok) << "a slave that answers oddly is there";
+  EXPECT_EQ(line.Of("b").outcome, Outcome::ok);
+  line.Ask("write", kWhole);
+  line.RunFor(800ms);
+  EXPECT_EQ(line.Of("write").outcome, Outcome::ok);
+}
+
+TEST(PollerRoutedFaults, TheEchoOfABlockOnADeadSlaveIsNoReply) {
+  RoutedLine line(DriveLine(), {"20"});
+  bool dead = false;
+  line.twin(0).manner.deliver = [&](View request, Bytes reply, Instant) -> Pieces {
+    Pieces pieces{{1ms, Bytes(request.begin(), request.end())}};
+    if (!dead) pieces.push_back({5ms, std::move(reply)});
+    return pieces;
+  };
+  line.Ask("read", kRead);
+  line.RunFor(1s);
+  line.Ask("write", kWhole);
+  line.RunFor(1s);
+  EXPECT_EQ(line.Of("write").outcome, Outcome::ok);
+  dead = true;
+  line.Ask("vain", kWhole);
+  line.RunFor(1s);
+  EXPECT_NE(line.Of("vain").outcome, Outcome::ok);
+}
+
+/// The late reply to another request has another form, too.
+TEST(PollerRoutedFaults, ALateReplyOfAnotherFormIsNoOddReply) {
+  RoutedLine line;
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  for (Duration think = 20ms; think < 1500ms; think += 37ms) {
+    line.twin(0).manner.think = think;
+    line.Ask("long", "03 00 00 00 02");
+    line.RunFor(10ms);
+    line.Inject(kNoise, 20ms);
+    line.Ask("short", kRead, 20, 2);
+    line.RunFor(4s);
+    for (const auto& reply : line.replies) {
+      if (reply.name != "short" || reply.reply.outcome != Outcome::ok) continue;
+      EXPECT_EQ(reply.reply.pdu.size(), 4U) << FormatDuration(think);
+    }
+  }
+}
+
 Pieces IgnoreOdd(View request, Bytes reply, Instant) {
   if (request[1] == 0x41) return {};
   return {{5ms, std::move(reply)}};

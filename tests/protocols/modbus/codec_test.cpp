@@ -150,6 +150,28 @@ TEST(ModbusPdu, WhatAReplyMustRepeat) {
   EXPECT_EQ(outcome("640102", "64FF"), Outcome::ok) << "unknown functions pass";
 }
 
+/// It may be the echo of the bus, and then the reply stands behind it.
+TEST(ModbusReplyRules, AWriteThatComesBackWholeIsAFrameWhereNothingFollows) {
+  for (const Framing framing : {Framing::rtu, Framing::ascii}) {
+    const Protocol& protocol = ProtocolOf(framing);
+    for (const char* pdu : {"1003E70001020005", "0F0013000A02CD01"}) {
+      const Bytes request = Wrap(framing, 20, Hex(pdu));
+      const Bytes reply = Wrap(framing, 20, View(Hex(pdu)).first(5));
+      Assembler assembler;
+      assembler.Begin(protocol.reply_rule, Expect(framing, request));
+      for (const std::uint8_t byte : request) {
+        assembler.Feed(View(&byte, 1));
+        EXPECT_FALSE(assembler.Next(false));
+      }
+      EXPECT_EQ(assembler.Next(true), request);
+      assembler.Feed(request);
+      EXPECT_FALSE(assembler.Next(false));
+      assembler.Feed(reply);
+      EXPECT_EQ(assembler.Next(true), reply);
+    }
+  }
+}
+
 TEST(ModbusExpect, WhoRepeatsAndWhoMirrors) {
   const auto expect = [](const char* pdu) {
     return Expect(Framing::rtu, Wrap(Framing::rtu, 20, Hex(pdu)));
@@ -162,11 +184,11 @@ TEST(ModbusExpect, WhoRepeatsAndWhoMirrors) {
     EXPECT_FALSE(expect(write).repeatable) << write;
   }
   for (const char* mirrored : {"050003FF00", "0600080002", "080000A55A", "16000400F20025",
-                               "08000A0000", "0800140000", "41010203"}) {
+                               "08000A0000", "0800140000", "41010203", "1003E70001020005",
+                               "0F0013000A02CD01"}) {
     EXPECT_TRUE(expect(mirrored).mirrors) << mirrored;
   }
-  for (const char* other : {"0300000001", "1003E70001020005", "0F0013000A02CD01",
-                            "1700000001000A0001020005", "2B0E0100"}) {
+  for (const char* other : {"0300000001", "1700000001000A0001020005", "2B0E0100"}) {
     EXPECT_FALSE(expect(other).mirrors) << other;
   }
   EXPECT_EQ(expect("0300000001").address, Bytes{20});
@@ -194,13 +216,15 @@ TEST(ModbusCarrier, CarriesPdusBothWays) {
     EXPECT_EQ(ToHex(pdu), "03 02 09 C4");
     EXPECT_EQ(carrier.unwrap(request, carrier.wrap(20, Hex("8302")), pdu), Outcome::refused);
     EXPECT_EQ(ToHex(pdu), "83 02");
-    for (const Bytes& frame :
-         {carrier.wrap(21, Hex("030209C4")), carrier.wrap(20, Hex("040209C4")),
-          carrier.wrap(20, Hex("030409C40000")), carrier.wrap(20, Hex("0600080002")), Bytes()}) {
+    for (const Bytes& frame : {carrier.wrap(21, Hex("030209C4")), carrier.wrap(20, Hex("040209C4")),
+                               carrier.wrap(20, Hex("0600080002")), Bytes()}) {
       pdu = {1};
       EXPECT_EQ(carrier.unwrap(request, frame, pdu), Outcome::unexpected);
       EXPECT_TRUE(pdu.empty());
     }
+    EXPECT_EQ(carrier.unwrap(request, carrier.wrap(20, Hex("030409C40000")), pdu),
+              Outcome::unexpected);
+    EXPECT_EQ(ToHex(pdu), "03 04 09 C4 00 00") << "of its slave and function, in an odd form";
   }
 }
 

@@ -88,6 +88,24 @@ TEST_F(ModbusSession, EveryPointBecomesGoodInEveryFraming) {
   }
 }
 
+/// A server that says 4 where an exception of two bytes and the unit follow.
+TEST_F(ModbusSession, AnExceptionWhoseHeaderCountsTooManyCostsNothing) {
+  Make({}, Framing::tcp);
+  ASSERT_TRUE(Becomes(0, 5s));
+  line_->twin(1).manner.instead = [](View request) -> std::optional<Bytes> {
+    return Bytes{request[0], request[1], 0, 0, 0, 4, request[6],
+                 static_cast<std::uint8_t>(request[7] | 0x80), 2};
+  };
+  line_->RunFor(10s);
+  const DeviceStatus before = line_->StatusOf(0);
+  line_->RunFor(1min);
+  const DeviceStatus status = line_->StatusOf(0);
+  EXPECT_GE(status.exchanges - before.exchanges, 50U);
+  EXPECT_EQ(status.Count(Outcome::ok), status.exchanges);
+  EXPECT_EQ(line_->StatusOf(1).Count(Outcome::partial), 0U);
+  EXPECT_NE(line_->StatusOf(1).state, DeviceState::offline);
+}
+
 TEST_F(ModbusSession, WithoutAnySilenceBetweenFrames) {
   line_ = std::make_unique<VirtualLine>(
       [] {

@@ -109,6 +109,46 @@ TEST(ModbusTcpReplyRule, AFloodIsNotKept) {
   EXPECT_LE(connection.assembler.held(), kMaxTcp);
 }
 
+struct Misframed {
+  const char* request;
+  const char* reply;  ///< its header counts too many bytes
+};
+
+constexpr Misframed kMisframed[] = {
+    {kRead500, "00 01 00 00 00 04 14 83 02"},
+    {kRead500, "00 01 00 00 00 06 14 03 02 00 31"},
+    {"00 01 00 00 00 06 14 06 00 08 00 02", "00 01 00 00 00 08 14 06 00 08 00 02"},
+    {"00 01 00 00 00 08 14 0F 00 13 00 01 01 01", "00 01 00 00 00 07 14 0F 00 13 00 01"},
+};
+
+TEST(ModbusTcpReplyRule, TheSizeThatFunctionAndRequestFixStandsAboveTheHeader) {
+  for (const Misframed& one : kMisframed) {
+    SCOPED_TRACE(one.reply);
+    Connection connection(one.request);
+    const auto at_once = connection.Take(one.reply);
+    EXPECT_EQ(at_once ? at_once : connection.Take("", true), Hex(one.reply));
+    const auto adu = UnwrapReply(Framing::tcp, Hex(one.reply));
+    ASSERT_TRUE(adu);
+    EXPECT_EQ(ToHex(adu->pdu), ToHex(View(Hex(one.reply)).subspan(kTcpOverhead)));
+  }
+  Connection connection(kRead500);
+  EXPECT_EQ(connection.Take(std::string("00 00 00 00 00 04 14 83 02") + kIts31), Hex(kIts31))
+      << "behind a late one";
+  EXPECT_FALSE(UnwrapReply(Framing::tcp, Hex("00 01 00 00 00 05 14")));
+  EXPECT_FALSE(UnwrapReply(Framing::tcp, Hex("00 01 00 00 00 04 14 03 02 00 31")));
+}
+
+/// Nothing about them is wrong: 32 bits in one register, and a write that comes back whole.
+TEST(ModbusTcpReplyRule, WhatItsHeaderCountsRightIsNotCut) {
+  for (const auto& [request, reply] :
+       {Misframed{kRead500, "00 01 00 00 00 07 14 03 04 00 31 00 32"},
+        Misframed{"00 01 00 00 00 08 14 0F 00 13 00 01 01 01",
+                  "00 01 00 00 00 08 14 0F 00 13 00 01 01 01"}}) {
+    Connection connection(request);
+    EXPECT_EQ(connection.Take(reply), Hex(reply)) << reply;
+  }
+}
+
 // ---------------------------------------------------------------- devices
 
 config::Device MakeServer(std::vector<config::Point> points, const std::string& unit = "255") {
@@ -163,6 +203,13 @@ TEST(ModbusTcpConversation, AGatewaysExceptionsSayThatTheUnitIsSilent) {
     ASSERT_TRUE(talk.Ask(Poll(0)));
     EXPECT_EQ(talk.Reply(Poll(0), Hex(reply)).outcome, Outcome::no_reply);
   }
+}
+
+TEST(ModbusTcpConversation, AnExceptionWhoseHeaderCountsTooManyIsOne) {
+  Talk talk(ModbusTcpProtocol(), MakeServer(TwoBlocks()));
+  ASSERT_TRUE(talk.Ask(Poll(0)));
+  const Answer answer = talk.Reply(Poll(0), Hex("00 01 00 00 00 04 FF 83 02"));
+  EXPECT_EQ(answer.outcome, Outcome::unsupported) << answer.reason;
 }
 
 TEST(ModbusTcpConversation, Unit0IsAServerAndNoBroadcast) {

@@ -37,6 +37,7 @@ TEST_F(BroadcastTest, PassedOnItReachesEveryRoutedLineOnceAndIsNeverAnswered) {
   ASSERT_EQ(pumps_.count(), 1U);
   const RoutedRequest request = drive_.Wait(0);
   EXPECT_EQ(request.slave, 0);
+  EXPECT_TRUE(request.broadcast);
   EXPECT_EQ(ToHex(request.pdu), kStopAll);
   EXPECT_EQ(request.deadline, now_ + 700ms);
   now_ += 1h;

@@ -8,6 +8,8 @@
 
 #include <deque>
 #include <string>
+#include <thread>
+#include <utility>
 
 #include "tests/gateway/modbus/upstream/upstream_fixture.h"
 
@@ -134,13 +136,100 @@ TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
   }));
 }
 
+/// Each read twice, and then its unit pauses.
 TEST_F(UpstreamConnectionTest, AServerThatTurnsUsAwayIsNotPestered) {
   server_.turns_away = true;
   EXPECT_EQ(Wait(Submit()).outcome, Outcome::no_reply);
   EXPECT_EQ(Wait(Submit()).outcome, Outcome::line_down);
   EXPECT_EQ(Wait(Submit()).outcome, Outcome::line_down);
+  EXPECT_THAT(asked_.back().reply.reason, HasSubstr("closed the connection"));
   RunReady(io_);
-  EXPECT_EQ(server_.accepted(), 1U);
+  EXPECT_EQ(server_.accepted(), 2U);
+  EXPECT_EQ(Wait(Submit({.slave = 21})).outcome, Outcome::no_reply) << "another unit is asked";
+  EXPECT_EQ(server_.accepted(), 4U);
+}
+
+/// A server that closes the connection when it is asked for some request, and answers all others.
+class ClosingServer : public UpstreamConnectionTest {
+ protected:
+  /// Answers what has come on the latest connection; true: that was its end.
+  bool Serve() {
+    RunReady(io_);
+    if (server_.accepted() == 0) return false;
+    const std::size_t session = server_.accepted() - 1;
+    if (std::exchange(session_, session) != session) {
+      served_ = 0;
+      closed_ = false;
+    }
+    if (closed_) return true;
+    const auto requests = server_.Requests(session);
+    for (; served_ < requests.size(); ++served_) {
+      const std::string& request = requests[served_];
+      if (request.substr(18) == closes_on || request.substr(18, 2) == closes_on) {
+        server_.Close(session);
+        return closed_ = true;
+      }
+      server_.Write(request.substr(0, 5) + " 00 00 00 05 " + request.substr(18, 2) + " 03 02 00 01",
+                    session);
+    }
+    return false;
+  }
+  RoutedReply Served(const Asked& asked) {
+    EXPECT_TRUE(RunUntil(io_, [&] {
+      Serve();
+      return asked.calls > 0;
+    }));
+    return asked.reply;
+  }
+
+  std::string closes_on;  ///< a unit, or a unit and a PDU
+
+ private:
+  std::size_t session_ = 0;
+  std::size_t served_ = 0;
+  bool closed_ = false;
+};
+
+TEST_F(ClosingServer, FailsForTheUnitAloneThatItClosesOn) {
+  closes_on = "07";
+  int failed = 0;
+  for (int i = 0; i < 50; ++i) {
+    const Asked& bad = Submit({.slave = 7});
+    const Asked& good = Submit({.slave = 20, .client = 2});
+    const Asked& other = Submit({.slave = 21, .client = 3});
+    failed += Served(good).outcome != Outcome::ok;
+    failed += Served(other).outcome != Outcome::ok;
+    EXPECT_NE(Served(bad).outcome, Outcome::ok);
+  }
+  EXPECT_EQ(failed, 0);
+  EXPECT_LE(server_.accepted(), 6U) << "unit 7 pauses";
+}
+
+/// A truncated request to a unit that answers all others: it does not pause.
+TEST_F(ClosingServer, FailsForTheRequestAloneThatItClosesOn) {
+  closes_on = "01 01 00";
+  int failed = 0;
+  for (int i = 0; i < 50; ++i) {
+    const Asked& good = Submit({.slave = 1, .client = 2});
+    const Asked& bad = Submit({.slave = 1, .pdu = "01 00"});
+    const Asked& other = Submit({.slave = 1, .pdu = "03 00 C9 00 01", .client = 3});
+    failed += Served(good).outcome != Outcome::ok;
+    failed += Served(other).outcome != Outcome::ok;
+    EXPECT_NE(Served(bad).outcome, Outcome::ok);
+  }
+  EXPECT_EQ(failed, 0);
+}
+
+TEST_F(ClosingServer, IsAskedForTheUnitAgainWhenItsPauseIsOver) {
+  closes_on = "07";
+  Served(Submit({.slave = 7}));
+  closes_on.clear();
+  EXPECT_EQ(Served(Submit({.slave = 7})).outcome, Outcome::line_down);
+  const auto limit = std::chrono::steady_clock::now() + 10s;
+  while (Served(Submit({.slave = 7})).outcome != Outcome::ok) {
+    ASSERT_LT(std::chrono::steady_clock::now(), limit);
+    std::this_thread::sleep_for(20ms);
+  }
 }
 
 TEST_F(UpstreamConnectionTest, AnIdleConnectionThatEndsIsMadeAnewAtOnce) {

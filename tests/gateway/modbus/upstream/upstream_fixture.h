@@ -58,6 +58,7 @@ class ScriptedServer {
   void Accept() {
     acceptor_.async_accept([this](const asio::error_code& error, asio::ip::tcp::socket socket) {
       if (error) return;
+      socket.set_option(asio::ip::tcp::no_delay(true));
       sessions_.emplace_back(std::move(socket));
       if (turns_away) Close(sessions_.size() - 1);
       sessions_.back().Start();
@@ -82,6 +83,7 @@ struct Question {
   std::uint64_t client = 1;
   config::Priority priority = config::Priority::normal;
   Duration within = 1h;
+  bool broadcast = false;
 };
 
 class UpstreamTest : public testing::Test {
@@ -95,6 +97,7 @@ class UpstreamTest : public testing::Test {
     request.slave = ask.slave;
     request.pdu = ParseHex(ask.pdu).value();
     request.priority = ask.priority;
+    request.broadcast = ask.broadcast;
     request.arrived = std::chrono::steady_clock::now();
     request.deadline = request.arrived + ask.within;
     request.done = [&asked](RoutedReply reply) {

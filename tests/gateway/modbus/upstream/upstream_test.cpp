@@ -72,10 +72,48 @@ TEST_F(UpstreamTest, AReplyMayComeInAnyPieces) {
   }
 }
 
+struct Misframed {
+  const char* request;
+  const char* reply;   ///< behind its id: the header counts more than there is
+  const char* passed;  ///< PDU
+  Outcome outcome = Outcome::ok;
+};
+
+/// Behind each stands the next one, with and without the bytes that the header has counted.
+TEST_F(UpstreamTest, TheSizeThatFunctionAndRequestFixStandsAboveTheHeader) {
+  const Misframed kCases[] = {
+      {"03 00 C8 00 01", "00 00 00 04 14 83 02", "83 02", Outcome::refused},
+      {"03 00 C8 00 01", "00 00 00 06 14 03 02 09 C4", "03 02 09 C4"},
+      {"06 00 08 00 02", "00 00 00 07 14 06 00 08 00 02", "06 00 08 00 02"},
+      {"10 00 08 00 01 02 00 07", "00 00 00 07 14 10 00 08 00 01", "10 00 08 00 01"},
+      {"64 01", "00 00 00 04 14 E4 01", "E4 01", Outcome::refused},
+  };
+  for (const char* filler : {"", " 55", " 00"}) {
+    for (const Misframed& one : kCases) {
+      SCOPED_TRACE(one.reply);
+      const Asked& asked = Submit({.pdu = one.request});
+      ASSERT_TRUE(server_.Wait(asked_.size()));
+      server_.Write(server_.Requests().back().substr(0, 6) + one.reply + filler);
+      EXPECT_EQ(Wait(asked).outcome, one.outcome);
+      EXPECT_EQ(ToHex(asked.reply.pdu), one.passed);
+    }
+  }
+  EXPECT_EQ(server_.accepted(), 1U);
+}
+
+/// Two in one piece: the header of the second is found.
+TEST_F(UpstreamTest, BehindAMisframedReplyTheNextHeaderIsFound) {
+  const Asked& first = Submit();
+  const Asked& second = Submit({.slave = 21});
+  ASSERT_TRUE(server_.Wait(2));
+  server_.Write("00 00 00 00 00 04 14 83 02 00 01 00 00 00 05 15 03 02 00 07");
+  EXPECT_EQ(ToHex(Wait(first).pdu), "83 02");
+  EXPECT_EQ(ToHex(Wait(second).pdu), "03 02 00 07");
+}
+
 TEST_F(UpstreamTest, OtherUnitsAndFunctionsAreNoReply) {
-  for (const std::string reply :
-       {"00 00 00 00 00 05 15 03 02 09 C4", "00 01 00 00 00 05 14 04 02 09 C4",
-        "00 02 00 00 00 05 14 83 02 09 C4", "00 03 00 00 00 02 14 83"}) {
+  for (const std::string reply : {"00 00 00 00 00 05 15 03 02 09 C4",
+                                  "00 01 00 00 00 05 14 04 02 09 C4", "00 02 00 00 00 02 14 83"}) {
     const Asked& asked = Submit();
     ASSERT_TRUE(server_.Wait(asked_.size()));
     server_.Write(reply);
@@ -85,33 +123,32 @@ TEST_F(UpstreamTest, OtherUnitsAndFunctionsAreNoReply) {
   }
 }
 
-struct Misfit {
+struct OddReply {
   const char* request;
   const char* reply;
 };
 
-class MisfitTest : public UpstreamTest, public testing::WithParamInterface<Misfit> {};
+class OddReplyTest : public UpstreamTest, public testing::WithParamInterface<OddReply> {};
 
-TEST_P(MisfitTest, IsNoReply) {
+/// Its transaction id says which request it answers; its client judges.
+TEST_P(OddReplyTest, PassesAsItCame) {
   const std::string pdu = GetParam().reply;
   const auto size = static_cast<std::uint8_t>((pdu.size() + 1) / 3 + 1);
   const Asked& asked = Submit({.pdu = GetParam().request});
   ASSERT_TRUE(server_.Wait(1));
   server_.Write("00 00 00 00 00 " + HexByte(size) + " 14 " + pdu);
-  EXPECT_EQ(Wait(asked).outcome, Outcome::unexpected);
-  EXPECT_TRUE(asked.reply.pdu.empty());
-  EXPECT_THAT(asked.reply.reason, HasSubstr("does not fit the request: " + pdu));
+  EXPECT_EQ(Wait(asked).outcome, Outcome::ok);
+  EXPECT_EQ(ToHex(asked.reply.pdu), pdu);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, MisfitTest,
-                         testing::Values(Misfit{"03 00 C8 00 01", "03 02 01"},
-                                         Misfit{"03 00 C8 00 01", "03"},
-                                         Misfit{"03 00 C8 00 01", "03 04 00 01 00 02"},
-                                         Misfit{"03 00 C8 00 01", "03 02 00 01 00"},
-                                         Misfit{"01 00 00 00 09", "01 01 FF"},
-                                         Misfit{"06 00 08 00 00", "06 00 63 00 63"},
-                                         Misfit{"05 00 08 FF 00", "05 00 08 00 00"},
-                                         Misfit{"10 00 08 00 01 02 00 07", "10 00 09 00 01"}));
+INSTANTIATE_TEST_SUITE_P(
+    All, OddReplyTest,
+    testing::Values(OddReply{"03 00 C8 00 01", "03 02 01"}, OddReply{"03 00 C8 00 01", "03"},
+                    OddReply{"03 13 89 00 01", "03 04 00 01 00 02"},
+                    OddReply{"01 00 00 00 09", "01 01 FF"},
+                    OddReply{"06 00 0D 00 6C", "06 00 0D 00 64"},
+                    OddReply{"10 00 08 00 01 02 00 07", "10 00 08 00 01 02 00 07"},
+                    OddReply{"08 00 15 00 03", "08 00 15 00 03 00 04 00 01 00 02"}));
 
 TEST_F(UpstreamTest, WhatNobodyKnowsPassesAsItIs) {
   const Asked& asked = Submit({.slave = 250, .pdu = "64 DE AD"});
@@ -129,7 +166,7 @@ TEST_F(UpstreamTest, AnUnknownIdIsDropped) {
 }
 
 TEST_F(UpstreamTest, ABroadcastIsNotWaitedFor) {
-  const Asked& all = Submit({.slave = 0, .pdu = "06 00 08 00 00"});
+  const Asked& all = Submit({.slave = 0, .pdu = "06 00 08 00 00", .broadcast = true});
   const RoutedReply& reply = Wait(all);
   EXPECT_EQ(reply.outcome, Outcome::ok);
   EXPECT_TRUE(reply.pdu.empty());
@@ -142,6 +179,16 @@ TEST_F(UpstreamTest, ABroadcastIsNotWaitedFor) {
   server_.Write("00 01 00 00 00 05 00 03 02 00 01");
   EXPECT_EQ(ToHex(Wait(read).pdu), "03 02 00 01") << "unit 0 is the server itself";
   EXPECT_THAT(late_, IsEmpty()) << "nobody waits for its answer";
+}
+
+TEST_F(UpstreamTest, AWriteToUnitZeroThatIsNoBroadcastIsAnswered) {
+  const Asked& write = Submit({.slave = 0, .pdu = "06 00 08 00 02"});
+  const Asked& other = Submit({.slave = 20});
+  ASSERT_TRUE(server_.Wait(2)) << "and holds up no other unit";
+  EXPECT_EQ(write.calls, 0);
+  server_.Write("00 00 00 00 00 06 00 06 00 08 00 02 00 01 00 00 00 05 14 03 02 00 01");
+  EXPECT_EQ(ToHex(Wait(write).pdu), "06 00 08 00 02");
+  EXPECT_EQ(Wait(other).outcome, Outcome::ok);
 }
 
 TEST_F(UpstreamTest, AServerThatSendsGarbageBehindGoodFramesFillsNoLog) {
