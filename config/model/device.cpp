@@ -21,6 +21,8 @@ std::string_view Name(WordOrder order) {
       return "BADC";
     case WordOrder::dcba:
       return "DCBA";
+    case WordOrder::cdabghef:
+      return "CDABGHEF";
   }
   return "ABCD";
 }

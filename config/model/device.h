@@ -23,7 +23,13 @@ namespace baudgate::config {
 
 enum class OnBad : std::uint8_t { exception, hold, nan };
 /// Order of the bytes of a 32-bit value 0xAABBCCDD in two registers; 64-bit values alike.
-enum class WordOrder : std::uint8_t { abcd, cdab, badc, dcba };
+enum class WordOrder : std::uint8_t {
+  abcd,
+  cdab,
+  badc,
+  dcba,
+  cdabghef,  ///< of four registers: the words of each half exchanged; of devices only
+};
 
 /// What a device may call itself, without regard to spaces and case (SpokenName).
 struct Identity {

@@ -313,9 +313,9 @@ bool IsMirrored(View request) {
 }
 
 bool MayBeMirrored(std::uint8_t function) {
-  constexpr std::uint8_t kNever[] = {kReadCoils,   kReadDiscretes,   kReadHolding,  kReadInput,
-                                     kReadWrite,   kEncapsulated,    kEventLog,     kServerId,
-                                     kReadQueue,   kExceptionStatus, kEventCounter, kReadFile};
+  constexpr std::uint8_t kNever[] = {kReadCoils, kReadDiscretes,   kReadHolding,  kReadInput,
+                                     kReadWrite, kEncapsulated,    kEventLog,     kServerId,
+                                     kReadQueue, kExceptionStatus, kEventCounter, kReadFile};
   return std::ranges::find(kNever, function) == std::end(kNever);
 }
 

@@ -76,8 +76,8 @@ Outcome JobRun::Judge(View frame, bool may_be_echo, Instant now) {
 }
 
 /// Where nothing else is owed, a reply of the right slave and function is the reply, whatever its
-/// form: Enron's registers of 32 bits, a device that limits what is written. Only a write that comes
-/// back whole may be the bus.
+/// form: Enron's registers of 32 bits, a device that limits what is written. Only a write that
+/// comes back whole may be the bus.
 Outcome JobRun::JudgeRouted(View frame) {
   Job& job = *job_;
   Job::Routed& routed = *job.As<Job::Routed>();

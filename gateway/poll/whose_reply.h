@@ -107,7 +107,7 @@ class WhoseReply {
     int behind = 0;          // so many replies were owed when it was last known best
     Instant proven_at{};     // when a probe was answered last
     std::optional<Instant> lost_at;  // when a reply was silent or damaged last
-    int proofless = 0;       // answered probes in a row that were no proofs
+    int proofless = 0;               // answered probes in a row that were no proofs
   };
   /// A device that is silent to its identification is found out within fewer (probe_choice.h).
   static constexpr int kProbesWithoutProof = 8;

@@ -29,7 +29,7 @@ constexpr FormRow kForms[] = {
     {"float32", Form::float32, 2}, {"float64", Form::float64, 4}, {"int24", Form::int24, 2},
     {"uint24", Form::uint24, 2},   {"int48", Form::int48, 3},     {"uint48", Form::uint48, 3},
     {"bcd16", Form::bcd16, 1},     {"bcd32", Form::bcd32, 2},     {"bcd48", Form::bcd48, 3},
-    {"bcd64", Form::bcd64, 4},
+    {"bcd64", Form::bcd64, 4},     {"int8", Form::int8, 1},       {"uint8", Form::uint8, 1},
 };
 
 constexpr DecoderSpec kDecoders[] = {
@@ -38,10 +38,10 @@ constexpr DecoderSpec kDecoders[] = {
     {"holding 200", "holding registers as the point's own type (03, written by 06 and 16)"},
     {"input 3", "input registers as the point's own type (04)"},
     {"holding 200 uint16",
-     "what the registers hold where it is not the point's type: int16, uint16, int24, uint24, "
+     "what the registers hold where it is not the point's type: int8, uint8, int16, uint16, int24, uint24, "
      "int32, uint32, int48, uint48, int64, uint64, float32, float64, bcd16, bcd32, bcd48, bcd64"},
     {"holding 200 float32 CDAB",
-     "with the order of its bytes: ABCD, CDAB, BADC or DCBA, over the device's `order`"},
+     "with the order of its bytes: ABCD, CDAB, BADC, DCBA or CDABGHEF, over the device's `order`"},
     {"holding 8[b3]", "one bit of a register, 0 = lowest; a bool, written by mask (22)"},
     {"holding 8[b3-b5]", "several bits of a register as a number, written by mask (22)"},
     {"holding 200 int16 scale(203)",
@@ -159,7 +159,8 @@ Status TakeAddress(std::string_view text, std::string_view word, Place& place) {
 Status TakeScale(std::string_view text, std::string_view word, Place& place) {
   const auto address = ParseNumber(*InParentheses(word, "scale"));
   if (!address || place.scale) return Wrong(text, "has no register in scale(...)");
-  constexpr Form kWhole[] = {Form::int16, Form::uint16, Form::int24, Form::uint24,
+  constexpr Form kWhole[] = {Form::int8,  Form::uint8,
+                             Form::int16, Form::uint16, Form::int24, Form::uint24,
                              Form::int32, Form::uint32, Form::int48, Form::uint48,
                              Form::int64, Form::uint64, Form::bits};
   if (IsBits(place.table) || !IsAddressed(place.table) ||
@@ -206,6 +207,9 @@ Status TakeWords(std::string_view text, std::span<const std::string_view> words,
   const bool swap_only = place.count == 1 || place.form == Form::string;
   if (swap_only && place.order != WordOrder::abcd && place.order != WordOrder::badc) {
     return Wrong(text, "has bytes in single registers to order: ABCD, or BADC to swap them");
+  }
+  if (place.order == WordOrder::cdabghef && place.count != 4) {
+    return Wrong(text, "has no four registers to order in pairs: CDAB swaps two");
   }
   return {};
 }
@@ -334,6 +338,9 @@ Result<Place> WritePlace(const Point& point) {
     return Error{
         "a number with a scale register can not be written: the register is the device's; "
         "write the number itself in a point of its own"};
+  }
+  if (place->form == Form::int8 || place->form == Form::uint8) {
+    return Error{"one byte of a register can not be written without the other"};
   }
   if (place->form == Form::int24 || place->form == Form::uint24) {
     return Error{"three bytes of two registers can not be written without the fourth"};

@@ -51,6 +51,8 @@ enum class Form : std::uint8_t {
   uint64,
   float32,
   float64,
+  int8,  ///< the lower byte of a register
+  uint8,
   int24,  ///< the lower three bytes of two registers
   uint24,
   int48,

@@ -18,7 +18,7 @@ constexpr Duration kMostReplyTime = 1min;
 
 constexpr auto kTable = SettingsTable(
     Bind<&Settings::order>(option::Choice(
-        "order", "ABCD", "ABCD,CDAB,BADC,DCBA",
+        "order", "ABCD", "ABCD,CDAB,BADC,DCBA,CDABGHEF",
         "Order of the bytes in the device's numbers of two and four registers; word_order is "
         "that of the gateway's own registers.")),
     Bind<&Settings::block>(option::Integer(
@@ -60,7 +60,7 @@ std::span<const OptionSpec> OptionTable() { return kTable.specs(); }
 
 std::optional<WordOrder> ParseOrder(std::string_view text) {
   for (const WordOrder order :
-       {WordOrder::abcd, WordOrder::cdab, WordOrder::badc, WordOrder::dcba}) {
+       {WordOrder::abcd, WordOrder::cdab, WordOrder::badc, WordOrder::dcba, WordOrder::cdabghef}) {
     if (text == Name(order)) return order;
   }
   return std::nullopt;

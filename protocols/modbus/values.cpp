@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "gateway/base/text.h"
 
@@ -35,7 +36,13 @@ std::int64_t SignExtended(std::uint64_t bits, unsigned width) {
 /// Between the device's order and the first register first, high byte first; its own inverse.
 Registers Reorder(std::span<const std::uint16_t> registers, WordOrder order) {
   Registers ordered(registers.begin(), registers.end());
-  if (order == WordOrder::cdab || order == WordOrder::dcba) std::ranges::reverse(ordered);
+  const bool in_pairs = order == WordOrder::cdabghef && ordered.size() == 4;
+  if (in_pairs) {
+    std::swap(ordered[0], ordered[1]);
+    std::swap(ordered[2], ordered[3]);
+  } else if (order != WordOrder::abcd && order != WordOrder::badc) {
+    std::ranges::reverse(ordered);
+  }
   if (order == WordOrder::badc || order == WordOrder::dcba) {
     for (std::uint16_t& word : ordered) word = Swapped(word);
   }
@@ -150,6 +157,13 @@ Result<std::uint64_t> EncodeNumber(Form form, const Value& value) {
   constexpr std::int64_t kHalf24 = 1 << 23;
   constexpr std::int64_t kHalf48 = std::int64_t{1} << 47;
   switch (form) {
+    case Form::int8: {
+      const auto byte = Whole(value, std::numeric_limits<std::int8_t>::min(),
+                              std::numeric_limits<std::int8_t>::max());
+      return byte ? Result<std::uint64_t>(*byte & 0xFFU) : byte;
+    }
+    case Form::uint8:
+      return Whole(value, 0, std::numeric_limits<std::uint8_t>::max());
     case Form::int24:
       return Whole(value, -kHalf24, kHalf24 - 1);
     case Form::uint24:
@@ -261,6 +275,10 @@ Decoded Decode(const Place& place, std::span<const std::uint16_t> registers,
       return DecodeBcd(bits, 16);
     case Form::bits:
       return Unsigned((bits >> place.bit) & ((1U << place.width) - 1U));
+    case Form::int8:
+      return Integer(static_cast<std::int8_t>(bits));
+    case Form::uint8:
+      return Unsigned(bits & 0xFFU);
     case Form::int24:
       return Integer(SignExtended(bits, 24));
     case Form::uint24:

@@ -183,9 +183,9 @@ constexpr const char* kEnron = "03 13 89 00 01";
 constexpr const char* kWhole = "10 00 00 00 01 02 00 02";
 
 const Odd kOddReplies[] = {
-    {kEnron, "03 04 00 01 00 02"},               // Enron: one register of 32 bits
-    {"06 00 0D 00 6C", "06 00 0D 00 64"},        // it limits what is written
-    {kWhole, kWhole},                            // repeated whole
+    {kEnron, "03 04 00 01 00 02"},         // Enron: one register of 32 bits
+    {"06 00 0D 00 6C", "06 00 0D 00 64"},  // it limits what is written
+    {kWhole, kWhole},                      // repeated whole
     {"0F 00 00 00 01 01 01", "0F 00 00 00 01 01 01"},
     {"08 00 00 12 34", "08 00 00 12 35"},
     {"08 00 15 00 03", "08 00 15 00 03 00 02 00 00 00 01"},  // of a length that nobody knows
@@ -203,9 +203,9 @@ TEST(PollerRoutedFaults, AnOddReplyIsTheReplyWhereNothingElseIsOwed) {
   for (const bool device : {false, true}) {
     for (const auto& [request, reply] : kOddReplies) {
       SCOPED_TRACE(request);
-      RoutedLine line(DriveLine(device ? std::vector{Polled("20", 2, 1s)}
-                                       : std::vector<config::Device>()),
-                      device ? std::vector<std::string>() : std::vector<std::string>{"20"});
+      RoutedLine line(
+          DriveLine(device ? std::vector{Polled("20", 2, 1s)} : std::vector<config::Device>()),
+          device ? std::vector<std::string>() : std::vector<std::string>{"20"});
       line.Ask("warm", kRead);
       line.RunFor(5s);
       AnswerOddly(line.twin(0).manner, request, reply);

@@ -183,9 +183,9 @@ TEST(ModbusExpect, WhoRepeatsAndWhoMirrors) {
                             "16000400F20025", "1700000001000A0001020005", "640102", "0800010000"}) {
     EXPECT_FALSE(expect(write).repeatable) << write;
   }
-  for (const char* mirrored : {"050003FF00", "0600080002", "080000A55A", "16000400F20025",
-                               "08000A0000", "0800140000", "41010203", "1003E70001020005",
-                               "0F0013000A02CD01"}) {
+  for (const char* mirrored :
+       {"050003FF00", "0600080002", "080000A55A", "16000400F20025", "08000A0000", "0800140000",
+        "41010203", "1003E70001020005", "0F0013000A02CD01"}) {
     EXPECT_TRUE(expect(mirrored).mirrors) << mirrored;
   }
   for (const char* other : {"0300000001", "1700000001000A0001020005", "2B0E0100"}) {

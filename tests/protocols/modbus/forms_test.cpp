@@ -66,6 +66,34 @@ TEST(ModbusForms, ThreeAndSixBytes) {
       << "the fourth byte is not its own";
 }
 
+TEST(ModbusForms, OneByteOfARegister) {
+  EXPECT_EQ(Read("holding 8 uint8", Type::uint16, {0xAB12}), "18");
+  EXPECT_EQ(Read("holding 8 uint8 BADC", Type::uint16, {0xAB12}), "171");
+  EXPECT_EQ(Read("holding 8 int8", Type::int16, {0x7FFE}), "-2");
+  EXPECT_EQ(Read("holding 8 int8 BADC", Type::int16, {0x80FE}), "-128");
+  EXPECT_EQ(Encode(PlaceOf("holding 8 int8", Type::int16), Value(std::int64_t{-2}), {}).value(),
+            Registers{0x00FE});
+  EXPECT_FALSE(Encode(PlaceOf("holding 8 uint8", Type::uint16), Value(std::uint64_t{256}), {}));
+  EXPECT_NE(CheckPoint(baudgate::WritePoint("p", "holding 8 int8", {}, Type::int16)).error(), "")
+      << "the other byte is not its own";
+}
+
+TEST(ModbusForms, WordsSwappedInPairs) {
+  EXPECT_EQ(Read("holding 8 uint64 CDABGHEF", Type::uint64, {0x0002, 0x0001, 0x0004, 0x0003}),
+            "281483566841860");
+  const Place place = PlaceOf("holding 8 float64 CDABGHEF", Type::float64);
+  EXPECT_EQ(Encode(place, Value(1.5), {}).value(), (Registers{0x0000, 0x3FF8, 0x0000, 0x0000}));
+  for (const char* wrong :
+       {"holding 8 float32 CDABGHEF", "holding 8 uint48 CDABGHEF", "holding 8 uint16 CDABGHEF"}) {
+    EXPECT_NE(ErrorOf(wrong, Type::uint32), "") << wrong;
+  }
+  Settings settings;
+  settings.order = config::WordOrder::cdabghef;
+  const std::vector<std::uint16_t> two = {0x3456, 0x0012};
+  EXPECT_EQ(ToText(Decode(PlaceOf("holding 8", Type::uint32), two, settings).value), "1193046")
+      << "of a device: numbers of two registers as CDAB";
+}
+
 TEST(ModbusForms, DecimalDigitsOfThreeAndFourRegisters) {
   EXPECT_EQ(Read("holding 8 bcd48", Type::uint64, {0x1234, 0x5678, 0x9012}), "123456789012");
   EXPECT_EQ(Read("holding 8 bcd64", Type::uint64, {0x1234, 0x5678, 0x9012, 0x3456}),

@@ -93,8 +93,9 @@ TEST_F(ModbusSession, AnExceptionWhoseHeaderCountsTooManyCostsNothing) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
   line_->twin(1).manner.instead = [](View request) -> std::optional<Bytes> {
-    return Bytes{request[0], request[1], 0, 0, 0, 4, request[6],
-                 static_cast<std::uint8_t>(request[7] | 0x80), 2};
+    return Bytes{request[0], request[1], 0,          0,
+                 0,          4,          request[6], static_cast<std::uint8_t>(request[7] | 0x80),
+                 2};
   };
   line_->RunFor(10s);
   const DeviceStatus before = line_->StatusOf(0);
