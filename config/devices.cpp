@@ -118,8 +118,8 @@ Identity IdentityOf(MapReader& map, const Profile& profile, const Protocol* prot
   return identity;
 }
 
-void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* protocol,
-                Device& device, LoadContext& context) {
+void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* protocol, Device& device,
+                LoadContext& context) {
   const auto own = map.Get("points");
   context.points += (profile ? profile->points.size() : 0) + (own ? own->yaml().size() : 0);
   if (context.points > kMostPointsOfAll) {

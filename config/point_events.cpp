@@ -47,15 +47,14 @@ void CheckLimit(const PointEvent& event, const Point& point, const MapReader& ma
   if (IsFloat(point.type)) return;
   const auto [low, high] = EndsOf(point);
   if (above ? event.value >= high : event.value <= low) {
-    error("value", "'" + point.name + "' is from " + low.ToText() + " to " +
-                       high.ToText() + ", and never " + ConditionOf(event));
+    error("value", "'" + point.name + "' is from " + low.ToText() + " to " + high.ToText() +
+                       ", and never " + ConditionOf(event));
     return;
   }
   const Decimal back = event.value + (above ? -event.hysteresis : event.hysteresis);
   if (above ? back < low : back > high) {
-    error("hysteresis", "'" + point.name + "' is from " + low.ToText() + " to " +
-                            high.ToText() + ", and never back " +
-                            (above ? "below " : "above ") + back.ToText());
+    error("hysteresis", "'" + point.name + "' is from " + low.ToText() + " to " + high.ToText() +
+                            ", and never back " + (above ? "below " : "above ") + back.ToText());
   }
 }
 

@@ -90,8 +90,10 @@ std::vector<Sentinel> ReadSentinels(const YamlNode& node, Type type, Problems& p
     const Mark mark = entry.value.source()->MarkAt(entry.place);
     const auto value = ParseSentinel(entry.key, type);
     if (!value) {
-      problems.Error(mark, "sentinels: " + Quoted(entry.key) +
-                               " is not a number; write { 999: sensor_failure } or { 0xFFFF: sensor_failure }");
+      problems.Error(
+          mark,
+          "sentinels: " + Quoted(entry.key) +
+              " is not a number; write { 999: sensor_failure } or { 0xFFFF: sensor_failure }");
       continue;
     }
     const auto quality = ReadQuality(entry.value, "sentinels: " + entry.key, problems);

@@ -27,8 +27,7 @@ std::optional<Ratio> ReadRatio(const Entry& entry, Problems& problems) {
   const auto factor = Decimal::Parse(trimmed.substr(0, blank));
   const std::string_view unit =
       blank == std::string_view::npos ? std::string_view() : Trim(trimmed.substr(blank));
-  const bool good = factor && *factor > 0 && !unit.empty() &&
-                    unit.size() <= kLongestRatioUnit;
+  const bool good = factor && *factor > 0 && !unit.empty() && unit.size() <= kLongestRatioUnit;
   if (good) return Ratio{*factor, std::string(unit)};
   problems.Error(entry.value.mark(), "ratios: " + Quoted(*text) +
                                          " is not a number above 0 and a unit; write for example " +

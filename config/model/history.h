@@ -18,7 +18,7 @@ struct HistoryPoint {
   std::uint32_t device = 0;  ///< through all lines, as FirstDevice counts
   std::uint32_t point = 0;   ///< in that device's points
   bool every = false;        ///< every reading, changed or not
-  Decimal deadband = 0;        ///< smaller changes are not kept, in units of the value
+  Decimal deadband = 0;      ///< smaller changes are not kept, in units of the value
   Duration max_gap = std::chrono::minutes(10);  ///< an unchanged value is kept again after this
 };
 

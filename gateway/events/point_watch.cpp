@@ -54,8 +54,8 @@ std::optional<PointWatch::Finding> PointWatch::Take(const Value& value, Quality 
 std::optional<PointWatch::Finding> PointWatch::Compare(const Decimal& value, Instant now) {
   const bool below = rule_.on == On::below;
   const bool beyond = below ? value < rule_.value : value > rule_.value;
-  const bool back = below ? value >= rule_.value + rule_.hysteresis
-                          : value <= rule_.value - rule_.hysteresis;
+  const bool back =
+      below ? value >= rule_.value + rule_.hysteresis : value <= rule_.value - rule_.hysteresis;
   const Value is = beyond ? Value(true) : back ? Value(false) : told_;
   if (is == told_) {
     since_.reset();

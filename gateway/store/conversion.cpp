@@ -77,8 +77,8 @@ Sample ToSample(const config::Point& point, const Reading& reading) {
       return sample;
     }
   }
-  sample.value = point.type == Type::string ? FitText(point, reading.value)
-                                            : FitNumber(point, reading.value);
+  sample.value =
+      point.type == Type::string ? FitText(point, reading.value) : FitNumber(point, reading.value);
   if (!HasValue(sample.value)) sample.quality = {Quality::bad_configuration, Reason::out_of_range};
   return sample;
 }

@@ -38,7 +38,8 @@ constexpr DecoderSpec kDecoders[] = {
     {"holding 200", "holding registers as the point's own type (03, written by 06 and 16)"},
     {"input 3", "input registers as the point's own type (04)"},
     {"holding 200 uint16",
-     "what the registers hold where it is not the point's type: int8, uint8, int16, uint16, int24, uint24, "
+     "what the registers hold where it is not the point's type: int8, uint8, int16, uint16, int24, "
+     "uint24, "
      "int32, uint32, int48, uint48, int64, uint64, float32, float64, bcd16, bcd32, bcd48, bcd64"},
     {"holding 200 float32 CDAB",
      "with the order of its bytes: ABCD, CDAB, BADC, DCBA or CDABGHEF, over the device's `order`"},
@@ -159,10 +160,9 @@ Status TakeAddress(std::string_view text, std::string_view word, Place& place) {
 Status TakeScale(std::string_view text, std::string_view word, Place& place) {
   const auto address = ParseNumber(*InParentheses(word, "scale"));
   if (!address || place.scale) return Wrong(text, "has no register in scale(...)");
-  constexpr Form kWhole[] = {Form::int8,  Form::uint8,
-                             Form::int16, Form::uint16, Form::int24, Form::uint24,
-                             Form::int32, Form::uint32, Form::int48, Form::uint48,
-                             Form::int64, Form::uint64, Form::bits};
+  constexpr Form kWhole[] = {Form::int8,   Form::uint8,  Form::int16,  Form::uint16, Form::int24,
+                             Form::uint24, Form::int32,  Form::uint32, Form::int48,  Form::uint48,
+                             Form::int64,  Form::uint64, Form::bits};
   if (IsBits(place.table) || !IsAddressed(place.table) ||
       std::ranges::find(kWhole, place.form) == std::end(kWhole)) {
     return Wrong(text, "has a scale register, which belongs to whole numbers: int16, uint32 ...");
@@ -272,7 +272,10 @@ Status CheckType(std::string_view text, const Point& point, const Place& place) 
                              : "gives a number, and the type is text; write string(n)");
   }
   if (place.form == Form::string && place.length > point.text_length) {
-    return Wrong(text, "reads texts of " + std::to_string(place.length) + " characters, and longer ones than its type are not good: write string(" + std::to_string(place.length) + ")");
+    return Wrong(text,
+                 "reads texts of " + std::to_string(place.length) +
+                     " characters, and longer ones than its type are not good: write string(" +
+                     std::to_string(place.length) + ")");
   }
   if (place.scale && point.type != Type::float32 && point.type != Type::float64) {
     return Wrong(text,

@@ -87,7 +87,8 @@ Status CheckDevice(const config::Device& device) {
     const bool whole = item->kind == Item::Kind::tag || item->kind == Item::Kind::message;
     const std::size_t length = settings.form == Form::tag ? kTagDigits : settings.length;
     if (whole && length > point.text_length) {
-      return Error{its + "type: string(" + std::to_string(length) + "): a text that is longer than its point is not good"};
+      return Error{its + "type: string(" + std::to_string(length) +
+                   "): a text that is longer than its point is not good"};
     }
   }
   for (const config::Record& record : device.records) {

@@ -7,7 +7,8 @@
 //   L, lost or damaged                         B, until it is answered: L would take away what the
 //                                              relay has just given
 //   L, answered with the last batch again      B: a late reply to an earlier request, maybe; if B
-//                                              says it as well, these are new events that look alike
+//                                              says it as well, these are new events that look
+//                                              alike
 //   L, answered with events, where damage      B, until two replies agree: a wrong event would be
 //   may look whole (recheck)                   kept, and the true one lost
 //   L, refused                                 L at the next poll; a relay that has never answered
@@ -74,11 +75,11 @@ class EventSession {
   bool owes_backup_ = true;  ///< B before L
   bool owes_status_ = true;
   bool clears_ = false;
-  int silent_backups_ = 0;        ///< in a row
-  bool knows_backup_ = true;      ///< not refused, nor silent to all of them
-  bool answers_backup_ = false;   ///< it has, since the program began
+  int silent_backups_ = 0;       ///< in a row
+  bool knows_backup_ = true;     ///< not refused, nor silent to all of them
+  bool answers_backup_ = false;  ///< it has, since the program began
   std::optional<Held> held_;
-  std::string last_;        ///< the last batch, as it was said
+  std::string last_;  ///< the last batch, as it was said
   Instant last_at_{};
 };
 

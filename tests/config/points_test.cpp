@@ -150,7 +150,8 @@ TEST(Points, OneSentenceEach) {
       {"name: p, read: A1, type: int16, on_fault: bad",
        "55: error: on_fault: 'bad' is unknown; allowed: nan, hold or a number"},
       {"name: p, read: A1, type: int16, sentinels: { high: sensor_failure }",
-       "58: error: sentinels: 'high' is not a number; write { 999: sensor_failure } or { 0xFFFF: sensor_failure }"},
+       "58: error: sentinels: 'high' is not a number; write { 999: sensor_failure } or { 0xFFFF: "
+       "sensor_failure }"},
       {"name: p, read: A1, type: int16, sentinels: { 1: good }",
        "61: error: sentinels: 1: 'good' is unknown; allowed: sensor_failure, device_failure, "
        "configuration, not_connected, out_of_service, last_usable, sub_normal, uncertain"},

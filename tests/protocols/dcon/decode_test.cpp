@@ -33,8 +33,8 @@ TEST(DconFaults, NinesWithAPointAnywhereWhereTheMakerSaysSo) {
     return cut.outcome == Outcome::ok && cut.fields.size() == 1 ? cut.fields[0].quality
                                                                 : Quality(Quality::bad);
   };
-  for (std::string token : {"+99999.", "+9999.9", "+999.99", "+99.999", "+9.9999", "+.99999",
-                            "+999999", "+99999"}) {
+  for (std::string token :
+       {"+99999.", "+9999.9", "+999.99", "+99.999", "+9.9999", "+.99999", "+999999", "+99999"}) {
     EXPECT_EQ(quality(token, owen), Quality(Quality::bad_sensor_failure, Reason::over_range))
         << token;
     token[0] = '-';

@@ -62,11 +62,10 @@ TEST_F(DconTotals, AClearedCounterAddsNothing) {
 
 TEST_F(DconTotals, ARestartedModuleAddsNothing) {
   Begin("FFFFFFF0");
-  EXPECT_EQ(TotalIn(Poll({{"#010", ">00000005"},
-                          {"$015", "!011"},
-                          {"#010", ">00000006"},
-                          {"#010", ">00000006"}})),
-            0xFFFF'FFF0U)
+  EXPECT_EQ(
+      TotalIn(Poll(
+          {{"#010", ">00000005"}, {"$015", "!011"}, {"#010", ">00000006"}, {"#010", ">00000006"}})),
+      0xFFFF'FFF0U)
       << "near the end as well";
   talk_->OnReconnect();
   EXPECT_EQ(TotalIn(Poll({{"$015", "!011"}, {"#010", ">00000900"}, {"#010", ">00000900"}})),
@@ -80,16 +79,14 @@ TEST_F(DconTotals, ARestartedModuleAddsNothing) {
 
 TEST_F(DconTotals, ADamagedCountChangesNothing) {
   Begin("00001000");
-  EXPECT_EQ(TotalIn(Poll({{"#010", ">80001001"},
-                          {"$015", "!010"},
-                          {"#010", ">00001002"},
-                          {"#010", ">00001002"}})),
-            0x1002U);
-  EXPECT_EQ(TotalIn(Poll({{"#010", ">00000002"},
-                          {"$015", "!010"},
-                          {"#010", ">00001003"},
-                          {"#010", ">00001003"}})),
-            0x1003U);
+  EXPECT_EQ(
+      TotalIn(Poll(
+          {{"#010", ">80001001"}, {"$015", "!010"}, {"#010", ">00001002"}, {"#010", ">00001002"}})),
+      0x1002U);
+  EXPECT_EQ(
+      TotalIn(Poll(
+          {{"#010", ">00000002"}, {"$015", "!010"}, {"#010", ">00001003"}, {"#010", ">00001003"}})),
+      0x1003U);
   const Answer thrice = Poll({{"#010", ">80001001"},
                               {"$015", "!010"},
                               {"#010", ">40001001"},
@@ -111,11 +108,10 @@ TEST_F(DconTotals, AStepThatCouldBeCountedHasToBeConfirmed) {
 }
 
 TEST_F(DconTotals, ADamagedFirstCountIsNone) {
-  EXPECT_EQ(TotalIn(Poll({{"$015", "!011"},
-                          {"#010", ">00122344"},
-                          {"#010", ">00112345"},
-                          {"#010", ">00112345"}})),
-            0x112345U);
+  EXPECT_EQ(
+      TotalIn(Poll(
+          {{"$015", "!011"}, {"#010", ">00122344"}, {"#010", ">00112345"}, {"#010", ">00112345"}})),
+      0x112345U);
 }
 
 TEST_F(DconTotals, AModuleThatDoesNotKnowWhetherItWasRestarted) {

@@ -132,8 +132,11 @@ TEST(ReaderNumbers, OneAndNoOther) {
   EXPECT_EQ(shown("overload"), "bad");
   EXPECT_EQ(shown("1 12.35", "number 2-7"), "12.35");
   EXPECT_EQ(shown("1", "number 2-7"), "bad");
-  for (const char* text : {"12.35-", "12.35kg-", "(12.35) kg", "-12.35-", "12.35 -", "#12.35",
-                           "12.35*", "Lot-A 12.35", "\x02" "12.35", "1.2E3", "12.35."}) {
+  for (const char* text :
+       {"12.35-", "12.35kg-", "(12.35) kg", "-12.35-", "12.35 -", "#12.35", "12.35*", "Lot-A 12.35",
+        "\x02"
+        "12.35",
+        "1.2E3", "12.35."}) {
     EXPECT_EQ(shown(text), "bad") << text;
   }
   EXPECT_EQ(shown("12.35 l/h"), "12.35");

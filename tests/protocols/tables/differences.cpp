@@ -38,7 +38,8 @@ std::string Numbers(std::vector<double> values) {
 
 std::string SentinelsOf(const config::Point& point) {
   std::vector<double> values;
-  for (const config::Sentinel& sentinel : point.sentinels) values.push_back(sentinel.value.ToDouble());
+  for (const config::Sentinel& sentinel : point.sentinels)
+    values.push_back(sentinel.value.ToDouble());
   return Numbers(std::move(values));
 }
 
