@@ -60,7 +60,7 @@ TEST(ModbusPlace, ErrorsSayWhatWouldBeRight) {
       {PointOf("holding", Type::uint16), "has no address"},
       {PointOf("holding 65536", Type::uint16), "has no address 0...65535"},
       {PointOf("holding 65535", Type::float32), "ends beyond address 65535"},
-      {PointOf("holding 5 uint7", Type::uint16), "'uint8'"},
+      {PointOf("holding 5 uint7", Type::uint16), "'uint7'"},
       {PointOf("holding 5 ABCD uint16", Type::uint16), "and then an order"},
       {PointOf("holding 5 uint16 int16", Type::uint16), "'int16'"},
       {PointOf("holding 5 CDAB", Type::uint16), "BADC to swap them"},
