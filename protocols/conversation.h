@@ -149,6 +149,7 @@ enum class Then : std::uint8_t {
   done,       ///< it has ended
   ask_again,  ///< call Ask once more with the same task: the next exchange
   replan,     ///< it has ended, and Queries() are others now
+  restart,    ///< the same, and all of them are due at once: what they read is another thing now
 };
 
 /// What a reply means. The outcome of a task is the outcome of its last Answer. So when a write was

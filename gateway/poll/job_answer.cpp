@@ -196,9 +196,13 @@ void JobRun::TakeAnswer() {
   if (answer.batch) Report(device, std::move(*answer.batch));
   if (answer.wait > Duration::zero()) schedule_.Hold(device.place, now_.instant + answer.wait);
   if (answer.then == Then::ask_again) return Ask();
-  if (answer.then == Then::replan) {
+  if (answer.then == Then::replan || answer.then == Then::restart) {
     upkeep_.Plan(device);
-    if (device.in_use) schedule_.RestartAsPlanned(device.place, now_.instant);
+    if (answer.then == Then::replan) {
+      schedule_.GoOn(device.place, now_.instant);
+    } else if (device.in_use) {
+      schedule_.RestartAsPlanned(device.place, now_.instant);
+    }
     return Finish(outcome, answer.reason);
   }
   const bool read = job.task.kind == Task::Kind::poll;

@@ -76,7 +76,10 @@ void JobRun::GiveUp(const ExchangeEnd& end) {
       device.conversation->OnFailure(job_->task, job_->request, end.outcome, now_.instant);
   upkeep_.OnHeard(device, now_.instant);
   if (then == Then::ask_again) return Ask();
-  if (then == Then::replan) upkeep_.Plan(device);
+  if (then == Then::replan) {
+    upkeep_.Plan(device);
+    schedule_.GoOn(device.place, now_.instant);
+  }
   upkeep_.HoldBack(device);
   Finish(end.outcome, end.reason);
 }

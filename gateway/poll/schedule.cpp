@@ -26,14 +26,18 @@ void Schedule::SetQueries(std::size_t index, std::vector<config::Group> groups, 
   Device& device = devices_[index];
   Round& once = device.rounds[static_cast<std::size_t>(config::Group::once)];
   Round& daily = device.rounds[static_cast<std::size_t>(config::Group::daily)];
+  for (Round& round : device.rounds) {
+    const bool asked = round.turn == turn_ && turn_ > 0;
+    round.before = {.queries = round.queries.size(),
+                    .next = round.cursor - (asked && round.cursor > 0 ? 1 : 0),
+                    .due = round.due,
+                    .active = round.active(),
+                    .asked = asked};
+  }
   if (once.active()) once.due = Instant{};
   const std::size_t asked_daily = daily.cursor;
   const std::size_t left = daily.queries.size() - asked_daily;
-  for (Round& round : device.rounds) {
-    round.went_on = round.active() || (round.turn == turn_ && turn_ > 0);
-    round.asked = round.cursor - (round.turn == turn_ && round.cursor > 0 ? 1 : 0);
-    round.queries.clear();
-  }
+  for (Round& round : device.rounds) round.queries.clear();
   for (std::size_t query = 0; query < groups.size(); ++query) {
     device.rounds[static_cast<std::size_t>(groups[query])].queries.push_back(query);
   }
@@ -94,18 +98,28 @@ void Schedule::Restart(std::size_t index, Instant now) {
 void Schedule::RestartAsPlanned(std::size_t index, Instant now) {
   Round& daily = devices_[index].rounds[static_cast<std::size_t>(config::Group::daily)];
   const Round before = daily;
-  Device& device = devices_[index];
-  const auto rounds = device.rounds;
   Restart(index, now);
-  for (std::size_t i = 0; i < rounds.size(); ++i) {
-    const Round& was = rounds[i];
-    Round& round = device.rounds[i];
-    if (!was.due || was.held || round.queries.empty()) continue;
-    // Whose query it was that has changed goes on with what it is now.
-    round.due = was.due;
-    if (was.went_on) round.cursor = std::min(was.asked, round.queries.size());
-  }
   if (before.due && before.active()) daily = before;
+}
+
+void Schedule::GoOn(std::size_t index, Instant now) {
+  Device& device = devices_[index];
+  for (Round& round : device.rounds) {
+    if (round.held || round.queries.empty()) continue;
+    const Round::Before& before = round.before;
+    round.due = before.due;
+    if (before.queries == 0) {
+      // What has come into it was asked a moment ago.
+      round.cursor = round.queries.size();
+      if (!round.due || *round.due < now) round.due = now + round.period;
+    } else if (before.asked || (before.active && &round != &device.rounds[kDaily])) {
+      round.cursor = std::min(before.next, round.queries.size());
+    } else if (!before.active) {
+      round.cursor = round.queries.size();
+      const bool grew = round.queries.size() > before.queries;
+      if (round.period == Duration::zero() && grew) round.due = now;
+    }
+  }
 }
 
 void Schedule::Repeat(std::size_t index, config::Group group, Instant at) {

@@ -59,9 +59,11 @@ class Schedule {
   /// All groups of the device are due at once, or when its hold ends: the port opened, or the
   /// device came back.
   void Restart(std::size_t device, Instant now);
-  /// The same after SetQueries, but rounds that are under way go on, and others keep their time:
-  /// each of a hundred refusals would begin them anew.
+  /// The same after SetQueries, but a daily round that is under way goes on.
   void RestartAsPlanned(std::size_t device, Instant now);
+  /// After SetQueries: rounds that were under way go on with what has become of their next query,
+  /// others keep their time. Each of a hundred refusals would begin them anew.
+  void GoOn(std::size_t device, Instant now);
   /// Nothing of the device is due until Restart: it is offline or disabled.
   void Suspend(std::size_t device);
   /// What is read once, or daily, is due again at `at`: some of it could not be read. Of two such
@@ -104,13 +106,19 @@ class Schedule {
     std::vector<std::size_t> queries;
     Duration period{};               // zero: once
     std::optional<Instant> due;      // start of the next round; nothing: not again
-    std::size_t asked = 0;           // cursor before the latest SetQueries, or that of its cause
-    bool went_on = false;            // it was in progress then
     std::size_t cursor = 0;          // next query; queries.size(): no round in progress
     std::uint64_t turn = 0;          // when it was last served, counted in picks
     bool repeats = false;            // due earlier than by its period
     bool held = false;               // never due
     std::optional<Instant> planned;  // held: when it would be due
+    struct Before {
+      std::size_t queries = 0;
+      std::size_t next = 0;  // to go on with: the one after the latest, or the latest itself
+      std::optional<Instant> due;
+      bool active = false;
+      bool asked = false;  // the latest request was one of its queries
+    };
+    Before before;  // the latest SetQueries
     bool active() const { return cursor < queries.size(); }
   };
   struct Device {
@@ -126,6 +134,7 @@ class Schedule {
   };
 
   static constexpr std::size_t kEvents = config::kGroups;
+  static constexpr auto kDaily = static_cast<std::size_t>(config::Group::daily);
 
   int QueriesOfARound() const;
   static std::uint32_t Passed(const Round& round, Instant now);

@@ -123,14 +123,23 @@ class QueryPlan {
   };
 
   Block<Key> BlockOf(const Item& item) const { return {keys_[item.key], item.begin, item.end, 1}; }
+  /// It has been refused, and that is no verdict yet: what is read seldom would wait for it too
+  /// long.
+  bool IsInDoubt(const Item& item) const {
+    const bool refused = item.refusals > 0 && item.refusals < rules_.refusals;
+    return refused && (item.refusal != 0 || IsSeldom(item.group));
+  }
   config::Group GroupOf(const Item& item) const {
-    if (item.refusal == 0 || IsSeldom(item.group)) return item.group;
+    if (IsInDoubt(item)) return config::Group::slow;
+    if (item.refusal == 0) return item.group;
     const bool daily = rules_.refused == WhenRefused::ask_daily && !item.proven &&
                        item.refusals >= rules_.refusals;
-    return daily ? config::Group::daily : config::Group::slow;
+    if (daily) return config::Group::daily;
+    return IsSeldom(item.group) ? item.group : config::Group::slow;
   }
   bool Joins(const Item& first, const Block<Key>& block, const Item& next) const;
-  bool Split(std::size_t query);
+  /// From the next Make on no query reads across its middle. False: it can not be split.
+  bool Cut(std::size_t query);
   PlanChange SetApart(std::size_t query);
   /// Calls `change` for every item that the query reads, or would read were it of its group.
   template <typename Change>
@@ -232,7 +241,7 @@ PlanChange QueryPlan<Key>::OnAnswered(std::size_t query) {
   if (query >= queries_.size()) return PlanChange::nothing;
   bool restored = false;
   ForItemsOf(query, [&](Item& item) {
-    restored = restored || item.refusal != 0;
+    restored = restored || item.refusal != 0 || IsInDoubt(item);
     item.refusal = 0;
     item.silences = item.refusals = 0;
     item.silent = false;
@@ -259,13 +268,15 @@ PlanChange QueryPlan<Key>::OnRefused(std::size_t query, bool divisible) {
   const bool last = IsLastRefusal(query);
   const bool proven = IsProven(query);
   ForItemsOf(query, [](Item& item) { ++item.refusals; });
-  if (proven && !last) return PlanChange::nothing;
-  const Block<Key> block = blocks_[query];
-  if (!divisible || !Split(query)) return SetApart(query);
-  // The parts are judged by what is said to them.
-  for (Item& item : items_) {
-    if (block.Covers(BlockOf(item))) item.refusals = 0;
+  if (proven && !last) {
+    if (!IsSeldom(queries_[query].group)) return PlanChange::nothing;
+    Make();
+    return PlanChange::set_apart;
   }
+  if (!divisible || !Cut(query)) return SetApart(query);
+  // The parts are judged by what is said to them.
+  ForItemsOf(query, [](Item& item) { item.refusals = 0; });
+  Make();
   return PlanChange::split;
 }
 
@@ -293,14 +304,17 @@ PlanChange QueryPlan<Key>::OnSilent(std::size_t query) {
   Item& first = items_[members_[query].front()];
   if (first.heard || ++first.silences < kSilencesOfARefusal) return PlanChange::nothing;
   first.silences = 0;
-  if (Split(query)) return PlanChange::split;
+  if (Cut(query)) {
+    Make();
+    return PlanChange::split;
+  }
   ForItemsOf(query, [](Item& item) { item.silent = true; });
   return SetApart(query);
 }
 
 /// Where an item begins and all before it have ended.
 template <typename Key>
-bool QueryPlan<Key>::Split(std::size_t query) {
+bool QueryPlan<Key>::Cut(std::size_t query) {
   const Block<Key>& block = blocks_[query];
   std::vector<std::size_t> places;
   std::size_t widest = 0;
@@ -320,7 +334,6 @@ bool QueryPlan<Key>::Split(std::size_t query) {
   if (places.empty()) return false;
   if (widest == 0) at = places[(places.size() - 1) / 2];
   cuts_.insert({items_[members_[query].front()].key, at});
-  Make();
   return true;
 }
 

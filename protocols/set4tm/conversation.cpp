@@ -203,18 +203,18 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   if (task.kind != Task::Kind::poll) return End(std::move(reply.answer));
   if (AsksClock(reply.pdu)) AddDrift(reply, frame.size(), now);
   if (ChooseIntegers()) {
-    reply.answer.then = Then::replan;
+    reply.answer.then = Then::restart;
     return End(std::move(reply.answer));
   }
   if (tries_masks_ && IsMasked(reply.pdu)) return AfterTrial(std::move(reply.answer));
   const Bytes wanted = fields_.PduOf(plan_, task.query);
   if (Is(reply.pdu, wanted) || (IsMasked(reply.pdu) && IsMasked(wanted))) {
     // Readings of days and months are others now.
-    if (identification_.TakeNewDay()) reply.answer.then = Then::replan;
+    if (identification_.TakeNewDay()) reply.answer.then = Then::restart;
     return End(std::move(reply.answer));
   }
   if (identification_.trouble()) return End(OtherType());
-  if (reply.answer.then == Then::replan) return End(std::move(reply.answer));
+  if (reply.answer.then == Then::restart) return End(std::move(reply.answer));
   reply.answer.then = Then::ask_again;
   return std::move(reply.answer);
 }
@@ -225,7 +225,7 @@ Answer MeterConversation::AfterJournal(Reply reply, Instant now) {
     if (identification_.trouble()) return End(OtherType());
     Answer answer = AskAgain();
     if (!ChooseIntegers()) return answer;
-    answer.then = Then::replan;
+    answer.then = Then::restart;
     return End(std::move(answer));
   }
   const JournalReader reader{settings_.time_zone, identification_.KnowsStatusWord()};
@@ -239,7 +239,7 @@ Answer MeterConversation::AfterTrial(Answer answer) {
   tries_masks_ = false;
   if (!whole) return AskAgain();
   UseMasks(true);
-  answer.then = Then::replan;
+  answer.then = Then::restart;
   return End(std::move(answer));
 }
 

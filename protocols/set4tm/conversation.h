@@ -93,6 +93,7 @@ class MeterConversation : public Conversation {
   Answer AfterClosed(Answer answer);
   bool Verify(std::uint32_t serial);
   Answer Swapped() const;
+  Answer AfterNoSerial(Answer answer);
   std::string RefusedText() const;
   Answer PasswordRefused(Answer answer, Instant now);
   Answer End(Answer answer);

@@ -52,7 +52,7 @@ Answer MeterConversation::AfterBackground(Reply reply, Instant now) {
     if (identification_.trouble()) return End(OtherType());
     Answer answer = AskAgain();
     if (!ChooseIntegers()) return answer;
-    answer.then = Then::replan;
+    answer.then = Then::restart;
     return End(std::move(answer));
   }
   return End(kept_.With(PartOf(job_), job().OnData(reply.data, identification_.scale(), now)));

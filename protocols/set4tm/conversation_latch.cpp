@@ -71,7 +71,7 @@ void MeterConversation::TakeLatched(Reply& reply) {
     const bool told = latch_.Told(number);
     latch_.OnTime(reply.data, number);
     if (!told || !latch_.Heard(number)) DropLatched(reply.answer);
-    if (!told && latch_.Heard(number)) reply.answer.then = Then::replan;
+    if (!told && latch_.Heard(number)) reply.answer.then = Then::restart;
   }
   const bool heard = latch_.Heard(number);
   const std::chrono::duration<double> sent = line_latch_.sent_at().time_since_epoch();

@@ -1,5 +1,7 @@
 // What follows when a meter answers with a status alone, or is not the one that should answer.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/conversation_steps.h"
 #include "protocols/set4tm/snapshot.h"
@@ -87,6 +89,19 @@ Answer MeterConversation::AfterClosed(Answer answer) {
   return AskAgain();
 }
 
+/// It does not tell its serial number. Where one is configured its values may be another meter's;
+/// elsewhere that contradicts nothing.
+Answer MeterConversation::AfterNoSerial(Answer answer) {
+  if (!settings_.serial_number) {
+    verified_ = true;
+    return AskAgain();
+  }
+  answer.outcome = Outcome::refused;
+  answer.readings.clear();
+  answer.wait = std::max<Duration>(answer.wait, 1min);
+  return End(std::move(answer));
+}
+
 Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now) {
   if (reply.pdu[0] == kOpenChannel) return AfterOpen(task, std::move(reply), now);
   const auto code = CodeOf(*reply.status);
@@ -96,6 +111,7 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
     return PasswordRefused(std::move(reply.answer), now);
   }
   const bool trial = tries_masks_ && IsMasked(reply.pdu);
+  const bool asks_serial = !verified_ && Is(reply.pdu, kAskSerial);
   switch (code) {
     case kChannelClosed:
       return AfterClosed(std::move(reply.answer));
@@ -107,6 +123,9 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
     case kLevelTooLow:
       break;
     default:
+      if (asks_serial && reply.answer.outcome == Outcome::refused) {
+        return AfterNoSerial(std::move(reply.answer));
+      }
       if (task.kind == Task::Kind::background) job().OnFailure(now);
       if (!trial) return End(std::move(reply.answer));
   }
@@ -122,9 +141,9 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
     return End(job().OnRefused(std::move(reply.answer), now));
   }
   const bool own = task.kind == Task::Kind::poll;
-  if (Is(reply.pdu, kAskSerial) && !settings_.serial_number && task.kind != Task::Kind::probe) {
-    verified_ = true;  // it does not tell, which contradicts nothing
-    return AskAgain();
+  const bool asked_for = own && Is(reply.pdu, fields_.PduOf(plan_, task.query));
+  if (asks_serial && !(asked_for && !settings_.serial_number)) {
+    return AfterNoSerial(std::move(reply.answer));
   }
   const bool of_latch = Is(reply.pdu, AskLatchTime());
   if (of_latch) latch_.OnRefused();
@@ -136,7 +155,8 @@ Answer MeterConversation::AfterStatus(const Task& task, Reply reply, Instant now
     reply.answer.readings.clear();
   } else if (own && IsFloatRead(reply.pdu) && identification_.WantType()) {
     return AskAgain();
-  } else if (own && Is(reply.pdu, fields_.PduOf(plan_, task.query))) {
+  } else if (asked_for) {
+    if (asks_serial) verified_ = true;
     plan_.OnRefused(task.query);
   } else if (question) {
     // Only the values that need it suffer; the options can give what the meter does not.

@@ -261,6 +261,54 @@ TEST(Schedule, ARestartAsPlannedGoesOnWithTheDay) {
   EXPECT_EQ(schedule.Next(kStart + 9h)->query, 0U);
 }
 
+TEST(Schedule, ANewPlanGoesOnWhereItWas) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h),
+                      {Group::fast, Group::fast, Group::slow, Group::once});
+  schedule.Restart(0, kStart);
+  const auto next = [&](Instant now) {
+    const auto pick = schedule.Next(now);
+    return pick ? std::optional(pick->query) : std::nullopt;
+  };
+  for (int i = 0; i < 3; ++i) next(kStart);
+  // The last of the fast ones was split; all else was asked.
+  ASSERT_EQ(next(kStart), 1U);
+  schedule.SetQueries(0, {Group::fast, Group::fast, Group::fast, Group::slow, Group::once});
+  schedule.GoOn(0, kStart);
+  EXPECT_EQ(next(kStart), 1U);
+  EXPECT_EQ(next(kStart), 2U);
+  EXPECT_EQ(next(kStart), std::nullopt) << "neither the slow one nor that which is read once";
+  // The first one is set apart, so that it is asked daily.
+  ASSERT_EQ(next(kStart + 1s), 0U);
+  schedule.SetQueries(0, {Group::fast, Group::fast, Group::slow, Group::daily, Group::once});
+  schedule.GoOn(0, kStart + 1s);
+  EXPECT_EQ(next(kStart + 1s), 0U);
+  EXPECT_EQ(next(kStart + 1s), 1U);
+  EXPECT_EQ(next(kStart + 1s), std::nullopt) << "it was asked a moment ago";
+  EXPECT_EQ(schedule.Missed(0, kStart + 1s), 0U);
+  int daily = 0;
+  for (Instant now = kStart + 1s; now < kStart + 1s + 24h; now += 10min) {
+    while (const auto pick = schedule.Next(now)) daily += pick->group == Group::daily ? 1 : 0;
+  }
+  EXPECT_EQ(daily, 0);
+  EXPECT_EQ(schedule.Next(kStart + 1s + 24h)->group, Group::daily);
+}
+
+TEST(Schedule, WhatHadNoQueriesForLongMissedNothing) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), {Group::fast});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  schedule.SetQueries(0, {Group::slow});
+  schedule.GoOn(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  for (int minute = 1; minute < 60; ++minute) schedule.Next(kStart + minute * 1min);
+  schedule.SetQueries(0, {Group::fast});
+  schedule.GoOn(0, kStart + 1h);
+  ASSERT_TRUE(schedule.Next(kStart + 1h + 1s));
+  EXPECT_EQ(schedule.Missed(0, kStart + 1h + 1s), 0U);
+}
+
 TEST(Schedule, GroupsHaveTheirOwnPeriods) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 10s), {Group::fast, Group::slow});

@@ -149,6 +149,32 @@ TEST(QueryPlan, WhereARefusalMayBeDamageThreeAreAVerdict) {
   EXPECT_EQ(Shown(plan), "b0, slow a0");
 }
 
+/// Its round would not come again soon enough for the second and the third time.
+TEST(QueryPlan, WhatIsReadSeldomIsInDoubtAtSlowIntervals) {
+  const Plan::Rules rules = {
+      .may_join = Near().may_join, .refused = WhenRefused::ask_daily, .refusals = 3};
+  for (const Group group : {Group::once, Group::daily}) {
+    Plan plan = MakePlan({{"a0", group}}, rules);
+    EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
+    EXPECT_EQ(Shown(plan), "slow a0");
+    EXPECT_EQ(plan.OnRefused(0), PlanChange::nothing);
+    EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
+    EXPECT_EQ(Shown(plan), "daily a0") << "once is for ever";
+
+    plan = MakePlan({{"a0", group}}, rules);
+    plan.OnAnswered(0);
+    EXPECT_EQ(plan.OnRefused(0), PlanChange::set_apart);
+    EXPECT_EQ(Shown(plan), "slow a0");
+    EXPECT_EQ(plan.OnAnswered(0), PlanChange::restored);
+    EXPECT_EQ(plan.queries()[0].group, group);
+
+    plan = MakePlan({{"a0", group}, {"a1", group}}, rules);
+    EXPECT_EQ(plan.OnRefused(0), PlanChange::split);
+    EXPECT_EQ(plan.queries()[0].group, group) << "its parts are judged by what is said to them";
+    EXPECT_EQ(plan.queries().size(), 2U);
+  }
+}
+
 TEST(QueryPlan, AnAnsweredProbeShowsThatSilenceIsARefusal) {
   Plan plan = MakePlan({{"a0"}, {"a1"}});
   for (int i = 0; i < 9; ++i) EXPECT_EQ(plan.OnSilent(0), PlanChange::nothing);

@@ -77,7 +77,7 @@ TEST(Set4tmType, BitsOfAnotherTypeAreNeverCalledByTheTableOfDotZeroThreeM) {
     Talk talk = OpenTalk(OfTypes({code}));
     Answer answer = talk.Run(Poll(1), Script({"10 40 " + code + "0", "FF FF FF FF FF"}));
     // Without floats its points are read otherwise.
-    if (answer.then == Then::replan) answer = talk.Run(Poll(1), Script({"FF FF FF FF FF"}));
+    if (answer.then == Then::restart) answer = talk.Run(Poll(1), Script({"FF FF FF FF FF"}));
     ASSERT_EQ(answer.readings.size(), 2U) << code;
     for (const Reading& reading : answer.readings) {
       EXPECT_EQ(IsGood(reading.quality), type == 8) << code;
@@ -152,7 +152,7 @@ TEST(Set4tmDay, WithTheMetersDayAllIsReadAnew) {
   const auto clock = [&](const char* data) { return talk.Run(Poll(0), Script({data})).then; };
   EXPECT_EQ(clock("31 30 15 01 02 09 02 00"), Then::done) << "the first reading is no new day";
   EXPECT_EQ(clock("59 59 23 01 02 09 02 00"), Then::done);
-  EXPECT_EQ(clock("05 00 00 02 03 09 02 00"), Then::replan);
+  EXPECT_EQ(clock("05 00 00 02 03 09 02 00"), Then::restart);
   EXPECT_EQ(clock("06 00 00 02 03 09 02 00"), Then::done);
 }
 

@@ -79,7 +79,7 @@ TEST(Set4tmSnapshotTrial, OneGoodAnswerAndAllIsReadSo) {
   Talk talk = OpenTalk(Automatic());
   ASSERT_EQ(talk->Queries().size(), 3U);
   const Answer answer = talk.Run(Poll(0), Script({std::string("01 ") + kThree}));
-  EXPECT_EQ(answer.then, Then::replan);
+  EXPECT_EQ(answer.then, Then::restart);
   ASSERT_EQ(answer.readings.size(), 3U) << "and its values count";
   EXPECT_EQ(std::get<double>(answer.readings[0].value), 873.25);
   EXPECT_EQ(talk->Queries().size(), 2U);
@@ -150,7 +150,7 @@ TEST(Set4tmSnapshotTrial, NoTrialWhereItSavesNothingOrTheTypeHasNone) {
   config::Device old = Automatic();
   old.options.Set("types", std::vector<std::string>{"0"});
   Talk second = OpenTalk(old);
-  EXPECT_EQ(second.Run(Poll(0), Script({"10 40 00"})).then, Then::replan);
+  EXPECT_EQ(second.Run(Poll(0), Script({"10 40 00"})).then, Then::restart);
   EXPECT_THAT(TakeAsked(second), ElementsAre("08 12")) << "integers from now on";
 }
 

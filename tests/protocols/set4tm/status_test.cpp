@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "protocols/set4tm/conversation.h"
+#include "protocols/set4tm/conversation_steps.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
@@ -45,6 +46,53 @@ TEST(Set4tmStatus, EachCodeHasItsOutcomeAndPatience) {
     EXPECT_EQ(answer.then, Then::done) << row.body;
     EXPECT_FALSE(answer.reason.empty()) << row.body;
     for (const Reading& reading : answer.readings) EXPECT_FALSE(HasValue(reading.value));
+  }
+}
+
+constexpr const char* kSerialPoint = "08 00 u32_be@0";
+
+TEST(Set4tmStatus, ASerialNumberThatIsNotToldIsAskedForOnce) {
+  for (const char* status : {"01", "03"}) {
+    Talk talk = OpenTalk(MakeDevice("5", {MakePoint(kSerialPoint, config::Group::once)}));
+    const Answer answer = talk.Run(Poll(0), Script(std::vector<std::string>(10, status)));
+    EXPECT_THAT(TakeAsked(talk), ElementsAre("08 00")) << status;
+    EXPECT_EQ(answer.then, Then::replan) << status;
+    ASSERT_EQ(answer.readings.size(), 1U) << status;
+    EXPECT_FALSE(HasValue(answer.readings[0].value)) << status;
+    EXPECT_TRUE(talk->Queries().empty()) << status;
+  }
+}
+
+/// A meter of whom nothing was known before, with a memory of its own.
+TEST(Set4tmStatus, WhoDoesNotTellItsSerialNumberContradictsNothing) {
+  for (const char* status : {"01", "02", "03", "04", "0A"}) {
+    Talk talk(Set4tmProtocol(), MakeDevice("5", {MakePoint(kOneFloat),
+                                                 MakePoint(kSerialPoint, config::Group::once)}));
+    talk->Recall("", {talk.now, WallTime(1'790'000'000s)});
+    talk.Run(Probe(), Script({"00"}));
+    TakeAsked(talk);
+    for (int poll = 0; poll < 3; ++poll) {
+      talk.Run(Poll(0), [status](View request) {
+        return Script({Is(SplitFrame(request)->body, kAskSerial) ? status : "00 80 66 43"})(
+            request);
+      });
+    }
+    EXPECT_THAT(TakeAsked(talk), ElementsAre("08 00", "08 1B 00 11", "08 1B 00 11", "08 1B 00 11"))
+        << status;
+  }
+}
+
+/// Its values may be another meter's.
+TEST(Set4tmStatus, WhoShouldTellItsSerialNumberAndDoesNotIsAskedRarely) {
+  for (const char* status : {"01", "02", "0A"}) {
+    config::Device device = OneFloat();
+    device.options.Set("serial_number", std::int64_t{kMeter});
+    Talk talk = OpenTalk(device);
+    const Answer answer = talk.Run(Poll(0), Script({status, status, status}));
+    EXPECT_EQ(answer.outcome, Outcome::refused) << status;
+    EXPECT_TRUE(answer.readings.empty()) << status;
+    EXPECT_EQ(answer.wait, 1min) << status;
+    EXPECT_THAT(TakeAsked(talk), ElementsAre("08 00")) << status;
   }
 }
 
