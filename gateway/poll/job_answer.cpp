@@ -121,8 +121,9 @@ void JobRun::Conclude(ExchangeEnd end) {
       chooser_.turns().Charge(now_.instant - job.exchange_began);
     }
     schedule_.Doubt(member.place, in_vain);
-    const bool fills_gaps = job.goal().task.kind == Task::Kind::background;
-    if (!fills_gaps) schedule_.OnUsed(member.place, now_.instant - job.exchange_began);
+    if (job.task.kind == Task::Kind::poll) {
+      schedule_.OnUsed(member.place, now_.instant - job.exchange_began);
+    }
   }
   if (job.verdict.shifted) upkeep_.DoubtLatest(now_.instant);
   if (answered) job.wire += now_.instant - job.exchange_began;

@@ -69,7 +69,7 @@ class Schedule {
   /// What is read once, or daily, is due again at `at`: some of it could not be read. Of two such
   /// wishes the first counts.
   void Repeat(std::size_t device, config::Group group, Instant at);
-  /// An exchange of it has taken the line for so long.
+  /// A poll of it has taken the line for so long.
   void OnUsed(std::size_t device, Duration time) { devices_[device].used += time; }
   /// Its last exchange failed: others may go first. Suspend forgets it.
   void Doubt(std::size_t device, bool doubted) { devices_[device].doubted = doubted; }

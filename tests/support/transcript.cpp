@@ -94,7 +94,7 @@ class Player {
       const std::size_t count = conversation->Queries().size();
       if (count == 0) return Fail(step, "the conversation asks for nothing");
       const Then then = PlayTask(*conversation, {.kind = Task::Kind::poll, .query = query % count});
-      query = then == Then::replan ? 0 : query + 1;
+      query = then == Then::replan || then == Then::restart ? 0 : query + 1;
     }
   }
 
