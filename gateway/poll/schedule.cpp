@@ -200,7 +200,12 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
       }
     }
   }
-  if (best == nullptr) return std::nullopt;
+  if (best == nullptr) {
+    // Where there is time for all nobody owes another anything.
+    for (Device& device : devices_) device.used = {};
+    used_ = {};
+    return std::nullopt;
+  }
   Pick pick;
   pick.device = static_cast<std::size_t>(best_device - devices_.data());
   const auto round = static_cast<std::size_t>(best - best_device->rounds.data());
