@@ -9,6 +9,8 @@ namespace {
 
 /// Characters; what follows a good answer for longer is no part of it.
 constexpr int kLongestTrail = 256;
+/// Bytes; so few are what a driver leaves on the bus when it lets go, and no second answer.
+constexpr std::size_t kNoise = 3;
 
 /// A device that was late once is trusted again by and by: each good answer takes off this part.
 constexpr int kDecay = 64;
@@ -39,6 +41,7 @@ void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   State& state = Of(*asked.member);
   state.late_from.reset();
   state.end = End::silent;
+  state.behind = 0;
   const Instant due = SentAt(asked) + asked.member->times.reply;
   if (outcome == Outcome::no_reply) {
     state.late_from = now;
@@ -72,7 +75,9 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   }
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
   if (state.end == End::answered) {
-    // A second copy of the answer, or noise behind it: not longer than an answer can be.
+    state.behind += stray.count;
+    if (state.behind <= kNoise) return told;
+    // A second copy of the answer: not longer than an answer can be.
     const Duration longest = times.drain + kLongestTrail * times.character;
     if (stray.since_end <= longest) state.trail = std::max(state.trail, std::min(needed, longest));
     return told;

@@ -89,6 +89,7 @@ class LateAnswers {
     // How long after good answers more bytes came; not part of lateness, which lengthens what is
     // waited behind failures only. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
     Duration trail{};
+    std::size_t behind = 0;  // bytes behind the end of its last exchange, while it was a good one
     End end = End::silent;   // of its last exchange
     bool told_late = false;  // the user has been warned
   };

@@ -142,6 +142,15 @@ TEST_F(LateAnswersTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswe
   EXPECT_EQ(late_.ExtraDrain(a), 0ms);
 }
 
+TEST_F(LateAnswersTest, AFewBytesBehindAGoodAnswerAreNoSecondOne) {
+  Exchange(a, 0ms, 20ms, Outcome::ok);
+  EXPECT_TRUE(late_.OnStray({1, 1ms}, kStart + 21ms).counts);
+  late_.OnStray({2, 30ms}, kStart + 50ms);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 60ms), 0ms);
+  late_.OnStray({1, 31ms}, kStart + 51ms);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 60ms), 51ms) << "four of them may be";
+}
+
 TEST_F(LateAnswersTest, WhatFollowsADamagedReplyBelongsToIt) {
   Exchange(a, 0ms, 20ms, Outcome::corrupt);
   const LateAnswers::Stray told = late_.OnStray({4, 30ms}, kStart + 50ms);

@@ -37,6 +37,27 @@ TEST(PollerRoutedFaults, NoiseThatEndsAnExchangeEarlyDoesNotShiftReplies) {
   EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
 }
 
+// What a driver leaves on the bus when it lets go.
+TEST(PollerRoutedFaults, OneByteBehindAReplyDoesNotSlowTheNextReads) {
+  std::vector<int> answered;
+  for (const bool noisy : {false, true}) {
+    RoutedLine line;
+    BusyClients clients(line);
+    clients.Add(kRead, 20);
+    line.RunFor(1s);
+    int replies = 0;
+    line.twin(0).manner.deliver = [&](View, Bytes reply, Instant) -> Pieces {
+      if (++replies == 1 && noisy) reply.push_back(0);
+      return {{5ms, reply}};
+    };
+    const int before = clients.answered(0);
+    line.RunFor(2s);
+    answered.push_back(clients.answered(0) - before);
+  }
+  EXPECT_GT(answered[0], 100);
+  EXPECT_GT(answered[1], answered[0] * 9 / 10);
+}
+
 // Replies to function 16 look alike, and the PLC would take a running motor for a stopped one.
 TEST(PollerRoutedFaults, TheLateReplyToAStartDoesNotConfirmTheStop) {
   RoutedLine line;

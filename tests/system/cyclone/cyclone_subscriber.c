@@ -153,7 +153,7 @@ int main(int argc, char** argv) {
   }
   char configuration[sizeof kConfiguration + 64];
   snprintf(configuration, sizeof configuration, kConfiguration, options.peer);
-  setenv("CYCLONEDDS_URI", configuration, 1);
+  setenv("CYCLONEDDS_URI", configuration, 0);
   dds_entity_t participant = dds_create_participant((dds_domainid_t)options.domain, NULL, NULL);
   if (participant < 0) {
     fprintf(stderr, "cyclone_subscriber: %s\n", dds_strretcode(-participant));
