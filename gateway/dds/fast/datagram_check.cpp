@@ -233,7 +233,7 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
   if (reason != Refusal::none) return reason;
   const std::size_t list_at = submessage.at + at + kEncapsulation;
   // What is signed would not be what was signed any more.
-  if (!types_ && !walk.order.inside() && !Hide(announced, list_at, walk.verdict)) {
+  if (!walk.order.inside() && !Hide(announced, list_at, walk.verdict)) {
     return Refusal::parameters;
   }
   const bool gone = key || status != 0;
@@ -244,13 +244,16 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
 }
 
 /// False: there are more than can be hidden.
-bool DatagramCheck::Hide(const Parameters& announced, std::size_t list_at, Verdict& verdict) {
-  for (std::size_t i = 0; i < announced.type_count; ++i) {
-    if (verdict.hidden_count == verdict.hidden.size()) return false;
-    verdict.hidden[verdict.hidden_count++] =
-        static_cast<std::uint16_t>(list_at + announced.types[i]);
-  }
-  return true;
+bool DatagramCheck::Hide(const Parameters& announced, std::size_t list_at, Verdict& verdict) const {
+  const auto hide = [&](std::span<const std::size_t> places) {
+    if (places.size() > verdict.hidden.size() - verdict.hidden_count) return false;
+    for (const std::size_t at : places) {
+      verdict.hidden[verdict.hidden_count++] = static_cast<std::uint16_t>(list_at + at);
+    }
+    return true;
+  };
+  return hide(std::span(announced.groups).first(announced.group_count)) &&
+         (types_ || hide(std::span(announced.types).first(announced.type_count)));
 }
 
 Refusal DatagramCheck::AdmitEndpoint(const Parameters& announced, bool gone, Instant now) {

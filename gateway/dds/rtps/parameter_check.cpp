@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/rtps/parameter_check.h"
 
+#include <tuple>
+
 namespace baudgate::dds {
 namespace {
 
@@ -8,6 +10,7 @@ namespace {
 constexpr std::size_t kMostParameters = 256;
 // Addresses of one participant or endpoint, all kinds together.
 constexpr std::size_t kMostLocators = 64;
+static_assert(kMostLocators <= std::tuple_size_v<decltype(Parameters::groups)>);
 
 constexpr std::uint16_t kSentinel = 0x0001;
 constexpr std::uint16_t kLease = 0x0002;
@@ -19,9 +22,10 @@ constexpr std::uint16_t kUserData = 0x002C;
 constexpr std::uint16_t kGroupData = 0x002D;
 constexpr std::uint16_t kTopicData = 0x002E;
 constexpr std::uint16_t kFirstLocator = 0x002F;
+constexpr std::uint16_t kGroupOfEndpoint = 0x0030;
 constexpr std::uint16_t kMetatrafficLocator = 0x0032;
 constexpr std::uint16_t kLastLocator = 0x0033;
-constexpr std::uint16_t kMulticastLocator = 0x0048;
+constexpr std::uint16_t kGroupOfParticipant = 0x0048;
 constexpr std::uint16_t kParticipantGuid = 0x0050;
 constexpr std::uint16_t kGroupGuid = 0x0052;
 constexpr std::uint16_t kProperties = 0x0059;
@@ -73,8 +77,10 @@ class Walk {
 };
 
 bool IsLocator(std::uint16_t id) {
-  return (id >= kFirstLocator && id <= kLastLocator) || id == kMulticastLocator;
+  return (id >= kFirstLocator && id <= kLastLocator) || id == kGroupOfParticipant;
 }
+
+bool IsGroup(std::uint16_t id) { return id == kGroupOfEndpoint || id == kGroupOfParticipant; }
 
 bool DescribesType(std::uint16_t id) {
   return id == kTypeId || id == kTypeObject || id == kTypeInformation;
@@ -190,6 +196,7 @@ Refusal CheckParameters(View list, bool little, bool security, Parameters& found
     const RtpsFields content(*value, little);
     if (!ContentFits(*id, content)) return Refusal::parameters;
     Note(*id, content, at, found);
+    if (IsGroup(*id)) found.groups[found.group_count++] = at - 4;
     if (DescribesType(*id)) {
       if (found.type_count == found.types.size()) return Refusal::parameters;
       found.types[found.type_count++] = at - 4;

@@ -105,6 +105,30 @@ TEST(DatagramCheck, HidesTypesUnlessTheyAreWanted) {
   EXPECT_EQ(wanting.Check(bytes, kPeer, kStart).hidden_count, 0U);
 }
 
+TEST(DatagramCheck, HidesMulticastGroupsForSamples) {
+  const std::string address =
+      " 18 00 01 00 00 00 E9 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 EF FF 00 01 ";
+  const auto hidden = [](const Bytes& bytes) {
+    DatagramCheck check{CheckOptions{.types = true}};
+    const Verdict verdict = check.Check(bytes, kPeer, kStart);
+    EXPECT_TRUE(verdict.passes()) << Words(verdict.reason);
+    std::vector<std::string> ids;
+    for (std::size_t i = 0; i < verdict.hidden_count; ++i) {
+      ids.push_back(ToHex(View(bytes).subspan(verdict.hidden[i], 2)));
+    }
+    return ids;
+  };
+  using ::testing::ElementsAre;
+  EXPECT_THAT(hidden(AnnouncementOf(1, 20, "48 00" + address + "33 00" + address)),
+              ElementsAre("48 00"))
+      << "announcements go on by multicast";
+  // A subscriber's own: 30 00.
+  EXPECT_THAT(hidden(Rtps("15 05 38 00 00 00 10 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00 "
+                          "00 03 00 00 30 00" +
+                          address + "01 00 00 00")),
+              ElementsAre("30 00"));
+}
+
 TEST(DatagramCheck, WhatAnEndpointSaysOfItselfIsBounded) {
   for (const std::size_t size : {8000U, 9000U}) {
     Bytes body = *ParseHex(

@@ -2,6 +2,8 @@
 // Samples come from any gateway of the domain over loopback and go to standard output, one a line:
 //   device point value quality unit      and when it has left:   gone device point
 //   gateway name start_time_ns version
+// CYCLONEDDS_URI overrides its settings; --multicast has it announce a group, as it does by default
+// on any network but loopback.
 // Ends with 0 when --count distinct points have arrived (with --gone: and left again) and a gateway
 // has told of itself, 1 when that did not happen within --seconds.
 // SPDX-License-Identifier: Apache-2.0
@@ -21,6 +23,7 @@ struct options {
   int count;
   int seconds;
   bool until_gone;
+  bool multicast;
   const char* peer;
 };
 
@@ -33,8 +36,8 @@ struct seen {
 // the discovery server at ADDRESS:PORT.
 static const char kConfiguration[] =
     "<CycloneDDS><Domain><General>"
-    "<Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General>"
+    "<Interfaces><NetworkInterface address='127.0.0.1' multicast='%s'/></Interfaces>"
+    "<AllowMulticast>%s</AllowMulticast></General>"
     "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
     "<Peers><Peer address='%s'/></Peers></Discovery>"
     "</Domain></CycloneDDS>";
@@ -43,6 +46,10 @@ static bool parse(int argc, char** argv, struct options* options) {
   for (int i = 1; i < argc; ++i) {
     if (strcmp(argv[i], "--gone") == 0) {
       options->until_gone = true;
+      continue;
+    }
+    if (strcmp(argv[i], "--multicast") == 0) {
+      options->multicast = true;
       continue;
     }
     if (i + 1 == argc) return false;
@@ -146,13 +153,14 @@ static bool attach(dds_entity_t waitset, dds_entity_t reader) {
 }
 
 int main(int argc, char** argv) {
-  struct options options = {0, 1, 20, false, "127.0.0.1"};
+  struct options options = {0, 1, 20, false, false, "127.0.0.1"};
   if (!parse(argc, argv, &options)) {
-    fprintf(stderr, "usage: cyclone_subscriber [--domain N] [--count K] [--seconds S] [--gone] [--peer P]\n");
+    fprintf(stderr, "usage: cyclone_subscriber [--domain N] [--count K] [--seconds S] [--gone] [--multicast] [--peer P]\n");
     return 2;
   }
   char configuration[sizeof kConfiguration + 64];
-  snprintf(configuration, sizeof configuration, kConfiguration, options.peer);
+  const char* multicast = options.multicast ? "true" : "false";
+  snprintf(configuration, sizeof configuration, kConfiguration, multicast, multicast, options.peer);
   setenv("CYCLONEDDS_URI", configuration, 0);
   dds_entity_t participant = dds_create_participant((dds_domainid_t)options.domain, NULL, NULL);
   if (participant < 0) {

@@ -117,5 +117,22 @@ TEST(Cyclone, TheEndOfAGatewayIsSeen) {
   EXPECT_EQ(left, 40);
 }
 
+// Fast DDS 2.9 ends in an assertion when it sends to a group that two of them have named.
+TEST(Cyclone, SubscribersThatNameTheSameMulticastGroupAllGetEveryPoint) {
+  const config::Config config = MakeConfig(2, 50);
+  PointStore store(config);
+  auto publisher = Publish(config, store);
+  ASSERT_NE(publisher, nullptr);
+
+  CycloneSubscriber first("--count 100 --multicast");
+  CycloneSubscriber second("--count 100 --multicast");
+  CycloneSubscriber third("--count 100 --multicast");
+  for (CycloneSubscriber* subscriber : {&first, &second, &third}) {
+    while (subscriber->Line()) {
+    }
+    EXPECT_EQ(subscriber->Wait(), 0);
+  }
+}
+
 }  // namespace
 }  // namespace baudgate::dds
