@@ -101,6 +101,7 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
   Assign(dds.domain, map.Integer("domain", 0, kLastDomain));
   Assign(dds.write, map.OneOf("write", kDdsWrite));
   Assign(dds.heartbeat, map.Time("heartbeat", 100ms, 1h));
+  Assign(dds.lease, map.Time("lease", kShortestLease, kLongestLease));
   if (const auto interfaces = map.Get("interfaces")) {
     dds.interfaces.clear();
     for (const YamlNode& one : ReadList(*interfaces, "interfaces", kMostInterfaces, problems)) {

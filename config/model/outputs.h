@@ -30,6 +30,10 @@ void VisitFields(const Modbus*, Visit visit) {
 
 inline constexpr std::size_t kMostPeers = 64;
 
+inline constexpr Duration kUsualLease = std::chrono::seconds(10);
+inline constexpr Duration kShortestLease = std::chrono::seconds(2);
+inline constexpr Duration kLongestLease = std::chrono::minutes(1);
+
 struct Dds {
   bool enabled = true;
   int domain = 0;  ///< 0…232
@@ -38,6 +42,7 @@ struct Dds {
   std::vector<std::string> peers;  ///< IPv4 addresses, asked beside multicast; kMostPeers at most
   std::vector<HostPort> discovery_servers;  ///< IPv4; who announces himself there is introduced
   Duration heartbeat = std::chrono::seconds(10);  ///< every point is published at least so often
+  Duration lease = kUsualLease;  ///< from its last sign of life until the gateway counts as gone
   DdsSecurity security;
   bool write = false;  ///< take write requests
 };
@@ -51,6 +56,7 @@ void VisitFields(const Dds*, Visit visit) {
   visit(Field<&Dds::peers>());
   visit(Field<&Dds::discovery_servers>());
   visit(Field<&Dds::heartbeat>());
+  visit(Field<&Dds::lease>());
   visit(Field<&Dds::security>());
   visit(Field<&Dds::write>());
 }

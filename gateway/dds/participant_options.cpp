@@ -7,6 +7,7 @@ ParticipantOptions ParticipantOf(const config::Dds& dds) {
   ParticipantOptions options;
   options.domain = dds.domain;
   options.interfaces = dds.interfaces;
+  options.lease = dds.lease;
   options.multicast = dds.multicast;
   options.peers = dds.peers;
   options.discovery_servers = dds.discovery_servers;

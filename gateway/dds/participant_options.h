@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/model/outputs.h"
+#include "gateway/base/time.h"
 
 namespace baudgate::dds {
 
@@ -15,7 +16,11 @@ struct ParticipantOptions {
   int domain = 0;                       ///< 0…232
   std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0 = all
   std::size_t participants = 256;       ///< others in the domain; those beyond are not let in
-  bool types = false;                   ///< learn the types that others announce
+  /// Who is silent for so long is taken for gone, and so are we by the others. Not below that of
+  /// Cyclone DDS (10 s): it would forget us in a break of the link and we not it, and then nothing
+  /// has the library introduce itself anew.
+  Duration lease = config::kUsualLease;
+  bool types = false;  ///< learn the types that others announce
 
   bool multicast = true;
   /// IPv4 addresses that are asked beside the multicast group.

@@ -71,7 +71,8 @@ TEST(Outputs, SwitchedOff) {
 TEST(Outputs, DdsKeys) {
   const auto dds =
       Good(
-          "dds: { domain: 7, interfaces: [10.0.0.1, \"::1\"], heartbeat: 2s, peers: [10.0.0.7], "
+          "dds: { domain: 7, interfaces: [10.0.0.1, \"::1\"], heartbeat: 2s, lease: 15s, peers: "
+          "[10.0.0.7], "
           "multicast: false, discovery_servers: [\"10.0.0.8:11811\", \"localhost:7\"] }")
           .dds;
   EXPECT_EQ(dds.domain, 7);
@@ -81,6 +82,7 @@ TEST(Outputs, DdsKeys) {
   EXPECT_EQ(dds.discovery_servers,
             (std::vector<config::HostPort>{{"10.0.0.8", 11811}, {"127.0.0.1", 7}}));
   EXPECT_EQ(dds.heartbeat, 2s);
+  EXPECT_EQ(dds.lease, 15s);
   EXPECT_FALSE(Good("dds: { domain: 1 }").dds.write);
   EXPECT_FALSE(Good("dds: { write: deny }").dds.write);
   EXPECT_TRUE(Good("dds: { write: allow }").dds.write);
@@ -187,6 +189,7 @@ TEST(Outputs, OneSentenceEach) {
       {"dds: { multicast: false }",
        "19: warning: multicast: off, and there are neither peers nor discovery_servers: only who "
        "asks this gateway finds it"},
+      {"dds: { lease: 1s }", "15: error: lease: '1s' is out of range; allowed: 2s…1min"},
       {"dds: { heartbeat: 10 }",
        "19: error: heartbeat: '10' has no unit; write for example 10ms or 10s"},
   };

@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "gateway/dds/fast/dds_time.h"
 #include "gateway/dds/fast/participant.h"
 #include "gateway/dds/fast/types.h"
 #include "gateway/dds/fast/write_topics.h"
@@ -23,7 +24,6 @@ namespace baudgate::dds {
 namespace {
 
 namespace fast = eprosima::fastdds::dds;
-using eprosima::fastrtps::Duration_t;
 using eprosima::fastrtps::types::ReturnCode_t;
 
 constexpr std::size_t kSpareInstances = 16;
@@ -71,11 +71,6 @@ std::size_t Scatter(const AlarmSample& sample) {
   return hash(sample.device) * 31 + hash(sample.name);
 }
 
-Duration_t Seconds(Duration duration) {
-  return Duration_t(static_cast<std::int32_t>(duration / 1s),
-                    static_cast<std::uint32_t>((duration % 1s).count()));
-}
-
 // All limits together: Fast DDS takes 10 instances by default, and fewer samples than instances
 // times samples per instance make no writer at all.
 fast::DataWriterQos WriterQos(std::size_t room, std::size_t depth) {
@@ -87,7 +82,7 @@ fast::DataWriterQos WriterQos(std::size_t room, std::size_t depth) {
   qos.resource_limits().max_instances = static_cast<std::int32_t>(room);
   qos.resource_limits().max_samples = static_cast<std::int32_t>(room * depth);
   qos.resource_limits().max_samples_per_instance = static_cast<std::int32_t>(depth);
-  qos.reliable_writer_qos().times.heartbeatPeriod = Seconds(100ms);
+  qos.reliable_writer_qos().times.heartbeatPeriod = DdsTime(100ms);
   return qos;
 }
 
@@ -140,7 +135,7 @@ class TopicWriters {
   bool WaitAcknowledged(Instant deadline) {
     for (fast::DataWriter* writer : writers_) {
       const Duration left = std::max(Duration(0), deadline - std::chrono::steady_clock::now());
-      if (writer->wait_for_acknowledgments(Seconds(left)) != ReturnCode_t::RETCODE_OK) return false;
+      if (writer->wait_for_acknowledgments(DdsTime(left)) != ReturnCode_t::RETCODE_OK) return false;
     }
     return true;
   }

@@ -18,6 +18,7 @@
 
 #include "gateway/base/time.h"
 #include "gateway/dds/fast/checked_transport.h"
+#include "gateway/dds/fast/dds_time.h"
 #include "gateway/dds/fast/participant_security.h"
 #include "gateway/dds/fast/peers.h"
 
@@ -29,6 +30,7 @@ namespace rtps = eprosima::fastdds::rtps;
 
 constexpr int kLastDomain = 232;  // ports of higher domains lie beyond 65535
 constexpr std::uint32_t kSocketBuffer = 4U << 20;
+constexpr Duration kAnnouncements = 1300ms;
 // Readers, and writers, that are remembered, whatever their topic: 32 for each participant that may
 // be there, all together.
 constexpr std::size_t kEndpointsEach = 32;
@@ -130,10 +132,9 @@ Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos
   auto& places = qos.allocation();
   places.participants.maximum = options.participants + 1;
   places.readers.maximum = places.writers.maximum = kEndpointsEach;
-  // A crash is noticed after 3 s in place of 20 s.
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
-  discovery.leaseDuration = {3, 0};
-  discovery.leaseDuration_announcementperiod = {1, 300'000'000};
+  discovery.leaseDuration = DdsTime(options.lease);
+  discovery.leaseDuration_announcementperiod = DdsTime(kAnnouncements);
   AskPeers(options, qos);
   return {};
 }

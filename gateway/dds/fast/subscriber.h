@@ -17,7 +17,7 @@ namespace baudgate::dds {
 /// Why there will be no more samples of a point or device.
 enum class Gone : std::uint8_t {
   disposed,  ///< somebody said so; gateways do not
-  /// Its gateway has left, or has not been heard of for the lease (3 s). When it stopped in an
+  /// Its gateway has left, or has not been heard of for its lease. When it stopped in an
   /// orderly way, its last samples are not connected (0x08).
   no_writers,
 };

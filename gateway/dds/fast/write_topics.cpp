@@ -10,6 +10,7 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
+#include "gateway/dds/fast/dds_time.h"
 #include "gateway/dds/fast/types.h"
 
 namespace baudgate::dds {
@@ -61,7 +62,7 @@ bool WriteTopics::Open(fast::DomainParticipant& participant) {
 /// Transient local: a client's reader of replies may be found after its writer of requests.
 bool WriteTopics::OpenWriter() {
   auto qos = Bounded<fast::DataWriterQos>(fast::TRANSIENT_LOCAL_DURABILITY_QOS, kNamesOfReplies);
-  qos.reliable_writer_qos().times.heartbeatPeriod = {0, 100'000'000};
+  qos.reliable_writer_qos().times.heartbeatPeriod = DdsTime(100ms);
   writer_ = publisher_->create_datawriter(replies_, qos);
   return writer_ != nullptr;
 }

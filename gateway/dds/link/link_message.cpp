@@ -173,6 +173,7 @@ Bytes EncodeOpen(const LinkOpen& open) {
   Bytes body;
   PutText(body, open.gateway.substr(0, kMaxKey));
   Put(body, static_cast<std::uint32_t>(open.participant.domain));
+  Put(body, static_cast<std::uint32_t>(open.participant.lease / 1ms));
   PutTexts(body, open.participant.interfaces, kMostInterfaces, kMaxAddress);
   body.push_back(open.participant.multicast ? 1 : 0);
   PutTexts(body, open.participant.peers, config::kMostPeers, kMaxIpv4);
@@ -261,6 +262,7 @@ Result<LinkOpen> DecodeOpen(View body) {
   LinkOpen open;
   open.gateway = fields.Text(kMaxKey);
   const auto domain = fields.Number<std::uint32_t>();
+  open.participant.lease = fields.Number<std::uint32_t>() * 1ms;
   open.participant.interfaces = fields.Texts(kMostInterfaces, kMaxAddress);
   const auto multicast = fields.Number<std::uint8_t>();
   open.participant.peers = fields.Texts(config::kMostPeers, kMaxIpv4);
@@ -270,8 +272,10 @@ Result<LinkOpen> DecodeOpen(View body) {
   const auto requests = fields.Number<std::uint8_t>();
   open.events = fields.Number<std::uint32_t>();
   if (!TakeSecurity(fields, open.participant.security) || !fields.AllTaken() ||
-      domain > kLastDomain || multicast > 1 || open.points > kMostInstances ||
-      open.devices > kMostInstances || requests > 1 || open.events > kMostEventDevices) {
+      domain > kLastDomain || open.participant.lease < config::kShortestLease ||
+      open.participant.lease > config::kLongestLease || multicast > 1 ||
+      open.points > kMostInstances || open.devices > kMostInstances || requests > 1 ||
+      open.events > kMostEventDevices) {
     return damaged;
   }
   open.participant.domain = static_cast<int>(domain);

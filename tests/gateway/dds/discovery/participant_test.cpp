@@ -56,7 +56,7 @@ TEST_F(Ear, OfAGateway) {
   EXPECT_EQ(heard->role, Role::publishes);
   EXPECT_EQ(heard->domain, static_cast<std::uint32_t>(TestDomain()));
   EXPECT_EQ(heard->at.address, INADDR_LOOPBACK);
-  EXPECT_EQ(heard->lease, 4s) << "3 s, and what is below a second";
+  EXPECT_EQ(heard->lease, 11s) << "10 s, and what is below a second";
 }
 
 TEST_F(Ear, OfASubscriber) {

@@ -19,6 +19,7 @@ LinkOpen AnOpen() {
   return {.gateway = "sub-7",
           .participant = {.domain = 7,
                           .interfaces = {"127.0.0.1", "::1"},
+                          .lease = 15s,
                           .multicast = false,
                           .peers = {"10.0.0.7"},
                           .discovery_servers = {{"10.0.0.8", 11811}}},
@@ -29,7 +30,8 @@ LinkOpen AnOpen() {
 }
 
 constexpr char kOpen[] =
-    "01 05 3E 00 05 73 75 62 2D 37 07 00 00 00 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A 3A 31 "
+    "01 05 42 00 05 73 75 62 2D 37 07 00 00 00 98 3A 00 00 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A "
+    "3A 31 "
     "00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E 88 13 00 00 1F "
     "00 00 00 01 05 00 00 00 00";
 // 3 subscribers, 1,234 samples, 2^32 refused, 5 requests and 6 events dropped; 7 participants,
@@ -113,6 +115,7 @@ TEST(LinkMessage, OpenBothWays) {
   EXPECT_EQ(open->gateway, "sub-7");
   EXPECT_EQ(open->participant.domain, 7);
   EXPECT_EQ(open->participant.interfaces, AnOpen().participant.interfaces);
+  EXPECT_EQ(open->participant.lease, 15s);
   EXPECT_FALSE(open->participant.multicast);
   EXPECT_EQ(open->participant.peers, AnOpen().participant.peers);
   EXPECT_EQ(open->participant.discovery_servers, AnOpen().participant.discovery_servers);
@@ -144,7 +147,7 @@ TEST(LinkMessage, OpenWithSecurityBothWays) {
   }
   // Never open to everybody by a damaged list: another number, or no identity.
   Bytes six = packet;
-  six[kLinkHeaderBytes + 0x3E - 1] = 6;
+  six[kLinkHeaderBytes + 0x42 - 1] = 6;
   EXPECT_FALSE(DecodeOpen(ParseLink(six)->body).ok());
   open.participant.security = {};
   Bytes none = EncodeOpen(open);
@@ -312,9 +315,9 @@ TEST(LinkMessage, AnOpenBeyondItsBoundsIsRefused) {
   const Bytes body(whole.begin() + kLinkHeaderBytes, whole.end());
   ASSERT_TRUE(DecodeOpen(body).ok());
   for (const Change& change :
-       {Change{0, 65}, Change{6, 233}, Change{10, 65}, Change{11, 46}, Change{25, 2},
-        Change{26, 65}, Change{36, 17}, Change{37, 16}, Change{51, 0xFF}, Change{55, 0xFF},
-        Change{56, 2}, Change{60, 0xFF}, Change{61, 6}}) {
+       {Change{0, 65}, Change{6, 233}, Change{11, 1}, Change{12, 1}, Change{14, 65}, Change{15, 46},
+        Change{29, 2}, Change{30, 65}, Change{40, 17}, Change{41, 16}, Change{55, 0xFF},
+        Change{59, 0xFF}, Change{60, 2}, Change{64, 0xFF}, Change{65, 6}}) {
     Bytes changed = body;
     changed[change.at] = change.byte;
     EXPECT_FALSE(DecodeOpen(changed).ok()) << change.at;
