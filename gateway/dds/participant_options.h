@@ -26,6 +26,8 @@ struct ParticipantOptions {
   /// IPv4 addresses that are asked beside the multicast group.
   std::vector<std::string> peers{};
   std::vector<config::HostPort> discovery_servers{};
+  /// Where subscribers were heard by the process before this one.
+  std::vector<config::HostPort> reached{};
   config::DdsSecurity security{};
 };
 

@@ -8,6 +8,7 @@
 
 #include "gateway/base/time.h"
 #include "gateway/dds/datagram_counters.h"
+#include "gateway/dds/neighbours.h"
 #include "gateway/dds/request_intake.h"
 #include "gateway/dds/samples.h"
 
@@ -20,8 +21,8 @@ enum class Sent : std::uint8_t {
   later,    ///< there is no room or nobody now: nothing is lost when it is tried again in a moment
 };
 
-/// Used by one thread, save for subscribers(), datagrams() and session(), and for replies, which
-/// have a thread of their own.
+/// Used by one thread, save for subscribers(), datagrams(), neighbours() and session(), and for
+/// replies, which have a thread of their own.
 class SampleWriter {
  public:
   virtual ~SampleWriter() = default;
@@ -41,6 +42,7 @@ class SampleWriter {
   virtual std::uint32_t subscribers() const = 0;
   /// What the library was given of what came to its ports.
   virtual DatagramCounters datagrams() const { return {}; }
+  virtual Neighbours neighbours() const { return {}; }
 
   /// Numbers those who took samples one after the other: whoever has another number knows nothing
   /// of what was sent before. 0: nobody is there.

@@ -115,6 +115,7 @@ Json DdsJson(int domain, const dds::LinkState& state, Instant now) {
   json["datagrams"] = DatagramsJson(state.datagrams);
   const std::string trouble = Diagnose(state, now);
   json["advice"] = trouble.empty() ? Json::array() : Json::array({trouble});
+  for (const std::string& remark : state.remarks) json["advice"].push_back(remark);
   return json;
 }
 

@@ -9,7 +9,7 @@
 
 namespace baudgate::control {
 
-/// docs/status.md has the fields; `advice` has one sentence when something is wrong.
+/// docs/status.md has the fields; `advice` has a sentence for each thing that is wrong.
 nlohmann::ordered_json DdsJson(int domain, const dds::LinkState& state, Instant now);
 
 }  // namespace baudgate::control

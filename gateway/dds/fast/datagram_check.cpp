@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "gateway/dds/rtps/announcement.h"
 #include "gateway/dds/rtps/parameter_check.h"
 #include "gateway/dds/rtps/rtps_fields.h"
 
@@ -155,6 +156,10 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
       // 06 01 … 01 00 00 00 FF FF FF FF: a set of 4294967295 numbers (8.3.7.1.3)
       const std::size_t set = SetSize(body, 8);
       if (set == 0) return Refusal::numbers;
+      // Its next one is the second or later: it has heard of a writer of ours.
+      if (*body.Entity(4) == kPublicationsWriter && *body.SequenceNumber(8) > 1) {
+        participants_.Confirmed(walk.source);
+      }
       return body.Slice(8 + set, 4) ? Refusal::none : Refusal::length;
     }
     case kInfoTimestamp:
@@ -289,6 +294,7 @@ Refusal DatagramCheck::Admit(const Parameters& announced, std::size_t list_at, b
   const Refusal reason = participants_.Announce(*announced.participant,
                                                 AddressOf(announced, walk.sender), lease, walk.now);
   if (reason != Refusal::none) return reason;
+  Describe(announced, walk.sender);
   if (announced.lease_at && Duration(announced.lease_seconds * 1s) > limits.longest_lease) {
     Verdict& verdict = walk.verdict;
     if (verdict.edit_count == verdict.edits.size()) return Refusal::parameters;
@@ -296,6 +302,15 @@ Refusal DatagramCheck::Admit(const Parameters& announced, std::size_t list_at, b
         ShortLease(list_at + *announced.lease_at, little, limits.longest_lease);
   }
   return Refusal::none;
+}
+
+void DatagramCheck::Describe(const Parameters& announced, Sender sender) {
+  const std::span at(announced.metatraffic.data(), announced.metatraffic_count);
+  if (at.empty()) return;
+  const auto own = std::ranges::find(at, sender.address, &UdpAddress::address);
+  participants_.Describe(*announced.participant, own == at.end() ? at.front() : *own,
+                         own != at.end(),
+                         AsText(announced.user_data) != UserDataOf(Role::publishes));
 }
 
 std::uint32_t DatagramCheck::AddressOf(const Parameters& announced, Sender sender) const {

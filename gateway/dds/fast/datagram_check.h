@@ -70,7 +70,7 @@ class DatagramCheck {
   Verdict Check(View datagram, Sender sender, Instant now);
 
   /// Participants that the library may know.
-  std::size_t participants() const { return participants_.size(); }
+  const ParticipantTable& participants() const { return participants_; }
 
  private:
   struct Submessage;
@@ -87,6 +87,7 @@ class DatagramCheck {
   Refusal CheckGap(const Submessage& submessage, Walk& walk);
   Refusal Admit(const struct Parameters& announced, std::size_t list_at, bool little, bool gone,
                 Walk& walk);
+  void Describe(const struct Parameters& announced, Sender sender);
   std::uint32_t AddressOf(const struct Parameters& announced, Sender sender) const;
   bool Advance(const Walk& walk, std::uint32_t writer, std::int64_t to, std::int64_t skipped);
 

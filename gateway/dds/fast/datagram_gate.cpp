@@ -41,8 +41,13 @@ std::span<std::uint8_t> DatagramGate::LetIn(std::span<std::uint8_t> datagram, Se
 DatagramCounters DatagramGate::counters() const {
   const MutexLock lock(mutex_);
   DatagramCounters counters = counters_;
-  counters.participants = static_cast<std::uint32_t>(check_.participants());
+  counters.participants = static_cast<std::uint32_t>(check_.participants().size());
   return counters;
+}
+
+DatagramGate::Known DatagramGate::known(Instant now) const {
+  const MutexLock lock(mutex_);
+  return {check_.participants().Reached(now), check_.participants().Unanswered(now)};
 }
 
 void DatagramGate::Fold(Refusal reason, Sender sender, Instant now) {

@@ -24,6 +24,11 @@ class DatagramGate {
   std::span<std::uint8_t> LetIn(std::span<std::uint8_t> datagram, Sender sender, Instant now);
 
   DatagramCounters counters() const;
+  struct Known {
+    std::vector<UdpAddress> reached;
+    std::vector<UdpAddress> unanswered;
+  };
+  Known known(Instant now) const;
 
  private:
   void Fold(Refusal reason, Sender sender, Instant now) BAUDGATE_REQUIRES(mutex_);

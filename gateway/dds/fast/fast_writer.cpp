@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "gateway/dds/fast/dds_time.h"
+#include "gateway/dds/fast/discovery_listener.h"
 #include "gateway/dds/fast/participant.h"
 #include "gateway/dds/fast/types.h"
 #include "gateway/dds/fast/write_topics.h"
@@ -160,8 +161,9 @@ class TopicWriters {
 
 class FastWriter : public SampleWriter {
  public:
-  FastWriter(fast::DomainParticipant* participant, std::unique_ptr<VolatileWriters> askers)
-      : askers_(std::move(askers)), participant_(participant) {}
+  FastWriter(fast::DomainParticipant* participant, const ParticipantOptions& options,
+             std::unique_ptr<DiscoveryListener> listener)
+      : listener_(std::move(listener)), participant_(participant), options_(options) {}
   ~FastWriter() override {
     points_.Clear();
     devices_.Clear();
@@ -204,7 +206,7 @@ class FastWriter : public SampleWriter {
   std::uint64_t dropped_requests() const override { return requests_ ? requests_->dropped() : 0; }
 
   bool Listen(const std::string& gateway) {
-    requests_.emplace(gateway, *askers_);
+    requests_.emplace(gateway, listener_->askers);
     return requests_->Open(*participant_);
   }
 
@@ -217,11 +219,24 @@ class FastWriter : public SampleWriter {
 
   std::uint32_t subscribers() const override { return matches_.current(); }
   DatagramCounters datagrams() const override { return DatagramsOf(*participant_); }
+  Neighbours neighbours() const override {
+    Neighbours neighbours = NeighboursOf(*participant_, options_);
+    const auto unmet = listener_->unmet.Sentences();
+    auto& remarks = neighbours.remarks;
+    remarks.insert(remarks.begin(), unmet.begin(), unmet.end());
+    if (remarks.size() > Neighbours::kMostRemarks) {
+      const std::size_t more = remarks.size() - Neighbours::kMostRemarks + 1;
+      remarks.resize(Neighbours::kMostRemarks);
+      remarks.back() = std::to_string(more) + " more subscribers get nothing";
+    }
+    return neighbours;
+  }
 
  private:
   MatchCounter matches_;
-  const std::unique_ptr<VolatileWriters> askers_;  // hears what the participant does
+  const std::unique_ptr<DiscoveryListener> listener_;  // of the participant
   fast::DomainParticipant* participant_;
+  const ParticipantOptions options_;
   TopicWriters points_;
   TopicWriters devices_;
   TopicWriters gateways_;
@@ -236,10 +251,10 @@ Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions&
                                                        std::size_t points, std::size_t devices,
                                                        const std::string& requests_for,
                                                        std::size_t events) {
-  auto askers = std::make_unique<VolatileWriters>(kRequestTopic);
-  auto participant = CreateParticipant(options, askers.get(), Role::publishes);
+  auto listener = std::make_unique<DiscoveryListener>(kRequestTopic);
+  auto participant = CreateParticipant(options, listener.get(), Role::publishes);
   if (!participant) return Error{participant.error()};
-  auto writer = std::make_unique<FastWriter>(*participant, std::move(askers));
+  auto writer = std::make_unique<FastWriter>(*participant, options, std::move(listener));
   if (!writer->Open(points, devices, events)) {
     return Error{"dds: no writer for " + std::to_string(points) + " points could be made" +
                  (options.security.on() ? "; do " + options.security.permissions +

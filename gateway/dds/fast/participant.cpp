@@ -102,6 +102,14 @@ Status Check(const ParticipantOptions& options) {
   return {};
 }
 
+std::shared_ptr<DatagramGate> GateOf(const fast::DomainParticipant& participant) {
+  for (const auto& transport : participant.get_qos().transport().user_transports) {
+    const auto checked = std::dynamic_pointer_cast<CheckedTransportDescriptor>(transport);
+    if (checked) return checked->gate;
+  }
+  return nullptr;
+}
+
 std::shared_ptr<DatagramGate> GateFor(const ParticipantOptions& options, Secured security) {
   CheckOptions check;
   check.security = security;
@@ -168,11 +176,30 @@ Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& opt
 }
 
 DatagramCounters DatagramsOf(const fast::DomainParticipant& participant) {
-  for (const auto& transport : participant.get_qos().transport().user_transports) {
-    const auto checked = std::dynamic_pointer_cast<CheckedTransportDescriptor>(transport);
-    if (checked) return checked->gate->counters();
+  const auto gate = GateOf(participant);
+  return gate ? gate->counters() : DatagramCounters();
+}
+
+Neighbours NeighboursOf(const fast::DomainParticipant& participant,
+                        const ParticipantOptions& options) {
+  Neighbours neighbours;
+  const auto gate = GateOf(participant);
+  if (!gate) return neighbours;
+  const auto known = gate->known(std::chrono::steady_clock::now());
+  for (const UdpAddress& at : known.reached) {
+    if (neighbours.reached.size() == Neighbours::kMostReached) break;
+    neighbours.reached.push_back({HostOf(at), at.port});
   }
-  return {};
+  if (options.security.on()) return neighbours;
+  for (const UdpAddress& at : known.unanswered) {
+    const std::string host = HostOf(at);
+    neighbours.remarks.push_back(
+        host + " was heard and cannot be answered: " +
+        (IsOwnAddress(host) ? "it is on this machine, so name 127.0.0.1 and " + host
+                            : std::string("name the address of this machine in its network")) +
+        " in dds.interfaces");
+  }
+  return neighbours;
 }
 
 void DeleteParticipant(fast::DomainParticipant* participant) {

@@ -5,6 +5,7 @@
 
 #include "gateway/base/result.h"
 #include "gateway/dds/fast/datagram_gate.h"
+#include "gateway/dds/neighbours.h"
 #include "gateway/dds/participant_options.h"
 #include "gateway/dds/rtps/announcement.h"
 
@@ -24,6 +25,11 @@ Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
 
 /// What was let in by UDP and what was not. From any thread.
 DatagramCounters DatagramsOf(const eprosima::fastdds::dds::DomainParticipant& participant);
+
+/// Who speaks with it, and who was heard and cannot be answered: a sentence each. With DDS Security
+/// only the former, as a stranger is not answered.
+Neighbours NeighboursOf(const eprosima::fastdds::dds::DomainParticipant& participant,
+                        const ParticipantOptions& options);
 
 /// With all that it contains.
 void DeleteParticipant(eprosima::fastdds::dds::DomainParticipant* participant);

@@ -25,7 +25,7 @@ void ParticipantTable::Heard(const GuidPrefix& prefix, Instant now) {
   Participant* const known = Find(prefix);
   // Who was silent beyond his lease has been forgotten by the library too: he has to announce
   // himself.
-  if (known != nullptr && now - known->heard <= known->lease) known->heard = now;
+  if (known != nullptr && known->Lives(now)) known->heard = now;
 }
 
 Refusal ParticipantTable::Announce(const GuidPrefix& prefix, std::uint32_t address, Duration lease,
@@ -50,8 +50,42 @@ Refusal ParticipantTable::Announce(const GuidPrefix& prefix, std::uint32_t addre
   }
   source.full_at = std::max(source.full_at, now) + limits_.new_interval_of_address;
   full_at_ = std::max(full_at_, now) + limits_.new_interval;
-  participants_.push_back({prefix, address, lease, now});
+  participants_.push_back(
+      {.prefix = prefix, .address = address, .lease = lease, .heard = now, .since = now});
   return Refusal::none;
+}
+
+void ParticipantTable::Describe(const GuidPrefix& prefix, UdpAddress at, bool own,
+                                bool subscribes) {
+  Participant* const known = Find(prefix);
+  if (known == nullptr) return;
+  known->subscribes = subscribes;
+  if (known->own && !own) return;  // it announces itself on several networks
+  known->at = at;
+  known->own = own;
+}
+
+void ParticipantTable::Confirmed(const GuidPrefix& prefix) {
+  if (Participant* const known = Find(prefix)) known->confirmed = true;
+}
+
+std::vector<UdpAddress> ParticipantTable::Reached(Instant now) const {
+  std::vector<UdpAddress> reached;
+  for (const Participant& one : participants_) {
+    if (one.confirmed && one.own && one.subscribes && one.Lives(now)) reached.push_back(one.at);
+  }
+  return reached;
+}
+
+std::vector<UdpAddress> ParticipantTable::Unanswered(Instant now) const {
+  std::vector<UdpAddress> unanswered;
+  for (const Participant& one : participants_) {
+    const bool long_enough = now - one.since >= kUnanswered && one.Lives(now);
+    if (long_enough && one.subscribes && !one.confirmed && one.at.port != 0) {
+      unanswered.push_back(one.at);
+    }
+  }
+  return unanswered;
 }
 
 void ParticipantTable::Left(const GuidPrefix& prefix) {
@@ -72,7 +106,7 @@ ParticipantTable::Participant* ParticipantTable::Find(const GuidPrefix& prefix) 
 }
 
 void ParticipantTable::ForgetSilent(Instant now) {
-  std::erase_if(participants_, [now](const Participant& p) { return now - p.heard > p.lease; });
+  std::erase_if(participants_, [now](const Participant& p) { return !p.Lives(now); });
 }
 
 /// When all places are taken, the one that is full soonest is the address that matters least.

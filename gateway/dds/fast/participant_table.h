@@ -9,6 +9,7 @@
 #include "gateway/base/time.h"
 #include "gateway/dds/refusal.h"
 #include "gateway/dds/rtps/rtps_fields.h"
+#include "gateway/dds/rtps/udp_address.h"
 
 namespace baudgate::dds {
 
@@ -31,10 +32,20 @@ class ParticipantTable {
   void Heard(const GuidPrefix& prefix, Instant now);
   /// It announces itself, or a discovery server does so for it.
   Refusal Announce(const GuidPrefix& prefix, std::uint32_t address, Duration lease, Instant now);
+  /// A known one hears of others at `at`; `own`: it speaks from this address itself.
+  /// `subscribes`: it may.
+  void Describe(const GuidPrefix& prefix, UdpAddress at, bool own, bool subscribes);
+  /// A known one has confirmed what we have announced.
+  void Confirmed(const GuidPrefix& prefix);
   void Left(const GuidPrefix& prefix);
   bool Has(const GuidPrefix& prefix) { return Find(prefix) != nullptr; }
 
   std::size_t size() const { return participants_.size(); }
+  /// Where those are that we speak with.
+  std::vector<UdpAddress> Reached(Instant now) const;
+  /// Who announces himself for kUnanswered, may subscribe, and has confirmed nothing.
+  std::vector<UdpAddress> Unanswered(Instant now) const;
+  static constexpr Duration kUnanswered = 5s;
   const ParticipantLimits& limits() const { return limits_; }
 
  private:
@@ -43,6 +54,13 @@ class ParticipantTable {
     std::uint32_t address = 0;
     Duration lease{};
     Instant heard{};
+    Instant since{};
+    UdpAddress at{};
+    bool own = false;
+    bool subscribes = false;
+    bool confirmed = false;
+
+    bool Lives(Instant now) const { return now - heard <= lease; }
   };
   /// New participants that an address has announced: the bucket of 128 is full again then.
   struct Source {

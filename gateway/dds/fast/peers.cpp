@@ -38,13 +38,13 @@ void AskPeers(const ParticipantOptions& options,
               eprosima::fastdds::dds::DomainParticipantQos& qos) {
   auto& builtin = qos.wire_protocol().builtin;
   if (!options.multicast) HearUnicastOnly(options, builtin);
-  if (options.peers.empty() && options.discovery_servers.empty()) return;
+  if (options.peers.empty() && options.discovery_servers.empty() && options.reached.empty()) return;
   auto& asked = builtin.initialPeersList;
   // Without the group, neighbours would not be heard any more.
   if (options.multicast) asked.push_back(LocatorOf(kMulticastGroup));
   for (const std::string& peer : options.peers) asked.push_back(LocatorOf(peer));
-  for (const auto& server : options.discovery_servers) {
-    asked.push_back(LocatorOf(server.host, server.port));
+  for (const auto* places : {&options.discovery_servers, &options.reached}) {
+    for (const auto& at : *places) asked.push_back(LocatorOf(at.host, at.port));
   }
 }
 

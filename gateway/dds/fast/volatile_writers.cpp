@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/dds/fast/volatile_writers.h"
 
-#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/rtps/builtin/data/WriterProxyData.h>
 
 namespace baudgate::dds {
 
@@ -10,8 +10,7 @@ bool VolatileWriters::Has(const Handle& writer) const {
   return writers_.contains(writer);
 }
 
-void VolatileWriters::on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant*,
-                                             eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) {
+void VolatileWriters::OnWriter(const eprosima::fastrtps::rtps::WriterDiscoveryInfo& info) {
   using Info = eprosima::fastrtps::rtps::WriterDiscoveryInfo;
   if (info.info.topicName() != topic_) return;
   const Handle writer = HandleOf(eprosima::fastdds::dds::InstanceHandle_t(info.info.guid()));

@@ -4,7 +4,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
+
 #include <string>
 #include <unordered_set>
 
@@ -13,20 +14,18 @@
 
 namespace baudgate::dds {
 
-/// The listener of a participant. Outlives it.
-class VolatileWriters final : public eprosima::fastdds::dds::DomainParticipantListener {
+class VolatileWriters {
  public:
   /// Those of this topic.
   explicit VolatileWriters(std::string topic) : topic_(std::move(topic)) {}
 
   /// False, too, where nothing is known of it. From any thread.
   bool Has(const Handle& writer) const;
+  /// A writer was found, has changed or has left. From any thread.
+  void OnWriter(const eprosima::fastrtps::rtps::WriterDiscoveryInfo& info);
 
  private:
   static constexpr std::size_t kMost = 8192;
-
-  void on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
-                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) override;
 
   const std::string topic_;
   mutable Mutex mutex_;

@@ -56,6 +56,13 @@ void LinkKeeper::Counted(const LinkCounts& counts, Instant now) {
   state_.events_skipped = before_.events_dropped + counts.events_dropped;
   state_.datagrams = counts.datagrams;
   state_.datagrams.AddEarlier(before_.datagrams);
+  state_.remarks = counts.neighbours.remarks;
+  reached_ = counts.neighbours.reached;
+  if (now - started_ >= kYoung) return;
+  for (const config::HostPort& at : before_.neighbours.reached) {
+    if (reached_.size() == Neighbours::kMostReached) break;
+    if (std::ranges::find(reached_, at) == reached_.end()) reached_.push_back(at);
+  }
 }
 
 void LinkKeeper::Ended(std::string reason, Instant now) {
@@ -69,12 +76,14 @@ void LinkKeeper::Ended(std::string reason, Instant now) {
   state_.reason = std::move(reason);
   state_.subscribers = 0;
   state_.datagrams.participants = 0;
-  before_ = {0,
-             state_.written,
-             state_.refused,
-             state_.requests_dropped,
-             state_.events_skipped,
-             state_.datagrams};
+  state_.remarks.clear();
+  before_ = {.subscribers = 0,
+             .written = state_.written,
+             .refused = state_.refused,
+             .dropped = state_.requests_dropped,
+             .events_dropped = state_.events_skipped,
+             .datagrams = state_.datagrams,
+             .neighbours = {.reached = reached_, .remarks = {}}};
 }
 
 }  // namespace baudgate::dds

@@ -22,6 +22,8 @@ class LinkKeeper {
   static constexpr Duration kSilent = 2s;
   static constexpr Duration kGivenUp = 10s;
   static constexpr Duration kOpening = 1min;
+  /// So old it speaks with everybody who is there.
+  static constexpr Duration kYoung = 15s;
 
   /// `starts`: we start the process (the first time at once, then 0.1, 0.5, 1, 2, 5, 10 s after
   /// each end, and from the beginning again after a minute of life); otherwise somebody else does.
@@ -40,6 +42,9 @@ class LinkKeeper {
   void Ended(std::string reason, Instant now);
 
   const LinkState& state() const { return state_; }
+  /// Where subscribers are, for the next process: those that this one speaks with, and while it is
+  /// young those that the one before did.
+  const std::vector<config::HostPort>& reached() const { return reached_; }
   /// How long its silence may last now.
   Duration patience() const { return opened_ ? kGivenUp : kOpening; }
 
@@ -51,6 +56,7 @@ class LinkKeeper {
   Instant started_{};
   std::size_t rung_ = 0;  ///< of the ladder: the next wait
   LinkCounts before_;     ///< by processes that have ended
+  std::vector<config::HostPort> reached_;
 };
 
 }  // namespace baudgate::dds

@@ -16,7 +16,8 @@ constexpr std::size_t kMostInterfaces = 64;
 constexpr std::size_t kMaxAddress = 45;  // of an IPv6 address as text
 constexpr std::size_t kMaxIpv4 = 15;
 constexpr std::size_t kMaxSentence = 1000;
-constexpr std::size_t kMaxPath = 255;  // whose length is one byte
+constexpr std::size_t kMaxRemark = 255;  // whose length is one byte
+constexpr std::size_t kMaxPath = 255;    // whose length is one byte
 constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
 constexpr std::uint32_t kMostEventDevices = 1'000'000;
@@ -26,10 +27,13 @@ constexpr std::size_t kArrivalBytes =
 
 static_assert(kLinkHeaderBytes + 1 + kMaxKey + 6 + kMostInterfaces * (1 + kMaxAddress) + 1 + 1 +
                   config::kMostPeers * (1 + kMaxIpv4) + 1 +
-                  config::kMostDiscoveryServers * (3 + kMaxIpv4) + 12 + 1 +
-                  kSecurityFiles * (1 + kMaxPath) <=
+                  (config::kMostDiscoveryServers + 1 + Neighbours::kMostReached) * (3 + kMaxIpv4) +
+                  16 + 1 + kSecurityFiles * (1 + kMaxPath) <=
               kMaxLinkMessage);
 static_assert(kLinkHeaderBytes + kPointSampleMaxBytes <= kMaxLinkMessage);
+static_assert(kLinkHeaderBytes + 64 + kRefusals * 8 + Neighbours::kMostReached * (3 + kMaxIpv4) +
+                  Neighbours::kMostRemarks * (1 + kMaxRemark) <=
+              kMaxLinkMessage);
 
 void PutHeader(LinkKind kind, std::size_t body, std::span<std::uint8_t> to) {
   to[0] = static_cast<std::uint8_t>(kind);
@@ -113,23 +117,23 @@ class Fields {
 };
 
 /// How many there are, then of each address and port.
-void PutServers(Bytes& to, const std::vector<config::HostPort>& servers) {
-  const std::size_t count = std::min(servers.size(), config::kMostDiscoveryServers);
+void PutPlaces(Bytes& to, const std::vector<config::HostPort>& places, std::size_t most) {
+  const std::size_t count = std::min(places.size(), most);
   to.push_back(static_cast<std::uint8_t>(count));
   for (std::size_t i = 0; i < count; ++i) {
-    PutText(to, servers[i].host.substr(0, kMaxIpv4));
-    Put(to, servers[i].port);
+    PutText(to, places[i].host.substr(0, kMaxIpv4));
+    Put(to, places[i].port);
   }
 }
 
-/// Fails as of more servers than there may be.
-std::vector<config::HostPort> TakeServers(Fields& fields) {
-  std::vector<config::HostPort> servers(fields.Count(config::kMostDiscoveryServers));
-  for (config::HostPort& server : servers) {
-    server.host = fields.Text(kMaxIpv4);
-    server.port = fields.Number<std::uint16_t>();
+/// Fails as of more than there may be.
+std::vector<config::HostPort> TakePlaces(Fields& fields, std::size_t most) {
+  std::vector<config::HostPort> places(fields.Count(most));
+  for (config::HostPort& at : places) {
+    at.host = fields.Text(kMaxIpv4);
+    at.port = fields.Number<std::uint16_t>();
   }
-  return servers;
+  return places;
 }
 
 /// In the order of the wire.
@@ -177,7 +181,8 @@ Bytes EncodeOpen(const LinkOpen& open) {
   PutTexts(body, open.participant.interfaces, kMostInterfaces, kMaxAddress);
   body.push_back(open.participant.multicast ? 1 : 0);
   PutTexts(body, open.participant.peers, config::kMostPeers, kMaxIpv4);
-  PutServers(body, open.participant.discovery_servers);
+  PutPlaces(body, open.participant.discovery_servers, config::kMostDiscoveryServers);
+  PutPlaces(body, open.participant.reached, Neighbours::kMostReached);
   Put(body, open.points);
   Put(body, open.devices);
   body.push_back(open.requests ? 1 : 0);
@@ -201,6 +206,8 @@ Bytes EncodeCounts(const LinkCounts& counts) {
   Put(body, counts.datagrams.passed);
   body.push_back(static_cast<std::uint8_t>(kRefusals));
   for (const std::uint64_t refused : counts.datagrams.refused) Put(body, refused);
+  PutPlaces(body, counts.neighbours.reached, Neighbours::kMostReached);
+  PutTexts(body, counts.neighbours.remarks, Neighbours::kMostRemarks, kMaxRemark);
   return Packet(LinkKind::counts, body);
 }
 
@@ -266,7 +273,8 @@ Result<LinkOpen> DecodeOpen(View body) {
   open.participant.interfaces = fields.Texts(kMostInterfaces, kMaxAddress);
   const auto multicast = fields.Number<std::uint8_t>();
   open.participant.peers = fields.Texts(config::kMostPeers, kMaxIpv4);
-  open.participant.discovery_servers = TakeServers(fields);
+  open.participant.discovery_servers = TakePlaces(fields, config::kMostDiscoveryServers);
+  open.participant.reached = TakePlaces(fields, Neighbours::kMostReached);
   open.points = fields.Number<std::uint32_t>();
   open.devices = fields.Number<std::uint32_t>();
   const auto requests = fields.Number<std::uint8_t>();
@@ -296,6 +304,9 @@ Result<LinkCounts> DecodeCounts(View body) {
   counts.datagrams.passed = fields.Number<std::uint64_t>();
   const bool same_reasons = fields.Number<std::uint8_t>() == kRefusals;
   for (std::uint64_t& refused : counts.datagrams.refused) refused = fields.Number<std::uint64_t>();
+  counts.neighbours.reached = TakePlaces(fields, Neighbours::kMostReached);
+  counts.neighbours.remarks = fields.Texts(Neighbours::kMostRemarks, kMaxRemark);
+  for (std::string& remark : counts.neighbours.remarks) remark = Harmless(remark);
   if (!same_reasons || !fields.AllTaken()) return Error{"damaged counts"};
   return counts;
 }

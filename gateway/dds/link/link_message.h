@@ -16,6 +16,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 #include "gateway/dds/datagram_counters.h"
+#include "gateway/dds/neighbours.h"
 #include "gateway/dds/participant_options.h"
 #include "gateway/dds/request_intake.h"
 #include "gateway/dds/samples.h"
@@ -63,6 +64,7 @@ struct LinkCounts {
   std::uint64_t dropped = 0;         ///< write requests that found no room
   std::uint64_t events_dropped = 0;  ///< that the library did not take, and that found no room
   DatagramCounters datagrams{};
+  Neighbours neighbours{};
 
   bool operator==(const LinkCounts&) const = default;
 };

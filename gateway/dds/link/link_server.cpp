@@ -131,6 +131,7 @@ std::optional<Bytes> LinkServer::Answer(Instant now) {
   if (now < NextAnswer()) return std::nullopt;
   told_ = Counts();
   told_.datagrams = writer_->datagrams();
+  told_.neighbours = writer_->neighbours();
   told_at_ = now;
   return EncodeCounts(told_);
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "gateway/base/time.h"
 #include "gateway/dds/datagram_counters.h"
@@ -33,7 +34,8 @@ struct LinkState {
   /// Where devices have events: those that were published, and those that could not be.
   std::optional<std::uint64_t> events{};
   std::uint64_t events_skipped = 0;
-  DatagramCounters datagrams;  ///< likewise; its participants now
+  DatagramCounters datagrams;        ///< likewise; its participants now
+  std::vector<std::string> remarks;  ///< subscribers that can get nothing now, a sentence each
 };
 
 }  // namespace baudgate::dds

@@ -136,7 +136,9 @@ void ProcessLink::Welcome(Instant now) {
 void ProcessLink::Talk(Descriptor socket, Instant now) {
   socket_ = std::move(socket);
   keeper_.Started(now);
-  SendPacket(socket_.get(), EncodeOpen(options_.open));  // an empty socket has room for one packet
+  LinkOpen open = options_.open;
+  open.participant.reached = keeper_.reached();
+  SendPacket(socket_.get(), EncodeOpen(open));  // an empty socket has room for one packet
 }
 
 void ProcessLink::Listen(Instant now) {
@@ -221,6 +223,11 @@ void ProcessLink::Publish(const LinkState& before) {
   if (writer_->ending()) return;
   if (state.refused > before.refused) {
     Tell(log::Level::warning, "samples were refused; they go again with the next heartbeat");
+  }
+  for (const std::string& remark : state.remarks) {
+    if (std::ranges::find(before.remarks, remark) == before.remarks.end()) {
+      Tell(log::Level::warning, remark);
+    }
   }
   if (state.phase == before.phase && state.times_lost == before.times_lost &&
       state.reason == before.reason) {

@@ -11,13 +11,15 @@ std::optional<UdpAddress> ParseUdpAddress(const std::string& host, std::uint16_t
   return UdpAddress{ntohl(address.s_addr), port};
 }
 
-std::string Text(const UdpAddress& at) {
+std::string HostOf(const UdpAddress& at) {
   std::string text;
   for (int shift = 24; shift >= 0; shift -= 8) {
     text += std::to_string((at.address >> shift) & 0xFF);
-    text += shift > 0 ? '.' : ':';
+    if (shift > 0) text += '.';
   }
-  return text + std::to_string(at.port);
+  return text;
 }
+
+std::string Text(const UdpAddress& at) { return HostOf(at) + ":" + std::to_string(at.port); }
 
 }  // namespace baudgate::dds

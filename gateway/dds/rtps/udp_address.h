@@ -18,6 +18,8 @@ struct UdpAddress {
 /// Nothing: `host` is no IPv4 address.
 std::optional<UdpAddress> ParseUdpAddress(const std::string& host, std::uint16_t port);
 
+/// "10.0.0.7".
+std::string HostOf(const UdpAddress& at);
 /// "10.0.0.7:7410".
 std::string Text(const UdpAddress& at);
 

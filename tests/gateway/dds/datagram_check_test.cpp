@@ -416,14 +416,14 @@ TEST(DatagramCheck, CountsWhoIsThere) {
   }
   EXPECT_EQ(check.Check(AnnouncementOf(4), kPeer, kStart).reason, Refusal::participants);
   EXPECT_EQ(check.Check(AnnouncementOf(2), kPeer, kStart).reason, Refusal::none) << "again";
-  EXPECT_EQ(check.participants(), 3U);
+  EXPECT_EQ(check.participants().size(), 3U);
   // Participant 2 leaves as Fast DDS does: by the hash of its key.
   Bytes leaves = Rtps("15 03 34 00 00 00 10 00 00 01 00 C7 00 01 00 C2 00 00 00 00 02 00 00 00", 2);
   Append(leaves, View(*ParseHex("70 00 10 00")));
   Append(leaves, View(Rtps("", 2)).subspan(8));
   Append(leaves, View(*ParseHex("00 00 01 C1 71 00 04 00 00 00 00 03 01 00 00 00")));
   EXPECT_EQ(check.Check(leaves, kPeer, kStart).reason, Refusal::none);
-  EXPECT_EQ(check.participants(), 2U);
+  EXPECT_EQ(check.participants().size(), 2U);
   EXPECT_EQ(check.Check(AnnouncementOf(4), kPeer, kStart + 1s).reason, Refusal::none);
 }
 
@@ -455,7 +455,29 @@ TEST(DatagramCheck, AnAnnouncementUnderAnotherWritersNameIsOneToo) {
   Bytes bytes = AnnouncementOf(1);
   bytes[20 + 4 + 10] = 0x07;
   EXPECT_EQ(check.Check(bytes, kPeer, kStart).reason, Refusal::none);
-  EXPECT_EQ(check.participants(), 1U);
+  EXPECT_EQ(check.participants().size(), 1U);
+}
+
+// A subscriber that hears us asks for the second and later of what we announce.
+TEST(DatagramCheck, KnowsWhoHasConfirmedAnAnnouncement) {
+  const std::string at =
+      "32 00 18 00 01 00 00 00 F2 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 0A "
+      "00 00 01";
+  const auto ack = [](const char* next) {
+    // reader 00 00 03 C7, writer 00 00 03 C2
+    return Rtps("06 01 18 00 00 00 03 C7 00 00 03 C2 00 00 00 00 " + std::string(next) +
+                    " 00 00 00 00 01 00 00 00",
+                1);
+  };
+  DatagramCheck check{CheckOptions{}};
+  ASSERT_TRUE(check.Check(AnnouncementOf(1, 20, at), kPeer, kStart).passes());
+  const Instant later = kStart + 6s;
+  EXPECT_EQ(check.participants().Unanswered(later), (std::vector{UdpAddress{0x0A000001, 7410}}));
+  ASSERT_TRUE(check.Check(ack("01 00 00 00"), kPeer, later).passes());
+  EXPECT_TRUE(check.participants().Reached(later).empty()) << "it waits for the first";
+  ASSERT_TRUE(check.Check(ack("02 00 00 00"), kPeer, later).passes());
+  EXPECT_EQ(check.participants().Reached(later), (std::vector{UdpAddress{0x0A000001, 7410}}));
+  EXPECT_TRUE(check.participants().Unanswered(later).empty());
 }
 
 }  // namespace

@@ -90,5 +90,31 @@ TEST(ParticipantTable, LeavingMakesRoom) {
   EXPECT_EQ(AnnounceMany(table, 3, 2, kStart + 20ms), 1U);
 }
 
+TEST(ParticipantTable, TellsWhoConfirmsAndWhoCanNotBeAnswered) {
+  ParticipantTable table{ParticipantLimits{}};
+  const auto at = [](std::uint32_t number) { return UdpAddress{number, 7410}; };
+  AnnounceMany(table, 1, 4, kStart);
+  for (std::uint32_t number = 1; number <= 4; ++number) {
+    table.Describe(GuidPrefixOf(number), at(number), number != 3, number != 4);
+  }
+  table.Confirmed(GuidPrefixOf(1));
+  table.Confirmed(GuidPrefixOf(3));
+  EXPECT_EQ(table.Reached(kStart), std::vector{at(1)})
+      << "2 has confirmed nothing, 3 names the address of somebody else, 4 publishes";
+  EXPECT_TRUE(table.Unanswered(kStart + 4999ms).empty()) << "it may take its time";
+  EXPECT_EQ(table.Unanswered(kStart + 5s), std::vector{at(2)});
+  EXPECT_TRUE(table.Unanswered(kStart + 21s).empty()) << "it is not heard any more";
+  EXPECT_TRUE(table.Reached(kStart + 21s).empty());
+}
+
+TEST(ParticipantTable, RemembersTheAddressThatAParticipantSpeaksFrom) {
+  ParticipantTable table{ParticipantLimits{}};
+  AnnounceMany(table, 1, 1, kStart);
+  table.Describe(GuidPrefixOf(1), {7, 7410}, true, true);
+  table.Describe(GuidPrefixOf(1), {8, 7410}, false, true);
+  table.Confirmed(GuidPrefixOf(1));
+  EXPECT_EQ(table.Reached(kStart), (std::vector{UdpAddress{7, 7410}}));
+}
+
 }  // namespace
 }  // namespace baudgate::dds

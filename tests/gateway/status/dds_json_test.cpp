@@ -66,6 +66,14 @@ TEST(DdsJson, OneLineWhenAllIsWell) {
   EXPECT_THAT(Shown(Up(), "bay-1"), Not(HasSubstr("DDS")));
 }
 
+TEST(DdsJson, NamesSubscribersThatCanGetNothing) {
+  LinkState state = Up();
+  state.remarks = {"10.0.0.9 was heard and cannot be answered"};
+  EXPECT_EQ(DdsJson(7, state, kNow.instant)["advice"].dump(),
+            R"(["10.0.0.9 was heard and cannot be answered"])");
+  EXPECT_THAT(Shown(state), HasSubstr("10.0.0.9 was heard and cannot be answered"));
+}
+
 LinkState Attacked(LinkState state) {
   state.datagrams.passed = 12345;
   state.datagrams.participants = 4;

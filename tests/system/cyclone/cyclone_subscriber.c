@@ -4,6 +4,7 @@
 //   gateway name start_time_ns version
 // CYCLONEDDS_URI overrides its settings; --multicast has it announce a group, as it does by default
 // on any network but loopback.
+// --qos POLICY asks for what the gateway does not offer (policies[] below).
 // Ends with 0 when --count distinct points have arrived (with --gone: and left again) and a gateway
 // has told of itself, 1 when that did not happen within --seconds.
 // SPDX-License-Identifier: Apache-2.0
@@ -25,7 +26,43 @@ struct options {
   bool until_gone;
   bool multicast;
   const char* peer;
+  const char* policy;
 };
+
+static void ask_deadline(dds_qos_t* qos) { dds_qset_deadline(qos, DDS_SECS(5)); }
+static void ask_exclusive(dds_qos_t* qos) { dds_qset_ownership(qos, DDS_OWNERSHIP_EXCLUSIVE); }
+static void ask_liveliness(dds_qos_t* qos) {
+  dds_qset_liveliness(qos, DDS_LIVELINESS_AUTOMATIC, DDS_SECS(5));
+}
+static void ask_partition(dds_qos_t* qos) { dds_qset_partition1(qos, "plant"); }
+static void ask_transient(dds_qos_t* qos) { dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT); }
+static void ask_order(dds_qos_t* qos) {
+  dds_qset_destination_order(qos, DDS_DESTINATIONORDER_BY_SOURCE_TIMESTAMP);
+}
+static void ask_presentation(dds_qos_t* qos) {
+  dds_qset_presentation(qos, DDS_PRESENTATION_TOPIC, true, true);
+}
+static void ask_xcdr2(dds_qos_t* qos) {
+  dds_data_representation_id_t only = DDS_DATA_REPRESENTATION_XCDR2;
+  dds_qset_data_representation(qos, 1, &only);
+}
+
+static const struct {
+  const char* name;
+  bool of_subscriber;  // not of the reader
+  void (*ask)(dds_qos_t* qos);
+} policies[] = {{"deadline", false, ask_deadline},        {"exclusive", false, ask_exclusive},
+                {"liveliness", false, ask_liveliness},    {"partition", true, ask_partition},
+                {"transient", false, ask_transient},      {"order", false, ask_order},
+                {"presentation", true, ask_presentation}, {"xcdr2", false, ask_xcdr2}};
+
+// For readers (or subscribers) of the point topic.
+static void ask(dds_qos_t* qos, const char* name, bool of_subscriber) {
+  for (size_t i = 0; name != NULL && i < sizeof policies / sizeof policies[0]; ++i) {
+    if (strcmp(policies[i].name, name) != 0) continue;
+    if (policies[i].of_subscriber == of_subscriber) policies[i].ask(qos);
+  }
+}
 
 struct seen {
   dds_instance_handle_t handle;
@@ -57,6 +94,10 @@ static bool parse(int argc, char** argv, struct options* options) {
       options->peer = argv[++i];
       continue;
     }
+    if (strcmp(argv[i], "--qos") == 0) {
+      options->policy = argv[++i];
+      continue;
+    }
     char* end = NULL;
     const long number = strtol(argv[i + 1], &end, 10);
     if (*end != '\0' || number < 0 || number > 1000000) return false;
@@ -75,14 +116,19 @@ static bool parse(int argc, char** argv, struct options* options) {
 }
 
 static dds_entity_t create_reader(dds_entity_t participant, const dds_topic_descriptor_t* type,
-                                  const char* name) {
+                                  const char* name, const char* policy) {
   dds_entity_t topic = dds_create_topic(participant, type, name, NULL, NULL);
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 1);
   dds_qset_resource_limits(qos, MOST_INSTANCES, MOST_INSTANCES, 1);
-  dds_entity_t reader = dds_create_reader(participant, topic, qos, NULL);
+  ask(qos, policy, false);
+  dds_qos_t* of_subscriber = dds_create_qos();
+  ask(of_subscriber, policy, true);
+  dds_entity_t subscriber = dds_create_subscriber(participant, of_subscriber, NULL);
+  dds_entity_t reader = dds_create_reader(subscriber, topic, qos, NULL);
+  dds_delete_qos(of_subscriber);
   dds_delete_qos(qos);
   return reader;
 }
@@ -153,9 +199,11 @@ static bool attach(dds_entity_t waitset, dds_entity_t reader) {
 }
 
 int main(int argc, char** argv) {
-  struct options options = {0, 1, 20, false, false, "127.0.0.1"};
+  struct options options = {0, 1, 20, false, false, "127.0.0.1", NULL};
   if (!parse(argc, argv, &options)) {
-    fprintf(stderr, "usage: cyclone_subscriber [--domain N] [--count K] [--seconds S] [--gone] [--multicast] [--peer P]\n");
+    fprintf(stderr,
+            "usage: cyclone_subscriber [--domain N] [--count K] [--seconds S] [--gone] "
+            "[--multicast] [--peer P] [--qos POLICY]\n");
     return 2;
   }
   char configuration[sizeof kConfiguration + 64];
@@ -168,9 +216,9 @@ int main(int argc, char** argv) {
     return 1;
   }
   dds_entity_t reader =
-      create_reader(participant, &baudgate_v1_PointSample_desc, "baudgate/points");
+      create_reader(participant, &baudgate_v1_PointSample_desc, "baudgate/points", options.policy);
   dds_entity_t gateways =
-      create_reader(participant, &baudgate_v1_GatewayStatus_desc, "baudgate/gateways");
+      create_reader(participant, &baudgate_v1_GatewayStatus_desc, "baudgate/gateways", NULL);
   dds_entity_t waitset = dds_create_waitset(participant);
   const bool ready =
       reader > 0 && gateways > 0 && attach(waitset, reader) && attach(waitset, gateways);

@@ -12,6 +12,7 @@
 
 #include "gateway/dds/publisher.h"
 #include "tests/gateway/dds/fixture.h"
+#include "tests/gateway/dds/write_client.h"
 
 namespace baudgate::dds {
 namespace {
@@ -132,6 +133,46 @@ TEST(Cyclone, SubscribersThatNameTheSameMulticastGroupAllGetEveryPoint) {
     }
     EXPECT_EQ(subscriber->Wait(), 0);
   }
+}
+
+TEST(Cyclone, AReaderThatAsksForWhatIsNotOfferedIsNamedUntilItLeaves) {
+  ParticipantOptions options;
+  options.domain = TestDomain();
+  options.interfaces = {"127.0.0.1"};
+  const auto writer = CreateFastWriter(options, 1, 1);
+  ASSERT_TRUE(writer) << writer.error();
+  PointSample sample;
+  sample.gateway = "g", sample.device = "d", sample.point = "p";
+  ASSERT_EQ((*writer)->Write(sample), Sent::yes);
+  const auto remarks = [&] { return (*writer)->neighbours().remarks; };
+  const std::map<std::string, std::string> asked = {
+      {"deadline", "DEADLINE"},
+      {"exclusive", "exclusive OWNERSHIP"},
+      {"liveliness", "LIVELINESS with a lease or by hand"},
+      {"partition", "a PARTITION"},
+      {"transient", "DURABILITY beyond TRANSIENT_LOCAL"},
+      {"order", "DESTINATION_ORDER by source timestamp"},
+      {"presentation", "PRESENTATION beyond INSTANCE"},
+      {"xcdr2", "XCDR2 alone"}};
+  std::vector<std::unique_ptr<CycloneSubscriber>> subscribers;
+  std::vector<std::string> expected;
+  for (const auto& [policy, words] : asked) {
+    subscribers.push_back(
+        std::make_unique<CycloneSubscriber>("--count 1 --seconds 5 --qos " + policy));
+    expected.push_back("a reader of baudgate/points at 127.0.0.1 asks for " + words +
+                       ", which is not offered, and gets nothing; docs/dds.md has what it may ask "
+                       "for");
+  }
+  EXPECT_TRUE(testing::Eventually([&] { return remarks().size() == asked.size(); }));
+  EXPECT_THAT(remarks(), ::testing::UnorderedElementsAreArray(expected));
+  for (const auto& subscriber : subscribers) {
+    while (subscriber->Line()) {
+    }
+    EXPECT_EQ(subscriber->Wait(), 1) << "no sample came";
+  }
+  CycloneSubscriber good("--count 1 --seconds 1");
+  EXPECT_TRUE(good.Line()) << "what an ordinary reader gets";
+  EXPECT_TRUE(testing::Eventually([&] { return remarks().empty(); })) << "behind their lease";
 }
 
 }  // namespace

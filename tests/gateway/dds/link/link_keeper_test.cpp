@@ -151,5 +151,31 @@ TEST(LinkKeeper, OneThatSomebodyElseStartsIsAwaited) {
   EXPECT_EQ(keeper.state().times_lost, 1U);
 }
 
+TEST(LinkKeeper, RemembersWhereSubscribersAreUntilTheNextProcessHasMetThem) {
+  LinkKeeper keeper(true);
+  const config::HostPort first{"10.0.0.1", 7410};
+  const config::HostPort second{"10.0.0.2", 7410};
+  const config::HostPort third{"10.0.0.3", 7410};
+  const auto counted = [&](std::vector<config::HostPort> reached, Instant now) {
+    LinkCounts counts;
+    counts.neighbours = {.reached = std::move(reached), .remarks = {"10.0.0.9 was heard"}};
+    keeper.Counted(counts, now);
+  };
+  keeper.Started(kStart);
+  keeper.Opened(kStart);
+  counted({first, second}, kStart + 1s);
+  EXPECT_THAT(keeper.state().remarks, ElementsAre("10.0.0.9 was heard"));
+  keeper.Ended("was ended by signal 6", kStart + 2s);
+  EXPECT_THAT(keeper.reached(), ElementsAre(first, second));
+  EXPECT_TRUE(keeper.state().remarks.empty());
+
+  keeper.Started(kStart + 3s);
+  keeper.Opened(kStart + 3s);
+  counted({third, second}, kStart + 4s);
+  EXPECT_THAT(keeper.reached(), ElementsAre(third, second, first));
+  counted({third, second}, kStart + 3s + LinkKeeper::kYoung);
+  EXPECT_THAT(keeper.reached(), ElementsAre(third, second)) << "the first one is gone";
+}
+
 }  // namespace
 }  // namespace baudgate::dds

@@ -22,7 +22,8 @@ LinkOpen AnOpen() {
                           .lease = 15s,
                           .multicast = false,
                           .peers = {"10.0.0.7"},
-                          .discovery_servers = {{"10.0.0.8", 11811}}},
+                          .discovery_servers = {{"10.0.0.8", 11811}},
+                          .reached = {{"10.0.0.9", 7410}}},
           .points = 5000,
           .devices = 31,
           .requests = true,
@@ -30,20 +31,21 @@ LinkOpen AnOpen() {
 }
 
 constexpr char kOpen[] =
-    "01 05 42 00 05 73 75 62 2D 37 07 00 00 00 98 3A 00 00 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A "
-    "3A 31 "
-    "00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E 88 13 00 00 1F "
-    "00 00 00 01 05 00 00 00 00";
+    "01 05 4E 00 05 73 75 62 2D 37 07 00 00 00 98 3A 00 00 02 09 31 32 37 2E 30 2E 30 2E 31 03 3A "
+    "3A "
+    "31 00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E "
+    "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 88 13 00 00 1F 00 00 00 01 05 00 00 00 00";
 // 3 subscribers, 1,234 samples, 2^32 refused, 5 requests and 6 events dropped; 7 participants,
 // 12,345 datagrams; 16 reasons: 38 fragments, 2 participants too many of one address.
 constexpr char kCounts[] =
-    "42 05 B1 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 05 00 00 00 00 00 00 "
+    "42 05 C5 00 03 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 00 01 00 00 00 05 00 00 00 00 00 00 "
     "00 06 00 00 00 00 00 00 00 07 00 00 00 39 30 00 "
     "00 00 00 00 00 10 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 26 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "00 02 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
-    "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00";
+    "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
+    "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 01 06 6E 6F 74 20 6D 65";
 
 // Of writer 01 … 10, which is not volatile, received at 1,000,000,007 ns.
 constexpr char kRequest[] =
@@ -119,6 +121,7 @@ TEST(LinkMessage, OpenBothWays) {
   EXPECT_FALSE(open->participant.multicast);
   EXPECT_EQ(open->participant.peers, AnOpen().participant.peers);
   EXPECT_EQ(open->participant.discovery_servers, AnOpen().participant.discovery_servers);
+  EXPECT_EQ(open->participant.reached, AnOpen().participant.reached);
   EXPECT_EQ(open->points, 5000U);
   EXPECT_EQ(open->devices, 31U);
   EXPECT_TRUE(open->requests);
@@ -147,7 +150,7 @@ TEST(LinkMessage, OpenWithSecurityBothWays) {
   }
   // Never open to everybody by a damaged list: another number, or no identity.
   Bytes six = packet;
-  six[kLinkHeaderBytes + 0x42 - 1] = 6;
+  six[kLinkHeaderBytes + 0x4E - 1] = 6;
   EXPECT_FALSE(DecodeOpen(ParseLink(six)->body).ok());
   open.participant.security = {};
   Bytes none = EncodeOpen(open);
@@ -164,6 +167,7 @@ TEST(LinkMessage, CountsBothWays) {
   counts.datagrams.participants = 7;
   counts.datagrams.refused[static_cast<std::size_t>(Refusal::fragment)] = 38;
   counts.datagrams.refused[static_cast<std::size_t>(Refusal::address)] = 2;
+  counts.neighbours = {.reached = {{"10.0.0.9", 7410}}, .remarks = {"not me"}};
   EXPECT_EQ(ToHex(EncodeCounts(counts)), kCounts);
   const auto back = DecodeCounts(ParseLink(*ParseHex(kCounts))->body);
   ASSERT_TRUE(back.ok());
@@ -316,8 +320,9 @@ TEST(LinkMessage, AnOpenBeyondItsBoundsIsRefused) {
   ASSERT_TRUE(DecodeOpen(body).ok());
   for (const Change& change :
        {Change{0, 65}, Change{6, 233}, Change{11, 1}, Change{12, 1}, Change{14, 65}, Change{15, 46},
-        Change{29, 2}, Change{30, 65}, Change{40, 17}, Change{41, 16}, Change{55, 0xFF},
-        Change{59, 0xFF}, Change{60, 2}, Change{64, 0xFF}, Change{65, 6}}) {
+        Change{29, 2}, Change{30, 65}, Change{40, 17}, Change{41, 16}, Change{52, 65},
+        Change{53, 16}, Change{66, 0xFF}, Change{70, 0xFF}, Change{71, 2}, Change{75, 0xFF},
+        Change{76, 6}}) {
     Bytes changed = body;
     changed[change.at] = change.byte;
     EXPECT_FALSE(DecodeOpen(changed).ok()) << change.at;

@@ -1,0 +1,25 @@
+// What the process that speaks DDS knows of the others in its domain: told with its counts.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/model/network.h"
+
+namespace baudgate::dds {
+
+struct Neighbours {
+  static constexpr std::size_t kMostReached = 64;
+  static constexpr std::size_t kMostRemarks = 8;
+
+  /// IPv4 addresses and ports of participants that speak with us. The next process asks there at
+  /// once: who does not use multicast would announce himself seconds later.
+  std::vector<config::HostPort> reached;
+  /// One sentence each: a subscriber that can get nothing, and why.
+  std::vector<std::string> remarks;
+
+  bool operator==(const Neighbours&) const = default;
+};
+
+}  // namespace baudgate::dds
