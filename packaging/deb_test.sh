@@ -95,11 +95,12 @@ apt_purge baudgate
 say "all three"
 quiet inside apt-get satisfy -y -qq --no-install-recommends \
   "$(for each in "$gateway" "$dds" "$dev"; do dpkg-deb -f "$root$each" Depends; done | sed 's/baudgate (=[^)]*), //' | paste -sd,)"
-apt_install cmake g++ make
+apt_install cmake g++ make cyclonedds-dev cyclonedds-tools fastddsgen libfastrtps-dev
 files >"$root.before"
 check "install" apt_install ".$gateway" ".$dds" ".$dev"
 check "watch" inside baudgate watch --help
 check "the example of a protocol builds and is loaded" inside sh /tmp/protocol
+check "the examples for DDS build, read and write" inside sh /tmp/dds
 check "baudgate-dds goes, the gateway stays" quiet inside apt-get purge -y -qq baudgate-dds
 check "its configuration is still good" inside baudgate check
 inside install -d -o baudgate /var/lib/baudgate/recordings

@@ -13,7 +13,7 @@ using namespace dds;
 void CheckOne(DatagramCheck& check, Secured security, const Bytes& datagram, Sender sender,
               Instant now) {
   const Verdict verdict = check.Check(datagram, sender, now);
-  Require(check.participants() <= 4, "there are never more participants than places");
+  Require(check.participants().size() <= 4, "there are never more participants than places");
   if (!verdict.passes()) {
     Require(!Words(verdict.reason).empty(), "a refusal has words");
     return;

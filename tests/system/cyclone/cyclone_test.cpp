@@ -90,6 +90,29 @@ TEST(Cyclone, EveryPointArrivesAsWritten) {
   }
 }
 
+TEST(Cyclone, TheExampleOfThePackageShowsEveryPoint) {
+  const config::Config config = MakeConfig(1, 2);
+  PointStore store(config);
+  Set(store, 0, 0, 1.5);
+  Set(store, 0, 1, 2.5, Quality::bad_communication);
+  auto publisher = Publish(config, store);
+  ASSERT_NE(publisher, nullptr);
+  const std::string command =
+      "CYCLONEDDS_URI='<General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
+      "<AllowMulticast>false</AllowMulticast></General>"
+      "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+      "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>' timeout 3 " +
+      std::string(EXAMPLE_SUBSCRIBER) + " " + std::to_string(TestDomain());
+  FILE* output = ::popen(command.c_str(), "r");
+  std::set<std::string> lines;
+  char line[512];
+  while (::fgets(line, sizeof line, output) != nullptr) lines.insert(line);
+  ::pclose(output);
+  EXPECT_THAT(lines, ::testing::UnorderedElementsAre(
+                         "substation-7 feeder-0 p0 = 1.5 A\n",
+                         "substation-7 feeder-0 p1: not good, quality 0x0018\n"));
+}
+
 TEST(Cyclone, TheEndOfAGatewayIsSeen) {
   const config::Config config = MakeConfig(2, 20);
   PointStore store(config);
@@ -158,7 +181,7 @@ TEST(Cyclone, AReaderThatAsksForWhatIsNotOfferedIsNamedUntilItLeaves) {
   std::vector<std::string> expected;
   for (const auto& [policy, words] : asked) {
     subscribers.push_back(
-        std::make_unique<CycloneSubscriber>("--count 1 --seconds 5 --qos " + policy));
+        std::make_unique<CycloneSubscriber>("--count 1 --seconds 3 --qos " + policy));
     expected.push_back("a reader of baudgate/points at 127.0.0.1 asks for " + words +
                        ", which is not offered, and gets nothing; docs/dds.md has what it may ask "
                        "for");
@@ -170,7 +193,7 @@ TEST(Cyclone, AReaderThatAsksForWhatIsNotOfferedIsNamedUntilItLeaves) {
     }
     EXPECT_EQ(subscriber->Wait(), 1) << "no sample came";
   }
-  CycloneSubscriber good("--count 1 --seconds 1");
+  CycloneSubscriber good("--count 1 --seconds 5");
   EXPECT_TRUE(good.Line()) << "what an ordinary reader gets";
   EXPECT_TRUE(testing::Eventually([&] { return remarks().empty(); })) << "behind their lease";
 }
