@@ -45,6 +45,15 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
     problems.Error(keys.MarkOf("offset"), "offset: only numbers have one, and '" + point.name +
                                               "' is " + std::string(Name(point.type)));
   }
+  if (is_number && !IsFloat(point.type)) {
+    for (const auto& [key, number] : {std::pair{"scale", &point.scale}, {"offset", &point.offset}}) {
+      if (!keys.Has(key) || number->is_whole()) continue;
+      problems.Warning(keys.MarkOf(key), std::string(key) + ": '" + point.name + "' is " +
+                                             std::string(Name(point.type)) +
+                                             ", so its decimals are rounded away; write type: "
+                                             "float32, and what the device holds in 'read'");
+    }
+  }
   if (point.jump && (*point.jump < 0 || !is_number)) {
     problems.Error(keys.MarkOf("jump"), is_number ? "jump: must not be negative"
                                                   : "jump: only numbers jump, and '" + point.name +

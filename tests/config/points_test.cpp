@@ -28,7 +28,7 @@ Point OnePoint(const std::string& keys) {
 TEST(Points, EveryKey) {
   const Point point = OnePoint(
       "read: A1, write: A2, type: int32, unit: kW, access: rw, group: slow, modbus: 9100, "
-      "table: holding, scale: 0.1, offset: -5, sentinels: { 999: sensor_failure, -1: 0x44 }, "
+      "table: holding, scale: 10, offset: -5, sentinels: { 999: sensor_failure, -1: 0x44 }, "
       "on_fault: -1, deadband: 0.5, jump: 3, recheck: always, simulate: [1, 2.5], description: "
       "power");
   EXPECT_EQ(point.read, "A1");
@@ -38,7 +38,7 @@ TEST(Points, EveryKey) {
   EXPECT_EQ(point.access, config::Access::read_write);
   EXPECT_EQ(point.group, config::Group::slow);
   EXPECT_EQ(point.modbus, 9100);
-  EXPECT_EQ(point.scale, 0.1);
+  EXPECT_EQ(point.scale, 10);
   EXPECT_EQ(point.offset, -5);
   ASSERT_EQ(point.sentinels.size(), 2U);
   EXPECT_EQ(point.sentinels[0].value, 999);
@@ -133,6 +133,12 @@ TEST(Points, OneSentenceEach) {
        "52: error: table: only bool points fit a bit table, and 'p' is int16; write table: input"},
       {"name: p, read: A1, type: int16, scale: 0",
        "52: error: scale: 0 would make every value the same"},
+      {"name: p, read: A1, type: int16, scale: 0.01",
+       "52: warning: scale: 'p' is int16, so its decimals are rounded away; write type: float32, "
+       "and what the device holds in 'read'"},
+      {"name: p, read: A1, type: int16, offset: 0.5",
+       "53: warning: offset: 'p' is int16, so its decimals are rounded away; write type: float32, "
+       "and what the device holds in 'read'"},
       {"name: p, read: A1, type: int16, scale: 1e-3",
        "52: error: scale: '1e-3' is not a decimal number; write for example 0.001"},
       {"name: p, read: A1, type: bool, scale: 2",
