@@ -41,7 +41,7 @@ void AnswerRoute(Job& job, Outcome outcome, const std::string& reason) {
 void JobRun::OnFailed(const ExchangeEnd& end) {
   Job& job = *job_;
   Member& member = *job.member;
-  job.answer = {};
+  const bool heard_itself = std::exchange(job.answer, {}).outcome == Outcome::unexpected;
   job.missed = true;
   if (auto* routed = job.As<Job::Routed>()) {
     upkeep_.HoldBack(member);
@@ -57,9 +57,12 @@ void JobRun::OnFailed(const ExchangeEnd& end) {
     job.mute = job.mute || !routed->every_slave_answers || routed->odd;
     return Finish(end.outcome, end.reason);
   }
-  // Another request's reply has come, so that the next one is nearer to its own.
-  const bool nearer = end.outcome == Outcome::unexpected;
-  const int more = nearer ? std::min(whose_reply_.Owed(job.asked()), kMostTriesMore) : 0;
+  // Another request's reply has come, so that the next one is nearer to its own; not where another
+  // device is named that owes none.
+  const Asked asked = job.asked();
+  const bool nearer = end.outcome == Outcome::unexpected &&
+                      (heard_itself || !asked.named() || whose_reply_.OthersOwe(asked));
+  const int more = nearer ? std::min(whose_reply_.Owed(asked), kMostTriesMore) : 0;
   if (!chooser_.MayRepeat(job, more, now_.instant)) return GiveUp(end);
   const auto instead =
       roster_.AsDevice(member)->conversation->Instead(job.request, end.outcome, now_.instant);

@@ -48,6 +48,8 @@ class WhoseReply {
     const std::size_t own = OrderOf(*asked.member).Owed();
     return static_cast<int>(asked.named() ? own : std::max(own, line_.Owed()));
   }
+  /// Others of the line may owe replies that come before its own.
+  bool OthersOwe(const Asked& asked) const { return line_.Owed() > OrderOf(*asked.member).Owed(); }
   /// Nothing but its own reply can come: a reply of an odd form is its own as well.
   bool MayBeOdd(const Asked& asked) const { return Of(*asked.member).read && Owed(asked) == 1; }
   /// Its latest probe was answered with the reply to an earlier one, or may have been.

@@ -51,6 +51,10 @@ std::string Noticed(const LineStatus& line, const DeviceStatus& status) {
 }
 
 std::string Late(const DeviceStatus& status) {
+  if (status.late == 0) {
+    return "late: its replies come after timing.reply is over, and it is waited for " +
+           Milliseconds(status.patience) + " longer: raise its timing.reply by as much";
+  }
   const std::string lateness = Milliseconds(status.lateness);
   const std::string waited =
       status.patience > Duration()

@@ -85,6 +85,13 @@ TEST_F(DiagnoseTest, LateAnswersAreNotMissedRequests) {
                                  "raise its timing.reply by more than 80 ms"));
 }
 
+TEST_F(DiagnoseTest, LateAnswersThatAreWaitedForAreSaidWithoutACountOfThoseThatWereLost) {
+  Ended(Outcome::ok, 20);
+  device().patience = 195'200us;
+  EXPECT_THAT(Say(), ElementsAre("late: its replies come after timing.reply is over, and it is "
+                                 "waited for 196 ms longer: raise its timing.reply by as much"));
+}
+
 TEST_F(DiagnoseTest, SecondRepliesAreSaidHoweverSeldom) {
   device().doubled = 1;
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(

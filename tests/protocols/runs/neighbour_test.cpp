@@ -11,23 +11,23 @@
 namespace baudgate {
 namespace {
 
-enum class Failure : std::uint8_t { dead, refuses, corrupt, late, slow };
+enum class Failure : std::uint8_t { dead, refuses, corrupt, late, slow, misnamed };
 
 std::string NameOf(Failure failure) {
-  constexpr const char* kNames[] = {"Dead", "Refuses", "Corrupt", "Late", "Slow"};
+  constexpr const char* kNames[] = {"Dead", "Refuses", "Corrupt", "Late", "Slow", "Misnamed"};
   return kNames[static_cast<std::size_t>(failure)];
 }
 
-/// As the device says no to `request`.
-Bytes RefusalOf(const Protocol& protocol, View request) {
+/// As the device at `address` says no to `request`.
+Bytes RefusalOf(const Protocol& protocol, View request, const std::string& address) {
   if (protocol.name == "spabus") {
-    const std::string_view text = AsText(request);
-    const std::string said = "<" + std::string(text.substr(1, 1)) + "N:6:";
+    const std::string said = "<" + address + "N:6:";
     std::uint8_t sum = 0;
     for (const char c : said) sum ^= static_cast<std::uint8_t>(c);
     return ToBytes(said + HexByte(sum) + "\r\n");
   }
-  Bytes reply = {request[0], static_cast<std::uint8_t>(request[1] | 0x80U), 0x02};
+  Bytes reply = {static_cast<std::uint8_t>(std::stoi(address)),
+                 static_cast<std::uint8_t>(request[1] | 0x80U), 0x02};
   const std::uint16_t crc = Crc16(reply);
   reply.push_back(static_cast<std::uint8_t>(crc & 0xFFU));
   reply.push_back(static_cast<std::uint8_t>(crc >> 8U));
@@ -53,7 +53,14 @@ TEST_P(Neighbour, KeepsItsPolls) {
       bad.manner.dead = true;
       break;
     case Failure::refuses:
-      bad.manner.instead = [&](View request) { return RefusalOf(*setup.protocol, request); };
+      bad.manner.instead = [&](View request) {
+        return RefusalOf(*setup.protocol, request, rig->config().lines[0].devices[0].address);
+      };
+      break;
+    case Failure::misnamed:
+      bad.manner.instead = [&](View request) {
+        return RefusalOf(*setup.protocol, request, rig->config().lines[0].devices[1].address);
+      };
       break;
     case Failure::corrupt:
       bad.manner.distort = [](Bytes bytes) {
@@ -84,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(
     Failures, Neighbour,
     ::testing::Combine(::testing::Values("Spa9600", "ModbusRtu19200"),
                        ::testing::Values(Failure::dead, Failure::refuses, Failure::corrupt,
-                                         Failure::late, Failure::slow)),
+                                         Failure::late, Failure::slow, Failure::misnamed)),
     [](const auto& info) { return std::get<0>(info.param) + NameOf(std::get<1>(info.param)); });
 
 }  // namespace
