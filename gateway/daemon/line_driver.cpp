@@ -145,9 +145,10 @@ void LineDriver::OnLost(const std::string& reason, Now now) {
 }
 
 void LineDriver::OnEnded(const std::string& reason, Now now) {
-  if (listens_ || !rest_.OnEnded(Answers())) return OnLost(reason, now);
+  const bool several = config_.devices.size() > 1;
+  if (listens_ || !rest_.OnEnded(Answers(), several)) return OnLost(reason, now);
   now_ = now;
-  if (connection_ != Connection::proven) Prove();
+  if (connection_ != Connection::proven && !rest_.in_vain()) Prove();
 }
 
 void LineDriver::Lost(const std::string& reason) {

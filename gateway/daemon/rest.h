@@ -5,7 +5,10 @@
 //   answered, ended with a request under way      the same, and from then on each request gets a
 //                                                 connection of its own: the next would be lost,
 //                                                 too
-//   ended before any answer                       an outage
+//   ended before any answer, in place of one,     the same, four times at most: some servers do so
+//   where several devices are asked               for a device that they do not know, and the
+//                                                 others are asked next
+//   ended before any answer otherwise             an outage
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -22,15 +25,22 @@ class Rest {
   /// A connection was opened, with so many answers on the line before. True: it goes on for one
   /// that rested.
   bool OnOpened(std::uint64_t answers) {
+    if (answers > answers_before_) in_vain_ = 0;
     answers_before_ = answers;
     is_used_ = asks_ = false;
     return std::exchange(rests_, false);
   }
-  /// It was ended in good order. False: that is an outage.
-  bool OnEnded(std::uint64_t answers) {
+  /// It was ended in good order; `several` devices are asked over it. False: that is an outage.
+  bool OnEnded(std::uint64_t answers, bool several) {
+    if (rests_) return false;
     const bool answered = answers > answers_before_;
-    if (!answered || rests_) return false;
-    once_each_ = once_each_ || asks_;
+    const bool in_vain = several && asks_ && in_vain_ < kMostInVain;
+    if (!answered && !in_vain) {
+      in_vain_ = 0;
+      return false;
+    }
+    in_vain_ = answered ? 0 : in_vain_ + 1;
+    once_each_ = once_each_ || (answered && asks_);
     return rests_ = true;
   }
   void OnBytes() { asks_ = false; }
@@ -57,13 +67,18 @@ class Rest {
   }
 
   bool rests() const { return rests_; }
+  /// The last connection ended before any answer.
+  bool in_vain() const { return in_vain_ > 0; }
 
  private:
+  static constexpr int kMostInVain = 4;
+
   std::uint64_t answers_before_ = 0;
   bool rests_ = false;
   bool once_each_ = false;
   bool is_used_ = false;  // a request went out over this connection
   bool asks_ = false;     // and nothing has come since
+  int in_vain_ = 0;       // connections in a row that ended before any answer
   Bytes held_;
 };
 

@@ -77,11 +77,12 @@ class FakeSink final : public EventSink {
 
 class LineDriverTest : public testing::Test {
  protected:
-  explicit LineDriverTest(const std::string& port = "tcp://server:4001") {
-    config_.lines.push_back(ToyLine({ToyDevice("a", "A", {"1"})}));
+  explicit LineDriverTest(const std::string& port = "tcp://server:4001",
+                          std::vector<config::Device> devices = {ToyDevice("a", "A", {"1"})}) {
+    config_.lines.push_back(ToyLine(std::move(devices)));
     config_.lines[0].port = port;
     store_ = std::make_unique<PointStore>(config_);
-    twin_ = ToyProtocol().make_twin(config_.lines[0].devices[0], values_);
+    twin_ = ToyProtocol().make_twin(config_.lines[0].devices.back(), values_);
     driver_ = std::make_unique<LineDriver>(
         config_.lines[0], 0U, [](const std::string&) -> const Protocol& { return ToyProtocol(); },
         *store_, port_, retries_, LineRecorder::Sink(), nullptr, &sink_);
@@ -115,6 +116,10 @@ class LineDriverTest : public testing::Test {
         const Bytes request = port_.sent.front();
         port_.sent.pop_front();
         if (!answers_) continue;
+        if (closes_for_.contains(request[1])) {
+          End();
+          continue;
+        }
         GoTo(now_.instant + 30ms);
         driver_->OnBytes(twin_->Answer(request, now_.instant), now_);
         if (closes_) End();
@@ -141,7 +146,8 @@ class LineDriverTest : public testing::Test {
   FixedValues values_ = ToyValues();
   std::unique_ptr<Twin> twin_;
   bool answers_ = true;
-  bool closes_ = false;  // behind each answer
+  bool closes_ = false;                // behind each answer
+  std::set<std::uint8_t> closes_for_;  // in place of an answer of these devices
   FakePort port_;
   FakeRetries retries_;
   FakeSink sink_;
@@ -259,6 +265,35 @@ TEST_F(LineDriverTest, OneThatEndsWithoutAnAnswerIsAnOutage) {
   End();
   EXPECT_FALSE(driver_->is_open());
   EXPECT_EQ(retries_.downs.size(), 1U);
+}
+
+struct SharedConnection : LineDriverTest {
+  SharedConnection()
+      : LineDriverTest("tcp://server:4001",
+                       {ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}) {}
+};
+
+TEST_F(SharedConnection, AServerThatClosesForOneDeviceLeavesTheOther) {
+  port_.open_on_demand = true;
+  closes_for_ = {'A'};
+  Open();
+  Pass(1min);
+  store_->Read(
+      0, [](const DeviceRecord& record) { EXPECT_EQ(record.status.state, DeviceState::offline); });
+  store_->Read(1, [](const DeviceRecord& record) {
+    EXPECT_EQ(record.status.state, DeviceState::online);
+    EXPECT_TRUE(IsGood(record.points[0].reported));
+    EXPECT_LE(record.status.missed, 3U);
+  });
+  EXPECT_THAT(retries_.downs, IsEmpty());
+}
+
+TEST_F(SharedConnection, AServerThatClosesForAllIsAnOutage) {
+  port_.open_on_demand = true;
+  closes_for_ = {'A', 'B'};
+  Open();
+  Pass(1min);
+  EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("before it had worked")));
 }
 
 TEST_F(LineDriverTest, AServerThatClosesBeforeItHasWorkedIsToldSo) {
