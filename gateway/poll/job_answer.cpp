@@ -83,7 +83,13 @@ Outcome JobRun::JudgeRouted(View frame) {
   Job::Routed& routed = *job.As<Job::Routed>();
   const Bytes& request = job.request.bytes;
   const Outcome outcome = roster_.carrier()->carrier->unwrap(request, frame, routed.reply);
-  if (outcome != Outcome::unexpected) return outcome;
+  if (outcome != Outcome::unexpected) {
+    routed.older = whose_reply_.MayBeOlder(job.asked(), [&](const Bytes& lost) {
+      Bytes pdu;
+      return ProvesLife(roster_.carrier()->carrier->unwrap(lost, frame, pdu));
+    });
+    return outcome;
+  }
   routed.odd = true;
   const bool may_be_bus = !echo_free_ && std::ranges::equal(frame, request);
   const bool its_own = !routed.reply.empty() && whose_reply_.IsOwedAlone(job.asked());
@@ -153,10 +159,7 @@ bool JobRun::GoesOnBehindBroadcast() {
 /// device that tells its name has told it.
 void JobRun::OnAnswered(const ExchangeEnd& end) {
   Job& job = *job_;
-  if (job.As<Job::Routed>() != nullptr) {
-    routes_.OnAnswered(now_.instant);
-    return Finish(end.outcome, {});
-  }
+  if (job.As<Job::Routed>() != nullptr) return OnRoutedAnswer(end);
   Device& device = *roster_.AsDevice(*job.member);
   job.answered = {now_.instant - end.since_reply, now_.wall - end.since_reply};
   job.round_trip = end.round_trip;
@@ -181,6 +184,33 @@ void JobRun::OnAnswered(const ExchangeEnd& end) {
   } else {
     TakeAnswer();
   }
+}
+
+/// Behind a reply that never came, the next one may be that. A read is asked again until it must be
+/// its own: behind n lost ones the reply n + 1 to the same request is. Example, one was lost:
+///
+///   03 3BCA 0002    03 04 …    may be that to 03 3BC5 0002
+///   03 3BCA 0002    03 04 …    is one to 03 3BCA 0002
+void JobRun::OnRoutedAnswer(const ExchangeEnd& end) {
+  Job& job = *job_;
+  Job::Routed& routed = *job.As<Job::Routed>();
+  Member& member = *job.member;
+  routes_.OnAnswered(now_.instant);
+  bool own = !routed.older.other && !routed.older.same;
+  if (roster_.IsDevice(member)) {
+    own = job.verdict.proven || routed.odd;
+    routed.older.other = !own;
+  } else {
+    own = own || ++routed.replies > whose_reply_.OwedToRoutes(member);
+    own ? whose_reply_.OnOwn(member) : whose_reply_.OnOneOfThem(job.asked());
+  }
+  if (own || !routed.older.other) return Finish(end.outcome, {});
+  if (routed.is_read() && job.attempts < kMostTriesMore) {
+    ++job.attempts;
+    job.sending = true;
+    return ledger_.OnRetry(member);
+  }
+  Finish(Outcome::unexpected, "the reply may be that to an earlier request, whose own never came");
 }
 
 void JobRun::TakeAnswer() {

@@ -101,6 +101,7 @@ class JobRun {
   Outcome JudgeRouted(View frame);
   bool GoesOnBehindBroadcast();
   void OnAnswered(const ExchangeEnd& end);
+  void OnRoutedAnswer(const ExchangeEnd& end);
   void TakeAnswer();
   void Store(Device& device, const Answer& answer);
   JumpCheck::Result CheckJumps(Device& device, std::vector<Sample>& samples);

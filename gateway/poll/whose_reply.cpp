@@ -64,6 +64,24 @@ bool WhoseReply::IsOwedAlone(const Asked& asked) const {
   return !lost || asked.began - *lost > kLatest;
 }
 
+WhoseReply::Older WhoseReply::MayBeOlder(const Asked& asked, const MayFit& fits) const {
+  const State& state = Of(*asked.member);
+  Older older;
+  if (!state.lost_at || asked.began - *state.lost_at > kLatest) return older;
+  for (const Bytes& lost : state.lost) {
+    const bool same = lost == asked.request->bytes;
+    older.same = older.same || same;
+    older.other = older.other || (!same && fits(lost));
+  }
+  return older;
+}
+
+void WhoseReply::OnOneOfThem(const Asked& asked) {
+  std::vector<Bytes>& lost = Of(*asked.member).lost;
+  if (!lost.empty()) lost.erase(lost.begin());
+  lost.push_back(asked.request->bytes);
+}
+
 void WhoseReply::OnTrusted(const Member& member) {
   OrderOf(member).Reset();
   line_.Reset();
@@ -147,7 +165,12 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
 void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now) {
   // After damage, and after others' replies, an answer may still come.
   State& state = Of(*asked.member);
-  if (!ProvesLife(outcome) && outcome != Outcome::unexpected) state.lost_at = now;
+  if (!ProvesLife(outcome) && outcome != Outcome::unexpected) {
+    if (state.lost_at && now - *state.lost_at > kLatest) state.lost.clear();
+    if (state.lost.size() == kMostLost) state.lost.erase(state.lost.begin());
+    state.lost_at = now;
+    if (!roster_.IsDevice(*asked.member)) state.lost.push_back(asked.request->bytes);
+  }
   if (silent && outcome == Outcome::no_reply) state.answered_probe = false;  // another may come now
   if (!asked.probe || !ProvesLife(outcome)) return;
   state.proven_at = now;

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <deque>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -57,6 +58,20 @@ class WhoseReply {
   /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
   /// order is kept: they owe nothing when all that they were lately asked was answered.
   bool IsOwedAlone(const Asked& asked) const;
+  /// Of a slave that only routes reach: what came would also fit (`fits`) requests of the last
+  /// seconds whose replies never came.
+  struct Older {
+    bool other = false;  ///< a request of other bytes
+    bool same = false;   ///< the same request
+  };
+  using MayFit = std::function<bool(const Bytes& request)>;
+  Older MayBeOlder(const Asked& asked, const MayFit& fits) const;
+  /// So many replies may come before its own.
+  std::size_t OwedToRoutes(const Member& slave) const { return Of(slave).lost.size(); }
+  /// Its own reply has come, so that nothing older is owed.
+  void OnOwn(const Member& slave) { Of(slave).lost.clear(); }
+  /// One of the replies that are owed has come, and its own may still be.
+  void OnOneOfThem(const Asked& asked);
   /// It tells its name: another device in its place would be found out.
   bool HasName(const Member& member) const { return Of(member).identity.names(); }
   /// Nothing is owed by it.
@@ -109,6 +124,7 @@ class WhoseReply {
     int behind = 0;          // so many replies were owed when it was last known best
     Instant proven_at{};     // when a probe was answered last
     std::optional<Instant> lost_at;  // when a reply was silent or damaged last
+    std::vector<Bytes> lost;         // requests of routes without a reply; the latest
     int proofless = 0;               // answered probes in a row that were no proofs
   };
   /// A device that is silent to its identification is found out within fewer (probe_choice.h).
@@ -120,6 +136,7 @@ class WhoseReply {
   /// No slave takes longer for a reply. Needed by
   /// PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.
   static constexpr Duration kLatest = 5s;
+  static constexpr std::size_t kMostLost = 8;
   static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);
 
   State& Of(const Member& member) const;

@@ -455,7 +455,7 @@ TEST(PollerRoutedFaults, ALostReplyCostsNoOtherRequest) {
     answered += clients.answered(i);
     failed += clients.failed(i);
   }
-  EXPECT_GT(answered, 100);
+  EXPECT_GT(answered, 70) << "behind each loss one read is asked twice";
   EXPECT_NEAR(failed, lost, 1) << "one may be under way";
 }
 
