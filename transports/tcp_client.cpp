@@ -270,9 +270,10 @@ void TcpClient::OnRead(View raw) {
 
 void TcpClient::OnEnd(const std::error_code& error) {
   const bool full = error == asio::error::timed_out || error == asio::error::no_buffer_space;
-  if (error == asio::error::eof) {
+  const bool reset = error == asio::error::connection_reset;
+  if (error == asio::error::eof || reset) {
     Close();
-    return listener_.OnEnded(port_ + " closed the connection");
+    return listener_.OnEnded(port_ + (reset ? " reset" : " closed") + " the connection");
   }
   Lose(full ? port_ + " takes no data or does not answer"
             : "the connection to " + port_ + " is lost: " + error.message());

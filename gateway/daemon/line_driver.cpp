@@ -149,6 +149,8 @@ void LineDriver::OnEnded(const std::string& reason, Now now) {
   if (listens_ || !rest_.OnEnded(Answers(), several)) return OnLost(reason, now);
   now_ = now;
   if (connection_ != Connection::proven && !rest_.in_vain()) Prove();
+  poller_.OnEnded(now);
+  Settle();
 }
 
 void LineDriver::Lost(const std::string& reason) {

@@ -29,6 +29,7 @@
 //                                              others came and the reply time is not over, else drain
 //                                              with the worst discard
 //   receiving    timer (ceiling)               drain, corrupt: one deadline for the exchange, not per byte
+//   sending, await_first, receiving: ended    drain, no_reply
 //   sending, await_first, receiving: collision drain, corrupt; counted from the end of transmission
 //   drain        bytes                         drain anew, but never longer than the ceiling
 //   drain        timer                         idle
@@ -175,6 +176,13 @@ LineNews Line::OnCollision(Instant now) {
   }
   Finish(Outcome::corrupt, "the echo differs from what was sent: a collision", now);
   deadline_ = std::max(deadline_, sent_until_ + exchange_.times.drain);
+  return Told();
+}
+
+LineNews Line::OnEnded(Instant now) {
+  if (state_ == State::sending || state_ == State::await_first || state_ == State::receiving) {
+    Finish(Outcome::no_reply, "the server closed the connection in place of an answer", now);
+  }
   return Told();
 }
 

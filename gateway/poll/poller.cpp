@@ -124,6 +124,12 @@ void Poller::OnBytes(View bytes, Now now) {
   Settle();
 }
 
+void Poller::OnEnded(Now now) {
+  Advance(now);
+  Hear(line_.OnEnded(now.instant));
+  Settle();
+}
+
 void Poller::OnTimer(Now now) {
   Advance(now);
   Hear(line_.OnTimer(now.instant));
