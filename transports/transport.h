@@ -24,9 +24,9 @@ class TransportListener {
   /// A character that came with a parity or framing error is 0xFF here: no protocol of ours takes
   /// it for anything, and dropping it would make a shorter number of an unchecked one.
   virtual void OnBytes(View bytes) = 0;
-  /// The port or connection is gone (unplugged, hung up, reset); the transport has closed itself.
+  /// The port or connection is gone (unplugged, hung up); the transport has closed itself.
   virtual void OnLost(const std::string& reason) = 0;
-  /// The other end has closed the connection in good order; the transport has closed itself.
+  /// The other end has closed or reset the connection; the transport has closed itself.
   virtual void OnEnded(const std::string& reason) { OnLost(reason); }
 };
 

@@ -1,5 +1,5 @@
-// Connections of a server that ends them in good order, as some do behind each answer and others
-// after a rest. Such an end is no outage: the next request opens the connection again.
+// Connections of a server that ends them by itself, as some do behind each answer and others after
+// a rest. Such an end is no outage: the next request opens the connection again.
 //
 //   answered, ended while nothing is asked        rests; opened by the next request
 //   answered, ended with a request under way      the same, and from then on each request gets a
@@ -30,7 +30,7 @@ class Rest {
     is_used_ = asks_ = false;
     return std::exchange(rests_, false);
   }
-  /// It was ended in good order; `several` devices are asked over it. False: that is an outage.
+  /// It was ended by the server; `several` devices are asked over it. False: that is an outage.
   bool OnEnded(std::uint64_t answers, bool several) {
     if (rests_) return false;
     const bool answered = answers > answers_before_;

@@ -111,7 +111,7 @@ class Line {
   /// The echo of the request under way differs from it: the exchange ends as corrupt, whatever may
   /// still be answered.
   LineNews OnCollision(Instant now);
-  /// Whoever was asked has ended the connection in good order: no reply comes to the request under
+  /// Whoever was asked has ended the connection: no reply comes to the request under
   /// way.
   LineNews OnEnded(Instant now);
   /// When Deadline() has come. Early calls do nothing.

@@ -52,7 +52,7 @@ class Poller : private LineClient {
   /// `device` is an index in the point store. Not in use: not asked, its points out of service.
   void SetInUse(std::uint32_t device, bool in_use, Now now);
   void OnBytes(View bytes, Now now);
-  /// The server has ended the connection in good order, and the next request opens another.
+  /// The server has ended the connection, and the next request opens another.
   void OnEnded(Now now);
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;

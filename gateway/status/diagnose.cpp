@@ -56,8 +56,9 @@ std::string Late(const DeviceStatus& status) {
            Milliseconds(status.patience) + " longer: raise its timing.reply by as much";
   }
   const std::string lateness = Milliseconds(status.lateness);
+  const bool away = status.state == DeviceState::never_seen || status.state == DeviceState::offline;
   const std::string waited =
-      status.patience > Duration()
+      status.patience > Duration() && !away
           ? "; until then it is waited for " + Milliseconds(status.patience) + " longer"
           : "";
   return fmt::format(

@@ -32,6 +32,7 @@ class LineTest : public ::testing::Test, protected LineClient {
     void OnClosed() { test_.Keep(line_.OnClosed()); }
     void OnBytes(View bytes, Instant now) { test_.Keep(line_.OnBytes(bytes, now)); }
     void OnCollision(Instant now) { test_.Keep(line_.OnCollision(now)); }
+    void OnEnded(Instant now) { test_.Keep(line_.OnEnded(now)); }
     void OnTimer(Instant now) { test_.Keep(line_.OnTimer(now)); }
     void Start(Exchange exchange, Instant now) {
       test_.request_ = std::string(AsText(exchange.request.bytes));

@@ -66,6 +66,17 @@ TEST_F(LineTest, ACollisionEndsTheExchangeAndDrainsBehindTheTransmission) {
   EXPECT_EQ(DeadlineIn(), 1004ms + kTimes.drain);
 }
 
+TEST_F(LineTest, AnEndOfTheConnectionInPlaceOfAReplyIsSilenceAtOnce) {
+  Reach(State::await_first);
+  line_.OnEnded(At(1010ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
+  EXPECT_EQ(ends_[0].reason, "the server closed the connection in place of an answer");
+  EXPECT_EQ(DeadlineIn(), 1010ms + kTimes.drain);
+  line_.OnEnded(At(1020ms));
+  EXPECT_EQ(ends_.size(), 1U) << "nothing is under way any more";
+}
+
 TEST_F(LineTest, SendingTimerAwaitsTheFirstByte) {
   Reach(State::sending);
   line_.OnTimer(At(1006ms));  // a late timer: the reply time counts from the computed end
