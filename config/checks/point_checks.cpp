@@ -46,7 +46,8 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
                                               "' is " + std::string(Name(point.type)));
   }
   if (is_number && !IsFloat(point.type)) {
-    for (const auto& [key, number] : {std::pair{"scale", &point.scale}, {"offset", &point.offset}}) {
+    for (const auto& [key, number] :
+         {std::pair{"scale", &point.scale}, {"offset", &point.offset}}) {
       if (!keys.Has(key) || number->is_whole()) continue;
       problems.Warning(keys.MarkOf(key), std::string(key) + ": '" + point.name + "' is " +
                                              std::string(Name(point.type)) +

@@ -265,7 +265,8 @@ void Line::TakeFrame(bool idle, Instant now) {
   }
   if (behind == 0) return;
   TellStray(behind, Duration::zero());
-  if (state_ == State::idle) Drain(exchange_.times.drain, now);
+  const bool harmless = exchange_.request.distinct && behind_.held() == 0;  // copies of it, whole
+  if (state_ == State::idle && !harmless) Drain(exchange_.times.drain, now);
 }
 
 /// Of two replies at once nobody knows which is the awaited one, unless they are the same.

@@ -166,6 +166,8 @@ Duration LateAnswers::ExtraDrain(const Member& member) const { return Of(member)
 /// device was seen to be late. Wait that long, at most the ceiling.
 Duration LateAnswers::Aftermath(const Asked& asked, Instant now) const {
   const State& state = Of(*asked.member);
+  // Replies carry their number: a copy passes for nothing else.
+  if (asked.request->distinct && !asked.probe) return {};
   if (!asked.retry || !state.unanswered) return state.trail;
   const LineTimes& times = asked.member->times;
   const Duration since = now - *state.unanswered + times.gap + state.lateness;

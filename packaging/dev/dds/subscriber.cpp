@@ -68,8 +68,8 @@ int main(int argc, char** argv) {
         const Point& s = samples[i];
         if (!infos[i].valid_data) continue;  // its gateway has left
         if ((s.quality() & 0xC0) != 0xC0) {  // an OPC quality; its high byte says why
-          std::printf("%s %s %s: not good, quality 0x%04X\n", s.gateway().c_str(), s.device().c_str(),
-                      s.point().c_str(), s.quality());
+          std::printf("%s %s %s: not good, quality 0x%04X\n", s.gateway().c_str(),
+                      s.device().c_str(), s.point().c_str(), s.quality());
         } else if (s.text().size() != 0) {
           std::printf("%s %s %s = %s %s\n", s.gateway().c_str(), s.device().c_str(),
                       s.point().c_str(), s.text().c_str(), s.unit().c_str());

@@ -142,6 +142,16 @@ TEST_F(LateAnswersTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswe
   EXPECT_EQ(late_.ExtraDrain(a), 0ms);
 }
 
+TEST_F(LateAnswersTest, NobodyWaitsForCopiesOfAReplyThatPassesForNothingElse) {
+  request_.distinct = true;
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms);
+  Exchange(a, 600ms, 650ms, Outcome::ok, true);
+  late_.OnStray({40, 30ms}, kStart + 680ms);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 700ms), 0ms);
+}
+
 TEST_F(LateAnswersTest, AFewBytesBehindAGoodAnswerAreNoSecondOne) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
   EXPECT_TRUE(late_.OnStray({1, 1ms}, kStart + 21ms).counts);
