@@ -5,9 +5,9 @@
 //   answered, ended with a request under way      the same, and from then on each request gets a
 //                                                 connection of its own: the next would be lost,
 //                                                 too
-//   ended before any answer, in place of one,     the same, four times at most: some servers do so
-//   where several devices are asked               for a device that they do not know, and the
-//                                                 others are asked next
+//   ended before any answer, with a request       the same, four times at most: some servers close
+//   under way, where the line has several         for a device that they do not know, and the
+//   devices                                       others are asked next
 //   ended before any answer otherwise             an outage
 //
 // SPDX-License-Identifier: Apache-2.0

@@ -13,8 +13,8 @@ struct Neighbours {
   static constexpr std::size_t kMostReached = 64;
   static constexpr std::size_t kMostRemarks = 8;
 
-  /// IPv4 addresses and ports of participants that speak with us. The next process asks there at
-  /// once: who does not use multicast would announce himself seconds later.
+  /// IPv4 addresses and ports of subscribers. The next process announces itself there at once:
+  /// without multicast a subscriber would find it seconds later.
   std::vector<config::HostPort> reached;
   /// One sentence each: a subscriber that can get nothing, and why.
   std::vector<std::string> remarks;

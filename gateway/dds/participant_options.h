@@ -16,9 +16,9 @@ struct ParticipantOptions {
   int domain = 0;                       ///< 0…232
   std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0 = all
   std::size_t participants = 256;       ///< others in the domain; those beyond are not let in
-  /// Who is silent for so long is taken for gone, and so are we by the others. Not below that of
-  /// Cyclone DDS (10 s): it would forget us in a break of the link and we not it, and then nothing
-  /// has the library introduce itself anew.
+  /// Others take us for gone after this time without a sign of life. It should not be shorter than
+  /// the lease of Cyclone DDS (10 s). Otherwise Cyclone forgets us in a break of the link while we
+  /// still know it, and the library does not introduce itself again.
   Duration lease = config::kUsualLease;
   bool types = false;  ///< learn the types that others announce
 
@@ -26,7 +26,7 @@ struct ParticipantOptions {
   /// IPv4 addresses that are asked beside the multicast group.
   std::vector<std::string> peers{};
   std::vector<config::HostPort> discovery_servers{};
-  /// Where subscribers were heard by the process before this one.
+  /// Addresses of subscribers that the process before this one has reached.
   std::vector<config::HostPort> reached{};
   config::DdsSecurity security{};
 };

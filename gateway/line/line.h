@@ -111,8 +111,7 @@ class Line {
   /// The echo of the request under way differs from it: the exchange ends as corrupt, whatever may
   /// still be answered.
   LineNews OnCollision(Instant now);
-  /// Whoever was asked has ended the connection: no reply comes to the request under
-  /// way.
+  /// The server has ended the connection: the request under way gets no reply.
   LineNews OnEnded(Instant now);
   /// When Deadline() has come. Early calls do nothing.
   LineNews OnTimer(Instant now);

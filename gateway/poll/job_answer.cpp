@@ -186,8 +186,9 @@ void JobRun::OnAnswered(const ExchangeEnd& end) {
   }
 }
 
-/// Behind a reply that never came, the next one may be that. A read is asked again until it must be
-/// its own: behind n lost ones the reply n + 1 to the same request is. Example, one was lost:
+/// A reply that seemed lost may come in place of the next one. So a read is repeated until its
+/// reply must be its own: after n lost replies, that is reply n + 1 to the same request. Example
+/// with one:
 ///
 ///   03 3BCA 0002    03 04 …    may be that to 03 3BC5 0002
 ///   03 3BCA 0002    03 04 …    is one to 03 3BCA 0002

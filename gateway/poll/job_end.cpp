@@ -57,8 +57,8 @@ void JobRun::OnFailed(const ExchangeEnd& end) {
     job.mute = job.mute || !routed->every_slave_answers || routed->odd;
     return Finish(end.outcome, end.reason);
   }
-  // Another request's reply has come, so that the next one is nearer to its own; not where another
-  // device is named that owes none.
+  // The reply to another request has come, so the awaited one is nearer. A reply in the name of a
+  // device that owes none brings nothing nearer.
   const Asked asked = job.asked();
   const bool nearer = end.outcome == Outcome::unexpected &&
                       (heard_itself || !asked.named() || whose_reply_.OthersOwe(asked));

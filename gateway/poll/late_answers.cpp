@@ -9,7 +9,7 @@ namespace {
 
 /// Characters; what follows a good answer for longer is no part of it.
 constexpr int kLongestTrail = 256;
-/// Bytes; so few are what a driver leaves on the bus when it lets go, and no second answer.
+/// Bytes. A driver that releases the bus may leave so many; they are no second answer.
 constexpr std::size_t kNoise = 3;
 
 /// A device that was late once is trusted again by and by: each good answer takes off this part.

@@ -49,7 +49,7 @@ class WhoseReply {
     const std::size_t own = OrderOf(*asked.member).Owed();
     return static_cast<int>(asked.named() ? own : std::max(own, line_.Owed()));
   }
-  /// Others of the line may owe replies that come before its own.
+  /// Another device of the line may owe a reply that comes before the awaited one.
   bool OthersOwe(const Asked& asked) const { return line_.Owed() > OrderOf(*asked.member).Owed(); }
   /// Nothing but its own reply can come: a reply of an odd form is its own as well.
   bool MayBeOdd(const Asked& asked) const { return Of(*asked.member).read && Owed(asked) == 1; }
@@ -58,19 +58,19 @@ class WhoseReply {
   /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
   /// order is kept: they owe nothing when all that they were lately asked was answered.
   bool IsOwedAlone(const Asked& asked) const;
-  /// Of a slave that only routes reach: what came would also fit (`fits`) requests of the last
-  /// seconds whose replies never came.
+  /// Which requests without a reply, of the last seconds, the present reply would fit as well. For
+  /// slaves that only routes reach.
   struct Older {
     bool other = false;  ///< a request of other bytes
     bool same = false;   ///< the same request
   };
   using MayFit = std::function<bool(const Bytes& request)>;
   Older MayBeOlder(const Asked& asked, const MayFit& fits) const;
-  /// So many replies may come before its own.
+  /// How many replies to earlier requests may still come.
   std::size_t OwedToRoutes(const Member& slave) const { return Of(slave).lost.size(); }
   /// Its own reply has come, so that nothing older is owed.
   void OnOwn(const Member& slave) { Of(slave).lost.clear(); }
-  /// One of the replies that are owed has come, and its own may still be.
+  /// One of the owed replies has come; the reply to the present request may still be owed.
   void OnOneOfThem(const Asked& asked);
   /// It tells its name: another device in its place would be found out.
   bool HasName(const Member& member) const { return Of(member).identity.names(); }

@@ -156,7 +156,7 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
       // 06 01 … 01 00 00 00 FF FF FF FF: a set of 4294967295 numbers (8.3.7.1.3)
       const std::size_t set = SetSize(body, 8);
       if (set == 0) return Refusal::numbers;
-      // Its next one is the second or later: it has heard of a writer of ours.
+      // It expects number 2 or later, so it has received our first announcement of a writer.
       if (*body.Entity(4) == kPublicationsWriter && *body.SequenceNumber(8) > 1) {
         participants_.Confirmed(walk.source);
       }

@@ -44,8 +44,8 @@ struct Verdict {
   /// Two bytes each to be overwritten with 0, which makes padding of a parameter: descriptions of
   /// types, which the library takes apart and keeps although only `watch --any` needs them, and
   /// multicast groups for samples: where two subscribers name the same one, as Cyclone DDS does,
-  /// Fast DDS 2.9 ends in an assertion (OutputTrafficManager.hpp:87). It sends to each by itself
-  /// then.
+  /// Fast DDS 2.9 ends in an assertion (OutputTrafficManager.hpp:87). Without the group it sends to
+  /// each subscriber separately.
   std::array<std::uint16_t, 256> hidden{};
   std::size_t hidden_count = 0;
 

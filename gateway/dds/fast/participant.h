@@ -26,8 +26,8 @@ Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
 /// What was let in by UDP and what was not. From any thread.
 DatagramCounters DatagramsOf(const eprosima::fastdds::dds::DomainParticipant& participant);
 
-/// Who speaks with it, and who was heard and cannot be answered: a sentence each. With DDS Security
-/// only the former, as a stranger is not answered.
+/// The subscribers that it reaches, and a sentence for each that was heard and cannot be answered.
+/// With DDS Security there are no such sentences: a stranger is not answered anyway.
 Neighbours NeighboursOf(const eprosima::fastdds::dds::DomainParticipant& participant,
                         const ParticipantOptions& options);
 

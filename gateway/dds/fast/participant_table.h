@@ -32,18 +32,19 @@ class ParticipantTable {
   void Heard(const GuidPrefix& prefix, Instant now);
   /// It announces itself, or a discovery server does so for it.
   Refusal Announce(const GuidPrefix& prefix, std::uint32_t address, Duration lease, Instant now);
-  /// A known one hears of others at `at`; `own`: it speaks from this address itself.
-  /// `subscribes`: it may.
+  /// What a known participant says of itself: where it listens for announcements, whether it sends
+  /// from that address (`own`), and whether it may be a subscriber.
   void Describe(const GuidPrefix& prefix, UdpAddress at, bool own, bool subscribes);
-  /// A known one has confirmed what we have announced.
+  /// A known participant has confirmed an announcement of ours.
   void Confirmed(const GuidPrefix& prefix);
   void Left(const GuidPrefix& prefix);
   bool Has(const GuidPrefix& prefix) { return Find(prefix) != nullptr; }
 
   std::size_t size() const { return participants_.size(); }
-  /// Where those are that we speak with.
+  /// The addresses of subscribers that have confirmed.
   std::vector<UdpAddress> Reached(Instant now) const;
-  /// Who announces himself for kUnanswered, may subscribe, and has confirmed nothing.
+  /// The addresses of subscribers that have announced themselves for kUnanswered and have confirmed
+  /// nothing.
   std::vector<UdpAddress> Unanswered(Instant now) const;
   static constexpr Duration kUnanswered = 5s;
   const ParticipantLimits& limits() const { return limits_; }

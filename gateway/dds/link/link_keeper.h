@@ -22,7 +22,7 @@ class LinkKeeper {
   static constexpr Duration kSilent = 2s;
   static constexpr Duration kGivenUp = 10s;
   static constexpr Duration kOpening = 1min;
-  /// So old it speaks with everybody who is there.
+  /// A process of this age has met every subscriber that is there.
   static constexpr Duration kYoung = 15s;
 
   /// `starts`: we start the process (the first time at once, then 0.1, 0.5, 1, 2, 5, 10 s after
@@ -42,8 +42,8 @@ class LinkKeeper {
   void Ended(std::string reason, Instant now);
 
   const LinkState& state() const { return state_; }
-  /// Where subscribers are, for the next process: those that this one speaks with, and while it is
-  /// young those that the one before did.
+  /// Where the next process asks for subscribers: the addresses that this process has reached, and
+  /// while it is young, those that the process before it had reached.
   const std::vector<config::HostPort>& reached() const { return reached_; }
   /// How long its silence may last now.
   Duration patience() const { return opened_ ? kGivenUp : kOpening; }

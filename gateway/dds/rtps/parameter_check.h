@@ -29,7 +29,7 @@ struct Parameters {
   std::array<std::size_t, 8> types{};
   std::size_t type_count = 0;
   std::size_t type_bytes = 0;
-  /// Where multicast groups begin at which samples, not announcements, are awaited.
+  /// Where the multicast addresses for samples (not for announcements) begin.
   std::array<std::size_t, 64> groups{};
   std::size_t group_count = 0;
   std::uint32_t status = 0;  ///< bit 0: disposed, bit 1: unregistered
