@@ -22,17 +22,26 @@
 namespace baudgate {
 namespace {
 
-std::string GroupOf(const std::string& port) {
-  struct stat info {};
-  if (stat(port.c_str(), &info) != 0) return "dialout";
+std::string GroupOf(gid_t id) {
   group entry{};
   group* found = nullptr;
   std::vector<char> names(4096);
-  if (getgrgid_r(info.st_gid, &entry, names.data(), names.size(), &found) != 0 ||
-      found == nullptr) {
-    return std::to_string(info.st_gid);
+  if (getgrgid_r(id, &entry, names.data(), names.size(), &found) != 0 || found == nullptr) {
+    return std::to_string(id);
   }
   return entry.gr_name;
+}
+
+/// A group that may do nothing with the port, or that is root's, is no use to anybody.
+std::string HowToAllow(const std::string& port) {
+  struct stat info {};
+  const bool known = stat(port.c_str(), &info) == 0;
+  if (known && (info.st_gid == 0 || (info.st_mode & 0060U) != 0060U)) {
+    return "sudo chgrp dialout " + port + " && sudo chmod 660 " + port +
+           ", and the user of the gateway in group dialout; a udev rule makes it last";
+  }
+  const std::string group = known ? GroupOf(info.st_gid) : "dialout";
+  return "add the user of the gateway to group " + group;
 }
 
 /// The process that holds a flock on the same inode, from /proc/locks:
@@ -95,8 +104,7 @@ std::string OpenErrorText(const std::string& port, int error) {
       return "no such port " + port + "; is the adapter plugged in?";
     case EACCES:
     case EPERM:
-      return "no permission for " + port + "; add the user of the gateway to group " +
-             GroupOf(port);
+      return "no permission for " + port + "; " + HowToAllow(port);
     case EBUSY:
       return Conflict(port, std::nullopt);
     case EISDIR:

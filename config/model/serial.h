@@ -39,6 +39,10 @@ struct SerialSettings {
   bool low_latency = true;  ///< ask the driver to deliver bytes at once
   Rs485 rs485{};
 
+  /// The bit rate of a protocol that only networks carry: a pace that slows nothing down.
+  static constexpr int kNoWire = 4'000'000;
+  /// False: there are no serial settings, and nothing about a wire can be wrong.
+  bool on_wire() const { return baud != kNoWire; }
   /// Start, data, parity and stop bits of one character.
   int BitsPerCharacter() const {
     return 1 + data_bits + (parity == Parity::none ? 0 : 1) + stop_bits;

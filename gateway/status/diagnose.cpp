@@ -34,10 +34,33 @@ std::string Milliseconds(Duration duration) {
   return fmt::format("{} ms", std::chrono::ceil<std::chrono::milliseconds>(duration).count());
 }
 
+config::SerialSettings SerialOf(const DeviceRecord& record) {
+  return record.device->serial.value_or(record.line->serial);
+}
+
 /// What both ends must agree on.
 std::string SettingsOf(const DeviceRecord& record) {
-  const config::SerialSettings& serial = record.device->serial.value_or(record.line->serial);
-  return fmt::format("address {}, {}", record.device->address, serial.ToString());
+  const std::string address = "address " + record.device->address;
+  const config::SerialSettings serial = SerialOf(record);
+  return serial.on_wire() ? address + ", " + serial.ToString() : address;
+}
+
+/// Why frames that came are no frames.
+std::string RemedyOfDamage(const DeviceRecord& record) {
+  if (!SerialOf(record).on_wire()) {
+    return "is there Modbus TCP at " + record.line->port +
+           "? A serial server that passes Modbus RTU on needs protocol: modbus_rtu";
+  }
+  return "check parity, data bits and checksum (" + SettingsOf(record) +
+         "), then noise, or a second device with its address";
+}
+
+std::string RemedyOfSilence(const DeviceRecord& record) {
+  if (!SerialOf(record).on_wire()) {
+    return "check its power, its address (" + record.device->address + ") and what is behind " +
+           record.line->port;
+  }
+  return "check power, address, bit rate, parity and wiring (" + SettingsOf(record) + ")";
 }
 
 std::string NameOf(const DeviceRecord& record) {
@@ -79,8 +102,7 @@ std::string RemedyOfAbsence(const DeviceRecord& record) {
   const DeviceStatus& status = record.status;
   switch (status.last_outcome) {
     case Outcome::corrupt:
-      return "its answers can not be read: check parity, data bits and checksum (" +
-             SettingsOf(record) + "), then noise, or a second device with its address";
+      return "its answers can not be read: " + RemedyOfDamage(record);
     case Outcome::partial:
       return "its answers stop half-way: raise its timing.gap, then check wiring";
     case Outcome::unexpected:
@@ -89,22 +111,22 @@ std::string RemedyOfAbsence(const DeviceRecord& record) {
              "), and for a second master on the bus";
     default:
       if (IsLate(status)) return Late(status);
-      return "check power, address, bit rate, parity and wiring (" + SettingsOf(record) + ")";
+      return RemedyOfSilence(record);
   }
 }
 
 std::string Absence(const LineStatus& line, const DeviceRecord& record, Now now) {
   const DeviceStatus& status = record.status;
   const std::string outcome(Name(status.last_outcome));
-  const std::string because = status.last_reason.empty() || status.last_outcome == Outcome::no_reply
-                                  ? outcome
-                                  : outcome + " (" + status.last_reason + ")";
+  const std::string because =
+      status.last_reason.empty() ? outcome : outcome + " (" + status.last_reason + ")";
   std::string text;
   if (status.last_ok) {
     text = fmt::format("offline for {}: {}", FormatAge(now.instant - *status.last_ok), because);
   } else {
     const bool its_bytes = record.line->devices.size() == 1 && line.bytes_in > 0;
-    const bool nothing = status.Count(Outcome::no_reply) == status.exchanges && !its_bytes;
+    const bool nothing = status.Count(Outcome::no_reply) == status.exchanges && !its_bytes &&
+                         status.last_reason.empty();
     text = fmt::format("has never answered: {}; {} in {}", because,
                        nothing ? "not a byte came" : "nothing good came",
                        Plural(status.exchanges, "exchange"));
@@ -141,9 +163,11 @@ Sentences Failures(const DeviceRecord& record) {
                                 status.recent.Count(outcome), status.recent.size(), remedy));
   };
   say(Outcome::corrupt, kNotableShare,
-      "noise, bad termination or a bus without ground; if it is most of them, parity, data bits "
-      "or checksum differ from the device's (" +
-          SettingsOf(record) + ")");
+      SerialOf(record).on_wire()
+          ? "noise, bad termination or a bus without ground; if it is most of them, parity, data "
+            "bits or checksum differ from the device's (" +
+                SettingsOf(record) + ")"
+          : RemedyOfDamage(record));
   say(Outcome::partial, kNotableShare,
       "answers stop half-way: raise its timing.gap if a radio or a serial server is in between, "
       "else check wiring");

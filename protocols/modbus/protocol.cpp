@@ -86,8 +86,7 @@ constexpr config::SerialSettings Serial(int baud, int data_bits) {
   return {.baud = baud, .data_bits = data_bits, .parity = config::Parity::even};
 }
 
-/// Nobody sees it: a pace that a network does not slow down.
-constexpr config::SerialSettings kNoSerial = {.baud = 4'000'000};
+constexpr config::SerialSettings kNoSerial = {.baud = config::SerialSettings::kNoWire};
 
 struct Rules {
   FrameRule request;

@@ -26,7 +26,8 @@ TEST(OpenErrorText, SaysWhatToDo) {
   EXPECT_TRUE(Contains(OpenErrorText("/dev/ttyUSB7", EACCES),
                        "add the user of the gateway to group "
                        "dialout"));
-  EXPECT_TRUE(Contains(OpenErrorText("/dev/null", EACCES), "group root"));
+  EXPECT_TRUE(Contains(OpenErrorText("/dev/null", EACCES), "chgrp dialout /dev/null"))
+      << "nobody is to join group root";
   EXPECT_TRUE(Contains(OpenErrorText("/dev/ttyS9", EIO), "hardware"));
   EXPECT_TRUE(Contains(OpenErrorText("/dev/ttyS9", EBUSY), "in use by another program"));
   EXPECT_TRUE(Contains(OpenErrorText("/dev/ttyS9", EMFILE), "/dev/ttyS9"));

@@ -43,6 +43,31 @@ TEST_F(DiagnoseTest, AbsentDevices) {
                                  "times: raise its timing.reply by more than 80 ms"));
 }
 
+TEST_F(DiagnoseTest, WhatTheServerSaidInPlaceOfADeviceIsQuoted) {
+  NeverAnswered();
+  line_.notice_bound = 9s;
+  Ended(Outcome::no_reply, 34, "exception 0B: the gateway on the way has no answer");
+  EXPECT_THAT(Say(), ElementsAre("has never answered: no_reply (exception 0B: the gateway on the "
+                                 "way has no answer); nothing good came in 34 exchanges; its "
+                                 "return is noticed within 9.0 s; check power, address, bit rate, "
+                                 "parity and wiring (address 2, 9600 7E1)"));
+}
+
+TEST_F(DiagnoseTest, OfAServerNothingIsSaidOfBitRates) {
+  config_.lines[0].serial = {.baud = config::SerialSettings::kNoWire};
+  config_.lines[0].port = "tcp://10.0.0.7:502";
+  NeverAnswered();
+  line_.notice_bound = 9s;
+  Ended(Outcome::no_reply, 34);
+  EXPECT_THAT(Say()[0], ::testing::EndsWith("check its power, its address (2) and what is behind "
+                                            "tcp://10.0.0.7:502"));
+  Ended(Outcome::corrupt, 34);
+  EXPECT_THAT(Say()[0],
+              ::testing::EndsWith("its answers can not be read: is there Modbus TCP at "
+                                  "tcp://10.0.0.7:502? A serial server that passes Modbus RTU on "
+                                  "needs protocol: modbus_rtu"));
+}
+
 TEST_F(DiagnoseTest, OfBytesAfterTheEndTheTrueCauseIsSaid) {
   device().state = DeviceState::offline;
   device().last_ok = kNow.instant - 12min;
