@@ -32,14 +32,10 @@ std::string GroupOf(gid_t id) {
   return entry.gr_name;
 }
 
-/// A group that may do nothing with the port, or that is root's, is no use to anybody.
 std::string HowToAllow(const std::string& port) {
   struct stat info {};
   const bool known = stat(port.c_str(), &info) == 0;
-  if (known && (info.st_gid == 0 || (info.st_mode & 0060U) != 0060U)) {
-    return "sudo chgrp dialout " + port + " && sudo chmod 660 " + port +
-           ", and the user of the gateway in group dialout; a udev rule makes it last";
-  }
+  if (known && !IsGroupForPorts(info.st_gid, info.st_mode)) return HowToGive(port);
   const std::string group = known ? GroupOf(info.st_gid) : "dialout";
   return "add the user of the gateway to group " + group;
 }
@@ -95,6 +91,13 @@ Status Lock(int fd, const std::string& port) {
 }
 
 }  // namespace
+
+bool IsGroupForPorts(gid_t group, mode_t mode) { return group != 0 && (mode & 0060U) == 0060U; }
+
+std::string HowToGive(const std::string& port) {
+  return "sudo chgrp dialout " + port + " && sudo chmod 660 " + port +
+         "; a udev rule makes it last";
+}
 
 std::string OpenErrorText(const std::string& port, int error) {
   switch (error) {

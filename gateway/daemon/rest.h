@@ -2,9 +2,9 @@
 // a rest. Such an end is no outage: the next request opens the connection again.
 //
 //   answered, ended while nothing is asked        rests; opened by the next request
-//   answered, ended with a request under way      the same, and from then on each request gets a
-//                                                 connection of its own: the next would be lost,
-//                                                 too
+//   answered, ended with a request under way      the same, and the next 1,000 requests get a
+//                                                 connection each: the next would be lost, too.
+//                                                 Then one connection is tried again
 //   ended before any answer, with a request       the same, four times at most: some servers close
 //   under way, where the line has several         for a device that they do not know, and the
 //   devices                                       others are asked next
@@ -40,13 +40,14 @@ class Rest {
       return false;
     }
     in_vain_ = answered ? 0 : in_vain_ + 1;
-    once_each_ = once_each_ || (answered && asks_);
+    if (answered && asks_) alone_ = kAlone;
     return rests_ = true;
   }
   void OnBytes() { asks_ = false; }
   /// A request is to be sent. True: it waits for a connection to be opened.
   bool Holds(View request) {
-    const bool holds = rests_ || (once_each_ && is_used_);
+    const bool holds = rests_ || (alone_ > 0 && is_used_);
+    if (alone_ > 0) --alone_;
     if (holds) {
       rests_ = true;
       held_.assign(request.begin(), request.end());
@@ -72,10 +73,11 @@ class Rest {
 
  private:
   static constexpr int kMostInVain = 4;
+  static constexpr int kAlone = 1000;
 
   std::uint64_t answers_before_ = 0;
   bool rests_ = false;
-  bool once_each_ = false;
+  int alone_ = 0;         // so many requests get a connection each
   bool is_used_ = false;  // a request went out over this connection
   bool asks_ = false;     // and nothing has come since
   int in_vain_ = 0;       // connections in a row that ended before any answer

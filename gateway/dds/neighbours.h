@@ -1,4 +1,4 @@
-// What the process that speaks DDS knows of the others in its domain: told with its counts.
+// What baudgate-dds tells the gateway about other participants of the domain, with its counts.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

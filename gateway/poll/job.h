@@ -39,9 +39,9 @@ struct Job {
     RouteQueue::Batch batch;          ///< whom the reply goes to; they may leave meanwhile
     bool every_slave_answers = true;  ///< if only with an exception: silence tells of the slave
     Bytes reply;
-    bool odd = false;           ///< the slave has answered, but not in a form that fits its request
-    WhoseReply::Older older{};  ///< what else its latest reply may answer
-    std::size_t replies = 0;    ///< of such, to this request
+    bool odd = false;  ///< the slave has answered, but not in a form that fits its request
+    LostReplies::Older older{};  ///< what else its latest reply may answer
+    std::size_t replies = 0;     ///< to this request
 
     bool is_read() const { return !batch.empty() && !IsWrite(batch.front()); }
   };

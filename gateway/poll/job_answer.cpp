@@ -83,11 +83,13 @@ Outcome JobRun::JudgeRouted(View frame) {
   Job::Routed& routed = *job.As<Job::Routed>();
   const Bytes& request = job.request.bytes;
   const Outcome outcome = roster_.carrier()->carrier->unwrap(request, frame, routed.reply);
+  routed.older = {};
   if (outcome != Outcome::unexpected) {
-    routed.older = whose_reply_.MayBeOlder(job.asked(), [&](const Bytes& lost) {
+    const auto fits = [&](const Bytes& lost) {
       Bytes pdu;
       return ProvesLife(roster_.carrier()->carrier->unwrap(lost, frame, pdu));
-    });
+    };
+    routed.older = whose_reply_.lost().MayBe(*job.member, request, job.exchange_began, fits);
     return outcome;
   }
   routed.odd = true;
@@ -197,15 +199,11 @@ void JobRun::OnRoutedAnswer(const ExchangeEnd& end) {
   Job::Routed& routed = *job.As<Job::Routed>();
   Member& member = *job.member;
   routes_.OnAnswered(now_.instant);
-  bool own = !routed.older.other && !routed.older.same;
-  if (roster_.IsDevice(member)) {
-    own = job.verdict.proven || routed.odd;
-    routed.older.other = !own;
-  } else {
-    own = own || ++routed.replies > whose_reply_.OwedToRoutes(member);
-    own ? whose_reply_.OnOwn(member) : whose_reply_.OnOneOfThem(job.asked());
-  }
-  if (own || !routed.older.other) return Finish(end.outcome, {});
+  const bool own =
+      roster_.IsDevice(member)
+          ? job.verdict.proven || routed.odd
+          : whose_reply_.lost().OnReply(member, job.request.bytes, routed.older, ++routed.replies);
+  if (own) return Finish(end.outcome, {});
   if (routed.is_read() && job.attempts < kMostTriesMore) {
     ++job.attempts;
     job.sending = true;

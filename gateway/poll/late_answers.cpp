@@ -122,7 +122,8 @@ void LateAnswers::Conclude(const Asked& asked, const ExchangeEnd& end, bool in_s
     if (open && !state.unanswered) state.unanswered = asked.began;
     // Probes of a device that is offline would cost the others this time again and again.
     if (asked.lone_probe && asked.named()) return;
-    const Instant by_end = now + times.ceiling - times.reply;
+    // A connection that was closed ends the exchange long before its reply time.
+    const Instant by_end = std::max(now + times.ceiling - times.reply, asked.began + times.ceiling);
     const Instant by_request = SentAt(asked) + times.quiet + times.ceiling;
     SetLate(member, roster_.IsDevice(member) ? by_end : std::max(by_request, by_end));
     return;

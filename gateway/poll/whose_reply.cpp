@@ -60,26 +60,7 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
 
 bool WhoseReply::IsOwedAlone(const Asked& asked) const {
   if (roster_.IsDevice(*asked.member)) return Owed(asked) == 1;
-  const std::optional<Instant> lost = Of(*asked.member).lost_at;
-  return !lost || asked.began - *lost > kLatest;
-}
-
-WhoseReply::Older WhoseReply::MayBeOlder(const Asked& asked, const MayFit& fits) const {
-  const State& state = Of(*asked.member);
-  Older older;
-  if (!state.lost_at || asked.began - *state.lost_at > kLatest) return older;
-  for (const Bytes& lost : state.lost) {
-    const bool same = lost == asked.request->bytes;
-    older.same = older.same || same;
-    older.other = older.other || (!same && fits(lost));
-  }
-  return older;
-}
-
-void WhoseReply::OnOneOfThem(const Asked& asked) {
-  std::vector<Bytes>& lost = Of(*asked.member).lost;
-  if (!lost.empty()) lost.erase(lost.begin());
-  lost.push_back(asked.request->bytes);
+  return !lost_.MayCome(*asked.member, asked.began);
 }
 
 void WhoseReply::OnTrusted(const Member& member) {
@@ -165,11 +146,8 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View frame, Outcome 
 void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now) {
   // After damage, and after others' replies, an answer may still come.
   State& state = Of(*asked.member);
-  if (!ProvesLife(outcome) && outcome != Outcome::unexpected) {
-    if (state.lost_at && now - *state.lost_at > kLatest) state.lost.clear();
-    if (state.lost.size() == kMostLost) state.lost.erase(state.lost.begin());
-    state.lost_at = now;
-    if (!roster_.IsDevice(*asked.member)) state.lost.push_back(asked.request->bytes);
+  if (!ProvesLife(outcome) && outcome != Outcome::unexpected && !roster_.IsDevice(*asked.member)) {
+    lost_.OnLost(*asked.member, asked.request->bytes, now);
   }
   if (silent && outcome == Outcome::no_reply) state.answered_probe = false;  // another may come now
   if (!asked.probe || !ProvesLife(outcome)) return;

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <deque>
-#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -18,6 +17,7 @@
 #include "gateway/poll/answer_order.h"
 #include "gateway/poll/asked.h"
 #include "gateway/poll/identity.h"
+#include "gateway/poll/lost_replies.h"
 #include "gateway/poll/roster.h"
 #include "gateway/poll/schedule.h"
 
@@ -58,20 +58,8 @@ class WhoseReply {
   /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
   /// order is kept: they owe nothing when all that they were lately asked was answered.
   bool IsOwedAlone(const Asked& asked) const;
-  /// Which requests without a reply, of the last seconds, the present reply would fit as well. For
-  /// slaves that only routes reach.
-  struct Older {
-    bool other = false;  ///< a request of other bytes
-    bool same = false;   ///< the same request
-  };
-  using MayFit = std::function<bool(const Bytes& request)>;
-  Older MayBeOlder(const Asked& asked, const MayFit& fits) const;
-  /// How many replies to earlier requests may still come.
-  std::size_t OwedToRoutes(const Member& slave) const { return Of(slave).lost.size(); }
-  /// Its own reply has come, so that nothing older is owed.
-  void OnOwn(const Member& slave) { Of(slave).lost.clear(); }
-  /// One of the owed replies has come; the reply to the present request may still be owed.
-  void OnOneOfThem(const Asked& asked);
+  /// Of slaves that only routes reach.
+  LostReplies& lost() { return lost_; }
   /// It tells its name: another device in its place would be found out.
   bool HasName(const Member& member) const { return Of(member).identity.names(); }
   /// Nothing is owed by it.
@@ -123,9 +111,7 @@ class WhoseReply {
     bool read = false;       // a poll was answered in step, as it was asked, since OnReconnect
     int behind = 0;          // so many replies were owed when it was last known best
     Instant proven_at{};     // when a probe was answered last
-    std::optional<Instant> lost_at;  // when a reply was silent or damaged last
-    std::vector<Bytes> lost;         // requests of routes without a reply; the latest
-    int proofless = 0;               // answered probes in a row that were no proofs
+    int proofless = 0;       // answered probes in a row that were no proofs
   };
   /// A device that is silent to its identification is found out within fewer (probe_choice.h).
   static constexpr int kProbesWithoutProof = 8;
@@ -133,10 +119,6 @@ class WhoseReply {
   /// else, nor does another device that has taken the place unnoticed.
   static constexpr Duration kProofHolds = 1min;
   static constexpr Duration kProofRenews = 45s;
-  /// No slave takes longer for a reply. Needed by
-  /// PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.
-  static constexpr Duration kLatest = 5s;
-  static constexpr std::size_t kMostLost = 8;
   static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);
 
   State& Of(const Member& member) const;
@@ -148,7 +130,8 @@ class WhoseReply {
 
   const Roster& roster_;
   mutable std::deque<State> states_;  // by place
-  AnswerOrder line_;                  // of all requests, whoever they went to
+  LostReplies lost_;
+  AnswerOrder line_;  // of all requests, whoever they went to
   // The last queries stored since the line last rested for one reply time.
   std::vector<QueryRef> unproven_;
 };

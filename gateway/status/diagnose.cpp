@@ -102,7 +102,7 @@ std::string RemedyOfAbsence(const DeviceRecord& record) {
   const DeviceStatus& status = record.status;
   switch (status.last_outcome) {
     case Outcome::corrupt:
-      return "its answers can not be read: " + RemedyOfDamage(record);
+      return "its answers cannot be read: " + RemedyOfDamage(record);
     case Outcome::partial:
       return "its answers stop half-way: raise its timing.gap, then check wiring";
     case Outcome::unexpected:

@@ -27,7 +27,7 @@ TEST(OpenErrorText, SaysWhatToDo) {
                        "add the user of the gateway to group "
                        "dialout"));
   EXPECT_TRUE(Contains(OpenErrorText("/dev/null", EACCES), "chgrp dialout /dev/null"))
-      << "nobody is to join group root";
+      << "joining group root would be dangerous";
   EXPECT_TRUE(Contains(OpenErrorText("/dev/ttyS9", EIO), "hardware"));
   EXPECT_TRUE(Contains(OpenErrorText("/dev/ttyS9", EBUSY), "in use by another program"));
   EXPECT_TRUE(Contains(OpenErrorText("/dev/ttyS9", EMFILE), "/dev/ttyS9"));

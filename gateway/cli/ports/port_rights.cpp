@@ -9,6 +9,8 @@
 
 #include <algorithm>
 
+#include "transports/port_lock.h"
+
 namespace baudgate {
 namespace {
 
@@ -71,13 +73,7 @@ std::string HowToMend(const Person& person, const PortFile& file) {
   const std::string who =
       person.is_service ? "the service (user baudgate)" : "you (" + person.name + ")";
   const std::string head = fmt::format("{} may not open {}: ", who, file.path);
-  // A group that may do nothing, or that is root's, is no use to anybody.
-  if (((file.mode >> 3) & kReadWrite) != kReadWrite || file.group == 0) {
-    return head + fmt::format(
-                      "sudo chgrp dialout {0} && sudo chmod 660 {0}; a udev rule makes it "
-                      "last",
-                      file.path);
-  }
+  if (!IsGroupForPorts(file.group, file.mode)) return head + HowToGive(file.path);
   if (person.is_service) {
     return head + fmt::format(
                       "sudo systemctl edit baudgate, with [Service] and "

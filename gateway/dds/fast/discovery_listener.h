@@ -1,4 +1,4 @@
-// What the gateway wants to know of other participants' readers and writers: one listener for both.
+// The listener of the gateway's participant: hears of the readers and writers of others.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -32,8 +32,8 @@ class ParticipantTable {
   void Heard(const GuidPrefix& prefix, Instant now);
   /// It announces itself, or a discovery server does so for it.
   Refusal Announce(const GuidPrefix& prefix, std::uint32_t address, Duration lease, Instant now);
-  /// What a known participant says of itself: where it listens for announcements, whether it sends
-  /// from that address (`own`), and whether it may be a subscriber.
+  /// Stores the address at which a known participant listens for announcements. `own`: it also
+  /// sends from there. `subscribes`: it may be a subscriber.
   void Describe(const GuidPrefix& prefix, UdpAddress at, bool own, bool subscribes);
   /// A known participant has confirmed an announcement of ours.
   void Confirmed(const GuidPrefix& prefix);

@@ -19,6 +19,7 @@ namespace {
 
 constexpr Duration kReapTime = 300ms;  // between the end of its link and that of the process
 constexpr int kMostPacketsAtOnce = 100;
+constexpr std::size_t kMostTold = 100;
 constexpr Duration kOldest = 1h;  // of a request: older is as much too old
 
 Instant Clock() { return ReadClocks().instant; }
@@ -225,7 +226,7 @@ void ProcessLink::Publish(const LinkState& before) {
     Tell(log::Level::warning, "samples were refused; they go again with the next heartbeat");
   }
   for (const std::string& remark : state.remarks) {
-    if (std::ranges::find(before.remarks, remark) == before.remarks.end()) {
+    if (told_.size() < kMostTold && told_.insert(remark).second) {
       Tell(log::Level::warning, remark);
     }
   }

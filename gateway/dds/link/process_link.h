@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -75,6 +76,7 @@ class ProcessLink {
   Descriptor socket_;
   std::optional<ChildProcess> child_;
   BoundedLines output_;
+  std::set<std::string> told_;  // remarks; no more than kMostTold, as strangers cause them
   std::unique_ptr<PacketBuffer> buffer_ = std::make_unique<PacketBuffer>();
 
   mutable Mutex mutex_;

@@ -36,7 +36,7 @@ int main(int argc, char** argv) {
     return 1;
   }
   TypeSupport type(new baudgate::v1::PointSamplePubSubType());
-  // What generated code announces of its type has Cyclone DDS drop the reader, and nobody here
+  // Cyclone DDS drops readers that announce this description of their type, and nobody here
   // reads it.
   type->auto_fill_type_information(false);
   type->auto_fill_type_object(false);

@@ -44,6 +44,13 @@ TEST_F(LateAnswersTest, AfterSilenceTheDeviceIsWaitedForUpToTheCeiling) {
   EXPECT_EQ(late_.ClearAt(Next(a, true)), kStart + 1s);
 }
 
+// A serial server gives it to the next connection.
+TEST_F(LateAnswersTest, TheReplyToAnExchangeThatEndedEarlyMayComeAsLateAsAnyOther) {
+  Exchange(a, 0ms, 10ms, Outcome::no_reply);
+  EXPECT_GE(LateUntil(a), 1000ms);
+  EXPECT_LT(LateUntil(a), 1010ms);
+}
+
 TEST_F(LateAnswersTest, AnAnswerEndsTheWaiting) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(a, 300ms, 320ms, Outcome::ok);

@@ -145,6 +145,17 @@ struct Tally {
 };
 
 /// Every request is named after the value of the one register that it reads.
+Tally TallyOf(const RoutedLine& line) {
+  Tally tally;
+  for (const RoutedLine::Reply& reply : line.replies) {
+    if (reply.reply.outcome != Outcome::ok) continue;
+    ++tally.ok;
+    const Bytes& pdu = reply.reply.pdu;
+    if (std::to_string(pdu.at(2) * 256 + pdu.at(3)) != reply.name) ++tally.wrong;
+  }
+  return tally;
+}
+
 Tally ReadAtRandom(unsigned seed) {
   Dice dice(seed);
   RoutedLine line;
@@ -162,14 +173,7 @@ Tally ReadAtRandom(unsigned seed) {
     line.RunFor(dice.MillisecondsBelow(120));
   }
   line.RunFor(10s);
-  Tally tally;
-  for (const RoutedLine::Reply& reply : line.replies) {
-    if (reply.reply.outcome != Outcome::ok) continue;
-    ++tally.ok;
-    const Bytes& pdu = reply.reply.pdu;
-    if (std::to_string(pdu.at(2) * 256 + pdu.at(3)) != reply.name) ++tally.wrong;
-  }
-  return tally;
+  return TallyOf(line);
 }
 
 // Nothing in a Modbus RTU reply names its register: only the order of replies does.
@@ -204,14 +208,7 @@ Tally ReadFromLateSlave(config::Line settings, int every, Duration late) {
     line.RunUntil([&] { return line.replies.size() > before; }, 5s);
     line.RunFor(devices == 0 ? 1ms : 100ms);
   }
-  Tally tally;
-  for (const RoutedLine::Reply& reply : line.replies) {
-    if (reply.reply.outcome != Outcome::ok) continue;
-    ++tally.ok;
-    const Bytes& pdu = reply.reply.pdu;
-    if (std::to_string(pdu.at(2) * 256 + pdu.at(3)) != reply.name) ++tally.wrong;
-  }
-  return tally;
+  return TallyOf(line);
 }
 
 // Later than the ceiling: the reply meets another client's request, or the gateway's own probe.

@@ -23,7 +23,7 @@ TEST_F(DiagnoseTest, AbsentDevices) {
        "bit rate, parity and wiring (address 2, 9600 7E1)"},
       {Outcome::corrupt, "checksum 3A is not 74",
        "offline for 12 min: corrupt (checksum 3A is not 74); its return is noticed within 9.0 s; "
-       "its answers can not be read: check parity, data bits and checksum (address 2, 9600 7E1), "
+       "its answers cannot be read: check parity, data bits and checksum (address 2, 9600 7E1), "
        "then noise, or a second device with its address"},
       {Outcome::partial, "",
        "offline for 12 min: partial; its return is noticed within 9.0 s; its answers stop "
@@ -63,7 +63,7 @@ TEST_F(DiagnoseTest, OfAServerNothingIsSaidOfBitRates) {
                                             "tcp://10.0.0.7:502"));
   Ended(Outcome::corrupt, 34);
   EXPECT_THAT(Say()[0],
-              ::testing::EndsWith("its answers can not be read: is there Modbus TCP at "
+              ::testing::EndsWith("its answers cannot be read: is there Modbus TCP at "
                                   "tcp://10.0.0.7:502? A serial server that passes Modbus RTU on "
                                   "needs protocol: modbus_rtu"));
 }

@@ -1,0 +1,53 @@
+// Replies that never came from slaves that only routes reach. No order is kept of them, so one that
+// was only late may stand in place of the reply to the next request. Kept by
+// gateway/poll/whose_reply.h; docs/timeouts.md, "Requests of transparent routes".
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
+#include "gateway/poll/roster.h"
+
+namespace baudgate {
+
+class LostReplies {
+ public:
+  /// What else than the present request a reply may answer.
+  struct Older {
+    bool other = false;  ///< a request of other bytes
+    bool same = false;   ///< an earlier one of the same bytes
+  };
+
+  /// The reply to `request` was silent or damaged.
+  void OnLost(const Member& slave, const Bytes& request, Instant now);
+  /// A reply to a request of this time may be one of those.
+  bool MayCome(const Member& slave, Instant began) const;
+  /// Which of those that may come a reply would be; `fits`: it could answer that request.
+  using MayFit = std::function<bool(const Bytes& request)>;
+  Older MayBe(const Member& slave, const Bytes& request, Instant began, const MayFit& fits) const;
+  /// A reply came, the `count`-th in a row to the same request. False: it may belong to another.
+  /// Example: two were lost, so the third reply to one request must be its own.
+  bool OnReply(const Member& slave, const Bytes& request, Older older, std::size_t count);
+
+ private:
+  struct State {
+    std::optional<Instant> lost_at;  // the latest
+    std::vector<Bytes> requests;     // the latest
+  };
+  /// No slave takes longer for a reply. Needed by
+  /// PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.
+  static constexpr Duration kLatest = 5s;
+  static constexpr std::size_t kMost = 8;
+
+  State& Of(const Member& slave) const;
+
+  mutable std::deque<State> states_;  // by place
+};
+
+}  // namespace baudgate

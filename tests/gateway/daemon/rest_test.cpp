@@ -1,0 +1,44 @@
+// When an end of the connection is no outage, and for how long it is remembered.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/rest.h"
+
+#include <gtest/gtest.h>
+
+namespace baudgate {
+namespace {
+
+const Bytes kRequest = {1, 2, 3};
+
+TEST(Rest, AConnectionForEachRequestIsGivenUpAgain) {
+  Rest rest;
+  rest.OnOpened(0);
+  EXPECT_FALSE(rest.Holds(kRequest));
+  rest.OnBytes();
+  EXPECT_FALSE(rest.Holds(kRequest));
+  EXPECT_TRUE(rest.OnEnded(1, false)) << "in place of the second answer";
+  int alone = 0;
+  while (rest.Holds(kRequest)) {
+    ++alone;
+    EXPECT_TRUE(rest.OnOpened(1));
+    EXPECT_EQ(rest.TakeHeld(), kRequest);
+    ASSERT_LE(alone, 1000);
+  }
+  EXPECT_GT(alone, 900);
+}
+
+TEST(Rest, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
+  for (const bool several : {false, true}) {
+    Rest rest;
+    int rested = 0;
+    for (;;) {
+      rest.OnOpened(0);
+      rest.Holds(kRequest);
+      if (!rest.OnEnded(0, several)) break;
+      ++rested;
+    }
+    EXPECT_EQ(rested, several ? 4 : 0);
+  }
+}
+
+}  // namespace
+}  // namespace baudgate
