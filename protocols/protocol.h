@@ -79,6 +79,20 @@ struct TimingRule {
   }
 };
 
+/// What a protocol makes of bytes that came in place of a reply, for `baudgate status`.
+struct Recognised {
+  enum class What : std::uint8_t {
+    other_device,    ///< a whole reply in the name of another device
+    other_master,    ///< a whole request that this gateway has not sent
+    other_reply,     ///< a whole reply of the device to another request
+    other_setting,   ///< a whole reply, if the device were configured in another way
+    other_protocol,  ///< messages of another protocol
+  };
+  What what = What::other_device;
+  std::string cause{};   ///< a sentence without its full stop: "slave 7 answers in its place"
+  std::string remedy{};  ///< "set protocol: modbus_rtu at the line"
+};
+
 /// What devices of one line have to share, such as a checksum variant that is learned from the
 /// replies of all. A protocol derives its own; most have none.
 class Bus {
@@ -138,6 +152,10 @@ struct Protocol {
   FrameRule reply_rule = nullptr;    ///< cuts replies
   /// What may answer `request`; of an empty request: what requests look like. Pure.
   Expectation (*expect)(View request, const config::Options& options) = nullptr;
+  /// What `heard`, bytes that came for `request` and are no reply to it, may be. Nothing: that can
+  /// not be told. Null: never. Pure.
+  std::optional<Recognised> (*recognise)(View request, View heard,
+                                         const config::Options& options) = nullptr;
 
   /// Its devices speak unasked (Conversation::Listens). Each has its line to itself, and its values
   /// grow old only where `max_age` says so.

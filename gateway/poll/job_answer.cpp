@@ -112,6 +112,11 @@ void JobRun::Conclude(ExchangeEnd end) {
   Member& member = *job.member;
   const Asked asked = job.asked();
   if (!job.answer.reason.empty()) end.reason = job.answer.reason;
+  // Its own reply is not taken as long as an earlier one is owed: the silence before is what
+  // failed.
+  const bool owed = end.finding.symptom == Symptom::odd && end.reason.empty();
+  if (owed) end.finding.symptom = Symptom::silence;
+  if (end.finding.symptom == Symptom::odd) end.finding.cause = end.reason;
   const bool answered = ProvesLife(end.outcome);
   const bool lost = end.outcome == Outcome::line_down;
   if (answered && !job.request.expect.mirrors) echo_free_ = !echoed_;

@@ -114,6 +114,7 @@ void JobRun::Finish(Outcome outcome, const std::string& reason) {
   if (poll != nullptr && poll->group == config::Group::fast) {
     ledger_.OnFastPoll(member, done->wire, life, poll->last_of_round);
   }
+  if (poll != nullptr && !done->mute) ledger_.OnPoll(*device, done->task.query, life);
   // Many devices do not answer at all what they do not know.
   const bool unread = !life || outcome == Outcome::busy;
   const config::Group group = GroupOf(*done, device);

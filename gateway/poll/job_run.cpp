@@ -54,8 +54,9 @@ JobRun::JobRun(PointStore& store, PollerListener& listener, Roster& roster, Sche
 void JobRun::OnTime(Now now, bool busy) {
   const Duration passed = now.instant - now_.instant;
   now_ = now;
-  const Member* member = job_ && !job_->sending ? job_->member : late_.last();
-  ledger_.OnTime(now, busy, member);
+  const bool asks = job_ && !job_->sending;
+  const Member* member = asks ? job_->member : late_.last();
+  ledger_.OnTime(now, busy, member, !asks);
   const bool failing =
       busy && member != nullptr && roster_.IsDevice(*member) && schedule_.doubted(member->place);
   chooser_.turns().OnTime(passed, failing);

@@ -28,11 +28,12 @@ void Ledger::Change(const Member& member, const std::function<void(DeviceStatus&
   if (roster_.IsDevice(member)) store_.UpdateStatus(member.index, change);
 }
 
-void Ledger::OnTime(Now now, bool busy, const Member* member) {
+void Ledger::OnTime(Now now, bool busy, const Member* member, bool drains) {
   const Duration passed = now.instant - now_.instant;
   if (open_ && busy) {
     counters_.busy += passed;
     if (member != nullptr) Of(*member).busy += passed;
+    if (member != nullptr && drains) Of(*member).drained += passed;
   }
   now_ = now;
   if (others_.EndsAt(now.instant)) listener_.OnNews({News::What::collisions, true});
@@ -48,6 +49,7 @@ void Ledger::OnOpened() {
   minute_began_ = now_.instant;
   busy_before_minute_ = counters_.busy;
   silent_from_.reset();
+  for (State& state : states_) state.heard = now_.instant;
 }
 
 void Ledger::OnClosed(Override why) {
@@ -125,7 +127,10 @@ void Ledger::OnSecondReply(const Member& member) {
 }
 
 void Ledger::OnRetry(const Member& member) {
-  Change(member, [](DeviceStatus& status) { ++status.retries; });
+  Change(member, [this](DeviceStatus& status) {
+    ++status.retries;
+    ++status.hour.At(now_.instant).repeats;
+  });
 }
 
 void Ledger::OnWrite(const Member& member, WriteEnd end, bool read_back) {
@@ -150,14 +155,19 @@ void Ledger::OnUnsupported(const Member& member, const std::string& reason) {
 void Ledger::CountMissed() {
   for (const auto& device : roster_.devices()) {
     const std::uint32_t missed = schedule_.Missed(device->place, now_.instant);
-    if (std::exchange(Of(*device).missed, missed) == missed) continue;
-    Change(*device, [missed](DeviceStatus& status) { status.missed = missed; });
+    const std::uint32_t before = std::exchange(Of(*device).missed, missed);
+    if (before == missed) continue;
+    Change(*device, [&](DeviceStatus& status) {
+      status.missed = missed;
+      if (missed > before) status.hour.At(now_.instant).missed += missed - before;
+    });
   }
 }
 
 void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe,
                         bool routed) {
   const bool answered = ProvesLife(end.outcome) && !mute;
+  Of(member).symptom = end.finding.symptom;
   const Outcome outcome = routed && ProvesLife(end.outcome) ? Outcome::ok : end.outcome;
   CountMissed();
   ++counters_.exchanges;
@@ -177,12 +187,57 @@ void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute,
     status.busy = Of(member).busy;
     if (outcome != Outcome::ok) status.last_reason = end.reason;
     status.learned = roster_.AsDevice(member)->conversation->WhatIsLearned();
+    if (!mute && end.outcome != Outcome::line_down) {
+      status.findings.Add(end.finding);
+      Count(member, answered, status);
+    }
     if (!answered) return;
     status.last_ok = now_.instant;
     status.last_ok_wall = now_.wall;
     status.round_trips.Add(end.round_trip);
   });
   if (tap_ != nullptr) tap_->OnExchangeEnd(member.index, end, now_);
+}
+
+/// What its exchange adds to the minute under way.
+void Ledger::Count(const Member& member, bool answered, DeviceStatus& status) {
+  State& state = Of(member);
+  MinuteCounts& tally = status.hour.At(now_.instant);
+  const Duration drained = std::exchange(state.drained, {});
+  const Duration took = state.busy - std::exchange(state.counted, state.busy) - drained;
+  if (state.heard == Instant{}) state.heard = now_.instant;
+  const Duration since = now_.instant - std::exchange(state.heard, now_.instant);
+  ++(answered ? tally.answered : tally.failed);
+  (answered ? tally.up : tally.down) += since;
+  (answered ? tally.served : tally.wasted) += took;
+  tally.wasted += drained;
+  if (answered) state.out = false;
+}
+
+void Ledger::OnMore(const Member& member, const Finding& finding) {
+  Of(member).symptom = finding.symptom;
+  Change(member, [&](DeviceStatus& status) { status.findings.Amend(finding); });
+}
+
+void Ledger::OnTask(const Member& member, bool answered) {
+  const bool begins = !answered && !std::exchange(Of(member).out, true);
+  if (!begins) return;
+  Change(member, [this](DeviceStatus& status) { ++status.hour.At(now_.instant).outages; });
+}
+
+void Ledger::OnPoll(const Device& device, std::size_t query, bool answered) {
+  const auto queries = device.conversation->Queries();
+  if (query >= queries.size()) return;
+  const Symptom symptom = Of(device).symptom;
+  Change(device, [&](DeviceStatus& status) {
+    status.queries.resize(queries.size());
+    QueryCount& count = status.queries[query];
+    const auto& points = queries[query].points;
+    count.first_point = points.empty() ? 0 : points.front();
+    count.points = points.size();
+    count.in_vain = answered ? 0 : count.in_vain + 1;
+    count.symptom = symptom;
+  });
 }
 
 void Ledger::OnSpeaks(const Member& member) {
@@ -227,6 +282,7 @@ void Ledger::OnFastPoll(const Member& member, Duration wire, bool answered, bool
 void Ledger::OnPlan(const Device& device) {
   Of(device).round_wire = {};
   Of(device).round_clean = true;
+  Change(device, [](DeviceStatus& status) { status.queries.clear(); });
 }
 
 void Ledger::MeasureCycle() {

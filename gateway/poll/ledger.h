@@ -30,8 +30,9 @@ class Ledger {
 
   void Attach(Tap& tap) { tap_ = &tap; }
 
-  /// Time has passed; `busy`: the line was, with `member` where that is known.
-  void OnTime(Now now, bool busy, const Member* member);
+  /// Time has passed; `busy`: the line was, with `member` where that is known. `drains`: it kept
+  /// silence behind an exchange of that.
+  void OnTime(Now now, bool busy, const Member* member, bool drains = false);
   void OnOpened();
   /// `why`: of all points while the port is closed.
   void OnClosed(Override why);
@@ -67,6 +68,12 @@ class Ledger {
   void OnSpeaks(const Member& member);
   /// It has said something, and this is what became of it.
   void OnUnasked(const Member& member, Outcome outcome, const std::string& reason);
+  /// More has come behind its last exchange, which looks otherwise now.
+  void OnMore(const Member& member, const Finding& finding);
+  /// A task has ended, all its repeats included.
+  void OnTask(const Member& member, bool answered);
+  /// A poll has.
+  void OnPoll(const Device& device, std::size_t query, bool answered);
   void OnLostEvents(const Member& member, std::size_t events);
   /// A poll of the fast group has ended after so much line time. Failures, retries and waiting say
   /// nothing about how long a round takes: an outage must not make old values look younger.
@@ -100,20 +107,26 @@ class Ledger {
  private:
   struct State {
     DeviceState shown = DeviceState::never_seen;
-    Duration busy{};           // line time that it has taken
-    std::uint32_t missed = 0;  // of its periods
-    bool round_clean = true;   // nothing has failed in the fast round under way
-    Duration round_wire{};     // its line time so far
-    Duration fast_wire{};      // of its last whole fast round
-    std::string trouble;       // what is wrong with it as a whole, or worth a remark
-    bool in_trouble = false;   // the former
-    Duration patience{};       // as the status has it
-    bool told_second = false;  // the user has been warned of a second, different reply
+    Duration busy{};                   // line time that it has taken
+    Duration counted{};                // of that, in the status
+    Duration drained{};                // line time of the silence behind its last exchange
+    Instant heard{};                   // end of its last exchange, or when the port was opened
+    bool out = false;                  // its last task has failed
+    Symptom symptom = Symptom::clean;  // of its last exchange
+    std::uint32_t missed = 0;          // of its periods
+    bool round_clean = true;           // nothing has failed in the fast round under way
+    Duration round_wire{};             // its line time so far
+    Duration fast_wire{};              // of its last whole fast round
+    std::string trouble;               // what is wrong with it as a whole, or worth a remark
+    bool in_trouble = false;           // the former
+    Duration patience{};               // as the status has it
+    bool told_second = false;          // the user has been warned of a second, different reply
   };
 
   State& Of(const Member& member);
   void Change(const Member& member, const std::function<void(DeviceStatus&)>& change);
   void CountMissed();
+  void Count(const Member& member, bool answered, DeviceStatus& status);
   double UseSince(Instant began) const;
   DeviceState StateOf(const Member& member) const;
   Override OverrideOf(const Member& member) const;

@@ -32,6 +32,7 @@ Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindP
       echo_(line.echo),
       roster_(line, first_device, find),
       late_(roster_),
+      examiner_(roster_),
       whose_reply_(roster_),
       ledger_(roster_, schedule_, store, store.LineIndex(line), listener),
       chooser_(line, roster_, schedule_, writes_, routes_, late_),
@@ -119,6 +120,7 @@ void Poller::OnBytes(View bytes, Now now) {
   }
   if (!heard.bytes.empty()) {
     ledger_.OnReceived(heard.bytes);
+    examiner_.Hear(heard.bytes, now.instant);
     Hear(line_.OnBytes(heard.bytes, now.instant));
   }
   Settle();

@@ -13,6 +13,7 @@
 #include "gateway/line/echo_watch.h"
 #include "gateway/line/line.h"
 #include "gateway/poll/chooser.h"
+#include "gateway/poll/examiner.h"
 #include "gateway/poll/job_run.h"
 #include "gateway/poll/late_answers.h"
 #include "gateway/poll/ledger.h"
@@ -112,6 +113,7 @@ class Poller : private LineClient {
   WriteQueue writes_;
   RoutedSide routes_;
   LateAnswers late_;
+  Examiner examiner_;
   WhoseReply whose_reply_;
   Ledger ledger_;
   Chooser chooser_;

@@ -32,12 +32,16 @@ void Poller::Pump() {
 }
 
 void Poller::Send() {
+  if (const auto more = examiner_.More()) ledger_.OnMore(*examiner_.member(), *more);
+  if (const auto late = examiner_.TakeLate()) ledger_.OnMore(*late->member, late->finding);
   const Request& request = run_.Send();
+  examiner_.Begin(*run_.job()->member, request, run_.job()->member->times, now_.instant);
   echo_.OnSent(request.bytes);
   listener_.Send(request.bytes, run_.job()->member->serial);
 }
 
 Outcome Poller::Judge(View frame, Instant now) {
+  examiner_.Take(frame.size());
   return run_.Judge(frame, echo_.MayBeEcho(run_.job()->request, frame), now);
 }
 
@@ -96,6 +100,7 @@ void Poller::Conclude() {
   const Job& job = *run_.job();
   if (echo_.OnExchangeEnd(job.request, *end)) ledger_.OnCollision();
   ledger_.OnRing(*job.member, echo_.is_cut());
+  end->finding = examiner_.End(end->outcome);
   run_.Conclude(std::move(*end));
 }
 

@@ -49,6 +49,7 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
   Device* const device = roster_.AsDevice(member);
   const bool was_offline = member.health.offline();
   member.health.OnTask(outcome, now);
+  ledger_.OnTask(member, ProvesLife(outcome));
   const bool offline = member.health.offline();
   if (offline && !was_offline) {
     ledger_.OnOffline(member);

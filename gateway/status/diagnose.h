@@ -3,23 +3,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
-#include "gateway/status/line_devices.h"
 #include "gateway/store/line_status.h"
 #include "gateway/store/point_store.h"
 
 namespace baudgate::control {
 
-/// Empty when the line is well; the most important sentence first.
+/// Empty when the line is well; the most important sentence first. `devices`: all of the line.
+/// `started`: when the gateway began to poll.
 std::vector<std::string> DiagnoseLine(const config::Line& line, const LineStatus& status,
-                                      const LineDevices& devices, Now now);
+                                      std::span<const DeviceRecord> devices, Now now,
+                                      Instant started);
 
 /// Empty when the device is well, or when its line is not open: then the line's sentence explains
-/// it. `devices`: all of its line. `started`: when the gateway began to poll.
-std::vector<std::string> Diagnose(const LineStatus& line, const DeviceRecord& device,
-                                  const LineDevices& devices, Now now, Instant started);
+/// it.
+std::vector<std::string> DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
+                                        std::span<const DeviceRecord> devices, Now now,
+                                        Instant started);
 
 /// "12:04:05 UTC".
 std::string ClockText(WallTime time);

@@ -54,6 +54,14 @@ Json RoundTripsJson(const RoundTrips& trips) {
   return json;
 }
 
+/// Of the last hour.
+Json HourJson(const DeviceStatus& status, Instant now) {
+  const MinuteCounts hour = status.hour.Sum(now);
+  return {{"answered", hour.answered}, {"failed", hour.failed},
+          {"repeats", hour.repeats},   {"missed", hour.missed},
+          {"outages", hour.outages},   {"availability", Availability(hour)}};
+}
+
 Json SinceJson(std::optional<Duration> age) {
   return age ? Json(InMilliseconds(*age)) : Json(nullptr);
 }
@@ -105,8 +113,8 @@ struct View {
   bool with_values = false;
 };
 
-Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDevices& devices,
-                const View& view) {
+Json DeviceJson(const LineStatus& line, const DeviceRecord& record,
+                std::span<const DeviceRecord> devices, const View& view) {
   const DeviceStatus& status = record.status;
   Json json;
   json["name"] = record.device->name;
@@ -136,11 +144,12 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record, const LineDe
   json["learned"] = status.learned;
   json["times"] = TimesJson(status.timing);
   json["recent"] = RecentJson(status.recent);
+  json["hour"] = HourJson(status, view.now.instant);
   json["busy_ms"] = InMilliseconds(status.busy);
   json["round_trips"] = RoundTripsJson(status.round_trips);
   json["points"] = PointsJson(record, view.now.instant);
   if (view.with_values) json["values"] = ValuesJson(record, view.now.instant);
-  json["advice"] = Diagnose(line, record, devices, view.now, view.info.started);
+  json["advice"] = DiagnoseDevice(line, record, devices, view.now, view.info.started);
   return json;
 }
 
@@ -184,11 +193,10 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
   for (std::uint32_t i = 0; i < records.size(); ++i) {
     store.Read(first + i, [&](const DeviceRecord& held) { records[i] = held; });
   }
-  const LineDevices together = LookAt(records, view.now, view.info.started);
   Json devices = Json::array();
   for (std::uint32_t i = 0; i < records.size(); ++i) {
     if (target.device && first + i != *target.device) continue;
-    devices.push_back(DeviceJson(status, records[i], together, view));
+    devices.push_back(DeviceJson(status, records[i], records, view));
   }
   Json json;
   json["name"] = line.name;
@@ -206,7 +214,7 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
   json["echo_lost_since"] = status.cut_since ? TimeJson(*status.cut_since) : Json(nullptr);
   AddCounters(status, json);
   json["advice"] = stuck ? Json::array({ExplainHang(line, *stuck)})
-                         : Json(DiagnoseLine(line, status, together, view.now));
+                         : Json(DiagnoseLine(line, status, records, view.now, view.info.started));
   json["devices"] = std::move(devices);
   return json;
 }

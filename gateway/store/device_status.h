@@ -9,11 +9,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config/model/timing.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/base/write_result.h"
+#include "gateway/store/findings.h"
+#include "gateway/store/last_hour.h"
 
 namespace baudgate {
 
@@ -82,6 +85,14 @@ class RecentOutcomes {
   std::size_t count_ = 0;
 };
 
+/// How one request of the polls fares.
+struct QueryCount {
+  std::size_t first_point = 0;  ///< index in the device's points; of those that it reads
+  std::size_t points = 0;
+  std::uint32_t in_vain = 0;         ///< exchanges in a row without an answer, since the last one
+  Symptom symptom = Symptom::clean;  ///< of the last of these
+};
+
 struct DeviceStatus {
   DeviceState state = DeviceState::never_seen;
   Outcome last_outcome = Outcome::none;
@@ -105,8 +116,11 @@ struct DeviceStatus {
   std::uint32_t lost_events = 0;  ///< of what it said unasked, while they could not be kept
   config::Timing timing;          ///< the times in force
   RecentOutcomes recent;
-  std::string learned;  ///< how it wants to be asked (Conversation::WhatIsLearned)
-  Duration busy{};      ///< the line time of its exchanges and of the silences after them
+  Findings findings;
+  LastHour hour;
+  std::vector<QueryCount> queries;  ///< of the polls, in the order in which they are asked
+  std::string learned;              ///< how it wants to be asked (Conversation::WhatIsLearned)
+  Duration busy{};  ///< the line time of its exchanges and of the silences after them
   RoundTrips round_trips;
 
   std::uint32_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }

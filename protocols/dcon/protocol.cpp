@@ -10,6 +10,7 @@
 #include "protocols/dcon/expect.h"
 #include "protocols/dcon/frame_rule.h"
 #include "protocols/dcon/points.h"
+#include "protocols/dcon/recognise.h"
 #include "protocols/dcon/settings.h"
 #include "protocols/dcon/twin.h"
 
@@ -157,6 +158,7 @@ const Protocol& DconProtocol() {
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
       .expect = Expect,
+      .recognise = Recognise,
       .weak_check = true,
       .remembers = HasTotals,
       .make_bus = MakeLine,

@@ -8,6 +8,7 @@
 #include "protocols/modbus/conversation.h"
 #include "protocols/modbus/expect.h"
 #include "protocols/modbus/points.h"
+#include "protocols/modbus/recognise.h"
 #include "protocols/modbus/rtu_frame_rule.h"
 #include "protocols/modbus/settings.h"
 #include "protocols/modbus/tcp_frame_rule.h"
@@ -49,6 +50,11 @@ Status CheckDevice(const config::Device& device) {
 template <Framing kFraming>
 Expectation Expect(View request, const config::Options&) {
   return Expect(kFraming, request);
+}
+
+template <Framing kFraming>
+std::optional<Recognised> RecogniseAs(View request, View heard, const config::Options&) {
+  return Recognise(kFraming, request, heard);
 }
 
 /// Silence of 3.5 characters, and 1.75 ms above 19200 bit/s (MODBUS over Serial Line
@@ -118,6 +124,7 @@ Protocol Describe(std::string_view name, std::string_view title,
       .request_rule = RulesOf(kFraming).request,
       .reply_rule = RulesOf(kFraming).reply,
       .expect = Expect<kFraming>,
+      .recognise = RecogniseAs<kFraming>,
       .weak_check = kFraming == Framing::ascii,
       .carrier = Carrier(kFraming),
       .profiles_of = kFraming == Framing::rtu ? "" : "modbus_rtu",

@@ -11,6 +11,7 @@
 #include "protocols/set4tm/frame_rule.h"
 #include "protocols/set4tm/latch.h"
 #include "protocols/set4tm/points.h"
+#include "protocols/set4tm/recognise.h"
 #include "protocols/set4tm/settings.h"
 #include "protocols/set4tm/twin.h"
 
@@ -190,6 +191,7 @@ const Protocol& Set4tmProtocol() {
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
       .expect = Expect,
+      .recognise = Recognise,
       .remembers = [](const config::Device&) { return true; },
       .make_bus = MakeLine,
       .make_conversation = MakeConversation,

@@ -11,9 +11,10 @@
 namespace baudgate::protocols::spabus {
 
 /// Codes of refusals that are met by their number: the message asks for too much; it is not
-/// understood.
+/// understood; not now, as while the password is closed.
 inline constexpr int kTooComplicated = 3;
 inline constexpr int kSyntax = 5;
+inline constexpr int kNotNow = 7;
 
 struct NackRule {
   Outcome outcome = Outcome::refused;

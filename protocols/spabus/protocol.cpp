@@ -8,6 +8,7 @@
 #include "protocols/spabus/expect.h"
 #include "protocols/spabus/frame_rule.h"
 #include "protocols/spabus/points.h"
+#include "protocols/spabus/recognise.h"
 #include "protocols/spabus/settings.h"
 #include "protocols/spabus/twin.h"
 
@@ -63,6 +64,7 @@ const Protocol& SpabusProtocol() {
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,
       .expect = Expect,
+      .recognise = Recognise,
       .weak_check = true,
       .make_bus = MakeLine,
       .make_conversation = MakeDevice,

@@ -19,7 +19,6 @@ namespace {
 
 constexpr int kDamaged = 0;
 constexpr int kMissing = 6;
-constexpr int kNotNow = 7;
 constexpr int kBadValue = 8;
 /// More values than any reply could carry are not even looked up.
 constexpr std::size_t kMostItems = 500;

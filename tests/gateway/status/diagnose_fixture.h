@@ -12,6 +12,22 @@
 
 namespace baudgate::control {
 
+/// What an exchange with this outcome mostly looks like.
+inline Symptom SymptomOf(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::no_reply:
+      return Symptom::silence;
+    case Outcome::partial:
+      return Symptom::tail_lost;
+    case Outcome::corrupt:
+      return Symptom::damaged;
+    case Outcome::unexpected:
+      return Symptom::other_reply;
+    default:
+      return Symptom::clean;
+  }
+}
+
 class DiagnoseTest : public ::testing::Test {
  protected:
   DiagnoseTest() {
@@ -21,6 +37,7 @@ class DiagnoseTest : public ::testing::Test {
     neighbour_.line = record_.line;
     neighbour_.device = &config_.lines[0].devices[0];
     neighbour_.status.state = DeviceState::online;
+    Looked(neighbour_.status, Symptom::clean, 32);
     line_.port = LineStatus::Port::open;
     Ended(Outcome::ok, 1000);
     device().state = DeviceState::online;
@@ -28,27 +45,38 @@ class DiagnoseTest : public ::testing::Test {
   }
 
   DeviceStatus& device() { return record_.status; }
+  static void Looked(DeviceStatus& status, Symptom symptom, std::uint32_t count,
+                     Finding finding = {}) {
+    finding.symptom = symptom;
+    for (std::uint32_t i = 0; i < count; ++i) status.findings.Add(finding);
+  }
   void Ended(Outcome outcome, std::uint32_t count, const std::string& reason = {}) {
+    Ended(outcome, SymptomOf(outcome), count, reason);
+  }
+  void Ended(Outcome outcome, Symptom symptom, std::uint32_t count, const std::string& reason = {},
+             const Finding& finding = {}) {
     device().exchanges += count;
     device().outcomes[static_cast<std::size_t>(outcome)] += count;
     device().last_outcome = outcome;
     device().last_reason = reason;
     for (std::uint32_t i = 0; i < count; ++i) device().recent.Add(outcome);
+    Looked(device(), symptom, count, finding);
   }
   void NeverAnswered() {
     device() = {};
     device().state = DeviceState::never_seen;
   }
+  /// Nobody else answers either.
+  void Alone() { neighbour_.status.findings = {}; }
+  MinuteCounts& Minute() { return device().hour.At(kNow.instant); }
+
   std::vector<std::string> Say() const {
     const DeviceRecord both[] = {neighbour_, record_};
-    return Diagnose(line_, record_, LookAt(both, kNow, kStarted), kNow, kStarted);
+    return DiagnoseDevice(line_, record_, both, kNow, kStarted);
   }
   std::vector<std::string> SayOfLine() const {
     const DeviceRecord both[] = {neighbour_, record_};
-    return SayOfLine(LookAt(both, kNow, kStarted));
-  }
-  std::vector<std::string> SayOfLine(const LineDevices& devices) const {
-    return DiagnoseLine(config_.lines[0], line_, devices, kNow);
+    return DiagnoseLine(config_.lines[0], line_, both, kNow, kStarted);
   }
 
   config::Config config_ = TwoLines();

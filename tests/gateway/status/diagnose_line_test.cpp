@@ -39,8 +39,9 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
        "the echo was missing or different once: two talkers at once, or a bus that does not echo "
        "(set 'echo: off')"},
       {[](LineStatus& line) { line.parity_errors = 34, line.framing_errors = 3; },
-       "34 parity and 3 framing errors since the port was opened: bit rate, parity or data bits "
-       "differ (9600 7E1), or noise"},
+       "the driver has counted 34 parity and 3 framing errors since the port was opened: noise, "
+       "bad "
+       "termination, or a device with settings of its own"},
       {[](LineStatus& line) { line.overruns = 5; },
        "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
        "(rtscts)"},
@@ -50,6 +51,7 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
       {[](LineStatus& line) { line.times_lost = 2; },
        "the open port was lost 2 times: loose plug, hub or power; the log has the times"},
   };
+  line_.exchanges = 1000;
   const LineStatus well = line_;
   std::vector<std::string> all;
   for (const auto& row : rows) {
@@ -72,11 +74,23 @@ TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
 }
 
 TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
-  EXPECT_THAT(SayOfLine({.in_use = 3, .absent = 3}),
-              ElementsAre("none of its 3 devices answers: look at what they share: port, bit rate "
-                          "and parity (9600 7E1), A and B swapped, power of the bus"));
-  EXPECT_THAT(SayOfLine({.in_use = 3, .absent = 2}), IsEmpty());
-  EXPECT_THAT(SayOfLine({.in_use = 1, .absent = 1}), IsEmpty())
+  NeverAnswered();
+  Ended(Outcome::no_reply, 5);
+  EXPECT_THAT(SayOfLine(), IsEmpty()) << "a neighbour answers";
+  neighbour_.status = device();
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre("none of its 2 devices answers: not a byte came: look at what they share: "
+                  "port, power of the bus, wiring (A and B swapped?), bit rate and parity "
+                  "(9600 7E1)"));
+  EXPECT_THAT(Say(), ElementsAre("has never answered (5 exchanges), as no device of line 'bay-1' "
+                                 "answers"));
+  line_.exchanges = 10;
+  line_.parity_errors = 4;
+  EXPECT_THAT(SayOfLine()[1],
+              ::testing::EndsWith("bit rate, parity or data bits differ (9600 7E1)"));
+  neighbour_.status.state = DeviceState::disabled;
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("check power, wiring (A and B swapped?), address"))
       << "one device alone has a sentence of its own";
 }
 
@@ -84,12 +98,12 @@ TEST_F(DiagnoseTest, AnOpenRingIsTheLinesTroubleAndNoDevices) {
   line_.cut_since = kNow.wall - 3min;
   line_.collisions = 40;
   EXPECT_THAT(
-      SayOfLine({.in_use = 3, .absent = 3}),
+      SayOfLine(),
       ElementsAre("the ring is open since 14:10:20 UTC: requests used to come back and do no more; "
                   "look for a loose or broken fibre, or a device on it without power. No device of "
                   "the line can answer until then"));
   device().state = DeviceState::offline;
-  EXPECT_THAT(Say(), ElementsAre("can not be reached: the ring of line 'bay-1' is open; this says "
+  EXPECT_THAT(Say(), ElementsAre("cannot be reached: the ring of line 'bay-1' is open; this says "
                                  "nothing about the device"));
 }
 

@@ -65,7 +65,7 @@ bay-1.feeder-1  online      ok           0.3 s  99.8 %  25 ms  28 ms        0   
 bay-1.feeder-2  offline     no_reply    12 min  10.0 %  24 ms  28 ms        0       0
 io.ai-1         never seen  none             -       -      -      -        0       0
 
-bay-1.feeder-2: offline for 12 min: no_reply; its return is noticed within 9.0 s; check power, address, bit rate, parity and wiring (address 2, 9600 7E1)
+bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power and its wire; its return is noticed within 9.0 s
 io: port closed for 3 min: /dev/ttyUSB1: No such file or directory; it is tried again until it works
 )");
 }
@@ -88,7 +88,7 @@ device          state    last      answered      ok   mean    p99  retries  miss
 bay-1.feeder-1  online   ok           0.3 s  99.8 %  25 ms  28 ms        0       0
 bay-1.feeder-2  offline  no_reply    12 min  10.0 %  24 ms  28 ms        0       0
 
-bay-1.feeder-2: offline for 12 min: no_reply; its return is noticed within 9.0 s; check power, address, bit rate, parity and wiring (address 2, 9600 7E1)
+bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power and its wire; its return is noticed within 9.0 s
 )");
 }
 
@@ -115,7 +115,7 @@ device    point    value  unit  quality                          age
 feeder-1  current   1.25  A     good                           0.3 s
           voltage      -  A     bad: waiting for initial data      -
 
-bay-1.feeder-1: late: replies came up to 80 ms after they were due, 2 times: raise its timing.reply by more than 80 ms
+all is well
 )");
 }
 

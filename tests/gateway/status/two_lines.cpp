@@ -60,7 +60,10 @@ void AddExchanges(PointStore& store, std::uint32_t device, Outcome outcome, std:
   store.UpdateStatus(device, [&](DeviceStatus& status) {
     add(status);
     status.last_outcome = outcome;
-    for (std::uint32_t i = 0; i < count; ++i) status.recent.Add(outcome);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      status.recent.Add(outcome);
+      status.findings.Add({.symptom = ProvesLife(outcome) ? Symptom::clean : Symptom::silence});
+    }
     if (!ProvesLife(outcome)) return;
     status.last_ok = at.instant;
     status.last_ok_wall = at.wall;

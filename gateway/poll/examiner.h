@@ -1,0 +1,81 @@
+// Keeps what comes from a line between one request and the next, and says what it looked like
+// (gateway/line/examine.h). Told by gateway/poll/poller_line.cpp. Bounded memory.
+//
+//   Begin(job)     its request goes out; More() has told what came behind the one before
+//   Hear(bytes)    at any time
+//   End(outcome)   what the exchange looked like
+//   More()         what it looks like now, where more has come behind its end
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/finding.h"
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/line/examine.h"
+#include "gateway/poll/roster.h"
+
+namespace baudgate {
+
+class Examiner {
+ public:
+  explicit Examiner(const Roster& roster) : roster_(roster) {}
+
+  void Begin(const Member& member, const Request& request, const LineTimes& times, Instant now);
+  void Hear(View bytes, Instant now);
+  /// A frame of so many bytes was taken for the reply.
+  void Take(std::size_t frame) { frame_ = frame; }
+  Finding End(Outcome outcome);
+  /// Nothing: it looks as it did. It tells once.
+  std::optional<Finding> More();
+  /// Of the exchange that began last; null: none did.
+  const Member* member() const { return member_; }
+
+  /// A reply to an earlier request of another member, found in the exchange that was looked at
+  /// last.
+  struct Late {
+    const Member* member = nullptr;
+    Finding finding{};
+  };
+  std::optional<Late> TakeLate() { return std::exchange(late_, std::nullopt); }
+
+ private:
+  /// A request that nobody has answered yet.
+  struct Open {
+    const Member* member = nullptr;
+    Request request;
+    Instant sent{};
+  };
+  /// Of one member: the last one, and another one before it.
+  struct Asked {
+    Open last;
+    Open before;
+  };
+
+  Finding Look();
+  const Open* WhoseLateReply() const;
+  bool Answers(const Open& open) const;
+
+  const Roster& roster_;
+  const Member* member_ = nullptr;
+  Request request_;
+  LineTimes times_;
+  Instant sent_{};  // computed end of the request
+  Outcome outcome_ = Outcome::none;
+  Symptom told_ = Symptom::clean;
+  std::size_t frame_ = 0;   // bytes of the reply that was taken
+  std::size_t judged_ = 0;  // bytes that had come when the exchange ended
+  std::deque<Asked> open_;  // by place
+  Bytes heard_;
+  std::vector<Arrival> arrivals_;
+  std::optional<Late> late_;
+};
+
+}  // namespace baudgate

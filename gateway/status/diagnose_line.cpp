@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "gateway/base/shown.h"
+#include "gateway/status/diagnose.h"
+#include "gateway/status/evidence.h"
+#include "gateway/status/hypotheses.h"
+#include "gateway/status/line_time.h"
+#include "gateway/status/words.h"
+
+namespace baudgate::control {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+/// So much of a line's incoming bytes may be stray before it is said.
+constexpr double kNotableStray = 0.05;
+/// So many errors of the driver for an exchange.
+constexpr double kNotableErrors = 0.02;
+
+std::string Closed(const config::Line& line, const LineStatus& status, Now now) {
+  if (status.port == LineStatus::Port::released) {
+    return fmt::format(
+        "released: the port is lent until {}; 'baudgate release {} --end' takes it back",
+        ClockText(status.released_until), line.name);
+  }
+  const std::string since = status.port_since == WallTime{}
+                                ? std::string()
+                                : " for " + FormatAge(now.wall - status.port_since);
+  return fmt::format("port closed{}: {}; it is tried again until it works", since,
+                     status.port_text.empty() ? "not opened yet" : status.port_text);
+}
+
+std::string Lost(const config::Line& line, std::uint32_t times) {
+  if (line.port.starts_with("tcp://")) {
+    return fmt::format(
+        "the connection was lost {}: look at the serial server (in use by another client, its "
+        "connection limit, an inactivity time, its power) and at the network",
+        Times(times));
+  }
+  return fmt::format("the open port was lost {}: loose plug, hub or power; the log has the times",
+                     Times(times));
+}
+
+/// Errors that the driver has counted.
+Sentences DriverErrors(const config::Line& line, const LineStatus& status, bool nobody) {
+  Sentences found;
+  const std::uint32_t errors = status.parity_errors + status.framing_errors;
+  if (Share(errors, static_cast<double>(status.exchanges)) >= kNotableErrors) {
+    found.push_back(fmt::format(
+        "the driver has counted {} parity and {} framing errors since the port was opened: {}",
+        status.parity_errors, status.framing_errors,
+        nobody ? "bit rate, parity or data bits differ (" + line.serial.ToString() + ")"
+               : std::string("noise, bad termination, or a device with settings of its own")));
+  }
+  if (status.overruns > 0) {
+    found.push_back(fmt::format(
+        "the driver lost bytes {}: the machine is too busy, or the adapter needs flow control "
+        "(rtscts)",
+        Times(status.overruns)));
+  }
+  return found;
+}
+
+std::size_t InUse(std::span<const DeviceRecord> devices) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      devices, [](const DeviceRecord& one) { return one.status.state != DeviceState::disabled; }));
+}
+
+std::string NobodyAnswers(const LineStatus& status, std::span<const DeviceRecord> devices,
+                          Now now) {
+  const Evidence evidence = GatherAbsent(status, devices, now);
+  std::string text = fmt::format("none of its {} devices answers: ", InUse(devices));
+  const auto said = Judge(evidence);
+  for (const Hypothesis* hypothesis : said) {
+    text += (hypothesis == said.front() ? "" : "; or ") + hypothesis->say(evidence);
+  }
+  return said.empty() ? text + "look at what they share: port, wiring, bit rate" : text;
+}
+
+/// A word of the devices explains them.
+bool IsExplained(std::span<const DeviceRecord> devices) {
+  return std::ranges::any_of(devices, [](const DeviceRecord& one) {
+    for (std::size_t i = 1; i < kSymptoms; ++i) {
+      const auto symptom = static_cast<Symptom>(i);
+      if (symptom != Symptom::silence && one.status.findings.Count(symptom) > 1) return true;
+    }
+    return false;
+  });
+}
+
+}  // namespace
+
+Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
+                       std::span<const DeviceRecord> devices, Now now, Instant started) {
+  if (status.port != LineStatus::Port::open) return {Closed(line, status, now)};
+  Sentences found;
+  const bool nobody = AbsentTogether(devices);
+  if (status.cut_since) {
+    found.push_back(fmt::format(
+        "the ring is open since {}: requests used to come back and do no more; look for "
+        "a loose or broken fibre, or a device on it without power. No device of the "
+        "line can answer until then",
+        ClockText(*status.cut_since)));
+  } else if (nobody) {
+    found.push_back(NobodyAnswers(status, devices, now));
+  }
+  // A device that answers no more than the echo says it itself.
+  const bool answered = std::ranges::any_of(
+      devices, [](const DeviceRecord& one) { return Answers(one.status.state); });
+  if (status.echoes > 0 && answered) {
+    found.push_back(fmt::format("the request itself came back {}: set 'echo: strip' at the line",
+                                Times(status.echoes)));
+  }
+  if (status.collisions > 0 && !status.cut_since) {
+    found.push_back(
+        fmt::format("the echo was missing or different {}: two talkers at once, or a "
+                    "bus that does not echo (set 'echo: off')",
+                    Times(status.collisions)));
+  }
+  for (std::string& sentence : DriverErrors(line, status, nobody)) {
+    found.push_back(std::move(sentence));
+  }
+  const double stray =
+      Share(static_cast<double>(status.stray_bytes), static_cast<double>(status.bytes_in));
+  if (stray >= kNotableStray && !IsExplained(devices)) {
+    found.push_back(
+        fmt::format("{} of {} bytes came when nothing was asked: {}; look at 'baudgate trace {}'",
+                    status.stray_bytes, status.bytes_in,
+                    "a second master, answers that come too late, or noise", line.name));
+  }
+  if (status.times_lost > 0) found.push_back(Lost(line, status.times_lost));
+  const bool misses = std::ranges::any_of(devices, [&](const DeviceRecord& one) {
+    return Answers(one.status.state) && MissedShare(one, now, started) > 0;
+  });
+  const std::string why = misses ? WhyNoTime(devices, nullptr, now, started) : std::string();
+  if (!why.empty()) found.push_back("polls are missed: " + why);
+  return found;
+}
+
+}  // namespace baudgate::control

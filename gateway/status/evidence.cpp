@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/status/evidence.h"
+
+#include <algorithm>
+
+namespace baudgate::control {
+namespace {
+
+constexpr std::size_t kRecentMinutes = 5;
+/// Of so many exchanges that were looked at one may have failed.
+constexpr std::size_t kMostlyGood = 8;
+
+void Add(Evidence& evidence, const DeviceRecord& record, Now now) {
+  const DeviceStatus& status = record.status;
+  evidence.records.push_back(&record);
+  evidence.answered = evidence.answered || status.last_ok.has_value();
+  evidence.looked += status.findings.size();
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    const std::size_t count = status.findings.Count(symptom);
+    evidence.counts[i] += count;
+    if (!IsAnswered(symptom)) evidence.failed += count;
+    if (count > 0 || evidence.last[i] == nullptr) {
+      evidence.last[i] = &status.findings.Last(symptom);
+    }
+  }
+  evidence.minutes += status.hour.Sum(now.instant, kRecentMinutes - 1);
+  evidence.hour += status.hour.Sum(now.instant);
+}
+
+}  // namespace
+
+std::size_t Evidence::Count(std::initializer_list<Symptom> symptoms) const {
+  std::size_t count = 0;
+  for (const Symptom symptom : symptoms) count += Count(symptom);
+  return count;
+}
+
+double Evidence::Share(std::initializer_list<Symptom> symptoms) const {
+  return failed == 0 ? 0 : static_cast<double>(Count(symptoms)) / static_cast<double>(failed);
+}
+
+bool IsAbsent(const DeviceStatus& status) {
+  return status.state == DeviceState::offline ||
+         (status.state == DeviceState::never_seen && status.exchanges > 0);
+}
+
+bool AbsentTogether(std::span<const DeviceRecord> all) {
+  std::size_t absent = 0;
+  for (const DeviceRecord& one : all) {
+    if (one.status.state == DeviceState::disabled) continue;
+    if (!IsAbsent(one.status)) return false;
+    ++absent;
+  }
+  return absent > 1;
+}
+
+bool IsHealthy(const DeviceStatus& status) {
+  if (!Answers(status.state) || status.findings.size() == 0) return false;
+  std::size_t failed = 0;
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    if (!IsAnswered(symptom)) failed += status.findings.Count(symptom);
+  }
+  return kMostlyGood * failed <= status.findings.size();
+}
+
+Evidence Gather(const LineStatus& status, const DeviceRecord& device,
+                std::span<const DeviceRecord> all, Now now) {
+  Evidence evidence;
+  evidence.line = device.line;
+  evidence.status = &status;
+  evidence.device = &device;
+  evidence.absent = IsAbsent(device.status);
+  Add(evidence, device, now);
+  for (const DeviceRecord& other : all) {
+    if (other.device == device.device || !IsHealthy(other.status)) continue;
+    evidence.healthy = other.device->name;
+    break;
+  }
+  return evidence;
+}
+
+Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> all, Now now) {
+  Evidence evidence;
+  evidence.line = all.front().line;
+  evidence.status = &status;
+  evidence.absent = true;
+  for (const DeviceRecord& record : all) {
+    if (IsAbsent(record.status)) Add(evidence, record, now);
+  }
+  return evidence;
+}
+
+}  // namespace baudgate::control

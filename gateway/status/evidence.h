@@ -1,0 +1,57 @@
+// What is known of a device or a line that does not work as it should: the facts of the latest
+// exchanges, of its own past and of its neighbours, for gateway/status/hypotheses.h. Pure.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <initializer_list>
+#include <span>
+#include <string>
+
+#include "gateway/base/finding.h"
+#include "gateway/store/last_hour.h"
+#include "gateway/store/line_status.h"
+#include "gateway/store/point_store.h"
+
+namespace baudgate::control {
+
+struct Evidence {
+  const config::Line* line = nullptr;
+  const LineStatus* status = nullptr;
+  const DeviceRecord* device = nullptr;  ///< null: of all devices of the line together
+  bool absent = false;                   ///< it does not answer at present
+  bool answered = false;                 ///< it has, since the start
+  std::string healthy{};                 ///< a neighbour that answers well; empty: none
+  std::size_t looked = 0;                ///< exchanges that are kept
+  std::size_t failed = 0;                ///< of those, without a good reply
+  std::array<std::size_t, kSymptoms> counts{};
+  std::array<const Finding*, kSymptoms> last{};
+  MinuteCounts minutes;  ///< the last five
+  MinuteCounts hour;
+
+  std::size_t Count(Symptom symptom) const { return counts[static_cast<std::size_t>(symptom)]; }
+  std::size_t Count(std::initializer_list<Symptom> symptoms) const;
+  /// Of the exchanges that have failed.
+  double Share(std::initializer_list<Symptom> symptoms) const;
+  const Finding& Last(Symptom symptom) const { return *last[static_cast<std::size_t>(symptom)]; }
+  /// The times, address and serial settings are those of the device, or of the first one.
+  const DeviceRecord& first() const { return *records.front(); }
+
+  std::vector<const DeviceRecord*> records{};
+};
+
+/// Of one device; `all`: the devices of its line, which outlive the evidence.
+Evidence Gather(const LineStatus& status, const DeviceRecord& device,
+                std::span<const DeviceRecord> all, Now now);
+/// Of all devices of the line that are in use and do not answer.
+Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> all, Now now);
+
+/// More than one device is in use, and none of them answers.
+bool AbsentTogether(std::span<const DeviceRecord> all);
+/// Asked, and not there.
+bool IsAbsent(const DeviceStatus& status);
+/// It answers, and nearly always.
+bool IsHealthy(const DeviceStatus& status);
+
+}  // namespace baudgate::control

@@ -1,0 +1,41 @@
+// What may be wrong with a device or a line, as a table: how well the evidence supports each cause,
+// and the sentence that names cause and remedy. The best one is said, and at most one more. Pure.
+//
+//   evidence                                           the best hypothesis
+//   nothing but silence, a neighbour answers           the device, its address or its own wire
+//   nothing but silence on the whole line              the line: port, bit rate, A and B
+//   bytes, never a frame, from nobody                  bit rate or parity
+//   bytes, never a frame, and a neighbour answers      its own settings, or two with one address
+//   whole replies with pauses                          timing.gap
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gateway/status/evidence.h"
+
+namespace baudgate::control {
+
+struct Hypothesis {
+  const char* name;
+  /// 0: excluded; 1: it explains all that has failed.
+  double (*support)(const Evidence&);
+  /// Cause and remedy, without a subject: "answers later than timing.reply (100 ms): …".
+  std::string (*say)(const Evidence&);
+};
+
+/// All that is known.
+const std::vector<Hypothesis>& Hypotheses();
+
+/// The best supported one and, where it leaves much unexplained, the next; empty: there is none.
+std::vector<const Hypothesis*> Judge(const Evidence& evidence);
+
+/// "slave 7 answers …: check the address …".
+std::string WithRemedy(const Finding& finding);
+
+/// What both ends must agree on: "address 2, 9600 7E1, checksum crc".
+std::string Settings(const DeviceRecord& record);
+
+}  // namespace baudgate::control

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/status/line_time.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "gateway/status/words.h"
+
+namespace baudgate::control {
+namespace {
+
+constexpr int kMinutes = 5;
+/// Fewer missed periods are a hiccup, as at a start.
+constexpr std::uint32_t kNotableMisses = 3;
+constexpr double kNotableMissed = 0.02;
+/// From here on failures are what the line's time goes to.
+constexpr double kMuchWaste = 0.2;
+/// And good exchanges are.
+constexpr double kFull = 0.8;
+constexpr double kBusy = 0.5;
+constexpr double kMuchOfOne = 0.4;
+
+double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+/// The time that the last minutes have had so far.
+double Watched(Now now, Instant started) {
+  const Duration of_minute = now.instant.time_since_epoch() % 1min;
+  return Seconds(std::min<Duration>(now.instant - started, of_minute + (kMinutes - 1) * 1min));
+}
+
+}  // namespace
+
+double MissedShare(const DeviceRecord& device, Now now, Instant started) {
+  const MinuteCounts tally = device.status.hour.Sum(now.instant, kMinutes - 1);
+  if (tally.missed < kNotableMisses) return 0;
+  const double periods = Watched(now, started) / Seconds(device.device->poll);
+  const double share = periods > 0 ? std::min(tally.missed / periods, 1.0) : 0;
+  return share < kNotableMissed ? 0 : share;
+}
+
+std::string WhyNoTime(std::span<const DeviceRecord> devices, const DeviceRecord* device, Now now,
+                      Instant started) {
+  const double watched = std::max(Watched(now, started), 1e-3);
+  const DeviceRecord* wasteful = nullptr;
+  const DeviceRecord* busiest = nullptr;
+  double waste = 0;
+  double most = 0;
+  double served = 0;
+  for (const DeviceRecord& one : devices) {
+    const MinuteCounts tally = one.status.hour.Sum(now.instant, kMinutes - 1);
+    served += Seconds(tally.served) / watched;
+    if (const double its = Seconds(tally.wasted) / watched; its > waste) {
+      waste = its;
+      wasteful = &one;
+    }
+    if (const double its = Seconds(tally.served) / watched; its > most) {
+      most = its;
+      busiest = &one;
+    }
+  }
+  const auto name = [device](const DeviceRecord& one) {
+    return device != nullptr && one.device == device->device ? "it" : one.device->name;
+  };
+  // It has a sentence of its own, and so needs no other.
+  if (waste >= kMuchWaste && (device == nullptr || wasteful->device == device->device)) return {};
+  if (waste >= kMuchWaste) {
+    return fmt::format("{} takes {} of the line's time with exchanges that fail: mend that first",
+                       name(*wasteful), Percent(waste));
+  }
+  constexpr const char* kAskLess = "ask for fewer points, or raise the bit rate";
+  if (most >= kMuchOfOne && devices.size() > 1) {
+    const auto each = busiest->status.round_trips.mean();
+    return fmt::format("{} takes {} of the line's time, {} ms an exchange: raise its poll, or {}",
+                       name(*busiest), Percent(most), Milliseconds(each), kAskLess);
+  }
+  if (served >= kFull) {
+    return fmt::format(
+        "more is asked than fits, good exchanges take {} of the time: raise poll, {}",
+        Percent(served), kAskLess);
+  }
+  if (served < kBusy) return {};
+  return fmt::format("a round takes longer than its period: raise poll, {}", kAskLess);
+}
+
+}  // namespace baudgate::control

@@ -1,0 +1,31 @@
+// Numbers as the sentences of `baudgate status` say them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <string>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::control {
+
+/// 0 of nothing.
+inline double Share(double part, double whole) { return whole > 0 ? part / whole : 0; }
+
+/// "0.4 %", "62 %".
+inline std::string Percent(double share) {
+  const double percent = 100 * share;
+  return percent < 9.95 ? fmt::format("{:.1f} %", percent) : fmt::format("{:.0f} %", percent);
+}
+
+inline std::string Times(std::uint64_t count) {
+  return count == 1 ? "once" : fmt::format("{} times", count);
+}
+
+inline std::int64_t Milliseconds(Duration duration) {
+  return std::chrono::ceil<std::chrono::milliseconds>(duration).count();
+}
+
+}  // namespace baudgate::control

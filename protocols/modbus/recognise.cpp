@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/modbus/recognise.h"
+
+#include <algorithm>
+#include <string>
+
+#include "gateway/base/checksum.h"
+#include "gateway/base/text.h"
+#include "protocols/modbus/pdu.h"
+
+namespace baudgate::protocols::modbus {
+namespace {
+
+/// No frame that begins later is looked for.
+constexpr std::size_t kFarthest = 300;
+
+struct Seen {
+  Adu adu;
+  bool request = false;  ///< in the form of one, and of no reply
+};
+
+bool IsWhole(View held, PduLength length) {
+  return length.kind == PduLength::Kind::exact && held.size() >= length.size + kRtuOverhead &&
+         EndsInCrc16(held.first(length.size + kRtuOverhead));
+}
+
+std::optional<Seen> FirstRtu(View heard) {
+  for (std::size_t at = 0; at < std::min(heard.size(), kFarthest); ++at) {
+    const View held = heard.subspan(at);
+    if (held.size() < kRtuOverhead + 1 || held[0] > kLastSlave || held[1] == 0) continue;
+    const View pdu = held.subspan(1);
+    const PduLength reply = ReplyLength(pdu);
+    const bool answers = IsWhole(held, reply);
+    const PduLength request = pdu[0] < kExceptionBit ? RequestLength(pdu) : PduLength();
+    const bool asks = IsWhole(held, request);
+    if (!answers && !asks) continue;
+    const std::size_t size = (answers ? reply : request).size;
+    return Seen{{held[0], Bytes(pdu.begin(), pdu.begin() + static_cast<std::ptrdiff_t>(size))},
+                asks && !answers};
+  }
+  return std::nullopt;
+}
+
+std::optional<Seen> FirstAscii(View heard) {
+  const auto begin = std::ranges::find(heard, std::uint8_t{':'});
+  const auto end = std::find(begin, heard.end(), std::uint8_t{'\r'});
+  if (end == heard.end()) return std::nullopt;
+  const auto adu = Unwrap(Framing::ascii, View(begin, end + 1));
+  if (!adu) return std::nullopt;
+  return Seen{*adu, !IsReplyForm(adu->pdu) && IsCommon(adu->pdu)};
+}
+
+std::optional<Seen> FirstTcp(View heard) {
+  const auto size = TcpSize(heard);
+  if (!size || heard.size() < *size) return std::nullopt;
+  const auto adu = Unwrap(Framing::tcp, heard.first(*size));
+  if (!adu) return std::nullopt;
+  return Seen{*adu, false};
+}
+
+std::optional<Seen> First(Framing framing, View heard) {
+  if (framing == Framing::tcp) return FirstTcp(heard);
+  return framing == Framing::rtu ? FirstRtu(heard) : FirstAscii(heard);
+}
+
+struct Named {
+  Framing framing;
+  const char* title;
+  const char* protocol;
+};
+constexpr Named kFramings[] = {{Framing::rtu, "Modbus RTU", "modbus_rtu"},
+                               {Framing::ascii, "Modbus ASCII", "modbus_ascii"},
+                               {Framing::tcp, "Modbus TCP", "modbus_tcp"}};
+
+std::optional<Recognised> OtherFraming(Framing framing, View heard) {
+  for (const Named& other : kFramings) {
+    if (other.framing == framing || !First(other.framing, heard)) continue;
+    return Recognised{Recognised::What::other_protocol,
+                      std::string("messages of ") + other.title + " come back",
+                      std::string("set protocol: ") + other.protocol + " at the line"};
+  }
+  return std::nullopt;
+}
+
+std::string Slave(std::uint8_t slave) { return "slave " + std::to_string(slave); }
+
+/// What stands behind the header is a whole PDU by itself.
+bool IsWholePdu(View pdu) {
+  const PduLength length = ReplyLength(pdu);
+  return length.kind == PduLength::Kind::exact && length.size == pdu.size();
+}
+
+/// Its transaction, protocol number or length is not what it should be.
+std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
+  if (heard.size() < kTcpOverhead + 2 || heard.size() > kMaxTcp) return std::nullopt;
+  const ByteReader reader(heard);
+  const std::uint16_t transaction = *reader.U16Be(0);
+  const std::uint16_t protocol = *reader.U16Be(2);
+  const std::uint16_t length = *reader.U16Be(4);
+  const std::uint8_t function = heard[kTcpOverhead] & ~kExceptionBit;
+  if (function != asked.pdu[0]) return std::nullopt;
+  const auto odd = [](std::string cause) {
+    return Recognised{Recognised::What::other_reply, std::move(cause),
+                      "the server does not keep to Modbus TCP: update its firmware, or ask it "
+                      "through a serial server with protocol: modbus_rtu"};
+  };
+  if (protocol != 0) {
+    return odd("the header of its replies has protocol number " + std::to_string(protocol) +
+               " in place of 0");
+  }
+  const std::size_t follow = heard.size() - kTcpOverhead + kTcpCounted;
+  if (length != follow && IsWholePdu(heard.subspan(kTcpOverhead))) {
+    return odd("the header of its replies counts " + std::to_string(length) + " bytes where " +
+               std::to_string(follow) + " follow");
+  }
+  if (transaction != asked.transaction) {
+    return odd("its replies carry another transaction number (" + std::to_string(transaction) +
+               ") than their requests (" + std::to_string(asked.transaction) + ")");
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Recognised> Recognise(Framing framing, View request, View heard) {
+  const auto asked = Unwrap(framing, request);
+  if (!asked) return std::nullopt;
+  const auto seen = First(framing, heard);
+  if (!seen) {
+    if (auto other = OtherFraming(framing, heard)) return other;
+    return framing == Framing::tcp ? OddHeader(*asked, heard) : std::nullopt;
+  }
+  if (seen->request) {
+    return Recognised{Recognised::What::other_master,
+                      "another master speaks on the line: it has asked " + Slave(seen->adu.slave),
+                      "a serial line has one master: take the other one away, or let it ask "
+                      "through the gateway"};
+  }
+  if (seen->adu.slave != asked->slave) {
+    const std::string who = framing == Framing::tcp ? "unit " : "slave ";
+    return Recognised{Recognised::What::other_device,
+                      who + std::to_string(seen->adu.slave) + " answers where " + who +
+                          std::to_string(asked->slave) + " was asked",
+                      "check the address that is set at the device"};
+  }
+  return framing == Framing::tcp ? OddHeader(*asked, heard) : std::nullopt;
+}
+
+}  // namespace baudgate::protocols::modbus

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/recognise.h"
+
+#include <algorithm>
+#include <string>
+
+#include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/settings.h"
+
+namespace baudgate::protocols::set4tm {
+namespace {
+
+/// A sum of one byte fits by chance in one of 256.
+constexpr std::size_t kShortestKs = 6;
+
+std::string Meter(View address) { return "meter " + FormatAddress(address); }
+
+}  // namespace
+
+std::optional<Recognised> Recognise(View request, View heard, const config::Options& options) {
+  const Checksum checksum = ReadSettings(options).checksum;
+  const auto asked = SplitFrame(request, checksum);
+  if (!asked) return std::nullopt;
+  if (const auto reply = SplitFrame(heard, checksum)) {
+    const bool any = asked->address.size() == 1 && asked->address[0] == kCommonAddress;
+    if (any || std::ranges::equal(reply->address, asked->address)) return std::nullopt;
+    const auto length = LengthOfRequest(reply->body);
+    const bool asks = length && length->known && reply->body.size() >= length->min &&
+                      reply->body.size() <= length->max && reply->body.size() > 1;
+    if (asks) {
+      return Recognised{Recognised::What::other_master,
+                        "another master speaks on the line: it has asked " + Meter(reply->address),
+                        "a serial line has one master: take the other one away"};
+    }
+    return Recognised{
+        Recognised::What::other_device,
+        Meter(reply->address) + " answers where " + Meter(asked->address) + " was asked",
+        "check the address that is set in the meter"};
+  }
+  const bool ks = checksum == Checksum::crc;
+  const auto other = SplitFrame(heard, ks ? Checksum::ks : Checksum::crc);
+  if (!other || (ks && heard.size() < kShortestKs)) return std::nullopt;
+  if (!std::ranges::equal(other->address, asked->address)) return std::nullopt;
+  return Recognised{Recognised::What::other_setting,
+                    ks ? "its replies end in a sum of one byte, not in a CRC"
+                       : "its replies end in a CRC, not in a sum of one byte",
+                    std::string("set checksum: ") + (ks ? "ks" : "crc") + " at the device"};
+}
+
+}  // namespace baudgate::protocols::set4tm

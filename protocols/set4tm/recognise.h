@@ -1,0 +1,15 @@
+// What bytes are that came in place of a reply of a meter: another check value, another meter.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "config/model/options.h"
+#include "gateway/base/bytes.h"
+#include "protocols/protocol.h"
+
+namespace baudgate::protocols::set4tm {
+
+std::optional<Recognised> Recognise(View request, View heard, const config::Options& options);
+
+}  // namespace baudgate::protocols::set4tm

@@ -1,0 +1,15 @@
+// What bytes are that came in place of a SPA reply: another slave, another master.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "config/model/options.h"
+#include "gateway/base/bytes.h"
+#include "protocols/protocol.h"
+
+namespace baudgate::protocols::spabus {
+
+std::optional<Recognised> Recognise(View request, View heard, const config::Options& options);
+
+}  // namespace baudgate::protocols::spabus

@@ -1,0 +1,179 @@
+// What came in place of a reply, on every protocol: the symptom, and the words of the protocol.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/line/examine.h"
+
+#include <gtest/gtest.h>
+
+#include "gateway/base/text.h"
+#include "tests/protocols/runs/rig.h"
+
+namespace baudgate {
+namespace {
+
+using enum Symptom;
+
+struct Came {
+  Duration after;
+  std::string hex;
+};
+
+struct Row {
+  std::string line;  ///< as in RealLines
+  std::string request;
+  std::vector<Came> came;
+  Outcome outcome;
+  Symptom symptom;
+  std::string cause{};
+};
+
+Bytes FromHex(const std::string& hex) { return ParseHex(hex).value(); }
+
+Finding Look(const Row& row) {
+  const Setup& setup = row.line == "ModbusTcp" ? TcpLine() : RealLine(row.line);
+  const config::Device device = LineOf(setup).devices[0];
+  const Bytes request = FromHex(row.request);
+  const Expectation expect = setup.protocol->expect(request, device.options);
+  Bytes heard;
+  std::vector<Arrival> arrivals;
+  for (const Came& came : row.came) {
+    arrivals.push_back({heard.size(), came.after});
+    Append(heard, FromHex(came.hex));
+  }
+  return Examine({.protocol = setup.protocol,
+                  .options = &device.options,
+                  .request = request,
+                  .expect = &expect,
+                  .outcome = row.outcome,
+                  .heard = heard,
+                  .arrivals = arrivals,
+                  .reply = 100ms,
+                  .gap = 50ms});
+}
+
+const std::string kRtu = "010300000001840A";
+const std::string kRtuReply = "010302004BF873";
+const std::string kTcp = "000500000006010300000001";
+
+TEST(Examine, SaysWhatCame) {
+  const Row rows[] = {
+      {"ModbusRtu19200", kRtu, {}, Outcome::no_reply, silence},
+      {"ModbusRtu19200", kRtu, {{20ms, kRtuReply}}, Outcome::ok, clean},
+      {"ModbusRtu19200", kRtu, {{20ms, kRtuReply}, {30ms, kRtuReply}}, Outcome::ok, copies},
+      {"ModbusRtu19200", kRtu, {{20ms, "A1B2C3D4E5" + kRtuReply}}, Outcome::ok, noise_before},
+      {"ModbusRtu19200", kRtu, {{20ms, kRtuReply + "A1B2C3D4E5"}}, Outcome::ok, noise_behind},
+      {"ModbusRtu19200", kRtu, {{20ms, "0000" + kRtuReply + "FF"}}, Outcome::ok, clean},
+      {"ModbusRtu19200", kRtu, {{20ms, kRtu}}, Outcome::no_reply, echo},
+      {"ModbusRtu19200", kRtu, {{180ms, kRtuReply}}, Outcome::no_reply, late},
+      {"ModbusRtu19200", kRtu, {{20ms, "010302"}, {120ms, "004BF873"}}, Outcome::partial, split},
+      {"ModbusRtu19200", kRtu, {{20ms, "0302004BF873"}}, Outcome::partial, head_lost},
+      {"ModbusRtu19200", kRtu, {{20ms, "01030200"}}, Outcome::partial, tail_lost},
+      {"ModbusRtu19200", kRtu, {{20ms, "010302004BF870"}}, Outcome::corrupt, damaged},
+      {"ModbusRtu19200", kRtu, {{20ms, "9C7741E255D1"}}, Outcome::corrupt, noise},
+      {"ModbusRtu19200", kRtu, {{20ms, "00FF0000"}}, Outcome::no_reply, zeros},
+      {"ModbusRtu19200",
+       kRtu,
+       {{20ms, ToHex(ToBytes("\r\nlogin: "))}},
+       Outcome::corrupt,
+       text,
+       "'\\r\\nlogin: '"},
+      {"ModbusRtu19200", kRtu, {{20ms, ToHex(Bytes(300, 0x41))}}, Outcome::corrupt, endless},
+      {"ModbusRtu19200",
+       kRtu,
+       {{20ms, "090302004B19B2"}},
+       Outcome::unexpected,
+       other_device,
+       "slave 9 answers where slave 1 was asked"},
+      {"ModbusRtu19200",
+       kRtu,
+       {{20ms,
+         "00050000000501030200"
+         "4B"}},
+       Outcome::corrupt,
+       other_protocol,
+       "messages of Modbus TCP come back"},
+      {"ModbusTcp", kTcp, {{20ms, "0005000000050103020042"}}, Outcome::ok, clean},
+      {"ModbusTcp",
+       kTcp,
+       {{20ms, kRtuReply}},
+       Outcome::corrupt,
+       other_protocol,
+       "messages of Modbus RTU come back"},
+      {"ModbusTcp",
+       kTcp,
+       {{20ms, "0009000000050103020042"}},
+       Outcome::unexpected,
+       other_reply,
+       "its replies carry another transaction number (9) than their requests (5)"},
+      {"ModbusTcp",
+       kTcp,
+       {{20ms, "0005000000090103020042"}},
+       Outcome::partial,
+       other_reply,
+       "the header of its replies counts 9 bytes where 5 follow"},
+      {"ModbusTcp",
+       kTcp,
+       {{20ms, "0005000100050103020042"}},
+       Outcome::corrupt,
+       other_reply,
+       "the header of its replies has protocol number 1 in place of 0"},
+      {"ModbusTcp", kTcp, {{20ms, "0005000000050103"}}, Outcome::partial, tail_lost},
+  };
+  for (const Row& row : rows) {
+    std::string came;
+    for (const Came& one : row.came) came += one.hex + " ";
+    const Finding finding = Look(row);
+    EXPECT_EQ(static_cast<int>(finding.symptom), static_cast<int>(row.symptom)) << came;
+    EXPECT_EQ(finding.cause, row.cause) << came;
+  }
+}
+
+struct Words {
+  std::string line;
+  std::string request;
+  std::string heard;
+  std::string cause;  ///< empty: nothing is recognised
+};
+
+TEST(Examine, ProtocolsRecogniseWhatIsNearlyTheirs) {
+  const auto set4tm = [](const std::string& hex) {
+    Bytes bytes = FromHex(hex);
+    return std::string(AsText(bytes));
+  };
+  const Words rows[] = {
+      {"Dcon115200", "$01MD2\r", "!01MV110B7\r", ""},
+      {"Dcon115200", "$01MD2\r", "!02MV110B8\r", "module 02 answers where 01 was asked"},
+      {"Dcon115200", "$01MD2\r", "$07MD8\r",
+       "another master speaks on the line: it has sent '$07MD8'"},
+      {"Dcon9600", "#0184\r", ">+100.23+034.05\r", "its replies carry no checksum"},
+      {"Dcon9600", "#0184\r", ">+100.23+034.05FF\r", ""},
+      {"Spa9600", ">1RI1:17\r", "<7D:0.52:56\r\n", "slave 7 answers where slave 1 was asked"},
+      {"Spa9600", ">1RI1:17\r", "<7D:0.52:67\r\n", ""},
+      {"Spa9600", ">1RI1:17\r", ">9RF:XX\r",
+       "another master speaks on the line: it has asked slave 9"},
+      {"Set4tm9600", set4tm("C8081B001177BB"), set4tm("05008066431234"), ""},
+  };
+  for (const Words& row : rows) {
+    const auto& setup = RealLine(row.line);
+    const config::Device device = LineOf(setup).devices[0];
+    const auto found =
+        setup.protocol->recognise(ToBytes(row.request), ToBytes(row.heard), device.options);
+    EXPECT_EQ(found ? found->cause : std::string(), row.cause) << row.heard;
+    EXPECT_TRUE(!found || !found->remedy.empty()) << row.heard;
+  }
+}
+
+TEST(Examine, AChecksumThatIsNotConfigured) {
+  const auto& setup = RealLine("Dcon9600");
+  config::Device device = LineOf(setup).devices[0];
+  device.options.Set("checksum", false);
+  const auto found =
+      setup.protocol->recognise(ToBytes("$01M\r"), ToBytes("!01MV110B7\r"), device.options);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(
+      found->cause + ": " + found->remedy,
+      "its replies carry a checksum: set checksum: true at the device, or the other way round "
+      "in the module");
+}
+
+}  // namespace
+}  // namespace baudgate
