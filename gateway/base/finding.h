@@ -46,7 +46,7 @@ struct Finding {
   std::size_t bytes = 0;  ///< that came
   /// "Modbus RTU frames come", "slave 7 answers"; text: as it came; odd: "2 values came where 8 …".
   std::string cause{};
-  std::string remedy{};   ///< "set protocol: modbus_rtu at the line"; empty: nothing special
+  std::string remedy{};  ///< "set protocol: modbus_rtu at the line"; empty: nothing special
 };
 
 /// There was a good reply.
