@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/client_commands.h"
 
+#include <unistd.h>
+
 #include <iostream>
 #include <memory>
 #include <optional>
 
+#include "gateway/base/exit_code.h"
 #include "gateway/base/since.h"
 #include "gateway/cli/client/alarms.h"
 #include "gateway/cli/client/billing.h"
@@ -15,10 +18,12 @@
 #include "gateway/cli/client/release.h"
 #include "gateway/cli/client/reload.h"
 #include "gateway/cli/client/status.h"
+#include "gateway/cli/client/status_watch.h"
 #include "gateway/cli/client/trace.h"
 #include "gateway/cli/client/writes.h"
 #include "gateway/cli/ports/ports.h"
 #include "gateway/cli/settings/settings.h"
+#include "gateway/cli/terminal/live_screen.h"
 #include "gateway/cli/terminal/words.h"
 
 namespace baudgate {
@@ -49,12 +54,23 @@ void AddStatus(CLI::App& app, Action& action) {
       app.add_subcommand("status", "What the running gateway says of lines and devices");
   auto options = std::make_shared<StatusOptions>();
   command->add_option("TARGET", options->target, "LINE or LINE.DEVICE; everything if not given");
-  command->add_flag("--json", options->json, "Print one JSON object");
+  auto* json = command->add_flag("--json", options->json, "Print one JSON object");
+  auto* watch = command
+                    ->add_flag("--watch", options->watch,
+                               "Draw it again each second, the worst first, until Ctrl-C")
+                    ->excludes(json);
+  AddSeconds(*command, options->seconds)->needs(watch);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     action = [=](const auto&) {
-      options->terminal = TerminalView(1);
-      return RunStatus(*options, std::cout, std::cerr);
+      options->terminal = TerminalView(STDOUT_FILENO);
+      if (!options->watch) return RunStatus(*options, std::cout, std::cerr);
+      if (const Status possible = LiveScreen::Possible(STDOUT_FILENO); !possible) {
+        std::cerr << "baudgate: status --watch: " << possible.error()
+                  << "; ask with 'baudgate status' or 'baudgate status --json' again and again\n";
+        return kExitUsage;
+      }
+      return RunStatusWatch(*options, std::cout, std::cerr);
     };
   });
 }

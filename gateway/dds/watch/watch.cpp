@@ -15,6 +15,7 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
+#include "gateway/cli/terminal/live_screen.h"
 #include "gateway/cli/terminal/stop_signals.h"
 #include "gateway/dds/fast/subscriber.h"
 #include "gateway/dds/watch/mailbox.h"
@@ -45,7 +46,8 @@ class Watch {
       : options_(options), out_(out), err_(err) {}
 
   int Run() {
-    const StopSignals signals;  // before the library's threads, which inherit the mask
+    // Before the library's threads, which inherit the mask.
+    const StopSignals signals(Live() ? StopSignals::And::resize : StopSignals::And::nothing);
     Mailbox<Event> mailbox;
     std::atomic<std::uint64_t> rejected = 0;
     auto subscriber = dds::DdsSubscriber::Create(
@@ -74,6 +76,7 @@ class Watch {
     }
     subscriber_ = subscriber->get();
     const int exit_code = Loop(signals, mailbox);
+    screen_.reset();
     mailbox.Close();
     if (const std::uint64_t lost = rejected; lost > 0) {
       err_ << "watch: " << lost
@@ -89,7 +92,7 @@ class Watch {
  private:
   int Loop(const StopSignals& signals, Mailbox<Event>& mailbox) {
     started_ = Clock();
-    if (Live()) out_ << "\x1b[2J" << std::flush;
+    if (Live()) screen_.emplace(out_);
     for (;;) {
       pollfd waited[] = {{signals.descriptor(), POLLIN, 0}, {mailbox.descriptor(), POLLIN, 0}};
       ::poll(waited, 2, PollTime());
@@ -99,7 +102,8 @@ class Watch {
       }
       publishers_.Tick(now);
       for (const Remark& remark : publishers_.TakeRemarks()) Tell(remark);
-      if ((waited[0].revents & POLLIN) != 0) return kExitDone;
+      if (signals.Came()) return kExitDone;
+      if ((waited[0].revents & POLLIN) != 0) next_draw_ = now;  // another size
       if (options_.once) {
         if (!image_.empty() && now - last_new_ >= kSettled) return PrintImage();
         if (image_.empty() && now >= GiveUpAt()) return NothingHeard();
@@ -199,13 +203,13 @@ class Watch {
     TableView view = *options_.terminal;
     // The window may have been resized since.
     if (const auto current = TerminalView(STDOUT_FILENO)) view = *current;
-    if (view.height > 0) --view.height;  // the cursor rests on the last line
+    const std::size_t height = view.height;
     const std::string foot = Foot(view);
     const std::string text = image_.empty() ? "waiting for a gateway in DDS domain " +
                                                   std::to_string(options_.domain) + " on " +
                                                   Interfaces() + " ...\n"
                                             : RenderPoints(Rows(), view);
-    out_ << OverwriteScreen(text + foot);
+    screen_->Draw(text + foot, height);
   }
 
   /// Takes its lines from the height of the table above.
@@ -266,6 +270,7 @@ class Watch {
   std::ostream& err_;
   std::map<Key, PointEvent> image_;
   Publishers publishers_;
+  std::optional<LiveScreen> screen_;
   const dds::DdsSubscriber* subscriber_ = nullptr;
   std::uint64_t filtered_ = 0;
   Instant first_filtered_{};

@@ -10,6 +10,7 @@
 #include "gateway/cli/client/points.h"
 #include "gateway/cli/client/release.h"
 #include "gateway/cli/client/status.h"
+#include "gateway/cli/client/status_watch.h"
 #include "gateway/cli/client/trace.h"
 #include "tests/gateway/control/fixture.h"
 
@@ -26,7 +27,7 @@ class ClientTest : public ControlTest {
  protected:
   int Status(const std::string& target, bool json = false) {
     Clear();
-    return RunStatus({target, json, path(), {}}, out_, err_);
+    return RunStatus({.target = target, .json = json, .socket = path()}, out_, err_);
   }
   int Release(const std::string& line, Duration time, bool end = false) {
     Clear();
@@ -52,6 +53,24 @@ TEST_F(ClientTest, StatusShowsTablesOrJson) {
   EXPECT_EQ(Status("bay-1", true), 0);
   EXPECT_EQ(Json::parse(out_.str())["lines"].size(), 1U);
   EXPECT_THAT(err_.str(), IsEmpty());
+}
+
+TEST_F(ClientTest, AWatchedStatusLeavesTheTerminalAsItWas) {
+  StartServer();
+  const StatusOptions options{.target = "",
+                              .socket = path(),
+                              .terminal = TableView{.width = 80, .height = 24},
+                              .watch = true,
+                              .seconds = 1ms};
+  EXPECT_EQ(RunStatusWatch(options, out_, err_), 0) << err_.str();
+  EXPECT_THAT(out_.str(), StartsWith("\x1b[?1049h"));
+  EXPECT_THAT(out_.str(), HasSubstr("\x1b[Hsubstation-7: baudgate 1.2.3, up "));
+  EXPECT_THAT(out_.str(), EndsWith("\x1b[?1049l"));
+  StopServer();
+  Clear();
+  EXPECT_EQ(RunStatusWatch(options, out_, err_), 4);
+  EXPECT_THAT(out_.str(), IsEmpty()) << "what is wrong stands in the terminal as it is";
+  EXPECT_THAT(err_.str(), HasSubstr("no gateway answers"));
 }
 
 class PointsClient : public ClientTest {

@@ -187,7 +187,7 @@ TEST_F(WatchTest, ATerminalGetsALiveTable) {
   options.terminal = TableView{.width = 80, .height = 24, .colour = true};
   const Watched watched = RunUntilSeen(options, "p2");
   EXPECT_EQ(watched.exit_code, 0);
-  EXPECT_TRUE(watched.out.starts_with("\x1b[2J\x1b[H")) << watched.out;
+  EXPECT_TRUE(watched.out.starts_with("\x1b[?1049h")) << watched.out;
   EXPECT_THAT(watched.out, HasSubstr("waiting for initial data"));
   EXPECT_THAT(watched.out, Not(HasSubstr("SPCJ\x1b")));
 }
