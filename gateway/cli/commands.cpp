@@ -102,7 +102,9 @@ void AddWatch([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action& action) {
   command->set_help_flag();
   command->prefix_command();
   command->callback([command, &action] {
-    action = [words = command->remaining()](const auto&) { return RunWatch(words, std::cerr); };
+    action = [words = command->remaining()](const auto& catalog) {
+      return RunWatch(words, catalog, std::cerr);
+    };
   });
 #endif
 }

@@ -56,6 +56,7 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
   command->add_option("--gateway", options.gateway, "Only this gateway");
   command->add_option("--device", options.device, "Only this device");
   auto* point = command->add_option("--point", options.point, "Only this point");
+  command->add_option("--point-order", options.point_order, "")->group("");  // of `baudgate watch`
   auto* events = command
                      ->add_flag("--events", options.events,
                                 "What happens in devices: the newest events, then each as it comes")
