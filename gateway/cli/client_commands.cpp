@@ -109,7 +109,10 @@ void AddWrites(CLI::App& app, Action& action) {
   command->add_flag("--json", options->json, "Print one JSON object a line");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
-    action = [=](const auto&) { return RunWrites(*options, std::cout, std::cerr); };
+    action = [=](const auto&) {
+      options->width = TerminalWidth(STDOUT_FILENO);
+      return RunWrites(*options, std::cout, std::cerr);
+    };
   });
 }
 
@@ -126,7 +129,10 @@ void AddEvents(CLI::App& app, Action& action) {
   command->add_flag("--csv", options->csv, "Print a table for spreadsheets")->excludes(json);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
-    action = [=](const auto&) { return RunEvents(*options, std::cout, std::cerr); };
+    action = [=](const auto&) {
+      options->width = TerminalWidth(STDOUT_FILENO);
+      return RunEvents(*options, std::cout, std::cerr);
+    };
   });
 }
 
@@ -136,7 +142,10 @@ void AddAlarms(CLI::App& app, Action& action) {
   command->add_flag("--json", options->json, "Print one JSON object a line");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
-    action = [=](const auto&) { return RunAlarms(*options, std::cout, std::cerr); };
+    action = [=](const auto&) {
+      options->width = TerminalWidth(STDOUT_FILENO);
+      return RunAlarms(*options, std::cout, std::cerr);
+    };
   });
 }
 
@@ -158,8 +167,8 @@ void AddHistory(CLI::App& app, Action& action) {
   auto options = std::make_shared<HistoryOptions>();
   command
       ->add_option("POINT", options->points,
-                   "LINE.DEVICE.POINT, or LINE.DEVICE.load_1.active_import and the like; with "
-                   "--billing LINE.DEVICE")
+                   "LINE.DEVICE.POINT, each with * for any text, or "
+                   "LINE.DEVICE.load_1.active_import and the like; with --billing LINE.DEVICE")
       ->required();
   AddSince(*command, options->since);
   AddTime(*command, "--until", options->until);
@@ -186,6 +195,7 @@ void AddHistory(CLI::App& app, Action& action) {
       throw CLI::ValidationError("--until", "it has to be later than --since");
     }
     action = [=](const auto&) {
+      options->width = TerminalWidth(STDOUT_FILENO);
       return options->billing ? RunBilling(*options, std::cout, std::cerr)
                               : RunHistory(*options, std::cout, std::cerr);
     };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/cli/commands.h"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
@@ -19,6 +21,7 @@
 #include "gateway/cli/offline/profiles.h"
 #include "gateway/cli/offline/protocols.h"
 #include "gateway/cli/offline/simulate.h"
+#include "gateway/cli/terminal/live_table.h"
 #include "gateway/cli/terminal/output.h"
 #include "gateway/cli/terminal/words.h"
 #include "gateway/simulate/fault_text.h"
@@ -219,7 +222,8 @@ void AddListings(CLI::App& app, Action& action) {
       ->excludes(json);
   profiles->callback([=, &action] {
     action = [=](const auto& catalog) {
-      return RunProfiles(*profile, *format, catalog, std::cout, std::cerr);
+      return RunProfiles(*profile, *format, catalog, std::cout, std::cerr,
+                         TerminalWidth(STDOUT_FILENO));
     };
   });
 }

@@ -38,6 +38,10 @@ constexpr std::string_view kNoEvents =
     "no device of this gateway is asked for events: write 'events: {}' into its configuration, for "
     "all whose profiles say what their events mean, or 'events: on' at one device";
 
+constexpr std::string_view kNoHistory =
+    "this gateway keeps no values: write 'history: { points: [ \"*.*.*\" ] }' into its "
+    "configuration, or the points that are wanted";
+
 /// Nothing where it is absent, or no whole number.
 std::optional<std::int64_t> NumberOf(const Json& request, const char* key) {
   const auto found = request.find(key);
@@ -127,6 +131,7 @@ Reply RequestHandler::Dispatch(const Json& request, const Writer& client, Now no
   if (command == "events") return Events(request);
   if (command == "alarms") return Alarms(request);
   if (command == "history") return History(request);
+  if (command == "kept_points") return KeptPoints(request);
   const auto answered = [later](const Json& answer) { later(Dump(answer)); };
   if (command == "ack") return Acknowledge(request, client, answered);
   if (command == "reload") return Reload(request, client, false, answered);
@@ -322,11 +327,7 @@ Reply RequestHandler::Reload(const Json& request, const Writer& client, bool con
 /// is said why.
 Reply RequestHandler::History(const Json& request) {
   if (auto past = PastQueryOf(TextOf(request, "point"))) return Past(request, std::move(*past));
-  if (info_.history == nullptr) {
-    return Refused(kUnavailable,
-                   "this gateway keeps no values: write 'history: { points: [ \"*.*.*\" ] }' into "
-                   "its configuration, or the points that are wanted");
-  }
+  if (info_.history == nullptr) return Refused(kUnavailable, kNoHistory);
   const std::string point = TextOf(request, "point");
   const std::int64_t every = NumberOf(request, "every_ms").value_or(0);
   if (every < 0 || every % history::kMinute != 0 || every > kMostEvery) {
@@ -359,6 +360,23 @@ Reply RequestHandler::History(const Json& request) {
   }
   json["history"] = HistoryJson(info_.history->state());
   return {Dump(json)};
+}
+
+/// By the configuration: a point that is not in it any more has to be named.
+Reply RequestHandler::KeptPoints(const Json& request) const {
+  if (info_.history == nullptr) return Refused(kUnavailable, kNoHistory);
+  const std::string pattern = TextOf(request, "pattern");
+  const auto points = PointsLike(*config_, pattern);
+  Json names = Json::array();
+  for (const std::string& point : points) {
+    if (KeepsPoint(point)) names.push_back(point);
+  }
+  if (!names.empty()) return {Dump({{"points", std::move(names)}})};
+  return Refused(kUnknown, points.empty()
+                               ? "no point is like " + config::Quoted(pattern) +
+                                     ": write LINE.DEVICE.POINT, each with * for any text"
+                               : "no value of a point like " + config::Quoted(pattern) +
+                                     " is kept: history.points of the configuration has none");
 }
 
 /// The same of what a meter has kept itself.

@@ -70,6 +70,7 @@ class RequestHandler {
   Reply Acknowledge(const Json& request, const Writer& client,
                     const std::function<void(const Json&)>& answered);
   Reply History(const Json& request);
+  Reply KeptPoints(const Json& request) const;
   Reply Past(const Json& request, events::PastQuery query);
   Reply Reload(const Json& request, const Writer& client, bool confirm,
                const std::function<void(const Json&)>& answered);

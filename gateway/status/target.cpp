@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
 
 namespace baudgate::control {
 namespace {
@@ -95,6 +96,23 @@ Result<PointsTarget> FindPoints(const config::Config& config, std::string_view t
     if (device.points[i].access != config::Access::write) found.points.push_back(i);
   }
   return found;
+}
+
+std::vector<std::string> PointsLike(const config::Config& config, std::string_view pattern) {
+  std::vector<std::string> points;
+  const auto parts = Split(pattern, '.');
+  if (parts.size() != 3) return points;
+  for (const config::Line& line : config.lines) {
+    if (!MatchesPattern(parts[0], line.name)) continue;
+    for (const config::Device& device : line.devices) {
+      if (!MatchesPattern(parts[1], device.name)) continue;
+      for (const config::Point& point : device.points) {
+        if (!MatchesPattern(parts[2], point.name)) continue;
+        points.push_back(line.name + "." + device.name + "." + point.name);
+      }
+    }
+  }
+  return points;
 }
 
 }  // namespace baudgate::control

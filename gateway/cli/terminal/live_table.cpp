@@ -172,4 +172,8 @@ std::optional<TableView> TerminalView(int descriptor) {
   return view;
 }
 
+std::size_t TerminalWidth(int descriptor) {
+  return TerminalView(descriptor).value_or(TableView{}).width;
+}
+
 }  // namespace baudgate

@@ -58,4 +58,7 @@ std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& vie
 /// Colours are left out where NO_COLOR is set.
 std::optional<TableView> TerminalView(int descriptor);
 
+/// Characters a line of it; 0: there is none, and no limit.
+std::size_t TerminalWidth(int descriptor);
+
 }  // namespace baudgate
