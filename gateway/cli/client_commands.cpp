@@ -19,12 +19,12 @@
 #include "gateway/cli/client/reload.h"
 #include "gateway/cli/client/status.h"
 #include "gateway/cli/client/status_watch.h"
-#include "gateway/cli/client/trace.h"
 #include "gateway/cli/client/writes.h"
 #include "gateway/cli/ports/ports.h"
 #include "gateway/cli/settings/settings.h"
 #include "gateway/cli/terminal/live_screen.h"
 #include "gateway/cli/terminal/words.h"
+#include "gateway/cli/trace/trace.h"
 
 namespace baudgate {
 namespace {
@@ -88,16 +88,18 @@ void AddRelease(CLI::App& app, Action& action) {
 }
 
 void AddTrace(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("trace", "Show the bytes of a line as they come and go");
+  auto* command = app.add_subcommand("trace", "Show the frames of a line as they come and go");
   auto options = std::make_shared<TraceOptions>();
   command->add_option("LINE", options->line, "Line")->required();
   command->add_option("--device", options->device, "Only this device");
   auto* last =
       command->add_flag("--last", options->last, "What has been, from the flight recorder");
+  command->add_flag("--bytes", options->bytes,
+                    "Bytes as they arrive, in place of whole frames and what they mean");
   AddSeconds(*command, options->seconds)->excludes(last);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
-    action = [=](const auto&) { return RunTrace(*options, std::cout, std::cerr); };
+    action = [=](const auto& catalog) { return RunTrace(*options, catalog, std::cout, std::cerr); };
   });
 }
 

@@ -167,14 +167,23 @@ void AddDecode(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("decode", "Say what captured exchanges mean");
   auto options = std::make_shared<DecodeOptions>();
   auto file = std::make_shared<std::string>();
-  command->add_option("--protocol", options->protocol, "Protocol")->required();
+  command->add_option("--protocol", options->protocol,
+                      "Protocol, where no head of a trace says it");
   command->add_option("--profile", options->profile, "Device profile, for names and units");
   command->add_option("--set", options->set, "Device option, key=value")->take_all();
   command->add_option("--device", options->device, "Of a trace, only this device");
-  command->add_option("FILE", *file, "Lines \"> hex\" and \"< hex\"; - for standard input")
+  auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "Print one JSON object a line, in a terminal as elsewhere");
+  command
+      ->add_option("FILE", *file,
+                   "What 'trace' printed, or lines \"> hex\" and \"< hex\"; - for standard input")
       ->required();
-  command->callback([options, file, &action] {
+  command->callback([options, file, json, &action] {
     action = [=](const auto& catalog) {
+      if (const auto terminal = TerminalView(STDOUT_FILENO); terminal && !*json) {
+        options->prose = true;
+        options->width = terminal->width;
+      }
       if (*file == "-") return RunDecode(*options, catalog, std::cin, std::cout, std::cerr);
       std::ifstream stream(*file);
       if (!stream) {

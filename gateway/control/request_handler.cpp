@@ -17,6 +17,7 @@
 #include "gateway/status/events_json.h"
 #include "gateway/status/history_json.h"
 #include "gateway/status/settings_json.h"
+#include "gateway/trace/trace_head.h"
 
 namespace baudgate::control {
 namespace {
@@ -223,6 +224,7 @@ Reply RequestHandler::Trace(const Json& request, bool recorded) {
     if (!device) return Refused(kUnknown, device.error());
   }
   Json done = Done(config_->lines[target->line]);
+  done["head"] = TraceHead(config_->lines[target->line]);
   if (!recorded) return {Dump(done), wish};
   Json& records = done["records"] = Json::array();
   for (const TraceRecord& record : control_.Recorded(target->line)) {
