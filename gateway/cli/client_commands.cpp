@@ -9,6 +9,7 @@
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/since.h"
+#include "gateway/cli/bundle/support_bundle.h"
 #include "gateway/cli/client/alarms.h"
 #include "gateway/cli/client/billing.h"
 #include "gateway/cli/client/events.h"
@@ -304,6 +305,21 @@ void AddConfirm(CLI::App& app, Action& action) {
   });
 }
 
+void AddSupportBundle(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand(
+      "support-bundle", "Put what a bug report needs into one archive, without secrets");
+  auto options = std::make_shared<BundleOptions>();
+  command->add_option("FILE", options->file, "A new file, for example bundle.tar.gz")->required();
+  command->add_option("-c,--config", options->config,
+                      "Configuration file, if it is not that of the running gateway");
+  AddSocket(*command, options->socket);
+  command->callback([options, &action] {
+    action = [=](const auto& catalog) {
+      return RunSupportBundle(*options, catalog, ReadClocks().wall, std::cout, std::cerr);
+    };
+  });
+}
+
 }  // namespace
 
 void AddClientCommands(CLI::App& app, Action& action) {
@@ -323,6 +339,7 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddPorts(app, action);
   AddInUse(app, action, "enable", "Ask a device again", true);
   AddInUse(app, action, "disable", "Ask a device no more, until the gateway restarts", false);
+  AddSupportBundle(app, action);
 }
 
 }  // namespace baudgate

@@ -34,8 +34,6 @@
 namespace baudgate {
 namespace {
 
-constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
-
 void AddConfig(CLI::App& command, std::string& file) {
   file = kInstalledConfig;
   command.add_option("-c,--config", file, "Configuration file")->capture_default_str();

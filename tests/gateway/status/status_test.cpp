@@ -83,8 +83,8 @@ io     closed   0 %          0         0        0     0  0 of 1
 bay-1  open    38 %       1100        92        0     0  1 of 2
 
 device          state       last      answered      ok   mean    p99  retries
-bay-1.feeder-2  offline     no_reply    12 min  10.0 %  24 ms  28 ms        0
 io.ai-1         never seen  none             -       -      -      -        0
+bay-1.feeder-2  offline     no_reply    12 min  10.0 %  24 ms  28 ms        0
 bay-1.feeder-1  online      ok           0.3 s  99.8 %  25 ms  28 ms        0
 
 io: port closed for 3 min: /dev/ttyUSB1: No such file or directory; it is tried
