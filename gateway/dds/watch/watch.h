@@ -29,7 +29,7 @@ struct WatchOptions {
   bool any = false;                 ///< every topic whose type is announced, whoever publishes it
   bool events = false;              ///< events in place of points
   bool alarms = false;              ///< alarms in place of points
-  bool json = false;                ///< one JSON object a line for each sample
+  bool json = false;                ///< one JSON object a line for each reading
   std::optional<Duration> seconds;  ///< end after this time; nothing: at SIGINT or SIGTERM
   std::string gateway;              ///< only of this name; empty = all
   std::string device;

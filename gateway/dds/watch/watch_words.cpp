@@ -51,7 +51,7 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
       command
           ->add_flag("--any", options.any, "Every topic whose type is announced, one line a sample")
           ->excludes(once);
-  command->add_flag("--json", options.json, "One JSON object a line for each sample");
+  command->add_flag("--json", options.json, "One JSON object a line for each reading");
   AddSeconds(*command, options.seconds);
   command->add_option("--gateway", options.gateway, "Only this gateway");
   command->add_option("--device", options.device, "Only this device");

@@ -55,6 +55,24 @@ TEST_F(TraceTest, TraceShowsTheRing) {
   EXPECT_THAT(err_.str(), HasSubstr("nothing is recorded yet"));
 }
 
+TEST_F(TraceTest, PiecesAreOneFrameOrBytesAsTheyCame) {
+  TraceRecord first;
+  first.kind = TraceRecord::Kind::received;
+  first.device = "feeder-1";
+  first.hex = "3C";
+  first.text = "<";
+  TraceRecord second = first;
+  second.hex = "31";
+  second.text = "1";
+  lines_.recorded = {first, second};
+  StartServer();
+  EXPECT_EQ(Trace({.line = "bay-1", .last = true, .socket = path()}), 0);
+  EXPECT_THAT(out_.str(), EndsWith(" feeder-1 < 3C 31 | <1\n"));
+  out_.str({});
+  EXPECT_EQ(Trace({.line = "bay-1", .last = true, .bytes = true, .socket = path()}), 0);
+  EXPECT_EQ(out_.str(), Head() + ToText(first) + "\n" + ToText(second) + "\n");
+}
+
 TEST_F(TraceTest, TraceEndsWithItsTimeOrASignal) {
   StartServer();
   EXPECT_EQ(Trace({.line = "bay-1", .seconds = 1ms, .socket = path()}), 0);
