@@ -115,4 +115,18 @@ std::vector<std::string> PointsLike(const config::Config& config, std::string_vi
   return points;
 }
 
+Status KnowsDevice(const config::Config& config, const std::string& line,
+                   const std::string& device) {
+  std::vector<std::string_view> names;
+  for (const config::Line& one : config.lines) {
+    for (const config::Device& its : one.devices) {
+      if (its.name == device && (line.empty() || one.name == line)) return {};
+      if (!its.name.empty()) names.push_back(its.name);
+    }
+  }
+  return Error{"there is no device " + config::Quoted(device) +
+               (line.empty() ? "" : " on line " + config::Quoted(line)) + ";" +
+               config::DidYouMean(device, names) + " there are: " + config::Join(names)};
+}
+
 }  // namespace baudgate::control

@@ -43,4 +43,8 @@ Result<PointTarget> FindPoint(const config::Config& config, std::string_view tex
 /// LINE.DEVICE.POINT of all that a pattern of that form means, each part with * and ?.
 std::vector<std::string> PointsLike(const config::Config& config, std::string_view pattern);
 
+/// The error names what there is. `line` empty: any.
+Status KnowsDevice(const config::Config& config, const std::string& line,
+                   const std::string& device);
+
 }  // namespace baudgate::control
