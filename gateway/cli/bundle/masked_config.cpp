@@ -40,18 +40,7 @@ class Masker {
 
   void Emit(const YAML::Node& node, YAML::Emitter& out) const {
     if (node.IsMap()) {
-      out << YAML::BeginMap;
-      for (const auto& entry : node) {
-        out << YAML::Key;
-        Emit(entry.first, out);
-        out << YAML::Value;
-        if (IsSecret(entry.first)) {
-          out << kMask;
-        } else {
-          Emit(entry.second, out);
-        }
-      }
-      out << YAML::EndMap;
+      EmitMap(node, out);
     } else if (node.IsSequence()) {
       out << YAML::BeginSeq;
       for (const auto& item : node) Emit(item, out);
@@ -64,14 +53,40 @@ class Masker {
   }
 
  private:
+  /// Of "{ password: SEC,RET }" the end is a key without a value.
+  void EmitMap(const YAML::Node& node, YAML::Emitter& out) const {
+    bool behind_secret = false;
+    out << YAML::BeginMap;
+    for (const auto& entry : node) {
+      const bool secret = IsSecret(entry.first);
+      const bool rest = behind_secret && entry.second.IsNull();
+      out << YAML::Key;
+      if (rest || !entry.first.IsScalar()) {
+        out << kMask;
+      } else {
+        out << Shown(entry.first.Scalar());
+      }
+      out << YAML::Value;
+      if (secret) {
+        out << kMask;
+      } else {
+        Emit(entry.second, out);
+      }
+      behind_secret = secret || rest;
+    }
+    out << YAML::EndMap;
+  }
+
   bool IsSecret(const YAML::Node& key) const {
     if (!key.IsScalar()) return true;  // nobody knows what that is
     return secrets_.contains(key.Scalar()) || !config::Nearest(key.Scalar(), names_).empty();
   }
 
-  /// "password:SECRET", where the blank is missing, is one word.
+  /// "password:SECRET", where the blank is missing, is one word, and so is "pasword=SECRET".
   std::string Shown(const std::string& text) const {
     if (values_.contains(text)) return kMask;
+    const std::string head = text.substr(0, text.find_first_of(":= \t"));
+    if (head.size() < text.size() && !config::Nearest(head, names_).empty()) return head + kMask;
     const std::string lower = config::Lower(text);
     for (const std::string& secret : secrets_) {
       const auto at = lower.find(secret);

@@ -27,6 +27,8 @@ const char* const kPlaces[] = {
     "devices: [ KEY:SECRET, \"1 KEY:SECRET\" ]\n",
     "? [ KEY ]\n: SECRET\n",
     "KEYX: SECRET\n",
+    "devices: [{ KEYX:SECRET, a: b }, { KEYX=SECRET }, KEYX SECRET, { KEYSECRET: 1 }]\n",
+    "devices: [{ KEY: 47,hush,hush, name: d }]\n",
     "# KEY: SECRET\na: b\n",
 };
 
@@ -67,10 +69,10 @@ TEST(MaskedConfig, KnowsEveryKeyThatIsDeclaredSecret) {
 
 TEST(MaskedConfig, LeavesTheRestAsItIs) {
   EXPECT_EQ(*MaskedConfig("gateway: { name: a }\nlines:\n- { name: 'l 1', retries: 2 }\n"
-                          "- password: 000000\n  poll: ~\n",
+                          "- poll: ~\n  password: 000000\n",
                           {"password"}),
             "gateway:\n  name: a\nlines:\n  - name: l 1\n    retries: 2\n"
-            "  - password: \"***\"\n    poll: ~\n");
+            "  - poll: ~\n    password: \"***\"\n");
 }
 
 TEST(MaskedConfig, RefusesWhatItCanNotRead) {
