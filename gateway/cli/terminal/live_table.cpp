@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <span>
 
 #include "gateway/base/shown.h"
 #include "gateway/cli/terminal/width.h"
@@ -50,7 +51,7 @@ std::string_view ColourOf(Tone tone) {
 
 class Renderer {
  public:
-  Renderer(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
+  Renderer(const std::vector<TableColumn>& columns, std::span<const TableRow> rows,
            const TableView& view)
       : view_(view) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -123,17 +124,17 @@ Tone ToneOf(const PointRow& row) {
 
 std::string RenderTable(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
                         const TableView& view) {
-  const Renderer renderer(columns, rows, view);
-  std::vector<std::string> titles;
-  for (const TableColumn& column : columns) titles.push_back(column.title);
-  std::string text = renderer.Line(titles, Tone::faint);
-
   std::size_t shown = rows.size();
   // One line for the head, one for the count of what is left out.
   if (view.height > 0 && rows.size() + 1 > view.height) {
     shown = view.height > 2 ? view.height - 2 : 0;
   }
-  for (std::size_t i = 0; i < shown; ++i) text += renderer.Line(rows[i].cells, rows[i].tone);
+  const std::span<const TableRow> seen = std::span(rows).first(shown);
+  const Renderer renderer(columns, seen, view);
+  std::vector<std::string> titles;
+  for (const TableColumn& column : columns) titles.push_back(column.title);
+  std::string text = renderer.Line(titles, Tone::faint);
+  for (const TableRow& row : seen) text += renderer.Line(row.cells, row.tone);
   if (shown < rows.size()) {
     text.append(kEllipsis)
         .append(" ")

@@ -34,9 +34,10 @@ struct TableView {
   bool colour = false;
 };
 
-/// Lines that each end in '\n'. Where they would be wider than the view, spare columns are left
-/// out, the last first; then columns of text are cut, the widest of them most. Control characters
-/// in cells become '?': what comes from a network must not steer the terminal.
+/// As wide as the rows that are shown need. Lines that each end in '\n'. Where they would be wider
+/// than the view, spare columns are left out, the last first; then columns of text are cut, the
+/// widest of them most. Control characters in cells become '?': what comes from a network must not
+/// steer the terminal.
 std::string RenderTable(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
                         const TableView& view);
 

@@ -95,8 +95,8 @@ bay-1.feeder-2: offline for 12 min: no_reply; its return is noticed within 9.0
   EXPECT_EQ(Frame(60, 12), R"(substation-7: baudgate 1.2.3, up 3 h, lines: 2, devices: 3,
   online: 1
 
-device         state       last      answered      ok    p99
-io.ai-1        never seen  none             -       -      -
+device   state       last  answered  ok  mean  p99  retries
+io.ai-1  never seen  none         -   -     -    -        0
 … 2 more
 
 io: port closed for 3 min: /dev/ttyUSB1: No such file or

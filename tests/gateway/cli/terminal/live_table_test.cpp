@@ -66,6 +66,10 @@ TEST(LiveTable, SaysHowManyRowsAreLeftOut) {
   const std::vector<TableRow> rows(10, TableRow{{"x"}});
   EXPECT_EQ(RenderTable({{.title = "a"}}, rows, {.height = 4}), "a\nx\nx\n\u2026 8 more\n");
   EXPECT_EQ(RenderTable({{.title = "a"}}, {{{"x"}}, {{"y"}}}, {.height = 3}), "a\nx\ny\n");
+  EXPECT_EQ(RenderTable({{.title = "a"}, {.title = "b"}},
+                        {{{"x", "1"}}, {{"y", "2"}}, {{"long", "3"}}}, {.height = 3}),
+            "a  b\nx  1\n… 2 more\n")
+      << "what is left out widens nothing";
 }
 
 TEST(LiveTable, ColoursOnlyWhereWanted) {
