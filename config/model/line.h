@@ -8,6 +8,7 @@
 
 #include "config/model/device.h"
 #include "config/model/fields.h"
+#include "config/model/own_alarms.h"
 
 namespace baudgate::config {
 
@@ -22,6 +23,7 @@ struct Line {
   Timing timing;     ///< line before gateway
   int retries = 2;   ///< of exchanges that may be repeated
   Echo echo = Echo::off;
+  OwnAlarms alarms;  ///< of the line itself; line before gateway
   Options options;
   std::vector<Device> devices;
   Mark mark;
@@ -40,6 +42,7 @@ void VisitFields(const Line*, Visit visit) {
   visit(Field<&Line::timing>());
   visit(Field<&Line::retries>());
   visit(Field<&Line::echo>());
+  visit(Field<&Line::alarms>());
   visit(Field<&Line::options>());
   visit(Field<&Line::devices>());
   visit(Derived<&Line::mark>());

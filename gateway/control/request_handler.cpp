@@ -247,7 +247,7 @@ Reply RequestHandler::Writes(const Json& request) {
 
 /// One page, as of writes. A device that is not configured any more still has its events.
 Reply RequestHandler::Events(const Json& request) {
-  if (info_.events == nullptr) return Refused(kUnavailable, kNoEvents);
+  if (!KeepsEvents()) return Refused(kUnavailable, kNoEvents);
   events::PageQuery query;
   query.after = NumberOf(request, "after").value_or(0);
   query.since = SinceOf(request);
@@ -363,7 +363,7 @@ Reply RequestHandler::History(const Json& request) {
 
 /// The same of what a meter has kept itself.
 Reply RequestHandler::Past(const Json& request, events::PastQuery query) {
-  if (info_.events == nullptr) return Refused(kUnavailable, kNoEvents);
+  if (!KeepsEvents()) return Refused(kUnavailable, kNoEvents);
   const std::string point = TextOf(request, "point");
   if (NumberOf(request, "every_ms").value_or(0) != 0) {
     return Refused(kUsage, config::Quoted(point) +
@@ -388,6 +388,10 @@ Reply RequestHandler::Past(const Json& request, events::PastQuery query) {
   Json json = PageJson(*page, point);
   json["history"] = EventsJson(state);
   return {Dump(json)};
+}
+
+bool RequestHandler::KeepsEvents() const {
+  return info_.events != nullptr && !info_.events->state().in_memory;
 }
 
 Status RequestHandler::KeepsPoint(const std::string& text) const {

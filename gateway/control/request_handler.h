@@ -73,6 +73,8 @@ class RequestHandler {
   Reply Past(const Json& request, events::PastQuery query);
   Reply Reload(const Json& request, const Writer& client, bool confirm,
                const std::function<void(const Json&)>& answered);
+  /// On the disk.
+  bool KeepsEvents() const;
   Status KeepsPoint(const std::string& text) const;
   Status KnowsDevice(const std::string& line, const std::string& device) const;
   Result<Target> TargetOf(const Json& request) const;
