@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 
 #include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <thread>
 
 #include "tests/system/libmodbus_slave.h"
 #include "tests/system/null_modem.h"
@@ -113,6 +117,49 @@ TEST_F(Alarms, OfAPortAndADeviceAreKeptWithEventsAndGoWithTheConfiguration) {
   EXPECT_EQ(reload.code, 0) << reload.errors;
   EXPECT_TRUE(EventuallyShown({raised[1]}));
   EXPECT_EQ(All()[0]["seq"], alarms[1]["seq"]) << "it is the same as before";
+}
+
+/// The unit of docs/events.md, as systemd would start it, with a `curl` that keeps what it is
+/// given.
+TEST_F(Alarms, AreToldByTheServiceThatTheDocumentHas) {
+  std::ifstream document(std::filesystem::path(SYSTEM_TEST_SOURCES) / "../../docs/events.md");
+  std::string script;
+  constexpr std::string_view kStart = "ExecStart=/bin/sh -c '";
+  for (std::string line; std::getline(document, line);) {
+    if (line.starts_with(kStart)) script = line.substr(kStart.size());
+  }
+  ASSERT_TRUE(script.ends_with("'"));
+  script.pop_back();
+  const auto replace = [&script](const std::string& what, const std::string& by) {
+    ASSERT_NE(script.find(what), std::string::npos) << what;
+    script.replace(script.find(what), what.size(), by);
+  };
+  replace("$$alarm", "$alarm");
+  replace("/run/baudgate/baudgate.sock", socket());
+  const auto tools = directory() / "tools";
+  std::filesystem::create_directory(tools);
+  std::filesystem::create_symlink(BAUDGATE_BINARY, tools / "baudgate");
+  std::ofstream(tools / "curl") << "#!/bin/sh\ncat >> " << (directory() / "posted").string()
+                                << "\n";
+  std::filesystem::permissions(tools / "curl", std::filesystem::perms::owner_all);
+  const auto daemon =
+      StartGateway(Yaml({}, BareLine("absent", "alarms: { priority: high, delay: 0s }")), {});
+  ASSERT_TRUE(EventuallyShown({"absent  port down active high"}));
+  Child service({"/bin/sh", "-c", script}, directory(),
+                {{"PATH", tools.string() + ":" + std::getenv("PATH")}});
+  const auto posted = [&] {
+    std::ifstream file(directory() / "posted");
+    std::vector<std::string> states;
+    for (std::string line; std::getline(file, line);) {
+      const Json alarm = Json::parse(line, nullptr, false);
+      states.push_back(alarm.value("name", "") + " " + alarm.value("state", ""));
+    }
+    return states;
+  };
+  EXPECT_TRUE(Eventually([&] { return posted().size() == 1; }));
+  EXPECT_EQ(Command({"ack", "absent", "--socket", socket()}).code, 0);
+  EXPECT_TRUE(Eventually([&] { return posted().size() == 2; }));
+  EXPECT_THAT(posted(), ElementsAre("port down active", "port down acknowledged"));
 }
 
 }  // namespace
