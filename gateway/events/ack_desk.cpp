@@ -5,10 +5,10 @@
 
 namespace baudgate::events {
 
-std::size_t AckDesk::Tell(const AckQuery& query, const std::map<AlarmKey, Alarm>& alarms,
-                          EventBook& book, WallTime at) {
+std::size_t AckDesk::Tell(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
+                          WallTime at) {
   std::size_t count = 0;
-  for (const auto& [key, alarm] : alarms) {
+  for (const Alarm& alarm : alarms) {
     if (!IsUnacknowledged(alarm.state) || !query.Means(alarm)) continue;
     book.TellAlways(AckRecord(alarm, query, at));
     ++count;

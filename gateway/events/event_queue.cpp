@@ -75,8 +75,7 @@ std::size_t EventQueue::Acknowledge(const AckQuery& query, AckDesk::Done done) {
   {
     const MutexLock lock(mutex_);
     now.at = options_.clocks().wall;
-    now.alarms =
-        WithAlarms([&](const auto& alarms) { return AckDesk::Tell(query, alarms, book_, now.at); });
+    now.alarms = AckDesk::Tell(query, AlarmsNow(), book_, now.at);
     now.trouble = state_.trouble;
     if (now.alarms > 0 && now.trouble.empty()) {
       acks_.Wait({now.alarms, now.at, std::exchange(done, nullptr)});
@@ -143,9 +142,13 @@ EventsState EventQueue::state() const {
 }
 
 std::vector<Alarm> EventQueue::Alarms() const {
-  std::vector<Alarm> alarms;
   const MutexLock lock(mutex_);
-  WithAlarms([&](const auto& now) {
+  return AlarmsNow();
+}
+
+std::vector<Alarm> EventQueue::AlarmsNow() const {
+  std::vector<Alarm> alarms;
+  WithAlarms([&alarms](const auto& now) {
     for (const auto& [key, alarm] : now) alarms.push_back(alarm);
   });
   return alarms;
