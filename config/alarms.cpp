@@ -114,8 +114,8 @@ std::optional<EventAlarm> ReadEventAlarm(const Entry& entry, const Device& devic
 
 }  // namespace
 
-OwnAlarms ReadOwnAlarms(MapReader& map, const OwnAlarms& above) {
-  OwnAlarms alarms = above;
+AlarmSetting ReadAlarmSetting(MapReader& map, const AlarmSetting& above) {
+  AlarmSetting alarms = above;
   const auto node = map.Get("alarms");
   if (!node) return alarms;
   if (node->kind() != YamlNode::Kind::map) {

@@ -6,14 +6,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "config/model/alarm_setting.h"
 #include "config/model/device.h"
-#include "config/model/own_alarms.h"
 #include "config/yaml/yaml_reader.h"
 
 namespace baudgate::config {
 
 /// `above`: what counts where the key is silent.
-OwnAlarms ReadOwnAlarms(MapReader& map, const OwnAlarms& above);
+AlarmSetting ReadAlarmSetting(MapReader& map, const AlarmSetting& above);
 
 /// `device` has its table of events, and it is known whether they are kept.
 void ReadEventAlarms(MapReader& map, Device& device);

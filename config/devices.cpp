@@ -210,7 +210,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
   ReadDeviceOptions(map, protocol, of.options, profile, protocol == of.protocol, device);
   ReadPoints(map, raw, protocol, device, context);
   ReadDeviceEvents(map, context.events, device);
-  device.alarms = ReadOwnAlarms(map, of.line.alarms);
+  device.alarms = ReadAlarmSetting(map, of.line.alarms);
   if (protocol && (raw || !map.Has("profile"))) {
     ResolveRecords(profile.records, device, context.problems);
     ReadEventAlarms(map, device);

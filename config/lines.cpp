@@ -101,7 +101,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   line.timing = pace.timing;
   Assign(line.retries, pace.retries);
   Assign(line.echo, map.OneOf("echo", kEchoes));
-  line.alarms = ReadOwnAlarms(map, context.alarms);
+  line.alarms = ReadAlarmSetting(map, context.alarms);
   if (protocol) CheckTcp(*protocol, line.port, map.keys(), context.problems);
   Options given;
   if (protocol) given = ReadOptions(map, *protocol, OptionSpec::Scope::line);

@@ -94,7 +94,7 @@ Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
   Assign(route.remap, map.Integer<std::uint8_t>("remap", 0, 255));
   Assign(route.deadline, map.Time("deadline", 50ms, 1min));
   route.alarms =
-      ReadOwnAlarms(map, route.line.empty() ? context.alarms : lines[route.line_index].alarms);
+      ReadAlarmSetting(map, route.line.empty() ? context.alarms : lines[route.line_index].alarms);
   map.Finish();
   const Keys keys = map.keys();
   CheckTarget(keys, context.problems);

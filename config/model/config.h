@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "config/model/alarm_setting.h"
 #include "config/model/fields.h"
 #include "config/model/history.h"
 #include "config/model/line.h"
 #include "config/model/outputs.h"
-#include "config/model/own_alarms.h"
 
 namespace baudgate::config {
 
@@ -37,7 +37,7 @@ struct Config {
   std::string name = "baudgate";  ///< gateway.name: the key of every DDS sample
   std::string recordings;         ///< folder of the flight recorder's files; empty = not given
   std::string state;              ///< folder of what outlives the program; empty = not given
-  OwnAlarms alarms;               ///< of the gateway as a whole: its disks
+  AlarmSetting alarms;            ///< of the gateway as a whole: its disks
   Events events;
   History history;
   Audit audit = Audit::best_effort;

@@ -10,11 +10,11 @@
 #include <string_view>
 #include <vector>
 
+#include "config/model/alarm_setting.h"
 #include "config/model/event_text.h"
 #include "config/model/fields.h"
 #include "config/model/mark.h"
 #include "config/model/options.h"
-#include "config/model/own_alarms.h"
 #include "config/model/point.h"
 #include "config/model/serial.h"
 #include "config/model/timing.h"
@@ -89,7 +89,7 @@ struct Device {
   std::vector<Point> points;  ///< profile and inline points merged
   bool events = false;        ///< what happens in it is asked for, and kept
   bool point_events = false;  ///< those of its points are kept
-  OwnAlarms alarms;           ///< of the device itself; device before line and gateway
+  AlarmSetting alarms;        ///< of the device itself; device before line and gateway
   std::vector<EventText> event_texts;
   std::vector<Record> records;
   Mark mark;

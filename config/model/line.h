@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "config/model/alarm_setting.h"
 #include "config/model/device.h"
 #include "config/model/fields.h"
-#include "config/model/own_alarms.h"
 
 namespace baudgate::config {
 
@@ -23,7 +23,7 @@ struct Line {
   Timing timing;     ///< line before gateway
   int retries = 2;   ///< of exchanges that may be repeated
   Echo echo = Echo::off;
-  OwnAlarms alarms;  ///< of the line itself; line before gateway
+  AlarmSetting alarms;  ///< of the line itself; line before gateway
   Options options;
   std::vector<Device> devices;
   Mark mark;

@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 
+#include "config/model/alarm_setting.h"
 #include "config/model/fields.h"
 #include "config/model/mark.h"
-#include "config/model/own_alarms.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::config {
@@ -26,7 +26,7 @@ struct Route {
   std::optional<std::uint8_t> remap;  ///< `first` becomes this address, the next unit the next
   /// From the request's arrival to the end of its reply, queueing included; not sent later.
   Duration deadline = std::chrono::milliseconds(2500);
-  OwnAlarms alarms;  ///< of each unit behind it; route before line and gateway
+  AlarmSetting alarms;  ///< of each unit behind it; route before line and gateway
   Mark mark;
 
   bool Covers(std::uint8_t unit) const { return unit >= first && unit <= last; }

@@ -34,6 +34,11 @@ std::optional<Trouble> TroubleOf(News::What what) {
   return std::nullopt;
 }
 
+/// What the name of the alarm says already is no reason.
+std::string WhyOf(const std::string& reason) {
+  return reason == Name(Outcome::no_reply) ? std::string() : reason;
+}
+
 /// A gateway behind the route says for the slave that it does not answer.
 bool IsNoTarget(const RoutedReply& reply) {
   return reply.outcome == Outcome::refused && reply.pdu.size() == 2 &&
@@ -57,7 +62,7 @@ void AlarmDesk::OnNews(const std::string& line, const std::string& device, const
   if (!trouble) return;
   if (trouble == Trouble::replaced) return TellAll(alarms_.Happen(*trouble, place, news.text, at));
   if (news.over) return TellAll(alarms_.End(*trouble, place, at));
-  alarms_.Begin(*trouble, place, news.text, at);
+  alarms_.Begin(*trouble, place, WhyOf(news.text), at);
 }
 
 void AlarmDesk::OnUnused(const std::string& line, const std::string& device, Now now) {
@@ -87,7 +92,7 @@ void AlarmDesk::OnRouted(const modbus::RoutedEnd& end, Now now) {
     alarms_.Begin(Trouble::unit_silent, unit,
                   "the gateway there answers exception " + HexByte(end.reply.pdu[1]), now);
   } else if (end.end == RouteEnd::no_reply) {
-    alarms_.Begin(Trouble::unit_silent, unit, end.reply.reason, now);
+    alarms_.Begin(Trouble::unit_silent, unit, WhyOf(end.reply.reason), now);
   }
 }
 

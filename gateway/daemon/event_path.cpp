@@ -30,11 +30,10 @@ events::SourceNames SourcesOf(const config::Config& config) {
 }
 
 /// Each change of an alarm is one message, with fields that other programs select by.
-void TellJournal(const events::Alarm& alarm) {
+void TellJournal(const events::Alarm& alarm, bool raised) {
   const std::string state(Name(alarm.state));
-  const log::Level level = alarm.state != events::AlarmState::active       ? log::Level::info
-                           : alarm.priority == config::AlarmPriority::high ? log::Level::error
-                                                                           : log::Level::warning;
+  const bool high = alarm.priority == config::AlarmPriority::high;
+  const log::Level weight = high ? log::Level::error : log::Level::warning;
   const log::About about{.line = alarm.line,
                          .device = alarm.device,
                          .fields = {{"ALARM", alarm.name},
@@ -42,7 +41,7 @@ void TellJournal(const events::Alarm& alarm) {
                                     {"STATE", state},
                                     {"POINT", alarm.point},
                                     {"SEQ", std::to_string(alarm.seq)}}};
-  log::WriteAct(level, about,
+  log::WriteAct(raised ? weight : log::Level::info, about,
                 fmt::format("alarm {}, priority {}: {}{}", state, Name(alarm.priority), alarm.text,
                             alarm.by.empty() ? "" : " (" + alarm.by + ")"));
 }

@@ -86,7 +86,7 @@ void EventLog::TellAlarms(const std::vector<Batch>& batches) const {
   for (const Batch& batch : batches) {
     if (batch.told) continue;
     for (const EventRecord& event : batch.events) {
-      if (event.alarm) options_.alarm(*event.alarm);
+      if (event.alarm) options_.alarm(*event.alarm, event.alarm->seq == event.seq);
     }
   }
 }

@@ -19,7 +19,7 @@ std::string TextOf(Trouble trouble, Duration lasted, const std::string& why) {
 
 }  // namespace
 
-std::optional<config::OwnAlarms> OwnAlarms::SettingOf(const Key& key) const {
+std::optional<config::AlarmSetting> OwnAlarms::SettingOf(const Key& key) const {
   return events::SettingOf(*config_, key.second, key.first.line, key.first.device);
 }
 
@@ -45,14 +45,15 @@ bool OwnAlarms::IsExplained(const Key& key) const {
 void OwnAlarms::Begin(Trouble trouble, const Place& place, const std::string& why, Now now) {
   State& state = states_.try_emplace({place, trouble}, State{.since = now.instant}).first->second;
   state.why = why;
-  state.stale = false;
+  state.stale = state.by_port = false;
 }
 
-/// Where that is news.
-void OwnAlarms::EndOf(const Key& key, Now now, Records& records) {
+/// Where that is news. Not `answers`: it does not count any more, whether it is so or not.
+void OwnAlarms::EndOf(const Key& key, Now now, Records& records, bool answers) {
   const auto state = states_.find(key);
   const bool raised = state != states_.end() && std::exchange(state->second.raised, false);
-  const bool first = over_.insert(key).second;
+  const bool first = !over_.contains(key);
+  if (answers) over_.insert(key);
   if (!raised && !first) return;
   records.push_back(OwnAlarmRecord(key.second, key.first.line, key.first.device,
                                    {.step = Step::clear, .first = true},
@@ -66,6 +67,12 @@ OwnAlarms::Records OwnAlarms::End(Trouble trouble, const Place& place, Now now) 
   EndOf(key, now, records);
   states_.erase(key);
   if (first && trouble == Trouble::no_answer) OnFirstAnswer(place, now, records);
+  if (trouble != Trouble::port_down) return records;
+  for (auto at = states_.begin(); at != states_.end();) {
+    const bool by_it = at->second.by_port && at->first.first.line == place.line;
+    if (by_it && at->second.raised) EndOf(at->first, now, records, false);
+    at = by_it ? states_.erase(at) : std::next(at);
+  }
   return records;
 }
 
@@ -99,13 +106,29 @@ OwnAlarms::Records OwnAlarms::SetInUse(const Place& place, bool in_use, Now now)
   unused_.insert(place);
   if (place.device.empty()) return records;
   for (const Trouble trouble : {Trouble::no_answer, Trouble::wrong_device}) {
-    EndOf({place, trouble}, now, records);
+    EndOf({place, trouble}, now, records, false);
   }
   return records;
 }
 
+/// Behind a port that is down nobody tells that a device does not answer. Where the line has no
+/// alarm that would say so, its devices have theirs.
+void OwnAlarms::BlameDevices() {
+  for (const config::Line& line : config_->lines) {
+    const auto down = states_.find({{line.name, ""}, Trouble::port_down});
+    if (down == states_.end() || line.alarms.on()) continue;
+    for (const config::Device& device : line.devices) {
+      states_.try_emplace({{line.name, device.name}, Trouble::no_answer},
+                          State{.since = down->second.since,
+                                .why = "its port is down: " + down->second.why,
+                                .by_port = true});
+    }
+  }
+}
+
 OwnAlarms::Records OwnAlarms::Look(Now now) {
   Records records;
+  BlameDevices();
   for (auto& [key, state] : states_) {
     if (state.raised) continue;
     const auto setting = SettingOf(key);

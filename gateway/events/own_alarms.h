@@ -8,6 +8,7 @@
 //   Begin(no_answer), End 29 s later         nothing was raised
 //   Begin(port_down), Begin(no_answer)       port_down is raised; no_answer waits for the port, and
 //                                            then for the whole of its delay
+//   Begin(port_down), alarms of line: off    no_answer of each of its devices
 //   End, the first since the start           over, where the kept alarm says otherwise
 //
 // SPDX-License-Identifier: Apache-2.0
@@ -61,13 +62,15 @@ class OwnAlarms {
     Instant since{};  ///< it is so, and nothing has explained it
     std::string why{};
     bool raised = false;
-    bool stale = false;  ///< of a line before a reload; nobody has told it since
+    bool stale = false;    ///< of a line before a reload; nobody has told it since
+    bool by_port = false;  ///< of a device: nothing but its port has been told
   };
 
-  std::optional<config::OwnAlarms> SettingOf(const Key& key) const;
+  std::optional<config::AlarmSetting> SettingOf(const Key& key) const;
   bool IsExplained(const Key& key) const;
   bool Explains(const Key& key) const;
-  void EndOf(const Key& key, Now now, Records& records);
+  void BlameDevices();
+  void EndOf(const Key& key, Now now, Records& records, bool answers = true);
   void OnFirstAnswer(const Place& device, Now now, Records& records);
 
   std::shared_ptr<const config::Config> config_;

@@ -27,14 +27,15 @@ const config::Route* RouteOf(const config::Config& config, std::string_view devi
   return route == routes.end() ? nullptr : &*route;
 }
 
-std::optional<config::OwnAlarms> OfRoute(const config::Config& config, std::string_view line,
-                                         std::string_view device) {
+std::optional<config::AlarmSetting> OfRoute(const config::Config& config, std::string_view line,
+                                            std::string_view device) {
   const config::Route* const route = RouteOf(config, device);
   if (route == nullptr || route->line != line) return std::nullopt;
   return route->alarms;
 }
 
-std::optional<config::OwnAlarms> OfServer(const config::Config& config, std::string_view server) {
+std::optional<config::AlarmSetting> OfServer(const config::Config& config,
+                                             std::string_view server) {
   for (const config::Route& route : config.modbus.routes) {
     if (!route.line.empty() || HostAndPort(route.host, route.port) != server) continue;
     return route.alarms;
@@ -60,8 +61,8 @@ std::string ServerOf(const config::Config& config, std::string_view unit) {
   return HostAndPort(route->host, route->port);
 }
 
-std::optional<config::OwnAlarms> SettingOf(const config::Config& config, Trouble trouble,
-                                           std::string_view line, std::string_view device) {
+std::optional<config::AlarmSetting> SettingOf(const config::Config& config, Trouble trouble,
+                                              std::string_view line, std::string_view device) {
   if (trouble >= Trouble::events_lost) return config.alarms;
   if (trouble == Trouble::unit_silent) return OfRoute(config, line, device);
   if (trouble == Trouble::server_away) return OfServer(config, device);

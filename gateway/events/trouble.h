@@ -48,7 +48,7 @@ std::string UnitName(std::uint8_t unit);
 std::string ServerOf(const config::Config& config, std::string_view unit);
 
 /// The setting that counts; nothing: the configuration has no such line, device or route.
-std::optional<config::OwnAlarms> SettingOf(const config::Config& config, Trouble trouble,
-                                           std::string_view line, std::string_view device);
+std::optional<config::AlarmSetting> SettingOf(const config::Config& config, Trouble trouble,
+                                              std::string_view line, std::string_view device);
 
 }  // namespace baudgate::events

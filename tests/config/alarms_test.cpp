@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string TextOf(const config::OwnAlarms& alarms) {
+std::string TextOf(const config::AlarmSetting& alarms) {
   return (alarms.on() ? std::string(Name(alarms.priority)) : "off") + " " +
          FormatDuration(alarms.delay);
 }

@@ -146,6 +146,8 @@ TEST_F(EventPathTest, AlarmsGoToTheJournalWithTheirFields) {
   EXPECT_THAT(next(), HasSubstr("no reply (user:anna)\nPRIORITY=6\n"));
   Tell({News::What::no_answer, true, 0U});
   EXPECT_THAT(next(), HasSubstr("\nALARM=no answer\nPRIORITY_OF_ALARM=medium\nSTATE=normal\n"));
+  Tell({News::What::replaced, false, 0U, "it is another"});
+  EXPECT_THAT(next(), HasSubstr("it is another\nPRIORITY=4\n")) << "over at once, but news";
   log::SetLeast(log::Level::error);
 }
 

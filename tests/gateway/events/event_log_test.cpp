@@ -39,8 +39,8 @@ class EventLogTest : public audit::FolderTest {
       const std::lock_guard lock(mutex_);
       for (const OwedRecord& one : owed) owed_.push_back(one.event);
     };
-    options.alarm = [this](const Alarm& alarm) {
-      Hear("alarm", alarm.name + " " + std::string(Name(alarm.state)));
+    options.alarm = [this](const Alarm& alarm, bool raised) {
+      Hear("alarm", alarm.name + (raised ? " raised " : " ") + std::string(Name(alarm.state)));
     };
     options.warn = [this](const std::string& text) { Hear("warn", text); };
     options.inform = [this](const std::string& text) { Hear("inform", text); };
@@ -314,7 +314,8 @@ TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskFails) {
   while (log->state().disk != Disk::fine) std::this_thread::yield();
   log->Tell(Raised("next"));
   while (AlarmsIn(heard()).size() < 3) std::this_thread::yield();
-  EXPECT_THAT(AlarmsIn(heard()), ElementsAre("disk active", "disk acknowledged", "next active"));
+  EXPECT_THAT(AlarmsIn(heard()),
+              ElementsAre("disk raised active", "disk acknowledged", "next raised active"));
   EXPECT_EQ(log->Alarms().size(), 2U);
 }
 
@@ -323,7 +324,7 @@ TEST_F(EventLogTest, AlarmsAreKnownWhereThereIsNoPlaceForTheFile) {
   log->Tell(Raised("disk"));
   while (log->Alarms().empty()) std::this_thread::yield();
   while (AlarmsIn(heard()).empty()) std::this_thread::yield();
-  EXPECT_THAT(AlarmsIn(heard()), ElementsAre("disk active"));
+  EXPECT_THAT(AlarmsIn(heard()), ElementsAre("disk raised active"));
 }
 
 TEST_F(EventLogTest, KeepsAlarmsAndWhoHasSeenThem) {

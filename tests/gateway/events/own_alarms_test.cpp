@@ -14,7 +14,7 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using Whose = OwnAlarms::Place;
 
-config::Line BayWith(config::OwnAlarms line, config::OwnAlarms device) {
+config::Line BayWith(config::AlarmSetting line, config::AlarmSetting device) {
   config::Line bay;
   bay.name = "bay-1";
   bay.alarms = line;
@@ -25,7 +25,7 @@ config::Line BayWith(config::OwnAlarms line, config::OwnAlarms device) {
   return bay;
 }
 
-std::shared_ptr<config::Config> ConfigWith(config::OwnAlarms line, config::OwnAlarms device) {
+std::shared_ptr<config::Config> ConfigWith(config::AlarmSetting line, config::AlarmSetting device) {
   auto config = std::make_shared<config::Config>();
   config->lines = {BayWith(line, device)};
   config::Route to_line;
@@ -121,7 +121,7 @@ TEST_F(OwnAlarmsTest, WhatLastsForTheDelayIsOneAndNothingSooner) {
 
 TEST_F(OwnAlarmsTest, SettingsDecide) {
   Renew(ConfigWith({config::AlarmPriority::none, 30s}, {config::AlarmPriority::low, 0s}), {});
-  Begin(0, Trouble::port_down, kBay);
+  Begin(0, Trouble::ring_open, kBay);
   Begin(0, Trouble::wrong_device, kFeeder, "type 0D");
   LookUntil(60);
   EXPECT_THAT(Heard(), ElementsAre("0: raise bay-1.feeder-1 wrong device: type 0D"))
@@ -134,6 +134,18 @@ TEST_F(OwnAlarmsTest, SettingsDecide) {
   EXPECT_THAT(Heard(), ElementsAre("61: pulse bay-1.feeder-1 another device: another"));
   Renew(ConfigWith({}, {config::AlarmPriority::none, 0s}), {});
   EXPECT_THAT(alarms_.Happen(Trouble::replaced, kFeeder, "another", now_), IsEmpty());
+}
+
+TEST_F(OwnAlarmsTest, DevicesTellOfAPortWhoseLineHasNoAlarm) {
+  Renew(ConfigWith({config::AlarmPriority::none, 30s}, {config::AlarmPriority::high, 5s}), {});
+  Begin(0, Trouble::port_down, kBay, "lost");
+  LookUntil(20);
+  EXPECT_THAT(Heard(),
+              ElementsAre("5: raise bay-1.feeder-1 no answer for 5s: its port is down: lost"));
+  End(21, Trouble::port_down, kBay);
+  EXPECT_THAT(Heard(), ElementsAre("21: clear bay-1.feeder-1 no answer, over"));
+  LookUntil(60);
+  EXPECT_THAT(Heard(), IsEmpty());
 }
 
 TEST_F(OwnAlarmsTest, ADeviceWaitsForWhatExplainsIt) {

@@ -11,19 +11,19 @@
 
 namespace baudgate::config {
 
-struct OwnAlarms {
+struct AlarmSetting {
   AlarmPriority priority = AlarmPriority::medium;  ///< none: `off`
   /// What is wrong raises its alarm when it has lasted so long.
   Duration delay = std::chrono::seconds(30);
 
   bool on() const { return priority != AlarmPriority::none; }
-  bool operator==(const OwnAlarms&) const = default;
+  bool operator==(const AlarmSetting&) const = default;
 };
 
 template <typename Visit>
-void VisitFields(const OwnAlarms*, Visit visit) {
-  visit(Field<&OwnAlarms::priority>());
-  visit(Field<&OwnAlarms::delay>());
+void VisitFields(const AlarmSetting*, Visit visit) {
+  visit(Field<&AlarmSetting::priority>());
+  visit(Field<&AlarmSetting::delay>());
 }
 
 }  // namespace baudgate::config
