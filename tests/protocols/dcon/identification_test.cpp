@@ -80,7 +80,7 @@ TEST(DconIdentification, APercentModuleIsNeverServedAsVolts) {
 TEST(DconIdentification, TheTypeDecides) {
   const std::pair<const char*, const char*> kCases[] = {
       {"!010D0600", "type 0D measures in mA, the profile says V for a"},
-      {"!01080640", "format byte 40 has the checksum on"},
+      {"!01080640", "the module's checksum is on, and the configuration says checksum: false"},
       {"!01080602", "data format 'hex'"},
   };
   for (const auto& [reply, text] : kCases) {
