@@ -150,7 +150,7 @@ TEST(DconIdentification, NothingThatMayWriteGoesOutInAnUnknownMode) {
   script.Run(Probe(), {{"$01MD2", ""}});
   const Answer found = script.Run(Probe(), {{"$01M", "!017050"}});
   EXPECT_EQ(found.then, Then::replan);
-  EXPECT_NE(script.trouble().text.find("the module's checksum is off, the configuration says "
+  EXPECT_NE(script.trouble().text.find("the module's checksum is off, and the configuration says "
                                        "checksum: true"),
             std::string::npos)
       << script.trouble().text;
