@@ -11,6 +11,13 @@ bool IsPlanned(const Task& task, const Conversation& conversation) {
   return task.kind != Task::Kind::poll || task.query < conversation.Queries().size();
 }
 
+LineUse UseOf(const Job& job) {
+  if (job.As<Job::Routed>() != nullptr) return LineUse::routes;
+  if (job.is_probe()) return LineUse::probes;
+  const bool writes = job.As<Job::Write>() != nullptr || job.As<Job::ReadBack>() != nullptr;
+  return writes ? LineUse::writes : LineUse::polls;
+}
+
 bool IsUrgent(const Job& job) {
   if (job.As<Job::Write>() != nullptr || job.As<Job::ReadBack>() != nullptr) return true;
   const auto* routed = job.As<Job::Routed>();

@@ -16,6 +16,7 @@
 #include "gateway/poll/whose_reply.h"
 #include "gateway/requests/commands.h"
 #include "gateway/requests/route_queue.h"
+#include "gateway/store/line_use.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {
@@ -115,6 +116,8 @@ struct Job {
 bool IsPlanned(const Task& task, const Conversation& conversation);
 /// Writes, the reads behind them, and short writes of routes.
 bool IsUrgent(const Job& job);
+/// What the line's time goes to with it.
+LineUse UseOf(const Job& job);
 /// When its request may still be sent, if there is a limit to that.
 std::optional<Instant> LatestStart(const Job& job);
 /// Why its request must not be sent; null: it may.

@@ -154,7 +154,7 @@ void JobRun::Conclude(ExchangeEnd end) {
   if (job.verdict.shifted) upkeep_.DoubtLatest(now_.instant);
   if (answered) job.wire += now_.instant - job.exchange_began;
   ledger_.OnExchange(member, end, job.mute, job.is_probe() && member.health.offline(),
-                     job.As<Job::Routed>() != nullptr);
+                     job.As<Job::Routed>() != nullptr, UseOf(job));
   upkeep_.ShowLine(now_.instant);
   if (lost) return Finish(end.outcome, end.reason);
   if (answered && GoesOnBehindBroadcast()) return Ask(job.attempts);

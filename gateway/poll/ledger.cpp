@@ -35,6 +35,7 @@ void Ledger::OnTime(Now now, bool busy, const Member* member, bool drains) {
   const Duration passed = now.instant - now_.instant;
   if (open_ && busy) {
     counters_.busy += passed;
+    (drains ? spent_[static_cast<std::size_t>(LineUse::drains)] : exchange_) += passed;
     if (member != nullptr) Of(*member).busy += passed;
     if (member != nullptr && drains) Of(*member).drained += passed;
   }
@@ -42,6 +43,8 @@ void Ledger::OnTime(Now now, bool busy, const Member* member, bool drains) {
   if (others_.EndsAt(now.instant)) listener_.OnNews({News::What::collisions, true});
   if (now.instant - minute_began_ < 1min) return;
   use_ = UseSince(minute_began_);
+  shares_ = SharesSince(minute_began_);
+  spent_ = {};
   minute_began_ = now.instant;
   busy_before_minute_ = counters_.busy;
 }
@@ -49,6 +52,8 @@ void Ledger::OnTime(Now now, bool busy, const Member* member, bool drains) {
 void Ledger::OnOpened() {
   open_ = true;
   use_.reset();
+  spent_ = {};
+  exchange_ = {};
   minute_began_ = now_.instant;
   busy_before_minute_ = counters_.busy;
   silent_from_.reset();
@@ -168,8 +173,10 @@ void Ledger::CountMissed() {
 }
 
 void Ledger::OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe,
-                        bool routed) {
+                        bool routed, LineUse use) {
   const bool answered = ProvesLife(end.outcome) && !mute;
+  spent_[static_cast<std::size_t>(ProvesLife(end.outcome) ? use : LineUse::silence)] +=
+      std::exchange(exchange_, {});
   Of(member).symptom = end.finding.symptom;
   const Outcome outcome = routed && ProvesLife(end.outcome) ? Outcome::ok : end.outcome;
   CountMissed();
@@ -381,10 +388,21 @@ double Ledger::UseSince(Instant began) const {
          static_cast<double>(whole.count());
 }
 
+LineShares Ledger::SharesSince(Instant began) const {
+  LineShares shares{};
+  const Duration whole = now_.instant - began;
+  if (whole < kShortestUse) return shares;
+  for (std::size_t i = 0; i < kLineUses; ++i) {
+    shares[i] = static_cast<double>(spent_[i].count()) / static_cast<double>(whole.count());
+  }
+  return shares;
+}
+
 void Ledger::ShowLine(Duration notice_bound) {
   store_.UpdateLine(line_, [&](LineStatus& status) {
     static_cast<LineCounters&>(status) = counters_;
     status.use = use_ ? *use_ : UseSince(minute_began_);
+    status.minute = use_ ? shares_ : SharesSince(minute_began_);
     status.notice_bound = notice_bound;
     status.cut_since = cut_since_;
   });

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -62,8 +63,9 @@ class Ledger {
   void OnUnsupported(const Member& member, const std::string& reason);
   /// `mute`: its end says nothing about the member. `probe`: whether a member is back that is
   /// offline. `routed`: a client has asked, and what it is refused says nothing about the member.
+  /// `use`: what it was for.
   void OnExchange(const Member& member, const ExchangeEnd& end, bool mute, bool probe,
-                  bool routed = false);
+                  bool routed = false, LineUse use = LineUse::polls);
   /// The device speaks unasked.
   void OnSpeaks(const Member& member);
   /// It has said something, and this is what became of it.
@@ -128,6 +130,7 @@ class Ledger {
   void CountMissed();
   void Count(const Member& member, bool answered, DeviceStatus& status);
   double UseSince(Instant began) const;
+  LineShares SharesSince(Instant began) const;
   DeviceState StateOf(const Member& member) const;
   Override OverrideOf(const Member& member) const;
 
@@ -146,9 +149,12 @@ class Ledger {
   Burst others_;                       // echoes that differed
   Instant minute_began_{};
   Duration busy_before_minute_{};
-  std::optional<double> use_;           // of the last full minute; nothing before there is one
-  std::optional<Instant> silent_from_;  // nobody has answered since
-  Instant last_failure_{};              // of an exchange
+  std::array<Duration, kLineUses> spent_{};  // in the minute under way
+  Duration exchange_{};                      // in the exchange under way
+  LineShares shares_{};                      // as use_
+  std::optional<double> use_;                // of the last full minute; nothing before there is one
+  std::optional<Instant> silent_from_;       // nobody has answered since
+  Instant last_failure_{};                   // of an exchange
 };
 
 }  // namespace baudgate

@@ -273,7 +273,10 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   if (line.port != LineStatus::Port::open) return {};
   if (status.unasked && status.exchanges == 0) return Silence(device, now);
   if (status.exchanges == 0) return {"not asked yet"};
-  if (status.last_outcome == Outcome::line_down && status.findings.size() == 0) {
+  // A server that ends the connection may have said what it is.
+  const bool told = status.findings.Count(Symptom::other_protocol) > 0 ||
+                    status.findings.Count(Symptom::text) > 0;
+  if (status.last_outcome == Outcome::line_down && !told) {
     return {status.unasked ? "has not spoken since the port was opened: normal where nothing has "
                              "happened"
                            : "not asked since the port was opened"};

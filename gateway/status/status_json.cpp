@@ -155,6 +155,10 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record,
 
 void AddCounters(const LineStatus& status, Json& json) {
   json["use"] = status.use;
+  Json& minute = json["minute"] = Json::object();
+  for (std::size_t i = 0; i < kLineUses; ++i) {
+    minute[std::string(Name(static_cast<LineUse>(i)))] = status.minute[i];
+  }
   json["exchanges"] = status.exchanges;
   json["outcomes"] = OutcomesJson(status.outcomes);
   json["bytes_in"] = status.bytes_in;

@@ -13,6 +13,7 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/store/device_status.h"
+#include "gateway/store/line_use.h"
 
 namespace baudgate {
 
@@ -46,7 +47,8 @@ struct LineStatus : LineCounters {
 
   /// Since when the bus has not echoed any more; nothing: it does, or need not (`echo: verify`).
   std::optional<WallTime> cut_since;
-  double use = 0;  ///< part of the last full minute, or of the first, that the line was busy
+  double use = 0;       ///< part of the last full minute, or of the first, that the line was busy
+  LineShares minute{};  ///< what that was
   Duration notice_bound{};  ///< an absent device that returns is noticed after at most so long;
                             ///< zero: none is absent (docs/timeouts.md has the formula)
 };

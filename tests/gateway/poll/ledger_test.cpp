@@ -93,6 +93,29 @@ TEST_F(LedgerTest, UseIsThatOfTheLastFullMinute) {
   EXPECT_EQ(use(), 0);
 }
 
+TEST_F(LedgerTest, AMinuteIsSplitByWhatItsTimeWentTo) {
+  const ExchangeEnd good{Outcome::ok, {}, 20ms, 9};
+  ledger_.OnTime(At(6s), true, &a_);
+  ledger_.OnExchange(a_, good, false, false);
+  ledger_.OnTime(At(9s), true, &a_);
+  ledger_.OnExchange(a_, {Outcome::no_reply, "nothing", {}, 0}, false, false);
+  ledger_.OnTime(At(12s), true, &a_, true);
+  ledger_.OnTime(At(18s), true, &a_);
+  ledger_.OnExchange(a_, good, false, false, true, LineUse::routes);
+  ledger_.OnTime(At(60s), false, nullptr);
+  ledger_.ShowLine({});
+  const LineShares expected = {0.1, 0, 0.1, 0, 0.05, 0.05};
+  const LineShares minute = store_.ReadLine(0).minute;
+  for (std::size_t i = 0; i < kLineUses; ++i) {
+    EXPECT_DOUBLE_EQ(minute[i], expected[i]) << Name(static_cast<LineUse>(i));
+  }
+  const MinuteCounts counts = StatusOf(a_).hour.Sum(At(18s).instant);
+  EXPECT_EQ(counts.answered, 2U);
+  EXPECT_EQ(counts.failed, 1U);
+  EXPECT_EQ(counts.served, 12s);
+  EXPECT_EQ(counts.wasted, 6s);
+}
+
 TEST_F(LedgerTest, ExchangesAreCountedForDeviceAndLine) {
   ledger_.OnExchange(a_, {Outcome::ok, {}, 20ms, 9}, false, false);
   ledger_.OnExchange(a_, {Outcome::no_reply, "nothing", {}, 0}, false, false);
