@@ -23,6 +23,7 @@ enum class Symptom : std::uint8_t {
   master_beside,  ///< beside a request that this gateway has not sent
   device_beside,  ///< beside a whole reply of another device
   copies,         ///< more than once
+  others_beside,  ///< and a second one with another content
   // None came, or none that could be taken:
   silence,         ///< not a byte
   echo,            ///< the request itself, and nothing else
@@ -39,6 +40,7 @@ enum class Symptom : std::uint8_t {
   other_protocol,  ///< messages of another protocol
   other_device,    ///< a whole reply of another device
   other_master,    ///< a request that this gateway has not sent
+  one_behind,      ///< the reply to the request before, in time
   late_echo,       ///< a request of this gateway, long after it was sent
   late_other,      ///< the late reply of another device of the line
   other_reply,     ///< a whole reply to another request, or two different ones
@@ -49,7 +51,7 @@ enum class Symptom : std::uint8_t {
   endless,         ///< it does not stop
   noise,           ///< bytes in which nothing can be recognised
 };
-inline constexpr std::size_t kSymptoms = 33;
+inline constexpr std::size_t kSymptoms = 35;
 
 struct Finding {
   Symptom symptom = Symptom::clean;
@@ -68,6 +70,6 @@ struct Finding {
 inline constexpr std::uint8_t kSpecialBytes[] = {0x0A, 0x0D, 0x11, 0x13, 0xFF};
 
 /// There was a good reply.
-constexpr bool IsAnswered(Symptom symptom) { return symptom <= Symptom::copies; }
+constexpr bool IsAnswered(Symptom symptom) { return symptom <= Symptom::others_beside; }
 
 }  // namespace baudgate

@@ -147,6 +147,10 @@ bool IsWholeText(const Hearing& hearing, View heard) {
 }
 
 bool IsWholeWithEnd(const Hearing& hearing, View heard) {
+  // Where nothing is checked, every beginning of a text is whole with an end.
+  Bytes shorter(heard.begin(), heard.end());
+  shorter.back() = '\r';
+  if (IsWhole(hearing, shorter)) return false;
   Bytes longer(heard.begin(), heard.end());
   longer.push_back(0);
   for (int last = 0; last < 256; ++last) {
@@ -248,6 +252,7 @@ Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   for (const View part : {before, behind}) {
     if (auto stranger = Stranger(hearing, part)) return *stranger;
   }
+  if (found.others) return {.symptom = Symptom::others_beside};
   if (found.frames > 1) return {.symptom = Symptom::copies};
   if (before.size() > kHarmless) return {.symptom = Symptom::noise_before, .bytes = before.size()};
   if (behind.size() > kHarmless) return {.symptom = Symptom::noise_behind, .bytes = behind.size()};

@@ -26,7 +26,7 @@ void Examiner::Begin(const Member& member, const Request& request, const LineTim
   if (asked.last.member != nullptr && asked.last.request.bytes != request.bytes) {
     asked.before = std::move(asked.last);
   }
-  asked.last = {&member, request, sent_, false};
+  asked.last = {&member, request, sent_, false, false, {}};
   outcome_ = Outcome::none;
   frame_.clear();
   judged_ = 0;
@@ -49,8 +49,9 @@ Finding Examiner::End(Outcome outcome) {
   judged_ = heard_.size();
   if (member_ == nullptr) return {};
   if (ProvesLife(outcome)) {
-    open_[member_->place].last.answered = true;
-    open_[member_->place].before = {};
+    Open& last = open_[member_->place].last;
+    last.answered = true;
+    last.reply = frame_;
   }
   const bool plain = ProvesLife(outcome) && heard_.size() == frame_.size();
   Finding finding = plain ? Plain(Heard()) : Look();
@@ -70,24 +71,26 @@ std::optional<Finding> Examiner::More() {
   return finding;
 }
 
-bool Examiner::Answers(const Open& open) const {
+bool Examiner::Answers(Open& open) const {
   if (open.member == nullptr) return false;
   const Expectation& expect = open.request.expect;
   const bool own = open.member->IsSame(*member_);
-  if (own ? open.answered : expect.address.empty()) return false;
+  if (own ? open.request.bytes == request_.bytes : expect.address.empty()) return false;
   Assembler assembler;
   assembler.Begin(open.member->protocol->reply_rule, expect);
   assembler.Feed(heard_);
   while (const auto frame = assembler.Next(true)) {
-    if (*frame != frame_) return true;
+    if (*frame == frame_) continue;
+    open.repeated = *frame == open.reply;
+    return true;
   }
   return false;
 }
 
 /// To an earlier request: one without an answer, or once more to one that has its answer.
-const Examiner::Open* Examiner::WhoseReply() const {
-  for (const Asked& asked : open_) {
-    for (const Open* open : {&asked.last, &asked.before}) {
+const Examiner::Open* Examiner::WhoseReply() {
+  for (Asked& asked : open_) {
+    for (Open* open : {&asked.last, &asked.before}) {
       if (Answers(*open)) return open;
     }
   }
@@ -141,12 +144,18 @@ Finding Examiner::Attribute(Finding finding) {
   const Open* const whose = WhoseReply();
   if (whose == nullptr || arrivals_.empty()) return finding;
   const bool answered = IsAnswered(finding.symptom);
+  const Duration reply = std::max(times_.reply, request_.reply);
   const Duration after = sent_ + arrivals_.back().after - whose->sent;
-  const bool late = !whose->answered && after > std::max(times_.reply, request_.reply);
-  const Finding its = {.symptom = late ? Symptom::late : Symptom::copies, .time = after};
-  if (!late && !whose->answered) return finding;
-  if (whose->member->IsSame(*member_)) return answered ? Finding{} : its;
-  late_ = {whose->member, its};
+  const bool late = !whose->answered && after > reply;
+  if (whose->member->IsSame(*member_)) {
+    if (answered) return {};
+    if (arrivals_.back().after < reply / 2) return {.symptom = Symptom::one_behind};
+    return late ? Finding{.symptom = Symptom::late, .time = after} : finding;
+  }
+  // Its own name in a reply to somebody else's request is no second reply.
+  if (!late && !(answered && whose->answered)) return finding;
+  const Symptom again = whose->repeated ? Symptom::copies : Symptom::others_beside;
+  late_ = {whose->member, {.symptom = late ? Symptom::late : again, .time = after}};
   if (answered) return {};
   const Device* const other = roster_.AsDevice(*whose->member);
   return {.symptom = Symptom::late_other,

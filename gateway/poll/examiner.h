@@ -57,6 +57,8 @@ class Examiner {
     Request request;
     Instant sent{};
     bool answered = false;
+    bool repeated = false;  // what was found is the same reply once more
+    Bytes reply;
   };
   /// Of one member: the last one, and another one before it.
   struct Asked {
@@ -67,9 +69,9 @@ class Examiner {
   Hearing Heard() const;
   Finding Look();
   Finding Attribute(Finding finding);
-  const Open* WhoseReply() const;
+  const Open* WhoseReply();
   bool IsLateEcho() const;
-  bool Answers(const Open& open) const;
+  bool Answers(Open& open) const;
 
   const Roster& roster_;
   const Member* member_ = nullptr;

@@ -144,7 +144,9 @@ Sentences Beside(const DeviceRecord& record) {
         fmt::format("{} in {} of its last {} exchanges: {}", what, count, findings.size(), remedy));
   };
   say(Symptom::copies, "its replies come twice",
-      "a serial server, radio or repeater in between sends twice, or two devices have its address");
+      "a serial server, radio or repeater in between sends twice; values are right");
+  say(Symptom::others_beside, "a second reply with another content follows",
+      "two devices have its address; disconnect one and give it another");
   constexpr const char* kNoise =
       "noise while nobody drives the bus; check bias resistors, termination and ground";
   say(Symptom::noise_before, "stray bytes stand before its replies", kNoise);
@@ -160,7 +162,8 @@ Sentences Patience(const DeviceStatus& status) {
       "late: its replies come after timing.reply ({} ms) is over, and it is waited for {} ms "
       "longer: "
       "set timing: {{ reply: {}ms }} at the device",
-      Milliseconds(reply), Milliseconds(status.patience), Milliseconds(reply + status.patience))};
+      Milliseconds(reply), Milliseconds(status.patience),
+      50 * (Milliseconds(reply + status.patience) / 50 + 2))};
 }
 
 /// It is not what it should be, so that no value of it is good.
@@ -299,7 +302,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   add(Beside(device));
   if (status.unasked) add(Silence(device, now));
   if (found.empty()) add(Patience(status));
-  if (status.doubled > 0) {
+  if (status.doubled > 0 && status.findings.Count(Symptom::others_beside) == 0) {
     found.push_back(fmt::format(
         "doubled: a second, different reply came behind one {}: replies come twice, or one request "
         "late; values may have been another's for a moment. Look at the serial server, radio or "

@@ -171,7 +171,10 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
     found.push_back(
         fmt::format("{} of {} bytes came when nothing was asked: {}; look at 'baudgate trace {}'",
                     status.stray_bytes, status.bytes_in,
-                    "a second master, answers that come too late, or noise", line.name));
+                    "noise while nobody drives the bus (bias resistors, termination), a second "
+                    "master, or answers "
+                    "that come too late",
+                    line.name));
   }
   if (status.times_lost > 0) found.push_back(Lost(line, status.times_lost, devices));
   const bool misses = std::ranges::any_of(devices, [&](const DeviceRecord& one) {

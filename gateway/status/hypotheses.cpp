@@ -20,7 +20,7 @@ constexpr double kUnexplained = 0.3;
 /// Below that a cause is not worth a word beside others.
 constexpr double kWorthSaying = 0.15;
 /// Failures in a row from which an outage is no single loss.
-constexpr std::uint32_t kLongRun = 4;
+constexpr std::size_t kLongRun = 5;
 /// A suggested time is so much longer than what was seen.
 constexpr double kMargin = 1.25;
 /// Once may be chance.
@@ -81,6 +81,11 @@ double OtherDevice(const Evidence& evidence) {
   return evidence.Count(other_device) < kFacts ? 0 : evidence.Share({other_device});
 }
 
+/// It may come when it likes, and the device is silent beside it.
+double Text(const Evidence& evidence) {
+  return evidence.Count(text) == 0 ? 0 : evidence.Share({text, silence, head_lost});
+}
+
 /// Where a gap splits replies, a rest that comes alone looks like a lost head or tail.
 double InPieces(const Evidence& evidence) {
   return evidence.Count(split) == 0 ? 0
@@ -116,10 +121,17 @@ double Noise(const Evidence& evidence) {
                                bytes_added, bad_check});
 }
 
+/// FF is what a character with wrong parity becomes; on a connection it is Telnet's.
+unsigned Suspects(const Evidence& evidence) {
+  const unsigned all = evidence.device->status.findings.Suspects();
+  constexpr unsigned kTelnet = 1U << (std::size(kSpecialBytes) - 1);
+  return evidence.line->port.starts_with("tcp://") ? all : all & ~kTelnet;
+}
+
 /// All that failed had a byte which converters change, and nothing good had.
 double NotTransparent(const Evidence& evidence) {
   if (evidence.device == nullptr || !evidence.answered) return 0;
-  if (evidence.failed < kFacts || evidence.device->status.findings.Suspects() == 0) return 0;
+  if (evidence.failed < kFacts || Suspects(evidence) == 0) return 0;
   return evidence.Share({damaged, noise, bad_check, bytes_lost, bytes_added, tail_lost});
 }
 
@@ -241,7 +253,7 @@ std::string SayBytesAdded(const Evidence& evidence) {
 }
 
 std::string SaySpecials(const Evidence& evidence) {
-  const std::uint8_t suspects = evidence.device->status.findings.Suspects();
+  const unsigned suspects = Suspects(evidence);
   std::string names;
   for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
     if ((suspects & (1U << i)) == 0) continue;
@@ -276,9 +288,10 @@ std::string SayEighthBit(const Evidence& evidence) {
 
 std::string SayText(const Evidence& evidence) {
   return "text comes in place of replies (" + evidence.Last(text).cause +
-         "): " + evidence.line->port +
-         " leads to a console, a modem, another service or the menu of a serial server, not to the "
-         "bus; check the port";
+         "): a device that sends by itself, a modem, a console or the menu of a serial server is "
+         "at "
+         "this port; take it off the line, or check the port (" +
+         evidence.line->port + ")";
 }
 
 std::string SayEcho(const Evidence& evidence) {
@@ -336,9 +349,7 @@ std::string SaySilent(const Evidence& evidence) {
     return (evidence.answered ? "not a byte comes any more: " : "not a byte came: ") +
            Unproven(evidence);
   }
-  const bool in_runs = evidence.minutes.outages > 0 &&
-                       evidence.minutes.failed >= kLongRun * evidence.minutes.outages;
-  if (in_runs) {
+  if (evidence.device != nullptr && evidence.device->status.findings.LongestRun() >= kLongRun) {
     return "it is away for some time and comes back: look for restarts, its power and a loose wire";
   }
   return "single requests get no answer: it misses them in noise, or is asked faster than it can "
@@ -354,6 +365,11 @@ std::string SaySaid(const Evidence& evidence) {
 std::string SayOdd(const Evidence& evidence) {
   const std::string& reason = evidence.Last(odd).cause;
   return "its replies do not fit their requests (" + reason + "): " + RemedyOf(reason, evidence);
+}
+
+std::string SayOneBehind(const Evidence&) {
+  return "its replies answer the request before: a serial server or radio in between is one reply "
+         "behind; restart it, switch its cache off, and let one client use it";
 }
 
 std::string SayLateOther(const Evidence& evidence) {
@@ -427,7 +443,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"other setting", Seen<other_setting>, AsFound<other_setting>},
       {"other master", OtherMaster, SayOtherMaster},
       {"other device", OtherDevice, SayOtherDevice},
-      {"text", Seen<text>, SayText},
+      {"text", Text, SayText},
       {"echo", Seen<echo>, SayEcho},
       {"late echo", Seen<late_echo>, SayLateEcho},
       {"not transparent", NotTransparent, SaySpecials},
@@ -442,6 +458,7 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"bad check", BadCheck, SayBadCheck},
       {"zeros", Seen<zeros>, SayZeros},
       {"endless", Seen<endless>, SayEndless},
+      {"one behind", Always<one_behind>, SayOneBehind},
       {"late other", Seen<late_other>, SayLateOther},
       {"other reply", Seen<other_reply>, SayOtherReply},
       {"too long", TooLong, SayTooLong},

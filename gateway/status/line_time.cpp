@@ -68,19 +68,23 @@ std::string WhyNoTime(std::span<const DeviceRecord> devices, const DeviceRecord*
     return fmt::format("{} takes {} of the line's time with exchanges that fail: mend that first",
                        name(*wasteful), Percent(waste));
   }
-  constexpr const char* kAskLess = "ask for fewer points, or raise the bit rate";
+  // One that is late says so itself, and what to do.
+  if (device == nullptr && busiest != nullptr && busiest->status.patience > Duration()) return {};
+  const bool wire = !devices.empty() && !devices.front().line->port.starts_with("tcp://");
+  const char* const ask_less =
+      wire ? "ask for fewer points, or raise the bit rate" : "ask for fewer points";
   if (most >= kMuchOfOne && devices.size() > 1) {
     const auto each = busiest->status.round_trips.mean();
     return fmt::format("{} takes {} of the line's time, {} ms an exchange: raise its poll, or {}",
-                       name(*busiest), Percent(most), Milliseconds(each), kAskLess);
+                       name(*busiest), Percent(most), Milliseconds(each), ask_less);
   }
   if (served >= kFull) {
     return fmt::format(
         "more is asked than fits, good exchanges take {} of the time: raise poll, {}",
-        Percent(served), kAskLess);
+        Percent(served), ask_less);
   }
   if (served < kBusy) return {};
-  return fmt::format("a round takes longer than its period: raise poll, {}", kAskLess);
+  return fmt::format("a round takes longer than its period: raise poll, {}", ask_less);
 }
 
 }  // namespace baudgate::control

@@ -33,6 +33,16 @@ class Findings {
     const auto end = latest_.begin() + static_cast<std::ptrdiff_t>(size());
     return static_cast<std::size_t>(std::count(latest_.begin(), end, symptom));
   }
+  /// The most that failed in a row.
+  std::size_t LongestRun() const {
+    std::size_t longest = 0;
+    std::size_t run = 0;
+    for (std::size_t i = count_ - size(); i < count_; ++i) {
+      run = IsAnswered(latest_[i % kKept]) ? 0 : run + 1;
+      longest = std::max(longest, run);
+    }
+    return longest;
+  }
   /// The last one of this kind, with the longest time of those that are kept; empty where there was
   /// none.
   const Finding& Last(Symptom symptom) const { return last_[static_cast<std::size_t>(symptom)]; }

@@ -152,6 +152,12 @@ std::optional<Recognised> OtherCheck(Framing framing, View heard) {
                       "the device or a converter does not keep to Modbus: update its firmware"};
   };
   if (framing == Framing::rtu && heard.size() > kRtuOverhead) {
+    if (EndsInCrc16(heard)) {
+      return Recognised{Recognised::What::other_reply,
+                        "its replies have a right check value, and a function or count that does "
+                        "not fit",
+                        "the device does not keep to Modbus: update its firmware"};
+    }
     Bytes swapped(heard.begin(), heard.end());
     std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
     if (EndsInCrc16(swapped)) return other("its check value comes high byte first");

@@ -24,7 +24,8 @@ std::optional<Recognised> Recognise(View request, View heard, const config::Opti
     heard = View(end + 1, heard.end());
     if (message[0] == '>') {
       const ReceivedRequest other = ParseRequest(message);
-      if (!other.intact || !other.slave || std::ranges::equal(message, request)) continue;
+      if (!other.intact || !other.slave || !other.command || std::ranges::equal(message, request))
+        continue;
       return Recognised{Recognised::What::other_master,
                         "another master speaks on the line: it has asked " + Slave(*other.slave),
                         "a SPA bus has one master: take the other one away"};

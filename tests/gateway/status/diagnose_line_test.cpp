@@ -46,8 +46,9 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
        "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
        "(rtscts)"},
       {[](LineStatus& line) { line.bytes_in = 1000, line.stray_bytes = 60; },
-       "60 of 1000 bytes came when nothing was asked: a second master, answers that come too late, "
-       "or noise; look at 'baudgate trace bay-1'"},
+       "60 of 1000 bytes came when nothing was asked: noise while nobody drives the bus (bias "
+       "resistors, termination), a second master, or answers that come too late; look at 'baudgate "
+       "trace bay-1'"},
       {[](LineStatus& line) { line.times_lost = 2; },
        "the open port was lost 2 times: loose plug, hub or power; the log has the times"},
   };

@@ -104,7 +104,7 @@ TEST_F(DiagnoseTest, LateAnswersThatAreWaitedFor) {
   device().patience = 195'200us;
   device().timing.reply = 300ms;
   EXPECT_THAT(Say(), ElementsAre("late: its replies come after timing.reply (300 ms) is over, and "
-                                 "it is waited for 196 ms longer: set timing: { reply: 496ms } at "
+                                 "it is waited for 196 ms longer: set timing: { reply: 550ms } at "
                                  "the device"));
 }
 

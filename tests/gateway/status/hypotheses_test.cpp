@@ -129,6 +129,9 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "it does not answer requests for long replies (80 bytes and more), and answers those for up "
        "to 40: ask for less at once (block, max_items or the like at the device)",
        true},
+      {{{one_behind, 9}},
+       "its replies answer the request before: a serial server or radio in between is one reply "
+       "behind; restart it, switch its cache off, and let one client use it"},
       {{{late_echo, 3}, {clean, 9}},
        "the gateway's own requests come back late: a converter, a modem or a serial server in "
        "between echoes; switch its echo off",
@@ -143,9 +146,10 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
        "its replies are right once their eighth bit is taken away: it sends 7 data bits with "
        "parity, and the port is open with 9600 7E1: set serial: to 7E1 or 7O1 with its bit rate"},
       {{{text, 9, {.cause = "'login: '"}}},
-       "text comes in place of replies ('login: '): /dev/ttyUSB0 leads to a console, a modem, "
-       "another "
-       "service or the menu of a serial server, not to the bus; check the port"},
+       "text comes in place of replies ('login: '): a device that sends by itself, a modem, a "
+       "console "
+       "or the menu of a serial server is at this port; take it off the line, or check the port "
+       "(/dev/ttyUSB0)"},
       {{{zeros, 9}},
        "nothing but 00 or FF comes: A and B are swapped, a driver holds the line, or bias "
        "resistors "
